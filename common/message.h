@@ -1,0 +1,51 @@
+/*
+ * What the program says to its user, and the allocations that may end it.
+ *
+ * A user's mistake is one line on stderr, "file:line: what is wrong, what was expected"; the caller
+ * then unwinds by returning false, and the job ends with status 2. A failure at run time is
+ * fatal().
+ */
+#ifndef FARM_COMMON_MESSAGE_H
+#define FARM_COMMON_MESSAGE_H
+
+#include <stddef.h>
+
+#define MESSAGE_FORMAT(text, first) __attribute__((format(printf, text, first)))
+
+/*
+ * Says what is wrong with the user's input. file may be NULL ("farm: text"), line 0 ("file: text").
+ * Control characters of quoted input are shown as '?', so that a file cannot write to the terminal.
+ */
+void user_error(const char *file, long line, const char *format, ...) MESSAGE_FORMAT(3, 4);
+
+/* The same for something that is odd but harmless: "file:line: warning: text". */
+void user_warning(const char *file, long line, const char *format, ...) MESSAGE_FORMAT(3, 4);
+
+/*
+ * Tests only: while text is not NULL, user errors and warnings are appended there (cut at size)
+ * instead of being printed.
+ */
+void message_capture(char *text, size_t size);
+
+/* A failure at run time: "farm: rank R: text" on stderr; the job ends with status 1. Any thread. */
+_Noreturn void fatal(const char *format, ...) MESSAGE_FORMAT(1, 2);
+
+/* Who we are, for fatal(), and how the whole job is ended (MPI_Abort); end may be NULL: exit. */
+void message_set_rank(int rank, void (*end)(int status));
+
+/*
+ * count elements of size bytes; never NULL (fatal when memory is out or count * size overflows;
+ * a count of 0 gives a block that may be freed). allocate_zeroed() clears them.
+ */
+void *allocate(size_t count, size_t size) __attribute__((alloc_size(1, 2), returns_nonnull));
+void *allocate_zeroed(size_t count, size_t size) __attribute__((alloc_size(1, 2), returns_nonnull));
+void *reallocate(void *old, size_t count, size_t size)
+    __attribute__((alloc_size(2, 3), returns_nonnull));
+
+/* A copy of text that the caller frees. */
+char *copy_text(const char *text) __attribute__((returns_nonnull));
+
+/* printf into a new string that the caller frees. */
+char *format_text(const char *format, ...) MESSAGE_FORMAT(1, 2) __attribute__((returns_nonnull));
+
+#endif

@@ -1,0 +1,69 @@
+#include "common/protocol.h"
+
+#include <math.h>
+#include <string.h>
+
+void render_counts_add(struct render_counts *sum, const struct render_counts *more)
+{
+    for (int kind = 0; kind < RAY_KINDS; kind++)
+        sum->rays[kind] += more->rays[kind];
+    sum->nonfinite += more->nonfinite;
+    sum->exact_fallbacks += more->exact_fallbacks;
+    sum->intersect_s += more->intersect_s;
+    sum->shade_s += more->shade_s;
+    sum->truncation = fmax(sum->truncation, more->truncation);
+}
+
+static bool span_inside(uint32_t first, uint32_t count, uint32_t size)
+{
+    return count >= 1 && first < size && count <= size - first;
+}
+
+bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, uint32_t height)
+{
+    if (bytes != sizeof *tile) return false;
+    if (!span_inside(tile->x, tile->w, width) || !span_inside(tile->y, tile->h, height))
+        return false;
+    uint64_t area = (uint64_t)tile->w * tile->h;
+    if (area > TILE_MAX_PIXELS || tile->phase >= area) return false;
+    /* Up to this step, tile_pixels() stays far from an overflow. */
+    return tile->step >= 1 && tile->step <= TILE_MAX_PIXELS && tile->reserved == 0;
+}
+
+static bool seconds_valid(double seconds)
+{
+    return isfinite(seconds) && seconds >= 0;
+}
+
+bool result_message_valid(const struct result_header *header, size_t bytes, const struct tile *tile)
+{
+    /* A short message has no header to look at: the size comes before all fields. */
+    return bytes == result_bytes(tile) && header->tile_id == tile->id &&
+           header->pixels == tile_pixels(tile) && seconds_valid(header->busy_s);
+}
+
+static bool text_terminated(const char *text, size_t size)
+{
+    return memchr(text, '\0', size) != NULL;
+}
+
+bool stats_message_valid(const struct renderer_stats *stats, size_t bytes, int rank)
+{
+    if (bytes != sizeof *stats || rank < 0 || stats->rank != (uint32_t)rank) return false;
+    const double seconds[] = {
+        stats->busy_s,         stats->cpu_s,    stats->wait_s,
+        stats->send_s,         stats->finish_s, stats->counts.intersect_s,
+        stats->counts.shade_s,
+    };
+    for (size_t i = 0; i < sizeof seconds / sizeof *seconds; i++)
+        if (!seconds_valid(seconds[i])) return false;
+    /* Infinite is a legitimate bound: nothing is known. NaN is not. */
+    return stats->counts.truncation >= 0 && text_terminated(stats->host, sizeof stats->host);
+}
+
+bool welcome_valid(const struct welcome *welcome, const char *build)
+{
+    return welcome->magic == WELCOME_MAGIC &&
+           text_terminated(welcome->build, sizeof welcome->build) &&
+           strcmp(welcome->build, build) == 0;
+}

@@ -1,0 +1,120 @@
+/*
+ * The messages between the master (rank 0) and the renderers on other ranks.
+ *
+ *   start     every rank takes part in one broadcast of struct welcome, then of the scene block
+ *   TILE      master -> renderer   struct tile: render this; up to two are under way at a time
+ *   RESULT    renderer -> master   struct result_header, then 3 floats (linear RGB) per pixel in
+ * the tile's pixel order STOP      master -> renderer   empty: no more tiles will come, leave when
+ * all are sent STATS     renderer -> master   struct renderer_stats, the renderer's last message
+ *
+ * All ranks run the same build (the welcome carries its name), so that structures travel as they
+ * are in memory. Who receives a message validates it with the functions below before using any of
+ * it.
+ */
+#ifndef FARM_COMMON_PROTOCOL_H
+#define FARM_COMMON_PROTOCOL_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "common/tile.h"
+
+enum message_tag {
+    TAG_MASTER_TO_RENDERER_TILE = 1,
+    TAG_MASTER_TO_RENDERER_STOP = 2,
+    TAG_RENDERER_TO_MASTER_RESULT = 3,
+    TAG_RENDERER_TO_MASTER_STATS = 4,
+};
+
+#define WELCOME_MAGIC  UINT64_C(0x314c57204d524146) /* "FARM WL1" */
+#define HOST_NAME_SIZE 64
+
+/* The first thing every rank hears from rank 0. */
+struct welcome {
+    uint64_t magic;
+    char build[32];       /* FARM_VERSION of the master */
+    uint64_t scene_bytes; /* 0: there is nothing to render, leave with status */
+    uint64_t bvh_bytes;   /* room for the BVH of the scene */
+    uint32_t status;      /* exit status of the whole job when scene_bytes is 0 */
+    uint32_t reserved;
+};
+
+struct result_header {
+    uint32_t tile_id;
+    uint32_t pixels;
+    uint64_t rays; /* of all kinds, traced for this tile */
+    double busy_s; /* wall seconds it took to render */
+};
+
+/* Kinds of ray that are counted. */
+enum ray_kind { RAY_PRIMARY, RAY_SHADOW, RAY_REFLECTION, RAY_REFRACTION, RAY_KINDS };
+
+/* What rendering cost and met: per tile, summed per renderer, summed over the farm. */
+struct render_counts {
+    uint64_t rays[RAY_KINDS];
+    uint64_t nonfinite;       /* samples that came out as NaN or infinity */
+    uint64_t exact_fallbacks; /* predicates whose error filter asked for exact arithmetic */
+    double intersect_s;       /* wall seconds spent finding hits and occluders */
+    double shade_s;           /* wall seconds of the rest */
+    double truncation; /* largest error of a pixel that max_depth and cutoff can have caused */
+};
+
+struct renderer_stats {
+    uint32_t rank;
+    uint32_t tiles;
+    uint64_t pixels;
+    double busy_s; /* wall seconds of rendering */
+    double cpu_s;  /* CPU seconds of the rendering thread from the first wait to the last send */
+    double wait_s; /* the rest of the render phase; filled in by the master */
+    double send_s; /* wall seconds in handing over results */
+    double
+        finish_s; /* when the last tile was finished, seconds after the start of the render phase */
+    uint64_t bytes; /* of pixel messages */
+    struct render_counts counts;
+    char host[HOST_NAME_SIZE]; /* NUL-terminated */
+};
+
+_Static_assert(sizeof(struct welcome) == 64, "struct welcome goes over the wire as it is");
+_Static_assert(sizeof(struct result_header) == 24,
+               "struct result_header goes over the wire as it is");
+_Static_assert(sizeof(struct renderer_stats) == 200,
+               "struct renderer_stats goes over the wire as it is");
+
+/* Bytes of the RESULT message for a tile. */
+static inline size_t result_bytes(const struct tile *tile)
+{
+    return sizeof(struct result_header) + (size_t)tile_pixels(tile) * 3 * sizeof(float);
+}
+
+/* How the master renders tiles of its own without knowing a renderer: see worker/render.h. */
+struct tile_renderer {
+    void *state;
+    void (*render)(void *state, const struct tile *tile, float *rgb, struct render_counts *counts);
+};
+
+void render_counts_add(struct render_counts *sum, const struct render_counts *more);
+
+/* Rays of all kinds. */
+static inline uint64_t render_counts_rays(const struct render_counts *counts)
+{
+    uint64_t sum = 0;
+    for (int kind = 0; kind < RAY_KINDS; kind++)
+        sum += counts->rays[kind];
+    return sum;
+}
+
+/* A TILE message of so many bytes, for a region of width x height pixels. */
+bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, uint32_t height);
+
+/* A RESULT message of so many bytes for tile, the one with the id that its header names. */
+bool result_message_valid(const struct result_header *header, size_t bytes,
+                          const struct tile *tile);
+
+/* A STATS message of so many bytes from rank. */
+bool stats_message_valid(const struct renderer_stats *stats, size_t bytes, int rank);
+
+/* The welcome, against this build. */
+bool welcome_valid(const struct welcome *welcome, const char *build);
+
+#endif

@@ -1,0 +1,252 @@
+/*
+ * The scene block: everything a renderer needs to know, in one contiguous, read-only piece of
+ * memory with offsets instead of pointers. Rank 0 makes it (master/builder.h); it is broadcast,
+ * placed once per node in shared memory, and hashed as it is.
+ *
+ *   struct scene | vertices | normals | triangles | patches | spheres | ... | lights
+ *
+ * Lengths are scene units, colours linear RGB with 1 as full white, angles gone into vectors.
+ */
+#ifndef FARM_COMMON_SCENE_H
+#define FARM_COMMON_SCENE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "common/vec.h"
+
+#define SCENE_MAGIC   0x4d524146u /* "FARM" in memory on a little-endian machine */
+#define SCENE_VERSION 1u
+
+/* Limits of what a view can ask for. A canvas of the largest picture takes 3 GiB. */
+#define PICTURE_MAX_EDGE   65535u
+#define PICTURE_MAX_PIXELS (UINT64_C(1) << 28)
+#define RENDER_MAX_DEPTH   1000000u
+#define SAMPLES_MAX        65536u
+
+/* The paper's equation (8) and its reflection and refraction terms. */
+struct material {
+    struct vec3 color;   /* Cs; each component >= 0 */
+    double ambient;      /* ke >= 0 */
+    double diffuse;      /* kd >= 0 */
+    double specular;     /* ks >= 0 */
+    double shininess;    /* n >= 0 */
+    double reflection;   /* kr, 0..1 */
+    double transmission; /* kt, 0..1; what passes is also filtered by the surface colour */
+    double ior;          /* > 0, relative to what surrounds the object */
+};
+
+struct light {
+    struct vec3 position;
+    struct vec3 color; /* strength s, each component >= 0; no falloff with distance */
+};
+
+/* A flat triangle, counter-clockwise seen from its front: vertex indices. */
+struct triangle {
+    uint32_t vertex[3];
+    uint32_t material;
+};
+
+/* A triangle with normals to interpolate: vertex and normal indices. */
+struct patch {
+    uint32_t vertex[3];
+    uint32_t normal[3];
+    uint32_t material;
+};
+
+struct sphere {
+    struct vec3 center;
+    double radius; /* > 0 */
+    uint32_t material;
+    uint32_t inside_only; /* 1: visible only from within (NFF: negative radius) */
+};
+
+/* All points p with (p - point).normal = 0. Unbounded: not in the BVH. */
+struct plane {
+    struct vec3 point;
+    struct vec3 normal; /* unit length */
+    uint32_t material;
+    uint32_t reserved;
+};
+
+struct disc {
+    struct vec3 center;
+    struct vec3 normal; /* unit length */
+    double radius;      /* > 0 */
+    uint32_t material;
+    uint32_t reserved;
+};
+
+/* An axis-aligned solid. */
+struct box {
+    struct vec3 min, max; /* min <= max in every component */
+    uint32_t material;
+    uint32_t reserved;
+};
+
+/* A cylinder (equal radii), a cone (one radius 0) or a frustum between two points. */
+struct cone {
+    struct vec3 base, apex; /* different points */
+    double base_radius;     /* >= 0 */
+    double apex_radius;     /* >= 0; not both 0 */
+    uint32_t material;
+    uint32_t capped; /* 1: a solid with end caps; 0: an open surface (NFF) */
+};
+
+/* The eye, in terms that give a ray by additions and multiplications alone. */
+struct camera {
+    struct vec3 eye;
+    struct vec3 forward; /* unit; towards the middle of the picture */
+    struct vec3 right; /* per picture half height: the direction through the middle of the right */
+    struct vec3 down;  /* edge of a square picture is forward + right; of the lower edge + down */
+};
+
+/* What is rendered, and how: all settings that change the picture. */
+struct view {
+    struct camera camera;
+    struct vec3 background_bottom; /* colour seen straight down (against the camera's up) */
+    struct vec3 background_top;    /* colour seen straight up */
+    struct vec3 background_up;     /* unit */
+    double cutoff;                 /* >= 0: largest error of a pixel that pruning may cause */
+    uint32_t width, height;        /* of the whole picture, pixels */
+    uint32_t region_x, region_y;   /* the part that is rendered: pixels x .. x + w - 1 */
+    uint32_t region_w, region_h;
+    uint32_t max_depth; /* levels of reflection and refraction followed; 0: none */
+    uint32_t shadows;   /* 0 or 1 */
+    uint32_t samples;   /* per pixel, >= 1 */
+    uint32_t reserved;
+};
+
+struct scene_span {
+    uint64_t offset; /* bytes from the start of the block, a multiple of 8 */
+    uint64_t count;  /* elements */
+};
+
+/* The kinds of primitive, in the order of their ids (ties in distance go to the lowest id). */
+enum primitive_kind {
+    PRIMITIVE_TRIANGLE,
+    PRIMITIVE_PATCH,
+    PRIMITIVE_SPHERE,
+    PRIMITIVE_BOX,
+    PRIMITIVE_CONE,
+    PRIMITIVE_DISC,
+    PRIMITIVE_PLANE,
+    PRIMITIVE_KINDS
+};
+
+struct scene {
+    uint32_t magic;
+    uint32_t version;
+    uint64_t bytes; /* of the whole block */
+    struct view view;
+    struct scene_span vertices; /* struct vec3 */
+    struct scene_span normals;  /* struct vec3, unit length */
+    struct scene_span primitives[PRIMITIVE_KINDS];
+    struct scene_span materials;
+    struct scene_span lights;
+};
+
+/* The id of a primitive: its kind above PRIMITIVE_INDEX_BITS, its index in its kind's span below.
+ */
+#define PRIMITIVE_INDEX_BITS 28
+#define PRIMITIVE_MAX_COUNT  (UINT32_C(1) << PRIMITIVE_INDEX_BITS)
+#define PRIMITIVE_NONE       UINT32_MAX
+
+static inline uint32_t primitive_id(enum primitive_kind kind, uint32_t index)
+{
+    return (uint32_t)kind << PRIMITIVE_INDEX_BITS | index;
+}
+
+static inline enum primitive_kind primitive_kind(uint32_t id)
+{
+    return (enum primitive_kind)(id >> PRIMITIVE_INDEX_BITS);
+}
+
+static inline uint32_t primitive_index(uint32_t id)
+{
+    return id & (PRIMITIVE_MAX_COUNT - 1);
+}
+
+static inline const void *scene_at(const struct scene *scene, const struct scene_span *span)
+{
+    return (const char *)scene + span->offset;
+}
+
+static inline const struct vec3 *scene_vertices(const struct scene *scene)
+{
+    return scene_at(scene, &scene->vertices);
+}
+
+static inline const struct vec3 *scene_normals(const struct scene *scene)
+{
+    return scene_at(scene, &scene->normals);
+}
+
+static inline const struct material *scene_materials(const struct scene *scene)
+{
+    return scene_at(scene, &scene->materials);
+}
+
+static inline const struct light *scene_lights(const struct scene *scene)
+{
+    return scene_at(scene, &scene->lights);
+}
+
+#define SCENE_ACCESSOR(plural, singular, kind)                                                     \
+    static inline const struct singular *scene_##plural(const struct scene *scene)                 \
+    {                                                                                              \
+        return scene_at(scene, &scene->primitives[kind]);                                          \
+    }
+SCENE_ACCESSOR(triangles, triangle, PRIMITIVE_TRIANGLE)
+SCENE_ACCESSOR(patches, patch, PRIMITIVE_PATCH)
+SCENE_ACCESSOR(spheres, sphere, PRIMITIVE_SPHERE)
+SCENE_ACCESSOR(boxes, box, PRIMITIVE_BOX)
+SCENE_ACCESSOR(cones, cone, PRIMITIVE_CONE)
+SCENE_ACCESSOR(discs, disc, PRIMITIVE_DISC)
+SCENE_ACCESSOR(planes, plane, PRIMITIVE_PLANE)
+#undef SCENE_ACCESSOR
+
+/* Bytes of one element of a kind's span. */
+size_t primitive_size(enum primitive_kind kind);
+
+/* "triangle", "patch", ...: for reports and messages. */
+const char *primitive_name(enum primitive_kind kind);
+
+/* The index of the primitive's material. */
+uint32_t primitive_material(const struct scene *scene, uint32_t id);
+
+/* Primitives of all kinds. */
+uint64_t scene_primitive_count(const struct scene *scene);
+
+/*
+ * Whether the bytes at block are a scene that can be used without further checks: every span lies
+ * in the block, every index in its span, every number in its range. Says nothing; why (may be NULL)
+ * becomes a constant text on failure.
+ */
+bool scene_valid(const void *block, size_t bytes, const char **why);
+
+/* What the scene uses, as bits. */
+enum scene_feature {
+    FEATURE_TRIANGLES = 1 << 0,
+    FEATURE_PATCHES = 1 << 1,
+    FEATURE_SPHERES = 1 << 2,
+    FEATURE_BOXES = 1 << 3,
+    FEATURE_CONES = 1 << 4,
+    FEATURE_DISCS = 1 << 5,
+    FEATURE_PLANES = 1 << 6,
+    FEATURE_LIGHTS = 1 << 7,
+    FEATURE_SHADOWS = 1 << 8,
+    FEATURE_SPECULAR = 1 << 9,
+    FEATURE_REFLECTION = 1 << 10,
+    FEATURE_REFRACTION = 1 << 11,
+    FEATURE_COUNT = 12
+};
+
+/* The features that some primitive, material, light or setting of the scene makes necessary. */
+unsigned scene_features(const struct scene *scene);
+
+/* The name of bit number i of enum scene_feature, 0 .. FEATURE_COUNT - 1. */
+const char *scene_feature_name(unsigned i);
+
+#endif

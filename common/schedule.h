@@ -1,0 +1,10 @@
+/* How tiles are given to renderers: see master/queue.h. */
+#ifndef FARM_COMMON_SCHEDULE_H
+#define FARM_COMMON_SCHEDULE_H
+
+enum schedule { SCHEDULE_DYNAMIC, SCHEDULE_STRIPS, SCHEDULE_CYCLIC };
+
+/* "dynamic", "strips", "cyclic" */
+const char *schedule_name(enum schedule schedule);
+
+#endif

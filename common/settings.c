@@ -1,0 +1,73 @@
+#include "common/settings.h"
+
+#include <math.h>
+#include <string.h>
+
+_Static_assert(sizeof(enum schedule) == sizeof(uint32_t), "a VALUE_CHOICE is stored in it");
+
+static const char *const schedules[] = {"dynamic", "strips", "cyclic", NULL};
+
+#define AT(member)       .offset = offsetof(struct settings, member)
+#define RANGE(low, high) .min = (low), .max = (high)
+
+/* In the order in which they are printed. */
+const struct key settings_keys[] = {
+    {"image", "width", VALUE_UNSIGNED, AT(image.width), RANGE(1, PICTURE_MAX_EDGE),
+     .fallback = "640", .help = "pixels from left to right"},
+    {"image", "height", VALUE_UNSIGNED, AT(image.height), RANGE(1, PICTURE_MAX_EDGE),
+     .fallback = "480", .help = "pixels from top to bottom"},
+    {"image", "region", VALUE_REGION, AT(image.region),
+     .help = "x y w h: the part that is rendered, pixels (default: all)"},
+    {"camera", "eye", VALUE_VECTOR, AT(camera.eye),
+     .help = "where the eye is (default: so that the scene fills the picture)"},
+    {"camera", "look_at", VALUE_VECTOR, AT(camera.look_at),
+     .help = "the point in the middle of the picture (default: the scene's centre)"},
+    {"camera", "up", VALUE_VECTOR, AT(camera.up), .fallback = "0 1 0",
+     .help = "the direction that is up in the picture"},
+    {"camera", "fov", VALUE_NUMBER, AT(camera.fov), RANGE(0, 180),
+     .flags = KEY_ABOVE_MIN | KEY_BELOW_MAX, .fallback = "45",
+     .help = "vertical angle from edge to edge, degrees"},
+    {"background", "color", VALUE_COLORS, AT(background.bottom),
+     .help = "one colour; in place of bottom and top"},
+    {"background", "bottom", VALUE_COLOR, AT(background.bottom), .fallback = "0.04 0.04 0.05",
+     .help = "colour straight down"},
+    {"background", "top", VALUE_COLOR, AT(background.top), .fallback = "0.2 0.26 0.36",
+     .help = "colour straight up; between them it changes linearly"},
+    {"render", "max_depth", VALUE_UNSIGNED, AT(render.max_depth), RANGE(0, RENDER_MAX_DEPTH),
+     .fallback = "20", .help = "levels of reflection and refraction that are followed"},
+    {"render", "cutoff", VALUE_NUMBER, AT(render.cutoff), RANGE(0, HUGE_VAL),
+     .fallback = "0.001953125", .help = "largest error of a pixel that pruning may cause"},
+    {"render", "shadows", VALUE_BOOLEAN, AT(render.shadows), .fallback = "yes",
+     .help = "whether objects shade each other"},
+    {"sampling", "samples", VALUE_UNSIGNED, AT(sampling.samples), RANGE(1, SAMPLES_MAX),
+     .fallback = "1", .help = "rays per pixel"},
+    {"farm", "schedule", VALUE_CHOICE, AT(farm.schedule), .fallback = "dynamic",
+     .choices = schedules, .help = "how the picture is shared out"},
+    {"farm", "tile", VALUE_AUTO, AT(farm.tile), RANGE(1, 1024), .fallback = "auto",
+     .help = "edge of a tile, pixels"},
+    {"farm", "master_renders", VALUE_BOOLEAN, AT(farm.master_renders), .fallback = "yes",
+     .help = "whether rank 0 renders as well"},
+    {"output", "image", VALUE_TEXT, AT(output.image),
+     .help = "picture file: .png, .hdr or .pfm (default: CONFIG's name, .png)"},
+    {"output", "report", VALUE_TEXT, AT(output.report),
+     .help = "report file, JSON; empty: none (default: CONFIG's name, .json)"},
+};
+
+_Static_assert(sizeof settings_keys / sizeof *settings_keys == SETTINGS_KEYS,
+               "settings.h tells the number of keys");
+
+const char *schedule_name(enum schedule schedule)
+{
+    return schedules[schedule];
+}
+
+void settings_init(struct settings *settings)
+{
+    memset(settings, 0, sizeof *settings);
+    keys_set_fallbacks(settings_keys, SETTINGS_KEYS, settings);
+}
+
+void settings_free(struct settings *settings)
+{
+    keys_free(settings_keys, SETTINGS_KEYS, settings);
+}

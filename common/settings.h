@@ -1,0 +1,53 @@
+/*
+ * The settings of a run: what the sections [image], [camera], [background], [render], [sampling],
+ * [farm] and [output] of an INI file, and SECTION.KEY=VALUE on the command line, can say.
+ */
+#ifndef FARM_COMMON_SETTINGS_H
+#define FARM_COMMON_SETTINGS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "common/key.h"
+#include "common/scene.h"
+#include "common/schedule.h"
+
+struct settings {
+    struct {
+        uint32_t width, height; /* pixels */
+        uint32_t region[4];     /* x y w h; w = 0: the whole picture */
+    } image;
+    struct {
+        struct vec3 eye, look_at, up;
+        double fov; /* vertical, edge to edge, degrees, 0 < fov < 180 */
+    } camera;
+    struct {
+        struct vec3 bottom, top; /* linear RGB */
+    } background;
+    struct {
+        uint32_t max_depth;
+        double cutoff;
+        bool shadows;
+    } render;
+    struct {
+        uint32_t samples; /* per pixel */
+    } sampling;
+    struct {
+        enum schedule schedule;
+        uint32_t tile; /* edge in pixels; 0: auto */
+        bool master_renders;
+    } farm;
+    struct {
+        char *image, *report; /* paths, owned; NULL: named after the config; report "": none */
+    } output;
+};
+
+/* What can be set, in the order in which it is printed; offsets are into struct settings. */
+#define SETTINGS_KEYS 19
+extern const struct key settings_keys[SETTINGS_KEYS];
+
+void settings_init(struct settings *settings);
+void settings_free(struct settings *settings);
+
+#endif

@@ -1,0 +1,98 @@
+/* Three-component vectors of double: points, directions, colours (linear RGB). */
+#ifndef FARM_COMMON_VEC_H
+#define FARM_COMMON_VEC_H
+
+#include <math.h>
+
+struct vec3 {
+    double x, y, z;
+};
+
+static inline struct vec3 vec3(double x, double y, double z)
+{
+    return (struct vec3){x, y, z};
+}
+
+static inline struct vec3 vec_add(struct vec3 a, struct vec3 b)
+{
+    return vec3(a.x + b.x, a.y + b.y, a.z + b.z);
+}
+
+static inline struct vec3 vec_sub(struct vec3 a, struct vec3 b)
+{
+    return vec3(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+
+static inline struct vec3 vec_scale(struct vec3 a, double s)
+{
+    return vec3(a.x * s, a.y * s, a.z * s);
+}
+
+/* Component by component: what a filter of colour b lets through of light a. */
+static inline struct vec3 vec_mul(struct vec3 a, struct vec3 b)
+{
+    return vec3(a.x * b.x, a.y * b.y, a.z * b.z);
+}
+
+/* a + b s */
+static inline struct vec3 vec_add_scaled(struct vec3 a, struct vec3 b, double s)
+{
+    return vec3(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
+}
+
+static inline struct vec3 vec_neg(struct vec3 a)
+{
+    return vec3(-a.x, -a.y, -a.z);
+}
+
+static inline double vec_dot(struct vec3 a, struct vec3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static inline struct vec3 vec_cross(struct vec3 a, struct vec3 b)
+{
+    return vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+static inline double vec_max(struct vec3 a)
+{
+    return fmax(a.x, fmax(a.y, a.z));
+}
+
+/*
+ * |a| without overflow or underflow for any finite a: where the squares would leave the range of
+ * double, the components are scaled by a power of two first. That is exact, so a scene scaled by
+ * 2^k gives the length scaled by 2^k, bit for bit, on either path.
+ */
+static inline double vec_length(struct vec3 a)
+{
+    double square = vec_dot(a, a);
+    /* 2^-900: the squares that matter are then still normal numbers, with all their bits. */
+    if (square > 0x1p-900 && square < 0x1p1000) return sqrt(square);
+    double largest = fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
+    if (!(largest > 0) || isinf(largest)) return largest;
+    int exponent;
+    (void)frexp(largest, &exponent);
+    struct vec3 s = vec3(ldexp(a.x, -exponent), ldexp(a.y, -exponent), ldexp(a.z, -exponent));
+    return ldexp(sqrt(vec_dot(s, s)), exponent);
+}
+
+/* a / |a|; a must not be zero. */
+static inline struct vec3 vec_normalize(struct vec3 a)
+{
+    double length = vec_length(a);
+    return vec3(a.x / length, a.y / length, a.z / length);
+}
+
+static inline int vec_is_finite(struct vec3 a)
+{
+    return isfinite(a.x) && isfinite(a.y) && isfinite(a.z);
+}
+
+static inline int vec_is_zero(struct vec3 a)
+{
+    return a.x == 0 && a.y == 0 && a.z == 0;
+}
+
+#endif

@@ -1,0 +1,431 @@
+#include "master/builder.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+
+/* A growing array; the size of an element is the user's business. */
+struct list {
+    void *items;
+    uint64_t count, capacity;
+};
+
+struct builder {
+    struct list vertices, normals, materials, lights;
+    struct list primitives[PRIMITIVE_KINDS];
+};
+
+struct builder *builder_create(void)
+{
+    return allocate_zeroed(1, sizeof(struct builder));
+}
+
+static void list_clear(struct list *list)
+{
+    free(list->items);
+    *list = (struct list){0};
+}
+
+static void clear(struct builder *builder)
+{
+    list_clear(&builder->vertices);
+    list_clear(&builder->normals);
+    list_clear(&builder->materials);
+    list_clear(&builder->lights);
+    for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
+        list_clear(&builder->primitives[kind]);
+}
+
+void builder_destroy(struct builder *builder)
+{
+    if (!builder) return;
+    clear(builder);
+    free(builder);
+}
+
+static void list_add(struct list *list, const void *item, size_t size)
+{
+    if (list->count == list->capacity) {
+        list->capacity = list->capacity ? list->capacity + list->capacity / 2 : 64;
+        list->items = reallocate(list->items, list->capacity, size);
+    }
+    memcpy((char *)list->items + list->count * size, item, size);
+    list->count++;
+}
+
+/* ---- tables that others refer to ---- */
+
+static bool color_valid(struct vec3 color)
+{
+    return vec_is_finite(color) && color.x >= 0 && color.y >= 0 && color.z >= 0;
+}
+
+static bool at_least_zero(double value)
+{
+    return value >= 0 && isfinite(value);
+}
+
+const char *builder_add_material(struct builder *builder, const struct material *material,
+                                 uint32_t *index)
+{
+    if (!color_valid(material->color)) return "a colour needs three finite numbers >= 0";
+    if (!at_least_zero(material->ambient) || !at_least_zero(material->diffuse) ||
+        !at_least_zero(material->specular) || !at_least_zero(material->shininess))
+        return "ambient, diffuse, specular and shininess have to be finite numbers >= 0";
+    if (!at_least_zero(material->reflection) || material->reflection > 1)
+        return "reflection is out of range, expected a number from 0 to 1";
+    if (!at_least_zero(material->transmission) || material->transmission > 1)
+        return "transmission is out of range, expected a number from 0 to 1";
+    if (!(material->ior > 0) || !isfinite(material->ior))
+        return "ior is out of range, expected a finite number > 0";
+    if (builder->materials.count == UINT32_MAX)
+        return "too many materials, at most 2^32 - 1 are possible";
+    *index = (uint32_t)builder->materials.count;
+    list_add(&builder->materials, material, sizeof *material);
+    return NULL;
+}
+
+const char *builder_add_vertex(struct builder *builder, struct vec3 point, uint32_t *index)
+{
+    if (!vec_is_finite(point)) return "a corner is not finite, expected three finite numbers";
+    if (builder->vertices.count == UINT32_MAX)
+        return "too many vertices, at most 2^32 - 1 are possible";
+    *index = (uint32_t)builder->vertices.count;
+    list_add(&builder->vertices, &point, sizeof point);
+    return NULL;
+}
+
+const char *builder_add_normal(struct builder *builder, struct vec3 normal, uint32_t *index)
+{
+    if (!vec_is_finite(normal) || vec_is_zero(normal))
+        return "a normal is zero or not finite, expected a direction";
+    if (builder->normals.count == UINT32_MAX)
+        return "too many normals, at most 2^32 - 1 are possible";
+    struct vec3 unit = vec_normalize(normal);
+    *index = (uint32_t)builder->normals.count;
+    list_add(&builder->normals, &unit, sizeof unit);
+    return NULL;
+}
+
+const char *builder_add_light(struct builder *builder, const struct light *light)
+{
+    if (!vec_is_finite(light->position))
+        return "the position is not finite, expected three finite numbers";
+    if (!color_valid(light->color)) return "a colour needs three finite numbers >= 0";
+    if (builder->lights.count == UINT32_MAX)
+        return "too many lights, at most 2^32 - 1 are possible";
+    list_add(&builder->lights, light, sizeof *light);
+    return NULL;
+}
+
+/* ---- primitives ---- */
+
+static const char *add_primitive(struct builder *builder, enum primitive_kind kind,
+                                 const void *item)
+{
+    struct list *list = &builder->primitives[kind];
+    if (list->count == PRIMITIVE_MAX_COUNT)
+        return "too many primitives, at most 2^28 of a kind are possible";
+    list_add(list, item, primitive_size(kind));
+    return NULL;
+}
+
+const char *builder_add_sphere(struct builder *builder, const struct sphere *sphere)
+{
+    assert(sphere->material < builder->materials.count && sphere->inside_only <= 1);
+    if (!vec_is_finite(sphere->center))
+        return "the center is not finite, expected three finite numbers";
+    if (!(sphere->radius > 0) || !isfinite(sphere->radius))
+        return "the radius is out of range, expected a finite number > 0";
+    return add_primitive(builder, PRIMITIVE_SPHERE, sphere);
+}
+
+static const char *normalize(struct vec3 *normal)
+{
+    if (!vec_is_finite(*normal) || vec_is_zero(*normal))
+        return "the normal is zero or not finite, expected a direction";
+    *normal = vec_normalize(*normal);
+    return NULL;
+}
+
+const char *builder_add_plane(struct builder *builder, const struct plane *plane)
+{
+    assert(plane->material < builder->materials.count);
+    struct plane unit = *plane;
+    unit.reserved = 0;
+    if (!vec_is_finite(plane->point))
+        return "the point is not finite, expected three finite numbers";
+    const char *why = normalize(&unit.normal);
+    return why ? why : add_primitive(builder, PRIMITIVE_PLANE, &unit);
+}
+
+const char *builder_add_disc(struct builder *builder, const struct disc *disc)
+{
+    assert(disc->material < builder->materials.count);
+    struct disc unit = *disc;
+    unit.reserved = 0;
+    if (!vec_is_finite(disc->center))
+        return "the center is not finite, expected three finite numbers";
+    if (!(disc->radius > 0) || !isfinite(disc->radius))
+        return "the radius is out of range, expected a finite number > 0";
+    const char *why = normalize(&unit.normal);
+    return why ? why : add_primitive(builder, PRIMITIVE_DISC, &unit);
+}
+
+const char *builder_add_box(struct builder *builder, const struct box *box)
+{
+    assert(box->material < builder->materials.count);
+    struct box clean = *box;
+    clean.reserved = 0;
+    if (!vec_is_finite(box->min) || !vec_is_finite(box->max))
+        return "a corner is not finite, expected three finite numbers";
+    if (!(box->min.x < box->max.x && box->min.y < box->max.y && box->min.z < box->max.z))
+        return "the box has no volume, expected min < max in every component";
+    return add_primitive(builder, PRIMITIVE_BOX, &clean);
+}
+
+const char *builder_add_cone(struct builder *builder, const struct cone *cone)
+{
+    assert(cone->material < builder->materials.count && cone->capped <= 1);
+    if (!vec_is_finite(cone->base) || !vec_is_finite(cone->apex))
+        return "an end is not finite, expected three finite numbers";
+    struct vec3 axis = vec_sub(cone->apex, cone->base);
+    if (vec_is_zero(axis)) return "base and apex are the same point, expected two different points";
+    if (!vec_is_finite(axis)) return "base and apex are too far apart, expected a finite distance";
+    if (!at_least_zero(cone->base_radius) || !at_least_zero(cone->apex_radius))
+        return "a radius is out of range, expected finite numbers >= 0";
+    if (cone->base_radius == 0 && cone->apex_radius == 0)
+        return "both radii are 0, expected at least one > 0";
+    return add_primitive(builder, PRIMITIVE_CONE, cone);
+}
+
+static bool indices_good(const uint32_t index[3], uint64_t count)
+{
+    return index[0] < count && index[1] < count && index[2] < count;
+}
+
+const char *builder_add_triangle(struct builder *builder, const struct triangle *triangle)
+{
+    assert(indices_good(triangle->vertex, builder->vertices.count));
+    assert(triangle->material < builder->materials.count);
+    return add_primitive(builder, PRIMITIVE_TRIANGLE, triangle);
+}
+
+const char *builder_add_patch(struct builder *builder, const struct patch *patch)
+{
+    assert(indices_good(patch->vertex, builder->vertices.count));
+    assert(indices_good(patch->normal, builder->normals.count));
+    assert(patch->material < builder->materials.count);
+    return add_primitive(builder, PRIMITIVE_PATCH, patch);
+}
+
+/* ---- questions ---- */
+
+uint32_t builder_vertex_count(const struct builder *builder)
+{
+    return (uint32_t)builder->vertices.count;
+}
+
+struct vec3 builder_vertex(const struct builder *builder, uint32_t index)
+{
+    assert(index < builder->vertices.count);
+    return ((const struct vec3 *)builder->vertices.items)[index];
+}
+
+uint32_t builder_light_count(const struct builder *builder)
+{
+    return (uint32_t)builder->lights.count;
+}
+
+struct bounds {
+    struct vec3 min, max;
+};
+
+static void extend(struct bounds *bounds, struct vec3 point, struct vec3 reach)
+{
+    struct vec3 low = vec_sub(point, reach), high = vec_add(point, reach);
+    bounds->min =
+        vec3(fmin(bounds->min.x, low.x), fmin(bounds->min.y, low.y), fmin(bounds->min.z, low.z));
+    bounds->max =
+        vec3(fmax(bounds->max.x, high.x), fmax(bounds->max.y, high.y), fmax(bounds->max.z, high.z));
+}
+
+static struct vec3 corner(const struct builder *builder, uint32_t index)
+{
+    return ((const struct vec3 *)builder->vertices.items)[index];
+}
+
+static void extend_by_corners(const struct builder *builder, const uint32_t vertex[3],
+                              struct bounds *bounds)
+{
+    for (int i = 0; i < 3; i++)
+        extend(bounds, corner(builder, vertex[i]), vec3(0, 0, 0));
+}
+
+/* How far a circle of this radius and axis (unit) reaches from its middle along x, y and z. */
+static struct vec3 circle_reach(struct vec3 axis, double radius)
+{
+    return vec3(radius * sqrt(fmax(0, 1 - axis.x * axis.x)),
+                radius * sqrt(fmax(0, 1 - axis.y * axis.y)),
+                radius * sqrt(fmax(0, 1 - axis.z * axis.z)));
+}
+
+static void extend_by(const struct builder *builder, enum primitive_kind kind, const void *item,
+                      struct bounds *bounds)
+{
+    const struct sphere *sphere = item;
+    const struct box *box = item;
+    const struct disc *disc = item;
+    const struct cone *cone = item;
+    switch (kind) {
+    case PRIMITIVE_TRIANGLE:
+        extend_by_corners(builder, ((const struct triangle *)item)->vertex, bounds);
+        break;
+    case PRIMITIVE_PATCH:
+        extend_by_corners(builder, ((const struct patch *)item)->vertex, bounds);
+        break;
+    case PRIMITIVE_SPHERE:
+        extend(bounds, sphere->center, vec3(sphere->radius, sphere->radius, sphere->radius));
+        break;
+    case PRIMITIVE_BOX:
+        extend(bounds, box->min, vec3(0, 0, 0));
+        extend(bounds, box->max, vec3(0, 0, 0));
+        break;
+    case PRIMITIVE_DISC:
+        extend(bounds, disc->center, circle_reach(disc->normal, disc->radius));
+        break;
+    case PRIMITIVE_CONE: {
+        struct vec3 axis = vec_normalize(vec_sub(cone->apex, cone->base));
+        extend(bounds, cone->base, circle_reach(axis, cone->base_radius));
+        extend(bounds, cone->apex, circle_reach(axis, cone->apex_radius));
+        break;
+    }
+    case PRIMITIVE_PLANE:
+    case PRIMITIVE_KINDS:
+        break;
+    }
+}
+
+bool builder_bounds(const struct builder *builder, struct vec3 *min, struct vec3 *max)
+{
+    struct bounds bounds = {vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL),
+                            vec3(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL)};
+    uint64_t found = 0;
+    for (int kind = 0; kind < PRIMITIVE_PLANE; kind++) {
+        const struct list *list = &builder->primitives[kind];
+        size_t size = primitive_size((enum primitive_kind)kind);
+        found += list->count;
+        for (uint64_t i = 0; i < list->count; i++)
+            extend_by(builder, (enum primitive_kind)kind, (const char *)list->items + i * size,
+                      &bounds);
+    }
+    *min = bounds.min;
+    *max = bounds.max;
+    return found > 0;
+}
+
+/* ---- the block ---- */
+
+/* Where the index of the material stands in an element of a kind's list. */
+static uint32_t *material_of(void *item, enum primitive_kind kind)
+{
+    switch (kind) {
+    case PRIMITIVE_TRIANGLE:
+        return &((struct triangle *)item)->material;
+    case PRIMITIVE_PATCH:
+        return &((struct patch *)item)->material;
+    case PRIMITIVE_SPHERE:
+        return &((struct sphere *)item)->material;
+    case PRIMITIVE_BOX:
+        return &((struct box *)item)->material;
+    case PRIMITIVE_CONE:
+        return &((struct cone *)item)->material;
+    case PRIMITIVE_DISC:
+        return &((struct disc *)item)->material;
+    case PRIMITIVE_PLANE:
+    default:
+        return &((struct plane *)item)->material;
+    }
+}
+
+#define UNUSED UINT32_MAX
+
+/* Moves the used materials to the front, in their order, and fills where each one went. */
+static void pack_materials(struct list *materials, uint32_t *place)
+{
+    struct material *items = materials->items;
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < materials->count; i++) {
+        if (place[i] == UNUSED) continue;
+        items[kept] = items[i];
+        place[i] = kept++;
+    }
+    materials->count = kept;
+}
+
+/* What nothing uses is not sent: the features of a scene follow from the materials in the block. */
+static void drop_unused_materials(struct builder *builder)
+{
+    uint32_t *place = allocate(builder->materials.count, sizeof *place);
+    memset(place, 0xff, builder->materials.count * sizeof *place);
+    for (int pass = 0; pass < 2; pass++) {
+        for (int k = 0; k < PRIMITIVE_KINDS; k++) {
+            enum primitive_kind kind = (enum primitive_kind)k;
+            const struct list *list = &builder->primitives[kind];
+            char *item = list->items;
+            for (uint64_t i = 0; i < list->count; i++, item += primitive_size(kind)) {
+                uint32_t *material = material_of(item, kind);
+                if (pass == 0)
+                    place[*material] = 0;
+                else
+                    *material = place[*material];
+            }
+        }
+        if (pass == 0) pack_materials(&builder->materials, place);
+    }
+    free(place);
+}
+
+/* Reserves room for a list at *bytes; the sizes of lists are bounded, so this cannot overflow. */
+static struct scene_span reserve(const struct list *list, size_t size, uint64_t *bytes)
+{
+    struct scene_span span = {*bytes, list->count};
+    *bytes = (*bytes + list->count * size + 7) / 8 * 8;
+    return span;
+}
+
+static void move(struct scene *scene, const struct scene_span *span, struct list *list, size_t size)
+{
+    if (list->count) memcpy((char *)scene + span->offset, list->items, list->count * size);
+    list_clear(list);
+}
+
+struct scene *builder_finish(struct builder *builder, const struct view *view)
+{
+    drop_unused_materials(builder);
+    struct scene head = {.magic = SCENE_MAGIC, .version = SCENE_VERSION, .view = *view};
+    uint64_t bytes = sizeof head;
+    head.vertices = reserve(&builder->vertices, sizeof(struct vec3), &bytes);
+    head.normals = reserve(&builder->normals, sizeof(struct vec3), &bytes);
+    for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
+        head.primitives[kind] =
+            reserve(&builder->primitives[kind], primitive_size((enum primitive_kind)kind), &bytes);
+    head.materials = reserve(&builder->materials, sizeof(struct material), &bytes);
+    head.lights = reserve(&builder->lights, sizeof(struct light), &bytes);
+    head.bytes = bytes;
+
+    /* Zeroed, so that the gaps between spans are the same bytes every time. */
+    struct scene *scene = allocate_zeroed(bytes, 1);
+    *scene = head;
+    move(scene, &head.vertices, &builder->vertices, sizeof(struct vec3));
+    move(scene, &head.normals, &builder->normals, sizeof(struct vec3));
+    for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
+        move(scene, &head.primitives[kind], &builder->primitives[kind],
+             primitive_size((enum primitive_kind)kind));
+    move(scene, &head.materials, &builder->materials, sizeof(struct material));
+    move(scene, &head.lights, &builder->lights, sizeof(struct light));
+    return scene;
+}

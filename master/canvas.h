@@ -1,0 +1,23 @@
+/* The picture as it comes together: linear RGB floats, rows from the top. */
+#ifndef FARM_MASTER_CANVAS_H
+#define FARM_MASTER_CANVAS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "common/tile.h"
+
+struct canvas {
+    uint32_t width, height; /* pixels */
+    float *rgb;             /* 3 * width * height; pixels that are not rendered yet are 0 */
+};
+
+void canvas_init(struct canvas *canvas, uint32_t width, uint32_t height);
+void canvas_free(struct canvas *canvas);
+
+/* Puts a tile's pixels (3 floats each, in the tile's order) where they belong; the tile is valid.
+ */
+void canvas_put(struct canvas *canvas, const struct tile *tile, const float *rgb);
+
+#endif

@@ -1,0 +1,308 @@
+#include "master/image_file.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "common/message.h"
+#include "master/png_hdr.h"
+
+enum format { FORMAT_NONE, FORMAT_PNG, FORMAT_HDR, FORMAT_PFM };
+
+static enum format image_format(const char *path)
+{
+    const char *dot = strrchr(path, '.');
+    if (!dot) return FORMAT_NONE;
+    if (!strcasecmp(dot, ".png")) return FORMAT_PNG;
+    if (!strcasecmp(dot, ".hdr")) return FORMAT_HDR;
+    if (!strcasecmp(dot, ".pfm")) return FORMAT_PFM;
+    return FORMAT_NONE;
+}
+
+bool image_extension_known(const char *path)
+{
+    return image_format(path) != FORMAT_NONE;
+}
+
+/*
+ * The encoders count in int. PNG: its buffers double, the last size below 2^31 is 1.5 * 2^30, and a
+ * byte of a row becomes at most 9 bits: rows of 2^30 bytes are well inside.
+ */
+bool image_size_writable(const char *path, uint32_t width, uint32_t height)
+{
+    enum format format = image_format(path);
+    uint64_t row = 3 * (uint64_t)width, limit;
+    if (format == FORMAT_PNG) {
+        row++; /* each row begins with the kind of its filter */
+        limit = UINT64_C(1) << 30;
+    } else if (format == FORMAT_HDR) {
+        limit = INT_MAX;
+    } else {
+        return true;
+    }
+    if (height == 0 || row <= limit / height) return true;
+    user_error(path, 0,
+               "%u x %u pixels are too many for a %s file, expected a name that ends in .pfm",
+               width, height, format == FORMAT_PNG ? ".png" : ".hdr");
+    return false;
+}
+
+static bool cannot_write(const char *path, const char *key, int error)
+{
+    bool full = error == ENOSPC || error == EDQUOT;
+    user_error(path, 0, "cannot write: %s, %schoose another place with %s=FILE", strerror(error),
+               full ? "free some space or " : "", key);
+    return false;
+}
+
+/* A file on its way: written at temporary, to be renamed to target; both NULL: in place. */
+struct output {
+    char *target, *temporary;
+    FILE *file;
+    int error; /* errno of the first failure, 0 when all is well */
+};
+
+/* Bytes of path up to and including its last slash: the folder. */
+static size_t folder_length(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? (size_t)(slash - path) + 1 : 0;
+}
+
+/* What a symbolic link at path points at; NULL when there is none. */
+static char *link_target(const char *path)
+{
+    char text[PATH_MAX];
+    ssize_t length = readlink(path, text, sizeof text - 1);
+    if (length < 0) return NULL;
+    text[length] = '\0';
+    if (text[0] == '/') return copy_text(text);
+    return format_text("%.*s%s", (int)folder_length(path), path, text);
+}
+
+/*
+ * Where a file written to path would end up, links followed by hand because the last one may point
+ * at a file that is still to be made. NULL: they go in circles.
+ */
+static char *follow_links(const char *path)
+{
+    char *place = copy_text(path);
+    for (int links = 0; links < 40; links++) { /* as many as the kernel follows */
+        char *next = link_target(place);
+        if (!next) return place;
+        free(place);
+        place = next;
+    }
+    free(place);
+    return NULL;
+}
+
+/* Cut, so that a name of the greatest length still leaves room for the rest. */
+static char *temporary_name(const char *target)
+{
+    size_t folder = folder_length(target);
+    return format_text("%.*s%.200s.%ld.tmp", (int)folder, target, target + folder, (long)getpid());
+}
+
+/* Created anew, for writing, with the permissions that any new file would get; -1 and errno. */
+static int create_temporary(const char *temporary)
+{
+    unlink(temporary); /* left by a killed process that had our number */
+    return open(temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+}
+
+static bool is_stdout(const char *path)
+{
+    return !strcmp(path, "/dev/stdout");
+}
+
+/* /dev/stdout is not opened again: of a regular file that would write over what is there. */
+static FILE *open_in_place(const char *path)
+{
+    if (!is_stdout(path)) return fopen(path, "wb");
+    fflush(stdout);
+    int copy = dup(STDOUT_FILENO);
+    return copy < 0 ? NULL : fdopen(copy, "wb");
+}
+
+static FILE *open_beside(struct output *output, const char *path, const struct stat *old)
+{
+    output->target = follow_links(path);
+    if (!output->target) {
+        errno = ELOOP;
+        return NULL;
+    }
+    output->temporary = temporary_name(output->target);
+    int descriptor = create_temporary(output->temporary);
+    if (descriptor < 0) return NULL;
+    /* A file system without permissions refuses, and does no harm. */
+    if (old && fchmod(descriptor, old->st_mode & 0777)) errno = 0;
+    return fdopen(descriptor, "wb");
+}
+
+static void output_open(struct output *output, const char *path)
+{
+    *output = (struct output){0};
+    struct stat old;
+    bool exists = stat(path, &old) == 0;
+    if (is_stdout(path) || (exists && !S_ISREG(old.st_mode)))
+        output->file = open_in_place(path);
+    else
+        output->file = open_beside(output, path, exists ? &old : NULL);
+    if (!output->file) output->error = errno;
+}
+
+static void output_put(struct output *output, const void *data, size_t bytes)
+{
+    if (output->error || fwrite(data, 1, bytes, output->file) == bytes) return;
+    output->error = errno ? errno : EIO;
+}
+
+static void output_sink(void *context, void *data, int bytes)
+{
+    output_put(context, data, (size_t)bytes);
+}
+
+static void output_check(struct output *output, int failed)
+{
+    if (failed && !output->error) output->error = errno ? errno : EIO;
+}
+
+/* Puts the file in its place, or takes all traces of it away. Returns errno, 0 when it is there. */
+static int output_close(struct output *output)
+{
+    if (output->file) {
+        output_check(output, fflush(output->file));
+        if (output->temporary) output_check(output, fsync(fileno(output->file)));
+        output_check(output, fclose(output->file));
+        if (output->temporary && !output->error)
+            output_check(output, rename(output->temporary, output->target));
+    }
+    if (output->temporary && output->error) unlink(output->temporary);
+    free(output->target);
+    free(output->temporary);
+    return output->error;
+}
+
+/* Rows from the bottom; a negative scale says that the floats are little-endian. */
+static void pfm_encode(const struct canvas *canvas, struct output *output)
+{
+    const char *scale = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__ ? "-1.0" : "1.0";
+    size_t row = (size_t)canvas->width * 3;
+    char *header = format_text("PF\n%u %u\n%s\n", canvas->width, canvas->height, scale);
+    output_put(output, header, strlen(header));
+    free(header);
+    for (uint32_t y = canvas->height; y-- > 0;)
+        output_put(output, canvas->rgb + y * row, row * sizeof *canvas->rgb);
+}
+
+static void encode(enum format format, const struct canvas *canvas, struct output *output)
+{
+    if (format == FORMAT_PNG)
+        png_encode(canvas, output_sink, output);
+    else if (format == FORMAT_HDR)
+        hdr_encode(canvas, output_sink, output);
+    else
+        pfm_encode(canvas, output);
+}
+
+bool image_write(const char *path, const struct canvas *canvas)
+{
+    enum format format = image_format(path);
+    if (format == FORMAT_NONE) {
+        user_error(path, 0,
+                   "unknown kind of picture, expected a name that ends in .png, .hdr or .pfm");
+        return false;
+    }
+    if (!image_size_writable(path, canvas->width, canvas->height)) return false;
+    struct output output;
+    output_open(&output, path);
+    if (!output.error) encode(format, canvas, &output);
+    int error = output_close(&output);
+    return error ? cannot_write(path, "output.image", error) : true;
+}
+
+bool text_write(const char *path, const char *text, size_t bytes)
+{
+    struct output output;
+    output_open(&output, path);
+    output_put(&output, text, bytes);
+    int error = output_close(&output);
+    return error ? cannot_write(path, "output.report", error) : true;
+}
+
+/* Writes a block beside target and removes it; errno of what failed, or 0. */
+static int try_folder(const char *target)
+{
+    static const char block[4096]; /* what most file systems reserve at a time */
+    char *temporary = temporary_name(target);
+    int descriptor = create_temporary(temporary), error = 0;
+    if (descriptor < 0) {
+        error = errno;
+    } else {
+        if (write(descriptor, block, sizeof block) != (ssize_t)sizeof block || fsync(descriptor))
+            error = errno ? errno : ENOSPC;
+        if (close(descriptor) && !error) error = errno;
+        unlink(temporary);
+    }
+    free(temporary);
+    return error;
+}
+
+static bool folder_writable(const char *path, const char *key)
+{
+    char *target = follow_links(path);
+    if (!target) return cannot_write(path, key, ELOOP);
+    int error = try_folder(target);
+    if (error == ENOENT)
+        user_error(path, 0,
+                   "the folder %.*s does not exist, make it or choose another place with %s=FILE",
+                   (int)folder_length(target), target, key);
+    else if (error == EACCES || error == EROFS)
+        user_error(path, 0,
+                   "the folder cannot be written to (%s), choose another place with %s=FILE",
+                   strerror(error), key);
+    else if (error)
+        cannot_write(path, key, error);
+    free(target);
+    return error == 0;
+}
+
+/* What stands at path already: neither a folder nor a disk, and open to us. */
+static bool old_file_writable(const char *path, const char *key, mode_t mode)
+{
+    if (!S_ISREG(mode) && !S_ISCHR(mode) && !S_ISFIFO(mode)) {
+        user_error(path, 0, "is a %s, expected a file name in %s=FILE",
+                   S_ISDIR(mode) ? "folder" : "device", key);
+        return false;
+    }
+    return access(path, W_OK) == 0 || cannot_write(path, key, errno);
+}
+
+bool output_writable(const char *path, const char *key)
+{
+    struct stat old;
+    size_t length = strlen(path);
+    if (length == 0) {
+        user_error(NULL, 0, "%s is empty, expected a file name", key);
+        return false;
+    }
+    if (is_stdout(path))
+        return fcntl(STDOUT_FILENO, F_GETFL) >= 0 || cannot_write(path, key, errno);
+    if (stat(path, &old) == 0) {
+        if (!old_file_writable(path, key, old.st_mode)) return false;
+        return S_ISREG(old.st_mode) ? folder_writable(path, key) : true;
+    }
+    if (errno != ENOENT) return cannot_write(path, key, errno);
+    if (path[length - 1] == '/') {
+        user_error(path, 0, "is the name of a folder, expected a file name in %s=FILE", key);
+        return false;
+    }
+    return folder_writable(path, key);
+}

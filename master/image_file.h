@@ -1,0 +1,40 @@
+/*
+ * Pictures as files, by extension in any case:
+ *   .png  8 bit; values rounded to v * 255, clamped to 0..255; NaN becomes 0
+ *   .hdr  Radiance RGBE, shared exponent; clamped to 0..2^127, NaN becomes 0
+ *   .pfm  32-bit float, exact
+ *
+ * A file appears whole or not at all: it is written under a temporary name beside its place, synced
+ * and renamed. A symbolic link stays and what it points at is replaced; a file that is replaced
+ * hands its permissions on. What is no regular file (/dev/stdout, a FIFO) is written to directly.
+ * Messages go through common/message.h.
+ */
+#ifndef FARM_MASTER_IMAGE_FILE_H
+#define FARM_MASTER_IMAGE_FILE_H
+
+#include "master/canvas.h"
+
+/* Whether the extension is one that image_write() knows. */
+bool image_extension_known(const char *path);
+
+/*
+ * Whether path's format holds a picture of this size (.png: 2^30 bytes of rows; .hdr: 2^31 - 1
+ * values), tried before rendering. On failure says why and returns false.
+ */
+bool image_size_writable(const char *path, uint32_t width, uint32_t height);
+
+/*
+ * Whether a file could be put at path, tried before rendering: the folder exists and can be written
+ * to, path is no folder, a file that stands there is writable. Leaves nothing behind and does not
+ * touch what stands there. key ("output.image") is named in the message. On failure says why
+ * (user_error) and returns false.
+ */
+bool output_writable(const char *path, const char *key);
+
+/* false, after saying why (disk full, ...), when the picture could not be written. */
+bool image_write(const char *path, const struct canvas *canvas);
+
+/* The same way of writing for text, such as the report. */
+bool text_write(const char *path, const char *text, size_t bytes);
+
+#endif

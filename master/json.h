@@ -1,0 +1,40 @@
+/*
+ * Writing JSON (RFC 8259) as text in memory. Containers are opened and closed in pairs; key is NULL
+ * inside an array and at the top. Memory that runs out ends the job.
+ */
+#ifndef FARM_MASTER_JSON_H
+#define FARM_MASTER_JSON_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+struct json {
+    FILE *file; /* a stream into text */
+    char *text;
+    size_t bytes;
+    unsigned depth;        /* containers that are open */
+    unsigned inline_depth; /* from this depth on, all stands on one line; 0: nowhere */
+    bool follows;          /* something precedes in the same container */
+};
+
+void json_begin(struct json *json);
+
+/* The finished text, a newline at its end, that the caller frees. */
+char *json_end(struct json *json);
+
+void json_open(struct json *json, const char *key, char bracket);        /* '{' or '[' */
+void json_open_inline(struct json *json, const char *key, char bracket); /* on a single line */
+void json_close(struct json *json, char bracket);                        /* '}' or ']' */
+
+/* Bytes that are not UTF-8 become U+FFFD. */
+void json_string(struct json *json, const char *key, const char *value);
+void json_count(struct json *json, const char *key, uint64_t value);
+
+/* The shortest text that reads back as value; null when it is infinite or NaN. */
+void json_number(struct json *json, const char *key, double value);
+
+/* To the microsecond; null when it is infinite or NaN. */
+void json_seconds(struct json *json, const char *key, double seconds);
+
+#endif

@@ -1,0 +1,456 @@
+/*
+ * CONFIG and overrides into a job. A scene file given as CONFIG is treated as an INI file of one
+ * section that names it.
+ */
+#include "master/load.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+#include "common/number.h"
+#include "master/framing.h"
+#include "master/image_file.h"
+#include "master/loader.h"
+#include "master/nearest_name.h"
+#include "master/print_job.h"
+#include "master/scene_sections.h"
+#include "master/sections.h"
+#include "master/text_file.h"
+
+static const double pi = 3.14159265358979323846;
+
+/* ---- the loader's memory ---- */
+
+size_t setting_index(const char *section, const char *name)
+{
+    size_t i = 0;
+    while (strcmp(settings_keys[i].section, section) != 0 ||
+           strcmp(settings_keys[i].name, name) != 0)
+        if (++i == SETTINGS_KEYS) fatal("no setting is called %s.%s", section, name);
+    return i;
+}
+
+const struct origin *setting_origin(const struct loader *loader, const char *section,
+                                    const char *name)
+{
+    return &loader->origins[setting_index(section, name)];
+}
+
+static bool is_set(const struct loader *loader, const char *section, const char *name)
+{
+    return setting_origin(loader, section, name)->file != NULL;
+}
+
+const char *keep_path(struct loader *loader, const char *path)
+{
+    loader->paths = reallocate(loader->paths, loader->path_count + 1, sizeof *loader->paths);
+    return loader->paths[loader->path_count++] = copy_text(path);
+}
+
+static void loader_free(struct loader *loader)
+{
+    for (size_t i = 0; i < loader->path_count; i++)
+        free(loader->paths[i]);
+    free(loader->paths);
+}
+
+/* ---- settings ---- */
+
+bool is_settings_section(const char *kind)
+{
+    for (size_t i = 0; i < SETTINGS_KEYS; i++)
+        if (strcmp(settings_keys[i].section, kind) == 0) return true;
+    return false;
+}
+
+/* The keys of a section stand together in the table. */
+static const struct key *settings_of(const char *kind, size_t *count)
+{
+    size_t first = 0;
+    while (strcmp(settings_keys[first].section, kind) != 0)
+        first++;
+    size_t end = first;
+    while (end < SETTINGS_KEYS && strcmp(settings_keys[end].section, kind) == 0)
+        end++;
+    *count = end - first;
+    return &settings_keys[first];
+}
+
+static bool set_setting(struct loader *loader, const struct ini_section *section,
+                        const struct ini_entry *entry)
+{
+    size_t count;
+    const struct key *keys = settings_of(section->kind, &count);
+    const struct key *key = find_key(keys, count, entry->key);
+    if (!key) {
+        refuse_key(section, entry, keys, count);
+        return false;
+    }
+    struct ini_entry local = *entry;
+    bool is_path = key->type == VALUE_TEXT && *entry->value;
+    if (is_path) local.value = path_in(entry->folder, entry->value);
+    bool good = read_entry(section, &local, key, loader->settings);
+    if (is_path) free(local.value);
+    if (!good) return false;
+    loader->origins[key - settings_keys] = (struct origin){entry->file, entry->line};
+    if (strcmp(section->kind, "background") == 0) loader->background_set = true;
+    return true;
+}
+
+static bool read_settings_section(struct loader *loader, const struct ini *ini,
+                                  const struct ini_section *section)
+{
+    if (*section->name) {
+        user_error(ini->file, section->line, "[%s] takes no name, expected [%s]", section->kind,
+                   section->kind);
+        return false;
+    }
+    for (size_t i = 0; i < section->count; i++)
+        if (!set_setting(loader, section, &section->entries[i])) return false;
+    if (strcmp(section->kind, "background") != 0 || !ini_entry(section, "color")) return true;
+    if (!ini_entry(section, "bottom") && !ini_entry(section, "top")) return true;
+    struct ini_place place = place_of(ini, section, "color");
+    user_error(place.file, place.line,
+               "[background] has a color as well as bottom or top, expected one or the other");
+    return false;
+}
+
+static bool read_settings(struct loader *loader, const struct ini *ini)
+{
+    bool seen[SETTINGS_KEYS] = {false};
+    for (size_t i = 0; i < ini->count; i++) {
+        const struct ini_section *section = &ini->sections[i];
+        if (!is_settings_section(section->kind)) continue;
+        size_t count;
+        size_t which = (size_t)(settings_of(section->kind, &count) - settings_keys);
+        if (seen[which]) {
+            user_error(ini->file, section->line, "a second [%s], expected one", section->kind);
+            return false;
+        }
+        seen[which] = true;
+        if (!read_settings_section(loader, ini, section)) return false;
+    }
+    return true;
+}
+
+/* ---- overrides ---- */
+
+/* "material glass.ior=1.3" taken apart; the pieces point into one copy. */
+struct override {
+    const char *argument;
+    char *copy;
+    char *kind, *name, *key, *value;
+};
+
+static char *trim(char *text)
+{
+    text += strspn(text, " \t");
+    size_t length = strlen(text);
+    while (length && strchr(" \t", text[length - 1]))
+        text[--length] = '\0';
+    return text;
+}
+
+static bool take_apart(const char *argument, struct override *override)
+{
+    *override = (struct override){.argument = argument, .copy = copy_text(argument)};
+    char *equals = strchr(override->copy, '=');
+    if (equals) *equals = '\0';
+    char *dot = equals ? strrchr(override->copy, '.') : NULL;
+    if (dot) {
+        *dot = '\0';
+        override->value = trim(equals + 1);
+        override->key = trim(dot + 1);
+        override->kind = trim(override->copy);
+        size_t length = strcspn(override->kind, " \t");
+        override->name = trim(override->kind + length);
+        override->kind[length] = '\0';
+        if (*override->key && *override->kind) return true;
+    }
+    user_error(argument, 0, "is no setting, expected SECTION.KEY=VALUE");
+    free(override->copy);
+    return false;
+}
+
+static bool refuse_override_section(const struct override *override)
+{
+    struct nearest_name search = {.name = override->kind};
+    for (size_t i = 0; i < SETTINGS_KEYS; i++)
+        nearest_name_try(&search, settings_keys[i].section);
+    for (size_t i = 0; scene_section_kind(i); i++)
+        nearest_name_try(&search, scene_section_kind(i)->name);
+    char *hint = search.best ? nearest_name_hint(&search)
+                             : copy_text(", expected one that 'farm --help' lists");
+    user_error(override->argument, 0, "unknown section '%s'%s", override->kind, hint);
+    free(hint);
+    return false;
+}
+
+/* The one section that an override names. */
+static struct ini_section *overridden_section(const struct ini *ini,
+                                              const struct override *override)
+{
+    struct nearest_name search = {.name = override->name};
+    struct ini_section *found = NULL;
+    size_t matches = 0;
+    for (size_t i = 0; i < ini->count; i++) {
+        struct ini_section *section = &ini->sections[i];
+        if (strcmp(section->kind, override->kind) != 0) continue;
+        nearest_name_try(&search, section->name);
+        if (strcmp(section->name, override->name) != 0) continue;
+        found = section;
+        matches++;
+    }
+    if (matches == 1) return found;
+    if (matches > 1) {
+        user_error(override->argument, 0,
+                   "there are %zu sections [%s], expected one that has a name", matches,
+                   override->kind);
+        return NULL;
+    }
+    char *hint = nearest_name_hint(&search);
+    user_error(override->argument, 0, "%s has no section [%s%s%s]%s", ini->file, override->kind,
+               *override->name ? " " : "", override->name, hint);
+    free(hint);
+    return NULL;
+}
+
+static bool apply(struct loader *loader, struct ini *ini, const struct override *override)
+{
+    struct ini_entry entry = {
+        .key = override->key, .value = override->value, .file = override->argument, .folder = ""};
+    if (is_settings_section(override->kind) && !*override->name) {
+        struct ini_section section = {.kind = override->kind, .name = override->name};
+        return set_setting(loader, &section, &entry);
+    }
+    if (!is_scene_section(override->kind)) return refuse_override_section(override);
+    struct ini_section *section = overridden_section(ini, override);
+    if (!section) return false;
+    ini_set(section, override->key, override->value, &entry);
+    return true;
+}
+
+static bool apply_overrides(struct loader *loader, struct ini *ini, char *const *overrides,
+                            size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        struct override override;
+        if (!take_apart(overrides[i], &override)) return false;
+        bool good = apply(loader, ini, &override);
+        free(override.copy);
+        if (!good) return false;
+    }
+    return true;
+}
+
+/* ---- checks of what belongs together ---- */
+
+/* Complains where the setting was made; config where it was not made at all. */
+static bool refuse_setting(const struct loader *loader, const char *config, const char *section,
+                           const char *name, const char *text)
+{
+    const struct origin *origin = setting_origin(loader, section, name);
+    user_error(origin->file ? origin->file : config, origin->line, "%s", text);
+    return false;
+}
+
+static bool picture_good(const struct loader *loader, const char *config)
+{
+    const struct settings *s = loader->settings;
+    const uint32_t *region = s->image.region;
+    if ((uint64_t)s->image.width * s->image.height > PICTURE_MAX_PIXELS)
+        return refuse_setting(loader, config, "image",
+                              is_set(loader, "image", "width") ? "width" : "height",
+                              "the picture is too large, expected width x height <= 2^28");
+    if (!region[2]) return true;
+    if (region[0] >= s->image.width || region[2] > s->image.width - region[0] ||
+        region[1] >= s->image.height || region[3] > s->image.height - region[1]) {
+        char *text = format_text("region = %u %u %u %u reaches out of the picture, expected a part "
+                                 "of %u x %u pixels",
+                                 region[0], region[1], region[2], region[3], s->image.width,
+                                 s->image.height);
+        refuse_setting(loader, config, "image", "region", text);
+        free(text);
+        return false;
+    }
+    return true;
+}
+
+/*
+ * Below this sine of the angle between view and up, rounding (a few units of DBL_EPSILON in a cross
+ * product of unit vectors) would decide more than a thousandth of the picture's direction.
+ */
+#define PARALLEL (4096 * DBL_EPSILON)
+
+static bool camera_good(const struct loader *loader, const char *config)
+{
+    const struct settings *s = loader->settings;
+    struct vec3 view = vec_sub(s->camera.look_at, s->camera.eye), up = s->camera.up;
+    if (!vec_is_finite(s->camera.eye) || !vec_is_finite(view))
+        return refuse_setting(loader, config, "camera", "eye",
+                              "eye and look_at are too far apart, expected a finite distance");
+    if (vec_is_zero(view))
+        return refuse_setting(loader, config, "camera",
+                              is_set(loader, "camera", "eye") ? "eye" : "look_at",
+                              "eye and look_at are the same point, expected two different ones");
+    if (vec_is_zero(up))
+        return refuse_setting(loader, config, "camera", "up", "up is zero, expected a direction");
+    if (vec_length(vec_cross(vec_normalize(view), vec_normalize(up))) < PARALLEL)
+        return refuse_setting(loader, config, "camera",
+                              is_set(loader, "camera", "up") ? "up" : "eye",
+                              "up lies along the direction of view, expected another direction");
+    return true;
+}
+
+static bool output_good(const struct loader *loader, const char *config)
+{
+    const char *image = loader->settings->output.image;
+    if (!*image)
+        return refuse_setting(loader, config, "output", "image",
+                              "image is empty, expected the name of a file");
+    if (!image_extension_known(image))
+        return refuse_setting(loader, config, "output", "image",
+                              "image has an unknown extension, expected .png, .hdr or .pfm");
+    return true;
+}
+
+static void name_outputs(struct settings *settings, const char *config)
+{
+    char *stem = path_stem(config);
+    if (!settings->output.image) settings->output.image = format_text("%s.png", stem);
+    if (!settings->output.report) settings->output.report = format_text("%s.json", stem);
+    free(stem);
+}
+
+/* ---- the job ---- */
+
+/* CONFIG as a document; a scene file becomes a section that names it. */
+static bool read_config(const char *path, struct ini *ini)
+{
+    bool is_obj = path_has_extension(path, ".obj");
+    if (path_has_extension(path, ".ini")) return ini_load(path, ini);
+    if (!is_obj && !path_has_extension(path, ".nff")) {
+        user_error(path, 0, "has an unknown extension, expected .ini, .nff or .obj");
+        return false;
+    }
+    ini_create(path, ini);
+    struct ini_section *section = ini_add_section(ini, is_obj ? "mesh" : "include", "scene", 0);
+    struct ini_entry origin = {.file = ini->file, .folder = ""};
+    ini_set(section, "file", path, &origin);
+    if (is_obj) ini_set(section, "smooth", "yes", &origin);
+    return true;
+}
+
+/* The lights of an OBJ file, as sections so that they are printed like others. */
+static void add_lights(struct loader *loader, struct ini *ini)
+{
+    static const char *const names[2] = {"key", "fill"};
+    struct light lights[2];
+    shoulder_lights(loader->settings, lights);
+    struct ini_entry origin = {.file = ini->file, .folder = ""};
+    for (int i = 0; i < 2; i++) {
+        struct ini_section *section = ini_add_section(ini, "light", names[i], 0);
+        char *position = format_vector(lights[i].position), *color = format_vector(lights[i].color);
+        ini_set(section, "position", position, &origin);
+        ini_set(section, "color", color, &origin);
+        free(position);
+        free(color);
+        builder_add_light(loader->builder, &lights[i]);
+    }
+}
+
+static bool load_scene(struct loader *loader, const struct ini *ini)
+{
+    /* A document that stands for a scene file is no file that could be included again. */
+    bool is_file = path_has_extension(ini->file, ".ini");
+    struct part part = {.loader = loader,
+                        .path = ini->file,
+                        .real_path = is_file ? path_absolute(ini->file) : copy_text(""),
+                        .placement = placement_identity};
+    bool good = load_scene_sections(&part, ini);
+    part_free(&part);
+    return good;
+}
+
+static bool load_document(struct loader *loader, struct ini *ini, char *const *overrides,
+                          size_t count)
+{
+    const char *config = ini->file;
+    struct settings *settings = loader->settings;
+    if (!read_settings(loader, ini) || !apply_overrides(loader, ini, overrides, count) ||
+        !load_scene(loader, ini))
+        return false;
+    frame_scene(loader->builder, settings, is_set(loader, "camera", "eye"),
+                is_set(loader, "camera", "look_at"));
+    name_outputs(settings, config);
+    if (!picture_good(loader, config) || !camera_good(loader, config) ||
+        !output_good(loader, config))
+        return false;
+    if (path_has_extension(config, ".obj"))
+        add_lights(loader, ini);
+    else if (!builder_light_count(loader->builder))
+        user_warning(config, 0, "the scene has no light, expected at least one [light]");
+    return true;
+}
+
+bool load_job(const char *path, char *const *overrides, size_t count, struct job *job)
+{
+    struct ini ini;
+    if (!read_config(path, &ini)) return false;
+    *job = (struct job){.builder = builder_create()};
+    settings_init(&job->settings);
+    struct loader loader = {.builder = job->builder, .settings = &job->settings};
+    bool good = load_document(&loader, &ini, overrides, count);
+    if (good) job->print = print_job(&job->settings, &ini);
+    loader_free(&loader);
+    ini_free(&ini);
+    if (!good) job_free(job);
+    return good;
+}
+
+void job_free(struct job *job)
+{
+    settings_free(&job->settings);
+    builder_destroy(job->builder);
+    free(job->print);
+    *job = (struct job){0};
+}
+
+/* ---- the view ---- */
+
+static struct camera camera_of(const struct settings *settings)
+{
+    struct camera camera = {.eye = settings->camera.eye};
+    double half_height = tan(settings->camera.fov * (pi / 360));
+    camera.forward = vec_normalize(vec_sub(settings->camera.look_at, settings->camera.eye));
+    struct vec3 up = vec_normalize(settings->camera.up);
+    struct vec3 right = vec_normalize(vec_cross(camera.forward, up));
+    camera.right = vec_scale(right, half_height);
+    camera.down = vec_scale(vec_normalize(vec_cross(camera.forward, right)), half_height);
+    return camera;
+}
+
+struct view settings_view(const struct settings *settings)
+{
+    const uint32_t *region = settings->image.region;
+    struct view view = {
+        .camera = camera_of(settings),
+        .background_bottom = settings->background.bottom,
+        .background_top = settings->background.top,
+        .background_up = vec_normalize(settings->camera.up),
+        .cutoff = settings->render.cutoff,
+        .width = settings->image.width,
+        .height = settings->image.height,
+        .region_x = region[0],
+        .region_y = region[1],
+        .region_w = region[2] ? region[2] : settings->image.width,
+        .region_h = region[2] ? region[3] : settings->image.height,
+        .max_depth = settings->render.max_depth,
+        .shadows = settings->render.shadows,
+        .samples = settings->sampling.samples,
+    };
+    return view;
+}

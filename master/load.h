@@ -1,0 +1,47 @@
+/*
+ * From files to settings and a scene under construction. Only rank 0 calls these.
+ *
+ * All return false after they have said why in one line (common/message.h). Paths inside a file are
+ * relative to that file. Units and conventions: common/scene.h.
+ */
+#ifndef FARM_MASTER_LOAD_H
+#define FARM_MASTER_LOAD_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdio.h>
+
+#include "common/settings.h"
+#include "master/builder.h"
+
+/* Where an included part of a scene is put: p -> translate + scale * (rotation p). */
+struct placement {
+    double rotation[3][3]; /* orthonormal, right-handed */
+    double scale;          /* > 0 */
+    struct vec3 translate;
+};
+
+extern const struct placement placement_identity;
+
+/* Everything that a run needs to know. */
+struct job {
+    struct settings settings;
+    struct builder *builder;
+    char *print; /* the text of --print-config: all settings in effect and the scene's sections */
+};
+
+/*
+ * Loads CONFIG (by extension .ini, .nff, .obj; anything else is refused) and applies the overrides
+ * "section.key=value" in their order. Checks what can be checked without rendering, camera and
+ * region included. On success the caller owns *job and frees it with job_free().
+ */
+bool load_job(const char *path, char *const *overrides, size_t count, struct job *job);
+void job_free(struct job *job);
+
+/* For --help: the sections that make up a scene and their keys, with ranges and defaults. */
+void print_scene_keys(FILE *out);
+
+/* The view for the scene block; settings as checked by load_job(). */
+struct view settings_view(const struct settings *settings);
+
+#endif

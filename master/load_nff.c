@@ -1,0 +1,414 @@
+/*
+ * Eric Haines' Neutral File Format ("A Proposal for Standard Graphics Environments", IEEE CG&A
+ * 7(11), 1987). Each statement has a function below; a statement's name is the first word of its
+ * line.
+ *
+ * What is our choice: Ks is the highlight's and the mirror's share, ambient light is 0, lights
+ * without a colour share white light as 1/sqrt(their number in the file), the near plane (hither)
+ * is not a limit for rays and has no effect.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+#include "master/loader.h"
+#include "master/placement.h"
+#include "master/scan.h"
+#include "master/text_file.h"
+#include "master/triangulate.h"
+
+static const double pi = 3.14159265358979323846;
+
+struct nff_light {
+    struct light light;
+    bool colored;
+};
+
+struct nff {
+    const struct part *part;
+    struct loader *loader;
+    struct builder *builder;
+    struct scan scan;
+    const char *path; /* kept as long as the loader */
+
+    bool has_view, has_background;
+    struct vec3 from, at, up;
+    double angle; /* degrees, between the centres of the first and the last row of pixels */
+    long view_line;
+    unsigned seen; /* bits of enum view_field */
+    uint32_t resolution[2];
+    struct vec3 background;
+
+    bool has_material, told_gain, told_inside;
+    uint32_t material;
+
+    struct nff_light *lights;
+    size_t light_count;
+
+    struct vec3 *corners, *normals; /* of the polygon being read */
+    uint32_t *vertex_index, *normal_index;
+    uint32_t corner_room;
+    struct triangulation triangulation;
+};
+
+enum view_field { FROM = 1, AT = 2, UP = 4, ANGLE = 8, RESOLUTION = 16 };
+
+static bool refuse(const struct nff *nff, const char *text)
+{
+    user_error(nff->path, nff->scan.line, "%s", text);
+    return false;
+}
+
+/* Tells of a builder's complaint, if it is one. */
+static bool accept(const struct nff *nff, const char *why)
+{
+    return !why || refuse(nff, why);
+}
+
+/* After the numbers of a statement: was it good, and is the line at its end? */
+static bool complete(struct nff *nff, bool good, const char *expected)
+{
+    return (good && scan_at_end(&nff->scan)) || refuse(nff, expected);
+}
+
+/* ---- the view ---- */
+
+static bool read_view(struct nff *nff)
+{
+    if (nff->has_view) return refuse(nff, "a second view, expected one");
+    nff->has_view = true;
+    nff->view_line = nff->scan.line;
+    return complete(nff, true, "text after 'v', expected the view on the lines after it");
+}
+
+static bool in_view(struct nff *nff, unsigned field)
+{
+    if (!nff->has_view) return refuse(nff, "a line of a view without 'v', expected 'v' before it");
+    if (nff->seen & field) return refuse(nff, "a part of the view twice, expected it once");
+    nff->seen |= field;
+    return true;
+}
+
+static bool read_from(struct nff *nff)
+{
+    return in_view(nff, FROM) &&
+           complete(nff, scan_vector(&nff->scan, &nff->from), "'from' needs three numbers");
+}
+
+static bool read_at(struct nff *nff)
+{
+    return in_view(nff, AT) &&
+           complete(nff, scan_vector(&nff->scan, &nff->at), "'at' needs three numbers");
+}
+
+static bool read_up(struct nff *nff)
+{
+    return in_view(nff, UP) &&
+           complete(nff, scan_vector(&nff->scan, &nff->up), "'up' needs three numbers");
+}
+
+static bool read_angle(struct nff *nff)
+{
+    return in_view(nff, ANGLE) &&
+           complete(nff, scan_number(&nff->scan, &nff->angle) && nff->angle > 0 && nff->angle < 180,
+                    "'angle' needs a number > 0 and < 180");
+}
+
+static bool read_hither(struct nff *nff)
+{
+    double hither;
+    return in_view(nff, 0) &&
+           complete(nff, scan_number(&nff->scan, &hither), "'hither' needs a number");
+}
+
+static bool read_resolution(struct nff *nff)
+{
+    uint32_t *size = nff->resolution;
+    return in_view(nff, RESOLUTION) &&
+           complete(nff,
+                    scan_unsigned(&nff->scan, &size[0]) && scan_unsigned(&nff->scan, &size[1]) &&
+                        size[0] >= 1 && size[0] <= PICTURE_MAX_EDGE && size[1] >= 1 &&
+                        size[1] <= PICTURE_MAX_EDGE,
+                    "'resolution' needs two whole numbers from 1 to 65535");
+}
+
+static bool read_background(struct nff *nff)
+{
+    struct vec3 *color = &nff->background;
+    nff->has_background = true;
+    return complete(
+        nff, scan_vector(&nff->scan, color) && color->x >= 0 && color->y >= 0 && color->z >= 0,
+        "'b' needs a colour: three numbers >= 0");
+}
+
+/* ---- lights and materials ---- */
+
+static bool read_light(struct nff *nff)
+{
+    struct nff_light new = {.colored = false};
+    bool good = scan_vector(&nff->scan, &new.light.position);
+    if (good && !scan_at_end(&nff->scan)) {
+        new.colored = true;
+        good = scan_vector(&nff->scan, &new.light.color);
+    }
+    if (!complete(nff, good, "'l' needs a position and may have a colour: 3 or 6 numbers"))
+        return false;
+    if (new.colored &&
+        !(new.light.color.x >= 0 && new.light.color.y >= 0 && new.light.color.z >= 0))
+        return refuse(nff, "a light's colour is negative, expected three numbers >= 0");
+    if ((nff->light_count & (nff->light_count - 1)) == 0)
+        nff->lights = reallocate(nff->lights, nff->light_count ? 2 * nff->light_count : 1,
+                                 sizeof *nff->lights);
+    nff->lights[nff->light_count++] = new;
+    return true;
+}
+
+static bool read_material(struct nff *nff)
+{
+    struct material m = {.ambient = 0};
+    struct scan *scan = &nff->scan;
+    bool good = scan_vector(scan, &m.color) && scan_number(scan, &m.diffuse) &&
+                scan_number(scan, &m.specular) && scan_number(scan, &m.shininess) &&
+                scan_number(scan, &m.transmission) && scan_number(scan, &m.ior);
+    if (!complete(nff, good, "'f' needs eight numbers: R G B Kd Ks Shine T ior")) return false;
+    m.reflection = m.specular;
+    /* Files leave the index at 0 where nothing is transmitted. */
+    if (m.ior == 0 && m.transmission == 0) m.ior = 1;
+    if (m.specular > 1) return refuse(nff, "Ks is out of range, expected a number from 0 to 1");
+    if (!accept(nff, builder_add_material(nff->builder, &m, &nff->material))) return false;
+    nff->has_material = true;
+    if (!nff->told_gain) warn_of_gain(&m, nff->path, scan->line);
+    nff->told_gain |= m.reflection + m.transmission > 1;
+    return true;
+}
+
+static uint32_t current_material(struct nff *nff)
+{
+    return nff->has_material ? nff->material : default_material(nff->loader);
+}
+
+/* ---- objects ---- */
+
+static bool read_sphere(struct nff *nff)
+{
+    struct sphere sphere = {.material = current_material(nff)};
+    bool good = scan_vector(&nff->scan, &sphere.center) && scan_number(&nff->scan, &sphere.radius);
+    if (!complete(nff, good, "'s' needs a center and a radius: four numbers")) return false;
+    sphere.inside_only = sphere.radius < 0;
+    sphere.radius = fabs(sphere.radius) * nff->part->placement.scale;
+    sphere.center = place_point(&nff->part->placement, sphere.center);
+    return accept(nff, builder_add_sphere(nff->builder, &sphere));
+}
+
+/* One end of a cone, on a line of its own. */
+static bool read_cone_end(struct nff *nff, struct vec3 *point, double *radius)
+{
+    bool good = scan_next_line(&nff->scan) && scan_vector(&nff->scan, point) &&
+                scan_number(&nff->scan, radius);
+    return complete(nff, good, "'c' needs two lines more, each with a point and a radius");
+}
+
+static bool read_cone(struct nff *nff)
+{
+    struct cone cone = {.material = current_material(nff), .capped = 0};
+    if (!complete(nff, true, "text after 'c', expected base and apex on the lines after it") ||
+        !read_cone_end(nff, &cone.base, &cone.base_radius) ||
+        !read_cone_end(nff, &cone.apex, &cone.apex_radius))
+        return false;
+    if ((cone.base_radius < 0 || cone.apex_radius < 0) && !nff->told_inside) {
+        user_warning(nff->path, nff->scan.line,
+                     "a cone with a negative radius is seen from outside too");
+        nff->told_inside = true;
+    }
+    const struct placement *placement = &nff->part->placement;
+    cone.base = place_point(placement, cone.base);
+    cone.apex = place_point(placement, cone.apex);
+    cone.base_radius = fabs(cone.base_radius) * placement->scale;
+    cone.apex_radius = fabs(cone.apex_radius) * placement->scale;
+    return accept(nff, builder_add_cone(nff->builder, &cone));
+}
+
+static void make_corner_room(struct nff *nff, uint32_t corners)
+{
+    if (corners <= nff->corner_room) return;
+    nff->corner_room = corners;
+    nff->corners = reallocate(nff->corners, corners, sizeof *nff->corners);
+    nff->normals = reallocate(nff->normals, corners, sizeof *nff->normals);
+    nff->vertex_index = reallocate(nff->vertex_index, corners, sizeof *nff->vertex_index);
+    nff->normal_index = reallocate(nff->normal_index, corners, sizeof *nff->normal_index);
+}
+
+static bool read_corner(struct nff *nff, uint32_t i, bool with_normals)
+{
+    struct scan *scan = &nff->scan;
+    bool good = scan_next_line(scan) && scan_vector(scan, &nff->corners[i]) &&
+                (!with_normals || scan_vector(scan, &nff->normals[i]));
+    if (!complete(nff, good,
+                  with_normals ? "expected a corner of 'pp': a point and a normal, six numbers"
+                               : "expected a corner of 'p': three numbers"))
+        return false;
+    const struct placement *placement = &nff->part->placement;
+    nff->corners[i] = place_point(placement, nff->corners[i]);
+    if (!accept(nff, builder_add_vertex(nff->builder, nff->corners[i], &nff->vertex_index[i])))
+        return false;
+    return !with_normals ||
+           accept(nff, builder_add_normal(nff->builder, place_direction(placement, nff->normals[i]),
+                                          &nff->normal_index[i]));
+}
+
+static const char *add_face(struct nff *nff, const uint32_t corner[3], bool with_normals)
+{
+    const uint32_t *v = nff->vertex_index, *n = nff->normal_index;
+    struct triangle triangle = {{v[corner[0]], v[corner[1]], v[corner[2]]}, current_material(nff)};
+    if (!with_normals) return builder_add_triangle(nff->builder, &triangle);
+    struct patch patch = {.normal = {n[corner[0]], n[corner[1]], n[corner[2]]},
+                          .material = triangle.material};
+    memcpy(patch.vertex, triangle.vertex, sizeof patch.vertex);
+    return builder_add_patch(nff->builder, &patch);
+}
+
+static bool read_corners(struct nff *nff, bool with_normals)
+{
+    uint32_t corners;
+    /* The limit comes before any memory is asked for. */
+    bool good =
+        scan_unsigned(&nff->scan, &corners) && corners >= 3 && corners <= POLYGON_MAX_CORNERS;
+    if (!complete(nff, good, "a polygon needs its number of corners, from 3 to 20000"))
+        return false;
+    make_corner_room(nff, corners);
+    for (uint32_t i = 0; i < corners; i++)
+        if (!read_corner(nff, i, with_normals)) return false;
+    if (!accept(nff, triangulate(nff->corners, corners, &nff->triangulation))) return false;
+    for (size_t i = 0; i < nff->triangulation.count; i++)
+        if (!accept(nff, add_face(nff, nff->triangulation.triangles[i], with_normals)))
+            return false;
+    return true;
+}
+
+static bool read_polygon(struct nff *nff)
+{
+    return read_corners(nff, false);
+}
+
+static bool read_patch(struct nff *nff)
+{
+    return read_corners(nff, true);
+}
+
+/* ---- the file ---- */
+
+static const struct {
+    const char *word;
+    bool (*read)(struct nff *nff);
+} statements[] = {
+    {"p", read_polygon},     {"pp", read_patch},
+    {"s", read_sphere},      {"c", read_cone},
+    {"f", read_material},    {"l", read_light},
+    {"b", read_background},  {"v", read_view},
+    {"from", read_from},     {"at", read_at},
+    {"up", read_up},         {"angle", read_angle},
+    {"hither", read_hither}, {"resolution", read_resolution},
+};
+
+static bool read_statement(struct nff *nff)
+{
+    char word[32];
+    scan_word(&nff->scan, word, sizeof word);
+    for (size_t i = 0; i < sizeof statements / sizeof *statements; i++)
+        if (strcmp(word, statements[i].word) == 0) return statements[i].read(nff);
+    user_error(nff->path, nff->scan.line,
+               "unknown statement '%s', expected v, b, l, f, s, c, p or pp", word);
+    return false;
+}
+
+static bool add_lights(struct nff *nff)
+{
+    double share = 1 / sqrt((double)nff->light_count);
+    for (size_t i = 0; i < nff->light_count; i++) {
+        struct light light = nff->lights[i].light;
+        if (!nff->lights[i].colored) light.color = vec3(share, share, share);
+        light.position = place_point(&nff->part->placement, light.position);
+        if (!accept(nff, builder_add_light(nff->builder, &light))) return false;
+    }
+    return true;
+}
+
+/* Sets a setting that nothing has set yet; value is what the setting holds. */
+static void offer(struct nff *nff, const char *section, const char *name, const void *value,
+                  size_t size)
+{
+    size_t index = setting_index(section, name);
+    struct origin *origin = &nff->loader->origins[index];
+    if (origin->file) return;
+    memcpy((char *)nff->loader->settings + settings_keys[index].offset, value, size);
+    *origin = (struct origin){nff->path, nff->view_line};
+}
+
+/* Our fov reaches from edge to edge, half a pixel farther than the centres of the outer rows. */
+static double edge_to_edge(double angle, uint32_t height)
+{
+    if (height < 2) return angle;
+    double half = tan(angle * (pi / 360)) * ((double)height / (height - 1));
+    return atan(half) * (360 / pi);
+}
+
+static bool offer_view(struct nff *nff)
+{
+    if (!nff->has_view) return true;
+    if ((nff->seen & (FROM | AT | UP | ANGLE)) != (FROM | AT | UP | ANGLE)) {
+        user_error(nff->path, nff->view_line,
+                   "the view is not complete, expected from, at, up and angle");
+        return false;
+    }
+    const struct placement *placement = &nff->part->placement;
+    nff->from = place_point(placement, nff->from);
+    nff->at = place_point(placement, nff->at);
+    nff->up = place_direction(placement, nff->up);
+    if (nff->seen & RESOLUTION) {
+        offer(nff, "image", "width", &nff->resolution[0], sizeof nff->resolution[0]);
+        offer(nff, "image", "height", &nff->resolution[1], sizeof nff->resolution[1]);
+    }
+    double fov = edge_to_edge(nff->angle, nff->loader->settings->image.height);
+    offer(nff, "camera", "eye", &nff->from, sizeof nff->from);
+    offer(nff, "camera", "look_at", &nff->at, sizeof nff->at);
+    offer(nff, "camera", "up", &nff->up, sizeof nff->up);
+    offer(nff, "camera", "fov", &fov, sizeof fov);
+    return true;
+}
+
+/* A file with a view but without a background has a black one. */
+static void offer_background(struct nff *nff)
+{
+    if (nff->loader->background_set || !(nff->has_view || nff->has_background)) return;
+    nff->loader->settings->background.bottom = nff->background;
+    nff->loader->settings->background.top = nff->background;
+    nff->loader->background_set = true;
+}
+
+static bool read_all(struct nff *nff)
+{
+    while (scan_next_line(&nff->scan))
+        if (!read_statement(nff)) return false;
+    if (!add_lights(nff) || !offer_view(nff)) return false;
+    offer_background(nff);
+    return true;
+}
+
+bool load_nff(const struct part *part)
+{
+    struct text_file file;
+    if (!text_file_read(part->path, SCENE_MAX_BYTES, &file)) return false;
+    struct nff nff = {.part = part, .loader = part->loader, .builder = part->loader->builder};
+    nff.path = keep_path(part->loader, part->path);
+    nff.scan = scan_start(file.text, nff.path, false);
+    bool good = read_all(&nff);
+    free(nff.lights);
+    free(nff.corners);
+    free(nff.normals);
+    free(nff.vertex_index);
+    free(nff.normal_index);
+    triangulation_free(&nff.triangulation);
+    text_file_free(&file);
+    return good;
+}

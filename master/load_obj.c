@@ -1,0 +1,353 @@
+/*
+ * Wavefront OBJ meshes: v, vn, f, usemtl and mtllib; vt, o, g and s are accepted without effect,
+ * and other statements are passed over with one warning. Files can be large: they are read in
+ * place, and no memory is asked for line by line.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "common/message.h"
+#include "master/loader.h"
+#include "master/placement.h"
+#include "master/scan.h"
+#include "master/smooth.h"
+#include "master/text_file.h"
+#include "master/triangulate.h"
+
+#define NAME_SIZE 256
+#define NONE      UINT32_MAX
+
+/* What usemtl found for a name. */
+struct used_material {
+    char name[NAME_SIZE];
+    uint32_t index;
+};
+
+struct obj_corner {
+    uint32_t vertex; /* in the builder */
+    uint32_t normal; /* in the builder, NONE: none */
+};
+
+struct obj {
+    const struct part *part;
+    const struct mesh *mesh;
+    struct builder *builder;
+    struct scan scan;
+
+    uint32_t first_vertex, vertex_count; /* of this file, in the builder */
+    uint32_t *normals;                   /* of this file, in the builder; NONE: a zero normal */
+    uint32_t normal_count;
+
+    uint32_t material; /* in use */
+    struct used_material *used;
+    size_t used_count;
+    struct material_library *library;
+    bool library_missing, told_unknown;
+
+    struct obj_corner *corners; /* of the face in hand */
+    struct vec3 *points;
+    size_t corner_count, corner_room;
+    struct triangulation triangulation;
+
+    struct triangle *plain; /* faces without normals of the file */
+    size_t plain_count, plain_room;
+};
+
+static bool refuse(const struct obj *obj, const char *text)
+{
+    user_error(obj->mesh->path, obj->scan.line, "%s", text);
+    return false;
+}
+
+static bool accept(const struct obj *obj, const char *why)
+{
+    return !why || refuse(obj, why);
+}
+
+/* ---- vertices and normals ---- */
+
+static bool read_vertex(struct obj *obj)
+{
+    struct vec3 point;
+    double ignored;
+    if (!scan_vector(&obj->scan, &point)) return refuse(obj, "'v' needs three numbers");
+    /* A weight or a colour may follow. */
+    for (int i = 0; i < 4 && !scan_at_end(&obj->scan); i++)
+        if (!scan_number(&obj->scan, &ignored))
+            return refuse(obj, "'v' needs three to seven numbers");
+    if (!scan_at_end(&obj->scan)) return refuse(obj, "'v' needs three to seven numbers");
+    uint32_t index;
+    obj->vertex_count++;
+    return accept(
+        obj, builder_add_vertex(obj->builder, place_point(&obj->mesh->placement, point), &index));
+}
+
+/* Some programs write zero normals; their corners count as having none. */
+static bool read_normal(struct obj *obj)
+{
+    struct vec3 normal;
+    if (!scan_vector(&obj->scan, &normal) || !scan_at_end(&obj->scan))
+        return refuse(obj, "'vn' needs three numbers");
+    if ((obj->normal_count & (obj->normal_count - 1)) == 0)
+        obj->normals =
+            reallocate(obj->normals, obj->normal_count ? 2 * (size_t)obj->normal_count : 1,
+                       sizeof *obj->normals);
+    uint32_t *index = &obj->normals[obj->normal_count++];
+    *index = NONE;
+    if (vec_is_zero(normal) || obj->mesh->crease == 0) return true;
+    return accept(obj, builder_add_normal(obj->builder,
+                                          place_direction(&obj->mesh->placement, normal), index));
+}
+
+/* ---- faces ---- */
+
+/*
+ * An index counts from 1, or back from the latest with -1; gives it counted from 0. false when it
+ * is no whole number or names nothing that has been defined.
+ */
+static bool read_index(struct scan *scan, uint32_t count, uint32_t *index)
+{
+    const char *at = scan->at;
+    bool back = *at == '-';
+    if (back) at++;
+    uint64_t number = 0;
+    const char *digits = at;
+    for (; (unsigned char)(*at - '0') < 10; at++)
+        if (number <= UINT32_MAX) number = number * 10 + (uint64_t)(*at - '0');
+    if (at == digits || number < 1 || number > count) return false;
+    scan->at = at;
+    *index = (uint32_t)(back ? count - number : number - 1);
+    return true;
+}
+
+/* The texture's index has no meaning here, but it has to be one. */
+static bool skip_texture_index(struct scan *scan)
+{
+    if (*scan->at == '-') scan->at++;
+    const char *digits = scan->at;
+    while ((unsigned char)(*scan->at - '0') < 10)
+        scan->at++;
+    return scan->at > digits;
+}
+
+/* v, v/t, v//n or v/t/n */
+static bool read_corner(struct obj *obj, struct obj_corner *corner)
+{
+    struct scan *scan = &obj->scan;
+    uint32_t vertex, normal;
+    if (!read_index(scan, obj->vertex_count, &vertex)) return false;
+    *corner = (struct obj_corner){obj->first_vertex + vertex, NONE};
+    if (*scan->at != '/') return true;
+    scan->at++;
+    if (*scan->at != '/' && !skip_texture_index(scan)) return false;
+    if (*scan->at != '/') return true;
+    scan->at++;
+    if (!read_index(scan, obj->normal_count, &normal)) return false;
+    corner->normal = obj->normals[normal];
+    return true;
+}
+
+static void make_corner_room(struct obj *obj)
+{
+    if (obj->corner_count < obj->corner_room) return;
+    obj->corner_room = obj->corner_room ? 2 * obj->corner_room : 16;
+    obj->corners = reallocate(obj->corners, obj->corner_room, sizeof *obj->corners);
+    obj->points = reallocate(obj->points, obj->corner_room, sizeof *obj->points);
+}
+
+static bool read_corners(struct obj *obj)
+{
+    obj->corner_count = 0;
+    while (!scan_at_end(&obj->scan)) {
+        if (obj->corner_count == POLYGON_MAX_CORNERS)
+            return refuse(obj, "the face has too many corners, at most 20000 are possible");
+        make_corner_room(obj);
+        const char *start = obj->scan.at;
+        if (!read_corner(obj, &obj->corners[obj->corner_count]) ||
+            (!strchr(" \t\r\n#\\", *obj->scan.at))) {
+            char word[NAME_SIZE];
+            obj->scan.at = start;
+            scan_word(&obj->scan, word, sizeof word);
+            user_error(obj->mesh->path, obj->scan.line,
+                       "'%s' is no corner of a face, expected indices of defined vertices such as "
+                       "1, 1/2, 1//3 or 1/2/3",
+                       word);
+            return false;
+        }
+        obj->corner_count++;
+    }
+    return obj->corner_count >= 3 || refuse(obj, "'f' needs at least three corners");
+}
+
+static const char *add_plain(struct obj *obj, const struct triangle *triangle)
+{
+    if (obj->plain_count == obj->plain_room) {
+        obj->plain_room = obj->plain_room ? obj->plain_room + obj->plain_room / 2 : 256;
+        obj->plain = reallocate(obj->plain, obj->plain_room, sizeof *obj->plain);
+    }
+    obj->plain[obj->plain_count++] = *triangle;
+    return NULL;
+}
+
+static const char *add_triangle(struct obj *obj, const uint32_t index[3])
+{
+    const struct obj_corner *a = &obj->corners[index[0]], *b = &obj->corners[index[1]],
+                            *c = &obj->corners[index[2]];
+    struct triangle triangle = {{a->vertex, b->vertex, c->vertex}, obj->material};
+    if (a->normal == NONE || b->normal == NONE || c->normal == NONE)
+        return add_plain(obj, &triangle);
+    struct patch patch = {
+        {a->vertex, b->vertex, c->vertex}, {a->normal, b->normal, c->normal}, obj->material};
+    return builder_add_patch(obj->builder, &patch);
+}
+
+static bool read_face(struct obj *obj)
+{
+    static const uint32_t all[3] = {0, 1, 2};
+    if (!read_corners(obj)) return false;
+    if (obj->corner_count == 3) return accept(obj, add_triangle(obj, all));
+    for (size_t i = 0; i < obj->corner_count; i++)
+        obj->points[i] = builder_vertex(obj->builder, obj->corners[i].vertex);
+    struct triangulation *triangles = &obj->triangulation;
+    if (!accept(obj, triangulate(obj->points, obj->corner_count, triangles))) return false;
+    for (size_t i = 0; i < triangles->count; i++)
+        if (!accept(obj, add_triangle(obj, triangles->triangles[i]))) return false;
+    return true;
+}
+
+/* ---- materials ---- */
+
+/* false when there is no such file, or after a mistake in it (then *good is false). */
+static bool try_library(struct obj *obj, const char *name, bool *good)
+{
+    char *folder = path_folder(obj->mesh->path), *path = path_in(folder, name);
+    bool there = access(path, F_OK) == 0;
+    if (there) *good = material_library_read(obj->library, path);
+    free(folder);
+    free(path);
+    return there;
+}
+
+/* Names of files with blanks in them are common: the whole line is tried first, then its words. */
+static bool read_library(struct obj *obj)
+{
+    char line[4096];
+    bool good = true;
+    if (!scan_rest(&obj->scan, line, sizeof line))
+        return refuse(obj, "'mtllib' needs the name of a file");
+    if (try_library(obj, line, &good)) return good;
+    char *rest = line;
+    for (char *word; good && (word = strtok_r(rest, " \t", &rest));)
+        if (!try_library(obj, word, &good)) {
+            user_warning(obj->mesh->path, obj->scan.line, "the material file '%s' is missing",
+                         word);
+            obj->library_missing = true;
+        }
+    return good;
+}
+
+/* The [material]s of the INI file come before those of MTL files. */
+static bool look_up(struct obj *obj, const char *name, uint32_t *index)
+{
+    if (find_material(obj->part, name, index)) return true;
+    const struct material *material = material_library_find(obj->library, name);
+    if (material) return accept(obj, builder_add_material(obj->builder, material, index));
+    *index = obj->mesh->material;
+    /* A missing library has been told of already. */
+    if (!obj->library_missing)
+        user_warning(obj->mesh->path, obj->scan.line, "no material is called '%s'", name);
+    return true;
+}
+
+static bool use_material(struct obj *obj)
+{
+    char name[NAME_SIZE];
+    if (!scan_rest(&obj->scan, name, sizeof name))
+        return refuse(obj, "'usemtl' needs the name of a material");
+    for (size_t i = 0; i < obj->used_count; i++)
+        if (strcmp(obj->used[i].name, name) == 0) {
+            obj->material = obj->used[i].index;
+            return true;
+        }
+    if (!look_up(obj, name, &obj->material)) return false;
+    if ((obj->used_count & (obj->used_count - 1)) == 0)
+        obj->used =
+            reallocate(obj->used, obj->used_count ? 2 * obj->used_count : 1, sizeof *obj->used);
+    struct used_material *used = &obj->used[obj->used_count++];
+    used->index = obj->material;
+    memcpy(used->name, name, sizeof name);
+    return true;
+}
+
+/* ---- the file ---- */
+
+static bool pass_over(struct obj *obj, const char *word)
+{
+    static const char *const harmless[] = {"vt", "o", "g", "s", "vp"};
+    bool known = false;
+    for (size_t i = 0; i < sizeof harmless / sizeof *harmless; i++)
+        known |= strcmp(word, harmless[i]) == 0;
+    if (!known && !obj->told_unknown) {
+        user_warning(obj->mesh->path, obj->scan.line, "'%s' and what else is unknown is left out",
+                     word);
+        obj->told_unknown = true;
+    }
+    while (!scan_at_end(&obj->scan))
+        obj->scan.at += strcspn(obj->scan.at, " \t\r\n#");
+    return true;
+}
+
+static bool is_word(const struct obj *obj, const char *word, size_t length)
+{
+    const char *at = obj->scan.at;
+    return strncmp(at, word, length) == 0 && (at[length] == ' ' || at[length] == '\t');
+}
+
+static bool read_statement(struct obj *obj)
+{
+    /* The frequent ones first, without copying the word. */
+    if (is_word(obj, "v", 1)) return obj->scan.at += 1, read_vertex(obj);
+    if (is_word(obj, "vn", 2)) return obj->scan.at += 2, read_normal(obj);
+    if (is_word(obj, "f", 1)) return obj->scan.at += 1, read_face(obj);
+    char word[32];
+    scan_word(&obj->scan, word, sizeof word);
+    if (strcmp(word, "v") == 0) return read_vertex(obj);
+    if (strcmp(word, "vn") == 0) return read_normal(obj);
+    if (strcmp(word, "f") == 0) return read_face(obj);
+    if (strcmp(word, "usemtl") == 0) return use_material(obj);
+    if (strcmp(word, "mtllib") == 0) return read_library(obj);
+    return pass_over(obj, word);
+}
+
+static bool read_all(struct obj *obj)
+{
+    while (scan_next_line(&obj->scan))
+        if (!read_statement(obj)) return false;
+    double crease = fmax(obj->mesh->crease, 0);
+    return accept(obj, add_smooth_triangles(obj->builder, obj->plain, obj->plain_count, crease));
+}
+
+bool load_obj(const struct part *part, const struct mesh *mesh)
+{
+    struct text_file file;
+    if (!text_file_read(mesh->path, SCENE_MAX_BYTES, &file)) return false;
+    struct obj obj = {.part = part,
+                      .mesh = mesh,
+                      .builder = part->loader->builder,
+                      .material = mesh->material,
+                      .library = material_library_create(),
+                      .scan = scan_start(file.text, mesh->path, true)};
+    obj.first_vertex = builder_vertex_count(obj.builder);
+    bool good = read_all(&obj);
+    material_library_destroy(obj.library);
+    triangulation_free(&obj.triangulation);
+    free(obj.normals);
+    free(obj.used);
+    free(obj.corners);
+    free(obj.points);
+    free(obj.plain);
+    text_file_free(&file);
+    return good;
+}

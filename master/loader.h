@@ -1,0 +1,109 @@
+/*
+ * Between the loaders of the file formats: what they load into, and the parts a scene is made of.
+ * A part is a file with a placement; an included part lies in the one that includes it and sees its
+ * materials.
+ */
+#ifndef FARM_MASTER_LOADER_H
+#define FARM_MASTER_LOADER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "common/settings.h"
+#include "master/builder.h"
+#include "master/ini_source.h"
+#include "master/load.h"
+
+/* Scene files may be large, but not larger than this. */
+#define SCENE_MAX_BYTES   ((size_t)64 << 30)
+#define INCLUDE_MAX_DEPTH 16
+/* Files that include each other twice and more make their number grow with the power of the depth.
+ */
+#define INCLUDE_MAX_COUNT 65536
+
+/* Where a value was set; file NULL: nowhere, it is the default. */
+struct origin {
+    const char *file;
+    long line; /* 0 for an argument */
+};
+
+struct loader {
+    struct builder *builder;
+    struct settings *settings;
+    struct origin origins[SETTINGS_KEYS];
+    bool background_set;       /* by any of its keys, or by an NFF file */
+    bool has_default_material; /* default_material is in the builder */
+    uint32_t default_material;
+    uint32_t include_count; /* files included so far */
+    char **paths;           /* of files that origins name; owned */
+    size_t path_count;
+};
+
+struct named_material {
+    char *name; /* owned */
+    uint32_t index;
+};
+
+struct part {
+    struct loader *loader;
+    const struct part *outer; /* NULL: CONFIG itself */
+    const char *path;         /* for messages */
+    char *real_path;          /* resolved, to know a file again; owned */
+    struct placement placement;
+    struct named_material *materials; /* sorted by name; owned */
+    size_t material_count;
+};
+
+/* The index of a key in settings_keys; the key exists (asserted). */
+size_t setting_index(const char *section, const char *name);
+
+/* Where a setting was set; file NULL: nowhere. */
+const struct origin *setting_origin(const struct loader *loader, const char *section,
+                                    const char *name);
+
+/* Keeps a copy of path until the loader ends. */
+const char *keep_path(struct loader *loader, const char *path);
+
+/* For objects without a material. */
+uint32_t default_material(struct loader *loader);
+
+/* Looks in the part and those around it. */
+bool find_material(const struct part *part, const char *name, uint32_t *index);
+
+/* Tells of a material that gives off more light than it gets. */
+void warn_of_gain(const struct material *material, const char *file, long line);
+
+/* A mesh in an OBJ file. */
+struct mesh {
+    const char *path;
+    struct placement placement;
+    uint32_t material; /* where the file names none that is known */
+    double crease;     /* degrees; 0: flat always; < 0: as the file says */
+};
+#define CREASE_OF_FILE (-1.0)
+
+bool load_obj(const struct part *part, const struct mesh *mesh);
+
+/* Objects, lights, and (where nothing else sets them) view and background. */
+bool load_nff(const struct part *part);
+
+/* The scene sections of an INI document whose settings are dealt with. */
+bool load_scene_sections(struct part *part, const struct ini *ini);
+
+/* Whether an INI section of this kind is part of a scene, or holds settings. */
+bool is_scene_section(const char *kind);
+bool is_settings_section(const char *kind);
+
+/* Frees what the part owns. */
+void part_free(struct part *part);
+
+/* What an OBJ's usemtl can name. */
+struct material_library;
+struct material_library *material_library_create(void);
+void material_library_destroy(struct material_library *library);
+/* Reads an MTL file; false, after saying so, when it holds mistakes. */
+bool material_library_read(struct material_library *library, const char *path);
+const struct material *material_library_find(const struct material_library *library,
+                                             const char *name);
+
+#endif

@@ -1,0 +1,349 @@
+/*
+ * farm: the program. Rank 0 reads the scene and serves the work queue (master/), every rank renders
+ * (worker/); this file alone knows both sides and starts either.
+ */
+#include <errno.h>
+#include <mpi.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/clock.h"
+#include "common/message.h"
+#include "master/image_file.h"
+#include "master/load.h"
+#include "master/options.h"
+#include "master/report.h"
+#include "master/serve.h"
+#include "worker/render.h"
+#include "worker/work.h"
+
+enum { STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_INPUT = 2 };
+
+/* What rank 0 carries through the run. */
+struct run {
+    struct options options;
+    struct job job;
+    struct queue *queue;
+    struct canvas canvas;
+    struct renderer_stats *stats;
+    struct report report;
+    double start;
+    int processes;
+    uint32_t renderers;
+};
+
+static volatile sig_atomic_t stop_signal;
+
+/* The first signal asks for an orderly end, the second one (default action restored) ends at once.
+ */
+static void note_signal(int number)
+{
+    stop_signal = number;
+}
+
+/* Only rank 0 acts on a signal: mpiexec passes it to all ranks, and the others are told to stop. */
+static void install_signals(int rank)
+{
+    struct sigaction action = {.sa_flags = (int)(SA_RESETHAND | SA_RESTART)};
+    action.sa_handler = rank == 0 ? note_signal : SIG_IGN;
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+    /* A reader that goes away or a file grown to its limit is an error of writing, told as such. */
+    action.sa_handler = SIG_IGN;
+    sigaction(SIGPIPE, &action, NULL);
+    sigaction(SIGXFSZ, &action, NULL);
+}
+
+static void end_job(int status)
+{
+    MPI_Abort(MPI_COMM_WORLD, status);
+}
+
+/* Whether what was printed reached its reader; says so otherwise. */
+static int close_output(void)
+{
+    if (fflush(stdout) == 0 && !ferror(stdout)) return STATUS_DONE;
+    user_error(NULL, 0, "cannot write to standard output: %s", strerror(errno));
+    return STATUS_FAILED;
+}
+
+/* ---- before rendering ---- */
+
+static const char *schedule_unfit(const struct run *run)
+{
+    if (run->renderers == 0)
+        return "nobody would render: with farm.master_renders = no, start at least 2 processes";
+    return NULL;
+}
+
+static uint32_t tile_edge(const struct settings *settings, const struct view *view,
+                          uint32_t renderers)
+{
+    if (settings->farm.tile) return settings->farm.tile;
+    return queue_auto_edge(view->region_w, view->region_h, renderers);
+}
+
+static bool make_queue(struct run *run, const struct view *view)
+{
+    const struct settings *settings = &run->job.settings;
+    run->renderers = (uint32_t)run->processes - (settings->farm.master_renders ? 0 : 1);
+    const char *unfit = schedule_unfit(run);
+    if (unfit) {
+        user_error(NULL, 0, "%s", unfit);
+        return false;
+    }
+    struct queue_config config = {.schedule = settings->farm.schedule,
+                                  .width = view->region_w,
+                                  .height = view->region_h,
+                                  .renderers = run->renderers,
+                                  .tile_edge = tile_edge(settings, view, run->renderers)};
+    run->queue = queue_create(&config);
+    if (run->queue) {
+        run->report.tile_edge = config.schedule == SCHEDULE_DYNAMIC ? config.tile_edge : 0;
+        return true;
+    }
+    user_error(NULL, 0,
+               "the picture falls into more than %u tiles, expected fewer: a larger farm.tile",
+               QUEUE_MAX_TILES);
+    return false;
+}
+
+/* An empty name asks for no report. */
+static bool wants_report(const struct settings *settings)
+{
+    return settings->output.report[0] != '\0';
+}
+
+static bool outputs_writable(const struct settings *settings, const struct view *view)
+{
+    if (!output_writable(settings->output.image, "output.image")) return false;
+    if (!image_size_writable(settings->output.image, view->region_w, view->region_h)) return false;
+    return !wants_report(settings) || output_writable(settings->output.report, "output.report");
+}
+
+static void describe_scene(struct report *report, const struct scene *scene)
+{
+    report->primitives = scene_primitive_count(scene);
+    report->triangles =
+        scene->primitives[PRIMITIVE_TRIANGLE].count + scene->primitives[PRIMITIVE_PATCH].count;
+    report->lights = scene->lights.count;
+    report->scene_bytes = scene->bytes;
+    report->features = scene_features(scene);
+    report->image_width = scene->view.region_w;
+    report->image_height = scene->view.region_h;
+}
+
+static int print_check(const struct run *run)
+{
+    const struct report *report = &run->report;
+    printf("%s: all right: %llu primitives (%llu triangles), %llu lights, %u x %u pixels\n",
+           run->options.config, (unsigned long long)report->primitives,
+           (unsigned long long)report->triangles, (unsigned long long)report->lights,
+           report->image_width, report->image_height);
+    return close_output();
+}
+
+/*
+ * Everything that can go wrong because of the input, before any process starts to render. Returns
+ * the exit status, or -1 to go on with *block.
+ */
+static int prepare(struct run *run, struct scene **block)
+{
+    double start = clock_wall();
+    const struct options *options = &run->options;
+    if (!load_job(options->config, options->overrides, options->override_count, &run->job))
+        return STATUS_INPUT;
+    if (options->action == ACTION_PRINT_CONFIG) {
+        fputs(run->job.print, stdout);
+        return close_output();
+    }
+    struct view view = settings_view(&run->job.settings);
+    if (!make_queue(run, &view)) return STATUS_INPUT;
+    if (options->action != ACTION_CHECK && !outputs_writable(&run->job.settings, &view))
+        return STATUS_INPUT;
+    *block = builder_finish(run->job.builder, &view);
+    describe_scene(&run->report, *block);
+    run->report.time.load = clock_wall() - start;
+    if (options->action != ACTION_CHECK) return -1;
+    free(*block);
+    return print_check(run);
+}
+
+/* ---- after rendering ---- */
+
+static int write_outputs(struct run *run)
+{
+    const struct settings *settings = &run->job.settings;
+    struct report *report = &run->report;
+    double start = clock_wall();
+    if (!image_write(settings->output.image, &run->canvas)) return STATUS_FAILED;
+    report->time.write = clock_wall() - start;
+    report->time.total = clock_wall() - run->start;
+    if (!wants_report(settings)) return STATUS_DONE;
+    char *text = report_json(report);
+    bool written = text_write(settings->output.report, text, strlen(text));
+    free(text);
+    return written ? STATUS_DONE : STATUS_FAILED;
+}
+
+static int conclude(struct run *run)
+{
+    const struct settings *settings = &run->job.settings;
+    int status = write_outputs(run);
+    if (status != STATUS_DONE) return status;
+    int columns = terminal_columns(stderr);
+    report_table(stdout, &run->report, columns);
+    if (wants_report(settings)) printf("report  %s\n", settings->output.report);
+    return close_output();
+}
+
+static int report_stop(const struct run *run)
+{
+    user_error(NULL, 0, "stopped by %s at %.0f %% of the tiles: no picture was written",
+               strsignal(stop_signal),
+               100.0 * queue_tiles_finished(run->queue) / queue_tiles(run->queue));
+    return STATUS_FAILED;
+}
+
+/* ---- the run ---- */
+
+static void render_own_tile(void *state, const struct tile *tile, float *rgb,
+                            struct render_counts *counts)
+{
+    renderer_tile(state, tile, rgb, counts);
+}
+
+static void fill_report(struct run *run, const struct service *service,
+                        const struct node_scene *shared)
+{
+    struct report *report = &run->report;
+    const struct settings *settings = &run->job.settings;
+    report->version = FARM_VERSION;
+    report->config = run->options.config;
+    report->image_file = settings->output.image;
+    report->processes = run->processes;
+    report->schedule = settings->farm.schedule;
+    report->tiles = queue_tiles(run->queue);
+    report->bvh_bytes = shared->bvh->bytes;
+    report->time.broadcast = shared->broadcast_s;
+    report->time.build = shared->build_s;
+    report->time.render = service->render_s;
+    report->renderers = service->stats;
+    report->renderer_count = (int)run->renderers;
+    report->master_cpu_s = service->master_cpu_s;
+    report->master_messages = service->messages;
+}
+
+static int render_as_master(struct run *run, const struct node_scene *shared,
+                            struct renderer *renderer)
+{
+    const struct view *view = &shared->scene->view;
+    struct progress progress;
+    struct tile_renderer own = {.state = renderer, .render = render_own_tile};
+    canvas_init(&run->canvas, view->region_w, view->region_h);
+    run->stats = allocate_zeroed(run->renderers, sizeof *run->stats);
+    struct service service = {.comm = MPI_COMM_WORLD,
+                              .queue = run->queue,
+                              .canvas = &run->canvas,
+                              .progress = &progress,
+                              .own = run->job.settings.farm.master_renders ? &own : NULL,
+                              .stop = &stop_signal,
+                              .stats = run->stats};
+    progress_start(&progress, stderr, clock_wall());
+    bool complete = serve(&service);
+    progress_end(&progress);
+    if (!complete) return report_stop(run);
+    fill_report(run, &service, shared);
+    return conclude(run);
+}
+
+/* Returns the exit status; on ranks other than 0 that of a rank that has done its part. */
+static int render(struct run *run, int rank, const struct node_scene *shared)
+{
+    int status = STATUS_DONE;
+    struct renderer *renderer = renderer_create(shared->scene, shared->bvh);
+    wait_for_all(MPI_COMM_WORLD);
+    if (rank == 0)
+        status = render_as_master(run, shared, renderer);
+    else
+        work(MPI_COMM_WORLD, renderer, shared->scene);
+    renderer_destroy(renderer);
+    return status;
+}
+
+static int run_rank(struct run *run, int rank)
+{
+    struct node_scene shared;
+    struct welcome welcome = {.magic = WELCOME_MAGIC, .build = FARM_VERSION};
+    struct scene *block = NULL;
+    if (rank == 0) {
+        run->report.time.init = clock_wall() - run->start;
+        int status = prepare(run, &block);
+        if (status < 0) {
+            welcome.scene_bytes = block->bytes;
+            welcome.bvh_bytes = bvh_bytes_bound(block);
+        }
+        welcome.status = status < 0 ? STATUS_DONE : (uint32_t)status;
+    }
+    int status = share_scene(MPI_COMM_WORLD, rank == 0 ? &welcome : NULL, block, &shared);
+    if (status >= 0) return status;
+    status = render(run, rank, &shared);
+    unshare_scene(&shared);
+    return status;
+}
+
+static void free_run(struct run *run)
+{
+    job_free(&run->job);
+    queue_destroy(run->queue);
+    canvas_free(&run->canvas);
+    free(run->stats);
+}
+
+/* Whether this process speaks for the job before MPI has started: mpiexec and Slurm tell the rank.
+ */
+static bool speaks_first(void)
+{
+    const char *names[] = {"PMI_RANK", "PMIX_RANK", "SLURM_PROCID"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        const char *rank = getenv(names[i]);
+        if (rank) return strcmp(rank, "0") == 0;
+    }
+    return true;
+}
+
+/* Returns the exit status, or -1 when there is a scene to go on with. */
+static int answer_without_mpi(int argc, char **argv, struct options *options)
+{
+    static char unheard[256];
+    if (!speaks_first()) message_capture(unheard, sizeof unheard);
+    bool understood = options_parse(argc, argv, options);
+    message_capture(NULL, 0);
+    if (!understood) return STATUS_INPUT;
+    if (options->action != ACTION_HELP && options->action != ACTION_VERSION) return -1;
+    if (!speaks_first()) return STATUS_DONE;
+    if (options->action == ACTION_HELP)
+        options_help(stdout);
+    else
+        puts("farm " FARM_VERSION);
+    return close_output();
+}
+
+int main(int argc, char **argv)
+{
+    struct run run = {.start = clock_wall()};
+    int status = answer_without_mpi(argc, argv, &run.options);
+    if (status >= 0) return status;
+    int rank, level;
+    MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &level);
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    MPI_Comm_size(MPI_COMM_WORLD, &run.processes);
+    message_set_rank(rank, end_job);
+    install_signals(rank);
+    if (level < MPI_THREAD_FUNNELED) fatal("this MPI library does not support threads");
+    status = agree_on_status(MPI_COMM_WORLD, run_rank(&run, rank));
+    free_run(&run);
+    MPI_Finalize();
+    return status;
+}

@@ -1,0 +1,57 @@
+#include "master/nearest_name.h"
+
+#include <string.h>
+
+#include "common/message.h"
+
+/* Longer names get no suggestion; an INI name has at most 49 bytes. */
+#define LONGEST 63
+
+static size_t least(size_t a, size_t b)
+{
+    return a < b ? a : b;
+}
+
+/*
+ * Insertions, deletions, substitutions and swaps of neighbours that turn a into b (optimal string
+ * alignment distance), both at most LONGEST bytes.
+ */
+static size_t distance(const char *a, const char *b)
+{
+    size_t rows[3][LONGEST + 1];
+    size_t *before = rows[0], *last = rows[1], *row = rows[2];
+    size_t length = strlen(b);
+    for (size_t j = 0; j <= length; j++)
+        last[j] = j;
+    for (size_t i = 1; a[i - 1]; i++) {
+        row[0] = i;
+        for (size_t j = 1; j <= length; j++) {
+            size_t change = last[j - 1] + (a[i - 1] != b[j - 1]);
+            row[j] = least(change, least(last[j], row[j - 1]) + 1);
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                row[j] = least(row[j], before[j - 2] + 1);
+        }
+        size_t *oldest = before;
+        before = last;
+        last = row;
+        row = oldest;
+    }
+    return last[length];
+}
+
+void nearest_name_try(struct nearest_name *search, const char *candidate)
+{
+    size_t length = strlen(search->name);
+    if (length > LONGEST || strlen(candidate) > LONGEST || !*candidate) return;
+    size_t errors = distance(search->name, candidate);
+    /* One error per three letters, more is another word. */
+    if (errors > (length + 2) / 3 || errors >= strlen(candidate)) return;
+    if (search->best && errors >= search->errors) return;
+    search->best = candidate;
+    search->errors = errors;
+}
+
+char *nearest_name_hint(const struct nearest_name *search)
+{
+    return search->best ? format_text(", did you mean '%s'?", search->best) : copy_text("");
+}

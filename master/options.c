@@ -1,0 +1,117 @@
+#include "master/options.h"
+
+#include <string.h>
+
+#include "common/message.h"
+#include "common/settings.h"
+#include "master/load.h"
+
+static const struct {
+    const char *name;
+    enum action action;
+} flags[] = {
+    {"--help", ACTION_HELP},
+    {"-h", ACTION_HELP},
+    {"--version", ACTION_VERSION},
+    {"--check", ACTION_CHECK},
+    {"--print-config", ACTION_PRINT_CONFIG},
+};
+
+static bool parse_flag(const char *argument, struct options *options)
+{
+    for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) {
+        if (strcmp(argument, flags[i].name) == 0) {
+            options->action = flags[i].action;
+            return true;
+        }
+    }
+    user_error(NULL, 0,
+               "unknown option '%s', expected one of --help --version --check "
+               "--print-config",
+               argument);
+    return false;
+}
+
+/* An override names a section and a key before its '='; a file name like a=b.ini has no dot there.
+ */
+static bool is_override(const char *argument)
+{
+    const char *equals = strchr(argument, '=');
+    return equals && memchr(argument, '.', (size_t)(equals - argument));
+}
+
+bool options_parse(int argc, char **argv, struct options *options)
+{
+    size_t overrides = 0;
+    *options = (struct options){.action = ACTION_RENDER, .overrides = argv};
+    for (int i = 1; i < argc; i++) {
+        char *argument = argv[i];
+        if (argument[0] == '-' && argument[1] != '\0') {
+            if (!parse_flag(argument, options)) return false;
+            if (options->action == ACTION_HELP || options->action == ACTION_VERSION) return true;
+        } else if (is_override(argument)) {
+            /* Gathered at the front of argv, over arguments that have been read. */
+            argv[overrides++] = argument;
+        } else if (options->config) {
+            user_error(NULL, 0,
+                       "'%s' is a second scene after '%s', expected one CONFIG and "
+                       "section.key=value",
+                       argument, options->config);
+            return false;
+        } else {
+            options->config = argument;
+        }
+    }
+    options->override_count = overrides;
+    if (options->config) return true;
+    user_error(NULL, 0,
+               "no scene given, expected: farm CONFIG [section.key=value ...] "
+               "(farm --help tells more)");
+    return false;
+}
+
+/* "  section.key = default", then what it means in a column of its own. */
+static void print_key(FILE *out, const struct key *key)
+{
+    char setting[64];
+    snprintf(setting, sizeof setting, "%s.%s%s%s", key->section, key->name,
+             key->fallback ? " = " : "", key->fallback ? key->fallback : "");
+    if (key->choices) {
+        fprintf(out, "  %-36s %s:", setting, key->help);
+        for (size_t i = 0; key->choices[i]; i++)
+            fprintf(out, "%s %s", i ? "," : "", key->choices[i]);
+        fputc('\n', out);
+        return;
+    }
+    fprintf(out, "  %-36s %s\n", setting, key->help);
+}
+
+void options_help(FILE *out)
+{
+    fputs("farm: one picture, ray-traced by as many processors as you have\n"
+          "\n"
+          "usage: [mpiexec -n N] farm [OPTION] CONFIG [SECTION.KEY=VALUE ...]\n"
+          "\n"
+          "CONFIG is an INI file that describes picture and scene, or a scene file (.nff, .obj)\n"
+          "that is rendered with default settings. SECTION.KEY=VALUE overrides a setting.\n"
+          "\n"
+          "  --check          read everything, say whether it is all right, render nothing\n"
+          "  --print-config   print all settings in effect as an INI file, render nothing\n"
+          "  --help           this text\n"
+          "  --version        the version\n"
+          "\n"
+          "settings and their defaults:\n",
+          out);
+    for (size_t i = 0; i < SETTINGS_KEYS; i++)
+        print_key(out, &settings_keys[i]);
+    fputs("\nsections of a scene and their keys:\n", out);
+    print_scene_keys(out);
+    fputs("\n"
+          "examples:\n"
+          "  farm scene.ini\n"
+          "  mpiexec -n 8 farm scene.ini image.width=1920 image.height=1080\n"
+          "  mpiexec -f hosts -n 44 farm scene.nff sampling.samples=16 output.image=out.hdr\n"
+          "\n"
+          "exit status: 0 done, 1 failed while running, 2 the input is wrong\n",
+          out);
+}

@@ -1,0 +1,26 @@
+/* The command line. */
+#ifndef FARM_MASTER_OPTIONS_H
+#define FARM_MASTER_OPTIONS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdio.h>
+
+enum action { ACTION_RENDER, ACTION_HELP, ACTION_VERSION, ACTION_CHECK, ACTION_PRINT_CONFIG };
+
+struct options {
+    enum action action;
+    const char *config;     /* NULL for help and version */
+    char *const *overrides; /* "section.key=value", in argv */
+    size_t override_count;
+};
+
+/*
+ * Reads the command line. false after user_error() when it makes no sense. Points into argv, whose
+ * arguments may be put into another order.
+ */
+bool options_parse(int argc, char **argv, struct options *options);
+
+void options_help(FILE *out);
+
+#endif

@@ -1,0 +1,66 @@
+#include "master/png_hdr.h"
+
+#include <stdlib.h>
+
+#include "common/message.h"
+
+/* Out of memory inside the encoder then ends the job with a message instead of a crash. */
+#define STBIW_MALLOC(bytes)       allocate((size_t)(bytes), 1)
+#define STBIW_REALLOC(old, bytes) reallocate(old, (size_t)(bytes), 1)
+#define STBIW_FREE(block)         free(block)
+#define STB_IMAGE_WRITE_STATIC
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpragmas"
+#pragma GCC diagnostic ignored "-Wunknown-warning-option"
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wsign-conversion"
+#pragma GCC diagnostic ignored "-Wimplicit-int-conversion"
+#pragma GCC diagnostic ignored "-Wdouble-promotion"
+#pragma GCC diagnostic ignored "-Wcast-qual"
+#pragma GCC diagnostic ignored "-Wshadow"
+#pragma GCC diagnostic ignored "-Wundef"
+#pragma GCC diagnostic ignored "-Wstrict-prototypes"
+#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+#include <stb/stb_image_write.h>
+#pragma GCC diagnostic pop
+
+static unsigned char png_value(float value)
+{
+    double scaled = (double)value * 255 + 0.5; /* floor of this is the nearest integer */
+    if (!(scaled >= 1)) return 0;              /* NaN too */
+    return scaled >= 255 ? 255 : (unsigned char)scaled;
+}
+
+void png_encode(const struct canvas *canvas, byte_sink *sink, void *context)
+{
+    size_t values = (size_t)canvas->width * canvas->height * 3;
+    unsigned char *bytes = allocate(values, 1);
+    for (size_t i = 0; i < values; i++)
+        bytes[i] = png_value(canvas->rgb[i]);
+    int width = (int)canvas->width, height = (int)canvas->height;
+    if (!stbi_write_png_to_func(sink, context, width, height, 3, bytes, 3 * width))
+        fatal("cannot encode the PNG picture");
+    free(bytes);
+}
+
+/* The encoder's arithmetic is only defined for what a shared exponent of 8 bits can hold. */
+static float hdr_value(float value)
+{
+    const float largest = 0x1.fep126f; /* 255/256 * 2^127: mantissa and exponent byte both 255 */
+    if (!(value > 0)) return 0;
+    return value < largest ? value : largest;
+}
+
+void hdr_encode(const struct canvas *canvas, byte_sink *sink, void *context)
+{
+    size_t values = (size_t)canvas->width * canvas->height * 3;
+    float *rgb = allocate(values, sizeof *rgb);
+    for (size_t i = 0; i < values; i++)
+        rgb[i] = hdr_value(canvas->rgb[i]);
+    if (!stbi_write_hdr_to_func(sink, context, (int)canvas->width, (int)canvas->height, 3, rgb))
+        fatal("cannot encode the Radiance picture");
+    free(rgb);
+}

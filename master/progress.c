@@ -1,0 +1,159 @@
+#include "master/progress.h"
+
+#include <math.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "master/figure.h"
+
+static const double redraw_s = 0.1; /* as often as an eye can follow */
+static const double line_s = 5;     /* a log of an hour's rendering stays readable */
+static const double smooth_s = 3;   /* time constant of the estimate of the time left */
+
+enum { LINE_SIZE = 256, BAR_MIN = 10, BAR_MAX = 40 };
+
+void progress_start(struct progress *progress, FILE *out, double now)
+{
+    int descriptor = terminal_draws() ? terminal_open(out) : -1;
+    *progress = (struct progress){
+        .out = out,
+        .terminal = descriptor >= 0,
+        .descriptor = descriptor,
+        .started = now,
+        .last_shown = now,
+        .left = -1,
+    };
+}
+
+static double share_done(const struct progress_state *state)
+{
+    if (state->pixels == 0) return 0;
+    return fmin((double)state->pixels_done / (double)state->pixels, 1);
+}
+
+/*
+ * The rate so far, extended to the rest of the picture. Parts of a picture differ in cost: the
+ * estimate follows with a delay instead of jumping, and passes with time meanwhile.
+ */
+static void estimate_left(struct progress *progress, double share, double now)
+{
+    if (share <= 0.01) return; /* too little is known */
+    double estimate = (now - progress->started) * (1 - share) / share;
+    if (progress->left < 0) {
+        progress->left = estimate;
+        return;
+    }
+    double passed = now - progress->last_shown;
+    double left = fmax(progress->left - passed, 0);
+    progress->left = left + (estimate - left) * (1 - exp(-passed / smooth_s));
+}
+
+/* Text of what is shown beside the bar, most important first. */
+enum field { FIELD_LEFT, FIELD_TILES, FIELD_RATE, FIELD_ELAPSED, FIELDS };
+
+struct fields {
+    char text[FIELDS][48];
+};
+
+/* Padded to what the widest value needs, so that the bar does not change its length all the time.
+ */
+static void make_fields(struct fields *fields, const struct progress *progress,
+                        const struct progress_state *state, double now)
+{
+    double elapsed = now - progress->started;
+    struct figure rate = figure_count(elapsed > 0 ? (double)state->rays / elapsed : 0);
+    struct figure left = progress->left < 0 ? (struct figure){"-:--"} : figure_span(progress->left);
+    int digits = snprintf(NULL, 0, "%u", state->tiles);
+    size_t size = sizeof fields->text[0];
+    snprintf(fields->text[FIELD_LEFT], size, "%5s left", left.text);
+    snprintf(fields->text[FIELD_TILES], size, "%*u/%u tiles", digits, state->tiles_done,
+             state->tiles);
+    snprintf(fields->text[FIELD_RATE], size, "%6s rays/s", rate.text);
+    snprintf(fields->text[FIELD_ELAPSED], size, "%5s", figure_span(elapsed).text);
+}
+
+/* As many fields as fit in room characters beside the percentage and the shortest bar. */
+static int fitting_fields(const struct fields *fields, int room, int *used)
+{
+    int count = 0;
+    *used = 4 + 3 + BAR_MIN; /* "100%" and " [...]" */
+    for (; count < FIELDS; count++) {
+        int length = 2 + (int)strlen(fields->text[count]);
+        if (*used + length > room) break;
+        *used += length;
+    }
+    return count;
+}
+
+static void append_bar(char *line, double share, int width)
+{
+    int full = (int)(share * width);
+    char bar[BAR_MAX + 1];
+    memset(bar, '-', (size_t)width);
+    memset(bar, '#', (size_t)full);
+    bar[width] = '\0';
+    size_t length = strlen(line);
+    snprintf(line + length, LINE_SIZE - length, " [%s]", bar);
+}
+
+/* One column stays free: a character in the last one makes some terminals begin a new line. */
+static void make_line(char *line, const struct fields *fields, double share, int columns)
+{
+    int room = columns - 1, used;
+    line[0] = '\0';
+    if (room < 4) return;
+    snprintf(line, LINE_SIZE, "%3d%%", (int)(100 * share));
+    int count = fitting_fields(fields, room, &used);
+    if (used > room) return;
+    int spare = room - used;
+    append_bar(line, share, BAR_MIN + (spare < BAR_MAX - BAR_MIN ? spare : BAR_MAX - BAR_MIN));
+    for (int i = 0; i < count; i++) {
+        size_t length = strlen(line);
+        snprintf(line + length, LINE_SIZE - length, "  %s", fields->text[i]);
+    }
+}
+
+static void draw_bar(struct progress *progress, const struct progress_state *state, double now)
+{
+    char line[LINE_SIZE];
+    struct fields fields;
+    make_fields(&fields, progress, state, now);
+    make_line(line, &fields, share_done(state), terminal_width(progress->descriptor));
+    fprintf(progress->out, "\r%s\033[K", line); /* erase to the end of the line */
+    fflush(progress->out);
+    progress->drawn = true;
+}
+
+static void print_line(const struct progress *progress, const struct progress_state *state,
+                       double now)
+{
+    double elapsed = now - progress->started;
+    fprintf(progress->out, "farm: %d%%, %u of %u tiles, %s rays/s, %s elapsed",
+            (int)(100 * share_done(state)), state->tiles_done, state->tiles,
+            figure_count((double)state->rays / elapsed).text, figure_span(elapsed).text);
+    if (progress->left >= 0) fprintf(progress->out, ", %s left", figure_span(progress->left).text);
+    fputc('\n', progress->out);
+    fflush(progress->out);
+}
+
+void progress_update(struct progress *progress, const struct progress_state *state, double now)
+{
+    if (now - progress->last_shown < (progress->terminal ? redraw_s : line_s)) return;
+    estimate_left(progress, share_done(state), now);
+    if (progress->terminal)
+        draw_bar(progress, state, now);
+    else
+        print_line(progress, state, now);
+    progress->last_shown = now;
+}
+
+void progress_end(struct progress *progress)
+{
+    if (progress->drawn) {
+        fputs("\r\033[K", progress->out);
+        fflush(progress->out);
+    }
+    if (progress->descriptor >= 0) close(progress->descriptor);
+    progress->descriptor = -1;
+    progress->drawn = progress->terminal = false;
+}

@@ -1,0 +1,40 @@
+/*
+ * The progress display: on a terminal a bar that is redrawn in place and fits its width, otherwise
+ * a line every few seconds. What counts as a terminal under mpiexec: master/terminal.h.
+ *
+ * No clock of its own: the time is passed in.
+ */
+#ifndef FARM_MASTER_PROGRESS_H
+#define FARM_MASTER_PROGRESS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "master/terminal.h"
+
+struct progress {
+    FILE *out;         /* stderr */
+    bool terminal;     /* redraw in place */
+    int descriptor;    /* of the terminal, for its width; -1: none */
+    double started;    /* seconds, any origin */
+    double last_shown; /* seconds, same origin */
+    double left;       /* estimate of the seconds still to go, smoothed; < 0: unknown */
+    bool drawn;        /* a bar stands on the current line */
+};
+
+struct progress_state {
+    uint64_t pixels_done, pixels; /* the share that is finished */
+    uint32_t tiles_done, tiles;
+    uint64_t rays; /* traced so far, all kinds */
+};
+
+void progress_start(struct progress *progress, FILE *out, double now);
+
+/* Shows state if it is time to (10 times a second on a terminal, else every 5 s). */
+void progress_update(struct progress *progress, const struct progress_state *state, double now);
+
+/* Takes the bar off the terminal, so that other text can follow. */
+void progress_end(struct progress *progress);
+
+#endif

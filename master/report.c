@@ -1,0 +1,185 @@
+#include "master/report.h"
+
+#include <math.h>
+
+#include "common/scene.h"
+#include "master/json.h"
+
+/* 0 for a part of nothing. */
+static double ratio(double part, double whole)
+{
+    return whole > 0 ? part / whole : 0;
+}
+
+struct balance report_balance(const struct report *report)
+{
+    double sum = 0, most = 0, first = HUGE_VAL, last = 0;
+    for (int i = 0; i < report->renderer_count; i++) {
+        const struct renderer_stats *stats = &report->renderers[i];
+        sum += stats->busy_s;
+        most = fmax(most, stats->busy_s);
+        first = fmin(first, stats->finish_s);
+        last = fmax(last, stats->finish_s);
+    }
+    int count = report->renderer_count;
+    return (struct balance){
+        .efficiency = ratio(sum, count * report->time.render),
+        .imbalance = sum > 0 ? most / (sum / count) : 1,
+        .tail_s = count > 0 ? last - first : 0,
+    };
+}
+
+struct render_counts report_counts(const struct report *report)
+{
+    struct render_counts sum = {0};
+    for (int i = 0; i < report->renderer_count; i++)
+        render_counts_add(&sum, &report->renderers[i].counts);
+    return sum;
+}
+
+static void put_farm(struct json *json, const struct report *report)
+{
+    json_open(json, "farm", '{');
+    json_string(json, "version", report->version);
+    json_count(json, "processes", (uint64_t)report->processes);
+    json_count(json, "renderers", (uint64_t)report->renderer_count);
+    json_string(json, "schedule", schedule_name(report->schedule));
+    json_count(json, "tile", report->tile_edge);
+    json_count(json, "tiles", report->tiles);
+    json_close(json, '}');
+}
+
+static void put_image(struct json *json, const struct report *report)
+{
+    json_open(json, "image", '{');
+    json_string(json, "file", report->image_file);
+    json_count(json, "width", report->image_width);
+    json_count(json, "height", report->image_height);
+    json_close(json, '}');
+}
+
+static void put_features(struct json *json, const char *key, unsigned features)
+{
+    json_open_inline(json, key, '[');
+    for (unsigned i = 0; i < FEATURE_COUNT; i++)
+        if (features >> i & 1) json_string(json, NULL, scene_feature_name(i));
+    json_close(json, ']');
+}
+
+static void put_scene(struct json *json, const struct report *report)
+{
+    json_open(json, "scene", '{');
+    json_string(json, "file", report->config);
+    json_count(json, "primitives", report->primitives);
+    json_count(json, "triangles", report->triangles);
+    json_count(json, "lights", report->lights);
+    json_count(json, "bytes", report->scene_bytes);
+    json_count(json, "bvh_bytes", report->bvh_bytes);
+    put_features(json, "used", report->features);
+    put_features(json, "left_out", ~report->features);
+    json_close(json, '}');
+}
+
+static void put_time(struct json *json, const struct run_times *time)
+{
+    json_open(json, "time", '{');
+    json_seconds(json, "total_s", time->total);
+    json_seconds(json, "init_s", time->init);
+    json_seconds(json, "load_s", time->load);
+    json_seconds(json, "broadcast_s", time->broadcast);
+    json_seconds(json, "build_s", time->build);
+    json_seconds(json, "render_s", time->render);
+    json_seconds(json, "write_s", time->write);
+    json_close(json, '}');
+}
+
+static void put_rays(struct json *json, const struct render_counts *counts)
+{
+    json_open(json, "rays", '{');
+    json_count(json, "primary", counts->rays[RAY_PRIMARY]);
+    json_count(json, "shadow", counts->rays[RAY_SHADOW]);
+    json_count(json, "reflection", counts->rays[RAY_REFLECTION]);
+    json_count(json, "refraction", counts->rays[RAY_REFRACTION]);
+    json_close(json, '}');
+}
+
+static void put_worker(struct json *json, const struct renderer_stats *stats)
+{
+    json_open_inline(json, NULL, '{');
+    json_count(json, "rank", stats->rank);
+    json_string(json, "host", stats->host);
+    json_count(json, "tiles", stats->tiles);
+    json_count(json, "pixels", stats->pixels);
+    json_seconds(json, "busy_s", stats->busy_s);
+    json_seconds(json, "cpu_s", stats->cpu_s);
+    json_seconds(json, "wait_s", stats->wait_s);
+    json_seconds(json, "send_s", stats->send_s);
+    json_seconds(json, "finish_s", stats->finish_s);
+    json_seconds(json, "intersect_s", stats->counts.intersect_s);
+    json_seconds(json, "shade_s", stats->counts.shade_s);
+    json_count(json, "bytes", stats->bytes);
+    json_close(json, '}');
+}
+
+static void put_workers(struct json *json, const struct report *report)
+{
+    json_open(json, "workers", '[');
+    for (int i = 0; i < report->renderer_count; i++)
+        put_worker(json, &report->renderers[i]);
+    json_close(json, ']');
+}
+
+static void put_master(struct json *json, const struct report *report)
+{
+    json_open(json, "master", '{');
+    json_seconds(json, "cpu_s", report->master_cpu_s);
+    json_count(json, "messages", report->master_messages);
+    json_close(json, '}');
+}
+
+static void put_balance(struct json *json, const struct report *report)
+{
+    struct balance balance = report_balance(report);
+    json_open(json, "balance", '{');
+    json_number(json, "efficiency", balance.efficiency);
+    json_number(json, "imbalance", balance.imbalance);
+    json_seconds(json, "tail_s", balance.tail_s);
+    json_close(json, '}');
+}
+
+/* Nothing is sampled adaptively and no run is resumed: these keep their place in the format. */
+static void put_quality(struct json *json, const struct render_counts *counts)
+{
+    json_open(json, "error", '[');
+    json_close(json, ']');
+    json_open(json, "bound", '{');
+    json_number(json, "truncation", counts->truncation);
+    json_close(json, '}');
+    json_open(json, "numerics", '{');
+    json_count(json, "nonfinite", counts->nonfinite);
+    json_count(json, "exact_fallbacks", counts->exact_fallbacks);
+    json_close(json, '}');
+    json_open(json, "resumed", '{');
+    json_count(json, "tiles", 0);
+    json_seconds(json, "seconds_saved", 0);
+    json_close(json, '}');
+}
+
+char *report_json(const struct report *report)
+{
+    struct json json;
+    struct render_counts counts = report_counts(report);
+    json_begin(&json);
+    json_open(&json, NULL, '{');
+    put_farm(&json, report);
+    put_image(&json, report);
+    put_scene(&json, report);
+    put_time(&json, &report->time);
+    put_rays(&json, &counts);
+    put_workers(&json, report);
+    put_master(&json, report);
+    put_balance(&json, report);
+    put_quality(&json, &counts);
+    json_close(&json, '}');
+    return json_end(&json);
+}

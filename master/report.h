@@ -1,0 +1,55 @@
+/* What a run cost: the JSON report and the table at the end. */
+#ifndef FARM_MASTER_REPORT_H
+#define FARM_MASTER_REPORT_H
+
+#include <stdio.h>
+
+#include "common/protocol.h"
+#include "common/settings.h"
+
+/* Wall seconds of the parts of a run on rank 0; they add up to total but for moments between. */
+struct run_times {
+    double total, init, load, broadcast, build, render, write;
+};
+
+struct report {
+    const char *version;    /* of the farm */
+    const char *config;     /* path as the user gave it */
+    const char *image_file; /* path */
+    uint32_t image_width, image_height;
+    int processes;
+    enum schedule schedule;
+    uint32_t tile_edge; /* pixels; 0 when the schedule has no square tiles */
+    uint32_t tiles;
+    uint64_t primitives, triangles, lights, scene_bytes, bvh_bytes;
+    unsigned features; /* enum scene_feature */
+    struct run_times time;
+    const struct renderer_stats *renderers; /* in rank order */
+    int renderer_count;
+    double master_cpu_s; /* of serving, not of rendering */
+    uint64_t master_messages;
+};
+
+/* Figures that follow from a report. */
+struct balance {
+    double efficiency; /* sum of busy / (renderers * render time), 0..1 */
+    double imbalance;  /* max busy / mean busy, >= 1 */
+    double tail_s;     /* last finish - first finish of a renderer, seconds */
+};
+
+struct balance report_balance(const struct report *report);
+
+/* The renderers' counts together. */
+struct render_counts report_counts(const struct report *report);
+
+/* The JSON report (UTF-8, one object, a newline at its end) as text that the caller frees. */
+char *report_json(const struct report *report);
+
+/*
+ * The table for a person: where the time went, tiles and busy time per rank, efficiency. Fits in
+ * columns characters (0: 80). Of more than 16 ranks only the busiest, the idlest and the mean are
+ * shown.
+ */
+void report_table(FILE *out, const struct report *report, int columns);
+
+#endif

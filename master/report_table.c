@@ -1,0 +1,300 @@
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+#include "master/figure.h"
+#include "master/report.h"
+
+enum {
+    COLUMNS_UNKNOWN = 80,
+    COLUMNS_MIN = 40, /* the narrowest that the columns of figures need */
+    COLUMNS_MAX = 100,
+    RANKS_MAX = 16, /* more than this are summed up */
+    RANKS_ENDS = 4, /* of which the busiest and the idlest so many are shown */
+    BAR_MIN = 6,
+    BAR_MAX = 24,
+};
+
+struct table {
+    FILE *out;
+    int columns;
+    int used; /* columns of the current line, of text that flows */
+};
+
+static double share_of(double part, double whole)
+{
+    return whole > 0 ? fmax(part, 0) / whole : 0;
+}
+
+/* The end of a row: a bar of what is left of the line, when that is enough for one. */
+static void end_with_bar(const struct table *table, int used, double fraction)
+{
+    int room = table->columns - used - 2;
+    if (room > BAR_MAX) room = BAR_MAX;
+    int length = (int)(fmin(fraction, 1) * room + 0.5);
+    if (room >= BAR_MIN && length > 0) fputs("  ", table->out);
+    if (room >= BAR_MIN)
+        for (int i = 0; i < length; i++)
+            fputc('#', table->out);
+    fputc('\n', table->out);
+}
+
+/* Milliseconds matter of seconds, not of hours; 8 characters up to three years. */
+static struct figure seconds_figure(double seconds)
+{
+    struct figure figure;
+    snprintf(figure.text, sizeof figure.text, "%.*f", seconds < 9999 ? 3 : 0, fmin(seconds, 1e9));
+    return figure;
+}
+
+static struct figure whole_figure(double count, double limit)
+{
+    if (!(count < limit)) return figure_count(count);
+    struct figure figure;
+    snprintf(figure.text, sizeof figure.text, "%.0f", count);
+    return figure;
+}
+
+static void put_seconds(const struct table *table, const char *label, double seconds, double whole)
+{
+    double share = share_of(seconds, whole);
+    int used = fprintf(table->out, "  %-16s %8s s %6.1f %%", label, seconds_figure(seconds).text,
+                       100 * share);
+    end_with_bar(table, used, share);
+}
+
+static void put_run(const struct table *table, const struct run_times *time)
+{
+    fprintf(table->out, "\nWall time of rank 0\n");
+    put_seconds(table, "set-up", time->init, time->total);
+    put_seconds(table, "loading", time->load, time->total);
+    put_seconds(table, "broadcast", time->broadcast, time->total);
+    put_seconds(table, "building the BVH", time->build, time->total);
+    put_seconds(table, "rendering", time->render, time->total);
+    put_seconds(table, "writing", time->write, time->total);
+    fprintf(table->out, "  %-16s %8s s\n", "total", seconds_figure(time->total).text);
+}
+
+/* What the renderers did with the time of rendering, each counted from its start to its end. */
+static void put_rendering(const struct table *table, const struct report *report,
+                          const struct render_counts *counts)
+{
+    int renderers = report->renderer_count;
+    double whole = report->time.render * renderers, wait = 0;
+    for (int i = 0; i < renderers; i++)
+        wait += report->renderers[i].wait_s;
+    double rest = whole - counts->intersect_s - counts->shade_s - wait;
+    fprintf(table->out,
+            renderers == 1 ? "\nOf rendering\n" : "\nOf rendering, mean of %d renderers\n",
+            renderers);
+    put_seconds(table, "intersection", counts->intersect_s / renderers, whole / renderers);
+    put_seconds(table, "shading", counts->shade_s / renderers, whole / renderers);
+    put_seconds(table, "waiting", wait / renderers, whole / renderers);
+    put_seconds(table, "sending, other", fmax(rest, 0) / renderers, whole / renderers);
+}
+
+/* A line of the table of ranks; of a mean, the counts have fractions. */
+struct row {
+    char label[16];
+    const char *host; /* NULL: no such column */
+    double tiles, pixels, busy_s, wait_s;
+};
+
+static bool hosts_differ(const struct report *report)
+{
+    for (int i = 1; i < report->renderer_count; i++)
+        if (strcmp(report->renderers[i].host, report->renderers[0].host)) return true;
+    return false;
+}
+
+/* pixels: of the picture; most: of a rank, whose bar is the longest. */
+static void put_row(const struct table *table, const struct row *row, double pixels, double most)
+{
+    int used = fprintf(table->out, "%6s %6s %8s %8s %8s", row->label,
+                       whole_figure(row->tiles, 1e6).text, whole_figure(row->pixels, 1e8).text,
+                       seconds_figure(row->busy_s).text, seconds_figure(row->wait_s).text);
+    if (used + 9 <= table->columns)
+        used += fprintf(table->out, " %6.1f %%", 100 * share_of(row->pixels, pixels));
+    if (row->host && used + 2 + 16 <= table->columns)
+        used += fprintf(table->out, "  %-16.16s", row->host);
+    end_with_bar(table, used, share_of(row->pixels, most));
+}
+
+static void put_heading(const struct table *table, bool hosts)
+{
+    int used = fprintf(table->out, "\n%6s %6s %8s %8s %8s", "rank", "tiles", "pixels", "busy s",
+                       "wait s") -
+               1;
+    if (used + 9 <= table->columns) used += fprintf(table->out, " %8s", "share");
+    if (hosts && used + 2 + 16 <= table->columns) fputs("  host", table->out);
+    fputc('\n', table->out);
+}
+
+static struct row rank_row(const struct renderer_stats *stats, bool hosts)
+{
+    struct row row = {.host = hosts ? stats->host : NULL,
+                      .tiles = stats->tiles,
+                      .pixels = (double)stats->pixels,
+                      .busy_s = stats->busy_s,
+                      .wait_s = stats->wait_s};
+    snprintf(row.label, sizeof row.label, "%u", stats->rank);
+    return row;
+}
+
+static struct row mean_row(const struct report *report, bool hosts)
+{
+    struct row mean = {.label = "mean", .host = hosts ? "" : NULL};
+    for (int i = 0; i < report->renderer_count; i++) {
+        const struct renderer_stats *stats = &report->renderers[i];
+        mean.tiles += (double)stats->tiles / report->renderer_count;
+        mean.pixels += (double)stats->pixels / report->renderer_count;
+        mean.busy_s += stats->busy_s / report->renderer_count;
+        mean.wait_s += stats->wait_s / report->renderer_count;
+    }
+    return mean;
+}
+
+static double most_pixels(const struct report *report)
+{
+    double most = 0;
+    for (int i = 0; i < report->renderer_count; i++)
+        most = fmax(most, (double)report->renderers[i].pixels);
+    return most;
+}
+
+static int busiest_first(const void *left, const void *right)
+{
+    const struct renderer_stats *a = *(const struct renderer_stats *const *)left;
+    const struct renderer_stats *b = *(const struct renderer_stats *const *)right;
+    if (a->busy_s != b->busy_s) return a->busy_s > b->busy_s ? -1 : 1;
+    return a->rank < b->rank ? -1 : a->rank > b->rank;
+}
+
+/* In rank order when all of them are shown. */
+static const struct renderer_stats **order_ranks(const struct report *report)
+{
+    size_t count = report->renderer_count > 0 ? (size_t)report->renderer_count : 0;
+    const struct renderer_stats **order = allocate(count, sizeof *order);
+    for (size_t i = 0; i < count; i++)
+        order[i] = &report->renderers[i];
+    if (count > RANKS_MAX) qsort(order, count, sizeof *order, busiest_first);
+    return order;
+}
+
+static void put_ranks(const struct table *table, const struct report *report)
+{
+    bool hosts = hosts_differ(report);
+    int count = report->renderer_count;
+    struct row mean = mean_row(report, hosts);
+    double pixels = mean.pixels * count, most = most_pixels(report);
+    const struct renderer_stats **order = order_ranks(report);
+    put_heading(table, hosts);
+    for (int i = 0; i < count; i++) {
+        if (count > RANKS_MAX && i == RANKS_ENDS) {
+            i = count - RANKS_ENDS;
+            fprintf(table->out, "%6s  %d more, then the idlest\n", "...", count - 2 * RANKS_ENDS);
+        }
+        struct row row = rank_row(order[i], hosts);
+        put_row(table, &row, pixels, most);
+    }
+    if (count > 1) put_row(table, &mean, pixels, most);
+    free(order);
+}
+
+/* An item of flowing text: on the current line if it fits there, else on a new one. */
+static void flow(struct table *table, const char *format, ...) MESSAGE_FORMAT(2, 3);
+
+static void flow(struct table *table, const char *format, ...)
+{
+    char item[256];
+    va_list arguments;
+    va_start(arguments, format);
+    int length = vsnprintf(item, sizeof item, format, arguments);
+    va_end(arguments);
+    if (table->used && table->used + 2 + length > table->columns) {
+        fputc('\n', table->out);
+        table->used = 0;
+    }
+    table->used += fprintf(table->out, "%s%s", table->used ? ", " : "", item);
+}
+
+static void end_flow(struct table *table)
+{
+    if (table->used) fputc('\n', table->out);
+    table->used = 0;
+}
+
+static void put_title(struct table *table, const struct report *report)
+{
+    flow(table, "farm %s", report->version);
+    flow(table, "%u x %u pixels", report->image_width, report->image_height);
+    flow(table, "%d renderer%s", report->renderer_count, report->renderer_count == 1 ? "" : "s");
+    flow(table, "%s schedule", schedule_name(report->schedule));
+    if (report->tile_edge)
+        flow(table, "%u tiles of %u", report->tiles, report->tile_edge);
+    else
+        flow(table, "%u tiles", report->tiles);
+    end_flow(table);
+}
+
+static void put_rays(struct table *table, const struct report *report,
+                     const struct render_counts *counts)
+{
+    static const char *const names[RAY_KINDS] = {"primary", "shadow", "reflection", "refraction"};
+    double rays = 0;
+    for (int kind = 0; kind < RAY_KINDS; kind++)
+        rays += (double)counts->rays[kind];
+    flow(table, "%s rays", figure_count(rays).text);
+    flow(table, "%s per second", figure_count(share_of(rays, report->time.render)).text);
+    end_flow(table);
+    for (int kind = 0; kind < RAY_KINDS; kind++)
+        if (counts->rays[kind])
+            flow(table, "%s %s", figure_count((double)counts->rays[kind]).text, names[kind]);
+    end_flow(table);
+}
+
+/* Whole, however long it is: a path that is cut cannot be used. */
+static void put_path(FILE *out, const char *label, const char *path)
+{
+    fprintf(out, "%s ", label);
+    for (; *path; path++) {
+        unsigned char c = (unsigned char)*path;
+        fputc(c < 0x20 || c == 0x7f ? '?' : c, out);
+    }
+    fputc('\n', out);
+}
+
+static void put_summary(struct table *table, const struct report *report,
+                        const struct render_counts *counts)
+{
+    struct balance balance = report_balance(report);
+    fputc('\n', table->out);
+    flow(table, "efficiency %.1f %%", 100 * balance.efficiency);
+    flow(table, "imbalance %.3f", balance.imbalance);
+    flow(table, "tail %.3f s", balance.tail_s);
+    end_flow(table);
+    put_rays(table, report, counts);
+    if (counts->nonfinite) {
+        flow(table, "%llu samples came out as NaN or infinity",
+             (unsigned long long)counts->nonfinite);
+        end_flow(table);
+    }
+    put_path(table->out, "picture", report->image_file);
+}
+
+void report_table(FILE *out, const struct report *report, int columns)
+{
+    struct render_counts counts = report_counts(report);
+    struct table table = {.out = out, .columns = columns > 0 ? columns : COLUMNS_UNKNOWN};
+    if (table.columns < COLUMNS_MIN) table.columns = COLUMNS_MIN;
+    if (table.columns > COLUMNS_MAX) table.columns = COLUMNS_MAX;
+    put_title(&table, report);
+    put_run(&table, &report->time);
+    if (report->renderer_count > 0) {
+        put_rendering(&table, report, &counts);
+        put_ranks(&table, report);
+    }
+    put_summary(&table, report, &counts);
+}

@@ -1,0 +1,113 @@
+#include "master/scan.h"
+
+#include <string.h>
+
+#include "common/number.h"
+
+struct scan scan_start(const char *text, const char *path, bool joins)
+{
+    static const char byte_order_mark[] = "\xef\xbb\xbf";
+    if (strncmp(text, byte_order_mark, 3) == 0) text += 3;
+    return (struct scan){.at = text, .path = path, .line = 1, .joins = joins};
+}
+
+/* Length of a backslash and line end at `at`, 0 if there is none. */
+static size_t joint(const struct scan *scan, const char *at)
+{
+    if (!scan->joins || *at != '\\') return 0;
+    if (at[1] == '\n') return 2;
+    return at[1] == '\r' && at[2] == '\n' ? 3 : 0;
+}
+
+static void skip_blanks(struct scan *scan)
+{
+    for (;;) {
+        while (*scan->at == ' ' || *scan->at == '\t' || *scan->at == '\r')
+            scan->at++;
+        size_t length = joint(scan, scan->at);
+        if (!length) return;
+        scan->at += length;
+        scan->line++;
+    }
+}
+
+bool scan_at_end(struct scan *scan)
+{
+    skip_blanks(scan);
+    return *scan->at == '\n' || *scan->at == '\0' || *scan->at == '#';
+}
+
+bool scan_next_line(struct scan *scan)
+{
+    /* The first line has not been left when nothing of it has been taken yet. */
+    while (scan_at_end(scan)) {
+        if (*scan->at == '#') scan->at += strcspn(scan->at, "\n");
+        if (*scan->at == '\0') return false;
+        scan->at++;
+        scan->line++;
+    }
+    return true;
+}
+
+static bool ends_word(const struct scan *scan, const char *at)
+{
+    switch (*at) {
+    case ' ':
+    case '\t':
+    case '\r':
+    case '\n':
+    case '\0':
+    case '#':
+        return true;
+    default:
+        return joint(scan, at) != 0;
+    }
+}
+
+bool scan_number(struct scan *scan, double *value)
+{
+    skip_blanks(scan);
+    const char *end = number_scan(scan->at, value);
+    if (!end || !ends_word(scan, end)) return false;
+    scan->at = end;
+    return true;
+}
+
+bool scan_vector(struct scan *scan, struct vec3 *value)
+{
+    return scan_number(scan, &value->x) && scan_number(scan, &value->y) &&
+           scan_number(scan, &value->z);
+}
+
+bool scan_word(struct scan *scan, char *word, size_t size)
+{
+    if (scan_at_end(scan)) return false;
+    size_t length = 0;
+    for (; !ends_word(scan, scan->at); scan->at++)
+        if (length < size - 1) word[length++] = *scan->at;
+    word[length] = '\0';
+    return true;
+}
+
+bool scan_unsigned(struct scan *scan, uint32_t *value)
+{
+    char word[32];
+    struct scan ahead = *scan;
+    if (!scan_word(&ahead, word, sizeof word) || !number_parse_unsigned(word, value)) return false;
+    *scan = ahead;
+    return true;
+}
+
+bool scan_rest(struct scan *scan, char *text, size_t size)
+{
+    skip_blanks(scan);
+    size_t length = strcspn(scan->at, "\r\n");
+    const char *start = scan->at;
+    scan->at += length;
+    while (length && (start[length - 1] == ' ' || start[length - 1] == '\t'))
+        length--;
+    if (length > size - 1) length = size - 1;
+    memcpy(text, start, length);
+    text[length] = '\0';
+    return length > 0;
+}

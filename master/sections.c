@@ -1,0 +1,94 @@
+#include "master/sections.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+#include "master/nearest_name.h"
+
+char *section_title(const struct ini_section *section)
+{
+    return format_text("[%s%s%s]", section->kind, *section->name ? " " : "", section->name);
+}
+
+const struct key *find_key(const struct key *keys, size_t count, const char *name)
+{
+    for (size_t i = 0; i < count; i++)
+        if (strcmp(keys[i].name, name) == 0) return &keys[i];
+    return NULL;
+}
+
+/* ", expected one of a b c" */
+static char *list_of_keys(const struct key *keys, size_t count)
+{
+    char *text = copy_text(", expected one of");
+    for (size_t i = 0; i < count; i++) {
+        char *longer = format_text("%s %s", text, keys[i].name);
+        free(text);
+        text = longer;
+    }
+    return text;
+}
+
+void refuse_key(const struct ini_section *section, const struct ini_entry *entry,
+                const struct key *keys, size_t count)
+{
+    struct nearest_name search = {.name = entry->key};
+    for (size_t i = 0; i < count; i++)
+        nearest_name_try(&search, keys[i].name);
+    char *title = section_title(section);
+    char *hint = search.best ? nearest_name_hint(&search) : list_of_keys(keys, count);
+    user_error(entry->file, entry->line, "unknown key '%s' in %s%s", entry->key, title, hint);
+    free(title);
+    free(hint);
+}
+
+bool read_entry(const struct ini_section *section, const struct ini_entry *entry,
+                const struct key *key, void *base)
+{
+    if (key_parse(key, entry->value, base)) return true;
+    char *title = section_title(section), *expected = key_expected(key);
+    user_error(entry->file, entry->line, "%s = %s in %s, expected %s", entry->key, entry->value,
+               title, expected);
+    free(title);
+    free(expected);
+    return false;
+}
+
+static bool nothing_missing(const struct ini *ini, const struct ini_section *section,
+                            const struct key *keys, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (!keys[i].required || ini_entry(section, keys[i].name)) continue;
+        char *title = section_title(section), *expected = key_expected(&keys[i]);
+        user_error(ini->file, section->line, "%s has no %s, expected %s", title, keys[i].name,
+                   expected);
+        free(title);
+        free(expected);
+        return false;
+    }
+    return true;
+}
+
+bool read_section(const struct ini *ini, const struct ini_section *section, const struct key *keys,
+                  size_t count, void *base)
+{
+    keys_set_fallbacks(keys, count, base);
+    for (size_t i = 0; i < section->count; i++) {
+        const struct ini_entry *entry = &section->entries[i];
+        const struct key *key = find_key(keys, count, entry->key);
+        if (!key) {
+            refuse_key(section, entry, keys, count);
+            return false;
+        }
+        if (!read_entry(section, entry, key, base)) return false;
+    }
+    return nothing_missing(ini, section, keys, count);
+}
+
+struct ini_place place_of(const struct ini *ini, const struct ini_section *section, const char *key)
+{
+    const struct ini_entry *entry = ini_entry(section, key);
+    if (entry) return (struct ini_place){entry->file, entry->line};
+    return (struct ini_place){ini->file, section->line};
+}

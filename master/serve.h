@@ -1,0 +1,37 @@
+/* The master's side of the farm: the only MPI in master/ besides start and end in main. */
+#ifndef FARM_MASTER_SERVE_H
+#define FARM_MASTER_SERVE_H
+
+#include <mpi.h>
+#include <signal.h>
+#include <stdbool.h>
+
+#include "common/protocol.h"
+#include "master/canvas.h"
+#include "master/progress.h"
+#include "master/queue.h"
+
+struct service {
+    MPI_Comm comm;
+    struct queue *queue;
+    struct canvas *canvas;
+    struct progress *progress;
+    /* Renders tiles in a second thread of this process; NULL: rank 0 only serves. Renderer i of the
+     * queue is then rank i, otherwise rank i + 1. */
+    const struct tile_renderer *own;
+    const volatile sig_atomic_t *stop; /* not 0: hand out nothing more */
+
+    /* Results. */
+    struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */
+    double render_s;              /* wall seconds until the last tile was in the picture */
+    double master_cpu_s;          /* CPU seconds of serving */
+    uint64_t messages;            /* received */
+};
+
+/*
+ * Serves the queue until every renderer has left. Returns whether the picture is complete (false
+ * after a stop). Every rank must be calling this or work() on the same communicator.
+ */
+bool serve(struct service *service);
+
+#endif

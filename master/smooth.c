@@ -1,0 +1,234 @@
+#include "master/smooth.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+
+static const double pi = 3.14159265358979323846;
+
+/* Corner c is corner c % 3 of triangle c / 3. */
+struct spoke {
+    uint32_t neighbour; /* vertex at the other end of an edge that leaves the vertex in hand */
+    uint32_t local;     /* which of the vertex's corners the edge belongs to */
+};
+
+struct smoothing {
+    struct builder *builder;
+    const struct triangle *triangles;
+    size_t count;
+    double least_cosine; /* of the angle between normals across a smooth edge */
+    struct vec3 *faces;  /* unit normal of each triangle, 0 without area */
+    uint64_t *first;     /* corners of vertex v: list[first[v]] .. list[first[v + 1] - 1] */
+    uint64_t *list;
+    struct vec3 *normals; /* of each corner, not yet of unit length; 0: none */
+    uint64_t *leader;     /* of each corner: the first corner of its group, which shares a normal */
+    uint32_t *indices;    /* in the builder, of the group that the corner leads; NONE: not yet */
+
+    struct spoke *spokes; /* of the vertex in hand */
+    uint32_t *groups;     /* union-find over the corners of the vertex in hand */
+    size_t room;          /* corners that there is room for */
+};
+
+#define NONE UINT32_MAX
+
+static struct vec3 face_normal(const struct builder *builder, const struct triangle *triangle)
+{
+    struct vec3 a = builder_vertex(builder, triangle->vertex[0]);
+    struct vec3 ab = vec_sub(builder_vertex(builder, triangle->vertex[1]), a);
+    struct vec3 ac = vec_sub(builder_vertex(builder, triangle->vertex[2]), a);
+    /* Large and small meshes alike: no overflow and no underflow in the product. */
+    double size = fmax(vec_length(ab), vec_length(ac));
+    if (!(size > 0) || !isfinite(size)) return vec3(0, 0, 0);
+    struct vec3 normal = vec_cross(vec_scale(ab, 1 / size), vec_scale(ac, 1 / size));
+    if (vec_is_zero(normal) || !vec_is_finite(normal)) return vec3(0, 0, 0);
+    return vec_normalize(normal);
+}
+
+/* A counting sort of corners by their vertex. */
+static void list_corners(struct smoothing *s)
+{
+    uint32_t vertices = builder_vertex_count(s->builder);
+    s->first = allocate_zeroed((size_t)vertices + 2, sizeof *s->first);
+    s->list = allocate(3 * s->count, sizeof *s->list);
+    for (size_t c = 0; c < 3 * s->count; c++)
+        s->first[s->triangles[c / 3].vertex[c % 3] + 2]++;
+    for (size_t v = 2; v < (size_t)vertices + 2; v++)
+        s->first[v] += s->first[v - 1];
+    for (size_t c = 0; c < 3 * s->count; c++)
+        s->list[s->first[s->triangles[c / 3].vertex[c % 3] + 1]++] = c;
+}
+
+/* The angle of a triangle at one of its corners, radians. */
+static double corner_angle(const struct smoothing *s, uint64_t corner)
+{
+    const uint32_t *v = s->triangles[corner / 3].vertex;
+    struct vec3 p = builder_vertex(s->builder, v[corner % 3]);
+    struct vec3 a = vec_sub(builder_vertex(s->builder, v[(corner + 1) % 3]), p);
+    struct vec3 b = vec_sub(builder_vertex(s->builder, v[(corner + 2) % 3]), p);
+    double size = fmax(vec_length(a), vec_length(b));
+    if (!(size > 0)) return 0;
+    a = vec_scale(a, 1 / size);
+    b = vec_scale(b, 1 / size);
+    return atan2(vec_length(vec_cross(a, b)), vec_dot(a, b));
+}
+
+static uint32_t group_of(uint32_t *groups, uint32_t i)
+{
+    while (groups[i] != i)
+        i = groups[i] = groups[groups[i]];
+    return i;
+}
+
+/* The lower index leads, so that the result does not depend on the order of joining. */
+static void join(uint32_t *groups, uint32_t a, uint32_t b)
+{
+    a = group_of(groups, a);
+    b = group_of(groups, b);
+    if (a < b)
+        groups[b] = a;
+    else
+        groups[a] = b;
+}
+
+static int compare_spokes(const void *a, const void *b)
+{
+    const struct spoke *x = a, *y = b;
+    if (x->neighbour != y->neighbour) return x->neighbour < y->neighbour ? -1 : 1;
+    return (x->local > y->local) - (x->local < y->local);
+}
+
+/* Vertices have a handful of edges, mostly. */
+static void sort_spokes(struct spoke *spokes, size_t count)
+{
+    if (count > 64) {
+        qsort(spokes, count, sizeof *spokes, compare_spokes);
+        return;
+    }
+    for (size_t i = 1; i < count; i++) {
+        struct spoke spoke = spokes[i];
+        size_t j = i;
+        for (; j > 0 && compare_spokes(&spokes[j - 1], &spoke) > 0; j--)
+            spokes[j] = spokes[j - 1];
+        spokes[j] = spoke;
+    }
+}
+
+static void make_room(struct smoothing *s, size_t corners)
+{
+    if (corners <= s->room) return;
+    s->room = 2 * corners;
+    s->spokes = reallocate(s->spokes, 2 * s->room, sizeof *s->spokes);
+    s->groups = reallocate(s->groups, s->room, sizeof *s->groups);
+}
+
+static bool is_smooth_edge(const struct smoothing *s, uint64_t corner, uint64_t other)
+{
+    struct vec3 a = s->faces[corner / 3], b = s->faces[other / 3];
+    return !vec_is_zero(a) && !vec_is_zero(b) && vec_dot(a, b) >= s->least_cosine;
+}
+
+/* Groups the corners of one vertex by the smooth edges between their triangles. */
+static void group_corners(struct smoothing *s, const uint64_t *corners, size_t count)
+{
+    make_room(s, count);
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t *v = s->triangles[corners[i] / 3].vertex;
+        s->groups[i] = i;
+        s->spokes[2 * i] = (struct spoke){v[(corners[i] + 1) % 3], i};
+        s->spokes[2 * i + 1] = (struct spoke){v[(corners[i] + 2) % 3], i};
+    }
+    sort_spokes(s->spokes, 2 * count);
+    for (size_t i = 1; i < 2 * count; i++) {
+        const struct spoke *a = &s->spokes[i - 1], *b = &s->spokes[i];
+        if (a->neighbour == b->neighbour && is_smooth_edge(s, corners[a->local], corners[b->local]))
+            join(s->groups, a->local, b->local);
+    }
+}
+
+static void average_vertex(struct smoothing *s, const uint64_t *corners, size_t count)
+{
+    group_corners(s, corners, count);
+    for (uint32_t i = 0; i < count; i++) {
+        uint64_t leader = corners[group_of(s->groups, i)];
+        s->leader[corners[i]] = leader;
+        s->normals[leader] = vec_add_scaled(s->normals[leader], s->faces[corners[i] / 3],
+                                            corner_angle(s, corners[i]));
+    }
+}
+
+/* Whether a group's normal is the face's own but for rounding: then the face is flat there. */
+static bool is_face_normal(const struct smoothing *s, uint64_t corner)
+{
+    struct vec3 sum = s->normals[s->leader[corner]], face = s->faces[corner / 3];
+    if (vec_is_zero(sum)) return true;
+    struct vec3 d = vec_sub(vec_normalize(sum), face);
+    return fmax(fabs(d.x), fmax(fabs(d.y), fabs(d.z))) <= 16 * DBL_EPSILON;
+}
+
+static const char *corner_normal(struct smoothing *s, uint64_t corner, uint32_t *index)
+{
+    uint64_t leader = s->leader[corner];
+    struct vec3 normal = s->normals[leader];
+    /* Normals that cancel out leave the corner with that of its face. */
+    if (vec_is_zero(normal)) return builder_add_normal(s->builder, s->faces[corner / 3], index);
+    if (s->indices[leader] == NONE) {
+        const char *why = builder_add_normal(s->builder, normal, &s->indices[leader]);
+        if (why) return why;
+    }
+    *index = s->indices[leader];
+    return NULL;
+}
+
+static const char *add_triangle(struct smoothing *s, size_t i)
+{
+    const struct triangle *triangle = &s->triangles[i];
+    bool flat =
+        is_face_normal(s, 3 * i) && is_face_normal(s, 3 * i + 1) && is_face_normal(s, 3 * i + 2);
+    if (flat || vec_is_zero(s->faces[i])) return builder_add_triangle(s->builder, triangle);
+    struct patch patch = {.material = triangle->material};
+    memcpy(patch.vertex, triangle->vertex, sizeof patch.vertex);
+    for (size_t k = 0; k < 3; k++) {
+        const char *why = corner_normal(s, 3 * i + k, &patch.normal[k]);
+        if (why) return why;
+    }
+    return builder_add_patch(s->builder, &patch);
+}
+
+static void prepare(struct smoothing *s)
+{
+    s->faces = allocate(s->count, sizeof *s->faces);
+    for (size_t i = 0; i < s->count; i++)
+        s->faces[i] = face_normal(s->builder, &s->triangles[i]);
+    list_corners(s);
+    s->normals = allocate_zeroed(3 * s->count, sizeof *s->normals);
+    s->leader = allocate(3 * s->count, sizeof *s->leader);
+    s->indices = allocate(3 * s->count, sizeof *s->indices);
+    memset(s->indices, 0xff, 3 * s->count * sizeof *s->indices);
+    for (size_t v = 0; v < builder_vertex_count(s->builder); v++)
+        average_vertex(s, s->list + s->first[v], s->first[v + 1] - s->first[v]);
+}
+
+const char *add_smooth_triangles(struct builder *builder, const struct triangle *triangles,
+                                 size_t count, double crease)
+{
+    struct smoothing s = {.builder = builder,
+                          .triangles = triangles,
+                          .count = count,
+                          .least_cosine = cos(crease * (pi / 180))};
+    const char *why = NULL;
+    if (crease > 0) prepare(&s);
+    for (size_t i = 0; i < count && !why; i++)
+        why = crease > 0 ? add_triangle(&s, i) : builder_add_triangle(builder, &triangles[i]);
+    free(s.faces);
+    free(s.first);
+    free(s.list);
+    free(s.normals);
+    free(s.leader);
+    free(s.indices);
+    free(s.spokes);
+    free(s.groups);
+    return why;
+}

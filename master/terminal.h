@@ -1,0 +1,24 @@
+/*
+ * The terminal that output ends up on. Under mpiexec stdout and stderr are pipes to mpiexec, which
+ * passes on what arrives; the terminal that mpiexec's own stderr leads to then counts as ours. All
+ * doubts (other launchers, another machine, a redirected stderr) mean: no terminal.
+ */
+#ifndef FARM_MASTER_TERMINAL_H
+#define FARM_MASTER_TERMINAL_H
+
+#include <stdbool.h>
+#include <stdio.h>
+
+/* A descriptor of that terminal, for terminal_width(); the caller closes it. -1: there is none. */
+int terminal_open(FILE *out);
+
+/* Columns, read anew at each call; 80 when the terminal does not know. */
+int terminal_width(int descriptor);
+
+/* Columns of the terminal that `out` (or mpiexec's stderr) leads to, 0 when there is none. */
+int terminal_columns(FILE *out);
+
+/* Whether the terminal understands the sequences that move the cursor and erase. */
+bool terminal_draws(void);
+
+#endif

@@ -1,0 +1,36 @@
+/*
+ * Polygons into triangles by ear clipping (G. H. Meisters, "Polygons Have Ears", American
+ * Mathematical Monthly 82, 1975).
+ */
+#ifndef FARM_MASTER_TRIANGULATE_H
+#define FARM_MASTER_TRIANGULATE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "common/vec.h"
+
+/* Ear clipping takes time in the square of this: seconds for the worst of such polygons. */
+#define POLYGON_MAX_CORNERS 20000
+
+/* The result of the last polygon, and the memory that is used again for the next one. */
+struct triangulation {
+    uint32_t (*triangles)[3]; /* indices of corners, in the polygon's sense of rotation */
+    size_t count;
+    struct corner *corners;
+    uint32_t *blockers; /* corners that are not convex */
+    size_t blocker_count;
+    size_t capacity; /* corners that there is room for */
+};
+
+/*
+ * A simple polygon, concave or not, flat or nearly so (it is seen along the axis in which it is
+ * largest). Corners may coincide, lie on a line, or touch each other where a hole is joined to the
+ * outline. A polygon that crosses itself gives some triangles; one without area may give none.
+ * Returns NULL, or a constant text that says what is wrong.
+ */
+const char *triangulate(const struct vec3 *polygon, size_t count, struct triangulation *out);
+
+void triangulation_free(struct triangulation *triangulation);
+
+#endif

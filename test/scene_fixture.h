@@ -1,0 +1,170 @@
+/* What the tests of the kernel share: random numbers, and scenes built a primitive at a time. */
+#ifndef FARM_TEST_SCENE_FIXTURE_H
+#define FARM_TEST_SCENE_FIXTURE_H
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "common/scene.h"
+#include "master/builder.h"
+#include "worker/bvh.h"
+#include "worker/nearest.h"
+#include "worker/shape.h"
+
+/* xorshift64 (G. Marsaglia, 2003); the state must not be 0. */
+static inline double random_between(uint64_t *state, double low, double high)
+{
+    *state ^= *state << 13;
+    *state ^= *state >> 7;
+    *state ^= *state << 17;
+    return low + (high - low) * ((double)(*state >> 11) * 0x1p-53);
+}
+
+static inline uint32_t random_below(uint64_t *state, uint32_t count)
+{
+    return (uint32_t)random_between(state, 0, count);
+}
+
+static inline struct vec3 random_vector(uint64_t *state, double reach)
+{
+    double x = random_between(state, -reach, reach);
+    double y = random_between(state, -reach, reach);
+    return vec3(x, y, random_between(state, -reach, reach));
+}
+
+static inline struct ray ray_along(struct vec3 origin, struct vec3 direction)
+{
+    return (struct ray){origin, direction, INFINITE, PRIMITIVE_NONE, 0};
+}
+
+static inline struct ray ray_to(struct vec3 origin, struct vec3 target)
+{
+    return ray_along(origin, vec_sub(target, origin));
+}
+
+static inline void assert_near(double value, double expected, double tolerance)
+{
+    if (!(fabs(value - expected) <= tolerance))
+        fail_msg("%.17g is not within %g of %.17g", value, tolerance, expected);
+}
+
+static inline void assert_same(double value, double expected)
+{
+    if (!(value == expected)) fail_msg("%.17g is not %.17g", value, expected);
+}
+
+static inline void assert_vector_near(struct vec3 value, struct vec3 expected, double tolerance)
+{
+    assert_near(value.x, expected.x, tolerance);
+    assert_near(value.y, expected.y, tolerance);
+    assert_near(value.z, expected.z, tolerance);
+}
+
+/* Crossings ahead of the ray's origin. */
+static inline unsigned count_ahead(const struct crossings *found)
+{
+    return (unsigned)(found->t[0] > 0) + (unsigned)(found->t[1] > 0);
+}
+
+static inline void assert_added(const char *why)
+{
+    if (why) fail_msg("%s", why);
+}
+
+static inline uint32_t add_material(struct builder *builder, struct vec3 color, double transmission)
+{
+    struct material material = {
+        .color = color, .diffuse = 1, .transmission = transmission, .ior = 1};
+    uint32_t index;
+    assert_added(builder_add_material(builder, &material, &index));
+    return index;
+}
+
+static inline uint32_t add_vertex(struct builder *builder, struct vec3 point)
+{
+    uint32_t index;
+    assert_added(builder_add_vertex(builder, point, &index));
+    return index;
+}
+
+static inline uint32_t add_normal(struct builder *builder, struct vec3 normal)
+{
+    uint32_t index;
+    assert_added(builder_add_normal(builder, normal, &index));
+    return index;
+}
+
+static inline void add_triangle(struct builder *builder, struct vec3 a, struct vec3 b,
+                                struct vec3 c, uint32_t material)
+{
+    struct triangle triangle = {.material = material};
+    triangle.vertex[0] = add_vertex(builder, a);
+    triangle.vertex[1] = add_vertex(builder, b);
+    triangle.vertex[2] = add_vertex(builder, c);
+    assert_added(builder_add_triangle(builder, &triangle));
+}
+
+static inline void add_sphere(struct builder *builder, struct vec3 center, double radius,
+                              uint32_t material)
+{
+    struct sphere sphere = {.center = center, .radius = radius, .material = material};
+    assert_added(builder_add_sphere(builder, &sphere));
+}
+
+static inline void add_box(struct builder *builder, struct vec3 min, struct vec3 max,
+                           uint32_t material)
+{
+    struct box box = {.min = min, .max = max, .material = material};
+    assert_added(builder_add_box(builder, &box));
+}
+
+static inline struct scene *finish_scene(struct builder *builder)
+{
+    struct view view = {.camera = {.forward = {0, 0, 1}, .right = {1, 0, 0}, .down = {0, 1, 0}},
+                        .background_up = {0, 1, 0},
+                        .width = 1,
+                        .height = 1,
+                        .region_w = 1,
+                        .region_h = 1,
+                        .samples = 1};
+    struct scene *scene = builder_finish(builder, &view);
+    builder_destroy(builder);
+    return scene;
+}
+
+/* The caller frees it. The memory is dirty: the tree must not depend on what was there. */
+static inline struct bvh *build_tree(const struct scene *scene)
+{
+    size_t bytes = bvh_bytes_bound(scene);
+    void *memory = aligned_alloc(64, bytes);
+    assert_non_null(memory);
+    memset(memory, 0xa5, bytes);
+    return bvh_build(scene, memory);
+}
+
+static inline struct hit nearest_of(const struct scene *scene, const struct bvh *bvh,
+                                    const struct ray *ray)
+{
+    struct hit hit;
+    uint64_t exact = 0;
+    nearest(scene, bvh, ray, 1, &hit, &exact);
+    return hit;
+}
+
+static inline struct vec3 light_through(const struct scene *scene, const struct bvh *bvh,
+                                        const struct ray *ray)
+{
+    struct vec3 light;
+    uint64_t exact = 0;
+    occluded(scene, bvh, ray, 1, &light, &exact);
+    return light;
+}
+
+#endif

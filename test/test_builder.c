@@ -1,0 +1,184 @@
+/* The builder: what it accepts and refuses, and the block that it makes. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "master/builder.h"
+#include "master/load.h"
+
+static struct material plain(void)
+{
+    return (struct material){.color = {0.5, 0.5, 0.5}, .diffuse = 1, .shininess = 10, .ior = 1};
+}
+
+static uint32_t add_material(struct builder *builder, double reflection)
+{
+    struct material material = plain();
+    material.reflection = reflection;
+    uint32_t index;
+    assert_null(builder_add_material(builder, &material, &index));
+    return index;
+}
+
+static struct view some_view(void)
+{
+    struct settings settings;
+    settings_init(&settings);
+    settings.camera.eye = vec3(0, 0, 5);
+    struct view view = settings_view(&settings);
+    settings_free(&settings);
+    return view;
+}
+
+/* One of everything, with a material that nobody uses in between. */
+static struct builder *fill(void)
+{
+    struct builder *b = builder_create();
+    uint32_t matt = add_material(b, 0), unused = add_material(b, 0.5),
+             mirror = add_material(b, 0.7);
+    assert_int_equal(unused, 1);
+    uint32_t v[3], n;
+    for (int i = 0; i < 3; i++)
+        assert_null(builder_add_vertex(b, vec3(i == 1, i == 2, 0), &v[i]));
+    assert_null(builder_add_normal(b, vec3(0, 0, 3), &n));
+    struct triangle triangle = {{v[0], v[1], v[2]}, mirror};
+    struct patch patch = {{v[0], v[1], v[2]}, {n, n, n}, matt};
+    struct sphere sphere = {.center = {5, 0, 0}, .radius = 2, .material = mirror};
+    struct plane plane = {.normal = {0, 2, 0}, .material = matt};
+    struct disc disc = {.normal = {0, 0, -3}, .radius = 1, .material = matt};
+    struct box box = {.min = {-3, -1, -1}, .max = {-2, 1, 1}, .material = matt};
+    struct cone cone = {.base = {0, 0, 0}, .apex = {0, 9, 0}, .base_radius = 1, .material = matt};
+    struct light light = {{1, 2, 3}, {1, 1, 1}};
+    assert_null(builder_add_triangle(b, &triangle));
+    assert_null(builder_add_patch(b, &patch));
+    assert_null(builder_add_sphere(b, &sphere));
+    assert_null(builder_add_plane(b, &plane));
+    assert_null(builder_add_disc(b, &disc));
+    assert_null(builder_add_box(b, &box));
+    assert_null(builder_add_cone(b, &cone));
+    assert_null(builder_add_light(b, &light));
+    return b;
+}
+
+static void test_block_holds_what_was_added(void **state)
+{
+    (void)state;
+    struct builder *builder = fill();
+    struct view view = some_view();
+    struct scene *scene = builder_finish(builder, &view);
+    const char *why = "";
+    if (!scene_valid(scene, scene->bytes, &why)) fail_msg("%s", why);
+    assert_int_equal(scene_primitive_count(scene), 7);
+    assert_int_equal(scene->materials.count, 2);
+    assert_true(scene_materials(scene)[1].reflection == 0.7);
+    assert_int_equal(scene_triangles(scene)->material, 1);
+    assert_int_equal(scene_patches(scene)->material, 0);
+    assert_true(scene_planes(scene)->normal.y == 1);
+    assert_true(scene_discs(scene)->normal.z == -1);
+    assert_true(scene_normals(scene)->z == 1);
+    assert_int_equal(primitive_material(scene, primitive_id(PRIMITIVE_SPHERE, 0)), 1);
+    assert_int_equal(primitive_material(scene, primitive_id(PRIMITIVE_PLANE, 0)), 0);
+    free(scene);
+    builder_destroy(builder);
+}
+
+static void test_same_input_same_bytes(void **state)
+{
+    (void)state;
+    struct view view = some_view();
+    struct scene *blocks[2];
+    for (int i = 0; i < 2; i++) {
+        struct builder *builder = fill();
+        blocks[i] = builder_finish(builder, &view);
+        builder_destroy(builder);
+    }
+    assert_int_equal(blocks[0]->bytes, blocks[1]->bytes);
+    assert_memory_equal(blocks[0], blocks[1], blocks[0]->bytes);
+    free(blocks[0]);
+    free(blocks[1]);
+}
+
+static void test_bounds(void **state)
+{
+    (void)state;
+    struct vec3 min, max;
+    struct builder *builder = builder_create();
+    assert_false(builder_bounds(builder, &min, &max));
+    builder_destroy(builder);
+    builder = fill();
+    assert_true(builder_bounds(builder, &min, &max));
+    assert_true(min.x == -3 && max.x == 7 && min.y == -2 && max.y == 9 && min.z == -2);
+    builder_destroy(builder);
+}
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    struct builder *b = builder_create();
+    uint32_t m = add_material(b, 0), index;
+    struct sphere spheres[] = {{.radius = 0},
+                               {.radius = -1},
+                               {.radius = nan("")},
+                               {.radius = HUGE_VAL},
+                               {.center = {nan(""), 0, 0}, .radius = 1}};
+    for (size_t i = 0; i < 5; i++) {
+        spheres[i].material = m;
+        assert_non_null(builder_add_sphere(b, &spheres[i]));
+    }
+    struct plane plane = {.material = m};
+    struct disc disc = {.radius = 1, .material = m};
+    struct box box = {.max = {1, 0, 1}, .material = m};
+    struct cone same_ends = {.base_radius = 1, .material = m};
+    struct cone no_radius = {.apex = {0, 1, 0}, .material = m};
+    struct cone too_long = {
+        .base = {-1.7e308, 0, 0}, .apex = {1.7e308, 0, 0}, .base_radius = 1, .material = m};
+    assert_non_null(builder_add_plane(b, &plane));
+    assert_non_null(builder_add_disc(b, &disc));
+    assert_non_null(builder_add_box(b, &box));
+    assert_non_null(builder_add_cone(b, &same_ends));
+    assert_non_null(builder_add_cone(b, &no_radius));
+    assert_non_null(builder_add_cone(b, &too_long));
+    assert_non_null(builder_add_normal(b, vec3(0, 0, 0), &index));
+    assert_non_null(builder_add_vertex(b, vec3(0, HUGE_VAL, 0), &index));
+    struct material bad = plain();
+    bad.reflection = 1.5;
+    assert_non_null(builder_add_material(b, &bad, &index));
+    bad = plain();
+    bad.ior = 0;
+    assert_non_null(builder_add_material(b, &bad, &index));
+    struct light light = {{0, 0, 0}, {-1, 0, 0}};
+    assert_non_null(builder_add_light(b, &light));
+    builder_destroy(b);
+}
+
+static void test_many(void **state)
+{
+    (void)state;
+    struct builder *b = builder_create();
+    for (uint32_t i = 0; i < 10000; i++) {
+        uint32_t index;
+        assert_null(builder_add_vertex(b, vec3(i, 0, 0), &index));
+        assert_int_equal(index, i);
+    }
+    assert_int_equal(builder_vertex_count(b), 10000);
+    assert_true(builder_vertex(b, 9999).x == 9999);
+    builder_destroy(b);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_block_holds_what_was_added),
+        cmocka_unit_test(test_same_input_same_bytes),
+        cmocka_unit_test(test_bounds),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_many),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,84 @@
+# The command line and what is said about wrong input: one clear line, exit status 2, nothing started.
+. test/lib.sh
+cd "$T" || exit 1
+cp "$DATA"/everything.ini "$DATA"/star.* "$DATA"/parts.nff .
+
+help() { run 0 "$FARM" --help && echo "$out" | grep -q 'usage:' && [ -z "$err" ]; }
+check "--help on stdout" help
+version() { run 0 "$FARM" --version && echo "$out" | grep -Eq '^farm [0-9]+\.[0-9]+\.[0-9]+$'; }
+check "--version on stdout" version
+once() { run 0 farm_n 3 --help && [ "$(echo "$out" | grep -c usage:)" -eq 1 ]; }
+check "--help under mpiexec is said once" once
+
+wrong() { # N PATTERN ARGUMENT...: one line on stderr that matches, status 2, nothing left behind
+    n=$1 pattern=$2; shift 2
+    before=$(ls)
+    run 2 farm_n "$n" "$@" || return 1
+    echo "$err"
+    [ "$(lines "$err")" -eq 1 ] && [ -z "$out" ] && [ "$(ls)" = "$before" ] &&
+        echo "$err" | grep -Eq "$pattern"
+}
+for n in 0 2; do
+    check "no arguments, -n $n" wrong $n 'no scene given'
+    check "unknown option, -n $n" wrong $n "unknown option '--frobnicate'" --frobnicate everything.ini
+    check "two scenes, -n $n" wrong $n 'second scene' everything.ini everything.ini
+    check "missing file, -n $n" wrong $n '^nothing\.ini: ' nothing.ini
+    check "a folder, -n $n" wrong $n '^\.: ' .
+    check "unknown extension, -n $n" wrong $n 'expected' lib.txt
+    check "unknown key in an override, -n $n" wrong $n "image.widht.*width" everything.ini image.widht=3
+    check "zero-sized picture, -n $n" wrong $n 'image.width' everything.ini image.width=0
+    check "not a number, -n $n" wrong $n 'image.width' everything.ini image.width=many
+    check "missing output folder, -n $n" wrong $n 'output.image' everything.ini \
+        output.image=missing/folder/a.png
+    check "unknown picture format, -n $n" wrong $n 'png' everything.ini output.image=a.jpeg
+done
+check "nobody would render" wrong 1 'master_renders' everything.ini farm.master_renders=no
+check "too many tiles" wrong 0 'farm.tile' everything.ini farm.tile=1 image.width=16000 \
+    image.height=16000
+
+# bad LINE PATTERN INI-LINES: the error names the file and that line.
+bad() {
+    printf '%b' "$3" >bad.ini
+    wrong 0 "^bad\.ini:$1: $2" bad.ini
+}
+check "unknown key" bad 3 "unknown key.*radus.*radius" '[sphere a]\ncenter = 0 0 0\nradus = 1\n'
+check "unknown section" bad 1 "unknown section.*spher.*sphere" '[spher a]\nradius = 1\n'
+check "missing key" bad 1 ".*radius" '[sphere a]\ncenter = 0 0 0\n'
+check "negative radius" bad 3 ".*radius" '[sphere a]\ncenter = 0 0 0\nradius = -1\n'
+check "NaN" bad 2 ".*center" '[sphere a]\ncenter = 0 nan 0\nradius = 1\n'
+check "infinity" bad 2 ".*center" '[sphere a]\ncenter = 0 inf 0\nradius = 1\n'
+check "overflow" bad 2 ".*center" '[sphere a]\ncenter = 0 1e999 0\nradius = 1\n'
+check "two numbers where three are due" bad 2 ".*center" '[sphere a]\ncenter = 0 1\nradius = 1\n'
+check "missing material" bad 4 ".*gold.*glod" \
+    '[sphere a]\ncenter = 0 0 0\nradius = 1\nmaterial = gold\n[material glod]\n'
+check "degenerate camera" bad '[0-9]' ".*look_at" '[camera]\neye = 1 1 1\nlook_at = 1 1 1\n'
+check "up along the view" bad '[0-9]' ".*up" '[camera]\neye = 0 0 0\nlook_at = 0 5 0\nup = 0 1 0\n'
+check "missing mesh file" bad 2 ".*none.obj" '[mesh a]\nfile = none.obj\n'
+check "indented key is a key, not a continuation" bad 3 ".*radus" \
+    '[sphere a]\n  center = 0 0 0\n  radus = 1\n'
+long=$(printf '%0300d' 0)
+check "a long line" bad 2 ".*" "[sphere a]\ncenter = $long\n"
+check "a long name" bad 1 ".*" "[sphere $(printf '%060d' 0)]\nradius = 1\n"
+check "no closing bracket" bad 1 ".*" '[sphere a\nradius = 1\n'
+check "duplicate key" bad 3 ".*radius" '[sphere a]\nradius = 1\nradius = 2\n'
+
+ok_check() { run 0 "$FARM" --check everything.ini && echo "$out" | grep -q 'all right' && [ ! -e everything.png ]; }
+check "--check renders nothing" ok_check
+round_trip() {
+    run 0 "$FARM" --print-config everything.ini image.width=40 image.height=30 || return 1
+    printf '%s\n' "$out" >again.ini
+    run 0 "$FARM" everything.ini image.width=40 image.height=30 output.image=a.pfm || return 1
+    run 0 "$FARM" again.ini output.image=b.pfm && cmp a.pfm b.pfm
+}
+check "--print-config gives the same picture" round_trip
+defaults() {
+    mkdir -p elsewhere && cd elsewhere || return 1
+    run 0 "$FARM" ../everything.ini image.width=8 image.height=8; status=$?
+    cd .. && [ $status -eq 0 ] && [ -s elsewhere/everything.png ] && [ -s elsewhere/everything.json ]
+}
+check "picture and report go to the current folder" defaults
+for scene in parts.nff star.obj; do
+    direct() { run 0 farm_n 2 "$scene" image.width=32 image.height=24 && [ -s "${scene%.*}.png" ]; }
+    check "$scene directly" direct
+done
+finish

@@ -1,0 +1,298 @@
+#include "scene_fixture.h"
+
+#include "worker/cone.h"
+
+static const struct cone tube = {
+    .base = {0, 0, 0}, .apex = {0, 0, 2}, .base_radius = 1, .apex_radius = 1};
+static const struct cone rod = {
+    .base = {0, 0, 0}, .apex = {0, 0, 2}, .base_radius = 1, .apex_radius = 1, .capped = 1};
+static const struct cone hat = {.base = {0, 0, 0}, .apex = {0, 0, 2}, .base_radius = 1};
+static const struct cone spike = {
+    .base = {0, 0, 0}, .apex = {0, 0, 2}, .base_radius = 1, .capped = 1};
+static const struct cone bucket = {
+    .base = {0, 0, 0}, .apex = {0, 0, 4}, .base_radius = 1, .apex_radius = 2, .capped = 1};
+
+static void assert_crossings(const struct cone *cone, struct ray ray, double enter,
+                             uint32_t enter_part, double leave, uint32_t leave_part)
+{
+    struct crossings found = cone_crossings(cone, &ray, false);
+    assert_near(found.t[0], enter, 1e-15 * fabs(enter));
+    assert_near(found.t[1], leave, 1e-15 * fabs(leave));
+    assert_int_equal(found.part[0], enter_part);
+    assert_int_equal(found.part[1], leave_part);
+}
+
+static void assert_missed(const struct cone *cone, struct ray ray)
+{
+    struct crossings found = cone_crossings(cone, &ray, false);
+    assert_int_equal(count_ahead(&found), 0);
+}
+
+static void test_cylinder_side(void **state)
+{
+    (void)state;
+    struct ray across = ray_along(vec3(-3, 0, 1), vec3(2, 0, 0));
+    assert_crossings(&tube, across, 1, CONE_SIDE, 2, CONE_SIDE);
+    assert_crossings(&rod, across, 1, CONE_SIDE, 2, CONE_SIDE);
+    assert_crossings(&rod, ray_along(vec3(-3, 0.6, 1), vec3(1, 0, 0)), 2.2, CONE_SIDE, 3.8,
+                     CONE_SIDE);
+    assert_missed(&tube, ray_along(vec3(-3, 0, 2.5), vec3(1, 0, 0)));
+    assert_missed(&rod, ray_along(vec3(-3, 1.5, 1), vec3(1, 0, 0)));
+    assert_missed(&rod, ray_along(vec3(3, 0, 1), vec3(1, 0, 0)));
+}
+
+static void test_cylinder_caps(void **state)
+{
+    (void)state;
+    struct ray axis = ray_along(vec3(0, 0, -1), vec3(0, 0, 1));
+    assert_crossings(&rod, axis, 1, CONE_BASE_CAP, 3, CONE_APEX_CAP);
+    assert_missed(&tube, axis);
+    assert_crossings(&rod, ray_along(vec3(0.5, 0, 3), vec3(0, 0, -1)), 1, CONE_APEX_CAP, 3,
+                     CONE_BASE_CAP);
+    assert_crossings(&rod, ray_along(vec3(0, 0, -1), vec3(0.5, 0, 1)), 1, CONE_BASE_CAP, 2,
+                     CONE_SIDE);
+    assert_missed(&rod, ray_along(vec3(1.5, 0, -1), vec3(0, 0, 1)));
+}
+
+static void test_from_inside(void **state)
+{
+    (void)state;
+    struct ray ray = ray_along(vec3(0.5, 0, 1), vec3(1, 0, 0));
+    assert_crossings(&rod, ray, -1.5, CONE_SIDE, 0.5, CONE_SIDE);
+    ray = ray_along(vec3(0.5, 0, 1), vec3(0, 0, 1));
+    assert_crossings(&rod, ray, -1, CONE_BASE_CAP, 1, CONE_APEX_CAP);
+}
+
+static void test_tangent(void **state)
+{
+    (void)state;
+    assert_crossings(&tube, ray_along(vec3(-3, 1, 1), vec3(1, 0, 0)), 3, CONE_SIDE, 3, CONE_SIDE);
+    assert_missed(&tube, ray_along(vec3(-3, nextafter(1, 2), 1), vec3(1, 0, 0)));
+    /* in the side, along the axis: closed */
+    assert_crossings(&rod, ray_along(vec3(1, 0, -1), vec3(0, 0, 1)), 1, CONE_BASE_CAP, 3,
+                     CONE_APEX_CAP);
+}
+
+static void test_cone_side(void **state)
+{
+    (void)state;
+    struct ray across = ray_along(vec3(-3, 0, 1), vec3(1, 0, 0));
+    assert_crossings(&hat, across, 2.5, CONE_SIDE, 3.5, CONE_SIDE);
+    assert_crossings(&spike, across, 2.5, CONE_SIDE, 3.5, CONE_SIDE);
+    /* the other nappe, above the tip */
+    assert_missed(&hat, ray_along(vec3(-3, 0, 3), vec3(1, 0, 0)));
+    assert_missed(&spike, ray_along(vec3(-3, 0, 3), vec3(1, 0, 0)));
+    /* from the other nappe down through the tip */
+    assert_crossings(&spike, ray_along(vec3(0, 0, 5), vec3(0, 0, -1)), 3, CONE_APEX_CAP, 5,
+                     CONE_BASE_CAP);
+    assert_crossings(&bucket, ray_along(vec3(-3, 0, 2), vec3(1, 0, 0)), 1.5, CONE_SIDE, 4.5,
+                     CONE_SIDE);
+}
+
+/* Parallel to a generator: the quadratic term vanishes. */
+static void test_cone_generator(void **state)
+{
+    (void)state;
+    struct ray up = ray_along(vec3(-0.25, 0, 1), vec3(-1, 0, 2));
+    struct crossings found = cone_crossings(&spike, &up, false);
+    assert_near(found.t[0], -0.5, 1e-15);
+    assert_near(found.t[1], 0.125, 1e-15);
+    assert_int_equal(found.part[0], CONE_BASE_CAP);
+    assert_int_equal(found.part[1], CONE_SIDE);
+    struct ray along = ray_along(vec3(2, 0, -2), vec3(-1, 0, 2));
+    found = cone_crossings(&spike, &along, false);
+    assert_false(isnan(found.t[0]) || isnan(found.t[1]));
+    found = cone_crossings(&hat, &along, false);
+    assert_false(isnan(found.t[0]) || isnan(found.t[1]));
+}
+
+static void test_leaving(void **state)
+{
+    (void)state;
+    struct ray ray = ray_along(vec3(-1, 0, 1), vec3(1, 0, 0));
+    ray.from_part = CONE_SIDE;
+    struct crossings found = cone_crossings(&rod, &ray, true);
+    assert_int_equal(count_ahead(&found), 1);
+    assert_same(found.t[1], 2);
+    assert_int_equal(found.part[1], CONE_SIDE);
+    ray.direction = vec3(1, 0, 2);
+    found = cone_crossings(&rod, &ray, true);
+    assert_int_equal(count_ahead(&found), 1);
+    assert_same(found.t[1], 0.5);
+    assert_int_equal(found.part[1], CONE_APEX_CAP);
+    found = cone_crossings(&tube, &ray, true);
+    assert_int_equal(count_ahead(&found), 0);
+    ray.direction = vec3(-1, 0, 0.1);
+    found = cone_crossings(&rod, &ray, true);
+    assert_int_equal(count_ahead(&found), 0);
+    ray = ray_along(vec3(0.25, 0, 2), vec3(0, 0, -1));
+    ray.from_part = CONE_APEX_CAP;
+    found = cone_crossings(&rod, &ray, true);
+    assert_int_equal(count_ahead(&found), 1);
+    assert_same(found.t[1], 2);
+    assert_int_equal(found.part[1], CONE_BASE_CAP);
+    ray.direction.z = 1;
+    found = cone_crossings(&rod, &ray, true);
+    assert_int_equal(count_ahead(&found), 0);
+}
+
+/* Going down inside a hat from a point of its side: out through the base, never the other nappe. */
+static void test_leaving_a_cone_downwards(void **state)
+{
+    (void)state;
+    struct ray ray = ray_along(vec3(0.5, 0, 1), vec3(-0.1, 0, -1));
+    struct crossings found = cone_crossings(&spike, &ray, true);
+    assert_int_equal(count_ahead(&found), 1);
+    assert_same(found.t[1], 1);
+    assert_int_equal(found.part[1], CONE_BASE_CAP);
+    found = cone_crossings(&hat, &ray, true);
+    assert_int_equal(count_ahead(&found), 0);
+    ray.direction = vec3(0.1, 0, 1); /* out, past the tip */
+    found = cone_crossings(&hat, &ray, true);
+    assert_int_equal(count_ahead(&found), 0);
+}
+
+static struct cone random_cone(uint64_t *random)
+{
+    struct cone cone = {.base = random_vector(random, 5), .capped = 1};
+    cone.apex = vec_add(cone.base, random_vector(random, 5));
+    cone.base_radius = random_between(random, 0.1, 3);
+    cone.apex_radius = random_between(random, -3, 3);
+    if (cone.apex_radius < -1) cone.apex_radius = cone.base_radius;
+    if (cone.apex_radius < 0) cone.apex_radius = 0;
+    return cone;
+}
+
+/* A point at height s, at share r of the radius there; *out is the direction away from the axis. */
+static struct vec3 cone_point(const struct cone *cone, uint64_t *random, double s, double r,
+                              struct vec3 *out)
+{
+    struct vec3 w = vec_sub(cone->apex, cone->base);
+    *out = vec_normalize(vec_cross(w, random_vector(random, 1)));
+    double radius = cone->base_radius + s * (cone->apex_radius - cone->base_radius);
+    return vec_add_scaled(vec_add_scaled(cone->base, w, s), *out, r * radius);
+}
+
+static void test_points_on_the_side(void **state)
+{
+    (void)state;
+    uint64_t random = 5;
+    for (int i = 0; i < 40000; i++) {
+        struct cone cone = random_cone(&random);
+        cone.capped = (uint32_t)i & 1;
+        struct vec3 out,
+            target = cone_point(&cone, &random, random_between(&random, 0.01, 0.99), 1, &out);
+        struct ray ray = ray_to(random_vector(&random, 20), target);
+        struct vec3 normal = cone_normal(&cone, vec_sub(target, cone.base), CONE_SIDE);
+        assert_near(vec_length(normal), 1, 1e-15);
+        assert_true(vec_dot(normal, out) > 0);
+        double cosine = vec_dot(vec_normalize(ray.direction), normal);
+        if (fabs(cosine) < 0.02) continue;
+        struct crossings found = cone_crossings(&cone, &ray, false);
+        unsigned which = cosine < 0 ? 0 : 1;
+        assert_near(found.t[which], 1, 1e-9);
+        assert_int_equal(found.part[which], CONE_SIDE);
+        struct ray outward = ray_along(target, normal), inward = ray_along(target, vec_neg(normal));
+        found = cone_crossings(&cone, &outward, true);
+        assert_int_equal(count_ahead(&found), 0);
+        found = cone_crossings(&cone, &inward, true);
+        if (cone.capped) assert_int_equal(count_ahead(&found), 1);
+    }
+}
+
+/* Through inner points, and exactly at rims: in and out come together. */
+static void test_capped_is_closed(void **state)
+{
+    (void)state;
+    uint64_t random = 6;
+    for (int i = 0; i < 40000; i++) {
+        struct cone cone = random_cone(&random);
+        struct vec3 out;
+        bool rim = i & 1;
+        double s = rim ? (double)(i / 2 % 2) : random_between(&random, 0.01, 0.99);
+        struct vec3 target =
+            cone_point(&cone, &random, s, rim ? 1 : random_between(&random, 0, 0.99), &out);
+        struct ray ray =
+            ray_to(vec_add(cone.base, vec_scale(random_vector(&random, 1), 50)), target);
+        struct crossings found = cone_crossings(&cone, &ray, false);
+        assert_true((found.t[0] == NOT_CROSSED) == (found.t[1] == NOT_CROSSED));
+        assert_true(found.t[0] <= found.t[1]);
+        if (!rim) assert_true(found.t[0] < 1 && found.t[1] > 1);
+    }
+}
+
+static void test_distant_cylinder(void **state)
+{
+    (void)state;
+    for (double distance = 1e3; distance <= 1e12; distance *= 1e3) {
+        struct ray ray = ray_along(vec3(-distance, 0.6, 1), vec3(1, 0, 0));
+        struct crossings found = cone_crossings(&rod, &ray, false);
+        assert_near(found.t[0], distance - 0.8, 4 * 0x1p-52 * distance);
+        ray.origin.y = 1.000001;
+        found = cone_crossings(&rod, &ray, false);
+        assert_int_equal(count_ahead(&found), 0);
+    }
+}
+
+/* Almost along the axis of a long thin cylinder. */
+static void test_small_angle(void **state)
+{
+    (void)state;
+    struct cone needle = {.apex = {0, 0, 1e12}, .base_radius = 1, .apex_radius = 1};
+    for (double angle = 1e-3; angle > 1e-11; angle /= 8) {
+        struct ray ray = ray_along(vec3(0, 0, 1), vec3(angle, 0, 1));
+        struct crossings found = cone_crossings(&needle, &ray, false);
+        assert_near(found.t[1], 1 / angle, 8 * 0x1p-52 / angle);
+    }
+}
+
+static void test_normals(void **state)
+{
+    (void)state;
+    assert_vector_near(cone_normal(&rod, vec3(0.5, 0, 2), CONE_APEX_CAP), vec3(0, 0, 1), 0);
+    assert_vector_near(cone_normal(&rod, vec3(0.5, 0, 0), CONE_BASE_CAP), vec3(0, 0, -1), 0);
+    assert_vector_near(cone_normal(&rod, vec3(0, 1, 1), CONE_SIDE), vec3(0, 1, 0), 1e-15);
+    double root = sqrt(5);
+    assert_vector_near(cone_normal(&hat, vec3(0, 0.5, 1), CONE_SIDE), vec3(0, 2 / root, 1 / root),
+                       1e-15);
+    assert_vector_near(cone_normal(&hat, vec3(0, 0, 2), CONE_SIDE), vec3(0, 0, 1), 0);
+}
+
+static void test_bounds(void **state)
+{
+    (void)state;
+    struct bounds bounds = cone_bounds(&bucket);
+    assert_vector_near(vec3(bounds.min[0], bounds.min[1], bounds.min[2]), vec3(-2, -2, 0), 0);
+    assert_vector_near(vec3(bounds.max[0], bounds.max[1], bounds.max[2]), vec3(2, 2, 4), 0);
+    uint64_t random = 7;
+    for (int i = 0; i < 10000; i++) {
+        struct cone cone = random_cone(&random);
+        struct vec3 out, p = cone_point(&cone, &random, random_between(&random, 0, 1), 1, &out);
+        bounds = cone_bounds(&cone);
+        for (unsigned axis = 0; axis < 3; axis++) {
+            assert_true(vec_component(&p, axis) >= bounds.min[axis] - 1e-14);
+            assert_true(vec_component(&p, axis) <= bounds.max[axis] + 1e-14);
+        }
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_cylinder_side),
+        cmocka_unit_test(test_cylinder_caps),
+        cmocka_unit_test(test_from_inside),
+        cmocka_unit_test(test_tangent),
+        cmocka_unit_test(test_cone_side),
+        cmocka_unit_test(test_cone_generator),
+        cmocka_unit_test(test_leaving),
+        cmocka_unit_test(test_leaving_a_cone_downwards),
+        cmocka_unit_test(test_points_on_the_side),
+        cmocka_unit_test(test_capped_is_closed),
+        cmocka_unit_test(test_distant_cylinder),
+        cmocka_unit_test(test_small_angle),
+        cmocka_unit_test(test_normals),
+        cmocka_unit_test(test_bounds),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

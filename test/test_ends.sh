@@ -1,0 +1,70 @@
+# How a run ends when something outside goes wrong: a clear message, no hang, nothing half written.
+. test/lib.sh
+cd "$T" || exit 1
+SCENE=$DATA/everything.ini
+SLOW="image.width=1500 image.height=1500 sampling.samples=64"
+
+no_table() {
+    farm_n "$n" "$SCENE" output.image=full.png output.report= >/dev/full 2>e
+    status=$?
+    cat e
+    # Under mpiexec it is mpiexec that meets the full disk.
+    [ -s full.png ] && { [ "$n" -gt 0 ] || { [ $status -eq 1 ] && grep -q 'standard output' e; }; }
+}
+
+for n in 0 3; do
+    full() { # KEY: found before rendering or when writing, but told, and with no other message
+        farm_n "$n" "$SCENE" output.image=full.png "$1=/dev/full" >o 2>e
+        status=$?
+        cat e
+        [ $status -ne 0 ] && [ "$(wc -l <e)" -eq 1 ] && grep -q 'No space left' e
+    }
+    check "no space for the report, -n $n" full output.report
+    check "no space for the table, -n $n" no_table
+
+    if [ "$n" -eq 0 ]; then STARTER=; else STARTER="$MPIEXEC -n $n"; fi
+    head_run() {
+        { timeout 60 sh -c "$STARTER $FARM $SCENE output.image=h$n.png; echo \$? >status" |
+            head -n 1 >first; } 2>err
+        [ -s first ] && [ -s "h$n.png" ]
+    }
+    check "piped into head, -n $n" head_run
+
+    for signal in INT TERM; do
+        # A script's background jobs ignore SIGINT; setsid's child starts with it ignored too, so the
+        # program is started through a shell that puts the default back.
+        interrupted() {
+            farm_bg() {
+                if [ "$n" -eq 0 ]; then exec env --default-signal=INT "$FARM" "$SCENE" $SLOW
+                else exec env --default-signal=INT "$MPIEXEC" -n "$n" "$FARM" "$SCENE" $SLOW; fi
+            }
+            farm_bg >o 2>e &
+            pid=$!
+            sleep 1.5
+            kill -$signal $pid
+            i=0
+            while kill -0 $pid 2>/dev/null && [ $i -lt 100 ]; do sleep 0.1; i=$((i + 1)); done
+            if [ $i -ge 100 ]; then kill -9 $pid; echo "still running after 10 s"; cat e; return 1; fi
+            wait $pid
+            status=$?
+            cat e
+            echo "status $status"
+            # mpiexec itself ends with 0 after SIGTERM, whatever its processes return.
+            [ "$signal$n" = TERM3 ] && status=1
+            [ $status -eq 1 ] && [ ! -e everything.png ] && grep -q 'stopped by' e
+        }
+        check "SIG$signal, -n $n" interrupted
+    done
+done
+
+unwritable() { # found out before rendering: at once, although the picture would take minutes
+    run 2 "$FARM" "$SCENE" $SLOW output.image=/proc/none/a.png && echo "$err" | grep -q output.image
+}
+check "unwritable output is found before rendering" unwritable
+keeps() {
+    echo old >old.png
+    run 2 "$FARM" "$SCENE" output.image=old.png output.report=/proc/none/a.json
+    [ "$(cat old.png)" = old ]
+}
+check "what stood there is not touched by a run that cannot start" keeps
+finish

@@ -1,0 +1,16 @@
+# The boundaries of the house: who may know whom.
+. test/lib.sh
+
+none() { # PATTERN FILES...: no line matches
+    ! grep -nE "$@"
+}
+check "MPI is called in serve, work and main alone" none '\bMPI_[A-Z][A-Za-z_]*\(' \
+    $(ls common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] |
+        grep -vE '^(master/(serve|main)|worker/work)\.')
+check "common/ knows neither side" none '#include "(master|worker)/' common/*.[ch]
+check "worker/ does not know master/" none '#include "master/' worker/*.[ch]
+check "of master/, only main knows worker/" none '#include "worker/' \
+    $(ls master/*.[ch] | grep -v '^master/main\.c$')
+check "the queue knows no MPI, no clock, no scene and no thread" none \
+    'include.*(mpi|clock|nap|scene|settings|pthread|time)\.h' master/queue.c master/queue.h
+finish

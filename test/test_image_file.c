@@ -1,0 +1,469 @@
+#include <dirent.h>
+#include <fcntl.h>
+#include <math.h>
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "common/message.h"
+#include "master/image_file.h"
+
+#define STBI_ONLY_PNG
+#define STBI_ONLY_HDR
+#define STB_IMAGE_IMPLEMENTATION
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpragmas"
+#pragma GCC diagnostic ignored "-Wunknown-warning-option"
+#pragma GCC diagnostic ignored "-Wunused-but-set-variable"
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wsign-conversion"
+#pragma GCC diagnostic ignored "-Wimplicit-int-conversion"
+#pragma GCC diagnostic ignored "-Wdouble-promotion"
+#pragma GCC diagnostic ignored "-Wcast-qual"
+#pragma GCC diagnostic ignored "-Wshadow"
+#pragma GCC diagnostic ignored "-Wundef"
+#include <stb/stb_image.h>
+#pragma GCC diagnostic pop
+
+/* Every test runs in an empty folder of its own. */
+static char said[1000];
+
+static int enter_folder(void **state)
+{
+    char *folder = copy_text("/tmp/farm-test-XXXXXX");
+    if (!mkdtemp(folder) || chdir(folder)) return -1;
+    message_capture(said, sizeof said);
+    *state = folder;
+    return 0;
+}
+
+static int leave_folder(void **state)
+{
+    message_capture(NULL, 0);
+    char *command = format_text("rm -rf '%s'", (char *)*state);
+    int status = chdir("/") || system(command);
+    free(command);
+    free(*state);
+    return status;
+}
+
+static unsigned count_files(void)
+{
+    unsigned files = 0;
+    DIR *folder = opendir(".");
+    assert_non_null(folder);
+    while (readdir(folder))
+        files++;
+    closedir(folder);
+    return files - 2;
+}
+
+/* The bytes of a file, ended by a 0 that does not count. */
+static char *read_all(const char *path, size_t *bytes)
+{
+    char *text = allocate_zeroed(1 << 16, 1);
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    *bytes = fread(text, 1, (1 << 16) - 1, file);
+    fclose(file);
+    return text;
+}
+
+static void assert_file_is(const char *path, const char *expected)
+{
+    size_t bytes;
+    char *text = read_all(path, &bytes);
+    assert_string_equal(text, expected);
+    free(text);
+}
+
+static void make_file(const char *path, const char *text)
+{
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    fputs(text, file);
+    fclose(file);
+}
+
+#define assert_said(part) assert_non_null(strstr(said, part))
+
+/* Every refusal is one line. */
+static void assert_one_line(void)
+{
+    assert_ptr_equal(strchr(said, '\n'), said + strlen(said) - 1);
+}
+
+static struct canvas sample_canvas(uint32_t width, uint32_t height)
+{
+    struct canvas canvas;
+    canvas_init(&canvas, width, height);
+    for (size_t i = 0; i < (size_t)width * height * 3; i++)
+        canvas.rgb[i] = (float)((i * 2654435761u >> 8) % 1000) / 999;
+    return canvas;
+}
+
+static void test_extensions(void **state)
+{
+    (void)state;
+    assert_true(image_extension_known("a.png"));
+    assert_true(image_extension_known("x.y/a.b.PNG"));
+    assert_true(image_extension_known("a.Hdr"));
+    assert_true(image_extension_known("a.pfm"));
+    assert_false(image_extension_known("a.jpg"));
+    assert_false(image_extension_known("png"));
+    assert_false(image_extension_known(""));
+    assert_false(image_extension_known("a.png/b"));
+    struct canvas canvas = sample_canvas(1, 1);
+    assert_false(image_write("a.gif", &canvas));
+    assert_said("a.gif: unknown kind of picture");
+    assert_int_equal(count_files(), 0);
+    canvas_free(&canvas);
+}
+
+static void test_png_values(void **state)
+{
+    (void)state;
+    const float values[] = {0,           1,      0.5f,  127.4f / 255, 127.6f / 255, 0.49f / 255,
+                            0.51f / 255, -1,     2,     NAN,          HUGE_VALF,    -HUGE_VALF,
+                            1e30f,       0.999f, 0.99f, 0.998f,       0.1f,         1e-30f};
+    const unsigned char expected[] = {0, 255, 128, 127, 128, 0,   0 + 1, 0,  255,
+                                      0, 255, 0,   255, 255, 252, 254,   26, 0};
+    struct canvas canvas;
+    canvas_init(&canvas, 3, 2);
+    memcpy(canvas.rgb, values, sizeof values);
+    assert_true(image_write("a.png", &canvas));
+    int width, height, channels;
+    unsigned char *bytes = stbi_load("a.png", &width, &height, &channels, 0);
+    assert_non_null(bytes);
+    assert_int_equal(width, 3);
+    assert_int_equal(height, 2);
+    assert_int_equal(channels, 3);
+    assert_memory_equal(bytes, expected, sizeof expected);
+    stbi_image_free(bytes);
+    canvas_free(&canvas);
+    assert_int_equal(count_files(), 1);
+}
+
+/* Every 8-bit value v / 255 survives. */
+static void test_png_all_values(void **state)
+{
+    (void)state;
+    struct canvas canvas;
+    canvas_init(&canvas, 256, 1);
+    for (int i = 0; i < 256 * 3; i++)
+        canvas.rgb[i] = (float)(i / 3) / 255;
+    assert_true(image_write("a.png", &canvas));
+    int width, height, channels;
+    unsigned char *bytes = stbi_load("a.png", &width, &height, &channels, 0);
+    assert_non_null(bytes);
+    for (int i = 0; i < 256 * 3; i++)
+        assert_int_equal(bytes[i], i / 3);
+    stbi_image_free(bytes);
+    canvas_free(&canvas);
+}
+
+static void test_hdr(void **state)
+{
+    (void)state;
+    struct canvas canvas = sample_canvas(40, 7);
+    for (size_t i = 0; i < 30; i++)
+        canvas.rgb[i] *= 1000;
+    assert_true(image_write("a.hdr", &canvas));
+    int width, height, channels;
+    float *rgb = stbi_loadf("a.hdr", &width, &height, &channels, 3);
+    assert_non_null(rgb);
+    assert_int_equal(width, 40);
+    assert_int_equal(height, 7);
+    for (size_t i = 0; i < 40 * 7 * 3; i++) {
+        const float *pixel = canvas.rgb + i / 3 * 3;
+        float largest = fmaxf(pixel[0], fmaxf(pixel[1], pixel[2]));
+        /* 8 bits of mantissa for the largest component, cut off. */
+        assert_true(fabsf(rgb[i] - canvas.rgb[i]) <= largest / 128);
+    }
+    stbi_image_free(rgb);
+    canvas_free(&canvas);
+}
+
+static void test_hdr_extremes(void **state)
+{
+    (void)state;
+    const float values[] = {-1, 0.5f, NAN, HUGE_VALF, 0, 0, 3e38f, 1, 1, 1e-40f, 0, 0};
+    struct canvas canvas;
+    canvas_init(&canvas, 4, 1);
+    memcpy(canvas.rgb, values, sizeof values);
+    assert_true(image_write("a.hdr", &canvas));
+    int width, height, channels;
+    float *rgb = stbi_loadf("a.hdr", &width, &height, &channels, 3);
+    assert_non_null(rgb);
+    assert_true(rgb[0] == 0 && rgb[1] == 0.5f && rgb[2] == 0);
+    assert_true(rgb[3] > 1.6e38f && rgb[6] > 1.6e38f);
+    assert_true(rgb[4] == 0 && rgb[9] == 0);
+    stbi_image_free(rgb);
+    canvas_free(&canvas);
+}
+
+static void test_pfm_is_exact(void **state)
+{
+    (void)state;
+    struct canvas canvas = sample_canvas(3, 2);
+    canvas.rgb[0] = NAN;
+    canvas.rgb[1] = -HUGE_VALF;
+    canvas.rgb[2] = 1e-45f;
+    assert_true(image_write("a.pfm", &canvas));
+    size_t bytes;
+    char *text = read_all("a.pfm", &bytes);
+    const char *header =
+        __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__ ? "PF\n3 2\n-1.0\n" : "PF\n3 2\n1.0\n";
+    size_t start = strlen(header), row = 9 * sizeof(float);
+    assert_int_equal(bytes, start + 2 * row);
+    assert_memory_equal(text, header, start);
+    assert_memory_equal(text + start, canvas.rgb + 9, row); /* the lower row comes first */
+    assert_memory_equal(text + start + row, canvas.rgb, row);
+    free(text);
+    canvas_free(&canvas);
+}
+
+static void test_size_limits(void **state)
+{
+    (void)state;
+    assert_true(image_size_writable("a.png", 7680, 4320));
+    assert_true(image_size_writable("a.png", 18918, 18918));
+    assert_false(image_size_writable("a.png", 18919, 18919));
+    assert_said("a.png: 18919 x 18919 pixels are too many for a .png file");
+    assert_one_line();
+    assert_true(image_size_writable("a.hdr", 26754, 26754));
+    assert_false(image_size_writable("a.hdr", 26755, 26755));
+    assert_false(image_size_writable("a.png", UINT32_MAX, UINT32_MAX));
+    assert_true(image_size_writable("a.pfm", 1u << 30, 1u << 30));
+}
+
+static void test_replaces_whole(void **state)
+{
+    (void)state;
+    make_file("a.json", "something much longer than what follows");
+    assert_int_equal(chmod("a.json", 0640), 0);
+    assert_true(text_write("a.json", "{}\n", 3));
+    assert_file_is("a.json", "{}\n");
+    struct stat file;
+    assert_int_equal(stat("a.json", &file), 0);
+    assert_int_equal(file.st_mode & 0777, 0640);
+    assert_int_equal(count_files(), 1);
+}
+
+static void test_permissions_of_new_file(void **state)
+{
+    (void)state;
+    mode_t old = umask(027);
+    assert_true(text_write("a.json", "x", 1));
+    umask(old);
+    struct stat file;
+    assert_int_equal(stat("a.json", &file), 0);
+    assert_int_equal(file.st_mode & 0777, 0640);
+}
+
+static void test_links_stay(void **state)
+{
+    (void)state;
+    assert_int_equal(mkdir("there", 0777), 0);
+    make_file("there/real", "old");
+    assert_int_equal(symlink("there/second", "first"), 0);
+    assert_int_equal(symlink("real", "there/second"), 0); /* relative to its own folder */
+    assert_true(output_writable("first", "output.report"));
+    assert_true(text_write("first", "new", 3));
+    assert_file_is("there/real", "new");
+    assert_int_equal(unlink("there/real"), 0); /* now it points at nothing */
+    assert_true(output_writable("first", "output.report"));
+    assert_true(text_write("first", "again", 5));
+    assert_file_is("there/real", "again");
+    struct stat link;
+    assert_int_equal(lstat("first", &link), 0);
+    assert_true(S_ISLNK(link.st_mode));
+    assert_int_equal(count_files(), 2);
+}
+
+static void test_links_in_circles(void **state)
+{
+    (void)state;
+    assert_int_equal(symlink("b", "a"), 0);
+    assert_int_equal(symlink("a", "b"), 0);
+    assert_false(output_writable("a", "output.report"));
+    assert_one_line();
+    assert_false(text_write("a", "x", 1));
+    assert_int_equal(count_files(), 2);
+}
+
+/* A full disk, as a limit on the size of files. */
+static void test_failure_leaves_the_old_file(void **state)
+{
+    (void)state;
+    struct canvas canvas = sample_canvas(100, 100);
+    make_file("a.pfm", "old");
+    struct rlimit old, small;
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &old), 0);
+    small = old;
+    small.rlim_cur = 50000;
+    void (*handler)(int) = signal(SIGXFSZ, SIG_IGN);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
+    bool written = image_write("a.pfm", &canvas);
+    setrlimit(RLIMIT_FSIZE, &old);
+    signal(SIGXFSZ, handler);
+    assert_false(written);
+    assert_said("a.pfm: cannot write: File too large, choose another place with output.image=FILE");
+    assert_one_line();
+    assert_file_is("a.pfm", "old");
+    assert_int_equal(count_files(), 1);
+    canvas_free(&canvas);
+}
+
+static void test_full_device(void **state)
+{
+    (void)state;
+    struct canvas canvas = sample_canvas(30, 30);
+    if (access("/dev/full", W_OK)) skip();
+    assert_int_equal(symlink("/dev/full", "a.png"), 0);
+    assert_int_equal(symlink("/dev/full", "a.pfm"), 0);
+    assert_true(output_writable("a.png", "output.image"));
+    assert_false(image_write("a.png", &canvas));
+    assert_said("a.png: cannot write: No space left on device, free some space or choose another "
+                "place with output.image=FILE");
+    assert_one_line();
+    assert_false(image_write("a.pfm", &canvas));
+    assert_false(text_write("/dev/full", "x", 1));
+    assert_said("with output.report=FILE");
+    assert_true(text_write("/dev/null", "x", 1));
+    canvas_free(&canvas);
+}
+
+static void test_fifo(void **state)
+{
+    (void)state;
+    assert_int_equal(mkfifo("pipe", 0600), 0);
+    assert_true(output_writable("pipe", "output.report")); /* does not wait for a reader */
+    int reader = open("pipe", O_RDONLY | O_NONBLOCK);
+    assert_true(reader >= 0);
+    assert_true(text_write("pipe", "hello", 5));
+    char text[10];
+    assert_int_equal(read(reader, text, sizeof text), 5);
+    assert_memory_equal(text, "hello", 5);
+    close(reader);
+    assert_int_equal(count_files(), 1);
+}
+
+/* What the shell's "> file" and ">> file" expect. */
+static void test_stdout(void **state)
+{
+    (void)state;
+    fflush(stdout);
+    int terminal = dup(STDOUT_FILENO);
+    assert_non_null(freopen("out", "w", stdout));
+    printf("before ");
+    bool writable = output_writable("/dev/stdout", "output.report");
+    bool written = text_write("/dev/stdout", "report ", 7);
+    printf("after");
+    fflush(stdout);
+    dup2(terminal, STDOUT_FILENO);
+    close(terminal);
+    assert_true(writable && written);
+    assert_file_is("out", "before report after");
+}
+
+static void assert_refused(const char *path, const char *why)
+{
+    assert_false(output_writable(path, "output.image"));
+    assert_said(why);
+    assert_said("output.image");
+    assert_one_line();
+    message_capture(said, sizeof said);
+}
+
+static void test_writable_refusals(void **state)
+{
+    (void)state;
+    make_file("file", "");
+    assert_refused("", "expected a file name");
+    assert_refused(".", ".: is a folder, expected a file name");
+    assert_refused("new/", "name of a folder");
+    assert_refused("none/a.png", "none/a.png: the folder none/ does not exist");
+    assert_refused("file/a.png", "Not a directory");
+    assert_refused("/proc/a.png", "/proc/a.png: ");
+    char *name = allocate_zeroed(301, 1);
+    assert_refused(memset(name, 'x', 300), "File name too long");
+    free(name);
+    assert_int_equal(count_files(), 1);
+}
+
+static void test_writable_touches_nothing(void **state)
+{
+    (void)state;
+    make_file("a.png", "old");
+    struct stat before, after;
+    assert_int_equal(stat("a.png", &before), 0);
+    assert_true(output_writable("a.png", "output.image"));
+    assert_int_equal(stat("a.png", &after), 0);
+    assert_int_equal(before.st_ino, after.st_ino);
+    assert_file_is("a.png", "old");
+    assert_true(output_writable("b.png", "output.image"));
+    assert_int_equal(count_files(), 1);
+    assert_string_equal(said, "");
+}
+
+/* A name of the greatest length leaves no room for a longer temporary one. */
+static void test_long_name(void **state)
+{
+    (void)state;
+    char *name = allocate_zeroed(256, 1);
+    memset(name, 'x', 255);
+    assert_true(output_writable(name, "output.report"));
+    assert_true(text_write(name, "x", 1));
+    assert_file_is(name, "x");
+    free(name);
+}
+
+static void test_read_only(void **state)
+{
+    (void)state;
+    if (geteuid() == 0) skip(); /* may write everywhere */
+    make_file("a.png", "");
+    assert_int_equal(chmod("a.png", 0444), 0);
+    assert_refused("a.png", "Permission denied");
+    assert_int_equal(mkdir("closed", 0555), 0);
+    assert_refused("closed/a.png", "closed/a.png: the folder cannot be written to");
+}
+
+#define TEST(name) cmocka_unit_test_setup_teardown(name, enter_folder, leave_folder)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        TEST(test_extensions),
+        TEST(test_png_values),
+        TEST(test_png_all_values),
+        TEST(test_hdr),
+        TEST(test_hdr_extremes),
+        TEST(test_pfm_is_exact),
+        TEST(test_size_limits),
+        TEST(test_replaces_whole),
+        TEST(test_permissions_of_new_file),
+        TEST(test_links_stay),
+        TEST(test_links_in_circles),
+        TEST(test_failure_leaves_the_old_file),
+        TEST(test_full_device),
+        TEST(test_fifo),
+        TEST(test_stdout),
+        TEST(test_writable_refusals),
+        TEST(test_writable_touches_nothing),
+        TEST(test_long_name),
+        TEST(test_read_only),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,310 @@
+/* INI files: what they give, and the one line that each kind of mistake gives. */
+#include "test/scratch.h"
+
+#include <math.h>
+#include <sys/stat.h>
+
+#include "master/ini_source.h"
+
+#define LIGHT "[light]\nposition = 1 2 3\n"
+
+/* The text as CONFIG scene.ini has to fail with this line. */
+static void refused(void **state, const char *text, const char *line)
+{
+    scratch_write("scene.ini", text);
+    scratch_refused(*state, "scene.ini", NULL, line);
+}
+
+static struct scene *loaded(void **state, const char *text)
+{
+    scratch_write("scene.ini", text);
+    return scratch_scene(*state, "scene.ini", NULL);
+}
+
+static void test_form(void **state)
+{
+    (void)state;
+    scratch_write("form.ini", "\xef\xbb\xbf# comment\r\n"
+                              "  [ sphere   big ball ]  ; comment\r\n"
+                              "\tcenter = 1 2 3 ; comment\r\n"
+                              "   radius: 4;5\n"
+                              "\n"
+                              "[empty]\n"
+                              "[empty]\n"
+                              "file = a = b");
+    struct ini ini;
+    assert_true(ini_load("form.ini", &ini));
+    assert_int_equal(ini.count, 3);
+    assert_string_equal(ini.sections[0].kind, "sphere");
+    assert_string_equal(ini.sections[0].name, "big ball");
+    assert_int_equal(ini.sections[0].line, 2);
+    assert_string_equal(ini_entry(&ini.sections[0], "center")->value, "1 2 3");
+    assert_int_equal(ini_entry(&ini.sections[0], "center")->line, 3);
+    assert_string_equal(ini_entry(&ini.sections[0], "radius")->value, "4;5");
+    assert_int_equal(ini.sections[1].count, 0);
+    assert_int_equal(ini.sections[2].line, 7);
+    assert_string_equal(ini_entry(&ini.sections[2], "file")->value, "a = b");
+    ini_free(&ini);
+}
+
+static void test_form_mistakes(void **state)
+{
+    refused(state, "[image\nwidth = 3\n",
+            "scene.ini:1: a section without its ']', expected [kind] or [kind name]");
+    refused(state, "[image]\n\nwidth 3\n",
+            "scene.ini:3: expected 'key = value', a [section] or a comment");
+    refused(state, "[image]\nwidth 3",
+            "scene.ini:2: expected 'key = value', a [section] or a comment");
+    refused(state, "[image] width = 3\n",
+            "scene.ini:1: text after the section's ']', expected the end of the line");
+    refused(state, "width = 3\n",
+            "scene.ini:1: a key outside of any section, expected a [section] first");
+    refused(state, "[image]\n= 3\n", "scene.ini:2: a value without a key, expected 'key = value'");
+    refused(state, "[image]\nwidth = 3\nheight = 4\nwidth = 5\n",
+            "scene.ini:4: width is already set in line 2, expected it once");
+    refused(state, "[image]\nwidth = 3\n[image]\n", "scene.ini:3: a second [image], expected one");
+    refused(state, "[light a]\nposition = 1 2 3\n[light  a]\nposition = 1 2 3\n",
+            "scene.ini:3: [light a] is already in line 1, expected another name");
+
+    char text[400], name[64];
+    memset(name, 'x', sizeof name);
+    snprintf(text, sizeof text, "[%.50s]\n", name);
+    refused(state, text, "scene.ini:1: the section's name is too long, expected at most 49 bytes");
+    snprintf(text, sizeof text, "[image]\nwidth = %200d\n", 5);
+    refused(state, text, "scene.ini:2: the line is too long, expected at most 198 bytes");
+    scratch_write_bytes("scene.ini", "[image]\nwid\0th = 3\n", 19);
+    scratch_refused(*state, "scene.ini", NULL, "scene.ini:2: a NUL byte, expected plain text");
+}
+
+/* The longest lines and names that are allowed reach inih whole. */
+static void test_longest_line(void **state)
+{
+    (void)state;
+    char text[800], name[50], value[199];
+    memset(name, 'n', 47);
+    name[47] = '\0';
+    memset(value, 'v', 194);
+    value[194] = '\0';
+    snprintf(text, sizeof text, "[a %s]\n     k = %s     \n; %s%s\n", name, value, value, value);
+    scratch_write("long.ini", text);
+    struct ini ini;
+    assert_true(ini_load("long.ini", &ini));
+    assert_string_equal(ini.sections[0].name, name);
+    assert_string_equal(ini_entry(&ini.sections[0], "k")->value, value);
+    ini_free(&ini);
+}
+
+static void test_unknown_names(void **state)
+{
+    refused(state, "[sphere ball]\ncenter = 0 0 0\nradus = 1\n",
+            "scene.ini:3: unknown key 'radus' in [sphere ball], did you mean 'radius'?");
+    refused(state, "[sphere]\ncentre_of_it = 0 0 0\n",
+            "scene.ini:2: unknown key 'centre_of_it' in [sphere], expected one of center radius "
+            "material");
+    refused(state, "[image]\nhieght = 3\n",
+            "scene.ini:2: unknown key 'hieght' in [image], did you mean 'height'?");
+    refused(state, "[shpere ball]\nradius = 1\n",
+            "scene.ini:1: unknown section [shpere], did you mean 'sphere'?");
+    refused(state, "[balloon]\n",
+            "scene.ini:1: unknown section [balloon], expected one that 'farm --help' lists");
+    refused(state, "[output]\njournal = x\n",
+            "scene.ini:2: unknown key 'journal' in [output], expected one of image report");
+    refused(state,
+            "[material glass]\n[disc]\ncenter = 0 0 0\nnormal = 0 1 0\nradius = 1\n"
+            "material = glas\n",
+            "scene.ini:6: [disc]: there is no [material glas], did you mean 'glass'?");
+    refused(state, "[camera main]\n", "scene.ini:1: [camera] takes no name, expected [camera]");
+    refused(state, "[material]\n",
+            "scene.ini:1: [material]: a material needs a name, expected [material NAME]");
+}
+
+static void test_bad_values(void **state)
+{
+    refused(state, "[sphere ball]\ncenter = 0 0 0\n",
+            "scene.ini:1: [sphere ball] has no radius, expected a number > 0");
+    refused(state, "[sphere ball]\n",
+            "scene.ini:1: [sphere ball] has no center, expected three "
+            "numbers");
+    refused(state, "[sphere]\ncenter = 0 0\n",
+            "scene.ini:2: center = 0 0 in [sphere], expected three numbers");
+    refused(state, "[sphere]\ncenter = 0 0 0\nradius = -1\n",
+            "scene.ini:3: radius = -1 in [sphere], expected a number > 0");
+    refused(state, "[sphere]\ncenter = 0 0 nan\n",
+            "scene.ini:2: center = 0 0 nan in [sphere], expected three numbers");
+    refused(state, "[plane]\npoint = 0 0 0\nnormal = 0 0 0\n",
+            "scene.ini:1: [plane]: the normal is zero or not finite, expected a direction");
+    refused(state, "[box b]\nmin = 0 0 0\nmax = 1 0 1\n",
+            "scene.ini:1: [box b]: the box has no volume, expected min < max in every component");
+    refused(state, "[triangle]\na = 0 0 0\nb = 1 1 1\nc = 2 2 2\n",
+            "scene.ini:1: [triangle]: the corners lie on a line, expected a triangle with an area");
+    refused(state, "[cylinder]\nbase = 0 1 0\napex = 0 1 0\nradius = 1\n",
+            "scene.ini:1: [cylinder]: base and apex are the same point, expected two different "
+            "points");
+    refused(state, "[cone]\nbase = 0 1 0\napex = 0 0 0\nbase_radius = 0\n",
+            "scene.ini:1: [cone]: both radii are 0, expected at least one > 0");
+    refused(state, "[material m]\nreflection = 1.1\n",
+            "scene.ini:2: reflection = 1.1 in [material m], expected a number from 0 to 1");
+    refused(state, "[light]\nposition = 0 0 0\ncolor = 1 -1 1\n",
+            "scene.ini:3: color = 1 -1 1 in [light], expected a colour: three numbers >= 0");
+}
+
+static void test_bad_combinations(void **state)
+{
+    refused(state, "[image]\nwidth = 65535\nheight = 65535\n",
+            "scene.ini:2: the picture is too large, expected width x height <= 2^28");
+    refused(state, "[image]\nwidth = 10\nheight = 10\nregion = 5 0 6 10\n",
+            "scene.ini:4: region = 5 0 6 10 reaches out of the picture, expected a part of 10 x 10 "
+            "pixels");
+    refused(
+        state, "[image]\nregion = 4294967295 0 2 10\n",
+        "scene.ini:2: region = 4294967295 0 2 10 reaches out of the picture, expected a part of "
+        "640 x 480 pixels");
+    refused(state, "[camera]\neye = 1 2 3\nlook_at = 1 2 3\n",
+            "scene.ini:2: eye and look_at are the same point, expected two different ones");
+    refused(state, "[camera]\neye = 0 5 0\nlook_at = 0 0 0\n",
+            "scene.ini:2: up lies along the direction of view, expected another direction");
+    refused(state, "[camera]\neye = 0 0 5\nlook_at = 0 0 0\nup = 0 0 0\n",
+            "scene.ini:4: up is zero, expected a direction");
+    refused(state, "[camera]\neye = 1e308 0 0\nlook_at = -1e308 0 0\n",
+            "scene.ini:2: eye and look_at are too far apart, expected a finite distance");
+    refused(state, "[background]\ncolor = 0 0 0\ntop = 1 1 1\n",
+            "scene.ini:2: [background] has a color as well as bottom or top, expected one or the "
+            "other");
+    refused(state, "[output]\nimage = a.gif\n",
+            "scene.ini:2: image has an unknown extension, expected .png, .hdr or .pfm");
+    refused(state, "[output]\nimage =\n",
+            "scene.ini:2: image is empty, expected the name of a file");
+}
+
+static void test_files_that_are_none(void **state)
+{
+    scratch_refused(*state, "none.ini", NULL,
+                    "none.ini: cannot be opened: No such file or directory");
+    assert_int_equal(mkdir("folder.ini", 0700), 0);
+    scratch_refused(*state, "folder.ini", NULL, "folder.ini: is a folder, expected a file");
+    assert_int_equal(mkfifo("pipe.ini", 0600), 0);
+    scratch_refused(*state, "pipe.ini", NULL, "pipe.ini: is not a regular file, expected one");
+    scratch_refused(*state, "scene.txt", NULL,
+                    "scene.txt: has an unknown extension, expected .ini, .nff or .obj");
+}
+
+static void test_objects(void **state)
+{
+    struct scene *scene = loaded(state, "[sphere]\ncenter = 1 2 3\nradius = 4\nmaterial = later\n"
+                                        "[cylinder]\nbase = 0 0 0\napex = 0 2 0\nradius = 3\n"
+                                        "[cone]\nbase = 0 0 0\napex = 0 2 0\nbase_radius = 3\n"
+                                        "[material later]\ncolor = 1 0 0\nior = 1.25\n" LIGHT);
+    assert_int_equal(scene->primitives[PRIMITIVE_SPHERE].count, 1);
+    assert_true(scene_spheres(scene)->center.z == 3 && scene_spheres(scene)->radius == 4);
+    const struct material *material = &scene_materials(scene)[scene_spheres(scene)->material];
+    assert_true(material->color.x == 1 && material->ior == 1.25 && material->shininess == 20);
+    const struct cone *cones = scene_cones(scene);
+    assert_int_equal(scene->primitives[PRIMITIVE_CONE].count, 2);
+    assert_true(cones[0].apex_radius == 3 && cones[0].capped == 1 && cones[1].apex_radius == 0);
+    material = &scene_materials(scene)[cones[0].material];
+    assert_true(material->color.y == 0.8 && material->ambient == 0.1 && material->specular == 0.2);
+    free(scene);
+}
+
+static void test_warnings(void **state)
+{
+    struct scratch *s = *state;
+    free(loaded(state, "[sphere]\ncenter = 0 0 0\nradius = 1\n"));
+    assert_string_equal(s->said,
+                        "scene.ini: warning: the scene has no light, expected at least one "
+                        "[light]\n");
+    free(loaded(state, LIGHT "[material m]\nreflection = 0.5\ntransmission = 0.6\n"));
+    assert_string_equal(s->said,
+                        "scene.ini:3: warning: reflection and transmission together are more than "
+                        "1: the surface gives off more light than it gets\n");
+    free(loaded(state, LIGHT "[material m]\nreflection = 0.1\ntransmission = 0.9\n"));
+    assert_string_equal(s->said, "");
+}
+
+static void test_includes(void **state)
+{
+    scratch_write("part.ini", "[material own]\ncolor = 0 1 0\n"
+                              "[box]\nmin = 0 0 0\nmax = 1 2 3\nmaterial = own\n"
+                              "[sphere]\ncenter = 1 0 0\nradius = 1\nmaterial = outer\n");
+    struct scene *scene =
+        loaded(state, "[material outer]\ncolor = 1 0 0\n"
+                      "[material own]\ncolor = 0 0 1\n"
+                      "[include a]\nfile = part.ini\ntranslate = 10 0 0\nscale = 2\n"
+                      "rotate = 0 0 90\n"
+                      "[include b]\nfile = part.ini\nrotate = 0 30 0\n" LIGHT);
+    assert_int_equal(scene->primitives[PRIMITIVE_BOX].count, 1);
+    const struct box *box = scene_boxes(scene);
+    assert_true(box->min.x == 6 && box->max.x == 10 && box->min.y == 0 && box->max.y == 2 &&
+                box->max.z == 6);
+    assert_int_equal(scene->primitives[PRIMITIVE_TRIANGLE].count, 12);
+    const struct material *materials = scene_materials(scene);
+    assert_true(materials[box->material].color.y == 1);
+    assert_true(materials[scene_spheres(scene)->material].color.x == 1);
+    assert_true(scene_spheres(scene)->center.x == 10 && scene_spheres(scene)->center.y == 2);
+    assert_true(scene_spheres(scene)->radius == 2);
+    free(scene);
+}
+
+/* The triangles of a turned box: its volume by the divergence theorem is positive and right. */
+static void test_turned_box_faces_outward(void **state)
+{
+    scratch_write("part.ini", "[box]\nmin = 1 1 1\nmax = 2 3 4\n");
+    struct scene *scene =
+        loaded(state, "[include]\nfile = part.ini\nrotate = 10 20 30\nscale = 2\n" LIGHT);
+    const struct triangle *t = scene_triangles(scene);
+    const struct vec3 *v = scene_vertices(scene);
+    double volume = 0;
+    for (int i = 0; i < 12; i++)
+        volume += vec_dot(v[t[i].vertex[0]], vec_cross(v[t[i].vertex[1]], v[t[i].vertex[2]])) / 6;
+    assert_true(fabs(volume - 48) < 1e-9);
+    free(scene);
+}
+
+static void test_include_mistakes(void **state)
+{
+    scratch_write("self.ini", "[include again]\nfile = self.ini\n");
+    scratch_refused(*state, "self.ini", NULL,
+                    "self.ini:2: [include again]: the file includes itself, expected another one");
+    scratch_write("inner.ini", "[image]\nwidth = 3\n");
+    refused(state, "[include]\nfile = inner.ini\n",
+            "inner.ini:1: settings such as [image] belong into the file that is rendered, expected "
+            "only parts of a scene in an included file");
+    refused(state, "[include]\nfile = none.nff\n",
+            "scene.ini:2: [include]: cannot open none.nff: No such file or directory");
+    scratch_write("x.obj", "");
+    refused(state, "[include]\nfile = x.obj\n",
+            "scene.ini:2: [include]: an OBJ file is no part to include, expected a [mesh] for it");
+    refused(state, "[mesh]\nfile = x.stl\n",
+            "scene.ini:2: [mesh]: the name of a mesh has to end with .obj");
+    for (int i = 0; i < 20; i++) {
+        char name[32], text[64];
+        snprintf(name, sizeof name, "deep%d.ini", i);
+        snprintf(text, sizeof text, "[include]\nfile = deep%d.ini\n", i + 1);
+        scratch_write(name, text);
+    }
+    scratch_write("deep20.ini", LIGHT);
+    scratch_refused(
+        *state, "deep0.ini", NULL,
+        "deep16.ini:2: [include]: includes are nested too deeply, at most 16 levels are "
+        "possible");
+    free(scratch_scene(*state, "deep4.ini", NULL));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_form),
+        cmocka_unit_test(test_form_mistakes),
+        cmocka_unit_test(test_longest_line),
+        cmocka_unit_test(test_unknown_names),
+        cmocka_unit_test(test_bad_values),
+        cmocka_unit_test(test_bad_combinations),
+        cmocka_unit_test(test_files_that_are_none),
+        cmocka_unit_test(test_objects),
+        cmocka_unit_test(test_warnings),
+        cmocka_unit_test(test_includes),
+        cmocka_unit_test(test_turned_box_faces_outward),
+        cmocka_unit_test(test_include_mistakes),
+    };
+    return cmocka_run_group_tests(tests, scratch_open, scratch_close);
+}

@@ -1,0 +1,208 @@
+/* Jobs as a whole: overrides, the names of outputs, the automatic camera, and --print-config. */
+#include "test/scratch.h"
+
+#include <math.h>
+#include <sys/stat.h>
+
+static const char text[] = "[camera]\neye = 0 0 9\nlook_at = 0 0 0\n"
+                           "[background]\nbottom = 1 1 1\ntop = 0 0 0\n"
+                           "[output]\nimage = out.hdr\nreport =\n"
+                           "[light sun]\nposition = 1 2 3\n"
+                           "[material red glass]\nior = 1.5\n"
+                           "[sphere]\ncenter = 0 0 0\nradius = 1\nmaterial = red glass\n"
+                           "[sphere]\ncenter = 5 0 0\nradius = 1\n";
+
+static struct job load(void **state, const char *name, const char *override)
+{
+    struct scratch *s = *state;
+    struct job job;
+    if (!scratch_load(s, name, override, &job)) fail_msg("%s", s->said);
+    return job;
+}
+
+static void test_overrides(void **state)
+{
+    scratch_write("scene.ini", text);
+    struct job job = load(state, "scene.ini", "image.width = 100");
+    assert_int_equal(job.settings.image.width, 100);
+    job_free(&job);
+    job = load(state, "scene.ini", "background.color=0.1 0.2 0.3");
+    assert_true(job.settings.background.bottom.x == 0.1 && job.settings.background.top.z == 0.3);
+    job_free(&job);
+    job = load(state, "scene.ini", "background.top=0 0 1");
+    assert_true(job.settings.background.bottom.x == 1 && job.settings.background.top.z == 1);
+    job_free(&job);
+    struct scene *scene = scratch_scene(*state, "scene.ini", "material red glass.ior=1.25");
+    assert_true(scene_materials(scene)[scene_spheres(scene)->material].ior == 1.25);
+    free(scene);
+    scene = scratch_scene(*state, "scene.ini", "light sun.color=1 0 0");
+    assert_true(scene_lights(scene)->color.y == 0);
+    free(scene);
+}
+
+static void test_overrides_in_order(void **state)
+{
+    (void)state;
+    scratch_write("scene.ini", text);
+    char first[] = "image.width=10", second[] = "image.width=20";
+    char *overrides[] = {first, second};
+    struct job job;
+    assert_true(load_job("scene.ini", overrides, 2, &job));
+    assert_int_equal(job.settings.image.width, 20);
+    job_free(&job);
+}
+
+static void test_bad_overrides(void **state)
+{
+    static const struct {
+        const char *override, *line;
+    } cases[] = {
+        {"image.widht=100",
+         "image.widht=100: unknown key 'widht' in [image], did you mean 'width'?"},
+        {"image.width=0", "image.width=0: width = 0 in [image], expected a whole number from 1 to "
+                          "65535"},
+        {"imgae.width=5", "imgae.width=5: unknown section 'imgae', did you mean 'image'?"},
+        {"width=5", "width=5: is no setting, expected SECTION.KEY=VALUE"},
+        {"image.width", "image.width: is no setting, expected SECTION.KEY=VALUE"},
+        {"", ": is no setting, expected SECTION.KEY=VALUE"},
+        {".=", ".=: is no setting, expected SECTION.KEY=VALUE"},
+        {"sphere.radius=2",
+         "sphere.radius=2: there are 2 sections [sphere], expected one that has a "
+         "name"},
+        {"light son.color=1 1 1",
+         "light son.color=1 1 1: scene.ini has no section [light son], did "
+         "you mean 'sun'?"},
+        {"light sun.size=1", "light sun.size=1: unknown key 'size' in [light sun], expected one of "
+                             "position color"},
+        {"camera.eye=0 0 0", "camera.eye=0 0 0: eye and look_at are the same point, expected two "
+                             "different ones"},
+        {"output.image=x.jpg", "output.image=x.jpg: image has an unknown extension, expected .png, "
+                               ".hdr or .pfm"},
+    };
+    scratch_write("scene.ini", text);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+        scratch_refused(*state, "scene.ini", cases[i].override, cases[i].line);
+}
+
+static void test_output_names(void **state)
+{
+    mkdir("sub", 0700);
+    scratch_write("sub/scene.ini", text);
+    scratch_write("sub/bare.v2.ini", "[light]\nposition = 0 0 0\n");
+    struct job job = load(state, "sub/scene.ini", NULL);
+    assert_string_equal(job.settings.output.image, "sub/out.hdr");
+    assert_string_equal(job.settings.output.report, "");
+    job_free(&job);
+    job = load(state, "sub/scene.ini", "output.image=here.png");
+    assert_string_equal(job.settings.output.image, "here.png");
+    job_free(&job);
+    job = load(state, "sub/bare.v2.ini", NULL);
+    assert_string_equal(job.settings.output.image, "bare.v2.png");
+    assert_string_equal(job.settings.output.report, "bare.v2.json");
+    job_free(&job);
+}
+
+/* All corners of the scene's box are in the picture, and it is not far too small in it. */
+static void test_automatic_camera(void **state)
+{
+    static const char *const ups[] = {"camera.up=0 1 0", "camera.up=0 0 1", "camera.up=1 0 0",
+                                      "camera.up=0 -1 0.1"};
+    scratch_write("boxes.ini", "[image]\nwidth = 300\nheight = 200\n[light]\nposition = 9 9 9\n"
+                               "[box]\nmin = 100 0 0\nmax = 110 3 1\n"
+                               "[plane]\npoint = 0 0 0\nnormal = 0 1 0\n");
+    for (size_t i = 0; i < sizeof ups / sizeof *ups; i++) {
+        struct scene *scene = scratch_scene(*state, "boxes.ini", ups[i]);
+        const struct camera *camera = &scene->view.camera;
+        double scale = vec_length(camera->down), most = 0;
+        for (int c = 0; c < 8; c++) {
+            struct vec3 corner = vec3(c & 1 ? 110 : 100, c & 2 ? 3 : 0, c & 4 ? 1 : 0);
+            struct vec3 d = vec_sub(corner, camera->eye);
+            double depth = vec_dot(d, camera->forward);
+            double x = vec_dot(d, camera->right) / (scale * scale * depth * 1.5);
+            double y = vec_dot(d, camera->down) / (scale * scale * depth);
+            assert_true(depth > 0 && fabs(x) < 1 && fabs(y) < 1);
+            most = fmax(most, fmax(fabs(x), fabs(y)));
+        }
+        assert_true(most > 0.7);
+        free(scene);
+    }
+}
+
+static void test_view_follows_settings(void **state)
+{
+    scratch_write("scene.ini", text);
+    struct scene *scene = scratch_scene(*state, "scene.ini", "image.region=3 4 50 60");
+    const struct view *view = &scene->view;
+    assert_int_equal(view->region_x, 3);
+    assert_int_equal(view->region_h, 60);
+    assert_true(view->camera.forward.z == -1);
+    double half = tan(22.5 * 3.14159265358979323846 / 180);
+    assert_true(fabs(view->camera.right.x - half) < 1e-15 &&
+                fabs(view->camera.down.y + half) < 1e-15);
+    assert_int_equal(view->max_depth, 20);
+    free(scene);
+}
+
+/* What is printed gives the same scene block, and prints the same. */
+static void check_round_trip(void **state, const char *name, const char *override)
+{
+    struct scene *first = scratch_scene(*state, name, override);
+    struct job job = load(state, name, override);
+    mkdir("elsewhere", 0700);
+    scratch_write("elsewhere/printed.ini", job.print);
+    struct scene *second = scratch_scene(*state, "elsewhere/printed.ini", NULL);
+    assert_int_equal(first->bytes, second->bytes);
+    assert_memory_equal(first, second, first->bytes);
+    struct job again = load(state, "elsewhere/printed.ini", NULL);
+    assert_string_equal(job.print, again.print);
+    assert_memory_equal(&job.settings.farm, &again.settings.farm, sizeof job.settings.farm);
+    job_free(&job);
+    job_free(&again);
+    free(first);
+    free(second);
+}
+
+static void test_print_round_trip(void **state)
+{
+    scratch_write("scene.ini", text);
+    scratch_write("scene.nff",
+                  "b 0.1 0.2 0.3\nv\nfrom 2.1 1.3 1.7\nat 0 0 0\nup 0 0.3 1\nangle 45\n"
+                  "hither 1\nresolution 77 55\nl 4 3 2\nl 1 -4 4\ns 0 0 0 0.5\n"
+                  "p 3\n0 0 0\n1 0 0\n0 1 0\n");
+    scratch_write("scene.obj", "v 0.1 0 0\nv 1 0.3 0\nv 1 1 0.7\nv 0 1 1\nf 1 2 3 4\nf 4 3 2\n");
+    scratch_write("all.ini", "[include n]\nfile = scene.nff\nrotate = 1 2 3\n"
+                             "[mesh m]\nfile = scene.obj\nsmooth = 170\n"
+                             "[farm]\nschedule = strips\ntile = 8\n");
+    check_round_trip(state, "scene.ini", NULL);
+    check_round_trip(state, "scene.ini", "image.region=3 4 50 60");
+    check_round_trip(state, "scene.ini", "material red glass.ior=1.1");
+    check_round_trip(state, "scene.nff", NULL);
+    check_round_trip(state, "scene.obj", "camera.fov=33.3");
+    check_round_trip(state, "all.ini", "render.cutoff=1e-7");
+}
+
+static void test_help_lists_all_keys(void **state)
+{
+    (void)state;
+    char *help = NULL;
+    size_t bytes = 0;
+    FILE *out = open_memstream(&help, &bytes);
+    print_scene_keys(out);
+    fclose(out);
+    static const char *const words[] = {"[cone NAME]", "apex_radius", "[include NAME]",
+                                        "index of refraction: a number > 0 (1.5)"};
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        assert_non_null(strstr(help, words[i]));
+    free(help);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_overrides),        cmocka_unit_test(test_overrides_in_order),
+        cmocka_unit_test(test_bad_overrides),    cmocka_unit_test(test_output_names),
+        cmocka_unit_test(test_automatic_camera), cmocka_unit_test(test_view_follows_settings),
+        cmocka_unit_test(test_print_round_trip), cmocka_unit_test(test_help_lists_all_keys),
+    };
+    return cmocka_run_group_tests(tests, scratch_open, scratch_close);
+}

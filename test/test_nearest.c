@@ -1,0 +1,578 @@
+#include "scene_fixture.h"
+
+#include "worker/primitive.h"
+
+/* ---- the answers without a tree ---- */
+
+static uint32_t next_id(const struct scene *scene, uint32_t id)
+{
+    enum primitive_kind kind = primitive_kind(id);
+    uint32_t index = primitive_index(id) + 1;
+    while (kind < PRIMITIVE_KINDS && index >= scene->primitives[kind].count) {
+        kind++;
+        index = 0;
+    }
+    return kind < PRIMITIVE_KINDS ? primitive_id(kind, index) : PRIMITIVE_NONE;
+}
+
+static uint32_t first_id(const struct scene *scene)
+{
+    bool triangles = scene->primitives[PRIMITIVE_TRIANGLE].count > 0;
+    return triangles ? 0 : next_id(scene, primitive_id(PRIMITIVE_TRIANGLE, 0));
+}
+
+static struct hit brute_nearest(const struct scene *scene, const struct ray *ray)
+{
+    struct shear shear = shear_of(&ray->direction);
+    struct hit hit = {.t = INFINITE, .primitive = PRIMITIVE_NONE};
+    uint64_t exact = 0;
+    for (uint32_t id = first_id(scene); id != PRIMITIVE_NONE; id = next_id(scene, id)) {
+        struct crossings found = primitive_crossings(scene, id, ray, &shear, &exact);
+        for (unsigned i = 0; i < 2; i++) {
+            if (!(found.t[i] > 0 && found.t[i] < ray->t_max)) continue;
+            bool tie = hit.primitive == id && found.t[i] == hit.t && found.part[i] < hit.part;
+            if (found.t[i] < hit.t || tie)
+                hit = (struct hit){found.t[i], found.u, found.v, id, found.part[i]};
+        }
+    }
+    return hit;
+}
+
+#define MATERIALS 6
+
+static struct vec3 brute_light(const struct scene *scene, const struct ray *ray)
+{
+    struct shear shear = shear_of(&ray->direction);
+    unsigned crossings[MATERIALS] = {0};
+    uint64_t exact = 0;
+    for (uint32_t id = first_id(scene); id != PRIMITIVE_NONE; id = next_id(scene, id)) {
+        struct crossings found = primitive_crossings(scene, id, ray, &shear, &exact);
+        for (unsigned i = 0; i < 2; i++)
+            if (found.t[i] > 0 && found.t[i] < ray->t_max)
+                crossings[primitive_material(scene, id)]++;
+    }
+    struct vec3 light = vec3(1, 1, 1);
+    for (unsigned m = 0; m < scene->materials.count; m++) {
+        const struct material *material = &scene_materials(scene)[m];
+        for (unsigned k = 0; k < crossings[m]; k++)
+            light = vec_mul(light, vec_scale(material->color, material->transmission));
+    }
+    return light;
+}
+
+/* ---- random scenes ---- */
+
+enum style {
+    SCATTERED, /* anywhere, of any size */
+    LATTICE,   /* integer coordinates: many equal distances and rays in surfaces */
+    STYLES
+};
+
+struct recipe {
+    uint64_t *random;
+    enum style style;
+    double reach;
+    struct vec3 offset;
+};
+
+static double some_length(const struct recipe *recipe)
+{
+    if (recipe->style == LATTICE) return 1 + random_below(recipe->random, 2);
+    return recipe->reach * pow(10, random_between(recipe->random, -4, -0.5));
+}
+
+static struct vec3 some_point(const struct recipe *recipe)
+{
+    struct vec3 p = random_vector(recipe->random, recipe->reach);
+    if (recipe->style == LATTICE) p = vec3(floor(p.x), floor(p.y), floor(p.z));
+    return vec_add(p, recipe->offset);
+}
+
+static struct vec3 near_point(const struct recipe *recipe, struct vec3 p)
+{
+    struct vec3 step = random_vector(recipe->random, 2 * some_length(recipe));
+    if (recipe->style == LATTICE) step = vec3(floor(step.x), floor(step.y), floor(step.z));
+    return vec_is_zero(step) ? vec_add(p, vec3(0, 0, recipe->reach / 8)) : vec_add(p, step);
+}
+
+static void add_patch(struct builder *builder, const struct recipe *recipe, uint32_t material)
+{
+    struct patch patch = {.material = material};
+    struct vec3 p = some_point(recipe);
+    for (unsigned k = 0; k < 3; k++) {
+        patch.vertex[k] = add_vertex(builder, k ? near_point(recipe, p) : p);
+        patch.normal[k] = add_normal(builder, vec3(1, k, 2));
+    }
+    assert_added(builder_add_patch(builder, &patch));
+}
+
+static void add_some(struct builder *builder, const struct recipe *recipe)
+{
+    uint64_t *random = recipe->random;
+    uint32_t material = random_below(random, MATERIALS);
+    struct vec3 p = some_point(recipe), q = near_point(recipe, p);
+    struct vec3 size = vec3(some_length(recipe), some_length(recipe), some_length(recipe));
+    struct disc disc = {p, vec3(0, 0, 1), some_length(recipe), material, 0};
+    struct cone cone = {p, q, some_length(recipe), 0, material, random_below(random, 2)};
+    struct sphere shell = {p, some_length(recipe), material, 1};
+    if (recipe->style == SCATTERED) disc.normal = vec_normalize(random_vector(random, 1));
+    if (random_below(random, 2)) cone.apex_radius = cone.base_radius;
+    switch (random_below(random, 7)) {
+    case 0:
+        add_triangle(builder, p, q, near_point(recipe, p), material);
+        break;
+    case 1:
+        add_patch(builder, recipe, material);
+        break;
+    case 2:
+        add_sphere(builder, p, some_length(recipe), material);
+        break;
+    case 3:
+        add_box(builder, p, vec_add(p, size), material);
+        break;
+    case 4:
+        assert_added(builder_add_cone(builder, &cone));
+        break;
+    case 5:
+        assert_added(builder_add_disc(builder, &disc));
+        break;
+    default:
+        assert_added(builder_add_sphere(builder, &shell));
+        break;
+    }
+}
+
+static void add_materials(struct builder *builder, bool transparency)
+{
+    for (uint32_t m = 0; m < MATERIALS; m++) {
+        double transmission = transparency && m > 0 ? 0.9 + 0.01 * m : 0;
+        add_material(builder, vec3(0.9, 0.7 + 0.05 * m, 1 - 0.01 * m), transmission);
+    }
+}
+
+static struct scene *random_scene(const struct recipe *recipe, unsigned count, bool transparency)
+{
+    struct builder *builder = builder_create();
+    add_materials(builder, transparency);
+    for (unsigned i = 0; i < count; i++)
+        add_some(builder, recipe);
+    struct plane plane = {.point = some_point(recipe), .normal = {0, 1, 0}};
+    assert_added(builder_add_plane(builder, &plane));
+    return finish_scene(builder);
+}
+
+static struct ray random_ray(const struct recipe *recipe)
+{
+    uint64_t *random = recipe->random;
+    struct ray ray = ray_to(some_point(recipe), some_point(recipe));
+    struct vec3 *d = &ray.direction;
+    unsigned choice = random_below(random, 8);
+    if (choice == 0) d->x = random_below(random, 2) ? 0.0 : -0.0;
+    if (choice == 1) *d = vec3(0.0, random_below(random, 2) ? 3.0 : -3.0, -0.0);
+    if (choice == 2) ray.origin = vec_add_scaled(ray.origin, *d, random_between(random, -1e3, 0));
+    if (choice == 3) ray.t_max = random_between(random, 0, 1.5);
+    if (choice == 4) ray.t_max = 1;
+    if (vec_is_zero(*d)) *d = vec3(0, -0.0, 1);
+    return ray;
+}
+
+static void assert_same_hit(const struct hit *hit, const struct hit *expected)
+{
+    assert_int_equal(hit->primitive, expected->primitive);
+    assert_int_equal(hit->part, expected->part);
+    assert_memory_equal(&hit->t, &expected->t, sizeof hit->t);
+    assert_memory_equal(&hit->u, &expected->u, sizeof hit->u);
+    assert_memory_equal(&hit->v, &expected->v, sizeof hit->v);
+}
+
+static void compare_ray(const struct scene *scene, const struct bvh *bvh, const struct ray *ray,
+                        struct hit *hit)
+{
+    *hit = nearest_of(scene, bvh, ray);
+    struct hit expected = brute_nearest(scene, ray);
+    assert_same_hit(hit, &expected);
+    struct vec3 light = light_through(scene, bvh, ray);
+    struct vec3 expected_light = brute_light(scene, ray);
+    assert_memory_equal(&light, &expected_light, sizeof light);
+}
+
+/* A ray, and, from where it hits, another one. */
+static unsigned compare_rays(const struct recipe *recipe, const struct scene *scene, unsigned count)
+{
+    struct bvh *bvh = build_tree(scene);
+    unsigned hits = 0;
+    for (unsigned i = 0; i < count; i++) {
+        struct ray ray = random_ray(recipe);
+        struct hit hit;
+        compare_ray(scene, bvh, &ray, &hit);
+        if (hit.primitive == PRIMITIVE_NONE) continue;
+        hits++;
+        struct surface surface;
+        surface_at(scene, &ray, &hit, &surface);
+        struct ray next = ray_to(surface.point, some_point(recipe));
+        next.from = hit.primitive;
+        next.from_part = hit.part;
+        if (!vec_is_zero(next.direction)) compare_ray(scene, bvh, &next, &hit);
+    }
+    free(bvh);
+    return hits;
+}
+
+static void compare_scenes(struct recipe recipe, unsigned scenes, unsigned primitives,
+                           unsigned rays)
+{
+    for (unsigned i = 0; i < scenes; i++) {
+        struct scene *scene = random_scene(&recipe, primitives, i % 4 != 0);
+        assert_true(compare_rays(&recipe, scene, rays) > rays / 20);
+        free(scene);
+    }
+}
+
+static void test_scattered(void **state)
+{
+    (void)state;
+    uint64_t random = 13;
+    compare_scenes((struct recipe){&random, SCATTERED, 10, {0, 0, 0}}, 16, 80, 5000);
+}
+
+static void test_lattice(void **state)
+{
+    (void)state;
+    uint64_t random = 14;
+    compare_scenes((struct recipe){&random, LATTICE, 4, {0, 0, 0}}, 16, 60, 5000);
+}
+
+static void test_tiny_and_far_away(void **state)
+{
+    (void)state;
+    uint64_t random = 15;
+    compare_scenes((struct recipe){&random, SCATTERED, 1e-9, {0, 0, 0}}, 4, 50, 4000);
+    compare_scenes((struct recipe){&random, SCATTERED, 1, {1e6, -1e6, 1e6}}, 4, 50, 4000);
+    compare_scenes((struct recipe){&random, SCATTERED, 1e9, {0, 0, 0}}, 4, 50, 4000);
+    compare_scenes((struct recipe){&random, SCATTERED, 1e-3, {1e9, 0, 0}}, 4, 50, 4000);
+}
+
+/* ---- rules ---- */
+
+static void test_duplicates(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    for (int i = 0; i < 40; i++)
+        add_triangle(builder, vec3(0, 0, 0), vec3(1, 0, 0), vec3(0, 1, 0), 0);
+    for (int i = 0; i < 40; i++)
+        add_box(builder, vec3(2, 0, 0), vec3(3, 1, 1), 0);
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    struct ray ray = ray_along(vec3(0.25, 0.25, -1), vec3(0, 0, 1));
+    assert_int_equal(nearest_of(scene, bvh, &ray).primitive, 0);
+    ray.origin.x = 2.25;
+    assert_int_equal(nearest_of(scene, bvh, &ray).primitive, primitive_id(PRIMITIVE_BOX, 0));
+    ray = ray_along(vec3(1, -1, 0.5), vec3(1, 1, 0)); /* into an edge: the lowest part */
+    struct hit hit = nearest_of(scene, bvh, &ray);
+    assert_int_equal(hit.primitive, primitive_id(PRIMITIVE_BOX, 0));
+    assert_int_equal(hit.part, 0);
+    free(bvh);
+    free(scene);
+}
+
+static struct scene *single_sphere(double transmission)
+{
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 0.5, 0.25), transmission);
+    add_sphere(builder, vec3(0, 0, 0), 1, 0);
+    return finish_scene(builder);
+}
+
+static void test_t_max(void **state)
+{
+    (void)state;
+    struct scene *scene = single_sphere(0);
+    struct bvh *bvh = build_tree(scene);
+    struct ray ray = ray_along(vec3(-3, 0, 0), vec3(1, 0, 0));
+    ray.t_max = 2;
+    assert_int_equal(nearest_of(scene, bvh, &ray).primitive, PRIMITIVE_NONE);
+    assert_true(isinf(nearest_of(scene, bvh, &ray).t));
+    assert_vector_near(light_through(scene, bvh, &ray), vec3(1, 1, 1), 0);
+    ray.t_max = nextafter(2, 3);
+    assert_same(nearest_of(scene, bvh, &ray).t, 2);
+    assert_vector_near(light_through(scene, bvh, &ray), vec3(0, 0, 0), 0);
+    ray.t_max = (double)NAN;
+    assert_int_equal(nearest_of(scene, bvh, &ray).primitive, PRIMITIVE_NONE);
+    free(bvh);
+    free(scene);
+}
+
+static void test_nonfinite_rays(void **state)
+{
+    (void)state;
+    struct scene *scene = single_sphere(0);
+    struct bvh *bvh = build_tree(scene);
+    const double odd[] = {(double)NAN, INFINITE, -INFINITE};
+    for (int i = 0; i < 18; i++) {
+        struct ray ray = ray_along(vec3(-3, 0, 0), vec3(1, 0, 0));
+        double *numbers[] = {&ray.origin.x,    &ray.origin.y,    &ray.origin.z,
+                             &ray.direction.x, &ray.direction.y, &ray.direction.z};
+        *numbers[i / 3] = odd[i % 3];
+        assert_int_equal(nearest_of(scene, bvh, &ray).primitive, PRIMITIVE_NONE);
+        assert_vector_near(light_through(scene, bvh, &ray), vec3(1, 1, 1), 0);
+    }
+    free(bvh);
+    free(scene);
+}
+
+static void test_light_through_glass(void **state)
+{
+    (void)state;
+    struct scene *scene = single_sphere(0.5);
+    struct bvh *bvh = build_tree(scene);
+    struct ray ray = ray_along(vec3(-3, 0, 0), vec3(1, 0, 0));
+    assert_vector_near(light_through(scene, bvh, &ray), vec3(0.25, 0.0625, 0.015625), 0);
+    ray.origin.x = 0; /* out only */
+    assert_vector_near(light_through(scene, bvh, &ray), vec3(0.5, 0.25, 0.125), 0);
+    ray = ray_along(vec3(-1, 0, 0), vec3(1, 0, 0)); /* the start does not count */
+    ray.from = primitive_id(PRIMITIVE_SPHERE, 0);
+    assert_vector_near(light_through(scene, bvh, &ray), vec3(0.5, 0.25, 0.125), 0);
+    ray.direction.x = -1;
+    assert_vector_near(light_through(scene, bvh, &ray), vec3(1, 1, 1), 0);
+    free(bvh);
+    free(scene);
+}
+
+/* More materials than fit without an allocation, met in an order that is not that of materials; a
+ * batch, so that one ray's passages must not colour the next. */
+static void test_many_transparent_materials(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    struct vec3 expected = vec3(1, 1, 1);
+    for (uint32_t i = 0; i < 100; i++) {
+        struct vec3 color = vec3(1 - i * 0.001, 0.99, 1);
+        add_material(builder, color, 0.98);
+        for (int face = 0; face < 2; face++)
+            expected = vec_mul(expected, vec_scale(color, 0.98));
+    }
+    for (uint32_t i = 0; i < 100; i++)
+        add_sphere(builder, vec3(3.0 * i, 0, 0), 1, i * 37 % 100);
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    struct ray ray = ray_along(vec3(-3, 0, 0), vec3(1, 0, 0));
+    struct ray rays[3] = {ray, ray, ray};
+    rays[1].origin.y = 5;
+    struct vec3 light[3];
+    uint64_t exact = 0;
+    occluded(scene, bvh, rays, 3, light, &exact);
+    assert_memory_equal(&light[0], &expected, sizeof expected);
+    assert_vector_near(light[1], vec3(1, 1, 1), 0);
+    assert_memory_equal(&light[2], &expected, sizeof expected);
+    free(bvh);
+    free(scene);
+}
+
+static void test_empty_scene(void **state)
+{
+    (void)state;
+    struct scene *scene = finish_scene(builder_create());
+    struct bvh *bvh = build_tree(scene);
+    struct ray ray = ray_along(vec3(0, 0, 0), vec3(1, 2, 3));
+    assert_int_equal(nearest_of(scene, bvh, &ray).primitive, PRIMITIVE_NONE);
+    assert_vector_near(light_through(scene, bvh, &ray), vec3(1, 1, 1), 0);
+    free(bvh);
+    free(scene);
+}
+
+static void scale_vectors(struct vec3 *vectors, uint64_t count, double scale)
+{
+    for (uint64_t i = 0; i < count; i++)
+        vectors[i] = vec_scale(vectors[i], scale);
+}
+
+/* A copy of the scene with all lengths scaled. */
+static struct scene *scaled_scene(const struct scene *scene, double scale)
+{
+    struct scene *copy = malloc(scene->bytes);
+    assert_non_null(copy);
+    memcpy(copy, scene, scene->bytes);
+    char *block = (char *)copy;
+    const struct scene_span *spans = copy->primitives;
+    struct sphere *spheres = (void *)(block + spans[PRIMITIVE_SPHERE].offset);
+    struct box *boxes = (void *)(block + spans[PRIMITIVE_BOX].offset);
+    struct cone *cones = (void *)(block + spans[PRIMITIVE_CONE].offset);
+    struct disc *discs = (void *)(block + spans[PRIMITIVE_DISC].offset);
+    struct plane *planes = (void *)(block + spans[PRIMITIVE_PLANE].offset);
+    scale_vectors((void *)(block + copy->vertices.offset), copy->vertices.count, scale);
+    for (uint64_t i = 0; i < spans[PRIMITIVE_SPHERE].count; i++) {
+        scale_vectors(&spheres[i].center, 1, scale);
+        spheres[i].radius *= scale;
+    }
+    for (uint64_t i = 0; i < spans[PRIMITIVE_BOX].count; i++)
+        scale_vectors(&boxes[i].min, 2, scale);
+    for (uint64_t i = 0; i < spans[PRIMITIVE_CONE].count; i++) {
+        scale_vectors(&cones[i].base, 2, scale);
+        cones[i].base_radius *= scale;
+        cones[i].apex_radius *= scale;
+    }
+    for (uint64_t i = 0; i < spans[PRIMITIVE_DISC].count; i++) {
+        scale_vectors(&discs[i].center, 1, scale);
+        discs[i].radius *= scale;
+    }
+    for (uint64_t i = 0; i < spans[PRIMITIVE_PLANE].count; i++)
+        scale_vectors(&planes[i].point, 1, scale);
+    return copy;
+}
+
+static void test_scaling_by_powers_of_two(void **state)
+{
+    (void)state;
+    uint64_t random = 16;
+    struct recipe recipe = {&random, SCATTERED, 10, {0, 0, 0}};
+    struct scene *scene = random_scene(&recipe, 100, true);
+    struct bvh *bvh = build_tree(scene);
+    for (int k = -60; k <= 60; k += 24) {
+        struct scene *scaled = scaled_scene(scene, ldexp(1, k));
+        struct bvh *scaled_bvh = build_tree(scaled);
+        for (int i = 0; i < 2000; i++) {
+            struct ray ray = ray_to(some_point(&recipe), some_point(&recipe));
+            struct hit hit = nearest_of(scene, bvh, &ray), expected = hit;
+            ray.origin = vec_scale(ray.origin, ldexp(1, k));
+            hit = nearest_of(scaled, scaled_bvh, &ray);
+            expected.t = ldexp(expected.t, k);
+            assert_same_hit(&hit, &expected);
+        }
+        free(scaled_bvh);
+        free(scaled);
+    }
+    free(bvh);
+    free(scene);
+}
+
+/* ---- surfaces ---- */
+
+static struct surface surface_of(const struct scene *scene, const struct ray *ray)
+{
+    struct bvh *bvh = build_tree(scene);
+    struct hit hit = nearest_of(scene, bvh, ray);
+    struct surface surface;
+    assert_true(hit.primitive != PRIMITIVE_NONE);
+    surface_at(scene, ray, &hit, &surface);
+    free(bvh);
+    return surface;
+}
+
+static void test_surface_of_solids(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    uint32_t material = add_material(builder, vec3(1, 1, 1), 0);
+    add_sphere(builder, vec3(0, 0, 0), 1, material);
+    add_box(builder, vec3(4, -1, -1), vec3(6, 1, 1), 0);
+    struct cone rod = {{10, 0, -1}, {10, 0, 1}, 1, 1, 0, 1};
+    struct disc disc = {{20, 0, 0}, {0, 0, -1}, 1, 0, 0};
+    assert_added(builder_add_cone(builder, &rod));
+    assert_added(builder_add_disc(builder, &disc));
+    struct scene *scene = finish_scene(builder);
+    const struct vec3 normals[] = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {0, 0, -1}};
+    const double x[] = {0, 5, 10, 20}, z[] = {1, 1, 1, 0};
+    for (int i = 0; i < 4; i++) {
+        struct ray ray = ray_along(vec3(x[i], 0, 5), vec3(0, 0, -2));
+        struct surface surface = surface_of(scene, &ray);
+        assert_vector_near(surface.point, vec3(x[i], 0, z[i]), 1e-15);
+        assert_vector_near(surface.geometric, normals[i], 1e-15);
+        assert_vector_near(surface.shading, normals[i], 1e-15);
+        assert_int_equal(surface.material, i == 0 ? material : 0);
+    }
+    struct ray side = ray_along(vec3(10, 5, 0), vec3(0, -1, 0));
+    assert_vector_near(surface_of(scene, &side).geometric, vec3(0, 1, 0), 1e-15);
+    struct ray inside = ray_along(vec3(0, 0, 0), vec3(0, 1, 0));
+    assert_vector_near(surface_of(scene, &inside).geometric, vec3(0, 1, 0), 1e-15);
+    free(scene);
+}
+
+static struct scene *one_patch(struct vec3 second_normal)
+{
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    const struct vec3 corners[3] = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
+    struct patch patch = {.material = 0};
+    for (unsigned k = 0; k < 3; k++) {
+        patch.vertex[k] = add_vertex(builder, corners[k]);
+        patch.normal[k] = add_normal(builder, k == 1 ? second_normal : vec3(0, 0, 1));
+    }
+    assert_added(builder_add_patch(builder, &patch));
+    return finish_scene(builder);
+}
+
+static void test_surface_of_patch(void **state)
+{
+    (void)state;
+    struct ray ray = ray_along(vec3(2, 0.5, 3), vec3(0, 0, -1)); /* weights 3/8, 1/2, 1/8 */
+    struct scene *scene = one_patch(vec3(1, 0, 0));
+    struct surface surface = surface_of(scene, &ray);
+    assert_vector_near(surface.geometric, vec3(0, 0, 1), 0);
+    assert_vector_near(surface.shading, vec3(sqrt(0.5), 0, sqrt(0.5)), 1e-15);
+    free(scene);
+    scene = one_patch(vec3(0, 0, -1)); /* normals that cancel */
+    surface = surface_of(scene, &ray);
+    assert_vector_near(surface.shading, vec3(0, 0, 1), 0);
+    free(scene);
+}
+
+/* From far away the point still lies on the surface, closer than the distance can be known. */
+static void test_surface_from_far_away(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    add_triangle(builder, vec3(0, 0, 1), vec3(1, 0, 0), vec3(0, 1, 0), 0);
+    add_sphere(builder, vec3(-3, 0, 0), 1, 0);
+    struct scene *scene = finish_scene(builder);
+    struct vec3 eye = vec3(3e9, 2e9, 1e9);
+    struct ray ray = ray_to(eye, vec3(0.3, 0.3, 0.4));
+    struct surface surface = surface_of(scene, &ray);
+    assert_near(surface.point.x + surface.point.y + surface.point.z, 1, 1e-15);
+    ray = ray_to(eye, vec3(-3, 0, 0));
+    surface = surface_of(scene, &ray);
+    struct vec3 radius = vec_sub(surface.point, vec3(-3, 0, 0));
+    assert_near(vec_length(radius), 1, 1e-15);
+    assert_vector_near(surface.geometric, radius, 1e-15);
+    free(scene);
+}
+
+/* On a ground sphere of a planet's size the eye is the better reference. */
+static void test_surface_of_ground_sphere(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    add_sphere(builder, vec3(0, -1e9, 0), 1e9, 0);
+    struct scene *scene = finish_scene(builder);
+    struct ray ray = ray_along(vec3(0, 2, 0), vec3(1, -1, 0));
+    struct surface surface = surface_of(scene, &ray);
+    /* x^2 + (y + R)^2 = R^2 on y = 2 - x: x = 2 + 2e-9 to first order in 1 / R */
+    assert_near(surface.point.x, 2 + 2e-9, 1e-14);
+    assert_near(surface.point.y, -2e-9, 1e-14);
+    free(scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_scattered),
+        cmocka_unit_test(test_lattice),
+        cmocka_unit_test(test_tiny_and_far_away),
+        cmocka_unit_test(test_duplicates),
+        cmocka_unit_test(test_t_max),
+        cmocka_unit_test(test_nonfinite_rays),
+        cmocka_unit_test(test_light_through_glass),
+        cmocka_unit_test(test_many_transparent_materials),
+        cmocka_unit_test(test_empty_scene),
+        cmocka_unit_test(test_scaling_by_powers_of_two),
+        cmocka_unit_test(test_surface_of_solids),
+        cmocka_unit_test(test_surface_of_patch),
+        cmocka_unit_test(test_surface_from_far_away),
+        cmocka_unit_test(test_surface_of_ground_sphere),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,291 @@
+/* OBJ and MTL files, and the normals that smooth makes. */
+#include "test/scratch.h"
+
+#include <math.h>
+
+#define INI           "[light]\nposition = 1 2 3\n[mesh m]\nfile = mesh.obj\n"
+#define SQUARE        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+#define MESH_MATERIAL "material = base\n[material base]\nshininess = 77\n"
+
+static struct scene *loaded(void **state, const char *obj, const char *more)
+{
+    char text[1024];
+    snprintf(text, sizeof text, INI "%s", more);
+    scratch_write("scene.ini", text);
+    scratch_write("mesh.obj", obj);
+    return scratch_scene(*state, "scene.ini", NULL);
+}
+
+static void refused(void **state, const char *obj, const char *line)
+{
+    scratch_write("scene.ini", INI);
+    scratch_write("mesh.obj", obj);
+    scratch_refused(*state, "scene.ini", NULL, line);
+}
+
+static uint64_t triangles_of(const struct scene *scene)
+{
+    return scene->primitives[PRIMITIVE_TRIANGLE].count;
+}
+
+static uint64_t patches_of(const struct scene *scene)
+{
+    return scene->primitives[PRIMITIVE_PATCH].count;
+}
+
+static void test_faces(void **state)
+{
+    struct scene *scene = loaded(state,
+                                 SQUARE "v 0.5 0.5 0 1.0\nv 2 2 0 0.5 0.5 0.5\nvt 0 0\nvn 0 0 2\n"
+                                        "f 1 2 3 4\nf 1/1 2/1 3/1\nf 1//1 2//1 3//1\n"
+                                        "f 1/1/1 2/1/1 3/1/-1\nf -6 -5 -4\nf 1 2 5 3 4\n",
+                                 "");
+    assert_int_equal(triangles_of(scene), 2 + 1 + 1 + 3);
+    assert_int_equal(patches_of(scene), 2);
+    assert_int_equal(scene->vertices.count, 6);
+    assert_true(scene_normals(scene)->z == 1);
+    const struct triangle *t = scene_triangles(scene);
+    assert_int_equal(t[3].vertex[0], 0);
+    assert_int_equal(t[3].vertex[2], 2);
+    free(scene);
+}
+
+static void test_text_form(void **state)
+{
+    struct scene *scene =
+        loaded(state,
+               "\xef\xbb\xbf# a mesh\r\no thing\r\ng a b\r\ns off\r\n"
+               "v 0 \\\r\n 0 0\r\n  v\t1 0 0 # x\r\nv 1 1 0\r\nf 1 2\\\n3\r\nf 1 2 3",
+               "");
+    assert_int_equal(triangles_of(scene), 2);
+    free(scene);
+    scratch_write("mesh.obj", "v 0 0 0\nv 1 0\\\n 0\nv 1 1 x\n");
+    scratch_refused(*state, "scene.ini", NULL, "mesh.obj:4: 'v' needs three numbers");
+}
+
+static void test_unknown_statements_warn_once(void **state)
+{
+    struct scratch *s = *state;
+    free(loaded(state, SQUARE "l 1 2\np 1\ncurv 0 1\nf 1 2 3\n", ""));
+    assert_string_equal(s->said, "mesh.obj:5: warning: 'l' and what else is unknown is left out\n");
+}
+
+static void test_mistakes(void **state)
+{
+#define CORNER                                                                                     \
+    "is no corner of a face, expected indices of defined vertices such as 1, 1/2, 1//3 or 1/2/3"
+    refused(state, "v 1 2\n", "mesh.obj:1: 'v' needs three numbers");
+    refused(state, "v 1 2 3 4 5 6 7 8\n", "mesh.obj:1: 'v' needs three to seven numbers");
+    refused(state, "v 1 2 nan\n", "mesh.obj:1: 'v' needs three numbers");
+    refused(state, "vn 0 1\n", "mesh.obj:1: 'vn' needs three numbers");
+    refused(state, SQUARE "f 1 2\n", "mesh.obj:5: 'f' needs at least three corners");
+    refused(state, SQUARE "f\n", "mesh.obj:5: 'f' needs at least three corners");
+    refused(state, SQUARE "f 1 2 5\n", "mesh.obj:5: '5' " CORNER);
+    refused(state, SQUARE "f 1 2 0\n", "mesh.obj:5: '0' " CORNER);
+    refused(state, SQUARE "f 1 2 -5\n", "mesh.obj:5: '-5' " CORNER);
+    refused(state, SQUARE "f 1 2 4294967297\n", "mesh.obj:5: '4294967297' " CORNER);
+    refused(state, SQUARE "f 1 2 99999999999999999999999\n",
+            "mesh.obj:5: '99999999999999999999999' " CORNER);
+    refused(state, SQUARE "f 1 2 3//1\n", "mesh.obj:5: '3//1' " CORNER);
+    refused(state, SQUARE "f 1 2 3/\n", "mesh.obj:5: '3/' " CORNER);
+    refused(state, SQUARE "f 1 2 3.0\n", "mesh.obj:5: '3.0' " CORNER);
+    refused(state, SQUARE "usemtl\n", "mesh.obj:5: 'usemtl' needs the name of a material");
+    refused(state, SQUARE "mtllib\n", "mesh.obj:5: 'mtllib' needs the name of a file");
+}
+
+static const struct material *material_of(const struct scene *scene, int triangle)
+{
+    return &scene_materials(scene)[scene_triangles(scene)[triangle].material];
+}
+
+static void test_materials(void **state)
+{
+    struct scratch *s = *state;
+    scratch_write("a b.mtl",
+                  "# comment\nignored 1\nnewmtl red\nKa 1 1 1\nKd 1 0 0\nKs 0.2 0.4 0.3\n"
+                  "Ns 50\nd 0.75\nNi 1.4\nillum 3\nmap_Kd x.png\n"
+                  "newmtl dull\nKd 0.5\nKs 1 1 1\nTr 0.25\nillum 2\n");
+    scratch_write("c.mtl", "newmtl green\nKd 0 1 0\n");
+    struct scene *scene =
+        loaded(state,
+               "mtllib a b.mtl\nmtllib c.mtl\n" SQUARE
+               "f 1 2 3\nusemtl red\nf 1 2 3\nusemtl dull\nf 1 2 3\n"
+               "usemtl green\nf 1 2 3\nusemtl ours\nf 1 2 3\nusemtl none\nf 1 2 3\n"
+               "usemtl red\nf 1 2 3\nusemtl none\nf 1 2 3\n",
+               MESH_MATERIAL "[material ours]\nshininess = 88\n");
+    assert_true(material_of(scene, 0)->shininess == 77);
+    const struct material *red = material_of(scene, 1);
+    assert_true(red->color.x == 1 && red->color.y == 0 && red->diffuse == 1 && red->ambient == 0.1);
+    assert_true(red->specular == 0.4 && red->reflection == 0.4 && red->shininess == 50);
+    assert_true(red->transmission == 0.25 && red->ior == 1.4);
+    const struct material *dull = material_of(scene, 2);
+    assert_true(dull->color.z == 0.5 && dull->reflection == 0 && dull->transmission == 0.25);
+    assert_true(material_of(scene, 3)->color.y == 1);
+    assert_true(material_of(scene, 4)->shininess == 88);
+    assert_true(material_of(scene, 5)->shininess == 77);
+    assert_ptr_equal(material_of(scene, 6), red);
+    assert_string_equal(s->said, "mesh.obj:16: warning: no material is called 'none'\n");
+    free(scene);
+}
+
+static void test_missing_library(void **state)
+{
+    struct scratch *s = *state;
+    free(loaded(state, "mtllib none.mtl\n" SQUARE "usemtl red\nf 1 2 3\n", ""));
+    assert_string_equal(s->said, "mesh.obj:1: warning: the material file 'none.mtl' is missing\n");
+    scratch_write("bad.mtl", "newmtl red\nKd 1 x 0\n");
+    refused(
+        state, "mtllib bad.mtl\n",
+        "bad.mtl:2: 'Kd' is out of range, expected numbers such as a colour >= 0 or a share from "
+        "0 to 1");
+}
+
+static void test_placement(void **state)
+{
+    struct scene *scene = loaded(state, "v 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 1\nf 1//1 2//1 3//1\n",
+                                 "rotate = 90 0 90\nscale = 2\ntranslate = 10 20 30\n");
+    const struct vec3 *v = scene_vertices(scene);
+    /* About x: z goes to -y; then about z: -y goes to x. */
+    assert_true(v[0].x == 10 && v[0].y == 22 && v[0].z == 30);
+    assert_true(v[2].x == 12 && v[2].y == 20 && v[2].z == 30);
+    assert_true(scene_normals(scene)->x == 1);
+    free(scene);
+}
+
+/* A roof: two faces that meet at a right angle. */
+#define ROOF "v 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 1\nv 1 2 0\nv 0 2 0\nf 1 2 3 4\nf 4 3 5 6\n"
+
+static void test_crease_angle(void **state)
+{
+    static const struct {
+        const char *smooth;
+        uint64_t patches;
+    } cases[] = {{"", 0},
+                 {"smooth = no\n", 0},
+                 {"smooth = yes\n", 0},
+                 {"smooth = 89\n", 0},
+                 {"smooth = 91\n", 4},
+                 {"smooth = 0\n", 0}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct scene *scene = loaded(state, ROOF, cases[i].smooth);
+        assert_int_equal(patches_of(scene), cases[i].patches);
+        assert_int_equal(triangles_of(scene) + patches_of(scene), 4);
+        free(scene);
+    }
+    struct scene *scene = loaded(state, ROOF, "smooth = 180\n");
+    double half = sqrt(0.5);
+    for (uint64_t i = 0; i < 4; i++)
+        for (int k = 0; k < 3; k++) {
+            struct vec3 p = scene_vertices(scene)[scene_patches(scene)[i].vertex[k]];
+            struct vec3 n = scene_normals(scene)[scene_patches(scene)[i].normal[k]];
+            double y = p.z == 1 ? 0 : p.y == 0 ? -half : half;
+            assert_true(fabs(n.y - y) < 1e-15 && n.x == 0 && n.z > 0);
+        }
+    free(scene);
+}
+
+static void test_normals_of_the_file(void **state)
+{
+    const char *obj = SQUARE "vn 0 0 1\nvn 0 0 0\nvn 0 1 1\nf 1//1 2//1 3//3\nf 1//1 3//2 4//1\n";
+    struct scene *scene = loaded(state, obj, "");
+    assert_int_equal(patches_of(scene), 1);
+    assert_int_equal(triangles_of(scene), 1);
+    free(scene);
+    scene = loaded(state, obj, "smooth = no\n");
+    assert_int_equal(triangles_of(scene), 2);
+    assert_int_equal(scene->normals.count, 0);
+    free(scene);
+}
+
+/* A sphere of latitude and longitude: smooth normals point away from its centre. */
+static void test_smooth_sphere(void **state)
+{
+    enum { ROWS = 24, COLUMNS = 48 };
+    size_t size = 200000, used = 0;
+    char *obj = allocate(size, 1);
+    double pi = 3.14159265358979323846;
+    for (int i = 1; i < ROWS; i++)
+        for (int j = 0; j < COLUMNS; j++) {
+            double a = pi * i / ROWS, b = 2 * pi * j / COLUMNS;
+            used += (size_t)snprintf(obj + used, size - used, "v %.17g %.17g %.17g\n",
+                                     sin(a) * cos(b), sin(a) * sin(b), cos(a));
+        }
+    used += (size_t)snprintf(obj + used, size - used, "v 0 0 1\nv 0 0 -1\n");
+    int top = (ROWS - 1) * COLUMNS + 1, bottom = top + 1, last = (ROWS - 2) * COLUMNS;
+    for (int j = 0; j < COLUMNS; j++) {
+        int next = (j + 1) % COLUMNS;
+        used += (size_t)snprintf(obj + used, size - used, "f %d %d %d\nf %d %d %d\n", top, j + 1,
+                                 next + 1, last + next + 1, last + j + 1, bottom);
+        for (int i = 0; i < ROWS - 2; i++)
+            used += (size_t)snprintf(obj + used, size - used, "f %d %d %d %d\n",
+                                     i * COLUMNS + j + 1, (i + 1) * COLUMNS + j + 1,
+                                     (i + 1) * COLUMNS + next + 1, i * COLUMNS + next + 1);
+    }
+    struct scene *scene = loaded(state, obj, "smooth = yes\n");
+    free(obj);
+    assert_int_equal(patches_of(scene), 2 * COLUMNS * (ROWS - 1));
+    assert_int_equal(scene->normals.count, COLUMNS * (ROWS - 1) + 2);
+    const struct patch *patches = scene_patches(scene);
+    for (uint64_t i = 0; i < patches_of(scene); i++)
+        for (int k = 0; k < 3; k++)
+            assert_true(vec_dot(scene_vertices(scene)[patches[i].vertex[k]],
+                                scene_normals(scene)[patches[i].normal[k]]) > 0.998);
+    free(scene);
+}
+
+/* Degenerate faces, a vertex with very many faces, and three faces at one edge do no harm. */
+static void test_odd_meshes(void **state)
+{
+    struct scene *scene =
+        loaded(state, SQUARE "f 1 1 2\nf 1 2 2 1\nf 1 2 3\nf 2 1 4\nf 1 2 4\n", "smooth = 180\n");
+    assert_true(triangles_of(scene) + patches_of(scene) >= 4);
+    free(scene);
+
+    enum { SPOKES = 5000 };
+    size_t size = 400000, used = 0;
+    char *obj = allocate(size, 1);
+    used += (size_t)snprintf(obj, size, "v 0 0 1\n");
+    for (int i = 0; i < SPOKES; i++)
+        used += (size_t)snprintf(obj + used, size - used, "v %.9f %.9f 0\n", cos(i * 0.0012566),
+                                 sin(i * 0.0012566));
+    for (int i = 0; i + 1 < SPOKES; i++)
+        used += (size_t)snprintf(obj + used, size - used, "f 1 %d %d\n", i + 2, i + 3);
+    scene = loaded(state, obj, "smooth = yes\n");
+    free(obj);
+    assert_int_equal(patches_of(scene), SPOKES - 1);
+    assert_int_equal(scene->normals.count, SPOKES + 1);
+    free(scene);
+}
+
+static void test_obj_as_config(void **state)
+{
+    struct scratch *s = *state;
+    scratch_write("mesh.obj", ROOF);
+    struct job job;
+    assert_true(scratch_load(s, "mesh.obj", "image.width=100", &job));
+    assert_string_equal(s->said, "");
+    assert_string_equal(job.settings.output.image, "mesh.png");
+    assert_int_equal(builder_light_count(job.builder), 2);
+    assert_true(job.settings.camera.look_at.y == 1 && job.settings.camera.look_at.z == 0.5);
+    assert_true(job.settings.camera.eye.y > 1 && job.settings.camera.eye.z > 0.5);
+    job_free(&job);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_faces),
+        cmocka_unit_test(test_text_form),
+        cmocka_unit_test(test_unknown_statements_warn_once),
+        cmocka_unit_test(test_mistakes),
+        cmocka_unit_test(test_materials),
+        cmocka_unit_test(test_missing_library),
+        cmocka_unit_test(test_placement),
+        cmocka_unit_test(test_crease_angle),
+        cmocka_unit_test(test_normals_of_the_file),
+        cmocka_unit_test(test_smooth_sphere),
+        cmocka_unit_test(test_odd_meshes),
+        cmocka_unit_test(test_obj_as_config),
+    };
+    return cmocka_run_group_tests(tests, scratch_open, scratch_close);
+}

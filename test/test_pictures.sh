@@ -1,0 +1,54 @@
+# The picture is the same, bit for bit, for any number of processes, schedule and tile size.
+. test/lib.sh
+cd "$T" || exit 1
+SCENE=$DATA/everything.ini
+
+render() { # NAME N OVERRIDE...
+    name=$1 n=$2; shift 2
+    run 0 farm_n "$n" "$SCENE" output.image="$name" output.report= "$@"
+}
+
+check "reference, without mpiexec" render reference.pfm 0
+for n in 1 2 3 5; do
+    for how in "farm.tile=8" "farm.tile=17" "farm.tile=64" "farm.schedule=strips" \
+               "farm.schedule=cyclic" "farm.tile=auto"; do
+        same() { render "t.pfm" "$n" "$how" && cmp reference.pfm t.pfm; }
+        check "-n $n $how" same
+    done
+done
+for schedule in dynamic strips cyclic; do
+    same() {
+        render t.pfm 3 farm.schedule=$schedule farm.master_renders=no && cmp reference.pfm t.pfm
+    }
+    check "rank 0 only serves, $schedule" same
+done
+same() { render t.pfm 0 farm.tile=1 && cmp reference.pfm t.pfm; }
+check "tiles of one pixel" same
+same() { render t.pfm 5 farm.tile=64 image.region="0 0 3 2" && [ "$(wc -c <t.pfm)" -gt 72 ]; }
+check "more processes than tiles" same
+
+render s0.pfm 0 sampling.samples=5 >/dev/null
+for how in "farm.tile=8" "farm.schedule=strips" "farm.schedule=cyclic"; do
+    same() { render t.pfm 3 sampling.samples=5 "$how" && cmp s0.pfm t.pfm; }
+    check "5 samples, $how" same
+done
+
+# A region is that part of the whole picture. PFM rows run from the bottom: header "PF\nW H\n-1.0\n".
+region_rows() {
+    render part.pfm 2 image.region="0 20 97 11" || return 1
+    head -c $((17 + 0)) part.pfm >/dev/null
+    tail -c $((97 * 11 * 12)) part.pfm >part.raw
+    tail -c $((97 * 61 * 12)) reference.pfm | tail -c +$((97 * 12 * 30 + 1)) |
+        head -c $((97 * 11 * 12)) >whole.raw
+    cmp part.raw whole.raw
+}
+check "a region equals that part of the picture" region_rows
+
+for extension in png hdr; do
+    same() {
+        render "a.$extension" 0 && render "b.$extension" 3 farm.schedule=cyclic &&
+            cmp "a.$extension" "b.$extension"
+    }
+    check "$extension files are identical too" same
+done
+finish

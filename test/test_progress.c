@@ -1,0 +1,269 @@
+#include <fcntl.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "master/figure.h"
+#include "master/progress.h"
+
+/* A terminal whose other end is read by the test. */
+struct screen {
+    int descriptor;
+    FILE *out;
+    char text[4096];
+};
+
+static void screen_resize(const struct screen *screen, unsigned short columns)
+{
+    struct winsize size = {.ws_row = 24, .ws_col = columns};
+    assert_int_equal(ioctl(screen->descriptor, TIOCSWINSZ, &size), 0);
+}
+
+static void screen_open(struct screen *screen, unsigned short columns)
+{
+    screen->descriptor = posix_openpt(O_RDWR | O_NOCTTY);
+    if (screen->descriptor < 0 || grantpt(screen->descriptor) || unlockpt(screen->descriptor))
+        skip(); /* no pseudo-terminals here */
+    int other = open(ptsname(screen->descriptor), O_RDWR | O_NOCTTY);
+    assert_true(other >= 0);
+    struct termios mode;
+    assert_int_equal(tcgetattr(other, &mode), 0);
+    cfmakeraw(&mode);
+    assert_int_equal(tcsetattr(other, TCSANOW, &mode), 0);
+    screen->out = fdopen(other, "w");
+    assert_non_null(screen->out);
+    fcntl(screen->descriptor, F_SETFL, O_NONBLOCK);
+    setenv("TERM", "xterm", 1);
+    screen_resize(screen, columns);
+}
+
+static void screen_close(struct screen *screen)
+{
+    fclose(screen->out);
+    close(screen->descriptor);
+}
+
+/* What has been written since the last call. */
+static const char *screen_read(struct screen *screen)
+{
+    ssize_t bytes = read(screen->descriptor, screen->text, sizeof screen->text - 1);
+    screen->text[bytes > 0 ? bytes : 0] = '\0';
+    return screen->text;
+}
+
+static const struct progress_state half = {
+    .pixels_done = 500, .pixels = 1000, .tiles_done = 7, .tiles = 12, .rays = 25000000};
+
+static void test_counts(void **state)
+{
+    (void)state;
+    assert_string_equal(figure_count(0).text, "0");
+    assert_string_equal(figure_count(999.4).text, "999");
+    assert_string_equal(figure_count(999.6).text, "1.0k");
+    assert_string_equal(figure_count(12345).text, "12.3k");
+    assert_string_equal(figure_count(999949).text, "999.9k");
+    assert_string_equal(figure_count(999951).text, "1.0M");
+    assert_string_equal(figure_count(2.5e10).text, "25.0G");
+    assert_string_equal(figure_count(1e300).text, "> 999T");
+    assert_string_equal(figure_count((double)NAN).text, "> 999T");
+}
+
+static void test_spans(void **state)
+{
+    (void)state;
+    assert_string_equal(figure_span(0).text, "0:00");
+    assert_string_equal(figure_span(59.4).text, "0:59");
+    assert_string_equal(figure_span(59.6).text, "1:00");
+    assert_string_equal(figure_span(3723).text, "1:02:03");
+    assert_string_equal(figure_span(999 * 3600.0).text, "999:00:00");
+    assert_string_equal(figure_span(1e300).text, "> 999 h");
+}
+
+static void test_bar(void **state)
+{
+    (void)state;
+    static struct screen screen;
+    struct progress progress;
+    screen_open(&screen, 100);
+    progress_start(&progress, screen.out, 100);
+    progress_update(&progress, &half, 110);
+    assert_string_equal(screen_read(&screen),
+                        "\r 50% [####################--------------------]   0:10 left"
+                        "   7/12 tiles    2.5M rays/s   0:10\033[K");
+    progress_end(&progress);
+    assert_string_equal(screen_read(&screen), "\r\033[K");
+    screen_close(&screen);
+}
+
+/* All widths: one line, never as long as the window, the percentage as long as there is room. */
+static void test_bar_fits(void **state)
+{
+    (void)state;
+    static struct screen screen;
+    struct progress progress;
+    screen_open(&screen, 80);
+    progress_start(&progress, screen.out, 0);
+    for (unsigned short columns = 1; columns < 300; columns++) {
+        screen_resize(&screen, columns); /* as while it is running */
+        progress_update(&progress, &half, 10.0 * columns);
+        const char *text = screen_read(&screen), *end = strstr(text, "\033[K");
+        assert_int_equal(text[0], '\r');
+        assert_non_null(end);
+        assert_true(end - text - 1 < columns);
+        assert_int_equal(strstr(text, " 50%") != NULL, columns >= 5);
+        assert_int_equal(strstr(text, " [") != NULL, columns >= 18);
+        assert_int_equal(strstr(text, "left") != NULL, columns >= 30);
+    }
+    progress_end(&progress);
+    screen_close(&screen);
+}
+
+static void test_bar_rate_of_redraws(void **state)
+{
+    (void)state;
+    static struct screen screen;
+    struct progress progress;
+    screen_open(&screen, 80);
+    progress_start(&progress, screen.out, 0);
+    unsigned redraws = 0;
+    for (int ms = 0; ms <= 1000; ms += 2) {
+        progress_update(&progress, &half, ms / 1000.0);
+        if (screen_read(&screen)[0]) redraws++;
+    }
+    assert_in_range(redraws, 8, 10);
+    progress_end(&progress);
+    screen_close(&screen);
+}
+
+static void test_nothing_to_clean(void **state)
+{
+    (void)state;
+    static struct screen screen;
+    struct progress progress;
+    screen_open(&screen, 80);
+    progress_start(&progress, screen.out, 0);
+    progress_update(&progress, &half, 0.05);
+    progress_end(&progress);
+    assert_string_equal(screen_read(&screen), "");
+    screen_close(&screen);
+}
+
+/* The time left is not told from the first pixels, then follows without jumps. */
+static void test_time_left(void **state)
+{
+    (void)state;
+    static struct screen screen;
+    struct progress progress;
+    struct progress_state now = {.pixels = 1000, .tiles = 10};
+    screen_open(&screen, 80);
+    progress_start(&progress, screen.out, 0);
+    now.pixels_done = 10;
+    progress_update(&progress, &now, 1);
+    assert_non_null(strstr(screen_read(&screen), "-:-- left"));
+    now.pixels_done = 500;
+    progress_update(&progress, &now, 10);
+    assert_non_null(strstr(screen_read(&screen), "0:10 left"));
+    now.pixels_done = 900; /* a cheap part: by the plain rate it is 0:01 now */
+    progress_update(&progress, &now, 10.2);
+    assert_non_null(strstr(screen_read(&screen), "0:09 left"));
+    progress_update(&progress, &now, 40);
+    assert_non_null(strstr(screen_read(&screen), "0:04 left"));
+    progress_end(&progress);
+    screen_close(&screen);
+}
+
+static void test_strange_states(void **state)
+{
+    (void)state;
+    static struct screen screen;
+    struct progress progress;
+    struct progress_state now = {0};
+    screen_open(&screen, 80);
+    progress_start(&progress, screen.out, 0);
+    progress_update(&progress, &now, 1);
+    assert_non_null(strstr(screen_read(&screen), "  0% [-"));
+    now = (struct progress_state){10, 1, UINT32_MAX, UINT32_MAX, UINT64_MAX};
+    progress_update(&progress, &now, 2);
+    assert_non_null(strstr(screen_read(&screen), "100% [#"));
+    progress_end(&progress);
+    screen_close(&screen);
+}
+
+static void test_lines(void **state)
+{
+    (void)state;
+    FILE *out = tmpfile();
+    assert_non_null(out);
+    struct progress progress;
+    progress_start(&progress, out, 0);
+    for (int tenth = 0; tenth <= 110; tenth++)
+        progress_update(&progress, &half, tenth / 10.0);
+    progress_end(&progress);
+    char lines[400] = {0};
+    rewind(out);
+    assert_true(fread(lines, 1, sizeof lines - 1, out) > 0);
+    assert_string_equal(lines, "farm: 50%, 7 of 12 tiles, 5.0M rays/s, 0:05 elapsed, 0:05 left\n"
+                               "farm: 50%, 7 of 12 tiles, 2.5M rays/s, 0:10 elapsed, 0:08 left\n");
+    fclose(out);
+}
+
+static void test_dumb_terminal(void **state)
+{
+    (void)state;
+    static struct screen screen;
+    struct progress progress;
+    screen_open(&screen, 33);
+    setenv("TERM", "dumb", 1);
+    assert_int_equal(terminal_columns(screen.out), 33);
+    progress_start(&progress, screen.out, 0);
+    progress_update(&progress, &half, 1);
+    assert_string_equal(screen_read(&screen), "");
+    progress_update(&progress, &half, 6);
+    const char *text = screen_read(&screen);
+    assert_null(strchr(text, '\033'));
+    assert_null(strchr(text, '\r'));
+    assert_non_null(strchr(text, '\n'));
+    progress_end(&progress);
+    screen_close(&screen);
+}
+
+/* A pipe that was not made by a launcher. */
+static void test_pipe_without_launcher(void **state)
+{
+    (void)state;
+    int ends[2];
+    assert_int_equal(pipe(ends), 0);
+    FILE *out = fdopen(ends[1], "w");
+    unsetenv("PMI_RANK");
+    unsetenv("PMI_FD");
+    assert_int_equal(terminal_columns(out), 0);
+    fclose(out);
+    close(ends[0]);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_counts),
+        cmocka_unit_test(test_spans),
+        cmocka_unit_test(test_bar),
+        cmocka_unit_test(test_bar_fits),
+        cmocka_unit_test(test_bar_rate_of_redraws),
+        cmocka_unit_test(test_nothing_to_clean),
+        cmocka_unit_test(test_time_left),
+        cmocka_unit_test(test_strange_states),
+        cmocka_unit_test(test_lines),
+        cmocka_unit_test(test_dumb_terminal),
+        cmocka_unit_test(test_pipe_without_launcher),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,197 @@
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "common/protocol.h"
+
+enum { WIDTH = 100, HEIGHT = 60 };
+
+static const struct tile good_tile = {.id = 7, .x = 96, .y = 56, .w = 4, .h = 4, .step = 1};
+
+static bool tile_ok(struct tile tile)
+{
+    return tile_message_valid(&tile, sizeof tile, WIDTH, HEIGHT);
+}
+
+static void test_counts_add(void **state)
+{
+    (void)state;
+    struct render_counts sum = {{1, 2, 3, 4}, 5, 6, 0.5, 0.25, 0.125};
+    struct render_counts more = {{10, 20, 30, 40}, 50, 60, 1, 2, 0.0625};
+    render_counts_add(&sum, &more);
+    for (unsigned kind = 0; kind < RAY_KINDS; kind++)
+        assert_int_equal(sum.rays[kind], 11 * (kind + 1));
+    assert_int_equal(sum.nonfinite, 55);
+    assert_int_equal(sum.exact_fallbacks, 66);
+    assert_true(sum.intersect_s == 1.5 && sum.shade_s == 2.25);
+    assert_true(sum.truncation == 0.125); /* the largest, not the sum */
+    more.truncation = HUGE_VAL;
+    render_counts_add(&sum, &more);
+    assert_true(isinf(sum.truncation));
+}
+
+static void test_tile_good(void **state)
+{
+    (void)state;
+    assert_true(tile_ok(good_tile));
+    assert_true(tile_ok((struct tile){.w = WIDTH, .h = HEIGHT, .step = 1}));
+    /* A processor's share may be empty of all but one pixel. */
+    assert_true(tile_ok((struct tile){.w = WIDTH, .h = HEIGHT, .step = 9000, .phase = 5999}));
+}
+
+static void test_tile_outside(void **state)
+{
+    (void)state;
+    struct tile tile = good_tile;
+    tile.w = 5;
+    assert_false(tile_ok(tile));
+    tile = good_tile, tile.h = 5;
+    assert_false(tile_ok(tile));
+    tile = good_tile, tile.x = UINT32_MAX;
+    assert_false(tile_ok(tile));
+    tile = good_tile, tile.y = UINT32_MAX - 2; /* y + h wraps round to 1 */
+    assert_false(tile_ok(tile));
+    tile = good_tile, tile.w = 0;
+    assert_false(tile_ok(tile));
+    tile = good_tile, tile.h = 0;
+    assert_false(tile_ok(tile));
+}
+
+static void test_tile_size(void **state)
+{
+    (void)state;
+    struct tile tile = {.w = 1024, .h = 1024, .step = 1};
+    assert_true(tile_message_valid(&tile, sizeof tile, UINT32_MAX, UINT32_MAX));
+    tile.h = 1025;
+    assert_false(tile_message_valid(&tile, sizeof tile, UINT32_MAX, UINT32_MAX));
+    tile.w = tile.h = 1u << 16; /* w * h is 0 in 32 bits */
+    assert_false(tile_message_valid(&tile, sizeof tile, UINT32_MAX, UINT32_MAX));
+}
+
+static void test_tile_order(void **state)
+{
+    (void)state;
+    struct tile tile = good_tile;
+    tile.step = 0;
+    assert_false(tile_ok(tile));
+    tile.step = UINT32_MAX; /* tile_pixels() would overflow */
+    assert_false(tile_ok(tile));
+    tile = good_tile, tile.phase = 15;
+    assert_true(tile_ok(tile));
+    tile.phase = 16;
+    assert_false(tile_ok(tile));
+    tile = good_tile, tile.reserved = 1;
+    assert_false(tile_ok(tile));
+}
+
+static void test_tile_bytes(void **state)
+{
+    (void)state;
+    struct tile tile = good_tile;
+    assert_false(tile_message_valid(&tile, sizeof tile - 1, WIDTH, HEIGHT));
+    assert_false(tile_message_valid(&tile, sizeof tile + 1, WIDTH, HEIGHT));
+    assert_false(tile_message_valid(&tile, 0, WIDTH, HEIGHT));
+    assert_false(tile_message_valid(&tile, sizeof tile, 0, 0));
+}
+
+static void test_result(void **state)
+{
+    (void)state;
+    const size_t bytes = sizeof(struct result_header) + 16 * 3 * sizeof(float);
+    const struct result_header good = {.tile_id = 7, .pixels = 16, .rays = 1, .busy_s = 0};
+    struct result_header header = good;
+    assert_true(result_message_valid(&header, bytes, &good_tile));
+    assert_false(result_message_valid(&header, bytes - 1, &good_tile));
+    assert_false(result_message_valid(&header, bytes + 4, &good_tile));
+    assert_false(result_message_valid(&header, 0, &good_tile));
+    header.tile_id = 8;
+    assert_false(result_message_valid(&header, bytes, &good_tile));
+    header = good, header.pixels = 15;
+    assert_false(result_message_valid(&header, bytes, &good_tile));
+    header = good, header.busy_s = -1e-9;
+    assert_false(result_message_valid(&header, bytes, &good_tile));
+    header.busy_s = (double)NAN;
+    assert_false(result_message_valid(&header, bytes, &good_tile));
+    header.busy_s = HUGE_VAL;
+    assert_false(result_message_valid(&header, bytes, &good_tile));
+}
+
+static void test_result_of_share(void **state)
+{
+    (void)state;
+    struct tile tile = {.id = 1, .w = 10, .h = 1, .step = 4, .phase = 3}; /* pixels 3 and 7 */
+    struct result_header header = {.tile_id = 1, .pixels = 2};
+    assert_true(result_message_valid(&header, sizeof header + 2 * 12, &tile));
+    assert_false(result_message_valid(&header, sizeof header + 3 * 12, &tile));
+}
+
+static void test_stats(void **state)
+{
+    (void)state;
+    const struct renderer_stats good = {.rank = 3, .host = "node"};
+    struct renderer_stats stats = good;
+    assert_true(stats_message_valid(&stats, sizeof stats, 3));
+    assert_false(stats_message_valid(&stats, sizeof stats, 2));
+    assert_false(stats_message_valid(&stats, sizeof stats - 1, 3));
+    stats.rank = UINT32_MAX;
+    assert_false(stats_message_valid(&stats, sizeof stats, -1));
+    stats = good, memset(stats.host, 'x', sizeof stats.host);
+    assert_false(stats_message_valid(&stats, sizeof stats, 3));
+    stats.host[sizeof stats.host - 1] = '\0';
+    assert_true(stats_message_valid(&stats, sizeof stats, 3));
+}
+
+static void test_stats_numbers(void **state)
+{
+    (void)state;
+    struct renderer_stats stats = {.rank = 0, .host = "node"};
+    double *const seconds[] = {&stats.busy_s,        &stats.cpu_s,    &stats.wait_s,
+                               &stats.send_s,        &stats.finish_s, &stats.counts.intersect_s,
+                               &stats.counts.shade_s};
+    const double bad[] = {-1, (double)NAN, HUGE_VAL, -HUGE_VAL};
+    for (size_t i = 0; i < sizeof seconds / sizeof *seconds; i++) {
+        for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
+            *seconds[i] = bad[k];
+            assert_false(stats_message_valid(&stats, sizeof stats, 0));
+        }
+        *seconds[i] = 1;
+    }
+    stats.counts.truncation = HUGE_VAL;
+    assert_true(stats_message_valid(&stats, sizeof stats, 0));
+    stats.counts.truncation = (double)NAN;
+    assert_false(stats_message_valid(&stats, sizeof stats, 0));
+}
+
+static void test_welcome(void **state)
+{
+    (void)state;
+    struct welcome welcome = {.magic = WELCOME_MAGIC, .build = "1.2.3"};
+    assert_memory_equal(&welcome.magic, "FARM WL1", 8); /* as it goes over the wire */
+    assert_true(welcome_valid(&welcome, "1.2.3"));
+    assert_false(welcome_valid(&welcome, "1.2.4"));
+    assert_false(welcome_valid(&welcome, "1.2.34"));
+    assert_false(welcome_valid(&welcome, ""));
+    welcome.magic ^= 1;
+    assert_false(welcome_valid(&welcome, "1.2.3"));
+    welcome.magic ^= 1;
+    memset(welcome.build, '1', sizeof welcome.build);
+    assert_false(welcome_valid(&welcome, "11111111111111111111111111111111"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_counts_add),   cmocka_unit_test(test_tile_good),
+        cmocka_unit_test(test_tile_outside), cmocka_unit_test(test_tile_size),
+        cmocka_unit_test(test_tile_order),   cmocka_unit_test(test_tile_bytes),
+        cmocka_unit_test(test_result),       cmocka_unit_test(test_result_of_share),
+        cmocka_unit_test(test_stats),        cmocka_unit_test(test_stats_numbers),
+        cmocka_unit_test(test_welcome),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,277 @@
+/* Whole tiles: ray trees, pruning and its bound, independence of the tile. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "master/builder.h"
+#include "worker/render.h"
+
+#define SIZE 24u
+
+static struct view small_view(void)
+{
+    return (struct view){.camera = {.eye = {0, 0, 6},
+                                    .forward = {0, 0, -1},
+                                    .right = {0.5, 0, 0},
+                                    .down = {0, -0.5, 0}},
+                         .background_bottom = {0.1, 0.2, 0.3},
+                         .background_top = {0.4, 0.5, 0.6},
+                         .background_up = {0, 1, 0},
+                         .cutoff = 0,
+                         .width = SIZE,
+                         .height = SIZE,
+                         .region_w = SIZE,
+                         .region_h = SIZE,
+                         .max_depth = 20,
+                         .shadows = 1,
+                         .samples = 1};
+}
+
+static void must(const char *problem)
+{
+    if (problem) fail_msg("%s", problem);
+}
+
+static uint32_t material(struct builder *builder, double reflection, double transmission)
+{
+    uint32_t index;
+    struct material m = {.color = {0.9, 0.8, 0.7},
+                         .ambient = 0.1,
+                         .diffuse = 0.4,
+                         .specular = 0.2,
+                         .shininess = 30,
+                         .reflection = reflection,
+                         .transmission = transmission,
+                         .ior = 1.5};
+    must(builder_add_material(builder, &m, &index));
+    return index;
+}
+
+static void add_sphere(struct builder *builder, double x, double y, double z, double radius,
+                       uint32_t m)
+{
+    struct sphere sphere = {.center = {x, y, z}, .radius = radius, .material = m};
+    must(builder_add_sphere(builder, &sphere));
+}
+
+static void add_light(struct builder *builder, double x, double y, double z)
+{
+    struct light light = {.position = {x, y, z}, .color = {0.8, 0.8, 0.8}};
+    must(builder_add_light(builder, &light));
+}
+
+/* A cluster of glass and mirror balls: deep trees everywhere. */
+static struct builder *cluster(void)
+{
+    struct builder *builder = builder_create();
+    uint32_t glass = material(builder, 0.2, 0.75), mirror = material(builder, 0.7, 0);
+    for (int i = 0; i < 9; i++)
+        add_sphere(builder, i % 3 - 1, i / 3 - 1, 0.3 * (i % 2), 0.45, i % 2 ? mirror : glass);
+    add_light(builder, 3, 5, 6);
+    add_light(builder, -4, 1, 3);
+    return builder;
+}
+
+struct picture {
+    float rgb[SIZE * SIZE * 3];
+    struct render_counts counts;
+};
+
+/* Renders the scene in tiles of w x h pixels. Frees nothing of the scene. */
+static void render_tiles(const struct scene *scene, uint32_t w, uint32_t h, struct picture *picture)
+{
+    void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
+    struct bvh *bvh = bvh_build(scene, memory);
+    struct renderer *renderer = renderer_create(scene, bvh);
+    float *rgb = malloc((size_t)w * h * 3 * sizeof *rgb);
+    memset(picture, 0, sizeof *picture);
+    for (uint32_t y = 0; y < SIZE; y += h) {
+        for (uint32_t x = 0; x < SIZE; x += w) {
+            struct tile tile = {.x = x, .y = y, .w = w, .h = h, .step = 1};
+            struct render_counts counts;
+            renderer_tile(renderer, &tile, rgb, &counts);
+            render_counts_add(&picture->counts, &counts);
+            for (uint32_t row = 0; row < h; row++)
+                memcpy(&picture->rgb[((y + row) * SIZE + x) * 3], &rgb[row * w * 3],
+                       w * 3 * sizeof *rgb);
+        }
+    }
+    free(rgb);
+    renderer_destroy(renderer);
+    free(memory);
+}
+
+static void render_scene(struct builder *builder, const struct view *view, uint32_t w, uint32_t h,
+                         struct picture *picture)
+{
+    struct scene *scene = builder_finish(builder, view);
+    builder_destroy(builder);
+    render_tiles(scene, w, h, picture);
+    free(scene);
+}
+
+static void test_empty_scene_is_background(void **state)
+{
+    (void)state;
+    static struct picture picture;
+    struct view view = small_view();
+    render_scene(builder_create(), &view, SIZE, SIZE, &picture);
+    assert_int_equal(picture.counts.rays[RAY_PRIMARY], SIZE * SIZE);
+    assert_int_equal(picture.counts.rays[RAY_SHADOW], 0);
+    /* Top rows look up, bottom rows down. */
+    assert_true(picture.rgb[0] > picture.rgb[(SIZE - 1) * SIZE * 3]);
+    assert_true(picture.counts.truncation == 0);
+}
+
+static void test_tiles_do_not_matter(void **state)
+{
+    (void)state;
+    static struct picture whole, part;
+    struct view view = small_view();
+    view.samples = 3;
+    view.cutoff = 1.0 / 512;
+    render_scene(cluster(), &view, SIZE, SIZE, &whole);
+    const uint32_t sizes[][2] = {{1, 1}, {3, 8}, {24, 1}, {6, 12}};
+    for (size_t i = 0; i < 4; i++) {
+        render_scene(cluster(), &view, sizes[i][0], sizes[i][1], &part);
+        assert_memory_equal(whole.rgb, part.rgb, sizeof whole.rgb);
+        assert_memory_equal(whole.counts.rays, part.counts.rays, sizeof whole.counts.rays);
+        assert_true(whole.counts.truncation == part.counts.truncation);
+    }
+    assert_true(whole.counts.rays[RAY_REFLECTION] > 0 && whole.counts.rays[RAY_REFRACTION] > 0);
+    assert_int_equal(whole.counts.nonfinite, 0);
+}
+
+static double largest_difference(const struct picture *a, const struct picture *b)
+{
+    double largest = 0;
+    for (size_t i = 0; i < SIZE * SIZE * 3; i++)
+        largest = fmax(largest, fabs((double)a->rgb[i] - (double)b->rgb[i]));
+    return largest;
+}
+
+/* What pruning promises holds in every pixel, and it saves rays. */
+static void test_cutoff_keeps_its_bound(void **state)
+{
+    (void)state;
+    static struct picture exact, pruned;
+    struct view view = small_view();
+    view.max_depth = 12;
+    render_scene(cluster(), &view, SIZE, SIZE, &exact);
+    uint64_t before = render_counts_rays(&exact.counts);
+    for (double cutoff = 1.0 / 4096; cutoff < 1; cutoff *= 8) {
+        view.cutoff = cutoff;
+        render_scene(cluster(), &view, SIZE, SIZE, &pruned);
+        /* The colours are rounded to float: half an ulp below 2 each. */
+        assert_true(largest_difference(&exact, &pruned) <= cutoff + 0x1p-23);
+        uint64_t rays = render_counts_rays(&pruned.counts);
+        assert_true(rays < before);
+        before = rays;
+    }
+}
+
+/* Depth 0 shows the surfaces alone; the error against a deep picture is below the reported bound.
+ */
+static void test_depth_bound(void **state)
+{
+    (void)state;
+    static struct picture deep, shallow;
+    struct view view = small_view();
+    view.max_depth = 14;
+    render_scene(cluster(), &view, SIZE, SIZE, &deep);
+    for (uint32_t depth = 0; depth < 5; depth++) {
+        view.max_depth = depth;
+        render_scene(cluster(), &view, SIZE, SIZE, &shallow);
+        double error = largest_difference(&deep, &shallow);
+        assert_true(error <= shallow.counts.truncation);
+        if (depth > 0) continue;
+        assert_int_equal(shallow.counts.rays[RAY_REFLECTION], 0);
+        assert_true(error > 0.01);
+    }
+}
+
+/* A ray between two facing mirrors goes on to max_depth without a stack that could overflow. */
+static void test_facing_mirrors(void **state)
+{
+    (void)state;
+    static struct picture picture;
+    struct builder *builder = builder_create();
+    uint32_t mirror = material(builder, 1, 0);
+    struct plane front = {.point = {0, 0, -1}, .normal = {0, 0, 1}, .material = mirror};
+    struct plane back = {.point = {0, 0, 7}, .normal = {0, 0, -1}, .material = mirror};
+    must(builder_add_plane(builder, &front));
+    must(builder_add_plane(builder, &back));
+    struct view view = small_view();
+    view.max_depth = 10000;
+    view.region_x = view.region_y = SIZE / 2;
+    struct scene *scene = builder_finish(builder, &view);
+    builder_destroy(builder);
+    void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
+    struct renderer *renderer = renderer_create(scene, bvh_build(scene, memory));
+    struct tile tile = {.w = 1, .h = 1, .step = 1};
+    renderer_tile(renderer, &tile, picture.rgb, &picture.counts);
+    assert_int_equal(picture.counts.rays[RAY_REFLECTION], 10000);
+    /* Ambient light alone: 10001 surfaces of 0.1 * 0.9 each, nothing lost on the way. */
+    assert_true(fabs((double)picture.rgb[0] - 10001 * 0.09) < 1e-3);
+    renderer_destroy(renderer);
+    free(memory);
+    free(scene);
+}
+
+/* Behind two glass surfaces light is weaker by transmission * color twice; behind stone it is gone.
+ */
+static void test_filtered_shadow(void **state)
+{
+    (void)state;
+    static struct picture lit, filtered, dark;
+    struct picture *pictures[] = {&lit, &filtered, &dark};
+    for (int i = 0; i < 3; i++) {
+        struct builder *builder = builder_create();
+        uint32_t wall = material(builder, 0, 0), glass = material(builder, 0, 0.75);
+        struct plane plane = {.point = {0, 0, -1}, .normal = {0, 0, 1}, .material = wall};
+        must(builder_add_plane(builder, &plane));
+        add_light(builder, 0, 0, 50);
+        if (i > 0) add_sphere(builder, 0, 0, 20, 8, i == 1 ? glass : wall);
+        struct view view = small_view();
+        render_scene(builder, &view, SIZE, SIZE, pictures[i]);
+    }
+    size_t middle = (SIZE / 2 * SIZE + SIZE / 2) * 3;
+    const double ambient[] = {0.09, 0.08, 0.07}, color[] = {0.9, 0.8, 0.7};
+    for (size_t c = 0; c < 3; c++) {
+        double direct = (double)lit.rgb[middle + c] - ambient[c];
+        double passed = (double)filtered.rgb[middle + c] - ambient[c];
+        double share = 0.75 * color[c] * 0.75 * color[c];
+        assert_true(direct > 0.1);
+        assert_true(fabs(passed / direct - share) < 1e-5);
+        assert_true(fabs((double)dark.rgb[middle + c] - ambient[c]) < 1e-7);
+    }
+}
+
+static void test_shadows_can_be_left_out(void **state)
+{
+    (void)state;
+    static struct picture picture;
+    struct view view = small_view();
+    view.shadows = 0;
+    render_scene(cluster(), &view, SIZE, SIZE, &picture);
+    assert_int_equal(picture.counts.rays[RAY_SHADOW], 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_empty_scene_is_background),
+        cmocka_unit_test(test_tiles_do_not_matter),
+        cmocka_unit_test(test_cutoff_keeps_its_bound),
+        cmocka_unit_test(test_depth_bound),
+        cmocka_unit_test(test_facing_mirrors),
+        cmocka_unit_test(test_filtered_shadow),
+        cmocka_unit_test(test_shadows_can_be_left_out),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,299 @@
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "common/message.h"
+#include "common/scene.h"
+#include "master/json.h"
+#include "master/report.h"
+
+enum { RANKS = 100 };
+
+/* A run on count renderers in which rank i was busy for 3 + i / 100 of 4 seconds. */
+static struct report sample_report(struct renderer_stats *renderers, int count)
+{
+    for (int i = 0; i < count; i++) {
+        renderers[i] = (struct renderer_stats){
+            .rank = (uint32_t)i,
+            .tiles = 75,
+            .pixels = 518400,
+            .busy_s = 3 + i / 100.0,
+            .cpu_s = 3,
+            .wait_s = 0.5,
+            .send_s = 0.125,
+            .finish_s = 3.5 + i / 100.0,
+            .bytes = 6220800,
+            .counts = {{1000000, 2000000, 300000, 0}, 0, 7, 2, 1, 0.001},
+            .host = "node",
+        };
+    }
+    return (struct report){
+        .version = "1.2.3",
+        .config = "lantern.ini",
+        .image_file = "lantern.png",
+        .image_width = 1920,
+        .image_height = 1080,
+        .processes = count,
+        .schedule = SCHEDULE_DYNAMIC,
+        .tile_edge = 32,
+        .tiles = 300,
+        .primitives = 5,
+        .triangles = 3,
+        .lights = 2,
+        .scene_bytes = 12345,
+        .bvh_bytes = 678,
+        .features = FEATURE_TRIANGLES | FEATURE_LIGHTS,
+        .time = {5, 0.25, 0.125, 0.0625, 0.25, 4, 0.3125},
+        .renderers = renderers,
+        .renderer_count = count,
+        .master_cpu_s = 0.01,
+        .master_messages = 600,
+    };
+}
+
+static void test_balance(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[3];
+    struct report report = sample_report(renderers, 3);
+    struct balance balance = report_balance(&report);
+    assert_true(fabs(balance.efficiency - 9.03 / 12) < 1e-9);
+    assert_true(fabs(balance.imbalance - 3.02 / 3.01) < 1e-9);
+    assert_true(fabs(balance.tail_s - 0.02) < 1e-9);
+    report.renderer_count = 0;
+    report.time.render = 0;
+    balance = report_balance(&report);
+    assert_true(balance.efficiency == 0 && balance.imbalance == 1 && balance.tail_s == 0);
+}
+
+static void assert_has(const char *text, const char *part)
+{
+    if (strstr(text, part)) return;
+    print_error("missing: %s\nin: %s\n", part, text);
+    fail();
+}
+
+static void test_json(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct report report = sample_report(renderers, 2);
+    char *text = report_json(&report);
+    assert_has(text, "\"farm\": {\n    \"version\": \"1.2.3\",\n    \"processes\": 2,\n");
+    assert_has(text, "\"schedule\": \"dynamic\",\n    \"tile\": 32,\n    \"tiles\": 300\n  },");
+    assert_has(text, "\"bvh_bytes\": 678,\n    \"used\": [\"");
+    assert_has(text, "\"render_s\": 4.000000,\n    \"write_s\": 0.312500\n");
+    assert_has(text,
+               "\"primary\": 2000000,\n    \"shadow\": 4000000,\n    \"reflection\": 600000,");
+    assert_has(text, "{\"rank\": 1, \"host\": \"node\", \"tiles\": 75, \"pixels\": 518400, "
+                     "\"busy_s\": 3.010000, \"cpu_s\": 3.000000, \"wait_s\": 0.500000, "
+                     "\"send_s\": 0.125000, \"finish_s\": 3.510000, \"intersect_s\": 2.000000, "
+                     "\"shade_s\": 1.000000, \"bytes\": 6220800}\n  ],");
+    assert_has(text, "\"error\": [],");
+    assert_has(text, "\"truncation\": 0.001\n");
+    assert_has(text, "\"exact_fallbacks\": 14\n");
+    assert_has(text, "\"seconds_saved\": 0.000000\n  }\n}\n");
+    free(text);
+}
+
+/* Each feature is named once: used, or left out. */
+static void test_json_features(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[1];
+    struct report report = sample_report(renderers, 1);
+    char *text = report_json(&report), *left_out = strstr(text, "\"left_out\"");
+    assert_non_null(left_out);
+    for (unsigned i = 0; i < FEATURE_COUNT; i++) {
+        char *name = format_text("\"%s\"", scene_feature_name(i));
+        char *place = strstr(strstr(text, "\"used\""), name);
+        assert_non_null(place);
+        assert_int_equal(place < left_out, report.features >> i & 1);
+        free(name);
+    }
+    free(text);
+}
+
+static void test_json_without_numbers(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct report report = sample_report(renderers, 2);
+    renderers[1].counts.truncation = HUGE_VAL;
+    report.time.load = (double)NAN;
+    report.renderers = renderers;
+    char *text = report_json(&report);
+    assert_has(text, "\"truncation\": null");
+    assert_has(text, "\"load_s\": null");
+    assert_null(strstr(text, ": nan"));
+    assert_null(strstr(text, ": inf"));
+    free(text);
+}
+
+static void assert_json_string(const char *value, const char *expected)
+{
+    struct json json;
+    json_begin(&json);
+    json_string(&json, NULL, value);
+    char *text = json_end(&json), *whole = format_text("\"%s\"\n", expected);
+    assert_string_equal(text, whole);
+    free(whole);
+    free(text);
+}
+
+static void test_json_strings(void **state)
+{
+    (void)state;
+    assert_json_string("", "");
+    assert_json_string("a\"b\\c/\n\x7f\x01", "a\\\"b\\\\c/\\u000a\\u007f\\u0001");
+    assert_json_string("\xc3\xa9 \xe2\x82\xac \xf0\x9f\x94\xa6",
+                       "\xc3\xa9 \xe2\x82\xac \xf0\x9f\x94\xa6");
+    assert_json_string("\xff", "\\ufffd");
+    assert_json_string("a\xc3", "a\\ufffd");                     /* cut */
+    assert_json_string("\xe2\x82", "\\ufffd\\ufffd");            /* cut */
+    assert_json_string("\xc0\x80", "\\ufffd\\ufffd");            /* longer than need be */
+    assert_json_string("\xe0\x80\x80", "\\ufffd\\ufffd\\ufffd"); /* the same */
+    assert_json_string("\xed\xa0\x80", "\\ufffd\\ufffd\\ufffd"); /* a surrogate */
+    assert_json_string("\xf4\x90\x80\x80", "\\ufffd\\ufffd\\ufffd\\ufffd"); /* above U+10FFFF */
+}
+
+static void test_json_numbers(void **state)
+{
+    (void)state;
+    const double values[] = {0.1, 1.0 / 3, 5e-324, 1.7976931348623157e308, 0, 123456789, -2.5};
+    const char *const expected[] = {"0.1\n",
+                                    "0.3333333333333333\n",
+                                    "4.94065645841247e-324\n",
+                                    "1.7976931348623157e+308\n",
+                                    "0\n",
+                                    "123456789\n",
+                                    "-2.5\n"};
+    for (size_t i = 0; i < sizeof values / sizeof *values; i++) {
+        struct json json;
+        json_begin(&json);
+        json_number(&json, NULL, values[i]);
+        char *text = json_end(&json);
+        assert_string_equal(text, expected[i]);
+        assert_true(strtod(text, NULL) == values[i]);
+        free(text);
+    }
+}
+
+/* The table as text that the caller frees. */
+static char *table_text(const struct report *report, int columns)
+{
+    char *text;
+    size_t bytes;
+    FILE *out = open_memstream(&text, &bytes);
+    assert_non_null(out);
+    report_table(out, report, columns);
+    fclose(out);
+    return text;
+}
+
+static void assert_fits(const char *text, size_t columns)
+{
+    while (*text) {
+        size_t length = strcspn(text, "\n");
+        if (length > columns) fail_msg("too long for %zu: %.*s", columns, (int)length, text);
+        text += length + 1;
+    }
+}
+
+static void test_table(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[4];
+    struct report report = sample_report(renderers, 4);
+    renderers[0].pixels /= 2;
+    renderers[1].pixels += renderers[0].pixels;
+    char *text = table_text(&report, 80);
+    assert_has(text, "  rendering           4.000 s   80.0 %  ###################\n");
+    assert_has(text, "  intersection        2.000 s   50.0 %  ############\n");
+    assert_has(text, "  waiting             0.500 s   12.5 %  ###\n");
+    assert_has(text, "     0     75   259200    3.000    0.500   12.5 %  ########\n");
+    assert_has(text,
+               "     1     75   777600    3.010    0.500   37.5 %  ########################\n");
+    assert_has(text, "  mean     75   518400    3.015    0.500   25.0 %  ################\n");
+    assert_has(text, "efficiency 75.4 %, imbalance 1.005, tail 0.030 s\n");
+    assert_has(text, "13.2M rays, 3.3M per second\n4.0M primary, 8.0M shadow, 1.2M reflection\n");
+    assert_has(text, "picture lantern.png\n");
+    assert_null(strstr(text, "NaN"));
+    assert_null(strstr(text, "node"));
+    free(text);
+}
+
+static void test_table_fits(void **state)
+{
+    (void)state;
+    static struct renderer_stats renderers[RANKS];
+    for (int count = 0; count <= RANKS; count = 2 * count + 1) {
+        struct report report = sample_report(renderers, count);
+        if (count > 1) memset(renderers[1].host, 'h', 60);
+        for (int columns = 40; columns < 130; columns++) {
+            char *text = table_text(&report, columns);
+            assert_fits(text, (size_t)columns);
+            free(text);
+        }
+    }
+}
+
+static void test_table_extremes(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[1];
+    struct report report = sample_report(renderers, 1);
+    renderers[0].busy_s = renderers[0].wait_s = report.time.total = report.time.render = 1e7;
+    renderers[0].pixels = renderers[0].counts.rays[0] = UINT64_MAX;
+    renderers[0].tiles = UINT32_MAX;
+    renderers[0].counts.nonfinite = 12;
+    char *text = table_text(&report, 40);
+    assert_fits(text, 40);
+    assert_has(text, "12 samples came out as NaN or infinity\n");
+    free(text);
+    report.time = (struct run_times){0};
+    report.image_file = "a\033[2J.png";
+    text = table_text(&report, 0);
+    assert_fits(text, 80);
+    assert_has(text, "picture a?[2J.png\n");
+    assert_null(strstr(text, "inf "));
+    assert_null(strstr(text, "nan"));
+    free(text);
+}
+
+static void test_table_of_many(void **state)
+{
+    (void)state;
+    static struct renderer_stats renderers[RANKS];
+    struct report report = sample_report(renderers, RANKS);
+    strcpy(renderers[7].host, "other");
+    char *text = table_text(&report, 80);
+    assert_has(text, "\n    99     75   518400    3.990");
+    assert_has(text, "\n    96     75");
+    assert_has(text, "\n   ...  92 more, then the idlest\n     3     75");
+    assert_has(text, "\n     0     75");
+    assert_null(strstr(text, "\n    95 "));
+    assert_null(strstr(text, "\n     4 "));
+    assert_has(text, "  mean     75   518400    3.495");
+    assert_has(text, "  host\n");
+    assert_has(text, "  node ");
+    free(text);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_balance),        cmocka_unit_test(test_json),
+        cmocka_unit_test(test_json_features),  cmocka_unit_test(test_json_without_numbers),
+        cmocka_unit_test(test_json_strings),   cmocka_unit_test(test_json_numbers),
+        cmocka_unit_test(test_table),          cmocka_unit_test(test_table_fits),
+        cmocka_unit_test(test_table_extremes), cmocka_unit_test(test_table_of_many),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

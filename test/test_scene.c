@@ -1,0 +1,169 @@
+/* scene_valid() against blocks that are wrong in one place, and the scene's features. */
+#include "test/scratch.h"
+
+#include <math.h>
+
+static const char text[] = "[camera]\neye = 0 0 9\nlook_at = 0 0 0\n"
+                           "[light a]\nposition = 1 2 3\n"
+                           "[material m]\nreflection = 0.5\n"
+                           "[sphere]\ncenter = 0 0 0\nradius = 1\nmaterial = m\n"
+                           "[plane]\npoint = 0 0 0\nnormal = 0 1 0\n"
+                           "[disc]\ncenter = 0 0 0\nnormal = 0 1 0\nradius = 1\n"
+                           "[box]\nmin = 0 0 0\nmax = 1 1 1\n"
+                           "[cone]\nbase = 0 0 0\napex = 0 1 0\nbase_radius = 1\n"
+                           "[include p]\nfile = patch.nff\n";
+static const char patch[] =
+    "pp 3\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\np 3\n0 0 0\n1 0 0\n0 1 0\n";
+
+/* The block, in memory that can be changed; the caller frees it. */
+static struct scene *make(void **state)
+{
+    scratch_write("scene.ini", text);
+    scratch_write("patch.nff", patch);
+    return scratch_scene(*state, "scene.ini", NULL);
+}
+
+static void *at(struct scene *scene, const struct scene_span *span)
+{
+    return (char *)scene + span->offset;
+}
+
+static void test_good(void **state)
+{
+    struct scene *scene = make(state);
+    const char *why = "unchanged";
+    assert_true(scene_valid(scene, scene->bytes, &why));
+    assert_string_equal(why, "unchanged");
+    assert_true(scene_valid(scene, scene->bytes, NULL));
+    assert_int_equal(scene_primitive_count(scene), 7);
+    assert_string_equal(primitive_name(PRIMITIVE_CONE), "cone");
+    free(scene);
+}
+
+static void test_sizes(void **state)
+{
+    struct scene *scene = make(state);
+    const char *why = NULL;
+    assert_false(scene_valid(scene, scene->bytes - 1, &why));
+    assert_non_null(why);
+    assert_false(scene_valid(scene, 0, NULL));
+    assert_false(scene_valid(scene, sizeof *scene - 1, NULL));
+    free(scene);
+}
+
+/* Changes one place, expects a refusal, and puts it back. */
+#define REFUSED(place, value)                                                                      \
+    do {                                                                                           \
+        __typeof__(place) *p_ = &(place), old_ = *p_;                                              \
+        *p_ = (value);                                                                             \
+        const char *why_ = NULL;                                                                   \
+        assert_false(scene_valid(scene, scene->bytes, &why_));                                     \
+        assert_non_null(why_);                                                                     \
+        *p_ = old_;                                                                                \
+        assert_true(scene_valid(scene, scene->bytes, NULL));                                       \
+    } while (0)
+
+static void test_header_and_view(void **state)
+{
+    struct scene *scene = make(state);
+    REFUSED(scene->magic, 0);
+    REFUSED(scene->version, 99);
+    REFUSED(scene->vertices.offset, scene->vertices.offset + 1);
+    REFUSED(scene->vertices.offset, UINT64_MAX - 7);
+    REFUSED(scene->vertices.offset, 0);
+    REFUSED(scene->vertices.count, UINT64_MAX / 24 + 2);
+    REFUSED(scene->materials.count, scene->materials.count + 1000);
+    REFUSED(scene->lights.offset, scene->bytes + 8);
+    REFUSED(scene->primitives[PRIMITIVE_PATCH].count, UINT64_C(1) << 62);
+    REFUSED(scene->view.width, 0);
+    REFUSED(scene->view.width, 65536);
+    REFUSED(scene->view.region_x, 640);
+    REFUSED(scene->view.region_w, 641);
+    REFUSED(scene->view.region_w, UINT32_MAX);
+    REFUSED(scene->view.region_h, 0);
+    REFUSED(scene->view.samples, 0);
+    REFUSED(scene->view.samples, 65537);
+    REFUSED(scene->view.max_depth, 1000001);
+    REFUSED(scene->view.shadows, 2);
+    REFUSED(scene->view.cutoff, -1);
+    REFUSED(scene->view.cutoff, nan(""));
+    REFUSED(scene->view.camera.eye.x, HUGE_VAL);
+    REFUSED(scene->view.camera.forward.z, -1.001);
+    REFUSED(scene->view.camera.right, vec3(0, 0, 0));
+    REFUSED(scene->view.background_top.y, -0.1);
+    REFUSED(scene->view.background_up.y, nan(""));
+    free(scene);
+}
+
+static void test_elements(void **state)
+{
+    struct scene *scene = make(state);
+    struct vec3 *vertices = at(scene, &scene->vertices), *normals = at(scene, &scene->normals);
+    struct material *materials = at(scene, &scene->materials);
+    struct light *lights = at(scene, &scene->lights);
+    struct triangle *triangle = at(scene, &scene->primitives[PRIMITIVE_TRIANGLE]);
+    struct patch *patches = at(scene, &scene->primitives[PRIMITIVE_PATCH]);
+    struct sphere *sphere = at(scene, &scene->primitives[PRIMITIVE_SPHERE]);
+    struct box *box = at(scene, &scene->primitives[PRIMITIVE_BOX]);
+    struct cone *cone = at(scene, &scene->primitives[PRIMITIVE_CONE]);
+    struct disc *disc = at(scene, &scene->primitives[PRIMITIVE_DISC]);
+    struct plane *plane = at(scene, &scene->primitives[PRIMITIVE_PLANE]);
+    uint32_t too_many = (uint32_t)scene->materials.count;
+    REFUSED(vertices[5].y, nan(""));
+    REFUSED(normals[0].z, 1.0001);
+    REFUSED(materials[0].color.x, -1);
+    REFUSED(materials[0].transmission, 1.5);
+    REFUSED(materials[0].ior, 0);
+    REFUSED(lights[0].position.x, nan(""));
+    REFUSED(triangle->vertex[2], 6);
+    REFUSED(triangle->material, too_many);
+    REFUSED(patches->vertex[0], UINT32_MAX);
+    REFUSED(patches->normal[1], 3);
+    REFUSED(patches->material, too_many);
+    REFUSED(sphere->radius, 0);
+    REFUSED(sphere->inside_only, 2);
+    REFUSED(sphere->material, too_many);
+    REFUSED(box->min.x, 2);
+    REFUSED(box->material, too_many);
+    REFUSED(cone->apex, cone->base);
+    REFUSED(cone->base_radius, -1);
+    REFUSED(cone->base_radius, 0);
+    REFUSED(cone->material, too_many);
+    REFUSED(disc->normal.x, 1);
+    REFUSED(disc->radius, HUGE_VAL);
+    REFUSED(plane->normal.y, 0);
+    REFUSED(plane->material, too_many);
+    free(scene);
+}
+
+static void test_features(void **state)
+{
+    struct scene *scene = make(state);
+    unsigned all_kinds = FEATURE_TRIANGLES | FEATURE_PATCHES | FEATURE_SPHERES | FEATURE_BOXES |
+                         FEATURE_CONES | FEATURE_DISCS | FEATURE_PLANES;
+    assert_int_equal(scene_features(scene), all_kinds | FEATURE_LIGHTS | FEATURE_SHADOWS |
+                                                FEATURE_SPECULAR | FEATURE_REFLECTION);
+    free(scene);
+    scratch_write("few.ini",
+                  "[material glass]\ntransmission = 1\n[material unused]\nreflection = 1\n"
+                  "[sphere]\ncenter = 0 0 0\nradius = 1\nmaterial = glass\n"
+                  "[light]\nposition = 1 2 3\n");
+    scene = scratch_scene(*state, "few.ini", "render.shadows=no");
+    assert_int_equal(scene_features(scene),
+                     FEATURE_SPHERES | FEATURE_LIGHTS | FEATURE_SPECULAR | FEATURE_REFRACTION);
+    assert_string_equal(scene_feature_name(2), "spheres");
+    assert_string_equal(scene_feature_name(11), "refraction");
+    free(scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_good),
+        cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_header_and_view),
+        cmocka_unit_test(test_elements),
+        cmocka_unit_test(test_features),
+    };
+    return cmocka_run_group_tests(tests, scratch_open, scratch_close);
+}

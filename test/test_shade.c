@@ -1,0 +1,154 @@
+/* Phong's model, reflection and refraction against what the formulas give by hand. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "worker/shade.h"
+
+static const struct material plain = {.color = {0.5, 0.25, 1},
+                                      .ambient = 0.1,
+                                      .diffuse = 0.6,
+                                      .specular = 0.3,
+                                      .shininess = 2,
+                                      .ior = 1.5};
+
+/* A point at the origin on the plane y = 0, seen at 45 degrees from the left. */
+static struct shading_point point_on_floor(const struct material *material)
+{
+    return (struct shading_point){.view = {sqrt(0.5), -sqrt(0.5), 0},
+                                  .geometric = {0, 1, 0},
+                                  .normal = {0, 1, 0},
+                                  .entering = true,
+                                  .material = material};
+}
+
+static void assert_near(double value, double expected)
+{
+    if (!(fabs(value - expected) <= 4e-16 * fmax(1, fabs(expected))))
+        fail_msg("%.17g is not %.17g", value, expected);
+}
+
+static void assert_vec_near(struct vec3 value, double x, double y, double z)
+{
+    assert_near(value.x, x);
+    assert_near(value.y, y);
+    assert_near(value.z, z);
+}
+
+/* Light from straight above: cos a = 1, cos b = cos 45 degrees, so cos^2 b = 1/2. */
+static void test_phong_terms(void **state)
+{
+    (void)state;
+    struct shading_point at = point_on_floor(&plain);
+    struct light light = {.position = {0, 5, 0}, .color = {1, 1, 0.5}};
+    struct vec3 to_light;
+    assert_true(light_faces(&at, &light, &to_light));
+    struct vec3 color = shade_light(&at, to_light, light.color);
+    assert_vec_near(color, 0.6 * 0.5 + 0.3 * 0.5, 0.6 * 0.25 + 0.3 * 0.5,
+                    0.5 * (0.6 * 1 + 0.3 * 0.5));
+    assert_vec_near(shade_ambient(&plain), 0.05, 0.025, 0.1);
+}
+
+/* In the mirror direction cos b = 1 whatever the exponent. */
+static void test_highlight_peak(void **state)
+{
+    (void)state;
+    struct material shiny = plain;
+    shiny.shininess = 1000;
+    struct shading_point at = point_on_floor(&shiny);
+    struct vec3 to_light = {3, 3, 0};
+    struct vec3 color = shade_light(&at, to_light, vec3(1, 1, 1));
+    double diffuse = 0.6 * sqrt(0.5);
+    assert_true(fabs(color.x - (0.5 * diffuse + 0.3)) < 1e-12);
+}
+
+static void test_light_below_does_not_reach(void **state)
+{
+    (void)state;
+    struct shading_point at = point_on_floor(&plain);
+    struct vec3 to_light;
+    assert_false(light_faces(&at, &(struct light){.position = {0, -1, 0}}, &to_light));
+    assert_false(light_faces(&at, &(struct light){.position = {1, 0, 0}}, &to_light));
+    assert_true(light_faces(&at, &(struct light){.position = {1e9, 1e-9, 0}}, &to_light));
+}
+
+static void test_normals_turn_to_the_viewer(void **state)
+{
+    (void)state;
+    struct block {
+        struct scene scene;
+        struct material material;
+    } block = {.material = plain};
+    block.scene.materials = (struct scene_span){offsetof(struct block, material), 1};
+    struct surface surface = {.geometric = {0, 1, 0}, .shading = {0, 1, 0}};
+    struct ray above = {.direction = {0, -1, 0}}, below = {.direction = {0, 1, 0}};
+    struct shading_point at = shading_point(&block.scene, &above, &surface);
+    assert_true(at.entering && at.normal.y == 1 && at.geometric.y == 1);
+    at = shading_point(&block.scene, &below, &surface);
+    assert_true(!at.entering && at.normal.y == -1 && at.geometric.y == -1);
+}
+
+static void test_mirror(void **state)
+{
+    (void)state;
+    struct shading_point at = point_on_floor(&plain);
+    assert_vec_near(reflect(&at), sqrt(0.5), sqrt(0.5), 0);
+    /* An interpolated normal that would send the ray into the floor gives way to the true one. */
+    at.view = vec3(0.8, -0.6, 0);
+    at.normal = vec_normalize(vec3(1, 1e-3, 0));
+    assert_true(reflect(&at).y > 0);
+}
+
+static void test_snell(void **state)
+{
+    (void)state;
+    struct shading_point at = point_on_floor(&plain);
+    struct vec3 direction;
+    assert_true(refract(&at, &direction));
+    assert_near(direction.x, sqrt(0.5) / 1.5); /* sin of 45 degrees over the ior */
+    assert_near(vec_length(direction), 1);
+    at.entering = false; /* from inside: 45 degrees is beyond the critical angle of 41.8 */
+    assert_false(refract(&at, &direction));
+    at.view = vec3(0.5, -sqrt(0.75), 0);
+    assert_true(refract(&at, &direction));
+    assert_near(direction.x, 0.75);
+}
+
+static void test_equal_media_bend_nothing(void **state)
+{
+    (void)state;
+    struct material air = plain;
+    air.ior = 1;
+    struct shading_point at = point_on_floor(&air);
+    struct vec3 direction;
+    assert_true(refract(&at, &direction));
+    assert_true(direction.x == at.view.x && direction.y == at.view.y && direction.z == at.view.z);
+}
+
+static void test_background_gradient(void **state)
+{
+    (void)state;
+    struct view view = {
+        .background_bottom = {1, 0, 0}, .background_top = {0, 0, 1}, .background_up = {0, 1, 0}};
+    assert_vec_near(background(&view, vec3(0, 1, 0)), 0, 0, 1);
+    assert_vec_near(background(&view, vec3(0, -1, 0)), 1, 0, 0);
+    assert_vec_near(background(&view, vec3(1, 0, 0)), 0.5, 0, 0.5);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_phong_terms),
+        cmocka_unit_test(test_highlight_peak),
+        cmocka_unit_test(test_light_below_does_not_reach),
+        cmocka_unit_test(test_normals_turn_to_the_viewer),
+        cmocka_unit_test(test_mirror),
+        cmocka_unit_test(test_snell),
+        cmocka_unit_test(test_equal_media_bend_nothing),
+        cmocka_unit_test(test_background_gradient),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,102 @@
+/* The pending rays of a sample: order, pruning, bounded memory. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "worker/tree.h"
+
+static void push(struct tree *tree, double bound, uint32_t depth)
+{
+    tree_push(tree, &(struct branch){.bound = bound, .depth = depth});
+}
+
+static void test_most_important_first(void **state)
+{
+    (void)state;
+    struct tree tree = {0};
+    struct branch branch;
+    double dropped = 0;
+    const double bounds[] = {0.25, 1, 0.5, 1};
+    for (uint32_t i = 0; i < 4; i++)
+        push(&tree, bounds[i], i);
+    const uint32_t order[] = {1, 3, 2, 0}; /* equal bounds: the earlier one */
+    for (int i = 0; i < 4; i++) {
+        assert_true(tree_pop(&tree, 1e-9, &branch, &dropped));
+        assert_int_equal(branch.depth, order[i]);
+    }
+    assert_false(tree_pop(&tree, 1e-9, &branch, &dropped));
+    assert_true(dropped == 0);
+    tree_free(&tree);
+}
+
+/* It is the sum of what is pending that may not pass the cutoff, not each ray by itself. */
+static void test_prunes_by_the_sum(void **state)
+{
+    (void)state;
+    struct tree tree = {0};
+    struct branch branch;
+    double dropped = 0;
+    for (int i = 0; i < 8; i++)
+        push(&tree, 0.125, 1);
+    for (int i = 0; i < 4; i++)
+        assert_true(tree_pop(&tree, 0.5, &branch, &dropped));
+    assert_false(tree_pop(&tree, 0.5, &branch, &dropped));
+    assert_true(dropped == 0.5);
+    assert_int_equal(tree.count, 0);
+    tree_free(&tree);
+}
+
+static void test_without_cutoff_depth_first(void **state)
+{
+    (void)state;
+    struct tree tree = {0};
+    struct branch branch;
+    double dropped = 0;
+    push(&tree, 1, 1);
+    push(&tree, 1e-300, 7);
+    push(&tree, 1, 3);
+    const uint32_t order[] = {7, 3, 1};
+    for (int i = 0; i < 3; i++) {
+        assert_true(tree_pop(&tree, 0, &branch, &dropped));
+        assert_int_equal(branch.depth, order[i]);
+    }
+    assert_false(tree_pop(&tree, 0, &branch, &dropped));
+    tree_free(&tree);
+}
+
+/* Surfaces that give two full rays each: a full tree of depth 16 without 65,536 pending rays. */
+static void test_memory_stays_bounded(void **state)
+{
+    (void)state;
+    struct tree tree = {0};
+    struct branch branch;
+    double dropped = 0;
+    uint32_t most = 0;
+    uint64_t traced = 0;
+    push(&tree, INFINITY, 0);
+    while (tree_pop(&tree, 1e-3, &branch, &dropped)) {
+        traced++;
+        if (branch.depth < 16) {
+            push(&tree, INFINITY, branch.depth + 1);
+            push(&tree, INFINITY, branch.depth + 1);
+        }
+        if (tree.count > most) most = tree.count;
+    }
+    assert_int_equal(traced, (1 << 17) - 1);
+    assert_true(most <= TREE_BEST_FIRST_MAX + 2 + 16);
+    tree_free(&tree);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_most_important_first),
+        cmocka_unit_test(test_prunes_by_the_sum),
+        cmocka_unit_test(test_without_cutoff_depth_first),
+        cmocka_unit_test(test_memory_stays_bounded),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

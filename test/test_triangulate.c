@@ -1,0 +1,230 @@
+/* Ear clipping: areas add up, nothing covers a notch, and nothing odd makes it hang. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "common/message.h"
+#include "master/triangulate.h"
+
+static struct vec3 triangle_area(const struct vec3 *p, const uint32_t *t)
+{
+    return vec_scale(vec_cross(vec_sub(p[t[1]], p[t[0]]), vec_sub(p[t[2]], p[t[0]])), 0.5);
+}
+
+static struct vec3 polygon_area(const struct vec3 *p, size_t count)
+{
+    struct vec3 sum = vec3(0, 0, 0);
+    for (size_t i = 0; i < count; i++)
+        sum = vec_add(sum, vec_cross(vec_sub(p[i], p[0]), vec_sub(p[(i + 1) % count], p[0])));
+    return vec_scale(sum, 0.5);
+}
+
+/* Every triangle faces the polygon's way, and together they have its area: so none overlap. */
+static void check(const struct vec3 *polygon, size_t count, size_t expected)
+{
+    struct triangulation t = {0};
+    assert_null(triangulate(polygon, count, &t));
+    struct vec3 whole = polygon_area(polygon, count);
+    double size = vec_length(whole), sum = 0;
+    for (size_t i = 0; i < t.count; i++) {
+        struct vec3 area = triangle_area(polygon, t.triangles[i]);
+        assert_true(vec_dot(area, whole) >= -1e-12 * size * size);
+        sum += vec_length(area);
+    }
+    assert_true(fabs(sum - size) <= 1e-9 * size);
+    assert_int_equal(t.count, expected);
+    triangulation_free(&t);
+}
+
+/* The same polygon shown from many sides, and turned over. */
+static void check_all_round(const double (*flat)[2], size_t count, size_t expected)
+{
+    struct vec3 *polygon = allocate(count, sizeof *polygon),
+                *reversed = allocate(count, sizeof *reversed);
+    for (int side = 0; side < 12; side++) {
+        struct vec3 u = vec_normalize(vec3(cos(side), sin(side), 0.3 * side - 2));
+        struct vec3 v = vec_normalize(vec_cross(u, vec3(sin(2 * side), 1, cos(3 * side))));
+        for (size_t i = 0; i < count; i++) {
+            struct vec3 p = vec_add_scaled(vec_scale(u, flat[i][0]), v, flat[i][1]);
+            polygon[i] = vec_add(p, vec3(3, -5, 7));
+            reversed[count - 1 - i] = polygon[i];
+        }
+        check(polygon, count, expected);
+        check(reversed, count, expected);
+    }
+    free(polygon);
+    free(reversed);
+}
+
+static void test_simple_shapes(void **state)
+{
+    (void)state;
+    static const double square[][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    static const double arrow[][2] = {{0, 0}, {2, 1}, {0, 2}, {1, 1}};
+    static const double ell[][2] = {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}};
+    static const double comb[][2] = {{0, 0}, {7, 0}, {7, 3}, {6, 3}, {6, 1}, {5, 1},
+                                     {5, 3}, {4, 3}, {4, 1}, {3, 1}, {3, 3}, {2, 3},
+                                     {2, 1}, {1, 1}, {1, 3}, {0, 3}};
+    check_all_round(square, 4, 2);
+    check_all_round(arrow, 4, 2);
+    check_all_round(ell, 6, 4);
+    check_all_round(comb, 16, 14);
+}
+
+static void test_gear(void **state)
+{
+    (void)state;
+    enum { TEETH = 60, COUNT = 4 * TEETH };
+    double gear[COUNT][2];
+    for (int i = 0; i < COUNT; i++) {
+        double angle = i * 6.283185307179586 / COUNT, r = i % 4 < 2 ? 1 : 0.8;
+        gear[i][0] = r * cos(angle);
+        gear[i][1] = r * sin(angle);
+    }
+    check_all_round((const double(*)[2])gear, COUNT, COUNT - 2);
+}
+
+static void test_spiral(void **state)
+{
+    (void)state;
+    enum { HALF = 300, COUNT = 2 * HALF };
+    double spiral[COUNT][2];
+    for (int i = 0; i < HALF; i++) {
+        double angle = i * 0.1, r = 1 + 0.05 * angle;
+        spiral[i][0] = (r + 0.1) * cos(angle);
+        spiral[i][1] = (r + 0.1) * sin(angle);
+        spiral[COUNT - 1 - i][0] = r * cos(angle);
+        spiral[COUNT - 1 - i][1] = r * sin(angle);
+    }
+    check_all_round((const double(*)[2])spiral, COUNT, COUNT - 2);
+}
+
+/* Corners on a line are kept: a neighbour may have them too. */
+static void test_collinear_corners(void **state)
+{
+    (void)state;
+    static const double shape[][2] = {{0, 0}, {1, 0}, {2, 0}, {2, 1},
+                                      {2, 2}, {1, 2}, {0, 2}, {0, 1}};
+    struct vec3 polygon[8];
+    for (int i = 0; i < 8; i++)
+        polygon[i] = vec3(shape[i][0], shape[i][1], 0);
+    check(polygon, 8, 6);
+}
+
+static void test_duplicate_corners(void **state)
+{
+    (void)state;
+    struct vec3 polygon[] = {vec3(0, 0, 0), vec3(0, 0, 0), vec3(2, 0, 0), vec3(2, 0, 0),
+                             vec3(2, 2, 0), vec3(0, 2, 0), vec3(0, 2, 0)};
+    struct triangulation t = {0};
+    assert_null(triangulate(polygon, 7, &t));
+    double sum = 0;
+    for (size_t i = 0; i < t.count; i++)
+        sum += triangle_area(polygon, t.triangles[i]).z;
+    assert_true(fabs(sum - 4) < 1e-12);
+    triangulation_free(&t);
+}
+
+/* A square with a square hole, joined to the outline by a bridge that is walked both ways. */
+static void test_bridge_to_a_hole(void **state)
+{
+    (void)state;
+    struct vec3 polygon[] = {vec3(0, 0, 0), vec3(4, 0, 0), vec3(4, 4, 0), vec3(0, 4, 0),
+                             vec3(0, 0, 0), vec3(1, 1, 0), vec3(1, 3, 0), vec3(3, 3, 0),
+                             vec3(3, 1, 0), vec3(1, 1, 0)};
+    struct triangulation t = {0};
+    assert_null(triangulate(polygon, 10, &t));
+    double sum = 0;
+    for (size_t i = 0; i < t.count; i++) {
+        const uint32_t *v = t.triangles[i];
+        assert_true(triangle_area(polygon, v).z > 0);
+        sum += triangle_area(polygon, v).z;
+        struct vec3 middle =
+            vec_scale(vec_add(vec_add(polygon[v[0]], polygon[v[1]]), polygon[v[2]]), 1.0 / 3);
+        assert_false(middle.x > 1 && middle.x < 3 && middle.y > 1 && middle.y < 3);
+    }
+    assert_true(fabs(sum - 12) < 1e-12);
+    triangulation_free(&t);
+}
+
+static void test_nearly_flat_and_far_sizes(void **state)
+{
+    (void)state;
+    static const double scales[] = {1e-150, 1, 1e150};
+    for (int i = 0; i < 3; i++) {
+        double s = scales[i];
+        struct vec3 polygon[] = {vec3(0, 0, 0),     vec3(2 * s, 0, 1e-9 * s),
+                                 vec3(2 * s, s, 0), vec3(s, s, -1e-9 * s),
+                                 vec3(s, 2 * s, 0), vec3(0, 2 * s, 0)};
+        struct triangulation t = {0};
+        assert_null(triangulate(polygon, 6, &t));
+        assert_int_equal(t.count, 4);
+        triangulation_free(&t);
+    }
+}
+
+static void test_no_area_and_crossings_end(void **state)
+{
+    (void)state;
+    struct vec3 line[] = {vec3(0, 0, 0), vec3(1, 0, 0), vec3(3, 0, 0), vec3(2, 0, 0)};
+    struct vec3 point[] = {vec3(1, 2, 3), vec3(1, 2, 3), vec3(1, 2, 3), vec3(1, 2, 3)};
+    struct vec3 bow[] = {vec3(0, 0, 0), vec3(1, 1, 0), vec3(1, 0, 0), vec3(0, 1, 0)};
+    struct triangulation t = {0};
+    assert_null(triangulate(line, 4, &t));
+    assert_int_equal(t.count, 0);
+    assert_null(triangulate(point, 4, &t));
+    assert_int_equal(t.count, 0);
+    assert_null(triangulate(bow, 4, &t));
+    assert_true(t.count <= 2);
+
+    uint32_t random = 1;
+    struct vec3 tangle[300];
+    for (int i = 0; i < 300; i++) {
+        double n[3];
+        for (int k = 0; k < 3; k++)
+            n[k] = (random = random * 1664525u + 1013904223u) >> 28;
+        tangle[i] = vec3(n[0], n[1], n[2]);
+    }
+    assert_null(triangulate(tangle, 300, &t));
+    assert_true(t.count <= 298);
+    triangulation_free(&t);
+}
+
+static void test_limits(void **state)
+{
+    (void)state;
+    struct triangulation t = {0};
+    struct vec3 *many = allocate_zeroed(POLYGON_MAX_CORNERS + 1, sizeof *many);
+    assert_non_null(triangulate(many, 2, &t));
+    assert_non_null(triangulate(many, POLYGON_MAX_CORNERS + 1, &t));
+    for (int i = 0; i < POLYGON_MAX_CORNERS; i++) {
+        double angle = i * 6.283185307179586 / POLYGON_MAX_CORNERS;
+        many[i] = vec3(cos(angle), sin(angle), 0);
+    }
+    assert_null(triangulate(many, POLYGON_MAX_CORNERS, &t));
+    assert_int_equal(t.count, POLYGON_MAX_CORNERS - 2);
+    free(many);
+    triangulation_free(&t);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_simple_shapes),
+        cmocka_unit_test(test_gear),
+        cmocka_unit_test(test_spiral),
+        cmocka_unit_test(test_collinear_corners),
+        cmocka_unit_test(test_duplicate_corners),
+        cmocka_unit_test(test_bridge_to_a_hole),
+        cmocka_unit_test(test_nearly_flat_and_far_sizes),
+        cmocka_unit_test(test_no_area_and_crossings_end),
+        cmocka_unit_test(test_limits),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,40 @@
+/*
+ * The intersection kernel: batches of rays in, hits out. The plain reference version: one ray after
+ * the other, scalar. Rays are independent, so how they are divided into batches changes no bit.
+ *
+ * No error checks: the scene is valid (scene_valid()), directions are not zero. A ray with a
+ * non-finite component meets nothing.
+ */
+#ifndef FARM_WORKER_NEAREST_H
+#define FARM_WORKER_NEAREST_H
+
+#include "worker/bvh.h"
+#include "worker/ray.h"
+
+/* The nearest hit of every ray; among equal distances the lowest primitive id, then the lowest
+ * part. exact_fallbacks is increased by the number of predicates that needed exact arithmetic. */
+void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays, size_t count,
+             struct hit *hits, uint64_t *exact_fallbacks);
+
+/*
+ * What share of light comes through along 0 < t < t_max: (1,1,1) when nothing is in the way,
+ * (0,0,0) behind anything opaque, else for every crossing of a transparent surface transmission *
+ * color of its material, multiplied in the order of material index so that it does not depend on
+ * the BVH. The same tests as nearest().
+ */
+void occluded(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+              size_t count, struct vec3 *transmittance, uint64_t *exact_fallbacks);
+
+/* Where a hit lies and which way the surface faces there. */
+struct surface {
+    struct vec3 point;
+    struct vec3 geometric; /* unit; a solid's points outward, a triangle's to its front */
+    struct vec3 shading;   /* unit; interpolated on a patch, else the geometric one */
+    uint32_t material;
+};
+
+/* The surface at a hit that nearest() found for this ray. */
+void surface_at(const struct scene *scene, const struct ray *ray, const struct hit *hit,
+                struct surface *surface);
+
+#endif

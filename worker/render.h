@@ -1,0 +1,30 @@
+/*
+ * A tile in, its pixels out: the Whitted ray tree of every sample, traced in waves.
+ *
+ * The samples of a tile advance together: in every wave each unfinished sample contributes one ray
+ * of its tree, and the wave's rays go through the intersection kernel as one batch, its shadow rays
+ * as another. A sample's tree is expanded best-first (the ray that can still change the colour most
+ * comes next) until all that is pending could change it by `cutoff` at most. There is no recursion,
+ * and what a sample does depends on that sample alone, not on the tile or the batch it is in.
+ */
+#ifndef FARM_WORKER_RENDER_H
+#define FARM_WORKER_RENDER_H
+
+#include "common/protocol.h"
+#include "worker/bvh.h"
+
+/* One rendering thread's scratch memory; the scene and the BVH are only read. */
+struct renderer;
+
+/* scene and bvh must outlive the renderer. The caller frees it with renderer_destroy(). */
+struct renderer *renderer_create(const struct scene *scene, const struct bvh *bvh);
+void renderer_destroy(struct renderer *renderer);
+
+/*
+ * Renders a valid tile: 3 floats (linear RGB) per pixel in the tile's pixel order to rgb. *counts
+ * is set to what it cost.
+ */
+void renderer_tile(struct renderer *renderer, const struct tile *tile, float *rgb,
+                   struct render_counts *counts);
+
+#endif

@@ -1,0 +1,19 @@
+/* Where in a pixel its samples lie. */
+#ifndef FARM_WORKER_SAMPLE_H
+#define FARM_WORKER_SAMPLE_H
+
+#include <stdint.h>
+
+#include "worker/ray.h"
+
+/*
+ * Sample number `sample` of `samples` in pixel (x, y) of the whole picture: offsets from the
+ * pixel's top left corner, each in [0, 1). A single sample lies in the middle. Depends on nothing
+ * else, so the picture is the same whoever renders it.
+ */
+void sample_position(uint32_t x, uint32_t y, uint32_t sample, uint32_t samples, double offset[2]);
+
+/* The ray from the eye through that position. */
+struct ray sample_ray(const struct view *view, uint32_t x, uint32_t y, uint32_t sample);
+
+#endif

@@ -1,0 +1,58 @@
+/*
+ * Phong's model as the paper has it, and where light goes on from a hit.
+ *
+ * Conventions: all vectors unit length; `view` points from the eye to the point, like the paper's
+ * V; normals are turned to the side that the ray came from.
+ */
+#ifndef FARM_WORKER_SHADE_H
+#define FARM_WORKER_SHADE_H
+
+#include <stdbool.h>
+
+#include "worker/nearest.h"
+
+/* A hit as seen by the ray that found it. */
+struct shading_point {
+    struct vec3 point;
+    struct vec3 view;      /* direction of the ray, unit */
+    struct vec3 geometric; /* unit, view . geometric <= 0 */
+    struct vec3 normal;    /* unit, the shading normal, on the side of geometric */
+    bool entering;         /* the ray came from outside: it met the front */
+    const struct material *material;
+};
+
+struct shading_point shading_point(const struct scene *scene, const struct ray *ray,
+                                   const struct surface *surface);
+
+/* ke Cs: what is there without any light. Counted once, not once per light. */
+struct vec3 shade_ambient(const struct material *material);
+
+/*
+ * Whether light from `light` can reach the lit side of the point at all; if so, *to_light is the
+ * vector from the point to the light (not normalised).
+ */
+bool light_faces(const struct shading_point *at, const struct light *light, struct vec3 *to_light);
+
+/*
+ * One light's share, without ambient: s kd cos(a) Cs + s ks cos^n(b) Cw (the paper's equation 8)
+ * with s the light's colour times what the shadow ray lets through.
+ */
+struct vec3 shade_light(const struct shading_point *at, struct vec3 to_light, struct vec3 strength);
+
+/* Mirror direction; always on the side of the geometric normal. */
+struct vec3 reflect(const struct shading_point *at);
+
+/* Snell's direction through the surface; false: total internal reflection. */
+bool refract(const struct shading_point *at, struct vec3 *direction);
+
+/* Colour of the background in a direction. */
+struct vec3 background(const struct view *view, struct vec3 direction);
+
+/*
+ * The largest component of colour that a surface can send back from lights and ambient alone, over
+ * all materials; and the largest share of what reflection and refraction bring that it passes on.
+ */
+double shade_bound(const struct scene *scene);
+double spawn_bound(const struct scene *scene);
+
+#endif

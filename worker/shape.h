@@ -1,0 +1,50 @@
+/* What the kinds of primitive have in common for the kernel. */
+#ifndef FARM_WORKER_SHAPE_H
+#define FARM_WORKER_SHAPE_H
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "common/vec.h"
+#include "worker/ray.h"
+
+/* INFINITY is a float. */
+#define INFINITE HUGE_VAL
+
+/* 2^-53, half the spacing of doubles in [1, 2): the relative error of one rounded operation. */
+#define UNIT_ROUNDOFF 0x1p-53
+
+/* A box around a primitive; some roundings tight, the BVH rounds it outward. */
+struct bounds {
+    double min[3], max[3];
+};
+
+/*
+ * Where a ray's line crosses a primitive: a surface at most once, a convex solid at most twice (in,
+ * then out). A place that does not count has t = NOT_CROSSED; the caller applies 0 < t < t_max.
+ */
+struct crossings {
+    double t[2];
+    uint32_t part[2];
+    double u, v; /* triangle, patch: weights of vertex 1 and 2 */
+};
+
+#define NOT_CROSSED  (-INFINITE)
+#define NO_CROSSINGS ((struct crossings){.t = {NOT_CROSSED, NOT_CROSSED}})
+
+static inline struct crossings one_crossing(double t)
+{
+    return (struct crossings){.t = {t, NOT_CROSSED}};
+}
+
+_Static_assert(sizeof(struct vec3) == 3 * sizeof(double), "vec_component() steps over doubles");
+
+/* x, y or z for axis 0, 1 or 2. */
+static inline double vec_component(const struct vec3 *v, unsigned axis)
+{
+    return *(const double *)(const void *)((const char *)v + axis * sizeof(double));
+}
+
+#endif

@@ -1,0 +1,151 @@
+/* How a ray walks through the tree: nearest() and occluded() differ in what they do at the leaves.
+ */
+#ifndef FARM_WORKER_TRAVERSE_H
+#define FARM_WORKER_TRAVERSE_H
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "worker/bvh.h"
+#include "worker/shape.h"
+
+/*
+ * A distance to a plane, (bound - origin) * (1 / d), is rounded three times: its relative error is
+ * at most gamma3 = 3 u / (1 - 3 u). Comparing two of them is safe when the far one is enlarged by
+ * 1 + 2 gamma3 (T. Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013).
+ */
+#define GAMMA3       (3 * UNIT_ROUNDOFF / (1 - 3 * UNIT_ROUNDOFF))
+#define FAR_WIDENING (1 + 2 * GAMMA3)
+
+/*
+ * The tests of primitives round, too: what they accept is a crossing of a line displaced by some
+ * roundings of the largest numbers in it, the origin's coordinates and those of the primitive. The
+ * boxes grow by this many u of both, so that they hold all that a test accepts: a triangle's
+ * vertices are displaced by 1 u (translation) and 3 u (shear), its crossing by the rest of t's 8 u;
+ * a sphere's l by 8 u, its t by 10 u; a cone's two intervals by some 20 u. Together with the slab's
+ * 3 u that is less than 32 u; the factor of 2 is for the unforeseen and costs nothing beside float
+ * bounds (2^29 u).
+ */
+#define TEST_ERROR (64 * UNIT_ROUNDOFF)
+
+struct slabs {
+    size_t near_plane[3], far_plane[3]; /* offsets in struct bvh_node */
+    double near_origin[3], far_origin[3];
+    double inverse[3];
+};
+
+/* The largest coordinate of a box. */
+static inline double node_reach(const struct bvh_node *node)
+{
+    double reach = 0;
+    for (unsigned axis = 0; axis < 3; axis++) {
+        reach = fmax(reach, fabs((double)node->min[axis]));
+        reach = fmax(reach, fabs((double)node->max[axis]));
+    }
+    return reach;
+}
+
+/* 1 / d; NaN, so that the axis decides nothing, when that overflows although d is not zero. */
+static inline double slab_inverse(double d)
+{
+    double inverse = 1 / d;
+    return isinf(inverse) && d != 0 ? (double)NAN : inverse;
+}
+
+static inline struct slabs slabs_of(const struct ray *ray, const struct bvh_node *root)
+{
+    struct slabs slabs;
+    double margin = fmax(fabs(ray->origin.x), fmax(fabs(ray->origin.y), fabs(ray->origin.z)));
+    margin = TEST_ERROR * (margin + node_reach(root));
+    for (unsigned axis = 0; axis < 3; axis++) {
+        double origin = vec_component(&ray->origin, axis);
+        double direction = vec_component(&ray->direction, axis);
+        size_t min = offsetof(struct bvh_node, min) + axis * sizeof(float);
+        size_t max = offsetof(struct bvh_node, max) + axis * sizeof(float);
+        bool down = signbit(direction);
+        slabs.near_plane[axis] = down ? max : min;
+        slabs.far_plane[axis] = down ? min : max;
+        slabs.near_origin[axis] = down ? origin - margin : origin + margin;
+        slabs.far_origin[axis] = down ? origin + margin : origin - margin;
+        slabs.inverse[axis] = slab_inverse(direction);
+    }
+    return slabs;
+}
+
+static inline double node_plane(const struct bvh_node *node, size_t offset)
+{
+    return (double)*(const float *)(const void *)((const char *)node + offset);
+}
+
+/*
+ * Whether the ray is in the box somewhere in 0 <= t <= limit; *enter is where that begins. A NaN,
+ * from an origin in a plane that the ray is parallel to, loses the comparisons: the slab is closed.
+ */
+static inline bool slabs_meet(const struct slabs *slabs, const struct bvh_node *node, double limit,
+                              double *enter)
+{
+    double near = 0, far = INFINITE;
+    for (unsigned axis = 0; axis < 3; axis++) {
+        double in = (node_plane(node, slabs->near_plane[axis]) - slabs->near_origin[axis]) *
+                    slabs->inverse[axis];
+        double out = (node_plane(node, slabs->far_plane[axis]) - slabs->far_origin[axis]) *
+                     slabs->inverse[axis];
+        near = in > near ? in : near;
+        far = out < far ? out : far;
+    }
+    *enter = near;
+    return near <= far * FAR_WIDENING && near <= limit;
+}
+
+/* Looks at the primitives of a leaf; may lower *limit; false ends the walk. */
+typedef bool visit_leaf(void *context, const uint32_t *ids, uint32_t count, double *limit);
+
+/*
+ * Visits all leaves that the ray reaches at t <= limit, near ones first. Equal distances are
+ * visited, too: which of two equally near primitives wins must not depend on the tree.
+ */
+static inline __attribute__((always_inline)) void traverse(const struct bvh *bvh,
+                                                           const struct ray *ray, double limit,
+                                                           visit_leaf *visit, void *context)
+{
+    if (bvh->node_count == 0) return;
+    const struct bvh_node *nodes = bvh_nodes(bvh), *node = nodes;
+    const uint32_t *ids = bvh_primitives(bvh);
+    struct slabs slabs = slabs_of(ray, nodes);
+    struct {
+        double enter;
+        uint32_t node;
+    } stack[BVH_MAX_DEPTH + 2];
+    unsigned top = 0;
+    double enter;
+    if (!slabs_meet(&slabs, node, limit, &enter)) return;
+    for (;;) {
+        if (node->count > 0) {
+            if (!visit(context, ids + node->first, node->count, &limit)) return;
+        } else {
+            uint32_t child = node->first, other = child + 1;
+            double child_enter, other_enter;
+            bool meet_child = slabs_meet(&slabs, &nodes[child], limit, &child_enter);
+            bool meet_other = slabs_meet(&slabs, &nodes[other], limit, &other_enter);
+            if (meet_child && meet_other) {
+                bool swap = other_enter < child_enter;
+                stack[top].enter = swap ? child_enter : other_enter;
+                stack[top++].node = swap ? child : other;
+                node = &nodes[swap ? other : child];
+                continue;
+            }
+            if (meet_child || meet_other) {
+                node = &nodes[meet_child ? child : other];
+                continue;
+            }
+        }
+        do {
+            if (top == 0) return;
+            top--;
+        } while (!(stack[top].enter <= limit));
+        node = &nodes[stack[top].node];
+    }
+}
+
+#endif

@@ -1,0 +1,54 @@
+/*
+ * The pending rays of one sample's Whitted tree: a small set from which the most important ray is
+ * taken next, and which knows what all of it together can still add to the colour.
+ */
+#ifndef FARM_WORKER_TREE_H
+#define FARM_WORKER_TREE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "common/protocol.h"
+#include "worker/ray.h"
+
+struct branch {
+    struct ray ray;
+    struct vec3 weight; /* share of what the ray brings that reaches the eye, per component */
+    double bound;       /* largest component that it can add to the sample; may be infinite */
+    uint32_t depth;     /* reflections and refractions on the way from the eye */
+    uint32_t order;     /* when it was added: decides between equal bounds */
+    enum ray_kind kind;
+};
+
+struct tree {
+    struct branch *pending; /* owned */
+    uint32_t count, capacity;
+    uint32_t added; /* so far; the next branch's order */
+};
+
+/*
+ * Above this many pending rays the deepest one goes first instead of the most important: the set
+ * then grows by one per level at most, so that memory stays bounded for any scene and any cutoff.
+ * Far more than a tree holds when reflection + transmission <= 1.
+ */
+#define TREE_BEST_FIRST_MAX 256
+
+/* Empties the tree for the next sample, keeping its memory. */
+static inline void tree_clear(struct tree *tree)
+{
+    tree->count = tree->added = 0;
+}
+
+void tree_free(struct tree *tree);
+
+/* Adds a copy of *branch (its order is set here). */
+void tree_push(struct tree *tree, const struct branch *branch);
+
+/*
+ * Takes out the next ray; false when there is none, or when all pending rays together can change
+ * the sample by `cutoff` at most: then they are dropped, and *dropped is what they could have
+ * added.
+ */
+bool tree_pop(struct tree *tree, double cutoff, struct branch *branch, double *dropped);
+
+#endif

@@ -1,0 +1,307 @@
+#include "worker/work.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "common/clock.h"
+#include "common/message.h"
+#include "common/nap.h"
+#include "worker/render.h"
+
+/* ---- waiting ---- */
+
+static void wait_request(MPI_Request *request)
+{
+    struct nap nap = {0};
+    int done = 0;
+    for (;;) {
+        MPI_Test(request, &done, MPI_STATUS_IGNORE);
+        if (done) return;
+        nap_take(&nap);
+    }
+}
+
+void wait_for_all(MPI_Comm comm)
+{
+    MPI_Request request;
+    MPI_Ibarrier(comm, &request);
+    wait_request(&request);
+}
+
+/* A broadcast in pieces: counts are ints in MPI, and a piece in flight stays small. */
+static void broadcast(MPI_Comm comm, void *data, size_t bytes)
+{
+    const size_t piece = (size_t)64 << 20;
+    for (size_t done = 0; done < bytes; done += piece) {
+        int count = (int)(bytes - done < piece ? bytes - done : piece);
+        MPI_Request request;
+        MPI_Ibcast((char *)data + done, count, MPI_BYTE, 0, comm, &request);
+        wait_request(&request);
+    }
+}
+
+int agree_on_status(MPI_Comm comm, int status)
+{
+    broadcast(comm, &status, sizeof status);
+    return status;
+}
+
+/* ---- one scene per node ---- */
+
+/*
+ * One window per node: where the block begins, the scene block, the BVH. Collective calls are few,
+ * because MPI's own wait spins, and on a machine with more ranks than cores that shows.
+ *
+ *   window  | offset | ... | scene | ... | BVH |      offset and BVH are multiples of a cache line
+ */
+#define CACHE_LINE 64
+
+static size_t round_up(size_t bytes)
+{
+    return (bytes + CACHE_LINE - 1) / CACHE_LINE * CACHE_LINE;
+}
+
+/* The start of the node's window as this rank sees it; the node's first rank provides the memory.
+ */
+static char *allocate_window(struct node_scene *shared, size_t bytes)
+{
+    int unit;
+    char *memory;
+    MPI_Aint size;
+    MPI_Win_allocate_shared(shared->leads ? (MPI_Aint)bytes : 0, 1, MPI_INFO_NULL, shared->node,
+                            &memory, &shared->window);
+    MPI_Win_shared_query(shared->window, 0, &size, &unit, &memory);
+    MPI_Win_lock_all(MPI_MODE_NOCHECK, shared->window);
+    return memory;
+}
+
+/* What the first rank of the node has written before is visible to all its ranks behind this. */
+static void publish(const struct node_scene *shared)
+{
+    MPI_Win_sync(shared->window);
+    wait_for_all(shared->node);
+    MPI_Win_sync(shared->window);
+}
+
+/* The first ranks of all nodes, to whom the scene is sent; MPI_COMM_NULL when there is one node. */
+static MPI_Comm split_nodes(MPI_Comm comm, struct node_scene *shared)
+{
+    int rank, size, node_rank, node_size;
+    MPI_Comm_rank(comm, &rank);
+    MPI_Comm_size(comm, &size);
+    MPI_Comm_split_type(comm, MPI_COMM_TYPE_SHARED, rank, MPI_INFO_NULL, &shared->node);
+    MPI_Comm_rank(shared->node, &node_rank);
+    MPI_Comm_size(shared->node, &node_size);
+    shared->leads = node_rank == 0;
+    MPI_Comm leaders = MPI_COMM_NULL;
+    if (node_size < size) MPI_Comm_split(comm, shared->leads ? 0 : MPI_UNDEFINED, rank, &leaders);
+    return leaders;
+}
+
+/* Brings the scene into the window of every node; returns where its BVH is to be built. */
+static void *distribute(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
+                        struct node_scene *shared)
+{
+    size_t bytes = welcome->scene_bytes;
+    MPI_Comm leaders = split_nodes(comm, shared);
+    char *window = allocate_window(shared, 2 * CACHE_LINE + round_up(bytes) + welcome->bvh_bytes);
+    /* MPI promises less than a cache line, and maybe not the same to every rank. */
+    uint64_t *offset = (void *)window;
+    if (shared->leads) {
+        *offset = CACHE_LINE + (-(uintptr_t)window % CACHE_LINE);
+        char *scene = window + *offset;
+        if (block) memcpy(scene, block, bytes);
+        free(block);
+        if (leaders != MPI_COMM_NULL) broadcast(leaders, scene, bytes);
+        const char *why;
+        if (!scene_valid(scene, bytes, &why)) fatal("the scene arrived damaged: %s", why);
+    }
+    if (leaders != MPI_COMM_NULL) MPI_Comm_free(&leaders);
+    publish(shared);
+    shared->scene = (const void *)(window + *offset);
+    return window + *offset + round_up(bytes);
+}
+
+int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
+                struct node_scene *shared)
+{
+    struct welcome heard = {0};
+    if (welcome) heard = *welcome;
+    broadcast(comm, &heard, sizeof heard);
+    if (!welcome_valid(&heard, FARM_VERSION))
+        fatal("this is farm %s, but rank 0 runs another version", FARM_VERSION);
+    if (heard.scene_bytes == 0) return (int)heard.status;
+    double start = clock_wall();
+    void *bvh = distribute(comm, &heard, block, shared);
+    double sent = clock_wall();
+    shared->broadcast_s = sent - start;
+    if (shared->leads) bvh_build(shared->scene, bvh);
+    publish(shared);
+    shared->bvh = bvh;
+    shared->build_s = clock_wall() - sent;
+    return -1;
+}
+
+void unshare_scene(struct node_scene *shared)
+{
+    wait_for_all(shared->node);
+    MPI_Win_unlock_all(shared->window);
+    MPI_Win_free(&shared->window);
+    MPI_Comm_free(&shared->node);
+}
+
+/* ---- rendering for the master ---- */
+
+/* Tiles that the master may have sent: the one in work and the one that waits. */
+#define TILES_AHEAD 2
+
+/*
+ * One receive is always posted for the next TILE or STOP, results leave through two buffers in
+ * turn:
+ *
+ *   render into buffer b -> Isend from b -> render into the other one -> ...
+ */
+struct worker {
+    MPI_Comm comm;
+    struct renderer *renderer;
+    const struct view *view;
+    double start;
+
+    struct tile incoming;
+    MPI_Request receive;
+    struct tile tiles[TILES_AHEAD]; /* received, not rendered; the oldest first */
+    int waiting;
+    bool stopped; /* the master has said STOP */
+
+    char *buffers[2];
+    size_t capacities[2];
+    MPI_Request sends[2];
+    int turn;
+
+    struct renderer_stats stats;
+};
+
+static void post_receive(struct worker *worker)
+{
+    MPI_Irecv(&worker->incoming, sizeof worker->incoming, MPI_BYTE, 0, MPI_ANY_TAG, worker->comm,
+              &worker->receive);
+}
+
+/* Takes in a message if one has arrived; returns whether one had. */
+static bool hear(struct worker *worker)
+{
+    int done, bytes;
+    MPI_Status status;
+    if (worker->stopped || worker->waiting == TILES_AHEAD) return false;
+    MPI_Test(&worker->receive, &done, &status);
+    if (!done) return false;
+    MPI_Get_count(&status, MPI_BYTE, &bytes);
+    if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_STOP) {
+        worker->stopped = true;
+        return true;
+    }
+    if (status.MPI_TAG != TAG_MASTER_TO_RENDERER_TILE)
+        fatal("the master sent a message of unknown kind %d", status.MPI_TAG);
+    if (!tile_message_valid(&worker->incoming, (size_t)bytes, worker->view->region_w,
+                            worker->view->region_h))
+        fatal("the master sent a tile that is not part of the picture");
+    worker->tiles[worker->waiting++] = worker->incoming;
+    post_receive(worker);
+    return true;
+}
+
+/* The next send buffer, free and large enough. */
+static char *take_buffer(struct worker *worker, size_t bytes)
+{
+    int turn = worker->turn = 1 - worker->turn;
+    double start = clock_wall();
+    wait_request(&worker->sends[turn]);
+    worker->stats.send_s += clock_wall() - start;
+    if (worker->capacities[turn] < bytes) {
+        free(worker->buffers[turn]);
+        worker->buffers[turn] = allocate(bytes, 1);
+        worker->capacities[turn] = bytes;
+    }
+    return worker->buffers[turn];
+}
+
+static void send_result(struct worker *worker, const struct tile *tile, char *message,
+                        const struct render_counts *counts, double busy)
+{
+    struct result_header header = {.tile_id = tile->id,
+                                   .pixels = tile_pixels(tile),
+                                   .rays = render_counts_rays(counts),
+                                   .busy_s = busy};
+    memcpy(message, &header, sizeof header);
+    size_t bytes = result_bytes(tile);
+    double start = clock_wall();
+    MPI_Isend(message, (int)bytes, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_RESULT, worker->comm,
+              &worker->sends[worker->turn]);
+    worker->stats.send_s += clock_wall() - start;
+    worker->stats.bytes += bytes;
+}
+
+static void render_next(struct worker *worker)
+{
+    struct tile tile = worker->tiles[0];
+    worker->tiles[0] = worker->tiles[1];
+    worker->waiting--;
+    char *message = take_buffer(worker, result_bytes(&tile));
+    /* Behind the header, a multiple of 8 bytes long, in an allocated block: aligned for float. */
+    float *rgb = (void *)(message + sizeof(struct result_header));
+    struct render_counts counts;
+    double begin = clock_wall();
+    renderer_tile(worker->renderer, &tile, rgb, &counts);
+    double end = clock_wall();
+    struct renderer_stats *stats = &worker->stats;
+    stats->busy_s += end - begin;
+    stats->finish_s = end - worker->start;
+    stats->tiles++;
+    stats->pixels += tile_pixels(&tile);
+    render_counts_add(&stats->counts, &counts);
+    send_result(worker, &tile, message, &counts, end - begin);
+}
+
+static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *renderer,
+                         const struct scene *scene)
+{
+    int rank;
+    MPI_Comm_rank(comm, &rank);
+    *worker = (struct worker){.comm = comm,
+                              .renderer = renderer,
+                              .view = &scene->view,
+                              .sends = {MPI_REQUEST_NULL, MPI_REQUEST_NULL}};
+    worker->stats.rank = (uint32_t)rank;
+    gethostname(worker->stats.host, HOST_NAME_SIZE - 1);
+    post_receive(worker);
+    MPI_Barrier(comm);
+    worker->start = clock_wall();
+}
+
+void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene)
+{
+    struct worker worker;
+    start_worker(&worker, comm, renderer, scene);
+    double cpu = clock_thread_cpu();
+    struct nap nap = {0};
+    while (!worker.stopped || worker.waiting > 0) {
+        bool heard = hear(&worker);
+        if (worker.waiting > 0)
+            render_next(&worker);
+        else if (!heard && !worker.stopped)
+            nap_take(&nap);
+        if (heard || worker.waiting > 0) nap_reset(&nap);
+    }
+    for (int i = 0; i < 2; i++) {
+        double start = clock_wall();
+        wait_request(&worker.sends[i]);
+        worker.stats.send_s += clock_wall() - start;
+        free(worker.buffers[i]);
+    }
+    worker.stats.cpu_s = clock_thread_cpu() - cpu;
+    MPI_Request request;
+    MPI_Isend(&worker.stats, sizeof worker.stats, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_STATS, comm,
+              &request);
+    wait_request(&request);
+}

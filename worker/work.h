@@ -1,0 +1,48 @@
+/* A renderer's side of the farm: the only MPI in worker/. */
+#ifndef FARM_WORKER_WORK_H
+#define FARM_WORKER_WORK_H
+
+#include <mpi.h>
+#include <stdbool.h>
+
+#include "common/protocol.h"
+#include "common/scene.h"
+#include "worker/bvh.h"
+
+/* The scene and its BVH, one copy per node in shared memory. */
+struct node_scene {
+    const struct scene *scene;
+    const struct bvh *bvh;
+    double broadcast_s, build_s; /* wall seconds on this rank */
+    MPI_Comm node;               /* the ranks of this node */
+    MPI_Win window;
+    bool leads; /* the first rank of its node, who puts things there */
+};
+
+/*
+ * Every rank of comm calls this. Rank 0 passes the welcome and, when its scene_bytes is not 0, the
+ * scene block, which is freed (bvh_bytes: bvh_bytes_bound()); all others pass NULL twice. Returns
+ * the exit status of the job when there is nothing to render (scene_bytes 0), else -1 with *shared
+ * filled in, to be given back with unshare_scene(). Waits without using CPU.
+ */
+int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
+                struct node_scene *shared);
+void unshare_scene(struct node_scene *shared);
+
+/*
+ * Renders tiles for the master until it says stop. Rank 0 is inside serve() meanwhile, every other
+ * rank in here; renderer as for renderer_tile().
+ */
+struct renderer;
+void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene);
+
+/* Every rank waits here, without using CPU, until all have come. */
+void wait_for_all(MPI_Comm comm);
+
+/*
+ * The exit status of rank 0, for every rank to end with: so mpiexec returns it whatever it makes of
+ * several. Waits without using CPU.
+ */
+int agree_on_status(MPI_Comm comm, int status);
+
+#endif
