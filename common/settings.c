@@ -44,7 +44,7 @@ const struct key settings_keys[] = {
     {"farm", "schedule", VALUE_CHOICE, AT(farm.schedule), .fallback = "dynamic",
      .choices = schedules, .help = "how the picture is shared out"},
     {"farm", "tile", VALUE_AUTO, AT(farm.tile), RANGE(1, 1024), .fallback = "auto",
-     .help = "edge of a tile, pixels"},
+     .help = "edge of a tile (dynamic), or rows sent at a time, pixels"},
     {"farm", "master_renders", VALUE_BOOLEAN, AT(farm.master_renders), .fallback = "yes",
      .help = "whether rank 0 renders as well"},
     {"output", "image", VALUE_TEXT, AT(output.image),

@@ -240,6 +240,13 @@ uint32_t builder_light_count(const struct builder *builder)
     return (uint32_t)builder->lights.count;
 }
 
+bool builder_is_empty(const struct builder *builder)
+{
+    for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
+        if (builder->primitives[kind].count > 0) return false;
+    return true;
+}
+
 struct bounds {
     struct vec3 min, max;
 };

@@ -37,6 +37,9 @@ uint32_t builder_vertex_count(const struct builder *builder);
 struct vec3 builder_vertex(const struct builder *builder, uint32_t index);
 uint32_t builder_light_count(const struct builder *builder);
 
+/* Whether no primitive was added. */
+bool builder_is_empty(const struct builder *builder);
+
 /*
  * The axis-aligned box around all primitives but planes; false when there are none. Corners may be
  * infinite when a primitive is as large as numbers go.

@@ -314,15 +314,27 @@ static bool output_good(const struct loader *loader, const char *config)
     if (!image_extension_known(image))
         return refuse_setting(loader, config, "output", "image",
                               "image has an unknown extension, expected .png, .hdr or .pfm");
+    /* So no output can fall on the picture, the scene or any part of it. */
+    const char *report = loader->settings->output.report;
+    if (*report && !path_has_extension(report, ".json") && !path_is_device(report))
+        return refuse_setting(loader, config, "output", "report",
+                              "the name of a report has to end with .json");
     return true;
 }
 
+/* The picture in the current folder, the report beside the picture, wherever that is. */
 static void name_outputs(struct settings *settings, const char *config)
 {
-    char *stem = path_stem(config);
-    if (!settings->output.image) settings->output.image = format_text("%s.png", stem);
-    if (!settings->output.report) settings->output.report = format_text("%s.json", stem);
-    free(stem);
+    if (!settings->output.image) {
+        char *stem = path_stem(config);
+        settings->output.image = format_text("%s.png", stem);
+        free(stem);
+    }
+    if (!settings->output.report) {
+        const char *image = settings->output.image, *dot = strrchr(image, '.');
+        int length = dot && !strchr(dot, '/') ? (int)(dot - image) : (int)strlen(image);
+        settings->output.report = format_text("%.*s.json", length, image);
+    }
 }
 
 /* ---- the job ---- */
@@ -393,6 +405,8 @@ static bool load_document(struct loader *loader, struct ini *ini, char *const *o
         add_lights(loader, ini);
     else if (!builder_light_count(loader->builder))
         user_warning(config, 0, "the scene has no light, expected at least one [light]");
+    if (builder_is_empty(loader->builder))
+        user_warning(config, 0, "the scene has no objects, the picture shows the background");
     return true;
 }
 

@@ -273,6 +273,8 @@ void warn_of_gain(const struct material *material, const char *file, long line)
         user_warning(file, line,
                      "reflection and transmission together are more than 1: the surface "
                      "gives off more light than it gets");
+    if (vec_max(material->color) > 1)
+        user_warning(file, line, "a component of the color is more than 1: full white is 1 1 1");
 }
 
 /* ---- lights and objects ---- */
@@ -426,7 +428,7 @@ static bool load_mesh(const struct reading *at, void *data)
                         .crease = ini_entry(at->section, "smooth") ? s->crease : CREASE_OF_FILE};
     if (!resolve_material(at, &s->object, &mesh.material)) return false;
     if (!path_has_extension(s->file, ".obj"))
-        return refuse(at, "file", "the name of a mesh has to end with .obj");
+        return refuse(at, "file", "the name of a mesh has to end with .obj, without quotes");
     char *path = path_of_file(at, s->file);
     if (!path) return false;
     mesh.path = path;

@@ -77,10 +77,12 @@ static const char *schedule_unfit(const struct run *run)
     return NULL;
 }
 
+/* Pixels; 0: the static schedules choose the height of their bands themselves. */
 static uint32_t tile_edge(const struct settings *settings, const struct view *view,
                           uint32_t renderers)
 {
-    if (settings->farm.tile) return settings->farm.tile;
+    if (settings->farm.tile || settings->farm.schedule != SCHEDULE_DYNAMIC)
+        return settings->farm.tile;
     return queue_auto_edge(view->region_w, view->region_h, renderers);
 }
 
@@ -100,7 +102,7 @@ static bool make_queue(struct run *run, const struct view *view)
                                   .tile_edge = tile_edge(settings, view, run->renderers)};
     run->queue = queue_create(&config);
     if (run->queue) {
-        run->report.tile_edge = config.schedule == SCHEDULE_DYNAMIC ? config.tile_edge : 0;
+        run->report.tile_edge = config.tile_edge;
         return true;
     }
     user_error(NULL, 0,
@@ -160,8 +162,7 @@ static int prepare(struct run *run, struct scene **block)
     }
     struct view view = settings_view(&run->job.settings);
     if (!make_queue(run, &view)) return STATUS_INPUT;
-    if (options->action != ACTION_CHECK && !outputs_writable(&run->job.settings, &view))
-        return STATUS_INPUT;
+    if (!outputs_writable(&run->job.settings, &view)) return STATUS_INPUT;
     *block = builder_finish(run->job.builder, &view);
     describe_scene(&run->report, *block);
     run->report.time.load = clock_wall() - start;

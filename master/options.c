@@ -1,6 +1,7 @@
 #include "master/options.h"
 
 #include <string.h>
+#include <unistd.h>
 
 #include "common/message.h"
 #include "common/settings.h"
@@ -40,6 +41,12 @@ static bool is_override(const char *argument)
     return equals && memchr(argument, '.', (size_t)(equals - argument));
 }
 
+/* "samples=4": meant as an override, unless a file has that name. */
+static bool is_setting_without_section(const char *argument)
+{
+    return strchr(argument, '=') && access(argument, F_OK) != 0;
+}
+
 bool options_parse(int argc, char **argv, struct options *options)
 {
     size_t overrides = 0;
@@ -52,6 +59,12 @@ bool options_parse(int argc, char **argv, struct options *options)
         } else if (is_override(argument)) {
             /* Gathered at the front of argv, over arguments that have been read. */
             argv[overrides++] = argument;
+        } else if (is_setting_without_section(argument)) {
+            user_error(NULL, 0,
+                       "'%s' is neither a scene nor SECTION.KEY=VALUE, such as "
+                       "sampling.samples=4",
+                       argument);
+            return false;
         } else if (options->config) {
             user_error(NULL, 0,
                        "'%s' is a second scene after '%s', expected one CONFIG and "

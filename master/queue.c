@@ -113,11 +113,20 @@ static uint64_t lay_out_dynamic(struct queue *queue)
     return (uint64_t)queue->columns * divide_up(queue->config.height, queue->config.tile_edge);
 }
 
+/* Rows of a band: as asked for, or about so many pixels; at least 1, and no more than fit in a
+ * tile. */
+static uint32_t band_rows(const struct queue *queue, uint64_t pixels)
+{
+    uint32_t width = queue->config.width, most = TILE_MAX_PIXELS / width;
+    uint64_t rows = queue->config.tile_edge ? queue->config.tile_edge : pixels / width;
+    return rows < 1 ? 1 : rows > most ? most : (uint32_t)rows;
+}
+
 /* Renderer r gets height / P rows, and one more when r < height mod P. */
 static uint64_t lay_out_strips(struct queue *queue)
 {
     uint32_t height = queue->config.height, renderers = queue->config.renderers;
-    uint32_t rows = divide_up(BAND_PIXELS, queue->config.width);
+    uint32_t rows = band_rows(queue, BAND_PIXELS);
     queue->strip_rows = allocate((size_t)height + 1, sizeof *queue->strip_rows);
     uint32_t ids = 0, y = 0;
     for (uint32_t r = 0; r < renderers; r++) {
@@ -135,10 +144,8 @@ static uint64_t lay_out_strips(struct queue *queue)
 
 static uint64_t lay_out_cyclic(struct queue *queue)
 {
-    uint32_t renderers = queue->config.renderers, width = queue->config.width;
-    uint64_t rows = (uint64_t)BAND_PIXELS * renderers / width;
-    uint32_t most = TILE_MAX_PIXELS / width;
-    queue->band_rows = rows < 1 ? 1 : rows > most ? most : (uint32_t)rows;
+    uint32_t renderers = queue->config.renderers;
+    queue->band_rows = band_rows(queue, (uint64_t)BAND_PIXELS * renderers);
     uint64_t ids = (uint64_t)divide_up(queue->config.height, queue->band_rows) * renderers;
     if (ids > QUEUE_MAX_TILES) return ids;
     queue->stride = renderers;

@@ -26,7 +26,7 @@ struct queue_config {
     enum schedule schedule;
     uint32_t width, height; /* of the rendered region, pixels, at least 1 */
     uint32_t renderers;     /* at least 1 */
-    uint32_t tile_edge;     /* pixels, at least 1; only the dynamic schedule uses it */
+    uint32_t tile_edge; /* dynamic: of a tile, pixels, at least 1; else: rows of a band, 0: auto */
 };
 
 /* More tiles than this are refused: their bookkeeping alone would take over 100 MB. */

@@ -19,7 +19,8 @@ struct report {
     uint32_t image_width, image_height;
     int processes;
     enum schedule schedule;
-    uint32_t tile_edge; /* pixels; 0 when the schedule has no square tiles */
+    uint32_t
+        tile_edge; /* pixels: of a tile (dynamic), rows of a band (0: chosen by the schedule) */
     uint32_t tiles;
     uint64_t primitives, triangles, lights, scene_bytes, bvh_bytes;
     unsigned features; /* enum scene_feature */

@@ -32,4 +32,7 @@ char *path_absolute(const char *path);
 /* Whether path ends with this extension (".nff"), in any case. */
 bool path_has_extension(const char *path, const char *extension);
 
+/* Whether something other than a regular file or a folder stands there: /dev/stdout, a FIFO. */
+bool path_is_device(const char *path);
+
 #endif

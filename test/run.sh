@@ -21,6 +21,7 @@ run_one() { # name command...
     passed=$((passed + good)) failed=$((failed + bad)) skipped=$((skipped + left_out))
     if [ "$bad" -eq 0 ]; then
         printf '%-28s %4d passed\n' "$name" "$good"
+        sed -n 's/^not ok .*# SKIP/    skipped:/p' "$log"
     else
         printf '%-28s %4d passed, %d FAILED (exit status %d)\n' "$name" "$good" "$bad" "$status"
         grep -v '^ok ' "$log" | sed 's/^/    /'
@@ -35,6 +36,6 @@ export ASAN_OPTIONS="detect_leaks=0${ASAN_OPTIONS:+:$ASAN_OPTIONS}"
 for script in test/test_*.sh; do
     run_one "$(basename "$script")" sh "$script"
 done
-[ "$skipped" -eq 0 ] || echo "$skipped skipped: they do not apply here"
+[ "$skipped" -eq 0 ] || echo "$skipped skipped, as they do not apply here"
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ] && [ "$passed" -gt 0 ]

@@ -31,7 +31,13 @@ for n in 0 2; do
     check "missing output folder, -n $n" wrong $n 'output.image' everything.ini \
         output.image=missing/folder/a.png
     check "unknown picture format, -n $n" wrong $n 'png' everything.ini output.image=a.jpeg
+    check "a report that is no .json, -n $n" wrong $n 'end with .json' everything.ini \
+        output.report=everything.ini
 done
+check "a setting without its section" wrong 0 "'samples=4' is neither.*sampling.samples" \
+    everything.ini samples=4
+check "--check tries the outputs, too" wrong 0 'output.report' --check everything.ini \
+    output.report=missing/folder/a.json
 check "nobody would render" wrong 1 'master_renders' everything.ini farm.master_renders=no
 check "too many tiles" wrong 0 'farm.tile' everything.ini farm.tile=1 image.width=16000 \
     image.height=16000
@@ -77,6 +83,11 @@ defaults() {
     cd .. && [ $status -eq 0 ] && [ -s elsewhere/everything.png ] && [ -s elsewhere/everything.json ]
 }
 check "picture and report go to the current folder" defaults
+beside() {
+    mkdir -p pictures && run 0 "$FARM" everything.ini output.image=pictures/a.b.pfm image.width=8 \
+        image.height=8 && [ -s pictures/a.b.pfm ] && [ -s pictures/a.b.json ]
+}
+check "the report lies beside the picture" beside
 for scene in parts.nff star.obj; do
     direct() { run 0 farm_n 2 "$scene" image.width=32 image.height=24 && [ -s "${scene%.*}.png" ]; }
     check "$scene directly" direct

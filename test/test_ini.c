@@ -206,18 +206,26 @@ static void test_objects(void **state)
     free(scene);
 }
 
+#define BALL "[sphere]\ncenter = 0 0 0\nradius = 1\n"
+
 static void test_warnings(void **state)
 {
     struct scratch *s = *state;
-    free(loaded(state, "[sphere]\ncenter = 0 0 0\nradius = 1\n"));
+    free(loaded(state, BALL));
     assert_string_equal(s->said,
                         "scene.ini: warning: the scene has no light, expected at least one "
                         "[light]\n");
-    free(loaded(state, LIGHT "[material m]\nreflection = 0.5\ntransmission = 0.6\n"));
+    free(loaded(state, LIGHT));
+    assert_string_equal(s->said, "scene.ini: warning: the scene has no objects, the picture shows "
+                                 "the background\n");
+    free(loaded(state, LIGHT BALL "[material m]\nreflection = 0.5\ntransmission = 0.6\n"));
     assert_string_equal(s->said,
-                        "scene.ini:3: warning: reflection and transmission together are more than "
+                        "scene.ini:6: warning: reflection and transmission together are more than "
                         "1: the surface gives off more light than it gets\n");
-    free(loaded(state, LIGHT "[material m]\nreflection = 0.1\ntransmission = 0.9\n"));
+    free(loaded(state, LIGHT BALL "[material m]\ncolor = 1 0.5 255\n"));
+    assert_string_equal(s->said, "scene.ini:6: warning: a component of the color is more than 1: "
+                                 "full white is 1 1 1\n");
+    free(loaded(state, LIGHT BALL "[material m]\nreflection = 0.1\ntransmission = 0.9\n"));
     assert_string_equal(s->said, "");
 }
 
@@ -275,7 +283,7 @@ static void test_include_mistakes(void **state)
     refused(state, "[include]\nfile = x.obj\n",
             "scene.ini:2: [include]: an OBJ file is no part to include, expected a [mesh] for it");
     refused(state, "[mesh]\nfile = x.stl\n",
-            "scene.ini:2: [mesh]: the name of a mesh has to end with .obj");
+            "scene.ini:2: [mesh]: the name of a mesh has to end with .obj, without quotes");
     for (int i = 0; i < 20; i++) {
         char name[32], text[64];
         snprintf(name, sizeof name, "deep%d.ini", i);
