@@ -45,7 +45,8 @@ $(FARM): $(OBJECTS)
 	$(say)  link $@
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
 
-$(BUILD)/%.o: %.c Makefile
+# With `make -j deps run`, nothing is compiled before all is installed.
+$(BUILD)/%.o: %.c Makefile | $(filter deps,$(MAKECMDGOALS))
 	@mkdir -p $(@D)
 	$(say)  compile $<
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) -c $< -o $@

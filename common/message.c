@@ -1,6 +1,7 @@
 #include "common/message.h"
 
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -24,11 +25,29 @@ void message_capture(char *text, size_t size)
     if (text && size) text[0] = '\0';
 }
 
+/* Bytes of the UTF-8 character at text that a terminal can show; 0 if it is none. */
+static size_t printable_bytes(const unsigned char *text)
+{
+    unsigned char c = text[0];
+    if (c < 0x80) return c >= 0x20 && c != 0x7f;
+    size_t bytes = c >= 0xf0 ? 4 : c >= 0xe0 ? 3 : 2;
+    if (c < 0xc2 || c > 0xf4) return 0;
+    for (size_t i = 1; i < bytes; i++)
+        if ((text[i] & 0xc0) != 0x80) return 0;
+    /* U+0080 to U+009F are control characters; overlong forms, surrogates and what lies beyond
+     * U+10FFFF are no characters. */
+    bool control = c == 0xc2 && text[1] < 0xa0;
+    bool overlong = (c == 0xe0 && text[1] < 0xa0) || (c == 0xf0 && text[1] < 0x90);
+    bool no_character = (c == 0xed && text[1] >= 0xa0) || (c == 0xf4 && text[1] >= 0x90);
+    return control || overlong || no_character ? 0 : bytes;
+}
+
 static void make_printable(char *text)
 {
-    for (; *text; text++) {
-        unsigned char c = (unsigned char)*text;
-        if (c < 0x20 || c == 0x7f) *text = '?';
+    while (*text) {
+        size_t bytes = printable_bytes((const unsigned char *)text);
+        if (!bytes) *text = '?';
+        text += bytes ? bytes : 1;
     }
 }
 
@@ -109,6 +128,12 @@ void *reallocate(void *old, size_t count, size_t size)
     void *block = realloc(old, bytes ? bytes : 1);
     if (!block) fatal("out of memory: %zu bytes were needed", bytes);
     return block;
+}
+
+void *grow(void *items, size_t count, size_t size)
+{
+    if (count & (count - 1)) return items;
+    return reallocate(items, count ? 2 * count : 1, size);
 }
 
 char *copy_text(const char *text)

@@ -14,7 +14,8 @@
 
 /*
  * Says what is wrong with the user's input. file may be NULL ("farm: text"), line 0 ("file: text").
- * Control characters of quoted input are shown as '?', so that a file cannot write to the terminal.
+ * Control characters of quoted input, and bytes that are no UTF-8, are shown as '?', so that a file
+ * cannot write to the terminal.
  */
 void user_error(const char *file, long line, const char *format, ...) MESSAGE_FORMAT(3, 4);
 
@@ -41,6 +42,10 @@ void *allocate(size_t count, size_t size) __attribute__((alloc_size(1, 2), retur
 void *allocate_zeroed(size_t count, size_t size) __attribute__((alloc_size(1, 2), returns_nonnull));
 void *reallocate(void *old, size_t count, size_t size)
     __attribute__((alloc_size(2, 3), returns_nonnull));
+
+/* Room for one more element behind count: the array is made twice as long when count is a power of
+ * two. For arrays that only ever grow, one by one, by this. */
+void *grow(void *items, size_t count, size_t size) __attribute__((returns_nonnull));
 
 /* A copy of text that the caller frees. */
 char *copy_text(const char *text) __attribute__((returns_nonnull));

@@ -61,7 +61,7 @@ static const char *scan_slowly(const char *text, const char *end, double *value)
     char *stop;
     double number = strtod_l(text, &stop, plain);
     freelocale(plain);
-    if (stop != end || !isfinite(number)) return NULL;
+    if (stop != end) return NULL;
     *value = number;
     return end;
 }
@@ -91,7 +91,7 @@ bool number_parse(const char *text, double *value)
 {
     double number;
     const char *end = number_scan(text, &number);
-    if (!end || *end) return false;
+    if (!end || *end || !isfinite(number)) return false;
     *value = number;
     return true;
 }

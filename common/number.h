@@ -11,7 +11,8 @@
 
 /*
  * Reads a number that begins at text (no leading blanks; text ends with NUL). Returns where it
- * ends, or NULL when there is none; what follows is for the caller to judge.
+ * ends, or NULL when there is none; what follows is for the caller to judge. A number too large for
+ * a double becomes infinite: the caller has to refuse it.
  */
 const char *number_scan(const char *text, double *value);
 

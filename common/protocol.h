@@ -4,8 +4,12 @@
  *   start     every rank takes part in one broadcast of struct welcome, then of the scene block
  *   TILE      master -> renderer   struct tile: render this; up to two are under way at a time
  *   RESULT    renderer -> master   struct result_header, then 3 floats (linear RGB) per pixel in
- * the tile's pixel order STOP      master -> renderer   empty: no more tiles will come, leave when
- * all are sent STATS     renderer -> master   struct renderer_stats, the renderer's last message
+ *                                  the tile's pixel order
+ *   STOP      master -> renderer   empty: give up what is in work and leave
+ *   STATS     renderer -> master   struct renderer_stats, the renderer's last message
+ *
+ * STOP comes when no tile is left for a renderer and all of its tiles are back, or at any time when
+ * the run is stopped.
  *
  * All ranks run the same build (the welcome carries its name), so that structures travel as they
  * are in memory. Who receives a message validates it with the functions below before using any of
@@ -87,10 +91,13 @@ static inline size_t result_bytes(const struct tile *tile)
     return sizeof(struct result_header) + (size_t)tile_pixels(tile) * 3 * sizeof(float);
 }
 
-/* How the master renders tiles of its own without knowing a renderer: see worker/render.h. */
+/*
+ * How the master renders tiles of its own without knowing a renderer: see worker/render.h. render
+ * returns false when it gave up, because the run is stopped.
+ */
 struct tile_renderer {
     void *state;
-    void (*render)(void *state, const struct tile *tile, float *rgb, struct render_counts *counts);
+    bool (*render)(void *state, const struct tile *tile, float *rgb, struct render_counts *counts);
 };
 
 void render_counts_add(struct render_counts *sum, const struct render_counts *more);

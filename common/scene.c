@@ -2,6 +2,8 @@
 
 #include <float.h>
 
+#include "common/scene_check.h"
+
 static const struct {
     const char *name;
     size_t size;
@@ -32,6 +34,11 @@ size_t primitive_size(enum primitive_kind kind)
     return primitive_kinds[kind].size;
 }
 
+size_t primitive_material_offset(enum primitive_kind kind)
+{
+    return primitive_kinds[kind].material_offset;
+}
+
 const char *primitive_name(enum primitive_kind kind)
 {
     return primitive_kinds[kind].name;
@@ -41,9 +48,8 @@ uint32_t primitive_material(const struct scene *scene, uint32_t id)
 {
     enum primitive_kind kind = primitive_kind(id);
     const char *items = scene_at(scene, &scene->primitives[kind]);
-    const void *item = items + primitive_index(id) * primitive_kinds[kind].size;
-    return *(const uint32_t *)(const void *)((const char *)item +
-                                             primitive_kinds[kind].material_offset);
+    const char *item = items + primitive_index(id) * primitive_size(kind);
+    return *(const uint32_t *)(const void *)(item + primitive_material_offset(kind));
 }
 
 uint64_t scene_primitive_count(const struct scene *scene)
@@ -67,21 +73,6 @@ static bool span_valid(const struct scene *scene, const struct scene_span *span,
     if (span->offset % 8 != 0 || span->offset < sizeof(struct scene)) return false;
     if (span->offset > scene->bytes || span->count > most) return false;
     return span->count <= (scene->bytes - span->offset) / size;
-}
-
-static bool at_least_zero(double value)
-{
-    return value >= 0 && isfinite(value);
-}
-
-static bool positive(double value)
-{
-    return value > 0 && isfinite(value);
-}
-
-static bool color_valid(struct vec3 color)
-{
-    return at_least_zero(color.x) && at_least_zero(color.y) && at_least_zero(color.z);
 }
 
 /*
@@ -170,11 +161,6 @@ static const char *table_error(const struct scene *scene)
         CHECK(vec_is_finite(lights[i].position) && color_valid(lights[i].color),
               "a light is out of range");
     return NULL;
-}
-
-static bool indices_valid(const uint32_t index[3], uint64_t count)
-{
-    return index[0] < count && index[1] < count && index[2] < count;
 }
 
 static const char *polygon_error(const struct scene *scene)

@@ -60,6 +60,25 @@ static inline double vec_max(struct vec3 a)
     return fmax(a.x, fmax(a.y, a.z));
 }
 
+static inline double vec_largest(struct vec3 a)
+{
+    return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
+}
+
+/* The e for which the largest component is 2^(e - 1) or more and less than 2^e; 0 for zero. */
+static inline int vec_exponent(struct vec3 a)
+{
+    int exponent;
+    (void)frexp(vec_largest(a), &exponent);
+    return exponent;
+}
+
+/* a 2^exponent: without rounding, unless the result is subnormal. */
+static inline struct vec3 vec_scale_exactly(struct vec3 a, int exponent)
+{
+    return vec3(ldexp(a.x, exponent), ldexp(a.y, exponent), ldexp(a.z, exponent));
+}
+
 /*
  * |a| without overflow or underflow for any finite a: where the squares would leave the range of
  * double, the components are scaled by a power of two first. That is exact, so a scene scaled by
@@ -70,18 +89,25 @@ static inline double vec_length(struct vec3 a)
     double square = vec_dot(a, a);
     /* 2^-900: the squares that matter are then still normal numbers, with all their bits. */
     if (square > 0x1p-900 && square < 0x1p1000) return sqrt(square);
-    double largest = fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
+    double largest = vec_largest(a);
     if (!(largest > 0) || isinf(largest)) return largest;
-    int exponent;
-    (void)frexp(largest, &exponent);
-    struct vec3 s = vec3(ldexp(a.x, -exponent), ldexp(a.y, -exponent), ldexp(a.z, -exponent));
+    int exponent = vec_exponent(a);
+    struct vec3 s = vec_scale_exactly(a, -exponent);
     return ldexp(sqrt(vec_dot(s, s)), exponent);
 }
 
-/* a / |a|; a must not be zero. */
+/*
+ * a / |a| for any finite a but zero. Near the ends of the range the length may be infinite, or
+ * subnormal with few bits left, so there the division is done after the scaling.
+ */
 static inline struct vec3 vec_normalize(struct vec3 a)
 {
-    double length = vec_length(a);
+    double square = vec_dot(a, a);
+    if (!(square > 0x1p-900 && square < 0x1p1000)) {
+        a = vec_scale_exactly(a, -vec_exponent(a));
+        square = vec_dot(a, a);
+    }
+    double length = sqrt(square);
     return vec3(a.x / length, a.y / length, a.z / length);
 }
 

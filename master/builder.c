@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "common/scene_check.h"
 
 /* A growing array; the size of an element is the user's business. */
 struct list {
@@ -58,16 +59,6 @@ static void list_add(struct list *list, const void *item, size_t size)
 
 /* ---- tables that others refer to ---- */
 
-static bool color_valid(struct vec3 color)
-{
-    return vec_is_finite(color) && color.x >= 0 && color.y >= 0 && color.z >= 0;
-}
-
-static bool at_least_zero(double value)
-{
-    return value >= 0 && isfinite(value);
-}
-
 const char *builder_add_material(struct builder *builder, const struct material *material,
                                  uint32_t *index)
 {
@@ -79,8 +70,7 @@ const char *builder_add_material(struct builder *builder, const struct material 
         return "reflection is out of range, expected a number from 0 to 1";
     if (!at_least_zero(material->transmission) || material->transmission > 1)
         return "transmission is out of range, expected a number from 0 to 1";
-    if (!(material->ior > 0) || !isfinite(material->ior))
-        return "ior is out of range, expected a finite number > 0";
+    if (!positive(material->ior)) return "ior is out of range, expected a finite number > 0";
     if (builder->materials.count == UINT32_MAX)
         return "too many materials, at most 2^32 - 1 are possible";
     *index = (uint32_t)builder->materials.count;
@@ -138,7 +128,7 @@ const char *builder_add_sphere(struct builder *builder, const struct sphere *sph
     assert(sphere->material < builder->materials.count && sphere->inside_only <= 1);
     if (!vec_is_finite(sphere->center))
         return "the center is not finite, expected three finite numbers";
-    if (!(sphere->radius > 0) || !isfinite(sphere->radius))
+    if (!positive(sphere->radius))
         return "the radius is out of range, expected a finite number > 0";
     return add_primitive(builder, PRIMITIVE_SPHERE, sphere);
 }
@@ -169,8 +159,7 @@ const char *builder_add_disc(struct builder *builder, const struct disc *disc)
     unit.reserved = 0;
     if (!vec_is_finite(disc->center))
         return "the center is not finite, expected three finite numbers";
-    if (!(disc->radius > 0) || !isfinite(disc->radius))
-        return "the radius is out of range, expected a finite number > 0";
+    if (!positive(disc->radius)) return "the radius is out of range, expected a finite number > 0";
     const char *why = normalize(&unit.normal);
     return why ? why : add_primitive(builder, PRIMITIVE_DISC, &unit);
 }
@@ -202,22 +191,17 @@ const char *builder_add_cone(struct builder *builder, const struct cone *cone)
     return add_primitive(builder, PRIMITIVE_CONE, cone);
 }
 
-static bool indices_good(const uint32_t index[3], uint64_t count)
-{
-    return index[0] < count && index[1] < count && index[2] < count;
-}
-
 const char *builder_add_triangle(struct builder *builder, const struct triangle *triangle)
 {
-    assert(indices_good(triangle->vertex, builder->vertices.count));
+    assert(indices_valid(triangle->vertex, builder->vertices.count));
     assert(triangle->material < builder->materials.count);
     return add_primitive(builder, PRIMITIVE_TRIANGLE, triangle);
 }
 
 const char *builder_add_patch(struct builder *builder, const struct patch *patch)
 {
-    assert(indices_good(patch->vertex, builder->vertices.count));
-    assert(indices_good(patch->normal, builder->normals.count));
+    assert(indices_valid(patch->vertex, builder->vertices.count));
+    assert(indices_valid(patch->normal, builder->normals.count));
     assert(patch->material < builder->materials.count);
     return add_primitive(builder, PRIMITIVE_PATCH, patch);
 }
@@ -336,28 +320,6 @@ bool builder_bounds(const struct builder *builder, struct vec3 *min, struct vec3
 
 /* ---- the block ---- */
 
-/* Where the index of the material stands in an element of a kind's list. */
-static uint32_t *material_of(void *item, enum primitive_kind kind)
-{
-    switch (kind) {
-    case PRIMITIVE_TRIANGLE:
-        return &((struct triangle *)item)->material;
-    case PRIMITIVE_PATCH:
-        return &((struct patch *)item)->material;
-    case PRIMITIVE_SPHERE:
-        return &((struct sphere *)item)->material;
-    case PRIMITIVE_BOX:
-        return &((struct box *)item)->material;
-    case PRIMITIVE_CONE:
-        return &((struct cone *)item)->material;
-    case PRIMITIVE_DISC:
-        return &((struct disc *)item)->material;
-    case PRIMITIVE_PLANE:
-    default:
-        return &((struct plane *)item)->material;
-    }
-}
-
 #define UNUSED UINT32_MAX
 
 /* Moves the used materials to the front, in their order, and fills where each one went. */
@@ -383,8 +345,9 @@ static void drop_unused_materials(struct builder *builder)
             enum primitive_kind kind = (enum primitive_kind)k;
             const struct list *list = &builder->primitives[kind];
             char *item = list->items;
+            size_t offset = primitive_material_offset(kind);
             for (uint64_t i = 0; i < list->count; i++, item += primitive_size(kind)) {
-                uint32_t *material = material_of(item, kind);
+                uint32_t *material = (uint32_t *)(void *)(item + offset);
                 if (pass == 0)
                     place[*material] = 0;
                 else

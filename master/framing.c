@@ -2,8 +2,6 @@
 
 #include <math.h>
 
-static const double pi = 3.14159265358979323846;
-
 /* Empty space around the scene, as a share of the distance. */
 #define MARGIN 1.05
 
@@ -36,9 +34,9 @@ static struct vec3 three_quarter_view(struct vec3 up)
     /* "In front" is z where up is y, and -y where up is z. */
     struct vec3 ahead = fabs(vertical.z) > 0.7 ? vec3(0, -1, 0) : vec3(0, 0, 1);
     struct frame ground = frame_of(ahead, vertical);
-    struct vec3 level = vec_add_scaled(vec_scale(vec_cross(ground.right, vertical), cos(pi / 6)),
-                                       ground.right, sin(pi / 6));
-    return vec_add_scaled(vec_scale(level, cos(pi / 9)), vertical, sin(pi / 9));
+    struct vec3 level = vec_add_scaled(vec_scale(vec_cross(ground.right, vertical), cos(M_PI / 6)),
+                                       ground.right, sin(M_PI / 6));
+    return vec_add_scaled(vec_scale(level, cos(M_PI / 9)), vertical, sin(M_PI / 9));
 }
 
 /* How far from the middle the eye has to be so that this point (relative to it) is in the picture.
@@ -63,7 +61,7 @@ void frame_scene(const struct builder *builder, struct settings *settings, bool 
     if (has_eye) return;
 
     struct frame frame = frame_of(three_quarter_view(settings->camera.up), settings->camera.up);
-    double tan_y = tan(settings->camera.fov * (pi / 360));
+    double tan_y = tan(settings->camera.fov * (M_PI / 360));
     double tan_x = tan_y * settings->image.width / settings->image.height;
     double distance = 0;
     for (int i = 0; i < 8; i++) {

@@ -9,9 +9,12 @@
 
 /* INI files are written by hand; large data belongs into meshes. */
 #define INI_MAX_BYTES     ((size_t)64 << 20)
-/* inih keeps a section's name in 50 bytes with its NUL, and lines in 200. */
+/* inih keeps a section's name in 50 bytes with its NUL, and lines in 200; keys are ours. */
 #define SECTION_MAX_BYTES 49
-#define LINE_MAX_BYTES    198
+#define KEY_MAX_BYTES     49
+#define LINE_MAX_BYTES    4096
+/* Stands for a value in a line that is too long for inih. */
+#define PLACEHOLDER       "=?"
 /* More than any section has, few enough to be searched one by one. */
 #define SECTION_MAX_KEYS  100
 
@@ -21,12 +24,14 @@
  */
 struct feed {
     struct ini *ini;
-    const char *at;  /* next byte of the file */
-    long line;       /* number of the line that was fed last */
-    bool announce;   /* the next line to feed is the "=" of a heading */
-    bool announcing; /* it is the one that was fed last */
-    bool expecting;  /* inih owes an entry for the line that was fed last */
-    bool failed;     /* an error has been told */
+    const char *at;   /* next byte of the file */
+    long line;        /* number of the line that was fed last */
+    bool announce;    /* the next line to feed is the "=" of a heading */
+    bool announcing;  /* it is the one that was fed last */
+    bool expecting;   /* inih owes an entry for the line that was fed last */
+    bool failed;      /* an error has been told */
+    bool placeholder; /* the value of the line that was fed last is this: */
+    char value[LINE_MAX_BYTES + 1];
 };
 
 /* ---- documents ---- */
@@ -54,27 +59,12 @@ void ini_free(struct ini *ini)
     *ini = (struct ini){0};
 }
 
-/* Room for one more: arrays grow when their count is a power of two (or 0). */
-static void *grow(void *items, size_t count, size_t size)
-{
-    if (count & (count - 1)) return items;
-    return reallocate(items, count ? 2 * count : 1, size);
-}
-
 struct ini_section *ini_add_section(struct ini *ini, const char *kind, const char *name, long line)
 {
     ini->sections = grow(ini->sections, ini->count, sizeof *ini->sections);
     struct ini_section *section = &ini->sections[ini->count++];
     *section = (struct ini_section){.kind = copy_text(kind), .name = copy_text(name), .line = line};
     return section;
-}
-
-struct ini_section *ini_find(const struct ini *ini, const char *kind, const char *name)
-{
-    for (size_t i = 0; i < ini->count; i++)
-        if (strcmp(ini->sections[i].kind, kind) == 0 && strcmp(ini->sections[i].name, name) == 0)
-            return &ini->sections[i];
-    return NULL;
 }
 
 static struct ini_entry *find_entry(const struct ini_section *section, const char *key)
@@ -134,13 +124,19 @@ static bool refuse(struct feed *feed, const char *text)
     return false;
 }
 
+/* Where a comment begins: at a ';' behind a blank, as inih sees it; NULL without one. */
+static const char *find_comment(const char *text, const char *end)
+{
+    for (const char *at = text; at + 1 < end; at++)
+        if (is_blank(at[0]) && at[1] == ';') return at + 1;
+    return NULL;
+}
+
 /* inih ignores what follows a heading and cuts long ones. */
 static bool heading_good(struct feed *feed, const char *line, size_t length)
 {
     const char *close = memchr(line, ']', length);
-    const char *comment = memchr(line, ';', length);
-    while (comment && comment > line && !is_blank(comment[-1]))
-        comment = memchr(comment + 1, ';', length - (size_t)(comment + 1 - line));
+    const char *comment = find_comment(line, line + length);
     if (!close || (comment && comment < close))
         return refuse(feed, "a section without its ']', expected [kind] or [kind name]");
     if (close - line - 1 > SECTION_MAX_BYTES)
@@ -153,11 +149,52 @@ static bool heading_good(struct feed *feed, const char *line, size_t length)
     return true;
 }
 
-static bool line_good(struct feed *feed, const char *line, size_t length)
+static bool feed_heading(struct feed *feed, const char *line, size_t length, char *buffer)
 {
-    if (length > LINE_MAX_BYTES)
-        return refuse(feed, "the line is too long, expected at most 198 bytes");
-    return *line != '[' || heading_good(feed, line, length);
+    if (!heading_good(feed, line, length)) return false;
+    size_t heading = (size_t)((const char *)memchr(line, ']', length) + 1 - line);
+    memcpy(buffer, line, heading);
+    buffer[heading] = '\0';
+    feed->announce = true;
+    return true;
+}
+
+/*
+ * A line of any length is fed as its key and a short value; take_entry() then finds the real one
+ * in the feed. It ends where inih would end it.
+ */
+static bool feed_long_entry(struct feed *feed, const char *line, size_t length, char *buffer)
+{
+    const char *end = line + length, *comment = find_comment(line, end);
+    if (comment) end = comment;
+    const char *separator = line;
+    while (separator < end && *separator != '=' && *separator != ':')
+        separator++;
+    if (separator == end) return refuse(feed, "expected 'key = value', a [section] or a comment");
+    if (separator - line > KEY_MAX_BYTES)
+        return refuse(feed, "the key's name is too long, expected at most 49 bytes");
+    const char *value = separator + 1;
+    while (value < end && is_blank(*value))
+        value++;
+    while (end > value && is_blank(end[-1]))
+        end--;
+    memcpy(feed->value, value, (size_t)(end - value));
+    feed->value[end - value] = '\0';
+    size_t key = (size_t)(separator - line);
+    memcpy(buffer, line, key);
+    memcpy(buffer + key, PLACEHOLDER, sizeof PLACEHOLDER);
+    feed->expecting = feed->placeholder = true;
+    return true;
+}
+
+static bool feed_entry(struct feed *feed, const char *line, size_t length, char *buffer, int size)
+{
+    /* inih takes a line that fills its buffer, which has no line end, for one that was cut. */
+    if (length + 1 >= (size_t)size) return feed_long_entry(feed, line, length, buffer);
+    memcpy(buffer, line, length);
+    buffer[length] = '\0';
+    feed->expecting = true;
+    return true;
 }
 
 /* The fgets that inih calls. */
@@ -178,18 +215,23 @@ static char *feed_line(char *buffer, int size, void *stream)
         size_t length;
         const char *line = next_line(feed, &length);
         if (length == 0 || *line == ';' || *line == '#') continue;
-        if (!line_good(feed, line, length)) return NULL;
-        if (length >= (size_t)size) {
-            refuse(feed, "the line is too long for inih");
+        if (length > LINE_MAX_BYTES) {
+            refuse(feed, "the line is too long, expected at most 4096 bytes");
             return NULL;
         }
-        memcpy(buffer, line, length);
-        buffer[length] = '\0';
-        feed->announce = *line == '[';
-        feed->expecting = !feed->announce;
-        return buffer;
+        bool fed = *line == '[' ? feed_heading(feed, line, length, buffer)
+                                : feed_entry(feed, line, length, buffer, size);
+        return fed ? buffer : NULL;
     }
     return NULL;
+}
+
+bool ini_can_hold(const char *key, const char *value)
+{
+    size_t length = strlen(value);
+    if (strlen(key) + strlen(" = ") + length > LINE_MAX_BYTES) return false;
+    if (length && (is_blank(value[0]) || is_blank(value[length - 1]))) return false;
+    return *value != ';' && !strchr(value, '\n') && !find_comment(value, value + length);
 }
 
 /* ---- what inih hands back ---- */
@@ -237,8 +279,8 @@ static int take_entry(void *user, const char *heading, const char *key, const ch
     if (feed->announcing)
         begin_section(feed, heading);
     else
-        add_entry(feed, key, value);
-    feed->announcing = false;
+        add_entry(feed, key, feed->placeholder ? feed->value : value);
+    feed->announcing = feed->placeholder = false;
     return !feed->failed;
 }
 
@@ -271,9 +313,7 @@ static bool names_unique(const struct ini *ini)
 
 static bool feed_inih(struct ini *ini, const char *text)
 {
-    static const char byte_order_mark[] = "\xef\xbb\xbf";
     struct feed feed = {.ini = ini, .at = text};
-    if (strncmp(text, byte_order_mark, 3) == 0) feed.at += 3;
     int status = ini_parse_stream(feed_line, &feed, take_entry, &feed);
     if (!feed.failed && feed.expecting)
         refuse(&feed, "expected 'key = value', a [section] or a comment");

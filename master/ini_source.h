@@ -2,6 +2,7 @@
  * An INI file as sections with entries, each with the line it stands on. The file is read by inih,
  * which is fed line by line: it joins indented lines to the one before, cuts long names and lines
  * without a word and does not tell line numbers, so what it is fed is trimmed and checked before.
+ * Lines may have 4096 bytes, names of sections and of keys 49.
  */
 #ifndef FARM_MASTER_INI_SOURCE_H
 #define FARM_MASTER_INI_SOURCE_H
@@ -44,14 +45,14 @@ void ini_free(struct ini *ini);
 /* The section is valid until the next one is added. */
 struct ini_section *ini_add_section(struct ini *ini, const char *kind, const char *name, long line);
 
-/* The section of this kind and name, or NULL. */
-struct ini_section *ini_find(const struct ini *ini, const char *kind, const char *name);
-
 /* Sets or replaces; file and folder are kept as they are, key and value are copied. */
 void ini_set(struct ini_section *section, const char *key, const char *value,
              const struct ini_entry *origin);
 
 /* The entry of a key, or NULL. */
 const struct ini_entry *ini_entry(const struct ini_section *section, const char *key);
+
+/* Whether a line "key = value" in a file is read back as this value. */
+bool ini_can_hold(const char *key, const char *value);
 
 #endif

@@ -4,10 +4,12 @@
  */
 #include "master/load.h"
 
+#include <errno.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "common/message.h"
 #include "common/number.h"
@@ -15,12 +17,9 @@
 #include "master/image_file.h"
 #include "master/loader.h"
 #include "master/nearest_name.h"
-#include "master/print_job.h"
 #include "master/scene_sections.h"
 #include "master/sections.h"
 #include "master/text_file.h"
-
-static const double pi = 3.14159265358979323846;
 
 /* ---- the loader's memory ---- */
 
@@ -46,7 +45,7 @@ static bool is_set(const struct loader *loader, const char *section, const char 
 
 const char *keep_path(struct loader *loader, const char *path)
 {
-    loader->paths = reallocate(loader->paths, loader->path_count + 1, sizeof *loader->paths);
+    loader->paths = grow(loader->paths, loader->path_count, sizeof *loader->paths);
     return loader->paths[loader->path_count++] = copy_text(path);
 }
 
@@ -285,10 +284,31 @@ static bool picture_good(const struct loader *loader, const char *config)
  */
 #define PARALLEL (4096 * DBL_EPSILON)
 
+/* Of the picture, at a distance of 1 from the eye. */
+static double half_height_of(double fov)
+{
+    return tan(fov * (M_PI / 360));
+}
+
+/* An angle from the view of an NFF file may have been rounded to 180. */
+static bool half_height_good(double fov)
+{
+    return fov < 180 && isnormal(half_height_of(fov));
+}
+
 static bool camera_good(const struct loader *loader, const char *config)
 {
     const struct settings *s = loader->settings;
     struct vec3 view = vec_sub(s->camera.look_at, s->camera.eye), up = s->camera.up;
+    if (!half_height_good(s->camera.fov))
+        return refuse_setting(loader, config, "camera", "fov",
+                              "fov is too close to 0 or 180, expected an angle between them");
+    if (!is_set(loader, "camera", "eye") && (!vec_is_finite(view) || vec_is_zero(view))) {
+        user_error(config, 0,
+                   "the scene is too large or too small for an eye to be placed, expected "
+                   "camera.eye and camera.look_at");
+        return false;
+    }
     if (!vec_is_finite(s->camera.eye) || !vec_is_finite(view))
         return refuse_setting(loader, config, "camera", "eye",
                               "eye and look_at are too far apart, expected a finite distance");
@@ -296,8 +316,9 @@ static bool camera_good(const struct loader *loader, const char *config)
         return refuse_setting(loader, config, "camera",
                               is_set(loader, "camera", "eye") ? "eye" : "look_at",
                               "eye and look_at are the same point, expected two different ones");
-    if (vec_is_zero(up))
-        return refuse_setting(loader, config, "camera", "up", "up is zero, expected a direction");
+    if (vec_is_zero(up) || !vec_is_finite(up))
+        return refuse_setting(loader, config, "camera", "up",
+                              "up is zero or not finite, expected a direction");
     if (vec_length(vec_cross(vec_normalize(view), vec_normalize(up))) < PARALLEL)
         return refuse_setting(loader, config, "camera",
                               is_set(loader, "camera", "up") ? "up" : "eye",
@@ -348,6 +369,10 @@ static bool read_config(const char *path, struct ini *ini)
         user_error(path, 0, "has an unknown extension, expected .ini, .nff or .obj");
         return false;
     }
+    if (access(path, R_OK) != 0) {
+        user_error(path, 0, "cannot be opened: %s", strerror(errno));
+        return false;
+    }
     ini_create(path, ini);
     struct ini_section *section = ini_add_section(ini, is_obj ? "mesh" : "include", "scene", 0);
     struct ini_entry origin = {.file = ini->file, .folder = ""};
@@ -357,7 +382,7 @@ static bool read_config(const char *path, struct ini *ini)
 }
 
 /* The lights of an OBJ file, as sections so that they are printed like others. */
-static void add_lights(struct loader *loader, struct ini *ini)
+static bool add_lights(struct loader *loader, struct ini *ini)
 {
     static const char *const names[2] = {"key", "fill"};
     struct light lights[2];
@@ -370,8 +395,9 @@ static void add_lights(struct loader *loader, struct ini *ini)
         ini_set(section, "color", color, &origin);
         free(position);
         free(color);
-        builder_add_light(loader->builder, &lights[i]);
+        if (builder_add_light(loader->builder, &lights[i])) return false;
     }
+    return true;
 }
 
 static bool load_scene(struct loader *loader, const struct ini *ini)
@@ -401,9 +427,12 @@ static bool load_document(struct loader *loader, struct ini *ini, char *const *o
     if (!picture_good(loader, config) || !camera_good(loader, config) ||
         !output_good(loader, config))
         return false;
-    if (path_has_extension(config, ".obj"))
-        add_lights(loader, ini);
-    else if (!builder_light_count(loader->builder))
+    if (path_has_extension(config, ".obj")) {
+        if (add_lights(loader, ini)) return true;
+        user_error(config, 0, "there is no room for lights around it, expected a smaller scene");
+        return false;
+    }
+    if (!builder_light_count(loader->builder))
         user_warning(config, 0, "the scene has no light, expected at least one [light]");
     if (builder_is_empty(loader->builder))
         user_warning(config, 0, "the scene has no objects, the picture shows the background");
@@ -414,13 +443,12 @@ bool load_job(const char *path, char *const *overrides, size_t count, struct job
 {
     struct ini ini;
     if (!read_config(path, &ini)) return false;
-    *job = (struct job){.builder = builder_create()};
+    *job = (struct job){.builder = builder_create(), .document = allocate(1, sizeof ini)};
+    *job->document = ini;
     settings_init(&job->settings);
     struct loader loader = {.builder = job->builder, .settings = &job->settings};
-    bool good = load_document(&loader, &ini, overrides, count);
-    if (good) job->print = print_job(&job->settings, &ini);
+    bool good = load_document(&loader, job->document, overrides, count);
     loader_free(&loader);
-    ini_free(&ini);
     if (!good) job_free(job);
     return good;
 }
@@ -429,7 +457,8 @@ void job_free(struct job *job)
 {
     settings_free(&job->settings);
     builder_destroy(job->builder);
-    free(job->print);
+    if (job->document) ini_free(job->document);
+    free(job->document);
     *job = (struct job){0};
 }
 
@@ -438,7 +467,7 @@ void job_free(struct job *job)
 static struct camera camera_of(const struct settings *settings)
 {
     struct camera camera = {.eye = settings->camera.eye};
-    double half_height = tan(settings->camera.fov * (pi / 360));
+    double half_height = half_height_of(settings->camera.fov);
     camera.forward = vec_normalize(vec_sub(settings->camera.look_at, settings->camera.eye));
     struct vec3 up = vec_normalize(settings->camera.up);
     struct vec3 right = vec_normalize(vec_cross(camera.forward, up));

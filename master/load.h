@@ -23,11 +23,13 @@ struct placement {
 
 extern const struct placement placement_identity;
 
+struct ini;
+
 /* Everything that a run needs to know. */
 struct job {
     struct settings settings;
     struct builder *builder;
-    char *print; /* the text of --print-config: all settings in effect and the scene's sections */
+    struct ini *document; /* the scene's sections, as they were read; owned */
 };
 
 /*
@@ -37,6 +39,13 @@ struct job {
  */
 bool load_job(const char *path, char *const *overrides, size_t count, struct job *job);
 void job_free(struct job *job);
+
+/*
+ * The text of --print-config: an INI file that gives the same picture, with all settings in effect,
+ * the scene's sections and absolute paths. The caller frees it. NULL, after saying so, when a value
+ * cannot be written in an INI file (only an argument or a very long path can be such a value).
+ */
+char *print_job(const struct job *job);
 
 /* For --help: the sections that make up a scene and their keys, with ranges and defaults. */
 void print_scene_keys(FILE *out);

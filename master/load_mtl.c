@@ -5,21 +5,28 @@
 
 #include "common/message.h"
 #include "master/loader.h"
+#include "master/name_table.h"
 #include "master/scan.h"
 #include "master/text_file.h"
 
-#define NAME_SIZE 256
-
 struct mtl_material {
-    char name[NAME_SIZE];
     struct material material;
     double mirror; /* max(Ks): the reflection if illum says so */
-    double illum;
+    double illum;  /* < 0: not told */
+    bool has_d;    /* which counts more than Tr, wherever either stands */
 };
 
 struct material_library {
+    struct name_table names; /* of items; the latest definition of a name counts */
     struct mtl_material *items;
-    size_t count;
+    uint32_t count;
+};
+
+/* A file being read into a library. */
+struct mtl {
+    struct material_library *library;
+    struct scan scan;
+    bool told_curve, told_halo; /* one warning for each is enough */
 };
 
 struct material_library *material_library_create(void)
@@ -29,6 +36,7 @@ struct material_library *material_library_create(void)
 
 void material_library_destroy(struct material_library *library)
 {
+    name_table_free(&library->names);
     free(library->items);
     free(library);
 }
@@ -36,32 +44,61 @@ void material_library_destroy(struct material_library *library)
 const struct material *material_library_find(const struct material_library *library,
                                              const char *name)
 {
-    /* The latest definition counts. */
-    for (size_t i = library->count; i-- > 0;)
-        if (strcmp(library->items[i].name, name) == 0) return &library->items[i].material;
-    return NULL;
+    uint32_t index;
+    return name_table_find(&library->names, name, &index) ? &library->items[index].material : NULL;
 }
 
-static void add_material(struct material_library *library, struct scan *scan)
+static bool add_material(struct mtl *mtl)
 {
-    if ((library->count & (library->count - 1)) == 0)
-        library->items = reallocate(library->items, library->count ? 2 * library->count : 1,
-                                    sizeof *library->items);
-    struct mtl_material *new = &library->items[library->count++];
-    *new = (struct mtl_material){
-        .material = {
-            .color = {0.8, 0.8, 0.8}, .ambient = 0.1, .diffuse = 1, .shininess = 20, .ior = 1.5}};
-    scan_rest(scan, new->name, sizeof new->name);
-}
-
-/* A colour of three numbers, or one for all three. Spectral curves and the like are refused. */
-static bool read_color(struct scan *scan, struct vec3 *color)
-{
-    if (!scan_number(scan, &color->x)) return false;
-    color->y = color->z = color->x;
-    if (!scan_at_end(scan) && !(scan_number(scan, &color->y) && scan_number(scan, &color->z)))
+    char name[MATERIAL_NAME_SIZE];
+    struct material_library *library = mtl->library;
+    scan_rest(&mtl->scan, name, sizeof name);
+    if (library->count == UINT32_MAX) {
+        user_error(mtl->scan.path, mtl->scan.line, "too many materials, expected less than 2^32");
         return false;
-    return color->x >= 0 && color->y >= 0 && color->z >= 0;
+    }
+    library->items = grow(library->items, library->count, sizeof *library->items);
+    name_table_set(&library->names, name, library->count);
+    /* Without an index of refraction light is not bent: what is thin is often modelled so. */
+    library->items[library->count++] = (struct mtl_material){
+        .illum = -1,
+        .material = {
+            .color = {0.8, 0.8, 0.8}, .ambient = 0.1, .diffuse = 1, .shininess = 20, .ior = 1}};
+    return true;
+}
+
+/* Whether the word is next on the line; if so, it is taken off it. */
+static bool take_word(struct scan *scan, const char *expected)
+{
+    char word[32];
+    struct scan ahead = *scan;
+    if (!scan_word(&ahead, word, sizeof word) || strcmp(word, expected) != 0) return false;
+    *scan = ahead;
+    return true;
+}
+
+/* A colour of three numbers, or one for all three. */
+static bool read_numbers(struct scan *scan, struct vec3 *color)
+{
+    struct vec3 c;
+    if (!scan_number(scan, &c.x)) return false;
+    c.y = c.z = c.x;
+    if (!scan_at_end(scan) && !(scan_number(scan, &c.y) && scan_number(scan, &c.z))) return false;
+    *color = c;
+    return c.x >= 0 && c.y >= 0 && c.z >= 0;
+}
+
+/* Colours as a spectral curve or in CIE XYZ are left as they were. */
+static bool read_color(struct mtl *mtl, struct vec3 *color)
+{
+    bool curve = take_word(&mtl->scan, "spectral");
+    if (!curve && !take_word(&mtl->scan, "xyz")) return read_numbers(&mtl->scan, color);
+    if (!mtl->told_curve)
+        user_warning(mtl->scan.path, mtl->scan.line,
+                     "colours given as '%s' are left out, only red, green and blue are known",
+                     curve ? "spectral" : "xyz");
+    mtl->told_curve = true;
+    return true;
 }
 
 static bool read_share(struct scan *scan, double *value)
@@ -69,54 +106,86 @@ static bool read_share(struct scan *scan, double *value)
     return scan_number(scan, value) && *value >= 0 && *value <= 1;
 }
 
-static bool read_value(struct mtl_material *m, const char *word, struct scan *scan)
+static bool read_opacity(struct mtl *mtl, struct mtl_material *m)
 {
-    struct vec3 color;
-    double number;
-    if (strcmp(word, "Kd") == 0) return read_color(scan, &m->material.color);
-    if (strcmp(word, "Ns") == 0)
-        return scan_number(scan, &m->material.shininess) && m->material.shininess >= 0;
-    if (strcmp(word, "Ni") == 0) return scan_number(scan, &m->material.ior) && m->material.ior > 0;
-    if (strcmp(word, "Tr") == 0) return read_share(scan, &m->material.transmission);
-    if (strcmp(word, "illum") == 0) return scan_number(scan, &m->illum);
-    if (strcmp(word, "Ks") == 0) {
-        if (!read_color(scan, &color)) return false;
-        m->mirror = vec_max(color);
-        m->material.specular = m->mirror;
+    double opacity;
+    bool halo = take_word(&mtl->scan, "-halo");
+    if (!read_share(&mtl->scan, &opacity)) return false;
+    if (halo && !mtl->told_halo) {
+        user_warning(mtl->scan.path, mtl->scan.line,
+                     "'-halo' is left out, 'd' is the same all over");
+        mtl->told_halo = true;
     }
-    if (strcmp(word, "d") == 0) {
-        if (!read_share(scan, &number)) return false;
-        m->material.transmission = 1 - number;
-    }
-    return true; /* what has no meaning here is passed over */
+    m->material.transmission = 1 - opacity;
+    m->has_d = true;
+    return true;
 }
 
-/* From illumination model 3 on, the highlight's colour is the mirror's as well. */
+static bool read_transparency(struct mtl *mtl, struct mtl_material *m)
+{
+    double share;
+    if (!read_share(&mtl->scan, &share)) return false;
+    if (!m->has_d) m->material.transmission = share;
+    return true;
+}
+
+static bool read_value(struct mtl *mtl, struct mtl_material *m, const char *word)
+{
+    struct scan *scan = &mtl->scan;
+    struct material *material = &m->material;
+    if (strcmp(word, "Kd") == 0) return read_color(mtl, &material->color);
+    if (strcmp(word, "Ns") == 0)
+        return scan_number(scan, &material->shininess) && material->shininess >= 0;
+    if (strcmp(word, "Ni") == 0) return scan_number(scan, &material->ior) && material->ior > 0;
+    if (strcmp(word, "d") == 0) return read_opacity(mtl, m);
+    if (strcmp(word, "Tr") == 0) return read_transparency(mtl, m);
+    if (strcmp(word, "illum") == 0) return scan_number(scan, &m->illum);
+    if (strcmp(word, "Ks") != 0) return true; /* what has no meaning here is passed over */
+    struct vec3 color = vec3(0, 0, 0);
+    if (!read_color(mtl, &color)) return false;
+    m->mirror = vec_max(color);
+    return true;
+}
+
+/*
+ * Illumination models 0 and 1 have no highlight; from 3 on, the highlight's colour is the mirror's
+ * as well.
+ */
 static void finish(struct material_library *library, size_t first)
 {
     for (size_t i = first; i < library->count; i++) {
         struct mtl_material *m = &library->items[i];
+        if (m->illum < 0 || m->illum >= 2) m->material.specular = m->mirror;
         if (m->illum >= 3) m->material.reflection = fmin(m->mirror, 1);
     }
 }
 
-static bool read_lines(struct material_library *library, struct scan *scan)
+static bool refuse_value(const struct mtl *mtl, const char *word)
 {
-    size_t first = library->count;
-    while (scan_next_line(scan)) {
+    if (mtl->scan.too_large)
+        user_error(mtl->scan.path, mtl->scan.line, "'%s': " NUMBER_TOO_LARGE, word);
+    else
+        user_error(mtl->scan.path, mtl->scan.line,
+                   "'%s' is out of range, expected numbers such as a colour >= 0 or a share from "
+                   "0 to 1",
+                   word);
+    return false;
+}
+
+static bool read_lines(struct mtl *mtl)
+{
+    struct material_library *library = mtl->library;
+    uint32_t first = library->count;
+    while (scan_next_line(&mtl->scan)) {
         char word[32];
-        scan_word(scan, word, sizeof word);
+        scan_word(&mtl->scan, word, sizeof word);
         if (strcmp(word, "newmtl") == 0) {
-            add_material(library, scan);
+            if (!add_material(mtl)) return false;
         } else if (library->count > first &&
-                   !read_value(&library->items[library->count - 1], word, scan)) {
-            user_error(scan->path, scan->line,
-                       "'%s' is out of range, expected numbers such as a "
-                       "colour >= 0 or a share from 0 to 1",
-                       word);
-            return false;
+                   !read_value(mtl, &library->items[library->count - 1], word)) {
+            return refuse_value(mtl, word);
         }
-        scan->at += strcspn(scan->at, "\n");
+        mtl->scan.at += strcspn(mtl->scan.at, "\n");
     }
     finish(library, first);
     return true;
@@ -126,8 +195,8 @@ bool material_library_read(struct material_library *library, const char *path)
 {
     struct text_file file;
     if (!text_file_read(path, SCENE_MAX_BYTES, &file)) return false;
-    struct scan scan = scan_start(file.text, path, false);
-    bool good = read_lines(library, &scan);
+    struct mtl mtl = {.library = library, .scan = scan_start(file.text, path, false)};
+    bool good = read_lines(&mtl);
     text_file_free(&file);
     return good;
 }

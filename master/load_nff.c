@@ -18,8 +18,6 @@
 #include "master/text_file.h"
 #include "master/triangulate.h"
 
-static const double pi = 3.14159265358979323846;
-
 struct nff_light {
     struct light light;
     bool colored;
@@ -40,7 +38,7 @@ struct nff {
     uint32_t resolution[2];
     struct vec3 background;
 
-    bool has_material, told_gain, told_inside;
+    bool has_material, told_gain, told_inside, told_improper;
     uint32_t material;
 
     struct nff_light *lights;
@@ -56,7 +54,7 @@ enum view_field { FROM = 1, AT = 2, UP = 4, ANGLE = 8, RESOLUTION = 16 };
 
 static bool refuse(const struct nff *nff, const char *text)
 {
-    user_error(nff->path, nff->scan.line, "%s", text);
+    user_error(nff->path, nff->scan.line, "%s", nff->scan.too_large ? NUMBER_TOO_LARGE : text);
     return false;
 }
 
@@ -157,9 +155,7 @@ static bool read_light(struct nff *nff)
     if (new.colored &&
         !(new.light.color.x >= 0 && new.light.color.y >= 0 && new.light.color.z >= 0))
         return refuse(nff, "a light's colour is negative, expected three numbers >= 0");
-    if ((nff->light_count & (nff->light_count - 1)) == 0)
-        nff->lights = reallocate(nff->lights, nff->light_count ? 2 * nff->light_count : 1,
-                                 sizeof *nff->lights);
+    nff->lights = grow(nff->lights, nff->light_count, sizeof *nff->lights);
     nff->lights[nff->light_count++] = new;
     return true;
 }
@@ -280,6 +276,10 @@ static bool read_corners(struct nff *nff, bool with_normals)
     for (uint32_t i = 0; i < corners; i++)
         if (!read_corner(nff, i, with_normals)) return false;
     if (!accept(nff, triangulate(nff->corners, corners, &nff->triangulation))) return false;
+    if (nff->triangulation.improper && !nff->told_improper) {
+        user_warning(nff->path, nff->scan.line, IMPROPER_POLYGON);
+        nff->told_improper = true;
+    }
     for (size_t i = 0; i < nff->triangulation.count; i++)
         if (!accept(nff, add_face(nff, nff->triangulation.triangles[i], with_normals)))
             return false;
@@ -349,8 +349,8 @@ static void offer(struct nff *nff, const char *section, const char *name, const 
 static double edge_to_edge(double angle, uint32_t height)
 {
     if (height < 2) return angle;
-    double half = tan(angle * (pi / 360)) * ((double)height / (height - 1));
-    return atan(half) * (360 / pi);
+    double half = tan(angle * (M_PI / 360)) * ((double)height / (height - 1));
+    return atan(half) * (360 / M_PI);
 }
 
 static bool offer_view(struct nff *nff)

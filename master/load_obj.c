@@ -6,24 +6,21 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
+#include <sys/stat.h>
 
 #include "common/message.h"
 #include "master/loader.h"
+#include "master/name_table.h"
 #include "master/placement.h"
 #include "master/scan.h"
 #include "master/smooth.h"
 #include "master/text_file.h"
 #include "master/triangulate.h"
 
-#define NAME_SIZE 256
-#define NONE      UINT32_MAX
+#define NONE UINT32_MAX
 
-/* What usemtl found for a name. */
-struct used_material {
-    char name[NAME_SIZE];
-    uint32_t index;
-};
+/* Unknown names of materials are told one by one up to this number. */
+#define TOLD_NAMES 5
 
 struct obj_corner {
     uint32_t vertex; /* in the builder */
@@ -40,11 +37,12 @@ struct obj {
     uint32_t *normals;                   /* of this file, in the builder; NONE: a zero normal */
     uint32_t normal_count;
 
-    uint32_t material; /* in use */
-    struct used_material *used;
-    size_t used_count;
+    uint32_t material;                /* in use */
+    struct name_table used;           /* what usemtl has found for each name */
+    struct name_table libraries_seen; /* paths that were read, names that are missing */
     struct material_library *library;
-    bool library_missing, told_unknown;
+    uint32_t unknown_names;
+    bool library_missing, told_unknown, told_improper;
 
     struct obj_corner *corners; /* of the face in hand */
     struct vec3 *points;
@@ -52,12 +50,14 @@ struct obj {
     struct triangulation triangulation;
 
     struct triangle *plain; /* faces without normals of the file */
-    size_t plain_count, plain_room;
+    size_t plain_count;
+    bool has_face;
 };
 
 static bool refuse(const struct obj *obj, const char *text)
 {
-    user_error(obj->mesh->path, obj->scan.line, "%s", text);
+    user_error(obj->mesh->path, obj->scan.line, "%s",
+               obj->scan.too_large ? NUMBER_TOO_LARGE : text);
     return false;
 }
 
@@ -90,10 +90,9 @@ static bool read_normal(struct obj *obj)
     struct vec3 normal;
     if (!scan_vector(&obj->scan, &normal) || !scan_at_end(&obj->scan))
         return refuse(obj, "'vn' needs three numbers");
-    if ((obj->normal_count & (obj->normal_count - 1)) == 0)
-        obj->normals =
-            reallocate(obj->normals, obj->normal_count ? 2 * (size_t)obj->normal_count : 1,
-                       sizeof *obj->normals);
+    if (obj->normal_count == UINT32_MAX)
+        return refuse(obj, "too many normals, at most 2^32 - 1 are possible");
+    obj->normals = grow(obj->normals, obj->normal_count, sizeof *obj->normals);
     uint32_t *index = &obj->normals[obj->normal_count++];
     *index = NONE;
     if (vec_is_zero(normal) || obj->mesh->crease == 0) return true;
@@ -157,6 +156,21 @@ static void make_corner_room(struct obj *obj)
     obj->points = reallocate(obj->points, obj->corner_room, sizeof *obj->points);
 }
 
+static bool refuse_corner(struct obj *obj)
+{
+    char word[256];
+    scan_word(&obj->scan, word, sizeof word);
+    if (word[strlen(word) - 1] == '/')
+        user_error(obj->mesh->path, obj->scan.line,
+                   "'%s' has no index behind its last '/', expected 1, 1/2, 1//3 or 1/2/3", word);
+    else
+        user_error(obj->mesh->path, obj->scan.line,
+                   "'%s' is no corner of a face, expected indices of defined vertices such as "
+                   "1, 1/2, 1//3 or 1/2/3",
+                   word);
+    return false;
+}
+
 static bool read_corners(struct obj *obj)
 {
     obj->corner_count = 0;
@@ -167,14 +181,8 @@ static bool read_corners(struct obj *obj)
         const char *start = obj->scan.at;
         if (!read_corner(obj, &obj->corners[obj->corner_count]) ||
             (!strchr(" \t\r\n#\\", *obj->scan.at))) {
-            char word[NAME_SIZE];
             obj->scan.at = start;
-            scan_word(&obj->scan, word, sizeof word);
-            user_error(obj->mesh->path, obj->scan.line,
-                       "'%s' is no corner of a face, expected indices of defined vertices such as "
-                       "1, 1/2, 1//3 or 1/2/3",
-                       word);
-            return false;
+            return refuse_corner(obj);
         }
         obj->corner_count++;
     }
@@ -183,10 +191,7 @@ static bool read_corners(struct obj *obj)
 
 static const char *add_plain(struct obj *obj, const struct triangle *triangle)
 {
-    if (obj->plain_count == obj->plain_room) {
-        obj->plain_room = obj->plain_room ? obj->plain_room + obj->plain_room / 2 : 256;
-        obj->plain = reallocate(obj->plain, obj->plain_room, sizeof *obj->plain);
-    }
+    obj->plain = grow(obj->plain, obj->plain_count, sizeof *obj->plain);
     obj->plain[obj->plain_count++] = *triangle;
     return NULL;
 }
@@ -207,11 +212,16 @@ static bool read_face(struct obj *obj)
 {
     static const uint32_t all[3] = {0, 1, 2};
     if (!read_corners(obj)) return false;
+    obj->has_face = true;
     if (obj->corner_count == 3) return accept(obj, add_triangle(obj, all));
     for (size_t i = 0; i < obj->corner_count; i++)
         obj->points[i] = builder_vertex(obj->builder, obj->corners[i].vertex);
     struct triangulation *triangles = &obj->triangulation;
     if (!accept(obj, triangulate(obj->points, obj->corner_count, triangles))) return false;
+    if (triangles->improper && !obj->told_improper) {
+        user_warning(obj->mesh->path, obj->scan.line, IMPROPER_POLYGON);
+        obj->told_improper = true;
+    }
     for (size_t i = 0; i < triangles->count; i++)
         if (!accept(obj, add_triangle(obj, triangles->triangles[i]))) return false;
     return true;
@@ -219,12 +229,32 @@ static bool read_face(struct obj *obj)
 
 /* ---- materials ---- */
 
-/* false when there is no such file, or after a mistake in it (then *good is false). */
+static bool is_known(const struct name_table *names, const char *name)
+{
+    uint32_t ignored;
+    return name_table_find(names, name, &ignored);
+}
+
+/* false after a mistake. */
+static bool read_library_once(struct obj *obj, const char *path, bool is_regular)
+{
+    if (!is_regular) {
+        user_error(obj->mesh->path, obj->scan.line,
+                   "%s is no regular file, expected a file of materials", path);
+        return false;
+    }
+    if (is_known(&obj->libraries_seen, path)) return true;
+    name_table_set(&obj->libraries_seen, path, 0);
+    return material_library_read(obj->library, path);
+}
+
+/* false when there is no such file; *good is false after a mistake in it. */
 static bool try_library(struct obj *obj, const char *name, bool *good)
 {
     char *folder = path_folder(obj->mesh->path), *path = path_in(folder, name);
-    bool there = access(path, F_OK) == 0;
-    if (there) *good = material_library_read(obj->library, path);
+    struct stat status;
+    bool there = stat(path, &status) == 0;
+    if (there) *good = read_library_once(obj, path, S_ISREG(status.st_mode));
     free(folder);
     free(path);
     return there;
@@ -240,7 +270,8 @@ static bool read_library(struct obj *obj)
     if (try_library(obj, line, &good)) return good;
     char *rest = line;
     for (char *word; good && (word = strtok_r(rest, " \t", &rest));)
-        if (!try_library(obj, word, &good)) {
+        if (!try_library(obj, word, &good) && !is_known(&obj->libraries_seen, word)) {
+            name_table_set(&obj->libraries_seen, word, 0);
             user_warning(obj->mesh->path, obj->scan.line, "the material file '%s' is missing",
                          word);
             obj->library_missing = true;
@@ -256,28 +287,19 @@ static bool look_up(struct obj *obj, const char *name, uint32_t *index)
     if (material) return accept(obj, builder_add_material(obj->builder, material, index));
     *index = obj->mesh->material;
     /* A missing library has been told of already. */
-    if (!obj->library_missing)
+    if (!obj->library_missing && obj->unknown_names++ < TOLD_NAMES)
         user_warning(obj->mesh->path, obj->scan.line, "no material is called '%s'", name);
     return true;
 }
 
 static bool use_material(struct obj *obj)
 {
-    char name[NAME_SIZE];
+    char name[MATERIAL_NAME_SIZE];
     if (!scan_rest(&obj->scan, name, sizeof name))
         return refuse(obj, "'usemtl' needs the name of a material");
-    for (size_t i = 0; i < obj->used_count; i++)
-        if (strcmp(obj->used[i].name, name) == 0) {
-            obj->material = obj->used[i].index;
-            return true;
-        }
+    if (name_table_find(&obj->used, name, &obj->material)) return true;
     if (!look_up(obj, name, &obj->material)) return false;
-    if ((obj->used_count & (obj->used_count - 1)) == 0)
-        obj->used =
-            reallocate(obj->used, obj->used_count ? 2 * obj->used_count : 1, sizeof *obj->used);
-    struct used_material *used = &obj->used[obj->used_count++];
-    used->index = obj->material;
-    memcpy(used->name, name, sizeof name);
+    name_table_set(&obj->used, name, obj->material);
     return true;
 }
 
@@ -294,8 +316,9 @@ static bool pass_over(struct obj *obj, const char *word)
                      word);
         obj->told_unknown = true;
     }
-    while (!scan_at_end(&obj->scan))
-        obj->scan.at += strcspn(obj->scan.at, " \t\r\n#");
+    char ignored[2];
+    while (scan_word(&obj->scan, ignored, sizeof ignored)) {
+    }
     return true;
 }
 
@@ -325,6 +348,13 @@ static bool read_all(struct obj *obj)
 {
     while (scan_next_line(&obj->scan))
         if (!read_statement(obj)) return false;
+    if (obj->unknown_names > TOLD_NAMES)
+        user_warning(obj->mesh->path, 0, "%u more names of materials are not known",
+                     obj->unknown_names - TOLD_NAMES);
+    if (!obj->has_face) {
+        user_error(obj->mesh->path, 0, "has no faces, expected a mesh with at least one 'f'");
+        return false;
+    }
     double crease = fmax(obj->mesh->crease, 0);
     return accept(obj, add_smooth_triangles(obj->builder, obj->plain, obj->plain_count, crease));
 }
@@ -344,7 +374,8 @@ bool load_obj(const struct part *part, const struct mesh *mesh)
     material_library_destroy(obj.library);
     triangulation_free(&obj.triangulation);
     free(obj.normals);
-    free(obj.used);
+    name_table_free(&obj.used);
+    name_table_free(&obj.libraries_seen);
     free(obj.corners);
     free(obj.points);
     free(obj.plain);

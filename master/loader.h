@@ -98,6 +98,7 @@ bool is_settings_section(const char *kind);
 void part_free(struct part *part);
 
 /* What an OBJ's usemtl can name. */
+#define MATERIAL_NAME_SIZE 1024 /* bytes; the rest of a longer name is not looked at */
 struct material_library;
 struct material_library *material_library_create(void);
 void material_library_destroy(struct material_library *library);

@@ -4,9 +4,9 @@
  */
 #include <errno.h>
 #include <mpi.h>
-#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "common/clock.h"
 #include "common/message.h"
@@ -15,6 +15,7 @@
 #include "master/options.h"
 #include "master/report.h"
 #include "master/serve.h"
+#include "master/stop.h"
 #include "worker/render.h"
 #include "worker/work.h"
 
@@ -33,30 +34,10 @@ struct run {
     uint32_t renderers;
 };
 
-static volatile sig_atomic_t stop_signal;
-
-/* The first signal asks for an orderly end, the second one (default action restored) ends at once.
- */
-static void note_signal(int number)
-{
-    stop_signal = number;
-}
-
-/* Only rank 0 acts on a signal: mpiexec passes it to all ranks, and the others are told to stop. */
-static void install_signals(int rank)
-{
-    struct sigaction action = {.sa_flags = (int)(SA_RESETHAND | SA_RESTART)};
-    action.sa_handler = rank == 0 ? note_signal : SIG_IGN;
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
-    /* A reader that goes away or a file grown to its limit is an error of writing, told as such. */
-    action.sa_handler = SIG_IGN;
-    sigaction(SIGPIPE, &action, NULL);
-    sigaction(SIGXFSZ, &action, NULL);
-}
-
+/* MPI may be called from the main thread alone; mpiexec ends the others when a rank just leaves. */
 static void end_job(int status)
 {
+    if (gettid() != getpid()) _exit(status);
     MPI_Abort(MPI_COMM_WORLD, status);
 }
 
@@ -157,13 +138,22 @@ static int prepare(struct run *run, struct scene **block)
     if (!load_job(options->config, options->overrides, options->override_count, &run->job))
         return STATUS_INPUT;
     if (options->action == ACTION_PRINT_CONFIG) {
-        fputs(run->job.print, stdout);
+        char *text = print_job(&run->job);
+        if (!text) return STATUS_INPUT;
+        fputs(text, stdout);
+        free(text);
         return close_output();
     }
     struct view view = settings_view(&run->job.settings);
     if (!make_queue(run, &view)) return STATUS_INPUT;
     if (!outputs_writable(&run->job.settings, &view)) return STATUS_INPUT;
     *block = builder_finish(run->job.builder, &view);
+    const char *why;
+    if (!scene_valid(*block, (*block)->bytes, &why)) {
+        user_error(options->config, 0, "%s, expected a scene of ordinary size", why);
+        free(*block);
+        return STATUS_INPUT;
+    }
     describe_scene(&run->report, *block);
     run->report.time.load = clock_wall() - start;
     if (options->action != ACTION_CHECK) return -1;
@@ -202,17 +192,23 @@ static int conclude(struct run *run)
 static int report_stop(const struct run *run)
 {
     user_error(NULL, 0, "stopped by %s at %.0f %% of the tiles: no picture was written",
-               strsignal(stop_signal),
+               strsignal(*stop_signal()),
                100.0 * queue_tiles_finished(run->queue) / queue_tiles(run->queue));
     return STATUS_FAILED;
 }
 
 /* ---- the run ---- */
 
-static void render_own_tile(void *state, const struct tile *tile, float *rgb,
+static bool render_own_tile(void *state, const struct tile *tile, float *rgb,
                             struct render_counts *counts)
 {
-    renderer_tile(state, tile, rgb, counts);
+    return renderer_tile(state, tile, rgb, counts);
+}
+
+static bool is_stopped(void *unused)
+{
+    (void)unused;
+    return *stop_signal() != 0;
 }
 
 static void fill_report(struct run *run, const struct service *service,
@@ -249,9 +245,11 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
                               .canvas = &run->canvas,
                               .progress = &progress,
                               .own = run->job.settings.farm.master_renders ? &own : NULL,
-                              .stop = &stop_signal,
+                              .stop = stop_signal(),
                               .stats = run->stats};
     progress_start(&progress, stderr, clock_wall());
+    renderer_on_wave(renderer, is_stopped, NULL);
+    stop_is_served();
     bool complete = serve(&service);
     progress_end(&progress);
     if (!complete) return report_stop(run);
@@ -341,10 +339,11 @@ int main(int argc, char **argv)
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     MPI_Comm_size(MPI_COMM_WORLD, &run.processes);
     message_set_rank(rank, end_job);
-    install_signals(rank);
+    stop_install(rank);
     if (level < MPI_THREAD_FUNNELED) fatal("this MPI library does not support threads");
     status = agree_on_status(MPI_COMM_WORLD, run_rank(&run, rank));
     free_run(&run);
+    stop_watch_the_end(status);
     MPI_Finalize();
     return status;
 }

@@ -5,8 +5,6 @@
 const struct placement placement_identity = {
     .rotation = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .scale = 1, .translate = {0, 0, 0}};
 
-static const double pi = 3.14159265358979323846;
-
 static void sine_and_cosine(double degrees, double *sine, double *cosine)
 {
     static const double quarter_sines[] = {0, 1, 0, -1};
@@ -16,8 +14,8 @@ static void sine_and_cosine(double degrees, double *sine, double *cosine)
         *sine = quarter_sines[quarter];
         *cosine = quarter_sines[(quarter + 1) % 4];
     } else {
-        *sine = sin(turned * (pi / 180));
-        *cosine = cos(turned * (pi / 180));
+        *sine = sin(turned * (M_PI / 180));
+        *cosine = cos(turned * (M_PI / 180));
     }
 }
 

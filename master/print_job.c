@@ -1,5 +1,4 @@
-#include "master/print_job.h"
-
+/* The texts of --print-config and --help (declared in load.h). */
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,12 +8,24 @@
 #include "master/scene_sections.h"
 #include "master/text_file.h"
 
-/* inih's limit for a line, and what it takes for a comment. */
-static void print_entry(FILE *out, const char *key, const char *value, const char *config)
+/* Where the text goes, and whether it is one that can be read back. */
+struct printing {
+    FILE *out;
+    const char *config;
+    bool good;
+};
+
+/* Only the first value that cannot be written is told. */
+static void print_entry(struct printing *to, const char *key, const char *value)
 {
-    if (strlen(key) + 3 + strlen(value) > 198 || strstr(value, " ;") || strpbrk(value, "\n\r"))
-        user_warning(config, 0, "%s = %s cannot be read back from a file", key, value);
-    fprintf(out, "%s = %s\n", key, value);
+    if (to->good && !ini_can_hold(key, value)) {
+        user_error(to->config, 0,
+                   "%s = %s cannot be written in an INI file, expected less than 4096 bytes, no "
+                   "line end, no blank at an end and no ';' behind a blank",
+                   key, value);
+        to->good = false;
+    }
+    fprintf(to->out, "%s = %s\n", key, value);
 }
 
 static bool is_printed(const struct settings *settings, const struct key *key)
@@ -23,8 +34,8 @@ static bool is_printed(const struct settings *settings, const struct key *key)
     return key->type != VALUE_REGION || settings->image.region[2];
 }
 
-static void print_setting(FILE *out, const struct settings *settings, const struct key *key,
-                          const char *config)
+static void print_setting(struct printing *to, const struct settings *settings,
+                          const struct key *key)
 {
     char *value = key_format(key, settings);
     if (key->type == VALUE_TEXT && *value) {
@@ -32,23 +43,23 @@ static void print_setting(FILE *out, const struct settings *settings, const stru
         free(value);
         value = absolute;
     }
-    print_entry(out, key->name, value, config);
+    print_entry(to, key->name, value);
     free(value);
 }
 
-static void print_settings(FILE *out, const struct settings *settings, const char *config)
+static void print_settings(struct printing *to, const struct settings *settings)
 {
     for (size_t i = 0; i < SETTINGS_KEYS; i++) {
         const struct key *key = &settings_keys[i];
         if (i == 0 || strcmp(key->section, key[-1].section) != 0)
-            fprintf(out, "%s[%s]\n", i ? "\n" : "", key->section);
-        if (is_printed(settings, key)) print_setting(out, settings, key, config);
+            fprintf(to->out, "%s[%s]\n", i ? "\n" : "", key->section);
+        if (is_printed(settings, key)) print_setting(to, settings, key);
     }
 }
 
-static void print_section(FILE *out, const struct ini_section *section, const char *config)
+static void print_section(struct printing *to, const struct ini_section *section)
 {
-    fprintf(out, "\n[%s%s%s]\n", section->kind, *section->name ? " " : "", section->name);
+    fprintf(to->out, "\n[%s%s%s]\n", section->kind, *section->name ? " " : "", section->name);
     for (size_t i = 0; i < section->count; i++) {
         const struct ini_entry *entry = &section->entries[i];
         char *value = NULL;
@@ -57,23 +68,25 @@ static void print_section(FILE *out, const struct ini_section *section, const ch
             value = path_absolute(path);
             free(path);
         }
-        print_entry(out, entry->key, value ? value : entry->value, config);
+        print_entry(to, entry->key, value ? value : entry->value);
         free(value);
     }
 }
 
-char *print_job(const struct settings *settings, const struct ini *ini)
+char *print_job(const struct job *job)
 {
+    const struct ini *ini = job->document;
     char *text = NULL;
     size_t bytes = 0;
-    FILE *out = open_memstream(&text, &bytes);
-    if (!out) fatal("out of memory");
-    print_settings(out, settings, ini->file);
+    struct printing to = {open_memstream(&text, &bytes), ini->file, true};
+    if (!to.out) fatal("out of memory");
+    print_settings(&to, &job->settings);
     for (size_t i = 0; i < ini->count; i++)
-        if (!is_settings_section(ini->sections[i].kind))
-            print_section(out, &ini->sections[i], ini->file);
-    if (fclose(out) != 0) fatal("out of memory");
-    return text;
+        if (!is_settings_section(ini->sections[i].kind)) print_section(&to, &ini->sections[i]);
+    if (fclose(to.out) != 0) fatal("out of memory");
+    if (to.good) return text;
+    free(text);
+    return NULL;
 }
 
 /* ---- help ---- */

@@ -8,10 +8,11 @@
  *
  * schedule   who gets a tile
  * dynamic    whoever asks, square tiles row by row from the top. A renderer may hold two tiles, the
- *            second one waiting so that it never idles, until there are no more tiles than
- * renderers left. strips     the paper's: the rows divided by the renderers, one extra row each to
- * the first ones. A strip travels in bands of rows, but all of it belongs to its renderer. cyclic
- * pixel number i (row by row) belongs to renderer i mod renderers, again in bands.
+ *            second one waiting so that it never idles, until there are no more tiles than renderers
+ *            left.
+ * strips     the paper's: the rows divided by the renderers, one extra row each to the first ones.
+ *            A strip travels in bands of rows, but all of it belongs to its renderer.
+ * cyclic     pixel number i (row by row) belongs to renderer i mod renderers, again in bands.
  */
 #ifndef FARM_MASTER_QUEUE_H
 #define FARM_MASTER_QUEUE_H

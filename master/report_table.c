@@ -268,6 +268,21 @@ static void put_path(FILE *out, const char *label, const char *path)
     fputc('\n', out);
 }
 
+/* Busy time is wall time: where cores are shared it says more than was computed. */
+#define SHARED_CORE 0.9
+
+static void put_shared_cores(struct table *table, const struct report *report)
+{
+    double busy = 0, cpu = 0;
+    for (int i = 0; i < report->renderer_count; i++) {
+        busy += report->renderers[i].busy_s;
+        cpu += report->renderers[i].cpu_s;
+    }
+    if (cpu >= SHARED_CORE * busy) return;
+    flow(table, "CPU %.0f %% of busy: cores were shared", 100 * cpu / busy);
+    end_flow(table);
+}
+
 static void put_summary(struct table *table, const struct report *report,
                         const struct render_counts *counts)
 {
@@ -277,6 +292,7 @@ static void put_summary(struct table *table, const struct report *report,
     flow(table, "imbalance %.3f", balance.imbalance);
     flow(table, "tail %.3f s", balance.tail_s);
     end_flow(table);
+    put_shared_cores(table, report);
     put_rays(table, report, counts);
     if (counts->nonfinite) {
         flow(table, "%llu samples came out as NaN or infinity",

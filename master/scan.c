@@ -1,13 +1,12 @@
 #include "master/scan.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "common/number.h"
 
 struct scan scan_start(const char *text, const char *path, bool joins)
 {
-    static const char byte_order_mark[] = "\xef\xbb\xbf";
-    if (strncmp(text, byte_order_mark, 3) == 0) text += 3;
     return (struct scan){.at = text, .path = path, .line = 1, .joins = joins};
 }
 
@@ -69,6 +68,10 @@ bool scan_number(struct scan *scan, double *value)
     skip_blanks(scan);
     const char *end = number_scan(scan->at, value);
     if (!end || !ends_word(scan, end)) return false;
+    if (isinf(*value)) {
+        scan->too_large = true;
+        return false;
+    }
     scan->at = end;
     return true;
 }

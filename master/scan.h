@@ -13,8 +13,12 @@ struct scan {
     const char *at;   /* text ends with NUL */
     const char *path; /* for messages */
     long line;        /* number of the line that `at` is in */
+    bool too_large;   /* the last number that was refused is one, but no double holds it */
     bool joins;       /* a backslash at the end of a line joins the next one to it */
 };
+
+/* The end of a message about a number that is one, but too large (scan.too_large). */
+#define NUMBER_TOO_LARGE "a number is out of range, expected none beyond 1.79e308"
 
 struct scan scan_start(const char *text, const char *path, bool joins);
 

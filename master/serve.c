@@ -27,6 +27,9 @@ struct server {
     /* Main thread only. */
     uint32_t first_rank; /* of renderer 0 */
     uint32_t renderers, remote, left;
+    bool *told;    /* per renderer: that it is to stop */
+    bool *is_gone; /* per renderer: its statistics are here */
+    bool stopped;  /* by a signal: tiles may stay unfinished */
     int receives;
     size_t buffer_bytes;
     char *buffers[RECEIVES];
@@ -61,6 +64,14 @@ static void cancel_receives(struct server *server)
     }
 }
 
+static void tell_stop(struct server *server, uint32_t renderer)
+{
+    if (server->told[renderer]) return;
+    server->told[renderer] = true;
+    MPI_Send(NULL, 0, MPI_BYTE, (int)(server->first_rank + renderer), TAG_MASTER_TO_RENDERER_STOP,
+             server->service->comm);
+}
+
 /* Gives a remote renderer all the tiles that it may hold, or tells it that there are no more. */
 static void hand_out(struct server *server, uint32_t renderer)
 {
@@ -78,7 +89,7 @@ static void hand_out(struct server *server, uint32_t renderer)
                      service->comm);
     } while (more);
     /* A renderer with nothing to do gets nothing only when nothing is left for it. */
-    if (!holds_some) MPI_Send(NULL, 0, MPI_BYTE, rank, TAG_MASTER_TO_RENDERER_STOP, service->comm);
+    if (!holds_some) tell_stop(server, renderer);
 }
 
 /* A finished tile goes into the picture; the lock is held. */
@@ -119,9 +130,14 @@ static void take_stats(struct server *server, uint32_t renderer, const char *mes
     struct renderer_stats stats;
     if (bytes == sizeof stats) memcpy(&stats, message, sizeof stats);
     int rank = (int)(server->first_rank + renderer);
-    if (bytes != sizeof stats || !stats_message_valid(&stats, bytes, rank))
+    pthread_mutex_lock(&server->lock);
+    bool due = server->stopped || queue_holds(server->service->queue, renderer) == 0;
+    pthread_mutex_unlock(&server->lock);
+    if (bytes != sizeof stats || !stats_message_valid(&stats, bytes, rank) || !due ||
+        server->is_gone[renderer])
         fatal("renderer %u sent statistics that make no sense", renderer);
     server->service->stats[renderer] = stats;
+    server->is_gone[renderer] = true;
     server->left++;
 }
 
@@ -161,9 +177,15 @@ static bool own_next(struct server *server, struct tile *tile)
 {
     pthread_mutex_lock(&server->lock);
     bool more = queue_next(server->service->queue, 0, tile);
-    if (!more) server->own_done = true;
     pthread_mutex_unlock(&server->lock);
     return more;
+}
+
+static void own_leave(struct server *server)
+{
+    pthread_mutex_lock(&server->lock);
+    server->own_done = true;
+    pthread_mutex_unlock(&server->lock);
 }
 
 /* The second thread of rank 0. It takes tiles straight from the queue and never calls MPI. */
@@ -178,7 +200,7 @@ static void *render_own(void *argument)
     while (own_next(server, &tile)) {
         struct render_counts counts;
         double begin = clock_wall();
-        service->own->render(service->own->state, &tile, rgb, &counts);
+        if (!service->own->render(service->own->state, &tile, rgb, &counts)) break;
         double end = clock_wall();
         stats->busy_s += end - begin;
         stats->finish_s = end - server->start;
@@ -191,6 +213,7 @@ static void *render_own(void *argument)
     }
     stats->cpu_s = clock_thread_cpu() - cpu;
     free(rgb);
+    own_leave(server);
     return NULL;
 }
 
@@ -217,25 +240,25 @@ static bool all_left(struct server *server)
     return own_done && server->left == server->remote;
 }
 
-static void stop_queue(struct server *server)
+/* Nothing more is handed out, and what is in work is given up. */
+static void stop_all(struct server *server)
 {
+    server->stopped = true;
     pthread_mutex_lock(&server->lock);
     queue_stop(server->service->queue);
     pthread_mutex_unlock(&server->lock);
+    for (uint32_t i = server->renderers - server->remote; i < server->renderers; i++)
+        tell_stop(server, i);
 }
 
 static void serve_until_done(struct server *server)
 {
     struct nap nap = {0};
-    bool stopped = false;
     for (uint32_t i = server->renderers - server->remote; i < server->renderers; i++)
         hand_out(server, i);
     while (!all_left(server)) {
         bool busy = receive(server);
-        if (*server->service->stop && !stopped) {
-            stop_queue(server);
-            stopped = true;
-        }
+        if (*server->service->stop && !server->stopped) stop_all(server);
         show_progress(server);
         if (busy)
             nap_reset(&nap);
@@ -261,6 +284,8 @@ static void start_server(struct server *server, struct service *service)
     server->remote = (uint32_t)size - 1;
     server->renderers = server->remote + (service->own ? 1 : 0);
     server->first_rank = service->own ? 0 : 1;
+    server->told = allocate_zeroed(server->renderers, sizeof *server->told);
+    server->is_gone = allocate_zeroed(server->renderers, sizeof *server->is_gone);
     memset(service->stats, 0, server->renderers * sizeof *service->stats);
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
     post_receives(server);
@@ -284,6 +309,8 @@ bool serve(struct service *service)
     if (service->own) pthread_join(thread, NULL);
     cancel_receives(&server);
     pthread_mutex_destroy(&server.lock);
+    free(server.told);
+    free(server.is_gone);
     service->render_s = server.finished - server.start;
     service->master_cpu_s = clock_thread_cpu() - cpu;
     fill_waits(&server);

@@ -19,7 +19,7 @@ struct service {
     /* Renders tiles in a second thread of this process; NULL: rank 0 only serves. Renderer i of the
      * queue is then rank i, otherwise rank i + 1. */
     const struct tile_renderer *own;
-    const volatile sig_atomic_t *stop; /* not 0: hand out nothing more */
+    const volatile sig_atomic_t *stop; /* not 0: give up what is in work and leave */
 
     /* Results. */
     struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */

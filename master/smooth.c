@@ -7,8 +7,6 @@
 
 #include "common/message.h"
 
-static const double pi = 3.14159265358979323846;
-
 /* Corner c is corner c % 3 of triangle c / 3. */
 struct spoke {
     uint32_t neighbour; /* vertex at the other end of an edge that leaves the vertex in hand */
@@ -21,7 +19,9 @@ struct smoothing {
     size_t count;
     double least_cosine; /* of the angle between normals across a smooth edge */
     struct vec3 *faces;  /* unit normal of each triangle, 0 without area */
-    uint64_t *first;     /* corners of vertex v: list[first[v]] .. list[first[v + 1] - 1] */
+    uint32_t base;       /* lowest vertex that the triangles use */
+    size_t vertices;     /* from it to the highest one */
+    uint64_t *first;     /* corners of vertex base + v: list[first[v]] .. list[first[v + 1] - 1] */
     uint64_t *list;
     struct vec3 *normals; /* of each corner, not yet of unit length; 0: none */
     uint64_t *leader;     /* of each corner: the first corner of its group, which shares a normal */
@@ -47,18 +47,37 @@ static struct vec3 face_normal(const struct builder *builder, const struct trian
     return vec_normalize(normal);
 }
 
+/* The builder holds the vertices of all meshes so far; only those of this one are looked at. */
+static void find_vertices(struct smoothing *s)
+{
+    uint32_t low = UINT32_MAX, high = 0;
+    for (size_t i = 0; i < s->count; i++)
+        for (int k = 0; k < 3; k++) {
+            uint32_t v = s->triangles[i].vertex[k];
+            if (v < low) low = v;
+            if (v > high) high = v;
+        }
+    s->base = low;
+    s->vertices = s->count ? (size_t)(high - low) + 1 : 0;
+}
+
+/* Which of the mesh's vertices a corner lies on. */
+static size_t vertex_of(const struct smoothing *s, size_t corner)
+{
+    return s->triangles[corner / 3].vertex[corner % 3] - s->base;
+}
+
 /* A counting sort of corners by their vertex. */
 static void list_corners(struct smoothing *s)
 {
-    uint32_t vertices = builder_vertex_count(s->builder);
-    s->first = allocate_zeroed((size_t)vertices + 2, sizeof *s->first);
+    s->first = allocate_zeroed(s->vertices + 2, sizeof *s->first);
     s->list = allocate(3 * s->count, sizeof *s->list);
     for (size_t c = 0; c < 3 * s->count; c++)
-        s->first[s->triangles[c / 3].vertex[c % 3] + 2]++;
-    for (size_t v = 2; v < (size_t)vertices + 2; v++)
+        s->first[vertex_of(s, c) + 2]++;
+    for (size_t v = 2; v < s->vertices + 2; v++)
         s->first[v] += s->first[v - 1];
     for (size_t c = 0; c < 3 * s->count; c++)
-        s->list[s->first[s->triangles[c / 3].vertex[c % 3] + 1]++] = c;
+        s->list[s->first[vertex_of(s, c) + 1]++] = c;
 }
 
 /* The angle of a triangle at one of its corners, radians. */
@@ -202,12 +221,13 @@ static void prepare(struct smoothing *s)
     s->faces = allocate(s->count, sizeof *s->faces);
     for (size_t i = 0; i < s->count; i++)
         s->faces[i] = face_normal(s->builder, &s->triangles[i]);
+    find_vertices(s);
     list_corners(s);
     s->normals = allocate_zeroed(3 * s->count, sizeof *s->normals);
     s->leader = allocate(3 * s->count, sizeof *s->leader);
     s->indices = allocate(3 * s->count, sizeof *s->indices);
     memset(s->indices, 0xff, 3 * s->count * sizeof *s->indices);
-    for (size_t v = 0; v < builder_vertex_count(s->builder); v++)
+    for (size_t v = 0; v < s->vertices; v++)
         average_vertex(s, s->list + s->first[v], s->first[v + 1] - s->first[v]);
 }
 
@@ -217,7 +237,7 @@ const char *add_smooth_triangles(struct builder *builder, const struct triangle 
     struct smoothing s = {.builder = builder,
                           .triangles = triangles,
                           .count = count,
-                          .least_cosine = cos(crease * (pi / 180))};
+                          .least_cosine = cos(crease * (M_PI / 180))};
     const char *why = NULL;
     if (crease > 0) prepare(&s);
     for (size_t i = 0; i < count && !why; i++)

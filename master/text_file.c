@@ -30,19 +30,9 @@ static int open_regular(const char *path, size_t *bytes)
     return -1;
 }
 
-/* Reads until the end or size bytes; the number read, or -1. */
-static ssize_t read_all(int file, char *text, size_t size)
-{
-    size_t done = 0;
-    while (done < size) {
-        ssize_t got = read(file, text + done, size - done);
-        if (got < 0 && errno == EINTR) continue;
-        if (got < 0) return -1;
-        if (got == 0) break;
-        done += (size_t)got;
-    }
-    return (ssize_t)done;
-}
+/* What is read at a time, and looked through for a NUL: a file of something else ends the reading
+ * before much memory is asked for. */
+#define CHUNK ((size_t)1 << 20)
 
 static long line_of(const char *text, const char *at)
 {
@@ -52,24 +42,49 @@ static long line_of(const char *text, const char *at)
     return line;
 }
 
+/* Makes room for a chunk more, and a NUL, of at most size bytes in all; gives the chunk's size. */
+static size_t make_room(struct text_file *file, size_t *room, size_t size)
+{
+    if (file->bytes == *room) {
+        *room = *room ? 2 * *room : CHUNK;
+        if (*room > size) *room = size;
+        file->text = reallocate(file->text, *room + 1, 1);
+    }
+    size_t left = *room - file->bytes;
+    return left < CHUNK ? left : CHUNK;
+}
+
+/* Reads until the end or size bytes; what was read stays in file in any case. */
 static bool read_open(const char *path, int descriptor, size_t size, struct text_file *file)
 {
-    char *text = allocate(size + 1, 1);
-    ssize_t got = read_all(descriptor, text, size);
-    if (got < 0) {
-        user_error(path, 0, "cannot be read: %s", strerror(errno));
-        free(text);
-        return false;
+    size_t room = 0, chunk;
+    while ((chunk = make_room(file, &room, size)) > 0) {
+        char *end = file->text + file->bytes;
+        ssize_t got = read(descriptor, end, chunk);
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) {
+            user_error(path, 0, "cannot be read: %s", strerror(errno));
+            return false;
+        }
+        if (got == 0) break;
+        const char *nul = memchr(end, '\0', (size_t)got);
+        if (nul) {
+            user_error(path, line_of(file->text, nul), "a NUL byte, expected plain text");
+            return false;
+        }
+        file->bytes += (size_t)got;
     }
-    text[got] = '\0';
-    const char *nul = memchr(text, '\0', (size_t)got);
-    if (nul) {
-        user_error(path, line_of(text, nul), "a NUL byte, expected plain text");
-        free(text);
-        return false;
-    }
-    *file = (struct text_file){text, (size_t)got};
+    file->text[file->bytes] = '\0';
     return true;
+}
+
+/* Some editors mark a file as UTF-8 by these bytes at its start. */
+static void drop_byte_order_mark(struct text_file *file)
+{
+    static const char mark[] = "\xef\xbb\xbf";
+    if (strncmp(file->text, mark, 3) != 0) return;
+    file->bytes -= 3;
+    memmove(file->text, file->text + 3, file->bytes + 1);
 }
 
 bool text_file_read(const char *path, size_t max_bytes, struct text_file *file)
@@ -77,12 +92,17 @@ bool text_file_read(const char *path, size_t max_bytes, struct text_file *file)
     size_t size;
     int descriptor = open_regular(path, &size);
     if (descriptor < 0) return false;
+    *file = (struct text_file){0};
     bool good = size <= max_bytes;
     if (good)
         good = read_open(path, descriptor, size, file);
     else
         user_error(path, 0, "has %zu bytes, expected at most %zu", size, max_bytes);
     close(descriptor);
+    if (good)
+        drop_byte_order_mark(file);
+    else
+        text_file_free(file);
     return good;
 }
 

@@ -10,7 +10,10 @@ struct text_file {
     size_t bytes;
 };
 
-/* Reads a regular file of at most max_bytes; false after saying why not (user_error). */
+/*
+ * Reads a regular file of at most max_bytes, without a byte order mark; false after saying why not
+ * (user_error).
+ */
 bool text_file_read(const char *path, size_t max_bytes, struct text_file *file);
 void text_file_free(struct text_file *file);
 

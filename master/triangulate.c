@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "common/message.h"
 
@@ -15,8 +16,9 @@ struct corner {
     bool cut;    /* no longer part of the outline */
 };
 
-/* How often all ears are looked for again when none is left, before one is cut off by force. */
-#define RECOUNTS 4
+/* Areas (the polygon has a size of about 1) that rounding may have turned over: a few thousand
+ * units of DBL_EPSILON. They are nothing to complain about. */
+#define ROUNDING 1e-12
 
 static double turn_of(const struct corner *a, const struct corner *b, const struct corner *c)
 {
@@ -43,35 +45,41 @@ static int size_exponent(const struct vec3 *polygon, size_t count)
     return exponent + 1;
 }
 
-static struct vec3 shrink(struct vec3 point, struct vec3 origin, int exponent)
+/* The corners relative to the first one, in that size. */
+static void shrink(const struct vec3 *polygon, size_t count, struct vec3 *points)
 {
-    struct vec3 p =
-        vec3(ldexp(point.x, -exponent), ldexp(point.y, -exponent), ldexp(point.z, -exponent));
-    struct vec3 o =
-        vec3(ldexp(origin.x, -exponent), ldexp(origin.y, -exponent), ldexp(origin.z, -exponent));
-    return vec_sub(p, o);
+    int exponent = size_exponent(polygon, count);
+    /* In two steps, as the whole factor may lie outside of the range of double. */
+    double first = ldexp(1, -exponent / 2), second = ldexp(1, -exponent - -exponent / 2);
+    struct vec3 origin = vec_scale(vec_scale(polygon[0], first), second);
+    for (size_t i = 0; i < count; i++)
+        points[i] = vec_sub(vec_scale(vec_scale(polygon[i], first), second), origin);
 }
 
 /* Newell's normal: its components are twice the areas of the polygon's shadows along the axes. */
-static struct vec3 newell_normal(const struct vec3 *polygon, size_t count, int exponent)
+static struct vec3 newell_normal(const struct vec3 *points, size_t count)
 {
     struct vec3 normal = vec3(0, 0, 0);
-    struct vec3 a = shrink(polygon[count - 1], polygon[0], exponent);
+    struct vec3 a = points[count - 1];
     for (size_t i = 0; i < count; i++) {
-        struct vec3 b = shrink(polygon[i], polygon[0], exponent);
-        normal = vec_add(normal, vec_cross(a, b));
-        a = b;
+        normal = vec_add(normal, vec_cross(a, points[i]));
+        a = points[i];
     }
     return normal;
 }
 
-static void project(const struct vec3 *polygon, size_t count, struct corner *corners)
+/* Twice the area of a triangle of corners, as a vector across it. */
+static struct vec3 triangle_normal(const struct vec3 *points, const uint32_t t[3])
 {
-    int exponent = size_exponent(polygon, count);
-    struct vec3 n = newell_normal(polygon, count, exponent);
+    return vec_cross(vec_sub(points[t[1]], points[t[0]]), vec_sub(points[t[2]], points[t[0]]));
+}
+
+static void project(const struct vec3 *points, size_t count, struct corner *corners)
+{
+    struct vec3 n = newell_normal(points, count);
     struct vec3 size = vec3(fabs(n.x), fabs(n.y), fabs(n.z));
     for (size_t i = 0; i < count; i++) {
-        struct vec3 p = shrink(polygon[i], polygon[0], exponent);
+        struct vec3 p = points[i];
         struct corner *c = &corners[i];
         double sense;
         if (size.x >= size.y && size.x >= size.z)
@@ -172,13 +180,18 @@ static uint32_t cut(struct triangulation *out, uint32_t index)
     return corner->prev;
 }
 
+/* A corner that is no ear gives a triangle all the same, so that no hole is left, unless there is
+ * nothing to it. */
 static void emit(struct triangulation *out, uint32_t index)
 {
     const struct corner *corner = &out->corners[index];
-    uint32_t *triangle = out->triangles[out->count++];
-    triangle[0] = corner->prev;
-    triangle[1] = index;
-    triangle[2] = corner->next;
+    const uint32_t triangle[3] = {corner->prev, index, corner->next};
+    if (!corner->ear) {
+        struct vec3 normal = triangle_normal(out->points, triangle);
+        if (vec_is_zero(normal)) return;
+        if (corner->turn != 0 && vec_length(normal) > ROUNDING) out->improper = true;
+    }
+    memcpy(out->triangles[out->count++], triangle, sizeof triangle);
 }
 
 static bool find_ear(const struct corner *corners, uint32_t *at)
@@ -210,34 +223,61 @@ static void clip(struct triangulation *out, size_t count)
 {
     struct corner *corners = out->corners;
     uint32_t at = 0;
-    int recounts = RECOUNTS;
+    project(out->points, count, corners);
     out->blocker_count = 0;
     for (uint32_t i = 0; i < count; i++)
         measure(out, i);
     judge_all(out, at);
     for (size_t left = count; left >= 3; left--) {
-        bool found = find_ear(corners, &at);
-        if (!found && recounts-- > 0) {
-            judge_all(out, at);
-            found = find_ear(corners, &at);
-        }
-        if (!found) at = find_worst(corners, at);
-        if (corners[at].turn > 0) emit(out, at);
+        if (!find_ear(corners, &at)) at = find_worst(corners, at);
+        emit(out, at);
         /* Going on at the corner after next keeps the triangles of a round outline from becoming a
          * fan of slivers. */
         at = corners[corners[cut(out, at)].next].next;
     }
 }
 
+/* ---- polygons of four corners ---- */
+
+/* The lesser of two triangles' shares in the area that is seen along the normal; < 0: one of them
+ * faces the other way. */
+static double least_share(const struct vec3 *points, const uint32_t t[2][3], struct vec3 normal)
+{
+    return fmin(vec_dot(triangle_normal(points, t[0]), normal),
+                vec_dot(triangle_normal(points, t[1]), normal));
+}
+
+/*
+ * Cuts along the diagonal that leaves both halves facing the way of the whole. Unlike ears, which
+ * are looked for in the polygon's shadow, this is right for the bent quads of height fields too,
+ * and always gives two triangles.
+ */
+static void split(struct triangulation *out)
+{
+    static const uint32_t halves[2][2][3] = {{{3, 0, 1}, {1, 2, 3}}, {{0, 1, 2}, {0, 2, 3}}};
+    struct vec3 normal = newell_normal(out->points, 4);
+    double first = least_share(out->points, halves[0], normal);
+    double second = least_share(out->points, halves[1], normal);
+    bool use_first = first > ROUNDING || first > second;
+    memcpy(out->triangles, halves[use_first ? 0 : 1], sizeof halves[0]);
+    out->count = 2;
+    /* A bow tie as wide on both sides has no normal. */
+    out->improper = (first < -ROUNDING && second < -ROUNDING) ||
+                    (vec_length(normal) <= ROUNDING &&
+                     vec_length(triangle_normal(out->points, halves[1][0])) > ROUNDING);
+}
+
 const char *triangulate(const struct vec3 *polygon, size_t count, struct triangulation *out)
 {
     out->count = 0;
+    out->improper = false;
     if (count < 3) return "a polygon needs at least 3 corners";
     if (count > POLYGON_MAX_CORNERS)
         return "the polygon has too many corners, at most 20000 are possible";
     if (count > out->capacity) {
         out->capacity = count;
         out->blockers = reallocate(out->blockers, count, sizeof *out->blockers);
+        out->points = reallocate(out->points, count, sizeof *out->points);
         out->corners = reallocate(out->corners, count, sizeof *out->corners);
         out->triangles = reallocate(out->triangles, count, sizeof *out->triangles);
     }
@@ -247,14 +287,18 @@ const char *triangulate(const struct vec3 *polygon, size_t count, struct triangu
         out->count = 1;
         return NULL;
     }
-    project(polygon, count, out->corners);
-    clip(out, count);
+    shrink(polygon, count, out->points);
+    if (count == 4)
+        split(out);
+    else
+        clip(out, count);
     return NULL;
 }
 
 void triangulation_free(struct triangulation *triangulation)
 {
     free(triangulation->blockers);
+    free(triangulation->points);
     free(triangulation->corners);
     free(triangulation->triangles);
     *triangulation = (struct triangulation){0};

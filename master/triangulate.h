@@ -5,6 +5,7 @@
 #ifndef FARM_MASTER_TRIANGULATE_H
 #define FARM_MASTER_TRIANGULATE_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -17,6 +18,8 @@
 struct triangulation {
     uint32_t (*triangles)[3]; /* indices of corners, in the polygon's sense of rotation */
     size_t count;
+    bool improper;       /* some triangles overlap or face the other way: no cut was a good one */
+    struct vec3 *points; /* the polygon in a size of about 1 */
     struct corner *corners;
     uint32_t *blockers; /* corners that are not convex */
     size_t blocker_count;
@@ -26,10 +29,15 @@ struct triangulation {
 /*
  * A simple polygon, concave or not, flat or nearly so (it is seen along the axis in which it is
  * largest). Corners may coincide, lie on a line, or touch each other where a hole is joined to the
- * outline. A polygon that crosses itself gives some triangles; one without area may give none.
+ * outline. There are two triangles less than corners, but for those without area, which only
+ * polygons of three or four corners give; a polygon that crosses itself is improper.
  * Returns NULL, or a constant text that says what is wrong.
  */
 const char *triangulate(const struct vec3 *polygon, size_t count, struct triangulation *out);
+
+/* A warning about a polygon whose triangulation is improper. */
+#define IMPROPER_POLYGON                                                                           \
+    "a polygon crosses itself or is bent so far that its triangles overlap, expected flat ones"
 
 void triangulation_free(struct triangulation *triangulation);
 

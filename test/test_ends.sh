@@ -26,7 +26,8 @@ for n in 0 3; do
     head_run() {
         { timeout 60 sh -c "$STARTER $FARM $SCENE output.image=h$n.png; echo \$? >status" |
             head -n 1 >first; } 2>err
-        [ -s first ] && [ -s "h$n.png" ]
+        cat err first
+        [ -s first ] && [ -s "h$n.png" ] && [ -s status ] && [ "$(wc -l <err)" -le 1 ]
     }
     check "piped into head, -n $n" head_run
 

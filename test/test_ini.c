@@ -70,28 +70,68 @@ static void test_form_mistakes(void **state)
     memset(name, 'x', sizeof name);
     snprintf(text, sizeof text, "[%.50s]\n", name);
     refused(state, text, "scene.ini:1: the section's name is too long, expected at most 49 bytes");
-    snprintf(text, sizeof text, "[image]\nwidth = %200d\n", 5);
-    refused(state, text, "scene.ini:2: the line is too long, expected at most 198 bytes");
+    char *long_text = allocate(5000, 1);
+    snprintf(long_text, 5000, "[image]\nwidth = %4200d\n", 5);
+    refused(state, long_text, "scene.ini:2: the line is too long, expected at most 4096 bytes");
+    snprintf(long_text, 5000, "[image]\n%0300d = 5\n", 5);
+    refused(state, long_text, "scene.ini:2: the key's name is too long, expected at most 49 bytes");
+    snprintf(long_text, 5000, "[image]\nwidth 5 ; = %300d\n", 5);
+    refused(state, long_text, "scene.ini:2: expected 'key = value', a [section] or a comment");
+    snprintf(long_text, 5000, "[image]\n = %0300d\n", 5);
+    refused(state, long_text, "scene.ini:2: a value without a key, expected 'key = value'");
+    free(long_text);
     scratch_write_bytes("scene.ini", "[image]\nwid\0th = 3\n", 19);
     scratch_refused(*state, "scene.ini", NULL, "scene.ini:2: a NUL byte, expected plain text");
 }
 
-/* The longest lines and names that are allowed reach inih whole. */
-static void test_longest_line(void **state)
+/* Lines around the length that inih takes, and the longest ones: all are read alike. */
+static void test_long_lines(void **state)
 {
     (void)state;
-    char text[800], name[50], value[199];
+    char text[20000], name[50], value[4200];
     memset(name, 'n', 47);
     name[47] = '\0';
-    memset(value, 'v', 194);
-    value[194] = '\0';
-    snprintf(text, sizeof text, "[a %s]\n     k = %s     \n; %s%s\n", name, value, value, value);
-    scratch_write("long.ini", text);
-    struct ini ini;
-    assert_true(ini_load("long.ini", &ini));
-    assert_string_equal(ini.sections[0].name, name);
-    assert_string_equal(ini_entry(&ini.sections[0], "k")->value, value);
-    ini_free(&ini);
+    for (int length = 180; length <= 4092; length += length < 210 ? 1 : 647) {
+        memset(value, 'v', sizeof value);
+        value[length] = '\0';
+        /* Not a comment, and not a key and value of their own. */
+        memcpy(value + 100, ";=:", 3);
+        snprintf(
+            text, sizeof text,
+            "[a %s] ; %.3000s\n     k = %s     \nshort = %.100s ; %.*s\n; %s\nlast: %.100s;%.50s\n",
+            name, value, value, value, length - 150, value, value, value, value);
+        scratch_write("long.ini", text);
+        struct ini ini;
+        assert_true(ini_load("long.ini", &ini));
+        assert_string_equal(ini.sections[0].name, name);
+        const struct ini_section *section = &ini.sections[0];
+        assert_string_equal(ini_entry(section, "k")->value, value);
+        assert_int_equal(strlen(ini_entry(section, "short")->value), 100);
+        assert_int_equal(ini_entry(section, "last")->line, 5);
+        assert_int_equal(strlen(ini_entry(section, "last")->value), 151);
+        ini_free(&ini);
+    }
+}
+
+/* The same texts as short lines and as ones that inih does not see whole. */
+static void test_comments_in_long_lines(void **state)
+{
+    (void)state;
+    static const char *const values[] = {"a;b", "a ;b",  "a\t; b", ";b",   " ;b",
+                                         "a;",  "a = b", "",       "\"a\""};
+    for (size_t i = 0; i < sizeof values / sizeof *values; i++) {
+        char text[2000];
+        snprintf(text, sizeof text, "[a]\nk =%s\n[b]\nk =%s%300s; %0300d\n", values[i], values[i],
+                 "", 0);
+        scratch_write("long.ini", text);
+        struct ini ini;
+        assert_true(ini_load("long.ini", &ini));
+        assert_string_equal(ini_entry(&ini.sections[0], "k")->value,
+                            ini_entry(&ini.sections[1], "k")->value);
+        assert_true(ini_can_hold("k", ini_entry(&ini.sections[0], "k")->value) ||
+                    values[i][0] == ';');
+        ini_free(&ini);
+    }
 }
 
 static void test_unknown_names(void **state)
@@ -164,7 +204,7 @@ static void test_bad_combinations(void **state)
     refused(state, "[camera]\neye = 0 5 0\nlook_at = 0 0 0\n",
             "scene.ini:2: up lies along the direction of view, expected another direction");
     refused(state, "[camera]\neye = 0 0 5\nlook_at = 0 0 0\nup = 0 0 0\n",
-            "scene.ini:4: up is zero, expected a direction");
+            "scene.ini:4: up is zero or not finite, expected a direction");
     refused(state, "[camera]\neye = 1e308 0 0\nlook_at = -1e308 0 0\n",
             "scene.ini:2: eye and look_at are too far apart, expected a finite distance");
     refused(state, "[background]\ncolor = 0 0 0\ntop = 1 1 1\n",
@@ -176,10 +216,30 @@ static void test_bad_combinations(void **state)
             "scene.ini:2: image is empty, expected the name of a file");
 }
 
+/* What a file makes us say cannot steer the terminal: C0 and C1 controls, stray bytes. */
+static void test_messages_are_printable(void **state)
+{
+    refused(state,
+            "[sphere]\n\x1b[1m\xc2\x9b_\xc3\xa4_\xe2\x82\xac_\xf0\x9f\x8c\x8d_\x9b_\xc3(_"
+            "\xed\xa0\x80_\xe2\x82 = 1\n",
+            "scene.ini:2: unknown key "
+            "'?[1m??_\xc3\xa4_\xe2\x82\xac_\xf0\x9f\x8c\x8d_?_?(_\?\?\?_\?\?' in "
+            "[sphere], expected one of center radius material");
+}
+
 static void test_files_that_are_none(void **state)
 {
     scratch_refused(*state, "none.ini", NULL,
                     "none.ini: cannot be opened: No such file or directory");
+    scratch_refused(*state, "none.obj", NULL,
+                    "none.obj: cannot be opened: No such file or directory");
+    scratch_refused(*state, "none.nff", NULL,
+                    "none.nff: cannot be opened: No such file or directory");
+    /* A sparse file of 3 GB: nobody waits for it to be read. */
+    scratch_write("big.obj", "v 0 0 0\n");
+    assert_int_equal(truncate("big.obj", (off_t)3 << 30), 0);
+    scratch_refused(*state, "big.obj", NULL, "big.obj:2: a NUL byte, expected plain text");
+    unlink("big.obj");
     assert_int_equal(mkdir("folder.ini", 0700), 0);
     scratch_refused(*state, "folder.ini", NULL, "folder.ini: is a folder, expected a file");
     assert_int_equal(mkfifo("pipe.ini", 0600), 0);
@@ -253,6 +313,55 @@ static void test_includes(void **state)
     free(scene);
 }
 
+/* Inner first, then outer: each shift is scaled and turned by what lies around it. */
+static void test_nested_placement(void **state)
+{
+    scratch_write("leaf.ini", "[sphere]\ncenter = 1 2 3\nradius = 1\n");
+    scratch_write("middle.ini", "[include]\nfile = leaf.ini\ntranslate = 10 0 0\nscale = 3\n"
+                                "rotate = 0 0 90\n");
+    struct scene *scene = loaded(state, "[include]\nfile = middle.ini\ntranslate = 0 100 0\n"
+                                        "scale = 2\nrotate = 90 0 0\n" LIGHT);
+    /* (1 2 3) -> (-2 1 3) * 3 + (10 0 0) = (4 3 9) -> (4 -9 3) * 2 + (0 100 0) */
+    const struct sphere *sphere = scene_spheres(scene);
+    assert_true(sphere->center.x == 8 && sphere->center.y == 82 && sphere->center.z == 6);
+    assert_true(sphere->radius == 6);
+    free(scene);
+}
+
+/* Sixteen levels of two each are as many includes as there may be; one more is refused. */
+static void test_include_count_limit(void **state)
+{
+    for (int i = 0; i < 16; i++) {
+        char name[32], text[128];
+        snprintf(name, sizeof name, "twice%d.ini", i);
+        snprintf(text, sizeof text,
+                 "[include]\nfile = twice%d.ini\n[include]\nfile = twice%d.ini\n", i + 1, i + 1);
+        scratch_write(name, text);
+    }
+    scratch_write("twice16.ini", "");
+    struct scratch *s = *state;
+    struct job job;
+    assert_false(scratch_load(s, "twice0.ini", NULL, &job));
+    assert_non_null(strstr(s->said, "too many files are included, at most 65536 are possible"));
+    assert_true(scratch_load(s, "twice4.ini", NULL, &job));
+    job_free(&job);
+}
+
+/* Directions near the ends of the range of double. */
+static void test_extreme_normals(void **state)
+{
+    static const char *const normals[] = {"0 1e-320 0", "0 4.9e-324 0", "0 1.7e308 0",
+                                          "1.7e308 -1.7e308 1.7e308", "1e-160 3e-162 0"};
+    for (size_t i = 0; i < sizeof normals / sizeof *normals; i++) {
+        char text[300];
+        snprintf(text, sizeof text,
+                 "[plane]\npoint = 0 0 0\nnormal = %s\n"
+                 "[disc]\ncenter = 0 0 0\nradius = 1\nnormal = %s\n" LIGHT,
+                 normals[i], normals[i]);
+        free(loaded(state, text));
+    }
+}
+
 /* The triangles of a turned box: its volume by the divergence theorem is positive and right. */
 static void test_turned_box_faces_outward(void **state)
 {
@@ -303,16 +412,21 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_form),
         cmocka_unit_test(test_form_mistakes),
-        cmocka_unit_test(test_longest_line),
+        cmocka_unit_test(test_long_lines),
+        cmocka_unit_test(test_comments_in_long_lines),
         cmocka_unit_test(test_unknown_names),
         cmocka_unit_test(test_bad_values),
         cmocka_unit_test(test_bad_combinations),
+        cmocka_unit_test(test_messages_are_printable),
         cmocka_unit_test(test_files_that_are_none),
         cmocka_unit_test(test_objects),
         cmocka_unit_test(test_warnings),
         cmocka_unit_test(test_includes),
         cmocka_unit_test(test_turned_box_faces_outward),
         cmocka_unit_test(test_include_mistakes),
+        cmocka_unit_test(test_nested_placement),
+        cmocka_unit_test(test_include_count_limit),
+        cmocka_unit_test(test_extreme_normals),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
 }

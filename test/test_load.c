@@ -149,12 +149,17 @@ static void check_round_trip(void **state, const char *name, const char *overrid
     struct scene *first = scratch_scene(*state, name, override);
     struct job job = load(state, name, override);
     mkdir("elsewhere", 0700);
-    scratch_write("elsewhere/printed.ini", job.print);
+    char *printed = print_job(&job);
+    assert_non_null(printed);
+    scratch_write("elsewhere/printed.ini", printed);
     struct scene *second = scratch_scene(*state, "elsewhere/printed.ini", NULL);
     assert_int_equal(first->bytes, second->bytes);
     assert_memory_equal(first, second, first->bytes);
     struct job again = load(state, "elsewhere/printed.ini", NULL);
-    assert_string_equal(job.print, again.print);
+    char *printed_again = print_job(&again);
+    assert_string_equal(printed, printed_again);
+    free(printed);
+    free(printed_again);
     assert_memory_equal(&job.settings.farm, &again.settings.farm, sizeof job.settings.farm);
     job_free(&job);
     job_free(&again);
@@ -181,6 +186,101 @@ static void test_print_round_trip(void **state)
     check_round_trip(state, "all.ini", "render.cutoff=1e-7");
 }
 
+/* What could not be read back the same is not printed at all. */
+static void test_unprintable_values(void **state)
+{
+    struct scratch *s = *state;
+    static const char *const overrides[] = {"output.image=a\t;b.png", "output.image=a ;b.png",
+                                            "output.image=/;\r\n.png", "output.image=a\nb.png"};
+    scratch_write("scene.ini", "[light]\nposition = 0 0 0\n[sphere]\ncenter = 0 0 0\nradius = 1\n"
+                               "[material ; odd]\ncolor = 0 0 0\n");
+    scratch_refused(s, "scene.ini", NULL,
+                    "scene.ini:6: a section without its ']', expected [kind] or [kind name]");
+    scratch_write("scene.ini", "[light]\nposition = 0 0 0\n[sphere]\ncenter = 0 0 0\nradius = 1\n"
+                               "material = m\n[material m]\n");
+    for (size_t i = 0; i < 4; i++) {
+        struct job job = load(state, "scene.ini", overrides[i]);
+        message_capture(s->said, sizeof s->said);
+        assert_null(print_job(&job));
+        message_capture(NULL, 0);
+        assert_non_null(strstr(s->said, "cannot be written in an INI file"));
+        assert_ptr_equal(strchr(s->said, '\n'), s->said + strlen(s->said) - 1);
+        job_free(&job);
+    }
+    char *path = allocate(5000, 1);
+    snprintf(path, 5000, "output.image=%04500d.png", 1);
+    struct job job = load(state, "scene.ini", path);
+    message_capture(s->said, sizeof s->said);
+    assert_null(print_job(&job));
+    message_capture(NULL, 0);
+    job_free(&job);
+    path[13 + 300] = '\0';
+    strcat(path, ";.png");
+    check_round_trip(state, "scene.ini", path);
+    free(path);
+}
+
+/* Nothing but what is refused may stop a scene with numbers near the ends of their range. */
+static void test_extreme_cameras(void **state)
+{
+#define FAR_SCENE(camera)                                                                          \
+    "[light]\nposition = 0 0 0\n[sphere]\ncenter = 0 0 0\nradius = 1\n[camera]\n" camera
+    static const char *const good[] = {
+        FAR_SCENE("eye = 0 0 9\nlook_at = 0 0 0\nup = 0 1e-320 0\n"),
+        FAR_SCENE("eye = 0 0 9\nlook_at = 0 0 0\nup = 1.7e308 1.7e308 1.7e308\n"),
+        FAR_SCENE("eye = 0 1e-322 1e-320\nlook_at = 0 0 0\n"),
+        FAR_SCENE("eye = 1.7e308 1.7e308 1.7e308\nlook_at = 0 0 0\n"),
+        FAR_SCENE("eye = 0 0 9\nlook_at = 0 0 0\nfov = 1e-300\n"),
+        FAR_SCENE("eye = 0 0 9\nlook_at = 0 0 0\nfov = 179.99999999999997\n"),
+    };
+    for (size_t i = 0; i < sizeof good / sizeof *good; i++) {
+        scratch_write("far.ini", good[i]);
+        free(scratch_scene(*state, "far.ini", NULL));
+    }
+    scratch_write("far.ini", FAR_SCENE("eye = 0 0 9\nlook_at = 0 0 0\nfov = 1e-323\n"));
+    scratch_refused(*state, "far.ini", NULL,
+                    "far.ini:9: fov is too close to 0 or 180, expected an angle between them");
+    scratch_write("far.ini", "[light]\nposition = 0 0 0\n"
+                             "[sphere]\ncenter = 1.7e308 0 0\nradius = 1.7e308\n");
+    scratch_refused(*state, "far.ini", NULL,
+                    "far.ini: the scene is too large or too small for an eye to be placed, "
+                    "expected camera.eye and camera.look_at");
+    scratch_write("far.obj", "v 1.6e308 0 0\nv 1e307 1e308 0\nv 0 0 1e308\nf 1 2 3\n");
+    scratch_refused(*state, "far.obj", NULL,
+                    "far.obj: the scene is too large or too small for an eye to be placed, "
+                    "expected camera.eye and camera.look_at");
+    scratch_write("far.obj", "v 1e307 0 0\nv 1e307 1e307 0\nv 0 0 1e307\nf 1 2 3\n");
+    struct scratch *s = *state;
+    char first[] = "camera.eye=0 0 1.7e308", second[] = "camera.look_at=0 0 0";
+    char *overrides[] = {first, second};
+    struct job job;
+    message_capture(s->said, sizeof s->said);
+    assert_false(load_job("far.obj", overrides, 2, &job));
+    message_capture(NULL, 0);
+    assert_string_equal(s->said, "far.obj: there is no room for lights around it, expected a "
+                                 "smaller scene\n");
+}
+
+/* In front is +z where up is y; the key light is the one on the right, and it is the stronger. */
+static void test_sides_of_the_automatic_view(void **state)
+{
+    scratch_write("front.obj", "v -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    struct scene *scene = scratch_scene(*state, "front.obj", NULL);
+    const struct camera *camera = &scene->view.camera;
+    const struct light *lights = scene_lights(scene);
+    assert_true(camera->eye.z > 0 && camera->eye.x > 0 && camera->eye.y > 0.5);
+    assert_true(camera->eye.z > camera->eye.x);
+    assert_int_equal(scene->lights.count, 2);
+    assert_true(vec_dot(vec_sub(lights[0].position, camera->eye), camera->right) > 0);
+    assert_true(vec_dot(vec_sub(lights[1].position, camera->eye), camera->right) < 0);
+    assert_true(vec_dot(vec_sub(lights[0].position, camera->eye), camera->down) < 0);
+    assert_true(vec_max(lights[0].color) > 2 * vec_max(lights[1].color));
+    free(scene);
+    scene = scratch_scene(*state, "front.obj", "camera.up=0 0 1");
+    assert_true(scene->view.camera.eye.y < 0 && scene->view.camera.eye.z > 0);
+    free(scene);
+}
+
 static void test_help_lists_all_keys(void **state)
 {
     (void)state;
@@ -199,10 +299,17 @@ static void test_help_lists_all_keys(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_overrides),        cmocka_unit_test(test_overrides_in_order),
-        cmocka_unit_test(test_bad_overrides),    cmocka_unit_test(test_output_names),
-        cmocka_unit_test(test_automatic_camera), cmocka_unit_test(test_view_follows_settings),
-        cmocka_unit_test(test_print_round_trip), cmocka_unit_test(test_help_lists_all_keys),
+        cmocka_unit_test(test_overrides),
+        cmocka_unit_test(test_overrides_in_order),
+        cmocka_unit_test(test_bad_overrides),
+        cmocka_unit_test(test_output_names),
+        cmocka_unit_test(test_automatic_camera),
+        cmocka_unit_test(test_view_follows_settings),
+        cmocka_unit_test(test_unprintable_values),
+        cmocka_unit_test(test_extreme_cameras),
+        cmocka_unit_test(test_sides_of_the_automatic_view),
+        cmocka_unit_test(test_print_round_trip),
+        cmocka_unit_test(test_help_lists_all_keys),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
 }

@@ -109,6 +109,55 @@ static void test_objects(void **state)
     free(scene);
 }
 
+/* A negative radius of a cone counts as its size, with one warning. */
+static void test_negative_cone(void **state)
+{
+    struct scratch *s = *state;
+    struct scene *scene =
+        loaded(state, VIEW LIGHT "c\n0 0 0 -2\n0 0 5 -1\nc\n0 0 0 -2\n0 0 5 0\n", NULL);
+    assert_true(scene_cones(scene)[0].base_radius == 2 && scene_cones(scene)[0].apex_radius == 1);
+    assert_true(scene_cones(scene)[1].base_radius == 2 && scene_cones(scene)[1].apex_radius == 0);
+    assert_string_equal(s->said,
+                        "scene.nff:11: warning: a cone with a negative radius is seen from "
+                        "outside too\n");
+    free(scene);
+}
+
+static void test_extreme_numbers(void **state)
+{
+    struct scene *scene = loaded(state,
+                                 VIEW LIGHT "pp 3\n0 0 0 0 0 1e-320\n1 0 0 0 0 1.7e308\n"
+                                            "0 1 0 1.7e308 1.7e308 1.7e308\n",
+                                 NULL);
+    assert_true(scene_normals(scene)[0].z == 1 && scene_normals(scene)[1].z == 1);
+    free(scene);
+    free(loaded(state,
+                "v\nfrom 1.7e308 1e308 1e308\nat 0 0 0\nup 0 1e-322 1e-321\nangle 45\n" LIGHT
+                "s 0 0 0 1\n",
+                NULL));
+    refused(state, "v\nfrom 0 0 1\nat 0 0 0\nup 0 1 0\nangle 1e-323\nl 1 1 1\n",
+            "scene.nff:1: fov is too close to 0 or 180, expected an angle between them");
+    refused(state,
+            "v\nfrom 0 0 1\nat 0 0 0\nup 0 1 0\nangle 179.99999999999997\nresolution 2 2\n"
+            "l 1 1 1\n",
+            "scene.nff:1: fov is too close to 0 or 180, expected an angle between them");
+}
+
+/* A bow tie is told of, once. */
+static void test_crossing_polygons(void **state)
+{
+    struct scratch *s = *state;
+    struct scene *scene = loaded(state,
+                                 VIEW LIGHT "p 4\n0 0 0\n2 0 0\n0 1 0\n1 1 0\n"
+                                            "p 4\n0 0 0\n2 0 0\n0 1 0\n1 1 0\n",
+                                 NULL);
+    assert_int_equal(scene->primitives[PRIMITIVE_TRIANGLE].count, 4);
+    assert_string_equal(s->said,
+                        "scene.nff:13: warning: a polygon crosses itself or is bent so far "
+                        "that its triangles overlap, expected flat ones\n");
+    free(scene);
+}
+
 static void test_line_ends_and_comments(void **state)
 {
     struct scene *scene = loaded(state,
@@ -150,7 +199,8 @@ static void test_mistakes(void **state)
             "scene.nff:1: Ks is out of range, expected a number from 0 to 1");
     refused(state, "s 1 2 3\n", "scene.nff:1: 's' needs a center and a radius: four numbers");
     refused(state, "s 1 2 3 4 5\n", "scene.nff:1: 's' needs a center and a radius: four numbers");
-    refused(state, "s 1 2 3 1e999\n", "scene.nff:1: 's' needs a center and a radius: four numbers");
+    refused(state, "s 1 2 3 1e999\n",
+            "scene.nff:1: a number is out of range, expected none beyond 1.79e308");
     refused(state, "s 1 2 3 0\n",
             "scene.nff:1: the radius is out of range, expected a finite number > 0");
     refused(state, "c\n0 0 0 1\n",
@@ -174,9 +224,15 @@ static void test_mistakes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_view),     cmocka_unit_test(test_ini_wins_over_the_view),
-        cmocka_unit_test(test_lights),   cmocka_unit_test(test_materials),
-        cmocka_unit_test(test_objects),  cmocka_unit_test(test_line_ends_and_comments),
+        cmocka_unit_test(test_view),
+        cmocka_unit_test(test_ini_wins_over_the_view),
+        cmocka_unit_test(test_lights),
+        cmocka_unit_test(test_materials),
+        cmocka_unit_test(test_objects),
+        cmocka_unit_test(test_line_ends_and_comments),
+        cmocka_unit_test(test_negative_cone),
+        cmocka_unit_test(test_extreme_numbers),
+        cmocka_unit_test(test_crossing_polygons),
         cmocka_unit_test(test_mistakes),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);

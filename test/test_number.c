@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "common/number.h"
+#include "common/vec.h"
 
 static uint64_t bits_of(double value)
 {
@@ -140,12 +141,36 @@ static void test_format_reads_back(void **state)
     }
 }
 
+/* Lengths and unit vectors from one end of the range to the other; 2^k changes no bit. */
+static void test_unit_vectors(void **state)
+{
+    (void)state;
+    static const double sizes[] = {4.9e-324, 1e-320, 1e-308, 1e-200, 1e-136,
+                                   1,        1e150,  1e300,  1.7e308};
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        double s = sizes[i];
+        struct vec3 u = vec_normalize(vec3(s, -s, s)), axis = vec_normalize(vec3(0, -s, 0));
+        assert_true(fabs(vec_dot(u, u) - 1) < 1e-15 && u.x == u.z && u.x == -u.y);
+        assert_true(axis.x == 0 && axis.y == -1 && axis.z == 0);
+    }
+    struct vec3 v = vec3(0.3, -0.7, 1.9), plain = vec_normalize(v);
+    for (int k = -1000; k <= 1000; k++) {
+        struct vec3 scaled = vec_normalize(vec_scale_exactly(v, k));
+        assert_memory_equal(&scaled, &plain, sizeof plain);
+        assert_true(vec_length(vec_scale_exactly(v, k)) == ldexp(vec_length(v), k));
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_plain_numbers),  cmocka_unit_test(test_no_numbers),
-        cmocka_unit_test(test_random_numbers), cmocka_unit_test(test_scan_stops_behind_the_number),
-        cmocka_unit_test(test_unsigned),       cmocka_unit_test(test_format_reads_back),
+        cmocka_unit_test(test_unit_vectors),
+        cmocka_unit_test(test_plain_numbers),
+        cmocka_unit_test(test_no_numbers),
+        cmocka_unit_test(test_random_numbers),
+        cmocka_unit_test(test_scan_stops_behind_the_number),
+        cmocka_unit_test(test_unsigned),
+        cmocka_unit_test(test_format_reads_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

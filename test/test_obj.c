@@ -54,7 +54,7 @@ static void test_text_form(void **state)
 {
     struct scene *scene =
         loaded(state,
-               "\xef\xbb\xbf# a mesh\r\no thing\r\ng a b\r\ns off\r\n"
+               "\xef\xbb\xbf# a mesh\r\no thing\r\ng a b\\\n c\r\ns off\r\n"
                "v 0 \\\r\n 0 0\r\n  v\t1 0 0 # x\r\nv 1 1 0\r\nf 1 2\\\n3\r\nf 1 2 3",
                "");
     assert_int_equal(triangles_of(scene), 2);
@@ -72,6 +72,7 @@ static void test_unknown_statements_warn_once(void **state)
 
 static void test_mistakes(void **state)
 {
+#define LAST "has no index behind its last '/', expected 1, 1/2, 1//3 or 1/2/3"
 #define CORNER                                                                                     \
     "is no corner of a face, expected indices of defined vertices such as 1, 1/2, 1//3 or 1/2/3"
     refused(state, "v 1 2\n", "mesh.obj:1: 'v' needs three numbers");
@@ -87,7 +88,17 @@ static void test_mistakes(void **state)
     refused(state, SQUARE "f 1 2 99999999999999999999999\n",
             "mesh.obj:5: '99999999999999999999999' " CORNER);
     refused(state, SQUARE "f 1 2 3//1\n", "mesh.obj:5: '3//1' " CORNER);
-    refused(state, SQUARE "f 1 2 3/\n", "mesh.obj:5: '3/' " CORNER);
+    refused(state, SQUARE "f 1 2 3/\n", "mesh.obj:5: '3/' " LAST);
+    refused(state, SQUARE "f 1 2 3//\n", "mesh.obj:5: '3//' " LAST);
+    refused(state, "v 1e400 0 0\n",
+            "mesh.obj:1: a number is out of range, expected none beyond 1.79e308");
+    refused(state, "v 0 0 0\nvn 0 -1e999 0\n",
+            "mesh.obj:2: a number is out of range, expected none beyond 1.79e308");
+    refused(state, "", "mesh.obj: has no faces, expected a mesh with at least one 'f'");
+    refused(state, "solid ball\n",
+            "mesh.obj:1: warning: 'solid' and what else is unknown is left "
+            "out\nmesh.obj: has no faces, expected a mesh with at least one 'f'");
+    refused(state, "mtllib .\n", "mesh.obj:1: . is no regular file, expected a file of materials");
     refused(state, SQUARE "f 1 2 3.0\n", "mesh.obj:5: '3.0' " CORNER);
     refused(state, SQUARE "usemtl\n", "mesh.obj:5: 'usemtl' needs the name of a material");
     refused(state, SQUARE "mtllib\n", "mesh.obj:5: 'mtllib' needs the name of a file");
@@ -138,6 +149,122 @@ static void test_missing_library(void **state)
         state, "mtllib bad.mtl\n",
         "bad.mtl:2: 'Kd' is out of range, expected numbers such as a colour >= 0 or a share from "
         "0 to 1");
+}
+
+static void test_legal_forms_of_materials(void **state)
+{
+    struct scratch *s = *state;
+    scratch_write("forms.mtl",
+                  "newmtl a\nd -halo 0.5\nKd spectral f.rfl 1.0\nKs xyz 1 1 1\nd 0.25\nTr 0.5\n"
+                  "newmtl b\nTr 0.5\nd 0.25\nKs 0.5 0.5 0.5\nillum 1\n"
+                  "newmtl c\nKs 0.5 0.5 0.5\nillum 0\nKd xyz 1 1 1\n"
+                  "newmtl d\nKs 0.5 0.5 0.5\nNi 1.25\n");
+    struct scene *scene =
+        loaded(state,
+               "mtllib forms.mtl\n" SQUARE "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n"
+               "usemtl c\nf 1 2 3\nusemtl d\nf 1 2 3\n",
+               "");
+    const struct material *m = material_of(scene, 0);
+    assert_true(m->transmission == 0.75 && m->color.x == 0.8 && m->specular == 0 && m->ior == 1);
+    m = material_of(scene, 1);
+    assert_true(m->transmission == 0.75 && m->specular == 0);
+    m = material_of(scene, 2);
+    assert_true(m->specular == 0 && m->color.x == 0.8);
+    m = material_of(scene, 3);
+    assert_true(m->specular == 0.5 && m->ior == 1.25);
+    assert_string_equal(s->said,
+                        "forms.mtl:2: warning: '-halo' is left out, 'd' is the same all over\n"
+                        "forms.mtl:3: warning: colours given as 'spectral' are left out, only red, "
+                        "green and blue are known\n");
+    free(scene);
+    scratch_write("bad.mtl", "newmtl a\nKd 1e999 0 0\n");
+    refused(state, "mtllib bad.mtl\n",
+            "bad.mtl:2: 'Kd': a number is out of range, expected none beyond 1.79e308");
+    scratch_write("bad.mtl", "newmtl a\nd -halo 1.5\n");
+    scratch_refused(*state, "scene.ini", NULL,
+                    "bad.mtl:2: 'd' is out of range, expected numbers such as a colour >= 0 or a "
+                    "share from 0 to 1");
+}
+
+/* The latest definition of a name counts; a file named again is not read again. */
+static void test_libraries_and_names(void **state)
+{
+    struct scratch *s = *state;
+    scratch_write("one.mtl", "newmtl m\nKd 1 0 0\nnewmtl m\nKd 0 1 0\n");
+    scratch_write("two.mtl", "newmtl m\nKd 0 0 1\n");
+    struct scene *scene = loaded(state, "mtllib one.mtl\n" SQUARE "usemtl m\nf 1 2 3\n", "");
+    assert_true(material_of(scene, 0)->color.y == 1 && material_of(scene, 0)->color.x == 0);
+    free(scene);
+    scene = loaded(state,
+                   "mtllib one.mtl\nmtllib two.mtl\nmtllib one.mtl\nmtllib gone.mtl\n"
+                   "mtllib gone.mtl\n" SQUARE "usemtl m\nf 1 2 3\n",
+                   "");
+    assert_true(material_of(scene, 0)->color.z == 1);
+    assert_string_equal(s->said, "mesh.obj:4: warning: the material file 'gone.mtl' is missing\n");
+    free(scene);
+
+    enum { NAMES = 3000 };
+    size_t size = NAMES * 64, used = 0;
+    char *mtl = allocate(size, 1), *obj = allocate(size, 1);
+    for (int i = 0; i < NAMES; i++)
+        used += (size_t)snprintf(mtl + used, size - used, "newmtl n%d\nNs %d\n", i, i);
+    scratch_write("many.mtl", mtl);
+    used = (size_t)snprintf(obj, size, "mtllib many.mtl\n" SQUARE);
+    for (int i = 0; i < NAMES; i++)
+        used += (size_t)snprintf(obj + used, size - used, "usemtl n%d\nf 1 2 3\n", i + 10);
+    scene = loaded(state, obj, "");
+    for (int i = 0; i < NAMES - 10; i++)
+        assert_true(material_of(scene, i)->shininess == i + 10);
+    const char *rest = "mesh.obj: warning: 5 more names of materials are not known\n";
+    assert_non_null(strstr(s->said, "'n3004'"));
+    assert_null(strstr(s->said, "'n3005'"));
+    assert_string_equal(s->said + strlen(s->said) - strlen(rest), rest);
+    free(scene);
+    free(mtl);
+    free(obj);
+}
+
+/* Every mesh has its own vertices and normals, whatever came before it. */
+static void test_several_smooth_meshes(void **state)
+{
+    scratch_write("mesh.obj", "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 1\nv 1 2 0\nv 0 2 0\n"
+                              "f 2 3 4 5\nf 5 4 6 7\n");
+    scratch_write("scene.ini", INI "smooth = 180\n[mesh b]\nfile = mesh.obj\nsmooth = 180\n"
+                                   "rotate = 0 0 90\n");
+    struct scene *scene = scratch_scene(*state, "scene.ini", NULL);
+    assert_int_equal(patches_of(scene), 8);
+    assert_int_equal(scene->vertices.count, 14);
+    const struct patch *patches = scene_patches(scene);
+    const struct vec3 *normals = scene_normals(scene);
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 3; k++) {
+            struct vec3 a = normals[patches[i].normal[k]], b = normals[patches[i + 4].normal[k]];
+            assert_int_equal(patches[i + 4].vertex[k], patches[i].vertex[k] + 7);
+            assert_true(b.x == -a.y && b.y == a.x && b.z == a.z);
+        }
+    free(scene);
+}
+
+/* A grid of quads whose corners were moved up and down at random keeps all its triangles. */
+static void test_bumpy_grid(void **state)
+{
+    enum { EDGE = 40 };
+    size_t size = 200000, used = 0;
+    char *obj = allocate(size, 1);
+    uint32_t random = 1;
+    for (int i = 0; i < EDGE * EDGE; i++) {
+        random = random * 1664525u + 1013904223u;
+        used += (size_t)snprintf(obj + used, size - used, "v %d %d %.9f\n", i % EDGE, i / EDGE,
+                                 (random >> 8) * 0x1p-23);
+    }
+    for (int i = 0; i < EDGE * EDGE; i++)
+        if (i % EDGE + 1 < EDGE && i / EDGE + 1 < EDGE)
+            used += (size_t)snprintf(obj + used, size - used, "f %d %d %d %d\n", i + 1, i + 2,
+                                     i + EDGE + 2, i + EDGE + 1);
+    struct scene *scene = loaded(state, obj, "");
+    assert_int_equal(triangles_of(scene), 2 * (EDGE - 1) * (EDGE - 1));
+    free(scene);
+    free(obj);
 }
 
 static void test_placement(void **state)
@@ -280,6 +407,10 @@ int main(void)
         cmocka_unit_test(test_mistakes),
         cmocka_unit_test(test_materials),
         cmocka_unit_test(test_missing_library),
+        cmocka_unit_test(test_legal_forms_of_materials),
+        cmocka_unit_test(test_libraries_and_names),
+        cmocka_unit_test(test_several_smooth_meshes),
+        cmocka_unit_test(test_bumpy_grid),
         cmocka_unit_test(test_placement),
         cmocka_unit_test(test_crease_angle),
         cmocka_unit_test(test_normals_of_the_file),

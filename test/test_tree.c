@@ -56,8 +56,8 @@ static void test_without_cutoff_depth_first(void **state)
     struct branch branch;
     double dropped = 0;
     push(&tree, 1, 1);
-    push(&tree, 1e-300, 7);
     push(&tree, 1, 3);
+    push(&tree, 1e-300, 7);
     const uint32_t order[] = {7, 3, 1};
     for (int i = 0; i < 3; i++) {
         assert_true(tree_pop(&tree, 0, &branch, &dropped));

@@ -156,8 +156,8 @@ static void test_bridge_to_a_hole(void **state)
 static void test_nearly_flat_and_far_sizes(void **state)
 {
     (void)state;
-    static const double scales[] = {1e-150, 1, 1e150};
-    for (int i = 0; i < 3; i++) {
+    static const double scales[] = {1e-310, 1e-150, 1, 1e150, 8e307};
+    for (int i = 0; i < 5; i++) {
         double s = scales[i];
         struct vec3 polygon[] = {vec3(0, 0, 0),     vec3(2 * s, 0, 1e-9 * s),
                                  vec3(2 * s, s, 0), vec3(s, s, -1e-9 * s),
@@ -177,11 +177,18 @@ static void test_no_area_and_crossings_end(void **state)
     struct vec3 bow[] = {vec3(0, 0, 0), vec3(1, 1, 0), vec3(1, 0, 0), vec3(0, 1, 0)};
     struct triangulation t = {0};
     assert_null(triangulate(line, 4, &t));
-    assert_int_equal(t.count, 0);
+    assert_int_equal(t.count, 2);
+    assert_false(t.improper);
     assert_null(triangulate(point, 4, &t));
-    assert_int_equal(t.count, 0);
+    assert_int_equal(t.count, 2);
+    assert_false(t.improper);
     assert_null(triangulate(bow, 4, &t));
-    assert_true(t.count <= 2);
+    assert_int_equal(t.count, 2);
+    assert_true(t.improper);
+    struct vec3 flat[] = {vec3(0, 0, 0), vec3(1, 0, 0), vec3(3, 0, 0), vec3(2, 0, 0),
+                          vec3(1, 0, 0)};
+    assert_null(triangulate(flat, 5, &t));
+    assert_int_equal(t.count, 0);
 
     uint32_t random = 1;
     struct vec3 tangle[300];
@@ -194,6 +201,131 @@ static void test_no_area_and_crossings_end(void **state)
     assert_null(triangulate(tangle, 300, &t));
     assert_true(t.count <= 298);
     triangulation_free(&t);
+}
+
+/* Numbers from 0 to 1, the same every time. */
+static double next_random(uint32_t *random)
+{
+    *random = *random * 1664525u + 1013904223u;
+    return (*random >> 8) * 0x1p-24;
+}
+
+/* However bent: two triangles for four corners, which cover all of the quad seen from above. */
+static void test_bumpy_grid(void **state)
+{
+    (void)state;
+    enum { EDGE = 40 };
+    uint32_t random = 1;
+    double height[EDGE][EDGE];
+    struct triangulation t = {0};
+    for (int i = 0; i < EDGE * EDGE; i++)
+        height[i / EDGE][i % EDGE] = 3 * next_random(&random);
+    for (int i = 0; i + 1 < EDGE; i++)
+        for (int j = 0; j + 1 < EDGE; j++) {
+            struct vec3 quad[] = {vec3(i, j, height[i][j]), vec3(i + 1, j, height[i + 1][j]),
+                                  vec3(i + 1, j + 1, height[i + 1][j + 1]),
+                                  vec3(i, j + 1, height[i][j + 1])};
+            assert_null(triangulate(quad, 4, &t));
+            assert_int_equal(t.count, 2);
+            for (int k = 0; k < 2; k++)
+                assert_true(triangle_area(quad, t.triangles[k]).z == 0.5);
+        }
+    triangulation_free(&t);
+}
+
+/* Bent polygons of more corners, even ones that cross themselves, leave no hole either. */
+static void test_bent_polygons(void **state)
+{
+    (void)state;
+    uint32_t random = 7;
+    struct triangulation t = {0};
+    for (int round = 0; round < 500; round++) {
+        struct vec3 polygon[12];
+        size_t count = 5 + (size_t)round % 8;
+        for (size_t i = 0; i < count; i++)
+            polygon[i] = vec3(next_random(&random), next_random(&random), next_random(&random));
+        assert_null(triangulate(polygon, count, &t));
+        assert_int_equal(t.count, count - 2);
+    }
+    struct vec3 star[5];
+    for (int i = 0; i < 5; i++)
+        star[i] = vec3(cos(i * 2.5132741228718345), sin(i * 2.5132741228718345), 0);
+    assert_null(triangulate(star, 5, &t));
+    assert_int_equal(t.count, 3);
+    assert_true(t.improper);
+    triangulation_free(&t);
+}
+
+/*
+ * Outlines of random trees of cells on a grid: simple polygons with many concave corners and many
+ * on a line, some of which touch. They come out exactly, without a complaint.
+ */
+enum { MAZE = 9 };
+
+static size_t trace_maze(bool filled[MAZE + 2][MAZE + 2], double (*flat)[2])
+{
+    static const int step[4][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
+    int x = 0, y = 0, direction = 0;
+    size_t count = 0;
+    while (!filled[y + 1][x + 1])
+        if (++x == MAZE) x = 0, y++;
+    int start_x = x, start_y = y;
+    do {
+        flat[count][0] = x;
+        flat[count++][1] = y;
+        x += step[direction][0];
+        y += step[direction][1];
+        /* The inside is on the left: the cells ahead, left and right of the corner. */
+        static const int left[4][2] = {{0, 0}, {-1, 0}, {-1, -1}, {0, -1}};
+        static const int right[4][2] = {{0, -1}, {0, 0}, {-1, 0}, {-1, -1}};
+        bool ahead_left = filled[y + 1 + left[direction][1]][x + 1 + left[direction][0]];
+        bool ahead_right = filled[y + 1 + right[direction][1]][x + 1 + right[direction][0]];
+        /* Where two cells meet in a corner only, the outline stays with its own. */
+        if (!ahead_left)
+            direction = (direction + 1) % 4;
+        else if (ahead_right)
+            direction = (direction + 3) % 4;
+    } while (x != start_x || y != start_y || direction != 0);
+    return count;
+}
+
+static void test_mazes(void **state)
+{
+    (void)state;
+    uint32_t random = 3;
+    for (int round = 0; round < 300; round++) {
+        bool filled[MAZE + 2][MAZE + 2] = {{false}};
+        int cells = 1;
+        filled[MAZE / 2][MAZE / 2] = true;
+        for (int i = 0; i < 2000; i++) {
+            int x = 1 + (int)(next_random(&random) * MAZE),
+                y = 1 + (int)(next_random(&random) * MAZE);
+            int sides = filled[y][x - 1] + filled[y][x + 1] + filled[y - 1][x] + filled[y + 1][x];
+            int corners = filled[y - 1][x - 1] + filled[y - 1][x + 1] + filled[y + 1][x - 1] +
+                          filled[y + 1][x + 1];
+            /* A tree of cells: no loop is ever closed, not even by corners in every third round. */
+            if (filled[y][x] || sides != 1 || (corners > 2 - (round % 3 == 0))) continue;
+            filled[y][x] = true;
+            cells++;
+        }
+        double flat[4 * (MAZE + 2) * (MAZE + 2)][2];
+        size_t count = trace_maze(filled, flat);
+        struct vec3 *polygon = allocate(count, sizeof *polygon);
+        for (size_t i = 0; i < count; i++)
+            polygon[i] = vec3(flat[i][0], flat[i][1], 0);
+        struct triangulation t = {0};
+        assert_null(triangulate(polygon, count, &t));
+        assert_false(t.improper);
+        double sum = 0;
+        for (size_t i = 0; i < t.count; i++) {
+            assert_true(triangle_area(polygon, t.triangles[i]).z >= 0);
+            sum += triangle_area(polygon, t.triangles[i]).z;
+        }
+        assert_true(sum == polygon_area(polygon, count).z);
+        assert_true(cells > 1);
+        triangulation_free(&t);
+        free(polygon);
+    }
 }
 
 static void test_limits(void **state)
@@ -224,6 +356,9 @@ int main(void)
         cmocka_unit_test(test_bridge_to_a_hole),
         cmocka_unit_test(test_nearly_flat_and_far_sizes),
         cmocka_unit_test(test_no_area_and_crossings_end),
+        cmocka_unit_test(test_bumpy_grid),
+        cmocka_unit_test(test_bent_polygons),
+        cmocka_unit_test(test_mazes),
         cmocka_unit_test(test_limits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -33,6 +33,8 @@ struct renderer {
     double *bound;         /* [depth]: largest component a ray of that depth can bring */
     double bound_infinite; /* the same for a tree of unlimited depth */
     struct render_counts counts;
+    renderer_interrupted *interrupted;
+    void *context;
 
     struct path paths[WAVE];
     uint32_t pixel[WAVE]; /* of the tile, per path */
@@ -230,16 +232,19 @@ static uint32_t gather_wave(struct renderer *renderer, uint32_t paths)
     return count;
 }
 
-static void trace_paths(struct renderer *renderer, uint32_t paths)
+/* false: interrupted */
+static bool trace_paths(struct renderer *renderer, uint32_t paths)
 {
     uint32_t count;
     while ((count = gather_wave(renderer, paths)) > 0) {
+        if (renderer->interrupted && renderer->interrupted(renderer->context)) return false;
         double start = clock_wall();
         nearest(renderer->scene, renderer->bvh, renderer->rays, count, renderer->hits,
                 &renderer->counts.exact_fallbacks);
         renderer->counts.intersect_s += clock_wall() - start;
         shade_wave(renderer, count);
     }
+    return true;
 }
 
 static void start_path(struct renderer *renderer, uint32_t slot, const struct tile *tile,
@@ -289,7 +294,13 @@ static void add_sample(struct renderer *renderer, const struct path *path, struc
     sum->truncation += path->cut + path->too_deep;
 }
 
-void renderer_tile(struct renderer *renderer, const struct tile *tile, float *rgb,
+void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupted, void *context)
+{
+    renderer->interrupted = interrupted;
+    renderer->context = context;
+}
+
+bool renderer_tile(struct renderer *renderer, const struct tile *tile, float *rgb,
                    struct render_counts *counts)
 {
     double start = clock_wall();
@@ -301,7 +312,7 @@ void renderer_tile(struct renderer *renderer, const struct tile *tile, float *rg
         uint32_t paths = (uint32_t)(samples - first < WAVE ? samples - first : WAVE);
         for (uint32_t i = 0; i < paths; i++)
             start_path(renderer, i, tile, first + i);
-        trace_paths(renderer, paths);
+        if (!trace_paths(renderer, paths)) return false;
         for (uint32_t i = 0; i < paths; i++) {
             if ((first + i) % per_pixel == 0) sum = (struct pixel_sum){.pixel = renderer->pixel[i]};
             add_sample(renderer, &renderer->paths[i], &sum);
@@ -310,4 +321,5 @@ void renderer_tile(struct renderer *renderer, const struct tile *tile, float *rg
     }
     renderer->counts.shade_s = clock_wall() - start - renderer->counts.intersect_s;
     *counts = renderer->counts;
+    return true;
 }

@@ -10,6 +10,8 @@
 #ifndef FARM_WORKER_RENDER_H
 #define FARM_WORKER_RENDER_H
 
+#include <stdbool.h>
+
 #include "common/protocol.h"
 #include "worker/bvh.h"
 
@@ -21,10 +23,17 @@ struct renderer *renderer_create(const struct scene *scene, const struct bvh *bv
 void renderer_destroy(struct renderer *renderer);
 
 /*
- * Renders a valid tile: 3 floats (linear RGB) per pixel in the tile's pixel order to rgb. *counts
- * is set to what it cost.
+ * Asks a function between waves, every few thousandths of a second, whether to give up the tile;
+ * NULL: never.
  */
-void renderer_tile(struct renderer *renderer, const struct tile *tile, float *rgb,
+typedef bool renderer_interrupted(void *context);
+void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupted, void *context);
+
+/*
+ * Renders a valid tile: 3 floats (linear RGB) per pixel in the tile's pixel order to rgb. *counts
+ * is set to what it cost. Returns false, with nothing of use in either, when it was interrupted.
+ */
+bool renderer_tile(struct renderer *renderer, const struct tile *tile, float *rgb,
                    struct render_counts *counts);
 
 #endif

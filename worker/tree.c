@@ -31,8 +31,12 @@ static bool more_important(const struct branch *a, const struct branch *b, bool 
 bool tree_pop(struct tree *tree, double cutoff, struct branch *branch, double *dropped)
 {
     if (tree->count == 0) return false;
-    /* Without pruning every ray is traced anyway, and depth first needs the least memory. */
-    bool deepest_first = cutoff == 0 || tree->count > TREE_BEST_FIRST_MAX;
+    if (cutoff == 0) {
+        /* Every ray is traced anyway, and the last one first needs the least memory. */
+        *branch = tree->pending[--tree->count];
+        return true;
+    }
+    bool deepest_first = tree->count > TREE_BEST_FIRST_MAX;
     uint32_t next = 0;
     double sum = 0;
     for (uint32_t i = 0; i < tree->count; i++) {

@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include "common/clock.h"
@@ -62,13 +63,34 @@ static size_t round_up(size_t bytes)
     return (bytes + CACHE_LINE - 1) / CACHE_LINE * CACHE_LINE;
 }
 
-/* The start of the node's window as this rank sees it; the node's first rank provides the memory.
+/* MPICH keeps shared windows here; writing to one that does not fit is a bus error. */
+#define SHARED_MEMORY_FOLDER "/dev/shm"
+
+static void check_room(size_t bytes)
+{
+    struct statvfs file_system;
+    if (statvfs(SHARED_MEMORY_FOLDER, &file_system) != 0) return;
+    uint64_t room = (uint64_t)file_system.f_bavail * file_system.f_frsize;
+    if (room < bytes)
+        fatal("the scene needs %.1f MB of shared memory, but " SHARED_MEMORY_FOLDER
+              " has only %.1f MB left: enlarge it (containers: --shm-size)",
+              1e-6 * (double)bytes, 1e-6 * (double)room);
+}
+
+/*
+ * The start of the node's window as this rank sees it; the node's first rank provides the memory. A
+ * rank alone on its node needs no window.
  */
 static char *allocate_window(struct node_scene *shared, size_t bytes)
 {
-    int unit;
+    int unit, node_size;
     char *memory;
     MPI_Aint size;
+    MPI_Comm_size(shared->node, &node_size);
+    shared->window = MPI_WIN_NULL;
+    shared->own_memory = NULL;
+    if (node_size == 1) return shared->own_memory = allocate(bytes, 1);
+    if (shared->leads) check_room(bytes);
     MPI_Win_allocate_shared(shared->leads ? (MPI_Aint)bytes : 0, 1, MPI_INFO_NULL, shared->node,
                             &memory, &shared->window);
     MPI_Win_shared_query(shared->window, 0, &size, &unit, &memory);
@@ -79,6 +101,7 @@ static char *allocate_window(struct node_scene *shared, size_t bytes)
 /* What the first rank of the node has written before is visible to all its ranks behind this. */
 static void publish(const struct node_scene *shared)
 {
+    if (shared->window == MPI_WIN_NULL) return;
     MPI_Win_sync(shared->window);
     wait_for_all(shared->node);
     MPI_Win_sync(shared->window);
@@ -116,6 +139,8 @@ static void *distribute(MPI_Comm comm, const struct welcome *welcome, struct sce
         if (leaders != MPI_COMM_NULL) broadcast(leaders, scene, bytes);
         const char *why;
         if (!scene_valid(scene, bytes, &why)) fatal("the scene arrived damaged: %s", why);
+        if (welcome->bvh_bytes < bvh_bytes_bound((const void *)scene))
+            fatal("rank 0 has left too little room for the BVH");
     }
     if (leaders != MPI_COMM_NULL) MPI_Comm_free(&leaders);
     publish(shared);
@@ -145,9 +170,12 @@ int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *bloc
 
 void unshare_scene(struct node_scene *shared)
 {
-    wait_for_all(shared->node);
-    MPI_Win_unlock_all(shared->window);
-    MPI_Win_free(&shared->window);
+    if (shared->window != MPI_WIN_NULL) {
+        wait_for_all(shared->node);
+        MPI_Win_unlock_all(shared->window);
+        MPI_Win_free(&shared->window);
+    }
+    free(shared->own_memory);
     MPI_Comm_free(&shared->node);
 }
 
@@ -242,6 +270,14 @@ static void send_result(struct worker *worker, const struct tile *tile, char *me
     worker->stats.bytes += bytes;
 }
 
+/* Between waves: lets MPI move what is under way, and hears a STOP. */
+static bool hear_stop(void *context)
+{
+    struct worker *worker = context;
+    hear(worker);
+    return worker->stopped;
+}
+
 static void render_next(struct worker *worker)
 {
     struct tile tile = worker->tiles[0];
@@ -252,7 +288,7 @@ static void render_next(struct worker *worker)
     float *rgb = (void *)(message + sizeof(struct result_header));
     struct render_counts counts;
     double begin = clock_wall();
-    renderer_tile(worker->renderer, &tile, rgb, &counts);
+    if (!renderer_tile(worker->renderer, &tile, rgb, &counts)) return;
     double end = clock_wall();
     struct renderer_stats *stats = &worker->stats;
     stats->busy_s += end - begin;
@@ -285,7 +321,8 @@ void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene)
     start_worker(&worker, comm, renderer, scene);
     double cpu = clock_thread_cpu();
     struct nap nap = {0};
-    while (!worker.stopped || worker.waiting > 0) {
+    renderer_on_wave(renderer, hear_stop, &worker);
+    while (!worker.stopped) {
         bool heard = hear(&worker);
         if (worker.waiting > 0)
             render_next(&worker);
@@ -299,6 +336,7 @@ void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene)
         worker.stats.send_s += clock_wall() - start;
         free(worker.buffers[i]);
     }
+    renderer_on_wave(renderer, NULL, NULL);
     worker.stats.cpu_s = clock_thread_cpu() - cpu;
     MPI_Request request;
     MPI_Isend(&worker.stats, sizeof worker.stats, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_STATS, comm,

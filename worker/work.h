@@ -15,8 +15,9 @@ struct node_scene {
     const struct bvh *bvh;
     double broadcast_s, build_s; /* wall seconds on this rank */
     MPI_Comm node;               /* the ranks of this node */
-    MPI_Win window;
-    bool leads; /* the first rank of its node, who puts things there */
+    MPI_Win window;              /* MPI_WIN_NULL for a rank alone on its node: */
+    void *own_memory;            /* then this, else NULL */
+    bool leads;                  /* the first rank of its node, who puts things there */
 };
 
 /*

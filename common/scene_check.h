@@ -1,0 +1,33 @@
+/* What scene.c, which checks blocks, and the builder, which makes them, have in common. */
+#ifndef FARM_COMMON_SCENE_CHECK_H
+#define FARM_COMMON_SCENE_CHECK_H
+
+#include <math.h>
+#include <stdbool.h>
+
+#include "common/scene.h"
+
+static inline bool at_least_zero(double value)
+{
+    return value >= 0 && isfinite(value);
+}
+
+static inline bool positive(double value)
+{
+    return value > 0 && isfinite(value);
+}
+
+static inline bool color_valid(struct vec3 color)
+{
+    return at_least_zero(color.x) && at_least_zero(color.y) && at_least_zero(color.z);
+}
+
+static inline bool indices_valid(const uint32_t index[3], uint64_t count)
+{
+    return index[0] < count && index[1] < count && index[2] < count;
+}
+
+/* Where the index of the material (uint32_t) stands in an element of a kind's span, bytes. */
+size_t primitive_material_offset(enum primitive_kind kind);
+
+#endif

@@ -1,0 +1,27 @@
+/* Numbers by name: a hash table that names can be added to, but not taken from. */
+#ifndef FARM_MASTER_NAME_TABLE_H
+#define FARM_MASTER_NAME_TABLE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct name_entry {
+    char *name; /* owned; NULL: free */
+    uint32_t value;
+};
+
+/* All zero: an empty table. */
+struct name_table {
+    struct name_entry *entries;
+    size_t count, room; /* room is 0 or a power of two */
+};
+
+/* Copies name; a name that is there already gets the new value. */
+void name_table_set(struct name_table *table, const char *name, uint32_t value);
+
+bool name_table_find(const struct name_table *table, const char *name, uint32_t *value);
+
+void name_table_free(struct name_table *table);
+
+#endif
