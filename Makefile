@@ -4,6 +4,8 @@
 #   make deps test   install what is missing, then all tests
 #   make             build ./farm and the generated parts of the sample scenes
 #   make asan        all tests under the address and undefined-behaviour sanitizers
+#   make bench-stability   the catalogue of stiff and extreme cases at full size, 1e9 rays through
+#                    closed meshes among them; tables to bench/out/
 #   make install     PREFIX=/usr/local DESTDIR=
 
 VERSION := 0.1.0
@@ -31,12 +33,13 @@ OBJECTS := $(SOURCES:%.c=$(BUILD)/%.o)
 LIBRARY := $(filter-out $(BUILD)/master/main.o,$(OBJECTS))
 MODELS  := $(patsubst %.c,$(BUILD)/%.o,$(wildcard config/models/*.c))
 UNITS   := $(patsubst test/%.c,$(BUILD)/test/%,$(wildcard test/test_*.c))
+STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/stability_*.c bench/pictures*.c test/reference.c))
 
 # `make V=1` shows the whole commands.
 quiet := $(if $(V),,@)
 say   := $(if $(V),@:,@echo)
 
-.PHONY: all deps run test asan scenes install clean format
+.PHONY: all deps run test asan bench-stability scenes install clean format
 .SECONDARY:
 
 all: $(FARM) scenes
@@ -65,10 +68,24 @@ $(BUILD)/models: $(MODELS) $(BUILD)/common/message.o
 
 $(BUILD)/test/%: $(BUILD)/test/%.o $(LIBRARY) $(filter-out $(BUILD)/config/models/main.o,$(MODELS))
 	$(say)  link $@
-	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lcmocka -o $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lcmocka $(ORACLE) -o $@
+
+# What is tested against numbers of any precision.
+$(BUILD)/test/test_exact $(BUILD)/test/test_optics: ORACLE := -lmpfr -lgmp
+
+# The catalogue of stiff and extreme cases; its oracles, not the farm, need GMP and MPFR.
+$(BUILD)/bench/stability: $(STABILITY) $(LIBRARY)
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lmpfr -lgmp -o $@
+
+bench-stability: $(BUILD)/bench/stability all
+	@mkdir -p bench/out
+	$(BUILD)/bench/stability --csv bench/out/stability.csv --markdown bench/out/stability.md; \
+	    status=$$?; FARM=./$(FARM) sh bench/stability_cost.sh && exit $$status
 
 # What a fresh Debian or Ubuntu lacks.
-PACKAGES := gcc libc6-dev mpich libmpich-dev libinih-dev libstb-dev libcmocka-dev
+PACKAGES := gcc libc6-dev mpich libmpich-dev libinih-dev libstb-dev libcmocka-dev \
+            libgmp-dev libmpfr-dev
 
 deps:
 	@missing=""; for p in $(PACKAGES); do \
@@ -85,8 +102,8 @@ deps:
 run: all
 	$(MPIEXEC) -n $$(nproc) ./$(FARM) config/lantern.ini
 
-test: all $(UNITS)
-	@FARM=./$(FARM) UNITS="$(UNITS)" MPIEXEC="$(MPIEXEC)" MPICC="$(MPICC)" sh test/run.sh
+test: all $(UNITS) $(BUILD)/bench/stability
+	@FARM=./$(FARM) UNITS="$(UNITS)" STABILITY=$(BUILD)/bench/stability MPIEXEC="$(MPIEXEC)" MPICC="$(MPICC)" sh test/run.sh
 
 asan:
 	@$(MAKE) BUILD=build/asan FARM=build/asan/farm OPTIMISE='-O1 -g' \
@@ -111,4 +128,4 @@ format:
 	clang-format -i $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] \
 	    test/*.[ch] bench/*.[ch])
 
--include $(OBJECTS:.o=.d) $(MODELS:.o=.d) $(UNITS:=.d)
+-include $(OBJECTS:.o=.d) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d)

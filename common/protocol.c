@@ -3,11 +3,34 @@
 #include <math.h>
 #include <string.h>
 
+#include "common/scene.h"
+
+bool bad_sample_before(const struct bad_sample *a, const struct bad_sample *b)
+{
+    if (a->y != b->y) return a->y < b->y;
+    if (a->x != b->x) return a->x < b->x;
+    return a->sample < b->sample;
+}
+
+static void keep_first(struct render_counts *counts, const struct bad_sample *sample)
+{
+    if (!counts->nonfinite || bad_sample_before(sample, &counts->first)) counts->first = *sample;
+}
+
+void render_counts_bad(struct render_counts *counts, const struct bad_sample *sample)
+{
+    keep_first(counts, sample);
+    counts->nonfinite++;
+}
+
 void render_counts_add(struct render_counts *sum, const struct render_counts *more)
 {
     for (int kind = 0; kind < RAY_KINDS; kind++)
         sum->rays[kind] += more->rays[kind];
+    if (more->nonfinite) keep_first(sum, &more->first);
     sum->nonfinite += more->nonfinite;
+    sum->unmatched_media += more->unmatched_media;
+    sum->open_media += more->open_media;
     sum->exact_fallbacks += more->exact_fallbacks;
     sum->intersect_s += more->intersect_s;
     sum->shade_s += more->shade_s;
@@ -57,6 +80,10 @@ bool stats_message_valid(const struct renderer_stats *stats, size_t bytes, int r
     };
     for (size_t i = 0; i < sizeof seconds / sizeof *seconds; i++)
         if (!seconds_valid(seconds[i])) return false;
+    const struct bad_sample *first = &stats->counts.first;
+    if (first->x >= PICTURE_MAX_EDGE || first->y >= PICTURE_MAX_EDGE ||
+        first->sample >= SAMPLES_MAX)
+        return false;
     /* Infinite is a legitimate bound: nothing is known. NaN is not. */
     return stats->counts.truncation >= 0 && text_terminated(stats->host, sizeof stats->host);
 }

@@ -23,6 +23,7 @@
 #include <stdint.h>
 
 #include "common/tile.h"
+#include "common/vec.h"
 
 enum message_tag {
     TAG_MASTER_TO_RENDERER_TILE = 1,
@@ -54,14 +55,26 @@ struct result_header {
 /* Kinds of ray that are counted. */
 enum ray_kind { RAY_PRIMARY, RAY_SHADOW, RAY_REFLECTION, RAY_REFRACTION, RAY_KINDS };
 
+/* A sample whose colour is NaN, infinite, or too large for a picture of floats, and the first ray
+ * of its tree that made it so. */
+struct bad_sample {
+    uint32_t x, y;                 /* pixel of the whole picture */
+    uint32_t sample;               /* of the pixel */
+    uint32_t depth;                /* of the ray: reflections and refractions on its way */
+    struct vec3 origin, direction; /* of the ray; may be anything */
+};
+
 /* What rendering cost and met: per tile, summed per renderer, summed over the farm. */
 struct render_counts {
     uint64_t rays[RAY_KINDS];
-    uint64_t nonfinite;       /* samples that came out as NaN or infinity */
+    uint64_t nonfinite;       /* samples that came out as NaN or infinity: struct bad_sample */
     uint64_t exact_fallbacks; /* predicates whose error filter asked for exact arithmetic */
     double intersect_s;       /* wall seconds spent finding hits and occluders */
     double shade_s;           /* wall seconds of the rest */
     double truncation; /* largest error of a pixel that max_depth and cutoff can have caused */
+    uint64_t unmatched_media; /* refractions out of what the ray had not entered: worker/medium.h */
+    uint64_t open_media;      /* rays that left the scene within a medium */
+    struct bad_sample first;  /* of the nonfinite ones, in the order of the picture; else all 0 */
 };
 
 struct renderer_stats {
@@ -82,7 +95,7 @@ struct renderer_stats {
 _Static_assert(sizeof(struct welcome) == 64, "struct welcome goes over the wire as it is");
 _Static_assert(sizeof(struct result_header) == 24,
                "struct result_header goes over the wire as it is");
-_Static_assert(sizeof(struct renderer_stats) == 200,
+_Static_assert(sizeof(struct renderer_stats) == 280,
                "struct renderer_stats goes over the wire as it is");
 
 /* Bytes of the RESULT message for a tile. */
@@ -99,6 +112,12 @@ struct tile_renderer {
     void *state;
     bool (*render)(void *state, const struct tile *tile, float *rgb, struct render_counts *counts);
 };
+
+/* In the order of the picture: row by row from the top, the samples of a pixel in turn. */
+bool bad_sample_before(const struct bad_sample *a, const struct bad_sample *b);
+
+/* Counts a bad sample; keeps the first one. */
+void render_counts_bad(struct render_counts *counts, const struct bad_sample *sample);
 
 void render_counts_add(struct render_counts *sum, const struct render_counts *more);
 

@@ -134,6 +134,7 @@ static const char *view_error(const struct view *view)
     CHECK(view->max_depth <= RENDER_MAX_DEPTH, "max_depth is out of range");
     CHECK(view->shadows <= 1, "the shadows flag is neither 0 nor 1");
     CHECK(view->samples >= 1 && view->samples <= SAMPLES_MAX, "samples is out of range");
+    CHECK(view->formulas <= FORMULAS_PAPER, "the choice of formulas is unknown");
     return NULL;
 }
 

@@ -34,7 +34,7 @@ struct material {
     double shininess;    /* n >= 0 */
     double reflection;   /* kr, 0..1 */
     double transmission; /* kt, 0..1; what passes is also filtered by the surface colour */
-    double ior;          /* > 0, relative to what surrounds the object */
+    double ior;          /* index of refraction > 0; the world outside has 1 */
 };
 
 struct light {
@@ -102,6 +102,12 @@ struct camera {
     struct vec3 down;  /* edge of a square picture is forward + right; of the lower edge + down */
 };
 
+/* Which formulas the kernel uses. */
+enum formulas {
+    FORMULAS_EXACT, /* those that hold on stiff and extreme scenes */
+    FORMULAS_PAPER  /* the paper's naive ones, kept to be compared with */
+};
+
 /* What is rendered, and how: all settings that change the picture. */
 struct view {
     struct camera camera;
@@ -115,7 +121,7 @@ struct view {
     uint32_t max_depth; /* levels of reflection and refraction followed; 0: none */
     uint32_t shadows;   /* 0 or 1 */
     uint32_t samples;   /* per pixel, >= 1 */
-    uint32_t reserved;
+    uint32_t formulas;  /* enum formulas */
 };
 
 struct scene_span {

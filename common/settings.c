@@ -5,7 +5,10 @@
 
 _Static_assert(sizeof(enum schedule) == sizeof(uint32_t), "a VALUE_CHOICE is stored in it");
 
+_Static_assert(sizeof(enum formulas) == sizeof(uint32_t), "a VALUE_CHOICE is stored in it");
+
 static const char *const schedules[] = {"dynamic", "strips", "cyclic", NULL};
+static const char *const formulas[] = {"exact", "paper", NULL};
 
 #define AT(member)       .offset = offsetof(struct settings, member)
 #define RANGE(low, high) .min = (low), .max = (high)
@@ -39,6 +42,10 @@ const struct key settings_keys[] = {
      .fallback = "0.001953125", .help = "largest error of a pixel that pruning may cause"},
     {"render", "shadows", VALUE_BOOLEAN, AT(render.shadows), .fallback = "yes",
      .help = "whether objects shade each other"},
+    {"render", "formulas", VALUE_CHOICE, AT(render.formulas), .fallback = "exact",
+     .choices = formulas, .help = "the robust formulas, or the naive ones of the paper"},
+    {"render", "strict", VALUE_BOOLEAN, AT(render.strict), .fallback = "no",
+     .help = "whether a sample that is not finite ends the run with status 1"},
     {"sampling", "samples", VALUE_UNSIGNED, AT(sampling.samples), RANGE(1, SAMPLES_MAX),
      .fallback = "1", .help = "rays per pixel"},
     {"farm", "schedule", VALUE_CHOICE, AT(farm.schedule), .fallback = "dynamic",

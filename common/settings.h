@@ -29,6 +29,8 @@ struct settings {
         uint32_t max_depth;
         double cutoff;
         bool shadows;
+        enum formulas formulas;
+        bool strict; /* a sample that is not finite ends the run with status 1 */
     } render;
     struct {
         uint32_t samples; /* per pixel */
@@ -44,7 +46,7 @@ struct settings {
 };
 
 /* What can be set, in the order in which it is printed; offsets are into struct settings. */
-#define SETTINGS_KEYS 19
+#define SETTINGS_KEYS 21
 extern const struct key settings_keys[SETTINGS_KEYS];
 
 void settings_init(struct settings *settings);

@@ -126,6 +126,12 @@ void json_count(struct json *json, const char *key, uint64_t value)
     fprintf(json->file, "%" PRIu64, value);
 }
 
+void json_null(struct json *json, const char *key)
+{
+    begin_value(json, key);
+    fputs("null", json->file);
+}
+
 void json_number(struct json *json, const char *key, double value)
 {
     char text[32] = "null";

@@ -29,6 +29,7 @@ void json_close(struct json *json, char bracket);                        /* '}' 
 
 /* Bytes that are not UTF-8 become U+FFFD. */
 void json_string(struct json *json, const char *key, const char *value);
+void json_null(struct json *json, const char *key);
 void json_count(struct json *json, const char *key, uint64_t value);
 
 /* The shortest text that reads back as value; null when it is infinite or NaN. */

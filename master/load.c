@@ -494,6 +494,7 @@ struct view settings_view(const struct settings *settings)
         .max_depth = settings->render.max_depth,
         .shadows = settings->render.shadows,
         .samples = settings->sampling.samples,
+        .formulas = settings->render.formulas,
     };
     return view;
 }

@@ -178,6 +178,22 @@ static int write_outputs(struct run *run)
     return written ? STATUS_DONE : STATUS_FAILED;
 }
 
+/* What cannot be seen in the picture is said; with render.strict it ends the run with status 1, the
+ * picture and the report being written all the same. */
+static int judge_samples(const struct run *run)
+{
+    char *text = report_bad_samples(&run->report);
+    if (!text) return STATUS_DONE;
+    bool strict = run->job.settings.render.strict;
+    if (strict)
+        user_error(NULL, 0, "%s (render.strict = yes: exit status 1, the picture is written)",
+                   text);
+    else
+        user_warning(NULL, 0, "%s", text);
+    free(text);
+    return strict ? STATUS_FAILED : STATUS_DONE;
+}
+
 static int conclude(struct run *run)
 {
     const struct settings *settings = &run->job.settings;
@@ -186,7 +202,9 @@ static int conclude(struct run *run)
     int columns = terminal_columns(stderr);
     report_table(stdout, &run->report, columns);
     if (wants_report(settings)) printf("report  %s\n", settings->output.report);
-    return close_output();
+    status = close_output();
+    int judged = judge_samples(run);
+    return status != STATUS_DONE ? status : judged;
 }
 
 static int report_stop(const struct run *run)

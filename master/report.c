@@ -1,7 +1,9 @@
 #include "master/report.h"
 
 #include <math.h>
+#include <stdlib.h>
 
+#include "common/message.h"
 #include "common/scene.h"
 #include "master/json.h"
 
@@ -35,6 +37,33 @@ struct render_counts report_counts(const struct report *report)
     for (int i = 0; i < report->renderer_count; i++)
         render_counts_add(&sum, &report->renderers[i].counts);
     return sum;
+}
+
+const struct renderer_stats *report_first_bad(const struct report *report)
+{
+    const struct renderer_stats *first = NULL;
+    for (int i = 0; i < report->renderer_count; i++) {
+        const struct renderer_stats *stats = &report->renderers[i];
+        if (!stats->counts.nonfinite) continue;
+        if (!first || bad_sample_before(&stats->counts.first, &first->counts.first)) first = stats;
+    }
+    return first;
+}
+
+char *report_bad_samples(const struct report *report)
+{
+    const struct renderer_stats *stats = report_first_bad(report);
+    if (!stats) return NULL;
+    const struct bad_sample *bad = &stats->counts.first;
+    uint64_t count = report_counts(report).nonfinite;
+    char *origin = format_vector(bad->origin), *direction = format_vector(bad->direction);
+    char *text = format_text("%llu sample%s not finite; the first is sample %u of pixel %u %u, "
+                             "rank %u, by the ray from %s along %s",
+                             (unsigned long long)count, count == 1 ? " is" : "s are", bad->sample,
+                             bad->x, bad->y, stats->rank, origin, direction);
+    free(origin);
+    free(direction);
+    return text;
 }
 
 static void put_farm(struct json *json, const struct report *report)
@@ -147,18 +176,60 @@ static void put_balance(struct json *json, const struct report *report)
     json_close(json, '}');
 }
 
+static void put_vector(struct json *json, const char *key, struct vec3 v)
+{
+    json_open(json, key, '[');
+    json_number(json, NULL, v.x);
+    json_number(json, NULL, v.y);
+    json_number(json, NULL, v.z);
+    json_close(json, ']');
+}
+
+static void put_first_bad(struct json *json, const struct report *report)
+{
+    const struct renderer_stats *stats = report_first_bad(report);
+    if (!stats) {
+        json_null(json, "first");
+        return;
+    }
+    const struct bad_sample *bad = &stats->counts.first;
+    json_open_inline(json, "first", '{');
+    json_count(json, "rank", stats->rank);
+    json_open(json, "pixel", '[');
+    json_count(json, NULL, bad->x);
+    json_count(json, NULL, bad->y);
+    json_close(json, ']');
+    json_count(json, "sample", bad->sample);
+    json_count(json, "depth", bad->depth);
+    json_open(json, "ray", '{');
+    put_vector(json, "origin", bad->origin);
+    put_vector(json, "direction", bad->direction);
+    json_close(json, '}');
+    json_close(json, '}');
+}
+
+static void put_numerics(struct json *json, const struct report *report,
+                         const struct render_counts *counts)
+{
+    json_open(json, "numerics", '{');
+    json_count(json, "nonfinite", counts->nonfinite);
+    put_first_bad(json, report);
+    json_count(json, "exact_fallbacks", counts->exact_fallbacks);
+    json_count(json, "unmatched_media", counts->unmatched_media);
+    json_count(json, "open_media", counts->open_media);
+    json_close(json, '}');
+}
+
 /* Nothing is sampled adaptively and no run is resumed: these keep their place in the format. */
-static void put_quality(struct json *json, const struct render_counts *counts)
+static void put_quality(struct json *json, const struct report *report,
+                        const struct render_counts *counts)
 {
     json_open(json, "error", '[');
     json_close(json, ']');
     json_open(json, "bound", '{');
     json_number(json, "truncation", counts->truncation);
     json_close(json, '}');
-    json_open(json, "numerics", '{');
-    json_count(json, "nonfinite", counts->nonfinite);
-    json_count(json, "exact_fallbacks", counts->exact_fallbacks);
-    json_close(json, '}');
+    put_numerics(json, report, counts);
     json_open(json, "resumed", '{');
     json_count(json, "tiles", 0);
     json_seconds(json, "seconds_saved", 0);
@@ -179,7 +250,7 @@ char *report_json(const struct report *report)
     put_workers(&json, report);
     put_master(&json, report);
     put_balance(&json, report);
-    put_quality(&json, &counts);
+    put_quality(&json, report, &counts);
     json_close(&json, '}');
     return json_end(&json);
 }

@@ -43,6 +43,16 @@ struct balance report_balance(const struct report *report);
 /* The renderers' counts together. */
 struct render_counts report_counts(const struct report *report);
 
+/* The renderer that met the first sample (in the order of the picture) that is not finite; NULL
+ * when there is none. */
+const struct renderer_stats *report_first_bad(const struct report *report);
+
+/*
+ * One line for a person about samples that are not finite: how many, and where the first one is, as
+ * text that the caller frees; NULL when there are none.
+ */
+char *report_bad_samples(const struct report *report);
+
 /* The JSON report (UTF-8, one object, a newline at its end) as text that the caller frees. */
 char *report_json(const struct report *report);
 

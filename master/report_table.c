@@ -295,8 +295,7 @@ static void put_summary(struct table *table, const struct report *report,
     put_shared_cores(table, report);
     put_rays(table, report, counts);
     if (counts->nonfinite) {
-        flow(table, "%llu samples came out as NaN or infinity",
-             (unsigned long long)counts->nonfinite);
+        flow(table, "%llu samples are not finite", (unsigned long long)counts->nonfinite);
         end_flow(table);
     }
     put_path(table->out, "picture", report->image_file);

@@ -88,6 +88,27 @@ static void test_block_holds_what_was_added(void **state)
     builder_destroy(builder);
 }
 
+/* Directions among the subnormal numbers, where a length has few bits, and among the largest. */
+static void test_directions_of_any_length(void **state)
+{
+    (void)state;
+    const struct vec3 normals[] = {{3e-320, 4e-320, 0},
+                                   {5e-324, 5e-324, 5e-324},
+                                   {1e-160, 1e-160, 1e-200},
+                                   {1e308, 1e308, -1e308}};
+    for (size_t i = 0; i < 4; i++) {
+        struct builder *builder = fill();
+        struct view view = some_view();
+        struct plane plane = {.normal = normals[i]};
+        assert_null(builder_add_plane(builder, &plane));
+        struct scene *scene = builder_finish(builder, &view);
+        const char *why = "";
+        if (!scene_valid(scene, scene->bytes, &why)) fail_msg("%s", why);
+        free(scene);
+        builder_destroy(builder);
+    }
+}
+
 static void test_same_input_same_bytes(void **state)
 {
     (void)state;
@@ -175,6 +196,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_block_holds_what_was_added),
+        cmocka_unit_test(test_directions_of_any_length),
         cmocka_unit_test(test_same_input_same_bytes),
         cmocka_unit_test(test_bounds),
         cmocka_unit_test(test_refusals),

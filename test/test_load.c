@@ -290,7 +290,7 @@ static void test_help_lists_all_keys(void **state)
     print_scene_keys(out);
     fclose(out);
     static const char *const words[] = {"[cone NAME]", "apex_radius", "[include NAME]",
-                                        "index of refraction: a number > 0 (1.5)"};
+                                        "the world outside has 1: a number > 0 (1.5)"};
     for (size_t i = 0; i < sizeof words / sizeof *words; i++)
         assert_non_null(strstr(help, words[i]));
     free(help);

@@ -1,5 +1,6 @@
 #include "scene_fixture.h"
 
+#include "worker/order.h"
 #include "worker/primitive.h"
 
 /* ---- the answers without a tree ---- */
@@ -21,6 +22,17 @@ static uint32_t first_id(const struct scene *scene)
     return triangles ? 0 : next_id(scene, primitive_id(PRIMITIVE_TRIANGLE, 0));
 }
 
+/* Always by the unrounded distances. */
+static bool comes_first(const struct scene *scene, const struct ray *ray, const struct shear *shear,
+                        const struct hit *hit, const struct hit *best)
+{
+    if (best->primitive == PRIMITIVE_NONE) return true;
+    if (best->primitive == hit->primitive) return hit->t < best->t;
+    struct crossing a = {hit->primitive, hit->part, hit->t};
+    struct crossing b = {best->primitive, best->part, best->t};
+    return compare_crossings(scene, ray, shear, &a, &b) < 0;
+}
+
 static struct hit brute_nearest(const struct scene *scene, const struct ray *ray)
 {
     struct shear shear = shear_of(&ray->direction);
@@ -30,9 +42,8 @@ static struct hit brute_nearest(const struct scene *scene, const struct ray *ray
         struct crossings found = primitive_crossings(scene, id, ray, &shear, &exact);
         for (unsigned i = 0; i < 2; i++) {
             if (!(found.t[i] > 0 && found.t[i] < ray->t_max)) continue;
-            bool tie = hit.primitive == id && found.t[i] == hit.t && found.part[i] < hit.part;
-            if (found.t[i] < hit.t || tie)
-                hit = (struct hit){found.t[i], found.u, found.v, id, found.part[i]};
+            struct hit next = {found.t[i], found.u, found.v, id, found.part[i]};
+            if (comes_first(scene, ray, &shear, &next, &hit)) hit = next;
         }
     }
     return hit;
@@ -478,7 +489,8 @@ static void test_surface_of_solids(void **state)
     for (int i = 0; i < 4; i++) {
         struct ray ray = ray_along(vec3(x[i], 0, 5), vec3(0, 0, -2));
         struct surface surface = surface_of(scene, &ray);
-        assert_vector_near(surface.point, vec3(x[i], 0, z[i]), 1e-15);
+        assert_vector_near(surface.point, vec3(x[i], 0, z[i]), 4 * 0x1p-53 * fmax(x[i], 1));
+        assert_true(surface.point.z > z[i]); /* where the ray came from */
         assert_vector_near(surface.geometric, normals[i], 1e-15);
         assert_vector_near(surface.shading, normals[i], 1e-15);
         assert_int_equal(surface.material, i == 0 ? material : 0);
@@ -556,6 +568,129 @@ static void test_surface_of_ground_sphere(void **state)
     free(scene);
 }
 
+/* ---- surfaces that touch ---- */
+
+static struct ray going_on(const struct scene *scene, const struct ray *ray, const struct hit *hit,
+                           struct vec3 direction)
+{
+    struct surface surface;
+    surface_at(scene, ray, hit, &surface);
+    struct ray next = ray_along(surface.point, direction);
+    next.from = hit->primitive;
+    next.from_part = hit->part;
+    return next;
+}
+
+/* Through a pane of two triangles at their common edge, bent in any direction: one passage. */
+static void test_one_passage_at_an_edge(void **state)
+{
+    (void)state;
+    uint64_t random = 17;
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 1);
+    const struct vec3 corners[4] = {{0, 0, 2}, {1, 0, 2}, {1, 1, 2}, {0, 1, 2}};
+    for (unsigned k = 0; k < 4; k++)
+        add_vertex(builder, corners[k]);
+    assert_added(builder_add_triangle(builder, &(struct triangle){{0, 1, 2}, 0}));
+    assert_added(builder_add_triangle(builder, &(struct triangle){{0, 2, 3}, 0}));
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    for (int i = 0; i < 2000; i++) {
+        double along = random_between(&random, 0.1, 0.9);
+        struct ray ray = ray_along(vec3(along, along, 0), vec3(0, 0, 1));
+        struct hit hit = nearest_of(scene, bvh, &ray);
+        assert_true(hit.primitive != PRIMITIVE_NONE);
+        struct vec3 bent = random_vector(&random, 1);
+        ray = going_on(scene, &ray, &hit, vec3(bent.x, bent.y, 0.1 + fabs(bent.z)));
+        assert_int_equal(nearest_of(scene, bvh, &ray).primitive, PRIMITIVE_NONE);
+    }
+    free(bvh);
+    free(scene);
+}
+
+/* A box of glass on a floor with a plane and one of triangles: out of the box, then the floor; up
+ * from the floor nothing but the box's way out. */
+static void test_box_on_a_floor(void **state)
+{
+    (void)state;
+    uint64_t random = 18;
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 1);
+    add_box(builder, vec3(-1, 0, -1), vec3(1, 1, 1), 0);
+    struct plane plane = {.normal = {0, 1, 0}};
+    assert_added(builder_add_plane(builder, &plane));
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    uint32_t box = primitive_id(PRIMITIVE_BOX, 0), floor = primitive_id(PRIMITIVE_PLANE, 0);
+    for (int i = 0; i < 2000; i++) {
+        struct vec3 target =
+            vec3(random_between(&random, -0.9, 0.9), 0, random_between(&random, -0.9, 0.9));
+        struct ray ray = ray_to(vec_add(target, vec3(0.05, 2, 0.03)), target);
+        struct vec3 down = ray.direction;
+        struct hit hit = nearest_of(scene, bvh, &ray);
+        assert_int_equal(hit.primitive, box);
+        ray = going_on(scene, &ray, &hit, down);
+        hit = nearest_of(scene, bvh, &ray);
+        assert_int_equal(hit.primitive, box);
+        ray = going_on(scene, &ray, &hit, down);
+        hit = nearest_of(scene, bvh, &ray);
+        assert_int_equal(hit.primitive, floor);
+        ray = going_on(scene, &ray, &hit, vec_neg(down));
+        hit = nearest_of(scene, bvh, &ray);
+        assert_int_equal(hit.primitive, box);
+        assert_near(hit.t, 0.5, 1e-14);
+    }
+    free(bvh);
+    free(scene);
+}
+
+/* Closer together than distances are rounded: the order is that of the geometry. */
+static void test_order_of_near_surfaces(void **state)
+{
+    (void)state;
+    uint64_t random = 19;
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    for (int i = 0; i < 8; i++) {
+        struct disc disc = {.normal = {0, 0, 1}, .center = {0, 0, (7 - i) * 0x1p-60}, .radius = 1};
+        assert_added(builder_add_disc(builder, &disc));
+    }
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    for (int i = 0; i < 2000; i++) {
+        struct vec3 eye = random_vector(&random, 9);
+        if (eye.z == 0) continue;
+        struct ray ray = ray_along(eye, vec_neg(vec_scale(eye, random_between(&random, 0.1, 3))));
+        uint32_t first = primitive_id(PRIMITIVE_DISC, eye.z > 0 ? 0 : 7);
+        assert_int_equal(nearest_of(scene, bvh, &ray).primitive, first);
+    }
+    free(bvh);
+    free(scene);
+}
+
+/* The naive formulas agree where nothing is extreme. */
+static void test_naive_formulas(void **state)
+{
+    (void)state;
+    uint64_t random = 20;
+    struct recipe recipe = {&random, SCATTERED, 10, {0, 0, 0}};
+    struct scene *scene = random_scene(&recipe, 100, true);
+    struct bvh *bvh = build_tree(scene);
+    unsigned same = 0, all = 5000;
+    for (unsigned i = 0; i < all; i++) {
+        struct ray ray = ray_to(some_point(&recipe), some_point(&recipe));
+        struct hit hit = nearest_of(scene, bvh, &ray);
+        scene->view.formulas = FORMULAS_PAPER;
+        struct hit naive = nearest_of(scene, bvh, &ray);
+        scene->view.formulas = FORMULAS_EXACT;
+        same += hit.primitive == naive.primitive && hit.part == naive.part &&
+                (hit.t == naive.t || fabs(hit.t - naive.t) < 1e-6 * hit.t);
+    }
+    assert_true(same > all - 10);
+    free(bvh);
+    free(scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -573,6 +708,10 @@ int main(void)
         cmocka_unit_test(test_surface_of_patch),
         cmocka_unit_test(test_surface_from_far_away),
         cmocka_unit_test(test_surface_of_ground_sphere),
+        cmocka_unit_test(test_one_passage_at_an_edge),
+        cmocka_unit_test(test_box_on_a_floor),
+        cmocka_unit_test(test_order_of_near_surfaces),
+        cmocka_unit_test(test_naive_formulas),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

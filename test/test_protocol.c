@@ -8,6 +8,7 @@
 #include <cmocka.h>
 
 #include "common/protocol.h"
+#include "common/scene.h"
 
 enum { WIDTH = 100, HEIGHT = 60 };
 
@@ -21,18 +22,57 @@ static bool tile_ok(struct tile tile)
 static void test_counts_add(void **state)
 {
     (void)state;
-    struct render_counts sum = {{1, 2, 3, 4}, 5, 6, 0.5, 0.25, 0.125};
-    struct render_counts more = {{10, 20, 30, 40}, 50, 60, 1, 2, 0.0625};
+    struct render_counts sum = {.rays = {1, 2, 3, 4},
+                                .nonfinite = 5,
+                                .exact_fallbacks = 6,
+                                .intersect_s = 0.5,
+                                .shade_s = 0.25,
+                                .truncation = 0.125,
+                                .unmatched_media = 7,
+                                .open_media = 8,
+                                .first = {.x = 3, .y = 2}};
+    struct render_counts more = {.rays = {10, 20, 30, 40},
+                                 .nonfinite = 50,
+                                 .exact_fallbacks = 60,
+                                 .intersect_s = 1,
+                                 .shade_s = 2,
+                                 .truncation = 0.0625,
+                                 .unmatched_media = 70,
+                                 .open_media = 80,
+                                 .first = {.x = 9, .y = 1}};
     render_counts_add(&sum, &more);
     for (unsigned kind = 0; kind < RAY_KINDS; kind++)
         assert_int_equal(sum.rays[kind], 11 * (kind + 1));
     assert_int_equal(sum.nonfinite, 55);
     assert_int_equal(sum.exact_fallbacks, 66);
     assert_true(sum.intersect_s == 1.5 && sum.shade_s == 2.25);
-    assert_true(sum.truncation == 0.125); /* the largest, not the sum */
+    assert_int_equal(sum.unmatched_media, 77);
+    assert_int_equal(sum.open_media, 88);
+    assert_true(sum.first.x == 9 && sum.first.y == 1); /* in the upper row */
+    assert_true(sum.truncation == 0.125);              /* the largest, not the sum */
     more.truncation = HUGE_VAL;
     render_counts_add(&sum, &more);
     assert_true(isinf(sum.truncation));
+}
+
+/* The first in the picture, in whatever order they come. */
+static void test_first_bad_sample(void **state)
+{
+    (void)state;
+    struct render_counts sum = {.first = {.x = 0}}, none = {.first = {.x = 0}};
+    const struct bad_sample samples[] = {{.x = 5, .y = 9},
+                                         {.x = 7, .y = 4, .sample = 1},
+                                         {.x = 7, .y = 4, .sample = 2},
+                                         {.x = 8, .y = 4}};
+    for (size_t i = 0; i < 4; i++)
+        render_counts_bad(&sum, &samples[i]);
+    render_counts_add(&sum, &none);
+    assert_int_equal(sum.nonfinite, 4);
+    assert_true(sum.first.x == 7 && sum.first.y == 4 && sum.first.sample == 1);
+    assert_true(bad_sample_before(&samples[1], &samples[2]));
+    assert_false(bad_sample_before(&samples[2], &samples[2]));
+    render_counts_add(&none, &sum);
+    assert_true(none.first.x == 7 && none.nonfinite == 4);
 }
 
 static void test_tile_good(void **state)
@@ -165,6 +205,18 @@ static void test_stats_numbers(void **state)
     assert_true(stats_message_valid(&stats, sizeof stats, 0));
     stats.counts.truncation = (double)NAN;
     assert_false(stats_message_valid(&stats, sizeof stats, 0));
+    stats.counts.truncation = 0;
+    stats.counts.first.origin.x = (double)NAN; /* what it is there to tell */
+    assert_true(stats_message_valid(&stats, sizeof stats, 0));
+    uint32_t *const places[] = {&stats.counts.first.x, &stats.counts.first.y,
+                                &stats.counts.first.sample};
+    const uint32_t limits[] = {PICTURE_MAX_EDGE, PICTURE_MAX_EDGE, SAMPLES_MAX};
+    for (size_t i = 0; i < 3; i++) {
+        *places[i] = limits[i];
+        assert_false(stats_message_valid(&stats, sizeof stats, 0));
+        *places[i] = limits[i] - 1;
+        assert_true(stats_message_valid(&stats, sizeof stats, 0));
+    }
 }
 
 static void test_welcome(void **state)
@@ -186,12 +238,12 @@ static void test_welcome(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_counts_add),   cmocka_unit_test(test_tile_good),
-        cmocka_unit_test(test_tile_outside), cmocka_unit_test(test_tile_size),
-        cmocka_unit_test(test_tile_order),   cmocka_unit_test(test_tile_bytes),
-        cmocka_unit_test(test_result),       cmocka_unit_test(test_result_of_share),
-        cmocka_unit_test(test_stats),        cmocka_unit_test(test_stats_numbers),
-        cmocka_unit_test(test_welcome),
+        cmocka_unit_test(test_first_bad_sample), cmocka_unit_test(test_counts_add),
+        cmocka_unit_test(test_tile_good),        cmocka_unit_test(test_tile_outside),
+        cmocka_unit_test(test_tile_size),        cmocka_unit_test(test_tile_order),
+        cmocka_unit_test(test_tile_bytes),       cmocka_unit_test(test_result),
+        cmocka_unit_test(test_result_of_share),  cmocka_unit_test(test_stats),
+        cmocka_unit_test(test_stats_numbers),    cmocka_unit_test(test_welcome),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

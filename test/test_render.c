@@ -9,6 +9,7 @@
 #include <cmocka.h>
 
 #include "master/builder.h"
+#include "worker/color_sum.h"
 #include "worker/render.h"
 
 #define SIZE 24u
@@ -169,6 +170,7 @@ static void test_cutoff_keeps_its_bound(void **state)
         render_scene(cluster(), &view, SIZE, SIZE, &pruned);
         /* The colours are rounded to float: half an ulp below 2 each. */
         assert_true(largest_difference(&exact, &pruned) <= cutoff + 0x1p-23);
+        assert_true(pruned.counts.truncation <= cutoff);
         uint64_t rays = render_counts_rays(&pruned.counts);
         assert_true(rays < before);
         before = rays;
@@ -262,6 +264,167 @@ static void test_shadows_can_be_left_out(void **state)
     assert_int_equal(picture.counts.rays[RAY_SHADOW], 0);
 }
 
+/* Catalogue 54: with kr + kt = 1 no pixel takes more than D / tau rays, tau = cutoff / B(0), and
+ * the error stays below what is reported. Without lights and with a white sky B is 1 at every
+ * depth. */
+static void test_rays_are_bounded(void **state)
+{
+    (void)state;
+    static struct picture picture;
+    const double shares[] = {0.1, 0.5};
+    for (int i = 0; i < 2; i++) {
+        struct builder *builder = builder_create();
+        uint32_t index;
+        struct material glass = {
+            .color = {1, 1, 1}, .reflection = shares[i], .transmission = 1 - shares[i], .ior = 1.5};
+        must(builder_add_material(builder, &glass, &index));
+        for (int k = 0; k < 27; k++)
+            add_sphere(builder, k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1, 0.499, index);
+        struct view view = small_view();
+        view.max_depth = 30;
+        view.cutoff = 1.0 / 64;
+        view.background_bottom = view.background_top = vec3(1, 1, 1);
+        struct scene *scene = builder_finish(builder, &view);
+        builder_destroy(builder);
+        void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
+        struct renderer *renderer = renderer_create(scene, bvh_build(scene, memory));
+        for (uint32_t pixel = 0; pixel < SIZE * SIZE; pixel += 7) {
+            struct tile tile = {.x = pixel % SIZE, .y = pixel / SIZE, .w = 1, .h = 1, .step = 1};
+            renderer_tile(renderer, &tile, picture.rgb, &picture.counts);
+            assert_true(render_counts_rays(&picture.counts) <= 31 * 64);
+            /* All that goes in comes out, into a sky of 1. */
+            double error = fabs(1 - (double)picture.rgb[0]);
+            assert_true(error <= picture.counts.truncation + 0x1p-23);
+            assert_int_equal(picture.counts.unmatched_media, 0);
+            assert_int_equal(picture.counts.open_media, 0);
+        }
+        renderer_destroy(renderer);
+        free(memory);
+        free(scene);
+    }
+}
+
+/* From inside a glass ball in a larger one of water, all rays end up outside of both. */
+static void test_eye_inside_glass(void **state)
+{
+    (void)state;
+    static struct picture picture;
+    struct builder *builder = builder_create();
+    uint32_t glass = material(builder, 0.1, 0.8);
+    add_sphere(builder, 0, 0, 6.2, 1, glass);
+    add_sphere(builder, 0, 0, 5, 3, glass);
+    add_sphere(builder, 2, 0, 1, 2.5, glass);
+    struct view view = small_view();
+    view.cutoff = 1.0 / 4096;
+    render_scene(builder, &view, SIZE, SIZE, &picture);
+    assert_int_equal(picture.counts.unmatched_media, 0);
+    assert_int_equal(picture.counts.open_media, 0);
+    assert_true(picture.counts.rays[RAY_REFRACTION] > SIZE * SIZE);
+}
+
+/* A ball of glass in glass of the same index cannot be seen; with the paper's formulas it can. */
+static void test_equal_media_are_one(void **state)
+{
+    (void)state;
+    static struct picture pictures[3];
+    for (int i = 0; i < 3; i++) {
+        struct builder *builder = builder_create();
+        uint32_t glass;
+        struct material clear = {.color = {1, 1, 1}, .transmission = 1, .ior = 1.5};
+        must(builder_add_material(builder, &clear, &glass));
+        add_sphere(builder, 0, 0, 0, 2, glass);
+        if (i > 0) add_sphere(builder, 0.3, 0.2, 0.5, 1, glass);
+        struct view view = small_view();
+        view.formulas = i == 2 ? FORMULAS_PAPER : FORMULAS_EXACT;
+        render_scene(builder, &view, SIZE, SIZE, &pictures[i]);
+    }
+    assert_true(largest_difference(&pictures[0], &pictures[1]) < 1e-7);
+    assert_true(largest_difference(&pictures[0], &pictures[2]) > 1e-3);
+}
+
+/* Two lights that add up to infinity: counted, and the first one told, whatever the tiles are. */
+static void test_bad_samples_are_told(void **state)
+{
+    (void)state;
+    static struct picture whole, part;
+    struct render_counts counts[2];
+    for (int i = 0; i < 2; i++) {
+        struct builder *builder = builder_create();
+        uint32_t stone = material(builder, 0.5, 0);
+        add_sphere(builder, 0, 0, 0, 1.5, stone);
+        for (int k = 0; k < 2; k++) {
+            struct light light = {.position = {0, 0, 9}, .color = {1.7e308, 1, 1}};
+            must(builder_add_light(builder, &light));
+        }
+        struct view view = small_view();
+        view.samples = 2;
+        view.region_w = view.region_h = SIZE;
+        render_scene(builder, &view, i ? 3 : SIZE, i ? 8 : SIZE, i ? &part : &whole);
+        counts[i] = i ? part.counts : whole.counts;
+    }
+    assert_true(counts[0].nonfinite > 10);
+    assert_int_equal(counts[0].nonfinite, counts[1].nonfinite);
+    assert_memory_equal(&counts[0].first, &counts[1].first, sizeof counts[0].first);
+    const struct bad_sample *first = &counts[0].first;
+    size_t at = ((size_t)first->y * SIZE + first->x) * 3;
+    assert_true(!isfinite(whole.rgb[at]));
+    for (size_t i = 0; i < at; i++)
+        assert_true(isfinite(whole.rgb[i]));
+    assert_true(first->origin.z == 6 && first->depth == 0 && first->direction.z < 0);
+}
+
+/* What floats cannot hold is not finite, even where doubles can. */
+static void test_too_bright_for_floats(void **state)
+{
+    (void)state;
+    static struct picture picture;
+    struct view view = small_view();
+    view.background_bottom = view.background_top = vec3(0, 1e39, 0);
+    render_scene(builder_create(), &view, SIZE, SIZE, &picture);
+    assert_int_equal(picture.counts.nonfinite, SIZE * SIZE);
+    view.background_bottom = view.background_top = vec3(0, 1e38, 0);
+    render_scene(builder_create(), &view, SIZE, SIZE, &picture);
+    assert_int_equal(picture.counts.nonfinite, 0);
+}
+
+/* Catalogue 47: whatever is small counts beside what is large. */
+static void test_color_sum(void **state)
+{
+    (void)state;
+    struct color_sum sum = {{0, 0, 0}, {0, 0, 0}};
+    for (int i = 0; i < 1 << 16; i++)
+        color_sum_add(&sum, vec3(0x1p-70, i == 9 ? 1e30 : 1e14, 1e-30));
+    color_sum_add(&sum, vec3(1, 1e-30, 1e30));
+    color_sum_add(&sum, vec3(0x1p-53, 0, 0));
+    struct vec3 value = color_sum_value(&sum);
+    assert_true(value.x == 1 + 0x1p-52); /* 1 + 2^-53 + 2^-54, rounded once */
+    assert_true(sum.plain.x < value.x);
+    assert_true(value.y == 1e30 + 65535 * 1e14 && value.z == 1e30);
+    color_sum_add(&sum, vec3(HUGE_VAL, 0, 0));
+    assert_true(isinf(color_sum_value(&sum).x));
+}
+
+/* A lamp with its light on its surface: lit towards the light, dark behind the lamp, no noise. */
+static void test_light_on_a_surface(void **state)
+{
+    (void)state;
+    static struct picture lit, bare;
+    for (int i = 0; i < 2; i++) {
+        struct builder *builder = builder_create();
+        uint32_t wall = material(builder, 0, 0);
+        struct plane plane = {.point = {0, 0, -1}, .normal = {0, 0, 1}, .material = wall};
+        must(builder_add_plane(builder, &plane));
+        double x = 0.3, y = -0.7, z = 3.1, radius = 0.37;
+        if (i == 0) add_sphere(builder, x, y, z, radius, wall);
+        add_light(builder, x, y, z - radius);
+        struct view view = small_view();
+        view.camera.eye.z = 2.5; /* in front of the lamp */
+        render_scene(builder, &view, SIZE, SIZE, i ? &bare : &lit);
+    }
+    /* Every pixel sees the wall; the lamp is behind its own light and shades nothing of it. */
+    assert_memory_equal(lit.rgb, bare.rgb, sizeof lit.rgb);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -272,6 +435,13 @@ int main(void)
         cmocka_unit_test(test_facing_mirrors),
         cmocka_unit_test(test_filtered_shadow),
         cmocka_unit_test(test_shadows_can_be_left_out),
+        cmocka_unit_test(test_rays_are_bounded),
+        cmocka_unit_test(test_eye_inside_glass),
+        cmocka_unit_test(test_equal_media_are_one),
+        cmocka_unit_test(test_bad_samples_are_told),
+        cmocka_unit_test(test_too_bright_for_floats),
+        cmocka_unit_test(test_color_sum),
+        cmocka_unit_test(test_light_on_a_surface),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

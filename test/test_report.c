@@ -29,7 +29,11 @@ static struct report sample_report(struct renderer_stats *renderers, int count)
             .send_s = 0.125,
             .finish_s = 3.5 + i / 100.0,
             .bytes = 6220800,
-            .counts = {{1000000, 2000000, 300000, 0}, 0, 7, 2, 1, 0.001},
+            .counts = {.rays = {1000000, 2000000, 300000, 0},
+                       .exact_fallbacks = 7,
+                       .intersect_s = 2,
+                       .shade_s = 1,
+                       .truncation = 0.001},
             .host = "node",
         };
     }
@@ -97,8 +101,39 @@ static void test_json(void **state)
                      "\"shade_s\": 1.000000, \"bytes\": 6220800}\n  ],");
     assert_has(text, "\"error\": [],");
     assert_has(text, "\"truncation\": 0.001\n");
-    assert_has(text, "\"exact_fallbacks\": 14\n");
+    assert_has(text, "\"nonfinite\": 0,\n    \"first\": null,\n    \"exact_fallbacks\": 14,\n"
+                     "    \"unmatched_media\": 0,\n    \"open_media\": 0\n  },");
     assert_has(text, "\"seconds_saved\": 0.000000\n  }\n}\n");
+    free(text);
+}
+
+/* The first in the picture, not on the lowest rank; what is not a number is null. */
+static void test_bad_samples(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[3];
+    struct report report = sample_report(renderers, 3);
+    assert_null(report_first_bad(&report));
+    assert_null(report_bad_samples(&report));
+    const struct bad_sample late = {.x = 1, .y = 7};
+    const struct bad_sample early = {.x = 6,
+                                     .y = 2,
+                                     .sample = 3,
+                                     .depth = 4,
+                                     .origin = {(double)NAN, 0.5, 1},
+                                     .direction = {0, 0, -1}};
+    render_counts_bad(&renderers[0].counts, &late);
+    render_counts_bad(&renderers[2].counts, &early);
+    render_counts_bad(&renderers[2].counts, &late);
+    assert_ptr_equal(report_first_bad(&report), &renderers[2]);
+    char *text = report_json(&report);
+    assert_has(text,
+               "\"nonfinite\": 3,\n    \"first\": {\"rank\": 2, \"pixel\": [6, 2], \"sample\": 3, "
+               "\"depth\": 4, \"ray\": {\"origin\": [null, 0.5, 1], "
+               "\"direction\": [0, 0, -1]}},\n");
+    free(text);
+    text = report_bad_samples(&report);
+    assert_has(text, "3 samples are not finite; the first is sample 3 of pixel 6 2, rank 2, ");
     free(text);
 }
 
@@ -255,7 +290,7 @@ static void test_table_extremes(void **state)
     renderers[0].counts.nonfinite = 12;
     char *text = table_text(&report, 40);
     assert_fits(text, 40);
-    assert_has(text, "12 samples came out as NaN or infinity\n");
+    assert_has(text, "12 samples are not finite\n");
     free(text);
     report.time = (struct run_times){0};
     report.image_file = "a\033[2J.png";
@@ -289,11 +324,17 @@ static void test_table_of_many(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_balance),        cmocka_unit_test(test_json),
-        cmocka_unit_test(test_json_features),  cmocka_unit_test(test_json_without_numbers),
-        cmocka_unit_test(test_json_strings),   cmocka_unit_test(test_json_numbers),
-        cmocka_unit_test(test_table),          cmocka_unit_test(test_table_fits),
-        cmocka_unit_test(test_table_extremes), cmocka_unit_test(test_table_of_many),
+        cmocka_unit_test(test_balance),
+        cmocka_unit_test(test_json),
+        cmocka_unit_test(test_bad_samples),
+        cmocka_unit_test(test_json_features),
+        cmocka_unit_test(test_json_without_numbers),
+        cmocka_unit_test(test_json_strings),
+        cmocka_unit_test(test_json_numbers),
+        cmocka_unit_test(test_table),
+        cmocka_unit_test(test_table_fits),
+        cmocka_unit_test(test_table_extremes),
+        cmocka_unit_test(test_table_of_many),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

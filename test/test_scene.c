@@ -85,6 +85,7 @@ static void test_header_and_view(void **state)
     REFUSED(scene->view.samples, 65537);
     REFUSED(scene->view.max_depth, 1000001);
     REFUSED(scene->view.shadows, 2);
+    REFUSED(scene->view.formulas, 2);
     REFUSED(scene->view.cutoff, -1);
     REFUSED(scene->view.cutoff, nan(""));
     REFUSED(scene->view.camera.eye.x, HUGE_VAL);

@@ -56,7 +56,8 @@ static void test_defaults(void **state)
     assert_true(s.camera.fov == 45 && s.camera.up.y == 1);
     assert_int_equal(s.render.max_depth, 20);
     assert_true(s.render.cutoff == 1.0 / 512);
-    assert_true(s.render.shadows && s.farm.master_renders);
+    assert_true(s.render.shadows && s.farm.master_renders && !s.render.strict);
+    assert_int_equal(s.render.formulas, FORMULAS_EXACT);
     assert_int_equal(s.sampling.samples, 1);
     assert_int_equal(s.farm.schedule, SCHEDULE_DYNAMIC);
     assert_int_equal(s.farm.tile, 0);
@@ -94,6 +95,10 @@ static void test_values(void **state)
     check_good("render", "shadows", "On", "yes");
     check_good("render", "shadows", "0", "no");
     check_bad("render", "shadows", "maybe");
+    check_good("render", "formulas", "Paper", "paper");
+    check_bad("render", "formulas", "naive");
+    check_good("render", "strict", "yes", "yes");
+    check_bad("render", "strict", "2");
     check_bad("sampling", "samples", "0");
     check_bad("sampling", "samples", "65537");
     check_good("farm", "schedule", "Cyclic", "cyclic");

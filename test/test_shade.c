@@ -107,25 +107,74 @@ static void test_snell(void **state)
     (void)state;
     struct shading_point at = point_on_floor(&plain);
     struct vec3 direction;
-    assert_true(refract(&at, &direction));
+    assert_true(refract(&at, 1, 1.5, &direction));
     assert_near(direction.x, sqrt(0.5) / 1.5); /* sin of 45 degrees over the ior */
     assert_near(vec_length(direction), 1);
     at.entering = false; /* from inside: 45 degrees is beyond the critical angle of 41.8 */
-    assert_false(refract(&at, &direction));
+    assert_false(refract(&at, 1.5, 1, &direction));
     at.view = vec3(0.5, -sqrt(0.75), 0);
-    assert_true(refract(&at, &direction));
+    assert_true(refract(&at, 1.5, 1, &direction));
     assert_near(direction.x, 0.75);
 }
 
 static void test_equal_media_bend_nothing(void **state)
 {
     (void)state;
-    struct material air = plain;
-    air.ior = 1;
-    struct shading_point at = point_on_floor(&air);
+    struct shading_point at = point_on_floor(&plain);
     struct vec3 direction;
-    assert_true(refract(&at, &direction));
+    assert_true(refract(&at, 1.5, 1.5, &direction));
     assert_true(direction.x == at.view.x && direction.y == at.view.y && direction.z == at.view.z);
+}
+
+/* The paper's formulas give the same where nothing is stiff; at a huge exponent they do not. */
+static void test_paper_formulas(void **state)
+{
+    (void)state;
+    struct shading_point at = point_on_floor(&plain), paper = at;
+    paper.formulas = FORMULAS_PAPER;
+    struct vec3 to_light = {2, 3, 1}, one = {1, 1, 1}, refracted, expected;
+    struct vec3 color = shade_light(&at, to_light, one);
+    assert_vec_near(shade_light(&paper, to_light, one), color.x, color.y, color.z);
+    assert_vec_near(reflect(&paper), reflect(&at).x, reflect(&at).y, reflect(&at).z);
+    assert_true(refract(&at, 1, 1.5, &expected) && refract(&paper, 1, 1.5, &refracted));
+    assert_vec_near(refracted, expected.x, expected.y, expected.z);
+    struct material needle = plain;
+    needle.shininess = 1e9;
+    at.material = paper.material = &needle;
+    to_light = vec_add(reflect(&at), vec3(1e-5, 0, 0));
+    double exact = shade_light(&at, to_light, one).x, naive = shade_light(&paper, to_light, one).x;
+    assert_true(fabs(exact - naive) > 1e-9 * exact && fabs(exact - naive) < 1e-3 * exact);
+}
+
+/* Catalogue 33: a light that is the point lights nothing there, one next to it as any other. */
+static void test_light_at_the_point(void **state)
+{
+    (void)state;
+    struct shading_point at = point_on_floor(&plain);
+    struct vec3 to_light, one = {1, 1, 1};
+    assert_false(light_faces(&at, &(struct light){.position = at.point}, &to_light));
+    const double distances[] = {5e-324, 1e-310, 1e-200, 1e150, 1e308};
+    struct vec3 color = shade_light(&at, vec3(0, 1, 0), one);
+    for (size_t i = 0; i < sizeof distances / sizeof *distances; i++) {
+        struct light light = {.position = {0, distances[i], 0}};
+        assert_true(light_faces(&at, &light, &to_light));
+        struct vec3 near = shade_light(&at, to_light, one);
+        assert_vec_near(near, color.x, color.y, color.z);
+    }
+}
+
+/* Catalogue 47: light scaled by a power of two scales the colour bit for bit. */
+static void test_light_scales(void **state)
+{
+    (void)state;
+    struct shading_point at = point_on_floor(&plain);
+    struct vec3 strength = {0.3, 0.7, 1.1}, to_light = {0.4, 0.9, -0.2};
+    struct vec3 color = shade_light(&at, to_light, strength);
+    for (int k = -60; k <= 60; k += 15) {
+        struct vec3 scaled = shade_light(&at, to_light, vec_scale(strength, ldexp(1, k)));
+        assert_true(scaled.x == ldexp(color.x, k) && scaled.y == ldexp(color.y, k) &&
+                    scaled.z == ldexp(color.z, k));
+    }
 }
 
 static void test_background_gradient(void **state)
@@ -148,6 +197,9 @@ int main(void)
         cmocka_unit_test(test_mirror),
         cmocka_unit_test(test_snell),
         cmocka_unit_test(test_equal_media_bend_nothing),
+        cmocka_unit_test(test_paper_formulas),
+        cmocka_unit_test(test_light_at_the_point),
+        cmocka_unit_test(test_light_scales),
         cmocka_unit_test(test_background_gradient),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -42,9 +42,30 @@ static void test_prunes_by_the_sum(void **state)
     for (int i = 0; i < 8; i++)
         push(&tree, 0.125, 1);
     for (int i = 0; i < 4; i++)
-        assert_true(tree_pop(&tree, 0.5, &branch, &dropped));
-    assert_false(tree_pop(&tree, 0.5, &branch, &dropped));
-    assert_true(dropped == 0.5);
+        assert_true(tree_pop(&tree, 0.5 + 1e-12, &branch, &dropped));
+    /* Never less than what is there, and hardly more. */
+    assert_false(tree_pop(&tree, 0.5 + 1e-12, &branch, &dropped));
+    assert_true(dropped >= 0.5 && dropped < 0.5 + 1e-14);
+    assert_int_equal(tree.count, 0);
+    tree_free(&tree);
+}
+
+/* Bounds whose sum rounds down: what is told as dropped is not below the true sum. */
+static void test_sums_are_upper_bounds(void **state)
+{
+    (void)state;
+    struct tree tree = {0};
+    struct branch branch;
+    double dropped = 0;
+    push(&tree, 1, 1);
+    for (int i = 0; i < 1000; i++)
+        push(&tree, 0x1p-54, 1); /* each is lost beside 1 */
+    assert_false(tree_pop(&tree, 2, &branch, &dropped));
+    assert_true(dropped >= 1 + 1000 * 0x1p-54);
+    push(&tree, 0.25, 1);
+    push(&tree, 0.5, 1);
+    dropped = tree_drop(&tree);
+    assert_true(dropped >= 0.75 && dropped < 0.75 + 1e-14);
     assert_int_equal(tree.count, 0);
     tree_free(&tree);
 }
@@ -95,6 +116,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_most_important_first),
         cmocka_unit_test(test_prunes_by_the_sum),
+        cmocka_unit_test(test_sums_are_upper_bounds),
         cmocka_unit_test(test_without_cutoff_depth_first),
         cmocka_unit_test(test_memory_stays_bounded),
     };

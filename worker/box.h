@@ -2,6 +2,8 @@
 #ifndef FARM_WORKER_BOX_H
 #define FARM_WORKER_BOX_H
 
+#include <float.h>
+
 #include "worker/shape.h"
 
 static inline struct bounds box_bounds(const struct box *box)
@@ -16,30 +18,72 @@ static inline double box_face(const struct box *box, uint32_t part)
 }
 
 /*
- * The part of the line between the three pairs of faces. A ray parallel to a pair and in between
- * divides by zero to (-inf, inf); exactly in a face it is 0 / 0 = NaN, which loses every
- * comparison: the box is closed.
+ * The part of the line between the three pairs of faces, in rounded distances. A ray parallel to a
+ * pair of faces is between them (the box is closed) or misses: false.
  */
-static inline struct crossings box_line(const struct box *box, const struct ray *ray)
+static inline bool box_line(const struct box *box, const struct ray *ray, struct crossings *line)
 {
-    struct crossings line = {.t = {-INFINITE, INFINITE}};
+    *line = (struct crossings){.t = {-INFINITE, INFINITE}};
     for (unsigned axis = 0; axis < 3; axis++) {
         double speed = vec_component(&ray->direction, axis);
         double origin = vec_component(&ray->origin, axis);
         uint32_t in = 2 * axis + (signbit(speed) ? 1 : 0);
         uint32_t out = in ^ 1;
+        if (speed == 0) {
+            if (origin < box_face(box, 2 * axis) || origin > box_face(box, 2 * axis + 1))
+                return false;
+            continue;
+        }
         double enter = (box_face(box, in) - origin) / speed;
         double leave = (box_face(box, out) - origin) / speed;
-        if (enter > line.t[0]) {
-            line.t[0] = enter;
-            line.part[0] = in;
+        if (enter > line->t[0]) {
+            line->t[0] = enter;
+            line->part[0] = in;
         }
-        if (leave < line.t[1]) {
-            line.t[1] = leave;
-            line.part[1] = out;
+        if (leave < line->t[1]) {
+            line->t[1] = leave;
+            line->part[1] = out;
         }
     }
-    return line;
+    return true;
+}
+
+/* A box without thickness along some axis is a sheet, crossed once whatever the direction. */
+static inline bool box_is_sheet(const struct box *box)
+{
+    return box->min.x == box->max.x || box->min.y == box->max.y || box->min.z == box->max.z;
+}
+
+/* The face of a sheet that looks at the ray; `otherwise` for a ray along it. */
+static inline uint32_t box_sheet_face(const struct box *box, const struct ray *ray,
+                                      uint32_t otherwise)
+{
+    for (uint32_t low = 0; low < 6; low += 2) {
+        double speed = vec_component(&ray->direction, low / 2);
+        if (box_face(box, low) == box_face(box, low + 1) && speed != 0)
+            return speed < 0 ? low + 1 : low;
+    }
+    return otherwise;
+}
+
+/* Whether the line enters all three pairs of faces before it leaves any, without rounding. */
+bool box_is_met(const struct box *box, const struct ray *ray);
+
+/*
+ * A distance to a face is rounded twice, so two of them are certainly in order when they differ by
+ * 4 u (1 + u) of the larger one; twice that covers the roundings of this comparison.
+ */
+#define BOX_FILTER (8 * UNIT_ROUNDOFF)
+
+static inline bool box_line_is_inside(const struct box *box, const struct ray *ray,
+                                      const struct crossings *line, uint64_t *exact)
+{
+    double enter = line->t[0], leave = line->t[1];
+    double margin = BOX_FILTER * fmax(fabs(enter), fabs(leave));
+    if (leave - enter > margin) return true;
+    if (enter - leave > margin) return false;
+    ++*exact;
+    return box_is_met(box, ray);
 }
 
 /* Whether a ray that starts on a face goes into the box. Along a face is outside. */
@@ -50,23 +94,48 @@ static inline bool box_goes_inside(uint32_t face, const struct ray *ray)
 }
 
 /*
+ * The way out of a ray that starts on a face and goes into the box. Its rounded origin may lie
+ * beside the box at an edge: then it leaves at once, but it does leave.
+ */
+static inline struct crossings box_way_out(const struct box *box, const struct ray *ray)
+{
+    struct crossings line;
+    uint32_t face = ray->from_part;
+    if (!box_goes_inside(face, ray) || box_is_sheet(box)) return NO_CROSSINGS;
+    if (!box_line(box, ray, &line)) {
+        line = one_crossing(NOT_CROSSED);
+        line.part[1] = face ^ 1;
+    }
+    line.t[0] = NOT_CROSSED;
+    if (!(line.t[1] > 0)) line.t[1] = DBL_TRUE_MIN;
+    return line;
+}
+
+/*
  * In and out. leaving: the ray starts on the face from_part of this box; outward of it nothing can
- * be met, inward only the way out. A box without thickness is a sheet, crossed once.
+ * be met, inward only the way out. Which of two faces is met at their edge is left to the rounded
+ * distances, with the lower axis first.
  */
 static inline struct crossings box_crossings(const struct box *box, const struct ray *ray,
-                                             bool leaving)
+                                             bool leaving, uint64_t *exact)
 {
-    if (leaving && !box_goes_inside(ray->from_part, ray)) return NO_CROSSINGS;
-    struct crossings line = box_line(box, ray);
-    if (leaving) {
-        uint32_t face = ray->from_part;
-        line.t[0] = NOT_CROSSED;
-        if (box_face(box, face) == box_face(box, face ^ 1)) return NO_CROSSINGS;
-        return line;
+    struct crossings line;
+    if (leaving) return box_way_out(box, ray);
+    if (!box_line(box, ray, &line)) return NO_CROSSINGS;
+    if (!box_line_is_inside(box, ray, &line, exact)) return NO_CROSSINGS;
+    if (line.t[1] < line.t[0]) line.t[1] = line.t[0]; /* in order but for their rounding */
+    if (box_is_sheet(box)) {
+        line.part[0] = box_sheet_face(box, ray, line.part[0]);
+        line.t[1] = NOT_CROSSED;
     }
-    if (!(line.t[0] <= line.t[1])) return NO_CROSSINGS;
-    if (box_face(box, line.part[0]) == box_face(box, line.part[0] ^ 1)) line.t[1] = NOT_CROSSED;
     return line;
+}
+
+/* The distance to a face that the ray crosses. */
+static inline struct dd box_parameter(const struct box *box, const struct ray *ray, uint32_t face)
+{
+    struct dd way = exact_difference(box_face(box, face), vec_component(&ray->origin, face / 2));
+    return dd_div(way, dd(vec_component(&ray->direction, face / 2)));
 }
 
 static inline struct vec3 box_normal(uint32_t face)

@@ -277,15 +277,42 @@ static void build_node(struct build *build, uint32_t node, uint32_t first, uint3
     build_node(build, children + 1, first + left, count - left, depth + 1);
 }
 
-static void collect_items(const struct scene *scene, struct item *items)
+/* The bounds of everything, in double. */
+static struct bounds scene_bounds(const struct scene *scene)
+{
+    struct bounds all = {{INFINITE, INFINITE, INFINITE}, {-INFINITE, -INFINITE, -INFINITE}};
+    for (enum primitive_kind kind = 0; kind < PRIMITIVE_PLANE; kind++) {
+        for (uint32_t index = 0; index < scene->primitives[kind].count; index++) {
+            struct bounds bounds = primitive_bounds(scene, primitive_id(kind, index));
+            for (unsigned axis = 0; axis < 3; axis++) {
+                all.min[axis] = fmin(all.min[axis], bounds.min[axis]);
+                all.max[axis] = fmax(all.max[axis], bounds.max[axis]);
+            }
+        }
+    }
+    return all;
+}
+
+/* The middle, on axes where that is further from the origin than the scene is wide. */
+static void place_center(const struct scene *scene, double center[3])
+{
+    struct bounds all = scene_bounds(scene);
+    for (unsigned axis = 0; axis < 3; axis++) {
+        double middle = all.min[axis] / 2 + all.max[axis] / 2;
+        bool far = isfinite(middle) && fabs(middle) > all.max[axis] - all.min[axis];
+        center[axis] = far ? middle : 0;
+    }
+}
+
+static void collect_items(const struct scene *scene, const double center[3], struct item *items)
 {
     size_t i = 0;
     for (enum primitive_kind kind = 0; kind < PRIMITIVE_PLANE; kind++) {
         for (uint32_t index = 0; index < scene->primitives[kind].count; index++, i++) {
             struct bounds bounds = primitive_bounds(scene, primitive_id(kind, index));
             for (unsigned axis = 0; axis < 3; axis++) {
-                items[i].extent.min[axis] = round_down(bounds.min[axis]);
-                items[i].extent.max[axis] = round_up(bounds.max[axis]);
+                items[i].extent.min[axis] = round_down(bounds.min[axis] - center[axis]);
+                items[i].extent.max[axis] = round_up(bounds.max[axis] - center[axis]);
             }
             items[i].id = primitive_id(kind, index);
         }
@@ -305,7 +332,8 @@ struct bvh *bvh_build(const struct scene *scene, void *memory)
 
     struct build build = {.nodes = (void *)((char *)memory + bvh->nodes_offset), .node_count = 2};
     build.items = allocate((size_t)primitives, sizeof *build.items);
-    collect_items(scene, build.items);
+    place_center(scene, bvh->center);
+    collect_items(scene, bvh->center, build.items);
     build_node(&build, 0, 0, (uint32_t)primitives, 0);
     memset(&build.nodes[1], 0, sizeof build.nodes[1]);
     bvh->node_count = build.node_count;

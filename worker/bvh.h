@@ -12,7 +12,7 @@
 
 #include "common/scene.h"
 
-/* Bounds are rounded outward to float. */
+/* Bounds are taken from the tree's centre and rounded outward to float. */
 struct bvh_node {
     float min[3], max[3];
     uint32_t first; /* inner node: its two children are nodes first and first + 1; */
@@ -31,7 +31,8 @@ struct bvh {
     uint64_t primitive_count;
     uint64_t nodes_offset; /* struct bvh_node; the root is node 0 (absent when node_count is 0) */
     uint64_t primitives_offset; /* uint32_t primitive ids */
-    uint64_t reserved[3];
+    double center[3]; /* 0 unless the scene is small and far from the origin: a float's spacing is
+                       * 64 at 1e9 */
 };
 
 static inline const struct bvh_node *bvh_nodes(const struct bvh *bvh)

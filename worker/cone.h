@@ -31,180 +31,129 @@ static inline struct bounds cone_bounds(const struct cone *cone)
     return bounds;
 }
 
-/* While a ray is inside something convex; empty when !(enter <= leave). */
-struct interval {
-    double enter, leave;
+/*
+ * A plain dot or cross product of the ray's, the axis' and the direction's components errs by less
+ * than 10 u of the product of their lengths, for which sums of absolute values are taken. The
+ * comparisons below allow for 32 u of every product in them; the rest covers their own roundings.
+ */
+#define CONE_FILTER (32 * UNIT_ROUNDOFF)
+
+/* The ray in plain arithmetic, as in the head of the file. */
+struct cone_sketch {
+    struct vec3 f, w, F, D;
+    double reach, width, speed; /* sums of absolute values of f, w and the direction */
+    double height, rise, W;     /* f.w, d.w, w.w */
+    double radius;              /* the larger one */
 };
 
-#define INTERVAL_NONE ((struct interval){INFINITE, -INFINITE})
-#define INTERVAL_ALL  ((struct interval){-INFINITE, INFINITE})
-
-/* The quantities of the file's head. */
-struct cone_line {
-    struct vec3 F, D;
-    double W, DD, rho0, rho1;
-    double A, B;
-};
-
-static inline struct cone_line cone_line(const struct cone *cone, const struct ray *ray)
+static inline struct cone_sketch cone_sketch(const struct cone *cone, const struct ray *ray)
 {
-    struct cone_line line;
-    struct vec3 w = vec_sub(cone->apex, cone->base);
-    struct vec3 f = vec_sub(ray->origin, cone->base);
-    double widening = cone->apex_radius - cone->base_radius;
-    line.W = vec_dot(w, w);
-    line.F = vec_cross(f, w);
-    line.D = vec_cross(ray->direction, w);
-    line.DD = vec_dot(line.D, line.D);
-    line.rho0 = cone->base_radius + widening * (vec_dot(f, w) / line.W);
-    line.rho1 = widening * (vec_dot(ray->direction, w) / line.W);
-    line.A = line.DD - line.W * line.rho1 * line.rho1;
-    line.B = line.W * line.rho0 * line.rho1 - vec_dot(line.F, line.D);
-    return line;
+    struct cone_sketch s;
+    s.w = vec_sub(cone->apex, cone->base);
+    s.f = vec_sub(ray->origin, cone->base);
+    s.F = vec_cross(s.f, s.w);
+    s.D = vec_cross(ray->direction, s.w);
+    s.reach = sum_of_sizes(s.f);
+    s.width = sum_of_sizes(s.w);
+    s.speed = sum_of_sizes(ray->direction);
+    s.height = vec_dot(s.f, s.w);
+    s.rise = vec_dot(ray->direction, s.w);
+    s.W = vec_dot(s.w, s.w);
+    s.radius = fmax(cone->base_radius, cone->apex_radius);
+    return s;
+}
+
+/* Whether products of four of these are in range. */
+static inline bool cone_sketch_holds(const struct cone_sketch *s)
+{
+    double most = fmax(fmax(s->reach, s->width), fmax(s->speed, s->radius));
+    double least = fmin(s->width, fmin(s->speed, s->radius));
+    return most < 0x1p200 && least > 0x1p-200;
+}
+
+/* Whether the line certainly passes the largest circle of the side outside: |f.(d x w)| / |d x w|
+ * is its distance to the axis. */
+static inline bool cone_is_beside(const struct cone_sketch *s)
+{
+    double error = CONE_FILTER * s->speed * s->width * (s->reach + s->radius);
+    return fabs(vec_dot(s->f, s->D)) > s->radius * sqrt(vec_dot(s->D, s->D)) + error;
 }
 
 /*
- * The square root of B^2 - A C. With G = F + t D where the ray passes closest to the axis (G.D = 0)
- * and the radius rho there, the discriminant is W D.D rho^2 - A G.G, which, unlike B^2 - A C, does
- * not cancel for a distant cone; the difference of squares is factored. Negative: the line misses.
+ * Whether the ray certainly stays outside of the largest circle, or has the cone behind it, while
+ * it is between the planes of the caps. The squared distance to the axis, times W, is convex along
+ * the ray, and so not less than its tangent at the start of that piece.
  */
-static inline double cone_root(const struct cone_line *line)
+static inline bool cone_is_off(const struct cone_sketch *s)
 {
-    double t = line->DD > 0 ? -vec_dot(line->F, line->D) / line->DD : 0;
-    struct vec3 G = vec_add_scaled(line->F, line->D, t);
-    double rho = line->rho0 + t * line->rho1;
-    double GG = vec_dot(G, G);
-    if (line->A <= 0) return sqrt(line->W * line->DD * rho * rho - line->A * GG);
-    double x = sqrt(line->W * line->DD) * fabs(rho);
-    double y = sqrt(line->A * GG);
-    return x >= y ? sqrt((x - y) * (x + y)) : -1;
+    double rise_error = CONE_FILTER * s->speed * s->width;
+    if (!(fabs(s->rise) > 0x1p10 * rise_error)) return false;
+    double to_base = -s->height / s->rise, to_apex = (s->W - s->height) / s->rise;
+    double most = fmax(fabs(to_base), fabs(to_apex));
+    double slack = CONE_FILTER * s->width * (s->reach + s->width) + most * rise_error;
+    slack = 2 * slack / fabs(s->rise);
+    double start = fmax(fmin(to_base, to_apex) - slack, 0);
+    double length = fmax(to_base, to_apex) + slack - start;
+    if (length < 0) return true;
+    struct vec3 G = vec_add_scaled(s->F, s->D, start);
+    double size = sum_of_sizes(G), error = CONE_FILTER * s->width * (s->reach + start * s->speed);
+    double slope = 2 * vec_dot(G, s->D), spread = sum_of_sizes(s->D) + rise_error;
+    double square = vec_dot(G, G) + fmin(slope, 0) * length;
+    double limit = s->radius * s->radius * s->W * (1 + CONE_FILTER);
+    limit += 4 * (size + error) * error + 4 * length * (size * rise_error + error * spread);
+    return square - CONE_FILTER * (size * size + length * size * spread) > limit;
 }
 
-/* A = 0: the ray is parallel to a generator, or to the axis of a cylinder. */
-static inline struct interval cone_linear(double B, double C, double rho1)
+/* Whether the ray certainly leaves its part of the surface outward. */
+static inline bool cone_is_left(const struct cone *cone, const struct cone_sketch *s,
+                                uint32_t from_part)
 {
-    if (B == 0) return C <= 0 ? INTERVAL_ALL : INTERVAL_NONE;
-    if (B > 0) return rho1 > 0 ? (struct interval){C / (2 * B), INFINITE} : INTERVAL_NONE;
-    return rho1 < 0 ? (struct interval){-INFINITE, C / (2 * B)} : INTERVAL_NONE;
+    double rise_error = CONE_FILTER * s->speed * s->width;
+    if (from_part == CONE_BASE_CAP) return s->rise < -rise_error;
+    if (from_part == CONE_APEX_CAP) return s->rise > rise_error;
+    double widening = cone->apex_radius - cone->base_radius, size = fabs(widening);
+    double axial = (cone->base_radius + widening * (s->height / s->W)) * widening * s->rise;
+    double terms = s->width * s->width * s->reach + size * cone->base_radius * s->width;
+    double error = CONE_FILTER * s->speed * (terms + size * size * s->reach);
+    return axial - vec_dot(s->F, s->D) < -error;
 }
 
-/*
- * Between the roots when the ray is flatter than the generators: then it meets one nappe, and if
- * that is the other one, the slab cuts all of it off. A steeper ray meets both: of its two
- * half-lines the one that runs towards greater radii.
- */
-static inline struct interval cone_nappe(double A, double first, double second, double rho1)
+/* Whether nothing of the cone is certainly ahead. */
+static inline bool cone_is_missed(const struct cone *cone, const struct ray *ray, bool leaving)
 {
-    double low = fmin(first, second), high = fmax(first, second);
-    if (A > 0) return (struct interval){low, high};
-    return rho1 > 0 ? (struct interval){high, INFINITE} : (struct interval){-INFINITE, low};
+    struct cone_sketch s = cone_sketch(cone, ray);
+    if (!cone_sketch_holds(&s)) return false;
+    if (leaving) return cone_is_left(cone, &s, ray->from_part);
+    return cone_is_beside(&s) || cone_is_off(&s);
 }
 
-static inline struct interval cone_side(const struct cone_line *line)
-{
-    double C = vec_dot(line->F, line->F) - line->W * line->rho0 * line->rho0;
-    if (line->A == 0) return cone_linear(line->B, C, line->rho1);
-    double root = cone_root(line);
-    if (!(root >= 0)) return INTERVAL_NONE;
-    double q = line->B + copysign(root, line->B);
-    if (q == 0) return cone_nappe(line->A, 0, 0, line->rho1);
-    return cone_nappe(line->A, C / q, q / line->A, line->rho1);
-}
-
-/* The same for a ray that starts on the side and goes inward: C = 0, one root is 0. */
-static inline struct interval cone_side_from(const struct cone_line *line)
-{
-    return (struct interval){0, line->A > 0 ? 2 * line->B / line->A : INFINITE};
-}
-
-/* Between the base and the apex plane; *enter_part and *leave_part are the caps crossed. */
-static inline struct interval cone_slab(const struct cone *cone, const struct ray *ray,
-                                        uint32_t *enter_part, uint32_t *leave_part)
-{
-    struct vec3 w = vec_sub(cone->apex, cone->base);
-    double speed = vec_dot(ray->direction, w);
-    double to_base = vec_dot(vec_sub(cone->base, ray->origin), w);
-    double to_apex = vec_dot(vec_sub(cone->apex, ray->origin), w);
-    *enter_part = speed < 0 ? CONE_APEX_CAP : CONE_BASE_CAP;
-    *leave_part = speed < 0 ? CONE_BASE_CAP : CONE_APEX_CAP;
-    if (speed == 0) return to_base <= 0 && to_apex >= 0 ? INTERVAL_ALL : INTERVAL_NONE;
-    if (speed < 0) return (struct interval){to_apex / speed, to_base / speed};
-    return (struct interval){to_base / speed, to_apex / speed};
-}
-
-/* Whether a ray that starts on a part goes into the cone. Along the surface is outside. */
-static inline bool cone_goes_inside(const struct cone *cone, const struct cone_line *line,
-                                    const struct ray *ray)
-{
-    if (ray->from_part == CONE_SIDE) return line->B > 0;
-    double speed = vec_dot(ray->direction, vec_sub(cone->apex, cone->base));
-    return ray->from_part == CONE_BASE_CAP ? speed > 0 : speed < 0;
-}
-
-static inline struct crossings cone_solid(struct interval side, struct interval slab,
-                                          uint32_t enter_cap, uint32_t leave_cap)
-{
-    struct crossings found = NO_CROSSINGS;
-    bool through_enter_cap = slab.enter >= side.enter;
-    bool through_leave_cap = slab.leave <= side.leave;
-    double enter = through_enter_cap ? slab.enter : side.enter;
-    double leave = through_leave_cap ? slab.leave : side.leave;
-    if (!(enter <= leave)) return found;
-    found.t[0] = enter;
-    found.t[1] = leave;
-    found.part[0] = through_enter_cap ? enter_cap : CONE_SIDE;
-    found.part[1] = through_leave_cap ? leave_cap : CONE_SIDE;
-    return found;
-}
-
-static inline struct crossings cone_open(struct interval side, struct interval slab)
-{
-    struct crossings found = NO_CROSSINGS;
-    if (!(side.enter <= side.leave)) return found;
-    if (side.enter >= slab.enter && side.enter <= slab.leave) found.t[0] = side.enter;
-    if (side.leave >= slab.enter && side.leave <= slab.leave) found.t[1] = side.leave;
-    return found;
-}
+/* The crossings when cone_is_missed() is not sure. */
+struct crossings cone_roots(const struct cone *cone, const struct ray *ray, bool leaving,
+                            uint64_t *exact);
 
 /*
- * In and out. leaving: the ray starts on the part from_part of this cone. Outward of a convex
- * solid, and of a convex open surface, nothing can be met again; inward only the way out.
+ * In and out; nothing when all of it lies behind. leaving: the ray starts on the part from_part of
+ * this cone. Outward of a convex solid, and of a convex open surface, nothing can be met again;
+ * inward only the way out.
  */
 static inline struct crossings cone_crossings(const struct cone *cone, const struct ray *ray,
-                                              bool leaving)
+                                              bool leaving, uint64_t *exact)
 {
-    struct cone_line line = cone_line(cone, ray);
-    uint32_t enter_cap, leave_cap;
-    struct interval slab = cone_slab(cone, ray, &enter_cap, &leave_cap);
-    if (!leaving) {
-        struct interval side = cone_side(&line);
-        return cone->capped ? cone_solid(side, slab, enter_cap, leave_cap) : cone_open(side, slab);
-    }
-    if (!cone_goes_inside(cone, &line, ray)) return NO_CROSSINGS;
-    struct interval side = ray->from_part == CONE_SIDE ? cone_side_from(&line) : cone_side(&line);
-    side.enter = slab.enter = -INFINITE;
-    struct crossings found =
-        cone->capped ? cone_solid(side, slab, enter_cap, leave_cap) : cone_open(side, slab);
-    found.t[0] = NOT_CROSSED;
-    return found;
+    if (cone_is_missed(cone, ray, leaving)) return NO_CROSSINGS;
+    return cone_roots(cone, ray, leaving, exact);
 }
 
+/* The crossing that cone_crossings() has rounded to t; for a way out see sphere_parameter(). */
+struct dd cone_parameter(const struct cone *cone, const struct ray *ray, double t, uint32_t part,
+                         bool leaving);
+
+/* Where that is, seen from the base. */
+struct dd3 cone_point(const struct cone *cone, const struct ray *ray, double t, bool leaving);
+
 /*
- * Outward unit normal at the point p = o + t d, seen from the base. On the side it is the gradient
- * of the file head's quadric; at the tip, where that is 0, it is the axis.
+ * Outward unit normal at the point p, seen from the base. On the side it is the gradient of the
+ * file head's quadric; at the tip, where that is 0, it is the axis.
  */
-static inline struct vec3 cone_normal(const struct cone *cone, struct vec3 p, uint32_t part)
-{
-    struct vec3 w = vec_sub(cone->apex, cone->base);
-    if (part == CONE_APEX_CAP) return vec_normalize(w);
-    if (part == CONE_BASE_CAP) return vec_normalize(vec_neg(w));
-    double W = vec_dot(w, w);
-    double widening = cone->apex_radius - cone->base_radius;
-    struct vec3 radial = vec_add_scaled(p, w, -(vec_dot(p, w) / W));
-    double rho = sqrt(vec_dot(radial, radial));
-    struct vec3 gradient = vec_add_scaled(radial, w, -(rho * widening / W));
-    if (vec_is_zero(gradient)) return vec_normalize(widening < 0 ? w : vec_neg(w));
-    return vec_normalize(gradient);
-}
+struct vec3 cone_normal(const struct cone *cone, struct dd3 p, uint32_t part);
 
 #endif

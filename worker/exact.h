@@ -1,8 +1,31 @@
-/* Sums and products with a known error, from the fused multiply-add. */
+/*
+ * Arithmetic with a known error, from the fused multiply-add: sums and products with their rounding
+ * errors, double-double numbers, and sums of products whose sign is exact.
+ */
 #ifndef FARM_WORKER_EXACT_H
 #define FARM_WORKER_EXACT_H
 
 #include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "common/vec.h"
+
+/*
+ * For functions that use fma(): compiled a second time for processors that have it as an
+ * instruction, chosen when the program starts (by GCC; Clang wants the attribute at every
+ * declaration); without it, it is a call into the library. Either way it is exact, and the bits are
+ * the same.
+ */
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__FMA__) &&        \
+    !defined(__SANITIZE_ADDRESS__)
+#define FOR_THE_PROCESSOR __attribute__((target_clones("fma", "default"), flatten))
+#else
+#define FOR_THE_PROCESSOR __attribute__((flatten))
+#endif
+
+/* 2^-53, half the spacing of doubles in [1, 2): the relative error of one rounded operation. */
+#define UNIT_ROUNDOFF 0x1p-53
 
 /*
  * a b - c d with a relative error of at most 2 u (W. Kahan; Jeannerod, Louvet and Muller, "Further
@@ -17,29 +40,244 @@ static inline double difference_of_products(double a, double b, double c, double
     return fma(a, b, -cd) + error;
 }
 
+/*
+ * A double-double: high + low with |low| <= u |high|, some 106 bits. The operations below are those
+ * of M. Joldes, J.-M. Muller and V. Popescu, "Tight and rigorous error bounds for basic building
+ * blocks of double-word arithmetic", ACM TOMS 44(2), 2017; their relative errors are at most
+ * DD_ROUNDOFF times the factor given at each, as long as no product of two high parts leaves
+ * [2^-900, 2^1000].
+ */
+struct dd {
+    double high, low;
+};
+
+#define DD_ROUNDOFF 0x1p-106
+
 /* A value and what rounding took from it: high + low. */
 struct compensated {
     double high, low;
 };
 
-/* a - b without any error (Knuth's TwoSum). */
-static inline struct compensated exact_difference(double a, double b)
+static inline struct dd dd(double a)
 {
-    double high = a - b;
-    double minus_b = high - a;
-    return (struct compensated){high, (a - (high - minus_b)) - (b + minus_b)};
+    return (struct dd){a, 0};
 }
 
-/* sum + a b as if computed in twice the precision and rounded (Ogita, Rump and Oishi, "Accurate sum
- * and dot product", SIAM J. Sci. Comput. 26, 2005). */
-static inline struct compensated add_product(struct compensated sum, double a, double b)
+/* a + b without error when |a| >= |b| or a = 0 (Dekker). */
+static inline struct dd sum_of_ordered(double a, double b)
 {
-    double product = a * b;
-    double product_error = fma(a, b, -product);
-    double high = sum.high + product;
-    double part = high - sum.high;
-    double sum_error = (sum.high - (high - part)) + (product - part);
-    return (struct compensated){high, sum.low + (sum_error + product_error)};
+    double high = a + b;
+    return (struct dd){high, b - (high - a)};
 }
+
+/* a + b without error (Knuth's TwoSum). */
+static inline struct dd exact_sum(double a, double b)
+{
+    double high = a + b;
+    double part = high - a;
+    return (struct dd){high, (a - (high - part)) + (b - part)};
+}
+
+static inline struct dd exact_difference(double a, double b)
+{
+    return exact_sum(a, -b);
+}
+
+static inline struct dd exact_product(double a, double b)
+{
+    double high = a * b;
+    return (struct dd){high, fma(a, b, -high)};
+}
+
+static inline struct dd dd_negate(struct dd a)
+{
+    return (struct dd){-a.high, -a.low};
+}
+
+/* 3 (1 + 2^-50) */
+static inline struct dd dd_add(struct dd a, struct dd b)
+{
+    struct dd high = exact_sum(a.high, b.high);
+    struct dd low = exact_sum(a.low, b.low);
+    struct dd sum = sum_of_ordered(high.high, high.low + low.high);
+    return sum_of_ordered(sum.high, low.low + sum.low);
+}
+
+static inline struct dd dd_sub(struct dd a, struct dd b)
+{
+    return dd_add(a, dd_negate(b));
+}
+
+/* 5 */
+static inline struct dd dd_mul(struct dd a, struct dd b)
+{
+    struct dd product = exact_product(a.high, b.high);
+    double cross = fma(a.low, b.high, a.low * b.low);
+    return sum_of_ordered(product.high, product.low + fma(a.high, b.low, cross));
+}
+
+/* 2 */
+static inline struct dd dd_scale(struct dd a, double b)
+{
+    struct dd product = exact_product(a.high, b);
+    return sum_of_ordered(product.high, fma(a.low, b, product.low));
+}
+
+/* 10 */
+static inline struct dd dd_div(struct dd a, struct dd b)
+{
+    double quotient = a.high / b.high;
+    struct dd part = dd_scale(b, quotient);
+    double rest = (a.high - part.high) + (a.low - part.low);
+    return sum_of_ordered(quotient, rest / b.high);
+}
+
+/* 4; 0 for what is not positive */
+static inline struct dd dd_sqrt(struct dd a)
+{
+    if (!(a.high > 0)) return dd(0);
+    double root = sqrt(a.high);
+    double rest = fma(-root, root, a.high) + a.low;
+    return sum_of_ordered(root, rest / (2 * root));
+}
+
+/* The exponent may be anything: ldexp() of both parts. */
+static inline struct dd dd_ldexp(struct dd a, int exponent)
+{
+    return (struct dd){ldexp(a.high, exponent), ldexp(a.low, exponent)};
+}
+
+/* Vectors of them. */
+struct dd3 {
+    struct dd x, y, z;
+};
+
+/* a - b without error. */
+static inline struct dd3 exact_difference3(struct vec3 a, struct vec3 b)
+{
+    return (struct dd3){exact_difference(a.x, b.x), exact_difference(a.y, b.y),
+                        exact_difference(a.z, b.z)};
+}
+
+static inline struct dd3 dd3_of(struct vec3 a)
+{
+    return (struct dd3){dd(a.x), dd(a.y), dd(a.z)};
+}
+
+/* The high parts: rounded to double. */
+static inline struct vec3 dd3_round(struct dd3 a)
+{
+    return vec3(a.x.high, a.y.high, a.z.high);
+}
+
+static inline struct dd3 dd3_add(struct dd3 a, struct dd3 b)
+{
+    return (struct dd3){dd_add(a.x, b.x), dd_add(a.y, b.y), dd_add(a.z, b.z)};
+}
+
+static inline struct dd3 dd3_sub(struct dd3 a, struct dd3 b)
+{
+    return (struct dd3){dd_sub(a.x, b.x), dd_sub(a.y, b.y), dd_sub(a.z, b.z)};
+}
+
+/* a s */
+static inline struct dd3 dd3_scale(struct vec3 a, struct dd s)
+{
+    return (struct dd3){dd_scale(s, a.x), dd_scale(s, a.y), dd_scale(s, a.z)};
+}
+
+static inline struct dd3 dd3_multiply(struct dd3 a, struct dd s)
+{
+    return (struct dd3){dd_mul(a.x, s), dd_mul(a.y, s), dd_mul(a.z, s)};
+}
+
+static inline struct dd dd3_dot(struct dd3 a, struct dd3 b)
+{
+    return dd_add(dd_add(dd_mul(a.x, b.x), dd_mul(a.y, b.y)), dd_mul(a.z, b.z));
+}
+
+/* The same with a vector of doubles. */
+static inline struct dd dd3_dot_vec(struct dd3 a, struct vec3 b)
+{
+    return dd_add(dd_add(dd_scale(a.x, b.x), dd_scale(a.y, b.y)), dd_scale(a.z, b.z));
+}
+
+/* a . b, each product without error. */
+static inline struct dd exact_dot(struct vec3 a, struct vec3 b)
+{
+    return dd_add(dd_add(exact_product(a.x, b.x), exact_product(a.y, b.y)),
+                  exact_product(a.z, b.z));
+}
+
+static inline struct dd3 dd3_cross(struct dd3 a, struct dd3 b)
+{
+    return (struct dd3){dd_sub(dd_mul(a.y, b.z), dd_mul(a.z, b.y)),
+                        dd_sub(dd_mul(a.z, b.x), dd_mul(a.x, b.z)),
+                        dd_sub(dd_mul(a.x, b.y), dd_mul(a.y, b.x))};
+}
+
+static inline double largest_component(struct vec3 v)
+{
+    return fmax(fabs(v.x), fmax(fabs(v.y), fabs(v.z)));
+}
+
+/* |x| + |y| + |z|: at least the length. */
+static inline double sum_of_sizes(struct vec3 v)
+{
+    return fabs(v.x) + fabs(v.y) + fabs(v.z);
+}
+
+/*
+ * The sum of products of up to EXACT_FACTORS doubles each, without any rounding, underflow or
+ * overflow: a fixed-point number wide enough for all of them (U. Kulisch's long accumulator). For
+ * the few predicates that double-double leaves open; an addition takes some 100 ns.
+ */
+#define EXACT_FACTORS 8
+
+/* Products lie in 2^(-1074 n) .. 2^(1024 n), n factors; 64 bits of head room. */
+#define EXACT_LIMBS ((1074 * EXACT_FACTORS + 1024 * EXACT_FACTORS) / 64 + 3)
+
+struct accumulator {
+    uint64_t limb[EXACT_LIMBS]; /* two's complement, lowest first */
+};
+
+void accumulator_clear(struct accumulator *sum);
+
+/* sum += factors[0] * ... * factors[count - 1], or -= when `subtract`. The factors are finite. */
+void accumulator_add(struct accumulator *sum, const double *factors, unsigned count, bool subtract);
+
+/* -1, 0 or 1. */
+int accumulator_sign(const struct accumulator *sum);
+
+/* The value rounded to double-double: *exponent and a number that is 0 or in 1 <= |v| < 2^64. */
+struct dd accumulator_round(const struct accumulator *sum, int *exponent);
+
+/* The same, rounded to double. */
+double accumulator_value(const struct accumulator *sum, int *exponent);
+
+/*
+ * A polynomial as a sum of products of doubles, to be multiplied out without rounding. Products
+ * with a factor 0 are left out: with short data little is left to do.
+ */
+#define POLYNOMIAL_TERMS 24
+
+struct polynomial {
+    unsigned terms;
+    unsigned degree; /* factors per term */
+    double factor[POLYNOMIAL_TERMS][3];
+};
+
+/* += sign a b c, sign = 1 or -1; c is left out when the degree is 2, b when it is 1. */
+void polynomial_add(struct polynomial *p, int sign, struct dd a, struct dd b, struct dd c);
+
+/* sum += or -= the product of up to three polynomials (NULL: 1). */
+void accumulator_add_product(struct accumulator *sum, const struct polynomial *p,
+                             const struct polynomial *q, const struct polynomial *r, bool subtract);
+
+/*
+ * a . b with a relative error of 2^-57, and the right sign, whatever cancels: *exponent and a
+ * number whose square is in range. Double-double serves unless more than 44 bits cancel.
+ */
+struct dd exact_dot3(struct dd3 a, struct dd3 b, int *exponent);
 
 #endif

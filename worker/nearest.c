@@ -5,8 +5,11 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "worker/order.h"
 #include "worker/primitive.h"
 #include "worker/traverse.h"
+
+#define INLINED inline __attribute__((always_inline))
 
 /* A ray and what its tests need. */
 struct probe {
@@ -27,8 +30,10 @@ static uint32_t plane_ids_end(const struct scene *scene)
     return primitive_id(PRIMITIVE_PLANE, (uint32_t)scene->primitives[PRIMITIVE_PLANE].count);
 }
 
-static inline struct crossings probe_crossings(const struct probe *probe, uint32_t id)
+/* naive is a constant wherever this is inlined: the choice of formulas costs nothing per ray. */
+static INLINED struct crossings probe_crossings(const struct probe *probe, uint32_t id, bool naive)
 {
+    if (naive) return naive_crossings(probe->scene, id, probe->ray);
     return primitive_crossings(probe->scene, id, probe->ray, &probe->shear, probe->exact);
 }
 
@@ -39,52 +44,103 @@ static inline bool crossing_counts(const struct ray *ray, double t)
 
 struct nearest_walk {
     struct probe probe;
+    double origin_error; /* of distances along the ray */
     struct hit hit;
+    double hit_error; /* of its distance */
 };
 
-static inline bool nearer(const struct hit *hit, double t, uint32_t id, uint32_t part)
+/* Whether a crossing that is about as far as the hit comes first; counted as exact arithmetic. */
+static bool precedes(const struct nearest_walk *walk, const struct crossing *crossing)
 {
-    if (t != hit->t) return t < hit->t;
-    return id < hit->primitive || (id == hit->primitive && part < hit->part);
+    const struct probe *probe = &walk->probe;
+    const struct hit *hit = &walk->hit;
+    if (hit->primitive == PRIMITIVE_NONE) return true;
+    if (crossing->primitive == hit->primitive) return crossing->t < hit->t;
+    ++*probe->exact;
+    struct crossing best = {hit->primitive, hit->part, hit->t};
+    int order = compare_crossings(probe->scene, probe->ray, &probe->shear, crossing, &best);
+    return order < 0 || (order == 0 && crossing->primitive < hit->primitive);
 }
 
-static inline void nearest_primitive(struct nearest_walk *walk, uint32_t id)
+static INLINED void nearest_crossing(struct nearest_walk *walk, const struct crossings *found,
+                                     unsigned i, uint32_t id, bool naive)
 {
-    struct crossings found = probe_crossings(&walk->probe, id);
-    for (unsigned i = 0; i < 2; i++) {
-        double t = found.t[i];
-        if (crossing_counts(walk->probe.ray, t) && nearer(&walk->hit, t, id, found.part[i]))
-            walk->hit = (struct hit){t, found.u, found.v, id, found.part[i]};
+    struct crossing crossing = {id, found->part[i], found->t[i]};
+    double t = crossing.t, error = 0;
+    if (!crossing_counts(walk->probe.ray, t)) return;
+    if (!naive) {
+        error = walk->origin_error + ORDER_ERROR * t;
+        if (id == walk->probe.ray->from) error += WAY_OUT_ERROR * t;
     }
+    if (t > walk->hit.t + (walk->hit_error + error)) return;
+    if (!(t < walk->hit.t - (walk->hit_error + error)) && !naive && !precedes(walk, &crossing))
+        return;
+    if (naive && t == walk->hit.t && id >= walk->hit.primitive) return;
+    walk->hit = (struct hit){t, found->u, found->v, id, crossing.part};
+    walk->hit_error = error;
+}
+
+static INLINED void nearest_primitive(struct nearest_walk *walk, uint32_t id, bool naive)
+{
+    struct crossings found = probe_crossings(&walk->probe, id, naive);
+    nearest_crossing(walk, &found, 0, id, naive);
+    nearest_crossing(walk, &found, 1, id, naive);
+}
+
+/* As far as something that comes before the hit may seem to be. */
+static INLINED double farthest_nearer(const struct nearest_walk *walk)
+{
+    return walk->hit.t + 2 * walk->hit_error;
+}
+
+static INLINED bool nearest_in(struct nearest_walk *walk, const uint32_t *ids, uint32_t count,
+                               double *limit, bool naive)
+{
+    for (uint32_t i = 0; i < count; i++)
+        nearest_primitive(walk, ids[i], naive);
+    double farthest = farthest_nearer(walk);
+    if (farthest < *limit) *limit = farthest;
+    return true;
 }
 
 static inline bool nearest_leaf(void *context, const uint32_t *ids, uint32_t count, double *limit)
 {
-    struct nearest_walk *walk = context;
-    for (uint32_t i = 0; i < count; i++)
-        nearest_primitive(walk, ids[i]);
-    if (walk->hit.t < *limit) *limit = walk->hit.t;
-    return true;
+    return nearest_in(context, ids, count, limit, false);
 }
 
-static struct hit nearest_hit(const struct scene *scene, const struct bvh *bvh,
-                              const struct ray *ray, uint64_t *exact)
+static inline bool naive_nearest_leaf(void *context, const uint32_t *ids, uint32_t count,
+                                      double *limit)
+{
+    return nearest_in(context, ids, count, limit, true);
+}
+
+static INLINED struct hit nearest_hit(const struct scene *scene, const struct bvh *bvh,
+                                      const struct ray *ray, uint64_t *exact, bool naive)
 {
     struct nearest_walk walk = {{scene, ray, shear_of(&ray->direction), exact},
-                                {.t = INFINITE, .primitive = PRIMITIVE_NONE}};
+                                order_error_of_origin(ray),
+                                {.t = INFINITE, .primitive = PRIMITIVE_NONE},
+                                0};
     if (!ray_is_finite(ray)) return walk.hit;
     uint32_t end = plane_ids_end(scene);
     for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < end; id++)
-        nearest_primitive(&walk, id);
-    traverse(bvh, ray, fmin(ray->t_max, walk.hit.t), nearest_leaf, &walk);
+        nearest_primitive(&walk, id, naive);
+    visit_leaf *visit = naive ? naive_nearest_leaf : nearest_leaf;
+    traverse(bvh, ray, fmin(ray->t_max, farthest_nearer(&walk)), visit, &walk);
     return walk.hit;
 }
 
-void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays, size_t count,
-             struct hit *hits, uint64_t *exact_fallbacks)
+FOR_THE_PROCESSOR void nearest(const struct scene *scene, const struct bvh *bvh,
+                               const struct ray *rays, size_t count, struct hit *hits,
+                               uint64_t *exact_fallbacks)
 {
+    if (scene->view.formulas == FORMULAS_PAPER) {
+        for (size_t i = 0; i < count; i++)
+            hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, true);
+        return;
+    }
     for (size_t i = 0; i < count; i++)
-        hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks);
+        hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, false);
 }
 
 /* How often a ray crossed surfaces of a material. */
@@ -151,15 +207,16 @@ struct occlusion_walk {
 };
 
 /* Returns false, with blocked set, at an opaque crossing. */
-static inline bool occlusion_primitive(struct occlusion_walk *walk, uint32_t id)
+static INLINED bool occlusion_primitive(struct occlusion_walk *walk, uint32_t id, bool naive)
 {
     const struct probe *probe = &walk->probe;
-    struct crossings found = probe_crossings(probe, id);
+    struct crossings found = probe_crossings(probe, id, naive);
     unsigned crossings = crossing_counts(probe->ray, found.t[0]);
     crossings += crossing_counts(probe->ray, found.t[1]);
     if (crossings == 0) return true;
     uint32_t material = primitive_material(probe->scene, id);
-    walk->blocked = !(scene_materials(probe->scene)[material].transmission > 0);
+    /* Nothing is transparent where there is no list: any crossing will do. */
+    walk->blocked = !walk->passages || !(scene_materials(probe->scene)[material].transmission > 0);
     if (!walk->blocked) passages_add(walk->passages, material, crossings);
     return !walk->blocked;
 }
@@ -168,40 +225,31 @@ static inline bool occlusion_leaf(void *context, const uint32_t *ids, uint32_t c
 {
     (void)limit;
     for (uint32_t i = 0; i < count; i++)
-        if (!occlusion_primitive(context, ids[i])) return false;
+        if (!occlusion_primitive(context, ids[i], false)) return false;
     return true;
 }
 
-/* The same when nothing is transparent: any crossing will do. */
-static inline bool blocking_primitive(struct occlusion_walk *walk, uint32_t id)
-{
-    struct crossings found = probe_crossings(&walk->probe, id);
-    walk->blocked = crossing_counts(walk->probe.ray, found.t[0]) ||
-                    crossing_counts(walk->probe.ray, found.t[1]);
-    return !walk->blocked;
-}
-
-static inline bool blocking_leaf(void *context, const uint32_t *ids, uint32_t count, double *limit)
+static inline bool naive_occlusion_leaf(void *context, const uint32_t *ids, uint32_t count,
+                                        double *limit)
 {
     (void)limit;
     for (uint32_t i = 0; i < count; i++)
-        if (!blocking_primitive(context, ids[i])) return false;
+        if (!occlusion_primitive(context, ids[i], true)) return false;
     return true;
 }
 
 /* Whether an opaque surface is in the way; passages gets the transparent ones otherwise. */
-static bool is_blocked(const struct scene *scene, const struct bvh *bvh, const struct ray *ray,
-                       struct passages *passages, uint64_t *exact)
+static INLINED bool is_blocked(const struct scene *scene, const struct bvh *bvh,
+                               const struct ray *ray, struct passages *passages, uint64_t *exact,
+                               bool naive)
 {
     struct occlusion_walk walk = {{scene, ray, shear_of(&ray->direction), exact}, passages, false};
     if (!ray_is_finite(ray)) return false;
     uint32_t end = plane_ids_end(scene);
     for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < end; id++)
-        if (!occlusion_primitive(&walk, id)) return true;
-    if (passages)
-        traverse(bvh, ray, ray->t_max, occlusion_leaf, &walk);
-    else
-        traverse(bvh, ray, ray->t_max, blocking_leaf, &walk);
+        if (!occlusion_primitive(&walk, id, naive)) return true;
+    visit_leaf *visit = naive ? naive_occlusion_leaf : occlusion_leaf;
+    traverse(bvh, ray, ray->t_max, visit, &walk);
     return walk.blocked;
 }
 
@@ -213,15 +261,18 @@ static bool has_transparency(const struct scene *scene)
     return false;
 }
 
-void occluded(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-              size_t count, struct vec3 *transmittance, uint64_t *exact_fallbacks)
+FOR_THE_PROCESSOR void occluded(const struct scene *scene, const struct bvh *bvh,
+                                const struct ray *rays, size_t count, struct vec3 *transmittance,
+                                uint64_t *exact_fallbacks)
 {
     struct passages passages = {.capacity = INLINE_PASSAGES};
     struct passages *transparent = has_transparency(scene) ? &passages : NULL;
     passages.at = passages.fixed;
     for (size_t i = 0; i < count; i++) {
         passages.count = 0;
-        bool blocked = is_blocked(scene, bvh, &rays[i], transparent, exact_fallbacks);
+        bool blocked = scene->view.formulas == FORMULAS_PAPER
+                           ? is_blocked(scene, bvh, &rays[i], transparent, exact_fallbacks, true)
+                           : is_blocked(scene, bvh, &rays[i], transparent, exact_fallbacks, false);
         transmittance[i] =
             blocked ? vec3(0, 0, 0) : passages_filter(&passages, scene_materials(scene));
     }

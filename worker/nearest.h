@@ -11,8 +11,9 @@
 #include "worker/bvh.h"
 #include "worker/ray.h"
 
-/* The nearest hit of every ray; among equal distances the lowest primitive id, then the lowest
- * part. exact_fallbacks is increased by the number of predicates that needed exact arithmetic. */
+/* The nearest hit of every ray; among equal distances the lowest primitive id, and of one primitive
+ * the way in. exact_fallbacks is increased by the number of predicates that needed exact
+ * arithmetic. */
 void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays, size_t count,
              struct hit *hits, uint64_t *exact_fallbacks);
 
@@ -27,7 +28,8 @@ void occluded(const struct scene *scene, const struct bvh *bvh, const struct ray
 
 /* Where a hit lies and which way the surface faces there. */
 struct surface {
-    struct vec3 point;
+    struct vec3 point;     /* off the surface by 4 u of its largest coordinate at most, to the side
+                            * that the ray came from */
     struct vec3 geometric; /* unit; a solid's points outward, a triangle's to its front */
     struct vec3 shading;   /* unit; interpolated on a patch, else the geometric one */
     uint32_t material;

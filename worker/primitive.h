@@ -4,6 +4,7 @@
 
 #include "worker/box.h"
 #include "worker/cone.h"
+#include "worker/naive.h"
 #include "worker/planar.h"
 #include "worker/sphere.h"
 #include "worker/triangle.h"
@@ -40,6 +41,34 @@ static inline struct bounds primitive_bounds(const struct scene *scene, uint32_t
     return triangle_bounds(&vertices[corner[0]], &vertices[corner[1]], &vertices[corner[2]]);
 }
 
+static inline bool is_triangle(uint32_t id)
+{
+    return primitive_kind(id) <= PRIMITIVE_PATCH;
+}
+
+static inline bool have_common_vertex(const uint32_t a[3], const uint32_t b[3])
+{
+    for (unsigned i = 0; i < 3; i++)
+        if (a[i] == b[0] || a[i] == b[1] || a[i] == b[2]) return true;
+    return false;
+}
+
+/* Whether the crossing at t with a neighbour of the triangle that the ray starts on is no other
+ * than its passage through that one; only close to the start, in units of its coordinates. */
+static inline bool is_same_passage(const struct scene *scene, uint32_t id, const struct ray *ray,
+                                   double t)
+{
+    if (ray->from == PRIMITIVE_NONE || !is_triangle(ray->from)) return false;
+    double way = t * largest_component(ray->direction);
+    if (!(t > 0 && way < 0x1p-20 * largest_component(ray->origin))) return false;
+    const uint32_t *from = corner_indices(scene, ray->from), *of = corner_indices(scene, id);
+    if (!have_common_vertex(from, of)) return false;
+    const struct vec3 *at = scene_vertices(scene);
+    const struct vec3 from_corners[3] = {at[from[0]], at[from[1]], at[from[2]]};
+    const struct vec3 of_corners[3] = {at[of[0]], at[of[1]], at[of[2]]};
+    return triangle_is_same_passage(from_corners, of_corners, ray);
+}
+
 /*
  * Where the ray's line crosses the primitive, less the place where the ray starts when it starts on
  * this one. *exact is increased by the number of predicates that needed exact arithmetic.
@@ -52,13 +81,13 @@ static inline struct crossings primitive_crossings(const struct scene *scene, ui
     bool leaving = id == ray->from;
     switch (primitive_kind(id)) {
     case PRIMITIVE_SPHERE:
-        return sphere_crossings(&scene_spheres(scene)[index], ray, leaving);
+        return sphere_crossings(&scene_spheres(scene)[index], ray, leaving, exact);
     case PRIMITIVE_BOX:
-        return box_crossings(&scene_boxes(scene)[index], ray, leaving);
+        return box_crossings(&scene_boxes(scene)[index], ray, leaving, exact);
     case PRIMITIVE_CONE:
-        return cone_crossings(&scene_cones(scene)[index], ray, leaving);
+        return cone_crossings(&scene_cones(scene)[index], ray, leaving, exact);
     case PRIMITIVE_DISC:
-        return leaving ? NO_CROSSINGS : disc_crossings(&scene_discs(scene)[index], ray);
+        return leaving ? NO_CROSSINGS : disc_crossings(&scene_discs(scene)[index], ray, exact);
     case PRIMITIVE_PLANE:
         return leaving ? NO_CROSSINGS : plane_crossings(&scene_planes(scene)[index], ray);
     case PRIMITIVE_TRIANGLE:
@@ -69,8 +98,39 @@ static inline struct crossings primitive_crossings(const struct scene *scene, ui
     if (leaving) return NO_CROSSINGS;
     const uint32_t *corner = corner_indices(scene, id);
     const struct vec3 *vertices = scene_vertices(scene);
-    return triangle_crossings(&vertices[corner[0]], &vertices[corner[1]], &vertices[corner[2]],
-                              &ray->origin, shear, exact);
+    struct crossings found = triangle_crossings(&vertices[corner[0]], &vertices[corner[1]],
+                                                &vertices[corner[2]], ray, shear, exact);
+    return is_same_passage(scene, id, ray, found.t[0]) ? NO_CROSSINGS : found;
+}
+
+/* The same by the naive formulas. */
+static inline struct crossings naive_crossings(const struct scene *scene, uint32_t id,
+                                               const struct ray *ray)
+{
+    uint32_t index = primitive_index(id);
+    const struct plane *plane;
+    switch (primitive_kind(id)) {
+    case PRIMITIVE_SPHERE:
+        return naive_beyond_epsilon(naive_sphere(&scene_spheres(scene)[index], ray), ray);
+    case PRIMITIVE_BOX:
+        return naive_beyond_epsilon(naive_box(&scene_boxes(scene)[index], ray), ray);
+    case PRIMITIVE_CONE:
+        return naive_beyond_epsilon(naive_cone(&scene_cones(scene)[index], ray), ray);
+    case PRIMITIVE_DISC:
+        return naive_beyond_epsilon(naive_disc(&scene_discs(scene)[index], ray), ray);
+    case PRIMITIVE_PLANE:
+        plane = &scene_planes(scene)[index];
+        return naive_beyond_epsilon(
+            one_crossing(naive_plane_distance(plane->point, plane->normal, ray)), ray);
+    case PRIMITIVE_TRIANGLE:
+    case PRIMITIVE_PATCH:
+    case PRIMITIVE_KINDS:
+        break;
+    }
+    const uint32_t *corner = corner_indices(scene, id);
+    const struct vec3 *vertices = scene_vertices(scene);
+    return naive_beyond_epsilon(
+        naive_triangle(&vertices[corner[0]], &vertices[corner[1]], &vertices[corner[2]], ray), ray);
 }
 
 #endif

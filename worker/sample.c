@@ -51,6 +51,6 @@ struct ray sample_ray(const struct view *view, uint32_t x, uint32_t y, uint32_t 
     direction = vec_add_scaled(direction, camera->down, v);
     return (struct ray){.origin = camera->eye,
                         .direction = vec_normalize(direction),
-                        .t_max = INFINITY,
+                        .t_max = HUGE_VAL,
                         .from = PRIMITIVE_NONE};
 }

@@ -1,14 +1,29 @@
 #include "worker/shade.h"
 
+#include "worker/exact.h"
+
+/*
+ * d . n < 0, so that the ray meets the front, or lies in the surface. The three products are
+ * rounded by 3 u |d| |n| at most, with the sums; below that the exact sum decides.
+ */
+static bool meets_front(struct vec3 direction, struct vec3 normal, bool exact)
+{
+    double side = vec_dot(direction, normal);
+    if (exact && fabs(side) < 4 * UNIT_ROUNDOFF) side = exact_dot(direction, normal).high;
+    return side <= 0;
+}
+
 struct shading_point shading_point(const struct scene *scene, const struct ray *ray,
                                    const struct surface *surface)
 {
+    bool exact = scene->view.formulas == FORMULAS_EXACT;
     struct shading_point at = {
         .point = surface->point,
         .view = ray->direction,
         .geometric = surface->geometric,
         .normal = surface->shading,
-        .entering = vec_dot(ray->direction, surface->geometric) <= 0,
+        .entering = meets_front(ray->direction, surface->geometric, exact),
+        .formulas = scene->view.formulas,
         .material = &scene_materials(scene)[surface->material],
     };
     if (!at.entering) at.geometric = vec_neg(at.geometric);
@@ -30,59 +45,51 @@ bool light_faces(const struct shading_point *at, const struct light *light, stru
 struct vec3 shade_light(const struct shading_point *at, struct vec3 to_light, struct vec3 strength)
 {
     const struct material *material = at->material;
-    struct vec3 l = vec_neg(vec_normalize(to_light));
-    double l_n = vec_dot(l, at->normal);
-    double cos_a = -l_n;
+    struct vec3 unit = vec_normalize(to_light);
+    double cos_a = vec_dot(unit, at->normal);
     struct vec3 color = vec_scale(vec_mul(strength, material->color), material->diffuse * cos_a);
     if (material->specular > 0) {
-        double cos_b = 2 * l_n * vec_dot(at->normal, at->view) - vec_dot(l, at->view);
-        if (cos_b > 0) {
-            double lobe = material->specular * pow(cos_b, material->shininess);
-            color = vec_add_scaled(color, strength, lobe);
-        }
+        double lobe = at->formulas == FORMULAS_PAPER
+                          ? phong_lobe_paper(at->view, at->normal, unit, material->shininess)
+                          : phong_lobe(at->view, at->normal, to_light, material->shininess);
+        color = vec_add_scaled(color, strength, material->specular * lobe);
     }
     return color;
 }
 
-static struct vec3 mirror(struct vec3 view, struct vec3 normal)
+static struct vec3 mirrored(const struct shading_point *at, struct vec3 normal)
 {
-    return vec_normalize(vec_add_scaled(view, normal, -2 * vec_dot(view, normal)));
+    return at->formulas == FORMULAS_PAPER ? mirror_paper(at->view, normal)
+                                          : mirror(at->view, normal);
 }
 
 struct vec3 reflect(const struct shading_point *at)
 {
-    struct vec3 direction = mirror(at->view, at->normal);
+    struct vec3 direction = mirrored(at, at->normal);
     /* An interpolated normal may send the ray below the surface, into the object. */
     if (vec_dot(direction, at->geometric) > 0) return direction;
-    return mirror(at->view, at->geometric);
+    return mirrored(at, at->geometric);
 }
 
-/* Snell's law for a unit normal on the incoming side; eta = n1 / n2. */
-static bool snell(struct vec3 view, struct vec3 normal, double eta, struct vec3 *direction)
+static bool refracted(const struct shading_point *at, struct vec3 normal, double from, double to,
+                      struct vec3 *direction)
 {
-    double cos_i = -vec_dot(view, normal);
-    /* cos^2 of the refracted angle; 1 - eta^2 (1 - cos_i^2) would cancel as eta goes to 1. */
-    double k = (1 - eta) * (1 + eta) + eta * cos_i * (eta * cos_i);
-    if (k < 0) return false;
-    struct vec3 along = vec_scale(view, eta);
-    *direction = vec_normalize(vec_add_scaled(along, normal, eta * cos_i - sqrt(k)));
-    return true;
+    return at->formulas == FORMULAS_PAPER ? snell_paper(at->view, normal, from / to, direction)
+                                          : snell(at->view, normal, from, to, direction);
 }
 
-bool refract(const struct shading_point *at, struct vec3 *direction)
+bool refract(const struct shading_point *at, double from, double to, struct vec3 *direction)
 {
-    double ior = at->material->ior;
-    if (ior == 1) {
+    if (from == to) {
         *direction = at->view;
         return true;
     }
-    double eta = at->entering ? 1 / ior : ior;
     bool facing = vec_dot(at->view, at->normal) < 0;
     if (facing) {
-        if (!snell(at->view, at->normal, eta, direction)) return false;
+        if (!refracted(at, at->normal, from, to, direction)) return false;
         if (vec_dot(*direction, at->geometric) < 0) return true;
     }
-    return snell(at->view, at->geometric, eta, direction);
+    return refracted(at, at->geometric, from, to, direction);
 }
 
 struct vec3 background(const struct view *view, struct vec3 direction)
@@ -107,7 +114,8 @@ double shade_bound(const struct scene *scene)
         color = vec_add(color, shade_ambient(m));
         largest = fmax(largest, vec_max(color));
     }
-    return largest;
+    /* So many sums; cosines and lobes above 1 and products by some u more. */
+    return largest * (1 + ((double)scene->lights.count + 32) * UNIT_ROUNDOFF);
 }
 
 double spawn_bound(const struct scene *scene)

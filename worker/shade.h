@@ -10,6 +10,7 @@
 #include <stdbool.h>
 
 #include "worker/nearest.h"
+#include "worker/optics.h"
 
 /* A hit as seen by the ray that found it. */
 struct shading_point {
@@ -18,6 +19,7 @@ struct shading_point {
     struct vec3 geometric; /* unit, view . geometric <= 0 */
     struct vec3 normal;    /* unit, the shading normal, on the side of geometric */
     bool entering;         /* the ray came from outside: it met the front */
+    uint32_t formulas;     /* enum formulas: which ones the functions below use */
     const struct material *material;
 };
 
@@ -42,8 +44,9 @@ struct vec3 shade_light(const struct shading_point *at, struct vec3 to_light, st
 /* Mirror direction; always on the side of the geometric normal. */
 struct vec3 reflect(const struct shading_point *at);
 
-/* Snell's direction through the surface; false: total internal reflection. */
-bool refract(const struct shading_point *at, struct vec3 *direction);
+/* Snell's direction through the surface from one index of refraction to another; false: total
+ * internal reflection. */
+bool refract(const struct shading_point *at, double from, double to, struct vec3 *direction);
 
 /* Colour of the background in a direction. */
 struct vec3 background(const struct view *view, struct vec3 direction);

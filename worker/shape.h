@@ -8,13 +8,11 @@
 #include <stdint.h>
 
 #include "common/vec.h"
+#include "worker/exact.h"
 #include "worker/ray.h"
 
 /* INFINITY is a float. */
 #define INFINITE HUGE_VAL
-
-/* 2^-53, half the spacing of doubles in [1, 2): the relative error of one rounded operation. */
-#define UNIT_ROUNDOFF 0x1p-53
 
 /* A box around a primitive; some roundings tight, the BVH rounds it outward. */
 struct bounds {
@@ -33,6 +31,10 @@ struct crossings {
 
 #define NOT_CROSSED  (-INFINITE)
 #define NO_CROSSINGS ((struct crossings){.t = {NOT_CROSSED, NOT_CROSSED}})
+
+/* By this share of it a way out may differ from where the ray, whose origin is rounded, leaves the
+ * solid; what differs more is taken for what it says. */
+#define WAY_OUT_ERROR 0x1p-20
 
 static inline struct crossings one_crossing(double t)
 {

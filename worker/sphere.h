@@ -2,7 +2,6 @@
 #ifndef FARM_WORKER_SPHERE_H
 #define FARM_WORKER_SPHERE_H
 
-#include "worker/exact.h"
 #include "worker/shape.h"
 
 static inline struct bounds sphere_bounds(const struct sphere *sphere)
@@ -13,82 +12,86 @@ static inline struct bounds sphere_bounds(const struct sphere *sphere)
 }
 
 /*
- * |o - center|^2 - r^2, the product of the roots times d.d. From an eye close to a huge sphere
- * nearly all digits cancel, hence the compensated sum and the rounding errors of o - center.
+ * How far plain double arithmetic can misjudge the distance between line and centre, as a multiple
+ * of u |f|, f = o - c. b = -f.d errs by 4.1 u |f| |d| (f by u, the dot product by 3 u), so t = b /
+ * d.d, with 3 u from d.d and 1 u from the division, by 8.2 u |f| / |d|: that displaces the point
+ * f + t d along the line. Its components add roundings of u |f_i|, u |t d_i| and u |l_i|: 3 u |f|.
+ * Together 11.2; comparing squares costs a relative 3 u of l.l and 2 u of the other side, less than
+ * the rest of 16, because a missed sphere's radius is at most |f|.
  */
-static inline double sphere_power(const struct sphere *sphere, const struct vec3 *origin)
-{
-    struct compensated sum = {0, 0};
-    double lost = 0;
-    for (unsigned axis = 0; axis < 3; axis++) {
-        struct compensated f =
-            exact_difference(vec_component(origin, axis), vec_component(&sphere->center, axis));
-        sum = add_product(sum, f.high, f.high);
-        lost += f.high * f.low;
-    }
-    sum = add_product(sum, -sphere->radius, sphere->radius);
-    return sum.high + (sum.low + 2 * lost);
-}
+#define SPHERE_FILTER (16 * UNIT_ROUNDOFF)
 
-/* The line's point nearest to the centre, seen from the centre: at parameter t, at distance |l|. */
+/* Squares outside of this lose digits or overflow: the filter decides nothing. */
+#define SQUARE_MIN 0x1p-900
+#define SQUARE_MAX 0x1p1000
+
+/* Where in plain arithmetic the line comes closest to the centre, seen from there. */
 struct sphere_approach {
     double a; /* d.d */
-    double b; /* -f.d */
-    double t; /* b / a */
+    double t;
     struct vec3 l;
-    double discriminant; /* r^2 - |l|^2, as a product so that a distant sphere loses nothing */
+    double reach; /* >= |o - centre| */
 };
 
-/* Haines, Gunther and Akenine-Moller, "Precision improvements for ray/sphere intersection", Ray
- * Tracing Gems ch. 7: r^2 - |f - (f.d) d|^2 instead of b^2 - a c. */
 static inline struct sphere_approach sphere_approach(const struct sphere *sphere,
                                                      const struct ray *ray)
 {
     struct vec3 f = vec_sub(ray->origin, sphere->center);
     double a = vec_dot(ray->direction, ray->direction);
-    double b = -vec_dot(f, ray->direction);
-    double t = b / a;
-    struct vec3 l = vec_add_scaled(f, ray->direction, t);
-    double distance = sqrt(vec_dot(l, l));
-    double discriminant = (sphere->radius - distance) * (sphere->radius + distance);
-    return (struct sphere_approach){a, b, t, l, discriminant};
+    double t = -vec_dot(f, ray->direction) / a;
+    double reach = fabs(f.x) + fabs(f.y) + fabs(f.z);
+    return (struct sphere_approach){a, t, vec_add_scaled(f, ray->direction, t), reach};
 }
 
+/* Whether the line certainly misses the sphere. */
+static inline bool sphere_is_missed(const struct sphere *sphere, const struct sphere_approach *near)
+{
+    double outer = sphere->radius + SPHERE_FILTER * near->reach;
+    double ll = vec_dot(near->l, near->l);
+    return ll > outer * outer && ll < SQUARE_MAX && outer * outer > SQUARE_MIN &&
+           near->a > SQUARE_MIN && near->a < SQUARE_MAX;
+}
+
+/* Whether it certainly does not. */
+static inline bool sphere_is_met(const struct sphere *sphere, const struct sphere_approach *near)
+{
+    double inner = sphere->radius - SPHERE_FILTER * (near->reach + sphere->radius);
+    double ll = vec_dot(near->l, near->l);
+    return inner > 0 && ll < inner * inner && inner * inner > SQUARE_MIN &&
+           inner * inner < SQUARE_MAX && near->a > SQUARE_MIN && near->a < SQUARE_MAX;
+}
+
+/* The crossings when sphere_is_missed() is not sure. */
+struct crossings sphere_roots(const struct sphere *sphere, const struct ray *ray,
+                              const struct sphere_approach *near, uint64_t *exact);
+
+/* The way out for a ray that starts on the sphere. */
+struct crossings sphere_way_out(const struct sphere *sphere, const struct ray *ray);
+
 /*
- * In and out. leaving: the ray starts on this sphere, so that one root is 0 and is left out; the
- * other one, 2 b / a, lies ahead when the ray goes inward. A tangent touches twice at the same t.
+ * In and out; a tangent touches twice at the same t. Whether the line meets the (closed) sphere is
+ * decided without error, and the roots are rounded from double-double. leaving: the ray starts on
+ * this sphere, so that one root is 0 and is left out; the other one, 2 b / a, lies ahead when the
+ * ray goes inward.
  */
 static inline struct crossings sphere_crossings(const struct sphere *sphere, const struct ray *ray,
-                                                bool leaving)
+                                                bool leaving, uint64_t *exact)
 {
+    if (leaving) return sphere_way_out(sphere, ray);
     struct sphere_approach near = sphere_approach(sphere, ray);
-    struct crossings found = NO_CROSSINGS;
-    if (leaving) {
-        found.t[1] = 2 * near.t;
-        return found;
-    }
-    if (!(near.discriminant >= 0)) return found;
-    double q = near.b + copysign(sqrt(near.a * near.discriminant), near.b);
-    if (q == 0)
-        return found; /* the origin is the point of contact of a tangent: both roots are 0 */
-    double first = sphere_power(sphere, &ray->origin) / q;
-    double second = q / near.a;
-    if (!sphere->inside_only) found.t[0] = fmin(first, second);
-    found.t[1] = fmax(first, second);
-    return found;
+    if (sphere_is_missed(sphere, &near)) return NO_CROSSINGS;
+    return sphere_roots(sphere, ray, &near, exact);
 }
 
 /*
- * The outward normal at the crossing t. l and half the chord are added, instead of o + t d -
- * center: these two have the size of the radius, however far away the origin is.
+ * The crossing that sphere_crossings() has rounded to t, to be compared with those of other
+ * primitives. A way out, 2 b / a, is that of a sphere through the ray's origin; where this sphere
+ * itself is left, its roots tell, is as near as WAY_OUT_ERROR, unless the ray only grazes it.
  */
-static inline struct vec3 sphere_normal(const struct sphere *sphere, const struct ray *ray,
-                                        double t)
-{
-    struct sphere_approach near = sphere_approach(sphere, ray);
-    double half_chord = sqrt(fmax(near.discriminant, 0) / near.a);
-    double along = t < near.t ? -half_chord : half_chord;
-    return vec_normalize(vec_add_scaled(near.l, ray->direction, along));
-}
+struct dd sphere_parameter(const struct sphere *sphere, const struct ray *ray, double t,
+                           bool leaving);
+
+/* Where that is, seen from the centre. */
+struct dd3 sphere_point(const struct sphere *sphere, const struct ray *ray, double t);
 
 #endif

@@ -19,13 +19,20 @@
 #define FAR_WIDENING (1 + 2 * GAMMA3)
 
 /*
- * The tests of primitives round, too: what they accept is a crossing of a line displaced by some
- * roundings of the largest numbers in it, the origin's coordinates and those of the primitive. The
- * boxes grow by this many u of both, so that they hold all that a test accepts: a triangle's
- * vertices are displaced by 1 u (translation) and 3 u (shear), its crossing by the rest of t's 8 u;
- * a sphere's l by 8 u, its t by 10 u; a cone's two intervals by some 20 u. Together with the slab's
- * 3 u that is less than 32 u; the factor of 2 is for the unforeseen and costs nothing beside float
- * bounds (2^29 u).
+ * The boxes grow by this many u of the largest numbers involved, |o|, the tree's centre and the
+ * reach of the root's box (R together), so that a box is entered by every ray on which a primitive
+ * in it is met:
+ *
+ * Where a test accepts a crossing, the line meets the primitive itself: the decisions of triangles,
+ * spheres, discs and boxes have no rounding error, a cone's are closed by 2^-88 of R. So does a
+ * bound on the primitive's coordinates, but for its own roundings, which are less than 1 u R for
+ * triangles and boxes (none) and spheres (c +- r), 12 u R for discs and cones (the axis' direction
+ * errs by 4 u, the extents by 5 u more, the sum by 1 u; apex - base by 1 u). The reported t, which
+ * is at most 10 u off, decides only what is nearer: a box is left out when it begins beyond that.
+ * A ray that leaves a primitive starts within 4 u R of it (surface.c), and it is inside a grown
+ * box. Bound minus centre, origin minus centre and the sum with this margin: 3 u R. Together less
+ * than 32 u R; the slabs' quotients are the business of FAR_WIDENING. The factor of 2 is for terms
+ * of second order and costs nothing beside the boxes' outward rounding to float.
  */
 #define TEST_ERROR (64 * UNIT_ROUNDOFF)
 
@@ -53,13 +60,15 @@ static inline double slab_inverse(double d)
     return isinf(inverse) && d != 0 ? (double)NAN : inverse;
 }
 
-static inline struct slabs slabs_of(const struct ray *ray, const struct bvh_node *root)
+static inline struct slabs slabs_of(const struct ray *ray, const double center[3],
+                                    const struct bvh_node *root)
 {
     struct slabs slabs;
-    double margin = fmax(fabs(ray->origin.x), fmax(fabs(ray->origin.y), fabs(ray->origin.z)));
+    double margin = largest_component(ray->origin);
+    margin += fmax(fabs(center[0]), fmax(fabs(center[1]), fabs(center[2])));
     margin = TEST_ERROR * (margin + node_reach(root));
     for (unsigned axis = 0; axis < 3; axis++) {
-        double origin = vec_component(&ray->origin, axis);
+        double origin = vec_component(&ray->origin, axis) - center[axis];
         double direction = vec_component(&ray->direction, axis);
         size_t min = offsetof(struct bvh_node, min) + axis * sizeof(float);
         size_t max = offsetof(struct bvh_node, max) + axis * sizeof(float);
@@ -112,7 +121,7 @@ static inline __attribute__((always_inline)) void traverse(const struct bvh *bvh
     if (bvh->node_count == 0) return;
     const struct bvh_node *nodes = bvh_nodes(bvh), *node = nodes;
     const uint32_t *ids = bvh_primitives(bvh);
-    struct slabs slabs = slabs_of(ray, nodes);
+    struct slabs slabs = slabs_of(ray, bvh->center, nodes);
     struct {
         double enter;
         uint32_t node;

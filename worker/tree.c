@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "common/message.h"
+#include "worker/exact.h"
 
 void tree_free(struct tree *tree)
 {
@@ -28,6 +29,22 @@ static bool more_important(const struct branch *a, const struct branch *b, bool 
     return a->order < b->order;
 }
 
+/* A sum of n numbers >= 0 is too small by less than (n - 1) u / (1 - n u) of itself. */
+static double round_up(double sum, uint32_t n)
+{
+    return sum * (1 + 2 * n * UNIT_ROUNDOFF);
+}
+
+double tree_drop(struct tree *tree)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i < tree->count; i++)
+        sum += tree->pending[i].bound;
+    sum = round_up(sum, tree->count);
+    tree->count = 0;
+    return sum;
+}
+
 bool tree_pop(struct tree *tree, double cutoff, struct branch *branch, double *dropped)
 {
     if (tree->count == 0) return false;
@@ -43,6 +60,7 @@ bool tree_pop(struct tree *tree, double cutoff, struct branch *branch, double *d
         sum += tree->pending[i].bound;
         if (more_important(&tree->pending[i], &tree->pending[next], deepest_first)) next = i;
     }
+    sum = round_up(sum, tree->count);
     if (sum <= cutoff) {
         *dropped = sum;
         tree->count = 0;

@@ -16,6 +16,7 @@ struct branch {
     struct vec3 weight; /* share of what the ray brings that reaches the eye, per component */
     double bound;       /* largest component that it can add to the sample; may be infinite */
     uint32_t depth;     /* reflections and refractions on the way from the eye */
+    uint32_t media;     /* the stack that it is in: worker/medium.h */
     uint32_t order;     /* when it was added: decides between equal bounds */
     enum ray_kind kind;
 };
@@ -47,8 +48,11 @@ void tree_push(struct tree *tree, const struct branch *branch);
 /*
  * Takes out the next ray; false when there is none, or when all pending rays together can change
  * the sample by `cutoff` at most: then they are dropped, and *dropped is what they could have
- * added.
+ * added. The sum is an upper bound: its rounding is on the safe side.
  */
 bool tree_pop(struct tree *tree, double cutoff, struct branch *branch, double *dropped);
+
+/* Drops all pending rays; returns what they could have added, an upper bound as well. */
+double tree_drop(struct tree *tree);
 
 #endif

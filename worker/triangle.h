@@ -1,13 +1,13 @@
 /*
- * Ray and triangle, without leaks: S. Woop, C. Benthin and I. Wald, "Watertight Ray/Triangle
- * Intersection", JCGT 2(1), 2013.
+ * Ray and triangle, without leaks.
  *
- * Vertices are moved to the ray's origin and sheared so that the ray becomes an axis; every
- * triangle of a mesh sees its shared vertices at bitwise the same two-dimensional points. Whether
- * the axis passes left or right of an edge between two such points is then decided exactly, and a
- * point that is exactly on an edge is moved aside, in thought, in one direction for all triangles.
- * Hence a closed mesh has no cracks, and of the triangles around an edge or a vertex exactly one is
- * met per sheet of the surface.
+ * Vertices are moved to the ray's origin and sheared so that the ray becomes an axis (S. Woop, C.
+ * Benthin and I. Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013). Unlike there, the
+ * two-dimensional edge tests are only the filter of the exact ones: on which side of the line
+ * through two vertices the ray passes is decided without error, and a ray that meets an edge
+ * exactly is moved aside, in thought, in one direction for all triangles. Hence a closed mesh has
+ * no cracks, and of the triangles around an edge or a vertex exactly one is met per sheet of the
+ * surface: the one that exact geometry has there.
  */
 #ifndef FARM_WORKER_TRIANGLE_H
 #define FARM_WORKER_TRIANGLE_H
@@ -49,53 +49,103 @@ static inline struct sheared shear_vertex(const struct shear *shear, const struc
     return (struct sheared){x - shear->sx * z, y - shear->sy * z, z};
 }
 
-/*
- * On which side of the directed edge p to q the origin lies: the sign of e = p.x q.y - p.y q.x.
- *
- * Rounding is monotonic: when the two rounded products differ, the exact ones differ the same way,
- * so the error bound of this filter is 0 and only equal products need an exact sign. When e is 0
- * the origin is taken to be displaced by (-eps, -eps^2), which changes e by eps dy - eps^2 dx. 0
- * means that p and q are the same point: the triangle has no area.
- */
-static inline int edge_side(const struct sheared *p, const struct sheared *q, uint64_t *exact)
-{
-    double left = p->x * q->y, right = p->y * q->x;
-    if (left > right) return 1;
-    if (left < right) return -1;
-    ++*exact;
-    double e = difference_of_products(p->x, q->y, p->y, q->x);
-    if (e == 0) e = q->y - p->y;
-    if (e == 0) e = p->x - q->x;
-    return (e > 0) - (e < 0);
-}
-
 static inline double edge_value(const struct sheared *p, const struct sheared *q)
 {
     return difference_of_products(p->x, q->y, p->y, q->x);
 }
 
 /*
- * Either side is hit. t, u and v come from edge values with full relative accuracy, even when plain
- * products were enough for the signs: the error of t is then a few u of the largest |z|, also for a
- * needle. NO_CROSSINGS also when a coordinate is not finite.
+ * The origin of the sheared plane is left or right of the edge p q by the sign of e = p.x q.y - p.y
+ * q.x. A sheared coordinate errs by u |x| (difference), 3 u |s z| (shear) and u |x'| (subtraction),
+ * |s| <= 1 and |x| <= |x'| + |z|: by at most (4.1 Z + 2.1 S) u with Z the largest |z| and S the
+ * largest |x'| + |y'|. In e that makes 2 S (4.1 Z + 2.1 S) u, and its own roundings 2 S^2 u, less
+ * than 10 u S (Z + S). Products below 2^-1000 are left to exact arithmetic.
+ */
+#define EDGE_FILTER (10 * UNIT_ROUNDOFF)
+#define EDGE_LEAST  0x1p-1000
+
+static inline double edge_error(const struct sheared *p, const struct sheared *q,
+                                const struct sheared *r)
+{
+    double sp = fabs(p->x) + fabs(p->y), sq = fabs(q->x) + fabs(q->y), sr = fabs(r->x) + fabs(r->y);
+    double zp = fabs(p->z), zq = fabs(q->z), zr = fabs(r->z);
+    double s = sp > sq ? sp : sq, z = zp > zq ? zp : zq;
+    s = s > sr ? s : sr;
+    z = z > zr ? z : zr;
+    return EDGE_FILTER * s * (z + s) + EDGE_LEAST;
+}
+
+/*
+ * Errors of the sheared coordinates displace the triangle sideways by some 4 u Z, and the crossing
+ * along the ray by that times the slope of the triangle's plane against the ray. Steeper than this
+ * the crossing is taken from double-double; below, t errs by 8 u of sum |e z| / |det| in all.
+ */
+#define SLOPE_MAX 0.5
+
+static inline bool triangle_is_steep(const struct sheared *p, const struct sheared *q,
+                                     const struct sheared *r, double sum)
+{
+    double qx = q->x - p->x, qy = q->y - p->y, qz = q->z - p->z;
+    double rx = r->x - p->x, ry = r->y - p->y, rz = r->z - p->z;
+    return fabs(qz * ry - rz * qy) + fabs(qx * rz - rx * qz) > SLOPE_MAX * fabs(sum);
+}
+
+/* The same as triangle_crossings() without any rounding in what is decided; unless NULL, *distance
+ * is t before it is rounded. */
+struct crossings triangle_careful(const struct vec3 corners[3], const struct ray *ray,
+                                  const struct shear *shear, struct dd *distance);
+
+static inline struct crossings careful_crossings(const struct vec3 *a, const struct vec3 *b,
+                                                 const struct vec3 *c, const struct ray *ray,
+                                                 const struct shear *shear)
+{
+    const struct vec3 corners[3] = {*a, *b, *c};
+    return triangle_careful(corners, ray, shear, NULL);
+}
+
+/*
+ * Either side is hit. Whether the line passes left or right of an edge is decided without error, by
+ * exact arithmetic where the filter leaves it open, which is counted.
  */
 static inline struct crossings triangle_crossings(const struct vec3 *a, const struct vec3 *b,
-                                                  const struct vec3 *c, const struct vec3 *origin,
+                                                  const struct vec3 *c, const struct ray *ray,
                                                   const struct shear *shear, uint64_t *exact)
 {
-    struct sheared p = shear_vertex(shear, origin, a);
-    struct sheared q = shear_vertex(shear, origin, b);
-    struct sheared r = shear_vertex(shear, origin, c);
-    int side = edge_side(&q, &r, exact);
-    if (side == 0 || edge_side(&r, &p, exact) != side || edge_side(&p, &q, exact) != side)
-        return NO_CROSSINGS;
-    double e0 = edge_value(&q, &r), e1 = edge_value(&r, &p), e2 = edge_value(&p, &q);
+    struct sheared p = shear_vertex(shear, &ray->origin, a);
+    struct sheared q = shear_vertex(shear, &ray->origin, b);
+    struct sheared r = shear_vertex(shear, &ray->origin, c);
+    double e0 = q.x * r.y - q.y * r.x, e1 = r.x * p.y - r.y * p.x, e2 = p.x * q.y - p.y * q.x;
+    double low = e0 < e1 ? e0 : e1, high = e0 > e1 ? e0 : e1;
+    low = low < e2 ? low : e2;
+    high = high > e2 ? high : e2;
+    double error = edge_error(&p, &q, &r);
+    if (low < -error && high > error) return NO_CROSSINGS;
+    if (!(low > error || high < -error)) {
+        ++*exact;
+        return careful_crossings(a, b, c, ray, shear);
+    }
+    e0 = edge_value(&q, &r);
+    e1 = edge_value(&r, &p);
+    e2 = edge_value(&p, &q);
     double sum = e0 + e1 + e2;
+    if (triangle_is_steep(&p, &q, &r, sum)) return careful_crossings(a, b, c, ray, shear);
     struct crossings found = one_crossing((e0 * p.z + e1 * q.z + e2 * r.z) / sum / shear->dz);
     found.u = e1 / sum;
     found.v = e2 / sum;
     return found;
 }
+
+/*
+ * Whether a ray that starts on triangle `from`, on the side that it came from, goes through it and
+ * meets triangle `of` at the same place, but for the rounding of where it starts: at a common edge
+ * or vertex. The passage through the one is that through the other.
+ */
+bool triangle_is_same_passage(const struct vec3 from[3], const struct vec3 of[3],
+                              const struct ray *ray);
+
+/* Where the line of a ray crosses the triangle's plane, seen from a; false: not to be told. */
+bool triangle_plane_point(const struct vec3 *a, const struct vec3 *b, const struct vec3 *c,
+                          const struct ray *ray, struct dd3 *point);
 
 static inline struct bounds triangle_bounds(const struct vec3 *a, const struct vec3 *b,
                                             const struct vec3 *c)

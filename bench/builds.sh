@@ -1,0 +1,51 @@
+#!/bin/sh
+# Builds the farm with other compilers and options and compares its pictures, byte by byte: one line
+# "same WHAT" or "differs WHAT" per build. Status 1 when something differs or cannot be built.
+# From the top folder; builds go to OUT, build/bits/ unless told otherwise.
+set -u
+SCENES="test/data/everything.ini config/extreme/ground.ini config/extreme/shells.ini"
+SIZE="image.width=120 image.height=90 sampling.samples=2"
+OUT=${OUT:-build/bits}
+status=0
+mkdir -p "$OUT"
+
+render() { # FARM NAME
+    for scene in $SCENES; do
+        "$1" "$scene" output.report= output.image="$OUT/$2-$(basename "$scene" .ini).pfm" $SIZE \
+            >/dev/null 2>"$OUT/$2.log" || return 1
+    done
+}
+
+build() { # NAME COMPILER OPTIONS
+    dir=$OUT/$1
+    # MPICH's and Open MPI's compiler wrappers take the compiler from these.
+    MPICH_CC=$2 OMPI_CC=$2 make -s -j2 BUILD="$dir" FARM="$dir/farm" OPTIMISE="$3" "$dir/farm" \
+        >"$OUT/$1.log" 2>&1 && render "$dir/farm" "$1"
+}
+
+compare() { # NAME
+    for scene in $SCENES; do
+        base=$(basename "$scene" .ini)
+        cmp -s "$OUT/reference-$base.pfm" "$OUT/$1-$base.pfm" || return 1
+    done
+}
+
+build reference gcc "-O2" || { echo "differs reference: cannot be built"; exit 1; }
+for compiler in gcc clang; do
+    command -v "$compiler" >/dev/null || continue
+    for options in "-O0" "-O1" "-O3" "-O3 -mfma" "-O3 -march=native" "-O2 -mno-fma -mno-avx"; do
+        # A processor without fused multiply-add cannot run what is built for it.
+        case $options in *-mfma*) grep -q -w fma /proc/cpuinfo || continue ;; esac
+        name=$(echo "$compiler$options" | tr -d ' =')
+        if ! build "$name" "$compiler" "$options"; then
+            echo "differs $compiler $options: cannot be built or run"
+            status=1
+        elif compare "$name"; then
+            echo "same $compiler $options"
+        else
+            echo "differs $compiler $options"
+            status=1
+        fi
+    done
+done
+exit $status

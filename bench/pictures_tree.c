@@ -1,0 +1,355 @@
+/* Rows 35-39: the tree of bounds finds what a look at every primitive finds. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "bench/pictures.h"
+#include "common/clock.h"
+#include "common/message.h"
+#include "worker/primitive.h"
+
+/* ---- other trees ---- */
+
+/*
+ * A tree in one leaf with infinite bounds: brute force by the same tests. (Slabs that are infinite
+ * on both sides let every ray pass.)
+ */
+static struct bvh *one_leaf(const struct bvh *model)
+{
+    size_t nodes = 64, list = nodes + 64;
+    size_t bytes = list + model->primitive_count * sizeof(uint32_t);
+    struct bvh *tree = aligned_alloc(64, (bytes + 63) / 64 * 64);
+    if (!tree) fatal("no memory for a tree");
+    *tree = (struct bvh){.bytes = bytes,
+                         .node_count = model->primitive_count ? 1 : 0,
+                         .primitive_count = model->primitive_count,
+                         .nodes_offset = nodes,
+                         .primitives_offset = list};
+    struct bvh_node root = {.count = (uint32_t)model->primitive_count};
+    for (int axis = 0; axis < 3; axis++) {
+        root.min[axis] = -INFINITY;
+        root.max[axis] = INFINITY;
+    }
+    memcpy((char *)tree + nodes, &root, sizeof root);
+    memcpy((char *)tree + list, bvh_primitives(model), model->primitive_count * sizeof(uint32_t));
+    return tree;
+}
+
+/* A tree by median split along alternating axes, with so many primitives in a leaf. */
+struct median {
+    const struct bvh_node *bounds; /* of every place in the list, from a tree with leaves of 1 */
+    struct bvh_node *nodes;
+    uint32_t *ids, *places;
+    uint32_t used, leaf;
+};
+
+static int by_axis(const void *a, const void *b, void *context)
+{
+    const struct median *median = ((void **)context)[0];
+    unsigned axis = *(const unsigned *)((void **)context)[1];
+    const struct bvh_node *p = &median->bounds[*(const uint32_t *)a];
+    const struct bvh_node *q = &median->bounds[*(const uint32_t *)b];
+    float x = p->min[axis] + p->max[axis], y = q->min[axis] + q->max[axis];
+    return (x > y) - (x < y);
+}
+
+static void split(struct median *median, uint32_t at, uint32_t first, uint32_t count, unsigned axis)
+{
+    struct bvh_node *node = &median->nodes[at];
+    *node =
+        (struct bvh_node){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}, 0, 0};
+    for (uint32_t i = first; i < first + count; i++) {
+        for (int a = 0; a < 3; a++) {
+            node->min[a] = fminf(node->min[a], median->bounds[median->places[i]].min[a]);
+            node->max[a] = fmaxf(node->max[a], median->bounds[median->places[i]].max[a]);
+        }
+    }
+    if (count <= median->leaf) {
+        node->first = first;
+        node->count = count;
+        return;
+    }
+    void *context[] = {median, &axis};
+    qsort_r(median->places + first, count, sizeof *median->places, by_axis, context);
+    uint32_t child = median->used;
+    median->used += 2;
+    node->first = child;
+    split(median, child, first, count / 2, (axis + 1) % 3);
+    split(median, child + 1, first + count / 2, count - count / 2, (axis + 1) % 3);
+}
+
+static float outward(double x, float towards)
+{
+    return nextafterf((float)x, towards);
+}
+
+/* Around the origin, whatever centre the farm's tree has. */
+static struct bvh_node bounds_of(const struct scene *scene, uint32_t id)
+{
+    struct bounds bounds = primitive_bounds(scene, id);
+    struct bvh_node node = {.count = 1};
+    for (int axis = 0; axis < 3; axis++) {
+        node.min[axis] = outward(bounds.min[axis], -HUGE_VALF);
+        node.max[axis] = outward(bounds.max[axis], HUGE_VALF);
+    }
+    return node;
+}
+
+static struct bvh *median_tree(const struct scene *scene, const struct bvh *model, uint32_t leaf)
+{
+    uint32_t count = (uint32_t)model->primitive_count;
+    size_t nodes = 64, list = nodes + (2 * (size_t)count + 2) * sizeof(struct bvh_node);
+    size_t bytes = list + count * sizeof(uint32_t);
+    struct bvh *tree = aligned_alloc(64, (bytes + 63) / 64 * 64);
+    struct bvh_node *bounds = allocate(count, sizeof *bounds);
+    struct median median = {.bounds = bounds, .used = 1, .leaf = leaf};
+    if (!tree) fatal("no memory for a tree");
+    median.nodes = (void *)((char *)tree + nodes);
+    median.ids = (void *)((char *)tree + list);
+    median.places = allocate(count, sizeof *median.places);
+    for (uint32_t i = 0; i < count; i++) {
+        bounds[i] = bounds_of(scene, bvh_primitives(model)[i]);
+        median.places[i] = i;
+    }
+    split(&median, 0, 0, count, 0);
+    for (uint32_t i = 0; i < count; i++)
+        median.ids[i] = bvh_primitives(model)[median.places[i]];
+    *tree = (struct bvh){.bytes = bytes,
+                         .node_count = median.used,
+                         .primitive_count = count,
+                         .nodes_offset = nodes,
+                         .primitives_offset = list};
+    free(median.places);
+    free(bounds);
+    return tree;
+}
+
+/* ---- 35-37 ---- */
+
+#define TREES 6
+
+/* One scene, the tree of the farm and some of other shapes, and how rays for it are made. */
+struct forest {
+    struct stage stage;
+    struct bvh *brute, *trees[TREES];
+    struct ray (*draw)(struct random *random);
+};
+
+static void plant(struct forest *forest)
+{
+    const struct bvh *model = forest->stage.bvh;
+    forest->brute = one_leaf(model);
+    forest->trees[0] = forest->stage.bvh;
+    for (uint32_t i = 1; i < TREES; i++) /* leaves of 1, 2, 4, 8, 16 */
+        forest->trees[i] = median_tree(forest->stage.ours, model, 1u << (i - 1));
+}
+
+static void fell(struct forest *forest)
+{
+    for (int i = 1; i < TREES; i++)
+        free(forest->trees[i]);
+    free(forest->brute);
+    stage_free(&forest->stage);
+}
+
+static bool same_hit(const struct hit *a, const struct hit *b)
+{
+    return a->primitive == b->primitive && a->part == b->part &&
+           memcmp(&a->t, &b->t, sizeof a->t) == 0 && memcmp(&a->u, &b->u, sizeof a->u) == 0;
+}
+
+static bool trees_agree(const struct forest *forest, const struct scene *scene,
+                        const struct ray *ray, uint64_t *fallbacks)
+{
+    struct hit brute, hit;
+    nearest(scene, forest->brute, ray, 1, &brute, fallbacks);
+    for (int i = 0; i < TREES; i++) {
+        uint64_t ignored = 0;
+        nearest(scene, forest->trees[i], ray, 1, &hit, &ignored);
+        if (!same_hit(&brute, &hit)) return false;
+    }
+    return true;
+}
+
+static void walk_trees(struct block *block, const void *context)
+{
+    const struct forest *forest = context;
+    for (uint64_t i = 0; i < block->count; i++) {
+        struct ray ray = forest->draw(&block->random);
+        uint64_t ignored = 0;
+        if (!trees_agree(forest, forest->stage.ours, &ray, &block->tally->fallbacks))
+            score_wrong(&block->tally->ours, block->first + i);
+        if (!trees_agree(forest, forest->stage.paper, &ray, &ignored))
+            score_wrong(&block->tally->paper, block->first + i);
+        block->tally->samples++;
+    }
+}
+
+static void compare_trees(const struct budget *budget, struct case_result *result, int number,
+                          struct builder *builder, struct ray (*draw)(struct random *random),
+                          uint64_t rays)
+{
+    struct forest forest = {.stage = stage_finish(builder, NULL), .draw = draw};
+    struct tally tally = {.samples = 0};
+    plant(&forest);
+    share(budget, number, rays, walk_trees, &forest, &tally);
+    fell(&forest);
+    conclude(result, &tally, NULL, 0);
+}
+
+static struct ray any_ray(struct random *random)
+{
+    struct vec3 origin = picture_somewhere(random, 15);
+    return stage_ray(origin, vec_sub(picture_somewhere(random, 10), origin));
+}
+
+void run_tree(const struct budget *budget, struct case_result *result)
+{
+    struct random random = random_seeded(35, 0);
+    struct builder *builder = builder_create();
+    picture_mixture(builder, &random, budget->quick ? 12 : 40);
+    compare_trees(budget, result, 35, builder, any_ray, budget->rays * 10);
+}
+
+/* Components that are 0, -0, denormal, or so small that 1 / d overflows; at least one is not. */
+static double odd_component(struct random *random)
+{
+    const double odd[] = {0, -0.0, 0x1p-1074, -0x1p-1074, 1e-310, -1e-310, 1e-300, 1, -1};
+    return odd[random_below(random, sizeof odd / sizeof *odd)];
+}
+
+static struct ray odd_ray(struct random *random)
+{
+    struct vec3 d = {odd_component(random), odd_component(random), odd_component(random)};
+    struct vec3 o = {(double)random_below(random, 9) - 4, (double)random_below(random, 9) - 4,
+                     (double)random_below(random, 9) - 4};
+    if (vec_is_zero(d)) d.z = 0x1p-1074;
+    if (random_bits(random) & 1) d.x = random_sign(random);
+    return stage_ray(o, d);
+}
+
+/* Boxes, triangles, discs and balls on a lattice, so that origins lie in their bounds' planes. */
+void run_tree_axes(const struct budget *budget, struct case_result *result)
+{
+    struct random random = random_seeded(36, 0);
+    struct builder *builder = builder_create();
+    uint32_t m = stage_material(builder);
+    for (int i = 0; i < 40; i++) {
+        struct vec3 p = {(double)random_below(&random, 8) - 4, (double)random_below(&random, 8) - 4,
+                         (double)random_below(&random, 8) - 4};
+        struct box box = {.min = p, .max = vec_add(p, vec3(1, 1, 1)), .material = m};
+        struct disc disc = {.center = p, .normal = {0, 0, 1}, .radius = 1, .material = m};
+        if (i % 4 == 0) expect_added(builder_add_box(builder, &box));
+        if (i % 4 == 1) expect_added(builder_add_disc(builder, &disc));
+        if (i % 4 == 2) stage_sphere(builder, p, 1);
+        if (i % 4 == 3)
+            stage_triangle(builder, p, vec_add(p, vec3(1, 0, 0)), vec_add(p, vec3(0, 1, 0)));
+    }
+    compare_trees(budget, result, 36, builder, odd_ray, budget->rays);
+}
+
+static struct ray far_ray(struct random *random)
+{
+    double reach = random_log(random, 1e-9, 1e12);
+    struct vec3 origin = vec_scale(random_unit(random), reach);
+    struct vec3 target = vec_scale(random_unit(random), random_log(random, 1e-9, 1e9));
+    return stage_ray(origin, vec_sub(target, origin));
+}
+
+void run_tree_sizes(const struct budget *budget, struct case_result *result)
+{
+    struct random random = random_seeded(37, 0);
+    struct builder *builder = builder_create();
+    for (int i = 0; i < 60; i++) {
+        double size = pow(10, random_between(&random, -9, 9));
+        struct vec3 p = vec_scale(random_unit(&random), 4 * size);
+        struct vec3 a = vec_scale(random_unit(&random), size);
+        struct vec3 b = vec_scale(random_unit(&random), size);
+        if (i % 2)
+            stage_sphere(builder, p, size);
+        else
+            stage_triangle(builder, p, vec_add(p, a), vec_add(p, b));
+    }
+    compare_trees(budget, result, 37, builder, far_ray, budget->rays);
+}
+
+/* ---- 38 ---- */
+
+static unsigned depth_of(const struct bvh *bvh, uint32_t at)
+{
+    const struct bvh_node *node = &bvh_nodes(bvh)[at];
+    if (node->count > 0) return 0;
+    unsigned a = depth_of(bvh, node->first), b = depth_of(bvh, node->first + 1);
+    return 1 + (a > b ? a : b);
+}
+
+void run_equal_centroids(const struct budget *budget, struct case_result *result)
+{
+    uint64_t count = budget->quick ? 20000 : 1000000;
+    struct builder *builder = builder_create();
+    struct sphere sphere = {.center = {1, 2, 3}, .radius = 1, .material = stage_material(builder)};
+    for (uint64_t i = 0; i < count; i++) {
+        if (i % 2) sphere.radius += 0x1p-20;
+        expect_added(builder_add_sphere(builder, &sphere));
+    }
+    double start = clock_wall();
+    struct stage stage = stage_finish(builder, NULL);
+    double seconds = clock_wall() - start;
+    unsigned depth = depth_of(stage.bvh, 0);
+    snprintf(result->paper, sizeof result->paper, "the same tree");
+    snprintf(result->ours, sizeof result->ours, "depth %u of %d, %.2g s", depth, BVH_MAX_DEPTH,
+             seconds);
+    picture_verdict(result, count, depth > BVH_MAX_DEPTH);
+    stage_free(&stage);
+}
+
+/* ---- 39 ---- */
+
+#define BAD_RAYS 4096
+
+static struct ray bad_ray(struct random *random)
+{
+    const double bad[] = {(double)NAN, HUGE_VAL, -HUGE_VAL};
+    struct ray ray = any_ray(random);
+    double *place[] = {&ray.origin.x,    &ray.origin.y,    &ray.origin.z,
+                       &ray.direction.x, &ray.direction.y, &ray.direction.z};
+    *place[random_below(random, 6)] = bad[random_below(random, 3)];
+    return ray;
+}
+
+static double time_of(const struct stage *stage, const struct ray *rays, struct hit *hits)
+{
+    uint64_t exact = 0;
+    double start = clock_wall();
+    nearest(stage->ours, stage->bvh, rays, BAD_RAYS, hits, &exact);
+    return clock_wall() - start;
+}
+
+void run_bad_rays(const struct budget *budget, struct case_result *result)
+{
+    struct random random = random_seeded(39, 0);
+    struct builder *builder = builder_create();
+    picture_mixture(builder, &random, 12);
+    struct stage stage = stage_finish(builder, NULL);
+    struct ray *rays = allocate(2 * BAD_RAYS, sizeof *rays);
+    struct hit *hits = allocate(BAD_RAYS, sizeof *hits);
+    uint64_t met = 0, rounds = budget->rays / BAD_RAYS + 3;
+    double good_s = HUGE_VAL, bad_s = HUGE_VAL; /* the fastest round of each */
+    for (uint64_t round = 0; round < rounds; round++) {
+        for (int i = 0; i < BAD_RAYS; i++) {
+            rays[i] = any_ray(&random);
+            rays[BAD_RAYS + i] = bad_ray(&random);
+        }
+        good_s = fmin(good_s, time_of(&stage, rays, hits));
+        bad_s = fmin(bad_s, time_of(&stage, rays + BAD_RAYS, hits));
+        for (int i = 0; i < BAD_RAYS; i++)
+            met += hits[i].primitive != PRIMITIVE_NONE;
+    }
+    snprintf(result->paper, sizeof result->paper, "the same check");
+    snprintf(result->ours, sizeof result->ours, "%llu met something, %.2f x the time",
+             (unsigned long long)met, bad_s / good_s);
+    picture_verdict(result, rounds * BAD_RAYS, met + (bad_s > 2.5 * good_s));
+    free(hits);
+    free(rays);
+    stage_free(&stage);
+}

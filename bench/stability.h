@@ -1,0 +1,211 @@
+/*
+ * The catalogue of stiff and extreme cases: what each case has to provide, and what cases share.
+ *
+ * A case draws random inputs, gives them to the kernel twice, with the paper's formulas and with
+ * ours, and compares both with an oracle that shares no code with the kernel: GMP or MPFR numbers,
+ * a closed form, a count that topology dictates, or brute force.
+ */
+#ifndef FARM_BENCH_STABILITY_H
+#define FARM_BENCH_STABILITY_H
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "common/scene.h"
+#include "master/builder.h"
+#include "worker/bvh.h"
+#include "worker/nearest.h"
+
+/* How much work a run may do. */
+struct budget {
+    uint64_t rays;    /* for most cases: 1e6 at full size */
+    uint64_t many;    /* for one unit of the cases that count crossings: 1e8 at full size */
+    unsigned threads; /* for share() */
+    bool quick;       /* the reduced run of `make test`: small meshes and pictures */
+};
+
+enum verdict {
+    VERDICT_GREEN, /* the pass mark is met on every sample */
+    VERDICT_RED,   /* it is not: the note says where */
+    VERDICT_MARKED /* not applicable, or out of reach for the reason in the note */
+};
+
+/* What a case found out. The texts are for the table; a case leaves empty what does not apply. */
+struct case_result {
+    char paper[96];     /* the paper's formulas, "0.2 r, 31 % wrong" */
+    char ours[96];      /* the same of ours */
+    double worst;       /* largest error of ours */
+    const char *unit;   /* of worst: "ulp", "u"; NULL when the case only counts decisions */
+    uint64_t samples;   /* compared with the oracle */
+    uint64_t wrong;     /* wrong decisions of ours */
+    uint64_t fallbacks; /* predicates of ours that needed exact arithmetic */
+    enum verdict verdict;
+    char note[256];
+};
+
+struct stability_case {
+    int number;       /* of the catalogue; 0 ends a table */
+    const char *name; /* as in the catalogue */
+    const char *oracle;
+    const char *pass_mark;
+    void (*run)(const struct budget *budget, struct case_result *result); /* *result is zeroed */
+};
+
+/* One table per file, ended by an entry with number 0. */
+extern const struct stability_case sphere_cases[];  /* 1-12 */
+extern const struct stability_case flat_cases[];    /* 13-16, 24, 25 */
+extern const struct stability_case mesh_cases[];    /* 17-23 */
+extern const struct stability_case contact_cases[]; /* 26-29 */
+extern const struct stability_case cone_cases[];    /* 40-44 */
+extern const struct stability_case picture_cases[]; /* 30-39, 45-58 */
+
+/* ---- random numbers: the same on every run and machine, whatever the number of threads ---- */
+
+struct random {
+    uint64_t state;
+};
+
+/* SplitMix64 (G. Steele, D. Lea and C. Flood, OOPSLA 2014): any seed will do. */
+static inline uint64_t random_bits(struct random *random)
+{
+    uint64_t z = random->state += 0x9e3779b97f4a7c15u;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    return z ^ z >> 31;
+}
+
+static inline struct random random_seeded(uint64_t number, uint64_t block)
+{
+    struct random random = {number << 40 ^ block};
+    random.state = random_bits(&random);
+    return random;
+}
+
+static inline double random_between(struct random *random, double low, double high)
+{
+    return low + (high - low) * ((double)(random_bits(random) >> 11) * 0x1p-53);
+}
+
+/* 0 .. count - 1; the bias is below count * 2^-64. */
+static inline uint64_t random_below(struct random *random, uint64_t count)
+{
+    return (uint64_t)((unsigned __int128)random_bits(random) * count >> 64);
+}
+
+/* Uniform in the logarithm. */
+static inline double random_log(struct random *random, double low, double high)
+{
+    return exp(random_between(random, log(low), log(high)));
+}
+
+static inline double random_sign(struct random *random)
+{
+    return random_bits(random) >> 63 ? -1 : 1;
+}
+
+/* Uniform on the unit sphere, up to rounding. */
+struct vec3 random_unit(struct random *random);
+
+/* Unit vectors that make a right-handed frame with axis (unit), turned at random. */
+void random_frame(struct random *random, struct vec3 axis, struct vec3 *u, struct vec3 *v);
+
+/* ---- counting what was right ---- */
+
+/* Of one set of formulas. Sums and extremes: the order of adding does not matter. */
+struct score {
+    double worst;      /* largest error */
+    uint64_t worst_at; /* its sample; the first one of equals */
+    uint64_t wrong;    /* decisions */
+    uint64_t wrong_at; /* the first of them */
+};
+
+struct tally {
+    struct score paper, ours;
+    uint64_t samples;
+    uint64_t paper_samples; /* when not all of them were given to the paper's formulas; else 0 */
+    uint64_t fallbacks;
+};
+
+static inline void score_error(struct score *score, double error, uint64_t sample)
+{
+    if (isnan(error)) error = HUGE_VAL; /* a NaN must not pass for a small error */
+    if (error > score->worst || (error == score->worst && sample < score->worst_at)) {
+        score->worst = error;
+        score->worst_at = sample;
+    }
+}
+
+static inline void score_wrong(struct score *score, uint64_t sample)
+{
+    if (score->wrong == 0 || sample < score->wrong_at) score->wrong_at = sample;
+    score->wrong++;
+}
+
+void tally_add(struct tally *total, const struct tally *part);
+
+/* Samples first .. first + count - 1 of a case; random is seeded by the case and first alone. */
+struct block {
+    uint64_t first, count;
+    struct random random;
+    struct tally *tally;
+};
+
+/*
+ * Divides `samples` samples of case `number` into blocks of SHARE_BLOCK, works through them on
+ * budget->threads threads and adds up the tallies. The result does not depend on the threads.
+ */
+#define SHARE_BLOCK 4096u
+void share(const struct budget *budget, int number, uint64_t samples,
+           void (*work)(struct block *block, const void *context), const void *context,
+           struct tally *total);
+
+/*
+ * Fills in samples, worst, wrong, fallbacks and both texts, and the verdict: green when ours has
+ * no wrong decision and no error above limit. unit NULL: decisions only.
+ */
+void conclude(struct case_result *result, const struct tally *tally, const char *unit,
+              double limit);
+
+/* ---- scenes ---- */
+
+/* One scene with both sets of formulas, and its tree. */
+struct stage {
+    struct scene *ours, *paper;
+    struct bvh *bvh;
+};
+
+/* A constant text from builder_add_...() other than NULL is a mistake of the case: fatal. */
+void expect_added(const char *why);
+
+/* A material that lets half of the light through, so that occluded() counts crossings. */
+uint32_t stage_material(struct builder *builder);
+void stage_sphere(struct builder *builder, struct vec3 center, double radius);
+void stage_triangle(struct builder *builder, struct vec3 a, struct vec3 b, struct vec3 c);
+
+/* A view of width x height pixels from eye towards look_at, y up, fov degrees high. */
+struct view stage_view(struct vec3 eye, struct vec3 look_at, double fov, uint32_t width,
+                       uint32_t height);
+
+/* Destroys the builder. view may be NULL when nothing is rendered. */
+struct stage stage_finish(struct builder *builder, const struct view *view);
+void stage_free(struct stage *stage);
+
+/* The tree of a scene; freed by free(). */
+struct bvh *stage_tree(const struct scene *scene);
+
+struct ray stage_ray(struct vec3 origin, struct vec3 direction);
+
+/* The nearest hit with one of the stage's scenes. */
+struct hit stage_nearest(const struct stage *stage, const struct scene *scene,
+                         const struct ray *ray, uint64_t *fallbacks);
+
+/* How many surfaces rays cross when all of them have stage_material(); at most 1000. */
+void stage_crossings(const struct stage *stage, const struct scene *scene, const struct ray *rays,
+                     size_t count, unsigned *crossings, uint64_t *fallbacks);
+
+/* The whole picture of a scene, 3 floats per pixel, row by row; freed by free(). */
+float *stage_picture(const struct scene *scene, const struct bvh *bvh);
+
+#endif

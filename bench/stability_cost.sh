@@ -1,0 +1,41 @@
+#!/bin/sh
+# What the exact formulas cost: pictures rendered with them and with the paper's, in turn, so that
+# what else the machine does falls on both; the median of the pairs' ratios.
+#
+#   FARM=./farm sh bench/stability_cost.sh [PAIRS]
+#
+# One process renders; the figure is the CPU time of its rendering thread from the report.
+set -eu
+cd "$(dirname "$0")/.."
+FARM=$(realpath "${FARM:-./farm}")
+pairs=${1:-7}
+T=$(mktemp -d)
+trap 'rm -rf "$T"' EXIT
+
+# cpu_seconds SCENE FORMULAS
+cpu_seconds() {
+    "$FARM" "config/$1.ini" "render.formulas=$2" "output.image=$T/picture.png" \
+        "output.report=$T/report.json" >"$T/log" 2>&1 || { cat "$T/log" >&2; exit 1; }
+    sed -n 's/.*"rank": 0,.*"cpu_s": \([0-9.]*\).*/\1/p' "$T/report.json"
+}
+
+for scene in garden lantern; do
+    : >"$T/ratios"
+    i=0
+    while [ "$i" -lt "$pairs" ]; do
+        # The order within a pair alternates.
+        if [ $((i % 2)) -eq 0 ]; then
+            exact=$(cpu_seconds "$scene" exact) paper=$(cpu_seconds "$scene" paper)
+        else
+            paper=$(cpu_seconds "$scene" paper) exact=$(cpu_seconds "$scene" exact)
+        fi
+        echo "$exact $paper" | awk '{ print $1 / $2, $1, $2 }' >>"$T/ratios"
+        i=$((i + 1))
+    done
+    sort -n "$T/ratios" | awk -v scene="$scene" '{ r[NR] = $1; e[NR] = $2; p[NR] = $3 }
+        END {
+            m = int((NR + 1) / 2)
+            printf "cost, %s: exact / paper = %.3f (median of %d pairs, %.3f to %.3f; %.2f s against %.2f s): %s\n",
+                scene, r[m], NR, r[1], r[NR], e[m], p[m], r[m] <= 1.1 ? "green" : "RED"
+        }'
+done

@@ -1,0 +1,202 @@
+/* The catalogue of stiff and extreme cases, row by row: see bench/stability.h. */
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "bench/stability.h"
+#include "common/clock.h"
+#include "common/message.h"
+
+/* The catalogue has 58; row 59 is the whole picture beside one in 448 bits. */
+#define LAST_ROW 59
+
+#define FULL_RAYS  UINT64_C(1000000)
+#define FULL_MANY  UINT64_C(100000000)
+#define QUICK_RAYS UINT64_C(1500)
+#define QUICK_MANY UINT64_C(12000)
+
+static const struct stability_case *const tables[] = {sphere_cases,  flat_cases, mesh_cases,
+                                                      contact_cases, cone_cases, picture_cases};
+
+static const char *const verdict_names[] = {"green", "RED", "marked"};
+
+struct options {
+    struct budget budget;
+    bool chosen[LAST_ROW + 1];
+    bool tap;
+    const char *csv, *markdown; /* files to write; NULL: none */
+};
+
+static _Noreturn void usage(const char *why)
+{
+    fprintf(stderr,
+            "stability: %s\n"
+            "usage: stability [--rays N | --quick] [--rows 1,2,17-25] [--threads N] [--tap]\n"
+            "                 [--csv FILE] [--markdown FILE]\n",
+            why);
+    exit(2);
+}
+
+static uint64_t parse_count(const char *text, char **end, uint64_t most)
+{
+    errno = 0;
+    double value = strtod(text, end);
+    if (*end == text || errno || !(value >= 1) || value > (double)most || value != floor(value))
+        usage("expected a whole number in range");
+    return (uint64_t)value;
+}
+
+static uint64_t whole_count(const char *text, uint64_t most)
+{
+    char *end;
+    uint64_t value = parse_count(text, &end, most);
+    if (*end) usage("expected a whole number in range");
+    return value;
+}
+
+/* "1,2,17-25" */
+static void choose_rows(const char *text, bool chosen[LAST_ROW + 1])
+{
+    memset(chosen, 0, LAST_ROW + 1);
+    for (;;) {
+        char *end;
+        uint64_t first = strtoul(text, &end, 10), last = first;
+        if (end != text && *end == '-') last = strtoul(end + 1, &end, 10);
+        if (end == text || first < 1 || last > LAST_ROW || first > last)
+            usage("expected rows such as 1,2,17-25");
+        for (uint64_t row = first; row <= last; row++)
+            chosen[row] = true;
+        if (*end == '\0') return;
+        if (*end != ',') usage("expected rows such as 1,2,17-25");
+        text = end + 1;
+    }
+}
+
+static unsigned processors(void)
+{
+    long count = sysconf(_SC_NPROCESSORS_ONLN);
+    return count < 1 ? 1 : (unsigned)count;
+}
+
+static struct options parse_options(int argc, char **argv)
+{
+    struct options options = {
+        .budget = {.rays = FULL_RAYS, .many = FULL_MANY, .threads = processors()}};
+    memset(options.chosen, 1, sizeof options.chosen);
+    for (int i = 1; i < argc; i++) {
+        const char *option = argv[i];
+        if (strcmp(option, "--quick") == 0) {
+            options.budget.quick = true;
+            options.budget.rays = QUICK_RAYS;
+            options.budget.many = QUICK_MANY;
+            options.budget.threads = 1;
+            continue;
+        }
+        if (strcmp(option, "--tap") == 0) {
+            options.tap = true;
+            continue;
+        }
+        const char *value = i + 1 < argc ? argv[++i] : NULL;
+        if (!value) usage("unknown option, or a value is missing");
+        if (strcmp(option, "--rays") == 0)
+            options.budget.rays = options.budget.many = whole_count(value, UINT64_C(1) << 40);
+        else if (strcmp(option, "--rows") == 0)
+            choose_rows(value, options.chosen);
+        else if (strcmp(option, "--threads") == 0)
+            options.budget.threads = (unsigned)whole_count(value, 1024);
+        else if (strcmp(option, "--csv") == 0)
+            options.csv = value;
+        else if (strcmp(option, "--markdown") == 0)
+            options.markdown = value;
+        else
+            usage("unknown option");
+    }
+    return options;
+}
+
+static const struct stability_case *find_case(int number)
+{
+    for (size_t i = 0; i < sizeof tables / sizeof *tables; i++) {
+        for (const struct stability_case *c = tables[i]; c->number; c++)
+            if (c->number == number) return c;
+    }
+    return NULL;
+}
+
+static FILE *open_table(const char *path, const char *head)
+{
+    if (!path) return NULL;
+    FILE *file = fopen(path, "w");
+    if (!file) fatal("cannot write %s: %s", path, strerror(errno));
+    fputs(head, file);
+    return file;
+}
+
+static void write_csv(FILE *file, const struct stability_case *c, const struct case_result *result,
+                      double seconds)
+{
+    fprintf(file, "%d,\"%s\",\"%s\",\"%s\",%llu,\"%s\",\"%s\",%.6g,%s,%llu,%llu,%s,%.1f,\"%s\"\n",
+            c->number, c->name, c->oracle, c->pass_mark, (unsigned long long)result->samples,
+            result->paper, result->ours, result->worst, result->unit ? result->unit : "",
+            (unsigned long long)result->wrong, (unsigned long long)result->fallbacks,
+            verdict_names[result->verdict], seconds, result->note);
+    fflush(file);
+}
+
+static void write_markdown(FILE *file, const struct stability_case *c,
+                           const struct case_result *result)
+{
+    fprintf(file, "| %d | %s | %s | %s | %.3g | %s | %s | %s | %s |\n", c->number, c->name,
+            c->oracle, c->pass_mark, (double)result->samples, result->paper, result->ours,
+            verdict_names[result->verdict], result->note);
+    fflush(file);
+}
+
+static void print_row(const struct stability_case *c, const struct case_result *result,
+                      double seconds, bool tap)
+{
+    const char *verdict = verdict_names[result->verdict];
+    const char *note = result->note;
+    if (tap) {
+        const char *ok = result->verdict == VERDICT_RED ? "not ok" : "ok";
+        printf("%s %d - %s: %s%s%s%s%s\n", ok, c->number, c->name, result->ours, *note ? " (" : "",
+               note, *note ? ")" : "", result->verdict == VERDICT_MARKED ? " # marked" : "");
+    } else {
+        printf("%2d %-6s %-46s %8.3g  paper: %-34s ours: %-30s %6.1f s%s%s\n", c->number, verdict,
+               c->name, (double)result->samples, result->paper, result->ours, seconds,
+               *note ? "  " : "", note);
+    }
+    fflush(stdout);
+}
+
+int main(int argc, char **argv)
+{
+    struct options options = parse_options(argc, argv);
+    FILE *csv = open_table(options.csv, "row,case,oracle,pass_mark,samples,paper,ours,worst,unit,"
+                                        "wrong,exact_fallbacks,verdict,seconds,note\n");
+    FILE *markdown =
+        open_table(options.markdown,
+                   "| row | case | oracle | pass mark | samples | paper | ours | verdict | note |\n"
+                   "|---|---|---|---|---|---|---|---|---|\n");
+    unsigned verdicts[3] = {0};
+    for (int row = 1; row <= LAST_ROW; row++) {
+        const struct stability_case *c = find_case(row);
+        if (!options.chosen[row] || !c) continue;
+        struct case_result result = {.samples = 0};
+        double start = clock_wall();
+        c->run(&options.budget, &result);
+        double seconds = clock_wall() - start;
+        verdicts[result.verdict]++;
+        print_row(c, &result, seconds, options.tap);
+        if (csv) write_csv(csv, c, &result, seconds);
+        if (markdown) write_markdown(markdown, c, &result);
+    }
+    if (csv && fclose(csv) != 0) fatal("cannot write %s: %s", options.csv, strerror(errno));
+    if (markdown && fclose(markdown) != 0)
+        fatal("cannot write %s: %s", options.markdown, strerror(errno));
+    printf("%s%u green, %u red, %u marked\n", options.tap ? "# " : "", verdicts[VERDICT_GREEN],
+           verdicts[VERDICT_RED], verdicts[VERDICT_MARKED]);
+    return verdicts[VERDICT_RED] ? 1 : 0;
+}

@@ -1,0 +1,228 @@
+#include "scene_fixture.h"
+
+#include <float.h>
+
+#include <gmp.h>
+#include <mpfr.h>
+
+#include "worker/exact.h"
+
+/* Of the oracle: enough for sums of products of EXACT_FACTORS doubles, and of some of moderate
+ * size. */
+#define BITS_OF_ALL  20000
+#define BITS_OF_SOME 1600
+
+/* The relative error of a double-double in units of DD_ROUNDOFF. */
+static double dd_error(struct dd value, mpfr_t truth)
+{
+    mpfr_t error;
+    mpfr_init2(error, mpfr_get_prec(truth));
+    mpfr_sub_d(error, truth, value.high, MPFR_RNDN);
+    mpfr_sub_d(error, error, value.low, MPFR_RNDN);
+    mpfr_div(error, error, truth, MPFR_RNDN);
+    double units = fabs(mpfr_get_d(error, MPFR_RNDA)) / DD_ROUNDOFF;
+    mpfr_clear(error);
+    return units;
+}
+
+static void set_dd(mpfr_t real, struct dd a)
+{
+    mpfr_set_d(real, a.high, MPFR_RNDN);
+    mpfr_add_d(real, real, a.low, MPFR_RNDN);
+}
+
+static double wide_double(uint64_t *random, int reach)
+{
+    int exponent = (int)random_below(random, (uint32_t)(2 * reach + 1)) - reach;
+    return ldexp(random_between(random, -1, 1), exponent);
+}
+
+static struct dd some_dd(uint64_t *random)
+{
+    double high = wide_double(random, 100);
+    return sum_of_ordered(high, high * 0x1p-53 * random_between(random, -1, 1));
+}
+
+static void test_sums_and_products(void **state)
+{
+    (void)state;
+    uint64_t random = 20;
+    mpfr_t x, y;
+    mpfr_inits2(BITS_OF_SOME, x, y, (mpfr_ptr)0);
+    for (int i = 0; i < 100000; i++) {
+        double a = wide_double(&random, 60), b = wide_double(&random, 60);
+        mpfr_set_d(x, a, MPFR_RNDN);
+        mpfr_add_d(y, x, b, MPFR_RNDN);
+        set_dd(x, exact_sum(a, b));
+        assert_true(mpfr_equal_p(x, y));
+        mpfr_set_d(x, a, MPFR_RNDN);
+        mpfr_mul_d(y, x, b, MPFR_RNDN);
+        set_dd(x, exact_product(a, b));
+        assert_true(mpfr_equal_p(x, y));
+    }
+    mpfr_clears(x, y, (mpfr_ptr)0);
+}
+
+/* The factors that the header gives. */
+static void test_double_double(void **state)
+{
+    (void)state;
+    uint64_t random = 21;
+    mpfr_t x, y, z;
+    mpfr_inits2(BITS_OF_SOME / 4, x, y, z, (mpfr_ptr)0);
+    for (int i = 0; i < 100000; i++) {
+        struct dd a = some_dd(&random), b = some_dd(&random);
+        if (i % 4 == 0) b = dd_add(dd_negate(a), dd(a.high * 0x1p-60)); /* cancels */
+        if (a.high == 0 || b.high == 0) continue;
+        set_dd(x, a);
+        set_dd(y, b);
+        mpfr_add(z, x, y, MPFR_RNDN);
+        if (!mpfr_zero_p(z)) assert_true(dd_error(dd_add(a, b), z) <= 3.01);
+        mpfr_mul(z, x, y, MPFR_RNDN);
+        assert_true(dd_error(dd_mul(a, b), z) <= 5);
+        mpfr_div(z, x, y, MPFR_RNDN);
+        assert_true(dd_error(dd_div(a, b), z) <= 10);
+        mpfr_mul_d(z, x, b.high, MPFR_RNDN);
+        assert_true(dd_error(dd_scale(a, b.high), z) <= 2);
+        mpfr_abs(z, x, MPFR_RNDN);
+        mpfr_sqrt(z, z, MPFR_RNDN);
+        assert_true(dd_error(dd_sqrt(a.high < 0 ? dd_negate(a) : a), z) <= 4);
+    }
+    mpfr_clears(x, y, z, (mpfr_ptr)0);
+}
+
+/* Sums of products over the whole range of double, some of which cancel but for one last bit. */
+static void test_accumulator(void **state)
+{
+    (void)state;
+    uint64_t random = 22;
+    mpfr_t truth, product;
+    mpfr_inits2(BITS_OF_ALL, truth, product, (mpfr_ptr)0);
+    for (int i = 0; i < 1000; i++) {
+        struct accumulator sum;
+        accumulator_clear(&sum);
+        mpfr_set_zero(truth, 1);
+        double factors[EXACT_FACTORS];
+        unsigned terms = 1 + random_below(&random, 6);
+        for (unsigned k = 0; k < 2 * terms; k++) {
+            unsigned count = 1 + random_below(&random, EXACT_FACTORS);
+            bool subtract = random_below(&random, 2);
+            mpfr_set_d(product, 1, MPFR_RNDN);
+            for (unsigned f = 0; f < count; f++) {
+                factors[f] = wide_double(&random, i % 2 ? 1074 : 20);
+                if (!isfinite(factors[f])) factors[f] = 1;
+                mpfr_mul_d(product, product, factors[f], MPFR_RNDN);
+            }
+            accumulator_add(&sum, factors, count, subtract);
+            (subtract ? mpfr_sub : mpfr_add)(truth, truth, product, MPFR_RNDN);
+        }
+        assert_int_equal(accumulator_sign(&sum), mpfr_sgn(truth) > 0 ? 1 : -(mpfr_sgn(truth) < 0));
+        if (mpfr_zero_p(truth)) continue;
+        int exponent;
+        struct dd value = accumulator_round(&sum, &exponent);
+        mpfr_mul_2si(truth, truth, -exponent, MPFR_RNDN);
+        assert_true(dd_error(value, truth) <= 4);
+    }
+    mpfr_clears(truth, product, (mpfr_ptr)0);
+}
+
+static void test_accumulator_cancels(void **state)
+{
+    (void)state;
+    const double least[2] = {0x1p-1074, 0x1p-1074}, large[2] = {DBL_MAX, DBL_MAX};
+    struct accumulator sum;
+    int exponent;
+    accumulator_clear(&sum);
+    assert_int_equal(accumulator_sign(&sum), 0);
+    accumulator_add(&sum, large, 2, false);
+    accumulator_add(&sum, least, 2, true);
+    assert_int_equal(accumulator_sign(&sum), 1);
+    accumulator_add(&sum, large, 2, true);
+    assert_int_equal(accumulator_sign(&sum), -1);
+    double value = accumulator_value(&sum, &exponent);
+    assert_same(ldexp(value, exponent + 2148), -1);
+    accumulator_add(&sum, least, 2, false);
+    assert_int_equal(accumulator_sign(&sum), 0);
+}
+
+/* (a + b)^2 - a^2 - 2 a b - b^2 = 0 */
+static void test_polynomials(void **state)
+{
+    (void)state;
+    uint64_t random = 23;
+    for (int i = 0; i < 2000; i++) {
+        struct dd a = some_dd(&random), b = some_dd(&random);
+        struct polynomial both = {.degree = 1}, parts = {.degree = 2};
+        struct accumulator sum;
+        polynomial_add(&both, 1, a, dd(1), dd(1));
+        polynomial_add(&both, 1, b, dd(1), dd(1));
+        polynomial_add(&parts, 1, a, a, dd(1));
+        polynomial_add(&parts, 1, b, b, dd(1));
+        polynomial_add(&parts, 1, dd_ldexp(a, 1), b, dd(1));
+        accumulator_clear(&sum);
+        accumulator_add_product(&sum, &both, &both, NULL, false);
+        assert_int_equal(accumulator_sign(&sum), 1);
+        accumulator_add_product(&sum, &parts, NULL, NULL, true);
+        assert_int_equal(accumulator_sign(&sum), 0);
+    }
+}
+
+/* Vectors that are almost, or exactly, at right angles. */
+static void test_dot(void **state)
+{
+    (void)state;
+    uint64_t random = 24;
+    mpfr_t truth, x, y;
+    mpfr_inits2(BITS_OF_SOME, truth, x, y, (mpfr_ptr)0);
+    for (int i = 0; i < 20000; i++) {
+        struct dd3 a = {some_dd(&random), some_dd(&random), dd(random_between(&random, 1, 2))};
+        struct dd3 b = {some_dd(&random), some_dd(&random), dd(0)};
+        if (i % 8 == 0) b = (struct dd3){a.y, dd_negate(a.x), dd(0)};
+        struct dd rest = dd_add(dd_mul(a.x, b.x), dd_mul(a.y, b.y));
+        if (i % 8) b.z = dd_negate(dd_div(rest, a.z));
+        const struct dd as[3] = {a.x, a.y, a.z}, bs[3] = {b.x, b.y, b.z};
+        mpfr_set_zero(truth, 1);
+        for (int k = 0; k < 3; k++) {
+            set_dd(x, as[k]);
+            set_dd(y, bs[k]);
+            mpfr_fma(truth, x, y, truth, MPFR_RNDN);
+        }
+        int exponent;
+        struct dd dot = exact_dot3(a, b, &exponent);
+        mpfr_mul_2si(truth, truth, -exponent, MPFR_RNDN);
+        if (mpfr_zero_p(truth))
+            assert_true(dot.high == 0);
+        else
+            assert_true(dd_error(dot, truth) <= 0x1p49);
+    }
+    mpfr_clears(truth, x, y, (mpfr_ptr)0);
+}
+
+/* Scaling by powers of two changes no bit. */
+static void test_scaling(void **state)
+{
+    (void)state;
+    uint64_t random = 25;
+    for (int i = 0; i < 10000; i++) {
+        struct dd a = some_dd(&random), b = some_dd(&random);
+        int k = (int)random_below(&random, 121) - 60;
+        struct dd q = dd_ldexp(dd_div(a, b), k), scaled = dd_div(dd_ldexp(a, k), b);
+        assert_memory_equal(&q, &scaled, sizeof q);
+        struct dd s = dd_ldexp(dd_add(a, b), k);
+        scaled = dd_add(dd_ldexp(a, k), dd_ldexp(b, k));
+        assert_memory_equal(&s, &scaled, sizeof s);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_sums_and_products), cmocka_unit_test(test_double_double),
+        cmocka_unit_test(test_accumulator),       cmocka_unit_test(test_accumulator_cancels),
+        cmocka_unit_test(test_polynomials),       cmocka_unit_test(test_dot),
+        cmocka_unit_test(test_scaling),
+    };
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    mpfr_free_cache();
+    return failed;
+}

@@ -1,0 +1,31 @@
+# Every scene in config/extreme renders without a sample that is not finite, and each is two lines of
+# comment and then a scene.
+. test/lib.sh
+cd "$T" || exit 1
+
+renders() { # SCENE
+    run 0 farm_n 0 "$1" render.strict=yes image.width=48 image.height=36 sampling.samples=1 \
+        output.image=t.pfm output.report=t.json &&
+        grep -q '"nonfinite": 0,' t.json && [ "$(wc -c <t.pfm)" -gt 20736 ]
+}
+
+explained() { # SCENE
+    [ "$(sed -n '1,2{/^# ..*/p;}' "$1" | wc -l)" -eq 2 ] && sed -n 3p "$1" | grep -q '^\['
+}
+
+for scene in "$CONFIG"/extreme/*.ini; do
+    which=$(basename "$scene" .ini)
+    check "extreme/$which is finite throughout" renders "$scene"
+    check "extreme/$which says what it shows" explained "$scene"
+done
+
+# The naive formulas are another picture where they fail.
+differs() {
+    for formulas in exact paper; do
+        run 0 farm_n 0 "$CONFIG/extreme/distant.ini" render.formulas=$formulas image.width=48 \
+            image.height=36 sampling.samples=1 output.image=$formulas.pfm output.report= || return 1
+    done
+    ! cmp -s exact.pfm paper.pfm
+}
+check "extreme/distant: the paper's formulas give another picture" differs
+finish

@@ -1,0 +1,233 @@
+/* Stacks of media: nested, overlapping, open and solid objects, and where the eye begins. */
+#include "test/scene_fixture.h"
+#include "worker/medium.h"
+
+static uint32_t add_glass(struct builder *builder, double ior, double transmission)
+{
+    struct material material = {.color = {1, 1, 1}, .transmission = transmission, .ior = ior};
+    uint32_t index;
+    assert_added(builder_add_material(builder, &material, &index));
+    return index;
+}
+
+enum { WATER, GLASS };
+
+/* A glass ball in a ball of water, a plane of oil as a lid below, a disc of glass. */
+static struct scene *nested(void)
+{
+    struct builder *builder = builder_create();
+    uint32_t water = add_glass(builder, 1.33, 1), glass = add_glass(builder, 1.5, 1);
+    uint32_t oil = add_glass(builder, 1.47, 1), stone = add_glass(builder, 9, 0);
+    add_sphere(builder, vec3(0, 0, 0), 4, water);
+    add_sphere(builder, vec3(0, 0, 0), 1, glass);
+    add_sphere(builder, vec3(0, 0, 0), 6, stone);
+    struct plane plane = {.point = {0, -10, 0}, .normal = {0, 1, 0}, .material = oil};
+    assert_added(builder_add_plane(builder, &plane));
+    struct disc disc = {.center = {0, 20, 0}, .normal = {0, 1, 0}, .radius = 2, .material = glass};
+    assert_added(builder_add_disc(builder, &disc));
+    return finish_scene(builder);
+}
+
+static uint32_t sphere(uint32_t index)
+{
+    return primitive_id(PRIMITIVE_SPHERE, index);
+}
+
+static void assert_crossing(struct crossing_media at, double from, double to, bool unmatched)
+{
+    if (at.from != from || at.to != to || at.unmatched != unmatched)
+        fail_msg("from %g to %g, unmatched %d", at.from, at.to, at.unmatched);
+}
+
+static void test_nested(void **state)
+{
+    (void)state;
+    struct scene *scene = nested();
+    struct media *media = media_create(scene);
+    struct crossing_media at = media_cross(media, MEDIUM_OUTSIDE, sphere(WATER), true);
+    assert_crossing(at, 1, 1.33, false);
+    at = media_cross(media, at.stack, sphere(GLASS), true);
+    assert_crossing(at, 1.33, 1.5, false);
+    uint32_t deepest = at.stack;
+    at = media_cross(media, at.stack, sphere(GLASS), false);
+    assert_crossing(at, 1.5, 1.33, false);
+    at = media_cross(media, at.stack, sphere(WATER), false);
+    assert_crossing(at, 1.33, 1, false);
+    assert_int_equal(at.stack, MEDIUM_OUTSIDE);
+    /* The same way gives the same numbers, and nothing new. */
+    uint32_t count = media_count(media);
+    at = media_cross(media, MEDIUM_OUTSIDE, sphere(WATER), true);
+    at = media_cross(media, at.stack, sphere(GLASS), true);
+    assert_int_equal(at.stack, deepest);
+    assert_int_equal(media_count(media), count);
+    media_clear(media);
+    assert_int_equal(media_count(media), 1);
+    media_destroy(media);
+    free(scene);
+}
+
+/* In the overlap the one entered last counts; leaving the first changes nothing then. */
+static void test_overlapping(void **state)
+{
+    (void)state;
+    struct scene *scene = nested();
+    struct media *media = media_create(scene);
+    struct crossing_media at = media_cross(media, MEDIUM_OUTSIDE, sphere(WATER), true);
+    at = media_cross(media, at.stack, sphere(GLASS), true);
+    at = media_cross(media, at.stack, sphere(WATER), false);
+    assert_crossing(at, 1.5, 1.5, false);
+    at = media_cross(media, at.stack, sphere(GLASS), false);
+    assert_crossing(at, 1.5, 1, false);
+    assert_int_equal(at.stack, MEDIUM_OUTSIDE);
+    media_destroy(media);
+    free(scene);
+}
+
+static void test_unmatched(void **state)
+{
+    (void)state;
+    struct scene *scene = nested();
+    struct media *media = media_create(scene);
+    struct crossing_media at = media_cross(media, MEDIUM_OUTSIDE, sphere(GLASS), false);
+    assert_crossing(at, 1.5, 1, true);
+    assert_int_equal(at.stack, MEDIUM_OUTSIDE);
+    at = media_cross(media, MEDIUM_OUTSIDE, sphere(WATER), true);
+    uint32_t inside = at.stack;
+    at = media_cross(media, inside, sphere(WATER), true); /* an exit was missed */
+    assert_crossing(at, 1.33, 1.33, true);
+    assert_int_equal(at.stack, inside);
+    /* A sheet of glass is not the ball of glass. */
+    at = media_cross(media, inside, primitive_id(PRIMITIVE_DISC, 0), false);
+    assert_crossing(at, 1.5, 1.33, true);
+    media_destroy(media);
+    free(scene);
+}
+
+/* A medium entered through a mesh or a sheet is left through any other of that index. */
+static void test_open_surfaces(void **state)
+{
+    (void)state;
+    struct scene *scene = nested();
+    struct media *media = media_create(scene);
+    uint32_t disc = primitive_id(PRIMITIVE_DISC, 0), plane = primitive_id(PRIMITIVE_PLANE, 0);
+    struct crossing_media at = media_cross(media, MEDIUM_OUTSIDE, disc, true);
+    assert_crossing(at, 1, 1.5, false);
+    at = media_cross(media, at.stack, disc, true);
+    assert_crossing(at, 1.5, 1.5, false); /* twice in */
+    at = media_cross(media, at.stack, disc, false);
+    assert_crossing(at, 1.5, 1.5, false);
+    at = media_cross(media, at.stack, plane, true);
+    assert_crossing(at, 1.5, 1.47, false);
+    at = media_cross(media, at.stack, disc, false);
+    assert_crossing(at, 1.47, 1.47, false);
+    at = media_cross(media, at.stack, plane, false);
+    assert_crossing(at, 1.47, 1, false);
+    media_destroy(media);
+    free(scene);
+}
+
+static void test_by_side(void **state)
+{
+    (void)state;
+    struct scene *scene = nested();
+    assert_crossing(media_by_side(scene, sphere(GLASS), true), 1, 1.5, false);
+    assert_crossing(media_by_side(scene, sphere(GLASS), false), 1.5, 1, false);
+    free(scene);
+}
+
+/* A thousand shells in each other, more than the first table holds, entered and left. */
+static void test_deep_nesting(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    uint32_t glass = add_glass(builder, 1.5, 1), air = add_glass(builder, 1, 1);
+    for (int i = 0; i < 1000; i++)
+        add_sphere(builder, vec3(0, 0, 0), 1000 - i, i % 2 ? air : glass);
+    struct scene *scene = finish_scene(builder);
+    struct media *media = media_create(scene);
+    uint32_t stack = MEDIUM_OUTSIDE;
+    for (uint32_t i = 0; i < 1000; i++) {
+        struct crossing_media at = media_cross(media, stack, sphere(i), true);
+        assert_crossing(at, i % 2 ? 1.5 : 1, i % 2 ? 1 : 1.5, false);
+        stack = at.stack;
+    }
+    /* From the middle of the stack: 998 are put back. */
+    struct crossing_media at = media_cross(media, stack, sphere(1), false);
+    assert_crossing(at, 1, 1, false);
+    at = media_cross(media, at.stack, sphere(1), false);
+    assert_true(at.unmatched);
+    for (uint32_t i = 1000; i-- > 0;) {
+        at = media_cross(media, stack, sphere(i), false);
+        assert_crossing(at, i % 2 ? 1 : 1.5, i % 2 ? 1.5 : 1, false);
+        stack = at.stack;
+    }
+    assert_int_equal(stack, MEDIUM_OUTSIDE);
+    media_destroy(media);
+    free(scene);
+}
+
+static uint32_t stack_at(struct media *media, const struct bvh *bvh, double x, double y)
+{
+    return media_at(media, bvh, vec3(x, y, 0.01));
+}
+
+/* What an eye lies within: opaque things do not count, planes from behind do. */
+static void test_eye(void **state)
+{
+    (void)state;
+    struct scene *scene = nested();
+    struct bvh *bvh = build_tree(scene);
+    struct media *media = media_create(scene);
+    assert_int_equal(stack_at(media, bvh, 30, 0), MEDIUM_OUTSIDE);
+    assert_int_equal(stack_at(media, bvh, 5, 0), MEDIUM_OUTSIDE);
+    assert_int_equal(stack_at(media, bvh, 0, 19), MEDIUM_OUTSIDE); /* behind a disc */
+    struct crossing_media at =
+        media_cross(media, stack_at(media, bvh, 0.2, 0.1), sphere(GLASS), false);
+    assert_crossing(at, 1.5, 1.33, false);
+    at = media_cross(media, at.stack, sphere(WATER), false);
+    assert_crossing(at, 1.33, 1, false);
+    assert_int_equal(at.stack, MEDIUM_OUTSIDE);
+    at = media_cross(media, stack_at(media, bvh, 0, 2), sphere(WATER), false);
+    assert_crossing(at, 1.33, 1, false);
+    at = media_cross(media, stack_at(media, bvh, 0, -11), primitive_id(PRIMITIVE_PLANE, 0), false);
+    assert_crossing(at, 1.47, 1, false);
+    media_destroy(media);
+    free(bvh);
+    free(scene);
+}
+
+/* Within a closed mesh: all rays agree. */
+static void test_eye_in_a_mesh(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    uint32_t glass = add_glass(builder, 1.5, 1);
+    struct vec3 a = {1, 1, 1}, b = {-1, -1, 1}, c = {-1, 1, -1}, d = {1, -1, -1};
+    add_triangle(builder, a, c, b, glass);
+    add_triangle(builder, a, b, d, glass);
+    add_triangle(builder, a, d, c, glass);
+    add_triangle(builder, b, c, d, glass);
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    struct media *media = media_create(scene);
+    uint32_t inside = media_at(media, bvh, vec3(0.01, 0.02, 0.03));
+    struct crossing_media at =
+        media_cross(media, inside, primitive_id(PRIMITIVE_TRIANGLE, 2), false);
+    assert_crossing(at, 1.5, 1, false);
+    assert_int_equal(media_at(media, bvh, vec3(2, 2, 2)), MEDIUM_OUTSIDE);
+    assert_int_equal(media_at(media, bvh, vec3(-2, -2, -3)), MEDIUM_OUTSIDE);
+    media_destroy(media);
+    free(bvh);
+    free(scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_nested),    cmocka_unit_test(test_overlapping),
+        cmocka_unit_test(test_unmatched), cmocka_unit_test(test_open_surfaces),
+        cmocka_unit_test(test_by_side),   cmocka_unit_test(test_deep_nesting),
+        cmocka_unit_test(test_eye),       cmocka_unit_test(test_eye_in_a_mesh),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,38 @@
+/* A sum of colours in which nothing is lost beside something large. */
+#ifndef FARM_WORKER_COLOR_SUM_H
+#define FARM_WORKER_COLOR_SUM_H
+
+#include "common/vec.h"
+
+/*
+ * A. Neumaier's improvement of Kahan's sum ("Rundungsfehleranalyse einiger Verfahren zur Summation
+ * endlicher Summen", ZAMM 54, 1974): the sum of n colours, none negative, is right to
+ * u + n^2 u^2 / 2 of itself, whatever lies between their sizes. `plain` alone is what a loop
+ * without it gives.
+ */
+struct color_sum {
+    struct vec3 plain, lost;
+};
+
+static inline void lost_add(double *plain, double *lost, double value)
+{
+    double sum = *plain + value;
+    *lost += fabs(*plain) >= fabs(value) ? (*plain - sum) + value : (value - sum) + *plain;
+    *plain = sum;
+}
+
+static inline void color_sum_add(struct color_sum *sum, struct vec3 color)
+{
+    lost_add(&sum->plain.x, &sum->lost.x, color.x);
+    lost_add(&sum->plain.y, &sum->lost.y, color.y);
+    lost_add(&sum->plain.z, &sum->lost.z, color.z);
+}
+
+/* An infinite sum stays infinite: what it lost is NaN then. */
+static inline struct vec3 color_sum_value(const struct color_sum *sum)
+{
+    if (!vec_is_finite(sum->plain)) return sum->plain;
+    return vec_add(sum->plain, sum->lost);
+}
+
+#endif

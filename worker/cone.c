@@ -1,0 +1,579 @@
+/*
+ * Where a line crosses a cone, in double-double.
+ *
+ * As with the sphere, the line's parameter is counted from t, where it passes closest to the axis
+ * (G = F + t D, G.D about 0), so that B^2 - A C keeps its digits for a distant or a very long cone.
+ * The discriminant in terms of the input, for when even that does not decide:
+ *
+ *   B^2 - A C = W |d x g|^2 - (W + (r1 - r0)^2) (f.(d x w))^2,   g = r0 w + (r1 - r0) f
+ *
+ * (write F.D = (f.d) W - (f.w)(d.w) and so on; for a cylinder it is W (r^2 |d x w|^2 - (f.(d x
+ * w))^2), the comparison of the line's distance to the axis with the radius).
+ */
+#include "worker/cone.h"
+
+#include <float.h>
+
+/* A cone and a ray with lengths divided by 2^length and the direction by 2^speed, as for a sphere:
+ * six lengths or directions are multiplied. */
+struct scaled {
+    struct cone cone;
+    struct vec3 origin, direction;
+    int length, speed;
+};
+
+#define ORDINARY_MIN 0x1p-100
+#define ORDINARY_MAX 0x1p100
+
+static bool is_ordinary(double size)
+{
+    return size > ORDINARY_MIN && size < ORDINARY_MAX;
+}
+
+static struct vec3 vec_ldexp(struct vec3 v, int exponent)
+{
+    return vec3(ldexp(v.x, exponent), ldexp(v.y, exponent), ldexp(v.z, exponent));
+}
+
+static struct scaled scaled_of(const struct cone *cone, const struct ray *ray)
+{
+    struct scaled it = {*cone, ray->origin, ray->direction, 0, 0};
+    double radius = fmax(cone->base_radius, cone->apex_radius);
+    double height = largest_component(vec_sub(cone->apex, cone->base));
+    double speed = largest_component(ray->direction);
+    double reach = fmax(largest_component(cone->base), largest_component(cone->apex));
+    reach = fmax(largest_component(ray->origin), fmax(reach, radius));
+    if (is_ordinary(radius) && is_ordinary(height) && is_ordinary(speed) && reach < ORDINARY_MAX)
+        return it;
+    (void)frexp(reach, &it.length);
+    (void)frexp(speed, &it.speed);
+    it.cone.base = vec_ldexp(cone->base, -it.length);
+    it.cone.apex = vec_ldexp(cone->apex, -it.length);
+    it.cone.base_radius = ldexp(cone->base_radius, -it.length);
+    it.cone.apex_radius = ldexp(cone->apex_radius, -it.length);
+    it.origin = vec_ldexp(ray->origin, -it.length);
+    it.direction = vec_ldexp(ray->direction, -it.speed);
+    return it;
+}
+
+/* The quantities of the header's head, with the parameter counted from t. */
+struct cone_line {
+    double t;
+    struct dd3 w, f;
+    struct dd3 D, G;
+    struct dd W, widening;
+    struct dd rho, rho1;
+    struct dd A, B, C;
+    /* Bounds: of |G| + sqrt(W) |rho| and |D| + sqrt(W) |rho1|, and of the errors of these. */
+    double radial, radial_error;
+    double speed, speed_error;
+};
+
+static double dd3_size(struct dd3 a)
+{
+    return sum_of_sizes(dd3_round(a));
+}
+
+/*
+ * A component of a cross product of two-term numbers errs by 2 (5 + 3) u^2 of the product of the
+ * lengths; three components, and the advance by t D with 5 u^2 of each term: less than 64 u^2 in
+ * all. rho sqrt(W) errs by at most (3 products, 1 division, 2 sums) 40 u^2 of its terms, the
+ * largest of which are r0 |w| and (r1 - r0) |f|.
+ */
+static void bound_line(struct cone_line *line, const struct scaled *it)
+{
+    double f = dd3_size(line->f), w = dd3_size(line->w), d = sum_of_sizes(it->direction);
+    double widening = fabs(line->widening.high), t = fabs(line->t), root_W = sqrt(line->W.high);
+    line->speed = dd3_size(line->D) + root_W * fabs(line->rho1.high);
+    line->speed_error = 64 * DD_ROUNDOFF * d * (w + widening);
+    line->radial = dd3_size(line->G) + root_W * fabs(line->rho.high);
+    line->radial_error =
+        64 * DD_ROUNDOFF * (f * (w + widening) + it->cone.base_radius * w + t * line->speed);
+    line->radial_error += t * line->speed_error;
+}
+
+/* D that is no more than its own error gives no closest approach. */
+#define PARALLEL 0x1p-98
+
+static double closest_approach(const struct scaled *it, const struct cone_line *line, struct dd3 F)
+{
+    double DD = dd3_dot(line->D, line->D).high;
+    double size = sum_of_sizes(it->direction) * dd3_size(line->w);
+    if (!(dd3_size(line->D) > PARALLEL * size)) return 0;
+    return -dd3_dot(F, line->D).high / DD;
+}
+
+/* a x - b y, rounded once. */
+static struct dd exact_minor(double a, struct dd x, double b, struct dd y)
+{
+    struct accumulator sum;
+    struct polynomial minor = {.degree = 2};
+    int exponent;
+    accumulator_clear(&sum);
+    polynomial_add(&minor, 1, dd(a), x, dd(1));
+    polynomial_add(&minor, -1, dd(b), y, dd(1));
+    accumulator_add_product(&sum, &minor, NULL, NULL, false);
+    struct dd value = accumulator_round(&sum, &exponent);
+    return dd_ldexp(value, exponent > -900 ? exponent : -900);
+}
+
+/* A ray this close to the axis' direction leaves d x w too few digits of double-double. */
+#define STEEP 0x1p-30
+
+/* d x w */
+static struct dd3 across_axis(const struct scaled *it, struct dd3 w)
+{
+    struct vec3 d = it->direction;
+    struct dd3 D = dd3_cross(dd3_of(d), w);
+    if (dd3_size(D) > STEEP * sum_of_sizes(d) * dd3_size(w)) return D;
+    return (struct dd3){exact_minor(d.y, w.z, d.z, w.y), exact_minor(d.z, w.x, d.x, w.z),
+                        exact_minor(d.x, w.y, d.y, w.x)};
+}
+
+static struct cone_line line_of(const struct scaled *it, bool from_origin)
+{
+    struct cone_line line;
+    struct dd3 d = dd3_of(it->direction);
+    line.w = exact_difference3(it->cone.apex, it->cone.base);
+    line.f = exact_difference3(it->origin, it->cone.base);
+    line.W = dd3_dot(line.w, line.w);
+    line.widening = exact_difference(it->cone.apex_radius, it->cone.base_radius);
+    line.D = across_axis(it, line.w);
+    struct dd3 F = dd3_cross(line.f, line.w);
+    line.t = from_origin ? 0 : closest_approach(it, &line, F);
+    line.G = dd3_add(F, (struct dd3){dd_scale(line.D.x, line.t), dd_scale(line.D.y, line.t),
+                                     dd_scale(line.D.z, line.t)});
+    struct dd slope = dd_div(line.widening, line.W);
+    line.rho1 = dd_mul(slope, dd3_dot(d, line.w));
+    line.rho = dd_add(dd(it->cone.base_radius), dd_mul(slope, dd3_dot(line.f, line.w)));
+    line.rho = dd_add(line.rho, dd_scale(line.rho1, line.t));
+    struct dd W_rho1 = dd_mul(line.W, line.rho1);
+    line.A = dd_sub(dd3_dot(line.D, line.D), dd_mul(W_rho1, line.rho1));
+    line.B = dd_sub(dd_mul(W_rho1, line.rho), dd3_dot(line.G, line.D));
+    line.C = dd_sub(dd3_dot(line.G, line.G), dd_mul(line.W, dd_mul(line.rho, line.rho)));
+    bound_line(&line, it);
+    return line;
+}
+
+/* ---- polynomials of the input ---- */
+
+static struct dd component(const struct dd3 *v, unsigned i)
+{
+    return i == 0 ? v->x : i == 1 ? v->y : v->z;
+}
+
+/* W */
+static struct polynomial squared_length(const struct cone_line *line)
+{
+    struct polynomial W = {.degree = 2};
+    for (unsigned i = 0; i < 3; i++)
+        polynomial_add(&W, 1, component(&line->w, i), component(&line->w, i), dd(1));
+    return W;
+}
+
+/* W A = W |d x w|^2 - (r1 - r0)^2 (d.w)^2, rounded once. */
+static struct dd exact_A(const struct scaled *it, const struct cone_line *line)
+{
+    struct accumulator sum;
+    struct polynomial W = squared_length(line), speed = {.degree = 3};
+    accumulator_clear(&sum);
+    for (unsigned i = 0; i < 3; i++) {
+        unsigned j = (i + 1) % 3;
+        struct dd di = dd(vec_component(&it->direction, i)),
+                  dj = dd(vec_component(&it->direction, j));
+        struct polynomial D = {.degree = 2};
+        polynomial_add(&D, 1, di, component(&line->w, j), dd(1));
+        polynomial_add(&D, -1, dj, component(&line->w, i), dd(1));
+        accumulator_add_product(&sum, &W, &D, &D, false);
+        polynomial_add(&speed, 1, line->widening, di, component(&line->w, i));
+    }
+    accumulator_add_product(&sum, &speed, &speed, NULL, true);
+    int exponent;
+    struct dd value = accumulator_round(&sum, &exponent);
+    return dd_div(dd_ldexp(value, exponent > -900 ? exponent : -900), line->W);
+}
+
+/* f.(d x w) */
+static struct polynomial volume(const struct scaled *it, const struct cone_line *line)
+{
+    struct polynomial P = {.degree = 3};
+    for (unsigned i = 0; i < 3; i++) {
+        unsigned j = (i + 1) % 3, k = (i + 2) % 3;
+        struct dd fi = component(&line->f, i);
+        polynomial_add(&P, 1, fi, dd(vec_component(&it->direction, j)), component(&line->w, k));
+        polynomial_add(&P, -1, fi, dd(vec_component(&it->direction, k)), component(&line->w, j));
+    }
+    return P;
+}
+
+/* += sign (r0 w_i + (r1 - r0) f_i) d_j */
+static void add_slanted(struct polynomial *sum, int sign, const struct scaled *it,
+                        const struct cone_line *line, unsigned i, unsigned j)
+{
+    struct dd d = dd(vec_component(&it->direction, j));
+    polynomial_add(sum, sign, dd(it->cone.base_radius), component(&line->w, i), d);
+    polynomial_add(sum, sign, line->widening, component(&line->f, i), d);
+}
+
+/* B^2 - A C as in the file's head, rounded once. */
+static struct dd exact_discriminant(const struct scaled *it, const struct cone_line *line)
+{
+    struct accumulator sum;
+    struct polynomial W = squared_length(line), P = volume(it, line), widening = {.degree = 2};
+    accumulator_clear(&sum);
+    for (unsigned i = 0; i < 3; i++) {
+        unsigned j = (i + 1) % 3;
+        struct polynomial cross = {.degree = 3};
+        add_slanted(&cross, 1, it, line, j, i);
+        add_slanted(&cross, -1, it, line, i, j);
+        accumulator_add_product(&sum, &W, &cross, &cross, false);
+    }
+    polynomial_add(&widening, 1, line->widening, line->widening, dd(1));
+    accumulator_add_product(&sum, &W, &P, &P, true);
+    accumulator_add_product(&sum, &widening, &P, &P, true);
+    int exponent;
+    struct dd value = accumulator_round(&sum, &exponent);
+    return dd_ldexp(value, exponent > -900 ? exponent : -900);
+}
+
+/* ---- the side ---- */
+
+/* While a ray is inside something convex; empty when enter is after leave. */
+struct interval {
+    struct dd enter, leave;
+};
+
+#define INTERVAL_NONE ((struct interval){{INFINITE, 0}, {-INFINITE, 0}})
+#define INTERVAL_ALL  ((struct interval){{-INFINITE, 0}, {INFINITE, 0}})
+
+static bool dd_less(struct dd a, struct dd b)
+{
+    return a.high < b.high || (a.high == b.high && a.low < b.low);
+}
+
+/* A = 0: the ray is parallel to a generator, or to the axis of a cylinder. */
+static struct interval linear_side(const struct cone_line *line)
+{
+    if (line->B.high == 0) return line->C.high <= 0 ? INTERVAL_ALL : INTERVAL_NONE;
+    struct dd root = dd_add(dd(line->t), dd_scale(dd_div(line->C, line->B), 0.5));
+    if (line->B.high > 0 && line->rho1.high > 0) return (struct interval){root, {INFINITE, 0}};
+    if (line->B.high < 0 && line->rho1.high < 0) return (struct interval){{-INFINITE, 0}, root};
+    return INTERVAL_NONE;
+}
+
+/*
+ * Between the roots when the ray is flatter than the generators: then it meets one nappe, and if
+ * that is the other one, the slab cuts all of it off. A steeper ray meets both: of its two
+ * half-lines the one that runs towards greater radii.
+ */
+static struct interval nappe(const struct cone_line *line, const struct dd roots[2])
+{
+    bool ordered = dd_less(roots[0], roots[1]);
+    struct dd low = roots[ordered ? 0 : 1], high = roots[ordered ? 1 : 0];
+    if (line->A.high > 0) return (struct interval){low, high};
+    if (line->rho1.high > 0) return (struct interval){high, {INFINITE, 0}};
+    return (struct interval){{-INFINITE, 0}, low};
+}
+
+static bool is_between(double value, double error)
+{
+    return fabs(value) <= error;
+}
+
+/* With the bounds of bound_line(); 64 u^2 covers the products and sums themselves. */
+static void decide_A(const struct scaled *it, struct cone_line *line)
+{
+    double V = line->speed, error = line->speed_error;
+    double bound = 64 * DD_ROUNDOFF * V * V + 2 * V * error + error * error;
+    if (is_between(line->A.high, bound)) line->A = exact_A(it, line);
+}
+
+static struct dd decided_discriminant(const struct scaled *it, const struct cone_line *line,
+                                      uint64_t *exact)
+{
+    struct dd value = dd_sub(dd_mul(line->B, line->B), dd_mul(line->A, line->C));
+    double S = line->radial, V = line->speed;
+    double error = V * line->radial_error + S * line->speed_error;
+    double bound = 64 * DD_ROUNDOFF * S * V * (S * V) + 4 * S * V * error + error * error;
+    /* Its root has lost half of the digits there: 2^12 keeps the roots to 2^-56. */
+    if (!is_between(value.high, 0x1p12 * bound)) return value;
+    ++*exact;
+    return exact_discriminant(it, line);
+}
+
+/* A distance along the ray beyond which nothing of the cone is. */
+static double distances(const struct scaled *it)
+{
+    struct vec3 f = vec_sub(it->origin, it->cone.base), w = vec_sub(it->cone.apex, it->cone.base);
+    double reach = largest_component(f) + largest_component(w);
+    return (reach + it->cone.base_radius) / largest_component(it->direction);
+}
+
+/*
+ * Rims and tips are where two crossings coincide. Roots are irrational; to tell two of them apart
+ * for certain would take some 16 times the digits of the input. Here those are equal, and the rim
+ * is met, that differ by 2^-88 of the distances involved, 2^-35 of the last place of t: far more
+ * than double-double errs by.
+ */
+#define SAME_PLACE 0x1p-88
+
+/* B + sign(B) root does not cancel; the roots, in the order of their size, are C / q and q / A. */
+static struct dd larger_sum(struct dd B, struct dd root)
+{
+    return dd_add(B, B.high < 0 ? dd_negate(root) : root);
+}
+
+/* W C = W F.F - (r0 W + (r1 - r0) f.w)^2 at the origin, rounded once. */
+static struct dd exact_C(const struct scaled *it, const struct cone_line *line)
+{
+    struct accumulator sum;
+    struct polynomial W = squared_length(line), base = {.degree = 3}, twice = {.degree = 3};
+    struct polynomial height = {.degree = 3};
+    double r = it->cone.base_radius;
+    accumulator_clear(&sum);
+    for (unsigned i = 0; i < 3; i++) {
+        unsigned j = (i + 1) % 3;
+        struct dd fi = component(&line->f, i), wi = component(&line->w, i);
+        struct polynomial F = {.degree = 2};
+        polynomial_add(&F, 1, fi, component(&line->w, j), dd(1));
+        polynomial_add(&F, -1, component(&line->f, j), wi, dd(1));
+        accumulator_add_product(&sum, &W, &F, &F, false);
+        polynomial_add(&base, 1, dd(r), wi, wi);
+        polynomial_add(&twice, 1, dd(2 * r), wi, wi);
+        polynomial_add(&height, 1, line->widening, fi, wi);
+    }
+    accumulator_add_product(&sum, &base, &base, NULL, true);
+    accumulator_add_product(&sum, &twice, &height, NULL, true);
+    accumulator_add_product(&sum, &height, &height, NULL, true);
+    int exponent;
+    struct dd value = accumulator_round(&sum, &exponent);
+    return dd_div(dd_ldexp(value, exponent > -900 ? exponent : -900), line->W);
+}
+
+/* The sum of the closest approach and a root errs by 2^-70 of these for a ray close to the axis'
+ * direction; one that is smaller than this share of them is computed without that sum. */
+#define ROOT_CANCELLED 0x1p-10
+
+/* The roots with the parameter counted from the origin; the discriminant is the same there. */
+static void roots_from_origin(const struct scaled *it, const struct cone_line *line, struct dd root,
+                              struct dd roots[2])
+{
+    struct cone_line from = line_of(it, true);
+    double S = from.radial;
+    double error = 64 * DD_ROUNDOFF * S * S + 2 * S * from.radial_error;
+    /* Elsewhere it is right to 2^-56. */
+    if (fabs(from.C.high) <= 0x1p56 * error) from.C = exact_C(it, line);
+    struct dd q = larger_sum(from.B, root);
+    roots[0] = q.high == 0 ? dd(0) : dd_div(from.C, q);
+    roots[1] = dd_div(q, line->A);
+}
+
+static struct interval cone_side(const struct scaled *it, uint64_t *exact)
+{
+    struct cone_line line = line_of(it, false);
+    decide_A(it, &line);
+    if (line.A.high == 0) return linear_side(&line);
+    struct dd discriminant = decided_discriminant(it, &line, exact);
+    if (discriminant.high < 0) return INTERVAL_NONE;
+    struct dd root = dd_sqrt(discriminant), q = larger_sum(line.B, root);
+    struct dd roots[2] = {dd(line.t), dd(line.t)};
+    if (q.high != 0) {
+        roots[0] = dd_add(roots[0], dd_div(line.C, q));
+        roots[1] = dd_add(roots[1], dd_div(q, line.A));
+    }
+    double size = distances(it), small = fmin(fabs(roots[0].high), fabs(roots[1].high));
+    if (small < ROOT_CANCELLED * (size + fabs(line.t))) roots_from_origin(it, &line, root, roots);
+    /* From the tip both are 0. */
+    if (fabs(roots[1].high) < SAME_PLACE * size) roots[1] = dd(0);
+    return nappe(&line, roots);
+}
+
+/* The same for a ray that starts on the side and goes inward: C = 0, one root is 0. */
+static struct interval side_from(const struct scaled *it, struct cone_line *line)
+{
+    decide_A(it, line);
+    struct interval side = {{-INFINITE, 0}, {INFINITE, 0}};
+    if (line->A.high > 0) side.leave = dd_scale(dd_div(line->B, line->A), 2);
+    return side;
+}
+
+/* ---- the caps ---- */
+
+/* Between the base and the apex plane, and which caps they are. */
+struct slab {
+    struct interval inside;
+    uint32_t enter_part, leave_part;
+};
+
+static struct dd ratio(struct dd above, int exponent, struct dd below, int exponent_below)
+{
+    return dd_ldexp(dd_div(above, below), exponent - exponent_below);
+}
+
+static struct slab cone_slab(const struct scaled *it)
+{
+    int e, e_base, e_apex;
+    struct dd3 w = exact_difference3(it->cone.apex, it->cone.base);
+    struct dd speed = exact_dot3(dd3_of(it->direction), w, &e);
+    struct dd base = exact_dot3(exact_difference3(it->cone.base, it->origin), w, &e_base);
+    struct dd apex = exact_dot3(exact_difference3(it->cone.apex, it->origin), w, &e_apex);
+    struct slab slab = {.enter_part = speed.high < 0 ? CONE_APEX_CAP : CONE_BASE_CAP,
+                        .leave_part = speed.high < 0 ? CONE_BASE_CAP : CONE_APEX_CAP};
+    if (speed.high == 0) {
+        slab.inside = base.high <= 0 && apex.high >= 0 ? INTERVAL_ALL : INTERVAL_NONE;
+        return slab;
+    }
+    struct dd to_base = ratio(base, e_base, speed, e), to_apex = ratio(apex, e_apex, speed, e);
+    slab.inside =
+        speed.high < 0 ? (struct interval){to_apex, to_base} : (struct interval){to_base, to_apex};
+    return slab;
+}
+
+/* ---- both together ---- */
+
+/* Crossings before they are rounded; of the scaled line. */
+struct spans {
+    struct dd t[2];
+    uint32_t part[2];
+};
+
+#define NO_SPANS ((struct spans){.t = {{NOT_CROSSED, 0}, {NOT_CROSSED, 0}}})
+
+static bool clearly_less(struct dd a, struct dd b, double size)
+{
+    if (isinf(a.high) || isinf(b.high)) return a.high < b.high;
+    return dd_sub(b, a).high > SAME_PLACE * (size + fabs(a.high));
+}
+
+static struct spans solid_spans(struct interval side, const struct slab *slab, double size)
+{
+    struct spans found;
+    bool enter_cap = !clearly_less(slab->inside.enter, side.enter, size);
+    bool leave_cap = !clearly_less(side.leave, slab->inside.leave, size);
+    found.t[0] = enter_cap ? slab->inside.enter : side.enter;
+    found.t[1] = leave_cap ? slab->inside.leave : side.leave;
+    found.part[0] = enter_cap ? slab->enter_part : CONE_SIDE;
+    found.part[1] = leave_cap ? slab->leave_part : CONE_SIDE;
+    if (clearly_less(found.t[1], found.t[0], size)) return NO_SPANS;
+    if (dd_less(found.t[1], found.t[0])) found.t[1] = found.t[0];
+    return found;
+}
+
+static bool is_in(struct dd t, struct interval interval, double size)
+{
+    return !clearly_less(t, interval.enter, size) && !clearly_less(interval.leave, t, size);
+}
+
+static struct spans open_spans(struct interval side, const struct slab *slab, double size)
+{
+    struct spans found = NO_SPANS;
+    if (dd_less(side.leave, side.enter)) return found;
+    if (is_in(side.enter, slab->inside, size)) found.t[0] = side.enter;
+    if (is_in(side.leave, slab->inside, size)) found.t[1] = side.leave;
+    return found;
+}
+
+static struct spans both_spans(const struct scaled *it, struct interval side,
+                               const struct slab *slab)
+{
+    double size = distances(it);
+    return it->cone.capped ? solid_spans(side, slab, size) : open_spans(side, slab, size);
+}
+
+/* The way out of a ray that starts on from_part and goes into the cone, else nothing. Along the
+ * surface is outside. A solid is left at once if rounding has put the origin beside it. */
+static struct spans way_out(const struct scaled *it, uint32_t from_part)
+{
+    struct slab slab = cone_slab(it);
+    struct interval side = INTERVAL_ALL;
+    uint64_t ignored = 0;
+    if (from_part == CONE_SIDE) {
+        struct cone_line line = line_of(it, true);
+        if (!(line.B.high > 0)) return NO_SPANS;
+        side = side_from(it, &line);
+    } else {
+        struct dd3 w = exact_difference3(it->cone.apex, it->cone.base);
+        int exponent;
+        double speed = exact_dot3(dd3_of(it->direction), w, &exponent).high;
+        if (!(from_part == CONE_BASE_CAP ? speed > 0 : speed < 0)) return NO_SPANS;
+        side = cone_side(it, &ignored);
+    }
+    side.enter = slab.inside.enter = dd(-INFINITE);
+    struct spans found = both_spans(it, side, &slab);
+    found.t[0] = dd(NOT_CROSSED);
+    if (it->cone.capped && !(found.t[1].high > 0)) found.t[1] = dd(DBL_TRUE_MIN);
+    return found;
+}
+
+static struct spans spans_of(const struct scaled *it, const struct ray *ray, bool leaving,
+                             uint64_t *exact)
+{
+    if (leaving) return way_out(it, ray->from_part);
+    struct interval side = cone_side(it, exact);
+    struct slab slab = cone_slab(it);
+    return both_spans(it, side, &slab);
+}
+
+FOR_THE_PROCESSOR struct crossings cone_roots(const struct cone *cone, const struct ray *ray,
+                                              bool leaving, uint64_t *exact)
+{
+    struct scaled it = scaled_of(cone, ray);
+    struct spans spans = spans_of(&it, ray, leaving, exact);
+    struct crossings found = NO_CROSSINGS;
+    for (unsigned i = 0; i < 2; i++) {
+        found.t[i] = ldexp(spans.t[i].high, it.length - it.speed);
+        found.part[i] = spans.part[i];
+    }
+    return found;
+}
+
+static struct dd parameter_at(const struct scaled *it, const struct ray *ray, double t,
+                              bool leaving)
+{
+    uint64_t ignored = 0;
+    struct spans spans = spans_of(it, ray, leaving, &ignored);
+    double rounded = ldexp(t, it->speed - it->length);
+    for (unsigned i = 0; i < 2; i++)
+        if (spans.t[i].high == rounded) return spans.t[i];
+    return dd(rounded);
+}
+
+FOR_THE_PROCESSOR struct dd cone_parameter(const struct cone *cone, const struct ray *ray, double t,
+                                           uint32_t part, bool leaving)
+{
+    struct scaled it = scaled_of(cone, ray);
+    struct dd way_out = parameter_at(&it, ray, t, leaving);
+    if (leaving && part == CONE_SIDE) {
+        uint64_t ignored = 0;
+        struct dd root = cone_side(&it, &ignored).leave;
+        double apart = fabs(root.high - way_out.high);
+        if (apart <= WAY_OUT_ERROR * way_out.high) way_out = root;
+    }
+    return dd_ldexp(way_out, it.length - it.speed);
+}
+
+FOR_THE_PROCESSOR struct dd3 cone_point(const struct cone *cone, const struct ray *ray, double t,
+                                        bool leaving)
+{
+    struct scaled it = scaled_of(cone, ray);
+    struct dd3 step = dd3_scale(it.direction, parameter_at(&it, ray, t, leaving));
+    struct dd3 p = dd3_add(exact_difference3(it.origin, it.cone.base), step);
+    return (struct dd3){dd_ldexp(p.x, it.length), dd_ldexp(p.y, it.length),
+                        dd_ldexp(p.z, it.length)};
+}
+
+FOR_THE_PROCESSOR struct vec3 cone_normal(const struct cone *cone, struct dd3 p, uint32_t part)
+{
+    struct dd3 w = exact_difference3(cone->apex, cone->base);
+    struct vec3 axis = dd3_round(w);
+    if (part == CONE_APEX_CAP) return vec_normalize(axis);
+    if (part == CONE_BASE_CAP) return vec_normalize(vec_neg(axis));
+    struct dd W = dd3_dot(w, w);
+    struct dd widening = exact_difference(cone->apex_radius, cone->base_radius);
+    struct dd3 radial = dd3_sub(p, dd3_multiply(w, dd_div(dd3_dot(p, w), W)));
+    struct dd rho = dd_sqrt(dd3_dot(radial, radial));
+    struct dd3 tilt = dd3_multiply(w, dd_div(dd_mul(rho, widening), W));
+    struct vec3 gradient = dd3_round(dd3_sub(radial, tilt));
+    if (vec_is_zero(gradient)) return vec_normalize(widening.high < 0 ? axis : vec_neg(axis));
+    return vec_normalize(gradient);
+}

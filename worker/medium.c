@@ -1,0 +1,281 @@
+#include "worker/medium.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+
+/* A stack is its top on another stack. */
+struct node {
+    uint32_t below;  /* MEDIUM_OUTSIDE: nothing */
+    uint32_t object; /* a solid's primitive id; PRIMITIVE_NONE: known by its index alone */
+    double ior;
+    uint32_t next; /* of the same hash */
+};
+
+struct media {
+    const struct scene *scene;
+    struct node *nodes; /* [0] is the world outside */
+    uint32_t count, capacity;
+    uint32_t *heads; /* of the chains, [head_mask + 1]; 0: empty */
+    uint32_t head_mask;
+};
+
+#define FIRST_CAPACITY 64u
+
+struct media *media_create(const struct scene *scene)
+{
+    struct media *media = allocate_zeroed(1, sizeof *media);
+    media->scene = scene;
+    media->capacity = FIRST_CAPACITY;
+    media->nodes = allocate(media->capacity, sizeof *media->nodes);
+    media->heads = allocate(media->capacity, sizeof *media->heads);
+    media->head_mask = media->capacity - 1;
+    media_clear(media);
+    return media;
+}
+
+void media_destroy(struct media *media)
+{
+    if (!media) return;
+    free(media->nodes);
+    free(media->heads);
+    free(media);
+}
+
+void media_clear(struct media *media)
+{
+    memset(media->heads, 0, ((size_t)media->head_mask + 1) * sizeof *media->heads);
+    media->nodes[MEDIUM_OUTSIDE] = (struct node){.object = PRIMITIVE_NONE, .ior = 1};
+    media->count = 1;
+}
+
+uint32_t media_count(const struct media *media)
+{
+    return media->count;
+}
+
+/* ---- equal stacks, equal numbers ---- */
+
+static uint32_t *chain(struct media *media, uint32_t below, const struct node *top)
+{
+    uint64_t bits;
+    memcpy(&bits, &top->ior, sizeof bits);
+    /* Multipliers: 2^64 / the golden ratio, and another odd number without a pattern. */
+    bits = (bits ^ top->object) * UINT64_C(0x9e3779b97f4a7c15);
+    bits = (bits ^ bits >> 29 ^ below) * UINT64_C(0xbf58476d1ce4e5b9);
+    return &media->heads[(uint32_t)(bits >> 32) & media->head_mask];
+}
+
+static void link_node(struct media *media, uint32_t index)
+{
+    struct node *node = &media->nodes[index];
+    uint32_t *head = chain(media, node->below, node);
+    node->next = *head;
+    *head = index;
+}
+
+static void enlarge(struct media *media)
+{
+    if (media->capacity > UINT32_MAX / 2) fatal("too many different stacks of media");
+    media->capacity *= 2;
+    media->nodes = reallocate(media->nodes, media->capacity, sizeof *media->nodes);
+    media->heads = reallocate(media->heads, media->capacity, sizeof *media->heads);
+    media->head_mask = media->capacity - 1;
+    memset(media->heads, 0, (size_t)media->capacity * sizeof *media->heads);
+    for (uint32_t i = 1; i < media->count; i++)
+        link_node(media, i);
+}
+
+static uint32_t push(struct media *media, uint32_t below, struct node top)
+{
+    for (uint32_t i = *chain(media, below, &top); i != 0; i = media->nodes[i].next) {
+        const struct node *node = &media->nodes[i];
+        if (node->below == below && node->object == top.object && node->ior == top.ior) return i;
+    }
+    if (media->count == media->capacity) enlarge(media);
+    top.below = below;
+    media->nodes[media->count] = top;
+    link_node(media, media->count);
+    return media->count++;
+}
+
+/* ---- crossings ---- */
+
+/* A primitive that bounds a volume by itself. */
+static bool is_solid(const struct scene *scene, uint32_t primitive)
+{
+    uint32_t index = primitive_index(primitive);
+    switch (primitive_kind(primitive)) {
+    case PRIMITIVE_SPHERE:
+        return !scene_spheres(scene)[index].inside_only;
+    case PRIMITIVE_BOX:
+        return true;
+    case PRIMITIVE_CONE:
+        return scene_cones(scene)[index].capped;
+    case PRIMITIVE_TRIANGLE:
+    case PRIMITIVE_PATCH:
+    case PRIMITIVE_DISC:
+    case PRIMITIVE_PLANE:
+    case PRIMITIVE_KINDS:
+        break;
+    }
+    return false;
+}
+
+/* The highest place of this medium, or MEDIUM_OUTSIDE. */
+static uint32_t find(const struct media *media, uint32_t stack, const struct node *medium)
+{
+    for (; stack != MEDIUM_OUTSIDE; stack = media->nodes[stack].below) {
+        const struct node *node = &media->nodes[stack];
+        if (node->object == medium->object && node->ior == medium->ior) break;
+    }
+    return stack;
+}
+
+/* The stack without the medium at `place`, which is part of it: what lies above is put back. */
+static uint32_t take_out(struct media *media, uint32_t stack, uint32_t place)
+{
+    uint32_t rest = media->nodes[place].below;
+    /* The media above are put back from the lowest one up; stacks are short. */
+    for (uint32_t done = place; done != stack;) {
+        uint32_t above = stack;
+        while (media->nodes[above].below != done)
+            above = media->nodes[above].below;
+        rest = push(media, rest, media->nodes[above]);
+        done = above;
+    }
+    return rest;
+}
+
+static struct node medium_of(const struct scene *scene, uint32_t primitive)
+{
+    const struct material *material = &scene_materials(scene)[primitive_material(scene, primitive)];
+    return (struct node){.object = is_solid(scene, primitive) ? primitive : PRIMITIVE_NONE,
+                         .ior = material->ior};
+}
+
+struct crossing_media media_cross(struct media *media, uint32_t stack, uint32_t primitive,
+                                  bool entering)
+{
+    struct node medium = medium_of(media->scene, primitive);
+    uint32_t place = find(media, stack, &medium);
+    bool inside = place != MEDIUM_OUTSIDE, solid = medium.object != PRIMITIVE_NONE;
+    struct crossing_media crossing = {.from = media->nodes[stack].ior, .stack = stack};
+    if (entering) {
+        crossing.unmatched = solid && inside;
+        if (!crossing.unmatched) crossing.stack = push(media, stack, medium);
+    } else {
+        crossing.unmatched = !inside;
+        if (inside)
+            crossing.stack = take_out(media, stack, place);
+        else
+            crossing.from = medium.ior;
+    }
+    crossing.to = media->nodes[crossing.stack].ior;
+    return crossing;
+}
+
+struct crossing_media media_by_side(const struct scene *scene, uint32_t primitive, bool entering)
+{
+    double ior = medium_of(scene, primitive).ior;
+    return (struct crossing_media){.from = entering ? 1 : ior, .to = entering ? ior : 1};
+}
+
+/* ---- around a point ---- */
+
+#define FOUND_MAX  64
+#define PROBES     4
+#define PROBE_HITS 4096 /* of one ray: more means surfaces that lie in each other */
+
+/* Media that a ray left without having entered them: the innermost first. */
+struct found {
+    uint32_t count;
+    struct node media[FOUND_MAX];
+};
+
+static bool transmits(const struct scene *scene, uint32_t primitive)
+{
+    return scene_materials(scene)[primitive_material(scene, primitive)].transmission > 0;
+}
+
+static void note_crossing(struct media *media, const struct ray *ray, const struct hit *hit,
+                          const struct surface *surface, uint32_t *stack, struct found *found)
+{
+    bool entering = vec_dot(ray->direction, surface->geometric) <= 0;
+    struct crossing_media crossing = media_cross(media, *stack, hit->primitive, entering);
+    *stack = crossing.stack;
+    if (crossing.unmatched && !entering && found->count < FOUND_MAX)
+        found->media[found->count++] = medium_of(media->scene, hit->primitive);
+}
+
+/* Follows a ray through everything. Planes are looked at in another way. */
+static void probe(struct media *media, const struct bvh *bvh, struct ray ray, struct found *found)
+{
+    const struct scene *scene = media->scene;
+    uint32_t stack = MEDIUM_OUTSIDE;
+    for (uint32_t i = 0; i < PROBE_HITS; i++) {
+        struct hit hit;
+        struct surface surface;
+        uint64_t exact = 0;
+        nearest(scene, bvh, &ray, 1, &hit, &exact);
+        if (hit.primitive == PRIMITIVE_NONE) break;
+        surface_at(scene, &ray, &hit, &surface);
+        if (primitive_kind(hit.primitive) != PRIMITIVE_PLANE && transmits(scene, hit.primitive))
+            note_crossing(media, &ray, &hit, &surface, &stack, found);
+        ray.origin = surface.point;
+        ray.from = hit.primitive;
+        ray.from_part = hit.part;
+    }
+}
+
+static uint32_t count_of(const struct found *found, const struct node *medium)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < found->count; i++)
+        count += found->media[i].object == medium->object && found->media[i].ior == medium->ior;
+    return count;
+}
+
+/* Whether all rays have found as many of this medium as there are from the i-th on. */
+static bool agreed(const struct found found[PROBES], uint32_t i)
+{
+    const struct node *medium = &found[0].media[i];
+    if (medium->object != PRIMITIVE_NONE) return true;
+    struct found rest = {.count = found[0].count - i};
+    memcpy(rest.media, medium, rest.count * sizeof *medium);
+    for (int p = 1; p < PROBES; p++)
+        if (count_of(&found[p], medium) < count_of(&rest, medium)) return false;
+    return true;
+}
+
+static uint32_t planes_around(struct media *media, struct vec3 point)
+{
+    const struct plane *planes = scene_planes(media->scene);
+    uint32_t stack = MEDIUM_OUTSIDE;
+    for (uint32_t i = 0; i < media->scene->primitives[PRIMITIVE_PLANE].count; i++) {
+        uint32_t id = primitive_id(PRIMITIVE_PLANE, i);
+        bool behind = vec_dot(vec_sub(point, planes[i].point), planes[i].normal) < 0;
+        if (behind && transmits(media->scene, id))
+            stack = push(media, stack, medium_of(media->scene, id));
+    }
+    return stack;
+}
+
+uint32_t media_at(struct media *media, const struct bvh *bvh, struct vec3 point)
+{
+    /* Far apart from each other and from the directions in which people build. */
+    static const struct vec3 directions[PROBES] = {
+        {0.48, 0.61, 0.63}, {-0.59, -0.65, 0.48}, {0.66, -0.47, -0.58}, {-0.51, 0.53, -0.67}};
+    static const struct found none;
+    struct found found[PROBES] = {none, none, none, none};
+    for (int p = 0; p < PROBES; p++) {
+        struct ray ray = {
+            .origin = point, .direction = directions[p], .t_max = HUGE_VAL, .from = PRIMITIVE_NONE};
+        probe(media, bvh, ray, &found[p]);
+    }
+    uint32_t stack = planes_around(media, point);
+    for (uint32_t i = found[0].count; i-- > 0;)
+        if (agreed(found, i)) stack = push(media, stack, found[0].media[i]);
+    return stack;
+}

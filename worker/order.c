@@ -1,0 +1,51 @@
+#include "worker/order.h"
+
+#include "worker/primitive.h"
+
+static struct dd triangle_parameter(const struct scene *scene, const struct ray *ray,
+                                    const struct shear *shear, const struct crossing *crossing)
+{
+    const uint32_t *corner = corner_indices(scene, crossing->primitive);
+    const struct vec3 *vertices = scene_vertices(scene);
+    const struct vec3 at[3] = {vertices[corner[0]], vertices[corner[1]], vertices[corner[2]]};
+    struct dd t = dd(crossing->t);
+    (void)triangle_careful(at, ray, shear, &t);
+    return t;
+}
+
+static struct dd parameter_of(const struct scene *scene, const struct ray *ray,
+                              const struct shear *shear, const struct crossing *crossing)
+{
+    uint32_t id = crossing->primitive, index = primitive_index(id);
+    const struct disc *disc;
+    const struct plane *plane;
+    bool leaving = id == ray->from;
+    switch (primitive_kind(id)) {
+    case PRIMITIVE_SPHERE:
+        return sphere_parameter(&scene_spheres(scene)[index], ray, crossing->t, leaving);
+    case PRIMITIVE_BOX:
+        return box_parameter(&scene_boxes(scene)[index], ray, crossing->part);
+    case PRIMITIVE_CONE:
+        return cone_parameter(&scene_cones(scene)[index], ray, crossing->t, crossing->part,
+                              leaving);
+    case PRIMITIVE_DISC:
+        disc = &scene_discs(scene)[index];
+        return plane_parameter(disc->center, disc->normal, ray);
+    case PRIMITIVE_PLANE:
+        plane = &scene_planes(scene)[index];
+        return plane_parameter(plane->point, plane->normal, ray);
+    case PRIMITIVE_TRIANGLE:
+    case PRIMITIVE_PATCH:
+    case PRIMITIVE_KINDS:
+        break;
+    }
+    return triangle_parameter(scene, ray, shear, crossing);
+}
+
+int compare_crossings(const struct scene *scene, const struct ray *ray, const struct shear *shear,
+                      const struct crossing *a, const struct crossing *b)
+{
+    struct dd ta = parameter_of(scene, ray, shear, a), tb = parameter_of(scene, ray, shear, b);
+    if (ta.high != tb.high) return ta.high < tb.high ? -1 : 1;
+    return (ta.low > tb.low) - (ta.low < tb.low);
+}

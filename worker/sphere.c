@@ -1,0 +1,257 @@
+/*
+ * Where a line crosses a sphere, in double-double.
+ *
+ * The line's parameter is counted from t, a double near the closest approach. p = f + t d is then
+ * of the size of the sphere, however far away the origin f = o - c is, and the rest of the
+ * parameter s solves a s^2 + 2 (p.d) s + p.p - r^2 = 0 with nothing left that cancels.
+ */
+#include "worker/sphere.h"
+
+/*
+ * A sphere and a ray with lengths divided by 2^length and the direction by 2^speed, which changes
+ * no other bit, so that no product leaves the range of double.
+ */
+struct scaled {
+    struct sphere sphere;
+    struct vec3 origin, direction;
+    int length, speed;
+};
+
+struct sphere_line {
+    double t;
+    struct dd3 p;
+    struct dd a;            /* d.d */
+    struct dd along;        /* p.d, small */
+    struct dd excess;       /* p.p - r^2 */
+    struct dd discriminant; /* along^2 - a excess = a r^2 - |f x d|^2 */
+    struct dd half;         /* its root */
+};
+
+/* Between these, products of four are normal numbers, and so are their rounding errors. */
+#define ORDINARY_MIN 0x1p-200
+#define ORDINARY_MAX 0x1p200
+
+static bool is_ordinary(double size)
+{
+    return size > ORDINARY_MIN && size < ORDINARY_MAX;
+}
+
+static struct vec3 vec_ldexp(struct vec3 v, int exponent)
+{
+    return vec3(ldexp(v.x, exponent), ldexp(v.y, exponent), ldexp(v.z, exponent));
+}
+
+static struct scaled scaled_of(const struct sphere *sphere, const struct ray *ray)
+{
+    struct scaled scaled = {*sphere, ray->origin, ray->direction, 0, 0};
+    double reach = fmax(largest_component(ray->origin), largest_component(sphere->center));
+    double speed = largest_component(ray->direction);
+    if (is_ordinary(reach + sphere->radius) && is_ordinary(sphere->radius) && is_ordinary(speed))
+        return scaled;
+    (void)frexp(fmax(reach, sphere->radius), &scaled.length);
+    (void)frexp(speed, &scaled.speed);
+    scaled.sphere.center = vec_ldexp(sphere->center, -scaled.length);
+    scaled.sphere.radius = ldexp(sphere->radius, -scaled.length);
+    scaled.origin = vec_ldexp(ray->origin, -scaled.length);
+    scaled.direction = vec_ldexp(ray->direction, -scaled.speed);
+    return scaled;
+}
+
+/* f + t d where both may cancel: the exact sum of four doubles, rounded once to double-double. */
+static struct dd advance(struct dd f, double t, double d)
+{
+    struct dd step = exact_product(t, d);
+    struct dd high = exact_sum(f.high, step.high), low = exact_sum(f.low, step.low);
+    struct dd sum = exact_sum(high.high, low.high);
+    return sum_of_ordered(sum.high, sum.low + (high.low + low.low));
+}
+
+/* The line with its parameter counted from t; the root of the discriminant is not yet known. */
+static struct sphere_line line_from(const struct scaled *it, double t)
+{
+    struct vec3 d = it->direction;
+    double r = it->sphere.radius;
+    struct dd3 f = exact_difference3(it->origin, it->sphere.center);
+    struct sphere_line line = {.t = t, .a = exact_dot(d, d)};
+    line.p = (struct dd3){advance(f.x, t, d.x), advance(f.y, t, d.y), advance(f.z, t, d.z)};
+    line.along = dd3_dot_vec(line.p, d);
+    line.excess = dd_sub(dd3_dot(line.p, line.p), exact_product(r, r));
+    line.discriminant = dd_sub(dd_mul(line.along, line.along), dd_mul(line.a, line.excess));
+    return line;
+}
+
+static double closest_approach(const struct scaled *it)
+{
+    struct vec3 f = vec_sub(it->origin, it->sphere.center);
+    return -vec_dot(f, it->direction) / vec_dot(it->direction, it->direction);
+}
+
+/*
+ * The error of the discriminant: p errs by 1.01 u^2 |p|, so each of the dot products by some 16
+ * u^2 of p.p, the products by 5 and the last difference by 3 of theirs. What underflow takes from
+ * scaled lengths is far below the last term.
+ */
+static double discriminant_error(const struct sphere_line *line, double radius)
+{
+    double squares = fabs(line->excess.high) + 2 * radius * radius; /* >= p.p + r^2 */
+    return 64 * DD_ROUNDOFF * line->a.high * squares + 0x1p-960;
+}
+
+/* The discriminant a r^2 - |f x d|^2 rounded once, and 0 only when it is 0. */
+static struct dd exact_discriminant(const struct scaled *it)
+{
+    struct accumulator sum;
+    int exponent;
+    struct dd3 f = exact_difference3(it->origin, it->sphere.center);
+    const struct dd fs[3] = {f.x, f.y, f.z};
+    const double ds[3] = {it->direction.x, it->direction.y, it->direction.z};
+    double r = it->sphere.radius;
+    accumulator_clear(&sum);
+    for (unsigned i = 0; i < 3; i++) {
+        unsigned j = (i + 1) % 3;
+        struct polynomial cross = {.degree = 2};
+        polynomial_add(&cross, 1, fs[i], dd(ds[j]), dd(1));
+        polynomial_add(&cross, -1, fs[j], dd(ds[i]), dd(1));
+        accumulator_add_product(&sum, &cross, &cross, NULL, true);
+        const double square[4] = {ds[i], ds[i], r, r};
+        accumulator_add(&sum, square, 4, false);
+    }
+    struct dd value = accumulator_round(&sum, &exponent);
+    /* A difference too small for a double is still not 0: its sign is what counts. */
+    return dd_ldexp(value, exponent > -1000 ? exponent : -1000);
+}
+
+/*
+ * Decides whether the line meets the sphere, and completes it. Within 2^12 times its error the
+ * discriminant is taken from exact arithmetic, also for the value: elsewhere its root errs by 2^-13
+ * of itself times the error bound's root, or by less than 2^-56 of the radius.
+ */
+static bool line_meets(const struct scaled *it, struct sphere_line *line)
+{
+    double error = discriminant_error(line, it->sphere.radius);
+    if (fabs(line->discriminant.high) <= 0x1p12 * error)
+        line->discriminant = exact_discriminant(it);
+    line->half = dd_sqrt(line->discriminant);
+    return line->discriminant.high >= 0;
+}
+
+/* (-along -+ half) / a: the roots as seen from t. */
+static struct dd line_root(const struct sphere_line *line, int sign)
+{
+    struct dd half = sign < 0 ? dd_negate(line->half) : line->half;
+    return dd_div(dd_sub(half, line->along), line->a);
+}
+
+/* |f|^2 - r^2, times 2^-*exponent, rounded once. */
+static struct dd exact_power(const struct scaled *it, int *exponent)
+{
+    struct accumulator sum;
+    struct dd3 f = exact_difference3(it->origin, it->sphere.center);
+    const struct dd fs[3] = {f.x, f.y, f.z};
+    accumulator_clear(&sum);
+    for (unsigned i = 0; i < 3; i++) {
+        struct polynomial component = {.degree = 1};
+        polynomial_add(&component, 1, fs[i], dd(1), dd(1));
+        accumulator_add_product(&sum, &component, &component, NULL, false);
+    }
+    const double square[2] = {it->sphere.radius, it->sphere.radius};
+    accumulator_add(&sum, square, 2, true);
+    return accumulator_round(&sum, exponent);
+}
+
+/* A root that is this small beside what it is a difference of has no bits to spare any more. */
+#define ROOT_CANCELLED 0x1p-46
+
+/*
+ * Replaces a root that has cancelled, the origin being next to the sphere, by the product of the
+ * roots over the other one: so the sign, and with it the side of the sphere, is right.
+ */
+static void mend_root(const struct scaled *it, const struct sphere_line *line, struct dd *root,
+                      struct dd other)
+{
+    double size = fabs(line->t) + line->half.high / line->a.high;
+    if (fabs(root->high) > ROOT_CANCELLED * size || other.high == 0) return;
+    int exponent;
+    struct dd power = exact_power(it, &exponent);
+    *root = dd_ldexp(dd_div(power, dd_mul(line->a, other)), exponent);
+}
+
+/* Both parameters, of the scaled line. false: the line misses. */
+static bool line_roots(const struct scaled *it, struct sphere_line *line, struct dd roots[2])
+{
+    if (!line_meets(it, line)) return false;
+    roots[0] = dd_add(dd(line->t), line_root(line, -1));
+    roots[1] = dd_add(dd(line->t), line_root(line, 1));
+    unsigned small = fabs(roots[0].high) < fabs(roots[1].high) ? 0 : 1;
+    mend_root(it, line, &roots[small], roots[1 - small]);
+    return true;
+}
+
+FOR_THE_PROCESSOR struct crossings sphere_roots(const struct sphere *sphere, const struct ray *ray,
+                                                const struct sphere_approach *near, uint64_t *exact)
+{
+    struct crossings found = NO_CROSSINGS;
+    struct scaled it = scaled_of(sphere, ray);
+    struct sphere_line line = line_from(&it, closest_approach(&it));
+    struct dd roots[2];
+    if (!sphere_is_met(sphere, near)) ++*exact;
+    if (!line_roots(&it, &line, roots)) return found;
+    int exponent = it.length - it.speed;
+    if (!sphere->inside_only) found.t[0] = ldexp(roots[0].high, exponent);
+    found.t[1] = ldexp(roots[1].high, exponent);
+    return found;
+}
+
+FOR_THE_PROCESSOR struct crossings sphere_way_out(const struct sphere *sphere,
+                                                  const struct ray *ray)
+{
+    struct crossings found = NO_CROSSINGS;
+    struct scaled it = scaled_of(sphere, ray);
+    struct dd3 f = exact_difference3(it.sphere.center, it.origin);
+    int exponent;
+    struct dd b = exact_dot3(f, dd3_of(it.direction), &exponent);
+    struct dd a = exact_dot(it.direction, it.direction);
+    found.t[1] = ldexp(2 * dd_div(b, a).high, it.length - it.speed + exponent);
+    return found;
+}
+
+/*
+ * Which of the roots t is. They are the same numbers as those that sphere_roots() found; a ray that
+ * left this sphere has its way out at 2 b / a, close to the second one.
+ */
+static unsigned root_at(const struct sphere *sphere, const struct dd roots[2], double t)
+{
+    if (sphere->inside_only) return 1;
+    if (t == roots[0].high || t == roots[1].high) return t != roots[0].high;
+    return t > (roots[0].high + roots[1].high) / 2;
+}
+
+/* The parameter of the crossing at t, counted from line->t. */
+static struct dd offset_at(const struct scaled *it, struct sphere_line *line, double t)
+{
+    struct dd roots[2];
+    if (!line_roots(it, line, roots)) return dd_div(dd_negate(line->along), line->a);
+    return line_root(line, root_at(&it->sphere, roots, ldexp(t, it->speed - it->length)) ? 1 : -1);
+}
+
+FOR_THE_PROCESSOR struct dd sphere_parameter(const struct sphere *sphere, const struct ray *ray,
+                                             double t, bool leaving)
+{
+    struct scaled it = scaled_of(sphere, ray);
+    struct sphere_line line = line_from(&it, closest_approach(&it));
+    struct dd root = dd_add(dd(line.t), offset_at(&it, &line, t));
+    root = dd_ldexp(root, it.length - it.speed);
+    if (leaving && !(fabs(root.high - t) <= WAY_OUT_ERROR * t)) return dd(t);
+    return root;
+}
+
+FOR_THE_PROCESSOR struct dd3 sphere_point(const struct sphere *sphere, const struct ray *ray,
+                                          double t)
+{
+    struct scaled it = scaled_of(sphere, ray);
+    struct sphere_line line = line_from(&it, closest_approach(&it));
+    struct dd s = offset_at(&it, &line, t);
+    struct dd3 p = dd3_add(line.p, dd3_scale(it.direction, s));
+    return (struct dd3){dd_ldexp(p.x, it.length), dd_ldexp(p.y, it.length),
+                        dd_ldexp(p.z, it.length)};
+}

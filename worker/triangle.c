@@ -1,0 +1,191 @@
+/* What plain arithmetic leaves open about a ray and a triangle. */
+#include "worker/triangle.h"
+
+#include <limits.h>
+
+/* The vertices, also from the ray's origin without rounding. In an order that depends on nothing
+ * but their coordinates, so that all copies of a triangle are met at the same t. */
+struct corners {
+    struct vec3 at[3];
+    struct dd3 from_origin[3];
+    unsigned given[3]; /* their places as they came */
+    struct vec3 direction;
+};
+
+static bool comes_before(const struct vec3 *a, const struct vec3 *b)
+{
+    if (a->x != b->x) return a->x < b->x;
+    if (a->y != b->y) return a->y < b->y;
+    return a->z < b->z;
+}
+
+static struct corners ordered_corners(const struct vec3 given[3], const struct ray *ray)
+{
+    struct corners it = {.given = {0, 1, 2}, .direction = ray->direction};
+    for (unsigned i = 0; i < 3; i++) {
+        unsigned last = i == 1 ? 2 : 1; /* swaps 0-1, 1-2, 0-1 */
+        if (!comes_before(&given[it.given[last]], &given[it.given[last - 1]])) continue;
+        unsigned swapped = it.given[last];
+        it.given[last] = it.given[last - 1];
+        it.given[last - 1] = swapped;
+    }
+    for (unsigned i = 0; i < 3; i++) {
+        it.at[i] = given[it.given[i]];
+        it.from_origin[i] = exact_difference3(it.at[i], ray->origin);
+    }
+    return it;
+}
+
+static struct dd component(const struct dd3 *v, unsigned axis)
+{
+    return axis == 0 ? v->x : axis == 1 ? v->y : v->z;
+}
+
+/* d.(p x q) rounded once. */
+static struct dd exact_edge(const struct dd3 *p, const struct dd3 *q, const struct vec3 *d,
+                            int *exponent)
+{
+    struct accumulator sum;
+    struct polynomial edge = {.degree = 3};
+    for (unsigned x = 0; x < 3; x++) {
+        unsigned y = (x + 1) % 3, z = (x + 2) % 3;
+        struct dd dx = dd(vec_component(d, x));
+        polynomial_add(&edge, 1, component(p, y), component(q, z), dx);
+        polynomial_add(&edge, -1, component(p, z), component(q, y), dx);
+    }
+    accumulator_clear(&sum);
+    accumulator_add_product(&sum, &edge, NULL, NULL, false);
+    return accumulator_round(&sum, exponent);
+}
+
+/*
+ * d.(p x q) 2^-*exponent, 0 only when it is 0. Two-term arithmetic errs by less than 64 u^2 of the
+ * product of the lengths: when the value is 2^-44 of that, or its products leave the range of
+ * double, it is rounded from an exact one instead.
+ */
+static struct dd edge_of(const struct corners *corners, unsigned from, unsigned to, int *exponent)
+{
+    const struct dd3 *p = &corners->from_origin[from], *q = &corners->from_origin[to];
+    const struct vec3 *d = &corners->direction;
+    struct dd value = dd3_dot_vec(dd3_cross(*p, *q), *d);
+    double size = sum_of_sizes(dd3_round(*p)) * sum_of_sizes(dd3_round(*q)) * sum_of_sizes(*d);
+    *exponent = 0;
+    if (fabs(value.high) > 0x1p-44 * size && size > 0x1p-400 && size < 0x1p400) return value;
+    return exact_edge(p, q, d, exponent);
+}
+
+/* The sign of direction z times (q - p)'s component along `axis` in the sheared plane. */
+static int sheared_step_sign(const struct corners *corners, const struct shear *shear,
+                             unsigned from, unsigned to, unsigned axis)
+{
+    struct dd3 step = exact_difference3(corners->at[to], corners->at[from]);
+    struct polynomial difference = {.degree = 2};
+    struct accumulator sum;
+    struct dd dz = dd(shear->dz), da = dd(vec_component(&corners->direction, axis));
+    polynomial_add(&difference, 1, component(&step, axis), dz, dd(1));
+    polynomial_add(&difference, -1, component(&step, shear->z), da, dd(1));
+    accumulator_clear(&sum);
+    accumulator_add_product(&sum, &difference, NULL, NULL, false);
+    return accumulator_sign(&sum);
+}
+
+/*
+ * On which side of the directed edge the ray passes, in terms of the sheared plane, where e = d.(p
+ * x q) / d.z. When e is 0 the ray is taken to be displaced by (-eps, -eps^2), which changes e by
+ * eps dy - eps^2 dx. 0 means that the edge is parallel to the ray, or has no length: then the
+ * triangle is seen from its side.
+ */
+static int edge_side(const struct corners *corners, const struct shear *shear, unsigned from,
+                     unsigned to, struct dd edge)
+{
+    int sign = (edge.high > 0) - (edge.high < 0);
+    if (sign == 0) sign = sheared_step_sign(corners, shear, from, to, shear->y);
+    if (sign == 0) sign = -sheared_step_sign(corners, shear, from, to, shear->x);
+    return shear->dz < 0 ? -sign : sign;
+}
+
+/* Edges as multiples of 2^0 again, after division by a power of two that makes the largest about 1.
+ */
+static void align(struct dd edges[3], const int exponents[3])
+{
+    int largest = INT_MIN;
+    for (unsigned i = 0; i < 3; i++) {
+        int size;
+        (void)frexp(edges[i].high, &size);
+        if (edges[i].high != 0 && size + exponents[i] > largest) largest = size + exponents[i];
+    }
+    for (unsigned i = 0; i < 3; i++)
+        if (edges[i].high != 0) edges[i] = dd_ldexp(edges[i], exponents[i] - largest);
+}
+
+static struct dd weighted(const struct corners *corners, const struct dd edges[3], unsigned axis)
+{
+    struct dd sum = dd(0);
+    for (unsigned i = 0; i < 3; i++)
+        sum = dd_add(sum, dd_mul(edges[i], component(&corners->from_origin[i], axis)));
+    return sum;
+}
+
+FOR_THE_PROCESSOR struct crossings triangle_careful(const struct vec3 corners[3],
+                                                    const struct ray *ray,
+                                                    const struct shear *shear, struct dd *distance)
+{
+    struct corners it = ordered_corners(corners, ray);
+    struct dd edges[3];
+    int side = 0, exponents[3];
+    for (unsigned i = 0; i < 3; i++) {
+        unsigned from = (i + 1) % 3, to = (i + 2) % 3;
+        edges[i] = edge_of(&it, from, to, &exponents[i]);
+        int here = edge_side(&it, shear, from, to, edges[i]);
+        if (here == 0 || (side != 0 && here != side)) return NO_CROSSINGS;
+        side = here;
+    }
+    align(edges, exponents);
+    struct dd sum = dd_add(dd_add(edges[0], edges[1]), edges[2]);
+    struct dd t = dd_div(weighted(&it, edges, shear->z), dd_scale(sum, shear->dz));
+    struct crossings found = one_crossing(t.high);
+    if (distance) *distance = t;
+    double *weights[3] = {NULL, &found.u, &found.v};
+    for (unsigned i = 0; i < 3; i++)
+        if (it.given[i] > 0) *weights[it.given[i]] = dd_div(edges[i], sum).high;
+    return found;
+}
+
+FOR_THE_PROCESSOR bool triangle_plane_point(const struct vec3 *a, const struct vec3 *b,
+                                            const struct vec3 *c, const struct ray *ray,
+                                            struct dd3 *point)
+{
+    struct dd3 normal = dd3_cross(exact_difference3(*b, *a), exact_difference3(*c, *a));
+    struct dd3 f = exact_difference3(ray->origin, *a);
+    struct dd speed = dd3_dot_vec(normal, ray->direction);
+    if (speed.high == 0) return false;
+    struct dd t = dd_negate(dd_div(dd3_dot(f, normal), speed));
+    *point = dd3_add(f, dd3_scale(ray->direction, t));
+    return vec_is_finite(dd3_round(*point));
+}
+
+/* n.(a - o) and n.d for the plane of a triangle, n = (b - a) x (c - a) not normalised. */
+struct plane_view {
+    double height, speed, size; /* size: |n| */
+};
+
+static struct plane_view plane_view(const struct vec3 corners[3], const struct ray *ray)
+{
+    struct dd3 normal = dd3_cross(exact_difference3(corners[1], corners[0]),
+                                  exact_difference3(corners[2], corners[0]));
+    struct dd3 way = exact_difference3(corners[0], ray->origin);
+    return (struct plane_view){dd3_dot(normal, way).high, dd3_dot_vec(normal, ray->direction).high,
+                               vec_length(dd3_round(normal))};
+}
+
+/* Twice as far as surface_at() puts a point off its surface. */
+#define START_ERROR (8 * UNIT_ROUNDOFF)
+
+bool triangle_is_same_passage(const struct vec3 from[3], const struct vec3 of[3],
+                              const struct ray *ray)
+{
+    double near = START_ERROR * largest_component(ray->origin);
+    struct plane_view here = plane_view(from, ray), there = plane_view(of, ray);
+    bool goes_through = (here.height > 0) == (here.speed > 0) && here.height != 0;
+    return goes_through && fabs(there.height) <= near * there.size;
+}
