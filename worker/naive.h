@@ -30,7 +30,8 @@ static inline struct crossings naive_sphere(const struct sphere *sphere, const s
 
 static inline struct vec3 naive_sphere_normal(const struct sphere *sphere, struct vec3 point)
 {
-    return vec_scale(vec_sub(point, sphere->center), 1 / sphere->radius);
+    struct vec3 radial = vec_sub(point, sphere->center);
+    return vec_is_zero(radial) ? vec3(0, 1, 0) : vec_normalize(radial);
 }
 
 static inline double naive_plane_distance(struct vec3 point, struct vec3 normal,
