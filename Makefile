@@ -78,10 +78,12 @@ $(BUILD)/bench/stability: $(STABILITY) $(LIBRARY)
 	$(say)  link $@
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lmpfr -lgmp -o $@
 
+# About two hours on two cores: STABILITY_OPTIONS="--rays 100000" or "--rows 1-16" for less.
 bench-stability: $(BUILD)/bench/stability all
 	@mkdir -p bench/out
-	$(BUILD)/bench/stability --csv bench/out/stability.csv --markdown bench/out/stability.md; \
-	    status=$$?; FARM=./$(FARM) sh bench/stability_cost.sh && exit $$status
+	FARM=$(abspath $(FARM)) $(BUILD)/bench/stability --csv bench/out/stability.csv \
+	    --markdown bench/out/stability.md $(STABILITY_OPTIONS); \
+	    status=$$?; FARM=$(abspath $(FARM)) sh bench/stability_cost.sh || status=1; exit $$status
 
 # What a fresh Debian or Ubuntu lacks.
 PACKAGES := gcc libc6-dev mpich libmpich-dev libinih-dev libstb-dev libcmocka-dev \

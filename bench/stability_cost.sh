@@ -2,20 +2,25 @@
 # What the exact formulas cost: pictures rendered with them and with the paper's, in turn, so that
 # what else the machine does falls on both; the median of the pairs' ratios.
 #
-#   FARM=./farm sh bench/stability_cost.sh [PAIRS]
+#   FARM=./farm sh bench/stability_cost.sh [PAIRS [SECTION.KEY=VALUE...]]
 #
-# One process renders; the figure is the CPU time of its rendering thread from the report.
+# One process renders; the figure is the CPU time of its rendering thread from the report. Status 1
+# when a scene takes more than 10 % longer.
 set -eu
 cd "$(dirname "$0")/.."
 FARM=$(realpath "${FARM:-./farm}")
 pairs=${1:-7}
+[ $# -eq 0 ] || shift
+status=0
 T=$(mktemp -d)
 trap 'rm -rf "$T"' EXIT
 
-# cpu_seconds SCENE FORMULAS
+# cpu_seconds SCENE FORMULAS [OVERRIDE...]
 cpu_seconds() {
-    "$FARM" "config/$1.ini" "render.formulas=$2" "output.image=$T/picture.png" \
-        "output.report=$T/report.json" >"$T/log" 2>&1 || { cat "$T/log" >&2; exit 1; }
+    scene_file=config/$1.ini formulas=$2
+    shift 2
+    "$FARM" "$scene_file" "render.formulas=$formulas" "output.image=$T/picture.png" \
+        "output.report=$T/report.json" "$@" >"$T/log" 2>&1 || { cat "$T/log" >&2; exit 1; }
     sed -n 's/.*"rank": 0,.*"cpu_s": \([0-9.]*\).*/\1/p' "$T/report.json"
 }
 
@@ -25,9 +30,9 @@ for scene in garden lantern; do
     while [ "$i" -lt "$pairs" ]; do
         # The order within a pair alternates.
         if [ $((i % 2)) -eq 0 ]; then
-            exact=$(cpu_seconds "$scene" exact) paper=$(cpu_seconds "$scene" paper)
+            exact=$(cpu_seconds "$scene" exact "$@") paper=$(cpu_seconds "$scene" paper "$@")
         else
-            paper=$(cpu_seconds "$scene" paper) exact=$(cpu_seconds "$scene" exact)
+            paper=$(cpu_seconds "$scene" paper "$@") exact=$(cpu_seconds "$scene" exact "$@")
         fi
         echo "$exact $paper" | awk '{ print $1 / $2, $1, $2 }' >>"$T/ratios"
         i=$((i + 1))
@@ -35,7 +40,10 @@ for scene in garden lantern; do
     sort -n "$T/ratios" | awk -v scene="$scene" '{ r[NR] = $1; e[NR] = $2; p[NR] = $3 }
         END {
             m = int((NR + 1) / 2)
-            printf "cost, %s: exact / paper = %.3f (median of %d pairs, %.3f to %.3f; %.2f s against %.2f s): %s\n",
-                scene, r[m], NR, r[1], r[NR], e[m], p[m], r[m] <= 1.1 ? "green" : "RED"
-        }'
+            printf "cost, %s: exact / paper = %.3f (median of %d pairs, %.3f to %.3f; ", scene,
+                r[m], NR, r[1], r[NR]
+            printf "%.2f s against %.2f s): %s\n", e[m], p[m], r[m] <= 1.1 ? "green" : "RED"
+            exit r[m] > 1.1
+        }' || status=1
 done
+exit $status

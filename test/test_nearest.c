@@ -39,7 +39,7 @@ static struct hit brute_nearest(const struct scene *scene, const struct ray *ray
     struct hit hit = {.t = INFINITE, .primitive = PRIMITIVE_NONE};
     uint64_t exact = 0;
     for (uint32_t id = first_id(scene); id != PRIMITIVE_NONE; id = next_id(scene, id)) {
-        struct crossings found = primitive_crossings(scene, id, ray, &shear, &exact);
+        struct crossings found = primitive_crossings(scene, id, ray, &shear, false, &exact);
         for (unsigned i = 0; i < 2; i++) {
             if (!(found.t[i] > 0 && found.t[i] < ray->t_max)) continue;
             struct hit next = {found.t[i], found.u, found.v, id, found.part[i]};
@@ -57,7 +57,7 @@ static struct vec3 brute_light(const struct scene *scene, const struct ray *ray)
     unsigned crossings[MATERIALS] = {0};
     uint64_t exact = 0;
     for (uint32_t id = first_id(scene); id != PRIMITIVE_NONE; id = next_id(scene, id)) {
-        struct crossings found = primitive_crossings(scene, id, ray, &shear, &exact);
+        struct crossings found = primitive_crossings(scene, id, ray, &shear, false, &exact);
         for (unsigned i = 0; i < 2; i++)
             if (found.t[i] > 0 && found.t[i] < ray->t_max)
                 crossings[primitive_material(scene, id)]++;

@@ -5,7 +5,7 @@
 static struct crossings cross(const struct vec3 corner[3], const struct ray *ray, uint64_t *exact)
 {
     struct shear shear = shear_of(&ray->direction);
-    return triangle_crossings(&corner[0], &corner[1], &corner[2], ray, &shear, exact);
+    return triangle_crossings(&corner[0], &corner[1], &corner[2], ray, &shear, false, exact);
 }
 
 static void test_hit_and_weights(void **state)
@@ -287,6 +287,36 @@ static void test_normal_and_bounds(void **state)
     assert_same(bounds.min[2], 1);
 }
 
+/* The plain distance and the corrected one against double-double, at all slopes and sizes. */
+static void test_distance(void **state)
+{
+    (void)state;
+    uint64_t random = 12, exact = 0;
+    unsigned hits = 0;
+    double worst = 0;
+    for (int i = 0; i < 300000; i++) {
+        struct vec3 at = random_vector(&random, 10), corner[3];
+        double size = pow(10, random_between(&random, -4, 1.5));
+        for (unsigned k = 0; k < 3; k++)
+            corner[k] = vec_add(at, random_vector(&random, size));
+        double u = random_between(&random, 0, 1), v = random_between(&random, 0, 1 - u);
+        struct vec3 target = vec_add_scaled(corner[0], vec_sub(corner[1], corner[0]), u);
+        target = vec_add_scaled(target, vec_sub(corner[2], corner[0]), v);
+        struct ray ray = ray_to(random_vector(&random, 30), target);
+        struct shear shear = shear_of(&ray.direction);
+        struct crossings found = cross(corner, &ray, &exact);
+        struct dd t;
+        struct crossings careful = triangle_careful(corner, &ray, &shear, &t);
+        assert_int_equal(count_ahead(&found), count_ahead(&careful));
+        if (count_ahead(&found) == 0) continue;
+        hits++;
+        double error = fabs((found.t[0] - t.high) - t.low) / t.high;
+        worst = fmax(worst, error);
+    }
+    assert_true(hits > 290000);
+    assert_true(worst <= 8 * UNIT_ROUNDOFF);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -301,6 +331,7 @@ int main(void)
         cmocka_unit_test(test_closed_mesh_of_slivers),
         cmocka_unit_test(test_lattice),
         cmocka_unit_test(test_normal_and_bounds),
+        cmocka_unit_test(test_distance),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -514,8 +514,8 @@ static struct spans spans_of(const struct scaled *it, const struct ray *ray, boo
     return both_spans(it, side, &slab);
 }
 
-FOR_THE_PROCESSOR struct crossings cone_roots(const struct cone *cone, const struct ray *ray,
-                                              bool leaving, uint64_t *exact)
+WITH_FMA struct crossings cone_roots(const struct cone *cone, const struct ray *ray, bool leaving,
+                                     uint64_t *exact)
 {
     struct scaled it = scaled_of(cone, ray);
     struct spans spans = spans_of(&it, ray, leaving, exact);
@@ -538,8 +538,8 @@ static struct dd parameter_at(const struct scaled *it, const struct ray *ray, do
     return dd(rounded);
 }
 
-FOR_THE_PROCESSOR struct dd cone_parameter(const struct cone *cone, const struct ray *ray, double t,
-                                           uint32_t part, bool leaving)
+WITH_FMA struct dd cone_parameter(const struct cone *cone, const struct ray *ray, double t,
+                                  uint32_t part, bool leaving)
 {
     struct scaled it = scaled_of(cone, ray);
     struct dd way_out = parameter_at(&it, ray, t, leaving);
@@ -552,8 +552,8 @@ FOR_THE_PROCESSOR struct dd cone_parameter(const struct cone *cone, const struct
     return dd_ldexp(way_out, it.length - it.speed);
 }
 
-FOR_THE_PROCESSOR struct dd3 cone_point(const struct cone *cone, const struct ray *ray, double t,
-                                        bool leaving)
+WITH_FMA struct dd3 cone_point(const struct cone *cone, const struct ray *ray, double t,
+                               bool leaving)
 {
     struct scaled it = scaled_of(cone, ray);
     struct dd3 step = dd3_scale(it.direction, parameter_at(&it, ray, t, leaving));
@@ -562,7 +562,7 @@ FOR_THE_PROCESSOR struct dd3 cone_point(const struct cone *cone, const struct ra
                         dd_ldexp(p.z, it.length)};
 }
 
-FOR_THE_PROCESSOR struct vec3 cone_normal(const struct cone *cone, struct dd3 p, uint32_t part)
+WITH_FMA struct vec3 cone_normal(const struct cone *cone, struct dd3 p, uint32_t part)
 {
     struct dd3 w = exact_difference3(cone->apex, cone->base);
     struct vec3 axis = dd3_round(w);

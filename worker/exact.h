@@ -19,9 +19,9 @@
  */
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__FMA__) &&        \
     !defined(__SANITIZE_ADDRESS__)
-#define FOR_THE_PROCESSOR __attribute__((target_clones("fma", "default"), flatten))
+#define WITH_FMA __attribute__((target_clones("fma", "default"), flatten))
 #else
-#define FOR_THE_PROCESSOR __attribute__((flatten))
+#define WITH_FMA __attribute__((flatten))
 #endif
 
 /* 2^-53, half the spacing of doubles in [1, 2): the relative error of one rounded operation. */
@@ -139,6 +139,15 @@ static inline struct dd dd_sqrt(struct dd a)
     double root = sqrt(a.high);
     double rest = fma(-root, root, a.high) + a.low;
     return sum_of_ordered(root, rest / (2 * root));
+}
+
+/* f + t d where both may cancel: the exact sum of four doubles, rounded once to double-double. */
+static inline struct dd dd_advance(struct dd f, double t, double d)
+{
+    struct dd step = exact_product(t, d);
+    struct dd high = exact_sum(f.high, step.high), low = exact_sum(f.low, step.low);
+    struct dd sum = exact_sum(high.high, low.high);
+    return sum_of_ordered(sum.high, sum.low + (high.low + low.low));
 }
 
 /* The exponent may be anything: ldexp() of both parts. */

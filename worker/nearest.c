@@ -31,10 +31,11 @@ static uint32_t plane_ids_end(const struct scene *scene)
 }
 
 /* naive is a constant wherever this is inlined: the choice of formulas costs nothing per ray. */
-static INLINED struct crossings probe_crossings(const struct probe *probe, uint32_t id, bool naive)
+static INLINED struct crossings probe_crossings(const struct probe *probe, uint32_t id, bool any,
+                                                bool naive)
 {
     if (naive) return naive_crossings(probe->scene, id, probe->ray);
-    return primitive_crossings(probe->scene, id, probe->ray, &probe->shear, probe->exact);
+    return primitive_crossings(probe->scene, id, probe->ray, &probe->shear, any, probe->exact);
 }
 
 static inline bool crossing_counts(const struct ray *ray, double t)
@@ -82,7 +83,7 @@ static INLINED void nearest_crossing(struct nearest_walk *walk, const struct cro
 
 static INLINED void nearest_primitive(struct nearest_walk *walk, uint32_t id, bool naive)
 {
-    struct crossings found = probe_crossings(&walk->probe, id, naive);
+    struct crossings found = probe_crossings(&walk->probe, id, false, naive);
     nearest_crossing(walk, &found, 0, id, naive);
     nearest_crossing(walk, &found, 1, id, naive);
 }
@@ -130,9 +131,8 @@ static INLINED struct hit nearest_hit(const struct scene *scene, const struct bv
     return walk.hit;
 }
 
-FOR_THE_PROCESSOR void nearest(const struct scene *scene, const struct bvh *bvh,
-                               const struct ray *rays, size_t count, struct hit *hits,
-                               uint64_t *exact_fallbacks)
+WITH_FMA void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                      size_t count, struct hit *hits, uint64_t *exact_fallbacks)
 {
     if (scene->view.formulas == FORMULAS_PAPER) {
         for (size_t i = 0; i < count; i++)
@@ -210,7 +210,7 @@ struct occlusion_walk {
 static INLINED bool occlusion_primitive(struct occlusion_walk *walk, uint32_t id, bool naive)
 {
     const struct probe *probe = &walk->probe;
-    struct crossings found = probe_crossings(probe, id, naive);
+    struct crossings found = probe_crossings(probe, id, true, naive);
     unsigned crossings = crossing_counts(probe->ray, found.t[0]);
     crossings += crossing_counts(probe->ray, found.t[1]);
     if (crossings == 0) return true;
@@ -261,9 +261,8 @@ static bool has_transparency(const struct scene *scene)
     return false;
 }
 
-FOR_THE_PROCESSOR void occluded(const struct scene *scene, const struct bvh *bvh,
-                                const struct ray *rays, size_t count, struct vec3 *transmittance,
-                                uint64_t *exact_fallbacks)
+WITH_FMA void occluded(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                       size_t count, struct vec3 *transmittance, uint64_t *exact_fallbacks)
 {
     struct passages passages = {.capacity = INLINE_PASSAGES};
     struct passages *transparent = has_transparency(scene) ? &passages : NULL;

@@ -17,8 +17,7 @@ static inline double axis_distance(double point, double origin, double direction
     return (point - origin) / direction;
 }
 
-FOR_THE_PROCESSOR double plane_distance(struct vec3 point, struct vec3 normal,
-                                        const struct ray *ray)
+WITH_FMA double plane_distance(struct vec3 point, struct vec3 normal, const struct ray *ray)
 {
     struct vec3 o = ray->origin, d = ray->direction;
     if (normal.x == 0 && normal.z == 0) return axis_distance(point.y, o.y, d.y);
@@ -27,8 +26,7 @@ FOR_THE_PROCESSOR double plane_distance(struct vec3 point, struct vec3 normal,
     return plane_parameter(point, normal, ray).high;
 }
 
-FOR_THE_PROCESSOR struct dd3 plane_point(struct vec3 point, struct vec3 normal,
-                                         const struct ray *ray)
+WITH_FMA struct dd3 plane_point(struct vec3 point, struct vec3 normal, const struct ray *ray)
 {
     struct dd3 step = dd3_scale(ray->direction, plane_parameter(point, normal, ray));
     return dd3_add(exact_difference3(ray->origin, point), step);
@@ -110,8 +108,8 @@ static enum side disc_side_exact(const struct disc *disc, const struct ray *ray)
     return accumulator_sign(&sum) <= 0 ? SIDE_IN : SIDE_OUT;
 }
 
-FOR_THE_PROCESSOR struct crossings disc_crossings(const struct disc *disc, const struct ray *ray,
-                                                  uint64_t *exact)
+WITH_FMA struct crossings disc_crossings(const struct disc *disc, const struct ray *ray,
+                                         uint64_t *exact)
 {
     enum side side = disc_side_filtered(disc, ray);
     if (side == SIDE_OPEN) {

@@ -71,11 +71,12 @@ static inline bool is_same_passage(const struct scene *scene, uint32_t id, const
 
 /*
  * Where the ray's line crosses the primitive, less the place where the ray starts when it starts on
- * this one. *exact is increased by the number of predicates that needed exact arithmetic.
+ * this one. any: see triangle_crossings(). *exact is increased by the number of predicates that
+ * needed exact arithmetic.
  */
 static inline struct crossings primitive_crossings(const struct scene *scene, uint32_t id,
                                                    const struct ray *ray, const struct shear *shear,
-                                                   uint64_t *exact)
+                                                   bool any, uint64_t *exact)
 {
     uint32_t index = primitive_index(id);
     bool leaving = id == ray->from;
@@ -99,7 +100,7 @@ static inline struct crossings primitive_crossings(const struct scene *scene, ui
     const uint32_t *corner = corner_indices(scene, id);
     const struct vec3 *vertices = scene_vertices(scene);
     struct crossings found = triangle_crossings(&vertices[corner[0]], &vertices[corner[1]],
-                                                &vertices[corner[2]], ray, shear, exact);
+                                                &vertices[corner[2]], ray, shear, any, exact);
     return is_same_passage(scene, id, ray, found.t[0]) ? NO_CROSSINGS : found;
 }
 

@@ -57,15 +57,6 @@ static struct scaled scaled_of(const struct sphere *sphere, const struct ray *ra
     return scaled;
 }
 
-/* f + t d where both may cancel: the exact sum of four doubles, rounded once to double-double. */
-static struct dd advance(struct dd f, double t, double d)
-{
-    struct dd step = exact_product(t, d);
-    struct dd high = exact_sum(f.high, step.high), low = exact_sum(f.low, step.low);
-    struct dd sum = exact_sum(high.high, low.high);
-    return sum_of_ordered(sum.high, sum.low + (high.low + low.low));
-}
-
 /* The line with its parameter counted from t; the root of the discriminant is not yet known. */
 static struct sphere_line line_from(const struct scaled *it, double t)
 {
@@ -73,7 +64,8 @@ static struct sphere_line line_from(const struct scaled *it, double t)
     double r = it->sphere.radius;
     struct dd3 f = exact_difference3(it->origin, it->sphere.center);
     struct sphere_line line = {.t = t, .a = exact_dot(d, d)};
-    line.p = (struct dd3){advance(f.x, t, d.x), advance(f.y, t, d.y), advance(f.z, t, d.z)};
+    line.p =
+        (struct dd3){dd_advance(f.x, t, d.x), dd_advance(f.y, t, d.y), dd_advance(f.z, t, d.z)};
     line.along = dd3_dot_vec(line.p, d);
     line.excess = dd_sub(dd3_dot(line.p, line.p), exact_product(r, r));
     line.discriminant = dd_sub(dd_mul(line.along, line.along), dd_mul(line.a, line.excess));
@@ -187,8 +179,8 @@ static bool line_roots(const struct scaled *it, struct sphere_line *line, struct
     return true;
 }
 
-FOR_THE_PROCESSOR struct crossings sphere_roots(const struct sphere *sphere, const struct ray *ray,
-                                                const struct sphere_approach *near, uint64_t *exact)
+WITH_FMA struct crossings sphere_roots(const struct sphere *sphere, const struct ray *ray,
+                                       const struct sphere_approach *near, uint64_t *exact)
 {
     struct crossings found = NO_CROSSINGS;
     struct scaled it = scaled_of(sphere, ray);
@@ -202,8 +194,7 @@ FOR_THE_PROCESSOR struct crossings sphere_roots(const struct sphere *sphere, con
     return found;
 }
 
-FOR_THE_PROCESSOR struct crossings sphere_way_out(const struct sphere *sphere,
-                                                  const struct ray *ray)
+WITH_FMA struct crossings sphere_way_out(const struct sphere *sphere, const struct ray *ray)
 {
     struct crossings found = NO_CROSSINGS;
     struct scaled it = scaled_of(sphere, ray);
@@ -234,8 +225,8 @@ static struct dd offset_at(const struct scaled *it, struct sphere_line *line, do
     return line_root(line, root_at(&it->sphere, roots, ldexp(t, it->speed - it->length)) ? 1 : -1);
 }
 
-FOR_THE_PROCESSOR struct dd sphere_parameter(const struct sphere *sphere, const struct ray *ray,
-                                             double t, bool leaving)
+WITH_FMA struct dd sphere_parameter(const struct sphere *sphere, const struct ray *ray, double t,
+                                    bool leaving)
 {
     struct scaled it = scaled_of(sphere, ray);
     struct sphere_line line = line_from(&it, closest_approach(&it));
@@ -245,8 +236,7 @@ FOR_THE_PROCESSOR struct dd sphere_parameter(const struct sphere *sphere, const 
     return root;
 }
 
-FOR_THE_PROCESSOR struct dd3 sphere_point(const struct sphere *sphere, const struct ray *ray,
-                                          double t)
+WITH_FMA struct dd3 sphere_point(const struct sphere *sphere, const struct ray *ray, double t)
 {
     struct scaled it = scaled_of(sphere, ray);
     struct sphere_line line = line_from(&it, closest_approach(&it));

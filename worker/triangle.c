@@ -126,9 +126,8 @@ static struct dd weighted(const struct corners *corners, const struct dd edges[3
     return sum;
 }
 
-FOR_THE_PROCESSOR struct crossings triangle_careful(const struct vec3 corners[3],
-                                                    const struct ray *ray,
-                                                    const struct shear *shear, struct dd *distance)
+WITH_FMA struct crossings triangle_careful(const struct vec3 corners[3], const struct ray *ray,
+                                           const struct shear *shear, struct dd *distance)
 {
     struct corners it = ordered_corners(corners, ray);
     struct dd edges[3];
@@ -151,9 +150,8 @@ FOR_THE_PROCESSOR struct crossings triangle_careful(const struct vec3 corners[3]
     return found;
 }
 
-FOR_THE_PROCESSOR bool triangle_plane_point(const struct vec3 *a, const struct vec3 *b,
-                                            const struct vec3 *c, const struct ray *ray,
-                                            struct dd3 *point)
+WITH_FMA bool triangle_plane_point(const struct vec3 *a, const struct vec3 *b, const struct vec3 *c,
+                                   const struct ray *ray, struct dd3 *point)
 {
     struct dd3 normal = dd3_cross(exact_difference3(*b, *a), exact_difference3(*c, *a));
     struct dd3 f = exact_difference3(ray->origin, *a);

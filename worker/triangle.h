@@ -78,16 +78,53 @@ static inline double edge_error(const struct sheared *p, const struct sheared *q
 /*
  * Errors of the sheared coordinates displace the triangle sideways by some 4 u Z, and the crossing
  * along the ray by that times the slope of the triangle's plane against the ray. Steeper than this
- * the crossing is taken from double-double; below, t errs by 8 u of sum |e z| / |det| in all.
+ * the crossing is corrected; below, t errs by 8 u of sum |e z| / |det| in all.
  */
 #define SLOPE_MAX 0.5
 
-static inline bool triangle_is_steep(const struct sheared *p, const struct sheared *q,
-                                     const struct sheared *r, double sum)
+/* The slope, in the sum of its components. */
+static inline double triangle_slope(const struct sheared *p, const struct sheared *q,
+                                    const struct sheared *r, double sum)
 {
     double qx = q->x - p->x, qy = q->y - p->y, qz = q->z - p->z;
     double rx = r->x - p->x, ry = r->y - p->y, rz = r->z - p->z;
-    return fabs(qz * ry - rz * qy) + fabs(qx * rz - rx * qz) > SLOPE_MAX * fabs(sum);
+    return (fabs(qz * ry - rz * qy) + fabs(qx * rz - rx * qz)) / fabs(sum);
+}
+
+/*
+ * Corrects t by how far o + t d is from the triangle's plane, in units of the direction's part
+ * across the plane. The vector v from a corner to o + t d is small, of the size of the triangle,
+ * and exact but for its rounding; the normal n = e1 x e2 errs by 6 u |e1| |e2|, n.v by 3 u more:
+ * the correction by 9 u |e1| |e2| |v| / |n.d|. false, and t as it was, unless that is less than 3 u
+ * t.
+ */
+static inline bool triangle_correct(const struct vec3 *a, const struct vec3 *b,
+                                    const struct vec3 *c, const struct ray *ray, double *t)
+{
+    struct vec3 e1 = vec_sub(*b, *a), e2 = vec_sub(*c, *a), d = ray->direction;
+    struct vec3 n = vec_cross(e1, e2);
+    struct dd3 f = exact_difference3(ray->origin, *a);
+    struct vec3 v = vec3(dd_advance(f.x, *t, d.x).high, dd_advance(f.y, *t, d.y).high,
+                         dd_advance(f.z, *t, d.z).high);
+    double speed = vec_dot(n, d), edges = sum_of_sizes(e1) * sum_of_sizes(e2);
+    if (!(3 * edges * sum_of_sizes(v) < fabs(speed * *t))) return false;
+    *t -= vec_dot(n, v) / speed;
+    return true;
+}
+
+/*
+ * Whether an uncorrected t is certainly between 0 and t_max. By what is said at SLOPE_MAX it errs
+ * by less than 2^-30 of the largest coordinate of the sheared triangle as long as the slope is less
+ * than 2^20.
+ */
+static inline bool triangle_is_between(const struct sheared *p, const struct sheared *q,
+                                       const struct sheared *r, const struct shear *shear, double t,
+                                       double t_max)
+{
+    double size = fabs(p->z) + fabs(q->z) + fabs(r->z) + fabs(p->x) + fabs(q->x) + fabs(r->x) +
+                  fabs(p->y) + fabs(q->y) + fabs(r->y);
+    double error = 0x1p-30 * size / fabs(shear->dz);
+    return t > error && t < t_max - error;
 }
 
 /* The same as triangle_crossings() without any rounding in what is decided; unless NULL, *distance
@@ -105,11 +142,13 @@ static inline struct crossings careful_crossings(const struct vec3 *a, const str
 
 /*
  * Either side is hit. Whether the line passes left or right of an edge is decided without error, by
- * exact arithmetic where the filter leaves it open, which is counted.
+ * exact arithmetic where the filter leaves it open, which is counted. any: where between 0 and
+ * t_max the crossing is does not matter, and t may be less accurate there.
  */
 static inline struct crossings triangle_crossings(const struct vec3 *a, const struct vec3 *b,
                                                   const struct vec3 *c, const struct ray *ray,
-                                                  const struct shear *shear, uint64_t *exact)
+                                                  const struct shear *shear, bool any,
+                                                  uint64_t *exact)
 {
     struct sheared p = shear_vertex(shear, &ray->origin, a);
     struct sheared q = shear_vertex(shear, &ray->origin, b);
@@ -128,11 +167,15 @@ static inline struct crossings triangle_crossings(const struct vec3 *a, const st
     e1 = edge_value(&r, &p);
     e2 = edge_value(&p, &q);
     double sum = e0 + e1 + e2;
-    if (triangle_is_steep(&p, &q, &r, sum)) return careful_crossings(a, b, c, ray, shear);
     struct crossings found = one_crossing((e0 * p.z + e1 * q.z + e2 * r.z) / sum / shear->dz);
     found.u = e1 / sum;
     found.v = e2 / sum;
-    return found;
+    double slope = triangle_slope(&p, &q, &r, sum);
+    if (slope <= SLOPE_MAX) return found;
+    if (any && slope < 0x1p20 && triangle_is_between(&p, &q, &r, shear, found.t[0], ray->t_max))
+        return found;
+    if (triangle_correct(a, b, c, ray, &found.t[0])) return found;
+    return careful_crossings(a, b, c, ray, shear);
 }
 
 /*
