@@ -27,7 +27,6 @@ static bool comes_first(const struct scene *scene, const struct ray *ray, const 
                         const struct hit *hit, const struct hit *best)
 {
     if (best->primitive == PRIMITIVE_NONE) return true;
-    if (best->primitive == hit->primitive) return hit->t < best->t;
     struct crossing a = {hit->primitive, hit->part, hit->t};
     struct crossing b = {best->primitive, best->part, best->t};
     return compare_crossings(scene, ray, shear, &a, &b) < 0;
@@ -44,6 +43,7 @@ static struct hit brute_nearest(const struct scene *scene, const struct ray *ray
             if (!(found.t[i] > 0 && found.t[i] < ray->t_max)) continue;
             struct hit next = {found.t[i], found.u, found.v, id, found.part[i]};
             if (comes_first(scene, ray, &shear, &next, &hit)) hit = next;
+            break; /* the way out is behind the way in */
         }
     }
     return hit;
@@ -57,7 +57,7 @@ static struct vec3 brute_light(const struct scene *scene, const struct ray *ray)
     unsigned crossings[MATERIALS] = {0};
     uint64_t exact = 0;
     for (uint32_t id = first_id(scene); id != PRIMITIVE_NONE; id = next_id(scene, id)) {
-        struct crossings found = primitive_crossings(scene, id, ray, &shear, false, &exact);
+        struct crossings found = primitive_crossings(scene, id, ray, &shear, true, &exact);
         for (unsigned i = 0; i < 2; i++)
             if (found.t[i] > 0 && found.t[i] < ray->t_max)
                 crossings[primitive_material(scene, id)]++;

@@ -429,6 +429,35 @@ static struct slab cone_slab(const struct scaled *it)
     return slab;
 }
 
+/* One of the ends of the slab. */
+static struct dd cap_parameter(const struct scaled *it, uint32_t part)
+{
+    int e, e_speed;
+    struct dd3 w = exact_difference3(it->cone.apex, it->cone.base);
+    struct vec3 cap = part == CONE_BASE_CAP ? it->cone.base : it->cone.apex;
+    struct dd speed = exact_dot3(dd3_of(it->direction), w, &e_speed);
+    struct dd way = exact_dot3(exact_difference3(cap, it->origin), w, &e);
+    return ratio(way, e, speed, e_speed);
+}
+
+/*
+ * Whether the ray certainly comes in through a cap, ahead of its origin: then nothing needs to be
+ * known of the side. |F + t D| / |w| is the distance to the axis; for its error see CONE_FILTER.
+ */
+static bool enters_by_cap(const struct scaled *it, const struct slab *slab)
+{
+    double t = slab->inside.enter.high;
+    bool base = slab->enter_part == CONE_BASE_CAP;
+    double radius = base ? it->cone.base_radius : it->cone.apex_radius;
+    struct vec3 w = vec_sub(it->cone.apex, it->cone.base);
+    struct vec3 f = vec_sub(it->origin, it->cone.base);
+    if (!it->cone.capped || !(t > 0 && t < HUGE_VAL)) return false;
+    struct vec3 p = vec_cross(vec_add_scaled(f, it->direction, t), w);
+    double error = CONE_FILTER * sum_of_sizes(w) *
+                   (sum_of_sizes(f) + t * sum_of_sizes(it->direction) + radius);
+    return sqrt(vec_dot(p, p)) + error < radius * sqrt(vec_dot(w, w));
+}
+
 /* ---- both together ---- */
 
 /* Crossings before they are rounded; of the scaled line. */
@@ -505,20 +534,22 @@ static struct spans way_out(const struct scaled *it, uint32_t from_part)
     return found;
 }
 
-static struct spans spans_of(const struct scaled *it, const struct ray *ray, bool leaving,
+static struct spans spans_of(const struct scaled *it, const struct ray *ray, bool leaving, bool any,
                              uint64_t *exact)
 {
     if (leaving) return way_out(it, ray->from_part);
-    struct interval side = cone_side(it, exact);
     struct slab slab = cone_slab(it);
+    if (!any && enters_by_cap(it, &slab))
+        return (struct spans){{slab.inside.enter, dd(NOT_CROSSED)}, {slab.enter_part, 0}};
+    struct interval side = cone_side(it, exact);
     return both_spans(it, side, &slab);
 }
 
 WITH_FMA struct crossings cone_roots(const struct cone *cone, const struct ray *ray, bool leaving,
-                                     uint64_t *exact)
+                                     bool any, uint64_t *exact)
 {
     struct scaled it = scaled_of(cone, ray);
-    struct spans spans = spans_of(&it, ray, leaving, exact);
+    struct spans spans = spans_of(&it, ray, leaving, any, exact);
     struct crossings found = NO_CROSSINGS;
     for (unsigned i = 0; i < 2; i++) {
         found.t[i] = ldexp(spans.t[i].high, it.length - it.speed);
@@ -528,11 +559,15 @@ WITH_FMA struct crossings cone_roots(const struct cone *cone, const struct ray *
 }
 
 static struct dd parameter_at(const struct scaled *it, const struct ray *ray, double t,
-                              bool leaving)
+                              uint32_t part, bool leaving)
 {
     uint64_t ignored = 0;
-    struct spans spans = spans_of(it, ray, leaving, &ignored);
     double rounded = ldexp(t, it->speed - it->length);
+    if (part != CONE_SIDE) {
+        struct dd cap = cap_parameter(it, part);
+        if (cap.high == rounded) return cap;
+    }
+    struct spans spans = spans_of(it, ray, leaving, true, &ignored);
     for (unsigned i = 0; i < 2; i++)
         if (spans.t[i].high == rounded) return spans.t[i];
     return dd(rounded);
@@ -542,7 +577,7 @@ WITH_FMA struct dd cone_parameter(const struct cone *cone, const struct ray *ray
                                   uint32_t part, bool leaving)
 {
     struct scaled it = scaled_of(cone, ray);
-    struct dd way_out = parameter_at(&it, ray, t, leaving);
+    struct dd way_out = parameter_at(&it, ray, t, part, leaving);
     if (leaving && part == CONE_SIDE) {
         uint64_t ignored = 0;
         struct dd root = cone_side(&it, &ignored).leave;
@@ -553,10 +588,10 @@ WITH_FMA struct dd cone_parameter(const struct cone *cone, const struct ray *ray
 }
 
 WITH_FMA struct dd3 cone_point(const struct cone *cone, const struct ray *ray, double t,
-                               bool leaving)
+                               uint32_t part, bool leaving)
 {
     struct scaled it = scaled_of(cone, ray);
-    struct dd3 step = dd3_scale(it.direction, parameter_at(&it, ray, t, leaving));
+    struct dd3 step = dd3_scale(it.direction, parameter_at(&it, ray, t, part, leaving));
     struct dd3 p = dd3_add(exact_difference3(it.origin, it.cone.base), step);
     return (struct dd3){dd_ldexp(p.x, it.length), dd_ldexp(p.y, it.length),
                         dd_ldexp(p.z, it.length)};

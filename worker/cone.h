@@ -59,15 +59,15 @@ static inline struct cone_sketch cone_sketch(const struct cone *cone, const stru
     s.height = vec_dot(s.f, s.w);
     s.rise = vec_dot(ray->direction, s.w);
     s.W = vec_dot(s.w, s.w);
-    s.radius = fmax(cone->base_radius, cone->apex_radius);
+    s.radius = larger(cone->base_radius, cone->apex_radius);
     return s;
 }
 
 /* Whether products of four of these are in range. */
 static inline bool cone_sketch_holds(const struct cone_sketch *s)
 {
-    double most = fmax(fmax(s->reach, s->width), fmax(s->speed, s->radius));
-    double least = fmin(s->width, fmin(s->speed, s->radius));
+    double most = larger(larger(s->reach, s->width), larger(s->speed, s->radius));
+    double least = smaller(s->width, smaller(s->speed, s->radius));
     return most < 0x1p200 && least > 0x1p-200;
 }
 
@@ -89,16 +89,16 @@ static inline bool cone_is_off(const struct cone_sketch *s)
     double rise_error = CONE_FILTER * s->speed * s->width;
     if (!(fabs(s->rise) > 0x1p10 * rise_error)) return false;
     double to_base = -s->height / s->rise, to_apex = (s->W - s->height) / s->rise;
-    double most = fmax(fabs(to_base), fabs(to_apex));
+    double most = larger(fabs(to_base), fabs(to_apex));
     double slack = CONE_FILTER * s->width * (s->reach + s->width) + most * rise_error;
     slack = 2 * slack / fabs(s->rise);
-    double start = fmax(fmin(to_base, to_apex) - slack, 0);
-    double length = fmax(to_base, to_apex) + slack - start;
+    double start = larger(smaller(to_base, to_apex) - slack, 0);
+    double length = larger(to_base, to_apex) + slack - start;
     if (length < 0) return true;
     struct vec3 G = vec_add_scaled(s->F, s->D, start);
     double size = sum_of_sizes(G), error = CONE_FILTER * s->width * (s->reach + start * s->speed);
     double slope = 2 * vec_dot(G, s->D), spread = sum_of_sizes(s->D) + rise_error;
-    double square = vec_dot(G, G) + fmin(slope, 0) * length;
+    double square = vec_dot(G, G) + smaller(slope, 0) * length;
     double limit = s->radius * s->radius * s->W * (1 + CONE_FILTER);
     limit += 4 * (size + error) * error + 4 * length * (size * rise_error + error * spread);
     return square - CONE_FILTER * (size * size + length * size * spread) > limit;
@@ -128,7 +128,7 @@ static inline bool cone_is_missed(const struct cone *cone, const struct ray *ray
 }
 
 /* The crossings when cone_is_missed() is not sure. */
-struct crossings cone_roots(const struct cone *cone, const struct ray *ray, bool leaving,
+struct crossings cone_roots(const struct cone *cone, const struct ray *ray, bool leaving, bool any,
                             uint64_t *exact);
 
 /*
@@ -137,10 +137,10 @@ struct crossings cone_roots(const struct cone *cone, const struct ray *ray, bool
  * inward only the way out.
  */
 static inline struct crossings cone_crossings(const struct cone *cone, const struct ray *ray,
-                                              bool leaving, uint64_t *exact)
+                                              bool leaving, bool any, uint64_t *exact)
 {
     if (cone_is_missed(cone, ray, leaving)) return NO_CROSSINGS;
-    return cone_roots(cone, ray, leaving, exact);
+    return cone_roots(cone, ray, leaving, any, exact);
 }
 
 /* The crossing that cone_crossings() has rounded to t; for a way out see sphere_parameter(). */
@@ -148,7 +148,8 @@ struct dd cone_parameter(const struct cone *cone, const struct ray *ray, double 
                          bool leaving);
 
 /* Where that is, seen from the base. */
-struct dd3 cone_point(const struct cone *cone, const struct ray *ray, double t, bool leaving);
+struct dd3 cone_point(const struct cone *cone, const struct ray *ray, double t, uint32_t part,
+                      bool leaving);
 
 /*
  * Outward unit normal at the point p, seen from the base. On the side it is the gradient of the

@@ -225,9 +225,20 @@ static inline struct dd3 dd3_cross(struct dd3 a, struct dd3 b)
                         dd_sub(dd_mul(a.x, b.y), dd_mul(a.y, b.x))};
 }
 
+/* fmax() for numbers: that one has to look for NaN, and is a call into the library. */
+static inline double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+static inline double smaller(double a, double b)
+{
+    return a < b ? a : b;
+}
+
 static inline double largest_component(struct vec3 v)
 {
-    return fmax(fabs(v.x), fmax(fabs(v.y), fabs(v.z)));
+    return larger(fabs(v.x), larger(fabs(v.y), fabs(v.z)));
 }
 
 /* |x| + |y| + |z|: at least the length. */

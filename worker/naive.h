@@ -165,6 +165,7 @@ static inline struct vec3 naive_cone_normal(const struct cone *cone, struct vec3
 /* What is closer than the epsilon is taken for the surface that the ray starts on. */
 static inline struct crossings naive_beyond_epsilon(struct crossings found, const struct ray *ray)
 {
+    if (!(found.t[0] > 0 || found.t[1] > 0)) return NO_CROSSINGS;
     double epsilon = NAIVE_EPSILON / vec_length(ray->direction);
     for (unsigned i = 0; i < 2; i++)
         if (!(found.t[i] > epsilon)) found.t[i] = NOT_CROSSED;

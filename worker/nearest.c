@@ -56,7 +56,6 @@ static bool precedes(const struct nearest_walk *walk, const struct crossing *cro
     const struct probe *probe = &walk->probe;
     const struct hit *hit = &walk->hit;
     if (hit->primitive == PRIMITIVE_NONE) return true;
-    if (crossing->primitive == hit->primitive) return crossing->t < hit->t;
     ++*probe->exact;
     struct crossing best = {hit->primitive, hit->part, hit->t};
     int order = compare_crossings(probe->scene, probe->ray, &probe->shear, crossing, &best);
@@ -84,8 +83,9 @@ static INLINED void nearest_crossing(struct nearest_walk *walk, const struct cro
 static INLINED void nearest_primitive(struct nearest_walk *walk, uint32_t id, bool naive)
 {
     struct crossings found = probe_crossings(&walk->probe, id, false, naive);
-    nearest_crossing(walk, &found, 0, id, naive);
-    nearest_crossing(walk, &found, 1, id, naive);
+    /* Where it comes in, if that is ahead: at a rim it may go out at the same place. */
+    unsigned first = crossing_counts(walk->probe.ray, found.t[0]) ? 0 : 1;
+    nearest_crossing(walk, &found, first, id, naive);
 }
 
 /* As far as something that comes before the hit may seem to be. */

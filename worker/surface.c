@@ -67,7 +67,7 @@ static struct place cone_place(const struct cone *cone, const struct ray *ray,
                                const struct hit *hit, struct vec3 *normal)
 {
     bool leaving = hit->primitive == ray->from;
-    struct place place = {cone->base, cone_point(cone, ray, hit->t, leaving)};
+    struct place place = {cone->base, cone_point(cone, ray, hit->t, hit->part, leaving)};
     *normal = cone_normal(cone, place.offset, hit->part);
     return place;
 }

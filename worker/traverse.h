@@ -47,8 +47,8 @@ static inline double node_reach(const struct bvh_node *node)
 {
     double reach = 0;
     for (unsigned axis = 0; axis < 3; axis++) {
-        reach = fmax(reach, fabs((double)node->min[axis]));
-        reach = fmax(reach, fabs((double)node->max[axis]));
+        reach = larger(reach, fabs((double)node->min[axis]));
+        reach = larger(reach, fabs((double)node->max[axis]));
     }
     return reach;
 }
@@ -65,7 +65,7 @@ static inline struct slabs slabs_of(const struct ray *ray, const double center[3
 {
     struct slabs slabs;
     double margin = largest_component(ray->origin);
-    margin += fmax(fabs(center[0]), fmax(fabs(center[1]), fabs(center[2])));
+    margin += larger(fabs(center[0]), larger(fabs(center[1]), fabs(center[2])));
     margin = TEST_ERROR * (margin + node_reach(root));
     for (unsigned axis = 0; axis < 3; axis++) {
         double origin = vec_component(&ray->origin, axis) - center[axis];

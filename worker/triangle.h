@@ -143,7 +143,8 @@ static inline struct crossings careful_crossings(const struct vec3 *a, const str
 /*
  * Either side is hit. Whether the line passes left or right of an edge is decided without error, by
  * exact arithmetic where the filter leaves it open, which is counted. any: where between 0 and
- * t_max the crossing is does not matter, and t may be less accurate there.
+ * t_max the crossing is does not matter, and t may be less accurate there; otherwise only the first
+ * crossing ahead matters, and a solid may leave out the second.
  */
 static inline struct crossings triangle_crossings(const struct vec3 *a, const struct vec3 *b,
                                                   const struct vec3 *c, const struct ray *ray,
