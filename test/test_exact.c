@@ -152,14 +152,15 @@ static void test_polynomials(void **state)
     uint64_t random = 23;
     for (int i = 0; i < 2000; i++) {
         struct dd a = some_dd(&random), b = some_dd(&random);
-        struct polynomial both = {.degree = 1}, parts = {.degree = 2};
-        struct accumulator sum;
-        polynomial_add(&both, 1, a, dd(1), dd(1));
-        polynomial_add(&both, 1, b, dd(1), dd(1));
-        polynomial_add(&parts, 1, a, a, dd(1));
-        polynomial_add(&parts, 1, b, b, dd(1));
-        polynomial_add(&parts, 1, dd_ldexp(a, 1), b, dd(1));
+        struct accumulator both, parts, sum;
+        accumulator_clear(&both);
+        accumulator_clear(&parts);
         accumulator_clear(&sum);
+        accumulator_add_dd(&both, 1, a, dd(1), dd(1));
+        accumulator_add_dd(&both, 1, b, dd(1), dd(1));
+        accumulator_add_dd(&parts, 1, a, a, dd(1));
+        accumulator_add_dd(&parts, 1, b, b, dd(1));
+        accumulator_add_dd(&parts, 1, dd_ldexp(a, 1), b, dd(1));
         accumulator_add_product(&sum, &both, &both, NULL, false);
         assert_int_equal(accumulator_sign(&sum), 1);
         accumulator_add_product(&sum, &parts, NULL, NULL, true);

@@ -6,13 +6,11 @@ static int compare_faces(const struct box *box, const struct ray *ray, uint32_t 
     double dp = vec_component(&ray->direction, p / 2), dq = vec_component(&ray->direction, q / 2);
     struct dd to_p = exact_difference(box_face(box, p), vec_component(&ray->origin, p / 2));
     struct dd to_q = exact_difference(box_face(box, q), vec_component(&ray->origin, q / 2));
-    struct polynomial difference = {.degree = 2};
-    struct accumulator sum;
-    polynomial_add(&difference, 1, to_p, dd(dq), dd(1));
-    polynomial_add(&difference, -1, to_q, dd(dp), dd(1));
-    accumulator_clear(&sum);
-    accumulator_add_product(&sum, &difference, NULL, NULL, false);
-    int sign = accumulator_sign(&sum);
+    struct accumulator difference;
+    accumulator_clear(&difference);
+    accumulator_add_dd(&difference, 1, to_p, dd(dq), dd(1));
+    accumulator_add_dd(&difference, -1, to_q, dd(dp), dd(1));
+    int sign = accumulator_sign(&difference);
     return (dp < 0) != (dq < 0) ? -sign : sign;
 }
 

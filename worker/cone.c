@@ -106,14 +106,12 @@ static double closest_approach(const struct scaled *it, const struct cone_line *
 /* a x - b y, rounded once. */
 static struct dd exact_minor(double a, struct dd x, double b, struct dd y)
 {
-    struct accumulator sum;
-    struct polynomial minor = {.degree = 2};
+    struct accumulator minor;
     int exponent;
-    accumulator_clear(&sum);
-    polynomial_add(&minor, 1, dd(a), x, dd(1));
-    polynomial_add(&minor, -1, dd(b), y, dd(1));
-    accumulator_add_product(&sum, &minor, NULL, NULL, false);
-    struct dd value = accumulator_round(&sum, &exponent);
+    accumulator_clear(&minor);
+    accumulator_add_dd(&minor, 1, dd(a), x, dd(1));
+    accumulator_add_dd(&minor, -1, dd(b), y, dd(1));
+    struct dd value = accumulator_round(&minor, &exponent);
     return dd_ldexp(value, exponent > -900 ? exponent : -900);
 }
 
@@ -163,29 +161,29 @@ static struct dd component(const struct dd3 *v, unsigned i)
 }
 
 /* W */
-static struct polynomial squared_length(const struct cone_line *line)
+static void exact_W(struct accumulator *W, const struct cone_line *line)
 {
-    struct polynomial W = {.degree = 2};
+    accumulator_clear(W);
     for (unsigned i = 0; i < 3; i++)
-        polynomial_add(&W, 1, component(&line->w, i), component(&line->w, i), dd(1));
-    return W;
+        accumulator_add_dd(W, 1, component(&line->w, i), component(&line->w, i), dd(1));
 }
 
 /* W A = W |d x w|^2 - (r1 - r0)^2 (d.w)^2, rounded once. */
 static struct dd exact_A(const struct scaled *it, const struct cone_line *line)
 {
-    struct accumulator sum;
-    struct polynomial W = squared_length(line), speed = {.degree = 3};
+    struct accumulator sum, W, D, speed;
+    exact_W(&W, line);
     accumulator_clear(&sum);
+    accumulator_clear(&speed);
     for (unsigned i = 0; i < 3; i++) {
         unsigned j = (i + 1) % 3;
         struct dd di = dd(vec_component(&it->direction, i)),
                   dj = dd(vec_component(&it->direction, j));
-        struct polynomial D = {.degree = 2};
-        polynomial_add(&D, 1, di, component(&line->w, j), dd(1));
-        polynomial_add(&D, -1, dj, component(&line->w, i), dd(1));
+        accumulator_clear(&D);
+        accumulator_add_dd(&D, 1, di, component(&line->w, j), dd(1));
+        accumulator_add_dd(&D, -1, dj, component(&line->w, i), dd(1));
         accumulator_add_product(&sum, &W, &D, &D, false);
-        polynomial_add(&speed, 1, line->widening, di, component(&line->w, i));
+        accumulator_add_dd(&speed, 1, line->widening, di, component(&line->w, i));
     }
     accumulator_add_product(&sum, &speed, &speed, NULL, true);
     int exponent;
@@ -194,43 +192,43 @@ static struct dd exact_A(const struct scaled *it, const struct cone_line *line)
 }
 
 /* f.(d x w) */
-static struct polynomial volume(const struct scaled *it, const struct cone_line *line)
+static void exact_volume(struct accumulator *P, const struct scaled *it,
+                         const struct cone_line *line)
 {
-    struct polynomial P = {.degree = 3};
+    accumulator_clear(P);
     for (unsigned i = 0; i < 3; i++) {
         unsigned j = (i + 1) % 3, k = (i + 2) % 3;
         struct dd fi = component(&line->f, i);
-        polynomial_add(&P, 1, fi, dd(vec_component(&it->direction, j)), component(&line->w, k));
-        polynomial_add(&P, -1, fi, dd(vec_component(&it->direction, k)), component(&line->w, j));
+        accumulator_add_dd(P, 1, fi, dd(vec_component(&it->direction, j)), component(&line->w, k));
+        accumulator_add_dd(P, -1, fi, dd(vec_component(&it->direction, k)), component(&line->w, j));
     }
-    return P;
 }
 
 /* += sign (r0 w_i + (r1 - r0) f_i) d_j */
-static void add_slanted(struct polynomial *sum, int sign, const struct scaled *it,
+static void add_slanted(struct accumulator *sum, int sign, const struct scaled *it,
                         const struct cone_line *line, unsigned i, unsigned j)
 {
     struct dd d = dd(vec_component(&it->direction, j));
-    polynomial_add(sum, sign, dd(it->cone.base_radius), component(&line->w, i), d);
-    polynomial_add(sum, sign, line->widening, component(&line->f, i), d);
+    accumulator_add_dd(sum, sign, dd(it->cone.base_radius), component(&line->w, i), d);
+    accumulator_add_dd(sum, sign, line->widening, component(&line->f, i), d);
 }
 
 /* B^2 - A C as in the file's head, rounded once. */
 static struct dd exact_discriminant(const struct scaled *it, const struct cone_line *line)
 {
-    struct accumulator sum;
-    struct polynomial W = squared_length(line), P = volume(it, line), widening = {.degree = 2};
+    struct accumulator sum, W, cross, P;
+    exact_W(&W, line);
     accumulator_clear(&sum);
     for (unsigned i = 0; i < 3; i++) {
         unsigned j = (i + 1) % 3;
-        struct polynomial cross = {.degree = 3};
+        accumulator_clear(&cross);
         add_slanted(&cross, 1, it, line, j, i);
         add_slanted(&cross, -1, it, line, i, j);
         accumulator_add_product(&sum, &W, &cross, &cross, false);
     }
-    polynomial_add(&widening, 1, line->widening, line->widening, dd(1));
+    accumulator_add_dd(&W, 1, line->widening, line->widening, dd(1));
+    exact_volume(&P, it, line);
     accumulator_add_product(&sum, &W, &P, &P, true);
-    accumulator_add_product(&sum, &widening, &P, &P, true);
     int exponent;
     struct dd value = accumulator_round(&sum, &exponent);
     return dd_ldexp(value, exponent > -900 ? exponent : -900);
@@ -326,25 +324,22 @@ static struct dd larger_sum(struct dd B, struct dd root)
 /* W C = W F.F - (r0 W + (r1 - r0) f.w)^2 at the origin, rounded once. */
 static struct dd exact_C(const struct scaled *it, const struct cone_line *line)
 {
-    struct accumulator sum;
-    struct polynomial W = squared_length(line), base = {.degree = 3}, twice = {.degree = 3};
-    struct polynomial height = {.degree = 3};
-    double r = it->cone.base_radius;
+    struct accumulator sum, W, F, rho;
+    struct dd r = dd(it->cone.base_radius);
+    exact_W(&W, line);
     accumulator_clear(&sum);
+    accumulator_clear(&rho);
     for (unsigned i = 0; i < 3; i++) {
         unsigned j = (i + 1) % 3;
         struct dd fi = component(&line->f, i), wi = component(&line->w, i);
-        struct polynomial F = {.degree = 2};
-        polynomial_add(&F, 1, fi, component(&line->w, j), dd(1));
-        polynomial_add(&F, -1, component(&line->f, j), wi, dd(1));
+        accumulator_clear(&F);
+        accumulator_add_dd(&F, 1, fi, component(&line->w, j), dd(1));
+        accumulator_add_dd(&F, -1, component(&line->f, j), wi, dd(1));
         accumulator_add_product(&sum, &W, &F, &F, false);
-        polynomial_add(&base, 1, dd(r), wi, wi);
-        polynomial_add(&twice, 1, dd(2 * r), wi, wi);
-        polynomial_add(&height, 1, line->widening, fi, wi);
+        accumulator_add_dd(&rho, 1, r, wi, wi);
+        accumulator_add_dd(&rho, 1, line->widening, fi, wi);
     }
-    accumulator_add_product(&sum, &base, &base, NULL, true);
-    accumulator_add_product(&sum, &twice, &height, NULL, true);
-    accumulator_add_product(&sum, &height, &height, NULL, true);
+    accumulator_add_product(&sum, &rho, &rho, NULL, true);
     int exponent;
     struct dd value = accumulator_round(&sum, &exponent);
     return dd_div(dd_ldexp(value, exponent > -900 ? exponent : -900), line->W);

@@ -3,144 +3,226 @@
 #include <string.h>
 
 /* The place of the accumulator's lowest bit. */
-#define LOWEST_EXPONENT (-1074 * EXACT_FACTORS)
+#define LOWEST_EXPONENT (-64 * EXACT_LIMBS_BELOW)
 
-/* Mantissas of 53 bits: the product of EXACT_FACTORS of them, and a limb to shift into. */
-#define PRODUCT_LIMBS ((53 * EXACT_FACTORS + 63) / 64 + 1)
+__extension__ typedef unsigned __int128 uint128;
 
-/* An integer times 2^exponent. */
-struct product {
-    uint64_t limb[PRODUCT_LIMBS];
-    unsigned limbs;
+/* A double as mantissa * 2^exponent; the bits are IEEE 754's. */
+struct parts {
+    uint64_t mantissa;
     int exponent;
     bool negative;
 };
 
-void accumulator_clear(struct accumulator *sum)
+static inline struct parts parts_of(double value)
 {
-    memset(sum, 0, sizeof *sum);
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    uint64_t mantissa = bits & ((UINT64_C(1) << 52) - 1);
+    int exponent = (int)(bits >> 52 & 0x7ff);
+    /* Denormals have the exponent of the least normal numbers, without their leading 1. */
+    bool normal = exponent != 0;
+    return (struct parts){mantissa | (uint64_t)normal << 52, exponent - 1074 - normal, bits >> 63};
 }
 
-static void product_multiply(struct product *product, double factor)
+/* Widens the window. */
+static inline void accumulator_cover(struct accumulator *sum, unsigned low, unsigned high)
 {
-    int exponent;
-    double mantissa = frexp(fabs(factor), &exponent);
-    uint64_t integer = (uint64_t)ldexp(mantissa, 53);
-    uint64_t carry = 0;
-    for (unsigned i = 0; i < product->limbs; i++) {
-        __extension__ unsigned __int128 wide =
-            (unsigned __int128)product->limb[i] * integer + carry;
-        product->limb[i] = (uint64_t)wide;
-        carry = (uint64_t)(wide >> 64);
-    }
-    if (carry) product->limb[product->limbs++] = carry;
-    product->exponent += exponent - 53;
-    product->negative ^= signbit(factor) != 0;
-}
-
-/* Limb i of the product shifted left by `bits` < 64. */
-static uint64_t shifted_limb(const struct product *product, unsigned i, unsigned bits)
-{
-    uint64_t here = i < product->limbs ? product->limb[i] << bits : 0;
-    uint64_t below = i > 0 && bits > 0 ? product->limb[i - 1] >> (64 - bits) : 0;
-    return here | below;
+    bool empty = sum->low == sum->high;
+    if (empty) sum->low = sum->high = low;
+    uint64_t sign = !empty && sum->limb[sum->high - 1] >> 63 ? UINT64_MAX : 0;
+    while (sum->high < high)
+        sum->limb[sum->high++] = sign;
+    while (sum->low > low)
+        sum->limb[--sum->low] = 0;
 }
 
 /*
- * A mantissa's low zeros may lie below the lowest bit: a denormal 2^-1074 is 2^52 2^-1126. Only
- * zeros are there, the product itself being a multiple of 2^LOWEST_EXPONENT.
+ * Adds or subtracts an integer of `count` limbs from `place` on. The window ends at least one limb
+ * above every term, so that it would take 2^63 of them to reach its sign.
  */
-static void product_drop_zeros(struct product *product)
+static inline void add_limbs(struct accumulator *sum, const uint64_t *limbs, unsigned count,
+                             unsigned place, bool negative)
 {
-    while (product->exponent < LOWEST_EXPONENT) {
-        unsigned bits = (unsigned)(LOWEST_EXPONENT - product->exponent);
-        if (bits >= 64) {
-            memmove(product->limb, product->limb + 1,
-                    (product->limbs - 1) * sizeof product->limb[0]);
-            product->limbs--;
-            product->exponent += 64;
-            continue;
-        }
-        for (unsigned i = 0; i < product->limbs; i++) {
-            uint64_t above = i + 1 < product->limbs ? product->limb[i + 1] << (64 - bits) : 0;
-            product->limb[i] = product->limb[i] >> bits | above;
-        }
-        product->exponent = LOWEST_EXPONENT;
+    accumulator_cover(sum, place, place + count + 1);
+    uint64_t *at = sum->limb + place, flip = negative ? UINT64_MAX : 0;
+    uint128 carry = negative;
+    for (unsigned i = 0; i < count; i++) {
+        carry += (uint128)at[i] + (limbs[i] ^ flip);
+        at[i] = (uint64_t)carry;
+        carry >>= 64;
+    }
+    for (unsigned i = count; place + i < sum->high && carry != negative; i++) {
+        carry += (uint128)at[i] + flip;
+        at[i] = (uint64_t)carry;
+        carry >>= 64;
     }
 }
 
-static void add_limbs(struct accumulator *sum, const struct product *product, unsigned place,
-                      unsigned bits)
+/* Mantissas of 53 bits: the product of EXACT_FACTORS of them, and a limb to shift into. */
+#define PRODUCT_LIMBS ((53 * EXACT_FACTORS + 63) / 64 + 1)
+
+static inline void multiply_by_limb(uint64_t *limbs, unsigned count, uint64_t factor)
 {
     uint64_t carry = 0;
-    for (unsigned i = place; i < EXACT_LIMBS; i++) {
-        if (i - place > product->limbs && carry == 0) break;
-        uint64_t limb = i - place <= product->limbs ? shifted_limb(product, i - place, bits) : 0;
-        uint64_t before = sum->limb[i], with_carry = before + carry;
-        sum->limb[i] = with_carry + limb;
-        carry = (with_carry < before) | (sum->limb[i] < limb);
+    for (unsigned i = 0; i < count; i++) {
+        uint128 wide = (uint128)limbs[i] * factor + carry;
+        limbs[i] = (uint64_t)wide;
+        carry = (uint64_t)(wide >> 64);
     }
+    limbs[count] = carry;
 }
 
-static void subtract_limbs(struct accumulator *sum, const struct product *product, unsigned place,
-                           unsigned bits)
+/* An integer of `count` limbs, the last one 0, times 2^exponent. */
+static inline void add_shifted(struct accumulator *sum, uint64_t *limbs, unsigned count,
+                               int exponent, bool negative)
 {
-    uint64_t borrow = 0;
-    for (unsigned i = place; i < EXACT_LIMBS; i++) {
-        if (i - place > product->limbs && borrow == 0) break;
-        uint64_t limb = i - place <= product->limbs ? shifted_limb(product, i - place, bits) : 0;
-        uint64_t before = sum->limb[i], with_borrow = before - borrow;
-        sum->limb[i] = with_borrow - limb;
-        borrow = (before < borrow) | (with_borrow < limb);
-    }
+    unsigned shift = (unsigned)(exponent - LOWEST_EXPONENT), bits = shift % 64;
+    for (unsigned i = count; bits > 0 && i-- > 0;)
+        limbs[i] = limbs[i] << bits | (i > 0 ? limbs[i - 1] >> (64 - bits) : 0);
+    add_limbs(sum, limbs, count, shift / 64, negative);
 }
 
 void accumulator_add(struct accumulator *sum, const double *factors, unsigned count, bool subtract)
 {
-    struct product product = {.limb = {1}, .limbs = 1, .negative = subtract};
+    uint64_t limbs[PRODUCT_LIMBS] = {1};
+    unsigned used = 1;
+    int exponent = 0;
+    bool negative = subtract;
     for (unsigned i = 0; i < count; i++) {
-        if (factors[i] == 0) return;
-        product_multiply(&product, factors[i]);
+        struct parts factor = parts_of(factors[i]);
+        if (factor.mantissa == 0) return;
+        multiply_by_limb(limbs, used, factor.mantissa);
+        used = (53 * (i + 1) + 63) / 64;
+        limbs[used] = 0;
+        exponent += factor.exponent;
+        negative ^= factor.negative;
     }
-    product_drop_zeros(&product);
-    unsigned shift = (unsigned)(product.exponent - LOWEST_EXPONENT);
-    if (product.negative)
-        subtract_limbs(sum, &product, shift / 64, shift % 64);
-    else
-        add_limbs(sum, &product, shift / 64, shift % 64);
+    add_shifted(sum, limbs, used + 1, exponent, negative);
+}
+
+/* Three mantissas make three limbs. */
+static inline void add_term(struct accumulator *sum, bool negative, double a, double b, double c)
+{
+    if (a == 0 || b == 0 || c == 0) return;
+    struct parts p = parts_of(a), q = parts_of(b), r = parts_of(c);
+    uint128 pq = (uint128)p.mantissa * q.mantissa;
+    uint128 low = (uint128)(uint64_t)pq * r.mantissa;
+    uint128 high = (uint128)(uint64_t)(pq >> 64) * r.mantissa + (uint64_t)(low >> 64);
+    uint64_t limbs[4] = {(uint64_t)low, (uint64_t)high, (uint64_t)(high >> 64), 0};
+    add_shifted(sum, limbs, 4, p.exponent + q.exponent + r.exponent,
+                negative ^ p.negative ^ q.negative ^ r.negative);
+}
+
+void accumulator_add_dd(struct accumulator *sum, int sign, struct dd a, struct dd b, struct dd c)
+{
+    const double as[2] = {a.high, a.low}, bs[2] = {b.high, b.low}, cs[2] = {c.high, c.low};
+    unsigned most = a.low != 0 ? 2 : 1;
+    for (unsigned i = 0; i < most; i++) {
+        add_term(sum, sign < 0, as[i], bs[0], cs[0]);
+        if (bs[1] != 0) add_term(sum, sign < 0, as[i], bs[1], cs[0]);
+        if (cs[1] == 0) continue;
+        add_term(sum, sign < 0, as[i], bs[0], cs[1]);
+        add_term(sum, sign < 0, as[i], bs[1], cs[1]);
+    }
 }
 
 int accumulator_sign(const struct accumulator *sum)
 {
-    if (sum->limb[EXACT_LIMBS - 1] >> 63) return -1;
-    for (unsigned i = 0; i < EXACT_LIMBS; i++)
+    if (sum->low == sum->high) return 0;
+    if (sum->limb[sum->high - 1] >> 63) return -1;
+    for (unsigned i = sum->high; i-- > sum->low;)
         if (sum->limb[i]) return 1;
     return 0;
 }
 
+/* A sign and an integer of `count` limbs from `place` on, the first and the last one not 0. */
+struct magnitude {
+    unsigned place, count;
+    bool negative;
+    uint64_t limb[EXACT_LIMBS];
+};
+
+static void magnitude_trim(struct magnitude *it)
+{
+    while (it->count > 0 && it->limb[it->count - 1] == 0)
+        it->count--;
+}
+
+static void magnitude_of(struct magnitude *it, const struct accumulator *sum)
+{
+    unsigned low = sum->low;
+    while (low < sum->high && sum->limb[low] == 0)
+        low++;
+    it->place = low;
+    it->count = sum->high - low;
+    it->negative = it->count > 0 && sum->limb[sum->high - 1] >> 63;
+    /* Of a negative number the lowest limb that is not 0 is negated, those above complemented. */
+    uint64_t flip = it->negative ? UINT64_MAX : 0;
+    for (unsigned i = 0; i < it->count; i++)
+        it->limb[i] = (sum->limb[low + i] ^ flip) + (it->negative && i == 0);
+    magnitude_trim(it);
+}
+
+/* a *= b */
+static void magnitude_multiply(struct magnitude *a, const struct magnitude *b)
+{
+    uint64_t product[EXACT_LIMBS];
+    unsigned count = a->count + b->count;
+    memset(product, 0, count * sizeof *product);
+    for (unsigned i = 0; i < a->count; i++) {
+        uint64_t carry = 0;
+        for (unsigned j = 0; j < b->count; j++) {
+            uint128 wide = (uint128)a->limb[i] * b->limb[j] + product[i + j] + carry;
+            product[i + j] = (uint64_t)wide;
+            carry = (uint64_t)(wide >> 64);
+        }
+        product[i + b->count] = carry;
+    }
+    memcpy(a->limb, product, count * sizeof *product);
+    a->count = count;
+    a->place += b->place - EXACT_LIMBS_BELOW;
+    a->negative ^= b->negative;
+    magnitude_trim(a);
+}
+
+void accumulator_add_product(struct accumulator *sum, const struct accumulator *p,
+                             const struct accumulator *q, const struct accumulator *r,
+                             bool subtract)
+{
+    struct magnitude product, factor;
+    magnitude_of(&product, p);
+    const struct accumulator *factors[2] = {q, r};
+    for (unsigned i = 0; i < 2 && product.count > 0; i++) {
+        if (!factors[i]) continue;
+        if (i == 0 || r != q) magnitude_of(&factor, factors[i]);
+        magnitude_multiply(&product, &factor);
+    }
+    if (product.count == 0) return;
+    add_limbs(sum, product.limb, product.count, product.place, subtract != product.negative);
+}
+
+/* Bits 128 and on, counted from the highest that is 1, are dropped: 2^-105 of the value. */
 struct dd accumulator_round(const struct accumulator *sum, int *exponent)
 {
-    struct accumulator size = *sum;
-    int sign = accumulator_sign(sum);
+    struct magnitude size;
+    magnitude_of(&size, sum);
     *exponent = 0;
-    if (sign == 0) return dd(0);
-    uint64_t carry = 1;
-    for (unsigned i = 0; sign < 0 && i < EXACT_LIMBS; i++) {
-        size.limb[i] = ~size.limb[i] + carry;
-        carry = carry && size.limb[i] == 0;
+    if (size.count == 0) return dd(0);
+    uint64_t top[3] = {0};
+    for (unsigned i = 0; i < 3 && i < size.count; i++)
+        top[i] = size.limb[size.count - 1 - i];
+    unsigned bits = (unsigned)__builtin_clzll(top[0]);
+    if (bits > 0) {
+        top[0] = top[0] << bits | top[1] >> (64 - bits);
+        top[1] = top[1] << bits | top[2] >> (64 - bits);
     }
-    unsigned top = EXACT_LIMBS - 1;
-    while (size.limb[top] == 0)
-        top--;
-    /* Halves of limbs are doubles; those of three limbs hold at least 129 bits. */
-    struct dd value = dd(0);
-    for (unsigned i = top < 2 ? 0 : top - 2; i <= top; i++) {
-        int place = 64 * ((int)i - (int)top);
-        value = dd_add(value, dd(ldexp((double)(size.limb[i] & UINT32_MAX), place)));
-        value = dd_add(value, dd(ldexp((double)(size.limb[i] >> 32), place + 32)));
-    }
-    *exponent = 64 * (int)top + LOWEST_EXPONENT;
-    return sign < 0 ? dd_negate(value) : value;
+    /* Two times 53 bits, which doubles hold. */
+    double high = (double)(top[0] >> 11) * 0x1p-52;
+    double low = (double)((top[0] & 0x7ff) << 42 | top[1] >> 22) * 0x1p-105;
+    struct dd value = sum_of_ordered(high, low);
+    *exponent = 64 * (int)(size.place + size.count) - 1 - (int)bits + LOWEST_EXPONENT;
+    return size.negative ? dd_negate(value) : value;
 }
 
 double accumulator_value(const struct accumulator *sum, int *exponent)
@@ -148,53 +230,13 @@ double accumulator_value(const struct accumulator *sum, int *exponent)
     return accumulator_round(sum, exponent).high;
 }
 
-static void add_term(struct polynomial *p, double a, double b, double c)
-{
-    if (a == 0 || b == 0 || c == 0) return;
-    double *factor = p->factor[p->terms++];
-    factor[0] = a;
-    factor[1] = b;
-    factor[2] = c;
-}
-
-void polynomial_add(struct polynomial *p, int sign, struct dd a, struct dd b, struct dd c)
-{
-    const double as[2] = {sign * a.high, sign * a.low};
-    const double bs[2] = {p->degree > 1 ? b.high : 1, p->degree > 1 ? b.low : 0};
-    const double cs[2] = {p->degree > 2 ? c.high : 1, p->degree > 2 ? c.low : 0};
-    for (unsigned i = 0; i < 8; i++)
-        add_term(p, as[i & 1], bs[i >> 1 & 1], cs[i >> 2]);
-}
-
-void accumulator_add_product(struct accumulator *sum, const struct polynomial *p,
-                             const struct polynomial *q, const struct polynomial *r, bool subtract)
-{
-    static const struct polynomial one = {.terms = 1};
-    if (!q) q = &one;
-    if (!r) r = &one;
-    double factor[EXACT_FACTORS];
-    unsigned count = p->degree + q->degree + r->degree;
-    for (unsigned i = 0; i < p->terms; i++) {
-        memcpy(factor, p->factor[i], p->degree * sizeof *factor);
-        for (unsigned j = 0; j < q->terms; j++) {
-            memcpy(factor + p->degree, q->factor[j], q->degree * sizeof *factor);
-            for (unsigned k = 0; k < r->terms; k++) {
-                memcpy(factor + p->degree + q->degree, r->factor[k], r->degree * sizeof *factor);
-                accumulator_add(sum, factor, count, subtract);
-            }
-        }
-    }
-}
-
 static struct dd accumulated_dot(const struct dd3 *a, const struct dd3 *b, int *exponent)
 {
     struct accumulator sum;
-    struct polynomial dot = {.degree = 2};
     accumulator_clear(&sum);
-    polynomial_add(&dot, 1, a->x, b->x, dd(1));
-    polynomial_add(&dot, 1, a->y, b->y, dd(1));
-    polynomial_add(&dot, 1, a->z, b->z, dd(1));
-    accumulator_add_product(&sum, &dot, NULL, NULL, false);
+    accumulator_add_dd(&sum, 1, a->x, b->x, dd(1));
+    accumulator_add_dd(&sum, 1, a->y, b->y, dd(1));
+    accumulator_add_dd(&sum, 1, a->z, b->z, dd(1));
     return accumulator_round(&sum, exponent);
 }
 

@@ -248,51 +248,54 @@ static inline double sum_of_sizes(struct vec3 v)
 }
 
 /*
- * The sum of products of up to EXACT_FACTORS doubles each, without any rounding, underflow or
- * overflow: a fixed-point number wide enough for all of them (U. Kulisch's long accumulator). For
- * the few predicates that double-double leaves open; an addition takes some 100 ns.
+ * A number without any rounding, underflow or overflow, for sums of products of up to EXACT_FACTORS
+ * doubles each: fixed-point, and wide enough for all of them (U. Kulisch's long accumulator). For
+ * the few predicates that double-double leaves open. Only the limbs between the lowest and the
+ * highest bit of what has been added are kept, so that numbers of one magnitude cost little: some 5
+ * ns per product.
  */
 #define EXACT_FACTORS 8
 
-/* Products lie in 2^(-1074 n) .. 2^(1024 n), n factors; 64 bits of head room. */
-#define EXACT_LIMBS ((1074 * EXACT_FACTORS + 1024 * EXACT_FACTORS) / 64 + 3)
+/*
+ * A product of n doubles is a multiple of 2^(-1074 n) and less than 2^(1024 n). The lowest limb may
+ * have up to 63 more bits below, in each of up to three numbers that are multiplied:
+ * EXACT_LIMBS_BELOW limbs hold the places below 1. Above, there is a limb of head room, and one for
+ * the few bits by which a sum exceeds its terms.
+ */
+#define EXACT_LIMBS_BELOW ((1074 * EXACT_FACTORS + 3 * 63 + 63) / 64)
+#define EXACT_LIMBS       (EXACT_LIMBS_BELOW + 1024 * EXACT_FACTORS / 64 + 3)
 
+/* Limbs below the window [low, high) are 0, those above have all bits like its highest. */
 struct accumulator {
-    uint64_t limb[EXACT_LIMBS]; /* two's complement, lowest first */
+    unsigned low, high;
+    uint64_t limb[EXACT_LIMBS]; /* two's complement, lowest first; defined in the window alone */
 };
 
-void accumulator_clear(struct accumulator *sum);
+static inline void accumulator_clear(struct accumulator *sum)
+{
+    sum->low = sum->high = 0;
+}
 
 /* sum += factors[0] * ... * factors[count - 1], or -= when `subtract`. The factors are finite. */
 void accumulator_add(struct accumulator *sum, const double *factors, unsigned count, bool subtract);
 
+/* sum += sign a b c, sign = 1 or -1. */
+void accumulator_add_dd(struct accumulator *sum, int sign, struct dd a, struct dd b, struct dd c);
+
+/* sum += or -= the product of up to three others (NULL: 1), each a sum of products of at least one
+ * double, EXACT_FACTORS in all. */
+void accumulator_add_product(struct accumulator *sum, const struct accumulator *p,
+                             const struct accumulator *q, const struct accumulator *r,
+                             bool subtract);
+
 /* -1, 0 or 1. */
 int accumulator_sign(const struct accumulator *sum);
 
-/* The value rounded to double-double: *exponent and a number that is 0 or in 1 <= |v| < 2^64. */
+/* The value to 2^-105: *exponent and a number that is 0 or in 1 <= |v| <= 2. */
 struct dd accumulator_round(const struct accumulator *sum, int *exponent);
 
 /* The same, rounded to double. */
 double accumulator_value(const struct accumulator *sum, int *exponent);
-
-/*
- * A polynomial as a sum of products of doubles, to be multiplied out without rounding. Products
- * with a factor 0 are left out: with short data little is left to do.
- */
-#define POLYNOMIAL_TERMS 24
-
-struct polynomial {
-    unsigned terms;
-    unsigned degree; /* factors per term */
-    double factor[POLYNOMIAL_TERMS][3];
-};
-
-/* += sign a b c, sign = 1 or -1; c is left out when the degree is 2, b when it is 1. */
-void polynomial_add(struct polynomial *p, int sign, struct dd a, struct dd b, struct dd c);
-
-/* sum += or -= the product of up to three polynomials (NULL: 1). */
-void accumulator_add_product(struct accumulator *sum, const struct polynomial *p,
-                             const struct polynomial *q, const struct polynomial *r, bool subtract);
 
 /*
  * a . b with a relative error of 2^-57, and the right sign, whatever cancels: *exponent and a

@@ -89,20 +89,20 @@ static enum side disc_side_exact(const struct disc *disc, const struct ray *ray)
     struct dd3 f3 = exact_difference3(ray->origin, disc->center);
     const struct dd f[3] = {f3.x, f3.y, f3.z};
     const struct vec3 *d = &ray->direction, *n = &disc->normal;
-    struct accumulator sum;
-    struct polynomial speed = {.degree = 3}; /* r n.d */
+    struct accumulator sum, speed, v; /* speed: r n.d */
     accumulator_clear(&sum);
+    accumulator_clear(&speed);
     for (unsigned i = 0; i < 3; i++) {
-        struct polynomial v = {.degree = 3};
+        accumulator_clear(&v);
         for (unsigned step = 1; step < 3; step++) {
             unsigned j = (i + step) % 3;
             struct dd nj = dd(vec_component(n, j));
-            polynomial_add(&v, 1, nj, f[i], dd(vec_component(d, j)));
-            polynomial_add(&v, -1, nj, f[j], dd(vec_component(d, i)));
+            accumulator_add_dd(&v, 1, nj, f[i], dd(vec_component(d, j)));
+            accumulator_add_dd(&v, -1, nj, f[j], dd(vec_component(d, i)));
         }
         accumulator_add_product(&sum, &v, &v, NULL, false);
-        polynomial_add(&speed, 1, dd(disc->radius), dd(vec_component(n, i)),
-                       dd(vec_component(d, i)));
+        accumulator_add_dd(&speed, 1, dd(disc->radius), dd(vec_component(n, i)),
+                           dd(vec_component(d, i)));
     }
     accumulator_add_product(&sum, &speed, &speed, NULL, true);
     return accumulator_sign(&sum) <= 0 ? SIDE_IN : SIDE_OUT;

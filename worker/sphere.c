@@ -101,9 +101,10 @@ static struct dd exact_discriminant(const struct scaled *it)
     accumulator_clear(&sum);
     for (unsigned i = 0; i < 3; i++) {
         unsigned j = (i + 1) % 3;
-        struct polynomial cross = {.degree = 2};
-        polynomial_add(&cross, 1, fs[i], dd(ds[j]), dd(1));
-        polynomial_add(&cross, -1, fs[j], dd(ds[i]), dd(1));
+        struct accumulator cross;
+        accumulator_clear(&cross);
+        accumulator_add_dd(&cross, 1, fs[i], dd(ds[j]), dd(1));
+        accumulator_add_dd(&cross, -1, fs[j], dd(ds[i]), dd(1));
         accumulator_add_product(&sum, &cross, &cross, NULL, true);
         const double square[4] = {ds[i], ds[i], r, r};
         accumulator_add(&sum, square, 4, false);
@@ -141,11 +142,8 @@ static struct dd exact_power(const struct scaled *it, int *exponent)
     struct dd3 f = exact_difference3(it->origin, it->sphere.center);
     const struct dd fs[3] = {f.x, f.y, f.z};
     accumulator_clear(&sum);
-    for (unsigned i = 0; i < 3; i++) {
-        struct polynomial component = {.degree = 1};
-        polynomial_add(&component, 1, fs[i], dd(1), dd(1));
-        accumulator_add_product(&sum, &component, &component, NULL, false);
-    }
+    for (unsigned i = 0; i < 3; i++)
+        accumulator_add_dd(&sum, 1, fs[i], fs[i], dd(1));
     const double square[2] = {it->sphere.radius, it->sphere.radius};
     accumulator_add(&sum, square, 2, true);
     return accumulator_round(&sum, exponent);

@@ -45,17 +45,15 @@ static struct dd component(const struct dd3 *v, unsigned axis)
 static struct dd exact_edge(const struct dd3 *p, const struct dd3 *q, const struct vec3 *d,
                             int *exponent)
 {
-    struct accumulator sum;
-    struct polynomial edge = {.degree = 3};
+    struct accumulator edge;
+    accumulator_clear(&edge);
     for (unsigned x = 0; x < 3; x++) {
         unsigned y = (x + 1) % 3, z = (x + 2) % 3;
         struct dd dx = dd(vec_component(d, x));
-        polynomial_add(&edge, 1, component(p, y), component(q, z), dx);
-        polynomial_add(&edge, -1, component(p, z), component(q, y), dx);
+        accumulator_add_dd(&edge, 1, component(p, y), component(q, z), dx);
+        accumulator_add_dd(&edge, -1, component(p, z), component(q, y), dx);
     }
-    accumulator_clear(&sum);
-    accumulator_add_product(&sum, &edge, NULL, NULL, false);
-    return accumulator_round(&sum, exponent);
+    return accumulator_round(&edge, exponent);
 }
 
 /*
@@ -79,14 +77,12 @@ static int sheared_step_sign(const struct corners *corners, const struct shear *
                              unsigned from, unsigned to, unsigned axis)
 {
     struct dd3 step = exact_difference3(corners->at[to], corners->at[from]);
-    struct polynomial difference = {.degree = 2};
-    struct accumulator sum;
+    struct accumulator difference;
     struct dd dz = dd(shear->dz), da = dd(vec_component(&corners->direction, axis));
-    polynomial_add(&difference, 1, component(&step, axis), dz, dd(1));
-    polynomial_add(&difference, -1, component(&step, shear->z), da, dd(1));
-    accumulator_clear(&sum);
-    accumulator_add_product(&sum, &difference, NULL, NULL, false);
-    return accumulator_sign(&sum);
+    accumulator_clear(&difference);
+    accumulator_add_dd(&difference, 1, component(&step, axis), dz, dd(1));
+    accumulator_add_dd(&difference, -1, component(&step, shear->z), da, dd(1));
+    return accumulator_sign(&difference);
 }
 
 /*
