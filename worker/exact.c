@@ -6,6 +6,7 @@
 #define LOWEST_EXPONENT (-64 * EXACT_LIMBS_BELOW)
 
 __extension__ typedef unsigned __int128 uint128;
+__extension__ typedef __int128 int128;
 
 /* A double as mantissa * 2^exponent; the bits are IEEE 754's. */
 struct parts {
@@ -23,6 +24,15 @@ static inline struct parts parts_of(double value)
     /* Denormals have the exponent of the least normal numbers, without their leading 1. */
     bool normal = exponent != 0;
     return (struct parts){mantissa | (uint64_t)normal << 52, exponent - 1074 - normal, bits >> 63};
+}
+
+/* 2^exponent, -1022 <= exponent <= 1023. */
+static inline double power_of_two(int exponent)
+{
+    uint64_t bits = (uint64_t)(exponent + 1023) << 52;
+    double power;
+    memcpy(&power, &bits, sizeof power);
+    return power;
 }
 
 /* Widens the window. */
@@ -44,9 +54,11 @@ static inline void accumulator_cover(struct accumulator *sum, unsigned low, unsi
 static inline void add_limbs(struct accumulator *sum, const uint64_t *limbs, unsigned count,
                              unsigned place, bool negative)
 {
-    accumulator_cover(sum, place, place + count + 1);
+    if (place < sum->low || place + count >= sum->high)
+        accumulator_cover(sum, place, place + count + 1);
     uint64_t *at = sum->limb + place, flip = negative ? UINT64_MAX : 0;
     uint128 carry = negative;
+#pragma GCC unroll 4
     for (unsigned i = 0; i < count; i++) {
         carry += (uint128)at[i] + (limbs[i] ^ flip);
         at[i] = (uint64_t)carry;
@@ -101,30 +113,34 @@ void accumulator_add(struct accumulator *sum, const double *factors, unsigned co
     add_shifted(sum, limbs, used + 1, exponent, negative);
 }
 
-/* Three mantissas make three limbs. */
-static inline void add_term(struct accumulator *sum, bool negative, double a, double b, double c)
+/* += or -= a b c, what accumulator_add() does, for the most frequent case. */
+static void add_term(struct accumulator *sum, bool subtract, double a, double b, double c)
 {
-    if (a == 0 || b == 0 || c == 0) return;
     struct parts p = parts_of(a), q = parts_of(b), r = parts_of(c);
     uint128 pq = (uint128)p.mantissa * q.mantissa;
+    if (pq == 0 || r.mantissa == 0) return;
     uint128 low = (uint128)(uint64_t)pq * r.mantissa;
-    uint128 high = (uint128)(uint64_t)(pq >> 64) * r.mantissa + (uint64_t)(low >> 64);
-    uint64_t limbs[4] = {(uint64_t)low, (uint64_t)high, (uint64_t)(high >> 64), 0};
-    add_shifted(sum, limbs, 4, p.exponent + q.exponent + r.exponent,
-                negative ^ p.negative ^ q.negative ^ r.negative);
+    uint128 high = (pq >> 64) * r.mantissa + (low >> 64);
+    uint64_t first = (uint64_t)low, second = (uint64_t)high, third = (uint64_t)(high >> 64);
+    unsigned shift = (unsigned)(p.exponent + q.exponent + r.exponent - LOWEST_EXPONENT);
+    unsigned place = shift / 64, bits = shift % 64, rest = 63 - bits;
+    const uint64_t limbs[4] = {first << bits, second << bits | first >> 1 >> rest,
+                               third << bits | second >> 1 >> rest, third >> 1 >> rest};
+    add_limbs(sum, limbs, 4, place, subtract ^ p.negative ^ q.negative ^ r.negative);
 }
 
 void accumulator_add_dd(struct accumulator *sum, int sign, struct dd a, struct dd b, struct dd c)
 {
-    const double as[2] = {a.high, a.low}, bs[2] = {b.high, b.low}, cs[2] = {c.high, c.low};
-    unsigned most = a.low != 0 ? 2 : 1;
-    for (unsigned i = 0; i < most; i++) {
-        add_term(sum, sign < 0, as[i], bs[0], cs[0]);
-        if (bs[1] != 0) add_term(sum, sign < 0, as[i], bs[1], cs[0]);
-        if (cs[1] == 0) continue;
-        add_term(sum, sign < 0, as[i], bs[0], cs[1]);
-        add_term(sum, sign < 0, as[i], bs[1], cs[1]);
-    }
+    add_term(sum, sign < 0, a.high, b.high, c.high);
+    if (a.low == 0 && b.low == 0 && c.low == 0) return;
+    add_term(sum, sign < 0, a.low, b.high, c.high);
+    add_term(sum, sign < 0, a.high, b.low, c.high);
+    add_term(sum, sign < 0, a.low, b.low, c.high);
+    if (c.low == 0) return;
+    add_term(sum, sign < 0, a.high, b.high, c.low);
+    add_term(sum, sign < 0, a.low, b.high, c.low);
+    add_term(sum, sign < 0, a.high, b.low, c.low);
+    add_term(sum, sign < 0, a.low, b.low, c.low);
 }
 
 int accumulator_sign(const struct accumulator *sum)
@@ -202,26 +218,34 @@ void accumulator_add_product(struct accumulator *sum, const struct accumulator *
     add_limbs(sum, product.limb, product.count, product.place, subtract != product.negative);
 }
 
-/* Bits 128 and on, counted from the highest that is 1, are dropped: 2^-105 of the value. */
+/*
+ * An integer of limbs, lowest first, the last one not 0, as 2^*exponent and a number from 1 to 2.
+ * The bits behind the first 106 are dropped: 2^-105 of the value.
+ */
+static struct dd limbs_round(const uint64_t *limbs, unsigned count, int *exponent)
+{
+    uint64_t top[3] = {0};
+    for (unsigned i = 0; i < 3 && i < count; i++)
+        top[i] = limbs[count - 1 - i];
+    unsigned bits = (unsigned)__builtin_clzll(top[0]);
+    if (bits > 0) {
+        top[0] = top[0] << bits | top[1] >> (64 - bits);
+        top[1] = top[1] << bits | top[2] >> (64 - bits);
+    }
+    *exponent = 64 * (int)count - 1 - (int)bits;
+    double high = (double)(top[0] >> 11) * 0x1p-52;
+    double low = (double)((top[0] & 0x7ff) << 42 | top[1] >> 22) * 0x1p-105;
+    return sum_of_ordered(high, low);
+}
+
 struct dd accumulator_round(const struct accumulator *sum, int *exponent)
 {
     struct magnitude size;
     magnitude_of(&size, sum);
     *exponent = 0;
     if (size.count == 0) return dd(0);
-    uint64_t top[3] = {0};
-    for (unsigned i = 0; i < 3 && i < size.count; i++)
-        top[i] = size.limb[size.count - 1 - i];
-    unsigned bits = (unsigned)__builtin_clzll(top[0]);
-    if (bits > 0) {
-        top[0] = top[0] << bits | top[1] >> (64 - bits);
-        top[1] = top[1] << bits | top[2] >> (64 - bits);
-    }
-    /* Two times 53 bits, which doubles hold. */
-    double high = (double)(top[0] >> 11) * 0x1p-52;
-    double low = (double)((top[0] & 0x7ff) << 42 | top[1] >> 22) * 0x1p-105;
-    struct dd value = sum_of_ordered(high, low);
-    *exponent = 64 * (int)(size.place + size.count) - 1 - (int)bits + LOWEST_EXPONENT;
+    struct dd value = limbs_round(size.limb, size.count, exponent);
+    *exponent += 64 * (int)size.place + LOWEST_EXPONENT;
     return size.negative ? dd_negate(value) : value;
 }
 
@@ -248,4 +272,90 @@ struct dd exact_dot3(struct dd3 a, struct dd3 b, int *exponent)
     /* 20 u^2 of the size is the error of dd3_dot(); below 2^-400 its small parts underflow. */
     if (fabs(dot.high) > 0x1p-44 * size && size > 0x1p-400 && size < 0x1p400) return dot;
     return accumulated_dot(&a, &b, exponent);
+}
+
+/* Components as multiples of one power of two. */
+struct integers {
+    int64_t at[3]; /* less than 2^62 */
+    int exponent;
+};
+
+/* A multiple of 1 / scale, less than 2^62 of them; the scale is a power of two. */
+static inline bool integer_of(double value, double scale, double inverse, int64_t *integer)
+{
+    *integer = (int64_t)(value * scale);
+    return (double)*integer * inverse == value; /* after underflow, too, this would be false */
+}
+
+/*
+ * false: the components do not fit, the lowest bit of one being 2^-61 or less of the largest. Those
+ * of coordinates that are of one magnitude do, and also the differences of two such.
+ */
+static inline bool integers_of(const struct dd3 *v, struct integers *integers)
+{
+    double largest = largest_component(dd3_round(*v));
+    if (!(largest > 0x1p-900 && largest < 0x1p900)) return false;
+    int exponent = parts_of(largest).exponent + 53 - 61; /* largest < 2^(exponent + 61) */
+    double scale = power_of_two(-exponent), inverse = power_of_two(exponent);
+    const struct dd *parts[3] = {&v->x, &v->y, &v->z};
+    integers->exponent = exponent;
+    for (unsigned i = 0; i < 3; i++) {
+        int64_t low;
+        if (!integer_of(parts[i]->high, scale, inverse, &integers->at[i])) return false;
+        if (!integer_of(parts[i]->low, scale, inverse, &low)) return false;
+        integers->at[i] += low; /* at most 2^8 */
+    }
+    return true;
+}
+
+/* d.(p x q): components of p x q are less than 2^125, and their halves' products less than 2^127
+ * in sum. */
+static struct dd integer_triple(const struct integers *p, const struct integers *q,
+                                const struct integers *d, int *exponent)
+{
+    int128 low = 0, high = 0;
+    for (unsigned x = 0; x < 3; x++) {
+        unsigned y = (x + 1) % 3, z = (x + 2) % 3;
+        int128 cross = (int128)p->at[y] * q->at[z] - (int128)p->at[z] * q->at[y];
+        low += (int128)(uint64_t)cross * d->at[x];
+        high += (cross >> 64) * d->at[x];
+    }
+    high += low >> 64;
+    bool negative = high < 0;
+    uint64_t limbs[3] = {(uint64_t)low, (uint64_t)high, (uint64_t)(high >> 64)};
+    *exponent = 0;
+    if ((limbs[0] | limbs[1] | limbs[2]) == 0) return dd(0);
+    uint64_t flip = negative ? UINT64_MAX : 0, carry = negative;
+    for (unsigned i = 0; i < 3; i++) {
+        limbs[i] = (limbs[i] ^ flip) + carry;
+        carry = carry && limbs[i] == 0;
+    }
+    unsigned count = limbs[2] ? 3 : limbs[1] ? 2 : 1;
+    struct dd value = limbs_round(limbs, count, exponent);
+    *exponent += p->exponent + q->exponent + d->exponent;
+    return negative ? dd_negate(value) : value;
+}
+
+static struct dd accumulated_triple(const struct dd3 *p, const struct dd3 *q, struct vec3 d,
+                                    int *exponent)
+{
+    struct accumulator sum;
+    const struct dd ps[3] = {p->x, p->y, p->z}, qs[3] = {q->x, q->y, q->z};
+    const double ds[3] = {d.x, d.y, d.z};
+    accumulator_clear(&sum);
+    for (unsigned x = 0; x < 3; x++) {
+        unsigned y = (x + 1) % 3, z = (x + 2) % 3;
+        accumulator_add_dd(&sum, 1, ps[y], qs[z], dd(ds[x]));
+        accumulator_add_dd(&sum, -1, ps[z], qs[y], dd(ds[x]));
+    }
+    return accumulator_round(&sum, exponent);
+}
+
+struct dd exact_triple(const struct dd3 *p, const struct dd3 *q, struct vec3 d, int *exponent)
+{
+    struct dd3 direction = dd3_of(d);
+    struct integers ip, iq, id;
+    if (integers_of(p, &ip) && integers_of(q, &iq) && integers_of(&direction, &id))
+        return integer_triple(&ip, &iq, &id, exponent);
+    return accumulated_triple(p, q, d, exponent);
 }

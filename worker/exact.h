@@ -251,8 +251,8 @@ static inline double sum_of_sizes(struct vec3 v)
  * A number without any rounding, underflow or overflow, for sums of products of up to EXACT_FACTORS
  * doubles each: fixed-point, and wide enough for all of them (U. Kulisch's long accumulator). For
  * the few predicates that double-double leaves open. Only the limbs between the lowest and the
- * highest bit of what has been added are kept, so that numbers of one magnitude cost little: some 5
- * ns per product.
+ * highest bit of what has been added are kept, so that numbers of one magnitude cost little: some
+ * 15 ns per product of three.
  */
 #define EXACT_FACTORS 8
 
@@ -302,5 +302,9 @@ double accumulator_value(const struct accumulator *sum, int *exponent);
  * number whose square is in range. Double-double serves unless more than 44 bits cancel.
  */
 struct dd exact_dot3(struct dd3 a, struct dd3 b, int *exponent);
+
+/* d . (p x q), exact but for one rounding to double-double: *exponent and a number as from
+ * accumulator_round(). Integers of 192 bits serve unless the components span too many bits. */
+struct dd exact_triple(const struct dd3 *p, const struct dd3 *q, struct vec3 d, int *exponent);
 
 #endif

@@ -41,21 +41,6 @@ static struct dd component(const struct dd3 *v, unsigned axis)
     return axis == 0 ? v->x : axis == 1 ? v->y : v->z;
 }
 
-/* d.(p x q) rounded once. */
-static struct dd exact_edge(const struct dd3 *p, const struct dd3 *q, const struct vec3 *d,
-                            int *exponent)
-{
-    struct accumulator edge;
-    accumulator_clear(&edge);
-    for (unsigned x = 0; x < 3; x++) {
-        unsigned y = (x + 1) % 3, z = (x + 2) % 3;
-        struct dd dx = dd(vec_component(d, x));
-        accumulator_add_dd(&edge, 1, component(p, y), component(q, z), dx);
-        accumulator_add_dd(&edge, -1, component(p, z), component(q, y), dx);
-    }
-    return accumulator_round(&edge, exponent);
-}
-
 /*
  * d.(p x q) 2^-*exponent, 0 only when it is 0. Two-term arithmetic errs by less than 64 u^2 of the
  * product of the lengths: when the value is 2^-44 of that, or its products leave the range of
@@ -69,19 +54,25 @@ static struct dd edge_of(const struct corners *corners, unsigned from, unsigned 
     double size = sum_of_sizes(dd3_round(*p)) * sum_of_sizes(dd3_round(*q)) * sum_of_sizes(*d);
     *exponent = 0;
     if (fabs(value.high) > 0x1p-44 * size && size > 0x1p-400 && size < 0x1p400) return value;
-    return exact_edge(p, q, d, exponent);
+    return exact_triple(p, q, *d, exponent);
 }
 
-/* The sign of direction z times (q - p)'s component along `axis` in the sheared plane. */
+/* The sign of direction z times (q - p)'s component along `axis` in the sheared plane. Two-term
+ * arithmetic errs by less than 8 u^2 of the products. */
 static int sheared_step_sign(const struct corners *corners, const struct shear *shear,
                              unsigned from, unsigned to, unsigned axis)
 {
     struct dd3 step = exact_difference3(corners->at[to], corners->at[from]);
+    struct dd along = component(&step, axis), z = component(&step, shear->z);
+    double dz = shear->dz, da = vec_component(&corners->direction, axis);
+    double size = fabs(along.high * dz) + fabs(z.high * da);
+    double value = dd_sub(dd_scale(along, dz), dd_scale(z, da)).high;
+    if (fabs(value) > 8 * DD_ROUNDOFF * size && size > 0x1p-400 && size < 0x1p400)
+        return value > 0 ? 1 : -1;
     struct accumulator difference;
-    struct dd dz = dd(shear->dz), da = dd(vec_component(&corners->direction, axis));
     accumulator_clear(&difference);
-    accumulator_add_dd(&difference, 1, component(&step, axis), dz, dd(1));
-    accumulator_add_dd(&difference, -1, component(&step, shear->z), da, dd(1));
+    accumulator_add_dd(&difference, 1, along, dd(dz), dd(1));
+    accumulator_add_dd(&difference, -1, z, dd(da), dd(1));
     return accumulator_sign(&difference);
 }
 
