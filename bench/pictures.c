@@ -164,16 +164,22 @@ struct scene *picture_moved(const struct scene *scene, struct vec3 by)
 
 /* ---- pictures ---- */
 
-struct picture picture_render(const struct scene *scene)
+struct picture picture_render_with(const struct scene *scene, const struct bvh *bvh)
 {
     const struct view *view = &scene->view;
     struct picture picture = {.width = view->region_w, .height = view->region_h};
     struct tile tile = {.w = view->region_w, .h = view->region_h, .step = 1};
     picture.rgb = allocate((size_t)tile_pixels(&tile) * 3, sizeof *picture.rgb);
-    struct bvh *bvh = stage_tree(scene);
     struct renderer *renderer = renderer_create(scene, bvh);
     renderer_tile(renderer, &tile, picture.rgb, &picture.counts);
     renderer_destroy(renderer);
+    return picture;
+}
+
+struct picture picture_render(const struct scene *scene)
+{
+    struct bvh *bvh = stage_tree(scene);
+    struct picture picture = picture_render_with(scene, bvh);
     free(bvh);
     return picture;
 }

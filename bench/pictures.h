@@ -43,8 +43,9 @@ struct picture {
     struct render_counts counts;
 };
 
-/* The whole picture with a tree of its own. */
+/* The whole picture with a tree of its own, or with one that there is. */
 struct picture picture_render(const struct scene *scene);
+struct picture picture_render_with(const struct scene *scene, const struct bvh *bvh);
 void picture_free(struct picture *picture);
 
 /* Pixels that differ in any bit. */

@@ -19,29 +19,70 @@ static void note_first(struct case_result *result, const char *file, double wher
     if (!result->note[0]) snprintf(result->note, sizeof result->note, "%s at %g", file, where);
 }
 
-/* Pixels of one scene whose bits change under x 2^k. */
-static uint64_t scale_scene(const struct scene *scene, const char *file, int step,
-                            struct case_result *result, uint64_t *pixels)
+/* The formulas, and the pictures of the scene in its own size. */
+enum { OURS, PAPER, FORMULAS };
+static const uint32_t formulas[FORMULAS] = {FORMULAS_EXACT, FORMULAS_PAPER};
+
+/* Factors 2^-60 to 2^60. */
+#define LARGEST_SCALE 60
+
+/* One scene in all sizes. */
+struct scalings {
+    struct scene *scene;
+    int step, paper_step; /* between the exponents; paper_step is a multiple of step */
+    struct picture plain[FORMULAS];
+    uint64_t different[2 * LARGEST_SCALE + 1][FORMULAS]; /* pixels, by item */
+};
+
+static int exponent_of_item(const struct scalings *it, uint64_t item)
 {
-    uint64_t wrong = 0;
-    struct picture plain = picture_render(scene);
-    for (int k = -60; k <= 60; k += step) {
-        struct scene *scaled = picture_scaled(scene, ldexp(1, k));
-        struct picture picture = picture_render(scaled);
-        uint64_t different = picture_differences(&plain, &picture);
-        if (different && scene->view.formulas == FORMULAS_EXACT) note_first(result, file, k);
-        wrong += different;
-        *pixels += (uint64_t)plain.width * plain.height;
+    return (int)item * it->step - LARGEST_SCALE;
+}
+
+/* One size, with a tree of its own; the paper's formulas only at times. */
+static void compare_scaling(uint64_t item, void *context)
+{
+    struct scalings *it = context;
+    int k = exponent_of_item(it, item);
+    struct scene *scaled = picture_scaled(it->scene, ldexp(1, k));
+    struct bvh *bvh = stage_tree(scaled);
+    for (int f = OURS; f <= ((k + LARGEST_SCALE) % it->paper_step == 0 ? PAPER : OURS); f++) {
+        scaled->view.formulas = formulas[f];
+        struct picture picture = picture_render_with(scaled, bvh);
+        it->different[item][f] = picture_differences(&it->plain[f], &picture);
         picture_free(&picture);
-        free(scaled);
     }
-    picture_free(&plain);
-    return wrong;
+    free(bvh);
+    free(scaled);
+}
+
+/* Pixels of one scene whose bits change under x 2^k are added to wrong[]; those compared, of ours,
+ * are returned. */
+static uint64_t scale_scene(const struct budget *budget, struct scene *scene, const char *file,
+                            struct case_result *result, uint64_t wrong[FORMULAS])
+{
+    struct scalings it = {
+        .scene = scene, .step = budget->quick ? 40 : 1, .paper_step = budget->quick ? 40 : 10};
+    for (int f = OURS; f < FORMULAS; f++) {
+        scene->view.formulas = formulas[f];
+        it.plain[f] = picture_render(scene);
+    }
+    uint64_t items = 2 * LARGEST_SCALE / (uint64_t)it.step + 1;
+    share_out(budget, items, compare_scaling, &it);
+    for (uint64_t item = 0; item < items; item++) {
+        if (it.different[item][OURS]) note_first(result, file, exponent_of_item(&it, item));
+        for (int f = OURS; f < FORMULAS; f++)
+            wrong[f] += it.different[item][f];
+    }
+    uint64_t pixels = (uint64_t)it.plain[OURS].width * it.plain[OURS].height;
+    for (int f = OURS; f < FORMULAS; f++)
+        picture_free(&it.plain[f]);
+    return items * pixels;
 }
 
 void run_scaling(const struct budget *budget, struct case_result *result)
 {
-    uint64_t pixels = 0, wrong = 0, paper = 0, unread = 0;
+    uint64_t pixels = 0, wrong[FORMULAS] = {0}, unread = 0;
     char **files = picture_files(budget->quick);
     for (char **file = files; *file; file++) {
         struct scene *scene = picture_load(*file, budget->quick ? quick_size : full_size);
@@ -50,16 +91,15 @@ void run_scaling(const struct budget *budget, struct case_result *result)
             note_first(result, *file, 0);
             continue;
         }
-        uint64_t ignored = 0;
-        wrong += scale_scene(scene, *file, budget->quick ? 40 : 1, result, &pixels);
-        scene->view.formulas = FORMULAS_PAPER;
-        paper += scale_scene(scene, *file, budget->quick ? 60 : 10, result, &ignored);
+        pixels += scale_scene(budget, scene, *file, result, wrong);
         free(scene);
     }
     picture_files_free(files);
-    snprintf(result->paper, sizeof result->paper, "%llu pixels differ", (unsigned long long)paper);
-    snprintf(result->ours, sizeof result->ours, "%llu pixels differ", (unsigned long long)wrong);
-    picture_verdict(result, pixels, wrong + unread);
+    snprintf(result->paper, sizeof result->paper, "%llu pixels differ",
+             (unsigned long long)wrong[PAPER]);
+    snprintf(result->ours, sizeof result->ours, "%llu pixels differ",
+             (unsigned long long)wrong[OURS]);
+    picture_verdict(result, pixels, wrong[OURS] + unread);
 }
 
 /* ---- 31 ---- */
@@ -82,8 +122,15 @@ static struct sized sized(const struct scene *scene, double factor)
 {
     struct sized it = {.scene = picture_scaled(scene, factor), .factor = factor};
     it.bvh = stage_tree(it.scene);
-    it.picture = picture_render(it.scene);
     return it;
+}
+
+/* With other formulas than last time. */
+static void sized_render(struct sized *it, uint32_t with)
+{
+    picture_free(&it->picture);
+    it->scene->view.formulas = with;
+    it->picture = picture_render_with(it->scene, it->bvh);
 }
 
 static void sized_free(struct sized *it)
@@ -132,18 +179,18 @@ static bool colors_agree(const struct sized *a, const struct sized *b, uint32_t 
  * by more than 1e-12 although the size stays ordinary: those whose answer depends on the last bits
  * of the input. An absolute tolerance anywhere would show at 10^+-9 and not here.
  */
-static const double ordinary[] = {1.1, 1 / 1.1, 1.3, 0.7};
-#define ORDINARY (sizeof ordinary / sizeof *ordinary)
+static const double factors[] = {1, 1.1, 1 / 1.1, 1.3, 0.7, 1e9, 1e-9};
+#define SIZES    (sizeof factors / sizeof *factors)
+#define ORDINARY 5 /* of them */
 
-static bool masked(const struct sized *plain, const struct sized others[ORDINARY], uint32_t x,
-                   uint32_t y)
+static bool masked(const struct sized sizes[ORDINARY], uint32_t x, uint32_t y)
 {
-    struct sight sight = sight_of(plain, x, y);
-    for (size_t i = 0; i < ORDINARY; i++) {
-        struct sight other = sight_of(&others[i], x, y);
+    struct sight sight = sight_of(&sizes[0], x, y);
+    for (size_t i = 1; i < ORDINARY; i++) {
+        struct sight other = sight_of(&sizes[i], x, y);
         if (!same_part(&sight, &other)) return true;
-        if (sight_error(&sight, &other, others[i].factor) > 1e-12) return true;
-        if (!colors_agree(plain, &others[i], x, y)) return true;
+        if (sight_error(&sight, &other, sizes[i].factor) > 1e-12) return true;
+        if (!colors_agree(&sizes[0], &sizes[i], x, y)) return true;
     }
     return false;
 }
@@ -153,37 +200,37 @@ struct comparison {
     double worst;
 };
 
-static void compare_scaled(const struct sized *plain, const struct sized others[ORDINARY],
-                           double factor, struct comparison *sum)
+static void compare_pixel(const struct sized sizes[SIZES], uint32_t x, uint32_t y,
+                          struct comparison *sum)
 {
-    struct sized scaled = sized(plain->scene, factor);
-    for (uint32_t y = 0; y < plain->picture.height; y++) {
-        for (uint32_t x = 0; x < plain->picture.width; x++) {
-            sum->pixels++;
-            if (masked(plain, others, x, y)) {
-                sum->masked++;
-                continue;
-            }
-            struct sight sight = sight_of(plain, x, y), other = sight_of(&scaled, x, y);
-            bool same = same_part(&sight, &other);
-            if (!same) sum->wrong_ids++;
-            if (same) sum->worst = fmax(sum->worst, sight_error(&sight, &other, factor));
-            if (!colors_agree(plain, &scaled, x, y)) sum->wrong_colors++;
-        }
+    bool is_masked = masked(sizes, x, y);
+    struct sight sight = sight_of(&sizes[0], x, y);
+    for (size_t i = ORDINARY; i < SIZES; i++) {
+        sum->pixels++;
+        sum->masked += is_masked;
+        if (is_masked) continue;
+        struct sight other = sight_of(&sizes[i], x, y);
+        bool same = same_part(&sight, &other);
+        if (!same) sum->wrong_ids++;
+        if (same) sum->worst = fmax(sum->worst, sight_error(&sight, &other, sizes[i].factor));
+        if (!colors_agree(&sizes[0], &sizes[i], x, y)) sum->wrong_colors++;
     }
-    sized_free(&scaled);
 }
 
-static void compare_sizes(const struct scene *scene, struct comparison *sum)
+static void compare_sizes(const struct scene *scene, struct comparison sums[FORMULAS])
 {
-    struct sized plain = sized(scene, 1), others[ORDINARY];
-    for (size_t i = 0; i < ORDINARY; i++)
-        others[i] = sized(scene, ordinary[i]);
-    compare_scaled(&plain, others, 1e9, sum);
-    compare_scaled(&plain, others, 1e-9, sum);
-    for (size_t i = 0; i < ORDINARY; i++)
-        sized_free(&others[i]);
-    sized_free(&plain);
+    struct sized sizes[SIZES];
+    for (size_t i = 0; i < SIZES; i++)
+        sizes[i] = sized(scene, factors[i]);
+    for (int f = OURS; f < FORMULAS; f++) {
+        for (size_t i = 0; i < SIZES; i++)
+            sized_render(&sizes[i], formulas[f]);
+        for (uint32_t y = 0; y < sizes[0].picture.height; y++)
+            for (uint32_t x = 0; x < sizes[0].picture.width; x++)
+                compare_pixel(sizes, x, y, &sums[f]);
+    }
+    for (size_t i = 0; i < SIZES; i++)
+        sized_free(&sizes[i]);
 }
 
 void run_decimal_scaling(const struct budget *budget, struct case_result *result)
@@ -193,27 +240,27 @@ void run_decimal_scaling(const struct budget *budget, struct case_result *result
                                  "render.max_depth=0", "render.shadows=no", NULL};
     const char *const full[] = {"image.width=160",    "image.height=120",  "sampling.samples=1",
                                 "render.max_depth=0", "render.shadows=no", NULL};
-    struct comparison ours = {.pixels = 0}, paper = {.pixels = 0};
+    struct comparison sums[FORMULAS] = {{.pixels = 0}};
+    const struct comparison *ours = &sums[OURS], *paper = &sums[PAPER];
     char **files = picture_files(budget->quick);
     for (char **file = files; *file; file++) {
         struct scene *scene = picture_load(*file, budget->quick ? quick : full);
         if (!scene) continue;
-        struct comparison before = ours;
-        compare_sizes(scene, &ours);
-        if (ours.wrong_ids != before.wrong_ids || ours.wrong_colors != before.wrong_colors)
-            note_first(result, *file, (double)(ours.wrong_ids - before.wrong_ids));
-        scene->view.formulas = FORMULAS_PAPER;
-        compare_sizes(scene, &paper);
+        struct comparison before = *ours;
+        compare_sizes(scene, sums);
+        if (ours->wrong_ids != before.wrong_ids || ours->wrong_colors != before.wrong_colors)
+            note_first(result, *file, (double)(ours->wrong_ids - before.wrong_ids));
         free(scene);
     }
     picture_files_free(files);
     snprintf(result->paper, sizeof result->paper, "%llu ids, %llu colours differ",
-             (unsigned long long)paper.wrong_ids, (unsigned long long)paper.wrong_colors);
+             (unsigned long long)paper->wrong_ids, (unsigned long long)paper->wrong_colors);
     snprintf(result->ours, sizeof result->ours, "%llu ids, %llu colours differ, %.2g; %llu masked",
-             (unsigned long long)ours.wrong_ids, (unsigned long long)ours.wrong_colors, ours.worst,
-             (unsigned long long)ours.masked);
-    result->worst = ours.worst;
-    picture_verdict(result, ours.pixels, ours.wrong_ids + ours.wrong_colors + (ours.worst > 1e-12));
+             (unsigned long long)ours->wrong_ids, (unsigned long long)ours->wrong_colors,
+             ours->worst, (unsigned long long)ours->masked);
+    result->worst = ours->worst;
+    picture_verdict(result, ours->pixels,
+                    ours->wrong_ids + ours->wrong_colors + (ours->worst > 1e-12));
 }
 
 /* ---- 32 ---- */

@@ -145,6 +145,10 @@ static inline void score_wrong(struct score *score, uint64_t sample)
 
 void tally_add(struct tally *total, const struct tally *part);
 
+/* Calls work() for every item from 0 to items - 1, on budget->threads threads. */
+void share_out(const struct budget *budget, uint64_t items,
+               void (*work)(uint64_t item, void *context), void *context);
+
 /* Samples first .. first + count - 1 of a case; random is seeded by the case and first alone. */
 struct block {
     uint64_t first, count;

@@ -47,46 +47,28 @@ void tally_add(struct tally *total, const struct tally *part)
 }
 
 struct crew {
-    int number;
-    uint64_t samples;
-    void (*work)(struct block *block, const void *context);
-    const void *context;
-    atomic_uint_fast64_t next_block;
-    pthread_mutex_t lock; /* of total */
-    struct tally *total;
+    uint64_t items;
+    void (*work)(uint64_t item, void *context);
+    void *context;
+    atomic_uint_fast64_t next;
 };
 
 static void *crew_member(void *argument)
 {
     struct crew *crew = argument;
-    struct tally tally = {.samples = 0};
     for (;;) {
-        uint64_t first = atomic_fetch_add(&crew->next_block, 1) * SHARE_BLOCK;
-        if (first >= crew->samples) break;
-        uint64_t left = crew->samples - first;
-        struct block block = {.first = first,
-                              .count = left < SHARE_BLOCK ? left : SHARE_BLOCK,
-                              .random = random_seeded((uint64_t)crew->number, first),
-                              .tally = &tally};
-        crew->work(&block, crew->context);
+        uint64_t item = atomic_fetch_add(&crew->next, 1);
+        if (item >= crew->items) break;
+        crew->work(item, crew->context);
     }
-    pthread_mutex_lock(&crew->lock);
-    tally_add(crew->total, &tally);
-    pthread_mutex_unlock(&crew->lock);
     mpfr_free_cache(); /* of this thread */
     return NULL;
 }
 
-void share(const struct budget *budget, int number, uint64_t samples,
-           void (*work)(struct block *block, const void *context), const void *context,
-           struct tally *total)
+void share_out(const struct budget *budget, uint64_t items,
+               void (*work)(uint64_t item, void *context), void *context)
 {
-    struct crew crew = {.number = number,
-                        .samples = samples,
-                        .work = work,
-                        .context = context,
-                        .lock = PTHREAD_MUTEX_INITIALIZER,
-                        .total = total};
+    struct crew crew = {.items = items, .work = work, .context = context};
     pthread_t *threads = allocate(budget->threads, sizeof *threads);
     for (unsigned i = 0; i < budget->threads; i++) {
         if (pthread_create(&threads[i], NULL, crew_member, &crew) != 0)
@@ -95,6 +77,38 @@ void share(const struct budget *budget, int number, uint64_t samples,
     for (unsigned i = 0; i < budget->threads; i++)
         pthread_join(threads[i], NULL);
     free(threads);
+}
+
+struct blocks {
+    int number;
+    uint64_t samples;
+    void (*work)(struct block *block, const void *context);
+    const void *context;
+    pthread_mutex_t lock; /* of total */
+    struct tally *total;
+};
+
+static void work_on_block(uint64_t item, void *context)
+{
+    struct blocks *blocks = context;
+    uint64_t first = item * SHARE_BLOCK, left = blocks->samples - first;
+    struct tally tally = {.samples = 0};
+    struct block block = {.first = first,
+                          .count = left < SHARE_BLOCK ? left : SHARE_BLOCK,
+                          .random = random_seeded((uint64_t)blocks->number, first),
+                          .tally = &tally};
+    blocks->work(&block, blocks->context);
+    pthread_mutex_lock(&blocks->lock);
+    tally_add(blocks->total, &tally);
+    pthread_mutex_unlock(&blocks->lock);
+}
+
+void share(const struct budget *budget, int number, uint64_t samples,
+           void (*work)(struct block *block, const void *context), const void *context,
+           struct tally *total)
+{
+    struct blocks blocks = {number, samples, work, context, PTHREAD_MUTEX_INITIALIZER, total};
+    share_out(budget, (samples + SHARE_BLOCK - 1) / SHARE_BLOCK, work_on_block, &blocks);
 }
 
 static void describe(char *text, size_t size, const struct score *score, uint64_t samples,

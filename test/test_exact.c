@@ -145,6 +145,147 @@ static void test_accumulator_cancels(void **state)
     assert_int_equal(accumulator_sign(&sum), 0);
 }
 
+/* Finite, at times denormal, at times two-term. */
+static struct dd extreme_dd(uint64_t *random, int reach)
+{
+    double high = wide_double(random, reach);
+    if (!isfinite(high)) high = DBL_MAX;
+    if (random_below(random, 4)) return dd(high);
+    return sum_of_ordered(high, high * 0x1p-54 * random_between(random, -1, 1));
+}
+
+/* += or -= a b c in both arithmetics. */
+static void add_both(struct accumulator *sum, mpfr_t truth, uint64_t *random, unsigned degree,
+                     int reach)
+{
+    struct dd factor[3] = {dd(1), dd(1), dd(1)};
+    int sign = random_below(random, 2) ? 1 : -1;
+    mpfr_t product, x;
+    mpfr_inits2(BITS_OF_ALL, product, x, (mpfr_ptr)0);
+    mpfr_set_si(product, sign, MPFR_RNDN);
+    for (unsigned i = 0; i < degree; i++) {
+        factor[i] = extreme_dd(random, reach);
+        set_dd(x, factor[i]);
+        mpfr_mul(product, product, x, MPFR_RNDN);
+    }
+    accumulator_add_dd(sum, sign, factor[0], factor[1], factor[2]);
+    mpfr_add(truth, truth, product, MPFR_RNDN);
+    mpfr_clears(product, x, (mpfr_ptr)0);
+}
+
+static void assert_equals(const struct accumulator *sum, mpfr_t truth)
+{
+    assert_int_equal(accumulator_sign(sum), (mpfr_sgn(truth) > 0) - (mpfr_sgn(truth) < 0));
+    int exponent;
+    struct dd value = accumulator_round(sum, &exponent);
+    if (mpfr_zero_p(truth)) {
+        assert_true(value.high == 0);
+        return;
+    }
+    mpfr_mul_2si(truth, truth, -exponent, MPFR_RNDN);
+    assert_true(dd_error(value, truth) <= 2);
+}
+
+/* Products of sums, degree 2 + 3 + 3 as for the cone, over all of the range of double. */
+static void test_products_of_sums(void **state)
+{
+    (void)state;
+    static const unsigned degrees[3] = {2, 3, 3};
+    static const int reaches[4] = {3, 60, 500, 1074};
+    uint64_t random = 26;
+    mpfr_t truth, product, factors[3];
+    mpfr_inits2(BITS_OF_ALL, truth, product, factors[0], factors[1], factors[2], (mpfr_ptr)0);
+    for (int i = 0; i < 800; i++) {
+        struct accumulator sum, parts[3];
+        accumulator_clear(&sum);
+        mpfr_set_zero(truth, 1);
+        unsigned products = 1 + random_below(&random, 3);
+        for (unsigned k = 0; k < products; k++) {
+            bool subtract = random_below(&random, 2), square = random_below(&random, 2);
+            mpfr_set_ui(product, 1, MPFR_RNDN);
+            for (unsigned f = 0; f < 3; f++) {
+                accumulator_clear(&parts[f]);
+                mpfr_set_zero(factors[f], 1);
+                unsigned terms = 1 + random_below(&random, 4);
+                for (unsigned t = 0; t < terms; t++)
+                    add_both(&parts[f], factors[f], &random, degrees[f], reaches[i % 4]);
+            }
+            for (unsigned f = 0; f < 3; f++)
+                mpfr_mul(product, product, factors[f == 2 && square ? 1 : f], MPFR_RNDN);
+            accumulator_add_product(&sum, &parts[0], &parts[1], &parts[square ? 1 : 2], subtract);
+            (subtract ? mpfr_sub : mpfr_add)(truth, truth, product, MPFR_RNDN);
+        }
+        assert_equals(&sum, truth);
+    }
+    mpfr_clears(truth, product, factors[0], factors[1], factors[2], (mpfr_ptr)0);
+}
+
+/* A number of a few bits: sums of these cancel. */
+static double short_double(uint64_t *random)
+{
+    return (double)random_below(random, 2001) - 1000;
+}
+
+static struct vec3 triple_vector(uint64_t *random, int kind)
+{
+    if (kind == 0) return vec3(short_double(random), short_double(random), short_double(random));
+    int reach = kind == 1 ? 3 : kind == 2 ? 60 : 1074;
+    double v[3];
+    for (int i = 0; i < 3; i++)
+        v[i] = extreme_dd(random, reach).high;
+    return vec3(v[0], v[1], v[2]);
+}
+
+/* MPFR's d.(p x q). */
+static void true_triple(mpfr_t truth, const struct dd p[3], const struct dd q[3], const double d[3])
+{
+    mpfr_t x, y;
+    mpfr_inits2(BITS_OF_ALL, x, y, (mpfr_ptr)0);
+    mpfr_set_zero(truth, 1);
+    for (int i = 0; i < 6; i++) {
+        int first = i % 3, j = (first + 1 + i / 3) % 3, k = (first + 2 - i / 3) % 3;
+        set_dd(x, p[j]);
+        set_dd(y, q[k]);
+        mpfr_mul(x, x, y, MPFR_RNDN);
+        mpfr_mul_d(x, x, i < 3 ? d[first] : -d[first], MPFR_RNDN);
+        mpfr_add(truth, truth, x, MPFR_RNDN);
+    }
+    mpfr_clears(x, y, (mpfr_ptr)0);
+}
+
+/* Lines through the points of an edge, or past it; seen from one end or from elsewhere. */
+static void test_triple(void **state)
+{
+    (void)state;
+    uint64_t random = 27;
+    unsigned zeros = 0;
+    mpfr_t truth;
+    mpfr_init2(truth, BITS_OF_ALL);
+    for (int i = 0; i < 8000; i++) {
+        int kind = i % 4;
+        struct vec3 a = triple_vector(&random, kind), b = triple_vector(&random, kind);
+        struct vec3 o = triple_vector(&random, kind);
+        if (kind == 3) o = vec3(0, 0, 0); /* differences of all of the range may overflow */
+        struct dd3 p = exact_difference3(a, o), q = exact_difference3(b, o);
+        struct vec3 d = triple_vector(&random, kind);
+        if (i % 8 < 4) d = vec_add(vec_scale(dd3_round(p), 0.25), vec_scale(dd3_round(q), 0.75));
+        if (!vec_is_finite(d)) continue;
+        const struct dd ps[3] = {p.x, p.y, p.z}, qs[3] = {q.x, q.y, q.z};
+        const double ds[3] = {d.x, d.y, d.z};
+        true_triple(truth, ps, qs, ds);
+        int exponent;
+        struct dd value = exact_triple(&p, &q, d, &exponent);
+        zeros += value.high == 0;
+        assert_true((value.high == 0) == (mpfr_zero_p(truth) != 0));
+        if (value.high == 0) continue;
+        assert_true(fabs(value.high) >= 1 && fabs(value.high) <= 2);
+        mpfr_mul_2si(truth, truth, -exponent, MPFR_RNDN);
+        assert_true(dd_error(value, truth) <= 2);
+    }
+    assert_true(zeros >= 1000);
+    mpfr_clear(truth);
+}
+
 /* (a + b)^2 - a^2 - 2 a b - b^2 = 0 */
 static void test_polynomials(void **state)
 {
@@ -221,6 +362,7 @@ int main(void)
         cmocka_unit_test(test_sums_and_products), cmocka_unit_test(test_double_double),
         cmocka_unit_test(test_accumulator),       cmocka_unit_test(test_accumulator_cancels),
         cmocka_unit_test(test_polynomials),       cmocka_unit_test(test_dot),
+        cmocka_unit_test(test_products_of_sums),  cmocka_unit_test(test_triple),
         cmocka_unit_test(test_scaling),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
