@@ -131,7 +131,7 @@ static INLINED struct hit nearest_hit(const struct scene *scene, const struct bv
     return walk.hit;
 }
 
-WITH_FMA void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+FLATTENED void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                       size_t count, struct hit *hits, uint64_t *exact_fallbacks)
 {
     if (scene->view.formulas == FORMULAS_PAPER) {
@@ -261,7 +261,7 @@ static bool has_transparency(const struct scene *scene)
     return false;
 }
 
-WITH_FMA void occluded(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+FLATTENED void occluded(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                        size_t count, struct vec3 *transmittance, uint64_t *exact_fallbacks)
 {
     struct passages passages = {.capacity = INLINE_PASSAGES};
