@@ -94,25 +94,26 @@ static INLINED double farthest_nearer(const struct nearest_walk *walk)
     return walk->hit.t + 2 * walk->hit_error;
 }
 
-static INLINED bool nearest_in(struct nearest_walk *walk, const uint32_t *ids, uint32_t count,
-                               double *limit, bool naive)
+static INLINED bool nearest_in(struct nearest_walk *walk, const struct bvh_leaf *leaves,
+                               uint32_t count, double *limit, bool naive)
 {
     for (uint32_t i = 0; i < count; i++)
-        nearest_primitive(walk, ids[i], naive);
+        nearest_primitive(walk, leaves[i].id, naive);
     double farthest = farthest_nearer(walk);
     if (farthest < *limit) *limit = farthest;
     return true;
 }
 
-static inline bool nearest_leaf(void *context, const uint32_t *ids, uint32_t count, double *limit)
+static inline bool nearest_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
+                                double *limit)
 {
-    return nearest_in(context, ids, count, limit, false);
+    return nearest_in(context, leaves, count, limit, false);
 }
 
-static inline bool naive_nearest_leaf(void *context, const uint32_t *ids, uint32_t count,
+static inline bool naive_nearest_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
                                       double *limit)
 {
-    return nearest_in(context, ids, count, limit, true);
+    return nearest_in(context, leaves, count, limit, true);
 }
 
 static INLINED struct hit nearest_hit(const struct scene *scene, const struct bvh *bvh,
@@ -221,20 +222,21 @@ static INLINED bool occlusion_primitive(struct occlusion_walk *walk, uint32_t id
     return !walk->blocked;
 }
 
-static inline bool occlusion_leaf(void *context, const uint32_t *ids, uint32_t count, double *limit)
+static inline bool occlusion_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
+                                  double *limit)
 {
     (void)limit;
     for (uint32_t i = 0; i < count; i++)
-        if (!occlusion_primitive(context, ids[i], false)) return false;
+        if (!occlusion_primitive(context, leaves[i].id, false)) return false;
     return true;
 }
 
-static inline bool naive_occlusion_leaf(void *context, const uint32_t *ids, uint32_t count,
-                                        double *limit)
+static inline bool naive_occlusion_leaf(void *context, const struct bvh_leaf *leaves,
+                                        uint32_t count, double *limit)
 {
     (void)limit;
     for (uint32_t i = 0; i < count; i++)
-        if (!occlusion_primitive(context, ids[i], true)) return false;
+        if (!occlusion_primitive(context, leaves[i].id, true)) return false;
     return true;
 }
 

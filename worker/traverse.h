@@ -37,18 +37,18 @@
 #define TEST_ERROR (64 * UNIT_ROUNDOFF)
 
 struct slabs {
-    size_t near_plane[3], far_plane[3]; /* offsets in struct bvh_node */
+    size_t near_plane[3], far_plane[3]; /* offsets in struct bvh_node, of the first child's */
     double near_origin[3], far_origin[3];
     double inverse[3];
 };
 
-/* The largest coordinate of a box. */
-static inline double node_reach(const struct bvh_node *node)
+/* The largest coordinate of the root's box. */
+static inline double bvh_reach(const struct bvh *bvh)
 {
     double reach = 0;
     for (unsigned axis = 0; axis < 3; axis++) {
-        reach = larger(reach, fabs((double)node->min[axis]));
-        reach = larger(reach, fabs((double)node->max[axis]));
+        reach = larger(reach, fabs((double)bvh->min[axis]));
+        reach = larger(reach, fabs((double)bvh->max[axis]));
     }
     return reach;
 }
@@ -60,18 +60,18 @@ static inline double slab_inverse(double d)
     return isinf(inverse) && d != 0 ? (double)NAN : inverse;
 }
 
-static inline struct slabs slabs_of(const struct ray *ray, const double center[3],
-                                    const struct bvh_node *root)
+static inline struct slabs slabs_of(const struct ray *ray, const struct bvh *bvh)
 {
+    const double *center = bvh->center;
     struct slabs slabs;
     double margin = largest_component(ray->origin);
     margin += larger(fabs(center[0]), larger(fabs(center[1]), fabs(center[2])));
-    margin = TEST_ERROR * (margin + node_reach(root));
+    margin = TEST_ERROR * (margin + bvh_reach(bvh));
     for (unsigned axis = 0; axis < 3; axis++) {
         double origin = vec_component(&ray->origin, axis) - center[axis];
         double direction = vec_component(&ray->direction, axis);
-        size_t min = offsetof(struct bvh_node, min) + axis * sizeof(float);
-        size_t max = offsetof(struct bvh_node, max) + axis * sizeof(float);
+        size_t min = offsetof(struct bvh_node, min) + axis * sizeof(float[BVH_WIDTH]);
+        size_t max = offsetof(struct bvh_node, max) + axis * sizeof(float[BVH_WIDTH]);
         bool down = signbit(direction);
         slabs.near_plane[axis] = down ? max : min;
         slabs.far_plane[axis] = down ? min : max;
@@ -82,23 +82,23 @@ static inline struct slabs slabs_of(const struct ray *ray, const double center[3
     return slabs;
 }
 
-static inline double node_plane(const struct bvh_node *node, size_t offset)
+static inline double node_plane(const struct bvh_node *node, size_t offset, unsigned child)
 {
-    return (double)*(const float *)(const void *)((const char *)node + offset);
+    return (double)((const float *)(const void *)((const char *)node + offset))[child];
 }
 
 /*
- * Whether the ray is in the box somewhere in 0 <= t <= limit; *enter is where that begins. A NaN,
+ * Whether the ray is in the child's box somewhere in 0 <= t <= limit; *enter is where that begins. A NaN,
  * from an origin in a plane that the ray is parallel to, loses the comparisons: the slab is closed.
  */
-static inline bool slabs_meet(const struct slabs *slabs, const struct bvh_node *node, double limit,
-                              double *enter)
+static inline bool slabs_meet(const struct slabs *slabs, const struct bvh_node *node,
+                              unsigned child, double limit, double *enter)
 {
     double near = 0, far = INFINITE;
     for (unsigned axis = 0; axis < 3; axis++) {
-        double in = (node_plane(node, slabs->near_plane[axis]) - slabs->near_origin[axis]) *
+        double in = (node_plane(node, slabs->near_plane[axis], child) - slabs->near_origin[axis]) *
                     slabs->inverse[axis];
-        double out = (node_plane(node, slabs->far_plane[axis]) - slabs->far_origin[axis]) *
+        double out = (node_plane(node, slabs->far_plane[axis], child) - slabs->far_origin[axis]) *
                      slabs->inverse[axis];
         near = in > near ? in : near;
         far = out < far ? out : far;
@@ -108,7 +108,31 @@ static inline bool slabs_meet(const struct slabs *slabs, const struct bvh_node *
 }
 
 /* Looks at the primitives of a leaf; may lower *limit; false ends the walk. */
-typedef bool visit_leaf(void *context, const uint32_t *ids, uint32_t count, double *limit);
+typedef bool visit_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
+                        double *limit);
+
+/* A node, or a leaf where count is not 0, to go to from t = enter on. */
+struct place {
+    double enter;
+    uint32_t child, count;
+};
+
+/* Puts the children that the ray reaches on the stack, the nearest on top. */
+static inline unsigned push_children(const struct slabs *slabs, const struct bvh_node *node,
+                                     double limit, struct place *stack, unsigned top)
+{
+    unsigned bottom = top;
+    for (unsigned i = 0; i < BVH_WIDTH; i++) {
+        struct place place = {.child = node->child[i], .count = node->count[i]};
+        if (place.child == 0 && place.count == 0) break; /* where no axis decides, it is met */
+        if (!slabs_meet(slabs, node, i, limit, &place.enter)) continue;
+        unsigned at = top++;
+        for (; at > bottom && stack[at - 1].enter < place.enter; at--)
+            stack[at] = stack[at - 1];
+        stack[at] = place;
+    }
+    return top;
+}
 
 /*
  * Visits all leaves that the ray reaches at t <= limit, near ones first. Equal distances are
@@ -119,41 +143,18 @@ static inline __attribute__((always_inline)) void traverse(const struct bvh *bvh
                                                            visit_leaf *visit, void *context)
 {
     if (bvh->node_count == 0) return;
-    const struct bvh_node *nodes = bvh_nodes(bvh), *node = nodes;
-    const uint32_t *ids = bvh_primitives(bvh);
-    struct slabs slabs = slabs_of(ray, bvh->center, nodes);
-    struct {
-        double enter;
-        uint32_t node;
-    } stack[BVH_MAX_DEPTH + 2];
-    unsigned top = 0;
-    double enter;
-    if (!slabs_meet(&slabs, node, limit, &enter)) return;
-    for (;;) {
-        if (node->count > 0) {
-            if (!visit(context, ids + node->first, node->count, &limit)) return;
-        } else {
-            uint32_t child = node->first, other = child + 1;
-            double child_enter, other_enter;
-            bool meet_child = slabs_meet(&slabs, &nodes[child], limit, &child_enter);
-            bool meet_other = slabs_meet(&slabs, &nodes[other], limit, &other_enter);
-            if (meet_child && meet_other) {
-                bool swap = other_enter < child_enter;
-                stack[top].enter = swap ? child_enter : other_enter;
-                stack[top++].node = swap ? child : other;
-                node = &nodes[swap ? other : child];
-                continue;
-            }
-            if (meet_child || meet_other) {
-                node = &nodes[meet_child ? child : other];
-                continue;
-            }
-        }
-        do {
-            if (top == 0) return;
-            top--;
-        } while (!(stack[top].enter <= limit));
-        node = &nodes[stack[top].node];
+    const struct bvh_node *nodes = bvh_nodes(bvh);
+    const struct bvh_leaf *leaves = bvh_leaves(bvh);
+    struct slabs slabs = slabs_of(ray, bvh);
+    struct place stack[BVH_STACK];
+    unsigned top = push_children(&slabs, nodes, limit, stack, 0);
+    while (top > 0) {
+        const struct place *place = &stack[--top];
+        if (!(place->enter <= limit)) continue;
+        if (place->count == 0)
+            top = push_children(&slabs, &nodes[place->child], limit, stack, top);
+        else if (!visit(context, leaves + place->child, place->count, &limit))
+            return;
     }
 }
 
