@@ -89,6 +89,25 @@ static inline struct lanes lanes_fma(struct lanes a, struct lanes b, struct lane
     return (struct lanes){_mm512_fmadd_pd(a.v, b.v, c.v)};
 }
 
+static inline __m512d two_points(const double *low, const double *high)
+{
+    const double *four_before = (const void *)((uintptr_t)high - 4 * sizeof(double));
+    return _mm512_mask_loadu_pd(_mm512_maskz_loadu_pd(0x07, low), 0x70, four_before);
+}
+
+static inline void lanes_transpose(const double *const at[LANES], struct lanes out[3])
+{
+    const __m512i xs = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
+    const __m512i zs = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
+    __m512d p04 = two_points(at[0], at[4]), p15 = two_points(at[1], at[5]);
+    __m512d p26 = two_points(at[2], at[6]), p37 = two_points(at[3], at[7]);
+    __m512d xz01 = _mm512_unpacklo_pd(p04, p15), xz23 = _mm512_unpacklo_pd(p26, p37);
+    __m512d y01 = _mm512_unpackhi_pd(p04, p15), y23 = _mm512_unpackhi_pd(p26, p37);
+    out[0].v = _mm512_permutex2var_pd(xz01, xs, xz23);
+    out[1].v = _mm512_permutex2var_pd(y01, xs, y23);
+    out[2].v = _mm512_permutex2var_pd(xz01, zs, xz23);
+}
+
 static inline lane_set lanes_less(struct lanes a, struct lanes b)
 {
     return _mm512_cmp_pd_mask(a.v, b.v, _CMP_LT_OQ);
@@ -156,6 +175,27 @@ static inline struct lanes lanes_fma(struct lanes a, struct lanes b, struct lane
 {
     return (struct lanes){_mm256_fmadd_pd(a.low, b.low, c.low),
                           _mm256_fmadd_pd(a.high, b.high, c.high)};
+}
+
+static inline void transpose_4(const double *const at[4], __m256d out[3])
+{
+    const __m256i three = _mm256_setr_epi64x(-1, -1, -1, 0);
+    __m256d p0 = _mm256_maskload_pd(at[0], three), p1 = _mm256_maskload_pd(at[1], three);
+    __m256d p2 = _mm256_maskload_pd(at[2], three), p3 = _mm256_maskload_pd(at[3], three);
+    __m256d xz01 = _mm256_unpacklo_pd(p0, p1), xz23 = _mm256_unpacklo_pd(p2, p3);
+    __m256d y01 = _mm256_unpackhi_pd(p0, p1), y23 = _mm256_unpackhi_pd(p2, p3);
+    out[0] = _mm256_permute2f128_pd(xz01, xz23, 0x20);
+    out[1] = _mm256_permute2f128_pd(y01, y23, 0x20);
+    out[2] = _mm256_permute2f128_pd(xz01, xz23, 0x31);
+}
+
+static inline void lanes_transpose(const double *const at[LANES], struct lanes out[3])
+{
+    __m256d low[3], high[3];
+    transpose_4(at, low);
+    transpose_4(at + 4, high);
+    for (unsigned i = 0; i < 3; i++)
+        out[i] = (struct lanes){low[i], high[i]};
 }
 
 static inline lane_set lane_set_of(__m256d low, __m256d high)
@@ -239,6 +279,13 @@ static inline struct lanes lanes_fma(struct lanes a, struct lanes b, struct lane
     return a;
 }
 
+static inline void lanes_transpose(const double *const at[LANES], struct lanes out[3])
+{
+    for (unsigned i = 0; i < LANES; i++)
+        for (unsigned k = 0; k < 3; k++)
+            out[k].at[i] = at[i][k];
+}
+
 static inline lane_set lanes_less(struct lanes a, struct lanes b)
 {
     lane_set set = 0;
@@ -257,6 +304,8 @@ static inline lane_set lanes_at_most(struct lanes a, struct lanes b)
 
 #endif
 
-/* lanes_larger(), lanes_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses. */
+/* lanes_larger(), lanes_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses.
+ * lanes_transpose(): of three doubles for each lane the first, the second and the third ones; what
+ * lies behind them is not touched. */
 
 #endif
