@@ -8,6 +8,7 @@
 #include "worker/order.h"
 #include "worker/primitive.h"
 #include "worker/traverse.h"
+#include "worker/triangle_lanes.h"
 
 #define INLINED inline __attribute__((always_inline))
 
@@ -36,6 +37,33 @@ static INLINED struct crossings probe_crossings(const struct probe *probe, uint3
 {
     if (naive) return naive_crossings(probe->scene, id, probe->ray);
     return primitive_crossings(probe->scene, id, probe->ray, &probe->shear, any, probe->exact);
+}
+
+static INLINED struct crossings probe_triangle(const struct probe *probe,
+                                               const struct bvh_leaf *leaf, bool any, bool naive)
+{
+    if (naive) return naive_corner_crossings(probe->scene, leaf->vertex, probe->ray);
+    return corner_crossings(probe->scene, leaf->id, leaf->vertex, probe->ray, &probe->shear, any,
+                            probe->exact);
+}
+
+/* How many of the primitives of a leaf are triangles; they come first. */
+static inline uint32_t triangles_of(const struct bvh_leaf *leaves, uint32_t count)
+{
+    if (is_triangle(leaves[count - 1].id)) return count;
+    uint32_t triangles = 0;
+    while (is_triangle(leaves[triangles].id))
+        triangles++;
+    return triangles;
+}
+
+/* Those of `count` triangles, 8 at most, that need a closer look. */
+static INLINED lane_set candidates(const struct probe *probe, const struct bvh_leaf *leaves,
+                                   uint32_t count, bool naive)
+{
+    if (!LANES_IN_SIMD || naive) return first_lanes(count);
+    return triangles_not_missed(scene_vertices(probe->scene), leaves, count, probe->ray,
+                                &probe->shear);
 }
 
 static inline bool crossing_counts(const struct ray *ray, double t)
@@ -80,12 +108,31 @@ static INLINED void nearest_crossing(struct nearest_walk *walk, const struct cro
     walk->hit_error = error;
 }
 
+static INLINED void nearest_of(struct nearest_walk *walk, const struct crossings *found,
+                               uint32_t id, bool naive)
+{
+    /* Where it comes in, if that is ahead: at a rim it may go out at the same place. */
+    unsigned first = crossing_counts(walk->probe.ray, found->t[0]) ? 0 : 1;
+    nearest_crossing(walk, found, first, id, naive);
+}
+
 static INLINED void nearest_primitive(struct nearest_walk *walk, uint32_t id, bool naive)
 {
     struct crossings found = probe_crossings(&walk->probe, id, false, naive);
-    /* Where it comes in, if that is ahead: at a rim it may go out at the same place. */
-    unsigned first = crossing_counts(walk->probe.ray, found.t[0]) ? 0 : 1;
-    nearest_crossing(walk, &found, first, id, naive);
+    nearest_of(walk, &found, id, naive);
+}
+
+static INLINED void nearest_triangles(struct nearest_walk *walk, const struct bvh_leaf *leaves,
+                                      uint32_t count, bool naive)
+{
+    for (uint32_t i = 0; i < count; i += LANES) {
+        lane_set set = candidates(&walk->probe, leaves + i, count - i, naive);
+        for (; set; set = without_lowest(set)) {
+            const struct bvh_leaf *leaf = &leaves[i + lowest_lane(set)];
+            struct crossings found = probe_triangle(&walk->probe, leaf, false, naive);
+            nearest_crossing(walk, &found, 0, leaf->id, naive);
+        }
+    }
 }
 
 /* As far as something that comes before the hit may seem to be. */
@@ -97,7 +144,9 @@ static INLINED double farthest_nearer(const struct nearest_walk *walk)
 static INLINED bool nearest_in(struct nearest_walk *walk, const struct bvh_leaf *leaves,
                                uint32_t count, double *limit, bool naive)
 {
-    for (uint32_t i = 0; i < count; i++)
+    uint32_t triangles = triangles_of(leaves, count);
+    nearest_triangles(walk, leaves, triangles, naive);
+    for (uint32_t i = triangles; i < count; i++)
         nearest_primitive(walk, leaves[i].id, naive);
     double farthest = farthest_nearer(walk);
     if (farthest < *limit) *limit = farthest;
@@ -128,11 +177,11 @@ static INLINED struct hit nearest_hit(const struct scene *scene, const struct bv
     for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < end; id++)
         nearest_primitive(&walk, id, naive);
     visit_leaf *visit = naive ? naive_nearest_leaf : nearest_leaf;
-    traverse(bvh, ray, fmin(ray->t_max, farthest_nearer(&walk)), visit, &walk);
+    traverse(bvh, ray, fmin(ray->t_max, farthest_nearer(&walk)), true, visit, &walk);
     return walk.hit;
 }
 
-WITH_FMA void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+FLATTENED void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                       size_t count, struct hit *hits, uint64_t *exact_fallbacks)
 {
     if (scene->view.formulas == FORMULAS_PAPER) {
@@ -208,36 +257,64 @@ struct occlusion_walk {
 };
 
 /* Returns false, with blocked set, at an opaque crossing. */
-static INLINED bool occlusion_primitive(struct occlusion_walk *walk, uint32_t id, bool naive)
+static INLINED bool occlusion_of(struct occlusion_walk *walk, const struct crossings *found,
+                                 uint32_t id)
 {
     const struct probe *probe = &walk->probe;
-    struct crossings found = probe_crossings(probe, id, true, naive);
-    unsigned crossings = crossing_counts(probe->ray, found.t[0]);
-    crossings += crossing_counts(probe->ray, found.t[1]);
+    unsigned crossings = crossing_counts(probe->ray, found->t[0]);
+    crossings += crossing_counts(probe->ray, found->t[1]);
     if (crossings == 0) return true;
-    uint32_t material = primitive_material(probe->scene, id);
     /* Nothing is transparent where there is no list: any crossing will do. */
-    walk->blocked = !walk->passages || !(scene_materials(probe->scene)[material].transmission > 0);
+    walk->blocked = !walk->passages;
+    if (walk->blocked) return false;
+    uint32_t material = primitive_material(probe->scene, id);
+    walk->blocked = !(scene_materials(probe->scene)[material].transmission > 0);
     if (!walk->blocked) passages_add(walk->passages, material, crossings);
     return !walk->blocked;
+}
+
+static INLINED bool occlusion_primitive(struct occlusion_walk *walk, uint32_t id, bool naive)
+{
+    struct crossings found = probe_crossings(&walk->probe, id, true, naive);
+    return occlusion_of(walk, &found, id);
+}
+
+static INLINED bool occlusion_triangles(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
+                                        uint32_t count, bool naive)
+{
+    for (uint32_t i = 0; i < count; i += LANES) {
+        lane_set set = candidates(&walk->probe, leaves + i, count - i, naive);
+        for (; set; set = without_lowest(set)) {
+            const struct bvh_leaf *leaf = &leaves[i + lowest_lane(set)];
+            struct crossings found = probe_triangle(&walk->probe, leaf, true, naive);
+            if (!occlusion_of(walk, &found, leaf->id)) return false;
+        }
+    }
+    return true;
+}
+
+static INLINED bool occlusion_in(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
+                                 uint32_t count, bool naive)
+{
+    uint32_t triangles = triangles_of(leaves, count);
+    if (!occlusion_triangles(walk, leaves, triangles, naive)) return false;
+    for (uint32_t i = triangles; i < count; i++)
+        if (!occlusion_primitive(walk, leaves[i].id, naive)) return false;
+    return true;
 }
 
 static inline bool occlusion_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
                                   double *limit)
 {
     (void)limit;
-    for (uint32_t i = 0; i < count; i++)
-        if (!occlusion_primitive(context, leaves[i].id, false)) return false;
-    return true;
+    return occlusion_in(context, leaves, count, false);
 }
 
 static inline bool naive_occlusion_leaf(void *context, const struct bvh_leaf *leaves,
                                         uint32_t count, double *limit)
 {
     (void)limit;
-    for (uint32_t i = 0; i < count; i++)
-        if (!occlusion_primitive(context, leaves[i].id, true)) return false;
-    return true;
+    return occlusion_in(context, leaves, count, true);
 }
 
 /* Whether an opaque surface is in the way; passages gets the transparent ones otherwise. */
@@ -251,7 +328,7 @@ static INLINED bool is_blocked(const struct scene *scene, const struct bvh *bvh,
     for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < end; id++)
         if (!occlusion_primitive(&walk, id, naive)) return true;
     visit_leaf *visit = naive ? naive_occlusion_leaf : occlusion_leaf;
-    traverse(bvh, ray, ray->t_max, visit, &walk);
+    traverse(bvh, ray, ray->t_max, false, visit, &walk);
     return walk.blocked;
 }
 
@@ -263,7 +340,7 @@ static bool has_transparency(const struct scene *scene)
     return false;
 }
 
-WITH_FMA void occluded(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+FLATTENED void occluded(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                        size_t count, struct vec3 *transmittance, uint64_t *exact_fallbacks)
 {
     struct passages passages = {.capacity = INLINE_PASSAGES};

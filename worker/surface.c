@@ -191,7 +191,7 @@ static void exact_surface(const struct scene *scene, const struct ray *ray, cons
     surface->point = stand_off(&place, surface->geometric, ray);
 }
 
-WITH_FMA void surface_at(const struct scene *scene, const struct ray *ray, const struct hit *hit,
+FLATTENED void surface_at(const struct scene *scene, const struct ray *ray, const struct hit *hit,
                          struct surface *surface)
 {
     surface->material = primitive_material(scene, hit->primitive);

@@ -8,6 +8,7 @@
 #include <stddef.h>
 
 #include "worker/bvh.h"
+#include "worker/lanes.h"
 #include "worker/shape.h"
 
 /*
@@ -37,13 +38,13 @@
 #define TEST_ERROR (64 * UNIT_ROUNDOFF)
 
 struct slabs {
-    size_t near_plane[3], far_plane[3]; /* offsets in struct bvh_node, of the first child's */
-    double near_origin[3], far_origin[3];
-    double inverse[3];
+    size_t near_plane[3], far_plane[3]; /* offsets in struct bvh_node */
+    struct lanes near_origin[3], far_origin[3], inverse[3];
+    bool blind; /* no axis decides anything */
 };
 
 /* The largest coordinate of the root's box. */
-static inline double bvh_reach(const struct bvh *bvh)
+static inline double root_reach(const struct bvh *bvh)
 {
     double reach = 0;
     for (unsigned axis = 0; axis < 3; axis++) {
@@ -60,101 +61,138 @@ static inline double slab_inverse(double d)
     return isinf(inverse) && d != 0 ? (double)NAN : inverse;
 }
 
-static inline struct slabs slabs_of(const struct ray *ray, const struct bvh *bvh)
+static inline struct slabs slabs_of(const struct bvh *bvh, const struct ray *ray)
 {
+    struct slabs slabs = {.blind = true};
     const double *center = bvh->center;
-    struct slabs slabs;
     double margin = largest_component(ray->origin);
     margin += larger(fabs(center[0]), larger(fabs(center[1]), fabs(center[2])));
-    margin = TEST_ERROR * (margin + bvh_reach(bvh));
+    margin = TEST_ERROR * (margin + root_reach(bvh));
     for (unsigned axis = 0; axis < 3; axis++) {
         double origin = vec_component(&ray->origin, axis) - center[axis];
         double direction = vec_component(&ray->direction, axis);
-        size_t min = offsetof(struct bvh_node, min) + axis * sizeof(float[BVH_WIDTH]);
-        size_t max = offsetof(struct bvh_node, max) + axis * sizeof(float[BVH_WIDTH]);
+        double inverse = slab_inverse(direction);
+        size_t min = offsetof(struct bvh_node, min) + axis * BVH_WIDTH * sizeof(float);
+        size_t max = offsetof(struct bvh_node, max) + axis * BVH_WIDTH * sizeof(float);
         bool down = signbit(direction);
         slabs.near_plane[axis] = down ? max : min;
         slabs.far_plane[axis] = down ? min : max;
-        slabs.near_origin[axis] = down ? origin - margin : origin + margin;
-        slabs.far_origin[axis] = down ? origin + margin : origin - margin;
-        slabs.inverse[axis] = slab_inverse(direction);
+        slabs.near_origin[axis] = lanes_of(down ? origin - margin : origin + margin);
+        slabs.far_origin[axis] = lanes_of(down ? origin + margin : origin - margin);
+        slabs.inverse[axis] = lanes_of(inverse);
+        if (!isnan(inverse)) slabs.blind = false;
     }
     return slabs;
 }
 
-static inline double node_plane(const struct bvh_node *node, size_t offset, unsigned child)
+static inline struct lanes node_planes(const struct bvh_node *node, size_t offset)
 {
-    return (double)((const float *)(const void *)((const char *)node + offset))[child];
+    return lanes_load_floats((const void *)((const char *)node + offset));
+}
+
+static inline lane_set occupied(const struct bvh_node *node)
+{
+    return lanes_at_most(lanes_load_floats(node->min[0]), lanes_load_floats(node->max[0]));
 }
 
 /*
- * Whether the ray is in the child's box somewhere in 0 <= t <= limit; *enter is where that begins. A NaN,
- * from an origin in a plane that the ray is parallel to, loses the comparisons: the slab is closed.
+ * In which of a node's boxes the ray is somewhere in 0 <= t <= limit; *enter is where that begins.
+ * A NaN, from an origin in a plane that the ray is parallel to, loses the comparisons: the slab is
+ * closed.
  */
-static inline bool slabs_meet(const struct slabs *slabs, const struct bvh_node *node,
-                              unsigned child, double limit, double *enter)
+static inline lane_set slabs_meet(const struct slabs *slabs, const struct bvh_node *node,
+                                  double limit, struct lanes *enter)
 {
-    double near = 0, far = INFINITE;
+    struct lanes near = lanes_of(0), far = lanes_of(limit);
     for (unsigned axis = 0; axis < 3; axis++) {
-        double in = (node_plane(node, slabs->near_plane[axis], child) - slabs->near_origin[axis]) *
-                    slabs->inverse[axis];
-        double out = (node_plane(node, slabs->far_plane[axis], child) - slabs->far_origin[axis]) *
-                     slabs->inverse[axis];
-        near = in > near ? in : near;
-        far = out < far ? out : far;
+        struct lanes in = node_planes(node, slabs->near_plane[axis]);
+        struct lanes out = node_planes(node, slabs->far_plane[axis]);
+        in = lanes_mul(lanes_sub(in, slabs->near_origin[axis]), slabs->inverse[axis]);
+        out = lanes_mul(lanes_sub(out, slabs->far_origin[axis]), slabs->inverse[axis]);
+        near = lanes_larger(in, near);
+        far = lanes_smaller(out, far);
     }
     *enter = near;
-    return near <= far * FAR_WIDENING && near <= limit;
+    lane_set met = lanes_at_most(near, lanes_mul(far, lanes_of(FAR_WIDENING)));
+    return __builtin_expect(slabs->blind, 0) ? met & occupied(node) : met;
 }
 
 /* Looks at the primitives of a leaf; may lower *limit; false ends the walk. */
 typedef bool visit_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
                         double *limit);
 
-/* A node, or a leaf where count is not 0, to go to from t = enter on. */
-struct place {
+/* A child that the walk has left for later. */
+struct pending {
     double enter;
-    uint32_t child, count;
+    uint32_t child, count; /* as in struct bvh_node */
 };
 
-/* Puts the children that the ray reaches on the stack, the nearest on top. */
-static inline unsigned push_children(const struct slabs *slabs, const struct bvh_node *node,
-                                     double limit, struct place *stack, unsigned top)
+static inline struct pending pending_child(const struct bvh_node *node, unsigned lane, double enter)
 {
-    unsigned bottom = top;
-    for (unsigned i = 0; i < BVH_WIDTH; i++) {
-        struct place place = {.child = node->child[i], .count = node->count[i]};
-        if (place.child == 0 && place.count == 0) break; /* where no axis decides, it is met */
-        if (!slabs_meet(slabs, node, i, limit, &place.enter)) continue;
-        unsigned at = top++;
-        for (; at > bottom && stack[at - 1].enter < place.enter; at--)
-            stack[at] = stack[at - 1];
-        stack[at] = place;
+    return (struct pending){enter, node->child[lane], node->count[lane]};
+}
+
+/* Puts the children of a set on the stack, the nearest last. */
+static inline unsigned push_nearest_last(struct pending *stack, unsigned top,
+                                         const struct bvh_node *node, lane_set set,
+                                         struct lanes enter)
+{
+    double at[LANES];
+    unsigned end = top + (unsigned)__builtin_popcount(set);
+    lanes_store(at, enter);
+    for (lane_set rest = set; rest; rest = without_lowest(rest)) {
+        unsigned lane = lowest_lane(rest);
+        struct lanes here = lanes_of(at[lane]);
+        lane_set nearer = lanes_less(enter, here);
+        nearer |= lanes_at_most(enter, here) & ((UINT32_C(1) << lane) - 1);
+        stack[end - 1 - (unsigned)__builtin_popcount(nearer & set)] =
+            pending_child(node, lane, at[lane]);
     }
+    return end;
+}
+
+static inline unsigned push_unordered(struct pending *stack, unsigned top,
+                                      const struct bvh_node *node, lane_set set)
+{
+    for (; set; set = without_lowest(set))
+        stack[top++] = pending_child(node, lowest_lane(set), 0);
     return top;
 }
 
 /*
- * Visits all leaves that the ray reaches at t <= limit, near ones first. Equal distances are
- * visited, too: which of two equally near primitives wins must not depend on the tree.
+ * Visits all leaves that the ray reaches at t <= limit, near ones first if that is asked for. Equal
+ * distances are visited, too: which of two equally near primitives wins must not depend on the
+ * tree.
  */
 static inline __attribute__((always_inline)) void traverse(const struct bvh *bvh,
                                                            const struct ray *ray, double limit,
-                                                           visit_leaf *visit, void *context)
+                                                           bool ordered, visit_leaf *visit,
+                                                           void *context)
 {
     if (bvh->node_count == 0) return;
     const struct bvh_node *nodes = bvh_nodes(bvh);
     const struct bvh_leaf *leaves = bvh_leaves(bvh);
-    struct slabs slabs = slabs_of(ray, bvh);
-    struct place stack[BVH_STACK];
-    unsigned top = push_children(&slabs, nodes, limit, stack, 0);
-    while (top > 0) {
-        const struct place *place = &stack[--top];
-        if (!(place->enter <= limit)) continue;
-        if (place->count == 0)
-            top = push_children(&slabs, &nodes[place->child], limit, stack, top);
-        else if (!visit(context, leaves + place->child, place->count, &limit))
-            return;
+    struct slabs slabs = slabs_of(bvh, ray);
+    struct pending stack[BVH_STACK + BVH_WIDTH], now = {0, 0, 0};
+    unsigned top = 0;
+    for (;;) {
+        if (now.count > 0) {
+            if (!visit(context, leaves + now.child, now.count, &limit)) return;
+        } else {
+            const struct bvh_node *node = &nodes[now.child];
+            struct lanes enter;
+            lane_set set = slabs_meet(&slabs, node, limit, &enter);
+            if (set && !without_lowest(set)) {
+                now = pending_child(node, lowest_lane(set), 0);
+                continue;
+            }
+            top = ordered ? push_nearest_last(stack, top, node, set, enter)
+                          : push_unordered(stack, top, node, set);
+        }
+        do {
+            if (top == 0) return;
+            now = stack[--top];
+        } while (!(now.enter <= limit));
     }
 }
 

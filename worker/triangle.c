@@ -126,7 +126,7 @@ static struct dd weighted(const struct corners *corners, const struct dd edges[3
     return sum;
 }
 
-WITH_FMA struct crossings triangle_careful(const struct vec3 corners[3], const struct ray *ray,
+FLATTENED struct crossings triangle_careful(const struct vec3 corners[3], const struct ray *ray,
                                            const struct shear *shear, struct dd *distance)
 {
     struct corners it = ordered_corners(corners, ray);
@@ -150,7 +150,7 @@ WITH_FMA struct crossings triangle_careful(const struct vec3 corners[3], const s
     return found;
 }
 
-WITH_FMA bool triangle_plane_point(const struct vec3 *a, const struct vec3 *b, const struct vec3 *c,
+FLATTENED bool triangle_plane_point(const struct vec3 *a, const struct vec3 *b, const struct vec3 *c,
                                    const struct ray *ray, struct dd3 *point)
 {
     struct dd3 normal = dd3_cross(exact_difference3(*b, *a), exact_difference3(*c, *a));
