@@ -37,10 +37,15 @@
  */
 #define TEST_ERROR (64 * UNIT_ROUNDOFF)
 
+/* Between the two planes of an axis. */
+struct slab {
+    size_t near_plane, far_plane; /* offsets in struct bvh_node */
+    struct lanes near_origin, far_origin, inverse;
+};
+
 struct slabs {
-    size_t near_plane[3], far_plane[3]; /* offsets in struct bvh_node */
-    struct lanes near_origin[3], far_origin[3], inverse[3];
-    bool blind; /* no axis decides anything */
+    struct slab x, y, z;
+    bool blind; /* none decides anything */
 };
 
 /* The largest coordinate of the root's box. */
@@ -61,28 +66,29 @@ static inline double slab_inverse(double d)
     return isinf(inverse) && d != 0 ? (double)NAN : inverse;
 }
 
-static inline struct slabs slabs_of(const struct bvh *bvh, const struct ray *ray)
+static INLINED struct slab slab_of(const struct bvh *bvh, const struct ray *ray, unsigned axis,
+                                   double margin)
 {
-    struct slabs slabs = {.blind = true};
+    double origin = vec_component(&ray->origin, axis) - bvh->center[axis];
+    double direction = vec_component(&ray->direction, axis);
+    size_t min = offsetof(struct bvh_node, min) + axis * BVH_WIDTH * sizeof(float);
+    size_t max = offsetof(struct bvh_node, max) + axis * BVH_WIDTH * sizeof(float);
+    if (signbit(direction))
+        return (struct slab){max, min, lanes_of(origin - margin), lanes_of(origin + margin),
+                             lanes_of(slab_inverse(direction))};
+    return (struct slab){min, max, lanes_of(origin + margin), lanes_of(origin - margin),
+                         lanes_of(slab_inverse(direction))};
+}
+
+static INLINED struct slabs slabs_of(const struct bvh *bvh, const struct ray *ray)
+{
     const double *center = bvh->center;
     double margin = largest_component(ray->origin);
     margin += larger(fabs(center[0]), larger(fabs(center[1]), fabs(center[2])));
     margin = TEST_ERROR * (margin + root_reach(bvh));
-    for (unsigned axis = 0; axis < 3; axis++) {
-        double origin = vec_component(&ray->origin, axis) - center[axis];
-        double direction = vec_component(&ray->direction, axis);
-        double inverse = slab_inverse(direction);
-        size_t min = offsetof(struct bvh_node, min) + axis * BVH_WIDTH * sizeof(float);
-        size_t max = offsetof(struct bvh_node, max) + axis * BVH_WIDTH * sizeof(float);
-        bool down = signbit(direction);
-        slabs.near_plane[axis] = down ? max : min;
-        slabs.far_plane[axis] = down ? min : max;
-        slabs.near_origin[axis] = lanes_of(down ? origin - margin : origin + margin);
-        slabs.far_origin[axis] = lanes_of(down ? origin + margin : origin - margin);
-        slabs.inverse[axis] = lanes_of(inverse);
-        if (!isnan(inverse)) slabs.blind = false;
-    }
-    return slabs;
+    return (struct slabs){slab_of(bvh, ray, 0, margin), slab_of(bvh, ray, 1, margin),
+                          slab_of(bvh, ray, 2, margin),
+                          isinf(1 / largest_component(ray->direction))};
 }
 
 static inline struct lanes node_planes(const struct bvh_node *node, size_t offset)
@@ -95,23 +101,27 @@ static inline lane_set occupied(const struct bvh_node *node)
     return lanes_at_most(lanes_load_floats(node->min[0]), lanes_load_floats(node->max[0]));
 }
 
+static INLINED void slab_cut(const struct slab *slab, const struct bvh_node *node,
+                             struct lanes *near, struct lanes *far)
+{
+    struct lanes in = lanes_sub(node_planes(node, slab->near_plane), slab->near_origin);
+    struct lanes out = lanes_sub(node_planes(node, slab->far_plane), slab->far_origin);
+    *near = lanes_larger(lanes_mul(in, slab->inverse), *near);
+    *far = lanes_smaller(lanes_mul(out, slab->inverse), *far);
+}
+
 /*
  * In which of a node's boxes the ray is somewhere in 0 <= t <= limit; *enter is where that begins.
  * A NaN, from an origin in a plane that the ray is parallel to, loses the comparisons: the slab is
  * closed.
  */
-static inline lane_set slabs_meet(const struct slabs *slabs, const struct bvh_node *node,
-                                  double limit, struct lanes *enter)
+static INLINED lane_set slabs_meet(const struct slabs *slabs, const struct bvh_node *node,
+                                   double limit, struct lanes *enter)
 {
     struct lanes near = lanes_of(0), far = lanes_of(limit);
-    for (unsigned axis = 0; axis < 3; axis++) {
-        struct lanes in = node_planes(node, slabs->near_plane[axis]);
-        struct lanes out = node_planes(node, slabs->far_plane[axis]);
-        in = lanes_mul(lanes_sub(in, slabs->near_origin[axis]), slabs->inverse[axis]);
-        out = lanes_mul(lanes_sub(out, slabs->far_origin[axis]), slabs->inverse[axis]);
-        near = lanes_larger(in, near);
-        far = lanes_smaller(out, far);
-    }
+    slab_cut(&slabs->x, node, &near, &far);
+    slab_cut(&slabs->y, node, &near, &far);
+    slab_cut(&slabs->z, node, &near, &far);
     *enter = near;
     lane_set met = lanes_at_most(near, lanes_mul(far, lanes_of(FAR_WIDENING)));
     return __builtin_expect(slabs->blind, 0) ? met & occupied(node) : met;
@@ -133,9 +143,9 @@ static inline struct pending pending_child(const struct bvh_node *node, unsigned
 }
 
 /* Puts the children of a set on the stack, the nearest last. */
-static inline unsigned push_nearest_last(struct pending *stack, unsigned top,
-                                         const struct bvh_node *node, lane_set set,
-                                         struct lanes enter)
+static INLINED unsigned push_nearest_last(struct pending *stack, unsigned top,
+                                          const struct bvh_node *node, lane_set set,
+                                          struct lanes enter)
 {
     double at[LANES];
     unsigned end = top + (unsigned)__builtin_popcount(set);
@@ -151,8 +161,8 @@ static inline unsigned push_nearest_last(struct pending *stack, unsigned top,
     return end;
 }
 
-static inline unsigned push_unordered(struct pending *stack, unsigned top,
-                                      const struct bvh_node *node, lane_set set)
+static INLINED unsigned push_unordered(struct pending *stack, unsigned top,
+                                       const struct bvh_node *node, lane_set set)
 {
     for (; set; set = without_lowest(set))
         stack[top++] = pending_child(node, lowest_lane(set), 0);
@@ -164,10 +174,8 @@ static inline unsigned push_unordered(struct pending *stack, unsigned top,
  * distances are visited, too: which of two equally near primitives wins must not depend on the
  * tree.
  */
-static inline __attribute__((always_inline)) void traverse(const struct bvh *bvh,
-                                                           const struct ray *ray, double limit,
-                                                           bool ordered, visit_leaf *visit,
-                                                           void *context)
+static INLINED void traverse(const struct bvh *bvh, const struct ray *ray, double limit,
+                             bool ordered, visit_leaf *visit, void *context)
 {
     if (bvh->node_count == 0) return;
     const struct bvh_node *nodes = bvh_nodes(bvh);

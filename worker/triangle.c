@@ -127,7 +127,7 @@ static struct dd weighted(const struct corners *corners, const struct dd edges[3
 }
 
 FLATTENED struct crossings triangle_careful(const struct vec3 corners[3], const struct ray *ray,
-                                           const struct shear *shear, struct dd *distance)
+                                            const struct shear *shear, struct dd *distance)
 {
     struct corners it = ordered_corners(corners, ray);
     struct dd edges[3];
@@ -150,8 +150,8 @@ FLATTENED struct crossings triangle_careful(const struct vec3 corners[3], const 
     return found;
 }
 
-FLATTENED bool triangle_plane_point(const struct vec3 *a, const struct vec3 *b, const struct vec3 *c,
-                                   const struct ray *ray, struct dd3 *point)
+FLATTENED bool triangle_plane_point(const struct vec3 *a, const struct vec3 *b,
+                                    const struct vec3 *c, const struct ray *ray, struct dd3 *point)
 {
     struct dd3 normal = dd3_cross(exact_difference3(*b, *a), exact_difference3(*c, *a));
     struct dd3 f = exact_difference3(ray->origin, *a);
