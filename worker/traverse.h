@@ -14,10 +14,11 @@
 /*
  * A distance to a plane, (bound - origin) * (1 / d), is rounded three times: its relative error is
  * at most gamma3 = 3 u / (1 - 3 u). Comparing two of them is safe when the far one is enlarged by
- * 1 + 2 gamma3 (T. Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013).
+ * 1 + 2 gamma3 (T. Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013); one more rounding, and that
+ * of the constant, because 1 / d is what is enlarged.
  */
-#define GAMMA3       (3 * UNIT_ROUNDOFF / (1 - 3 * UNIT_ROUNDOFF))
-#define FAR_WIDENING (1 + 2 * GAMMA3)
+#define GAMMA4       (4 * UNIT_ROUNDOFF / (1 - 4 * UNIT_ROUNDOFF))
+#define FAR_WIDENING (1 + 4 * GAMMA4)
 
 /*
  * The boxes grow by this many u of the largest numbers involved, |o|, the tree's centre and the
@@ -40,7 +41,8 @@
 /* Between the two planes of an axis. */
 struct slab {
     size_t near_plane, far_plane; /* offsets in struct bvh_node */
-    struct lanes near_origin, far_origin, inverse;
+    double near_origin, far_origin;
+    double near_inverse, far_inverse;
 };
 
 struct slabs {
@@ -70,14 +72,17 @@ static INLINED struct slab slab_of(const struct bvh *bvh, const struct ray *ray,
                                    double margin)
 {
     double origin = vec_component(&ray->origin, axis) - bvh->center[axis];
-    double direction = vec_component(&ray->direction, axis);
+    double direction = vec_component(&ray->direction, axis), inverse = slab_inverse(direction);
     size_t min = offsetof(struct bvh_node, min) + axis * BVH_WIDTH * sizeof(float);
     size_t max = offsetof(struct bvh_node, max) + axis * BVH_WIDTH * sizeof(float);
-    if (signbit(direction))
-        return (struct slab){max, min, lanes_of(origin - margin), lanes_of(origin + margin),
-                             lanes_of(slab_inverse(direction))};
-    return (struct slab){min, max, lanes_of(origin + margin), lanes_of(origin - margin),
-                         lanes_of(slab_inverse(direction))};
+    bool down = signbit(direction);
+    double outward = down ? -margin : margin;
+    return (struct slab){.near_plane = down ? max : min,
+                         .far_plane = down ? min : max,
+                         .near_origin = origin + outward,
+                         .far_origin = origin - outward,
+                         .near_inverse = inverse,
+                         .far_inverse = inverse * FAR_WIDENING};
 }
 
 static INLINED struct slabs slabs_of(const struct bvh *bvh, const struct ray *ray)
@@ -101,13 +106,17 @@ static inline lane_set occupied(const struct bvh_node *node)
     return lanes_at_most(lanes_load_floats(node->min[0]), lanes_load_floats(node->max[0]));
 }
 
-static INLINED void slab_cut(const struct slab *slab, const struct bvh_node *node,
-                             struct lanes *near, struct lanes *far)
+/* Distances to the near and to the far planes. */
+static INLINED struct lanes slab_in(const struct slab *slab, const struct bvh_node *node)
 {
-    struct lanes in = lanes_sub(node_planes(node, slab->near_plane), slab->near_origin);
-    struct lanes out = lanes_sub(node_planes(node, slab->far_plane), slab->far_origin);
-    *near = lanes_larger(lanes_mul(in, slab->inverse), *near);
-    *far = lanes_smaller(lanes_mul(out, slab->inverse), *far);
+    struct lanes way = lanes_sub(node_planes(node, slab->near_plane), lanes_of(slab->near_origin));
+    return lanes_mul(way, lanes_of(slab->near_inverse));
+}
+
+static INLINED struct lanes slab_out(const struct slab *slab, const struct bvh_node *node)
+{
+    struct lanes way = lanes_sub(node_planes(node, slab->far_plane), lanes_of(slab->far_origin));
+    return lanes_mul(way, lanes_of(slab->far_inverse));
 }
 
 /*
@@ -118,12 +127,14 @@ static INLINED void slab_cut(const struct slab *slab, const struct bvh_node *nod
 static INLINED lane_set slabs_meet(const struct slabs *slabs, const struct bvh_node *node,
                                    double limit, struct lanes *enter)
 {
-    struct lanes near = lanes_of(0), far = lanes_of(limit);
-    slab_cut(&slabs->x, node, &near, &far);
-    slab_cut(&slabs->y, node, &near, &far);
-    slab_cut(&slabs->z, node, &near, &far);
+    struct lanes near = lanes_larger(slab_in(&slabs->x, node), lanes_of(0));
+    struct lanes far = lanes_smaller(slab_out(&slabs->x, node), lanes_of(limit));
+    near = lanes_larger(slab_in(&slabs->y, node), near);
+    far = lanes_smaller(slab_out(&slabs->y, node), far);
+    near = lanes_larger(slab_in(&slabs->z, node), near);
+    far = lanes_smaller(slab_out(&slabs->z, node), far);
     *enter = near;
-    lane_set met = lanes_at_most(near, lanes_mul(far, lanes_of(FAR_WIDENING)));
+    lane_set met = lanes_at_most(near, far);
     return __builtin_expect(slabs->blind, 0) ? met & occupied(node) : met;
 }
 

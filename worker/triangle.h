@@ -126,6 +126,11 @@ static inline double uncorrected_error(const struct sheared *p, const struct she
     return slope < 0x1p20 ? 0x1p-30 * size / fabs(shear->dz) : INFINITE;
 }
 
+/* Where the line of a ray crosses the triangle's plane, right to the last bit; false: not to be
+ * told by double-double. */
+bool triangle_plane_distance(const struct vec3 *a, const struct vec3 *b, const struct vec3 *c,
+                             const struct ray *ray, double *t);
+
 /* The same as triangle_crossings() without any rounding in what is decided; unless NULL, *distance
  * is t before it is rounded. */
 struct crossings triangle_careful(const struct vec3 corners[3], const struct ray *ray,
@@ -175,6 +180,7 @@ static inline struct crossings triangle_crossings(const struct vec3 *a, const st
     if (t < -doubt || t - doubt > purpose->farthest) return found;
     if (purpose->any && t > doubt && t + doubt < purpose->farthest) return found;
     if (triangle_correct(a, b, c, ray, &found.t[0])) return found;
+    if (triangle_plane_distance(a, b, c, ray, &found.t[0])) return found;
     return careful_crossings(a, b, c, ray, shear);
 }
 

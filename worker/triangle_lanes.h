@@ -11,21 +11,20 @@ struct sheared_lanes {
     struct lanes x, y, z;
 };
 
-/* A ray's shear and origin for every lane. */
+/* A ray's shear and origin in the order of the shear's axes. */
 struct shear_lanes {
     struct axis_order order;
-    struct lanes origin[3], sx, sy; /* origin: in that order */
+    double origin[3], sx, sy;
 };
 
 static INLINED struct shear_lanes shear_lanes_of(const struct shear *shear,
                                                  const struct vec3 *origin)
 {
     return (struct shear_lanes){axis_order(shear->x, shear->y, shear->z),
-                                {lanes_of(vec_component(origin, shear->x)),
-                                 lanes_of(vec_component(origin, shear->y)),
-                                 lanes_of(vec_component(origin, shear->z))},
-                                lanes_of(shear->sx),
-                                lanes_of(shear->sy)};
+                                {vec_component(origin, shear->x), vec_component(origin, shear->y),
+                                 vec_component(origin, shear->z)},
+                                shear->sx,
+                                shear->sy};
 }
 
 /* Vertex k of each triangle. */
@@ -40,10 +39,11 @@ static INLINED struct sheared_lanes shear_vertices(const struct shear_lanes *she
     for (unsigned i = 0; i < LANES; i++)
         at[i] = &vertices[leaves[i]->vertex[k]].x;
     lanes_transpose(at, &shear->order, p);
-    struct lanes z = lanes_sub(p[2], shear->origin[2]);
-    struct lanes x = lanes_sub(p[0], shear->origin[0]), y = lanes_sub(p[1], shear->origin[1]);
-    return (struct sheared_lanes){lanes_sub(x, lanes_mul(shear->sx, z)),
-                                  lanes_sub(y, lanes_mul(shear->sy, z)), z};
+    struct lanes z = lanes_sub(p[2], lanes_of(shear->origin[2]));
+    struct lanes x = lanes_sub(p[0], lanes_of(shear->origin[0]));
+    struct lanes y = lanes_sub(p[1], lanes_of(shear->origin[1]));
+    return (struct sheared_lanes){lanes_sub(x, lanes_mul(lanes_of(shear->sx), z)),
+                                  lanes_sub(y, lanes_mul(lanes_of(shear->sy), z)), z};
 }
 
 static INLINED struct lanes lanes_edge(const struct sheared_lanes *p, const struct sheared_lanes *q)
@@ -85,7 +85,7 @@ struct triangle_sets {
  * beyond which it is corrected.
  */
 struct reach {
-    struct lanes from, to;
+    double from, to;
 };
 
 #define PASSAGE_REACH 0x1p-19
@@ -95,8 +95,8 @@ static INLINED struct reach reach_of(const struct ray *ray, const struct shear *
 {
     double near = PASSAGE_REACH * largest_component(ray->origin);
     double far = ray->t_max * fabs(shear->dz) * REACH_SLACK;
-    if (shear->dz < 0) return (struct reach){lanes_of(-far), lanes_of(-near)};
-    return (struct reach){lanes_of(near), lanes_of(far)};
+    if (shear->dz < 0) return (struct reach){-far, -near};
+    return (struct reach){near, far};
 }
 
 /* `count` triangles, 8 at most. Without a reach nothing is certain. The same operations as those of
@@ -124,7 +124,8 @@ static INLINED struct triangle_sets sort_triangles(const struct vec3 *vertices,
     struct lanes first = lanes_smaller(lanes_smaller(p.z, q.z), r.z);
     struct lanes last = lanes_larger(lanes_larger(p.z, q.z), r.z);
     lane_set crossed = lanes_less(error, low) | lanes_less(lanes_add(high, error), zero);
-    lane_set within = lanes_less(reach->from, first) & lanes_less(last, reach->to);
+    lane_set within =
+        lanes_less(lanes_of(reach->from), first) & lanes_less(last, lanes_of(reach->to));
     sets.certain = sets.maybe & crossed & within;
     return sets;
 }
