@@ -12,15 +12,25 @@
 /* Of a step to a node, with tests of its eight boxes; see LEAF_COST. */
 #define STEP_COST 1.0
 
+/*
+ * A spatial split, which takes longer to find, is tried where the two sides of the best other one
+ * have a large part of the range's area in common, and one of the root's that rays will notice. At
+ * most one piece is added for so many triangles.
+ */
+#define OVERLAP         0.1
+#define OVERLAP_OF_ROOT 1e-3
+#define PIECES_SHARE    4
+
 /* A leaf of more weight is always split, whatever the heuristic says. */
 #define LEAF_WEIGHT_MAX (2 * PACK)
 
 #define ALIGNMENT 64
 
 struct build {
+    struct whole whole;
     struct bvh_node *nodes;
     uint32_t node_count;
-    struct item *items;
+    double area; /* of the root */
 };
 
 static size_t align_up(size_t bytes)
@@ -33,6 +43,19 @@ static size_t align_up(size_t bytes)
 static uint64_t bounded_count(const struct scene *scene)
 {
     return scene_primitive_count(scene) - scene->primitives[PRIMITIVE_PLANE].count;
+}
+
+/* Pieces that spatial splits may add. */
+static uint64_t room_for_pieces(const struct scene *scene)
+{
+    return (scene->primitives[PRIMITIVE_TRIANGLE].count +
+            scene->primitives[PRIMITIVE_PATCH].count) /
+           PIECES_SHARE;
+}
+
+static uint64_t leaf_bound(const struct scene *scene)
+{
+    return bounded_count(scene) + room_for_pieces(scene);
 }
 
 /* Of the test of one primitive; triangles are tested PACK at a time. */
@@ -48,7 +71,7 @@ static uint32_t weight_of(enum primitive_kind kind)
  */
 static uint64_t node_bound(const struct scene *scene)
 {
-    uint64_t weight = 0;
+    uint64_t weight = room_for_pieces(scene);
     for (enum primitive_kind kind = 0; kind < PRIMITIVE_PLANE; kind++)
         weight += scene->primitives[kind].count * weight_of(kind);
     return weight == 0 ? 0 : weight / (BVH_WIDTH - 1) + 1;
@@ -57,30 +80,10 @@ static uint64_t node_bound(const struct scene *scene)
 size_t bvh_bytes_bound(const struct scene *scene)
 {
     return align_up(sizeof(struct bvh)) + (size_t)node_bound(scene) * sizeof(struct bvh_node) +
-           align_up((size_t)bounded_count(scene) * sizeof(struct bvh_leaf));
+           align_up((size_t)leaf_bound(scene) * sizeof(struct bvh_leaf));
 }
 
 /* ---- primitives ---- */
-
-/* One float further out than needed, which also covers the roundings of the bounds themselves; see
- * struct item for what is out of range. */
-static float round_down(double x)
-{
-    if (x > (double)FLT_MAX) return FLT_MAX;
-    if (x <= -(double)FLT_MAX) return -FLT_MAX;
-    float rounded = (float)x;
-    if (rounded == 0) return -FLT_TRUE_MIN;
-    uint32_t bits; /* sign and magnitude */
-    memcpy(&bits, &rounded, sizeof bits);
-    bits += rounded > 0 ? UINT32_MAX : 1;
-    memcpy(&rounded, &bits, sizeof bits);
-    return rounded < -FLT_MAX ? -FLT_MAX : rounded;
-}
-
-static float round_up(double x)
-{
-    return -round_down(-x);
-}
 
 /* The bounds of everything, in double. */
 static struct bounds scene_bounds(const struct scene *scene)
@@ -143,6 +146,14 @@ static bool may_be_leaf(const struct range *range)
     return range->weight <= LEAF_WEIGHT_MAX;
 }
 
+static struct split find_split(const struct build *build, const struct range *range)
+{
+    struct split split = find_object_split(&build->whole, range);
+    double least = larger(OVERLAP_OF_ROOT * build->area, OVERLAP * extent_area(&range->extent));
+    if (range->room == 0 || !(split.overlap > least)) return split;
+    return find_spatial_split(&build->whole, range, &split);
+}
+
 /* Dividing a child that has a node of its own saves the step to that; dividing a leaf saves tests,
  * for that there is room in the node. */
 static struct child new_child(const struct build *build, const struct range *range)
@@ -152,7 +163,7 @@ static struct child new_child(const struct build *build, const struct range *ran
     if (!may_be_leaf(range)) {
         child.gain = STEP_COST * area;
     } else if (range->count > 1) {
-        child.split = find_split(build->items, range);
+        child.split = find_split(build, range);
         child.gain = cost_of(range->weight) * area - child.split.cost;
     }
     return child;
@@ -198,10 +209,10 @@ static unsigned find_children(struct build *build, const struct range *range, un
         struct child *child = &children[chosen];
         struct range left, right;
         if (halving) {
-            halve_range(build->items, &child->range, &left, &right);
+            halve_range(&build->whole, &child->range, &left, &right);
         } else {
-            if (!may_be_leaf(&child->range)) child->split = find_split(build->items, &child->range);
-            split_range(build->items, &child->range, &child->split, &left, &right);
+            if (!may_be_leaf(&child->range)) child->split = find_split(build, &child->range);
+            split_range(&build->whole, &child->range, &child->split, &left, &right);
         }
         *child = new_child(build, &left);
         children[count++] = new_child(build, &right);
@@ -276,48 +287,72 @@ static void sort_by_id(struct item *items, uint32_t count)
     }
 }
 
-static void write_leaves(const struct scene *scene, const struct build *build,
-                         struct bvh_leaf *leaves)
+/* Writes one leaf, in which pieces of the same triangle are one; returns how many entries it has.
+ */
+static uint32_t write_leaf(const struct whole *whole, struct item *items, uint32_t count,
+                           struct bvh_leaf *leaves)
 {
+    uint32_t written = 0;
+    sort_by_id(items, count);
+    for (uint32_t i = 0; i < count; i++)
+        if (i == 0 || items[i].id != items[i - 1].id)
+            leaves[written++] = bvh_leaf_of(whole->scene, items[i].id);
+    return written;
+}
+
+/* Moves the leaves from the items, where there is room between them, to a list without gaps. */
+static uint32_t write_leaves(const struct build *build, struct bvh_leaf *leaves)
+{
+    uint32_t written = 0;
     for (uint32_t n = 0; n < build->node_count; n++) {
-        const struct bvh_node *node = &build->nodes[n];
+        struct bvh_node *node = &build->nodes[n];
         for (unsigned slot = 0; slot < BVH_WIDTH; slot++) {
-            struct item *items = build->items + node->child[slot];
-            sort_by_id(items, node->count[slot]);
-            for (uint32_t i = 0; i < node->count[slot]; i++)
-                leaves[node->child[slot] + i] = bvh_leaf_of(scene, items[i].id);
+            if (node->count[slot] == 0) continue;
+            struct item *items = build->whole.items + node->child[slot];
+            node->child[slot] = written;
+            node->count[slot] =
+                write_leaf(&build->whole, items, node->count[slot], leaves + written);
+            written += node->count[slot];
         }
     }
+    return written;
 }
 
 /* ---- the tree ---- */
 
+static void write_bounds(struct bvh *bvh, const struct extent *extent)
+{
+    for (unsigned axis = 0; axis < 3; axis++) {
+        bvh->min[axis] = open_below(extent->min[axis]);
+        bvh->max[axis] = open_above(extent->max[axis]);
+    }
+}
+
 struct bvh *bvh_build(const struct scene *scene, void *memory)
 {
-    uint64_t primitives = bounded_count(scene);
     struct bvh *bvh = memory;
     memset(memory, 0, align_up(sizeof *bvh));
     bvh->nodes_offset = bvh->leaves_offset = bvh->bytes = align_up(sizeof *bvh);
-    if (primitives == 0) return bvh;
+    if (bounded_count(scene) == 0) return bvh;
 
-    struct build build = {.nodes = (void *)((char *)memory + bvh->nodes_offset), .node_count = 1};
-    build.items = allocate((size_t)primitives, sizeof *build.items);
+    struct build build = {.whole = {scene, bvh->center, NULL},
+                          .nodes = (void *)((char *)memory + bvh->nodes_offset),
+                          .node_count = 1};
+    build.whole.items = allocate((size_t)leaf_bound(scene), sizeof *build.whole.items);
     place_center(scene, bvh->center);
-    struct range all = collect_items(scene, bvh->center, build.items);
+    struct range all = collect_items(scene, bvh->center, build.whole.items);
+    all.room = (uint32_t)room_for_pieces(scene);
+    build.area = extent_area(&all.extent);
+    write_bounds(bvh, &all.extent);
     build_node(&build, 0, &all, 0);
-    for (unsigned axis = 0; axis < 3; axis++) {
-        bvh->min[axis] = open_below(all.extent.min[axis]);
-        bvh->max[axis] = open_above(all.extent.max[axis]);
-    }
     bvh->node_count = build.node_count;
-    bvh->leaf_count = primitives;
     bvh->leaves_offset += build.node_count * sizeof(struct bvh_node);
-    bvh->bytes = bvh->leaves_offset + align_up((size_t)primitives * sizeof(struct bvh_leaf));
     struct bvh_leaf *leaves = (void *)((char *)memory + bvh->leaves_offset);
-    write_leaves(scene, &build, leaves);
+    bvh->leaf_count = write_leaves(&build, leaves);
+    size_t leaf_bytes = (size_t)bvh->leaf_count * sizeof *leaves;
+    bvh->bytes = bvh->leaves_offset + align_up(leaf_bytes);
     /* The same scene gives the same bytes, gaps too. */
-    memset(leaves + primitives, 0,
-           bvh->bytes - bvh->leaves_offset - (size_t)primitives * sizeof *leaves);
-    free(build.items);
+    memset((char *)leaves + leaf_bytes, 0, align_up(leaf_bytes) - leaf_bytes);
+    free(build.whole.items);
     return bvh;
 }

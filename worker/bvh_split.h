@@ -1,20 +1,22 @@
 /*
- * How a range of boxes is divided in two: the surface area heuristic over bins of their centres (I.
- * Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", IEEE RT 2007).
+ * How a range of boxes is divided in two: by their centres, or by a plane that cuts triangles in
+ * two. Either way the surface area heuristic is evaluated at the borders of bins (I. Wald, "On fast
+ * Construction of SAH-based Bounding Volume Hierarchies", IEEE RT 2007; M. Stich, H. Friedrich and
+ * A. Dietrich, "Spatial Splits in Bounding Volume Hierarchies", HPG 2009).
  */
 #ifndef FARM_WORKER_BVH_SPLIT_H
 #define FARM_WORKER_BVH_SPLIT_H
 
-#include <float.h>
+#include <stdbool.h>
 #include <stdint.h>
 
-/* x, y, z and one lane for which there is other use. */
-typedef float float4 __attribute__((vector_size(16)));
+#include "common/scene.h"
+#include "worker/extent.h"
 
 /*
- * A primitive while the tree is built; moved about instead of its index, to read memory in order.
- * Coordinates are finite: -FLT_MAX or FLT_MAX also stands for what is beyond, so that nothing here
- * becomes infinite or NaN.
+ * A primitive, or a piece of a triangle, while the tree is built; moved about instead of its index,
+ * to read memory in order. Coordinates are finite: -FLT_MAX or FLT_MAX also stands for what is
+ * beyond, so that nothing here becomes infinite or NaN.
  */
 struct item {
     float min[3];
@@ -32,30 +34,35 @@ struct item {
 /* The visit of a leaf, before the first test. */
 #define LEAF_COST 0.5
 
-struct extent {
-    float4 min, max; /* the fourth lane is undefined */
-};
-
-/* Items in a row, and what is known about them. */
+/* Items in a row, with room behind them, and what is known about them. */
 struct range {
     uint32_t first, count;
+    uint32_t room; /* for so many more items */
     uint32_t weight;
     struct extent extent;
     struct extent centers; /* of the boxes' centres, halved */
 };
 
-/* The left side are the items with (centre / 2 - low) * scale < end. */
+/* The left side are the items with (place - low) * scale < end, where place is half the centre; or
+ * what is left of place = plane. */
 struct split {
     unsigned axis;
-    float low, scale, end;
-    double cost; /* area * cost_of(weight), of both sides; infinite: all centres are the same */
+    bool spatial;
+    float low, scale, end; /* unless spatial */
+    float plane;           /* if it is */
+    double cost;    /* area * cost_of(weight), of both sides; infinite: all centres are the same */
+    double overlap; /* area of what both sides have in common */
+};
+
+/* What the items are pieces of. */
+struct whole {
+    const struct scene *scene;
+    const double *center; /* the tree's, [3] */
+    struct item *items;
 };
 
 struct range range_empty(uint32_t first);
 void range_add(struct range *range, const struct item *item);
-
-/* Half the surface; 0 for an empty extent. */
-double extent_area(const struct extent *extent);
 
 /* Of items of this weight together, as a leaf. */
 static inline double cost_of(uint32_t weight)
@@ -63,15 +70,23 @@ static inline double cost_of(uint32_t weight)
     return LEAF_COST + (weight + PACK - 1) / PACK;
 }
 
-struct split find_split(const struct item *items, const struct range *range);
+/* One float below x, or -FLT_MAX: also covers the roundings of bounds. */
+float round_down(double x);
+float round_up(double x);
 
-/* Reorders the items of range; without a split (cost is infinite) halves them as they are. Neither
- * side becomes empty. */
-void split_range(struct item *items, const struct range *range, const struct split *split,
+struct split find_object_split(const struct whole *whole, const struct range *range);
+
+/* The cheapest spatial split, or *split if none is cheaper. */
+struct split find_spatial_split(const struct whole *whole, const struct range *range,
+                                const struct split *split);
+
+/* Reorders the items of range, and adds pieces as long as there is room; without a split (cost is
+ * infinite) halves them as they are. Neither side becomes empty. */
+void split_range(const struct whole *whole, const struct range *range, const struct split *split,
                  struct range *left, struct range *right);
 
 /* Divides the items as they are. */
-void halve_range(const struct item *items, const struct range *range, struct range *left,
+void halve_range(const struct whole *whole, const struct range *range, struct range *left,
                  struct range *right);
 
 #endif
