@@ -292,10 +292,11 @@ static void test_pieces_count_once(void **state)
     for (int i = 0; i < 200; i++) {
         struct ray ray = ray_to(random_vector(&random, 15), random_vector(&random, 5));
         struct shear shear = shear_of(&ray.direction);
+        const struct purpose purpose = {true, INFINITE};
         unsigned expected = 0;
         for (uint32_t k = 0; k < 2000; k++) {
             struct crossings found = primitive_crossings(scene, primitive_id(PRIMITIVE_TRIANGLE, k),
-                                                         &ray, &shear, false, &exact);
+                                                         &ray, &shear, &purpose, &exact);
             expected += count_ahead(&found);
         }
         struct crossings found = primitive_crossings(scene, primitive_id(PRIMITIVE_SPHERE, 0), &ray,

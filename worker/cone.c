@@ -546,7 +546,7 @@ static struct spans spans_of(const struct scaled *it, const struct ray *ray, boo
 }
 
 FLATTENED struct crossings cone_roots(const struct cone *cone, const struct ray *ray, bool leaving,
-                                     bool any, uint64_t *exact)
+                                      bool any, uint64_t *exact)
 {
     struct scaled it = scaled_of(cone, ray);
     struct spans spans = spans_of(&it, ray, leaving, any, exact);
@@ -574,7 +574,7 @@ static struct dd parameter_at(const struct scaled *it, const struct ray *ray, do
 }
 
 FLATTENED struct dd cone_parameter(const struct cone *cone, const struct ray *ray, double t,
-                                  uint32_t part, bool leaving)
+                                   uint32_t part, bool leaving)
 {
     struct scaled it = scaled_of(cone, ray);
     struct dd way_out = parameter_at(&it, ray, t, part, leaving);
@@ -588,7 +588,7 @@ FLATTENED struct dd cone_parameter(const struct cone *cone, const struct ray *ra
 }
 
 FLATTENED struct dd3 cone_point(const struct cone *cone, const struct ray *ray, double t,
-                               uint32_t part, bool leaving)
+                                uint32_t part, bool leaving)
 {
     struct scaled it = scaled_of(cone, ray);
     struct dd3 step = dd3_scale(it.direction, parameter_at(&it, ray, t, part, leaving));

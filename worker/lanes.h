@@ -11,6 +11,11 @@
 
 #define LANES 8
 
+#define INLINED inline __attribute__((always_inline))
+
+/* In front of a short loop over an array that is to be kept in registers. */
+#define UNROLLED _Pragma("GCC unroll 8")
+
 /* A bit for each lane, the lowest for lane 0. */
 typedef uint32_t lane_set;
 
@@ -95,17 +100,31 @@ static inline __m512d two_points(const double *low, const double *high)
     return _mm512_mask_loadu_pd(_mm512_maskz_loadu_pd(0x07, low), 0x70, four_before);
 }
 
-static inline void lanes_transpose(const double *const at[LANES], struct lanes out[3])
+struct axis_order {
+    __m512i first_two, third; /* of two pairs of points */
+};
+
+static inline struct axis_order axis_order(unsigned first, unsigned second, unsigned third)
 {
-    const __m512i xs = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
-    const __m512i zs = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
+    long long x = first, y = second, z = third;
+    return (struct axis_order){_mm512_setr_epi64(x, 8 + x, y, 8 + y, 4 + x, 12 + x, 4 + y, 12 + y),
+                               _mm512_setr_epi64(z, 8 + z, 0, 0, 4 + z, 12 + z, 0, 0)};
+}
+
+static INLINED void lanes_transpose(const double *const at[LANES], const struct axis_order *order,
+                                    struct lanes out[3])
+{
+    const __m512i low = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
+    const __m512i high = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
     __m512d p04 = two_points(at[0], at[4]), p15 = two_points(at[1], at[5]);
     __m512d p26 = two_points(at[2], at[6]), p37 = two_points(at[3], at[7]);
-    __m512d xz01 = _mm512_unpacklo_pd(p04, p15), xz23 = _mm512_unpacklo_pd(p26, p37);
-    __m512d y01 = _mm512_unpackhi_pd(p04, p15), y23 = _mm512_unpackhi_pd(p26, p37);
-    out[0].v = _mm512_permutex2var_pd(xz01, xs, xz23);
-    out[1].v = _mm512_permutex2var_pd(y01, xs, y23);
-    out[2].v = _mm512_permutex2var_pd(xz01, zs, xz23);
+    __m512d xy01 = _mm512_permutex2var_pd(p04, order->first_two, p15);
+    __m512d xy23 = _mm512_permutex2var_pd(p26, order->first_two, p37);
+    __m512d z01 = _mm512_permutex2var_pd(p04, order->third, p15);
+    __m512d z23 = _mm512_permutex2var_pd(p26, order->third, p37);
+    out[0].v = _mm512_permutex2var_pd(xy01, low, xy23);
+    out[1].v = _mm512_permutex2var_pd(xy01, high, xy23);
+    out[2].v = _mm512_permutex2var_pd(z01, low, z23);
 }
 
 static inline lane_set lanes_less(struct lanes a, struct lanes b)
@@ -177,11 +196,27 @@ static inline struct lanes lanes_fma(struct lanes a, struct lanes b, struct lane
                           _mm256_fmadd_pd(a.high, b.high, c.high)};
 }
 
-static inline void transpose_4(const double *const at[4], __m256d out[3])
+struct axis_order {
+    __m256i floats; /* a double is two of them */
+};
+
+static inline struct axis_order axis_order(unsigned first, unsigned second, unsigned third)
 {
-    const __m256i three = _mm256_setr_epi64x(-1, -1, -1, 0);
-    __m256d p0 = _mm256_maskload_pd(at[0], three), p1 = _mm256_maskload_pd(at[1], three);
-    __m256d p2 = _mm256_maskload_pd(at[2], three), p3 = _mm256_maskload_pd(at[3], three);
+    int x = 2 * (int)first, y = 2 * (int)second, z = 2 * (int)third;
+    return (struct axis_order){_mm256_setr_epi32(x, x + 1, y, y + 1, z, z + 1, 6, 7)};
+}
+
+static inline __m256d point_in_order(const double *at, const struct axis_order *order)
+{
+    __m256d p = _mm256_maskload_pd(at, _mm256_setr_epi64x(-1, -1, -1, 0));
+    return _mm256_castps_pd(_mm256_permutevar8x32_ps(_mm256_castpd_ps(p), order->floats));
+}
+
+static INLINED void transpose_4(const double *const at[4], const struct axis_order *order,
+                                __m256d out[3])
+{
+    __m256d p0 = point_in_order(at[0], order), p1 = point_in_order(at[1], order);
+    __m256d p2 = point_in_order(at[2], order), p3 = point_in_order(at[3], order);
     __m256d xz01 = _mm256_unpacklo_pd(p0, p1), xz23 = _mm256_unpacklo_pd(p2, p3);
     __m256d y01 = _mm256_unpackhi_pd(p0, p1), y23 = _mm256_unpackhi_pd(p2, p3);
     out[0] = _mm256_permute2f128_pd(xz01, xz23, 0x20);
@@ -189,13 +224,15 @@ static inline void transpose_4(const double *const at[4], __m256d out[3])
     out[2] = _mm256_permute2f128_pd(xz01, xz23, 0x31);
 }
 
-static inline void lanes_transpose(const double *const at[LANES], struct lanes out[3])
+static INLINED void lanes_transpose(const double *const at[LANES], const struct axis_order *order,
+                                    struct lanes out[3])
 {
     __m256d low[3], high[3];
-    transpose_4(at, low);
-    transpose_4(at + 4, high);
-    for (unsigned i = 0; i < 3; i++)
-        out[i] = (struct lanes){low[i], high[i]};
+    transpose_4(at, order, low);
+    transpose_4(at + 4, order, high);
+    out[0] = (struct lanes){low[0], high[0]};
+    out[1] = (struct lanes){low[1], high[1]};
+    out[2] = (struct lanes){low[2], high[2]};
 }
 
 static inline lane_set lane_set_of(__m256d low, __m256d high)
@@ -279,11 +316,21 @@ static inline struct lanes lanes_fma(struct lanes a, struct lanes b, struct lane
     return a;
 }
 
-static inline void lanes_transpose(const double *const at[LANES], struct lanes out[3])
+struct axis_order {
+    unsigned axis[3];
+};
+
+static inline struct axis_order axis_order(unsigned first, unsigned second, unsigned third)
+{
+    return (struct axis_order){{first, second, third}};
+}
+
+static inline void lanes_transpose(const double *const at[LANES], const struct axis_order *order,
+                                   struct lanes out[3])
 {
     for (unsigned i = 0; i < LANES; i++)
         for (unsigned k = 0; k < 3; k++)
-            out[k].at[i] = at[i][k];
+            out[k].at[i] = at[i][order->axis[k]];
 }
 
 static inline lane_set lanes_less(struct lanes a, struct lanes b)
@@ -305,7 +352,7 @@ static inline lane_set lanes_at_most(struct lanes a, struct lanes b)
 #endif
 
 /* lanes_larger(), lanes_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses.
- * lanes_transpose(): of three doubles for each lane the first, the second and the third ones; what
- * lies behind them is not touched. */
+ * lanes_transpose(): of three doubles for each lane those that the order names first, second and
+ * third; what lies behind them is not touched. */
 
 #endif

@@ -127,7 +127,7 @@ static inline double power_of_e(struct dd x)
  * double-double up to there.
  */
 FLATTENED double phong_lobe(struct vec3 view, struct vec3 normal, struct vec3 to_light,
-                           double shininess)
+                            double shininess)
 {
     struct vec3 light = scaled_to_range(to_light);
     struct dd t_v = twofold_dot(light, view), n_n = twofold_dot(normal, normal);
@@ -272,7 +272,7 @@ static inline double blended(struct dd a, double v, struct dd b, double n)
 /* v (n1 / n2) + n (n1 c - sqrt(n2^2 k)) / n2 with the unit vectors that view and normal stand for,
  * see mirror(). */
 FLATTENED bool snell(struct vec3 view, struct vec3 normal, double from, double to,
-                    struct vec3 *direction)
+                     struct vec3 *direction)
 {
     if (from == to) {
         *direction = view;

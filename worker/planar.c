@@ -109,7 +109,7 @@ static enum side disc_side_exact(const struct disc *disc, const struct ray *ray)
 }
 
 FLATTENED struct crossings disc_crossings(const struct disc *disc, const struct ray *ray,
-                                         uint64_t *exact)
+                                          uint64_t *exact)
 {
     enum side side = disc_side_filtered(disc, ray);
     if (side == SIDE_OPEN) {

@@ -72,13 +72,13 @@ static inline bool is_same_passage(const struct scene *scene, uint32_t id, const
 /* Where the ray's line crosses the triangle, with what primitive_crossings() leaves out. */
 static inline struct crossings corner_crossings(const struct scene *scene, uint32_t id,
                                                 const uint32_t corner[3], const struct ray *ray,
-                                                const struct shear *shear, bool any,
-                                                uint64_t *exact)
+                                                const struct shear *shear,
+                                                const struct purpose *purpose, uint64_t *exact)
 {
     if (id == ray->from) return NO_CROSSINGS;
     const struct vec3 *vertices = scene_vertices(scene);
     struct crossings found = triangle_crossings(&vertices[corner[0]], &vertices[corner[1]],
-                                                &vertices[corner[2]], ray, shear, any, exact);
+                                                &vertices[corner[2]], ray, shear, purpose, exact);
     return is_same_passage(scene, id, ray, found.t[0]) ? NO_CROSSINGS : found;
 }
 
@@ -89,17 +89,17 @@ static inline struct crossings corner_crossings(const struct scene *scene, uint3
  */
 static inline struct crossings primitive_crossings(const struct scene *scene, uint32_t id,
                                                    const struct ray *ray, const struct shear *shear,
-                                                   bool any, uint64_t *exact)
+                                                   const struct purpose *purpose, uint64_t *exact)
 {
     uint32_t index = primitive_index(id);
     bool leaving = id == ray->from;
     switch (primitive_kind(id)) {
     case PRIMITIVE_SPHERE:
-        return sphere_crossings(&scene_spheres(scene)[index], ray, leaving, exact);
+        return sphere_crossings(&scene_spheres(scene)[index], ray, leaving, purpose, exact);
     case PRIMITIVE_BOX:
         return box_crossings(&scene_boxes(scene)[index], ray, leaving, exact);
     case PRIMITIVE_CONE:
-        return cone_crossings(&scene_cones(scene)[index], ray, leaving, any, exact);
+        return cone_crossings(&scene_cones(scene)[index], ray, leaving, purpose->any, exact);
     case PRIMITIVE_DISC:
         return leaving ? NO_CROSSINGS : disc_crossings(&scene_discs(scene)[index], ray, exact);
     case PRIMITIVE_PLANE:
@@ -109,12 +109,11 @@ static inline struct crossings primitive_crossings(const struct scene *scene, ui
     case PRIMITIVE_KINDS:
         break;
     }
-    return corner_crossings(scene, id, corner_indices(scene, id), ray, shear, any, exact);
+    return corner_crossings(scene, id, corner_indices(scene, id), ray, shear, purpose, exact);
 }
 
-static inline struct crossings naive_corner_crossings(const struct scene *scene,
-                                                      const uint32_t corner[3],
-                                                      const struct ray *ray)
+static inline struct crossings
+naive_corner_crossings(const struct scene *scene, const uint32_t corner[3], const struct ray *ray)
 {
     const struct vec3 *vertices = scene_vertices(scene);
     return naive_beyond_epsilon(

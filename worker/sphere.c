@@ -180,7 +180,7 @@ static bool line_roots(const struct scaled *it, struct sphere_line *line, struct
 }
 
 FLATTENED struct crossings sphere_roots(const struct sphere *sphere, const struct ray *ray,
-                                       const struct sphere_approach *near, uint64_t *exact)
+                                        const struct sphere_approach *near, uint64_t *exact)
 {
     struct crossings found = NO_CROSSINGS;
     struct scaled it = scaled_of(sphere, ray);
@@ -226,7 +226,7 @@ static struct dd offset_at(const struct scaled *it, struct sphere_line *line, do
 }
 
 FLATTENED struct dd sphere_parameter(const struct sphere *sphere, const struct ray *ray, double t,
-                                    bool leaving)
+                                     bool leaving)
 {
     struct scaled it = scaled_of(sphere, ray);
     struct sphere_line line = line_from(&it, closest_approach(&it));

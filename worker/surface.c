@@ -192,7 +192,7 @@ static void exact_surface(const struct scene *scene, const struct ray *ray, cons
 }
 
 FLATTENED void surface_at(const struct scene *scene, const struct ray *ray, const struct hit *hit,
-                         struct surface *surface)
+                          struct surface *surface)
 {
     surface->material = primitive_material(scene, hit->primitive);
     if (scene->view.formulas == FORMULAS_PAPER)

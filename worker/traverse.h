@@ -14,10 +14,11 @@
 /*
  * A distance to a plane, (bound - origin) * (1 / d), is rounded three times: its relative error is
  * at most gamma3 = 3 u / (1 - 3 u). Comparing two of them is safe when the far one is enlarged by
- * 1 + 2 gamma3 (T. Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013).
+ * 1 + 2 gamma3 (T. Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013); one more rounding, and that
+ * of the constant, because 1 / d is what is enlarged.
  */
-#define GAMMA3       (3 * UNIT_ROUNDOFF / (1 - 3 * UNIT_ROUNDOFF))
-#define FAR_WIDENING (1 + 2 * GAMMA3)
+#define GAMMA4       (4 * UNIT_ROUNDOFF / (1 - 4 * UNIT_ROUNDOFF))
+#define FAR_WIDENING (1 + 4 * GAMMA4)
 
 /*
  * The boxes grow by this many u of the largest numbers involved, |o|, the tree's centre and the
@@ -37,10 +38,16 @@
  */
 #define TEST_ERROR (64 * UNIT_ROUNDOFF)
 
+/* Between the two planes of an axis. */
+struct slab {
+    size_t near_plane, far_plane; /* offsets in struct bvh_node */
+    double near_origin, far_origin;
+    double near_inverse, far_inverse;
+};
+
 struct slabs {
-    size_t near_plane[3], far_plane[3]; /* offsets in struct bvh_node */
-    struct lanes near_origin[3], far_origin[3], inverse[3];
-    bool blind; /* no axis decides anything */
+    struct slab x, y, z;
+    bool blind; /* nothing is decided: by none, or the margin is infinite */
 };
 
 /* The largest coordinate of the root's box. */
@@ -61,28 +68,32 @@ static inline double slab_inverse(double d)
     return isinf(inverse) && d != 0 ? (double)NAN : inverse;
 }
 
-static inline struct slabs slabs_of(const struct bvh *bvh, const struct ray *ray)
+static INLINED struct slab slab_of(const struct bvh *bvh, const struct ray *ray, unsigned axis,
+                                   double margin)
 {
-    struct slabs slabs = {.blind = true};
+    double origin = vec_component(&ray->origin, axis) - bvh->center[axis];
+    double direction = vec_component(&ray->direction, axis), inverse = slab_inverse(direction);
+    size_t min = offsetof(struct bvh_node, min) + axis * BVH_WIDTH * sizeof(float);
+    size_t max = offsetof(struct bvh_node, max) + axis * BVH_WIDTH * sizeof(float);
+    bool down = signbit(direction);
+    double outward = down ? -margin : margin;
+    return (struct slab){.near_plane = down ? max : min,
+                         .far_plane = down ? min : max,
+                         .near_origin = origin + outward,
+                         .far_origin = origin - outward,
+                         .near_inverse = inverse,
+                         .far_inverse = inverse * FAR_WIDENING};
+}
+
+static INLINED struct slabs slabs_of(const struct bvh *bvh, const struct ray *ray)
+{
     const double *center = bvh->center;
     double margin = largest_component(ray->origin);
     margin += larger(fabs(center[0]), larger(fabs(center[1]), fabs(center[2])));
     margin = TEST_ERROR * (margin + root_reach(bvh));
-    for (unsigned axis = 0; axis < 3; axis++) {
-        double origin = vec_component(&ray->origin, axis) - center[axis];
-        double direction = vec_component(&ray->direction, axis);
-        double inverse = slab_inverse(direction);
-        size_t min = offsetof(struct bvh_node, min) + axis * BVH_WIDTH * sizeof(float);
-        size_t max = offsetof(struct bvh_node, max) + axis * BVH_WIDTH * sizeof(float);
-        bool down = signbit(direction);
-        slabs.near_plane[axis] = down ? max : min;
-        slabs.far_plane[axis] = down ? min : max;
-        slabs.near_origin[axis] = lanes_of(down ? origin - margin : origin + margin);
-        slabs.far_origin[axis] = lanes_of(down ? origin + margin : origin - margin);
-        slabs.inverse[axis] = lanes_of(inverse);
-        if (!isnan(inverse)) slabs.blind = false;
-    }
-    return slabs;
+    return (struct slabs){slab_of(bvh, ray, 0, margin), slab_of(bvh, ray, 1, margin),
+                          slab_of(bvh, ray, 2, margin),
+                          isinf(1 / largest_component(ray->direction)) || isinf(margin)};
 }
 
 static inline struct lanes node_planes(const struct bvh_node *node, size_t offset)
@@ -95,25 +106,35 @@ static inline lane_set occupied(const struct bvh_node *node)
     return lanes_at_most(lanes_load_floats(node->min[0]), lanes_load_floats(node->max[0]));
 }
 
+/* Distances to the near and to the far planes. */
+static INLINED struct lanes slab_in(const struct slab *slab, const struct bvh_node *node)
+{
+    struct lanes way = lanes_sub(node_planes(node, slab->near_plane), lanes_of(slab->near_origin));
+    return lanes_mul(way, lanes_of(slab->near_inverse));
+}
+
+static INLINED struct lanes slab_out(const struct slab *slab, const struct bvh_node *node)
+{
+    struct lanes way = lanes_sub(node_planes(node, slab->far_plane), lanes_of(slab->far_origin));
+    return lanes_mul(way, lanes_of(slab->far_inverse));
+}
+
 /*
  * In which of a node's boxes the ray is somewhere in 0 <= t <= limit; *enter is where that begins.
  * A NaN, from an origin in a plane that the ray is parallel to, loses the comparisons: the slab is
  * closed.
  */
-static inline lane_set slabs_meet(const struct slabs *slabs, const struct bvh_node *node,
-                                  double limit, struct lanes *enter)
+static INLINED lane_set slabs_meet(const struct slabs *slabs, const struct bvh_node *node,
+                                   double limit, struct lanes *enter)
 {
-    struct lanes near = lanes_of(0), far = lanes_of(limit);
-    for (unsigned axis = 0; axis < 3; axis++) {
-        struct lanes in = node_planes(node, slabs->near_plane[axis]);
-        struct lanes out = node_planes(node, slabs->far_plane[axis]);
-        in = lanes_mul(lanes_sub(in, slabs->near_origin[axis]), slabs->inverse[axis]);
-        out = lanes_mul(lanes_sub(out, slabs->far_origin[axis]), slabs->inverse[axis]);
-        near = lanes_larger(in, near);
-        far = lanes_smaller(out, far);
-    }
+    struct lanes near = lanes_larger(slab_in(&slabs->x, node), lanes_of(0));
+    struct lanes far = lanes_smaller(slab_out(&slabs->x, node), lanes_of(limit));
+    near = lanes_larger(slab_in(&slabs->y, node), near);
+    far = lanes_smaller(slab_out(&slabs->y, node), far);
+    near = lanes_larger(slab_in(&slabs->z, node), near);
+    far = lanes_smaller(slab_out(&slabs->z, node), far);
     *enter = near;
-    lane_set met = lanes_at_most(near, lanes_mul(far, lanes_of(FAR_WIDENING)));
+    lane_set met = lanes_at_most(near, far);
     return __builtin_expect(slabs->blind, 0) ? met & occupied(node) : met;
 }
 
@@ -133,9 +154,9 @@ static inline struct pending pending_child(const struct bvh_node *node, unsigned
 }
 
 /* Puts the children of a set on the stack, the nearest last. */
-static inline unsigned push_nearest_last(struct pending *stack, unsigned top,
-                                         const struct bvh_node *node, lane_set set,
-                                         struct lanes enter)
+static INLINED unsigned push_nearest_last(struct pending *stack, unsigned top,
+                                          const struct bvh_node *node, lane_set set,
+                                          struct lanes enter)
 {
     double at[LANES];
     unsigned end = top + (unsigned)__builtin_popcount(set);
@@ -151,8 +172,8 @@ static inline unsigned push_nearest_last(struct pending *stack, unsigned top,
     return end;
 }
 
-static inline unsigned push_unordered(struct pending *stack, unsigned top,
-                                      const struct bvh_node *node, lane_set set)
+static INLINED unsigned push_unordered(struct pending *stack, unsigned top,
+                                       const struct bvh_node *node, lane_set set)
 {
     for (; set; set = without_lowest(set))
         stack[top++] = pending_child(node, lowest_lane(set), 0);
@@ -164,10 +185,8 @@ static inline unsigned push_unordered(struct pending *stack, unsigned top,
  * distances are visited, too: which of two equally near primitives wins must not depend on the
  * tree.
  */
-static inline __attribute__((always_inline)) void traverse(const struct bvh *bvh,
-                                                           const struct ray *ray, double limit,
-                                                           bool ordered, visit_leaf *visit,
-                                                           void *context)
+static INLINED void traverse(const struct bvh *bvh, const struct ray *ray, double limit,
+                             bool ordered, visit_leaf *visit, void *context)
 {
     if (bvh->node_count == 0) return;
     const struct bvh_node *nodes = bvh_nodes(bvh);
