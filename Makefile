@@ -12,6 +12,7 @@ VERSION := 0.1.0
 
 # MPICH by its own name, where several MPIs are installed side by side.
 MPICC   = $(firstword $(shell command -v mpicc.mpich mpicc) mpicc)
+OBJCOPY ?= objcopy
 MPIEXEC = $(firstword $(shell command -v mpiexec.hydra mpiexec) mpiexec)
 PREFIX  ?= /usr/local
 
@@ -28,8 +29,26 @@ FLAGS    := -std=c17 $(OPTIMISE) $(WARNINGS) $(FLOAT) -pthread -D_GNU_SOURCE -I.
             -DFARM_VERSION='"$(VERSION)"' $(SANITIZE)
 LIBS     := -linih -lm
 
-SOURCES := $(wildcard common/*.c master/*.c worker/*.c)
-OBJECTS := $(SOURCES:%.c=$(BUILD)/%.o)
+# The kernel's files, compiled for each level of processor; what a level adds to the compiler's flags
+# comes last. Of each level one object is left that shows its table alone; the portable one, plain
+# functions without SIMD, is also what the tests of a single function are linked with.
+KERNEL := $(filter-out worker/bvh%.c worker/kernel.c worker/work.c,$(wildcard worker/*.c))
+LEVELS := portable
+ifneq ($(findstring x86_64,$(shell $(MPICC) -dumpmachine)),)
+LEVELS += avx2 avx512
+endif
+AVX2 := -mavx2 -mfma -mbmi -mbmi2 -mlzcnt -mpopcnt
+FLAGS_avx2   := $(AVX2)
+FLAGS_avx512 := $(AVX2) -mavx512f -mavx512vl -mavx512dq
+
+# Called from outside: worker/kernel.c has functions of these names, which choose the level.
+ENTRIES := nearest occluded surface_at renderer_tile
+HIDE_portable := $(ENTRIES:%=--localize-symbol=%)
+HIDE_avx2     := --keep-global-symbol=kernel_avx2
+HIDE_avx512   := --keep-global-symbol=kernel_avx512
+
+SOURCES := $(filter-out $(KERNEL),$(wildcard common/*.c master/*.c worker/*.c))
+OBJECTS := $(SOURCES:%.c=$(BUILD)/%.o) $(LEVELS:%=$(BUILD)/kernel_%.o)
 LIBRARY := $(filter-out $(BUILD)/master/main.o,$(OBJECTS))
 MODELS  := $(patsubst %.c,$(BUILD)/%.o,$(wildcard config/models/*.c))
 UNITS   := $(patsubst test/%.c,$(BUILD)/test/%,$(wildcard test/test_*.c))
@@ -53,6 +72,19 @@ $(BUILD)/%.o: %.c Makefile | $(filter deps,$(MAKECMDGOALS))
 	@mkdir -p $(@D)
 	$(say)  compile $<
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) -c $< -o $@
+
+# $(BUILD)/avx2/worker/nearest.o and so on, and $(BUILD)/kernel_avx2.o of them.
+define level_rules
+$(BUILD)/$(1)/%.o: %.c Makefile | $(filter deps,$(MAKECMDGOALS))
+	@mkdir -p $$(@D)
+	$$(say)  compile $$< \($(1)\)
+	$$(quiet)$$(MPICC) $$(FLAGS) $$(CFLAGS) $$(FLAGS_$(1)) -DKERNEL_TABLE=kernel_$(1) -c $$< -o $$@
+
+$(BUILD)/kernel_$(1).o: $(KERNEL:%.c=$(BUILD)/$(1)/%.o)
+	$$(quiet)$$(LD) -r $$^ -o $$@
+	$$(quiet)$$(OBJCOPY) $(HIDE_$(1)) $$@
+endef
+$(foreach level,$(LEVELS),$(eval $(call level_rules,$(level))))
 
 # The large parts of the sample scenes are made by programs, not checked in.
 scenes: config/generated/.made
@@ -86,7 +118,7 @@ bench-stability: $(BUILD)/bench/stability all
 	    status=$$?; FARM=$(abspath $(FARM)) sh bench/stability_cost.sh || status=1; exit $$status
 
 # What a fresh Debian or Ubuntu lacks.
-PACKAGES := gcc libc6-dev mpich libmpich-dev libinih-dev libstb-dev libcmocka-dev \
+PACKAGES := gcc binutils libc6-dev mpich libmpich-dev libinih-dev libstb-dev libcmocka-dev \
             libgmp-dev libmpfr-dev
 
 deps:
@@ -130,4 +162,4 @@ format:
 	clang-format -i $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] \
 	    test/*.[ch] bench/*.[ch])
 
--include $(OBJECTS:.o=.d) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d)
+-include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d)

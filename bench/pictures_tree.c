@@ -10,36 +10,85 @@
 
 /* ---- other trees ---- */
 
+static struct bvh *allocate_tree(const struct bvh *model, uint32_t nodes)
+{
+    size_t head = (sizeof(struct bvh) + 63) / 64 * 64;
+    size_t list = head + nodes * sizeof(struct bvh_node);
+    size_t bytes = list + (model->leaf_count * sizeof(struct bvh_leaf) + 63) / 64 * 64;
+    struct bvh *tree = aligned_alloc(64, bytes);
+    if (!tree) fatal("no memory for a tree");
+    *tree = (struct bvh){.bytes = bytes,
+                         .node_count = nodes,
+                         .leaf_count = model->leaf_count,
+                         .nodes_offset = head,
+                         .leaves_offset = list};
+    return tree;
+}
+
+static struct bvh_node *nodes_of(struct bvh *tree)
+{
+    return (void *)((char *)tree + tree->nodes_offset);
+}
+
+static struct bvh_leaf *leaves_of(struct bvh *tree)
+{
+    return (void *)((char *)tree + tree->leaves_offset);
+}
+
+static int by_id(const void *a, const void *b)
+{
+    uint32_t p = ((const struct bvh_leaf *)a)->id, q = ((const struct bvh_leaf *)b)->id;
+    return (p > q) - (p < q);
+}
+
+struct box3 {
+    float min[3], max[3];
+};
+
+static const struct box3 nothing = {{INFINITY, INFINITY, INFINITY},
+                                    {-INFINITY, -INFINITY, -INFINITY}};
+
+static void set_slot(struct bvh_node *node, int slot, const struct box3 *box)
+{
+    for (int axis = 0; axis < 3; axis++) {
+        node->min[axis][slot] = box->min[axis];
+        node->max[axis][slot] = box->max[axis];
+    }
+}
+
+static void clear_node(struct bvh_node *node)
+{
+    memset(node, 0, sizeof *node);
+    for (int slot = 0; slot < BVH_WIDTH; slot++)
+        set_slot(node, slot, &nothing);
+}
+
 /*
  * A tree in one leaf with infinite bounds: brute force by the same tests. (Slabs that are infinite
  * on both sides let every ray pass.)
  */
 static struct bvh *one_leaf(const struct bvh *model)
 {
-    size_t nodes = 64, list = nodes + 64;
-    size_t bytes = list + model->primitive_count * sizeof(uint32_t);
-    struct bvh *tree = aligned_alloc(64, (bytes + 63) / 64 * 64);
-    if (!tree) fatal("no memory for a tree");
-    *tree = (struct bvh){.bytes = bytes,
-                         .node_count = model->primitive_count ? 1 : 0,
-                         .primitive_count = model->primitive_count,
-                         .nodes_offset = nodes,
-                         .primitives_offset = list};
-    struct bvh_node root = {.count = (uint32_t)model->primitive_count};
-    for (int axis = 0; axis < 3; axis++) {
-        root.min[axis] = -INFINITY;
-        root.max[axis] = INFINITY;
-    }
-    memcpy((char *)tree + nodes, &root, sizeof root);
-    memcpy((char *)tree + list, bvh_primitives(model), model->primitive_count * sizeof(uint32_t));
+    static const struct box3 everything = {{-INFINITY, -INFINITY, -INFINITY},
+                                           {INFINITY, INFINITY, INFINITY}};
+    struct bvh *tree = allocate_tree(model, 1);
+    clear_node(nodes_of(tree));
+    set_slot(nodes_of(tree), 0, &everything);
+    nodes_of(tree)->count[0] = (uint32_t)model->leaf_count;
+    struct bvh_leaf *leaves = leaves_of(tree);
+    memcpy(leaves, bvh_leaves(model), model->leaf_count * sizeof *leaves);
+    qsort(leaves, model->leaf_count, sizeof *leaves, by_id);
     return tree;
 }
 
-/* A tree by median split along alternating axes, with so many primitives in a leaf. */
+/* A tree by median split along alternating axes, with so many primitives in a leaf; nodes have two
+ * children. */
 struct median {
-    const struct bvh_node *bounds; /* of every place in the list, from a tree with leaves of 1 */
+    const struct bvh_leaf *model;
+    const struct box3 *bounds; /* of every place in the model's list */
     struct bvh_node *nodes;
-    uint32_t *ids, *places;
+    struct bvh_leaf *leaves;
+    uint32_t *places;
     uint32_t used, leaf;
 };
 
@@ -47,35 +96,52 @@ static int by_axis(const void *a, const void *b, void *context)
 {
     const struct median *median = ((void **)context)[0];
     unsigned axis = *(const unsigned *)((void **)context)[1];
-    const struct bvh_node *p = &median->bounds[*(const uint32_t *)a];
-    const struct bvh_node *q = &median->bounds[*(const uint32_t *)b];
+    const struct box3 *p = &median->bounds[*(const uint32_t *)a];
+    const struct box3 *q = &median->bounds[*(const uint32_t *)b];
     float x = p->min[axis] + p->max[axis], y = q->min[axis] + q->max[axis];
     return (x > y) - (x < y);
 }
 
-static void split(struct median *median, uint32_t at, uint32_t first, uint32_t count, unsigned axis)
+static struct box3 bounds_around(const struct median *median, uint32_t first, uint32_t count)
 {
-    struct bvh_node *node = &median->nodes[at];
-    *node =
-        (struct bvh_node){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}, 0, 0};
+    struct box3 all = nothing;
     for (uint32_t i = first; i < first + count; i++) {
         for (int a = 0; a < 3; a++) {
-            node->min[a] = fminf(node->min[a], median->bounds[median->places[i]].min[a]);
-            node->max[a] = fmaxf(node->max[a], median->bounds[median->places[i]].max[a]);
+            all.min[a] = fminf(all.min[a], median->bounds[median->places[i]].min[a]);
+            all.max[a] = fmaxf(all.max[a], median->bounds[median->places[i]].max[a]);
         }
     }
-    if (count <= median->leaf) {
-        node->first = first;
-        node->count = count;
+    return all;
+}
+
+static void split(struct median *median, uint32_t at, uint32_t first, uint32_t count,
+                  unsigned axis);
+
+static void set_child(struct median *median, uint32_t at, int slot, uint32_t first, uint32_t count,
+                      unsigned axis)
+{
+    struct bvh_node *node = &median->nodes[at];
+    struct box3 box = bounds_around(median, first, count);
+    set_slot(node, slot, &box);
+    if (count > median->leaf) {
+        node->child[slot] = median->used++;
+        split(median, node->child[slot], first, count, (axis + 1) % 3);
         return;
     }
+    node->child[slot] = first;
+    node->count[slot] = count;
+    for (uint32_t i = first; i < first + count; i++)
+        median->leaves[i] = median->model[median->places[i]];
+    qsort(median->leaves + first, count, sizeof *median->leaves, by_id);
+}
+
+static void split(struct median *median, uint32_t at, uint32_t first, uint32_t count, unsigned axis)
+{
     void *context[] = {median, &axis};
+    clear_node(&median->nodes[at]);
     qsort_r(median->places + first, count, sizeof *median->places, by_axis, context);
-    uint32_t child = median->used;
-    median->used += 2;
-    node->first = child;
-    split(median, child, first, count / 2, (axis + 1) % 3);
-    split(median, child + 1, first + count / 2, count - count / 2, (axis + 1) % 3);
+    if (count / 2 > 0) set_child(median, at, 0, first, count / 2, axis);
+    set_child(median, at, count / 2 > 0, first + count / 2, count - count / 2, axis);
 }
 
 static float outward(double x, float towards)
@@ -84,41 +150,38 @@ static float outward(double x, float towards)
 }
 
 /* Around the origin, whatever centre the farm's tree has. */
-static struct bvh_node bounds_of(const struct scene *scene, uint32_t id)
+static struct box3 bounds_of(const struct scene *scene, uint32_t id)
 {
     struct bounds bounds = primitive_bounds(scene, id);
-    struct bvh_node node = {.count = 1};
+    struct box3 box;
     for (int axis = 0; axis < 3; axis++) {
-        node.min[axis] = outward(bounds.min[axis], -HUGE_VALF);
-        node.max[axis] = outward(bounds.max[axis], HUGE_VALF);
+        box.min[axis] = outward(bounds.min[axis], -HUGE_VALF);
+        box.max[axis] = outward(bounds.max[axis], HUGE_VALF);
     }
-    return node;
+    return box;
 }
 
 static struct bvh *median_tree(const struct scene *scene, const struct bvh *model, uint32_t leaf)
 {
-    uint32_t count = (uint32_t)model->primitive_count;
-    size_t nodes = 64, list = nodes + (2 * (size_t)count + 2) * sizeof(struct bvh_node);
-    size_t bytes = list + count * sizeof(uint32_t);
-    struct bvh *tree = aligned_alloc(64, (bytes + 63) / 64 * 64);
-    struct bvh_node *bounds = allocate(count, sizeof *bounds);
-    struct median median = {.bounds = bounds, .used = 1, .leaf = leaf};
-    if (!tree) fatal("no memory for a tree");
-    median.nodes = (void *)((char *)tree + nodes);
-    median.ids = (void *)((char *)tree + list);
+    uint32_t count = (uint32_t)model->leaf_count;
+    struct bvh *tree = allocate_tree(model, count);
+    struct box3 *bounds = allocate(count, sizeof *bounds);
+    struct median median = {.model = bvh_leaves(model),
+                            .bounds = bounds,
+                            .nodes = nodes_of(tree),
+                            .leaves = leaves_of(tree),
+                            .used = 1,
+                            .leaf = leaf};
     median.places = allocate(count, sizeof *median.places);
     for (uint32_t i = 0; i < count; i++) {
-        bounds[i] = bounds_of(scene, bvh_primitives(model)[i]);
+        bounds[i] = bounds_of(scene, median.model[i].id);
         median.places[i] = i;
     }
     split(&median, 0, 0, count, 0);
-    for (uint32_t i = 0; i < count; i++)
-        median.ids[i] = bvh_primitives(model)[median.places[i]];
-    *tree = (struct bvh){.bytes = bytes,
-                         .node_count = median.used,
-                         .primitive_count = count,
-                         .nodes_offset = nodes,
-                         .primitives_offset = list};
+    struct box3 all = bounds_around(&median, 0, count);
+    memcpy(tree->min, all.min, sizeof tree->min);
+    memcpy(tree->max, all.max, sizeof tree->max);
+    tree->node_count = median.used;
     free(median.places);
     free(bounds);
     return tree;
@@ -275,12 +338,17 @@ void run_tree_sizes(const struct budget *budget, struct case_result *result)
 
 /* ---- 38 ---- */
 
+/* Nodes on the longest way down. */
 static unsigned depth_of(const struct bvh *bvh, uint32_t at)
 {
     const struct bvh_node *node = &bvh_nodes(bvh)[at];
-    if (node->count > 0) return 0;
-    unsigned a = depth_of(bvh, node->first), b = depth_of(bvh, node->first + 1);
-    return 1 + (a > b ? a : b);
+    unsigned depth = 0;
+    for (int slot = 0; slot < BVH_WIDTH; slot++) {
+        if (node->count[slot] > 0 || node->child[slot] == 0) continue;
+        unsigned below = depth_of(bvh, node->child[slot]);
+        depth = below > depth ? below : depth;
+    }
+    return 1 + depth;
 }
 
 void run_equal_centroids(const struct budget *budget, struct case_result *result)

@@ -569,12 +569,17 @@ static uint32_t lowest_alone(const struct stage *stage, const struct scene *scen
         struct {
             struct bvh head;
             struct bvh_node node;
-            uint32_t id;
-        } tree = {.head = *stage->bvh, .node = bvh_nodes(stage->bvh)[0], .id = id};
-        tree.head.node_count = tree.head.primitive_count = tree.node.count = 1;
+            struct bvh_leaf leaf;
+        } tree = {.head = *stage->bvh, .leaf = bvh_leaf_of(scene, id)};
+        tree.head.node_count = tree.head.leaf_count = tree.node.count[0] = 1;
         tree.head.nodes_offset = (uint64_t)((char *)&tree.node - (char *)&tree);
-        tree.head.primitives_offset = (uint64_t)((char *)&tree.id - (char *)&tree);
-        tree.node.first = 0;
+        tree.head.leaves_offset = (uint64_t)((char *)&tree.leaf - (char *)&tree);
+        for (int axis = 0; axis < 3; axis++) {
+            for (int slot = 0; slot < BVH_WIDTH; slot++) {
+                tree.node.min[axis][slot] = slot == 0 ? tree.head.min[axis] : INFINITY;
+                tree.node.max[axis][slot] = slot == 0 ? tree.head.max[axis] : -INFINITY;
+            }
+        }
         struct hit hit;
         uint64_t fallbacks = 0;
         nearest(scene, &tree.head, ray, 1, &hit, &fallbacks);

@@ -2,6 +2,7 @@
 
 #include <float.h>
 
+#include "common/processor.h"
 #include "common/scene_check.h"
 
 static const struct {
@@ -25,7 +26,7 @@ _Static_assert(sizeof(struct triangle) == 16 && sizeof(struct patch) == 28, "no 
 _Static_assert(sizeof(struct sphere) == 40 && sizeof(struct plane) == 56, "no padding");
 _Static_assert(sizeof(struct disc) == 64 && sizeof(struct box) == 56, "no padding");
 _Static_assert(sizeof(struct cone) == 72 && sizeof(struct camera) == 96, "no padding");
-_Static_assert(sizeof(struct view) == 96 + 3 * 24 + 8 + 10 * 4, "no padding");
+_Static_assert(sizeof(struct view) == 96 + 3 * 24 + 8 + 12 * 4, "no padding");
 _Static_assert(sizeof(struct scene) == 16 + sizeof(struct view) + (4 + PRIMITIVE_KINDS) * 16,
                "no padding");
 
@@ -135,6 +136,7 @@ static const char *view_error(const struct view *view)
     CHECK(view->shadows <= 1, "the shadows flag is neither 0 nor 1");
     CHECK(view->samples >= 1 && view->samples <= SAMPLES_MAX, "samples is out of range");
     CHECK(view->formulas <= FORMULAS_PAPER, "the choice of formulas is unknown");
+    CHECK(view->processor < PROCESSOR_LEVELS, "the choice of a kernel is unknown");
     return NULL;
 }
 

@@ -108,7 +108,7 @@ enum formulas {
     FORMULAS_PAPER  /* the paper's naive ones, kept to be compared with */
 };
 
-/* What is rendered, and how: all settings that change the picture. */
+/* What is rendered, and how: all settings that change the picture, and one that does not. */
 struct view {
     struct camera camera;
     struct vec3 background_bottom; /* colour seen straight down (against the camera's up) */
@@ -122,6 +122,8 @@ struct view {
     uint32_t shadows;   /* 0 or 1 */
     uint32_t samples;   /* per pixel, >= 1 */
     uint32_t formulas;  /* enum formulas */
+    uint32_t processor; /* enum processor_level: what the kernel is to be compiled for */
+    uint32_t unused;    /* 0 */
 };
 
 struct scene_span {

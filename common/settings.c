@@ -7,6 +7,8 @@ _Static_assert(sizeof(enum schedule) == sizeof(uint32_t), "a VALUE_CHOICE is sto
 
 _Static_assert(sizeof(enum formulas) == sizeof(uint32_t), "a VALUE_CHOICE is stored in it");
 
+_Static_assert(sizeof(enum processor_level) == sizeof(uint32_t), "a VALUE_CHOICE is stored in it");
+
 static const char *const schedules[] = {"dynamic", "strips", "cyclic", NULL};
 static const char *const formulas[] = {"exact", "paper", NULL};
 
@@ -54,6 +56,8 @@ const struct key settings_keys[] = {
      .help = "edge of a tile (dynamic), or rows sent at a time, pixels"},
     {"farm", "master_renders", VALUE_BOOLEAN, AT(farm.master_renders), .fallback = "yes",
      .help = "whether rank 0 renders as well"},
+    {"farm", "kernel", VALUE_CHOICE, AT(farm.kernel), .fallback = "auto",
+     .choices = processor_level_names, .help = "instructions that the kernel uses"},
     {"output", "image", VALUE_TEXT, AT(output.image),
      .help = "picture file: .png, .hdr or .pfm (default: CONFIG's name, .png)"},
     {"output", "report", VALUE_TEXT, AT(output.report),

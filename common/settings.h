@@ -10,6 +10,7 @@
 #include <stdio.h>
 
 #include "common/key.h"
+#include "common/processor.h"
 #include "common/scene.h"
 #include "common/schedule.h"
 
@@ -39,6 +40,7 @@ struct settings {
         enum schedule schedule;
         uint32_t tile; /* edge in pixels; 0: auto */
         bool master_renders;
+        enum processor_level kernel;
     } farm;
     struct {
         char *image, *report; /* paths, owned; NULL: named after the config; report "": none */
@@ -46,7 +48,7 @@ struct settings {
 };
 
 /* What can be set, in the order in which it is printed; offsets are into struct settings. */
-#define SETTINGS_KEYS 21
+#define SETTINGS_KEYS 22
 extern const struct key settings_keys[SETTINGS_KEYS];
 
 void settings_init(struct settings *settings);

@@ -326,6 +326,17 @@ static bool camera_good(const struct loader *loader, const char *config)
     return true;
 }
 
+static bool kernel_good(const struct loader *loader, const char *config)
+{
+    enum processor_level level = loader->settings->farm.kernel;
+    if (processor_has(level)) return true;
+    char *text = format_text("kernel = %s is not for this processor, expected auto or portable",
+                             processor_level_name(level));
+    bool good = refuse_setting(loader, config, "farm", "kernel", text);
+    free(text);
+    return good;
+}
+
 static bool output_good(const struct loader *loader, const char *config)
 {
     const char *image = loader->settings->output.image;
@@ -425,7 +436,7 @@ static bool load_document(struct loader *loader, struct ini *ini, char *const *o
                 is_set(loader, "camera", "look_at"));
     name_outputs(settings, config);
     if (!picture_good(loader, config) || !camera_good(loader, config) ||
-        !output_good(loader, config))
+        !kernel_good(loader, config) || !output_good(loader, config))
         return false;
     if (path_has_extension(config, ".obj")) {
         if (add_lights(loader, ini)) return true;
@@ -495,6 +506,7 @@ struct view settings_view(const struct settings *settings)
         .shadows = settings->render.shadows,
         .samples = settings->sampling.samples,
         .formulas = settings->render.formulas,
+        .processor = settings->farm.kernel,
     };
     return view;
 }

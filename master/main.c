@@ -238,6 +238,7 @@ static void fill_report(struct run *run, const struct service *service,
     report->config = run->options.config;
     report->image_file = settings->output.image;
     report->processes = run->processes;
+    report->kernel = processor_resolve(settings->farm.kernel);
     report->schedule = settings->farm.schedule;
     report->tiles = queue_tiles(run->queue);
     report->bvh_bytes = shared->bvh->bytes;

@@ -18,6 +18,7 @@ struct report {
     const char *image_file; /* path */
     uint32_t image_width, image_height;
     int processes;
+    enum processor_level kernel; /* what rank 0's processor runs */
     enum schedule schedule;
     uint32_t
         tile_edge; /* pixels: of a tile (dynamic), rows of a band (0: chosen by the schedule) */

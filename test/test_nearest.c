@@ -38,7 +38,7 @@ static struct hit brute_nearest(const struct scene *scene, const struct ray *ray
     struct hit hit = {.t = INFINITE, .primitive = PRIMITIVE_NONE};
     uint64_t exact = 0;
     for (uint32_t id = first_id(scene); id != PRIMITIVE_NONE; id = next_id(scene, id)) {
-        struct crossings found = primitive_crossings(scene, id, ray, &shear, false, &exact);
+        struct crossings found = primitive_crossings(scene, id, ray, &shear, &ALL_CROSSINGS, &exact);
         for (unsigned i = 0; i < 2; i++) {
             if (!(found.t[i] > 0 && found.t[i] < ray->t_max)) continue;
             struct hit next = {found.t[i], found.u, found.v, id, found.part[i]};
@@ -54,10 +54,11 @@ static struct hit brute_nearest(const struct scene *scene, const struct ray *ray
 static struct vec3 brute_light(const struct scene *scene, const struct ray *ray)
 {
     struct shear shear = shear_of(&ray->direction);
+    struct purpose any = {true, ray->t_max};
     unsigned crossings[MATERIALS] = {0};
     uint64_t exact = 0;
     for (uint32_t id = first_id(scene); id != PRIMITIVE_NONE; id = next_id(scene, id)) {
-        struct crossings found = primitive_crossings(scene, id, ray, &shear, true, &exact);
+        struct crossings found = primitive_crossings(scene, id, ray, &shear, &any, &exact);
         for (unsigned i = 0; i < 2; i++)
             if (found.t[i] > 0 && found.t[i] < ray->t_max)
                 crossings[primitive_material(scene, id)]++;

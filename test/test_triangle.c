@@ -5,7 +5,8 @@
 static struct crossings cross(const struct vec3 corner[3], const struct ray *ray, uint64_t *exact)
 {
     struct shear shear = shear_of(&ray->direction);
-    return triangle_crossings(&corner[0], &corner[1], &corner[2], ray, &shear, false, exact);
+    return triangle_crossings(&corner[0], &corner[1], &corner[2], ray, &shear, &ALL_CROSSINGS,
+                              exact);
 }
 
 static void test_hit_and_weights(void **state)

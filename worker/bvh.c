@@ -1,56 +1,36 @@
 #include "worker/bvh.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "common/message.h"
+#include "worker/bvh_split.h"
 #include "worker/primitive.h"
 
-/* Bins per axis; a few items need, and are worth, fewer: 8 up to twice that many. */
-#define BINS_MAX 16
-#define BINS_FEW 8
+/* Of a step to a node, with tests of its eight boxes; see LEAF_COST. */
+#define STEP_COST 1.0
 
 /*
- * Costs of the surface area heuristic in units of one primitive test. A step tests two boxes (2 x 6
- * subtractions and multiplications, 2 x 8 comparisons), a triangle test needs 9 subtractions, 6
- * multiplications and subtractions to shear, and 6 products; most of either is waiting for memory.
- * On a mesh of 3e5 triangles, step costs of 0.5 and 2 both gave slower shadow rays than 1.
+ * A spatial split, which takes longer to find, is tried where the two sides of the best other one
+ * have a large part of the range's area in common, and one of the root's that rays will notice. At
+ * most one piece is added for so many triangles.
  */
-#define STEP_COST      1.0
-#define PRIMITIVE_COST 1.0
+#define OVERLAP         0.1
+#define OVERLAP_OF_ROOT 1e-3
+#define PIECES_SHARE    4
 
-/* Larger leaves are always split, whatever the heuristic says. */
-#define LEAF_MAX 8
+/* A leaf of more weight is always split, whatever the heuristic says. */
+#define LEAF_WEIGHT_MAX (2 * PACK)
 
 #define ALIGNMENT 64
 
-struct extent {
-    float min[3], max[3];
-};
-
-/* A primitive while the tree is built; moved about instead of its index, to read memory in order.
- */
-struct item {
-    struct extent extent;
-    uint32_t id;
-    uint32_t unused;
-};
-
 struct build {
+    struct whole whole;
     struct bvh_node *nodes;
     uint32_t node_count;
-    struct item *items;
-};
-
-struct split {
-    unsigned axis;
-    unsigned bins;
-    unsigned last;     /* of the left side's bins */
-    double low, scale; /* bin = (centre - low) * scale */
-    double cost;       /* sum of area * primitives of both sides */
+    double area; /* of the root */
 };
 
 static size_t align_up(size_t bytes)
@@ -58,224 +38,52 @@ static size_t align_up(size_t bytes)
     return (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
 }
 
+/* ---- memory ---- */
+
 static uint64_t bounded_count(const struct scene *scene)
 {
     return scene_primitive_count(scene) - scene->primitives[PRIMITIVE_PLANE].count;
 }
 
-/* Node 1 stays empty, so that the two children of a node share a cache line. */
-static size_t nodes_bound(uint64_t primitives)
+/* Pieces that spatial splits may add. */
+static uint64_t room_for_pieces(const struct scene *scene)
 {
-    return align_up((size_t)(2 * primitives) * sizeof(struct bvh_node));
+    return (scene->primitives[PRIMITIVE_TRIANGLE].count +
+            scene->primitives[PRIMITIVE_PATCH].count) /
+           PIECES_SHARE;
+}
+
+static uint64_t leaf_bound(const struct scene *scene)
+{
+    return bounded_count(scene) + room_for_pieces(scene);
+}
+
+/* Of the test of one primitive; triangles are tested PACK at a time. */
+static uint32_t weight_of(enum primitive_kind kind)
+{
+    return kind <= PRIMITIVE_PATCH ? 1 : PACK;
+}
+
+/*
+ * A node either has eight children, or all of them are leaves and it holds more than
+ * LEAF_WEIGHT_MAX in weight. With n nodes of the one sort and m of the other, n has 8 n = n + m - 1
+ * + leaves, and the weight is at least leaves + 9 m: n + m is largest for m = 0, a seventh of it.
+ */
+static uint64_t node_bound(const struct scene *scene)
+{
+    uint64_t weight = room_for_pieces(scene);
+    for (enum primitive_kind kind = 0; kind < PRIMITIVE_PLANE; kind++)
+        weight += scene->primitives[kind].count * weight_of(kind);
+    return weight == 0 ? 0 : weight / (BVH_WIDTH - 1) + 1;
 }
 
 size_t bvh_bytes_bound(const struct scene *scene)
 {
-    uint64_t primitives = bounded_count(scene);
-    return align_up(sizeof(struct bvh)) + nodes_bound(primitives) +
-           align_up((size_t)primitives * sizeof(uint32_t));
+    return align_up(sizeof(struct bvh)) + (size_t)node_bound(scene) * sizeof(struct bvh_node) +
+           align_up((size_t)leaf_bound(scene) * sizeof(struct bvh_leaf));
 }
 
-/* One float further out than needed, which also covers the roundings of the bounds themselves. */
-static float round_down(double x)
-{
-    if (x > (double)FLT_MAX) return FLT_MAX;
-    if (x < -(double)FLT_MAX) return -INFINITY;
-    return nextafterf((float)x, -INFINITY);
-}
-
-static float round_up(double x)
-{
-    return -round_down(-x);
-}
-
-static struct extent empty_extent(void)
-{
-    return (struct extent){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
-}
-
-static inline void extend(struct extent *extent, const struct extent *more)
-{
-    for (unsigned axis = 0; axis < 3; axis++) {
-        if (more->min[axis] < extent->min[axis]) extent->min[axis] = more->min[axis];
-        if (more->max[axis] > extent->max[axis]) extent->max[axis] = more->max[axis];
-    }
-}
-
-/* Half the surface; of an empty extent NaN or infinite, which no comparison prefers. */
-static double extent_area(const struct extent *extent)
-{
-    double x = (double)extent->max[0] - (double)extent->min[0];
-    double y = (double)extent->max[1] - (double)extent->min[1];
-    double z = (double)extent->max[2] - (double)extent->min[2];
-    return x * y + y * z + z * x;
-}
-
-/* Twice the centre of an item. */
-static inline double item_center(const struct item *item, unsigned axis)
-{
-    return (double)item->extent.min[axis] + (double)item->extent.max[axis];
-}
-
-static inline unsigned bin_of(double center, double low, double scale, unsigned bins)
-{
-    double bin = (center - low) * scale;
-    if (!(bin > 0)) return 0; /* also NaN, from infinite bounds */
-    return bin < bins ? (unsigned)bin : bins - 1;
-}
-
-struct bin {
-    struct extent extent;
-    uint32_t count;
-};
-
-struct binning {
-    unsigned count; /* of bins in use */
-    double low[3], scale[3];
-    struct bin bins[3][BINS_MAX];
-};
-
-/* scale is 0, all go to bin 0, on an axis on which all centres are the same. */
-static void place_bins(struct binning *binning, const struct item *items, uint32_t count)
-{
-    binning->count = count <= 2 * BINS_FEW ? BINS_FEW : BINS_MAX;
-    double low[3] = {INFINITE, INFINITE, INFINITE}, high[3] = {-INFINITE, -INFINITE, -INFINITE};
-    for (uint32_t i = 0; i < count; i++) {
-        for (unsigned axis = 0; axis < 3; axis++) {
-            double center = item_center(&items[i], axis);
-            low[axis] = center < low[axis] ? center : low[axis];
-            high[axis] = center > high[axis] ? center : high[axis];
-        }
-    }
-    for (unsigned axis = 0; axis < 3; axis++) {
-        double width = high[axis] - low[axis];
-        double scale = binning->count / width;
-        binning->low[axis] = low[axis];
-        binning->scale[axis] = width > 0 && isfinite(scale) ? scale : 0;
-        for (unsigned b = 0; b < binning->count; b++)
-            binning->bins[axis][b] = (struct bin){empty_extent(), 0};
-    }
-}
-
-static void fill_bins(struct binning *binning, const struct item *items, uint32_t count)
-{
-    for (uint32_t i = 0; i < count; i++) {
-        for (unsigned axis = 0; axis < 3; axis++) {
-            unsigned b = bin_of(item_center(&items[i], axis), binning->low[axis],
-                                binning->scale[axis], binning->count);
-            extend(&binning->bins[axis][b].extent, &items[i].extent);
-            binning->bins[axis][b].count++;
-        }
-    }
-}
-
-/* Sweeps the bins of one axis from the right, then from the left; keeps the cheapest split. */
-static void sweep_bins(const struct binning *binning, unsigned axis, struct split *best)
-{
-    const struct bin *bins = binning->bins[axis];
-    double right_cost[BINS_MAX];
-    struct extent right = empty_extent(), left = empty_extent();
-    uint32_t right_count = 0, left_count = 0;
-    for (unsigned b = binning->count - 1; b > 0; b--) {
-        extend(&right, &bins[b].extent);
-        right_count += bins[b].count;
-        right_cost[b] = right_count ? extent_area(&right) * right_count : INFINITE;
-    }
-    for (unsigned b = 0; b + 1 < binning->count; b++) {
-        extend(&left, &bins[b].extent);
-        left_count += bins[b].count;
-        if (left_count == 0) continue;
-        double cost = extent_area(&left) * left_count + right_cost[b + 1];
-        if (cost < best->cost)
-            *best = (struct split){
-                axis, binning->count, b, binning->low[axis], binning->scale[axis], cost};
-    }
-}
-
-/* cost stays infinite when there is no way to divide the items by their centres. */
-static struct split find_split(const struct item *items, uint32_t count)
-{
-    struct binning binning;
-    struct split best = {.cost = INFINITE};
-    place_bins(&binning, items, count);
-    fill_bins(&binning, items, count);
-    for (unsigned axis = 0; axis < 3; axis++)
-        sweep_bins(&binning, axis, &best);
-    return best;
-}
-
-static uint32_t partition(struct item *items, uint32_t count, const struct split *split)
-{
-    uint32_t left = 0, right = count;
-    while (left < right) {
-        double center = item_center(&items[left], split->axis);
-        if (bin_of(center, split->low, split->scale, split->bins) <= split->last) {
-            left++;
-        } else {
-            struct item item = items[left];
-            items[left] = items[--right];
-            items[right] = item;
-        }
-    }
-    return left;
-}
-
-/* Levels that halving needs to come down to leaves. */
-static unsigned halving_depth(uint32_t count)
-{
-    unsigned depth = 0;
-    while (count > LEAF_MAX) {
-        count -= count / 2;
-        depth++;
-    }
-    return depth;
-}
-
-/*
- * How many of the items go to the left child; 0: they become a leaf. Items that their centres do
- * not tell apart, and a branch that has only the levels left which halving needs, are halved by
- * position.
- */
-static uint32_t divide(struct item *items, uint32_t count, unsigned depth, double area)
-{
-    if (count == 1) return 0;
-    if (depth + halving_depth(count) >= BVH_MAX_DEPTH) return count > LEAF_MAX ? count / 2 : 0;
-    struct split split = find_split(items, count);
-    bool worth_it = STEP_COST * area + PRIMITIVE_COST * split.cost < PRIMITIVE_COST * area * count;
-    if (count <= LEAF_MAX && !worth_it) return 0;
-    return isinf(split.cost) ? count / 2 : partition(items, count, &split);
-}
-
-static struct extent items_extent(const struct item *items, uint32_t count)
-{
-    struct extent extent = empty_extent();
-    for (uint32_t i = 0; i < count; i++)
-        extend(&extent, &items[i].extent);
-    return extent;
-}
-
-/* Fills in a node and all below it; at most BVH_MAX_DEPTH levels deep. */
-static void build_node(struct build *build, uint32_t node, uint32_t first, uint32_t count,
-                       unsigned depth)
-{
-    struct item *items = build->items + first;
-    struct extent extent = items_extent(items, count);
-    struct bvh_node *out = &build->nodes[node];
-    memcpy(out->min, extent.min, sizeof out->min);
-    memcpy(out->max, extent.max, sizeof out->max);
-    uint32_t left = divide(items, count, depth, extent_area(&extent));
-    if (left == 0) {
-        out->first = first;
-        out->count = count;
-        return;
-    }
-    uint32_t children = build->node_count;
-    build->node_count += 2;
-    out->first = children;
-    out->count = 0;
-    build_node(build, children, first, left, depth + 1);
-    build_node(build, children + 1, first + left, count - left, depth + 1);
-}
+/* ---- primitives ---- */
 
 /* The bounds of everything, in double. */
 static struct bounds scene_bounds(const struct scene *scene)
@@ -285,8 +93,8 @@ static struct bounds scene_bounds(const struct scene *scene)
         for (uint32_t index = 0; index < scene->primitives[kind].count; index++) {
             struct bounds bounds = primitive_bounds(scene, primitive_id(kind, index));
             for (unsigned axis = 0; axis < 3; axis++) {
-                all.min[axis] = fmin(all.min[axis], bounds.min[axis]);
-                all.max[axis] = fmax(all.max[axis], bounds.max[axis]);
+                all.min[axis] = smaller(all.min[axis], bounds.min[axis]);
+                all.max[axis] = larger(all.max[axis], bounds.max[axis]);
             }
         }
     }
@@ -304,48 +112,247 @@ static void place_center(const struct scene *scene, double center[3])
     }
 }
 
-static void collect_items(const struct scene *scene, const double center[3], struct item *items)
+static struct range collect_items(const struct scene *scene, const double center[3],
+                                  struct item *items)
 {
-    size_t i = 0;
+    struct range range = range_empty(0);
     for (enum primitive_kind kind = 0; kind < PRIMITIVE_PLANE; kind++) {
-        for (uint32_t index = 0; index < scene->primitives[kind].count; index++, i++) {
-            struct bounds bounds = primitive_bounds(scene, primitive_id(kind, index));
+        for (uint32_t index = 0; index < scene->primitives[kind].count; index++) {
+            struct item *item = &items[range.count];
+            item->id = primitive_id(kind, index);
+            item->weight = weight_of(kind);
+            struct bounds bounds = primitive_bounds(scene, item->id);
             for (unsigned axis = 0; axis < 3; axis++) {
-                items[i].extent.min[axis] = round_down(bounds.min[axis] - center[axis]);
-                items[i].extent.max[axis] = round_up(bounds.max[axis] - center[axis]);
+                item->min[axis] = round_down(bounds.min[axis] - center[axis]);
+                item->max[axis] = round_up(bounds.max[axis] - center[axis]);
             }
-            items[i].id = primitive_id(kind, index);
+            range_add(&range, item);
         }
+    }
+    return range;
+}
+
+/* ---- nodes ---- */
+
+/* A child of the node that is being built. */
+struct child {
+    struct range range;
+    struct split split; /* of one that may be a leaf */
+    double gain;        /* in cost, when it is divided; not positive: it is not to be */
+};
+
+static bool may_be_leaf(const struct range *range)
+{
+    return range->weight <= LEAF_WEIGHT_MAX;
+}
+
+static struct split find_split(const struct build *build, const struct range *range)
+{
+    struct split split = find_object_split(&build->whole, range);
+    double least = larger(OVERLAP_OF_ROOT * build->area, OVERLAP * extent_area(&range->extent));
+    if (range->room == 0 || !(split.overlap > least)) return split;
+    return find_spatial_split(&build->whole, range, &split);
+}
+
+/* Dividing a child that has a node of its own saves the step to that; dividing a leaf saves tests,
+ * for that there is room in the node. */
+static struct child new_child(const struct build *build, const struct range *range)
+{
+    struct child child = {.range = *range, .gain = 0};
+    double area = extent_area(&range->extent);
+    if (!may_be_leaf(range)) {
+        child.gain = STEP_COST * area;
+    } else if (range->count > 1) {
+        child.split = find_split(build, range);
+        child.gain = cost_of(range->weight) * area - child.split.cost;
+    }
+    return child;
+}
+
+/* Levels of nodes that come to leaves by halving alone, even of the heaviest items. */
+static unsigned halving_depth(uint32_t count)
+{
+    unsigned depth = 1;
+    for (; count > LEAF_WEIGHT_MAX / PACK; depth++)
+        count = (count - 1) / BVH_WIDTH + 1;
+    return depth;
+}
+
+/* The child that is most worth dividing, of equal ones that with more items; -1: none is. */
+static int choose_child(const struct child children[BVH_WIDTH], unsigned count, bool halving)
+{
+    int best = -1;
+    double most = -1;
+    uint32_t items = 0;
+    for (unsigned i = 0; i < count; i++) {
+        const struct child *child = &children[i];
+        if (may_be_leaf(&child->range) && (halving || !(child->gain > 0))) continue;
+        double worth = halving ? 0 : child->gain;
+        if (worth < most || (worth == most && child->range.count <= items)) continue;
+        most = worth;
+        items = child->range.count;
+        best = (int)i;
+    }
+    return best;
+}
+
+/* Divides range until there are BVH_WIDTH children, or leaves that are best left alone. */
+static unsigned find_children(struct build *build, const struct range *range, unsigned depth,
+                              struct child children[BVH_WIDTH])
+{
+    bool halving = depth + 1 + halving_depth(range->count) > BVH_MAX_DEPTH;
+    unsigned count = 1;
+    children[0] = new_child(build, range);
+    while (count < BVH_WIDTH) {
+        int chosen = choose_child(children, count, halving);
+        if (chosen < 0) break;
+        struct child *child = &children[chosen];
+        struct range left, right;
+        if (halving) {
+            halve_range(&build->whole, &child->range, &left, &right);
+        } else {
+            if (!may_be_leaf(&child->range)) child->split = find_split(build, &child->range);
+            split_range(&build->whole, &child->range, &child->split, &left, &right);
+        }
+        *child = new_child(build, &left);
+        children[count++] = new_child(build, &right);
+    }
+    return count;
+}
+
+static float open_below(float min)
+{
+    return min > -FLT_MAX ? min : -INFINITY;
+}
+
+static float open_above(float max)
+{
+    return max < FLT_MAX ? max : INFINITY;
+}
+
+static void fill_slot(struct bvh_node *node, unsigned slot, const struct range *range)
+{
+    for (unsigned axis = 0; axis < 3; axis++) {
+        node->min[axis][slot] = open_below(range->extent.min[axis]);
+        node->max[axis][slot] = open_above(range->extent.max[axis]);
+    }
+}
+
+static void empty_slot(struct bvh_node *node, unsigned slot)
+{
+    for (unsigned axis = 0; axis < 3; axis++) {
+        node->min[axis][slot] = INFINITY;
+        node->max[axis][slot] = -INFINITY;
+    }
+    node->child[slot] = node->count[slot] = 0;
+}
+
+/* Fills in a node and all below it; depth is that of the node, the root's is 0. */
+static void build_node(struct build *build, uint32_t index, const struct range *range,
+                       unsigned depth)
+{
+    struct child children[BVH_WIDTH];
+    unsigned count = find_children(build, range, depth, children);
+    struct bvh_node *node = &build->nodes[index];
+    for (unsigned i = 0; i < BVH_WIDTH; i++)
+        empty_slot(node, i);
+    for (unsigned i = 0; i < count; i++) {
+        const struct range *part = &children[i].range;
+        bool leaf = may_be_leaf(part);
+        fill_slot(node, i, part);
+        node->child[i] = leaf ? part->first : build->node_count++;
+        node->count[i] = leaf ? part->count : 0;
+    }
+    for (unsigned i = 0; i < count; i++)
+        if (node->count[i] == 0) build_node(build, node->child[i], &children[i].range, depth + 1);
+}
+
+/* ---- leaves ---- */
+
+struct bvh_leaf bvh_leaf_of(const struct scene *scene, uint32_t id)
+{
+    struct bvh_leaf leaf = {.id = id};
+    if (is_triangle(id)) memcpy(leaf.vertex, corner_indices(scene, id), sizeof leaf.vertex);
+    return leaf;
+}
+
+static void sort_by_id(struct item *items, uint32_t count)
+{
+    for (uint32_t i = 1; i < count; i++) {
+        struct item item = items[i];
+        uint32_t place = i;
+        for (; place > 0 && items[place - 1].id > item.id; place--)
+            items[place] = items[place - 1];
+        items[place] = item;
+    }
+}
+
+/* Writes one leaf, in which pieces of the same triangle are one; returns how many entries it has.
+ */
+static uint32_t write_leaf(const struct whole *whole, struct item *items, uint32_t count,
+                           struct bvh_leaf *leaves)
+{
+    uint32_t written = 0;
+    sort_by_id(items, count);
+    for (uint32_t i = 0; i < count; i++)
+        if (i == 0 || items[i].id != items[i - 1].id)
+            leaves[written++] = bvh_leaf_of(whole->scene, items[i].id);
+    return written;
+}
+
+/* Moves the leaves from the items, where there is room between them, to a list without gaps. */
+static uint32_t write_leaves(const struct build *build, struct bvh_leaf *leaves)
+{
+    uint32_t written = 0;
+    for (uint32_t n = 0; n < build->node_count; n++) {
+        struct bvh_node *node = &build->nodes[n];
+        for (unsigned slot = 0; slot < BVH_WIDTH; slot++) {
+            if (node->count[slot] == 0) continue;
+            struct item *items = build->whole.items + node->child[slot];
+            node->child[slot] = written;
+            node->count[slot] =
+                write_leaf(&build->whole, items, node->count[slot], leaves + written);
+            written += node->count[slot];
+        }
+    }
+    return written;
+}
+
+/* ---- the tree ---- */
+
+static void write_bounds(struct bvh *bvh, const struct extent *extent)
+{
+    for (unsigned axis = 0; axis < 3; axis++) {
+        bvh->min[axis] = open_below(extent->min[axis]);
+        bvh->max[axis] = open_above(extent->max[axis]);
     }
 }
 
 struct bvh *bvh_build(const struct scene *scene, void *memory)
 {
-    uint64_t primitives = bounded_count(scene);
     struct bvh *bvh = memory;
-    memset(bvh, 0, align_up(sizeof *bvh));
-    bvh->primitive_count = primitives;
-    bvh->nodes_offset = align_up(sizeof *bvh);
-    bvh->primitives_offset = bvh->nodes_offset;
-    bvh->bytes = bvh->nodes_offset;
-    if (primitives == 0) return bvh;
+    memset(memory, 0, align_up(sizeof *bvh));
+    bvh->nodes_offset = bvh->leaves_offset = bvh->bytes = align_up(sizeof *bvh);
+    if (bounded_count(scene) == 0) return bvh;
 
-    struct build build = {.nodes = (void *)((char *)memory + bvh->nodes_offset), .node_count = 2};
-    build.items = allocate((size_t)primitives, sizeof *build.items);
+    struct build build = {.whole = {scene, bvh->center, NULL},
+                          .nodes = (void *)((char *)memory + bvh->nodes_offset),
+                          .node_count = 1};
+    build.whole.items = allocate((size_t)leaf_bound(scene), sizeof *build.whole.items);
     place_center(scene, bvh->center);
-    collect_items(scene, bvh->center, build.items);
-    build_node(&build, 0, 0, (uint32_t)primitives, 0);
-    memset(&build.nodes[1], 0, sizeof build.nodes[1]);
+    struct range all = collect_items(scene, bvh->center, build.whole.items);
+    all.room = (uint32_t)room_for_pieces(scene);
+    build.area = extent_area(&all.extent);
+    write_bounds(bvh, &all.extent);
+    build_node(&build, 0, &all, 0);
     bvh->node_count = build.node_count;
-    bvh->primitives_offset += align_up(build.node_count * sizeof(struct bvh_node));
-    bvh->bytes = bvh->primitives_offset + align_up((size_t)primitives * sizeof(uint32_t));
-    uint32_t *ids = (void *)((char *)memory + bvh->primitives_offset);
-    for (uint64_t i = 0; i < primitives; i++)
-        ids[i] = build.items[i].id;
-    /* Every byte in use has a value of its own, the gaps 0: the same scene gives the same bytes. */
-    memset(ids + primitives, 0, bvh->bytes - bvh->primitives_offset - primitives * sizeof *ids);
-    size_t nodes_end = bvh->nodes_offset + build.node_count * sizeof(struct bvh_node);
-    memset((char *)memory + nodes_end, 0, bvh->primitives_offset - nodes_end);
-    free(build.items);
+    bvh->leaves_offset += build.node_count * sizeof(struct bvh_node);
+    struct bvh_leaf *leaves = (void *)((char *)memory + bvh->leaves_offset);
+    bvh->leaf_count = write_leaves(&build, leaves);
+    size_t leaf_bytes = (size_t)bvh->leaf_count * sizeof *leaves;
+    bvh->bytes = bvh->leaves_offset + align_up(leaf_bytes);
+    /* The same scene gives the same bytes, gaps too. */
+    memset((char *)leaves + leaf_bytes, 0, align_up(leaf_bytes) - leaf_bytes);
+    free(build.whole.items);
     return bvh;
 }

@@ -1,38 +1,55 @@
 /*
- * A bounding volume hierarchy over the bounded primitives of a scene, built with a binned surface
- * area heuristic (I. Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", IEEE RT
- * 2007). Like the scene block it is one piece of memory with indices instead of pointers, so that a
- * node's ranks share one. The same scene gives the same bytes on every machine.
+ * A bounding volume hierarchy over the bounded primitives of a scene: eight boxes to a node, so
+ * that one step looks at all of them in SIMD. Like the scene block it is one piece of memory with
+ * indices instead of pointers, so that a node's ranks share one. The same scene gives the same
+ * bytes on every machine.
  */
 #ifndef FARM_WORKER_BVH_H
 #define FARM_WORKER_BVH_H
 
+#include <stdalign.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #include "common/scene.h"
 
-/* Bounds are taken from the tree's centre and rounded outward to float. */
+#define BVH_WIDTH 8
+
+/* The boxes of a node's children, from the tree's centre and rounded outward to float. Those of an
+ * empty slot, which comes behind the others, are min = infinity, max = -infinity; its child and
+ * count are 0, as only the root's number is. */
 struct bvh_node {
-    float min[3], max[3];
-    uint32_t first; /* inner node: its two children are nodes first and first + 1; */
-    uint32_t count; /* leaf: primitives first .. first + count - 1 of the list; inner: 0 */
+    alignas(64) float min[3][BVH_WIDTH];
+    float max[3][BVH_WIDTH];
+    uint32_t child[BVH_WIDTH]; /* an inner node's index; a leaf's first entry of the list */
+    uint32_t count[BVH_WIDTH]; /* entries of a leaf; 0: an inner node, or empty */
 };
 
-_Static_assert(sizeof(struct bvh_node) == 32, "two nodes, the children of one, in a cache line");
+_Static_assert(sizeof(struct bvh_node) == 256, "four cache lines");
 
-/* A node deeper than this becomes a leaf; the fixed traversal stack holds this many and two more.
+/* What a leaf needs of a primitive. Those of a leaf are in the order of their ids: triangles and
+ * patches come first. */
+struct bvh_leaf {
+    uint32_t id;
+    uint32_t vertex[3]; /* of a triangle or patch; else 0 */
+};
+
+/*
+ * Nodes on the longest way from the root to a leaf, both ends counted: a walk that descends into
+ * the nearest child and keeps the others needs a stack of BVH_STACK entries.
  */
-#define BVH_MAX_DEPTH 62
+#define BVH_MAX_DEPTH 32
+#define BVH_STACK     ((BVH_WIDTH - 1) * BVH_MAX_DEPTH + 1)
 
 struct bvh {
     uint64_t bytes; /* in use */
     uint64_t node_count;
-    uint64_t primitive_count;
-    uint64_t nodes_offset; /* struct bvh_node; the root is node 0 (absent when node_count is 0) */
-    uint64_t primitives_offset; /* uint32_t primitive ids */
-    double center[3]; /* 0 unless the scene is small and far from the origin: a float's spacing is
-                       * 64 at 1e9 */
+    uint64_t leaf_count;    /* entries of the list */
+    uint64_t nodes_offset;  /* struct bvh_node; the root is node 0 (absent when node_count is 0) */
+    uint64_t leaves_offset; /* struct bvh_leaf */
+    double center[3];     /* 0 unless the scene is small and far from the origin: a float's spacing
+                           * is 64 at 1e9 */
+    float min[3], max[3]; /* of the root, like a node's */
 };
 
 static inline const struct bvh_node *bvh_nodes(const struct bvh *bvh)
@@ -40,10 +57,12 @@ static inline const struct bvh_node *bvh_nodes(const struct bvh *bvh)
     return (const void *)((const char *)bvh + bvh->nodes_offset);
 }
 
-static inline const uint32_t *bvh_primitives(const struct bvh *bvh)
+static inline const struct bvh_leaf *bvh_leaves(const struct bvh *bvh)
 {
-    return (const void *)((const char *)bvh + bvh->primitives_offset);
+    return (const void *)((const char *)bvh + bvh->leaves_offset);
 }
+
+struct bvh_leaf bvh_leaf_of(const struct scene *scene, uint32_t id);
 
 /* Bytes that bvh_build() may need for this scene. */
 size_t bvh_bytes_bound(const struct scene *scene);

@@ -540,8 +540,8 @@ static struct spans spans_of(const struct scaled *it, const struct ray *ray, boo
     return both_spans(it, side, &slab);
 }
 
-WITH_FMA struct crossings cone_roots(const struct cone *cone, const struct ray *ray, bool leaving,
-                                     bool any, uint64_t *exact)
+FLATTENED struct crossings cone_roots(const struct cone *cone, const struct ray *ray, bool leaving,
+                                      bool any, uint64_t *exact)
 {
     struct scaled it = scaled_of(cone, ray);
     struct spans spans = spans_of(&it, ray, leaving, any, exact);
@@ -568,8 +568,8 @@ static struct dd parameter_at(const struct scaled *it, const struct ray *ray, do
     return dd(rounded);
 }
 
-WITH_FMA struct dd cone_parameter(const struct cone *cone, const struct ray *ray, double t,
-                                  uint32_t part, bool leaving)
+FLATTENED struct dd cone_parameter(const struct cone *cone, const struct ray *ray, double t,
+                                   uint32_t part, bool leaving)
 {
     struct scaled it = scaled_of(cone, ray);
     struct dd way_out = parameter_at(&it, ray, t, part, leaving);
@@ -582,8 +582,8 @@ WITH_FMA struct dd cone_parameter(const struct cone *cone, const struct ray *ray
     return dd_ldexp(way_out, it.length - it.speed);
 }
 
-WITH_FMA struct dd3 cone_point(const struct cone *cone, const struct ray *ray, double t,
-                               uint32_t part, bool leaving)
+FLATTENED struct dd3 cone_point(const struct cone *cone, const struct ray *ray, double t,
+                                uint32_t part, bool leaving)
 {
     struct scaled it = scaled_of(cone, ray);
     struct dd3 step = dd3_scale(it.direction, parameter_at(&it, ray, t, part, leaving));
@@ -592,7 +592,7 @@ WITH_FMA struct dd3 cone_point(const struct cone *cone, const struct ray *ray, d
                         dd_ldexp(p.z, it.length)};
 }
 
-WITH_FMA struct vec3 cone_normal(const struct cone *cone, struct dd3 p, uint32_t part)
+FLATTENED struct vec3 cone_normal(const struct cone *cone, struct dd3 p, uint32_t part)
 {
     struct dd3 w = exact_difference3(cone->apex, cone->base);
     struct vec3 axis = dd3_round(w);

@@ -11,18 +11,8 @@
 
 #include "common/vec.h"
 
-/*
- * For functions that use fma(): compiled a second time for processors that have it as an
- * instruction, chosen when the program starts (by GCC; Clang wants the attribute at every
- * declaration); without it, it is a call into the library. Either way it is exact, and the bits are
- * the same.
- */
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__FMA__) &&        \
-    !defined(__SANITIZE_ADDRESS__)
-#define WITH_FMA __attribute__((target_clones("fma", "default"), flatten))
-#else
-#define WITH_FMA __attribute__((flatten))
-#endif
+/* For functions of many small ones: all of them are inlined, which compilers would not do. */
+#define FLATTENED __attribute__((flatten))
 
 /* 2^-53, half the spacing of doubles in [1, 2): the relative error of one rounded operation. */
 #define UNIT_ROUNDOFF 0x1p-53

@@ -126,8 +126,8 @@ static inline double power_of_e(struct dd x)
  * left of two numbers that are nearly equal, and exponents up to 1e9 enlarge what is lost: hence
  * double-double up to there.
  */
-WITH_FMA double phong_lobe(struct vec3 view, struct vec3 normal, struct vec3 to_light,
-                           double shininess)
+FLATTENED double phong_lobe(struct vec3 view, struct vec3 normal, struct vec3 to_light,
+                            double shininess)
 {
     struct vec3 light = scaled_to_range(to_light);
     struct dd t_v = twofold_dot(light, view), n_n = twofold_dot(normal, normal);
@@ -171,7 +171,7 @@ double phong_lobe_paper(struct vec3 view, struct vec3 normal, struct vec3 to_lig
  * (v - 2 (v.n) n / n.n) / |v|. With n.n = 1 + e and v.v = 1 + d, where e and d are some u, the
  * quotients are 1 - e and the Newton step 1 - d/2 up to u^2.
  */
-WITH_FMA struct vec3 mirror(struct vec3 view, struct vec3 normal)
+FLATTENED struct vec3 mirror(struct vec3 view, struct vec3 normal)
 {
     struct dd v_n = twofold_dot(view, normal);
     double e = excess(twofold_dot(normal, normal)), d = excess(twofold_dot(view, view));
@@ -249,7 +249,7 @@ static inline struct passage passage_of(double from, double to, struct dd cos_i)
 /* An index this much smaller than the one on the other side lets nothing in: 1e-150 of it. */
 #define N2_MIN 0x1p-500
 
-WITH_FMA double snell_k(double from, double to, double cos_i)
+FLATTENED double snell_k(double from, double to, double cos_i)
 {
     struct passage at = passage_of(from, to, dd(cos_i));
     if (at.n2 < N2_MIN) return -HUGE_VAL;
@@ -271,8 +271,8 @@ static inline double blended(struct dd a, double v, struct dd b, double n)
 
 /* v (n1 / n2) + n (n1 c - sqrt(n2^2 k)) / n2 with the unit vectors that view and normal stand for,
  * see mirror(). */
-WITH_FMA bool snell(struct vec3 view, struct vec3 normal, double from, double to,
-                    struct vec3 *direction)
+FLATTENED bool snell(struct vec3 view, struct vec3 normal, double from, double to,
+                     struct vec3 *direction)
 {
     if (from == to) {
         *direction = view;

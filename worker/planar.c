@@ -17,7 +17,7 @@ static inline double axis_distance(double point, double origin, double direction
     return (point - origin) / direction;
 }
 
-WITH_FMA double plane_distance(struct vec3 point, struct vec3 normal, const struct ray *ray)
+FLATTENED double plane_distance(struct vec3 point, struct vec3 normal, const struct ray *ray)
 {
     struct vec3 o = ray->origin, d = ray->direction;
     if (normal.x == 0 && normal.z == 0) return axis_distance(point.y, o.y, d.y);
@@ -26,7 +26,7 @@ WITH_FMA double plane_distance(struct vec3 point, struct vec3 normal, const stru
     return plane_parameter(point, normal, ray).high;
 }
 
-WITH_FMA struct dd3 plane_point(struct vec3 point, struct vec3 normal, const struct ray *ray)
+FLATTENED struct dd3 plane_point(struct vec3 point, struct vec3 normal, const struct ray *ray)
 {
     struct dd3 step = dd3_scale(ray->direction, plane_parameter(point, normal, ray));
     return dd3_add(exact_difference3(ray->origin, point), step);
@@ -108,8 +108,8 @@ static enum side disc_side_exact(const struct disc *disc, const struct ray *ray)
     return accumulator_sign(&sum) <= 0 ? SIDE_IN : SIDE_OUT;
 }
 
-WITH_FMA struct crossings disc_crossings(const struct disc *disc, const struct ray *ray,
-                                         uint64_t *exact)
+FLATTENED struct crossings disc_crossings(const struct disc *disc, const struct ray *ray,
+                                          uint64_t *exact)
 {
     enum side side = disc_side_filtered(disc, ray);
     if (side == SIDE_OPEN) {

@@ -69,6 +69,19 @@ static inline bool is_same_passage(const struct scene *scene, uint32_t id, const
     return triangle_is_same_passage(from_corners, of_corners, ray);
 }
 
+/* Where the ray's line crosses the triangle, with what primitive_crossings() leaves out. */
+static inline struct crossings corner_crossings(const struct scene *scene, uint32_t id,
+                                                const uint32_t corner[3], const struct ray *ray,
+                                                const struct shear *shear,
+                                                const struct purpose *purpose, uint64_t *exact)
+{
+    if (id == ray->from) return NO_CROSSINGS;
+    const struct vec3 *vertices = scene_vertices(scene);
+    struct crossings found = triangle_crossings(&vertices[corner[0]], &vertices[corner[1]],
+                                                &vertices[corner[2]], ray, shear, purpose, exact);
+    return is_same_passage(scene, id, ray, found.t[0]) ? NO_CROSSINGS : found;
+}
+
 /*
  * Where the ray's line crosses the primitive, less the place where the ray starts when it starts on
  * this one. any: see triangle_crossings(). *exact is increased by the number of predicates that
@@ -76,17 +89,17 @@ static inline bool is_same_passage(const struct scene *scene, uint32_t id, const
  */
 static inline struct crossings primitive_crossings(const struct scene *scene, uint32_t id,
                                                    const struct ray *ray, const struct shear *shear,
-                                                   bool any, uint64_t *exact)
+                                                   const struct purpose *purpose, uint64_t *exact)
 {
     uint32_t index = primitive_index(id);
     bool leaving = id == ray->from;
     switch (primitive_kind(id)) {
     case PRIMITIVE_SPHERE:
-        return sphere_crossings(&scene_spheres(scene)[index], ray, leaving, exact);
+        return sphere_crossings(&scene_spheres(scene)[index], ray, leaving, purpose, exact);
     case PRIMITIVE_BOX:
         return box_crossings(&scene_boxes(scene)[index], ray, leaving, exact);
     case PRIMITIVE_CONE:
-        return cone_crossings(&scene_cones(scene)[index], ray, leaving, any, exact);
+        return cone_crossings(&scene_cones(scene)[index], ray, leaving, purpose->any, exact);
     case PRIMITIVE_DISC:
         return leaving ? NO_CROSSINGS : disc_crossings(&scene_discs(scene)[index], ray, exact);
     case PRIMITIVE_PLANE:
@@ -96,12 +109,15 @@ static inline struct crossings primitive_crossings(const struct scene *scene, ui
     case PRIMITIVE_KINDS:
         break;
     }
-    if (leaving) return NO_CROSSINGS;
-    const uint32_t *corner = corner_indices(scene, id);
+    return corner_crossings(scene, id, corner_indices(scene, id), ray, shear, purpose, exact);
+}
+
+static inline struct crossings
+naive_corner_crossings(const struct scene *scene, const uint32_t corner[3], const struct ray *ray)
+{
     const struct vec3 *vertices = scene_vertices(scene);
-    struct crossings found = triangle_crossings(&vertices[corner[0]], &vertices[corner[1]],
-                                                &vertices[corner[2]], ray, shear, any, exact);
-    return is_same_passage(scene, id, ray, found.t[0]) ? NO_CROSSINGS : found;
+    return naive_beyond_epsilon(
+        naive_triangle(&vertices[corner[0]], &vertices[corner[1]], &vertices[corner[2]], ray), ray);
 }
 
 /* The same by the naive formulas. */
@@ -128,10 +144,7 @@ static inline struct crossings naive_crossings(const struct scene *scene, uint32
     case PRIMITIVE_KINDS:
         break;
     }
-    const uint32_t *corner = corner_indices(scene, id);
-    const struct vec3 *vertices = scene_vertices(scene);
-    return naive_beyond_epsilon(
-        naive_triangle(&vertices[corner[0]], &vertices[corner[1]], &vertices[corner[2]], ray), ray);
+    return naive_corner_crossings(scene, corner_indices(scene, id), ray);
 }
 
 #endif

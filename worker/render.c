@@ -141,6 +141,11 @@ void renderer_destroy(struct renderer *renderer)
     free(renderer);
 }
 
+const struct scene *renderer_scene(const struct renderer *renderer)
+{
+    return renderer->scene;
+}
+
 /* Adds the next ray of the tree, unless it is too deep or carries nothing. */
 static void spawn(struct renderer *renderer, struct path *path, const struct branch *parent,
                   const struct shading_point *at, struct vec3 direction, struct vec3 share,

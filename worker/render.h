@@ -22,6 +22,9 @@ struct renderer;
 struct renderer *renderer_create(const struct scene *scene, const struct bvh *bvh);
 void renderer_destroy(struct renderer *renderer);
 
+/* The scene that it was created for. */
+const struct scene *renderer_scene(const struct renderer *renderer);
+
 /*
  * Asks a function between waves, every few thousandths of a second, whether to give up the tile;
  * NULL: never.

@@ -36,6 +36,14 @@ struct crossings {
  * solid; what differs more is taken for what it says. */
 #define WAY_OUT_ERROR 0x1p-20
 
+/* What of a ray's crossings matters. */
+struct purpose {
+    bool any;        /* not where between 0 and t_max they are, but how many */
+    double farthest; /* nothing beyond; t_max at most */
+};
+
+#define ALL_CROSSINGS ((struct purpose){false, INFINITE})
+
 static inline struct crossings one_crossing(double t)
 {
     return (struct crossings){.t = {t, NOT_CROSSED}};

@@ -177,8 +177,8 @@ static bool line_roots(const struct scaled *it, struct sphere_line *line, struct
     return true;
 }
 
-WITH_FMA struct crossings sphere_roots(const struct sphere *sphere, const struct ray *ray,
-                                       const struct sphere_approach *near, uint64_t *exact)
+FLATTENED struct crossings sphere_roots(const struct sphere *sphere, const struct ray *ray,
+                                        const struct sphere_approach *near, uint64_t *exact)
 {
     struct crossings found = NO_CROSSINGS;
     struct scaled it = scaled_of(sphere, ray);
@@ -192,7 +192,7 @@ WITH_FMA struct crossings sphere_roots(const struct sphere *sphere, const struct
     return found;
 }
 
-WITH_FMA struct crossings sphere_way_out(const struct sphere *sphere, const struct ray *ray)
+FLATTENED struct crossings sphere_way_out(const struct sphere *sphere, const struct ray *ray)
 {
     struct crossings found = NO_CROSSINGS;
     struct scaled it = scaled_of(sphere, ray);
@@ -223,8 +223,8 @@ static struct dd offset_at(const struct scaled *it, struct sphere_line *line, do
     return line_root(line, root_at(&it->sphere, roots, ldexp(t, it->speed - it->length)) ? 1 : -1);
 }
 
-WITH_FMA struct dd sphere_parameter(const struct sphere *sphere, const struct ray *ray, double t,
-                                    bool leaving)
+FLATTENED struct dd sphere_parameter(const struct sphere *sphere, const struct ray *ray, double t,
+                                     bool leaving)
 {
     struct scaled it = scaled_of(sphere, ray);
     struct sphere_line line = line_from(&it, closest_approach(&it));
@@ -234,7 +234,7 @@ WITH_FMA struct dd sphere_parameter(const struct sphere *sphere, const struct ra
     return root;
 }
 
-WITH_FMA struct dd3 sphere_point(const struct sphere *sphere, const struct ray *ray, double t)
+FLATTENED struct dd3 sphere_point(const struct sphere *sphere, const struct ray *ray, double t)
 {
     struct scaled it = scaled_of(sphere, ray);
     struct sphere_line line = line_from(&it, closest_approach(&it));

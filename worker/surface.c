@@ -191,8 +191,8 @@ static void exact_surface(const struct scene *scene, const struct ray *ray, cons
     surface->point = stand_off(&place, surface->geometric, ray);
 }
 
-WITH_FMA void surface_at(const struct scene *scene, const struct ray *ray, const struct hit *hit,
-                         struct surface *surface)
+FLATTENED void surface_at(const struct scene *scene, const struct ray *ray, const struct hit *hit,
+                          struct surface *surface)
 {
     surface->material = primitive_material(scene, hit->primitive);
     if (scene->view.formulas == FORMULAS_PAPER)

@@ -8,15 +8,17 @@
 #include <stddef.h>
 
 #include "worker/bvh.h"
+#include "worker/lanes.h"
 #include "worker/shape.h"
 
 /*
  * A distance to a plane, (bound - origin) * (1 / d), is rounded three times: its relative error is
  * at most gamma3 = 3 u / (1 - 3 u). Comparing two of them is safe when the far one is enlarged by
- * 1 + 2 gamma3 (T. Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013).
+ * 1 + 2 gamma3 (T. Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013); one more rounding, and that
+ * of the constant, because 1 / d is what is enlarged.
  */
-#define GAMMA3       (3 * UNIT_ROUNDOFF / (1 - 3 * UNIT_ROUNDOFF))
-#define FAR_WIDENING (1 + 2 * GAMMA3)
+#define GAMMA4       (4 * UNIT_ROUNDOFF / (1 - 4 * UNIT_ROUNDOFF))
+#define FAR_WIDENING (1 + 4 * GAMMA4)
 
 /*
  * The boxes grow by this many u of the largest numbers involved, |o|, the tree's centre and the
@@ -36,19 +38,25 @@
  */
 #define TEST_ERROR (64 * UNIT_ROUNDOFF)
 
-struct slabs {
-    size_t near_plane[3], far_plane[3]; /* offsets in struct bvh_node */
-    double near_origin[3], far_origin[3];
-    double inverse[3];
+/* Between the two planes of an axis. */
+struct slab {
+    size_t near_plane, far_plane; /* offsets in struct bvh_node */
+    double near_origin, far_origin;
+    double near_inverse, far_inverse;
 };
 
-/* The largest coordinate of a box. */
-static inline double node_reach(const struct bvh_node *node)
+struct slabs {
+    struct slab x, y, z;
+    bool blind; /* nothing is decided: by none, or the margin is infinite */
+};
+
+/* The largest coordinate of the root's box. */
+static inline double root_reach(const struct bvh *bvh)
 {
     double reach = 0;
     for (unsigned axis = 0; axis < 3; axis++) {
-        reach = larger(reach, fabs((double)node->min[axis]));
-        reach = larger(reach, fabs((double)node->max[axis]));
+        reach = larger(reach, fabs((double)bvh->min[axis]));
+        reach = larger(reach, fabs((double)bvh->max[axis]));
     }
     return reach;
 }
@@ -60,100 +68,150 @@ static inline double slab_inverse(double d)
     return isinf(inverse) && d != 0 ? (double)NAN : inverse;
 }
 
-static inline struct slabs slabs_of(const struct ray *ray, const double center[3],
-                                    const struct bvh_node *root)
+static INLINED struct slab slab_of(const struct bvh *bvh, const struct ray *ray, unsigned axis,
+                                   double margin)
 {
-    struct slabs slabs;
-    double margin = largest_component(ray->origin);
-    margin += larger(fabs(center[0]), larger(fabs(center[1]), fabs(center[2])));
-    margin = TEST_ERROR * (margin + node_reach(root));
-    for (unsigned axis = 0; axis < 3; axis++) {
-        double origin = vec_component(&ray->origin, axis) - center[axis];
-        double direction = vec_component(&ray->direction, axis);
-        size_t min = offsetof(struct bvh_node, min) + axis * sizeof(float);
-        size_t max = offsetof(struct bvh_node, max) + axis * sizeof(float);
-        bool down = signbit(direction);
-        slabs.near_plane[axis] = down ? max : min;
-        slabs.far_plane[axis] = down ? min : max;
-        slabs.near_origin[axis] = down ? origin - margin : origin + margin;
-        slabs.far_origin[axis] = down ? origin + margin : origin - margin;
-        slabs.inverse[axis] = slab_inverse(direction);
-    }
-    return slabs;
+    double origin = vec_component(&ray->origin, axis) - bvh->center[axis];
+    double direction = vec_component(&ray->direction, axis), inverse = slab_inverse(direction);
+    size_t min = offsetof(struct bvh_node, min) + axis * BVH_WIDTH * sizeof(float);
+    size_t max = offsetof(struct bvh_node, max) + axis * BVH_WIDTH * sizeof(float);
+    bool down = signbit(direction);
+    double outward = down ? -margin : margin;
+    return (struct slab){.near_plane = down ? max : min,
+                         .far_plane = down ? min : max,
+                         .near_origin = origin + outward,
+                         .far_origin = origin - outward,
+                         .near_inverse = inverse,
+                         .far_inverse = inverse * FAR_WIDENING};
 }
 
-static inline double node_plane(const struct bvh_node *node, size_t offset)
+static INLINED struct slabs slabs_of(const struct bvh *bvh, const struct ray *ray)
 {
-    return (double)*(const float *)(const void *)((const char *)node + offset);
+    const double *center = bvh->center;
+    double margin = largest_component(ray->origin);
+    margin += larger(fabs(center[0]), larger(fabs(center[1]), fabs(center[2])));
+    margin = TEST_ERROR * (margin + root_reach(bvh));
+    return (struct slabs){slab_of(bvh, ray, 0, margin), slab_of(bvh, ray, 1, margin),
+                          slab_of(bvh, ray, 2, margin),
+                          isinf(1 / largest_component(ray->direction)) || isinf(margin)};
+}
+
+static inline struct lanes node_planes(const struct bvh_node *node, size_t offset)
+{
+    return lanes_load_floats((const void *)((const char *)node + offset));
+}
+
+static inline lane_set occupied(const struct bvh_node *node)
+{
+    return lanes_at_most(lanes_load_floats(node->min[0]), lanes_load_floats(node->max[0]));
+}
+
+/* Distances to the near and to the far planes. */
+static INLINED struct lanes slab_in(const struct slab *slab, const struct bvh_node *node)
+{
+    struct lanes way = lanes_sub(node_planes(node, slab->near_plane), lanes_of(slab->near_origin));
+    return lanes_mul(way, lanes_of(slab->near_inverse));
+}
+
+static INLINED struct lanes slab_out(const struct slab *slab, const struct bvh_node *node)
+{
+    struct lanes way = lanes_sub(node_planes(node, slab->far_plane), lanes_of(slab->far_origin));
+    return lanes_mul(way, lanes_of(slab->far_inverse));
 }
 
 /*
- * Whether the ray is in the box somewhere in 0 <= t <= limit; *enter is where that begins. A NaN,
- * from an origin in a plane that the ray is parallel to, loses the comparisons: the slab is closed.
+ * In which of a node's boxes the ray is somewhere in 0 <= t <= limit; *enter is where that begins.
+ * A NaN, from an origin in a plane that the ray is parallel to, loses the comparisons: the slab is
+ * closed.
  */
-static inline bool slabs_meet(const struct slabs *slabs, const struct bvh_node *node, double limit,
-                              double *enter)
+static INLINED lane_set slabs_meet(const struct slabs *slabs, const struct bvh_node *node,
+                                   double limit, struct lanes *enter)
 {
-    double near = 0, far = INFINITE;
-    for (unsigned axis = 0; axis < 3; axis++) {
-        double in = (node_plane(node, slabs->near_plane[axis]) - slabs->near_origin[axis]) *
-                    slabs->inverse[axis];
-        double out = (node_plane(node, slabs->far_plane[axis]) - slabs->far_origin[axis]) *
-                     slabs->inverse[axis];
-        near = in > near ? in : near;
-        far = out < far ? out : far;
-    }
+    struct lanes near = lanes_larger(slab_in(&slabs->x, node), lanes_of(0));
+    struct lanes far = lanes_smaller(slab_out(&slabs->x, node), lanes_of(limit));
+    near = lanes_larger(slab_in(&slabs->y, node), near);
+    far = lanes_smaller(slab_out(&slabs->y, node), far);
+    near = lanes_larger(slab_in(&slabs->z, node), near);
+    far = lanes_smaller(slab_out(&slabs->z, node), far);
     *enter = near;
-    return near <= far * FAR_WIDENING && near <= limit;
+    lane_set met = lanes_at_most(near, far);
+    return __builtin_expect(slabs->blind, 0) ? met & occupied(node) : met;
 }
 
 /* Looks at the primitives of a leaf; may lower *limit; false ends the walk. */
-typedef bool visit_leaf(void *context, const uint32_t *ids, uint32_t count, double *limit);
+typedef bool visit_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
+                        double *limit);
+
+/* A child that the walk has left for later. */
+struct pending {
+    double enter;
+    uint32_t child, count; /* as in struct bvh_node */
+};
+
+static inline struct pending pending_child(const struct bvh_node *node, unsigned lane, double enter)
+{
+    return (struct pending){enter, node->child[lane], node->count[lane]};
+}
+
+/* Puts the children of a set on the stack, the nearest last. */
+static INLINED unsigned push_nearest_last(struct pending *stack, unsigned top,
+                                          const struct bvh_node *node, lane_set set,
+                                          struct lanes enter)
+{
+    double at[LANES];
+    unsigned end = top + (unsigned)__builtin_popcount(set);
+    lanes_store(at, enter);
+    for (lane_set rest = set; rest; rest = without_lowest(rest)) {
+        unsigned lane = lowest_lane(rest);
+        struct lanes here = lanes_of(at[lane]);
+        lane_set nearer = lanes_less(enter, here);
+        nearer |= lanes_at_most(enter, here) & ((UINT32_C(1) << lane) - 1);
+        stack[end - 1 - (unsigned)__builtin_popcount(nearer & set)] =
+            pending_child(node, lane, at[lane]);
+    }
+    return end;
+}
+
+static INLINED unsigned push_unordered(struct pending *stack, unsigned top,
+                                       const struct bvh_node *node, lane_set set)
+{
+    for (; set; set = without_lowest(set))
+        stack[top++] = pending_child(node, lowest_lane(set), 0);
+    return top;
+}
 
 /*
- * Visits all leaves that the ray reaches at t <= limit, near ones first. Equal distances are
- * visited, too: which of two equally near primitives wins must not depend on the tree.
+ * Visits all leaves that the ray reaches at t <= limit, near ones first if that is asked for. Equal
+ * distances are visited, too: which of two equally near primitives wins must not depend on the
+ * tree.
  */
-static inline __attribute__((always_inline)) void traverse(const struct bvh *bvh,
-                                                           const struct ray *ray, double limit,
-                                                           visit_leaf *visit, void *context)
+static INLINED void traverse(const struct bvh *bvh, const struct ray *ray, double limit,
+                             bool ordered, visit_leaf *visit, void *context)
 {
     if (bvh->node_count == 0) return;
-    const struct bvh_node *nodes = bvh_nodes(bvh), *node = nodes;
-    const uint32_t *ids = bvh_primitives(bvh);
-    struct slabs slabs = slabs_of(ray, bvh->center, nodes);
-    struct {
-        double enter;
-        uint32_t node;
-    } stack[BVH_MAX_DEPTH + 2];
+    const struct bvh_node *nodes = bvh_nodes(bvh);
+    const struct bvh_leaf *leaves = bvh_leaves(bvh);
+    struct slabs slabs = slabs_of(bvh, ray);
+    struct pending stack[BVH_STACK + BVH_WIDTH], now = {0, 0, 0};
     unsigned top = 0;
-    double enter;
-    if (!slabs_meet(&slabs, node, limit, &enter)) return;
     for (;;) {
-        if (node->count > 0) {
-            if (!visit(context, ids + node->first, node->count, &limit)) return;
+        if (now.count > 0) {
+            if (!visit(context, leaves + now.child, now.count, &limit)) return;
         } else {
-            uint32_t child = node->first, other = child + 1;
-            double child_enter, other_enter;
-            bool meet_child = slabs_meet(&slabs, &nodes[child], limit, &child_enter);
-            bool meet_other = slabs_meet(&slabs, &nodes[other], limit, &other_enter);
-            if (meet_child && meet_other) {
-                bool swap = other_enter < child_enter;
-                stack[top].enter = swap ? child_enter : other_enter;
-                stack[top++].node = swap ? child : other;
-                node = &nodes[swap ? other : child];
+            const struct bvh_node *node = &nodes[now.child];
+            struct lanes enter;
+            lane_set set = slabs_meet(&slabs, node, limit, &enter);
+            if (set && !without_lowest(set)) {
+                now = pending_child(node, lowest_lane(set), 0);
                 continue;
             }
-            if (meet_child || meet_other) {
-                node = &nodes[meet_child ? child : other];
-                continue;
-            }
+            top = ordered ? push_nearest_last(stack, top, node, set, enter)
+                          : push_unordered(stack, top, node, set);
         }
         do {
             if (top == 0) return;
-            top--;
-        } while (!(stack[top].enter <= limit));
-        node = &nodes[stack[top].node];
+            now = stack[--top];
+        } while (!(now.enter <= limit));
     }
 }
 

@@ -113,19 +113,23 @@ static inline bool triangle_correct(const struct vec3 *a, const struct vec3 *b,
 }
 
 /*
- * Whether an uncorrected t is certainly between 0 and t_max. By what is said at SLOPE_MAX it errs
- * by less than 2^-30 of the largest coordinate of the sheared triangle as long as the slope is less
- * than 2^20.
+ * By how much at most an uncorrected t errs: by what is said at SLOPE_MAX by less than 2^-30 of the
+ * largest coordinate of the sheared triangle as long as the slope is less than 2^20; infinite
+ * otherwise.
  */
-static inline bool triangle_is_between(const struct sheared *p, const struct sheared *q,
-                                       const struct sheared *r, const struct shear *shear, double t,
-                                       double t_max)
+static inline double uncorrected_error(const struct sheared *p, const struct sheared *q,
+                                       const struct sheared *r, const struct shear *shear,
+                                       double slope)
 {
     double size = fabs(p->z) + fabs(q->z) + fabs(r->z) + fabs(p->x) + fabs(q->x) + fabs(r->x) +
                   fabs(p->y) + fabs(q->y) + fabs(r->y);
-    double error = 0x1p-30 * size / fabs(shear->dz);
-    return t > error && t < t_max - error;
+    return slope < 0x1p20 ? 0x1p-30 * size / fabs(shear->dz) : INFINITE;
 }
+
+/* Where the line of a ray crosses the triangle's plane, right to the last bit; false: not to be
+ * told by double-double. */
+bool triangle_plane_distance(const struct vec3 *a, const struct vec3 *b, const struct vec3 *c,
+                             const struct ray *ray, double *t);
 
 /* The same as triangle_crossings() without any rounding in what is decided; unless NULL, *distance
  * is t before it is rounded. */
@@ -142,14 +146,13 @@ static inline struct crossings careful_crossings(const struct vec3 *a, const str
 
 /*
  * Either side is hit. Whether the line passes left or right of an edge is decided without error, by
- * exact arithmetic where the filter leaves it open, which is counted. any: where between 0 and
- * t_max the crossing is does not matter, and t may be less accurate there; otherwise only the first
- * crossing ahead matters, and a solid may leave out the second.
+ * exact arithmetic where the filter leaves it open, which is counted. Where a crossing certainly
+ * does not matter, t may be less accurate.
  */
 static inline struct crossings triangle_crossings(const struct vec3 *a, const struct vec3 *b,
                                                   const struct vec3 *c, const struct ray *ray,
-                                                  const struct shear *shear, bool any,
-                                                  uint64_t *exact)
+                                                  const struct shear *shear,
+                                                  const struct purpose *purpose, uint64_t *exact)
 {
     struct sheared p = shear_vertex(shear, &ray->origin, a);
     struct sheared q = shear_vertex(shear, &ray->origin, b);
@@ -173,9 +176,11 @@ static inline struct crossings triangle_crossings(const struct vec3 *a, const st
     found.v = e2 / sum;
     double slope = triangle_slope(&p, &q, &r, sum);
     if (slope <= SLOPE_MAX) return found;
-    if (any && slope < 0x1p20 && triangle_is_between(&p, &q, &r, shear, found.t[0], ray->t_max))
-        return found;
+    double t = found.t[0], doubt = uncorrected_error(&p, &q, &r, shear, slope);
+    if (t < -doubt || t - doubt > purpose->farthest) return found;
+    if (purpose->any && t > doubt && t + doubt < purpose->farthest) return found;
     if (triangle_correct(a, b, c, ray, &found.t[0])) return found;
+    if (triangle_plane_distance(a, b, c, ray, &found.t[0])) return found;
     return careful_crossings(a, b, c, ray, shear);
 }
 

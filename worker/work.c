@@ -8,6 +8,7 @@
 #include "common/clock.h"
 #include "common/message.h"
 #include "common/nap.h"
+#include "common/processor.h"
 #include "worker/render.h"
 
 /* ---- waiting ---- */
@@ -145,6 +146,9 @@ static void *distribute(MPI_Comm comm, const struct welcome *welcome, struct sce
     if (leaders != MPI_COMM_NULL) MPI_Comm_free(&leaders);
     publish(shared);
     shared->scene = (const void *)(window + *offset);
+    enum processor_level level = shared->scene->view.processor;
+    if (!processor_has(level))
+        fatal("farm.kernel = %s is not for this processor", processor_level_name(level));
     return window + *offset + round_up(bytes);
 }
 

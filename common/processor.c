@@ -1,0 +1,51 @@
+#include "common/processor.h"
+
+#include <stddef.h>
+
+const char *const processor_level_names[PROCESSOR_LEVELS + 1] = {"auto", "portable", "avx2",
+                                                                 "avx512", NULL};
+
+const char *processor_level_name(enum processor_level level)
+{
+    return processor_level_names[level];
+}
+
+#ifdef __x86_64__
+
+static bool has_avx2(void)
+{
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+           __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
+}
+
+static bool has_avx512(void)
+{
+    return has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+           __builtin_cpu_supports("avx512dq");
+}
+
+#else
+
+static bool has_avx2(void)
+{
+    return false;
+}
+
+static bool has_avx512(void)
+{
+    return false;
+}
+
+#endif
+
+bool processor_has(enum processor_level level)
+{
+    return level == PROCESSOR_AVX512 ? has_avx512() : level == PROCESSOR_AVX2 ? has_avx2() : true;
+}
+
+enum processor_level processor_resolve(enum processor_level level)
+{
+    if (level != PROCESSOR_AUTO) return level;
+    if (has_avx512()) return PROCESSOR_AVX512;
+    return has_avx2() ? PROCESSOR_AVX2 : PROCESSOR_PORTABLE;
+}

@@ -1,0 +1,393 @@
+#include "worker/bvh_split.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "worker/primitive.h"
+
+/* ---- items ---- */
+
+float round_down(double x)
+{
+    if (x > (double)FLT_MAX) return FLT_MAX;
+    if (x <= -(double)FLT_MAX) return -FLT_MAX;
+    float rounded = (float)x;
+    if (rounded == 0) return -FLT_TRUE_MIN;
+    uint32_t bits; /* sign and magnitude */
+    memcpy(&bits, &rounded, sizeof bits);
+    bits += rounded > 0 ? UINT32_MAX : 1;
+    memcpy(&rounded, &bits, sizeof bits);
+    return rounded < -FLT_MAX ? -FLT_MAX : rounded;
+}
+
+float round_up(double x)
+{
+    return -round_down(-x);
+}
+
+static inline struct extent item_extent(const struct item *item)
+{
+    struct extent extent;
+    memcpy(&extent.min, item->min, sizeof extent.min);
+    memcpy(&extent.max, &item->max, sizeof extent.max);
+    return extent;
+}
+
+/* Half the centre, which does not overflow. The last lane would be an id: what that is as a float
+ * may be slow. */
+static inline float4 half_center(const struct extent *extent)
+{
+    typedef uint32_t mask4 __attribute__((vector_size(16)));
+    const float4 quarter = {0.25f, 0.25f, 0.25f, 0};
+    const mask4 xyz = {~0u, ~0u, ~0u, 0};
+    float4 min = (float4)((mask4)extent->min & xyz), max = (float4)((mask4)extent->max & xyz);
+    return min * quarter + max * quarter;
+}
+
+struct range range_empty(uint32_t first)
+{
+    return (struct range){first, 0, 0, 0, empty_extent(), empty_extent()};
+}
+
+static inline void add(struct range *range, const struct item *item)
+{
+    struct extent extent = item_extent(item);
+    float4 center = half_center(&extent);
+    extend(&range->extent, &extent);
+    range->centers.min = min4(range->centers.min, center);
+    range->centers.max = max4(range->centers.max, center);
+    range->count++;
+    range->weight += item->weight;
+}
+
+void range_add(struct range *range, const struct item *item)
+{
+    add(range, item);
+}
+
+/* ---- bins ---- */
+
+/* Bins per axis; a few items need, and are worth, fewer: 8 up to twice that many. */
+#define BINS_MAX 16
+#define BINS_FEW 8
+
+/* One axis; weights of the items that begin and of those that end in a bin. */
+struct bins {
+    struct extent extent[BINS_MAX];
+    uint32_t begin[BINS_MAX], end[BINS_MAX];
+};
+
+struct binning {
+    unsigned count; /* of bins in use */
+    float4 low, scale;
+    struct bins axes[3];
+};
+
+/* A place on the axis in bins is 0 .. count, everywhere 0 on an axis on which [low, high] is a
+ * point, or so short that it has no inverse. */
+static void place_bins(struct binning *binning, uint32_t items, float4 low, float4 high)
+{
+    binning->count = items <= 2 * BINS_FEW ? BINS_FEW : BINS_MAX;
+    binning->low = low;
+    for (unsigned axis = 0; axis < 3; axis++) {
+        float scale = (float)binning->count / (high[axis] - low[axis]);
+        binning->scale[axis] = scale <= FLT_MAX ? scale : 0;
+        struct bins *bins = &binning->axes[axis];
+        for (unsigned b = 0; b < binning->count; b++) {
+            bins->extent[b] = empty_extent();
+            bins->begin[b] = bins->end[b] = 0;
+        }
+    }
+    binning->low[3] = binning->scale[3] = 0;
+}
+
+static void bin_by_center(struct binning *binning, const struct item *items, uint32_t count)
+{
+    const float4 low = binning->low, scale = binning->scale;
+    const float4 last = all4((float)(binning->count - 1));
+    for (uint32_t i = 0; i < count; i++) {
+        struct extent extent = item_extent(&items[i]);
+        float4 place = min4((half_center(&extent) - low) * scale, last);
+        for (unsigned axis = 0; axis < 3; axis++) {
+            unsigned b = (unsigned)(int)place[axis];
+            extend(&binning->axes[axis].extent[b], &extent);
+            binning->axes[axis].begin[b] += items[i].weight;
+        }
+    }
+}
+
+/* The cheapest border: it is the end of bin `last`; cost stays infinite if there is none. */
+struct border {
+    unsigned last;
+    double cost, overlap;
+};
+
+/* Sweeps the bins of one axis from the right, then from the left. */
+static struct border sweep_bins(const struct bins *bins, const uint32_t *right_weights,
+                                unsigned count)
+{
+    struct extent rights[BINS_MAX], left = empty_extent();
+    double right_cost[BINS_MAX];
+    uint32_t right_weight = 0, left_weight = 0;
+    struct border best = {0, INFINITE, 0};
+    rights[count - 1] = bins->extent[count - 1];
+    for (unsigned b = count - 1; b > 0; b--) {
+        right_weight += right_weights[b];
+        right_cost[b] = right_weight ? extent_area(&rights[b]) * cost_of(right_weight) : INFINITE;
+        rights[b - 1] = rights[b];
+        extend(&rights[b - 1], &bins->extent[b - 1]);
+    }
+    for (unsigned b = 0; b + 1 < count; b++) {
+        extend(&left, &bins->extent[b]);
+        left_weight += bins->begin[b];
+        if (left_weight == 0) continue;
+        double cost = extent_area(&left) * cost_of(left_weight) + right_cost[b + 1];
+        if (!(cost < best.cost)) continue;
+        struct extent common = intersection(&left, &rights[b + 1]);
+        best = (struct border){b, cost, extent_area(&common)};
+    }
+    return best;
+}
+
+struct split find_object_split(const struct whole *whole, const struct range *range)
+{
+    struct binning binning;
+    struct split best = {.cost = INFINITE, .overlap = INFINITE};
+    place_bins(&binning, range->count, range->centers.min, range->centers.max);
+    bin_by_center(&binning, whole->items + range->first, range->count);
+    for (unsigned axis = 0; axis < 3; axis++) {
+        if (!(binning.scale[axis] > 0)) continue;
+        const struct bins *bins = &binning.axes[axis];
+        struct border border = sweep_bins(bins, bins->begin, binning.count);
+        if (!(border.cost < best.cost)) continue;
+        best = (struct split){.axis = axis,
+                              .low = binning.low[axis],
+                              .scale = binning.scale[axis],
+                              .end = (float)(border.last + 1),
+                              .cost = border.cost,
+                              .overlap = border.overlap};
+    }
+    return best;
+}
+
+/* ---- pieces of triangles ---- */
+
+/* A triangle's corners, from the tree's centre, and rounded outward. */
+struct corners {
+    double at[3][3];
+    struct extent rounded[3];
+};
+
+/* Outward by at least a half of a float's spacing, which is 2^-23 at most, and by two at most. */
+static inline struct extent round_outward(const double point[3])
+{
+    const float4 top = all4(FLT_MAX), x = {(float)point[0], (float)point[1], (float)point[2], 0};
+    float4 error = max4(x, -x) * all4(FLT_EPSILON) + all4(FLT_TRUE_MIN);
+    return (struct extent){max4(x - error, -top), min4(x + error, top)};
+}
+
+static struct corners corners_of(const struct whole *whole, uint32_t id)
+{
+    const uint32_t *index = corner_indices(whole->scene, id);
+    const struct vec3 *vertices = scene_vertices(whole->scene);
+    struct corners corners;
+    for (unsigned i = 0; i < 3; i++) {
+        for (unsigned axis = 0; axis < 3; axis++)
+            corners.at[i][axis] = vec_component(&vertices[index[i]], axis) - whole->center[axis];
+        corners.rounded[i] = round_outward(corners.at[i]);
+    }
+    return corners;
+}
+
+/* Where an edge crosses the plane: within 4 u of the coordinates, which is less than TEST_ERROR
+ * allows for. here and there are on different sides. */
+static struct extent crossing(const double p[3], const double q[3], double here, double there)
+{
+    double share = here / (here - there), point[3];
+    for (unsigned axis = 0; axis < 3; axis++)
+        point[axis] = p[axis] + (q[axis] - p[axis]) * share;
+    return round_outward(point);
+}
+
+/* The parts of a piece on either side of a plane; false: on one side nothing is left of it. */
+static bool cut(const struct corners *corners, const struct extent *piece, unsigned axis,
+                float plane, struct extent *left, struct extent *right)
+{
+    *left = *right = empty_extent();
+    for (unsigned i = 0; i < 3; i++) {
+        const double *p = corners->at[i], *q = corners->at[(i + 1) % 3];
+        double here = p[axis] - (double)plane, there = q[axis] - (double)plane;
+        if (here <= 0) extend(left, &corners->rounded[i]);
+        if (here >= 0) extend(right, &corners->rounded[i]);
+        if (!((here < 0 && there > 0) || (here > 0 && there < 0))) continue;
+        struct extent point = crossing(p, q, here, there);
+        extend(left, &point);
+        extend(right, &point);
+    }
+    left->max[axis] = right->min[axis] = plane;
+    *left = intersection(left, piece);
+    *right = intersection(right, piece);
+    return extent_is_proper(left) && extent_is_proper(right);
+}
+
+static float border_at(const struct binning *binning, unsigned axis, unsigned bin)
+{
+    return binning->low[axis] + (float)bin / binning->scale[axis];
+}
+
+/* Puts the pieces of a triangle into the bins from first to last. */
+static void bin_pieces(const struct corners *corners, struct binning *binning, unsigned axis,
+                       const struct extent *extent, unsigned first, unsigned last)
+{
+    struct extent rest = *extent, left, right;
+    for (unsigned b = first; b < last; b++) {
+        if (!cut(corners, &rest, axis, border_at(binning, axis, b + 1), &left, &right)) continue;
+        extend(&binning->axes[axis].extent[b], &left);
+        rest = right;
+    }
+    extend(&binning->axes[axis].extent[last], &rest);
+}
+
+static void bin_by_place(const struct whole *whole, struct binning *binning,
+                         const struct item *item)
+{
+    const float4 last_bin = all4((float)(binning->count - 1));
+    struct extent extent = item_extent(item);
+    float4 low = extent.min, high = extent.max;
+    bool divisible = is_triangle(item->id), known = false;
+    struct corners corners;
+    if (!divisible) low = high = 2 * half_center(&extent); /* all of it goes where its centre is */
+    low[3] = high[3] = 0;
+    low = min4((low - binning->low) * binning->scale, last_bin);
+    high = min4((high - binning->low) * binning->scale, last_bin);
+    for (unsigned axis = 0; axis < 3; axis++) {
+        struct bins *bins = &binning->axes[axis];
+        unsigned first = (unsigned)(int)low[axis], last = (unsigned)(int)high[axis];
+        bins->begin[first] += item->weight;
+        bins->end[last] += item->weight;
+        if (first == last) {
+            extend(&bins->extent[first], &extent);
+            continue;
+        }
+        if (!known) corners = corners_of(whole, item->id);
+        known = true;
+        bin_pieces(&corners, binning, axis, &extent, first, last);
+    }
+}
+
+struct split find_spatial_split(const struct whole *whole, const struct range *range,
+                                const struct split *split)
+{
+    struct binning binning;
+    struct split best = *split;
+    place_bins(&binning, range->count, range->extent.min, range->extent.max);
+    for (uint32_t i = range->first; i < range->first + range->count; i++)
+        bin_by_place(whole, &binning, &whole->items[i]);
+    for (unsigned axis = 0; axis < 3; axis++) {
+        if (!(binning.scale[axis] > 0)) continue;
+        const struct bins *bins = &binning.axes[axis];
+        struct border border = sweep_bins(bins, bins->end, binning.count);
+        if (border.cost < best.cost)
+            best = (struct split){.axis = axis,
+                                  .spatial = true,
+                                  .plane = border_at(&binning, axis, border.last + 1),
+                                  .cost = border.cost};
+    }
+    return best;
+}
+
+/* ---- dividing ---- */
+
+void halve_range(const struct whole *whole, const struct range *range, struct range *left,
+                 struct range *right)
+{
+    uint32_t middle = range->first + range->count / 2, end = range->first + range->count;
+    *left = range_empty(range->first);
+    for (uint32_t i = range->first; i < middle; i++)
+        add(left, &whole->items[i]);
+    *right = range_empty(middle);
+    right->room = range->room;
+    for (uint32_t i = middle; i < end; i++)
+        add(right, &whole->items[i]);
+}
+
+static inline bool is_left(const struct item *item, const struct split *split)
+{
+    float place = item->min[split->axis] * 0.25f + item->max[split->axis] * 0.25f;
+    if (split->spatial) return place * 2 < split->plane;
+    return (place - split->low) * split->scale < split->end;
+}
+
+static void set_extent(struct item *item, const struct extent *extent)
+{
+    for (unsigned axis = 0; axis < 3; axis++) {
+        item->min[axis] = extent->min[axis];
+        item->max[axis] = extent->max[axis];
+    }
+}
+
+/* Cuts the triangles on the plane in two as long as there is room; the second parts come behind the
+ * others. Returns how many items there are then. */
+static uint32_t cut_items(const struct whole *whole, const struct range *range,
+                          const struct split *split)
+{
+    uint32_t end = range->first + range->count, limit = end + range->room;
+    for (uint32_t i = range->first; i < range->first + range->count && end < limit; i++) {
+        struct item *item = &whole->items[i];
+        bool across =
+            item->min[split->axis] < split->plane && item->max[split->axis] > split->plane;
+        if (!across || !is_triangle(item->id)) continue;
+        struct corners corners = corners_of(whole, item->id);
+        struct extent all = item_extent(item), left, right;
+        if (!cut(&corners, &all, split->axis, split->plane, &left, &right)) continue;
+        whole->items[end] = *item;
+        set_extent(&whole->items[end++], &right);
+        set_extent(item, &left);
+    }
+    return end - range->first;
+}
+
+/* Gives both sides of the room, by the number of their items: those on the right move up. */
+static void share_room(struct item *items, uint32_t room, struct range *left, struct range *right)
+{
+    uint64_t count = (uint64_t)left->count + right->count;
+    left->room = (uint32_t)((uint64_t)room * left->count / count);
+    right->room = room - left->room;
+    uint32_t moved = left->room < right->count ? left->room : right->count;
+    uint32_t first = right->first + left->room;
+    memcpy(&items[first + right->count - moved], &items[right->first], moved * sizeof *items);
+    right->first = first;
+}
+
+void split_range(const struct whole *whole, const struct range *range, const struct split *split,
+                 struct range *left, struct range *right)
+{
+    if (isinf(split->cost)) {
+        halve_range(whole, range, left, right);
+        return;
+    }
+    struct item *items = whole->items;
+    uint32_t count = split->spatial ? cut_items(whole, range, split) : range->count;
+    uint32_t begin = range->first, end = range->first + count;
+    struct range sides[2] = {range_empty(begin), range_empty(begin)};
+    for (;;) {
+        for (; begin < end && is_left(&items[begin], split); begin++)
+            add(&sides[0], &items[begin]);
+        for (; begin < end && !is_left(&items[end - 1], split); end--)
+            add(&sides[1], &items[end - 1]);
+        if (begin == end) break;
+        struct item item = items[begin];
+        items[begin] = items[end - 1];
+        items[end - 1] = item;
+    }
+    if (sides[0].count == 0 || sides[1].count == 0) {
+        struct range all = sides[sides[0].count == 0];
+        all.room = range->room - (count - range->count);
+        halve_range(whole, &all, left, right);
+        return;
+    }
+    *left = sides[0];
+    *right = sides[1];
+    right->first = begin;
+    share_room(items, range->room - (count - range->count), left, right);
+}

@@ -1,0 +1,92 @@
+/*
+ * How a range of boxes is divided in two: by their centres, or by a plane that cuts triangles in
+ * two. Either way the surface area heuristic is evaluated at the borders of bins (I. Wald, "On fast
+ * Construction of SAH-based Bounding Volume Hierarchies", IEEE RT 2007; M. Stich, H. Friedrich and
+ * A. Dietrich, "Spatial Splits in Bounding Volume Hierarchies", HPG 2009).
+ */
+#ifndef FARM_WORKER_BVH_SPLIT_H
+#define FARM_WORKER_BVH_SPLIT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "common/scene.h"
+#include "worker/extent.h"
+
+/*
+ * A primitive, or a piece of a triangle, while the tree is built; moved about instead of its index,
+ * to read memory in order. Coordinates are finite: -FLT_MAX or FLT_MAX also stands for what is
+ * beyond, so that nothing here becomes infinite or NaN.
+ */
+struct item {
+    float min[3];
+    uint32_t id;
+    float max[3];
+    uint32_t weight; /* of its test, see PACK */
+};
+
+/*
+ * A leaf's triangles are tested PACK at a time. Weights are in units of a PACKth of such a test;
+ * the costs of the heuristic in units of a whole one.
+ */
+#define PACK 4u
+
+/* The visit of a leaf, before the first test. */
+#define LEAF_COST 0.5
+
+/* Items in a row, with room behind them, and what is known about them. */
+struct range {
+    uint32_t first, count;
+    uint32_t room; /* for so many more items */
+    uint32_t weight;
+    struct extent extent;
+    struct extent centers; /* of the boxes' centres, halved */
+};
+
+/* The left side are the items with (place - low) * scale < end, where place is half the centre; or
+ * what is left of place = plane. */
+struct split {
+    unsigned axis;
+    bool spatial;
+    float low, scale, end; /* unless spatial */
+    float plane;           /* if it is */
+    double cost;    /* area * cost_of(weight), of both sides; infinite: all centres are the same */
+    double overlap; /* area of what both sides have in common */
+};
+
+/* What the items are pieces of. */
+struct whole {
+    const struct scene *scene;
+    const double *center; /* the tree's, [3] */
+    struct item *items;
+};
+
+struct range range_empty(uint32_t first);
+void range_add(struct range *range, const struct item *item);
+
+/* Of items of this weight together, as a leaf. */
+static inline double cost_of(uint32_t weight)
+{
+    return LEAF_COST + (weight + PACK - 1) / PACK;
+}
+
+/* One float below x, or -FLT_MAX: also covers the roundings of bounds. */
+float round_down(double x);
+float round_up(double x);
+
+struct split find_object_split(const struct whole *whole, const struct range *range);
+
+/* The cheapest spatial split, or *split if none is cheaper. */
+struct split find_spatial_split(const struct whole *whole, const struct range *range,
+                                const struct split *split);
+
+/* Reorders the items of range, and adds pieces as long as there is room; without a split (cost is
+ * infinite) halves them as they are. Neither side becomes empty. */
+void split_range(const struct whole *whole, const struct range *range, const struct split *split,
+                 struct range *left, struct range *right);
+
+/* Divides the items as they are. */
+void halve_range(const struct whole *whole, const struct range *range, struct range *left,
+                 struct range *right);
+
+#endif

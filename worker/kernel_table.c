@@ -1,0 +1,9 @@
+/* KERNEL_TABLE is kernel_portable, kernel_avx2, ...: by the Makefile. */
+#include "worker/kernel.h"
+
+const struct kernel KERNEL_TABLE = {
+    .nearest = nearest,
+    .occluded = occluded,
+    .surface_at = surface_at,
+    .renderer_tile = renderer_tile,
+};

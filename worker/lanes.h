@@ -1,0 +1,358 @@
+/*
+ * Eight doubles at once, as the level of processor has them: one register of AVX-512, two of AVX2,
+ * or a loop. Each lane is what the scalar operation gives, bit for bit; nothing is fused that does
+ * not say so.
+ */
+#ifndef FARM_WORKER_LANES_H
+#define FARM_WORKER_LANES_H
+
+#include <math.h>
+#include <stdint.h>
+
+#define LANES 8
+
+#define INLINED inline __attribute__((always_inline))
+
+/* In front of a short loop over an array that is to be kept in registers. */
+#define UNROLLED _Pragma("GCC unroll 8")
+
+/* A bit for each lane, the lowest for lane 0. */
+typedef uint32_t lane_set;
+
+#define ALL_LANES ((lane_set)0xff)
+
+/* The lowest lane of a set that has some. */
+static inline unsigned lowest_lane(lane_set set)
+{
+    return (unsigned)__builtin_ctz(set);
+}
+
+static inline lane_set without_lowest(lane_set set)
+{
+    return set & (set - 1);
+}
+
+/* The first n. */
+static inline lane_set first_lanes(uint32_t n)
+{
+    return n < LANES ? (UINT32_C(1) << n) - 1 : ALL_LANES;
+}
+
+#if defined(__AVX512F__) && defined(__AVX512VL__) && defined(__AVX512DQ__)
+
+#define LANES_IN_SIMD 1
+
+#include <immintrin.h>
+
+struct lanes {
+    __m512d v;
+};
+
+#define LANES_1(name, expression)                                                                  \
+    static inline struct lanes name(struct lanes a)                                                \
+    {                                                                                              \
+        return (struct lanes){expression};                                                         \
+    }
+
+#define LANES_2(name, expression)                                                                  \
+    static inline struct lanes name(struct lanes a, struct lanes b)                                \
+    {                                                                                              \
+        return (struct lanes){expression};                                                         \
+    }
+
+LANES_1(lanes_abs, _mm512_abs_pd(a.v))
+LANES_1(lanes_sqrt, _mm512_sqrt_pd(a.v))
+LANES_2(lanes_add, _mm512_add_pd(a.v, b.v))
+LANES_2(lanes_sub, _mm512_sub_pd(a.v, b.v))
+LANES_2(lanes_mul, _mm512_mul_pd(a.v, b.v))
+LANES_2(lanes_div, _mm512_div_pd(a.v, b.v))
+LANES_2(lanes_larger, _mm512_max_pd(a.v, b.v))
+LANES_2(lanes_smaller, _mm512_min_pd(a.v, b.v))
+
+static inline struct lanes lanes_of(double a)
+{
+    return (struct lanes){_mm512_set1_pd(a)};
+}
+
+static inline struct lanes lanes_load(const double *a)
+{
+    return (struct lanes){_mm512_loadu_pd(a)};
+}
+
+static inline struct lanes lanes_load_floats(const float *a)
+{
+    return (struct lanes){_mm512_cvtps_pd(_mm256_loadu_ps(a))};
+}
+
+static inline void lanes_store(double *to, struct lanes a)
+{
+    _mm512_storeu_pd(to, a.v);
+}
+
+static inline struct lanes lanes_fma(struct lanes a, struct lanes b, struct lanes c)
+{
+    return (struct lanes){_mm512_fmadd_pd(a.v, b.v, c.v)};
+}
+
+static inline __m512d two_points(const double *low, const double *high)
+{
+    const double *four_before = (const void *)((uintptr_t)high - 4 * sizeof(double));
+    return _mm512_mask_loadu_pd(_mm512_maskz_loadu_pd(0x07, low), 0x70, four_before);
+}
+
+struct axis_order {
+    __m512i first_two, third; /* of two pairs of points */
+};
+
+static inline struct axis_order axis_order(unsigned first, unsigned second, unsigned third)
+{
+    long long x = first, y = second, z = third;
+    return (struct axis_order){_mm512_setr_epi64(x, 8 + x, y, 8 + y, 4 + x, 12 + x, 4 + y, 12 + y),
+                               _mm512_setr_epi64(z, 8 + z, 0, 0, 4 + z, 12 + z, 0, 0)};
+}
+
+static INLINED void lanes_transpose(const double *const at[LANES], const struct axis_order *order,
+                                    struct lanes out[3])
+{
+    const __m512i low = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
+    const __m512i high = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
+    __m512d p04 = two_points(at[0], at[4]), p15 = two_points(at[1], at[5]);
+    __m512d p26 = two_points(at[2], at[6]), p37 = two_points(at[3], at[7]);
+    __m512d xy01 = _mm512_permutex2var_pd(p04, order->first_two, p15);
+    __m512d xy23 = _mm512_permutex2var_pd(p26, order->first_two, p37);
+    __m512d z01 = _mm512_permutex2var_pd(p04, order->third, p15);
+    __m512d z23 = _mm512_permutex2var_pd(p26, order->third, p37);
+    out[0].v = _mm512_permutex2var_pd(xy01, low, xy23);
+    out[1].v = _mm512_permutex2var_pd(xy01, high, xy23);
+    out[2].v = _mm512_permutex2var_pd(z01, low, z23);
+}
+
+static inline lane_set lanes_less(struct lanes a, struct lanes b)
+{
+    return _mm512_cmp_pd_mask(a.v, b.v, _CMP_LT_OQ);
+}
+
+static inline lane_set lanes_at_most(struct lanes a, struct lanes b)
+{
+    return _mm512_cmp_pd_mask(a.v, b.v, _CMP_LE_OQ);
+}
+
+#elif defined(__AVX2__) && defined(__FMA__)
+
+#define LANES_IN_SIMD 1
+
+#include <immintrin.h>
+
+struct lanes {
+    __m256d low, high;
+};
+
+#define LANES_1(name, operation)                                                                   \
+    static inline struct lanes name(struct lanes a)                                                \
+    {                                                                                              \
+        return (struct lanes){operation(a.low), operation(a.high)};                                \
+    }
+
+#define LANES_2(name, operation)                                                                   \
+    static inline struct lanes name(struct lanes a, struct lanes b)                                \
+    {                                                                                              \
+        return (struct lanes){operation(a.low, b.low), operation(a.high, b.high)};                 \
+    }
+
+#define ABS_4(a) _mm256_andnot_pd(_mm256_set1_pd(-0.0), a)
+LANES_1(lanes_abs, ABS_4)
+LANES_1(lanes_sqrt, _mm256_sqrt_pd)
+LANES_2(lanes_add, _mm256_add_pd)
+LANES_2(lanes_sub, _mm256_sub_pd)
+LANES_2(lanes_mul, _mm256_mul_pd)
+LANES_2(lanes_div, _mm256_div_pd)
+LANES_2(lanes_larger, _mm256_max_pd)
+LANES_2(lanes_smaller, _mm256_min_pd)
+
+static inline struct lanes lanes_of(double a)
+{
+    return (struct lanes){_mm256_set1_pd(a), _mm256_set1_pd(a)};
+}
+
+static inline struct lanes lanes_load(const double *a)
+{
+    return (struct lanes){_mm256_loadu_pd(a), _mm256_loadu_pd(a + 4)};
+}
+
+static inline struct lanes lanes_load_floats(const float *a)
+{
+    return (struct lanes){_mm256_cvtps_pd(_mm_loadu_ps(a)), _mm256_cvtps_pd(_mm_loadu_ps(a + 4))};
+}
+
+static inline void lanes_store(double *to, struct lanes a)
+{
+    _mm256_storeu_pd(to, a.low);
+    _mm256_storeu_pd(to + 4, a.high);
+}
+
+static inline struct lanes lanes_fma(struct lanes a, struct lanes b, struct lanes c)
+{
+    return (struct lanes){_mm256_fmadd_pd(a.low, b.low, c.low),
+                          _mm256_fmadd_pd(a.high, b.high, c.high)};
+}
+
+struct axis_order {
+    __m256i floats; /* a double is two of them */
+};
+
+static inline struct axis_order axis_order(unsigned first, unsigned second, unsigned third)
+{
+    int x = 2 * (int)first, y = 2 * (int)second, z = 2 * (int)third;
+    return (struct axis_order){_mm256_setr_epi32(x, x + 1, y, y + 1, z, z + 1, 6, 7)};
+}
+
+static inline __m256d point_in_order(const double *at, const struct axis_order *order)
+{
+    __m256d p = _mm256_maskload_pd(at, _mm256_setr_epi64x(-1, -1, -1, 0));
+    return _mm256_castps_pd(_mm256_permutevar8x32_ps(_mm256_castpd_ps(p), order->floats));
+}
+
+static INLINED void transpose_4(const double *const at[4], const struct axis_order *order,
+                                __m256d out[3])
+{
+    __m256d p0 = point_in_order(at[0], order), p1 = point_in_order(at[1], order);
+    __m256d p2 = point_in_order(at[2], order), p3 = point_in_order(at[3], order);
+    __m256d xz01 = _mm256_unpacklo_pd(p0, p1), xz23 = _mm256_unpacklo_pd(p2, p3);
+    __m256d y01 = _mm256_unpackhi_pd(p0, p1), y23 = _mm256_unpackhi_pd(p2, p3);
+    out[0] = _mm256_permute2f128_pd(xz01, xz23, 0x20);
+    out[1] = _mm256_permute2f128_pd(y01, y23, 0x20);
+    out[2] = _mm256_permute2f128_pd(xz01, xz23, 0x31);
+}
+
+static INLINED void lanes_transpose(const double *const at[LANES], const struct axis_order *order,
+                                    struct lanes out[3])
+{
+    __m256d low[3], high[3];
+    transpose_4(at, order, low);
+    transpose_4(at + 4, order, high);
+    out[0] = (struct lanes){low[0], high[0]};
+    out[1] = (struct lanes){low[1], high[1]};
+    out[2] = (struct lanes){low[2], high[2]};
+}
+
+static inline lane_set lane_set_of(__m256d low, __m256d high)
+{
+    return (lane_set)_mm256_movemask_pd(low) | (lane_set)_mm256_movemask_pd(high) << 4;
+}
+
+static inline lane_set lanes_less(struct lanes a, struct lanes b)
+{
+    return lane_set_of(_mm256_cmp_pd(a.low, b.low, _CMP_LT_OQ),
+                       _mm256_cmp_pd(a.high, b.high, _CMP_LT_OQ));
+}
+
+static inline lane_set lanes_at_most(struct lanes a, struct lanes b)
+{
+    return lane_set_of(_mm256_cmp_pd(a.low, b.low, _CMP_LE_OQ),
+                       _mm256_cmp_pd(a.high, b.high, _CMP_LE_OQ));
+}
+
+#else
+
+#define LANES_IN_SIMD 0
+
+struct lanes {
+    double at[LANES];
+};
+
+#define LANES_1(name, expression)                                                                  \
+    static inline struct lanes name(struct lanes a)                                                \
+    {                                                                                              \
+        for (unsigned i = 0; i < LANES; i++)                                                       \
+            a.at[i] = expression(a.at[i]);                                                         \
+        return a;                                                                                  \
+    }
+
+#define LANES_2(name, expression)                                                                  \
+    static inline struct lanes name(struct lanes a, struct lanes b)                                \
+    {                                                                                              \
+        for (unsigned i = 0; i < LANES; i++)                                                       \
+            a.at[i] = expression;                                                                  \
+        return a;                                                                                  \
+    }
+
+LANES_1(lanes_abs, fabs)
+LANES_1(lanes_sqrt, sqrt)
+LANES_2(lanes_add, a.at[i] + b.at[i])
+LANES_2(lanes_sub, a.at[i] - b.at[i])
+LANES_2(lanes_mul, a.at[i] * b.at[i])
+LANES_2(lanes_div, a.at[i] / b.at[i])
+LANES_2(lanes_larger, a.at[i] > b.at[i] ? a.at[i] : b.at[i])
+LANES_2(lanes_smaller, a.at[i] < b.at[i] ? a.at[i] : b.at[i])
+
+static inline struct lanes lanes_of(double a)
+{
+    return (struct lanes){{a, a, a, a, a, a, a, a}};
+}
+
+static inline struct lanes lanes_load(const double *a)
+{
+    return (struct lanes){{a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7]}};
+}
+
+static inline struct lanes lanes_load_floats(const float *a)
+{
+    struct lanes lanes;
+    for (unsigned i = 0; i < LANES; i++)
+        lanes.at[i] = (double)a[i];
+    return lanes;
+}
+
+static inline void lanes_store(double *to, struct lanes a)
+{
+    for (unsigned i = 0; i < LANES; i++)
+        to[i] = a.at[i];
+}
+
+static inline struct lanes lanes_fma(struct lanes a, struct lanes b, struct lanes c)
+{
+    for (unsigned i = 0; i < LANES; i++)
+        a.at[i] = fma(a.at[i], b.at[i], c.at[i]);
+    return a;
+}
+
+struct axis_order {
+    unsigned axis[3];
+};
+
+static inline struct axis_order axis_order(unsigned first, unsigned second, unsigned third)
+{
+    return (struct axis_order){{first, second, third}};
+}
+
+static inline void lanes_transpose(const double *const at[LANES], const struct axis_order *order,
+                                   struct lanes out[3])
+{
+    for (unsigned i = 0; i < LANES; i++)
+        for (unsigned k = 0; k < 3; k++)
+            out[k].at[i] = at[i][order->axis[k]];
+}
+
+static inline lane_set lanes_less(struct lanes a, struct lanes b)
+{
+    lane_set set = 0;
+    for (unsigned i = 0; i < LANES; i++)
+        set |= (lane_set)(a.at[i] < b.at[i]) << i;
+    return set;
+}
+
+static inline lane_set lanes_at_most(struct lanes a, struct lanes b)
+{
+    lane_set set = 0;
+    for (unsigned i = 0; i < LANES; i++)
+        set |= (lane_set)(a.at[i] <= b.at[i]) << i;
+    return set;
+}
+
+#endif
+
+/* lanes_larger(), lanes_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses.
+ * lanes_transpose(): of three doubles for each lane those that the order names first, second and
+ * third; what lies behind them is not touched. */
+
+#endif

@@ -1,0 +1,77 @@
+/* A ray and what its tests need, for nearest() and occluded(). */
+#ifndef FARM_WORKER_PROBE_H
+#define FARM_WORKER_PROBE_H
+
+#include "worker/primitive.h"
+#include "worker/traverse.h"
+#include "worker/triangle_lanes.h"
+
+struct probe {
+    const struct scene *scene;
+    const struct ray *ray;
+    struct shear shear;
+    struct shear_lanes shear_lanes;
+    struct purpose purpose;
+    uint64_t *exact;
+};
+
+static INLINED struct probe probe_of(const struct scene *scene, const struct ray *ray, bool any,
+                                     uint64_t *exact)
+{
+    struct shear shear = shear_of(&ray->direction);
+    return (struct probe){
+        scene, ray, shear, shear_lanes_of(&shear, &ray->origin), {any, ray->t_max}, exact};
+}
+
+static inline bool ray_is_finite(const struct ray *ray)
+{
+    return vec_is_finite(ray->origin) && vec_is_finite(ray->direction);
+}
+
+/* The ids of the planes, which are tested for every ray, are consecutive. */
+static inline uint32_t plane_ids_end(const struct scene *scene)
+{
+    return primitive_id(PRIMITIVE_PLANE, (uint32_t)scene->primitives[PRIMITIVE_PLANE].count);
+}
+
+/* naive is a constant wherever this is inlined: the choice of formulas costs nothing per ray. */
+static INLINED struct crossings probe_crossings(const struct probe *probe, uint32_t id, bool naive)
+{
+    if (naive) return naive_crossings(probe->scene, id, probe->ray);
+    return primitive_crossings(probe->scene, id, probe->ray, &probe->shear, &probe->purpose,
+                               probe->exact);
+}
+
+static INLINED struct crossings probe_triangle(const struct probe *probe,
+                                               const struct bvh_leaf *leaf, bool naive)
+{
+    if (naive) return naive_corner_crossings(probe->scene, leaf->vertex, probe->ray);
+    return corner_crossings(probe->scene, leaf->id, leaf->vertex, probe->ray, &probe->shear,
+                            &probe->purpose, probe->exact);
+}
+
+/* How many of the primitives of a leaf are triangles; they come first. */
+static inline uint32_t triangles_of(const struct bvh_leaf *leaves, uint32_t count)
+{
+    if (is_triangle(leaves[count - 1].id)) return count;
+    uint32_t triangles = 0;
+    while (is_triangle(leaves[triangles].id))
+        triangles++;
+    return triangles;
+}
+
+/* Of `count` triangles, 8 at most, those that may be crossed, and those that certainly are. */
+static INLINED struct triangle_sets probe_triangles(const struct probe *probe,
+                                                    const struct bvh_leaf *leaves, uint32_t count,
+                                                    const struct reach *reach, bool naive)
+{
+    if (!LANES_IN_SIMD || naive) return (struct triangle_sets){first_lanes(count), 0};
+    return sort_triangles(scene_vertices(probe->scene), leaves, count, &probe->shear_lanes, reach);
+}
+
+static inline bool crossing_counts(const struct ray *ray, double t)
+{
+    return t > 0 && t < ray->t_max;
+}
+
+#endif

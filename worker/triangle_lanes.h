@@ -1,0 +1,133 @@
+/* Eight triangles against a ray: which of them it may meet. */
+#ifndef FARM_WORKER_TRIANGLE_LANES_H
+#define FARM_WORKER_TRIANGLE_LANES_H
+
+#include "worker/bvh.h"
+#include "worker/lanes.h"
+#include "worker/triangle.h"
+
+/* struct sheared of eight vertices, one of each triangle. */
+struct sheared_lanes {
+    struct lanes x, y, z;
+};
+
+/* A ray's shear and origin in the order of the shear's axes. */
+struct shear_lanes {
+    struct axis_order order;
+    double origin[3], sx, sy;
+};
+
+static INLINED struct shear_lanes shear_lanes_of(const struct shear *shear,
+                                                 const struct vec3 *origin)
+{
+    return (struct shear_lanes){axis_order(shear->x, shear->y, shear->z),
+                                {vec_component(origin, shear->x), vec_component(origin, shear->y),
+                                 vec_component(origin, shear->z)},
+                                shear->sx,
+                                shear->sy};
+}
+
+/* Vertex k of each triangle. */
+static INLINED struct sheared_lanes shear_vertices(const struct shear_lanes *shear,
+                                                   const struct vec3 *vertices,
+                                                   const struct bvh_leaf *const leaves[LANES],
+                                                   unsigned k)
+{
+    const double *at[LANES];
+    struct lanes p[3];
+    UNROLLED
+    for (unsigned i = 0; i < LANES; i++)
+        at[i] = &vertices[leaves[i]->vertex[k]].x;
+    lanes_transpose(at, &shear->order, p);
+    struct lanes z = lanes_sub(p[2], lanes_of(shear->origin[2]));
+    struct lanes x = lanes_sub(p[0], lanes_of(shear->origin[0]));
+    struct lanes y = lanes_sub(p[1], lanes_of(shear->origin[1]));
+    return (struct sheared_lanes){lanes_sub(x, lanes_mul(lanes_of(shear->sx), z)),
+                                  lanes_sub(y, lanes_mul(lanes_of(shear->sy), z)), z};
+}
+
+static INLINED struct lanes lanes_edge(const struct sheared_lanes *p, const struct sheared_lanes *q)
+{
+    return lanes_sub(lanes_mul(p->x, q->y), lanes_mul(p->y, q->x));
+}
+
+static INLINED struct lanes lanes_largest(struct lanes a, struct lanes b, struct lanes c)
+{
+    return lanes_larger(lanes_larger(a, b), c);
+}
+
+static INLINED struct lanes lanes_sideways(const struct sheared_lanes *p)
+{
+    return lanes_add(lanes_abs(p->x), lanes_abs(p->y));
+}
+
+/* edge_error() of each lane. */
+static INLINED struct lanes lanes_edge_error(const struct sheared_lanes *p,
+                                             const struct sheared_lanes *q,
+                                             const struct sheared_lanes *r)
+{
+    struct lanes s = lanes_largest(lanes_sideways(p), lanes_sideways(q), lanes_sideways(r));
+    struct lanes z = lanes_largest(lanes_abs(p->z), lanes_abs(q->z), lanes_abs(r->z));
+    struct lanes product = lanes_mul(lanes_mul(lanes_of(EDGE_FILTER), s), lanes_add(z, s));
+    return lanes_add(product, lanes_of(EDGE_LEAST));
+}
+
+/* Lanes of triangles, as the filter of triangle_crossings() has them. */
+struct triangle_sets {
+    lane_set maybe;   /* not certainly missed */
+    lane_set certain; /* of these, certainly crossed, and within a ray's reach */
+};
+
+/*
+ * What part of the ray counts, in terms of z = t dz. A triangle with all vertices between from and
+ * to is crossed there if it is crossed, and that is a passage of its own: is_same_passage() asks
+ * for less than 2^-20 of the origin. t errs by less than 10 u of the vertices' z; see SLOPE_MAX,
+ * beyond which it is corrected.
+ */
+struct reach {
+    double from, to;
+};
+
+#define PASSAGE_REACH 0x1p-19
+#define REACH_SLACK   (1 - 64 * UNIT_ROUNDOFF)
+
+static INLINED struct reach reach_of(const struct ray *ray, const struct shear *shear)
+{
+    double near = PASSAGE_REACH * largest_component(ray->origin);
+    double far = ray->t_max * fabs(shear->dz) * REACH_SLACK;
+    if (shear->dz < 0) return (struct reach){-far, -near};
+    return (struct reach){near, far};
+}
+
+/* `count` triangles, 8 at most. Without a reach nothing is certain. The same operations as those of
+ * triangle_crossings(), in the same order. */
+static INLINED struct triangle_sets sort_triangles(const struct vec3 *vertices,
+                                                   const struct bvh_leaf *leaves, uint32_t count,
+                                                   const struct shear_lanes *shear,
+                                                   const struct reach *reach)
+{
+    const struct bvh_leaf *leaf[LANES]; /* those behind the last one repeat the first */
+    UNROLLED
+    for (uint32_t i = 0; i < LANES; i++)
+        leaf[i] = &leaves[i < count ? i : 0];
+    struct sheared_lanes p = shear_vertices(shear, vertices, leaf, 0);
+    struct sheared_lanes q = shear_vertices(shear, vertices, leaf, 1);
+    struct sheared_lanes r = shear_vertices(shear, vertices, leaf, 2);
+    struct lanes e0 = lanes_edge(&q, &r), e1 = lanes_edge(&r, &p), e2 = lanes_edge(&p, &q);
+    struct lanes low = lanes_smaller(lanes_smaller(e0, e1), e2);
+    struct lanes high = lanes_larger(lanes_larger(e0, e1), e2);
+    struct lanes error = lanes_edge_error(&p, &q, &r), zero = lanes_of(0);
+    /* A sum has the sign of the exact one: low < -error. */
+    lane_set missed = lanes_less(lanes_add(low, error), zero) & lanes_less(error, high);
+    struct triangle_sets sets = {.maybe = ~missed & first_lanes(count)};
+    if (!reach || !sets.maybe) return sets;
+    struct lanes first = lanes_smaller(lanes_smaller(p.z, q.z), r.z);
+    struct lanes last = lanes_larger(lanes_larger(p.z, q.z), r.z);
+    lane_set crossed = lanes_less(error, low) | lanes_less(lanes_add(high, error), zero);
+    lane_set within =
+        lanes_less(lanes_of(reach->from), first) & lanes_less(last, lanes_of(reach->to));
+    sets.certain = sets.maybe & crossed & within;
+    return sets;
+}
+
+#endif
