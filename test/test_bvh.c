@@ -3,14 +3,20 @@
 #include "worker/primitive.h"
 #include "worker/traverse.h"
 
+/* A primitive in a leaf, and the leaf's box. */
+struct piece {
+    uint32_t id;
+    float min[3], max[3];
+};
+
 /* What a walk over a whole tree finds. */
 struct survey {
     const struct scene *scene;
     const struct bvh *bvh;
-    uint64_t nodes, primitives;
+    uint64_t nodes, entries, primitives;
     unsigned depth; /* of nodes */
     uint32_t largest_leaf;
-    unsigned char *seen; /* per entry of the list of leaves */
+    struct piece *pieces; /* per entry of the list of leaves; id is NONE until it is seen */
 };
 
 static void check_leaf(struct survey *survey, const struct bvh_node *node, unsigned slot)
@@ -19,19 +25,82 @@ static void check_leaf(struct survey *survey, const struct bvh_node *node, unsig
     if (count > survey->largest_leaf) survey->largest_leaf = count;
     for (uint32_t entry = first; entry < first + count; entry++) {
         assert_true(entry < survey->bvh->leaf_count);
-        assert_false(survey->seen[entry]);
-        survey->seen[entry] = 1;
-        survey->primitives++;
         const struct bvh_leaf *leaf = &bvh_leaves(survey->bvh)[entry];
         struct bvh_leaf expected = bvh_leaf_of(survey->scene, leaf->id);
         assert_memory_equal(leaf, &expected, sizeof expected);
         assert_true(entry == first || leaf[-1].id < leaf->id);
-        struct bounds bounds = primitive_bounds(survey->scene, leaf->id);
+        struct piece *piece = &survey->pieces[entry];
+        assert_int_equal(piece->id, PRIMITIVE_NONE);
+        piece->id = leaf->id;
         for (unsigned axis = 0; axis < 3; axis++) {
-            double center = survey->bvh->center[axis];
-            assert_true((double)node->min[axis][slot] < bounds.min[axis] - center);
-            assert_true((double)node->max[axis][slot] > bounds.max[axis] - center);
+            piece->min[axis] = node->min[axis][slot];
+            piece->max[axis] = node->max[axis][slot];
         }
+        survey->entries++;
+    }
+}
+
+static int by_id(const void *a, const void *b)
+{
+    uint32_t p = ((const struct piece *)a)->id, q = ((const struct piece *)b)->id;
+    return (p > q) - (p < q);
+}
+
+static void check_inside(const struct survey *survey, const struct piece *piece)
+{
+    struct bounds bounds = primitive_bounds(survey->scene, piece->id);
+    for (unsigned axis = 0; axis < 3; axis++) {
+        double center = survey->bvh->center[axis];
+        assert_true((double)piece->min[axis] < bounds.min[axis] - center);
+        assert_true((double)piece->max[axis] > bounds.max[axis] - center);
+    }
+}
+
+static bool is_in_box(const struct piece *piece, const struct vec3 *point)
+{
+    for (unsigned axis = 0; axis < 3; axis++) {
+        double x = vec_component(point, axis), error = 0x1p-50 * fabs(x);
+        if ((double)piece->min[axis] > x + error || (double)piece->max[axis] < x - error)
+            return false;
+    }
+    return true;
+}
+
+/* Points of a triangle, its corners among them, are in the box of one of its pieces. */
+static void check_covered(const struct survey *survey, const struct piece *pieces, size_t count)
+{
+    uint64_t random = 18;
+    const uint32_t *corner = corner_indices(survey->scene, pieces->id);
+    const struct vec3 *at = scene_vertices(survey->scene);
+    struct vec3 center =
+        vec3(survey->bvh->center[0], survey->bvh->center[1], survey->bvh->center[2]);
+    for (int i = 0; i < 100; i++) {
+        double u = random_between(&random, 0, 1), v = random_between(&random, 0, 1 - u);
+        if (i < 3) u = i == 1, v = i == 2;
+        struct vec3 point = vec_scale(at[corner[0]], 1 - u - v);
+        point = vec_add(point, vec_scale(at[corner[1]], u));
+        point = vec_sub(vec_add(point, vec_scale(at[corner[2]], v)), center);
+        size_t in = 0;
+        while (in < count && !is_in_box(&pieces[in], &point))
+            in++;
+        assert_true(in < count);
+    }
+}
+
+static void check_pieces(struct survey *survey)
+{
+    size_t count = (size_t)survey->entries, next;
+    qsort(survey->pieces, count, sizeof *survey->pieces, by_id);
+    for (size_t i = 0; i < count; i = next) {
+        const struct piece *piece = &survey->pieces[i];
+        next = i + 1;
+        while (next < count && survey->pieces[next].id == piece->id)
+            next++;
+        if (next == i + 1)
+            check_inside(survey, piece);
+        else
+            check_covered(survey, piece, next - i);
+        survey->primitives++;
     }
 }
 
@@ -76,16 +145,18 @@ static void check_node(struct survey *survey, uint32_t index, const float min[3]
     check_empty(node, slot);
 }
 
-/* Every bounded primitive is in one leaf, in all boxes above it; frees the tree and the scene. */
+/* Every bounded primitive is in a leaf, and so in all boxes above it; frees the tree and the scene. */
 static struct survey check_tree(struct scene *scene)
 {
     struct bvh *bvh = build_tree(scene);
     struct survey survey = {.scene = scene, .bvh = bvh};
     assert_true(bvh->bytes <= bvh_bytes_bound(scene));
-    survey.seen = calloc(bvh->leaf_count + 1, 1);
-    assert_non_null(survey.seen);
+    survey.pieces = malloc((bvh->leaf_count + 1) * sizeof *survey.pieces);
+    assert_non_null(survey.pieces);
+    memset(survey.pieces, 0xff, (bvh->leaf_count + 1) * sizeof *survey.pieces);
     if (bvh->node_count > 0) check_node(&survey, 0, bvh->min, bvh->max, 1);
-    assert_int_equal(survey.primitives, bvh->leaf_count);
+    assert_int_equal(survey.entries, bvh->leaf_count);
+    check_pieces(&survey);
     assert_int_equal(survey.nodes, bvh->node_count);
     uint64_t planes = scene->primitives[PRIMITIVE_PLANE].count;
     assert_int_equal(survey.primitives + planes, scene_primitive_count(scene));
@@ -94,7 +165,7 @@ static struct survey check_tree(struct scene *scene)
     assert_memory_equal(again, bvh, bvh->bytes);
     free(again);
     free(bvh);
-    free(survey.seen);
+    free(survey.pieces);
     free(scene);
     return survey;
 }
@@ -188,10 +259,71 @@ static void test_extreme_coordinates(void **state)
     assert_true(survey.largest_leaf <= 8);
 }
 
+static struct builder *long_triangles(double transmission)
+{
+    uint64_t random = 21;
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), transmission);
+    for (int i = 0; i < 2000; i++) {
+        struct vec3 p = random_vector(&random, 10), q = random_vector(&random, 10);
+        add_triangle(builder, p, q, vec_add(q, random_vector(&random, 0.1)), 0);
+    }
+    add_sphere(builder, vec3(0, 0, 0), 8, 0);
+    return builder;
+}
+
+/* They are in the way of each other: the tree has more pieces than there are triangles. */
+static void test_spatial_splits(void **state)
+{
+    (void)state;
+    struct survey survey = check_tree(finish_scene(long_triangles(0)));
+    assert_int_equal(survey.primitives, 2001);
+    assert_true(survey.entries > 2200);
+    assert_true(survey.largest_leaf <= 8);
+}
+
+/* Rays that meet several pieces of a triangle count it once. */
+static void test_pieces_count_once(void **state)
+{
+    (void)state;
+    uint64_t random = 22, exact = 0;
+    struct scene *scene = finish_scene(long_triangles(0.5));
+    struct bvh *bvh = build_tree(scene);
+    for (int i = 0; i < 200; i++) {
+        struct ray ray = ray_to(random_vector(&random, 15), random_vector(&random, 5));
+        struct shear shear = shear_of(&ray.direction);
+        const struct purpose purpose = {true, INFINITE};
+        unsigned expected = 0;
+        for (uint32_t k = 0; k < 2000; k++) {
+            struct crossings found = primitive_crossings(scene, primitive_id(PRIMITIVE_TRIANGLE, k),
+                                                         &ray, &shear, &purpose, &exact);
+            expected += count_ahead(&found);
+        }
+        struct crossings found = primitive_crossings(scene, primitive_id(PRIMITIVE_SPHERE, 0), &ray,
+                                                     &shear, false, &exact);
+        expected += count_ahead(&found);
+        assert_same(light_through(scene, bvh, &ray).x, ldexp(1, -(int)expected));
+    }
+    free(bvh);
+    free(scene);
+}
+
 /* A tree of this size around the origin, as the slabs see it. */
 static struct bvh bvh_of_size(float size)
 {
     return (struct bvh){.min = {-size, -size, -size}, .max = {size, size, size}};
+}
+
+static struct bvh_node empty_node(void)
+{
+    struct bvh_node node = {.child = {0}};
+    for (unsigned slot = 0; slot < BVH_WIDTH; slot++) {
+        for (unsigned axis = 0; axis < 3; axis++) {
+            node.min[axis][slot] = INFINITY;
+            node.max[axis][slot] = -INFINITY;
+        }
+    }
+    return node;
 }
 
 static void set_slot(struct bvh_node *node, unsigned slot, struct vec3 min, struct vec3 max)
@@ -209,21 +341,21 @@ static void test_origin_in_a_slab_plane(void **state)
     (void)state;
     enum { RIGHT, LEFT, BESIDE };
     const struct bvh bvh = bvh_of_size(1);
-    struct bvh_node node;
+    struct bvh_node node = empty_node();
     set_slot(&node, RIGHT, vec3(TEST_ERROR, -1, 0.5), vec3(1, 1, 1));
     set_slot(&node, LEFT, vec3(-1, -1, 0.5), vec3(-TEST_ERROR, 1, 1));
     set_slot(&node, BESIDE, vec3(2 * TEST_ERROR, -1, 0.5), vec3(1, 1, 1));
     const double zeros[] = {0.0, -0.0};
     for (int i = 0; i < 4; i++) {
         struct ray ray = ray_along(vec3(0, 0, 0), vec3(zeros[i & 1], zeros[i >> 1], 2));
-        struct slabs slabs = slabs_of(&ray, &bvh);
-        double enter;
-        assert_true(slabs_meet(&slabs, &node, RIGHT, INFINITE, &enter));
-        assert_near(enter, 0.25, 1e-14);
-        assert_true(slabs_meet(&slabs, &node, LEFT, INFINITE, &enter));
-        assert_near(enter, 0.25, 1e-14);
-        assert_false(slabs_meet(&slabs, &node, BESIDE, INFINITE, &enter));
-        assert_false(slabs_meet(&slabs, &node, RIGHT, 0.125, &enter));
+        struct slabs slabs = slabs_of(&bvh, &ray);
+        double enter[LANES];
+        struct lanes entered;
+        assert_int_equal(slabs_meet(&slabs, &node, INFINITE, &entered), 1 << RIGHT | 1 << LEFT);
+        lanes_store(enter, entered);
+        assert_near(enter[RIGHT], 0.25, 1e-14);
+        assert_near(enter[LEFT], 0.25, 1e-14);
+        assert_int_equal(slabs_meet(&slabs, &node, 0.125, &entered), 0);
     }
 }
 
@@ -231,20 +363,20 @@ static void test_origin_in_a_slab_plane(void **state)
 static void test_tiny_direction(void **state)
 {
     (void)state;
-    enum { ALL, ABOVE, TINY };
+    enum { ALL, ABOVE };
     const struct bvh large = bvh_of_size(1), small = bvh_of_size(0x1p-100f);
-    struct bvh_node node;
+    struct bvh_node node = empty_node();
     set_slot(&node, ALL, vec3(-1, -1, -1), vec3(1, 1, 1));
     set_slot(&node, ABOVE, vec3(0.25, 2, 0.5), vec3(1, 3, 1));
-    set_slot(&node, TINY, vec3(-0x1p-100, -0x1p-100, 0), vec3(0x1p-100, 0x1p-100, 0x1p-100));
+    struct bvh_node tiny = empty_node();
+    set_slot(&tiny, 0, vec3(-0x1p-100, -0x1p-100, 0), vec3(0x1p-100, 0x1p-100, 0x1p-100));
     struct ray ray = ray_along(vec3(0, 0, 0), vec3(0x1p-1060, 0, 1));
-    struct slabs slabs = slabs_of(&ray, &large);
-    double enter;
-    assert_true(slabs_meet(&slabs, &node, ALL, INFINITE, &enter));
-    assert_false(slabs_meet(&slabs, &node, ABOVE, INFINITE, &enter));
+    struct slabs slabs = slabs_of(&large, &ray);
+    struct lanes entered;
+    assert_int_equal(slabs_meet(&slabs, &node, INFINITE, &entered), 1 << ALL);
     ray = ray_along(vec3(0, 0, -0x1p-100), vec3(0, 0, 0x1p-1060)); /* there at t = 2^960 */
-    slabs = slabs_of(&ray, &small);
-    assert_true(slabs_meet(&slabs, &node, TINY, 0x1p970, &enter));
+    slabs = slabs_of(&small, &ray);
+    assert_int_equal(slabs_meet(&slabs, &tiny, 0x1p970, &entered), 1);
 }
 
 /* No axis decides: every box is met, and empty slots must not lead back to the root. */
@@ -273,6 +405,8 @@ int main(void)
         cmocka_unit_test(test_equal_centroids),
         cmocka_unit_test(test_depth_cap),
         cmocka_unit_test(test_extreme_coordinates),
+        cmocka_unit_test(test_spatial_splits),
+        cmocka_unit_test(test_pieces_count_once),
         cmocka_unit_test(test_origin_in_a_slab_plane),
         cmocka_unit_test(test_tiny_direction),
         cmocka_unit_test(test_only_tiny_directions),

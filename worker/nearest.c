@@ -32,6 +32,7 @@ static INLINED void nearest_crossing(struct nearest_walk *walk, const struct cro
     struct crossing crossing = {id, found->part[i], found->t[i]};
     double t = crossing.t, error = 0;
     if (!crossing_counts(walk->probe.ray, t)) return;
+    if (id == walk->hit.primitive) return; /* a triangle of which there are several pieces */
     if (!naive) {
         error = walk->origin_error + ORDER_ERROR * t;
         if (id == walk->probe.ray->from) error += WAY_OUT_ERROR * t;

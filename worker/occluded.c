@@ -5,16 +5,16 @@
 #include "worker/nearest.h"
 #include "worker/probe.h"
 
-/* How often a ray crossed surfaces of a material. */
+/* How often a ray crossed the surface of a transparent primitive. */
 struct passage {
-    uint32_t material;
-    uint64_t crossings;
+    uint32_t material, primitive;
+    uint32_t crossings;
 };
 
-/* Most rays pass few transparent materials; more of them move to the heap. */
+/* Most rays pass few transparent primitives; more of them move to the heap. */
 #define INLINE_PASSAGES 16
 
-/* The passages of one ray, by ascending material; reused for the rays of a batch. */
+/* The passages of one ray, as they were found; reused for the rays of a batch. */
 struct passages {
     size_t count, capacity;
     struct passage *at; /* fixed, or allocated when capacity is greater */
@@ -33,30 +33,35 @@ static void passages_grow(struct passages *passages)
     passages->capacity = capacity;
 }
 
-static void passages_add(struct passages *passages, uint32_t material, uint64_t crossings)
+static void passages_add(struct passages *passages, uint32_t material, uint32_t primitive,
+                         uint32_t crossings)
 {
-    size_t i = passages->count;
-    while (i > 0 && passages->at[i - 1].material > material)
-        i--;
-    if (i > 0 && passages->at[i - 1].material == material) {
-        passages->at[i - 1].crossings += crossings;
-        return;
-    }
     if (passages->count == passages->capacity) passages_grow(passages);
-    memmove(&passages->at[i + 1], &passages->at[i], (passages->count - i) * sizeof *passages->at);
-    passages->at[i] = (struct passage){material, crossings};
-    passages->count++;
+    passages->at[passages->count++] = (struct passage){material, primitive, crossings};
 }
 
-/* One factor after the other, always in the same order: the same bits for every tree. */
-static struct vec3 passages_filter(const struct passages *passages,
-                                   const struct material *materials)
+static int by_material(const void *a, const void *b)
+{
+    const struct passage *p = a, *q = b;
+    if (p->material != q->material) return p->material < q->material ? -1 : 1;
+    return (p->primitive > q->primitive) - (p->primitive < q->primitive);
+}
+
+/*
+ * One factor after the other, always in the same order: the same bits for every tree. A triangle of
+ * which there are pieces in several leaves may have been found more than once.
+ */
+static struct vec3 passages_filter(struct passages *passages, const struct material *materials)
 {
     struct vec3 light = vec3(1, 1, 1);
+    if (passages->count > 1)
+        qsort(passages->at, passages->count, sizeof *passages->at, by_material);
     for (size_t i = 0; i < passages->count; i++) {
-        const struct material *material = &materials[passages->at[i].material];
+        const struct passage *passage = &passages->at[i];
+        if (i > 0 && passage->primitive == passage[-1].primitive) continue;
+        const struct material *material = &materials[passage->material];
         struct vec3 factor = vec_scale(material->color, material->transmission);
-        for (uint64_t k = 0; k < passages->at[i].crossings; k++)
+        for (uint32_t k = 0; k < passage->crossings; k++)
             light = vec_mul(light, factor);
     }
     return light;
@@ -78,7 +83,7 @@ static INLINED bool occlusion_by(struct occlusion_walk *walk, uint32_t id, unsig
     const struct scene *scene = walk->probe.scene;
     uint32_t material = primitive_material(scene, id);
     walk->blocked = !(scene_materials(scene)[material].transmission > 0);
-    if (!walk->blocked) passages_add(walk->passages, material, crossings);
+    if (!walk->blocked) passages_add(walk->passages, material, id, crossings);
     return !walk->blocked;
 }
 

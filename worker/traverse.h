@@ -47,7 +47,7 @@ struct slab {
 
 struct slabs {
     struct slab x, y, z;
-    bool blind; /* none decides anything */
+    bool blind; /* nothing is decided: by none, or the margin is infinite */
 };
 
 /* The largest coordinate of the root's box. */
@@ -93,7 +93,7 @@ static INLINED struct slabs slabs_of(const struct bvh *bvh, const struct ray *ra
     margin = TEST_ERROR * (margin + root_reach(bvh));
     return (struct slabs){slab_of(bvh, ray, 0, margin), slab_of(bvh, ray, 1, margin),
                           slab_of(bvh, ray, 2, margin),
-                          isinf(1 / largest_component(ray->direction))};
+                          isinf(1 / largest_component(ray->direction)) || isinf(margin)};
 }
 
 static inline struct lanes node_planes(const struct bvh_node *node, size_t offset)
