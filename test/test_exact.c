@@ -253,12 +253,27 @@ static void true_triple(mpfr_t truth, const struct dd p[3], const struct dd q[3]
     mpfr_clears(x, y, (mpfr_ptr)0);
 }
 
+/* The same bits from integers, if they fit; counts those. */
+static void assert_integers_agree(const struct dd3 *p, const struct dd3 *q, struct vec3 d,
+                                  struct dd value, int exponent, unsigned *fitting)
+{
+    struct dd3 direction = dd3_of(d);
+    struct integers ip, iq, id;
+    if (!exact_integers(p, &ip) || !exact_integers(q, &iq) || !exact_integers(&direction, &id))
+        return;
+    int other_exponent;
+    struct dd other = integers_triple(&ip, &iq, &id, &other_exponent);
+    assert_memory_equal(&other, &value, sizeof value);
+    assert_int_equal(other_exponent, exponent);
+    ++*fitting;
+}
+
 /* Lines through the points of an edge, or past it; seen from one end or from elsewhere. */
 static void test_triple(void **state)
 {
     (void)state;
     uint64_t random = 27;
-    unsigned zeros = 0;
+    unsigned zeros = 0, fitting = 0;
     mpfr_t truth;
     mpfr_init2(truth, BITS_OF_ALL);
     for (int i = 0; i < 8000; i++) {
@@ -275,6 +290,7 @@ static void test_triple(void **state)
         true_triple(truth, ps, qs, ds);
         int exponent;
         struct dd value = exact_triple(&p, &q, d, &exponent);
+        assert_integers_agree(&p, &q, d, value, exponent, &fitting);
         zeros += value.high == 0;
         assert_true((value.high == 0) == (mpfr_zero_p(truth) != 0));
         if (value.high == 0) continue;
@@ -282,7 +298,7 @@ static void test_triple(void **state)
         mpfr_mul_2si(truth, truth, -exponent, MPFR_RNDN);
         assert_true(dd_error(value, truth) <= 2);
     }
-    assert_true(zeros >= 1000);
+    assert_true(zeros >= 1000 && fitting >= 2000);
     mpfr_clear(truth);
 }
 

@@ -26,15 +26,6 @@ static inline struct parts parts_of(double value)
     return (struct parts){mantissa | (uint64_t)normal << 52, exponent - 1074 - normal, bits >> 63};
 }
 
-/* 2^exponent, -1022 <= exponent <= 1023. */
-static inline double power_of_two(int exponent)
-{
-    uint64_t bits = (uint64_t)(exponent + 1023) << 52;
-    double power;
-    memcpy(&power, &bits, sizeof power);
-    return power;
-}
-
 /* Widens the window. */
 static inline void accumulator_cover(struct accumulator *sum, unsigned low, unsigned high)
 {
@@ -274,24 +265,14 @@ struct dd exact_dot3(struct dd3 a, struct dd3 b, int *exponent)
     return accumulated_dot(&a, &b, exponent);
 }
 
-/* Components as multiples of one power of two. */
-struct integers {
-    int64_t at[3]; /* less than 2^62 */
-    int exponent;
-};
-
-/* A multiple of 1 / scale, less than 2^62 of them; the scale is a power of two. */
+/* Whether value is a multiple of 1 / scale, a power of two, less than 2^62 of them. */
 static inline bool integer_of(double value, double scale, double inverse, int64_t *integer)
 {
     *integer = (int64_t)(value * scale);
     return (double)*integer * inverse == value; /* after underflow, too, this would be false */
 }
 
-/*
- * false: the components do not fit, the lowest bit of one being 2^-61 or less of the largest. Those
- * of coordinates that are of one magnitude do, and also the differences of two such.
- */
-static inline bool integers_of(const struct dd3 *v, struct integers *integers)
+bool exact_integers(const struct dd3 *v, struct integers *integers)
 {
     double largest = largest_component(dd3_round(*v));
     if (!(largest > 0x1p-900 && largest < 0x1p900)) return false;
@@ -303,15 +284,14 @@ static inline bool integers_of(const struct dd3 *v, struct integers *integers)
         int64_t low;
         if (!integer_of(parts[i]->high, scale, inverse, &integers->at[i])) return false;
         if (!integer_of(parts[i]->low, scale, inverse, &low)) return false;
-        integers->at[i] += low; /* at most 2^8 */
+        integers->at[i] += low;
     }
     return true;
 }
 
-/* d.(p x q): components of p x q are less than 2^125, and their halves' products less than 2^127
- * in sum. */
-static struct dd integer_triple(const struct integers *p, const struct integers *q,
-                                const struct integers *d, int *exponent)
+/* A component of p x q is less than 2^124; its lower half times d, three times, less than 2^127. */
+struct dd integers_triple(const struct integers *p, const struct integers *q,
+                          const struct integers *d, int *exponent)
 {
     int128 low = 0, high = 0;
     for (unsigned x = 0; x < 3; x++) {
@@ -336,8 +316,7 @@ static struct dd integer_triple(const struct integers *p, const struct integers 
     return negative ? dd_negate(value) : value;
 }
 
-static struct dd accumulated_triple(const struct dd3 *p, const struct dd3 *q, struct vec3 d,
-                                    int *exponent)
+struct dd exact_triple(const struct dd3 *p, const struct dd3 *q, struct vec3 d, int *exponent)
 {
     struct accumulator sum;
     const struct dd ps[3] = {p->x, p->y, p->z}, qs[3] = {q->x, q->y, q->z};
@@ -349,13 +328,4 @@ static struct dd accumulated_triple(const struct dd3 *p, const struct dd3 *q, st
         accumulator_add_dd(&sum, -1, ps[z], qs[y], dd(ds[x]));
     }
     return accumulator_round(&sum, exponent);
-}
-
-struct dd exact_triple(const struct dd3 *p, const struct dd3 *q, struct vec3 d, int *exponent)
-{
-    struct dd3 direction = dd3_of(d);
-    struct integers ip, iq, id;
-    if (integers_of(p, &ip) && integers_of(q, &iq) && integers_of(&direction, &id))
-        return integer_triple(&ip, &iq, &id, exponent);
-    return accumulated_triple(p, q, d, exponent);
 }

@@ -8,6 +8,7 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
+#include <string.h>
 
 #include "common/vec.h"
 
@@ -144,6 +145,15 @@ static inline struct dd dd_advance(struct dd f, double t, double d)
 static inline struct dd dd_ldexp(struct dd a, int exponent)
 {
     return (struct dd){ldexp(a.high, exponent), ldexp(a.low, exponent)};
+}
+
+/* 2^exponent, -1022 <= exponent <= 1023. */
+static inline double power_of_two(int exponent)
+{
+    uint64_t bits = (uint64_t)(exponent + 1023) << 52;
+    double power;
+    memcpy(&power, &bits, sizeof power);
+    return power;
 }
 
 /* Vectors of them. */
@@ -294,7 +304,23 @@ double accumulator_value(const struct accumulator *sum, int *exponent);
 struct dd exact_dot3(struct dd3 a, struct dd3 b, int *exponent);
 
 /* d . (p x q), exact but for one rounding to double-double: *exponent and a number as from
- * accumulator_round(). Integers of 192 bits serve unless the components span too many bits. */
+ * accumulator_round(). */
 struct dd exact_triple(const struct dd3 *p, const struct dd3 *q, struct vec3 d, int *exponent);
+
+/* A vector whose components are multiples of 2^exponent. */
+struct integers {
+    int64_t at[3]; /* less than 2^61 + 2^8 */
+    int exponent;
+};
+
+/*
+ * false: the components do not fit, the lowest bit of one being less than 2^-61 of the largest.
+ * Those of numbers of one magnitude do, and also those of the differences of two such.
+ */
+bool exact_integers(const struct dd3 *v, struct integers *integers);
+
+/* exact_triple() of such vectors, with integers of 192 bits: ten times as fast. */
+struct dd integers_triple(const struct integers *p, const struct integers *q,
+                          const struct integers *d, int *exponent);
 
 #endif

@@ -71,15 +71,6 @@ static inline struct dd dd_atanh(struct dd s)
 #define LN2_HIGH 0x1.62e42feep-1
 #define LN2_LOW  0x1.a39ef35793c76p-33
 
-/* 2^k as a normal number: -1022 <= k <= 1023. */
-static inline double power_of_two(int k)
-{
-    uint64_t bits = (uint64_t)(k + 1023) << 52;
-    double power;
-    memcpy(&power, &bits, sizeof power);
-    return power;
-}
-
 /* j for which ratio / 2^j is between 1/sqrt 2 and sqrt 2; ratio > 0, normal. */
 static inline int scale_near_one(double ratio)
 {

@@ -57,6 +57,21 @@ static struct dd edge_of(const struct corners *corners, unsigned from, unsigned 
     return exact_triple(p, q, *d, exponent);
 }
 
+/* All three, each opposite to the corner of its number; in integers if they fit. */
+static void edges_of(const struct corners *corners, struct dd edges[3], int exponents[3])
+{
+    struct dd3 direction = dd3_of(corners->direction);
+    struct integers d, at[3];
+    bool fit = exact_integers(&direction, &d);
+    for (unsigned i = 0; i < 3 && fit; i++)
+        fit = exact_integers(&corners->from_origin[i], &at[i]);
+    for (unsigned i = 0; i < 3; i++) {
+        unsigned from = (i + 1) % 3, to = (i + 2) % 3;
+        edges[i] = fit ? integers_triple(&at[from], &at[to], &d, &exponents[i])
+                       : edge_of(corners, from, to, &exponents[i]);
+    }
+}
+
 /* The sign of direction z times (q - p)'s component along `axis` in the sheared plane. Two-term
  * arithmetic errs by less than 8 u^2 of the products. */
 static int sheared_step_sign(const struct corners *corners, const struct shear *shear,
@@ -119,9 +134,9 @@ FLATTENED struct crossings triangle_careful(const struct vec3 corners[3], const 
     struct corners it = ordered_corners(corners, ray);
     struct dd edges[3];
     int side = 0, exponents[3];
+    edges_of(&it, edges, exponents);
     for (unsigned i = 0; i < 3; i++) {
         unsigned from = (i + 1) % 3, to = (i + 2) % 3;
-        edges[i] = edge_of(&it, from, to, &exponents[i]);
         int here = edge_side(&it, shear, from, to, edges[i]);
         if (here == 0 || (side != 0 && here != side)) return NO_CROSSINGS;
         side = here;
