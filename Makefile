@@ -39,7 +39,7 @@ STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/stabili
 quiet := $(if $(V),,@)
 say   := $(if $(V),@:,@echo)
 
-.PHONY: all deps run test asan bench-stability scenes install clean format
+.PHONY: all deps run test asan bench-stability bench-kernel scenes install clean format
 .SECONDARY:
 
 all: $(FARM) scenes
@@ -84,6 +84,30 @@ bench-stability: $(BUILD)/bench/stability all
 	FARM=$(abspath $(FARM)) $(BUILD)/bench/stability --csv bench/out/stability.csv \
 	    --markdown bench/out/stability.md $(STABILITY_OPTIONS); \
 	    status=$$?; FARM=$(abspath $(FARM)) sh bench/stability_cost.sh || status=1; exit $$status
+
+# The kernel beside Embree, Tachyon and POV-Ray, on one thread each; some quarter of an hour.
+# KERNEL_OPTIONS="--scenes balls,million --repeat 3 --programs farm,embree" for less.
+KERNEL := $(patsubst %.c,$(BUILD)/%.o,bench/kernel_main.c bench/kernel_report.c bench/kernel_run.c \
+                                      bench/kernel_scenes.c)
+EMBREE := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/kernel_embree*.c))
+EMBREE_LIBRARY = $(if $(wildcard /usr/include/embree4/rtcore.h),-lembree4,-lembree3)
+
+# The peer has all that the compiler can do for it.
+$(EMBREE): OPTIMISE := -O3 -g -march=native
+
+$(BUILD)/bench/kernel: $(KERNEL) $(LIBRARY)
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+
+$(BUILD)/bench/kernel_embree: $(EMBREE) $(LIBRARY)
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) $(EMBREE_LIBRARY) -o $@
+
+bench-kernel: $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
+	@mkdir -p bench/out
+	$(BUILD)/bench/kernel --farm ./$(FARM) --embree $(BUILD)/bench/kernel_embree \
+	    --folder $(BUILD)/bench/kernel.out --csv bench/out/kernel.csv \
+	    --markdown bench/out/kernel.md $(KERNEL_OPTIONS)
 
 # What a fresh Debian or Ubuntu lacks.
 PACKAGES := gcc libc6-dev mpich libmpich-dev libinih-dev libstb-dev libcmocka-dev \
@@ -130,4 +154,4 @@ format:
 	clang-format -i $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] \
 	    test/*.[ch] bench/*.[ch])
 
--include $(OBJECTS:.o=.d) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d)
+-include $(OBJECTS:.o=.d) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(KERNEL:.o=.d) $(EMBREE:.o=.d)
