@@ -13,6 +13,7 @@
 #include "bench/kernel_report.h"
 #include "bench/kernel_scenes.h"
 #include "common/message.h"
+#include "master/load.h"
 
 static _Noreturn void usage(const char *why)
 {
@@ -21,10 +22,12 @@ static _Noreturn void usage(const char *why)
             "usage: kernel [--scenes NAME,NAME] [--programs farm,embree,tachyon,povray]\n"
             "              [--repeat N] [--scale F] [--size WxH] [--samples N] [--steps no]\n"
             "              [--folder DIR] [--farm PROGRAM] [--embree PROGRAM]\n"
-            "              [--csv FILE] [--markdown FILE]\n"
+            "              [--csv FILE] [--markdown FILE] [--montage FILE.png]\n"
             "  --scale F    multiplies the number of primitives of the generated scenes\n"
             "  --samples N  per pixel, where primary rays alone are measured\n"
-            "  --steps no   the picture alone: no rates by kind of ray\n",
+            "  --steps no   the picture alone: no rates by kind of ray\n"
+            "  --montage    all pictures, half as large: a row for each scene, a column for each "
+            "program\n",
             why);
     exit(2);
 }
@@ -36,7 +39,7 @@ struct options {
     double scale;
     unsigned repeat;
     bool steps;
-    const char *csv, *markdown;
+    const char *csv, *markdown, *montage;
 };
 
 static double number_option(const char *text, double least, double most)
@@ -88,6 +91,8 @@ static void read_option(struct options *options, const char *name, const char *v
         options->csv = value;
     else if (!strcmp(name, "--markdown"))
         options->markdown = value;
+    else if (!strcmp(name, "--montage"))
+        options->montage = value;
     else if (strcmp(name, "--size") || sscanf(value, "%ux%u", &bench->width, &bench->height) != 2)
         usage("unknown option");
 }
@@ -100,7 +105,7 @@ static struct options parse_options(int argc, char **argv)
                   .folder = "build/bench/kernel.out",
                   .width = 640,
                   .height = 480,
-                  .samples = 4},
+                  .samples = 1},
         .programs = {true, true, true, true},
         .scale = 1,
         .repeat = 5,
@@ -149,6 +154,34 @@ static void write_dark(const struct bench *bench, const struct kernel_scene *sce
     free(command);
 }
 
+/* The farm's settings for the picture, as add_settings() in kernel_run.c has them. */
+static struct scene *load_block(const struct bench *bench, const char *config)
+{
+    struct job job;
+    char *settings[] = {format_text("image.width=%u", bench->width),
+                        format_text("image.height=%u", bench->height),
+                        format_text("image.region=0 0 %u %u", bench->width, bench->height),
+                        copy_text("render.max_depth=20"), copy_text("sampling.samples=1")};
+    const size_t count = sizeof settings / sizeof *settings;
+    if (!load_job(config, settings, count, &job)) fatal("%s cannot be loaded", config);
+    struct view view = settings_view(&job.settings);
+    struct scene *block = builder_finish(job.builder, &view);
+    job_free(&job);
+    for (size_t i = 0; i < count; i++)
+        free(settings[i]);
+    return block;
+}
+
+static void export_for_peers(const struct options *options, const struct kernel_scene *scene)
+{
+    const struct bench *bench = &options->bench;
+    if (!options->programs[PROGRAM_TACHYON] && !options->programs[PROGRAM_POVRAY]) return;
+    struct scene *block = load_block(bench, scene->config);
+    for (unsigned p = PROGRAM_TACHYON; p <= PROGRAM_POVRAY; p++)
+        if (options->programs[p]) export_scene(bench, scene, p, block);
+    free(block);
+}
+
 static struct kernel_scene prepare_scene(const struct options *options, size_t i)
 {
     const struct bench *bench = &options->bench;
@@ -161,6 +194,7 @@ static struct kernel_scene prepare_scene(const struct options *options, size_t i
     if (all_scenes[i].generated && !kernel_scene_write(bench->folder, scene.name, options->scale))
         fatal("no scene of this name: %s", scene.name);
     write_dark(bench, &scene);
+    export_for_peers(options, &scene);
     return scene;
 }
 
@@ -199,18 +233,39 @@ static bool measure_scene(const struct options *options, struct scene_results *r
     return good;
 }
 
+/* How far each picture is from the farm's; the pictures stay for the montage. */
+static void look_at_pictures(const struct options *options, struct scene_results *results,
+                             struct canvas pictures[PROGRAM_COUNT])
+{
+    for (unsigned p = 0; p < PROGRAM_COUNT; p++) {
+        if (results->series[p][STEP_PICTURE].count == 0) continue;
+        char *path = picture_path(&options->bench, &results->scene, p);
+        bool good = picture_read(path, &pictures[p]);
+        if (good && pictures[PROGRAM_FARM].rgb)
+            results->difference[p] = picture_compare(&pictures[PROGRAM_FARM], &pictures[p]);
+        free(path);
+    }
+}
+
 int main(int argc, char **argv)
 {
     struct options options = parse_options(argc, argv);
     struct scene_results *results = allocate_zeroed(SCENE_COUNT, sizeof *results);
+    struct canvas pictures[SCENE_COUNT * PROGRAM_COUNT] = {{0}};
     size_t count = 0;
     bool good = true;
+    for (unsigned p = 0; p < PROGRAM_COUNT; p++)
+        if (options.programs[p] && !program_found(&options.bench, p)) {
+            fprintf(stderr, "kernel: %s is not there (make bench-deps)\n", program_names[p]);
+            return 1;
+        }
     make_folder(options.bench.folder);
     for (size_t i = 0; i < SCENE_COUNT; i++) {
         if (options.scenes && !listed(options.scenes, all_scenes[i].name)) continue;
         struct scene_results *here = &results[count++];
         here->scene = prepare_scene(&options, i);
         good &= measure_scene(&options, here);
+        look_at_pictures(&options, here, &pictures[(count - 1) * PROGRAM_COUNT]);
         report_scene(stdout, here, count == 1);
         fflush(stdout);
     }
@@ -218,8 +273,12 @@ int main(int argc, char **argv)
     report_summary(stdout, results, count);
     if (options.csv) report_csv(options.csv, results, count);
     if (options.markdown) report_markdown(options.markdown, results, count);
+    const unsigned all = (unsigned)count * PROGRAM_COUNT;
+    if (options.montage) good &= picture_montage(options.montage, pictures, all, PROGRAM_COUNT);
     for (size_t i = 0; i < count; i++)
         free_scene(&results[i].scene);
+    for (unsigned i = 0; i < all; i++)
+        canvas_free(&pictures[i]);
     free(results);
     return good ? 0 : 1;
 }

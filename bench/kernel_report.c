@@ -322,12 +322,32 @@ static void markdown_sizes(FILE *out, const struct scene_results *results, size_
     }
 }
 
+static void markdown_pictures(FILE *out, const struct scene_results *results, size_t count)
+{
+    fputs("\nDifference from the farm's picture: root of the mean square, and per cent of pixels "
+          "that are off by "
+          "more than 16/255\n\n| scene | Embree | Tachyon | POV-Ray |\n|---|---|---|---|\n",
+          out);
+    for (size_t i = 0; i < count; i++) {
+        row_begin(out, &results[i]);
+        for (unsigned p = PROGRAM_EMBREE; p < PROGRAM_COUNT; p++) {
+            const struct picture_difference *d = &results[i].difference[p];
+            if (results[i].series[p][STEP_PICTURE].count == 0)
+                fputs(" - |", out);
+            else
+                fprintf(out, " %.4f, %.2f %% |", d->rmse, 100 * d->off);
+        }
+        fputc('\n', out);
+    }
+}
+
 void report_markdown(const char *path, const struct scene_results *results, size_t count)
 {
     FILE *out = open_table(path);
     markdown_times(out, results, count);
     markdown_rates(out, results, count);
     markdown_sizes(out, results, count);
+    markdown_pictures(out, results, count);
     fputs("\n```\n", out);
     report_summary(out, results, count);
     fputs("```\n", out);

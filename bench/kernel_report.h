@@ -4,6 +4,7 @@
 
 #include <stdio.h>
 
+#include "bench/kernel_picture.h"
 #include "bench/kernel_run.h"
 
 #define REPEAT_MAX 99
@@ -17,6 +18,7 @@ struct series {
 struct scene_results {
     struct kernel_scene scene;
     struct series series[PROGRAM_COUNT][STEP_COUNT];
+    struct picture_difference difference[PROGRAM_COUNT]; /* from the farm's picture */
 };
 
 /* A line for the terminal, below the head when it is the first one. */

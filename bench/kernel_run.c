@@ -10,6 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "bench/kernel_export.h"
 #include "common/clock.h"
 #include "common/message.h"
 
@@ -201,12 +202,99 @@ static void read_embree(const char *text, struct measurement *out)
     out->at[PRIMITIVES] = number_after(text, NULL, "\nprimitives ");
 }
 
+/* ---- Tachyon and POV-Ray ---- */
+
+/* The same to the last digit for all repeats: made once. */
+static char *peer_scene(const struct bench *bench, const struct kernel_scene *scene,
+                        enum program program)
+{
+    return format_text("%s/%s.%s", bench->folder, scene->name,
+                       program == PROGRAM_TACHYON ? "dat" : "pov");
+}
+
+static struct command tachyon_command(const struct bench *bench, const struct kernel_scene *scene)
+{
+    struct command command = {0};
+    static const char *const words[] = {"tachyon",      "+V",      "-numthreads", "1", "-fullshade",
+                                        "-shade_phong", "-format", "PPM48",       "-o"};
+    for (unsigned i = 0; i < sizeof words / sizeof *words; i++)
+        add_word(&command, copy_text(words[i]));
+    add_word(&command, picture_path(bench, scene, PROGRAM_TACHYON));
+    add_word(&command, peer_scene(bench, scene, PROGRAM_TACHYON));
+    return command;
+}
+
+/* It tells wall seconds, of which its one thread had as much as of the whole process's. */
+static void read_tachyon(const char *text, struct measurement *out)
+{
+    out->at[RENDER_WALL_S] = number_after(text, NULL, "Ray Tracing Time:");
+    out->at[BUILD_S] = number_after(text, NULL, "Preprocessing Time:");
+    out->at[RENDER_S] =
+        out->at[RENDER_WALL_S] * fmin(1, out->at[PROCESS_S] / out->at[PROCESS_WALL_S]);
+}
+
+static struct command povray_command(const struct bench *bench, const struct kernel_scene *scene)
+{
+    struct command command = {0};
+    static const char *const words[] = {"povray", "+WT1",  "-D",          "-A",
+                                        "+Q9",    "+FP16", "File_Gamma=1"};
+    char *image = picture_path(bench, scene, PROGRAM_POVRAY);
+    char *file = peer_scene(bench, scene, PROGRAM_POVRAY);
+    for (unsigned i = 0; i < sizeof words / sizeof *words; i++)
+        add_word(&command, copy_text(words[i]));
+    add_word(&command, format_text("+W%u", bench->width));
+    add_word(&command, format_text("+H%u", bench->height));
+    add_word(&command, format_text("+I%s", file));
+    add_word(&command, format_text("+O%s", image));
+    free(image);
+    free(file);
+    return command;
+}
+
+static void read_povray(const char *text, struct measurement *out)
+{
+    out->at[RENDER_S] = number_after(text, "Trace Time", "thread(s) with");
+    out->at[RENDER_WALL_S] = number_after(text, "Trace Time", "seconds (");
+}
+
 /* ---- any of them ---- */
+
+bool program_found(const struct bench *bench, enum program program)
+{
+    static const char *const installed[PROGRAM_COUNT] = {NULL, NULL, "tachyon", "povray"};
+    if (program == PROGRAM_FARM) return access(bench->farm, X_OK) == 0;
+    if (program == PROGRAM_EMBREE) return access(bench->embree, X_OK) == 0;
+    char *command = format_text("command -v %s >/dev/null", installed[program]);
+    bool found = system(command) == 0;
+    free(command);
+    return found;
+}
+
+void export_scene(const struct bench *bench, const struct kernel_scene *scene, enum program program,
+                  const struct scene *block)
+{
+    char *path = peer_scene(bench, scene, program);
+    if (program == PROGRAM_TACHYON)
+        export_tachyon(path, block);
+    else
+        export_povray(path, block);
+    free(path);
+}
 
 static struct command command_of(const struct bench *bench, const struct kernel_scene *scene,
                                  enum program program, enum step step)
 {
-    if (program == PROGRAM_FARM) return farm_command(bench, scene, step);
+    switch (program) {
+    case PROGRAM_FARM:
+        return farm_command(bench, scene, step);
+    case PROGRAM_TACHYON:
+        return tachyon_command(bench, scene);
+    case PROGRAM_POVRAY:
+        return povray_command(bench, scene);
+    case PROGRAM_EMBREE:
+    case PROGRAM_COUNT:
+        break;
+    }
     return embree_command(bench, scene, step);
 }
 
@@ -221,10 +309,10 @@ bool run_program(const struct bench *bench, const struct kernel_scene *scene, en
     bool good = run_command(&command, log, out);
     if (good) {
         char *text = read_text(log);
-        if (program == PROGRAM_FARM)
-            read_farm(bench, out);
-        else
-            read_embree(text, out);
+        if (program == PROGRAM_FARM) read_farm(bench, out);
+        if (program == PROGRAM_EMBREE) read_embree(text, out);
+        if (program == PROGRAM_TACHYON) read_tachyon(text, out);
+        if (program == PROGRAM_POVRAY) read_povray(text, out);
         free(text);
         good = isfinite(out->at[RENDER_S]);
         if (!good) fprintf(stderr, "kernel: no time in %s\n", log);

@@ -5,6 +5,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "common/scene.h"
+
 enum program { PROGRAM_FARM, PROGRAM_EMBREE, PROGRAM_TACHYON, PROGRAM_POVRAY, PROGRAM_COUNT };
 
 extern const char *const program_names[PROGRAM_COUNT];
@@ -64,6 +66,11 @@ char *picture_path(const struct bench *bench, const struct kernel_scene *scene,
 /* false, after saying why: it ended badly, or did not say what it should. */
 bool run_program(const struct bench *bench, const struct kernel_scene *scene, enum program program,
                  enum step step, struct measurement *out);
+
+/* Writes the scene for Tachyon or POV-Ray, in this block's view. */
+
+void export_scene(const struct bench *bench, const struct kernel_scene *scene, enum program program,
+                  const struct scene *block);
 
 /* Whether the program can be started at all. */
 bool program_found(const struct bench *bench, enum program program);
