@@ -96,6 +96,7 @@ EMBREE_LIBRARY = $(shell test -e /usr/include/embree4/rtcore.h && echo -lembree4
 
 # The peer has all that the compiler can do for it.
 $(EMBREE): OPTIMISE := -O3 -g -march=native
+$(EMBREE): FLOAT := -ffast-math -fno-finite-math-only
 $(EMBREE): | bench-deps
 
 $(BUILD)/bench/kernel: $(KERNEL) $(LIBRARY)

@@ -53,7 +53,10 @@ static void dat_vec(FILE *out, const char *key, struct vec3 v)
     fprintf(out, " %s %.9g %.9g %.9g", key, v.x, v.y, v.z);
 }
 
-/* Its own right is on the left: a frustum whose left and right change places turns it round. */
+/*
+ * Its own right is on the left: a frustum whose left and right change places turns it round. Its
+ * rays go through the far corners of pixels: half a pixel brings them to the middle.
+ */
 static void dat_view(FILE *out, const struct view *view)
 {
     double half_y = vec_length(view->camera.down), half_x = half_y * view->width / view->height;
@@ -64,7 +67,9 @@ static void dat_view(FILE *out, const struct view *view)
     dat_vec(out, "CENTER", view->camera.eye);
     dat_vec(out, "VIEWDIR", view->camera.forward);
     dat_vec(out, "UPDIR", vec_neg(vec_normalize(view->camera.down)));
-    fprintf(out, "\nFRUSTUM %.9g %.9g %.9g %.9g\nEND_CAMERA\n", half_x, -half_x, -half_y, half_y);
+    double off_x = half_x / view->width, off_y = half_y / view->height;
+    fprintf(out, "\nFRUSTUM %.9g %.9g %.9g %.9g\nEND_CAMERA\n", half_x + off_x, off_x - half_x,
+            -half_y - off_y, half_y - off_y);
     fputs("BACKGROUND_GRADIENT SKY_SPHERE", out);
     dat_vec(out, "UPDIR", view->background_up);
     fputs(" TOPVAL 1 BOTTOMVAL -1", out);
@@ -73,15 +78,17 @@ static void dat_view(FILE *out, const struct view *view)
     fputc('\n', out);
 }
 
+/* What passes has no colour, only the mean of it. */
 static void dat_materials(FILE *out, const struct scene *scene)
 {
     for (uint64_t i = 0; i < scene->materials.count; i++) {
         const struct material *m = &scene_materials(scene)[i];
+        double mean = (m->color.x + m->color.y + m->color.z) / 3;
         fprintf(out,
                 "TEXDEF m%llu AMBIENT %.9g DIFFUSE %.9g SPECULAR %.9g OPACITY %.9g\n"
                 "PHONG PLASTIC %.9g PHONG_SIZE %.9g",
-                (unsigned long long)i, m->ambient, m->diffuse, m->reflection, 1 - m->transmission,
-                m->specular, m->shininess);
+                (unsigned long long)i, m->ambient, m->diffuse, m->reflection,
+                1 - m->transmission * mean, m->specular, m->shininess);
         dat_vec(out, "COLOR", m->color);
         fputs(" TEXFUNC 0\n", out);
     }

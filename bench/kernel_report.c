@@ -341,9 +341,22 @@ static void markdown_pictures(FILE *out, const struct scene_results *results, si
     }
 }
 
+static const char inside_the_figures[] = "Medians of rounds in which the programs take turns, one "
+                                         "thread each. CPU seconds of the thread that "
+                                         "renders: without start, loading, and building of tree or "
+                                         "grid (POV-Ray's slabs, Tachyon's grid), all of "
+                                         "which are in the whole process's. Tachyon tells wall "
+                                         "time alone: scaled by the share of a processor that "
+                                         "its process had. Farm and Embree follow the same rules "
+                                         "of depth and pruning; POV-Ray prunes ray by ray at "
+                                         "the same weight; Tachyon by depth alone, and its rays go "
+                                         "straight through glass. Cones are cylinders "
+                                         "there. A ratio is the median of the rounds' ratios.\n\n";
+
 void report_markdown(const char *path, const struct scene_results *results, size_t count)
 {
     FILE *out = open_table(path);
+    fputs(inside_the_figures, out);
     markdown_times(out, results, count);
     markdown_rates(out, results, count);
     markdown_sizes(out, results, count);
