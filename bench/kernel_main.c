@@ -247,18 +247,24 @@ static void look_at_pictures(const struct options *options, struct scene_results
     }
 }
 
+static bool programs_found(const struct options *options)
+{
+    for (unsigned p = 0; p < PROGRAM_COUNT; p++) {
+        if (!options->programs[p] || program_found(&options->bench, p)) continue;
+        fprintf(stderr, "kernel: %s is not there (make bench-deps)\n", program_names[p]);
+        return false;
+    }
+    return true;
+}
+
 int main(int argc, char **argv)
 {
     struct options options = parse_options(argc, argv);
+    if (!programs_found(&options)) return 1;
     struct scene_results *results = allocate_zeroed(SCENE_COUNT, sizeof *results);
     struct canvas pictures[SCENE_COUNT * PROGRAM_COUNT] = {{0}};
     size_t count = 0;
     bool good = true;
-    for (unsigned p = 0; p < PROGRAM_COUNT; p++)
-        if (options.programs[p] && !program_found(&options.bench, p)) {
-            fprintf(stderr, "kernel: %s is not there (make bench-deps)\n", program_names[p]);
-            return 1;
-        }
     make_folder(options.bench.folder);
     for (size_t i = 0; i < SCENE_COUNT; i++) {
         if (options.scenes && !listed(options.scenes, all_scenes[i].name)) continue;
