@@ -4,6 +4,8 @@
 #   make deps test   install what is missing, then all tests
 #   make             build ./farm and the generated parts of the sample scenes
 #   make asan        all tests under the address and undefined-behaviour sanitizers
+#   make bench-kernel      the kernel beside Embree, Tachyon and POV-Ray (installs them, as make
+#                    bench-deps does); tables to bench/out/
 #   make bench-stability   the catalogue of stiff and extreme cases at full size, 1e9 rays through
 #                    closed meshes among them; tables to bench/out/
 #   make install     PREFIX=/usr/local DESTDIR=
@@ -58,7 +60,7 @@ STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/stabili
 quiet := $(if $(V),,@)
 say   := $(if $(V),@:,@echo)
 
-.PHONY: all deps run test asan bench-stability scenes install clean format
+.PHONY: all deps bench-deps run test asan bench-stability bench-kernel scenes install clean format
 .SECONDARY:
 
 all: $(FARM) scenes
@@ -117,11 +119,42 @@ bench-stability: $(BUILD)/bench/stability all
 	    --markdown bench/out/stability.md $(STABILITY_OPTIONS); \
 	    status=$$?; FARM=$(abspath $(FARM)) sh bench/stability_cost.sh || status=1; exit $$status
 
+# The kernel beside Embree, Tachyon and POV-Ray, on one thread each; some quarter of an hour.
+# KERNEL_OPTIONS="--scenes balls,million --repeat 3 --programs farm,embree" for less.
+BENCH_KERNEL := $(patsubst %.c,$(BUILD)/%.o,bench/kernel_export.c bench/kernel_main.c \
+              bench/kernel_picture.c bench/kernel_report.c bench/kernel_run.c bench/kernel_scenes.c)
+EMBREE := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/kernel_embree*.c))
+EMBREE_LIBRARY = $(shell test -e /usr/include/embree4/rtcore.h && echo -lembree4 || echo -lembree3)
+
+# The peer has all that the compiler can do for it.
+$(EMBREE): OPTIMISE := -O3 -g -march=native
+$(EMBREE): FLOAT := -ffast-math -fno-finite-math-only
+$(EMBREE): | bench-deps
+
+$(BUILD)/bench/kernel: $(BENCH_KERNEL) $(LIBRARY)
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+
+$(BUILD)/bench/kernel_embree: $(EMBREE) $(LIBRARY)
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) $(EMBREE_LIBRARY) -o $@
+
+bench-kernel: bench-deps $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
+	@mkdir -p bench/out
+	$(BUILD)/bench/kernel --farm ./$(FARM) --embree $(BUILD)/bench/kernel_embree \
+	    --folder $(BUILD)/bench/kernel.out --csv bench/out/kernel.csv \
+	    --markdown bench/out/kernel.md --montage bench/out/kernel.png $(KERNEL_OPTIONS)
+
 # What a fresh Debian or Ubuntu lacks.
 PACKAGES := gcc binutils libc6-dev mpich libmpich-dev libinih-dev libstb-dev libcmocka-dev \
             libgmp-dev libmpfr-dev
 
-deps:
+# What the benches need beyond that: the peers.
+BENCH_PACKAGES := tachyon-bin-nox povray libembree-dev
+
+bench-deps: PACKAGES += $(BENCH_PACKAGES)
+
+deps bench-deps:
 	@missing=""; for p in $(PACKAGES); do \
 	    dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q '^install ok installed' \
 	        || missing="$$missing $$p"; done; \
@@ -136,8 +169,8 @@ deps:
 run: all
 	$(MPIEXEC) -n $$(nproc) ./$(FARM) config/lantern.ini
 
-test: all $(UNITS) $(BUILD)/bench/stability
-	@FARM=./$(FARM) UNITS="$(UNITS)" STABILITY=$(BUILD)/bench/stability MPIEXEC="$(MPIEXEC)" MPICC="$(MPICC)" sh test/run.sh
+test: all $(UNITS) $(BUILD)/bench/stability $(BUILD)/bench/kernel
+	@FARM=./$(FARM) UNITS="$(UNITS)" STABILITY=$(BUILD)/bench/stability KERNEL=$(BUILD)/bench/kernel MPIEXEC="$(MPIEXEC)" MPICC="$(MPICC)" sh test/run.sh
 
 asan:
 	@$(MAKE) BUILD=build/asan FARM=build/asan/farm OPTIMISE='-O1 -g' \
@@ -162,4 +195,4 @@ format:
 	clang-format -i $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] \
 	    test/*.[ch] bench/*.[ch])
 
--include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d)
+-include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d)

@@ -1,0 +1,157 @@
+/*
+ * kernel_embree [--primary SAMPLES] [--image FILE.pfm] CONFIG [SECTION.KEY=VALUE ...]
+ *
+ * Renders a scene of the farm's over Embree, on one thread, and prints what it took: a name and a
+ * number per line. Without --primary the whole picture with single rays; with it primary rays alone
+ * in coherent packets.
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <xmmintrin.h>
+
+#include "bench/kernel_embree.h"
+#include "common/clock.h"
+#include "common/message.h"
+#include "master/load.h"
+
+struct options {
+    unsigned primary; /* samples; 0: the whole picture */
+    const char *image, *config;
+    char **overrides;
+    size_t override_count;
+};
+
+static _Noreturn void usage(void)
+{
+    fputs("usage: kernel_embree [--primary SAMPLES] [--image FILE.pfm] CONFIG [SECTION.KEY=VALUE "
+          "...]\n",
+          stderr);
+    exit(2);
+}
+
+static struct options parse_options(int argc, char **argv)
+{
+    struct options options = {0};
+    int i = 1;
+    for (; i + 1 < argc && argv[i][0] == '-'; i += 2) {
+        if (!strcmp(argv[i], "--primary"))
+            options.primary = (unsigned)strtoul(argv[i + 1], NULL, 10);
+        else if (!strcmp(argv[i], "--image"))
+            options.image = argv[i + 1];
+        else
+            usage();
+    }
+    if (i >= argc) usage();
+    options.config = argv[i++];
+    options.overrides = &argv[i];
+    options.override_count = (size_t)(argc - i);
+    return options;
+}
+
+/* The rows of a PFM file go from the bottom to the top. */
+static void write_pfm(const char *path, const struct view *view, const float *rgb)
+{
+    FILE *file = fopen(path, "wb");
+    if (!file) fatal("%s cannot be written", path);
+    fprintf(file, "PF\n%u %u\n-1.0\n", view->width, view->height);
+    for (uint32_t y = view->height; y-- > 0;)
+        fwrite(rgb + 3 * (size_t)y * view->width, 3 * sizeof *rgb, view->width, file);
+    if (ferror(file) || fclose(file)) fatal("%s cannot be written", path);
+}
+
+/* Bytes that Embree holds: called from one thread. */
+struct memory {
+    int64_t now, most;
+};
+
+static bool on_memory(void *context, ssize_t bytes, bool post)
+{
+    struct memory *memory = context;
+    (void)post;
+    memory->now += bytes;
+    if (memory->now > memory->most) memory->most = memory->now;
+    return true;
+}
+
+static void on_error(void *context, enum RTCError code, const char *text)
+{
+    (void)context;
+    fatal("Embree: error %d: %s", code, text);
+}
+
+static struct scene *load_scene(const struct options *options)
+{
+    struct job job;
+    if (!load_job(options->config, options->overrides, options->override_count, &job)) exit(2);
+    struct view view = settings_view(&job.settings);
+    struct scene *scene = builder_finish(job.builder, &view);
+    job_free(&job);
+    return scene;
+}
+
+static void render_picture(const struct model *model, float *rgb)
+{
+    uint64_t rays[KIND_COUNT] = {0};
+    double start = clock_wall(), cpu = clock_thread_cpu();
+    trace_picture(model, rgb, rays);
+    printf("render_s %.6f\nrender_cpu_s %.6f\n", clock_wall() - start, clock_thread_cpu() - cpu);
+    printf("primary %llu\nshadow %llu\nreflection %llu\nrefraction %llu\n",
+           (unsigned long long)rays[KIND_PRIMARY], (unsigned long long)rays[KIND_SHADOW],
+           (unsigned long long)rays[KIND_REFLECTION], (unsigned long long)rays[KIND_REFRACTION]);
+}
+
+static void render_primary(const struct model *model, unsigned samples, float *rgb)
+{
+    struct packet_times times;
+    double cpu = clock_thread_cpu();
+    trace_primary(model, samples, rgb, &times);
+    printf("render_cpu_s %.6f\n", clock_thread_cpu() - cpu);
+    printf("packet_width %u\nprimary %llu\nhits %llu\nintersect_s %.6f\nrender_s %.6f\n",
+           times.width, (unsigned long long)times.rays, (unsigned long long)times.hits,
+           times.intersect_s, times.total_s);
+}
+
+int main(int argc, char **argv)
+{
+    struct options options = parse_options(argc, argv);
+    struct scene *scene = load_scene(&options);
+    /* As Embree's manual asks: denormal numbers are flushed to zero. */
+    _mm_setcsr(_mm_getcsr() | 0x8040);
+
+    struct memory memory = {0};
+    RTCDevice device = rtcNewDevice("threads=1,user_threads=1");
+    if (!device) fatal("Embree does not start");
+    rtcSetDeviceErrorFunction(device, on_error, NULL);
+    rtcSetDeviceMemoryMonitorFunction(device, on_memory, &memory);
+    struct model *model = allocate(1, sizeof *model);
+    double start = clock_wall();
+    model_create(model, scene, device);
+    double committed = clock_wall();
+    rtcCommitScene(model->rtc);
+    double built = clock_wall();
+    printf("embree %ld\nconvert_s %.6f\nbuild_s %.6f\n",
+           (long)rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION), committed - start,
+           built - committed);
+    uint64_t triangles =
+        scene->primitives[PRIMITIVE_TRIANGLE].count + scene->primitives[PRIMITIVE_PATCH].count;
+    printf("triangles %llu\nprimitives %llu\nembree_bytes %lld\nembree_peak_bytes %lld\nown_bytes "
+           "%llu\n",
+           (unsigned long long)triangles, (unsigned long long)scene_primitive_count(scene),
+           (long long)memory.now, (long long)memory.most, (unsigned long long)model->own_bytes);
+
+    const struct view *view = &scene->view;
+    float *rgb = allocate_zeroed((size_t)view->width * view->height, 3 * sizeof *rgb);
+    if (options.primary)
+        render_primary(model, options.primary, rgb);
+    else
+        render_picture(model, rgb);
+    if (options.image) write_pfm(options.image, view, rgb);
+    free(rgb);
+    model_destroy(model);
+    free(model);
+    rtcReleaseDevice(device);
+    free(scene);
+    return 0;
+}

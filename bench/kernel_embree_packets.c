@@ -1,0 +1,189 @@
+/* Primary rays in Embree's coherent packets. */
+#include <stdlib.h>
+
+#include "bench/kernel_embree.h"
+#include "common/clock.h"
+#include "common/message.h"
+
+#define WIDE 16
+#define CHUNK                                                                                      \
+    256 /* packets between two looks at the clock: 100 kB, within the second-level cache */
+
+/* Steps of the R2 sequence (M. Roberts, 2018): samples spread evenly over a pixel. */
+#define STEP_X 0.754877666f
+#define STEP_Y 0.569840291f
+
+/* Squares of this edge, one after the other; within them pixels in Z-order, so that 16 rays in a row
+ * are as near each other as they can be for 1, 4 or 16 samples. */
+#define SQUARE 16
+
+struct packets {
+    const struct model *model;
+    const struct view *view;
+    unsigned width, samples;
+    uint64_t next, end; /* rays */
+    union {
+        struct RTCRayHit16 wide[CHUNK];
+        struct RTCRayHit8 narrow[CHUNK];
+    } at;
+    uint32_t pixels[CHUNK * WIDE];
+};
+
+/* Bits 0, 2, 4 and 6. */
+static uint32_t even_bits(uint32_t k)
+{
+    return (k & 1) | (k >> 1 & 2) | (k >> 2 & 4) | (k >> 3 & 8);
+}
+
+static uint32_t pixel_of(const struct view *view, uint64_t k)
+{
+    uint32_t squares = view->width / SQUARE, inside = (uint32_t)(k % (SQUARE * SQUARE));
+    uint32_t square = (uint32_t)(k / (SQUARE * SQUARE));
+    uint32_t x = square % squares * SQUARE + even_bits(inside);
+    uint32_t y = square / squares * SQUARE + even_bits(inside >> 1);
+    return y * view->width + x;
+}
+
+static struct f3 primary_direction(const struct packets *packets, uint32_t pixel, unsigned sample)
+{
+    const struct view *view = packets->view;
+    float height = (float)view->height, width = (float)view->width;
+    float dx = 0.5f + (float)sample * STEP_X, dy = 0.5f + (float)sample * STEP_Y;
+    float x = (float)(pixel % view->width) + (dx - floorf(dx));
+    float y = (float)(pixel / view->width) + (dy - floorf(dy));
+    struct f3 direction = f3_of(view->camera.forward);
+    direction = f3_add_scaled(direction, f3_of(view->camera.right), (2 * x - width) / height);
+    direction = f3_add_scaled(direction, f3_of(view->camera.down), (2 * y - height) / height);
+    return f3_normalize(direction);
+}
+
+/* Lays out one ray as the packets of width N do: structures of arrays. */
+#define SET_RAY(packet, i, eye, d)                                                                 \
+    do {                                                                                           \
+        (packet)->ray.org_x[i] = (eye).x, (packet)->ray.org_y[i] = (eye).y;                        \
+        (packet)->ray.org_z[i] = (eye).z, (packet)->ray.tnear[i] = 0;                              \
+        (packet)->ray.dir_x[i] = (d).x, (packet)->ray.dir_y[i] = (d).y;                            \
+        (packet)->ray.dir_z[i] = (d).z, (packet)->ray.time[i] = 0;                                 \
+        (packet)->ray.tfar[i] = INFINITY, (packet)->ray.mask[i] = UINT32_MAX;                      \
+        (packet)->ray.flags[i] = 0, (packet)->hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;             \
+    } while (0)
+
+/* The next rays, CHUNK packets at most; returns how many rays. */
+static unsigned fill_packets(struct packets *packets)
+{
+    struct f3 eye = f3_of(packets->view->camera.eye);
+    unsigned count = 0, room = CHUNK * packets->width;
+    for (; count < room && packets->next < packets->end; count++, packets->next++) {
+        uint32_t pixel = pixel_of(packets->view, packets->next / packets->samples);
+        unsigned sample = (unsigned)(packets->next % packets->samples);
+        struct f3 d = primary_direction(packets, pixel, sample);
+        unsigned packet = count / packets->width, i = count % packets->width;
+        packets->pixels[count] = pixel;
+        if (packets->width == WIDE)
+            SET_RAY(&packets->at.wide[packet], i, eye, d);
+        else
+            SET_RAY(&packets->at.narrow[packet], i, eye, d);
+    }
+    return count;
+}
+
+static void intersect_wide(const struct model *model, const int *valid, struct RTCRayHit16 *packet)
+{
+#if EMBREE_VERSION == 4
+    struct RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    rtcIntersect16(valid, model->rtc, packet, &arguments);
+#else
+    query_context context;
+    context_init(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect16(valid, model->rtc, &context, packet);
+#endif
+}
+
+static void intersect_narrow(const struct model *model, const int *valid, struct RTCRayHit8 *packet)
+{
+#if EMBREE_VERSION == 4
+    struct RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    rtcIntersect8(valid, model->rtc, packet, &arguments);
+#else
+    query_context context;
+    context_init(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect8(valid, model->rtc, &context, packet);
+#endif
+}
+
+static void intersect_packets(struct packets *packets, unsigned count)
+{
+    for (unsigned first = 0, p = 0; first < count; first += packets->width, p++) {
+        _Alignas(64) int valid[WIDE];
+        for (unsigned i = 0; i < packets->width; i++)
+            valid[i] = first + i < count ? -1 : 0;
+        if (packets->width == WIDE)
+            intersect_wide(packets->model, valid, &packets->at.wide[p]);
+        else
+            intersect_narrow(packets->model, valid, &packets->at.narrow[p]);
+    }
+}
+
+/* As the farm's primary-only picture: the surface's own light, or the sky. */
+static uint64_t color_packets(const struct packets *packets, unsigned count, float *rgb)
+{
+    const struct model *model = packets->model;
+    uint64_t hits = 0;
+    for (unsigned k = 0; k < count; k++) {
+        unsigned p = k / packets->width, i = k % packets->width;
+        bool wide = packets->width == WIDE;
+        const struct RTCRayHit16 *w = &packets->at.wide[p];
+        const struct RTCRayHit8 *n = &packets->at.narrow[p];
+        unsigned geometry = wide ? w->hit.geomID[i] : n->hit.geomID[i];
+        unsigned primitive = wide ? w->hit.primID[i] : n->hit.primID[i];
+        struct f3 color;
+        if (geometry == RTC_INVALID_GEOMETRY_ID) {
+            color = sky_color(packets->view,
+                              wide ? f3(w->ray.dir_x[i], w->ray.dir_y[i], w->ray.dir_z[i])
+                                   : f3(n->ray.dir_x[i], n->ray.dir_y[i], n->ray.dir_z[i]));
+        } else {
+            color = model->materials[model->parts[geometry].material[primitive]].ambient;
+            hits++;
+        }
+        float *out = &rgb[3 * (size_t)packets->pixels[k]];
+        out[0] += color.x;
+        out[1] += color.y;
+        out[2] += color.z;
+    }
+    return hits;
+}
+
+void trace_primary(const struct model *model, unsigned samples, float *rgb,
+                   struct packet_times *times)
+{
+    const struct view *view = &model->scene->view;
+    if (view->width % SQUARE || view->height % SQUARE)
+        fatal("packets need a picture whose edges are multiples of %d", SQUARE);
+    struct packets *packets = aligned_alloc(64, (sizeof *packets + 63) / 64 * 64);
+    if (!packets) fatal("out of memory");
+    bool wide = rtcGetDeviceProperty(model->device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) > 0;
+    packets->model = model;
+    packets->view = view;
+    packets->width = wide ? WIDE : WIDE / 2;
+    packets->samples = samples;
+    packets->next = 0;
+    packets->end = (uint64_t)view->width * view->height * samples;
+    *times = (struct packet_times){.width = packets->width, .rays = packets->end};
+    double start = clock_wall();
+    for (unsigned count; (count = fill_packets(packets)) > 0;) {
+        double before = clock_thread_cpu();
+        intersect_packets(packets, count);
+        times->intersect_s += clock_thread_cpu() - before;
+        times->hits += color_packets(packets, count, rgb);
+    }
+    times->total_s = clock_wall() - start;
+    for (size_t i = 0; i < 3 * (size_t)view->width * view->height; i++)
+        rgb[i] /= (float)samples;
+    free(packets);
+}

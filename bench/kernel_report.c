@@ -1,0 +1,368 @@
+#include "bench/kernel_report.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+
+#define UNKNOWN ((double)NAN) /* a figure that was not measured */
+
+/* ---- medians and what is derived from them ---- */
+
+static int by_value(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static double median_of(const struct series *series, enum metric metric)
+{
+    double values[REPEAT_MAX];
+    unsigned n = series->count;
+    if (n == 0) return UNKNOWN;
+    for (unsigned i = 0; i < n; i++)
+        values[i] = series->runs[i].at[metric];
+    qsort(values, n, sizeof *values, by_value);
+    return n % 2 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
+}
+
+static double median(const struct scene_results *at, enum program program, enum step step,
+                     enum metric metric)
+{
+    return median_of(&at->series[program][step], metric);
+}
+
+/* The median over the rounds of the farm's time over the other's: what disturbs a round falls on
+ * both. */
+static double time_ratio(const struct scene_results *at, enum program other)
+{
+    const struct series *farm = &at->series[PROGRAM_FARM][STEP_PICTURE];
+    const struct series *peer = &at->series[other][STEP_PICTURE];
+    struct series ratios = {0};
+    for (; ratios.count < farm->count && ratios.count < peer->count; ratios.count++) {
+        unsigned i = ratios.count;
+        ratios.runs[i].at[RENDER_S] = farm->runs[i].at[RENDER_S] / peer->runs[i].at[RENDER_S];
+    }
+    return median_of(&ratios, RENDER_S);
+}
+
+static double all_rays(const struct scene_results *at, enum program program, enum step step)
+{
+    double sum = 0;
+    for (unsigned m = RAYS_PRIMARY; m <= RAYS_REFRACTION; m++) {
+        double rays = median(at, program, step, m);
+        if (isfinite(rays)) sum += rays;
+    }
+    return sum;
+}
+
+/* Million rays a second, with all that belongs to them: what one step takes more than another. */
+enum rate { RATE_ALL, RATE_SHADOW, RATE_DEEPER, RATE_PRIMARY, RATE_KERNEL, RATE_COUNT };
+
+static double rate_of(const struct scene_results *at, enum program program, enum rate rate)
+{
+    double picture = median(at, program, STEP_PICTURE, RENDER_S);
+    double direct = median(at, program, STEP_DIRECT, RENDER_S);
+    double shadowless = median(at, program, STEP_SHADOWLESS, RENDER_S);
+    double rays = all_rays(at, program, STEP_PICTURE), few = all_rays(at, program, STEP_DIRECT);
+    double primary = median(at, program, STEP_PRIMARY, RAYS_PRIMARY);
+    switch (rate) {
+    case RATE_ALL:
+        return 1e-6 * rays / picture;
+    case RATE_SHADOW:
+        return 1e-6 * median(at, program, STEP_DIRECT, RAYS_SHADOW) / (direct - shadowless);
+    case RATE_DEEPER:
+        return rays > few ? 1e-6 * (rays - few) / (picture - direct) : UNKNOWN;
+    case RATE_PRIMARY:
+        return 1e-6 * primary / median(at, program, STEP_PRIMARY, RENDER_S);
+    case RATE_KERNEL:
+        return 1e-6 * primary / median(at, program, STEP_PRIMARY, INTERSECT_S);
+    case RATE_COUNT:
+        break;
+    }
+    return UNKNOWN;
+}
+
+static double bytes_per_triangle(const struct scene_results *at, enum program program)
+{
+    double triangles = median(at, program, STEP_PICTURE, TRIANGLES);
+    if (triangles < 0.9 * median(at, program, STEP_PICTURE, PRIMITIVES)) return UNKNOWN;
+    return median(at, program, STEP_PICTURE, BYTES) / triangles;
+}
+
+/* ---- figures in cells ---- */
+
+static const char *cell(char text[16], double value)
+{
+    if (!isfinite(value)) return "-";
+    int decimals = value < 9.995 ? 3 : value < 99.95 ? 1 : 0;
+    snprintf(text, 16, "%.*f", decimals, value);
+    return text;
+}
+
+static void put(FILE *out, double value)
+{
+    char text[16];
+    fprintf(out, " %9s", cell(text, value));
+}
+
+void report_scene(FILE *out, const struct scene_results *at, bool first)
+{
+    if (first) {
+        fputs("CPU seconds of rendering, median, and what part of them the farm takes\n"
+              "scene            farm    embree   tachyon    povray | /embree  /tachyon   /povray |"
+              " M primary/s: farm, packets\n",
+              out);
+    }
+    fprintf(out, "%-11s", at->scene.name);
+    for (unsigned p = 0; p < PROGRAM_COUNT; p++)
+        put(out, median(at, p, STEP_PICTURE, RENDER_S));
+    fputs(" |", out);
+    for (unsigned p = PROGRAM_EMBREE; p < PROGRAM_COUNT; p++)
+        put(out, time_ratio(at, p));
+    fputs(" |", out);
+    put(out, rate_of(at, PROGRAM_FARM, RATE_KERNEL));
+    put(out, rate_of(at, PROGRAM_EMBREE, RATE_KERNEL));
+    fputc('\n', out);
+}
+
+/* ---- marks ---- */
+
+struct mean {
+    double log_sum, largest, smallest;
+    unsigned count;
+    const char *largest_at, *smallest_at;
+};
+
+static void mean_add(struct mean *mean, double value, const char *name)
+{
+    if (!isfinite(value) || !(value > 0)) return;
+    mean->log_sum += log(value);
+    if (mean->count == 0 || value > mean->largest) mean->largest = value, mean->largest_at = name;
+    if (mean->count == 0 || value < mean->smallest)
+        mean->smallest = value, mean->smallest_at = name;
+    mean->count++;
+}
+
+static double mean_value(const struct mean *mean)
+{
+    return mean->count ? exp(mean->log_sum / mean->count) : UNKNOWN;
+}
+
+static void verdict(FILE *out, const char *what, double value, double mark, bool at_least,
+                    const char *where)
+{
+    bool met = at_least ? value >= mark : value <= mark;
+    if (!isfinite(value)) return;
+    fprintf(out, "%-7s %s: %.3f (%s %.3g)%s%s\n", met ? "met" : "MISSED", what, value,
+            at_least ? "at least" : "at most", mark, where ? ", at " : "", where ? where : "");
+}
+
+#define MARK_EMBREE       1.0
+#define MARK_EMBREE_WORST 1.3
+#define MARK_PROGRAMS     0.2
+
+void report_summary(FILE *out, const struct scene_results *results, size_t count)
+{
+    struct mean time[PROGRAM_COUNT] = {0}, kernel = {0}, whole = {0}, bytes = {0};
+    for (size_t i = 0; i < count; i++) {
+        const struct scene_results *at = &results[i];
+        for (unsigned p = PROGRAM_EMBREE; p < PROGRAM_COUNT; p++)
+            mean_add(&time[p], time_ratio(at, p), at->scene.name);
+        mean_add(&bytes,
+                 bytes_per_triangle(at, PROGRAM_FARM) / bytes_per_triangle(at, PROGRAM_EMBREE),
+                 at->scene.name);
+        if (!at->scene.has_mesh) continue;
+        mean_add(&kernel,
+                 rate_of(at, PROGRAM_FARM, RATE_KERNEL) / rate_of(at, PROGRAM_EMBREE, RATE_KERNEL),
+                 at->scene.name);
+        mean_add(&whole,
+                 rate_of(at, PROGRAM_FARM, RATE_PRIMARY) /
+                     rate_of(at, PROGRAM_EMBREE, RATE_PRIMARY),
+                 at->scene.name);
+    }
+    fputc('\n', out);
+    verdict(out, "time / Embree, geometric mean", mean_value(&time[PROGRAM_EMBREE]), MARK_EMBREE,
+            false, NULL);
+    verdict(out, "time / Embree, worst scene",
+            time[PROGRAM_EMBREE].count ? time[PROGRAM_EMBREE].largest : UNKNOWN, MARK_EMBREE_WORST,
+            false, time[PROGRAM_EMBREE].largest_at);
+    verdict(out, "time / Tachyon, geometric mean", mean_value(&time[PROGRAM_TACHYON]),
+            MARK_PROGRAMS, false, NULL);
+    verdict(out, "time / POV-Ray, geometric mean", mean_value(&time[PROGRAM_POVRAY]), MARK_PROGRAMS,
+            false, NULL);
+    verdict(out, "primary rays/s of the kernel / Embree's packets on meshes, geometric mean",
+            mean_value(&kernel), 1, true, NULL);
+    verdict(out, "the same, worst mesh", kernel.count ? kernel.smallest : UNKNOWN, 1, true,
+            kernel.smallest_at);
+    verdict(out, "the same with making rays and colours, geometric mean", mean_value(&whole), 1,
+            true, NULL);
+    verdict(out, "bytes per triangle / Embree's, worst mesh", bytes.count ? bytes.largest : UNKNOWN,
+            1, false, bytes.largest_at);
+}
+
+/* ---- files ---- */
+
+static FILE *open_table(const char *path)
+{
+    FILE *out = fopen(path, "w");
+    if (!out) fatal("%s: %s", path, strerror(errno));
+    return out;
+}
+
+static void close_table(FILE *out, const char *path)
+{
+    if (ferror(out) || fclose(out)) fatal("%s cannot be written", path);
+}
+
+void report_csv(const char *path, const struct scene_results *results, size_t count)
+{
+    static const char *const steps[STEP_COUNT] = {"picture", "direct", "primary", "shadowless"};
+    FILE *out = open_table(path);
+    fputs("scene,program,step,runs", out);
+    for (unsigned m = 0; m < METRIC_COUNT; m++)
+        fprintf(out, ",%s", metric_names[m]);
+    fputc('\n', out);
+    for (size_t i = 0; i < count; i++)
+        for (unsigned p = 0; p < PROGRAM_COUNT; p++)
+            for (unsigned s = 0; s < STEP_COUNT; s++) {
+                const struct series *series = &results[i].series[p][s];
+                if (series->count == 0) continue;
+                fprintf(out, "%s,%s,%s,%u", results[i].scene.name, program_names[p], steps[s],
+                        series->count);
+                for (unsigned m = 0; m < METRIC_COUNT; m++) {
+                    double value = median_of(series, m);
+                    if (isfinite(value))
+                        fprintf(out, ",%.9g", value);
+                    else
+                        fputc(',', out);
+                }
+                fputc('\n', out);
+            }
+    close_table(out, path);
+}
+
+static void row_begin(FILE *out, const struct scene_results *at)
+{
+    fprintf(out, "| %s |", at->scene.name);
+}
+
+static void row_cell(FILE *out, double value)
+{
+    char text[16];
+    fprintf(out, " %s |", cell(text, value));
+}
+
+static void markdown_times(FILE *out, const struct scene_results *results, size_t count)
+{
+    fputs(
+        "CPU seconds of rendering the picture; behind them the whole process's; what part the farm "
+        "takes\n\n"
+        "| scene | farm | Embree | Tachyon | POV-Ray | farm, process | Embree | Tachyon | POV-Ray |"
+        " farm/Embree | farm/Tachyon | farm/POV-Ray "
+        "|\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+        out);
+    for (size_t i = 0; i < count; i++) {
+        row_begin(out, &results[i]);
+        for (unsigned p = 0; p < PROGRAM_COUNT; p++)
+            row_cell(out, median(&results[i], p, STEP_PICTURE, RENDER_S));
+        for (unsigned p = 0; p < PROGRAM_COUNT; p++)
+            row_cell(out, median(&results[i], p, STEP_PICTURE, PROCESS_S));
+        for (unsigned p = PROGRAM_EMBREE; p < PROGRAM_COUNT; p++)
+            row_cell(out, time_ratio(&results[i], p));
+        fputc('\n', out);
+    }
+}
+
+static void markdown_rates(FILE *out, const struct scene_results *results, size_t count)
+{
+    static const char *const heads[RATE_COUNT] = {"all", "shadow", "deeper", "primary", "kernel"};
+    fputs(
+        "\nMillion rays a second: of the picture; of shadow rays; of rays behind the first and "
+        "their "
+        "shadows; of primary rays alone (Embree: packets); of these within the kernel\n\n| scene |",
+        out);
+    for (unsigned rate = 0; rate < RATE_COUNT; rate++)
+        fprintf(out, " %s: farm | Embree |", heads[rate]);
+    fputs("\n|---|---|---|---|---|---|---|---|---|---|---|\n", out);
+    for (size_t i = 0; i < count; i++) {
+        row_begin(out, &results[i]);
+        for (unsigned rate = 0; rate < RATE_COUNT; rate++) {
+            row_cell(out, rate_of(&results[i], PROGRAM_FARM, rate));
+            row_cell(out, rate_of(&results[i], PROGRAM_EMBREE, rate));
+        }
+        fputc('\n', out);
+    }
+}
+
+static void markdown_sizes(FILE *out, const struct scene_results *results, size_t count)
+{
+    fputs("\nRays of the picture in thousands (primary, shadow, reflected, refracted), seconds to "
+          "build, bytes "
+          "per triangle\n\n| scene | primitives | farm: rays | Embree: rays | farm: build | Embree "
+          "| farm: bytes |"
+          " Embree |\n|---|---|---|---|---|---|---|---|\n",
+          out);
+    for (size_t i = 0; i < count; i++) {
+        const struct scene_results *at = &results[i];
+        row_begin(out, at);
+        fprintf(out, " %.0f |", median(at, PROGRAM_FARM, STEP_PICTURE, PRIMITIVES));
+        for (unsigned p = PROGRAM_FARM; p <= PROGRAM_EMBREE; p++) {
+            for (unsigned m = RAYS_PRIMARY; m <= RAYS_REFRACTION; m++)
+                fprintf(out, " %.1f", 1e-3 * median(at, p, STEP_PICTURE, m));
+            fputs(" |", out);
+        }
+        row_cell(out, median(at, PROGRAM_FARM, STEP_PICTURE, BUILD_S));
+        row_cell(out, median(at, PROGRAM_EMBREE, STEP_PICTURE, BUILD_S));
+        row_cell(out, bytes_per_triangle(at, PROGRAM_FARM));
+        row_cell(out, bytes_per_triangle(at, PROGRAM_EMBREE));
+        fputc('\n', out);
+    }
+}
+
+static void markdown_pictures(FILE *out, const struct scene_results *results, size_t count)
+{
+    fputs("\nDifference from the farm's picture: root of the mean square, and per cent of pixels "
+          "that are off by "
+          "more than 16/255\n\n| scene | Embree | Tachyon | POV-Ray |\n|---|---|---|---|\n",
+          out);
+    for (size_t i = 0; i < count; i++) {
+        row_begin(out, &results[i]);
+        for (unsigned p = PROGRAM_EMBREE; p < PROGRAM_COUNT; p++) {
+            const struct picture_difference *d = &results[i].difference[p];
+            if (results[i].series[p][STEP_PICTURE].count == 0)
+                fputs(" - |", out);
+            else
+                fprintf(out, " %.4f, %.2f %% |", d->rmse, 100 * d->off);
+        }
+        fputc('\n', out);
+    }
+}
+
+static const char inside_the_figures[] = "Medians of rounds in which the programs take turns, one "
+                                         "thread each. CPU seconds of the thread that "
+                                         "renders: without start, loading, and building of tree or "
+                                         "grid (POV-Ray's slabs, Tachyon's grid), all of "
+                                         "which are in the whole process's. Tachyon tells wall "
+                                         "time alone: scaled by the share of a processor that "
+                                         "its process had. Farm and Embree follow the same rules "
+                                         "of depth and pruning; POV-Ray prunes ray by ray at "
+                                         "the same weight; Tachyon by depth alone, and its rays go "
+                                         "straight through glass. Cones are cylinders "
+                                         "there. A ratio is the median of the rounds' ratios.\n\n";
+
+void report_markdown(const char *path, const struct scene_results *results, size_t count)
+{
+    FILE *out = open_table(path);
+    fputs(inside_the_figures, out);
+    markdown_times(out, results, count);
+    markdown_rates(out, results, count);
+    markdown_sizes(out, results, count);
+    markdown_pictures(out, results, count);
+    fputs("\n```\n", out);
+    report_summary(out, results, count);
+    fputs("```\n", out);
+    close_table(out, path);
+}

@@ -1,0 +1,323 @@
+#include "bench/kernel_run.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "bench/kernel_export.h"
+#include "common/clock.h"
+#include "common/message.h"
+
+const char *const program_names[PROGRAM_COUNT] = {"farm", "embree", "tachyon", "povray"};
+static const char *const step_names[STEP_COUNT] = {"picture", "direct", "primary", "shadowless"};
+const char *const metric_names[METRIC_COUNT] = {
+    "render_s", "render_wall_s", "intersect_s", "build_s", "process_s", "process_wall_s", "primary",
+    "shadow",   "reflection",    "refraction",  "bytes",   "triangles", "primitives"};
+
+/* ---- processes ---- */
+
+#define ARGUMENTS_MAX 24
+
+struct command {
+    char *words[ARGUMENTS_MAX + 1]; /* NULL at the end */
+    unsigned count;
+};
+
+static void add_word(struct command *command, char *word)
+{
+    if (command->count == ARGUMENTS_MAX) fatal("a command has too many words");
+    command->words[command->count++] = word;
+}
+
+static void free_command(struct command *command)
+{
+    for (unsigned i = 0; i < command->count; i++)
+        free(command->words[i]);
+}
+
+static _Noreturn void become(const struct command *command, const char *log)
+{
+    int file = open(log, O_WRONLY | O_CREAT | O_TRUNC, 0666);
+    if (file < 0) _exit(126);
+    dup2(file, STDOUT_FILENO);
+    dup2(file, STDERR_FILENO);
+    execvp(command->words[0], command->words);
+    fprintf(stderr, "%s: %s\n", command->words[0], strerror(errno));
+    _exit(127);
+}
+
+static double seconds(struct timeval time)
+{
+    return (double)time.tv_sec + 1e-6 * (double)time.tv_usec;
+}
+
+/* What it says goes to log. */
+static bool run_command(const struct command *command, const char *log, struct measurement *out)
+{
+    struct rusage used;
+    int status;
+    fflush(NULL);
+    double start = clock_wall();
+    pid_t child = fork();
+    if (child < 0) fatal("no process can be started: %s", strerror(errno));
+    if (child == 0) become(command, log);
+    while (wait4(child, &status, 0, &used) < 0)
+        if (errno != EINTR) fatal("a process is lost: %s", strerror(errno));
+    out->at[PROCESS_WALL_S] = clock_wall() - start;
+    out->at[PROCESS_S] = seconds(used.ru_utime) + seconds(used.ru_stime);
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return true;
+    fprintf(stderr, "kernel: %s ended badly; what it said is in %s\n", command->words[0], log);
+    return false;
+}
+
+static char *read_text(const char *path)
+{
+    FILE *file = fopen(path, "r");
+    char *text = NULL;
+    size_t room = 0;
+    if (!file) return copy_text("");
+    if (getdelim(&text, &room, '\0', file) < 0) {
+        free(text);
+        text = copy_text("");
+    }
+    fclose(file);
+    return text;
+}
+
+/* The number behind the first `key` of the text, or behind the first one after `after`. */
+static double number_after(const char *text, const char *after, const char *key)
+{
+    const char *at = after ? strstr(text, after) : text;
+    at = at ? strstr(at, key) : NULL;
+    if (!at) return (double)NAN;
+    char *end;
+    double value = strtod(at + strlen(key), &end);
+    return end == at + strlen(key) ? (double)NAN : value;
+}
+
+/* ---- the farm ---- */
+
+char *picture_path(const struct bench *bench, const struct kernel_scene *scene,
+                   enum program program)
+{
+    bool floats = program == PROGRAM_FARM || program == PROGRAM_EMBREE;
+    return format_text("%s/%s-%s.%s", bench->folder, scene->name, program_names[program],
+                       floats ? "pfm" : "ppm");
+}
+
+/* Only STEP_PICTURE's picture is kept. */
+static char *output_path(const struct bench *bench, const struct kernel_scene *scene,
+                         enum program program, enum step step)
+{
+    if (step == STEP_PICTURE) return picture_path(bench, scene, program);
+    return format_text("%s/step-%s.pfm", bench->folder, program_names[program]);
+}
+
+/* The same settings for the farm and, which loads its scenes by the farm's loader, Embree's loop. */
+static void add_settings(struct command *command, const struct bench *bench, enum step step,
+                         bool samples)
+{
+    add_word(command, format_text("image.width=%u", bench->width));
+    add_word(command, format_text("image.height=%u", bench->height));
+    add_word(command, format_text("image.region=0 0 %u %u", bench->width, bench->height));
+    add_word(command, format_text("render.max_depth=%d", step == STEP_PICTURE ? 20 : 0));
+    add_word(command, format_text("sampling.samples=%u", samples ? bench->samples : 1));
+    if (step == STEP_PRIMARY || step == STEP_SHADOWLESS)
+        add_word(command, copy_text("render.shadows=no"));
+}
+
+static struct command farm_command(const struct bench *bench, const struct kernel_scene *scene,
+                                   enum step step)
+{
+    struct command command = {0};
+    char *image = output_path(bench, scene, PROGRAM_FARM, step);
+    add_word(&command, copy_text(bench->farm));
+    add_word(&command, copy_text(step == STEP_PRIMARY ? scene->dark : scene->config));
+    add_settings(&command, bench, step, step == STEP_PRIMARY);
+    add_word(&command, format_text("output.image=%s", image));
+    add_word(&command, format_text("output.report=%s/report.json", bench->folder));
+    free(image);
+    return command;
+}
+
+static void read_farm(const struct bench *bench, struct measurement *out)
+{
+    char *path = format_text("%s/report.json", bench->folder), *text = read_text(path);
+    out->at[RENDER_S] = number_after(text, "\"workers\"", "\"cpu_s\":");
+    out->at[RENDER_WALL_S] = number_after(text, "\"time\"", "\"render_s\":");
+    /* Wall seconds, of which the thread may not have had all. */
+    double inside = number_after(text, "\"workers\"", "\"intersect_s\":");
+    double outside = number_after(text, "\"workers\"", "\"shade_s\":");
+    out->at[INTERSECT_S] = out->at[RENDER_S] * inside / (inside + outside);
+    out->at[BUILD_S] = number_after(text, "\"time\"", "\"build_s\":");
+    out->at[RAYS_PRIMARY] = number_after(text, "\"rays\"", "\"primary\":");
+    out->at[RAYS_SHADOW] = number_after(text, "\"rays\"", "\"shadow\":");
+    out->at[RAYS_REFLECTION] = number_after(text, "\"rays\"", "\"reflection\":");
+    out->at[RAYS_REFRACTION] = number_after(text, "\"rays\"", "\"refraction\":");
+    out->at[BYTES] = number_after(text, "\"scene\"", "\"bytes\":") +
+                     number_after(text, "\"scene\"", "\"bvh_bytes\":");
+    out->at[TRIANGLES] = number_after(text, "\"scene\"", "\"triangles\":");
+    out->at[PRIMITIVES] = number_after(text, "\"scene\"", "\"primitives\":");
+    free(text);
+    free(path);
+}
+
+/* ---- Embree ---- */
+
+static struct command embree_command(const struct bench *bench, const struct kernel_scene *scene,
+                                     enum step step)
+{
+    struct command command = {0};
+    add_word(&command, copy_text(bench->embree));
+    if (step == STEP_PRIMARY) {
+        add_word(&command, copy_text("--primary"));
+        add_word(&command, format_text("%u", bench->samples));
+    }
+    add_word(&command, copy_text("--image"));
+    add_word(&command, output_path(bench, scene, PROGRAM_EMBREE, step));
+    add_word(&command, copy_text(step == STEP_PRIMARY ? scene->dark : scene->config));
+    add_settings(&command, bench, step, false);
+    return command;
+}
+
+static void read_embree(const char *text, struct measurement *out)
+{
+    out->at[RENDER_S] = number_after(text, NULL, "\nrender_cpu_s ");
+    out->at[RENDER_WALL_S] = number_after(text, NULL, "\nrender_s ");
+    out->at[INTERSECT_S] = number_after(text, NULL, "\nintersect_s ");
+    out->at[BUILD_S] = number_after(text, NULL, "\nbuild_s ");
+    out->at[RAYS_PRIMARY] = number_after(text, NULL, "\nprimary ");
+    out->at[RAYS_SHADOW] = number_after(text, NULL, "\nshadow ");
+    out->at[RAYS_REFLECTION] = number_after(text, NULL, "\nreflection ");
+    out->at[RAYS_REFRACTION] = number_after(text, NULL, "\nrefraction ");
+    out->at[BYTES] =
+        number_after(text, NULL, "\nembree_bytes ") + number_after(text, NULL, "\nown_bytes ");
+    out->at[TRIANGLES] = number_after(text, NULL, "\ntriangles ");
+    out->at[PRIMITIVES] = number_after(text, NULL, "\nprimitives ");
+}
+
+/* ---- Tachyon and POV-Ray ---- */
+
+/* The same to the last digit for all repeats: made once. */
+static char *peer_scene(const struct bench *bench, const struct kernel_scene *scene,
+                        enum program program)
+{
+    return format_text("%s/%s.%s", bench->folder, scene->name,
+                       program == PROGRAM_TACHYON ? "dat" : "pov");
+}
+
+static struct command tachyon_command(const struct bench *bench, const struct kernel_scene *scene)
+{
+    struct command command = {0};
+    static const char *const words[] = {"tachyon",      "+V",      "-numthreads", "1", "-fullshade",
+                                        "-shade_phong", "-format", "PPM48",       "-o"};
+    for (unsigned i = 0; i < sizeof words / sizeof *words; i++)
+        add_word(&command, copy_text(words[i]));
+    add_word(&command, picture_path(bench, scene, PROGRAM_TACHYON));
+    add_word(&command, peer_scene(bench, scene, PROGRAM_TACHYON));
+    return command;
+}
+
+/* It tells wall seconds, of which its one thread had as much as of the whole process's. */
+static void read_tachyon(const char *text, struct measurement *out)
+{
+    out->at[RENDER_WALL_S] = number_after(text, NULL, "Ray Tracing Time:");
+    out->at[BUILD_S] = number_after(text, NULL, "Preprocessing Time:");
+    out->at[RENDER_S] =
+        out->at[RENDER_WALL_S] * fmin(1, out->at[PROCESS_S] / out->at[PROCESS_WALL_S]);
+}
+
+static struct command povray_command(const struct bench *bench, const struct kernel_scene *scene)
+{
+    struct command command = {0};
+    static const char *const words[] = {"povray", "+WT1",  "-D",          "-A",
+                                        "+Q9",    "+FP16", "File_Gamma=1"};
+    char *image = picture_path(bench, scene, PROGRAM_POVRAY);
+    char *file = peer_scene(bench, scene, PROGRAM_POVRAY);
+    for (unsigned i = 0; i < sizeof words / sizeof *words; i++)
+        add_word(&command, copy_text(words[i]));
+    add_word(&command, format_text("+W%u", bench->width));
+    add_word(&command, format_text("+H%u", bench->height));
+    add_word(&command, format_text("+I%s", file));
+    add_word(&command, format_text("+O%s", image));
+    free(image);
+    free(file);
+    return command;
+}
+
+static void read_povray(const char *text, struct measurement *out)
+{
+    out->at[RENDER_S] = number_after(text, "Trace Time", "thread(s) with");
+    out->at[RENDER_WALL_S] = number_after(text, "Trace Time", "seconds (");
+}
+
+/* ---- any of them ---- */
+
+bool program_found(const struct bench *bench, enum program program)
+{
+    static const char *const installed[PROGRAM_COUNT] = {NULL, NULL, "tachyon", "povray"};
+    if (program == PROGRAM_FARM) return access(bench->farm, X_OK) == 0;
+    if (program == PROGRAM_EMBREE) return access(bench->embree, X_OK) == 0;
+    char *command = format_text("command -v %s >/dev/null", installed[program]);
+    bool found = system(command) == 0;
+    free(command);
+    return found;
+}
+
+void export_scene(const struct bench *bench, const struct kernel_scene *scene, enum program program,
+                  const struct scene *block)
+{
+    char *path = peer_scene(bench, scene, program);
+    if (program == PROGRAM_TACHYON)
+        export_tachyon(path, block);
+    else
+        export_povray(path, block);
+    free(path);
+}
+
+static struct command command_of(const struct bench *bench, const struct kernel_scene *scene,
+                                 enum program program, enum step step)
+{
+    switch (program) {
+    case PROGRAM_FARM:
+        return farm_command(bench, scene, step);
+    case PROGRAM_TACHYON:
+        return tachyon_command(bench, scene);
+    case PROGRAM_POVRAY:
+        return povray_command(bench, scene);
+    case PROGRAM_EMBREE:
+    case PROGRAM_COUNT:
+        break;
+    }
+    return embree_command(bench, scene, step);
+}
+
+bool run_program(const struct bench *bench, const struct kernel_scene *scene, enum program program,
+                 enum step step, struct measurement *out)
+{
+    for (unsigned i = 0; i < METRIC_COUNT; i++)
+        out->at[i] = (double)NAN;
+    struct command command = command_of(bench, scene, program, step);
+    char *log = format_text("%s/%s-%s-%s.log", bench->folder, scene->name, program_names[program],
+                            step_names[step]);
+    bool good = run_command(&command, log, out);
+    if (good) {
+        char *text = read_text(log);
+        if (program == PROGRAM_FARM) read_farm(bench, out);
+        if (program == PROGRAM_EMBREE) read_embree(text, out);
+        if (program == PROGRAM_TACHYON) read_tachyon(text, out);
+        if (program == PROGRAM_POVRAY) read_povray(text, out);
+        free(text);
+        good = isfinite(out->at[RENDER_S]);
+        if (!good) fprintf(stderr, "kernel: no time in %s\n", log);
+    }
+    free(log);
+    free_command(&command);
+    return good;
+}
