@@ -4,6 +4,7 @@
 #   make deps test   install what is missing, then all tests
 #   make             build ./farm and the generated parts of the sample scenes
 #   make asan        all tests under the address and undefined-behaviour sanitizers
+#   make fuzz        every parser and validator against hostile input, FUZZ_SECONDS=30 each
 #   make bench-stability   the catalogue of stiff and extreme cases at full size, 1e9 rays through
 #                    closed meshes among them; tables to bench/out/
 #   make install     PREFIX=/usr/local DESTDIR=
@@ -39,7 +40,9 @@ STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/stabili
 quiet := $(if $(V),,@)
 say   := $(if $(V),@:,@echo)
 
-.PHONY: all deps run test asan bench-stability scenes install clean format
+FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
+
+.PHONY: all deps run test asan fuzz fuzz-deps bench-stability scenes install clean format
 .SECONDARY:
 
 all: $(FARM) scenes
@@ -89,8 +92,8 @@ bench-stability: $(BUILD)/bench/stability all
 PACKAGES := gcc libc6-dev mpich libmpich-dev libinih-dev libstb-dev libcmocka-dev \
             libgmp-dev libmpfr-dev
 
-deps:
-	@missing=""; for p in $(PACKAGES); do \
+# The shell commands that install those of these packages that are not there.
+install_missing = missing=""; for p in $(1); do \
 	    dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q '^install ok installed' \
 	        || missing="$$missing $$p"; done; \
 	if [ -n "$$missing" ]; then \
@@ -100,6 +103,9 @@ deps:
 	    $$root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y \
 	        --no-install-recommends $$missing; \
 	fi
+
+deps:
+	@$(call install_missing,$(PACKAGES))
 
 run: all
 	$(MPIEXEC) -n $$(nproc) ./$(FARM) config/lantern.ini
@@ -111,6 +117,33 @@ asan:
 	@$(MAKE) BUILD=build/asan FARM=build/asan/farm OPTIMISE='-O1 -g' \
 	    SANITIZE='-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer' \
 	    test
+
+# libFuzzer comes with clang; where its run-time library is a package of its own, clang alone cannot
+# link a fuzz target.
+fuzz_links = echo 'int LLVMFuzzerTestOneInput(const char *d, long n); \
+    int LLVMFuzzerTestOneInput(const char *d, long n) { return !d && n; }' | \
+    clang -fsanitize=fuzzer,address -x c - -o /dev/null 2>/dev/null
+
+fuzz-deps:
+	@$(fuzz_links) || { $(call install_missing,clang); }
+	@$(fuzz_links) || { $(call install_missing,libclang-rt-dev); }
+
+# All of rank 0 but MPI.
+FUZZED := $(filter-out $(BUILD)/master/main.o $(BUILD)/master/serve.o,$(filter $(BUILD)/common/% \
+    $(BUILD)/master/%,$(OBJECTS))) $(BUILD)/test/fuzz/fuzz.o
+
+$(BUILD)/fuzz_%: $(BUILD)/test/fuzz/fuzz_%.o $(FUZZED)
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) -fsanitize=fuzzer $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+
+# FUZZ="ini obj" for some of them, FUZZ_RUNS=10000000 for a number of inputs in place of a time.
+FUZZ ?= $(FUZZERS)
+
+fuzz: fuzz-deps
+	@$(MAKE) BUILD=build/fuzz MPICC=clang OPTIMISE='-O2 -g -fno-omit-frame-pointer' \
+	    SANITIZE='-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all' \
+	    $(FUZZ:%=build/fuzz/fuzz_%)
+	@sh test/fuzz/run.sh build/fuzz $(FUZZ)
 
 SHARE := $(DESTDIR)$(PREFIX)/share/farm
 
@@ -128,6 +161,6 @@ clean:
 
 format:
 	clang-format -i $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] \
-	    test/*.[ch] bench/*.[ch])
+	    test/*.[ch] test/fuzz/*.[ch] bench/*.[ch])
 
--include $(OBJECTS:.o=.d) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d)
+-include $(OBJECTS:.o=.d) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(wildcard $(BUILD)/test/fuzz/*.d)

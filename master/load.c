@@ -49,7 +49,7 @@ const char *keep_path(struct loader *loader, const char *path)
     return loader->paths[loader->path_count++] = copy_text(path);
 }
 
-static void loader_free(struct loader *loader)
+void loader_free(struct loader *loader)
 {
     for (size_t i = 0; i < loader->path_count; i++)
         free(loader->paths[i]);

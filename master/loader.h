@@ -64,6 +64,9 @@ const struct origin *setting_origin(const struct loader *loader, const char *sec
 /* Keeps a copy of path until the loader ends. */
 const char *keep_path(struct loader *loader, const char *path);
 
+/* Frees what the loader owns; settings and builder are others'. */
+void loader_free(struct loader *loader);
+
 /* For objects without a material. */
 uint32_t default_material(struct loader *loader);
 

@@ -1,0 +1,15 @@
+/* OBJ meshes, with every way of smoothing them: what is accepted makes a valid scene. */
+#include "test/fuzz/fuzz.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    static const double creases[] = {CREASE_OF_FILE, 0, 60, 180};
+    struct fuzz_loading loading;
+    fuzz_loading_start(&loading, fuzz_file("fuzz.obj", data, size), size);
+    struct mesh mesh = {.path = loading.part.path,
+                        .placement = loading.part.placement,
+                        .material = default_material(&loading.loader),
+                        .crease = creases[size / 2 % 4]};
+    fuzz_loading_end(&loading, load_obj(&loading.part, &mesh));
+    return 0;
+}
