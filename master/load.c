@@ -49,6 +49,19 @@ const char *keep_path(struct loader *loader, const char *path)
     return loader->paths[loader->path_count++] = copy_text(path);
 }
 
+bool may_read(const struct loader *loader, const char *path, const char *root)
+{
+    return loader->reach == REACH_ANYWHERE || path_is_within(path, root);
+}
+
+char *root_of(const char *path)
+{
+    char *folder = path_folder(path);
+    char *root = path_absolute(*folder ? folder : ".");
+    free(folder);
+    return root;
+}
+
 void loader_free(struct loader *loader)
 {
     for (size_t i = 0; i < loader->path_count; i++)
@@ -407,6 +420,7 @@ static bool load_scene(struct loader *loader, const struct ini *ini)
     struct part part = {.loader = loader,
                         .path = ini->file,
                         .real_path = is_file ? path_absolute(ini->file) : copy_text(""),
+                        .root = root_of(ini->file),
                         .placement = placement_identity};
     bool good = load_scene_sections(&part, ini);
     part_free(&part);
@@ -439,14 +453,15 @@ static bool load_document(struct loader *loader, struct ini *ini, char *const *o
     return true;
 }
 
-bool load_job(const char *path, char *const *overrides, size_t count, struct job *job)
+bool load_job(const char *path, char *const *overrides, size_t count, enum reach reach,
+              struct job *job)
 {
     struct ini ini;
     if (!read_config(path, &ini)) return false;
     *job = (struct job){.builder = builder_create(), .document = allocate(1, sizeof ini)};
     *job->document = ini;
     settings_init(&job->settings);
-    struct loader loader = {.builder = job->builder, .settings = &job->settings};
+    struct loader loader = {.builder = job->builder, .settings = &job->settings, .reach = reach};
     bool good = load_document(&loader, job->document, overrides, count);
     loader_free(&loader);
     if (!good) job_free(job);

@@ -243,6 +243,10 @@ static bool read_library_once(struct obj *obj, const char *path, bool is_regular
                    "%s is no regular file, expected a file of materials", path);
         return false;
     }
+    if (!may_read(obj->part->loader, path, obj->mesh->root)) {
+        user_error(obj->mesh->path, obj->scan.line, LIES_OUTSIDE, path, obj->mesh->root);
+        return false;
+    }
     if (is_known(&obj->libraries_seen, path)) return true;
     name_table_set(&obj->libraries_seen, path, 0);
     return material_library_read(obj->library, path);

@@ -135,7 +135,8 @@ static int prepare(struct run *run, struct scene **block)
 {
     double start = clock_wall();
     const struct options *options = &run->options;
-    if (!load_job(options->config, options->overrides, options->override_count, &run->job))
+    enum reach reach = options->allow_outside ? REACH_ANYWHERE : REACH_FOLDER;
+    if (!load_job(options->config, options->overrides, options->override_count, reach, &run->job))
         return STATUS_INPUT;
     if (options->action == ACTION_PRINT_CONFIG) {
         char *text = print_job(&run->job);

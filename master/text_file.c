@@ -143,6 +143,16 @@ char *path_absolute(const char *path)
     return absolute;
 }
 
+bool path_is_within(const char *path, const char *folder)
+{
+    char *resolved = realpath(path, NULL);
+    size_t length = strlen(folder);
+    if (length && folder[length - 1] == '/') length--;
+    bool within = resolved && strncmp(resolved, folder, length) == 0 && resolved[length] == '/';
+    free(resolved);
+    return within;
+}
+
 bool path_has_extension(const char *path, const char *extension)
 {
     size_t length = strlen(path), tail = strlen(extension);

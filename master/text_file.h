@@ -32,6 +32,9 @@ char *path_stem(const char *path);
 /* The same path from the root, resolved if the file exists. The caller frees it. */
 char *path_absolute(const char *path);
 
+/* Whether path, with all links followed, lies in the folder, which is resolved; "/" holds all. */
+bool path_is_within(const char *path, const char *folder);
+
 /* Whether path ends with this extension (".nff"), in any case. */
 bool path_has_extension(const char *path, const char *extension);
 

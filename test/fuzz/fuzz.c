@@ -103,6 +103,7 @@ void fuzz_loading_start(struct fuzz_loading *loading, const char *path, size_t s
     loading->part = (struct part){.loader = &loading->loader,
                                   .path = path,
                                   .real_path = copy_text(path),
+                                  .root = root_of(path),
                                   .placement = size % 2 ? askew : placement_identity};
     fuzz_listen();
 }

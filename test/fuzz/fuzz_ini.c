@@ -32,7 +32,7 @@ static void check_printed(struct job *job)
     if (!text) return;
     struct job again;
     const char *path = fuzz_file("printed.ini", text, strlen(text));
-    bool good = load_job(path, NULL, 0, &again);
+    bool good = load_job(path, NULL, 0, REACH_ANYWHERE, &again);
     PROMISE(good);
     struct scene *first = block_of(job), *second = block_of(&again);
     PROMISE(first->bytes == second->bytes && memcmp(first, second, first->bytes) == 0);
@@ -48,7 +48,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     char *override = override_of(data, size);
     struct job job;
     fuzz_listen();
-    bool good = load_job(path, &override, override ? 1 : 0, &job);
+    bool good = load_job(path, &override, override ? 1 : 0, REACH_FOLDER, &job);
     if (good) check_printed(&job);
     /* What a message says of an argument may look like anything. */
     if (override)

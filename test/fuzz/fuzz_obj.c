@@ -7,6 +7,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     struct fuzz_loading loading;
     fuzz_loading_start(&loading, fuzz_file("fuzz.obj", data, size), size);
     struct mesh mesh = {.path = loading.part.path,
+                        .root = loading.part.root,
                         .placement = loading.part.placement,
                         .material = default_material(&loading.loader),
                         .crease = creases[size / 2 % 4]};
