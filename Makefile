@@ -65,7 +65,7 @@ config/generated/.made: $(BUILD)/models
 	$(BUILD)/models $(@D)
 	@touch $@
 
-$(BUILD)/models: $(MODELS) $(BUILD)/common/message.o
+$(BUILD)/models: $(MODELS) $(BUILD)/common/message.o $(BUILD)/common/memory.o
 	$(say)  link $@
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ -lm -o $@
 

@@ -11,6 +11,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "common/memory.h"
 #include "common/message.h"
 #include "common/number.h"
 #include "master/framing.h"
@@ -269,14 +270,33 @@ static bool refuse_setting(const struct loader *loader, const char *config, cons
     return false;
 }
 
-static bool picture_good(const struct loader *loader, const char *config)
+/* Of a picture in memory: three floats. */
+#define PIXEL_BYTES (3 * sizeof(float))
+
+static bool size_good(const struct loader *loader, const char *config)
 {
     const struct settings *s = loader->settings;
     const uint32_t *region = s->image.region;
-    if ((uint64_t)s->image.width * s->image.height > PICTURE_MAX_PIXELS)
-        return refuse_setting(loader, config, "image",
-                              is_set(loader, "image", "width") ? "width" : "height",
-                              "the picture is too large, expected width x height <= 2^28");
+    uint64_t pixels = (uint64_t)s->image.width * s->image.height;
+    uint64_t rendered = region[2] ? (uint64_t)region[2] * region[3] : pixels;
+    char *text = NULL;
+    if (pixels > PICTURE_MAX_PIXELS)
+        text = format_text("the picture has %llu pixels, expected width x height <= 2^28",
+                           (unsigned long long)pixels);
+    else if (!memory_holds(rendered * PIXEL_BYTES))
+        text = format_text("the picture takes %llu bytes, expected at most the %zu of memory",
+                           (unsigned long long)(rendered * PIXEL_BYTES), memory_limit());
+    if (!text) return true;
+    refuse_setting(loader, config, "image", is_set(loader, "image", "width") ? "width" : "height",
+                   text);
+    free(text);
+    return false;
+}
+
+static bool region_good(const struct loader *loader, const char *config)
+{
+    const struct settings *s = loader->settings;
+    const uint32_t *region = s->image.region;
     if (!region[2]) return true;
     if (region[0] >= s->image.width || region[2] > s->image.width - region[0] ||
         region[1] >= s->image.height || region[3] > s->image.height - region[1]) {
@@ -438,8 +458,8 @@ static bool load_document(struct loader *loader, struct ini *ini, char *const *o
     frame_scene(loader->builder, settings, is_set(loader, "camera", "eye"),
                 is_set(loader, "camera", "look_at"));
     name_outputs(settings, config);
-    if (!picture_good(loader, config) || !camera_good(loader, config) ||
-        !output_good(loader, config))
+    if (!region_good(loader, config) || !size_good(loader, config) ||
+        !camera_good(loader, config) || !output_good(loader, config))
         return false;
     if (path_has_extension(config, ".obj")) {
         if (add_lights(loader, ini)) return true;

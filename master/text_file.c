@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "common/memory.h"
 #include "common/message.h"
 
 /* O_NONBLOCK: opening a pipe without a writer must not wait for one. */
@@ -93,6 +94,7 @@ bool text_file_read(const char *path, size_t max_bytes, struct text_file *file)
     int descriptor = open_regular(path, &size);
     if (descriptor < 0) return false;
     *file = (struct text_file){0};
+    if (!memory_holds(size) && max_bytes > memory_limit()) max_bytes = memory_limit();
     bool good = size <= max_bytes;
     if (good)
         good = read_open(path, descriptor, size, file);
