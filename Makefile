@@ -4,6 +4,7 @@
 #   make deps test   install what is missing, then all tests
 #   make             build ./farm and the generated parts of the sample scenes
 #   make asan        all tests under the address and undefined-behaviour sanitizers
+#   make lint        clang-tidy and cppcheck, as .clang-tidy and .cppcheck say
 #   make fuzz        every parser and validator against hostile input, FUZZ_SECONDS=30 each
 #   make bench-stability   the catalogue of stiff and extreme cases at full size, 1e9 rays through
 #                    closed meshes among them; tables to bench/out/
@@ -42,7 +43,7 @@ say   := $(if $(V),@:,@echo)
 
 FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
 
-.PHONY: all deps run test asan fuzz fuzz-deps bench-stability scenes install clean format
+.PHONY: all deps run test asan lint fuzz fuzz-deps bench-stability scenes install clean format
 .SECONDARY:
 
 all: $(FARM) scenes
@@ -117,6 +118,19 @@ asan:
 	@$(MAKE) BUILD=build/asan FARM=build/asan/farm OPTIMISE='-O1 -g' \
 	    SANITIZE='-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer' \
 	    test
+
+# What is looked at, and how a compiler that is not mpicc finds mpi.h.
+LINT_IN  ?= common master test/fuzz
+LINTED    = $(wildcard $(LINT_IN:%=%/*.c))
+MPI_FLAGS = $(filter -I%,$(shell $(MPICC) -show))
+
+lint:
+	@$(call install_missing,clang-tidy cppcheck)
+	@failed=0; for file in $(LINTED); do echo "  tidy $$file"; clang-tidy --quiet $$file -- -std=c17 \
+	    -D_GNU_SOURCE -I. $(MPI_FLAGS) -DFARM_VERSION='"$(VERSION)"' 2>/dev/null || failed=1; \
+	    done; exit $$failed
+	cppcheck --quiet --std=c11 --enable=warning,style,performance,portability --error-exitcode=1 \
+	    --inline-suppr --suppressions-list=.cppcheck -I. -D_GNU_SOURCE -DFARM_VERSION='"$(VERSION)"' $(LINT_IN)
 
 # libFuzzer comes with clang; where its run-time library is a package of its own, clang alone cannot
 # link a fuzz target.

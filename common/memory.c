@@ -2,18 +2,19 @@
 
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 /* As a container sees its own control group (version 2); "max" and a missing file are no limit. */
 static size_t group_limit(void)
 {
-    unsigned long long bytes;
+    char text[32] = "";
     FILE *file = fopen("/sys/fs/cgroup/memory.max", "re");
     if (!file) return SIZE_MAX;
-    int found = fscanf(file, "%20llu", &bytes);
+    bool found = fgets(text, sizeof text, file) && text[0] >= '0' && text[0] <= '9';
     fclose(file);
-    return found == 1 ? (size_t)bytes : SIZE_MAX;
+    return found ? strtoull(text, NULL, 10) : SIZE_MAX;
 }
 
 static size_t machine_limit(void)

@@ -278,14 +278,14 @@ static bool size_good(const struct loader *loader, const char *config)
     const struct settings *s = loader->settings;
     const uint32_t *region = s->image.region;
     uint64_t pixels = (uint64_t)s->image.width * s->image.height;
-    uint64_t rendered = region[2] ? (uint64_t)region[2] * region[3] : pixels;
+    uint64_t bytes = (region[2] ? (uint64_t)region[2] * region[3] : pixels) * PIXEL_BYTES;
     char *text = NULL;
     if (pixels > PICTURE_MAX_PIXELS)
         text = format_text("the picture has %llu pixels, expected width x height <= 2^28",
                            (unsigned long long)pixels);
-    else if (!memory_holds(rendered * PIXEL_BYTES))
+    else if (!memory_holds(bytes))
         text = format_text("the picture takes %llu bytes, expected at most the %zu of memory",
-                           (unsigned long long)(rendered * PIXEL_BYTES), memory_limit());
+                           (unsigned long long)bytes, memory_limit());
     if (!text) return true;
     refuse_setting(loader, config, "image", is_set(loader, "image", "width") ? "width" : "height",
                    text);

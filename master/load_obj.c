@@ -191,6 +191,7 @@ static bool read_corners(struct obj *obj)
 
 static const char *add_plain(struct obj *obj, const struct triangle *triangle)
 {
+    if (obj->plain_count == PRIMITIVE_MAX_COUNT) return "too many faces, at most 2^28 are possible";
     obj->plain = grow(obj->plain, obj->plain_count, sizeof *obj->plain);
     obj->plain[obj->plain_count++] = *triangle;
     return NULL;

@@ -19,13 +19,6 @@ void fuzz_broken(const char *file, int line, const char *promise)
     abort();
 }
 
-int LLVMFuzzerInitialize(int *argc, char ***argv)
-{
-    (void)argc;
-    (void)argv;
-    return 0;
-}
-
 /* ---- files ---- */
 
 #define FILES 4

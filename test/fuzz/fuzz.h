@@ -14,7 +14,6 @@
 #include "master/builder.h"
 #include "master/loader.h"
 
-int LLVMFuzzerInitialize(int *argc, char ***argv);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
 /* Ends the process, so that libFuzzer keeps the input, when a promise is broken. */

@@ -1,4 +1,5 @@
 /* Numbers in text: the same double as strtod, to the last bit. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -14,6 +15,12 @@ static bool is_decimal(const char *text)
     if (text[sign] == '0' && (text[sign + 1] == 'x' || text[sign + 1] == 'X')) return false;
     const char *point = text + sign + whole;
     return whole || (*point == '.' && strspn(point + 1, "0123456789"));
+}
+
+/* -0 is not 0. */
+static bool same_bits(double a, double b)
+{
+    return a == b && signbit(a) == signbit(b);
 }
 
 static void check_format(double value)
@@ -32,7 +39,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     uint32_t whole = 7;
     const char *stop = number_scan(text, &value);
     if (is_decimal(text)) {
-        PROMISE(stop == end && memcmp(&value, &expected, sizeof value) == 0);
+        PROMISE(stop == end && same_bits(value, expected));
     } else {
         PROMISE(!stop || (stop == text + 1 + (*text == '-' || *text == '+') && value == 0));
     }
