@@ -23,7 +23,9 @@ void fuzz_broken(const char *file, int line, const char *promise)
 
 #define FILES 4
 
+/* Files stay open from one input to the next. */
 static struct {
+    const char *name;
     char path[256];
     int descriptor;
 } files[FILES];
@@ -32,26 +34,38 @@ static int open_file(const char *name, char *path, size_t size)
 {
     const char *folder = getenv("FUZZ_FOLDER");
     snprintf(path, size, "%s/%s", folder ? folder : ".", name);
-    int descriptor = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-    if (descriptor >= 0) return descriptor;
-    perror(path);
+    return open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+}
+
+static void write_file(const char *name, int descriptor, const void *bytes, size_t size)
+{
+    if (descriptor >= 0 && pwrite(descriptor, bytes, size, 0) == (ssize_t)size &&
+        ftruncate(descriptor, (off_t)size) == 0)
+        return;
+    perror(name);
     exit(1);
 }
 
 const char *fuzz_file(const char *name, const void *bytes, size_t size)
 {
-    size_t i = 0, tail = strlen(name);
-    while (i + 1 < FILES && files[i].path[0] &&
-           strcmp(files[i].path + strlen(files[i].path) - tail, name) != 0)
+    size_t i = 0;
+    while (files[i].name && strcmp(files[i].name, name) != 0)
         i++;
-    if (!files[i].path[0])
+    if (!files[i].name) {
+        files[i].name = name;
         files[i].descriptor = open_file(name, files[i].path, sizeof files[i].path);
-    int descriptor = files[i].descriptor;
-    if (pwrite(descriptor, bytes, size, 0) == (ssize_t)size &&
-        ftruncate(descriptor, (off_t)size) == 0)
-        return files[i].path;
-    perror(name);
-    exit(1);
+    }
+    write_file(name, files[i].descriptor, bytes, size);
+    return files[i].path;
+}
+
+const char *fuzz_new_file(const char *name, const void *bytes, size_t size)
+{
+    static char path[256];
+    int descriptor = open_file(name, path, sizeof path);
+    write_file(name, descriptor, bytes, size);
+    close(descriptor);
+    return path;
 }
 
 /* ---- messages ---- */
@@ -124,6 +138,56 @@ struct scene *fuzz_finish(struct builder *builder)
     if (!valid) fprintf(stderr, "%s\n", why);
     PROMISE(valid);
     return scene;
+}
+
+static char *override_of(const uint8_t *data, size_t size)
+{
+    if (size < 2 || memcmp(data, "#!", 2) != 0) return NULL;
+    const uint8_t *end = memchr(data, '\n', size);
+    size_t length = end ? (size_t)(end - data) - 2 : size - 2;
+    char *text = allocate(length + 1, 1);
+    memcpy(text, data + 2, length);
+    text[length] = '\0';
+    return text;
+}
+
+static struct scene *block_of(struct job *job)
+{
+    struct view view = settings_view(&job->settings);
+    return builder_finish(job->builder, &view);
+}
+
+static void check_printed(struct job *job)
+{
+    char *text = print_job(job);
+    /* Only what an argument holds cannot be written. */
+    if (!text) return;
+    struct job again;
+    const char *path = fuzz_file("printed.ini", text, strlen(text));
+    bool good = load_job(path, NULL, 0, REACH_ANYWHERE, &again);
+    PROMISE(good);
+    struct scene *first = block_of(job), *second = block_of(&again);
+    PROMISE(first->bytes == second->bytes && memcmp(first, second, first->bytes) == 0);
+    free(first);
+    free(second);
+    free(text);
+    job_free(&again);
+}
+
+void fuzz_job(const char *path, const uint8_t *data, size_t size)
+{
+    char *override = override_of(data, size);
+    struct job job;
+    fuzz_listen();
+    bool good = load_job(path, &override, override ? 1 : 0, REACH_FOLDER, &job);
+    if (good) check_printed(&job);
+    /* What a message says of an argument may look like anything. */
+    if (override)
+        message_capture(NULL, 0);
+    else
+        fuzz_judge(good);
+    if (good) job_free(&job);
+    free(override);
 }
 
 void fuzz_loading_end(struct fuzz_loading *loading, bool good)

@@ -29,6 +29,9 @@ _Noreturn void fuzz_broken(const char *file, int line, const char *promise);
  */
 const char *fuzz_file(const char *name, const void *bytes, size_t size);
 
+/* The same for a file that the program may rename or remove: it is made anew each time. */
+const char *fuzz_new_file(const char *name, const void *bytes, size_t size);
+
 /* From here on, what the program says to its user is kept. */
 void fuzz_listen(void);
 
@@ -50,6 +53,12 @@ void fuzz_loading_start(struct fuzz_loading *loading, const char *path, size_t s
 
 /* Frees it; when the loading was good, the scene that came out has to be a valid one. */
 void fuzz_loading_end(struct fuzz_loading *loading, bool good);
+
+/*
+ * Loads the file at path, which holds these bytes, as CONFIG: what is accepted can be printed, and
+ * what is printed is read back as the same scene. A first line "#!section.key=value" is an override.
+ */
+void fuzz_job(const char *path, const uint8_t *data, size_t size);
 
 /* Frees the builder's contents; the block of all that it holds, for a fixed view, is valid. */
 struct scene *fuzz_finish(struct builder *builder);
