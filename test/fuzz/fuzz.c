@@ -16,7 +16,6 @@ void fuzz_broken(const char *file, int line, const char *promise)
 {
     message_capture(NULL, 0);
     fprintf(stderr, "%s:%d: broken: %s\n%s", file, line, promise, said);
-    abort();
 }
 
 /* ---- files ---- */

@@ -9,6 +9,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdlib.h>
 
 #include "common/scene.h"
 #include "master/builder.h"
@@ -19,9 +20,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 /* Ends the process, so that libFuzzer keeps the input, when a promise is broken. */
 #define PROMISE(condition)                                                                         \
     do {                                                                                           \
-        if (!(condition)) fuzz_broken(__FILE__, __LINE__, #condition);                             \
+        if (!(condition)) {                                                                        \
+            fuzz_broken(__FILE__, __LINE__, #condition);                                           \
+            abort();                                                                               \
+        }                                                                                          \
     } while (0)
-_Noreturn void fuzz_broken(const char *file, int line, const char *promise);
+void fuzz_broken(const char *file, int line, const char *promise);
 
 /*
  * A file that is rewritten for every input, in the folder that FUZZ_FOLDER names (the current one
