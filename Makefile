@@ -6,6 +6,8 @@
 #   make asan        all tests under the address and undefined-behaviour sanitizers
 #   make bench-kernel      the kernel beside Embree, Tachyon and POV-Ray (installs them, as make
 #                    bench-deps does); tables to bench/out/
+#   make lint        clang-tidy and cppcheck, as .clang-tidy and .cppcheck say
+#   make fuzz        every parser and validator against hostile input, FUZZ_SECONDS=30 each
 #   make bench-stability   the catalogue of stiff and extreme cases at full size, 1e9 rays through
 #                    closed meshes among them; tables to bench/out/
 #   make install     PREFIX=/usr/local DESTDIR=
@@ -60,7 +62,10 @@ STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/stabili
 quiet := $(if $(V),,@)
 say   := $(if $(V),@:,@echo)
 
-.PHONY: all deps bench-deps run test asan bench-stability bench-kernel scenes install clean format
+FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
+
+.PHONY: all deps bench-deps run test asan lint fuzz fuzz-deps bench-stability bench-kernel scenes install \
+        clean format
 .SECONDARY:
 
 all: $(FARM) scenes
@@ -96,7 +101,7 @@ config/generated/.made: $(BUILD)/models
 	$(BUILD)/models $(@D)
 	@touch $@
 
-$(BUILD)/models: $(MODELS) $(BUILD)/common/message.o
+$(BUILD)/models: $(MODELS) $(BUILD)/common/message.o $(BUILD)/common/memory.o
 	$(say)  link $@
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ -lm -o $@
 
@@ -149,13 +154,11 @@ bench-kernel: bench-deps $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
 PACKAGES := gcc binutils libc6-dev mpich libmpich-dev libinih-dev libstb-dev libcmocka-dev \
             libgmp-dev libmpfr-dev
 
-# What the benches need beyond that: the peers.
+# What the bench beside the peers needs beyond that.
 BENCH_PACKAGES := tachyon-bin-nox povray libembree-dev
 
-bench-deps: PACKAGES += $(BENCH_PACKAGES)
-
-deps bench-deps:
-	@missing=""; for p in $(PACKAGES); do \
+# The shell commands that install those of these packages that are not there.
+install_missing = missing=""; for p in $(1); do \
 	    dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q '^install ok installed' \
 	        || missing="$$missing $$p"; done; \
 	if [ -n "$$missing" ]; then \
@@ -165,6 +168,12 @@ deps bench-deps:
 	    $$root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y \
 	        --no-install-recommends $$missing; \
 	fi
+
+deps:
+	@$(call install_missing,$(PACKAGES))
+
+bench-deps:
+	@$(call install_missing,$(PACKAGES) $(BENCH_PACKAGES))
 
 run: all
 	$(MPIEXEC) -n $$(nproc) ./$(FARM) config/lantern.ini
@@ -176,6 +185,46 @@ asan:
 	@$(MAKE) BUILD=build/asan FARM=build/asan/farm OPTIMISE='-O1 -g' \
 	    SANITIZE='-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer' \
 	    test
+
+# What is looked at, and how a compiler that is not mpicc finds mpi.h.
+LINT_IN  ?= common master test/fuzz
+LINTED    = $(wildcard $(LINT_IN:%=%/*.c))
+MPI_FLAGS = $(filter -I%,$(shell $(MPICC) -show))
+
+lint:
+	@$(call install_missing,clang-tidy cppcheck)
+	@failed=0; for file in $(LINTED); do echo "  tidy $$file"; clang-tidy --quiet $$file -- -std=c17 \
+	    -D_GNU_SOURCE -I. $(MPI_FLAGS) -DFARM_VERSION='"$(VERSION)"' 2>/dev/null || failed=1; \
+	    done; exit $$failed
+	cppcheck --quiet --std=c11 --enable=warning,style,performance,portability --error-exitcode=1 \
+	    --inline-suppr --suppressions-list=.cppcheck -I. -D_GNU_SOURCE -DFARM_VERSION='"$(VERSION)"' $(LINT_IN)
+
+# libFuzzer comes with clang; where its run-time library is a package of its own, clang alone cannot
+# link a fuzz target.
+fuzz_links = echo 'int LLVMFuzzerTestOneInput(const char *d, long n); \
+    int LLVMFuzzerTestOneInput(const char *d, long n) { return !d && n; }' | \
+    clang -fsanitize=fuzzer,address -x c - -o /dev/null 2>/dev/null
+
+fuzz-deps:
+	@$(fuzz_links) || { $(call install_missing,clang); }
+	@$(fuzz_links) || { $(call install_missing,libclang-rt-dev); }
+
+# All of rank 0 but MPI.
+FUZZED := $(filter-out $(BUILD)/master/main.o $(BUILD)/master/serve.o,$(filter $(BUILD)/common/% \
+    $(BUILD)/master/%,$(OBJECTS))) $(BUILD)/test/fuzz/fuzz.o
+
+$(BUILD)/fuzz_%: $(BUILD)/test/fuzz/fuzz_%.o $(FUZZED)
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) -fsanitize=fuzzer $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+
+# FUZZ="ini obj" for some of them, FUZZ_RUNS=10000000 for a number of inputs in place of a time.
+FUZZ ?= $(FUZZERS)
+
+fuzz: fuzz-deps
+	@$(MAKE) BUILD=build/fuzz MPICC=clang OPTIMISE='-O2 -g -fno-omit-frame-pointer' \
+	    SANITIZE='-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all' \
+	    $(FUZZ:%=build/fuzz/fuzz_%)
+	@sh test/fuzz/run.sh build/fuzz $(FUZZ)
 
 SHARE := $(DESTDIR)$(PREFIX)/share/farm
 
@@ -193,6 +242,6 @@ clean:
 
 format:
 	clang-format -i $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] \
-	    test/*.[ch] bench/*.[ch])
+	    test/*.[ch] test/fuzz/*.[ch] bench/*.[ch])
 
--include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d)
+-include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(wildcard $(BUILD)/test/fuzz/*.d)

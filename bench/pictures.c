@@ -56,7 +56,7 @@ struct scene *picture_load(const char *path, const char *const *overrides)
     char *copies[16] = {NULL};
     for (; overrides[count]; count++)
         copies[count] = strdup(overrides[count]);
-    bool loaded = load_job(path, copies, count, &job);
+    bool loaded = load_job(path, copies, count, REACH_FOLDER, &job);
     for (size_t i = 0; i < count; i++)
         free(copies[i]);
     if (!loaded) return NULL;

@@ -484,7 +484,7 @@ static bool is_refused(const char *folder, size_t which)
         fatal("cannot write %s", path);
     struct job job;
     message_capture(message, sizeof message);
-    bool loaded = load_job(path, NULL, 0, &job);
+    bool loaded = load_job(path, NULL, 0, REACH_FOLDER, &job);
     message_capture(NULL, 0);
     if (loaded) job_free(&job);
     char *start = format_text("%s:%d:", path, refused[which].line);

@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/memory.h"
+
 static int own_rank;
 static void (*end_job)(int status);
 static char *capture_text;
@@ -108,6 +110,18 @@ void fatal(const char *format, ...)
     exit(1);
 }
 
+/* The bytes of a block, at least 1; ends the job when there cannot be so many. */
+static size_t block_bytes(size_t count, size_t size)
+{
+    size_t bytes;
+    if (__builtin_mul_overflow(count, size, &bytes))
+        fatal("out of memory: %zu x %zu bytes were needed", count, size);
+    if (!memory_holds(bytes))
+        fatal("out of memory: %zu bytes were needed in one piece, there are %zu in all", bytes,
+              memory_limit());
+    return bytes ? bytes : 1;
+}
+
 void *allocate(size_t count, size_t size)
 {
     return reallocate(NULL, count, size);
@@ -115,17 +129,16 @@ void *allocate(size_t count, size_t size)
 
 void *allocate_zeroed(size_t count, size_t size)
 {
-    void *block = calloc(count ? count : 1, size ? size : 1);
-    if (!block) fatal("out of memory: %zu x %zu bytes were needed", count, size);
+    size_t bytes = block_bytes(count, size);
+    void *block = calloc(bytes, 1);
+    if (!block) fatal("out of memory: %zu bytes were needed", bytes);
     return block;
 }
 
 void *reallocate(void *old, size_t count, size_t size)
 {
-    size_t bytes;
-    if (__builtin_mul_overflow(count, size, &bytes))
-        fatal("out of memory: %zu x %zu bytes were needed", count, size);
-    void *block = realloc(old, bytes ? bytes : 1);
+    size_t bytes = block_bytes(count, size);
+    void *block = realloc(old, bytes);
     if (!block) fatal("out of memory: %zu bytes were needed", bytes);
     return block;
 }

@@ -35,8 +35,8 @@ _Noreturn void fatal(const char *format, ...) MESSAGE_FORMAT(1, 2);
 void message_set_rank(int rank, void (*end)(int status));
 
 /*
- * count elements of size bytes; never NULL (fatal when memory is out or count * size overflows;
- * a count of 0 gives a block that may be freed). allocate_zeroed() clears them.
+ * count elements of size bytes; never NULL (fatal when memory is out, count * size overflows or is
+ * more than there is: common/memory.h; a count of 0 gives a block that may be freed). allocate_zeroed() clears them.
  */
 void *allocate(size_t count, size_t size) __attribute__((alloc_size(1, 2), returns_nonnull));
 void *allocate_zeroed(size_t count, size_t size) __attribute__((alloc_size(1, 2), returns_nonnull));

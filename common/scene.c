@@ -27,7 +27,8 @@ _Static_assert(sizeof(struct sphere) == 40 && sizeof(struct plane) == 56, "no pa
 _Static_assert(sizeof(struct disc) == 64 && sizeof(struct box) == 56, "no padding");
 _Static_assert(sizeof(struct cone) == 72 && sizeof(struct camera) == 96, "no padding");
 _Static_assert(sizeof(struct view) == 96 + 3 * 24 + 8 + 12 * 4, "no padding");
-_Static_assert(sizeof(struct scene) == 16 + sizeof(struct view) + (4 + PRIMITIVE_KINDS) * 16,
+_Static_assert(sizeof(struct scene) ==
+                   16 + sizeof(struct view) + (4 + PRIMITIVE_KINDS) * sizeof(struct scene_span),
                "no padding");
 
 size_t primitive_size(enum primitive_kind kind)

@@ -9,6 +9,7 @@
 #ifndef FARM_COMMON_TILE_H
 #define FARM_COMMON_TILE_H
 
+#include <assert.h>
 #include <stdint.h>
 
 struct tile {
@@ -27,6 +28,7 @@ _Static_assert(sizeof(struct tile) == 32, "struct tile goes over the wire as it 
 
 static inline uint32_t tile_pixels(const struct tile *tile)
 {
+    assert(tile->step >= 1);
     return (tile->w * tile->h - tile->phase + tile->step - 1) / tile->step;
 }
 

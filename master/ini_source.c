@@ -209,7 +209,8 @@ static char *feed_line(char *buffer, int size, void *stream)
     if (feed->announce) {
         feed->announce = false;
         feed->announcing = feed->expecting = true;
-        return strcpy(buffer, "=");
+        memcpy(buffer, "=", sizeof "=");
+        return buffer;
     }
     while (*feed->at) {
         size_t length;

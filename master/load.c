@@ -11,6 +11,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "common/memory.h"
 #include "common/message.h"
 #include "common/number.h"
 #include "master/framing.h"
@@ -49,7 +50,20 @@ const char *keep_path(struct loader *loader, const char *path)
     return loader->paths[loader->path_count++] = copy_text(path);
 }
 
-static void loader_free(struct loader *loader)
+bool may_read(const struct loader *loader, const char *path, const char *root)
+{
+    return loader->reach == REACH_ANYWHERE || path_is_within(path, root);
+}
+
+char *root_of(const char *path)
+{
+    char *folder = path_folder(path);
+    char *root = path_absolute(*folder ? folder : ".");
+    free(folder);
+    return root;
+}
+
+void loader_free(struct loader *loader)
 {
     for (size_t i = 0; i < loader->path_count; i++)
         free(loader->paths[i]);
@@ -256,14 +270,33 @@ static bool refuse_setting(const struct loader *loader, const char *config, cons
     return false;
 }
 
-static bool picture_good(const struct loader *loader, const char *config)
+/* Of a picture in memory: three floats. */
+#define PIXEL_BYTES (3 * sizeof(float))
+
+static bool size_good(const struct loader *loader, const char *config)
 {
     const struct settings *s = loader->settings;
     const uint32_t *region = s->image.region;
-    if ((uint64_t)s->image.width * s->image.height > PICTURE_MAX_PIXELS)
-        return refuse_setting(loader, config, "image",
-                              is_set(loader, "image", "width") ? "width" : "height",
-                              "the picture is too large, expected width x height <= 2^28");
+    uint64_t pixels = (uint64_t)s->image.width * s->image.height;
+    uint64_t bytes = (region[2] ? (uint64_t)region[2] * region[3] : pixels) * PIXEL_BYTES;
+    char *text = NULL;
+    if (pixels > PICTURE_MAX_PIXELS)
+        text = format_text("the picture has %llu pixels, expected width x height <= 2^28",
+                           (unsigned long long)pixels);
+    else if (!memory_holds(bytes))
+        text = format_text("the picture takes %llu bytes, expected at most the %zu of memory",
+                           (unsigned long long)bytes, memory_limit());
+    if (!text) return true;
+    refuse_setting(loader, config, "image", is_set(loader, "image", "width") ? "width" : "height",
+                   text);
+    free(text);
+    return false;
+}
+
+static bool region_good(const struct loader *loader, const char *config)
+{
+    const struct settings *s = loader->settings;
+    const uint32_t *region = s->image.region;
     if (!region[2]) return true;
     if (region[0] >= s->image.width || region[2] > s->image.width - region[0] ||
         region[1] >= s->image.height || region[3] > s->image.height - region[1]) {
@@ -418,6 +451,7 @@ static bool load_scene(struct loader *loader, const struct ini *ini)
     struct part part = {.loader = loader,
                         .path = ini->file,
                         .real_path = is_file ? path_absolute(ini->file) : copy_text(""),
+                        .root = root_of(ini->file),
                         .placement = placement_identity};
     bool good = load_scene_sections(&part, ini);
     part_free(&part);
@@ -435,8 +469,9 @@ static bool load_document(struct loader *loader, struct ini *ini, char *const *o
     frame_scene(loader->builder, settings, is_set(loader, "camera", "eye"),
                 is_set(loader, "camera", "look_at"));
     name_outputs(settings, config);
-    if (!picture_good(loader, config) || !camera_good(loader, config) ||
-        !kernel_good(loader, config) || !output_good(loader, config))
+    if (!region_good(loader, config) || !size_good(loader, config) ||
+        !camera_good(loader, config) || !kernel_good(loader, config) ||
+        !output_good(loader, config))
         return false;
     if (path_has_extension(config, ".obj")) {
         if (add_lights(loader, ini)) return true;
@@ -450,14 +485,15 @@ static bool load_document(struct loader *loader, struct ini *ini, char *const *o
     return true;
 }
 
-bool load_job(const char *path, char *const *overrides, size_t count, struct job *job)
+bool load_job(const char *path, char *const *overrides, size_t count, enum reach reach,
+              struct job *job)
 {
     struct ini ini;
     if (!read_config(path, &ini)) return false;
     *job = (struct job){.builder = builder_create(), .document = allocate(1, sizeof ini)};
     *job->document = ini;
     settings_init(&job->settings);
-    struct loader loader = {.builder = job->builder, .settings = &job->settings};
+    struct loader loader = {.builder = job->builder, .settings = &job->settings, .reach = reach};
     bool good = load_document(&loader, job->document, overrides, count);
     loader_free(&loader);
     if (!good) job_free(job);

@@ -32,12 +32,20 @@ struct job {
     struct ini *document; /* the scene's sections, as they were read; owned */
 };
 
+/* Where the files that a scene is made of may lie. */
+enum reach {
+    REACH_FOLDER,  /* in CONFIG's folder or below it, links followed */
+    REACH_ANYWHERE /* what the user allows by --allow-outside */
+};
+
 /*
  * Loads CONFIG (by extension .ini, .nff, .obj; anything else is refused) and applies the overrides
  * "section.key=value" in their order. Checks what can be checked without rendering, camera and
- * region included. On success the caller owns *job and frees it with job_free().
+ * region included. A file that an override names may lie anywhere; then its folder takes the place of
+ * CONFIG's for all that it names itself. On success the caller owns *job and frees it with job_free().
  */
-bool load_job(const char *path, char *const *overrides, size_t count, struct job *job);
+bool load_job(const char *path, char *const *overrides, size_t count, enum reach reach,
+              struct job *job);
 void job_free(struct job *job);
 
 /*

@@ -404,20 +404,36 @@ static bool load_cone(const struct reading *at, void *data)
 
 /* ---- other files ---- */
 
-/*
- * The path that the key `file` means, from where it was written; the caller frees it. NULL, after
- * saying so at that line, when no file can be read there.
- */
-static char *path_of_file(const struct reading *at, const char *file)
+/* The file that a section names by its key `file`. */
+struct named_file {
+    char *path; /* from where it was written; owned */
+    char *root; /* as of a part; owned */
+};
+
+static void named_file_free(struct named_file *named)
+{
+    free(named->path);
+    free(named->root);
+}
+
+/* false, after saying so at that line, when no file can be read there. */
+static bool find_file(const struct reading *at, const char *file, struct named_file *named)
 {
     const struct ini_entry *entry = ini_entry(at->section, "file");
-    char *path = path_in(entry->folder, file);
-    if (access(path, R_OK) == 0) return path;
-    char *why = format_text("cannot open %s: %s", path, strerror(errno));
+    const char *root = at->part->root;
+    char *why = NULL;
+    named->path = path_in(entry->folder, file);
+    /* What stands on the command line, which has no lines, is the user's own wish. */
+    named->root = entry->line ? copy_text(root) : root_of(named->path);
+    if (access(named->path, R_OK) != 0)
+        why = format_text("cannot open %s: %s", named->path, strerror(errno));
+    else if (entry->line && !may_read(at->part->loader, named->path, root))
+        why = format_text(LIES_OUTSIDE, named->path, root);
+    if (!why) return true;
     refuse(at, "file", why);
     free(why);
-    free(path);
-    return NULL;
+    named_file_free(named);
+    return false;
 }
 
 static bool load_mesh(const struct reading *at, void *data)
@@ -429,11 +445,12 @@ static bool load_mesh(const struct reading *at, void *data)
     if (!resolve_material(at, &s->object, &mesh.material)) return false;
     if (!path_has_extension(s->file, ".obj"))
         return refuse(at, "file", "the name of a mesh has to end with .obj, without quotes");
-    char *path = path_of_file(at, s->file);
-    if (!path) return false;
-    mesh.path = path;
+    struct named_file named;
+    if (!find_file(at, s->file, &named)) return false;
+    mesh.path = named.path;
+    mesh.root = named.root;
     bool good = load_obj(at->part, &mesh);
-    free(path);
+    named_file_free(&named);
     return good;
 }
 
@@ -478,22 +495,24 @@ void part_free(struct part *part)
         free(part->materials[i].name);
     free(part->materials);
     free(part->real_path);
+    free(part->root);
 }
 
 static bool load_include(const struct reading *at, void *data)
 {
     struct include_section *s = data;
     struct placement own = placement_make(s->rotate, s->scale, s->translate);
-    char *path = path_of_file(at, s->file);
-    if (!path) return false;
+    struct named_file named;
+    if (!find_file(at, s->file, &named)) return false;
     struct part inner = {.loader = at->part->loader,
                          .outer = at->part,
-                         .path = path,
-                         .real_path = path_absolute(path),
+                         .path = named.path,
+                         .real_path = path_absolute(named.path),
+                         .root = named.root,
                          .placement = placement_compose(&at->part->placement, &own)};
     bool good = load_part(at, &inner);
     part_free(&inner);
-    free(path);
+    free(named.path);
     return good;
 }
 

@@ -264,14 +264,24 @@ static const char *add_face(struct nff *nff, const uint32_t corner[3], bool with
     return builder_add_patch(nff->builder, &patch);
 }
 
+/* The limit comes before any memory is asked for. */
+static bool read_corner_count(struct nff *nff, uint32_t *corners)
+{
+    char word[32] = "nothing";
+    struct scan ahead = nff->scan;
+    if (scan_unsigned(&nff->scan, corners) && *corners >= 3 && *corners <= POLYGON_MAX_CORNERS)
+        return complete(nff, true,
+                        "text after the number of corners, expected the end of the line");
+    scan_word(&ahead, word, sizeof word);
+    user_error(nff->path, nff->scan.line,
+               "%s in place of a polygon's number of corners, expected 3 to 20000", word);
+    return false;
+}
+
 static bool read_corners(struct nff *nff, bool with_normals)
 {
     uint32_t corners;
-    /* The limit comes before any memory is asked for. */
-    bool good =
-        scan_unsigned(&nff->scan, &corners) && corners >= 3 && corners <= POLYGON_MAX_CORNERS;
-    if (!complete(nff, good, "a polygon needs its number of corners, from 3 to 20000"))
-        return false;
+    if (!read_corner_count(nff, &corners)) return false;
     make_corner_room(nff, corners);
     for (uint32_t i = 0; i < corners; i++)
         if (!read_corner(nff, i, with_normals)) return false;

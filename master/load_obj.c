@@ -191,6 +191,7 @@ static bool read_corners(struct obj *obj)
 
 static const char *add_plain(struct obj *obj, const struct triangle *triangle)
 {
+    if (obj->plain_count == PRIMITIVE_MAX_COUNT) return "too many faces, at most 2^28 are possible";
     obj->plain = grow(obj->plain, obj->plain_count, sizeof *obj->plain);
     obj->plain[obj->plain_count++] = *triangle;
     return NULL;
@@ -241,6 +242,10 @@ static bool read_library_once(struct obj *obj, const char *path, bool is_regular
     if (!is_regular) {
         user_error(obj->mesh->path, obj->scan.line,
                    "%s is no regular file, expected a file of materials", path);
+        return false;
+    }
+    if (!may_read(obj->part->loader, path, obj->mesh->root)) {
+        user_error(obj->mesh->path, obj->scan.line, LIES_OUTSIDE, path, obj->mesh->root);
         return false;
     }
     if (is_known(&obj->libraries_seen, path)) return true;

@@ -30,6 +30,7 @@ struct origin {
 struct loader {
     struct builder *builder;
     struct settings *settings;
+    enum reach reach;
     struct origin origins[SETTINGS_KEYS];
     bool background_set;       /* by any of its keys, or by an NFF file */
     bool has_default_material; /* default_material is in the builder */
@@ -49,10 +50,22 @@ struct part {
     const struct part *outer; /* NULL: CONFIG itself */
     const char *path;         /* for messages */
     char *real_path;          /* resolved, to know a file again; owned */
+    char *root;               /* resolved folder that what it names has to lie in; owned */
     struct placement placement;
     struct named_material *materials; /* sorted by name; owned */
     size_t material_count;
 };
+
+/* Whether the part or mesh may read path; root as of a part. */
+bool may_read(const struct loader *loader, const char *path, const char *root);
+
+/* The end of a message about a file that may not be read: takes the file and the root. */
+#define LIES_OUTSIDE                                                                               \
+    "%s lies outside of the scene's folder %s, expected a file in it (farm --allow-outside reads " \
+    "any)"
+
+/* The folder that path lies in, resolved; the caller frees it. */
+char *root_of(const char *path);
 
 /* The index of a key in settings_keys; the key exists (asserted). */
 size_t setting_index(const char *section, const char *name);
@@ -63,6 +76,9 @@ const struct origin *setting_origin(const struct loader *loader, const char *sec
 
 /* Keeps a copy of path until the loader ends. */
 const char *keep_path(struct loader *loader, const char *path);
+
+/* Frees what the loader owns; settings and builder are others'. */
+void loader_free(struct loader *loader);
 
 /* For objects without a material. */
 uint32_t default_material(struct loader *loader);
@@ -76,6 +92,7 @@ void warn_of_gain(const struct material *material, const char *file, long line);
 /* A mesh in an OBJ file. */
 struct mesh {
     const char *path;
+    const char *root; /* as of a part */
     struct placement placement;
     uint32_t material; /* where the file names none that is known */
     double crease;     /* degrees; 0: flat always; < 0: as the file says */

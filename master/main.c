@@ -127,6 +127,12 @@ static int print_check(const struct run *run)
     return close_output();
 }
 
+static void discard(struct scene **block)
+{
+    free(*block);
+    *block = NULL;
+}
+
 /*
  * Everything that can go wrong because of the input, before any process starts to render. Returns
  * the exit status, or -1 to go on with *block.
@@ -135,7 +141,8 @@ static int prepare(struct run *run, struct scene **block)
 {
     double start = clock_wall();
     const struct options *options = &run->options;
-    if (!load_job(options->config, options->overrides, options->override_count, &run->job))
+    enum reach reach = options->allow_outside ? REACH_ANYWHERE : REACH_FOLDER;
+    if (!load_job(options->config, options->overrides, options->override_count, reach, &run->job))
         return STATUS_INPUT;
     if (options->action == ACTION_PRINT_CONFIG) {
         char *text = print_job(&run->job);
@@ -151,13 +158,13 @@ static int prepare(struct run *run, struct scene **block)
     const char *why;
     if (!scene_valid(*block, (*block)->bytes, &why)) {
         user_error(options->config, 0, "%s, expected a scene of ordinary size", why);
-        free(*block);
+        discard(block);
         return STATUS_INPUT;
     }
     describe_scene(&run->report, *block);
     run->report.time.load = clock_wall() - start;
     if (options->action != ACTION_CHECK) return -1;
-    free(*block);
+    discard(block);
     return print_check(run);
 }
 

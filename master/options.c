@@ -20,6 +20,7 @@ static const struct {
 
 static bool parse_flag(const char *argument, struct options *options)
 {
+    if (strcmp(argument, "--allow-outside") == 0) return options->allow_outside = true;
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) {
         if (strcmp(argument, flags[i].name) == 0) {
             options->action = flags[i].action;
@@ -28,7 +29,7 @@ static bool parse_flag(const char *argument, struct options *options)
     }
     user_error(NULL, 0,
                "unknown option '%s', expected one of --help --version --check "
-               "--print-config",
+               "--print-config --allow-outside",
                argument);
     return false;
 }
@@ -110,6 +111,7 @@ void options_help(FILE *out)
           "\n"
           "  --check          read everything, say whether it is all right, render nothing\n"
           "  --print-config   print all settings in effect as an INI file, render nothing\n"
+          "  --allow-outside  read files that the scene names outside of its folder, too\n"
           "  --help           this text\n"
           "  --version        the version\n"
           "\n"

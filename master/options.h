@@ -10,6 +10,7 @@ enum action { ACTION_RENDER, ACTION_HELP, ACTION_VERSION, ACTION_CHECK, ACTION_P
 
 struct options {
     enum action action;
+    bool allow_outside;     /* files outside of CONFIG's folder */
     const char *config;     /* NULL for help and version */
     char *const *overrides; /* "section.key=value", in argv */
     size_t override_count;

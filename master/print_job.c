@@ -73,6 +73,13 @@ static void print_section(struct printing *to, const struct ini_section *section
     }
 }
 
+static bool names_files(const struct ini *ini)
+{
+    for (size_t i = 0; i < ini->count; i++)
+        if (ini_entry(&ini->sections[i], "file")) return true;
+    return false;
+}
+
 char *print_job(const struct job *job)
 {
     const struct ini *ini = job->document;
@@ -80,6 +87,9 @@ char *print_job(const struct job *job)
     size_t bytes = 0;
     struct printing to = {open_memstream(&text, &bytes), ini->file, true};
     if (!to.out) fatal("out of memory");
+    if (names_files(ini))
+        fputs("; Paths begin at the root: farm --allow-outside renders this in any folder.\n",
+              to.out);
     print_settings(&to, &job->settings);
     for (size_t i = 0; i < ini->count; i++)
         if (!is_settings_section(ini->sections[i].kind)) print_section(&to, &ini->sections[i]);

@@ -156,8 +156,9 @@ static void group_corners(struct smoothing *s, const uint64_t *corners, size_t c
     for (uint32_t i = 0; i < count; i++) {
         const uint32_t *v = s->triangles[corners[i] / 3].vertex;
         s->groups[i] = i;
-        s->spokes[2 * i] = (struct spoke){v[(corners[i] + 1) % 3], i};
-        s->spokes[2 * i + 1] = (struct spoke){v[(corners[i] + 2) % 3], i};
+        struct spoke *spokes = s->spokes + 2 * (size_t)i;
+        spokes[0] = (struct spoke){v[(corners[i] + 1) % 3], i};
+        spokes[1] = (struct spoke){v[(corners[i] + 2) % 3], i};
     }
     sort_spokes(s->spokes, 2 * count);
     for (size_t i = 1; i < 2 * count; i++) {
@@ -239,9 +240,10 @@ const char *add_smooth_triangles(struct builder *builder, const struct triangle 
                           .count = count,
                           .least_cosine = cos(crease * (M_PI / 180))};
     const char *why = NULL;
-    if (crease > 0) prepare(&s);
+    bool rounds = crease > 0;
+    if (rounds) prepare(&s);
     for (size_t i = 0; i < count && !why; i++)
-        why = crease > 0 ? add_triangle(&s, i) : builder_add_triangle(builder, &triangles[i]);
+        why = rounds ? add_triangle(&s, i) : builder_add_triangle(builder, &triangles[i]);
     free(s.faces);
     free(s.first);
     free(s.list);

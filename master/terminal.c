@@ -26,7 +26,7 @@ static long launcher_parent(long pid)
     if (strncmp(name, "hydra_pmi_proxy", 15) && strncmp(name, "mpiexec", 7) &&
         strncmp(name, "mpirun", 6))
         return 0;
-    return strlen(end) > 4 ? atol(end + 4) : 0;
+    return strlen(end) > 4 ? strtol(end + 4, NULL, 10) : 0;
 }
 
 /* The topmost of the launchers above us, 0 when we were not started by one. */

@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "common/memory.h"
 #include "common/message.h"
 
 /* O_NONBLOCK: opening a pipe without a writer must not wait for one. */
@@ -93,6 +94,7 @@ bool text_file_read(const char *path, size_t max_bytes, struct text_file *file)
     int descriptor = open_regular(path, &size);
     if (descriptor < 0) return false;
     *file = (struct text_file){0};
+    if (!memory_holds(size) && max_bytes > memory_limit()) max_bytes = memory_limit();
     bool good = size <= max_bytes;
     if (good)
         good = read_open(path, descriptor, size, file);
@@ -141,6 +143,16 @@ char *path_absolute(const char *path)
     char *absolute = here ? format_text("%s/%s", here, path) : copy_text(path);
     free(here);
     return absolute;
+}
+
+bool path_is_within(const char *path, const char *folder)
+{
+    char *resolved = realpath(path, NULL);
+    size_t length = strlen(folder);
+    if (length && folder[length - 1] == '/') length--;
+    bool within = resolved && strncmp(resolved, folder, length) == 0 && resolved[length] == '/';
+    free(resolved);
+    return within;
 }
 
 bool path_has_extension(const char *path, const char *extension)

@@ -11,7 +11,7 @@ struct text_file {
 };
 
 /*
- * Reads a regular file of at most max_bytes, without a byte order mark; false after saying why not
+ * Reads a regular file of at most max_bytes, and no more than memory holds, without a byte order mark; false after saying why not
  * (user_error).
  */
 bool text_file_read(const char *path, size_t max_bytes, struct text_file *file);
@@ -31,6 +31,9 @@ char *path_stem(const char *path);
 
 /* The same path from the root, resolved if the file exists. The caller frees it. */
 char *path_absolute(const char *path);
+
+/* Whether path, with all links followed, lies in the folder, which is resolved; "/" holds all. */
+bool path_is_within(const char *path, const char *folder);
 
 /* Whether path ends with this extension (".nff"), in any case. */
 bool path_has_extension(const char *path, const char *extension);

@@ -19,8 +19,9 @@
 
 struct scratch {
     char folder[64];
-    char here[4096]; /* the folder that the tests were started in */
-    char said[4096]; /* errors and warnings of the last load */
+    char here[4096];  /* the folder that the tests were started in */
+    char said[4096];  /* errors and warnings of the last load */
+    enum reach reach; /* of all loads; at first that of the folder alone */
 };
 
 /* Group set-up: makes the folder and goes there, so that messages name files without a path. */
@@ -61,7 +62,7 @@ static inline bool scratch_load(struct scratch *s, const char *name, const char 
 {
     char *overrides[1] = {override ? copy_text(override) : NULL};
     message_capture(s->said, sizeof s->said);
-    bool good = load_job(name, overrides, override ? 1 : 0, job);
+    bool good = load_job(name, overrides, override ? 1 : 0, s->reach, job);
     message_capture(NULL, 0);
     free(overrides[0]);
     return good;

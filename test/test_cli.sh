@@ -77,6 +77,13 @@ round_trip() {
     run 0 "$FARM" again.ini output.image=b.pfm && cmp a.pfm b.pfm
 }
 check "--print-config gives the same picture" round_trip
+outside() {
+    mkdir -p elsewhere && cp again.ini elsewhere/ || return 1
+    run 2 "$FARM" --check elsewhere/again.ini && [ "$(lines "$err")" -eq 1 ] &&
+        echo "$err" | grep -q '^elsewhere/again.ini:[0-9]*: .*--allow-outside' &&
+        run 0 "$FARM" --check elsewhere/again.ini --allow-outside
+}
+check "files outside of the scene's folder need --allow-outside" outside
 defaults() {
     mkdir -p elsewhere && cd elsewhere || return 1
     run 0 "$FARM" ../everything.ini image.width=8 image.height=8; status=$?

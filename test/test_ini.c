@@ -191,7 +191,7 @@ static void test_bad_values(void **state)
 static void test_bad_combinations(void **state)
 {
     refused(state, "[image]\nwidth = 65535\nheight = 65535\n",
-            "scene.ini:2: the picture is too large, expected width x height <= 2^28");
+            "scene.ini:2: the picture has 4294836225 pixels, expected width x height <= 2^28");
     refused(state, "[image]\nwidth = 10\nheight = 10\nregion = 5 0 6 10\n",
             "scene.ini:4: region = 5 0 6 10 reaches out of the picture, expected a part of 10 x 10 "
             "pixels");

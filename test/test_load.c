@@ -47,7 +47,7 @@ static void test_overrides_in_order(void **state)
     char first[] = "image.width=10", second[] = "image.width=20";
     char *overrides[] = {first, second};
     struct job job;
-    assert_true(load_job("scene.ini", overrides, 2, &job));
+    assert_true(load_job("scene.ini", overrides, 2, REACH_FOLDER, &job));
     assert_int_equal(job.settings.image.width, 20);
     job_free(&job);
 }
@@ -152,10 +152,13 @@ static void check_round_trip(void **state, const char *name, const char *overrid
     char *printed = print_job(&job);
     assert_non_null(printed);
     scratch_write("elsewhere/printed.ini", printed);
+    struct scratch *s = *state;
+    s->reach = REACH_ANYWHERE;
     struct scene *second = scratch_scene(*state, "elsewhere/printed.ini", NULL);
     assert_int_equal(first->bytes, second->bytes);
     assert_memory_equal(first, second, first->bytes);
     struct job again = load(state, "elsewhere/printed.ini", NULL);
+    s->reach = REACH_FOLDER;
     char *printed_again = print_job(&again);
     assert_string_equal(printed, printed_again);
     free(printed);
@@ -255,7 +258,7 @@ static void test_extreme_cameras(void **state)
     char *overrides[] = {first, second};
     struct job job;
     message_capture(s->said, sizeof s->said);
-    assert_false(load_job("far.obj", overrides, 2, &job));
+    assert_false(load_job("far.obj", overrides, 2, REACH_FOLDER, &job));
     message_capture(NULL, 0);
     assert_string_equal(s->said, "far.obj: there is no room for lights around it, expected a "
                                  "smaller scene\n");

@@ -1,0 +1,407 @@
+#include "master/journal.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "common/clock.h"
+#include "common/hash.h"
+#include "common/message.h"
+
+#define JOURNAL_MAGIC UINT64_C(0x314e4a204d524146) /* "FARM JN1" */
+#define RECORD_MAGIC  UINT32_C(0x454c4954)         /* "TILE" */
+
+struct file_header {
+    uint64_t magic;
+    uint64_t picture;
+    uint64_t checksum; /* of the above */
+};
+
+struct record_header {
+    uint64_t checksum; /* of the rest and the payload: record_checksum() */
+    uint32_t magic;
+    uint32_t pass;
+    struct tile tile;
+    double seconds;
+    uint64_t bytes; /* of the payload behind it */
+};
+
+_Static_assert(sizeof(struct file_header) == 24, "stands in files");
+_Static_assert(sizeof(struct record_header) == 64, "stands in files");
+
+struct journal {
+    char *path; /* owned */
+    int file;
+    uint64_t picture;
+    uint64_t end; /* of what is good, bytes; behind it, torn: something may stand that is not */
+    bool torn;
+    char *buffer; /* a record in one piece: one call writes it; owned */
+    size_t room;
+    bool told_failure;
+    bool unsynced;
+    double next_sync; /* on clock_wall() */
+    struct journal_found found;
+};
+
+/* At least this long between two syncs: what the death of a machine costs. Seconds. */
+#define SYNC_EVERY 5.0
+
+uint64_t journal_picture(const struct scene *scene, const char *build)
+{
+    return hash64(build, strlen(build), hash64(scene, scene->bytes, 0));
+}
+
+static uint64_t record_checksum(uint64_t picture, uint64_t offset,
+                                const struct record_header *header, const void *payload)
+{
+    const char *fields = (const char *)header + sizeof header->checksum;
+    uint64_t hash = hash64(fields, sizeof *header - sizeof header->checksum, picture + offset);
+    return hash64(payload, header->bytes, hash);
+}
+
+static struct file_header make_header(uint64_t picture)
+{
+    struct file_header header = {.magic = JOURNAL_MAGIC, .picture = picture};
+    header.checksum = hash64(&header, offsetof(struct file_header, checksum), 0);
+    return header;
+}
+
+/* ---- the file and its lock ---- */
+
+static bool refuse(const char *path, const char *what, int error)
+{
+    user_error(path, 0,
+               "the journal cannot be %s: %s, choose another place with output.journal=FILE", what,
+               strerror(error));
+    return false;
+}
+
+/* A link is not followed: what it points at would be renamed or cut. */
+static int open_regular(const char *path)
+{
+    struct stat status;
+    int file = open(path, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
+    if (file >= 0 && fstat(file, &status) == 0 && S_ISREG(status.st_mode)) return file;
+    if (file >= 0 || errno == EISDIR || errno == ELOOP)
+        user_error(path, 0,
+                   "is no regular file, choose another place for the journal with "
+                   "output.journal=FILE");
+    else
+        refuse(path, "opened", errno);
+    if (file >= 0) close(file);
+    return -1;
+}
+
+/* Goes with the open file, however the process ends. A file system without locks has no lock. */
+static bool lock(const char *path, int file)
+{
+    struct flock whole = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
+    if (fcntl(file, F_OFD_SETLK, &whole) == 0) return true;
+    if (errno != EAGAIN && errno != EACCES) return true;
+    user_error(path, 0,
+               "another run is at work on this journal, wait for its end or choose another place "
+               "with output.journal=FILE");
+    return false;
+}
+
+/* Another run may have renamed or removed the file between our opening and locking it. */
+static bool is_still_there(const char *path, int file)
+{
+    struct stat ours, there;
+    return fstat(file, &ours) == 0 && lstat(path, &there) == 0 && ours.st_dev == there.st_dev &&
+           ours.st_ino == there.st_ino;
+}
+
+/* The file at path, made if need be, locked; -1 after saying why not. */
+static int open_locked(const char *path)
+{
+    for (;;) {
+        int file = open_regular(path);
+        if (file < 0) return -1;
+        if (!lock(path, file)) {
+            close(file);
+            return -1;
+        }
+        if (is_still_there(path, file)) return file;
+        close(file);
+    }
+}
+
+/* ---- another picture's journal ---- */
+
+/* rename(), but never over another file, where the file system can promise that. */
+static bool rename_to_new(const char *from, const char *to)
+{
+    struct stat status;
+    if (renameat2(AT_FDCWD, from, AT_FDCWD, to, RENAME_NOREPLACE) == 0) return true;
+    if (errno != EINVAL && errno != ENOSYS) return false;
+    if (lstat(to, &status) == 0) {
+        errno = EEXIST;
+        return false;
+    }
+    return rename(from, to) == 0;
+}
+
+static bool set_aside(const char *path, const char *why)
+{
+    for (unsigned number = 1; number != 0; number++) {
+        char *name = format_text("%s.%u", path, number);
+        bool done = rename_to_new(path, name);
+        int error = errno;
+        if (done) user_warning(path, 0, "%s, it is now called %s", why, name);
+        free(name);
+        if (done) return true;
+        if (error != EEXIST) return refuse(path, "renamed", error);
+    }
+    return false;
+}
+
+/* ---- reading ---- */
+
+/* Reads all of it; false at the end of the file or after an error. */
+static bool read_at(int file, void *bytes, size_t count, uint64_t offset)
+{
+    while (count) {
+        ssize_t got = pread(file, bytes, count, (off_t)offset);
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0) return false;
+        bytes = (char *)bytes + got;
+        count -= (size_t)got;
+        offset += (uint64_t)got;
+    }
+    return true;
+}
+
+/* The record at journal->end, whose payload goes to buffer; false when no good one stands there. */
+static bool read_record(const struct journal *journal, uint64_t size, size_t largest, void *buffer,
+                        struct journal_record *record)
+{
+    struct record_header header;
+    uint64_t left = size - journal->end;
+    if (left < sizeof header || !read_at(journal->file, &header, sizeof header, journal->end))
+        return false;
+    if (header.magic != RECORD_MAGIC || header.bytes > largest ||
+        header.bytes > left - sizeof header)
+        return false;
+    if (!read_at(journal->file, buffer, header.bytes, journal->end + sizeof header) ||
+        header.checksum != record_checksum(journal->picture, journal->end, &header, buffer))
+        return false;
+    *record =
+        (struct journal_record){header.tile, header.pass, header.seconds, buffer, header.bytes};
+    return isfinite(record->seconds) && record->seconds >= 0;
+}
+
+static void read_records(struct journal *journal, uint64_t size,
+                         const struct journal_reader *reader)
+{
+    struct journal_record record;
+    void *buffer = allocate(reader->largest, 1);
+    while (read_record(journal, size, reader->largest, buffer, &record) &&
+           reader->take(reader->state, &record)) {
+        journal->end += sizeof(struct record_header) + record.bytes;
+        journal->found.records++;
+        journal->found.seconds += record.seconds;
+    }
+    free(buffer);
+    journal->found.damaged_bytes = size - journal->end;
+}
+
+/* ---- writing ---- */
+
+/* All of it, or false with errno set; a full disk may take a part. */
+static bool write_at(int file, const void *bytes, size_t count, uint64_t offset)
+{
+    while (count) {
+        ssize_t put = pwrite(file, bytes, count, (off_t)offset);
+        if (put < 0 && errno == EINTR) continue;
+        if (put == 0) errno = ENOSPC;
+        if (put <= 0) return false;
+        bytes = (const char *)bytes + put;
+        count -= (size_t)put;
+        offset += (uint64_t)put;
+    }
+    return true;
+}
+
+/* Takes away what stands behind the good end. */
+static bool cut(struct journal *journal)
+{
+    if (!journal->torn) return true;
+    if (ftruncate(journal->file, (off_t)journal->end) != 0) return false;
+    journal->torn = false;
+    return true;
+}
+
+static bool write_header(struct journal *journal)
+{
+    struct file_header header = make_header(journal->picture);
+    journal->torn = true;
+    if (!cut(journal) || !write_at(journal->file, &header, sizeof header, 0))
+        return refuse(journal->path, "written", errno);
+    journal->end = sizeof header;
+    return true;
+}
+
+/* Once is enough: what follows fails for the same reason. */
+static void tell_failure(struct journal *journal, int error)
+{
+    if (!journal->told_failure)
+        user_warning(journal->path, 0,
+                     "the journal cannot be written (%s): rendering goes on, but what is finished "
+                     "from now on is not saved until there is room",
+                     strerror(error));
+    journal->told_failure = true;
+}
+
+/* Puts the record together in the buffer; gives its bytes. */
+static size_t pack(struct journal *journal, const struct journal_record *record)
+{
+    struct record_header header = {.magic = RECORD_MAGIC,
+                                   .pass = record->pass,
+                                   .tile = record->tile,
+                                   .seconds = record->seconds,
+                                   .bytes = record->bytes};
+    size_t bytes = sizeof header + record->bytes;
+    if (bytes > journal->room) {
+        journal->buffer = reallocate(journal->buffer, bytes, 1);
+        journal->room = bytes;
+    }
+    header.checksum = record_checksum(journal->picture, journal->end, &header, record->payload);
+    memcpy(journal->buffer, &header, sizeof header);
+    memcpy(journal->buffer + sizeof header, record->payload, record->bytes);
+    return bytes;
+}
+
+bool journal_append(struct journal *journal, const struct journal_record *record)
+{
+    size_t bytes = pack(journal, record);
+    if (cut(journal) && write_at(journal->file, journal->buffer, bytes, journal->end)) {
+        journal->end += bytes;
+        journal->unsynced = true;
+        return true;
+    }
+    int error = errno;
+    journal->torn = true;
+    cut(journal);
+    tell_failure(journal, error);
+    return false;
+}
+
+double journal_sync_pause(double cost)
+{
+    return fmax(SYNC_EVERY, cost / JOURNAL_SYNC_SHARE);
+}
+
+static void sync_now(struct journal *journal)
+{
+    if (!journal->unsynced) return;
+    if (fdatasync(journal->file) != 0) tell_failure(journal, errno);
+    journal->unsynced = false;
+}
+
+void journal_tick(struct journal *journal, double now)
+{
+    if (now < journal->next_sync) return;
+    double start = clock_wall();
+    sync_now(journal);
+    double cost = clock_wall() - start;
+    journal->next_sync = now + cost + journal_sync_pause(cost);
+}
+
+/* ---- from open to end ---- */
+
+static struct journal *create(const char *path, uint64_t picture, int file)
+{
+    struct journal *journal = allocate_zeroed(1, sizeof *journal);
+    journal->path = copy_text(path);
+    journal->file = file;
+    journal->picture = picture;
+    journal->next_sync = clock_wall() + SYNC_EVERY;
+    return journal;
+}
+
+/* Closing gives the lock up. */
+static void destroy(struct journal *journal)
+{
+    close(journal->file);
+    free(journal->path);
+    free(journal->buffer);
+    free(journal);
+}
+
+/*
+ * What stands in the file: NULL when it is our journal, *size bytes long, 0 when it has not even a
+ * header; otherwise what it is instead.
+ */
+static const char *recognise(const struct journal *journal, uint64_t *size)
+{
+    struct file_header ours = make_header(journal->picture), found = {0};
+    struct stat status;
+    if (fstat(journal->file, &status) != 0) return "the journal cannot be read";
+    *size = (uint64_t)status.st_size;
+    size_t bytes = *size < sizeof found ? (size_t)*size : sizeof found;
+    if (!read_at(journal->file, &found, bytes, 0)) return "the journal cannot be read";
+    if (memcmp(&found, &ours, bytes) == 0) {
+        if (bytes < sizeof found) *size = 0;
+        return NULL;
+    }
+    struct file_header sealed = make_header(found.picture);
+    return memcmp(&found, &sealed, sizeof found) == 0
+               ? "the journal holds another picture or other settings"
+               : "this is no journal, or its first bytes are damaged";
+}
+
+/* Takes over what the file holds. */
+static bool resume(struct journal *journal, uint64_t size, const struct journal_reader *reader)
+{
+    if (size == 0) return write_header(journal);
+    journal->end = sizeof(struct file_header);
+    read_records(journal, size, reader);
+    if (!journal->found.damaged_bytes) return true;
+    user_warning(journal->path, 0,
+                 "the last %llu bytes of the journal are damaged, what they held is rendered again",
+                 (unsigned long long)journal->found.damaged_bytes);
+    journal->torn = true;
+    return cut(journal) || refuse(journal->path, "shortened", errno);
+}
+
+struct journal *journal_open(const char *path, uint64_t picture,
+                             const struct journal_reader *reader)
+{
+    for (;;) {
+        uint64_t size;
+        int file = open_locked(path);
+        if (file < 0) return NULL;
+        struct journal *journal = create(path, picture, file);
+        const char *other = recognise(journal, &size);
+        if (!other && resume(journal, size, reader)) return journal;
+        bool again = other && set_aside(path, other);
+        destroy(journal);
+        if (!again) return NULL;
+    }
+}
+
+struct journal_found journal_found(const struct journal *journal)
+{
+    return journal->found;
+}
+
+void journal_keep(struct journal *journal)
+{
+    sync_now(journal);
+    destroy(journal);
+}
+
+void journal_remove(struct journal *journal)
+{
+    if (unlink(journal->path) != 0)
+        user_warning(journal->path, 0,
+                     "the journal is of no use any more but cannot be removed: %s",
+                     strerror(errno));
+    destroy(journal);
+}

@@ -1,0 +1,96 @@
+/*
+ * Messages on the wire: good ones are damaged, and what the validators of common/protocol.h still
+ * accept can be used as the receiver does.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+#include "common/protocol.h"
+#include "test/fuzz/fuzz.h"
+
+#define WIDTH  640
+#define HEIGHT 480
+#define BUILD  "0.1.0"
+
+static const struct tile good_tile = {.id = 3, .x = 32, .y = 64, .w = 32, .h = 16, .step = 1};
+
+/* A damaged copy of a good message, of the exact size; the caller frees it. */
+static void *damaged(const uint8_t *data, size_t size, const void *good, size_t *bytes)
+{
+    void *whole = allocate(*bytes, 1);
+    memcpy(whole, good, *bytes);
+    *bytes = fuzz_damage(data, size, whole, *bytes);
+    void *message = allocate(*bytes, 1);
+    memcpy(message, whole, *bytes);
+    free(whole);
+    return message;
+}
+
+static void check_tile(const uint8_t *data, size_t size)
+{
+    size_t bytes = sizeof good_tile;
+    struct tile *tile = damaged(data, size, &good_tile, &bytes);
+    if (tile_message_valid(tile, bytes, WIDTH, HEIGHT)) {
+        uint32_t pixels = tile_pixels(tile), x, y;
+        PROMISE(pixels >= 1 && pixels <= TILE_MAX_PIXELS);
+        for (uint32_t k = 0; k < pixels; k += pixels / 7 + 1) {
+            tile_pixel(tile, k, &x, &y);
+            PROMISE(x < WIDTH && y < HEIGHT);
+        }
+        tile_pixel(tile, pixels - 1, &x, &y);
+        PROMISE(x < WIDTH && y < HEIGHT);
+    }
+    free(tile);
+}
+
+static void check_result(const uint8_t *data, size_t size)
+{
+    size_t bytes = result_bytes(&good_tile), pixels = tile_pixels(&good_tile);
+    struct result_header *good = allocate_zeroed(bytes, 1);
+    good->tile_id = good_tile.id;
+    good->pixels = (uint32_t)pixels;
+    struct result_header *header = damaged(data, size, good, &bytes);
+    if (result_message_valid(header, bytes, &good_tile)) {
+        float last;
+        memcpy(&last, (const char *)(header + 1) + (3 * pixels - 1) * sizeof last, sizeof last);
+        PROMISE(header->pixels == pixels && isfinite(header->busy_s));
+    }
+    free(good);
+    free(header);
+}
+
+static void check_stats(const uint8_t *data, size_t size)
+{
+    struct renderer_stats good = {.rank = 1, .tiles = 5, .host = "node"};
+    struct render_counts sum = {.truncation = 0};
+    size_t bytes = sizeof good;
+    struct renderer_stats *stats = damaged(data, size, &good, &bytes);
+    if (stats_message_valid(stats, bytes, 1)) {
+        PROMISE(strlen(stats->host) < sizeof stats->host);
+        render_counts_add(&sum, &stats->counts);
+        PROMISE(sum.truncation >= 0 &&
+                render_counts_rays(&sum) == render_counts_rays(&stats->counts));
+    }
+    free(stats);
+}
+
+static void check_welcome(const uint8_t *data, size_t size)
+{
+    struct welcome good = {.magic = WELCOME_MAGIC, .build = BUILD, .scene_bytes = 1};
+    size_t bytes = sizeof good;
+    struct welcome *welcome = damaged(data, size, &good, &bytes);
+    /* A broadcast has one size: none is cut. */
+    if (bytes == sizeof good && welcome_valid(welcome, BUILD))
+        PROMISE(strcmp(welcome->build, BUILD) == 0);
+    free(welcome);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    static void (*const checks[])(const uint8_t *data, size_t size) = {check_tile, check_result,
+                                                                       check_stats, check_welcome};
+    if (size) checks[data[0] % 4](data + 1, size - 1);
+    return 0;
+}

@@ -1,0 +1,409 @@
+/* The journal: what was appended comes back, whatever happens to the file, and nothing else does. */
+#include "test/scratch.h"
+
+#include <fcntl.h>
+#include <math.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+
+#include "master/journal.h"
+
+#define PICTURE UINT64_C(0x123456789abcdef0)
+#define PATH    "a.journal"
+#define PAYLOAD 40 /* bytes, of most records here */
+#define HEADER  24 /* of the file, bytes */
+#define RECORD  (64 + PAYLOAD)
+
+/* The i-th of all records, made anew where it is needed. */
+static struct journal_record make_record(uint32_t i, unsigned char payload[PAYLOAD])
+{
+    for (uint32_t j = 0; j < PAYLOAD; j++)
+        payload[j] = (unsigned char)(i * 37 + j * j);
+    return (struct journal_record){.tile = {.id = i, .x = 8 * i, .y = i, .w = 8, .h = 8, .step = 1},
+                                   .pass = i / 3,
+                                   .seconds = 0.25 * i,
+                                   .payload = payload,
+                                   .bytes = PAYLOAD};
+}
+
+/* What a reader has seen: only good records, in their order. */
+struct seen {
+    uint32_t records;
+    uint32_t accepted; /* no more than these are taken */
+    bool wrong;
+};
+
+static bool take(void *state, const struct journal_record *record)
+{
+    struct seen *seen = state;
+    unsigned char payload[PAYLOAD];
+    if (seen->records == seen->accepted) return false;
+    struct journal_record good = make_record(seen->records++, payload);
+    seen->wrong |= record->bytes != PAYLOAD || memcmp(record->payload, payload, PAYLOAD) != 0 ||
+                   memcmp(&record->tile, &good.tile, sizeof good.tile) != 0 ||
+                   record->pass != good.pass || record->seconds != good.seconds;
+    return true;
+}
+
+static struct journal *open_as(struct scratch *s, uint64_t picture, struct seen *seen)
+{
+    *seen = (struct seen){.accepted = UINT32_MAX};
+    struct journal_reader reader = {take, seen, PAYLOAD};
+    message_capture(s->said, sizeof s->said);
+    struct journal *journal = journal_open(PATH, picture, &reader);
+    message_capture(NULL, 0);
+    return journal;
+}
+
+static bool append(struct journal *journal, uint32_t i)
+{
+    unsigned char payload[PAYLOAD];
+    struct journal_record record = make_record(i, payload);
+    return journal_append(journal, &record);
+}
+
+/* A closed journal of so many records at PATH. */
+static void write_journal(struct scratch *s, uint32_t records)
+{
+    struct seen seen;
+    unlink(PATH);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    assert_non_null(journal);
+    for (uint32_t i = 0; i < records; i++)
+        assert_true(append(journal, i));
+    journal_keep(journal);
+}
+
+static size_t read_file(const char *path, char *bytes, size_t size)
+{
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    size_t count = fread(bytes, 1, size, file);
+    fclose(file);
+    return count;
+}
+
+/* The journal at PATH holds so many records and is damaged behind them by so many bytes; after the
+ * rest is appended, all are there. */
+static void check_resume(struct scratch *s, uint32_t records, size_t damaged, uint32_t all)
+{
+    struct seen seen;
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    assert_non_null(journal);
+    struct journal_found found = journal_found(journal);
+    assert_true(!seen.wrong && seen.records == records && found.records == records);
+    assert_true(found.damaged_bytes == damaged);
+    assert_true((damaged > 0) == (strstr(s->said, "damaged") != NULL));
+    for (uint32_t i = records; i < all; i++)
+        assert_true(append(journal, i));
+    journal_keep(journal);
+    journal = open_as(s, PICTURE, &seen);
+    assert_true(!seen.wrong && seen.records == all && !*s->said);
+    journal_keep(journal);
+}
+
+static void test_round_trip(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    write_journal(s, 7);
+    assert_string_equal(s->said, "");
+    check_resume(s, 7, 0, 12);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    assert_true(journal_found(journal).seconds == 0.25 * 66);
+    journal_remove(journal);
+    assert_int_equal(access(PATH, F_OK), -1);
+}
+
+static void test_empty_payload(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    write_journal(s, 0);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    struct journal_record record = {.tile = {.w = 1, .h = 1, .step = 1}, .payload = ""};
+    assert_true(journal_append(journal, &record));
+    journal_keep(journal);
+    journal = open_as(s, PICTURE, &seen);
+    assert_true(journal_found(journal).records == 1 && seen.wrong);
+    journal_remove(journal);
+}
+
+/* Cut anywhere, the whole records before the cut are used. */
+static void test_torn_at_every_byte(void **state)
+{
+    struct scratch *s = *state;
+    enum { RECORDS = 4, SIZE = HEADER + RECORDS * RECORD };
+    char bytes[SIZE + 1];
+    write_journal(s, RECORDS);
+    assert_int_equal(read_file(PATH, bytes, sizeof bytes), SIZE);
+    for (size_t length = 0; length <= SIZE; length++) {
+        scratch_write_bytes(PATH, bytes, length);
+        size_t records = length < HEADER ? 0 : (length - HEADER) / RECORD;
+        size_t damaged = length < HEADER ? 0 : (length - HEADER) % RECORD;
+        check_resume(s, (uint32_t)records, damaged, RECORDS);
+    }
+    assert_int_equal(access(PATH ".1", F_OK), -1);
+}
+
+/* With any bit turned, what stands before that record is used and nothing wrong is. */
+static void test_every_bit_turned(void **state)
+{
+    struct scratch *s = *state;
+    enum { RECORDS = 3, SIZE = HEADER + RECORDS * RECORD };
+    char bytes[SIZE];
+    struct seen seen;
+    write_journal(s, RECORDS);
+    assert_int_equal(read_file(PATH, bytes, sizeof bytes), SIZE);
+    for (size_t bit = 0; bit < 8 * SIZE; bit++) {
+        bytes[bit / 8] = (char)(bytes[bit / 8] ^ 1 << bit % 8);
+        scratch_write_bytes(PATH, bytes, SIZE);
+        struct journal *journal = open_as(s, PICTURE, &seen);
+        assert_non_null(journal);
+        size_t good = bit / 8 < HEADER ? 0 : (bit / 8 - HEADER) / RECORD;
+        assert_true(!seen.wrong && seen.records == good);
+        journal_keep(journal);
+        bytes[bit / 8] = (char)(bytes[bit / 8] ^ 1 << bit % 8);
+        /* A journal that cannot be told from none is kept for its owner. */
+        assert_int_equal(unlink(PATH ".1"), bit / 8 < HEADER ? 0 : -1);
+    }
+}
+
+/* Good records at a place that is not theirs: doubled, swapped, from another picture's journal. */
+static void test_displaced_records(void **state)
+{
+    struct scratch *s = *state;
+    enum { SIZE = HEADER + 3 * RECORD };
+    char bytes[SIZE], other[SIZE];
+    struct seen seen;
+    unlink(PATH);
+    struct journal *journal = open_as(s, PICTURE + 1, &seen);
+    for (uint32_t i = 0; i < 3; i++)
+        append(journal, i);
+    journal_keep(journal);
+    assert_int_equal(read_file(PATH, other, SIZE), SIZE);
+    write_journal(s, 3);
+    assert_int_equal(read_file(PATH, bytes, SIZE), SIZE);
+    memcpy(bytes + HEADER + RECORD, bytes + HEADER + 2 * RECORD, RECORD);
+    scratch_write_bytes(PATH, bytes, SIZE);
+    check_resume(s, 1, 2 * (size_t)RECORD, 3);
+    assert_int_equal(read_file(PATH, bytes, SIZE), SIZE);
+    memcpy(bytes + HEADER + RECORD, other + HEADER + RECORD, RECORD);
+    scratch_write_bytes(PATH, bytes, SIZE);
+    check_resume(s, 1, 2 * (size_t)RECORD, 3);
+}
+
+static void test_other_pictures(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    write_journal(s, 3);
+    struct journal *journal = open_as(s, PICTURE + 1, &seen);
+    assert_true(journal && seen.records == 0);
+    assert_string_equal(s->said, PATH ": warning: the journal holds another picture or other "
+                                      "settings, it is now called " PATH ".1\n");
+    append(journal, 0);
+    journal_keep(journal);
+    journal = open_as(s, PICTURE, &seen);
+    assert_true(journal && seen.records == 0 && strstr(s->said, PATH ".2"));
+    journal_remove(journal);
+    assert_int_equal(rename(PATH ".1", PATH), 0);
+    check_resume(s, 3, 0, 5);
+    scratch_write(PATH, "[sphere]\nsomething else, of more bytes than a header\n");
+    journal = open_as(s, PICTURE, &seen);
+    assert_non_null(journal);
+    assert_string_equal(s->said, PATH ": warning: this is no journal, or its first bytes are "
+                                      "damaged, it is now called " PATH ".1\n");
+    journal_remove(journal);
+    assert_int_equal(unlink(PATH ".1") + unlink(PATH ".2"), 0);
+}
+
+/* What the caller cannot use, and what is larger than it may be, ends the journal. */
+static void test_unusable_records(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen = {.accepted = 2};
+    struct journal_reader reader = {take, &seen, PAYLOAD};
+    write_journal(s, 4);
+    message_capture(s->said, sizeof s->said);
+    struct journal *journal = journal_open(PATH, PICTURE, &reader);
+    message_capture(NULL, 0);
+    assert_true(journal_found(journal).records == 2);
+    journal_keep(journal);
+    check_resume(s, 2, 0, 4);
+    reader.largest = PAYLOAD - 1;
+    message_capture(s->said, sizeof s->said);
+    journal = journal_open(PATH, PICTURE, &reader);
+    message_capture(NULL, 0);
+    assert_true(journal_found(journal).records == 0);
+    journal_remove(journal);
+}
+
+static void test_one_run_at_a_time(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    write_journal(s, 2);
+    struct journal *first = open_as(s, PICTURE, &seen);
+    assert_null(open_as(s, PICTURE, &seen));
+    assert_string_equal(s->said, PATH ": another run is at work on this journal, wait for its end "
+                                      "or choose another place with output.journal=FILE\n");
+    /* Another picture's run does not take it away either. */
+    assert_null(open_as(s, PICTURE + 1, &seen));
+    assert_true(append(first, 2));
+    journal_keep(first);
+    check_resume(s, 3, 0, 3);
+}
+
+/* A process that is killed while it writes. */
+static void test_killed(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    for (int run = 0; run < 20; run++) {
+        unlink(PATH);
+        pid_t child = fork();
+        if (child == 0) {
+            struct journal *journal = open_as(s, PICTURE, &seen);
+            for (uint32_t i = 0;; i++)
+                append(journal, i);
+        }
+        usleep(500 * (useconds_t)run);
+        kill(child, SIGKILL);
+        waitpid(child, NULL, 0);
+        struct journal *journal = open_as(s, PICTURE, &seen);
+        assert_true(journal && !seen.wrong);
+        journal_remove(journal);
+    }
+}
+
+static struct rlimit limit_file_size(rlim_t bytes)
+{
+    struct rlimit old, limit;
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &old), 0);
+    limit = (struct rlimit){bytes, old.rlim_max};
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &limit), 0);
+    return old;
+}
+
+/* The disk is full, at every byte of a record: the journal is as it was, and goes on when there is
+ * room again. */
+static void test_full_disk(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    signal(SIGXFSZ, SIG_IGN);
+    for (rlim_t room = 0; room < RECORD; room++) {
+        write_journal(s, 2);
+        struct journal *journal = open_as(s, PICTURE, &seen);
+        message_capture(s->said, sizeof s->said);
+        struct rlimit old = limit_file_size(HEADER + 2 * RECORD + room);
+        bool first = append(journal, 2), second = append(journal, 2);
+        setrlimit(RLIMIT_FSIZE, &old);
+        message_capture(NULL, 0);
+        assert_false(first || second);
+        assert_string_equal(s->said,
+                            PATH ": warning: the journal cannot be written (File too large): "
+                                 "rendering goes on, but what is finished from now on is not saved "
+                                 "until there is room\n");
+        struct stat status;
+        assert_int_equal(stat(PATH, &status), 0);
+        assert_int_equal(status.st_size, HEADER + 2 * RECORD);
+        assert_true(append(journal, 2));
+        journal_keep(journal);
+        check_resume(s, 3, 0, 4);
+    }
+    struct rlimit old = limit_file_size(HEADER - 1);
+    unlink(PATH);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    setrlimit(RLIMIT_FSIZE, &old);
+    assert_null(journal);
+    assert_string_equal(s->said, PATH ": the journal cannot be written: File too large, choose "
+                                      "another place with output.journal=FILE\n");
+    unlink(PATH);
+}
+
+/* Where no journal can be, nothing is touched. */
+static void test_no_place(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    struct journal_reader reader = {take, &seen, PAYLOAD};
+    static const char line[] =
+        PATH ": is no regular file, choose another place for the journal with "
+             "output.journal=FILE\n";
+    unlink(PATH);
+    assert_int_equal(mkdir(PATH, 0700), 0);
+    assert_null(open_as(s, PICTURE, &seen));
+    assert_string_equal(s->said, line);
+    assert_int_equal(rmdir(PATH) + mkfifo(PATH, 0600), 0);
+    assert_null(open_as(s, PICTURE, &seen));
+    assert_string_equal(s->said, line);
+    scratch_write("precious", "text");
+    assert_int_equal(unlink(PATH) + symlink("precious", PATH), 0);
+    assert_null(open_as(s, PICTURE, &seen));
+    assert_string_equal(s->said, line);
+    unlink(PATH);
+    message_capture(s->said, sizeof s->said);
+    assert_null(journal_open("none/a.journal", PICTURE, &reader));
+    message_capture(NULL, 0);
+    assert_string_equal(s->said, "none/a.journal: the journal cannot be opened: No such file or "
+                                 "directory, choose another place with output.journal=FILE\n");
+}
+
+/* Syncing costs at most its share, however slow the disk. */
+static void test_sync_pause(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    for (double cost = 1e-6; cost < 1e4; cost *= 3) {
+        double pause = journal_sync_pause(cost);
+        assert_true(pause >= 5 && cost / (cost + pause) <= JOURNAL_SYNC_SHARE);
+    }
+    assert_true(journal_sync_pause(0.001) == 5);
+    unlink(PATH);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    append(journal, 0);
+    journal_tick(journal, 0);
+    journal_tick(journal, HUGE_VAL);
+    journal_tick(journal, HUGE_VAL);
+    journal_remove(journal);
+}
+
+static void test_picture(void **state)
+{
+    struct scratch *s = *state;
+    scratch_write("scene.ini",
+                  "[light]\nposition = 1 2 3\n[sphere a]\ncenter = 0 0 0\nradius = 1\n");
+    struct scene *scene = scratch_scene(s, "scene.ini", NULL);
+    struct scene *same = scratch_scene(s, "scene.ini", "farm.tile=8");
+    struct scene *other = scratch_scene(s, "scene.ini", "sampling.samples=2");
+    assert_true(journal_picture(scene, "1") == journal_picture(same, "1"));
+    assert_true(journal_picture(scene, "1") != journal_picture(other, "1"));
+    assert_true(journal_picture(scene, "1") != journal_picture(scene, "2"));
+    free(scene);
+    free(same);
+    free(other);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_round_trip),
+        cmocka_unit_test(test_empty_payload),
+        cmocka_unit_test(test_torn_at_every_byte),
+        cmocka_unit_test(test_every_bit_turned),
+        cmocka_unit_test(test_displaced_records),
+        cmocka_unit_test(test_other_pictures),
+        cmocka_unit_test(test_unusable_records),
+        cmocka_unit_test(test_one_run_at_a_time),
+        cmocka_unit_test(test_killed),
+        cmocka_unit_test(test_full_disk),
+        cmocka_unit_test(test_no_place),
+        cmocka_unit_test(test_sync_pause),
+        cmocka_unit_test(test_picture),
+    };
+    return cmocka_run_group_tests(tests, scratch_open, scratch_close);
+}

@@ -1,0 +1,114 @@
+/* Sizes that memory cannot hold: refused by number before anything is asked for. */
+#include "test/scratch.h"
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include "common/memory.h"
+#include "master/text_file.h"
+
+#define GIB ((size_t)1 << 30)
+
+/* The address sanitizer alone takes more of the address space than any limit leaves. */
+#ifdef __SANITIZE_ADDRESS__
+#define SKIP_IF_SANITIZED() skip()
+#else
+#define SKIP_IF_SANITIZED() (void)0
+#endif
+
+/* What ulimit -v sets; the old limit. */
+static struct rlimit set_limit(size_t bytes)
+{
+    struct rlimit old, limit;
+    assert_int_equal(getrlimit(RLIMIT_AS, &old), 0);
+    limit = (struct rlimit){bytes, old.rlim_max};
+    assert_int_equal(setrlimit(RLIMIT_AS, &limit), 0);
+    return old;
+}
+
+static void test_limit(void **state)
+{
+    (void)state;
+    SKIP_IF_SANITIZED();
+    size_t before = memory_limit();
+    assert_true(before > 16 << 20);
+    struct rlimit old = set_limit(before / 2);
+    size_t within = memory_limit();
+    bool holds = memory_holds(before / 2), too_much = memory_holds(before / 2 + 1);
+    setrlimit(RLIMIT_AS, &old);
+    assert_int_equal(within, before / 2);
+    assert_true(holds && !too_much);
+    assert_int_equal(memory_limit(), before);
+}
+
+/* A scene file, and a picture, that are larger than memory. */
+static void test_refused(void **state)
+{
+    struct scratch *s = *state;
+    SKIP_IF_SANITIZED();
+    scratch_write("big.nff", "s 0 0 0 1\n");
+    assert_int_equal(truncate("big.nff", (off_t)(2 * GIB)), 0);
+    scratch_write("big.ini", "[image]\nwidth = 16384\nheight = 16384\n[light]\nposition = 0 0 0\n");
+    struct job job;
+    struct rlimit old = set_limit(GIB);
+    bool scene = scratch_load(s, "big.nff", NULL, &job);
+    char *said = copy_text(s->said);
+    bool picture = scratch_load(s, "big.ini", NULL, &job);
+    bool part = scratch_load(s, "big.ini", "image.region=0 0 100 100", &job);
+    setrlimit(RLIMIT_AS, &old);
+    assert_false(scene || picture);
+    assert_string_equal(said, "big.nff: has 2147483648 bytes, expected at most 1073741824\n");
+    free(said);
+    scratch_refused(s, "big.nff", NULL, "big.nff:2: a NUL byte, expected plain text");
+    assert_true(part);
+    job_free(&job);
+    unlink("big.nff");
+}
+
+/* What a block that cannot be costs: the job, with this message. */
+static void check_fatal(size_t count, size_t size, const char *expected)
+{
+    int ends[2], status;
+    char text[256] = "";
+    assert_int_equal(pipe(ends), 0);
+    pid_t child = fork();
+    if (child == 0) {
+        dup2(ends[1], STDERR_FILENO);
+        free(allocate(count, size));
+        _exit(0);
+    }
+    close(ends[1]);
+    /* It comes in pieces. */
+    FILE *said = fdopen(ends[0], "r");
+    size_t bytes = fread(text, 1, sizeof text - 1, said);
+    text[bytes] = '\0';
+    fclose(said);
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 1);
+    assert_string_equal(text, expected);
+}
+
+static void test_blocks(void **state)
+{
+    (void)state;
+    volatile size_t huge = SIZE_MAX / 2;
+    char expected[256];
+    snprintf(expected, sizeof expected,
+             "farm: rank 0: out of memory: %zu bytes were needed in one piece, there are %zu in "
+             "all\n",
+             huge, memory_limit());
+    check_fatal(huge, 1, expected);
+    snprintf(expected, sizeof expected, "farm: rank 0: out of memory: %zu x 4 bytes were needed\n",
+             huge);
+    check_fatal(huge, 4, expected);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_limit),
+        cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_blocks),
+    };
+    return cmocka_run_group_tests(tests, scratch_open, scratch_close);
+}

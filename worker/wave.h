@@ -1,0 +1,83 @@
+/*
+ * Lanes: the same arithmetic on many rays at once, array by array.
+ *
+ * What is computed for a ray depends on its own lane alone and is written as for a single one, with
+ * selections in place of branches; loops over lanes are compiled to SIMD instructions of whatever
+ * width the processor has. Each lane does the same operations in the same order as the functions
+ * for one ray, so the bits are the same. A lane for which the plain way is not enough is told to be
+ * not `sure`, and is done again by those functions.
+ */
+#ifndef FARM_WORKER_LANES_H
+#define FARM_WORKER_LANES_H
+
+#include <stdint.h>
+
+#include "worker/exact.h"
+
+/*
+ * Of a wave: enough for large batches, few enough that the rays, hits and trees of the samples on
+ * their way (about 600 bytes each) stay in a core's second-level cache.
+ */
+#define LANES 512
+
+struct lanes3 {
+    double x[LANES], y[LANES], z[LANES];
+};
+
+static inline struct vec3 lane(const struct lanes3 *lanes, uint32_t i)
+{
+    return vec3(lanes->x[i], lanes->y[i], lanes->z[i]);
+}
+
+static inline void set_lane(struct lanes3 *lanes, uint32_t i, struct vec3 v)
+{
+    lanes->x[i] = v.x;
+    lanes->y[i] = v.y;
+    lanes->z[i] = v.z;
+}
+
+/* A lane's truth value. */
+static inline double truth(bool value)
+{
+    return value ? 1.0 : 0.0;
+}
+
+/* Before a loop over lanes, which are independent of each other. */
+#define OVER_LANES _Pragma("omp simd")
+
+/* For functions with such loops: see WITH_FMA. */
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__FMA__) &&        \
+    !defined(__SANITIZE_ADDRESS__)
+#define WITH_LANES __attribute__((target_clones("avx512f", "fma", "default"), flatten))
+#else
+#define WITH_LANES __attribute__((flatten))
+#endif
+
+/* The squares of vec_normalize() are in range. */
+static inline bool is_plain_square(double square)
+{
+    return (square > 0x1p-900) & (square < 0x1p1000);
+}
+
+/* vec_normalize() where *sure stays true. */
+static inline struct vec3 plain_unit(struct vec3 v, bool *sure)
+{
+    double square = vec_dot(v, v), length = sqrt(square);
+    *sure &= is_plain_square(square);
+    return vec3(v.x / length, v.y / length, v.z / length);
+}
+
+/* The same for vectors, in place of a branch. */
+static inline struct vec3 choose(bool condition, struct vec3 a, struct vec3 b)
+{
+    return vec3(condition ? a.x : b.x, condition ? a.y : b.y, condition ? a.z : b.z);
+}
+
+static inline struct dd3 choose_dd3(bool condition, struct dd3 a, struct dd3 b)
+{
+    return (struct dd3){{condition ? a.x.high : b.x.high, condition ? a.x.low : b.x.low},
+                        {condition ? a.y.high : b.y.high, condition ? a.y.low : b.y.low},
+                        {condition ? a.z.high : b.z.high, condition ? a.z.low : b.z.low}};
+}
+
+#endif
