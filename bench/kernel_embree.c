@@ -84,7 +84,9 @@ static void on_error(void *context, enum RTCError code, const char *text)
 static struct scene *load_scene(const struct options *options)
 {
     struct job job;
-    if (!load_job(options->config, options->overrides, options->override_count, &job)) exit(2);
+    if (!load_job(options->config, options->overrides, options->override_count, REACH_ANYWHERE,
+                  &job))
+        exit(2);
     struct view view = settings_view(&job.settings);
     struct scene *scene = builder_finish(job.builder, &view);
     job_free(&job);

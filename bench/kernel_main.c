@@ -163,7 +163,8 @@ static struct scene *load_block(const struct bench *bench, const char *config)
                         format_text("image.region=0 0 %u %u", bench->width, bench->height),
                         copy_text("render.max_depth=20"), copy_text("sampling.samples=1")};
     const size_t count = sizeof settings / sizeof *settings;
-    if (!load_job(config, settings, count, &job)) fatal("%s cannot be loaded", config);
+    if (!load_job(config, settings, count, REACH_ANYWHERE, &job))
+        fatal("%s cannot be loaded", config);
     struct view view = settings_view(&job.settings);
     struct scene *block = builder_finish(job.builder, &view);
     job_free(&job);
