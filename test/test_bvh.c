@@ -300,7 +300,7 @@ static void test_pieces_count_once(void **state)
             expected += count_ahead(&found);
         }
         struct crossings found = primitive_crossings(scene, primitive_id(PRIMITIVE_SPHERE, 0), &ray,
-                                                     &shear, false, &exact);
+                                                     &shear, &purpose, &exact);
         expected += count_ahead(&found);
         assert_same(light_through(scene, bvh, &ray).x, ldexp(1, -(int)expected));
     }
