@@ -15,6 +15,7 @@
 #include "common/scene.h"
 #include "master/builder.h"
 #include "worker/bvh.h"
+#include "worker/kernel.h"
 #include "worker/nearest.h"
 #include "worker/shape.h"
 
@@ -149,21 +150,41 @@ static inline struct bvh *build_tree(const struct scene *scene)
     return bvh_build(scene, memory);
 }
 
+static inline void assert_same_hit(const struct hit *hit, const struct hit *expected)
+{
+    assert_int_equal(hit->primitive, expected->primitive);
+    assert_int_equal(hit->part, expected->part);
+    assert_memory_equal(&hit->t, &expected->t, sizeof hit->t);
+    assert_memory_equal(&hit->u, &expected->u, sizeof hit->u);
+    assert_memory_equal(&hit->v, &expected->v, sizeof hit->v);
+}
+
+/* The same bits from the kernels of all levels that this processor has. */
 static inline struct hit nearest_of(const struct scene *scene, const struct bvh *bvh,
                                     const struct ray *ray)
 {
-    struct hit hit;
+    struct hit hit, other;
     uint64_t exact = 0;
     nearest(scene, bvh, ray, 1, &hit, &exact);
+    for (enum processor_level level = PROCESSOR_PORTABLE; level < PROCESSOR_LEVELS; level++) {
+        if (!processor_has(level)) continue;
+        kernel_at(level)->nearest(scene, bvh, ray, 1, &other, &exact);
+        assert_same_hit(&other, &hit);
+    }
     return hit;
 }
 
 static inline struct vec3 light_through(const struct scene *scene, const struct bvh *bvh,
                                         const struct ray *ray)
 {
-    struct vec3 light;
+    struct vec3 light, other;
     uint64_t exact = 0;
     occluded(scene, bvh, ray, 1, &light, &exact);
+    for (enum processor_level level = PROCESSOR_PORTABLE; level < PROCESSOR_LEVELS; level++) {
+        if (!processor_has(level)) continue;
+        kernel_at(level)->occluded(scene, bvh, ray, 1, &other, &exact);
+        assert_memory_equal(&other, &light, sizeof other);
+    }
     return light;
 }
 

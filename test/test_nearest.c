@@ -38,7 +38,8 @@ static struct hit brute_nearest(const struct scene *scene, const struct ray *ray
     struct hit hit = {.t = INFINITE, .primitive = PRIMITIVE_NONE};
     uint64_t exact = 0;
     for (uint32_t id = first_id(scene); id != PRIMITIVE_NONE; id = next_id(scene, id)) {
-        struct crossings found = primitive_crossings(scene, id, ray, &shear, &ALL_CROSSINGS, &exact);
+        struct crossings found =
+            primitive_crossings(scene, id, ray, &shear, &ALL_CROSSINGS, &exact);
         for (unsigned i = 0; i < 2; i++) {
             if (!(found.t[i] > 0 && found.t[i] < ray->t_max)) continue;
             struct hit next = {found.t[i], found.u, found.v, id, found.part[i]};
@@ -77,6 +78,7 @@ static struct vec3 brute_light(const struct scene *scene, const struct ray *ray)
 enum style {
     SCATTERED, /* anywhere, of any size */
     LATTICE,   /* integer coordinates: many equal distances and rays in surfaces */
+    MESH,      /* triangles alone, their vertices on a lattice, most of them shared */
     STYLES
 };
 
@@ -89,21 +91,21 @@ struct recipe {
 
 static double some_length(const struct recipe *recipe)
 {
-    if (recipe->style == LATTICE) return 1 + random_below(recipe->random, 2);
+    if (recipe->style != SCATTERED) return 1 + random_below(recipe->random, 2);
     return recipe->reach * pow(10, random_between(recipe->random, -4, -0.5));
 }
 
 static struct vec3 some_point(const struct recipe *recipe)
 {
     struct vec3 p = random_vector(recipe->random, recipe->reach);
-    if (recipe->style == LATTICE) p = vec3(floor(p.x), floor(p.y), floor(p.z));
+    if (recipe->style != SCATTERED) p = vec3(floor(p.x), floor(p.y), floor(p.z));
     return vec_add(p, recipe->offset);
 }
 
 static struct vec3 near_point(const struct recipe *recipe, struct vec3 p)
 {
     struct vec3 step = random_vector(recipe->random, 2 * some_length(recipe));
-    if (recipe->style == LATTICE) step = vec3(floor(step.x), floor(step.y), floor(step.z));
+    if (recipe->style != SCATTERED) step = vec3(floor(step.x), floor(step.y), floor(step.z));
     return vec_is_zero(step) ? vec_add(p, vec3(0, 0, recipe->reach / 8)) : vec_add(p, step);
 }
 
@@ -129,7 +131,7 @@ static void add_some(struct builder *builder, const struct recipe *recipe)
     struct sphere shell = {p, some_length(recipe), material, 1};
     if (recipe->style == SCATTERED) disc.normal = vec_normalize(random_vector(random, 1));
     if (random_below(random, 2)) cone.apex_radius = cone.base_radius;
-    switch (random_below(random, 7)) {
+    switch (recipe->style == MESH ? 0 : random_below(random, 7)) {
     case 0:
         add_triangle(builder, p, q, near_point(recipe, p), material);
         break;
@@ -188,15 +190,6 @@ static struct ray random_ray(const struct recipe *recipe)
     return ray;
 }
 
-static void assert_same_hit(const struct hit *hit, const struct hit *expected)
-{
-    assert_int_equal(hit->primitive, expected->primitive);
-    assert_int_equal(hit->part, expected->part);
-    assert_memory_equal(&hit->t, &expected->t, sizeof hit->t);
-    assert_memory_equal(&hit->u, &expected->u, sizeof hit->u);
-    assert_memory_equal(&hit->v, &expected->v, sizeof hit->v);
-}
-
 static void compare_ray(const struct scene *scene, const struct bvh *bvh, const struct ray *ray,
                         struct hit *hit)
 {
@@ -252,6 +245,15 @@ static void test_lattice(void **state)
     (void)state;
     uint64_t random = 14;
     compare_scenes((struct recipe){&random, LATTICE, 4, {0, 0, 0}}, 16, 60, 5000);
+}
+
+/* Enough triangles for leaves of all sizes. */
+static void test_meshes(void **state)
+{
+    (void)state;
+    uint64_t random = 16;
+    compare_scenes((struct recipe){&random, MESH, 6, {0, 0, 0}}, 6, 400, 1500);
+    compare_scenes((struct recipe){&random, MESH, 3, {0x1p50, -0x1p50, 0}}, 2, 100, 1000);
 }
 
 static void test_tiny_and_far_away(void **state)
@@ -697,6 +699,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_scattered),
         cmocka_unit_test(test_lattice),
+        cmocka_unit_test(test_meshes),
         cmocka_unit_test(test_tiny_and_far_away),
         cmocka_unit_test(test_duplicates),
         cmocka_unit_test(test_t_max),

@@ -1,22 +1,22 @@
 #include "worker/kernel.h"
 
-static const struct kernel *kernel_of(const struct scene *scene)
+/* Of the Makefile's levels. */
+extern const struct kernel kernel_portable, kernel_avx2, kernel_avx512;
+
+const struct kernel *kernel_at(enum processor_level level)
 {
 #ifdef __x86_64__
-    switch (processor_resolve(scene->view.processor)) {
-    case PROCESSOR_AVX512:
-        return &kernel_avx512;
-    case PROCESSOR_AVX2:
-        return &kernel_avx2;
-    case PROCESSOR_AUTO:
-    case PROCESSOR_PORTABLE:
-    case PROCESSOR_LEVELS:
-        break;
-    }
+    if (level == PROCESSOR_AVX512) return &kernel_avx512;
+    if (level == PROCESSOR_AVX2) return &kernel_avx2;
 #else
-    (void)scene;
+    (void)level;
 #endif
     return &kernel_portable;
+}
+
+static const struct kernel *kernel_of(const struct scene *scene)
+{
+    return kernel_at(processor_resolve(scene->view.processor));
 }
 
 void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays, size_t count,

@@ -19,6 +19,7 @@ struct kernel {
     __typeof__(renderer_tile) *renderer_tile;
 };
 
-extern const struct kernel kernel_portable, kernel_avx2, kernel_avx512;
+/* The one of a level that this processor has. */
+const struct kernel *kernel_at(enum processor_level level);
 
 #endif

@@ -1,6 +1,8 @@
 /* KERNEL_TABLE is kernel_portable, kernel_avx2, ...: by the Makefile. */
 #include "worker/kernel.h"
 
+extern const struct kernel KERNEL_TABLE;
+
 const struct kernel KERNEL_TABLE = {
     .nearest = nearest,
     .occluded = occluded,
