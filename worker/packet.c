@@ -1,74 +1,7 @@
 #include "worker/packet.h"
 
 #include "worker/nearest_walk.h"
-#include "worker/packet_walk.h"
-
-/* ---- triangles ---- */
-
-/* A triangle as the rays of a packet see it, by the filter of triangle_crossings(). */
-struct packet_view {
-    lane_set maybe, certain; /* not certainly missed; certainly crossed */
-    struct sheared_lanes p, q, r;
-    struct lanes e0, e1, e2, error;
-};
-
-static INLINED struct sheared_lanes packet_shear(const struct packet *packet,
-                                                 const struct vec3 *vertex)
-{
-    const unsigned *axes = packet->axes;
-    struct lanes z = lanes_sub(lanes_of(vec_component(vertex, axes[2])), packet->origin[2]);
-    struct lanes x = lanes_sub(lanes_of(vec_component(vertex, axes[0])), packet->origin[0]);
-    struct lanes y = lanes_sub(lanes_of(vec_component(vertex, axes[1])), packet->origin[1]);
-    return (struct sheared_lanes){lanes_sub(x, lanes_mul(packet->sx, z)),
-                                  lanes_sub(y, lanes_mul(packet->sy, z)), z};
-}
-
-static INLINED struct packet_view
-packet_view(const struct packet *packet, const struct vec3 *vertices, const struct bvh_leaf *leaf)
-{
-    struct packet_view view = {.p = packet_shear(packet, &vertices[leaf->vertex[0]]),
-                               .q = packet_shear(packet, &vertices[leaf->vertex[1]]),
-                               .r = packet_shear(packet, &vertices[leaf->vertex[2]])};
-    view.e0 = lanes_edge(&view.q, &view.r);
-    view.e1 = lanes_edge(&view.r, &view.p);
-    view.e2 = lanes_edge(&view.p, &view.q);
-    struct lanes low = lanes_smaller(lanes_smaller(view.e0, view.e1), view.e2);
-    struct lanes high = lanes_larger(lanes_larger(view.e0, view.e1), view.e2);
-    struct lanes zero = lanes_of(0);
-    view.error = lanes_edge_error(&view.p, &view.q, &view.r);
-    struct lanes below = lanes_add(low, view.error), above = lanes_sub(high, view.error);
-    view.maybe = ALL_LANES & ~(lanes_less(below, zero) & lanes_less(zero, above));
-    view.certain = lanes_less(view.error, low) | lanes_less(lanes_add(high, view.error), zero);
-    return view;
-}
-
-/*
- * Where the rays that certainly cross a triangle do so, within bounds. The exact crossing lies at a
- * mean z of the vertices, with weights e that err by `error` each: z by at most q times the range of
- * the vertices' z when the errors sum up to half of q of the sum of the weights. All other roundings,
- * of z, of the mean and of the quotients, and what t differs by in the end, are less than 64 u of
- * the largest z.
- */
-static INLINED void packet_distances(const struct packet *packet, const struct packet_view *view,
-                                     double from[LANES], double to[LANES])
-{
-    struct lanes sum = lanes_add(lanes_add(view->e0, view->e1), view->e2);
-    struct lanes inverse = lanes_div(lanes_of(1), sum);
-    struct lanes mean = lanes_add(lanes_mul(view->e0, view->p.z), lanes_mul(view->e1, view->q.z));
-    mean = lanes_mul(lanes_add(mean, lanes_mul(view->e2, view->r.z)), inverse);
-    struct lanes low = lanes_smaller(lanes_smaller(view->p.z, view->q.z), view->r.z);
-    struct lanes high = lanes_larger(lanes_larger(view->p.z, view->q.z), view->r.z);
-    struct lanes q = lanes_mul(lanes_mul(lanes_of(6), view->error), lanes_abs(inverse));
-    struct lanes doubt = lanes_mul(lanes_smaller(q, lanes_of(1)), lanes_sub(high, low));
-    struct lanes size = lanes_larger(lanes_abs(low), lanes_abs(high));
-    doubt = lanes_add(doubt, lanes_mul(lanes_of(64 * UNIT_ROUNDOFF), size));
-    doubt = lanes_mul(doubt, lanes_abs(packet->inverse_dz));
-    struct lanes t = lanes_mul(mean, packet->inverse_dz);
-    lanes_store(from, lanes_sub(t, doubt));
-    lanes_store(to, lanes_add(t, doubt));
-}
-
-/* ---- the nearest hits ---- */
+#include "worker/packet_triangle.h"
 
 /* A triangle that may be a ray's nearest. */
 struct candidate {
@@ -168,6 +101,68 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
     *limit = highest_of(lanes_load(it->limit));
 }
 
+/* Where rays start, and what is in front of the tree. */
+static void begin_rays(struct nearest_packet *it)
+{
+    for (unsigned lane = 0; lane < LANES; lane++) {
+        const struct ray *ray = &it->rays[lane];
+        bool leaves_triangle = ray->from != PRIMITIVE_NONE && is_triangle(ray->from);
+        double way = largest_component(ray->origin) / largest_component(ray->direction);
+        it->limit[lane] = ray->t_max;
+        it->least[lane] = leaves_triangle ? PASSAGE_REACH * way : 0;
+        it->origin_error[lane] = ORDER_ERROR * way;
+        it->count[lane] = 0;
+        if (it->scene->primitives[PRIMITIVE_PLANE].count == 0) continue;
+        struct nearest_walk *walk = walk_of(it, lane);
+        nearest_planes(walk, false);
+        it->limit[lane] = walk->probe.purpose.farthest;
+    }
+}
+
+/* The one triangle that a ray without a walk can hit first; NULL: there is none, or it is not
+ * certain. */
+static const struct bvh_leaf *only_candidate(const struct nearest_packet *it, unsigned lane)
+{
+    const struct bvh_leaf *only = NULL;
+    if (it->walking >> lane & 1) return NULL;
+    for (unsigned i = 0; i < it->count[lane]; i++) {
+        const struct candidate *candidate = &it->candidates[lane][i];
+        if (candidate->from > it->limit[lane]) continue;
+        if (only || candidate->from <= 0) return NULL;
+        only = candidate->leaf;
+    }
+    return only;
+}
+
+/* The hits of rays with one candidate, for all together; returns whose they are. */
+static lane_set settle_together(const struct nearest_packet *it, struct hit *hits)
+{
+    const struct bvh_leaf *leaves[LANES];
+    lane_set set = 0;
+    for (unsigned lane = 0; lane < LANES; lane++) {
+        leaves[lane] = only_candidate(it, lane);
+        if (leaves[lane]) set |= UINT32_C(1) << lane;
+    }
+    if (!set) return 0;
+    for (unsigned lane = 0; lane < LANES; lane++)
+        if (!leaves[lane]) leaves[lane] = leaves[lowest_lane(set)];
+    struct packet_crossings found =
+        packet_crossings(&it->packet, scene_vertices(it->scene), leaves);
+    double t[LANES], u[LANES], v[LANES];
+    lanes_store(t, found.t);
+    lanes_store(u, found.u);
+    lanes_store(v, found.v);
+    set &= found.good;
+    for (lane_set rest = set; rest; rest = without_lowest(rest)) {
+        unsigned lane = lowest_lane(rest);
+        if (t[lane] > it->least[lane] && t[lane] < it->rays[lane].t_max)
+            hits[lane] = (struct hit){t[lane], u[lane], v[lane], leaves[lane]->id, 0};
+        else
+            set &= ~(UINT32_C(1) << lane);
+    }
+    return set;
+}
+
 bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                     struct hit *hits, uint64_t *exact)
 {
@@ -177,23 +172,14 @@ bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const stru
     it.rays = rays;
     it.exact = exact;
     it.walking = 0;
-    for (unsigned lane = 0; lane < LANES; lane++) {
-        const struct ray *ray = &rays[lane];
-        bool leaves_triangle = ray->from != PRIMITIVE_NONE && is_triangle(ray->from);
-        double way = largest_component(ray->origin) / largest_component(ray->direction);
-        it.limit[lane] = ray->t_max;
-        it.least[lane] = leaves_triangle ? PASSAGE_REACH * way : 0;
-        it.origin_error[lane] = ORDER_ERROR * way;
-        it.count[lane] = 0;
-        if (scene->primitives[PRIMITIVE_PLANE].count == 0) continue;
-        struct nearest_walk *walk = walk_of(&it, lane);
-        nearest_planes(walk, false);
-        it.limit[lane] = walk->probe.purpose.farthest;
-    }
+    begin_rays(&it);
     packet_traverse(bvh, &it.packet, highest_of(lanes_load(it.limit)), visit_by_packet, &it);
+    lane_set settled = settle_together(&it, hits);
     for (unsigned lane = 0; lane < LANES; lane++) {
-        settle(&it, lane);
-        hits[lane] = it.walks[lane].hit;
+        if (settled >> lane & 1) continue;
+        hits[lane] = (struct hit){.t = INFINITE, .primitive = PRIMITIVE_NONE};
+        if (it.count[lane] > 0) settle(&it, lane);
+        if (it.walking >> lane & 1) hits[lane] = it.walks[lane].hit;
     }
     return true;
 }

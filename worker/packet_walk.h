@@ -25,7 +25,8 @@ struct packet {
     struct range_slab ranges[3];
     /* A lane for each ray: */
     struct lane_slab slabs[3];
-    struct lanes origin[3], sx, sy, inverse_dz; /* in the order of the shear's axes */
+    struct lanes o[3], d[3];
+    struct lanes origin[3], sx, sy, inverse_dz; /* origin: in the order of the shear's axes */
     unsigned axes[3];                           /* x, y and z of the shear */
 };
 
@@ -103,7 +104,7 @@ static INLINED bool packet_of(const struct bvh *bvh, const struct ray *rays, str
     packet->bvh = bvh;
     const struct axis_order xyz = axis_order(0, 1, 2);
     const double *origins[LANES], *directions[LANES];
-    struct lanes o[3], d[3];
+    struct lanes *o = packet->o, *d = packet->d;
     UNROLLED
     for (unsigned i = 0; i < LANES; i++) {
         origins[i] = &rays[i].origin.x;
