@@ -127,6 +127,11 @@ static INLINED void lanes_transpose(const double *const at[LANES], const struct 
     out[2].v = _mm512_permutex2var_pd(z01, low, z23);
 }
 
+static inline struct lanes lanes_choose(lane_set set, struct lanes a, struct lanes b)
+{
+    return (struct lanes){_mm512_mask_blend_pd((__mmask8)set, b.v, a.v)};
+}
+
 static inline lane_set lanes_less(struct lanes a, struct lanes b)
 {
     return _mm512_cmp_pd_mask(a.v, b.v, _CMP_LT_OQ);
@@ -235,6 +240,19 @@ static INLINED void lanes_transpose(const double *const at[LANES], const struct 
     out[2] = (struct lanes){low[2], high[2]};
 }
 
+static inline __m256d mask_4(lane_set set)
+{
+    const __m256i bits = _mm256_setr_epi64x(1, 2, 4, 8);
+    __m256i chosen = _mm256_and_si256(_mm256_set1_epi64x((long long)set), bits);
+    return _mm256_castsi256_pd(_mm256_cmpeq_epi64(chosen, bits));
+}
+
+static inline struct lanes lanes_choose(lane_set set, struct lanes a, struct lanes b)
+{
+    return (struct lanes){_mm256_blendv_pd(b.low, a.low, mask_4(set)),
+                          _mm256_blendv_pd(b.high, a.high, mask_4(set >> 4))};
+}
+
 static inline lane_set lane_set_of(__m256d low, __m256d high)
 {
     return (lane_set)_mm256_movemask_pd(low) | (lane_set)_mm256_movemask_pd(high) << 4;
@@ -333,6 +351,13 @@ static inline void lanes_transpose(const double *const at[LANES], const struct a
             out[k].at[i] = at[i][order->axis[k]];
 }
 
+static inline struct lanes lanes_choose(lane_set set, struct lanes a, struct lanes b)
+{
+    for (unsigned i = 0; i < LANES; i++)
+        if (set >> i & 1) b.at[i] = a.at[i];
+    return b;
+}
+
 static inline lane_set lanes_less(struct lanes a, struct lanes b)
 {
     lane_set set = 0;
@@ -351,7 +376,8 @@ static inline lane_set lanes_at_most(struct lanes a, struct lanes b)
 
 #endif
 
-/* lanes_larger(), lanes_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses.
+/* lanes_choose(): a in the lanes of the set, b in the others.
+ * lanes_larger(), lanes_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses.
  * lanes_transpose(): of three doubles for each lane those that the order names first, second and
  * third; what lies behind them is not touched. */
 

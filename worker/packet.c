@@ -1,0 +1,185 @@
+#include "worker/packet.h"
+
+#include "worker/nearest_walk.h"
+#include "worker/packet_triangle.h"
+
+/* A triangle that may be a ray's nearest. */
+struct candidate {
+    const struct bvh_leaf *leaf;
+    double from; /* no nearer than this */
+};
+
+#define CANDIDATES 6
+
+struct nearest_packet {
+    struct packet packet;
+    const struct scene *scene;
+    const struct ray *rays;
+    uint64_t *exact;
+    double limit[LANES]; /* nothing beyond is of interest to the ray */
+    double least[LANES]; /* what is nearer may be a passage through the triangle it starts on */
+    double origin_error[LANES];
+    struct candidate candidates[LANES][CANDIDATES];
+    unsigned count[LANES];
+    lane_set walking; /* rays that have a walk */
+    struct nearest_walk walks[LANES];
+};
+
+static struct nearest_walk *walk_of(struct nearest_packet *it, unsigned lane)
+{
+    struct nearest_walk *walk = &it->walks[lane];
+    if (!(it->walking >> lane & 1)) *walk = nearest_walk_of(it->scene, &it->rays[lane], it->exact);
+    it->walking |= UINT32_C(1) << lane;
+    return walk;
+}
+
+/* Tests a ray with its candidates. */
+static void settle(struct nearest_packet *it, unsigned lane)
+{
+    struct nearest_walk *walk = walk_of(it, lane);
+    for (unsigned i = 0; i < it->count[lane]; i++) {
+        const struct candidate *candidate = &it->candidates[lane][i];
+        if (candidate->from > it->limit[lane]) continue;
+        struct crossings found = probe_triangle(&walk->probe, candidate->leaf, false);
+        nearest_crossing(walk, &found, 0, candidate->leaf->id, false);
+    }
+    it->count[lane] = 0;
+    it->limit[lane] = smaller(it->limit[lane], walk->probe.purpose.farthest);
+}
+
+static INLINED void keep(struct nearest_packet *it, unsigned lane, const struct bvh_leaf *leaf,
+                         double from)
+{
+    if (it->count[lane] == CANDIDATES) settle(it, lane);
+    it->candidates[lane][it->count[lane]++] = (struct candidate){leaf, from};
+}
+
+/* Keeps what the rays may meet first. What certainly counts brings the limit down to what may yet
+ * be as near by worker/order.h. */
+static void packet_candidates(struct nearest_packet *it, const struct bvh_leaf *leaf,
+                              const struct packet_view *view, lane_set set)
+{
+    double from[LANES], to[LANES];
+    packet_distances(&it->packet, view, from, to);
+    for (; set; set = without_lowest(set)) {
+        unsigned lane = lowest_lane(set);
+        const struct ray *ray = &it->rays[lane];
+        if (leaf->id == ray->from) continue;
+        if (!(view->certain >> lane & 1)) {
+            keep(it, lane, leaf, -INFINITE);
+            continue;
+        }
+        if (from[lane] > it->limit[lane] || to[lane] < 0) continue;
+        keep(it, lane, leaf, from[lane]);
+        if (!(from[lane] > it->least[lane] && to[lane] < ray->t_max)) continue;
+        double limit = to[lane] + 2 * (it->origin_error[lane] + ORDER_ERROR * to[lane]);
+        it->limit[lane] = smaller(limit, it->limit[lane]);
+    }
+}
+
+static INLINED void visit_by_packet(void *context, const struct bvh_node *node, unsigned slot,
+                                    double *limit)
+{
+    struct nearest_packet *it = context;
+    lane_set rays = rays_meet(&it->packet, node, slot, lanes_load(it->limit));
+    if (!rays) return;
+    const struct bvh_leaf *leaves = bvh_leaves(it->packet.bvh) + node->child[slot];
+    const struct vec3 *vertices = scene_vertices(it->scene);
+    uint32_t count = node->count[slot], triangles = triangles_of(leaves, count);
+    for (uint32_t i = 0; i < triangles; i++) {
+        struct packet_view view = packet_view(&it->packet, vertices, &leaves[i]);
+        lane_set set = rays & view.maybe;
+        if (set) packet_candidates(it, &leaves[i], &view, set);
+    }
+    for (lane_set rest = triangles < count ? rays : 0; rest; rest = without_lowest(rest)) {
+        unsigned lane = lowest_lane(rest);
+        struct nearest_walk *walk = walk_of(it, lane);
+        for (uint32_t i = triangles; i < count; i++)
+            nearest_primitive(walk, leaves[i].id, false);
+        it->limit[lane] = smaller(it->limit[lane], walk->probe.purpose.farthest);
+    }
+    *limit = highest_of(lanes_load(it->limit));
+}
+
+/* Where rays start, and what is in front of the tree. */
+static void begin_rays(struct nearest_packet *it)
+{
+    for (unsigned lane = 0; lane < LANES; lane++) {
+        const struct ray *ray = &it->rays[lane];
+        bool leaves_triangle = ray->from != PRIMITIVE_NONE && is_triangle(ray->from);
+        double way = largest_component(ray->origin) / largest_component(ray->direction);
+        it->limit[lane] = ray->t_max;
+        it->least[lane] = leaves_triangle ? PASSAGE_REACH * way : 0;
+        it->origin_error[lane] = ORDER_ERROR * way;
+        it->count[lane] = 0;
+        if (it->scene->primitives[PRIMITIVE_PLANE].count == 0) continue;
+        struct nearest_walk *walk = walk_of(it, lane);
+        nearest_planes(walk, false);
+        it->limit[lane] = walk->probe.purpose.farthest;
+    }
+}
+
+/* The one triangle that a ray without a walk can hit first; NULL: there is none, or it is not
+ * certain. */
+static const struct bvh_leaf *only_candidate(const struct nearest_packet *it, unsigned lane)
+{
+    const struct bvh_leaf *only = NULL;
+    if (it->walking >> lane & 1) return NULL;
+    for (unsigned i = 0; i < it->count[lane]; i++) {
+        const struct candidate *candidate = &it->candidates[lane][i];
+        if (candidate->from > it->limit[lane]) continue;
+        if (only || candidate->from <= 0) return NULL;
+        only = candidate->leaf;
+    }
+    return only;
+}
+
+/* The hits of rays with one candidate, for all together; returns whose they are. */
+static lane_set settle_together(const struct nearest_packet *it, struct hit *hits)
+{
+    const struct bvh_leaf *leaves[LANES];
+    lane_set set = 0;
+    for (unsigned lane = 0; lane < LANES; lane++) {
+        leaves[lane] = only_candidate(it, lane);
+        if (leaves[lane]) set |= UINT32_C(1) << lane;
+    }
+    if (!set) return 0;
+    for (unsigned lane = 0; lane < LANES; lane++)
+        if (!leaves[lane]) leaves[lane] = leaves[lowest_lane(set)];
+    struct packet_crossings found =
+        packet_crossings(&it->packet, scene_vertices(it->scene), leaves);
+    double t[LANES], u[LANES], v[LANES];
+    lanes_store(t, found.t);
+    lanes_store(u, found.u);
+    lanes_store(v, found.v);
+    set &= found.good;
+    for (lane_set rest = set; rest; rest = without_lowest(rest)) {
+        unsigned lane = lowest_lane(rest);
+        if (t[lane] > it->least[lane] && t[lane] < it->rays[lane].t_max)
+            hits[lane] = (struct hit){t[lane], u[lane], v[lane], leaves[lane]->id, 0};
+        else
+            set &= ~(UINT32_C(1) << lane);
+    }
+    return set;
+}
+
+bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                    struct hit *hits, uint64_t *exact)
+{
+    struct nearest_packet it;
+    if (!packet_of(bvh, rays, &it.packet)) return false;
+    it.scene = scene;
+    it.rays = rays;
+    it.exact = exact;
+    it.walking = 0;
+    begin_rays(&it);
+    packet_traverse(bvh, &it.packet, highest_of(lanes_load(it.limit)), visit_by_packet, &it);
+    lane_set settled = settle_together(&it, hits);
+    for (unsigned lane = 0; lane < LANES; lane++) {
+        if (settled >> lane & 1) continue;
+        hits[lane] = (struct hit){.t = INFINITE, .primitive = PRIMITIVE_NONE};
+        if (it.count[lane] > 0) settle(&it, lane);
+        if (it.walking >> lane & 1) hits[lane] = it.walks[lane].hit;
+    }
+    return true;
+}

@@ -1,0 +1,19 @@
+/*
+ * Rays that go much the same way, walked through the tree together. A node is looked at once for
+ * all of them, by interval arithmetic: what a ray's slab distances may be lies between products of
+ * the ends of the packet's ranges, and as rounding is monotonic that holds for the rounded
+ * distances, too. Only leaves, and the triangles in them, are tested ray by ray, one to a lane.
+ *
+ * Hits have the same bits as those of rays on their own: a packet only decides which primitives a
+ * ray is tested with.
+ */
+#ifndef FARM_WORKER_PACKET_H
+#define FARM_WORKER_PACKET_H
+
+#include "worker/nearest.h"
+
+/* nearest() of LANES rays. false, and nothing done, when they are too different. */
+bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                    struct hit *hits, uint64_t *exact);
+
+#endif

@@ -1,0 +1,246 @@
+/* Triangles against a packet of rays: one triangle for all of them, and one for each. */
+#ifndef FARM_WORKER_PACKET_TRIANGLE_H
+#define FARM_WORKER_PACKET_TRIANGLE_H
+
+#include "worker/packet_walk.h"
+
+/* ---- one triangle ---- */
+
+/* As all rays see it, by the filter of triangle_crossings(). */
+struct packet_view {
+    lane_set maybe, certain; /* not certainly missed; certainly crossed */
+    struct sheared_lanes p, q, r;
+    struct lanes e0, e1, e2, error;
+};
+
+static INLINED struct sheared_lanes packet_shear(const struct packet *packet, struct lanes x,
+                                                 struct lanes y, struct lanes z)
+{
+    x = lanes_sub(x, packet->origin[0]);
+    y = lanes_sub(y, packet->origin[1]);
+    z = lanes_sub(z, packet->origin[2]);
+    return (struct sheared_lanes){lanes_sub(x, lanes_mul(packet->sx, z)),
+                                  lanes_sub(y, lanes_mul(packet->sy, z)), z};
+}
+
+static INLINED struct sheared_lanes shear_for_packet(const struct packet *packet,
+                                                     const struct vec3 *vertex)
+{
+    const unsigned *axes = packet->axes;
+    return packet_shear(packet, lanes_of(vec_component(vertex, axes[0])),
+                        lanes_of(vec_component(vertex, axes[1])),
+                        lanes_of(vec_component(vertex, axes[2])));
+}
+
+static INLINED void decide(struct packet_view *view)
+{
+    view->e0 = lanes_edge(&view->q, &view->r);
+    view->e1 = lanes_edge(&view->r, &view->p);
+    view->e2 = lanes_edge(&view->p, &view->q);
+    struct lanes low = lanes_smaller(lanes_smaller(view->e0, view->e1), view->e2);
+    struct lanes high = lanes_larger(lanes_larger(view->e0, view->e1), view->e2);
+    struct lanes error = lanes_edge_error(&view->p, &view->q, &view->r), zero = lanes_of(0);
+    /* A sum or a difference has the sign of the exact one: low < -error. */
+    lane_set below = lanes_less(lanes_add(low, error), zero);
+    lane_set above = lanes_less(error, high);
+    view->error = error;
+    view->maybe = ALL_LANES & ~(below & above);
+    view->certain = lanes_less(error, low) | lanes_less(lanes_add(high, error), zero);
+}
+
+static INLINED struct packet_view
+packet_view(const struct packet *packet, const struct vec3 *vertices, const struct bvh_leaf *leaf)
+{
+    struct packet_view view;
+    view.p = shear_for_packet(packet, &vertices[leaf->vertex[0]]);
+    view.q = shear_for_packet(packet, &vertices[leaf->vertex[1]]);
+    view.r = shear_for_packet(packet, &vertices[leaf->vertex[2]]);
+    decide(&view);
+    return view;
+}
+
+/*
+ * Where the rays that certainly cross a triangle do so, within bounds. The exact crossing lies at a
+ * mean z of the vertices with weights e, of which each is off by `error` at most: the mean by twice
+ * the share of three errors in the sum of the weights, in units of the range of z, if that share is
+ * not above a half; and never by more than the range. All other roundings, of z, of the mean and of
+ * the quotients, and what t is off by when it is computed in the end, are less than 64 u of the
+ * largest z.
+ */
+static INLINED void packet_distances(const struct packet *packet, const struct packet_view *view,
+                                     double from[LANES], double to[LANES])
+{
+    struct lanes sum = lanes_add(lanes_add(view->e0, view->e1), view->e2);
+    struct lanes inverse = lanes_div(lanes_of(1), sum);
+    struct lanes mean = lanes_add(lanes_mul(view->e0, view->p.z), lanes_mul(view->e1, view->q.z));
+    mean = lanes_mul(lanes_add(mean, lanes_mul(view->e2, view->r.z)), inverse);
+    struct lanes low = lanes_smaller(lanes_smaller(view->p.z, view->q.z), view->r.z);
+    struct lanes high = lanes_larger(lanes_larger(view->p.z, view->q.z), view->r.z);
+    struct lanes share = lanes_mul(lanes_mul(lanes_of(6), view->error), lanes_abs(inverse));
+    struct lanes doubt = lanes_mul(lanes_smaller(share, lanes_of(1)), lanes_sub(high, low));
+    struct lanes size = lanes_larger(lanes_abs(low), lanes_abs(high));
+    doubt = lanes_add(doubt, lanes_mul(lanes_of(64 * UNIT_ROUNDOFF), size));
+    doubt = lanes_mul(doubt, lanes_abs(packet->inverse_dz));
+    struct lanes t = lanes_mul(mean, packet->inverse_dz);
+    lanes_store(from, lanes_sub(t, doubt));
+    lanes_store(to, lanes_add(t, doubt));
+}
+
+/* ---- a triangle for each ray ---- */
+
+struct lanes3 {
+    struct lanes x, y, z;
+};
+
+struct lanes_dd {
+    struct lanes high, low;
+};
+
+static INLINED struct lanes3 lanes3_sub(struct lanes3 a, struct lanes3 b)
+{
+    return (struct lanes3){lanes_sub(a.x, b.x), lanes_sub(a.y, b.y), lanes_sub(a.z, b.z)};
+}
+
+static INLINED struct lanes lanes3_dot(struct lanes3 a, struct lanes3 b)
+{
+    return lanes_add(lanes_add(lanes_mul(a.x, b.x), lanes_mul(a.y, b.y)), lanes_mul(a.z, b.z));
+}
+
+static INLINED struct lanes3 lanes3_cross(struct lanes3 a, struct lanes3 b)
+{
+    return (struct lanes3){lanes_sub(lanes_mul(a.y, b.z), lanes_mul(a.z, b.y)),
+                           lanes_sub(lanes_mul(a.z, b.x), lanes_mul(a.x, b.z)),
+                           lanes_sub(lanes_mul(a.x, b.y), lanes_mul(a.y, b.x))};
+}
+
+/* sum_of_sizes() */
+static INLINED struct lanes lanes3_sizes(struct lanes3 a)
+{
+    return lanes_add(lanes_add(lanes_abs(a.x), lanes_abs(a.y)), lanes_abs(a.z));
+}
+
+static INLINED struct lanes lanes_negate(struct lanes a)
+{
+    return lanes_sub(lanes_of(-0.0), a);
+}
+
+/* exact_sum() */
+static INLINED struct lanes_dd lanes_exact_sum(struct lanes a, struct lanes b)
+{
+    struct lanes high = lanes_add(a, b), part = lanes_sub(high, a);
+    return (struct lanes_dd){high,
+                             lanes_add(lanes_sub(a, lanes_sub(high, part)), lanes_sub(b, part))};
+}
+
+/* dd_advance(exact_difference(o, a), t, d).high */
+static INLINED struct lanes lanes_advance(struct lanes o, struct lanes a, struct lanes t,
+                                          struct lanes d)
+{
+    struct lanes_dd f = lanes_exact_sum(o, lanes_negate(a));
+    struct lanes step = lanes_mul(t, d), rest = lanes_fma(t, d, lanes_negate(step));
+    struct lanes_dd high = lanes_exact_sum(f.high, step), low = lanes_exact_sum(f.low, rest);
+    struct lanes_dd sum = lanes_exact_sum(high.high, low.high);
+    return lanes_add(sum.high, lanes_add(sum.low, lanes_add(high.low, low.low)));
+}
+
+/* difference_of_products(p.x, q.y, p.y, q.x) */
+static INLINED struct lanes lanes_edge_value(const struct sheared_lanes *p,
+                                             const struct sheared_lanes *q)
+{
+    struct lanes cd = lanes_mul(p->y, q->x);
+    struct lanes error = lanes_fma(lanes_negate(p->y), q->x, cd);
+    return lanes_add(lanes_fma(p->x, q->y, lanes_negate(cd)), error);
+}
+
+/* Lanes whose slope is less, and more, than SLOPE_MAX by more than a quotient's rounding. */
+struct slope_sets {
+    lane_set flat, steep;
+};
+
+static INLINED struct slope_sets slope_sets(const struct packet_view *view, struct lanes sum)
+{
+    const struct sheared_lanes *p = &view->p, *q = &view->q, *r = &view->r;
+    struct lanes qx = lanes_sub(q->x, p->x), qy = lanes_sub(q->y, p->y);
+    struct lanes qz = lanes_sub(q->z, p->z), rx = lanes_sub(r->x, p->x);
+    struct lanes ry = lanes_sub(r->y, p->y), rz = lanes_sub(r->z, p->z);
+    struct lanes x = lanes_sub(lanes_mul(qz, ry), lanes_mul(rz, qy));
+    struct lanes y = lanes_sub(lanes_mul(qx, rz), lanes_mul(rx, qz));
+    struct lanes slope = lanes_add(lanes_abs(x), lanes_abs(y)), size = lanes_abs(sum);
+    return (struct slope_sets){
+        lanes_less(slope, lanes_mul(lanes_of(SLOPE_MAX * (1 - 0x1p-20)), size)),
+        lanes_less(lanes_mul(lanes_of(SLOPE_MAX * (1 + 0x1p-20)), size), slope)};
+}
+
+/* triangle_correct(): the lanes where it may be done, and what is to be subtracted from t. */
+static INLINED lane_set lanes_correction(const struct packet *packet, const struct lanes3 corner[3],
+                                         struct lanes t, struct lanes *correction)
+{
+    const struct lanes *o = packet->o, *d = packet->d;
+    struct lanes3 e1 = lanes3_sub(corner[1], corner[0]), e2 = lanes3_sub(corner[2], corner[0]);
+    struct lanes3 n = lanes3_cross(e1, e2), direction = {d[0], d[1], d[2]};
+    struct lanes3 v = {lanes_advance(o[0], corner[0].x, t, d[0]),
+                       lanes_advance(o[1], corner[0].y, t, d[1]),
+                       lanes_advance(o[2], corner[0].z, t, d[2])};
+    struct lanes speed = lanes3_dot(n, direction);
+    struct lanes edges = lanes_mul(lanes3_sizes(e1), lanes3_sizes(e2));
+    struct lanes error = lanes_mul(lanes_mul(lanes_of(3), edges), lanes3_sizes(v));
+    *correction = lanes_div(lanes3_dot(n, v), speed);
+    return lanes_less(error, lanes_abs(lanes_mul(speed, t)));
+}
+
+/* What triangle_crossings() finds for each ray and a triangle of its own, in the lanes of `good`.
+ */
+struct packet_crossings {
+    lane_set good;
+    struct lanes t, u, v;
+};
+
+static INLINED struct lanes3 gather(const struct vec3 *vertices,
+                                    const struct bvh_leaf *const leaves[LANES], unsigned corner)
+{
+    const double *at[LANES];
+    const struct axis_order xyz = axis_order(0, 1, 2);
+    struct lanes out[3];
+    UNROLLED
+    for (unsigned i = 0; i < LANES; i++)
+        at[i] = &vertices[leaves[i]->vertex[corner]].x;
+    lanes_transpose(at, &xyz, out);
+    return (struct lanes3){out[0], out[1], out[2]};
+}
+
+static INLINED struct sheared_lanes shear_each(const struct packet *packet, struct lanes3 corner)
+{
+    const struct lanes at[3] = {corner.x, corner.y, corner.z};
+    const unsigned *axes = packet->axes;
+    return packet_shear(packet, at[axes[0]], at[axes[1]], at[axes[2]]);
+}
+
+static INLINED struct packet_crossings packet_crossings(const struct packet *packet,
+                                                        const struct vec3 *vertices,
+                                                        const struct bvh_leaf *const leaves[LANES])
+{
+    const struct lanes3 corner[3] = {gather(vertices, leaves, 0), gather(vertices, leaves, 1),
+                                     gather(vertices, leaves, 2)};
+    struct packet_view view = {.p = shear_each(packet, corner[0]),
+                               .q = shear_each(packet, corner[1]),
+                               .r = shear_each(packet, corner[2])};
+    decide(&view);
+    struct lanes e0 = lanes_edge_value(&view.q, &view.r), e1 = lanes_edge_value(&view.r, &view.p);
+    struct lanes e2 = lanes_edge_value(&view.p, &view.q);
+    struct lanes sum = lanes_add(lanes_add(e0, e1), e2);
+    struct lanes t = lanes_add(lanes_mul(e0, view.p.z), lanes_mul(e1, view.q.z));
+    t = lanes_div(lanes_add(t, lanes_mul(e2, view.r.z)), sum);
+    t = lanes_div(t, packet->d[packet->axes[2]]);
+    struct slope_sets slopes = slope_sets(&view, sum);
+    struct packet_crossings found = {view.certain & slopes.flat, t, lanes_div(e1, sum),
+                                     lanes_div(e2, sum)};
+    if (found.good == ALL_LANES) return found;
+    struct lanes correction;
+    lane_set corrected = view.certain & slopes.steep;
+    corrected &= lanes_correction(packet, corner, t, &correction);
+    found.t = lanes_choose(corrected, lanes_sub(t, correction), t);
+    found.good |= corrected;
+    return found;
+}
+
+#endif
