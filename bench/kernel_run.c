@@ -236,8 +236,8 @@ static void read_tachyon(const char *text, struct measurement *out)
 static struct command povray_command(const struct bench *bench, const struct kernel_scene *scene)
 {
     struct command command = {0};
-    static const char *const words[] = {"povray", "+WT1",  "-D",          "-A",
-                                        "+Q9",    "+FP16", "File_Gamma=1"};
+    static const char *const words[] = {"povray", "+WT1", "-D",    "-V",
+                                        "-A",     "+Q9",  "+FP16", "File_Gamma=1"};
     char *image = picture_path(bench, scene, PROGRAM_POVRAY);
     char *file = peer_scene(bench, scene, PROGRAM_POVRAY);
     for (unsigned i = 0; i < sizeof words / sizeof *words; i++)
