@@ -1,0 +1,46 @@
+#include "master/coverage.h"
+
+#include <stdlib.h>
+
+#include "common/message.h"
+
+#define WORD_BITS 64
+
+void coverage_init(struct coverage *coverage, uint32_t width, uint32_t height)
+{
+    uint64_t pixels = (uint64_t)width * height;
+    coverage->width = width;
+    coverage->bits = allocate_zeroed(pixels / WORD_BITS + 1, sizeof *coverage->bits);
+}
+
+void coverage_free(struct coverage *coverage)
+{
+    free(coverage->bits);
+    *coverage = (struct coverage){0};
+}
+
+static uint64_t pixel_index(const struct coverage *coverage, const struct tile *tile, uint32_t k)
+{
+    uint32_t x, y;
+    tile_pixel(tile, k, &x, &y);
+    return (uint64_t)y * coverage->width + x;
+}
+
+void coverage_add(struct coverage *coverage, const struct tile *tile)
+{
+    uint32_t pixels = tile_pixels(tile);
+    for (uint32_t k = 0; k < pixels; k++) {
+        uint64_t i = pixel_index(coverage, tile, k);
+        coverage->bits[i / WORD_BITS] |= UINT64_C(1) << i % WORD_BITS;
+    }
+}
+
+bool coverage_holds(const struct coverage *coverage, const struct tile *tile)
+{
+    uint32_t pixels = tile_pixels(tile);
+    for (uint32_t k = 0; k < pixels; k++) {
+        uint64_t i = pixel_index(coverage, tile, k);
+        if (!(coverage->bits[i / WORD_BITS] >> i % WORD_BITS & 1)) return false;
+    }
+    return true;
+}

@@ -1,0 +1,27 @@
+/*
+ * Which pixels of the rendered region are finished: tiles of an earlier run may have been cut in
+ * another way than those of this one.
+ */
+#ifndef FARM_MASTER_COVERAGE_H
+#define FARM_MASTER_COVERAGE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "common/tile.h"
+
+struct coverage {
+    uint32_t width; /* of the region, pixels */
+    uint64_t *bits; /* one per pixel, rows from the top; owned */
+};
+
+void coverage_init(struct coverage *coverage, uint32_t width, uint32_t height);
+void coverage_free(struct coverage *coverage);
+
+/* The tile, which lies in the region, is finished. */
+void coverage_add(struct coverage *coverage, const struct tile *tile);
+
+/* Whether all pixels of the tile, which lies in the region, are finished. */
+bool coverage_holds(const struct coverage *coverage, const struct tile *tile);
+
+#endif
