@@ -138,6 +138,7 @@ static struct command farm_command(const struct bench *bench, const struct kerne
     struct command command = {0};
     char *image = output_path(bench, scene, PROGRAM_FARM, step);
     add_word(&command, copy_text(bench->farm));
+    add_word(&command, copy_text("--allow-outside")); /* the sample scenes' meshes */
     add_word(&command, copy_text(step == STEP_PRIMARY ? scene->dark : scene->config));
     add_settings(&command, bench, step, step == STEP_PRIMARY);
     add_word(&command, format_text("output.image=%s", image));
