@@ -86,6 +86,9 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
     const struct bvh_leaf *leaves = bvh_leaves(it->packet.bvh) + node->child[slot];
     const struct vec3 *vertices = scene_vertices(it->scene);
     uint32_t count = node->count[slot], triangles = triangles_of(leaves, count);
+    for (uint32_t i = 0; i < triangles; i++)
+        for (unsigned k = 0; k < 3; k++)
+            __builtin_prefetch(&vertices[leaves[i].vertex[k]]);
     for (uint32_t i = 0; i < triangles; i++) {
         struct packet_view view = packet_view(&it->packet, vertices, &leaves[i]);
         lane_set set = rays & view.maybe;
@@ -98,19 +101,19 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
             nearest_primitive(walk, leaves[i].id, false);
         it->limit[lane] = smaller(it->limit[lane], walk->probe.purpose.farthest);
     }
-    *limit = highest_of(lanes_load(it->limit));
+    *limit = lanes_highest(lanes_load(it->limit));
 }
 
 /* Where rays start, and what is in front of the tree. */
 static void begin_rays(struct nearest_packet *it)
 {
+    const struct packet *packet = &it->packet;
+    struct lanes way = lanes_div(largest_of(packet->o), lanes_abs(packet->d[packet->axes[2]]));
+    lanes_store(it->origin_error, lanes_mul(lanes_of(ORDER_ERROR), way));
+    lanes_store(it->least, lanes_mul(lanes_of(PASSAGE_REACH), way));
     for (unsigned lane = 0; lane < LANES; lane++) {
         const struct ray *ray = &it->rays[lane];
-        bool leaves_triangle = ray->from != PRIMITIVE_NONE && is_triangle(ray->from);
-        double way = largest_component(ray->origin) / largest_component(ray->direction);
         it->limit[lane] = ray->t_max;
-        it->least[lane] = leaves_triangle ? PASSAGE_REACH * way : 0;
-        it->origin_error[lane] = ORDER_ERROR * way;
         it->count[lane] = 0;
         if (it->scene->primitives[PRIMITIVE_PLANE].count == 0) continue;
         struct nearest_walk *walk = walk_of(it, lane);
@@ -173,7 +176,7 @@ bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const stru
     it.exact = exact;
     it.walking = 0;
     begin_rays(&it);
-    packet_traverse(bvh, &it.packet, highest_of(lanes_load(it.limit)), visit_by_packet, &it);
+    packet_traverse(bvh, &it.packet, lanes_highest(lanes_load(it.limit)), visit_by_packet, &it);
     lane_set settled = settle_together(&it, hits);
     for (unsigned lane = 0; lane < LANES; lane++) {
         if (settled >> lane & 1) continue;
