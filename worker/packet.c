@@ -131,6 +131,7 @@ static const struct bvh_leaf *only_candidate(const struct nearest_packet *it, un
     for (unsigned i = 0; i < it->count[lane]; i++) {
         const struct candidate *candidate = &it->candidates[lane][i];
         if (candidate->from > it->limit[lane]) continue;
+        if (only && candidate->leaf->id == only->id) continue; /* another piece of it */
         if (only || candidate->from <= 0) return NULL;
         only = candidate->leaf;
     }
