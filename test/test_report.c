@@ -44,6 +44,7 @@ static struct report sample_report(struct renderer_stats *renderers, int count)
         .image_width = 1920,
         .image_height = 1080,
         .processes = count,
+        .kernel = PROCESSOR_AVX2,
         .schedule = SCHEDULE_DYNAMIC,
         .tile_edge = 32,
         .tiles = 300,
@@ -90,7 +91,8 @@ static void test_json(void **state)
     struct report report = sample_report(renderers, 2);
     char *text = report_json(&report);
     assert_has(text, "\"farm\": {\n    \"version\": \"1.2.3\",\n    \"processes\": 2,\n");
-    assert_has(text, "\"schedule\": \"dynamic\",\n    \"tile\": 32,\n    \"tiles\": 300\n  },");
+    assert_has(text, "\"kernel\": \"avx2\",\n    \"schedule\": \"dynamic\",\n    \"tile\": 32,\n   "
+                     " \"tiles\": 300\n  },");
     assert_has(text, "\"bvh_bytes\": 678,\n    \"used\": [\"");
     assert_has(text, "\"render_s\": 4.000000,\n    \"write_s\": 0.312500\n");
     assert_has(text,

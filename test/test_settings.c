@@ -107,6 +107,8 @@ static void test_values(void **state)
     check_good("farm", "tile", "1024", "1024");
     check_bad("farm", "tile", "0");
     check_bad("farm", "tile", "1025");
+    check_good("farm", "kernel", "Portable", "portable");
+    check_bad("farm", "kernel", "sse2");
 }
 
 static void test_color_sets_both_ends(void **state)
@@ -130,6 +132,7 @@ static void test_expectations(void **state)
         {"render", "cutoff", "a number >= 0"},
         {"farm", "schedule", "dynamic, strips or cyclic"},
         {"farm", "tile", "auto or a whole number from 1 to 1024"},
+        {"farm", "kernel", "auto, portable, avx2 or avx512"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         char *text = key_expected(key_of(cases[i].section, cases[i].name));

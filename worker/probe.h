@@ -65,8 +65,10 @@ static INLINED struct triangle_sets probe_triangles(const struct probe *probe,
                                                     const struct bvh_leaf *leaves, uint32_t count,
                                                     const struct reach *reach, bool naive)
 {
-    if (!LANES_IN_SIMD || naive) return (struct triangle_sets){first_lanes(count), 0};
-    return sort_triangles(scene_vertices(probe->scene), leaves, count, &probe->shear_lanes, reach);
+    const struct vec3 *vertices = scene_vertices(probe->scene);
+    if (!LANES_IN_SIMD) return (struct triangle_sets){first_lanes(count), 0};
+    if (naive) return (struct triangle_sets){naive_crossed(vertices, leaves, count, probe->ray), 0};
+    return sort_triangles(vertices, leaves, count, &probe->shear_lanes, reach);
 }
 
 static inline bool crossing_counts(const struct ray *ray, double t)

@@ -1,4 +1,4 @@
-/* Eight triangles against a ray: which of them it may meet. */
+/* Eight triangles against a ray: which of them it may meet. Then the scalar functions look. */
 #ifndef FARM_WORKER_TRIANGLE_LANES_H
 #define FARM_WORKER_TRIANGLE_LANES_H
 
@@ -27,18 +27,25 @@ static INLINED struct shear_lanes shear_lanes_of(const struct shear *shear,
                                 shear->sy};
 }
 
-/* Vertex k of each triangle. */
-static INLINED struct sheared_lanes shear_vertices(const struct shear_lanes *shear,
-                                                   const struct vec3 *vertices,
-                                                   const struct bvh_leaf *const leaves[LANES],
-                                                   unsigned k)
+/* Vertex k of each of `count` triangles; lanes behind the last one repeat the first. */
+static INLINED void load_vertices(const struct vec3 *vertices, const struct bvh_leaf *leaves,
+                                  uint32_t count, unsigned k, const struct axis_order *order,
+                                  struct lanes p[3])
 {
     const double *at[LANES];
-    struct lanes p[3];
     UNROLLED
-    for (unsigned i = 0; i < LANES; i++)
-        at[i] = &vertices[leaves[i]->vertex[k]].x;
-    lanes_transpose(at, &shear->order, p);
+    for (uint32_t i = 0; i < LANES; i++)
+        at[i] = &vertices[leaves[i < count ? i : 0].vertex[k]].x;
+    lanes_transpose(at, order, p);
+}
+
+static INLINED struct sheared_lanes shear_vertices(const struct shear_lanes *shear,
+                                                   const struct vec3 *vertices,
+                                                   const struct bvh_leaf *leaves, uint32_t count,
+                                                   unsigned k)
+{
+    struct lanes p[3];
+    load_vertices(vertices, leaves, count, k, &shear->order, p);
     struct lanes z = lanes_sub(p[2], lanes_of(shear->origin[2]));
     struct lanes x = lanes_sub(p[0], lanes_of(shear->origin[0]));
     struct lanes y = lanes_sub(p[1], lanes_of(shear->origin[1]));
@@ -106,13 +113,9 @@ static INLINED struct triangle_sets sort_triangles(const struct vec3 *vertices,
                                                    const struct shear_lanes *shear,
                                                    const struct reach *reach)
 {
-    const struct bvh_leaf *leaf[LANES]; /* those behind the last one repeat the first */
-    UNROLLED
-    for (uint32_t i = 0; i < LANES; i++)
-        leaf[i] = &leaves[i < count ? i : 0];
-    struct sheared_lanes p = shear_vertices(shear, vertices, leaf, 0);
-    struct sheared_lanes q = shear_vertices(shear, vertices, leaf, 1);
-    struct sheared_lanes r = shear_vertices(shear, vertices, leaf, 2);
+    struct sheared_lanes p = shear_vertices(shear, vertices, leaves, count, 0);
+    struct sheared_lanes q = shear_vertices(shear, vertices, leaves, count, 1);
+    struct sheared_lanes r = shear_vertices(shear, vertices, leaves, count, 2);
     struct lanes e0 = lanes_edge(&q, &r), e1 = lanes_edge(&r, &p), e2 = lanes_edge(&p, &q);
     struct lanes low = lanes_smaller(lanes_smaller(e0, e1), e2);
     struct lanes high = lanes_larger(lanes_larger(e0, e1), e2);
@@ -128,6 +131,68 @@ static INLINED struct triangle_sets sort_triangles(const struct vec3 *vertices,
         lanes_less(lanes_of(reach->from), first) & lanes_less(last, lanes_of(reach->to));
     sets.certain = sets.maybe & crossed & within;
     return sets;
+}
+
+/* ---- the naive formulas ---- */
+
+struct vec3_lanes {
+    struct lanes x, y, z;
+};
+
+static INLINED struct vec3_lanes lanes_vec(struct vec3 a)
+{
+    return (struct vec3_lanes){lanes_of(a.x), lanes_of(a.y), lanes_of(a.z)};
+}
+
+static INLINED struct vec3_lanes lanes_vec_sub(struct vec3_lanes a, struct vec3_lanes b)
+{
+    return (struct vec3_lanes){lanes_sub(a.x, b.x), lanes_sub(a.y, b.y), lanes_sub(a.z, b.z)};
+}
+
+static INLINED struct lanes lanes_minor(struct lanes a, struct lanes b, struct lanes c,
+                                        struct lanes d)
+{
+    return lanes_sub(lanes_mul(a, b), lanes_mul(c, d));
+}
+
+static INLINED struct vec3_lanes lanes_cross(struct vec3_lanes a, struct vec3_lanes b)
+{
+    return (struct vec3_lanes){lanes_minor(a.y, b.z, a.z, b.y), lanes_minor(a.z, b.x, a.x, b.z),
+                               lanes_minor(a.x, b.y, a.y, b.x)};
+}
+
+static INLINED struct lanes lanes_dot(struct vec3_lanes a, struct vec3_lanes b)
+{
+    struct lanes xy = lanes_add(lanes_mul(a.x, b.x), lanes_mul(a.y, b.y));
+    return lanes_add(xy, lanes_mul(a.z, b.z));
+}
+
+static INLINED struct vec3_lanes naive_vertices(const struct vec3 *vertices,
+                                                const struct bvh_leaf *leaves, uint32_t count,
+                                                unsigned k)
+{
+    struct axis_order order = axis_order(0, 1, 2);
+    struct lanes p[3];
+    load_vertices(vertices, leaves, count, k, &order, p);
+    return (struct vec3_lanes){p[0], p[1], p[2]};
+}
+
+/* Of `count` triangles, 8 at most, those that naive_triangle() finds crossed: the same operations
+ * in the same order. */
+static INLINED lane_set naive_crossed(const struct vec3 *vertices, const struct bvh_leaf *leaves,
+                                      uint32_t count, const struct ray *ray)
+{
+    struct vec3_lanes a = naive_vertices(vertices, leaves, count, 0);
+    struct vec3_lanes e1 = lanes_vec_sub(naive_vertices(vertices, leaves, count, 1), a);
+    struct vec3_lanes e2 = lanes_vec_sub(naive_vertices(vertices, leaves, count, 2), a);
+    struct vec3_lanes d = lanes_vec(ray->direction), s = lanes_vec_sub(lanes_vec(ray->origin), a);
+    struct vec3_lanes p = lanes_cross(d, e2), q = lanes_cross(s, e1);
+    struct lanes determinant = lanes_dot(e1, p), zero = lanes_of(0), one = lanes_of(1);
+    struct lanes u = lanes_div(lanes_dot(s, p), determinant);
+    struct lanes v = lanes_div(lanes_dot(d, q), determinant);
+    lane_set inside = lanes_at_most(zero, u) & lanes_at_most(u, one) & lanes_at_most(zero, v) &
+                      lanes_at_most(lanes_add(u, v), one);
+    return inside & first_lanes(count);
 }
 
 #endif

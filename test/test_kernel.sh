@@ -1,0 +1,31 @@
+# The kernel's levels of processor: the same picture from each, told in the report, and refused where
+# the processor lacks it.
+. test/lib.sh
+cd "$T" || exit 1
+
+level() { # LEVEL: renders with it if this processor has it
+    if ! "$FARM" --check "$DATA/everything.ini" farm.kernel="$1" >/dev/null 2>"$T/err"; then
+        err=$(cat "$T/err")
+        [ "$1" != portable ] && [ "$(lines "$err")" -eq 1 ] &&
+            echo "$err" | grep -q "^farm.kernel=$1: kernel = $1 is not for this processor, expected"
+        return
+    fi
+    for formulas in exact paper; do
+        run 0 farm_n 0 "$DATA/everything.ini" image.width=96 image.height=72 farm.kernel="$1" \
+            render.formulas=$formulas output.image="$1-$formulas.pfm" output.report=kernel.json &&
+            grep -q "\"kernel\": \"$1\"" kernel.json &&
+            cmp "portable-$formulas.pfm" "$1-$formulas.pfm" || return 1
+    done
+}
+for level in portable avx2 avx512; do
+    check "kernel = $level gives the portable picture, or is refused" level $level
+done
+chosen() {
+    run 0 farm_n 0 "$DATA/everything.ini" image.width=96 image.height=72 \
+        output.image=auto.pfm output.report=auto.json && cmp portable-exact.pfm auto.pfm &&
+        grep -qE '"kernel": "(portable|avx2|avx512)"' auto.json
+}
+check "a level is chosen" chosen
+unknown() { run 2 farm_n 0 "$DATA/everything.ini" farm.kernel=sse9 && echo "$err" | grep -q avx512; }
+check "an unknown one is refused" unknown
+finish
