@@ -12,8 +12,15 @@
 
 #include "worker/nearest.h"
 
+struct passages;
+
 /* nearest() of LANES rays. false, and nothing done, when they are too different. */
 bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                     struct hit *hits, uint64_t *exact);
+
+/* occluded() of LANES rays, likewise. passages: a list for each of them; NULL where nothing is
+ * transparent. */
+bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                     struct passages *passages, struct vec3 *transmittance, uint64_t *exact);
 
 #endif

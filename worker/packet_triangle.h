@@ -5,6 +5,14 @@
 #include "worker/lanes_dd.h"
 #include "worker/packet_walk.h"
 
+static INLINED void prefetch_corners(const struct vec3 *vertices, const struct bvh_leaf *leaves,
+                                     uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++)
+        for (unsigned k = 0; k < 3; k++)
+            __builtin_prefetch(&vertices[leaves[i].vertex[k]]);
+}
+
 /* ---- one triangle ---- */
 
 /* As all rays see it, by the filter of triangle_crossings(). */
@@ -69,7 +77,7 @@ packet_view(const struct packet *packet, const struct vec3 *vertices, const stru
  * largest z.
  */
 static INLINED void packet_distances(const struct packet *packet, const struct packet_view *view,
-                                     double from[LANES], double to[LANES])
+                                     struct lanes *from, struct lanes *to)
 {
     struct lanes sum = lanes_add(lanes_add(view->e0, view->e1), view->e2);
     struct lanes inverse = lanes_div(lanes_of(1), sum);
@@ -84,8 +92,8 @@ static INLINED void packet_distances(const struct packet *packet, const struct p
     struct lanes inverse_dz = packet->slabs[packet->axes[2]].inverse;
     doubt = lanes_mul(doubt, lanes_abs(inverse_dz));
     struct lanes t = lanes_mul(mean, inverse_dz);
-    lanes_store(from, lanes_sub(t, doubt));
-    lanes_store(to, lanes_add(t, doubt));
+    *from = lanes_sub(t, doubt);
+    *to = lanes_add(t, doubt);
 }
 
 /* ---- a triangle for each ray ---- */

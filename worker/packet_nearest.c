@@ -59,8 +59,11 @@ static INLINED void keep(struct nearest_packet *it, unsigned lane, const struct 
 static void packet_candidates(struct nearest_packet *it, const struct bvh_leaf *leaf,
                               const struct packet_view *view, lane_set set)
 {
+    struct lanes nearest, farthest;
     double from[LANES], to[LANES];
-    packet_distances(&it->packet, view, from, to);
+    packet_distances(&it->packet, view, &nearest, &farthest);
+    lanes_store(from, nearest);
+    lanes_store(to, farthest);
     for (; set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set);
         const struct ray *ray = &it->rays[lane];
@@ -86,9 +89,7 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
     const struct bvh_leaf *leaves = bvh_leaves(it->packet.bvh) + node->child[slot];
     const struct vec3 *vertices = scene_vertices(it->scene);
     uint32_t count = node->count[slot], triangles = triangles_of(leaves, count);
-    for (uint32_t i = 0; i < triangles; i++)
-        for (unsigned k = 0; k < 3; k++)
-            __builtin_prefetch(&vertices[leaves[i].vertex[k]]);
+    prefetch_corners(vertices, leaves, triangles);
     for (uint32_t i = 0; i < triangles; i++) {
         struct packet_view view = packet_view(&it->packet, vertices, &leaves[i]);
         lane_set set = rays & view.maybe;
