@@ -57,12 +57,14 @@ void occluded(const struct scene *scene, const struct bvh *bvh, const struct ray
     struct passages passages[LANES];
     struct passages *transparent = has_transparency(scene) ? passages : NULL;
     bool packets = LANES_IN_SIMD && scene->view.formulas != FORMULAS_PAPER;
+    struct packet_trust trust = {0, 0};
     for (unsigned lane = 0; lane < LANES; lane++)
         passages_begin(&passages[lane]);
     for (size_t i = 0; i < count; i += LANES) {
         size_t n = count - i < LANES ? count - i : LANES;
-        if (!packets || n < LANES ||
-            !occluded_packet(scene, bvh, rays + i, transparent, transmittance + i, exact_fallbacks))
+        if (!packets || n < LANES || !packet_is_due(&trust) ||
+            !packet_was(&trust, occluded_packet(scene, bvh, rays + i, transparent,
+                                                transmittance + i, exact_fallbacks)))
             occluded_singly(scene, bvh, rays + i, n, transparent, transmittance + i,
                             exact_fallbacks);
     }

@@ -16,6 +16,7 @@ struct nearest_packet {
     const struct scene *scene;
     const struct ray *rays;
     uint64_t *exact;
+    bool given_up;
     double limit[LANES]; /* nothing beyond is of interest to the ray */
     double least[LANES]; /* what is nearer may be a passage through the triangle it starts on */
     double origin_error[LANES];
@@ -85,7 +86,9 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
 {
     struct nearest_packet *it = context;
     lane_set rays = rays_meet(&it->packet, node, slot, lanes_load(it->limit));
-    if (!rays) return;
+    it->given_up = !is_worth_it(&it->packet, rays);
+    if (it->given_up) *limit = -INFINITE; /* ends the walk */
+    if (!rays || it->given_up) return;
     const struct bvh_leaf *leaves = bvh_leaves(it->packet.bvh) + node->child[slot];
     const struct vec3 *vertices = scene_vertices(it->scene);
     uint32_t count = node->count[slot], triangles = triangles_of(leaves, count);
@@ -177,8 +180,10 @@ bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const stru
     it.rays = rays;
     it.exact = exact;
     it.walking = 0;
+    it.given_up = false;
     begin_rays(&it);
     packet_traverse(bvh, &it.packet, lanes_highest(lanes_load(it.limit)), visit_by_packet, &it);
+    if (it.given_up) return false;
     lane_set settled = settle_together(&it, hits);
     for (unsigned lane = 0; lane < LANES; lane++) {
         if (settled >> lane & 1) continue;

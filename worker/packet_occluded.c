@@ -7,6 +7,7 @@ struct occlusion_packet {
     const struct scene *scene;
     const struct ray *rays;
     uint64_t *exact;
+    bool given_up;
     struct passages *passages; /* NULL: nothing is transparent */
     lane_set open;             /* rays that nothing has blocked yet */
     struct lanes least;        /* what is nearer may be a passage through where the ray starts */
@@ -72,7 +73,9 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
 {
     struct occlusion_packet *it = context;
     lane_set rays = it->open & rays_meet(&it->packet, node, slot, it->t_max);
-    if (!rays) return;
+    it->given_up = !is_worth_it(&it->packet, rays);
+    if (it->given_up) *limit = -INFINITE; /* ends the walk */
+    if (!rays || it->given_up) return;
     const struct bvh_leaf *leaves = bvh_leaves(it->packet.bvh) + node->child[slot];
     const struct vec3 *vertices = scene_vertices(it->scene);
     uint32_t count = node->count[slot], triangles = triangles_of(leaves, count);
@@ -117,8 +120,10 @@ bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const str
     it.passages = passages;
     it.open = ALL_LANES;
     it.walking = 0;
+    it.given_up = false;
     begin_rays(&it);
     if (it.open) packet_traverse(bvh, &it.packet, lanes_highest(it.t_max), visit_by_packet, &it);
+    if (it.given_up) return false;
     for (unsigned lane = 0; lane < LANES; lane++)
         transmittance[lane] =
             transmittance_of(scene, passages ? &passages[lane] : NULL, !(it.open >> lane & 1));

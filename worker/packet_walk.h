@@ -7,6 +7,9 @@
 #include "worker/traverse.h"
 #include "worker/triangle_lanes.h"
 
+/* Leaves after which a packet may turn out not to be worth it. */
+#define LEAVES_ON_TRIAL 16
+
 /* One axis for all rays. */
 struct range_slab {
     size_t near_plane, far_plane;
@@ -21,6 +24,7 @@ struct lane_slab {
 
 struct packet {
     const struct bvh *bvh;
+    unsigned leaves, visits; /* leaves looked at; rays that were in them */
     struct range_slab ranges[3];
     /* A lane for each ray: */
     struct lane_slab slabs[3];
@@ -88,6 +92,7 @@ static INLINED bool packet_is_finite(const struct packet *packet, double margin)
 static INLINED bool packet_of(const struct bvh *bvh, const struct ray *rays, struct packet *packet)
 {
     packet->bvh = bvh;
+    packet->leaves = packet->visits = 0;
     const struct axis_order xyz = axis_order(0, 1, 2);
     const double *origins[LANES], *directions[LANES], *center = bvh->center;
     UNROLLED
@@ -187,6 +192,15 @@ static INLINED unsigned push_for_packet(struct packet_pending *stack, unsigned t
             (struct packet_pending){at[slot], node, slot};
     }
     return end;
+}
+
+/* Counts a leaf and its rays. false: most leaves that the ranges meet are met by no ray, and the
+ * rays are better off on their own. */
+static INLINED bool is_worth_it(struct packet *packet, lane_set rays)
+{
+    packet->leaves++;
+    packet->visits += (unsigned)__builtin_popcount(rays);
+    return packet->leaves < LEAVES_ON_TRIAL || 2 * packet->visits > packet->leaves;
 }
 
 /* Looks at a leaf; may lower *limit, the farthest that is of interest to any ray. */
