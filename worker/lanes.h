@@ -127,6 +127,16 @@ static INLINED void lanes_transpose(const double *const at[LANES], const struct 
     out[2].v = _mm512_permutex2var_pd(z01, low, z23);
 }
 
+static inline double lanes_lowest(struct lanes a)
+{
+    return _mm512_reduce_min_pd(a.v);
+}
+
+static inline double lanes_highest(struct lanes a)
+{
+    return _mm512_reduce_max_pd(a.v);
+}
+
 static inline struct lanes lanes_choose(lane_set set, struct lanes a, struct lanes b)
 {
     return (struct lanes){_mm512_mask_blend_pd((__mmask8)set, b.v, a.v)};
@@ -240,6 +250,20 @@ static INLINED void lanes_transpose(const double *const at[LANES], const struct 
     out[2] = (struct lanes){low[2], high[2]};
 }
 
+static inline double lanes_lowest(struct lanes a)
+{
+    __m256d four = _mm256_min_pd(a.low, a.high);
+    __m128d two = _mm_min_pd(_mm256_castpd256_pd128(four), _mm256_extractf128_pd(four, 1));
+    return _mm_cvtsd_f64(_mm_min_sd(two, _mm_unpackhi_pd(two, two)));
+}
+
+static inline double lanes_highest(struct lanes a)
+{
+    __m256d four = _mm256_max_pd(a.low, a.high);
+    __m128d two = _mm_max_pd(_mm256_castpd256_pd128(four), _mm256_extractf128_pd(four, 1));
+    return _mm_cvtsd_f64(_mm_max_sd(two, _mm_unpackhi_pd(two, two)));
+}
+
 static inline __m256d mask_4(lane_set set)
 {
     const __m256i bits = _mm256_setr_epi64x(1, 2, 4, 8);
@@ -351,6 +375,22 @@ static inline void lanes_transpose(const double *const at[LANES], const struct a
             out[k].at[i] = at[i][order->axis[k]];
 }
 
+static inline double lanes_lowest(struct lanes a)
+{
+    double low = a.at[0];
+    for (unsigned i = 1; i < LANES; i++)
+        low = a.at[i] < low ? a.at[i] : low;
+    return low;
+}
+
+static inline double lanes_highest(struct lanes a)
+{
+    double high = a.at[0];
+    for (unsigned i = 1; i < LANES; i++)
+        high = a.at[i] > high ? a.at[i] : high;
+    return high;
+}
+
 static inline struct lanes lanes_choose(lane_set set, struct lanes a, struct lanes b)
 {
     for (unsigned i = 0; i < LANES; i++)
@@ -376,7 +416,8 @@ static inline lane_set lanes_at_most(struct lanes a, struct lanes b)
 
 #endif
 
-/* lanes_choose(): a in the lanes of the set, b in the others.
+/* lanes_lowest(), lanes_highest(): of all lanes, none of which is NaN.
+ * lanes_choose(): a in the lanes of the set, b in the others.
  * lanes_larger(), lanes_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses.
  * lanes_transpose(): of three doubles for each lane those that the order names first, second and
  * third; what lies behind them is not touched. */

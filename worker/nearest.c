@@ -60,9 +60,10 @@ void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray 
             hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, true);
         return;
     }
+    struct packet_trust trust = {0, 0};
     for (size_t i = 0; i < count;) {
-        if (LANES_IN_SIMD && count - i >= LANES &&
-            nearest_packet(scene, bvh, rays + i, hits + i, exact_fallbacks)) {
+        if (LANES_IN_SIMD && count - i >= LANES && packet_is_due(&trust) &&
+            packet_was(&trust, nearest_packet(scene, bvh, rays + i, hits + i, exact_fallbacks))) {
             i += LANES;
             continue;
         }

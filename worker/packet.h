@@ -12,8 +12,40 @@
 
 #include "worker/nearest.h"
 
+struct passages;
+
+/*
+ * Where packets have not been worth it, the next rays are taken one by one: 1, 3, 7, ... groups of
+ * LANES after failures in a row. Says nothing about hits.
+ */
+struct packet_trust {
+    unsigned failures, wait;
+};
+
+#define WAIT_MAX 31
+
+static inline bool packet_is_due(struct packet_trust *trust)
+{
+    if (trust->wait == 0) return true;
+    trust->wait--;
+    return false;
+}
+
+static inline bool packet_was(struct packet_trust *trust, bool worth_it)
+{
+    trust->failures = worth_it ? 0 : 2 * trust->failures + 1;
+    if (trust->failures > WAIT_MAX) trust->failures = WAIT_MAX;
+    trust->wait = trust->failures;
+    return worth_it;
+}
+
 /* nearest() of LANES rays. false, and nothing done, when they are too different. */
 bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                     struct hit *hits, uint64_t *exact);
+
+/* occluded() of LANES rays, likewise. passages: a list for each of them; NULL where nothing is
+ * transparent. */
+bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                     struct passages *passages, struct vec3 *transmittance, uint64_t *exact);
 
 #endif

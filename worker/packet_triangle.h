@@ -2,7 +2,16 @@
 #ifndef FARM_WORKER_PACKET_TRIANGLE_H
 #define FARM_WORKER_PACKET_TRIANGLE_H
 
+#include "worker/lanes_dd.h"
 #include "worker/packet_walk.h"
+
+static INLINED void prefetch_corners(const struct vec3 *vertices, const struct bvh_leaf *leaves,
+                                     uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++)
+        for (unsigned k = 0; k < 3; k++)
+            __builtin_prefetch(&vertices[leaves[i].vertex[k]]);
+}
 
 /* ---- one triangle ---- */
 
@@ -68,7 +77,7 @@ packet_view(const struct packet *packet, const struct vec3 *vertices, const stru
  * largest z.
  */
 static INLINED void packet_distances(const struct packet *packet, const struct packet_view *view,
-                                     double from[LANES], double to[LANES])
+                                     struct lanes *from, struct lanes *to)
 {
     struct lanes sum = lanes_add(lanes_add(view->e0, view->e1), view->e2);
     struct lanes inverse = lanes_div(lanes_of(1), sum);
@@ -80,68 +89,14 @@ static INLINED void packet_distances(const struct packet *packet, const struct p
     struct lanes doubt = lanes_mul(lanes_smaller(share, lanes_of(1)), lanes_sub(high, low));
     struct lanes size = lanes_larger(lanes_abs(low), lanes_abs(high));
     doubt = lanes_add(doubt, lanes_mul(lanes_of(64 * UNIT_ROUNDOFF), size));
-    doubt = lanes_mul(doubt, lanes_abs(packet->inverse_dz));
-    struct lanes t = lanes_mul(mean, packet->inverse_dz);
-    lanes_store(from, lanes_sub(t, doubt));
-    lanes_store(to, lanes_add(t, doubt));
+    struct lanes inverse_dz = packet->slabs[packet->axes[2]].inverse;
+    doubt = lanes_mul(doubt, lanes_abs(inverse_dz));
+    struct lanes t = lanes_mul(mean, inverse_dz);
+    *from = lanes_sub(t, doubt);
+    *to = lanes_add(t, doubt);
 }
 
 /* ---- a triangle for each ray ---- */
-
-struct lanes3 {
-    struct lanes x, y, z;
-};
-
-struct lanes_dd {
-    struct lanes high, low;
-};
-
-static INLINED struct lanes3 lanes3_sub(struct lanes3 a, struct lanes3 b)
-{
-    return (struct lanes3){lanes_sub(a.x, b.x), lanes_sub(a.y, b.y), lanes_sub(a.z, b.z)};
-}
-
-static INLINED struct lanes lanes3_dot(struct lanes3 a, struct lanes3 b)
-{
-    return lanes_add(lanes_add(lanes_mul(a.x, b.x), lanes_mul(a.y, b.y)), lanes_mul(a.z, b.z));
-}
-
-static INLINED struct lanes3 lanes3_cross(struct lanes3 a, struct lanes3 b)
-{
-    return (struct lanes3){lanes_sub(lanes_mul(a.y, b.z), lanes_mul(a.z, b.y)),
-                           lanes_sub(lanes_mul(a.z, b.x), lanes_mul(a.x, b.z)),
-                           lanes_sub(lanes_mul(a.x, b.y), lanes_mul(a.y, b.x))};
-}
-
-/* sum_of_sizes() */
-static INLINED struct lanes lanes3_sizes(struct lanes3 a)
-{
-    return lanes_add(lanes_add(lanes_abs(a.x), lanes_abs(a.y)), lanes_abs(a.z));
-}
-
-static INLINED struct lanes lanes_negate(struct lanes a)
-{
-    return lanes_sub(lanes_of(-0.0), a);
-}
-
-/* exact_sum() */
-static INLINED struct lanes_dd lanes_exact_sum(struct lanes a, struct lanes b)
-{
-    struct lanes high = lanes_add(a, b), part = lanes_sub(high, a);
-    return (struct lanes_dd){high,
-                             lanes_add(lanes_sub(a, lanes_sub(high, part)), lanes_sub(b, part))};
-}
-
-/* dd_advance(exact_difference(o, a), t, d).high */
-static INLINED struct lanes lanes_advance(struct lanes o, struct lanes a, struct lanes t,
-                                          struct lanes d)
-{
-    struct lanes_dd f = lanes_exact_sum(o, lanes_negate(a));
-    struct lanes step = lanes_mul(t, d), rest = lanes_fma(t, d, lanes_negate(step));
-    struct lanes_dd high = lanes_exact_sum(f.high, step), low = lanes_exact_sum(f.low, rest);
-    struct lanes_dd sum = lanes_exact_sum(high.high, low.high);
-    return lanes_add(sum.high, lanes_add(sum.low, lanes_add(high.low, low.low)));
-}
 
 /* difference_of_products(p.x, q.y, p.y, q.x) */
 static INLINED struct lanes lanes_edge_value(const struct sheared_lanes *p,
@@ -171,21 +126,57 @@ static INLINED struct slope_sets slope_sets(const struct packet_view *view, stru
         lanes_less(lanes_mul(lanes_of(SLOPE_MAX * (1 + 0x1p-20)), size), slope)};
 }
 
-/* triangle_correct(): the lanes where it may be done, and what is to be subtracted from t. */
-static INLINED lane_set lanes_correction(const struct packet *packet, const struct lanes3 corner[3],
-                                         struct lanes t, struct lanes *correction)
+/* triangle_correct(): the lanes where it may be done. */
+static INLINED lane_set correct_each(const struct packet *packet, const struct lanes3 corner[3],
+                                     struct lanes *t)
 {
-    const struct lanes *o = packet->o, *d = packet->d;
+    const struct lanes3 o = {packet->o[0], packet->o[1], packet->o[2]};
+    const struct lanes3 d = {packet->d[0], packet->d[1], packet->d[2]};
     struct lanes3 e1 = lanes3_sub(corner[1], corner[0]), e2 = lanes3_sub(corner[2], corner[0]);
-    struct lanes3 n = lanes3_cross(e1, e2), direction = {d[0], d[1], d[2]};
-    struct lanes3 v = {lanes_advance(o[0], corner[0].x, t, d[0]),
-                       lanes_advance(o[1], corner[0].y, t, d[1]),
-                       lanes_advance(o[2], corner[0].z, t, d[2])};
-    struct lanes speed = lanes3_dot(n, direction);
-    struct lanes edges = lanes_mul(lanes3_sizes(e1), lanes3_sizes(e2));
-    struct lanes error = lanes_mul(lanes_mul(lanes_of(3), edges), lanes3_sizes(v));
-    *correction = lanes_div(lanes3_dot(n, v), speed);
-    return lanes_less(error, lanes_abs(lanes_mul(speed, t)));
+    struct lanes3 n = lanes3_cross(e1, e2);
+    struct lanes_dd3 f = lanes_exact_difference3(o, corner[0]);
+    struct lanes3 v = {lanes_dd_advance(f.x, *t, d.x), lanes_dd_advance(f.y, *t, d.y),
+                       lanes_dd_advance(f.z, *t, d.z)};
+    struct lanes speed = lanes3_dot(n, d);
+    struct lanes edges = lanes_mul(lanes3_sum_of_sizes(e1), lanes3_sum_of_sizes(e2));
+    struct lanes error = lanes_mul(lanes_mul(lanes_of(3), edges), lanes3_sum_of_sizes(v));
+    lane_set good = lanes_less(error, lanes_abs(lanes_mul(speed, *t)));
+    *t = lanes_sub(*t, lanes_div(lanes3_dot(n, v), speed));
+    return good;
+}
+
+/* triangle_plane_distance(): the lanes where it can be told. */
+static INLINED lane_set plane_distance_each(const struct packet *packet,
+                                            const struct lanes3 corner[3], struct lanes *t)
+{
+    const struct lanes3 o = {packet->o[0], packet->o[1], packet->o[2]};
+    const struct lanes3 d = {packet->d[0], packet->d[1], packet->d[2]};
+    struct lanes_dd3 p = lanes_exact_difference3(corner[1], corner[0]);
+    struct lanes_dd3 q = lanes_exact_difference3(corner[2], corner[0]);
+    struct lanes_dd3 f = lanes_exact_difference3(corner[0], o), normal = lanes_dd3_cross(p, q);
+    struct lanes_dd height = lanes_dd3_dot(f, normal), speed = lanes_dd3_dot_vec(normal, d);
+    struct lanes edges =
+        lanes_mul(lanes3_sum_of_sizes(lanes_dd3_round(p)), lanes3_sum_of_sizes(lanes_dd3_round(q)));
+    struct lanes heights = lanes_mul(edges, lanes3_sum_of_sizes(lanes_dd3_round(f)));
+    struct lanes speeds = lanes_mul(edges, lanes3_sum_of_sizes(d)), share = lanes_of(PLANE_SHARE);
+    *t = lanes_dd_div(height, speed).high;
+    return lanes_less(lanes_mul(share, heights), lanes_abs(height.high)) &
+           lanes_less(lanes_mul(share, speeds), lanes_abs(speed.high)) &
+           lanes_less(lanes_of(0x1p-400), lanes_smaller(heights, speeds)) &
+           lanes_less(lanes_larger(heights, speeds), lanes_of(0x1p400));
+}
+
+/* Where the slope asks for it; returns the lanes in which t is right then. */
+static INLINED lane_set improve_each(const struct packet *packet, const struct lanes3 corner[3],
+                                     lane_set steep, struct lanes *t)
+{
+    struct lanes better = *t;
+    lane_set corrected = steep & correct_each(packet, corner, &better);
+    *t = lanes_choose(corrected, better, *t);
+    if (corrected == steep) return steep;
+    lane_set told = steep & ~corrected & plane_distance_each(packet, corner, &better);
+    *t = lanes_choose(told, better, *t);
+    return corrected | told;
 }
 
 /* What triangle_crossings() finds for each ray and a triangle of its own, in the lanes of `good`.
@@ -232,15 +223,9 @@ static INLINED struct packet_crossings packet_crossings(const struct packet *pac
     t = lanes_div(lanes_add(t, lanes_mul(e2, view.r.z)), sum);
     t = lanes_div(t, packet->d[packet->axes[2]]);
     struct slope_sets slopes = slope_sets(&view, sum);
-    struct packet_crossings found = {view.certain & slopes.flat, t, lanes_div(e1, sum),
-                                     lanes_div(e2, sum)};
-    if (found.good == ALL_LANES) return found;
-    struct lanes correction;
-    lane_set corrected = view.certain & slopes.steep;
-    corrected &= lanes_correction(packet, corner, t, &correction);
-    found.t = lanes_choose(corrected, lanes_sub(t, correction), t);
-    found.good |= corrected;
-    return found;
+    lane_set good = view.certain & slopes.flat, steep = view.certain & slopes.steep;
+    if (steep) good |= improve_each(packet, corner, steep, &t);
+    return (struct packet_crossings){good, t, lanes_div(e1, sum), lanes_div(e2, sum)};
 }
 
 #endif

@@ -7,6 +7,9 @@
 #include "worker/traverse.h"
 #include "worker/triangle_lanes.h"
 
+/* Leaves after which a packet may turn out not to be worth it. */
+#define LEAVES_ON_TRIAL 16
+
 /* One axis for all rays. */
 struct range_slab {
     size_t near_plane, far_plane;
@@ -14,121 +17,103 @@ struct range_slab {
     struct lanes inverse_low, inverse_high;
 };
 
-/* One axis, a lane for each ray. */
+/* The same, a lane for each ray. */
 struct lane_slab {
-    size_t near_plane, far_plane;
     struct lanes near_origin, far_origin, inverse;
 };
 
 struct packet {
     const struct bvh *bvh;
+    unsigned leaves, visits; /* leaves looked at; rays that were in them */
     struct range_slab ranges[3];
     /* A lane for each ray: */
     struct lane_slab slabs[3];
     struct lanes o[3], d[3];
-    struct lanes origin[3], sx, sy, inverse_dz; /* origin: in the order of the shear's axes */
-    unsigned axes[3];                           /* x, y and z of the shear */
+    struct lanes origin[3], sx, sy; /* origin: in the order of the shear's axes */
+    unsigned axes[3];               /* x, y and z of the shear */
 };
-
-static INLINED double lowest_of(struct lanes a)
-{
-    double at[LANES];
-    lanes_store(at, a);
-    double low = at[0];
-    for (unsigned i = 1; i < LANES; i++)
-        low = smaller(at[i], low);
-    return low;
-}
-
-static INLINED double highest_of(struct lanes a)
-{
-    double at[LANES];
-    lanes_store(at, a);
-    double high = at[0];
-    for (unsigned i = 1; i < LANES; i++)
-        high = larger(at[i], high);
-    return high;
-}
-
-static INLINED bool all_finite(struct lanes a)
-{
-    return lanes_at_most(lanes_abs(a), lanes_of(DBL_MAX)) == ALL_LANES;
-}
 
 static INLINED struct lanes largest_of(const struct lanes v[3])
 {
     return lanes_largest(lanes_abs(v[0]), lanes_abs(v[1]), lanes_abs(v[2]));
 }
 
-/* Which axis is z is certain, and the same, for all rays. */
-static INLINED bool have_one_shear(struct packet *packet, const struct lanes d[3],
-                                   const struct vec3 *first)
+static INLINED struct lanes sum_of(const struct lanes v[3])
 {
+    return lanes_add(lanes_add(lanes_abs(v[0]), lanes_abs(v[1])), lanes_abs(v[2]));
+}
+
+/* Which axis is z is certain, and the same, for all rays. */
+static INLINED bool have_one_shear(struct packet *packet, const struct vec3 *first)
+{
+    const struct lanes *d = packet->d;
     unsigned z = shear_of(first).z, x = (z + 1) % 3, y = (z + 2) % 3;
     packet->axes[0] = x;
     packet->axes[1] = y;
     packet->axes[2] = z;
     struct lanes size = lanes_abs(d[z]);
-    lane_set steeper = lanes_less(lanes_abs(d[x]), size) & lanes_less(lanes_abs(d[y]), size);
-    return steeper == ALL_LANES && all_finite(size);
+    return (lanes_less(lanes_abs(d[x]), size) & lanes_less(lanes_abs(d[y]), size)) == ALL_LANES;
 }
 
 /* The slabs of one axis; false: the rays do not all go up, or all down. */
-static INLINED bool set_slab(struct packet *packet, unsigned axis, struct lanes origin,
-                             struct lanes direction, struct lanes margin)
+static INLINED bool set_slab(struct packet *packet, unsigned axis, double margin)
 {
     size_t min = offsetof(struct bvh_node, min) + axis * BVH_WIDTH * sizeof(float);
     size_t max = offsetof(struct bvh_node, max) + axis * BVH_WIDTH * sizeof(float);
+    struct lanes direction = packet->d[axis];
     bool down = lanes_less(direction, lanes_of(0)) == ALL_LANES;
     if (!down && lanes_less(lanes_of(0), direction) != ALL_LANES) return false;
-    struct lane_slab *slab = &packet->slabs[axis];
-    slab->near_plane = down ? max : min;
-    slab->far_plane = down ? min : max;
-    struct lanes low = lanes_sub(origin, margin), high = lanes_add(origin, margin);
-    slab->near_origin = down ? low : high;
-    slab->far_origin = down ? high : low;
-    slab->inverse = lanes_div(lanes_of(1), direction);
-    double lowest = lowest_of(low), highest = highest_of(high);
-    packet->ranges[axis] = (struct range_slab){slab->near_plane,
-                                               slab->far_plane,
-                                               lanes_of(down ? lowest_of(low) : highest),
-                                               lanes_of(down ? highest : lowest),
-                                               lanes_of(lowest_of(slab->inverse)),
-                                               lanes_of(highest_of(slab->inverse))};
-    return all_finite(slab->inverse) && all_finite(high) && all_finite(low);
+    struct lanes origin = lanes_sub(packet->o[axis], lanes_of(packet->bvh->center[axis]));
+    double low = lanes_lowest(origin) - margin, high = lanes_highest(origin) + margin;
+    double first = 1 / lanes_highest(direction), last = 1 / lanes_lowest(direction);
+    packet->ranges[axis] = (struct range_slab){down ? max : min,
+                                               down ? min : max,
+                                               lanes_of(down ? low : high),
+                                               lanes_of(down ? high : low),
+                                               lanes_of(first),
+                                               lanes_of(last)};
+    packet->slabs[axis] = (struct lane_slab){lanes_add(origin, lanes_of(down ? -margin : margin)),
+                                             lanes_sub(origin, lanes_of(down ? -margin : margin)),
+                                             lanes_div(lanes_of(1), direction)};
+    return true;
+}
+
+/* Nothing of it is infinite or NaN, nor overflows. */
+static INLINED bool packet_is_finite(const struct packet *packet, double margin)
+{
+    const struct lane_slab *slabs = packet->slabs;
+    const struct lanes inverse[3] = {slabs[0].inverse, slabs[1].inverse, slabs[2].inverse};
+    struct lanes sum = lanes_add(sum_of(packet->o), sum_of(packet->d));
+    sum = lanes_add(lanes_add(sum, sum_of(inverse)), lanes_of(margin));
+    return lanes_at_most(sum, lanes_of(DBL_MAX)) == ALL_LANES;
 }
 
 /* false: the rays are not alike. */
 static INLINED bool packet_of(const struct bvh *bvh, const struct ray *rays, struct packet *packet)
 {
     packet->bvh = bvh;
+    packet->leaves = packet->visits = 0;
     const struct axis_order xyz = axis_order(0, 1, 2);
-    const double *origins[LANES], *directions[LANES];
-    struct lanes *o = packet->o, *d = packet->d;
+    const double *origins[LANES], *directions[LANES], *center = bvh->center;
     UNROLLED
     for (unsigned i = 0; i < LANES; i++) {
         origins[i] = &rays[i].origin.x;
         directions[i] = &rays[i].direction.x;
     }
-    lanes_transpose(directions, &xyz, d);
-    if (!have_one_shear(packet, d, &rays[0].direction)) return false;
-    lanes_transpose(origins, &xyz, o);
-    const double *center = bvh->center;
-    double reach = root_reach(bvh);
-    reach += larger(fabs(center[0]), larger(fabs(center[1]), fabs(center[2])));
-    struct lanes margin =
-        lanes_mul(lanes_of(TEST_ERROR), lanes_add(largest_of(o), lanes_of(reach)));
-    for (unsigned axis = 0; axis < 3; axis++) {
-        struct lanes origin = lanes_sub(o[axis], lanes_of(center[axis]));
-        if (!set_slab(packet, axis, origin, d[axis], margin)) return false;
-    }
+    lanes_transpose(directions, &xyz, packet->d);
+    if (!have_one_shear(packet, &rays[0].direction)) return false;
+    lanes_transpose(origins, &xyz, packet->o);
+    double margin = lanes_highest(largest_of(packet->o)) + root_reach(bvh);
+    margin += larger(fabs(center[0]), larger(fabs(center[1]), fabs(center[2])));
+    margin *= TEST_ERROR;
+    for (unsigned axis = 0; axis < 3; axis++)
+        if (!set_slab(packet, axis, margin)) return false;
     const unsigned *axes = packet->axes;
     for (unsigned i = 0; i < 3; i++)
-        packet->origin[i] = o[axes[i]];
-    packet->sx = lanes_div(d[axes[0]], d[axes[2]]);
-    packet->sy = lanes_div(d[axes[1]], d[axes[2]]);
-    packet->inverse_dz = packet->slabs[axes[2]].inverse;
-    return true;
+        packet->origin[i] = packet->o[axes[i]];
+    packet->sx = lanes_div(packet->d[axes[0]], packet->d[axes[2]]);
+    packet->sy = lanes_div(packet->d[axes[1]], packet->d[axes[2]]);
+    return packet_is_finite(packet, margin);
 }
 
 static INLINED void range_cut(const struct range_slab *range, const struct bvh_node *node,
@@ -166,8 +151,9 @@ static INLINED lane_set rays_meet(const struct packet *packet, const struct bvh_
     struct lanes near = lanes_of(0), far = limit;
     for (unsigned axis = 0; axis < 3; axis++) {
         const struct lane_slab *slab = &packet->slabs[axis];
-        struct lanes in = lanes_sub(one_plane(node, slab->near_plane, slot), slab->near_origin);
-        struct lanes out = lanes_sub(one_plane(node, slab->far_plane, slot), slab->far_origin);
+        const struct range_slab *range = &packet->ranges[axis];
+        struct lanes in = lanes_sub(one_plane(node, range->near_plane, slot), slab->near_origin);
+        struct lanes out = lanes_sub(one_plane(node, range->far_plane, slot), slab->far_origin);
         near = lanes_larger(lanes_mul(in, slab->inverse), near);
         far = lanes_smaller(lanes_mul(out, slab->inverse), far);
     }
@@ -179,6 +165,17 @@ struct packet_pending {
     double enter;
     uint32_t node, slot;
 };
+
+static INLINED void prefetch_child(const struct bvh *bvh, const struct bvh_node *node,
+                                   unsigned slot)
+{
+    const char *child = (const void *)(bvh_nodes(bvh) + node->child[slot]);
+    if (node->count[slot] > 0) child = (const void *)(bvh_leaves(bvh) + node->child[slot]);
+    __builtin_prefetch(child);
+    __builtin_prefetch(child + 64);
+    __builtin_prefetch(child + 128);
+    __builtin_prefetch(child + 192);
+}
 
 static INLINED unsigned push_for_packet(struct packet_pending *stack, unsigned top, uint32_t node,
                                         lane_set set, struct lanes enter)
@@ -197,6 +194,15 @@ static INLINED unsigned push_for_packet(struct packet_pending *stack, unsigned t
     return end;
 }
 
+/* Counts a leaf and its rays. false: most leaves that the ranges meet are met by no ray, and the
+ * rays are better off on their own. */
+static INLINED bool is_worth_it(struct packet *packet, lane_set rays)
+{
+    packet->leaves++;
+    packet->visits += (unsigned)__builtin_popcount(rays);
+    return packet->leaves < LEAVES_ON_TRIAL || 2 * packet->visits > packet->leaves;
+}
+
 /* Looks at a leaf; may lower *limit, the farthest that is of interest to any ray. */
 typedef void visit_leaf_by_packet(void *context, const struct bvh_node *node, unsigned slot,
                                   double *limit);
@@ -213,6 +219,8 @@ static INLINED void packet_traverse(const struct bvh *bvh, const struct packet *
         struct lanes enter;
         lane_set set = ranges_meet(packet, &nodes[now], limit, &enter);
         top = push_for_packet(stack, top, now, set, enter);
+        for (lane_set rest = set; rest; rest = without_lowest(rest))
+            prefetch_child(bvh, &nodes[now], lowest_lane(rest));
         for (;;) {
             if (top == 0) return;
             const struct packet_pending *next = &stack[--top];

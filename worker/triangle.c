@@ -164,12 +164,6 @@ FLATTENED bool triangle_plane_point(const struct vec3 *a, const struct vec3 *b,
     return vec_is_finite(dd3_round(*point));
 }
 
-/*
- * In dd3_cross() and the dots each product of sizes errs by less than 64 u^2; with 20 bits of them
- * lost, t is right to 2^-78, and rounded as if it were exact but for one time in some 2^24.
- */
-#define PLANE_SHARE 0x1p-20
-
 FLATTENED bool triangle_plane_distance(const struct vec3 *a, const struct vec3 *b,
                                        const struct vec3 *c, const struct ray *ray, double *t)
 {

@@ -16,6 +16,7 @@ struct nearest_packet {
     const struct scene *scene;
     const struct ray *rays;
     uint64_t *exact;
+    bool given_up;
     double limit[LANES]; /* nothing beyond is of interest to the ray */
     double least[LANES]; /* what is nearer may be a passage through the triangle it starts on */
     double origin_error[LANES];
@@ -59,8 +60,11 @@ static INLINED void keep(struct nearest_packet *it, unsigned lane, const struct 
 static void packet_candidates(struct nearest_packet *it, const struct bvh_leaf *leaf,
                               const struct packet_view *view, lane_set set)
 {
+    struct lanes nearest, farthest;
     double from[LANES], to[LANES];
-    packet_distances(&it->packet, view, from, to);
+    packet_distances(&it->packet, view, &nearest, &farthest);
+    lanes_store(from, nearest);
+    lanes_store(to, farthest);
     for (; set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set);
         const struct ray *ray = &it->rays[lane];
@@ -82,10 +86,13 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
 {
     struct nearest_packet *it = context;
     lane_set rays = rays_meet(&it->packet, node, slot, lanes_load(it->limit));
-    if (!rays) return;
+    it->given_up = !is_worth_it(&it->packet, rays);
+    if (it->given_up) *limit = -INFINITE; /* ends the walk */
+    if (!rays || it->given_up) return;
     const struct bvh_leaf *leaves = bvh_leaves(it->packet.bvh) + node->child[slot];
     const struct vec3 *vertices = scene_vertices(it->scene);
     uint32_t count = node->count[slot], triangles = triangles_of(leaves, count);
+    prefetch_corners(vertices, leaves, triangles);
     for (uint32_t i = 0; i < triangles; i++) {
         struct packet_view view = packet_view(&it->packet, vertices, &leaves[i]);
         lane_set set = rays & view.maybe;
@@ -98,19 +105,19 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
             nearest_primitive(walk, leaves[i].id, false);
         it->limit[lane] = smaller(it->limit[lane], walk->probe.purpose.farthest);
     }
-    *limit = highest_of(lanes_load(it->limit));
+    *limit = lanes_highest(lanes_load(it->limit));
 }
 
 /* Where rays start, and what is in front of the tree. */
 static void begin_rays(struct nearest_packet *it)
 {
+    const struct packet *packet = &it->packet;
+    struct lanes way = lanes_div(largest_of(packet->o), lanes_abs(packet->d[packet->axes[2]]));
+    lanes_store(it->origin_error, lanes_mul(lanes_of(ORDER_ERROR), way));
+    lanes_store(it->least, lanes_mul(lanes_of(PASSAGE_REACH), way));
     for (unsigned lane = 0; lane < LANES; lane++) {
         const struct ray *ray = &it->rays[lane];
-        bool leaves_triangle = ray->from != PRIMITIVE_NONE && is_triangle(ray->from);
-        double way = largest_component(ray->origin) / largest_component(ray->direction);
         it->limit[lane] = ray->t_max;
-        it->least[lane] = leaves_triangle ? PASSAGE_REACH * way : 0;
-        it->origin_error[lane] = ORDER_ERROR * way;
         it->count[lane] = 0;
         if (it->scene->primitives[PRIMITIVE_PLANE].count == 0) continue;
         struct nearest_walk *walk = walk_of(it, lane);
@@ -128,6 +135,7 @@ static const struct bvh_leaf *only_candidate(const struct nearest_packet *it, un
     for (unsigned i = 0; i < it->count[lane]; i++) {
         const struct candidate *candidate = &it->candidates[lane][i];
         if (candidate->from > it->limit[lane]) continue;
+        if (only && candidate->leaf->id == only->id) continue; /* another piece of it */
         if (only || candidate->from <= 0) return NULL;
         only = candidate->leaf;
     }
@@ -172,8 +180,10 @@ bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const stru
     it.rays = rays;
     it.exact = exact;
     it.walking = 0;
+    it.given_up = false;
     begin_rays(&it);
-    packet_traverse(bvh, &it.packet, highest_of(lanes_load(it.limit)), visit_by_packet, &it);
+    packet_traverse(bvh, &it.packet, lanes_highest(lanes_load(it.limit)), visit_by_packet, &it);
+    if (it.given_up) return false;
     lane_set settled = settle_together(&it, hits);
     for (unsigned lane = 0; lane < LANES; lane++) {
         if (settled >> lane & 1) continue;

@@ -1,0 +1,179 @@
+/* What a shadow ray passes through, a primitive at a time. */
+#ifndef FARM_WORKER_OCCLUSION_WALK_H
+#define FARM_WORKER_OCCLUSION_WALK_H
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+#include "worker/probe.h"
+
+/* How often a ray crossed the surface of a transparent primitive. */
+struct passage {
+    uint32_t material, primitive;
+    uint32_t crossings;
+};
+
+/* Most rays pass few transparent primitives; more of them move to the heap. */
+#define INLINE_PASSAGES 16
+
+/* The passages of one ray, as they were found; reused for the rays of a batch. */
+struct passages {
+    size_t count, capacity;
+    struct passage *at; /* fixed, or allocated when capacity is greater */
+    struct passage fixed[INLINE_PASSAGES];
+};
+
+static inline void passages_begin(struct passages *passages)
+{
+    passages->count = 0;
+    passages->capacity = INLINE_PASSAGES;
+    passages->at = passages->fixed;
+}
+
+static inline void passages_end(struct passages *passages)
+{
+    if (passages->at != passages->fixed) free(passages->at);
+}
+
+static inline void passages_grow(struct passages *passages)
+{
+    size_t capacity = 2 * passages->capacity;
+    if (passages->at == passages->fixed) {
+        passages->at = allocate(capacity, sizeof *passages->at);
+        memcpy(passages->at, passages->fixed, sizeof passages->fixed);
+    } else {
+        passages->at = reallocate(passages->at, capacity, sizeof *passages->at);
+    }
+    passages->capacity = capacity;
+}
+
+static inline void passages_add(struct passages *passages, uint32_t material, uint32_t primitive,
+                                uint32_t crossings)
+{
+    if (passages->count == passages->capacity) passages_grow(passages);
+    passages->at[passages->count++] = (struct passage){material, primitive, crossings};
+}
+
+static inline int by_material(const void *a, const void *b)
+{
+    const struct passage *p = a, *q = b;
+    if (p->material != q->material) return p->material < q->material ? -1 : 1;
+    return (p->primitive > q->primitive) - (p->primitive < q->primitive);
+}
+
+/*
+ * One factor after the other, always in the same order: the same bits for every tree. A triangle of
+ * which there are pieces in several leaves may have been found more than once.
+ */
+static inline struct vec3 passages_filter(struct passages *passages,
+                                          const struct material *materials)
+{
+    struct vec3 light = vec3(1, 1, 1);
+    if (passages->count > 1)
+        qsort(passages->at, passages->count, sizeof *passages->at, by_material);
+    for (size_t i = 0; i < passages->count; i++) {
+        const struct passage *passage = &passages->at[i];
+        if (i > 0 && passage->primitive == passage[-1].primitive) continue;
+        const struct material *material = &materials[passage->material];
+        struct vec3 factor = vec_scale(material->color, material->transmission);
+        for (uint32_t k = 0; k < passage->crossings; k++)
+            light = vec_mul(light, factor);
+    }
+    return light;
+}
+
+/* Of a ray that has passed what is in the list; no list: nothing is transparent. */
+static inline struct vec3 transmittance_of(const struct scene *scene, struct passages *passages,
+                                           bool blocked)
+{
+    if (blocked) return vec3(0, 0, 0);
+    return passages ? passages_filter(passages, scene_materials(scene)) : vec3(1, 1, 1);
+}
+
+struct occlusion_walk {
+    struct probe probe;
+    struct reach reach;
+    struct passages *passages;
+    bool blocked;
+};
+
+/* Returns false, with blocked set, at an opaque surface. */
+static INLINED bool occlusion_by(struct occlusion_walk *walk, uint32_t id, unsigned crossings)
+{
+    /* Nothing is transparent where there is no list: any crossing will do. */
+    walk->blocked = !walk->passages;
+    if (walk->blocked) return false;
+    const struct scene *scene = walk->probe.scene;
+    uint32_t material = primitive_material(scene, id);
+    walk->blocked = !(scene_materials(scene)[material].transmission > 0);
+    if (!walk->blocked) passages_add(walk->passages, material, id, crossings);
+    return !walk->blocked;
+}
+
+static INLINED bool occlusion_of(struct occlusion_walk *walk, const struct crossings *found,
+                                 uint32_t id)
+{
+    unsigned crossings = crossing_counts(walk->probe.ray, found->t[0]);
+    crossings += crossing_counts(walk->probe.ray, found->t[1]);
+    return crossings == 0 || occlusion_by(walk, id, crossings);
+}
+
+static INLINED bool occlusion_primitive(struct occlusion_walk *walk, uint32_t id, bool naive)
+{
+    struct crossings found = probe_crossings(&walk->probe, id, naive);
+    return occlusion_of(walk, &found, id);
+}
+
+static INLINED bool occlusion_triangle(struct occlusion_walk *walk, const struct bvh_leaf *leaf,
+                                       bool certain, bool naive)
+{
+    if (certain) return leaf->id == walk->probe.ray->from || occlusion_by(walk, leaf->id, 1);
+    struct crossings found = probe_triangle(&walk->probe, leaf, naive);
+    return occlusion_of(walk, &found, leaf->id);
+}
+
+static INLINED bool occlusion_triangles(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
+                                        uint32_t count, bool naive)
+{
+    for (uint32_t i = 0; i < count; i += LANES) {
+        struct triangle_sets sets =
+            probe_triangles(&walk->probe, leaves + i, count - i, &walk->reach, naive);
+        for (lane_set set = sets.maybe; set; set = without_lowest(set)) {
+            unsigned lane = lowest_lane(set);
+            if (!occlusion_triangle(walk, &leaves[i + lane], sets.certain >> lane & 1, naive))
+                return false;
+        }
+    }
+    return true;
+}
+
+static INLINED bool occlusion_in(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
+                                 uint32_t count, bool naive)
+{
+    uint32_t triangles = triangles_of(leaves, count);
+    if (!occlusion_triangles(walk, leaves, triangles, naive)) return false;
+    for (uint32_t i = triangles; i < count; i++)
+        if (!occlusion_primitive(walk, leaves[i].id, naive)) return false;
+    return true;
+}
+
+static INLINED struct occlusion_walk occlusion_walk_of(const struct scene *scene,
+                                                       const struct ray *ray,
+                                                       struct passages *passages, uint64_t *exact)
+{
+    struct occlusion_walk walk = {.probe = probe_of(scene, ray, true, exact), .passages = passages};
+    walk.reach = reach_of(ray, &walk.probe.shear);
+    return walk;
+}
+
+/* false: a plane is in the way. */
+static INLINED bool occlusion_planes(struct occlusion_walk *walk, bool naive)
+{
+    uint32_t end = plane_ids_end(walk->probe.scene);
+    for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < end; id++)
+        if (!occlusion_primitive(walk, id, naive)) return false;
+    return true;
+}
+
+#endif

@@ -1,0 +1,131 @@
+#include "worker/occlusion_walk.h"
+#include "worker/packet.h"
+#include "worker/packet_triangle.h"
+
+struct occlusion_packet {
+    struct packet packet;
+    const struct scene *scene;
+    const struct ray *rays;
+    uint64_t *exact;
+    bool given_up;
+    struct passages *passages; /* NULL: nothing is transparent */
+    lane_set open;             /* rays that nothing has blocked yet */
+    struct lanes least;        /* what is nearer may be a passage through where the ray starts */
+    struct lanes t_max;
+    lane_set walking; /* rays that have a walk */
+    struct occlusion_walk walks[LANES];
+};
+
+static struct occlusion_walk *walk_of(struct occlusion_packet *it, unsigned lane)
+{
+    struct occlusion_walk *walk = &it->walks[lane];
+    if (!(it->walking >> lane & 1))
+        *walk = occlusion_walk_of(it->scene, &it->rays[lane],
+                                  it->passages ? &it->passages[lane] : NULL, it->exact);
+    it->walking |= UINT32_C(1) << lane;
+    return walk;
+}
+
+static INLINED void note(struct occlusion_packet *it, unsigned lane, bool goes_on)
+{
+    if (!goes_on) it->open &= ~(UINT32_C(1) << lane);
+}
+
+/* Crossings that certainly count, of rays that do not start on the triangle. */
+static void certain_crossings(struct occlusion_packet *it, const struct bvh_leaf *leaf,
+                              lane_set set)
+{
+    if (!it->passages) {
+        it->open &= ~set;
+        return;
+    }
+    for (; set; set = without_lowest(set)) {
+        unsigned lane = lowest_lane(set);
+        note(it, lane, occlusion_by(walk_of(it, lane), leaf->id, 1));
+    }
+}
+
+static lane_set rays_from(const struct occlusion_packet *it, uint32_t id)
+{
+    lane_set set = 0;
+    for (unsigned lane = 0; lane < LANES; lane++)
+        set |= (lane_set)(it->rays[lane].from == id) << lane;
+    return set;
+}
+
+static void triangle_in_the_way(struct occlusion_packet *it, const struct bvh_leaf *leaf,
+                                const struct packet_view *view, lane_set set)
+{
+    struct lanes from, to;
+    packet_distances(&it->packet, view, &from, &to);
+    set &= ~rays_from(it, leaf->id);
+    lane_set beyond = lanes_less(it->t_max, from) | lanes_less(to, lanes_of(0));
+    lane_set within = lanes_less(it->least, from) & lanes_less(to, it->t_max);
+    certain_crossings(it, leaf, set & view->certain & within);
+    for (set &= ~(view->certain & (within | beyond)); set; set = without_lowest(set)) {
+        unsigned lane = lowest_lane(set);
+        note(it, lane, occlusion_triangle(walk_of(it, lane), leaf, false, false));
+    }
+}
+
+static INLINED void visit_by_packet(void *context, const struct bvh_node *node, unsigned slot,
+                                    double *limit)
+{
+    struct occlusion_packet *it = context;
+    lane_set rays = it->open & rays_meet(&it->packet, node, slot, it->t_max);
+    it->given_up = !is_worth_it(&it->packet, rays);
+    if (it->given_up) *limit = -INFINITE; /* ends the walk */
+    if (!rays || it->given_up) return;
+    const struct bvh_leaf *leaves = bvh_leaves(it->packet.bvh) + node->child[slot];
+    const struct vec3 *vertices = scene_vertices(it->scene);
+    uint32_t count = node->count[slot], triangles = triangles_of(leaves, count);
+    prefetch_corners(vertices, leaves, triangles);
+    for (uint32_t i = 0; i < triangles && (rays & it->open); i++) {
+        struct packet_view view = packet_view(&it->packet, vertices, &leaves[i]);
+        lane_set set = rays & it->open & view.maybe;
+        if (set) triangle_in_the_way(it, &leaves[i], &view, set);
+    }
+    for (uint32_t i = triangles; i < count; i++) {
+        for (lane_set rest = rays & it->open; rest; rest = without_lowest(rest)) {
+            unsigned lane = lowest_lane(rest);
+            note(it, lane, occlusion_primitive(walk_of(it, lane), leaves[i].id, false));
+        }
+    }
+    if (!it->open) *limit = -INFINITE; /* that is all */
+}
+
+static void begin_rays(struct occlusion_packet *it)
+{
+    const struct packet *packet = &it->packet;
+    struct lanes way = lanes_div(largest_of(packet->o), lanes_abs(packet->d[packet->axes[2]]));
+    double t_max[LANES];
+    it->least = lanes_mul(lanes_of(PASSAGE_REACH), way);
+    for (unsigned lane = 0; lane < LANES; lane++) {
+        t_max[lane] = it->rays[lane].t_max;
+        if (it->passages) it->passages[lane].count = 0;
+        if (it->scene->primitives[PRIMITIVE_PLANE].count == 0) continue;
+        note(it, lane, occlusion_planes(walk_of(it, lane), false));
+    }
+    it->t_max = lanes_load(t_max);
+}
+
+bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                     struct passages *passages, struct vec3 *transmittance, uint64_t *exact)
+{
+    struct occlusion_packet it;
+    if (!packet_of(bvh, rays, &it.packet)) return false;
+    it.scene = scene;
+    it.rays = rays;
+    it.exact = exact;
+    it.passages = passages;
+    it.open = ALL_LANES;
+    it.walking = 0;
+    it.given_up = false;
+    begin_rays(&it);
+    if (it.open) packet_traverse(bvh, &it.packet, lanes_highest(it.t_max), visit_by_packet, &it);
+    if (it.given_up) return false;
+    for (unsigned lane = 0; lane < LANES; lane++)
+        transmittance[lane] =
+            transmittance_of(scene, passages ? &passages[lane] : NULL, !(it.open >> lane & 1));
+    return true;
+}
