@@ -138,6 +138,7 @@ static const char *view_error(const struct view *view)
     CHECK(view->samples >= 1 && view->samples <= SAMPLES_MAX, "samples is out of range");
     CHECK(view->formulas <= FORMULAS_PAPER, "the choice of formulas is unknown");
     CHECK(view->processor < PROCESSOR_LEVELS, "the choice of a kernel is unknown");
+    CHECK(view->variant <= VARIANT_FULL, "the choice of a variant is unknown");
     return NULL;
 }
 

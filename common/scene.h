@@ -37,6 +37,12 @@ struct material {
     double ior;          /* index of refraction > 0; the world outside has 1 */
 };
 
+/* Whether lights matter to it. */
+static inline bool material_shows_light(const struct material *material)
+{
+    return material->diffuse > 0 || material->specular > 0;
+}
+
 struct light {
     struct vec3 position;
     struct vec3 color; /* strength s, each component >= 0; no falloff with distance */
@@ -108,6 +114,12 @@ enum formulas {
     FORMULAS_PAPER  /* the paper's naive ones, kept to be compared with */
 };
 
+/* What the scene and the renderer leave out: the picture is the same. */
+enum variant {
+    VARIANT_AUTO, /* all that this scene does not need */
+    VARIANT_FULL  /* nothing, to be compared with */
+};
+
 /* What is rendered, and how: all settings that change the picture, and one that does not. */
 struct view {
     struct camera camera;
@@ -123,7 +135,7 @@ struct view {
     uint32_t samples;   /* per pixel, >= 1 */
     uint32_t formulas;  /* enum formulas */
     uint32_t processor; /* enum processor_level: what the kernel is to be compiled for */
-    uint32_t unused;    /* 0 */
+    uint32_t variant;   /* enum variant */
 };
 
 struct scene_span {

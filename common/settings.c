@@ -8,9 +8,11 @@ _Static_assert(sizeof(enum schedule) == sizeof(uint32_t), "a VALUE_CHOICE is sto
 _Static_assert(sizeof(enum formulas) == sizeof(uint32_t), "a VALUE_CHOICE is stored in it");
 
 _Static_assert(sizeof(enum processor_level) == sizeof(uint32_t), "a VALUE_CHOICE is stored in it");
+_Static_assert(sizeof(enum variant) == sizeof(uint32_t), "a VALUE_CHOICE is stored in it");
 
 static const char *const schedules[] = {"dynamic", "strips", "cyclic", NULL};
 static const char *const formulas[] = {"exact", "paper", NULL};
+static const char *const variants[] = {"auto", "full", NULL};
 
 #define AT(member)       .offset = offsetof(struct settings, member)
 #define RANGE(low, high) .min = (low), .max = (high)
@@ -58,6 +60,8 @@ const struct key settings_keys[] = {
      .help = "whether rank 0 renders as well"},
     {"farm", "kernel", VALUE_CHOICE, AT(farm.kernel), .fallback = "auto",
      .choices = processor_level_names, .help = "instructions that the kernel uses"},
+    {"farm", "variant", VALUE_CHOICE, AT(farm.variant), .fallback = "auto", .choices = variants,
+     .help = "auto leaves out what the scene does not need, full nothing: same picture"},
     {"output", "image", VALUE_TEXT, AT(output.image),
      .help = "picture file: .png, .hdr or .pfm (default: CONFIG's name, .png)"},
     {"output", "report", VALUE_TEXT, AT(output.report),

@@ -41,6 +41,7 @@ struct settings {
         uint32_t tile; /* edge in pixels; 0: auto */
         bool master_renders;
         enum processor_level kernel;
+        enum variant variant;
     } farm;
     struct {
         char *image, *report; /* paths, owned; NULL: named after the config; report "": none */
@@ -48,7 +49,7 @@ struct settings {
 };
 
 /* What can be set, in the order in which it is printed; offsets are into struct settings. */
-#define SETTINGS_KEYS 22
+#define SETTINGS_KEYS 23
 extern const struct key settings_keys[SETTINGS_KEYS];
 
 void settings_init(struct settings *settings);

@@ -322,41 +322,87 @@ bool builder_bounds(const struct builder *builder, struct vec3 *min, struct vec3
 
 #define UNUSED UINT32_MAX
 
-/* Moves the used materials to the front, in their order, and fills where each one went. */
-static void pack_materials(struct list *materials, uint32_t *place)
+/* Moves the used items to the front, in their order, and fills in where each one went. */
+static void pack(struct list *list, size_t size, uint32_t *place)
 {
-    struct material *items = materials->items;
+    char *items = list->items;
     uint32_t kept = 0;
-    for (uint32_t i = 0; i < materials->count; i++) {
+    for (uint64_t i = 0; i < list->count; i++) {
         if (place[i] == UNUSED) continue;
-        items[kept] = items[i];
+        memmove(items + kept * size, items + i * size, size);
         place[i] = kept++;
     }
-    materials->count = kept;
+    list->count = kept;
+}
+
+/* Where the k-th reference to a table stands in a primitive. */
+struct reference {
+    enum primitive_kind kind;
+    size_t offset;
+};
+
+/* Drops the items of a table that none of the references uses. */
+static void drop_unused(struct builder *builder, struct list *table, size_t size,
+                        const struct reference *references, unsigned count)
+{
+    uint32_t *place = allocate(table->count, sizeof *place);
+    memset(place, 0xff, table->count * sizeof *place);
+    for (int pass = 0; pass < 2; pass++) {
+        for (unsigned r = 0; r < count; r++) {
+            const struct list *list = &builder->primitives[references[r].kind];
+            size_t step = primitive_size(references[r].kind);
+            char *at = (char *)list->items + references[r].offset;
+            for (uint64_t i = 0; i < list->count; i++, at += step) {
+                uint32_t *index = (uint32_t *)(void *)at;
+                if (pass == 0)
+                    place[*index] = 0;
+                else
+                    *index = place[*index];
+            }
+        }
+        if (pass == 0) pack(table, size, place);
+    }
+    free(place);
 }
 
 /* What nothing uses is not sent: the features of a scene follow from the materials in the block. */
 static void drop_unused_materials(struct builder *builder)
 {
-    uint32_t *place = allocate(builder->materials.count, sizeof *place);
-    memset(place, 0xff, builder->materials.count * sizeof *place);
-    for (int pass = 0; pass < 2; pass++) {
-        for (int k = 0; k < PRIMITIVE_KINDS; k++) {
-            enum primitive_kind kind = (enum primitive_kind)k;
-            const struct list *list = &builder->primitives[kind];
-            char *item = list->items;
-            size_t offset = primitive_material_offset(kind);
-            for (uint64_t i = 0; i < list->count; i++, item += primitive_size(kind)) {
-                uint32_t *material = (uint32_t *)(void *)(item + offset);
-                if (pass == 0)
-                    place[*material] = 0;
-                else
-                    *material = place[*material];
-            }
-        }
-        if (pass == 0) pack_materials(&builder->materials, place);
+    struct reference references[PRIMITIVE_KINDS];
+    for (int k = 0; k < PRIMITIVE_KINDS; k++) {
+        enum primitive_kind kind = (enum primitive_kind)k;
+        references[k] = (struct reference){kind, primitive_material_offset(kind)};
     }
-    free(place);
+    drop_unused(builder, &builder->materials, sizeof(struct material), references, PRIMITIVE_KINDS);
+}
+
+static void drop_unused_corners(struct builder *builder)
+{
+    struct reference vertices[6], normals[3];
+    for (unsigned i = 0; i < 3; i++) {
+        size_t step = i * sizeof(uint32_t);
+        vertices[i] =
+            (struct reference){PRIMITIVE_TRIANGLE, offsetof(struct triangle, vertex) + step};
+        vertices[3 + i] =
+            (struct reference){PRIMITIVE_PATCH, offsetof(struct patch, vertex) + step};
+        normals[i] = (struct reference){PRIMITIVE_PATCH, offsetof(struct patch, normal) + step};
+    }
+    drop_unused(builder, &builder->vertices, sizeof(struct vec3), vertices, 6);
+    drop_unused(builder, &builder->normals, sizeof(struct vec3), normals, 3);
+}
+
+/* Lights that are black, or all of them where no surface shows light. */
+static void drop_dark_lights(struct builder *builder)
+{
+    const struct material *materials = builder->materials.items;
+    struct light *lights = builder->lights.items;
+    bool shown = false;
+    uint64_t kept = 0;
+    for (uint64_t i = 0; i < builder->materials.count; i++)
+        shown |= material_shows_light(&materials[i]);
+    for (uint64_t i = 0; i < builder->lights.count; i++)
+        if (shown && !vec_is_zero(lights[i].color)) lights[kept++] = lights[i];
+    builder->lights.count = kept;
 }
 
 /* Reserves room for a list at *bytes; the sizes of lists are bounded, so this cannot overflow. */
@@ -376,6 +422,10 @@ static void move(struct scene *scene, const struct scene_span *span, struct list
 struct scene *builder_finish(struct builder *builder, const struct view *view)
 {
     drop_unused_materials(builder);
+    if (view->variant == VARIANT_AUTO) {
+        drop_unused_corners(builder);
+        drop_dark_lights(builder);
+    }
     struct scene head = {.magic = SCENE_MAGIC, .version = SCENE_VERSION, .view = *view};
     uint64_t bytes = sizeof head;
     head.vertices = reserve(&builder->vertices, sizeof(struct vec3), &bytes);

@@ -543,6 +543,7 @@ struct view settings_view(const struct settings *settings)
         .samples = settings->sampling.samples,
         .formulas = settings->render.formulas,
         .processor = settings->farm.kernel,
+        .variant = settings->farm.variant,
     };
     return view;
 }

@@ -69,11 +69,13 @@ static inline bool scratch_load(struct scratch *s, const char *name, const char 
 }
 
 /* The scene block of a file that has to load; the caller frees it. */
+/* All that was loaded, needed or not. */
 static inline struct scene *scratch_scene(struct scratch *s, const char *name, const char *override)
 {
     struct job job;
     if (!scratch_load(s, name, override, &job)) fail_msg("%s", s->said);
     struct view view = settings_view(&job.settings);
+    view.variant = VARIANT_FULL;
     struct scene *scene = builder_finish(job.builder, &view);
     job_free(&job);
     const char *why = "";

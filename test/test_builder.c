@@ -88,6 +88,61 @@ static void test_block_holds_what_was_added(void **state)
     builder_destroy(builder);
 }
 
+static void add_needless(struct builder *b)
+{
+    struct light black = {{1, 2, 3}, {0, 0, 0}};
+    uint32_t lonely, n;
+    assert_null(builder_add_light(b, &black));
+    assert_null(builder_add_vertex(b, vec3(7, 7, 7), &lonely));
+    assert_null(builder_add_normal(b, vec3(1, 0, 0), &n));
+    struct triangle last = {{0, 1, 0}, 0};
+    assert_null(builder_add_vertex(b, vec3(8, 8, 8), &last.vertex[2]));
+    assert_null(builder_add_triangle(b, &last));
+}
+
+/* Corners and normals without an owner and lights without light are left out on demand. */
+static void test_what_nothing_needs_is_not_sent(void **state)
+{
+    (void)state;
+    for (uint32_t variant = VARIANT_AUTO; variant <= VARIANT_FULL; variant++) {
+        struct builder *builder = fill();
+        struct view view = some_view();
+        view.variant = variant;
+        add_needless(builder);
+        struct scene *scene = builder_finish(builder, &view);
+        bool full = variant == VARIANT_FULL;
+        const char *why = "";
+        if (!scene_valid(scene, scene->bytes, &why)) fail_msg("%s", why);
+        assert_int_equal(scene->vertices.count, full ? 5 : 4);
+        assert_int_equal(scene->normals.count, full ? 2 : 1);
+        assert_int_equal(scene->lights.count, full ? 2 : 1);
+        const struct triangle *last = &scene_triangles(scene)[1];
+        assert_true(scene_vertices(scene)[last->vertex[2]].x == 8);
+        assert_true(scene_vertices(scene)[last->vertex[1]].x == 1);
+        free(scene);
+        builder_destroy(builder);
+    }
+}
+
+/* Where no surface shows light, no light is needed. */
+static void test_lights_that_no_surface_shows(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    struct material mirror = {.reflection = 1, .ior = 1};
+    struct sphere sphere = {.radius = 1};
+    struct light light = {{1, 2, 3}, {1, 1, 1}};
+    struct view view = some_view();
+    assert_null(builder_add_material(builder, &mirror, &sphere.material));
+    assert_null(builder_add_sphere(builder, &sphere));
+    assert_null(builder_add_light(builder, &light));
+    struct scene *scene = builder_finish(builder, &view);
+    assert_int_equal(scene->lights.count, 0);
+    assert_false(scene_features(scene) & (FEATURE_LIGHTS | FEATURE_SHADOWS));
+    free(scene);
+    builder_destroy(builder);
+}
+
 /* Directions among the subnormal numbers, where a length has few bits, and among the largest. */
 static void test_directions_of_any_length(void **state)
 {
@@ -196,6 +251,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_block_holds_what_was_added),
+        cmocka_unit_test(test_what_nothing_needs_is_not_sent),
+        cmocka_unit_test(test_lights_that_no_surface_shows),
         cmocka_unit_test(test_directions_of_any_length),
         cmocka_unit_test(test_same_input_same_bytes),
         cmocka_unit_test(test_bounds),

@@ -10,7 +10,9 @@
 
 static void push(struct tree *tree, double bound, uint32_t depth)
 {
-    tree_push(tree, &(struct branch){.bound = bound, .depth = depth});
+    struct branch *branch = tree_add(tree);
+    branch->bound = bound;
+    branch->depth = depth;
 }
 
 static void test_most_important_first(void **state)

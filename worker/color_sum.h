@@ -3,6 +3,7 @@
 #define FARM_WORKER_COLOR_SUM_H
 
 #include "common/vec.h"
+#include "worker/exact.h"
 
 /*
  * A. Neumaier's improvement of Kahan's sum ("Rundungsfehleranalyse einiger Verfahren zur Summation
@@ -16,9 +17,9 @@ struct color_sum {
 
 static inline void lost_add(double *plain, double *lost, double value)
 {
-    double sum = *plain + value;
-    *lost += fabs(*plain) >= fabs(value) ? (*plain - sum) + value : (value - sum) + *plain;
-    *plain = sum;
+    struct dd sum = exact_sum(*plain, value);
+    *plain = sum.high;
+    *lost += sum.low;
 }
 
 static inline void color_sum_add(struct color_sum *sum, struct vec3 color)

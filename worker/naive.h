@@ -101,7 +101,7 @@ static inline bool naive_cone_holds(const struct cone *cone, const struct ray *r
 
 static inline void naive_cone_add(struct crossings *found, double t, uint32_t part)
 {
-    unsigned i = found->t[0] == NOT_CROSSED ? 0 : 1;
+    unsigned i = found->t[0] == NOT_CROSSED ? 0u : 1u;
     if (i == 1 && t < found->t[0]) {
         found->t[1] = found->t[0];
         found->part[1] = found->part[0];

@@ -8,13 +8,23 @@
 #include "worker/color_sum.h"
 #include "worker/exact.h"
 #include "worker/medium.h"
+#include "worker/points.h"
 #include "worker/sample.h"
 #include "worker/shade.h"
 #include "worker/tree.h"
 
-/* Samples that advance together: enough for large batches, few enough that their rays, hits and
- * trees (about 400 bytes each) stay in a core's second-level cache. */
-#define WAVE 256
+/*
+ * The functions below that take `flat` are compiled twice: true for a scene in which nothing
+ * reflects or refracts. Every sample is one ray then, of weight 1, so that there are no trees, no
+ * media and no waiting for other samples.
+ */
+#define INLINED inline __attribute__((always_inline))
+
+/* A wave begins with so many new samples at least: neighbours, whose rays keep together. */
+#define FRESH_MIN 64
+
+/* Samples that wait for earlier ones of the tile before they are added to their pixel. */
+#define WINDOW (4 * WAVE)
 
 /* One sample on its way. */
 struct path {
@@ -23,16 +33,40 @@ struct path {
     double cut;      /* what pruning has left out, at most */
     double too_deep; /* what max_depth and ray_budget have left out, at most; may be infinite */
     uint64_t rays;   /* traced so far, without shadow rays */
+    uint64_t index;  /* of the tile's samples */
     uint32_t pixel;  /* of the tile */
     uint32_t sample; /* of the pixel */
     bool bad;        /* counted as not finite */
 };
 
-/* One shadow ray's place: which hit of the wave it lights, and from which light. */
-struct lit {
-    uint32_t slot;
-    uint32_t light;
-    struct vec3 to_light;
+/* A sample that is done. */
+struct finished {
+    struct vec3 color;
+    double truncation;
+    bool waits;
+};
+
+/* Sums of the samples of one pixel, in the order of the samples. */
+struct pixel_sum {
+    struct color_sum color;
+    double truncation;
+    uint32_t samples;
+};
+
+/* A point of the wave, and a light on its lit side. */
+struct facing {
+    uint32_t point, light;
+};
+
+/* A tile in work: its samples are numbered pixel by pixel. */
+struct progress {
+    const struct tile *tile;
+    float *rgb;
+    uint64_t samples; /* of the tile */
+    uint64_t started, added;
+    uint32_t pixel, sample; /* the next to start */
+    uint32_t x, y;          /* that pixel's place in the whole picture */
+    struct pixel_sum sum;   /* of the pixel whose samples are being added */
 };
 
 struct renderer {
@@ -41,27 +75,39 @@ struct renderer {
     double *bound;         /* [depth]: largest component a ray of that depth can bring */
     double bound_infinite; /* the same for a tree of unlimited depth */
     uint64_t ray_budget;   /* of a sample */
+    bool flat;             /* see INLINED */
     struct media *media;
     uint32_t eye_media; /* the stack that the eye is in */
-    const struct tile *tile;
+    struct progress progress;
     struct render_counts counts;
     renderer_interrupted *interrupted;
     void *context;
 
     struct path paths[WAVE];
+    uint32_t idle[WAVE]; /* paths without a sample */
+    uint32_t idle_count;
+    struct finished finished[WINDOW]; /* by index modulo WINDOW */
 
     /* The current wave: slot i traces branches[i] for path owner[i]. */
+    uint32_t count;
     uint32_t owner[WAVE];
     struct branch branches[WAVE];
     struct ray rays[WAVE];
     struct hit hits[WAVE];
-    struct shading_point points[WAVE];
+    struct points points;
+    struct sample_lanes samples;
 
-    /* Shadow rays, `lights` of them per hit at most, in chunks of WAVE. */
-    struct lit lit[WAVE];
+    /* Points that face lights, and the shadow rays to those, light by light. */
+    struct faced faced;
+    struct facing facing[WAVE];
+    uint32_t facing_count;
+    struct lit lit;
     struct ray shadow_rays[WAVE];
     struct vec3 transmittance[WAVE];
-    uint32_t shadow_count;
+
+    struct onward onward;
+    uint32_t behind[WAVE];      /* the stacks of media that onward->point's refracted rays are in */
+    struct vec3 mirrored[WAVE]; /* share of each point's mirror ray */
 };
 
 /*
@@ -119,6 +165,13 @@ static void begin_media(struct renderer *renderer)
     renderer->eye_media = media_at(renderer->media, renderer->bvh, scene->view.camera.eye);
 }
 
+/* Whether every sample is one ray. */
+static bool is_flat(const struct scene *scene)
+{
+    unsigned spawning = FEATURE_REFLECTION | FEATURE_REFRACTION;
+    return scene->view.variant == VARIANT_AUTO && !(scene_features(scene) & spawning);
+}
+
 struct renderer *renderer_create(const struct scene *scene, const struct bvh *bvh)
 {
     struct renderer *renderer = allocate_zeroed(1, sizeof *renderer);
@@ -126,6 +179,7 @@ struct renderer *renderer_create(const struct scene *scene, const struct bvh *bv
     renderer->bvh = bvh;
     bound_radiance(renderer);
     renderer->ray_budget = ray_budget_of(renderer);
+    renderer->flat = is_flat(scene);
     renderer->media = media_create(scene);
     begin_media(renderer);
     return renderer;
@@ -146,11 +200,15 @@ const struct scene *renderer_scene(const struct renderer *renderer)
     return renderer->scene;
 }
 
+/* ---- further rays ---- */
+
 /* Adds the next ray of the tree, unless it is too deep or carries nothing. */
-static void spawn(struct renderer *renderer, struct path *path, const struct branch *parent,
-                  const struct shading_point *at, struct vec3 direction, struct vec3 share,
-                  enum ray_kind kind, const struct hit *hit, uint32_t media)
+static void spawn(struct renderer *renderer, uint32_t point, struct vec3 direction,
+                  struct vec3 share, enum ray_kind kind, uint32_t media)
 {
+    uint32_t slot = renderer->points.slot[point];
+    const struct branch *parent = &renderer->branches[slot];
+    struct path *path = &renderer->paths[renderer->owner[slot]];
     struct vec3 weight = vec_mul(parent->weight, share);
     double largest = vec_max(weight);
     if (!(largest > 0)) return;
@@ -161,122 +219,162 @@ static void spawn(struct renderer *renderer, struct path *path, const struct bra
         path->too_deep = nextafter(more, HUGE_VAL);
         return;
     }
-    struct branch child = {
-        .ray = {.origin = at->point,
-                .direction = direction,
-                .t_max = HUGE_VAL,
-                .from = hit->primitive,
-                .from_part = hit->part},
-        .weight = weight,
-        .bound = largest * renderer->bound[depth],
-        .depth = depth,
-        .media = media,
-        .kind = kind,
-    };
-    tree_push(&path->tree, &child);
+    struct branch *child = tree_add(&path->tree);
+    child->ray = (struct ray){.origin = lane(&renderer->points.point, point),
+                              .direction = direction,
+                              .t_max = HUGE_VAL,
+                              .from = renderer->hits[slot].primitive,
+                              .from_part = renderer->hits[slot].part};
+    child->weight = weight;
+    child->bound = largest * renderer->bound[depth];
+    child->depth = depth;
+    child->media = media;
+    child->kind = kind;
 }
 
-static struct crossing_media cross_surface(struct renderer *renderer, uint32_t slot)
+static struct crossing_media cross_surface(struct renderer *renderer, uint32_t point)
 {
+    uint32_t slot = renderer->points.slot[point];
     uint32_t primitive = renderer->hits[slot].primitive;
-    bool entering = renderer->points[slot].entering;
+    bool entering = renderer->points.entering[point] != 0;
     if (renderer->scene->view.formulas == FORMULAS_PAPER)
         return media_by_side(renderer->scene, primitive, entering);
     return media_cross(renderer->media, renderer->branches[slot].media, primitive, entering);
 }
 
-/* Mirror reflection and refraction; what cannot leave a denser medium is reflected too. */
-static void spawn_children(struct renderer *renderer, uint32_t slot)
+/* Refraction; what cannot leave a denser medium is mirrored. */
+static void spawn_refracted(struct renderer *renderer)
 {
-    const struct shading_point *at = &renderer->points[slot];
-    const struct material *material = at->material;
-    const struct branch *parent = &renderer->branches[slot];
-    struct path *path = &renderer->paths[renderer->owner[slot]];
-    const struct hit *hit = &renderer->hits[slot];
-    double kr = material->reflection;
-    struct vec3 mirrored = vec3(kr, kr, kr);
-    if (material->transmission > 0) {
-        struct vec3 passed = vec_scale(material->color, material->transmission);
-        struct crossing_media crossing = cross_surface(renderer, slot);
-        struct vec3 direction;
+    const struct points *points = &renderer->points;
+    struct onward *onward = &renderer->onward;
+    onward->count = 0;
+    for (uint32_t i = 0; i < points->count; i++) {
+        if (!(points->material[i]->transmission > 0)) continue;
+        struct crossing_media crossing = cross_surface(renderer, i);
         if (crossing.unmatched) renderer->counts.unmatched_media++;
-        if (refract(at, crossing.from, crossing.to, &direction))
-            spawn(renderer, path, parent, at, direction, passed, RAY_REFRACTION, hit,
-                  crossing.stack);
-        else
-            mirrored = vec_add(mirrored, passed);
+        uint32_t k = onward->count++;
+        onward->point[k] = i;
+        onward->from[k] = crossing.from;
+        onward->to[k] = crossing.to;
+        renderer->behind[k] = crossing.stack;
     }
-    if (vec_max(mirrored) > 0)
-        spawn(renderer, path, parent, at, reflect(at), mirrored, RAY_REFLECTION, hit,
-              parent->media);
+    points_refract(points, onward);
+    for (uint32_t k = 0; k < onward->count; k++) {
+        uint32_t i = onward->point[k];
+        const struct material *material = points->material[i];
+        struct vec3 passed = vec_scale(material->color, material->transmission);
+        if (onward->passes[k] != 0)
+            spawn(renderer, i, lane(&onward->direction, k), passed, RAY_REFRACTION,
+                  renderer->behind[k]);
+        else
+            renderer->mirrored[i] = vec_add(renderer->mirrored[i], passed);
+    }
 }
 
-static void add_light(struct renderer *renderer, const struct lit *lit, struct vec3 through)
+static void spawn_mirrored(struct renderer *renderer)
 {
-    if (vec_is_zero(through)) return;
-    const struct light *light = &scene_lights(renderer->scene)[lit->light];
-    struct vec3 strength = vec_mul(light->color, through);
-    struct vec3 color = shade_light(&renderer->points[lit->slot], lit->to_light, strength);
-    struct path *path = &renderer->paths[renderer->owner[lit->slot]];
-    color_sum_add(&path->color, vec_mul(color, renderer->branches[lit->slot].weight));
+    struct onward *onward = &renderer->onward;
+    onward->count = 0;
+    for (uint32_t i = 0; i < renderer->points.count; i++)
+        if (vec_max(renderer->mirrored[i]) > 0) onward->point[onward->count++] = i;
+    points_reflect(&renderer->points, onward);
+    for (uint32_t k = 0; k < onward->count; k++) {
+        uint32_t i = onward->point[k];
+        spawn(renderer, i, lane(&onward->direction, k), renderer->mirrored[i], RAY_REFLECTION,
+              renderer->branches[renderer->points.slot[i]].media);
+    }
+}
+
+static void spawn_children(struct renderer *renderer)
+{
+    const struct points *points = &renderer->points;
+    bool refracts = false, reflects = false;
+    for (uint32_t i = 0; i < points->count; i++) {
+        double kr = points->material[i]->reflection;
+        renderer->mirrored[i] = vec3(kr, kr, kr);
+        reflects |= kr > 0;
+        refracts |= points->material[i]->transmission > 0;
+    }
+    if (refracts) spawn_refracted(renderer);
+    if (refracts || reflects) spawn_mirrored(renderer);
+}
+
+/* ---- light ---- */
+
+static INLINED void add_color(struct renderer *renderer, uint32_t slot, struct vec3 color,
+                              bool flat)
+{
+    uint32_t p = flat ? slot : renderer->owner[slot];
+    if (!flat) color = vec_mul(color, renderer->branches[slot].weight);
+    color_sum_add(&renderer->paths[p].color, color);
+}
+
+/* The points that some light gets through to, of those that were gathered. */
+static void gather_reached(struct renderer *renderer)
+{
+    const struct light *lights = scene_lights(renderer->scene);
+    bool shadows = renderer->scene->view.shadows;
+    struct lit *lit = &renderer->lit;
+    lit->count = 0;
+    for (uint32_t i = 0; i < renderer->facing_count; i++) {
+        struct vec3 through = shadows ? renderer->transmittance[i] : vec3(1, 1, 1);
+        if (vec_is_zero(through)) continue;
+        lit->point[lit->count] = renderer->facing[i].point;
+        set_lane(&lit->to_light, lit->count, renderer->shadow_rays[i].direction);
+        set_lane(&lit->strength, lit->count,
+                 vec_mul(lights[renderer->facing[i].light].color, through));
+        lit->count++;
+    }
 }
 
 /* Traces the gathered shadow rays as one batch and adds what comes through. */
-static void flush_shadows(struct renderer *renderer)
+static INLINED void flush_lit(struct renderer *renderer, bool flat)
 {
-    uint32_t count = renderer->shadow_count;
-    if (count == 0) return;
-    double start = clock_wall();
-    occluded(renderer->scene, renderer->bvh, renderer->shadow_rays, count, renderer->transmittance,
-             &renderer->counts.exact_fallbacks);
-    renderer->counts.intersect_s += clock_wall() - start;
-    renderer->counts.rays[RAY_SHADOW] += count;
-    for (uint32_t i = 0; i < count; i++)
-        add_light(renderer, &renderer->lit[i], renderer->transmittance[i]);
-    renderer->shadow_count = 0;
-}
-
-/*
- * Where the shadow ray from p to a light at l ends: short of 1 by what the light's own place and
- * the ray's direction are uncertain by. l - p is rounded by u |l - p|; p lies within some 4 u |p|
- * of its surface, and l within as much as its coordinates' u of a surface that is meant to carry
- * it. Without this, a light on a lamp's surface would be shaded by it or not as rounding falls; so
- * it shines on its own side. A light as close as that to the point is not shaded at all.
- */
-#define SHADOW_ROUNDOFF (8 * UNIT_ROUNDOFF)
-
-static double shadow_end(const struct renderer *renderer, struct vec3 point, struct vec3 light,
-                         struct vec3 to_light)
-{
-    if (renderer->scene->view.formulas == FORMULAS_PAPER) return 1;
-    double reach = largest_component(point) + largest_component(light);
-    double end = 1 - SHADOW_ROUNDOFF * (reach / largest_component(to_light));
-    return end > 0 ? end : 0;
-}
-
-static void light_slot(struct renderer *renderer, uint32_t slot)
-{
-    const struct shading_point *at = &renderer->points[slot];
-    const struct light *lights = scene_lights(renderer->scene);
-    uint32_t count = (uint32_t)renderer->scene->lights.count;
-    for (uint32_t i = 0; i < count; i++) {
-        struct lit lit = {.slot = slot, .light = i};
-        if (!light_faces(at, &lights[i], &lit.to_light)) continue;
-        if (!renderer->scene->view.shadows) {
-            add_light(renderer, &lit, vec3(1, 1, 1));
-            continue;
-        }
-        const struct hit *hit = &renderer->hits[slot];
-        renderer->shadow_rays[renderer->shadow_count] =
-            (struct ray){.origin = at->point,
-                         .direction = lit.to_light,
-                         .t_max = shadow_end(renderer, at->point, lights[i].position, lit.to_light),
-                         .from = hit->primitive,
-                         .from_part = hit->part};
-        renderer->lit[renderer->shadow_count++] = lit;
-        if (renderer->shadow_count == WAVE) flush_shadows(renderer);
+    struct lit *lit = &renderer->lit;
+    uint32_t count = renderer->facing_count;
+    if (count > 0 && renderer->scene->view.shadows) {
+        double start = clock_wall();
+        occluded(renderer->scene, renderer->bvh, renderer->shadow_rays, count,
+                 renderer->transmittance, &renderer->counts.exact_fallbacks);
+        renderer->counts.intersect_s += clock_wall() - start;
+        renderer->counts.rays[RAY_SHADOW] += count;
     }
+    gather_reached(renderer);
+    points_light(&renderer->points, lit);
+    for (uint32_t i = 0; i < lit->count; i++)
+        add_color(renderer, renderer->points.slot[lit->point[i]], lane(&lit->color, i), flat);
+    renderer->facing_count = 0;
 }
+
+static void add_facing(struct renderer *renderer, uint32_t point, uint32_t light)
+{
+    uint32_t slot = renderer->points.slot[point], i = renderer->facing_count++;
+    renderer->facing[i] = (struct facing){point, light};
+    renderer->shadow_rays[i] = (struct ray){.origin = lane(&renderer->points.point, point),
+                                            .direction = lane(&renderer->faced.to_light, point),
+                                            .t_max = renderer->faced.end[point],
+                                            .from = renderer->hits[slot].primitive,
+                                            .from_part = renderer->hits[slot].part};
+}
+
+/* Light by light, so that the shadow rays of a batch keep together. A surface that shows no light
+ * needs none. */
+static INLINED void light_points(struct renderer *renderer, bool flat)
+{
+    const struct light *lights = scene_lights(renderer->scene);
+    const struct points *points = &renderer->points;
+    if (points->count == 0) return;
+    for (uint32_t k = 0; k < renderer->scene->lights.count; k++) {
+        if (renderer->facing_count + points->count > WAVE) flush_lit(renderer, flat);
+        points_face(points, &lights[k], &renderer->faced);
+        for (uint32_t i = 0; i < points->count; i++)
+            if (renderer->faced.faces[i] != 0 && material_shows_light(points->material[i]))
+                add_facing(renderer, i, k);
+    }
+    flush_lit(renderer, flat);
+}
+
+/* ---- the wave ---- */
 
 /* A number that a picture of floats can hold. */
 static bool is_good(double value)
@@ -284,144 +382,230 @@ static bool is_good(double value)
     return value <= (double)FLT_MAX && value >= -(double)FLT_MAX;
 }
 
-/*
- * Looks at a sample after one of its rays: the first that spoils it is told. A miss from a place
- * that is not finite is no sky.
+/* The first ray that spoils its sample is told. A miss from a place that is not finite is no sky.
  */
-static void check_path(struct renderer *renderer, uint32_t slot)
+static void tell_bad(struct renderer *renderer, struct path *path, const struct ray *ray,
+                     uint32_t depth)
 {
-    struct path *path = &renderer->paths[renderer->owner[slot]];
-    const struct branch *branch = &renderer->branches[slot];
-    struct vec3 sum = path->color.plain;
-    bool good = is_good(sum.x) && is_good(sum.y) && is_good(sum.z);
-    if ((good && vec_is_finite(branch->ray.origin)) || path->bad) return;
     path->bad = true;
-    struct bad_sample bad = {.sample = path->sample,
-                             .depth = branch->depth,
-                             .origin = branch->ray.origin,
-                             .direction = branch->ray.direction};
-    tile_pixel(renderer->tile, path->pixel, &bad.x, &bad.y);
+    struct bad_sample bad = {
+        .sample = path->sample, .depth = depth, .origin = ray->origin, .direction = ray->direction};
+    tile_pixel(renderer->progress.tile, path->pixel, &bad.x, &bad.y);
     bad.x += renderer->scene->view.region_x;
     bad.y += renderer->scene->view.region_y;
     render_counts_bad(&renderer->counts, &bad);
 }
 
+/* Looks at every sample after one of its rays. */
+static INLINED void check_paths(struct renderer *renderer, bool flat)
+{
+    for (uint32_t i = 0; i < renderer->count; i++) {
+        struct path *path = &renderer->paths[flat ? i : renderer->owner[i]];
+        const struct ray *ray = &renderer->rays[i];
+        struct vec3 sum = path->color.plain;
+        bool good = is_good(sum.x) && is_good(sum.y) && is_good(sum.z);
+        if (good && vec_is_finite(ray->origin)) continue;
+        if (!path->bad) tell_bad(renderer, path, ray, flat ? 0 : renderer->branches[i].depth);
+    }
+}
+
+/* What is there without any light: the background, and ambient. */
+static INLINED void add_unlit(struct renderer *renderer, bool flat)
+{
+    const struct points *points = &renderer->points;
+    for (uint32_t i = 0; i < renderer->count; i++) {
+        if (renderer->hits[i].primitive != PRIMITIVE_NONE) continue;
+        struct vec3 color = background(&renderer->scene->view, renderer->rays[i].direction);
+        if (!flat && renderer->branches[i].media != MEDIUM_OUTSIDE) renderer->counts.open_media++;
+        add_color(renderer, i, color, flat);
+    }
+    for (uint32_t i = 0; i < points->count; i++)
+        if (points->material[i]->ambient > 0)
+            add_color(renderer, points->slot[i], shade_ambient(points->material[i]), flat);
+}
+
 /* The hits of a wave become colour and further rays. */
-static void shade_wave(struct renderer *renderer, uint32_t count)
+static INLINED void trace_wave(struct renderer *renderer, bool flat)
 {
-    for (uint32_t i = 0; i < count; i++) {
-        const struct branch *branch = &renderer->branches[i];
-        struct path *path = &renderer->paths[renderer->owner[i]];
-        struct vec3 color;
-        if (renderer->hits[i].primitive == PRIMITIVE_NONE) {
-            color = background(&renderer->scene->view, branch->ray.direction);
-            if (branch->media != MEDIUM_OUTSIDE) renderer->counts.open_media++;
-        } else {
-            struct surface surface;
-            surface_at(renderer->scene, &branch->ray, &renderer->hits[i], &surface);
-            renderer->points[i] = shading_point(renderer->scene, &branch->ray, &surface);
-            color = shade_ambient(renderer->points[i].material);
-        }
-        color_sum_add(&path->color, vec_mul(color, branch->weight));
-    }
-    for (uint32_t i = 0; i < count; i++) {
-        if (renderer->hits[i].primitive != PRIMITIVE_NONE) light_slot(renderer, i);
-    }
-    flush_shadows(renderer);
-    for (uint32_t i = 0; i < count; i++) {
-        check_path(renderer, i);
-        if (renderer->hits[i].primitive != PRIMITIVE_NONE) spawn_children(renderer, i);
-    }
+    double start = clock_wall();
+    nearest(renderer->scene, renderer->bvh, renderer->rays, renderer->count, renderer->hits,
+            &renderer->counts.exact_fallbacks);
+    renderer->counts.intersect_s += clock_wall() - start;
+    points_find(renderer->scene, renderer->rays, renderer->hits, renderer->count,
+                &renderer->points);
+    add_unlit(renderer, flat);
+    light_points(renderer, flat);
+    check_paths(renderer, flat);
+    if (!flat) spawn_children(renderer);
 }
 
-/* One ray of every unfinished sample; returns how many there are. */
-static uint32_t gather_wave(struct renderer *renderer, uint32_t paths)
-{
-    double cutoff = renderer->scene->view.cutoff;
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < paths; i++) {
-        struct path *path = &renderer->paths[i];
-        struct branch *branch = &renderer->branches[count];
-        if (path->rays == renderer->ray_budget) path->too_deep += tree_drop(&path->tree);
-        if (!tree_pop(&path->tree, cutoff, branch, &path->cut)) continue;
-        path->rays++;
-        renderer->counts.rays[branch->kind]++;
-        renderer->rays[count] = branch->ray;
-        renderer->owner[count++] = i;
-    }
-    return count;
-}
-
-/* false: interrupted */
-static bool trace_paths(struct renderer *renderer, uint32_t paths)
-{
-    uint32_t count;
-    while ((count = gather_wave(renderer, paths)) > 0) {
-        if (renderer->interrupted && renderer->interrupted(renderer->context)) return false;
-        double start = clock_wall();
-        nearest(renderer->scene, renderer->bvh, renderer->rays, count, renderer->hits,
-                &renderer->counts.exact_fallbacks);
-        renderer->counts.intersect_s += clock_wall() - start;
-        shade_wave(renderer, count);
-    }
-    return true;
-}
-
-static void start_path(struct renderer *renderer, uint32_t slot, const struct tile *tile,
-                       uint64_t index)
-{
-    const struct view *view = &renderer->scene->view;
-    uint32_t x, y;
-    uint32_t pixel = (uint32_t)(index / view->samples);
-    tile_pixel(tile, pixel, &x, &y);
-    struct path *path = &renderer->paths[slot];
-    path->color = (struct color_sum){{0, 0, 0}, {0, 0, 0}};
-    path->cut = path->too_deep = 0;
-    path->rays = 0;
-    path->pixel = pixel;
-    path->sample = (uint32_t)(index % view->samples);
-    path->bad = false;
-    tree_clear(&path->tree);
-    struct branch primary = {
-        .ray = sample_ray(view, view->region_x + x, view->region_y + y, path->sample),
-        .weight = vec3(1, 1, 1),
-        .bound = HUGE_VAL, /* traced whatever the cutoff */
-        .media = renderer->eye_media,
-        .kind = RAY_PRIMARY,
-    };
-    tree_push(&path->tree, &primary);
-}
-
-/* Sums of the samples of one pixel, in the order of the samples. */
-struct pixel_sum {
-    uint32_t pixel;
-    struct color_sum color;
-    double truncation;
-};
-
-static struct vec3 finished_sum(const struct renderer *renderer, const struct color_sum *sum)
+static inline struct vec3 finished_sum(const struct renderer *renderer, const struct color_sum *sum)
 {
     return renderer->scene->view.formulas == FORMULAS_PAPER ? sum->plain : color_sum_value(sum);
 }
 
-static void finish_pixel(struct renderer *renderer, const struct pixel_sum *sum, float *rgb)
+static void finish_path(struct renderer *renderer, uint32_t p)
 {
-    double samples = renderer->scene->view.samples;
-    struct vec3 color = finished_sum(renderer, &sum->color);
-    float *out = rgb + (size_t)sum->pixel * 3;
-    out[0] = (float)(color.x / samples);
-    out[1] = (float)(color.y / samples);
-    out[2] = (float)(color.z / samples);
-    /* An upper bound, like its parts: so many sums, and a quotient. */
-    double truncation = sum->truncation / samples * (1 + (samples + 2) * UNIT_ROUNDOFF);
-    renderer->counts.truncation = fmax(renderer->counts.truncation, truncation);
+    const struct path *path = &renderer->paths[p];
+    renderer->finished[path->index % WINDOW] =
+        (struct finished){finished_sum(renderer, &path->color), path->cut + path->too_deep, true};
+    renderer->idle[renderer->idle_count++] = p;
 }
 
-static void add_sample(const struct renderer *renderer, const struct path *path,
-                       struct pixel_sum *sum)
+/* The next ray of every sample that has one. */
+static void continue_paths(struct renderer *renderer)
 {
-    color_sum_add(&sum->color, finished_sum(renderer, &path->color));
-    sum->truncation += path->cut + path->too_deep;
+    double cutoff = renderer->scene->view.cutoff;
+    uint32_t paths = renderer->count;
+    renderer->count = 0;
+    for (uint32_t i = 0; i < paths; i++) {
+        uint32_t p = renderer->owner[i], slot = renderer->count;
+        struct path *path = &renderer->paths[p];
+        struct branch *branch = &renderer->branches[slot];
+        if (path->rays == renderer->ray_budget) path->too_deep += tree_drop(&path->tree);
+        if (!tree_pop(&path->tree, cutoff, branch, &path->cut)) {
+            finish_path(renderer, p);
+            continue;
+        }
+        path->rays++;
+        renderer->counts.rays[branch->kind]++;
+        renderer->rays[slot] = branch->ray;
+        renderer->owner[slot] = p;
+        renderer->count++;
+    }
+}
+
+static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool flat)
+{
+    struct progress *progress = &renderer->progress;
+    uint32_t p = flat ? slot : renderer->idle[--renderer->idle_count];
+    struct path *path = &renderer->paths[p];
+    path->color = (struct color_sum){{0, 0, 0}, {0, 0, 0}};
+    path->pixel = progress->pixel;
+    path->sample = progress->sample;
+    path->bad = false;
+    progress->started++;
+    if (flat) return;
+    tree_clear(&path->tree);
+    path->cut = path->too_deep = 0;
+    path->rays = 1;
+    path->index = progress->started - 1;
+    struct branch *primary = &renderer->branches[slot];
+    primary->weight = vec3(1, 1, 1);
+    primary->depth = 0;
+    primary->media = renderer->eye_media;
+    primary->kind = RAY_PRIMARY;
+    renderer->owner[slot] = p;
+}
+
+/* The place of the pixel whose samples come next. */
+static void locate_pixel(struct renderer *renderer)
+{
+    struct progress *progress = &renderer->progress;
+    tile_pixel(progress->tile, progress->pixel, &progress->x, &progress->y);
+    progress->x += renderer->scene->view.region_x;
+    progress->y += renderer->scene->view.region_y;
+}
+
+/* So many new samples join the wave. */
+static INLINED void start_paths(struct renderer *renderer, uint32_t fresh, bool flat)
+{
+    const struct view *view = &renderer->scene->view;
+    struct progress *progress = &renderer->progress;
+    uint32_t first = renderer->count;
+    for (uint32_t i = 0; i < fresh; i++) {
+        if (progress->sample == 0) locate_pixel(renderer);
+        sample_place(view, progress->x, progress->y, progress->sample, &renderer->samples, i);
+        start_path(renderer, first + i, flat);
+        if (++progress->sample < view->samples) continue;
+        progress->sample = 0;
+        progress->pixel++;
+    }
+    sample_rays(view, &renderer->samples, fresh, renderer->rays + first);
+    renderer->counts.rays[RAY_PRIMARY] += fresh;
+    renderer->count += fresh;
+}
+
+/* New samples take the places of finished ones, many at a time. */
+static void refill_wave(struct renderer *renderer)
+{
+    const struct progress *progress = &renderer->progress;
+    uint64_t left = progress->samples - progress->started;
+    uint64_t room = WINDOW - (progress->started - progress->added);
+    uint64_t fresh = left < room ? left : room;
+    if (fresh > renderer->idle_count) fresh = renderer->idle_count;
+    if (fresh >= FRESH_MIN || fresh == left) start_paths(renderer, (uint32_t)fresh, false);
+}
+
+static void finish_pixel(struct renderer *renderer)
+{
+    struct progress *progress = &renderer->progress;
+    double samples = renderer->scene->view.samples;
+    struct vec3 color = finished_sum(renderer, &progress->sum.color);
+    progress->rgb[0] = (float)(color.x / samples);
+    progress->rgb[1] = (float)(color.y / samples);
+    progress->rgb[2] = (float)(color.z / samples);
+    progress->rgb += 3;
+    /* An upper bound, like its parts: so many sums, and a quotient. */
+    double truncation = progress->sum.truncation;
+    if (truncation != 0) truncation = truncation / samples * (1 + (samples + 2) * UNIT_ROUNDOFF);
+    renderer->counts.truncation = max_number(renderer->counts.truncation, truncation);
+    progress->sum = (struct pixel_sum){0};
+}
+
+/* The next sample in their order. */
+static inline void add_sample(struct renderer *renderer, struct vec3 color, double truncation)
+{
+    struct progress *progress = &renderer->progress;
+    color_sum_add(&progress->sum.color, color);
+    progress->sum.truncation += truncation;
+    progress->added++;
+    if (++progress->sum.samples == renderer->scene->view.samples) finish_pixel(renderer);
+}
+
+/* Adds the finished samples to their pixels, as far as none is missing before them. */
+static void add_finished(struct renderer *renderer)
+{
+    const struct progress *progress = &renderer->progress;
+    while (progress->added < progress->started) {
+        struct finished *next = &renderer->finished[progress->added % WINDOW];
+        if (!next->waits) break;
+        next->waits = false;
+        add_sample(renderer, next->color, next->truncation);
+    }
+}
+
+static bool is_interrupted(const struct renderer *renderer)
+{
+    return renderer->interrupted && renderer->interrupted(renderer->context);
+}
+
+/* false: interrupted */
+static bool trace_trees(struct renderer *renderer)
+{
+    for (;;) {
+        continue_paths(renderer);
+        add_finished(renderer);
+        refill_wave(renderer);
+        if (renderer->count == 0) return true;
+        if (is_interrupted(renderer)) return false;
+        trace_wave(renderer, false);
+    }
+}
+
+static bool trace_flat(struct renderer *renderer)
+{
+    const struct progress *progress = &renderer->progress;
+    while (progress->started < progress->samples) {
+        uint64_t left = progress->samples - progress->started;
+        renderer->count = 0;
+        start_paths(renderer, left < WAVE ? (uint32_t)left : WAVE, true);
+        if (is_interrupted(renderer)) return false;
+        trace_wave(renderer, true);
+        for (uint32_t i = 0; i < renderer->count; i++)
+            add_sample(renderer, finished_sum(renderer, &renderer->paths[i].color), 0);
+    }
+    return true;
 }
 
 void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupted, void *context)
@@ -433,28 +617,26 @@ void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupt
 /* Stacks kept from earlier tiles save nothing but time: many of them go. */
 #define MEDIA_KEPT 65536u
 
+static void begin_tile(struct renderer *renderer, const struct tile *tile, float *rgb)
+{
+    uint64_t samples = (uint64_t)tile_pixels(tile) * renderer->scene->view.samples;
+    renderer->progress = (struct progress){.tile = tile, .rgb = rgb, .samples = samples};
+    renderer->counts = (struct render_counts){0};
+    renderer->count = renderer->facing_count = 0;
+    renderer->idle_count = WAVE;
+    for (uint32_t i = 0; i < WAVE; i++)
+        renderer->idle[i] = WAVE - 1 - i;
+    for (uint32_t i = 0; i < WINDOW; i++)
+        renderer->finished[i].waits = false;
+    if (media_count(renderer->media) > MEDIA_KEPT) begin_media(renderer);
+}
+
 bool renderer_tile(struct renderer *renderer, const struct tile *tile, float *rgb,
                    struct render_counts *counts)
 {
     double start = clock_wall();
-    uint32_t per_pixel = renderer->scene->view.samples;
-    uint64_t samples = (uint64_t)tile_pixels(tile) * per_pixel;
-    renderer->counts = (struct render_counts){0};
-    renderer->tile = tile;
-    if (media_count(renderer->media) > MEDIA_KEPT) begin_media(renderer);
-    struct pixel_sum sum = {0};
-    for (uint64_t first = 0; first < samples; first += WAVE) {
-        uint32_t paths = (uint32_t)(samples - first < WAVE ? samples - first : WAVE);
-        for (uint32_t i = 0; i < paths; i++)
-            start_path(renderer, i, tile, first + i);
-        if (!trace_paths(renderer, paths)) return false;
-        for (uint32_t i = 0; i < paths; i++) {
-            if ((first + i) % per_pixel == 0)
-                sum = (struct pixel_sum){.pixel = renderer->paths[i].pixel};
-            add_sample(renderer, &renderer->paths[i], &sum);
-            if ((first + i + 1) % per_pixel == 0) finish_pixel(renderer, &sum, rgb);
-        }
-    }
+    begin_tile(renderer, tile, rgb);
+    if (!(renderer->flat ? trace_flat(renderer) : trace_trees(renderer))) return false;
     renderer->counts.shade_s = clock_wall() - start - renderer->counts.intersect_s;
     *counts = renderer->counts;
     return true;

@@ -38,19 +38,62 @@ void sample_position(uint32_t x, uint32_t y, uint32_t sample, uint32_t samples, 
     offset[1] = fraction(turn_y + sample * R2_STEP_Y);
 }
 
+/* Through the point x, y of the picture, not normalised. */
+static inline struct vec3 direction_through(const struct view *view, double x, double y)
+{
+    double height = view->height;
+    double u = (2 * x - view->width) / height;
+    double v = (2 * y - height) / height;
+    const struct camera *camera = &view->camera;
+    struct vec3 direction = vec_add_scaled(camera->forward, camera->right, u);
+    return vec_add_scaled(direction, camera->down, v);
+}
+
+static struct ray eye_ray(const struct view *view, struct vec3 unit)
+{
+    return (struct ray){
+        .origin = view->camera.eye, .direction = unit, .t_max = HUGE_VAL, .from = PRIMITIVE_NONE};
+}
+
 struct ray sample_ray(const struct view *view, uint32_t x, uint32_t y, uint32_t sample)
 {
     double offset[2];
     sample_position(x, y, sample, view->samples, offset);
-    double height = view->height;
-    double u = (2 * (x + offset[0]) - view->width) / height;
-    double v = (2 * (y + offset[1]) - height) / height;
-    const struct camera *camera = &view->camera;
-    struct vec3 direction = camera->forward;
-    direction = vec_add_scaled(direction, camera->right, u);
-    direction = vec_add_scaled(direction, camera->down, v);
-    return (struct ray){.origin = camera->eye,
-                        .direction = vec_normalize(direction),
-                        .t_max = HUGE_VAL,
-                        .from = PRIMITIVE_NONE};
+    return eye_ray(view, vec_normalize(direction_through(view, x + offset[0], y + offset[1])));
+}
+
+void sample_place(const struct view *view, uint32_t x, uint32_t y, uint32_t sample,
+                  struct sample_lanes *lanes, uint32_t i)
+{
+    double offset[2];
+    sample_position(x, y, sample, view->samples, offset);
+    lanes->x[i] = x + offset[0];
+    lanes->y[i] = y + offset[1];
+}
+
+static inline void aim_lane(const struct view *view, struct sample_lanes *lanes, uint32_t i)
+{
+    bool sure = true;
+    struct vec3 direction = direction_through(view, lanes->x[i], lanes->y[i]);
+    set_lane(&lanes->direction, i, plain_unit(direction, &sure));
+    lanes->sure[i] = truth(sure);
+}
+
+static FLATTENED void aim_lanes(const struct view *view, struct sample_lanes *lanes, uint32_t count)
+{
+    OVER_LANES
+    for (uint32_t i = 0; i < count; i++)
+        aim_lane(view, lanes, i);
+}
+
+void sample_rays(const struct view *view, struct sample_lanes *lanes, uint32_t count,
+                 struct ray *rays)
+{
+    aim_lanes(view, lanes, count);
+    for (uint32_t i = 0; i < count; i++) {
+        struct vec3 unit = lane(&lanes->direction, i);
+        if (lanes->sure[i] == 0)
+            unit = vec_normalize(direction_through(view, lanes->x[i], lanes->y[i]));
+        rays[i] = eye_ray(view, unit);
+    }
 }

@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "worker/ray.h"
+#include "worker/wave.h"
 
 /*
  * Sample number `sample` of `samples` in pixel (x, y) of the whole picture: offsets from the
@@ -15,5 +16,16 @@ void sample_position(uint32_t x, uint32_t y, uint32_t sample, uint32_t samples, 
 
 /* The ray from the eye through that position. */
 struct ray sample_ray(const struct view *view, uint32_t x, uint32_t y, uint32_t sample);
+
+/* The same for many samples. */
+struct sample_lanes {
+    lane_row x, y; /* in the whole picture, pixels from its top left corner */
+    struct lanes3 direction;
+    lane_row sure;
+};
+void sample_place(const struct view *view, uint32_t x, uint32_t y, uint32_t sample,
+                  struct sample_lanes *lanes, uint32_t i);
+void sample_rays(const struct view *view, struct sample_lanes *lanes, uint32_t count,
+                 struct ray *rays);
 
 #endif

@@ -1,11 +1,7 @@
-/*
- * Where a line crosses a sphere, in double-double.
- *
- * The line's parameter is counted from t, a double near the closest approach. p = f + t d is then
- * of the size of the sphere, however far away the origin f = o - c is, and the rest of the
- * parameter s solves a s^2 + 2 (p.d) s + p.p - r^2 = 0 with nothing left that cancels.
- */
+/* Where a line crosses a sphere, in double-double: see sphere_line.h. */
 #include "worker/sphere.h"
+
+#include "worker/sphere_line.h"
 
 /*
  * A sphere and a ray with lengths divided by 2^length and the direction by 2^speed, which changes
@@ -16,25 +12,6 @@ struct scaled {
     struct vec3 origin, direction;
     int length, speed;
 };
-
-struct sphere_line {
-    double t;
-    struct dd3 p;
-    struct dd a;            /* d.d */
-    struct dd along;        /* p.d, small */
-    struct dd excess;       /* p.p - r^2 */
-    struct dd discriminant; /* along^2 - a excess = a r^2 - |f x d|^2 */
-    struct dd half;         /* its root */
-};
-
-/* Between these, products of four are normal numbers, and so are their rounding errors. */
-#define ORDINARY_MIN 0x1p-200
-#define ORDINARY_MAX 0x1p200
-
-static bool is_ordinary(double size)
-{
-    return size > ORDINARY_MIN && size < ORDINARY_MAX;
-}
 
 static struct vec3 vec_ldexp(struct vec3 v, int exponent)
 {
@@ -57,36 +34,14 @@ static struct scaled scaled_of(const struct sphere *sphere, const struct ray *ra
     return scaled;
 }
 
-/* The line with its parameter counted from t; the root of the discriminant is not yet known. */
 static struct sphere_line line_from(const struct scaled *it, double t)
 {
-    struct vec3 d = it->direction;
-    double r = it->sphere.radius;
-    struct dd3 f = exact_difference3(it->origin, it->sphere.center);
-    struct sphere_line line = {.t = t, .a = exact_dot(d, d)};
-    line.p =
-        (struct dd3){dd_advance(f.x, t, d.x), dd_advance(f.y, t, d.y), dd_advance(f.z, t, d.z)};
-    line.along = dd3_dot_vec(line.p, d);
-    line.excess = dd_sub(dd3_dot(line.p, line.p), exact_product(r, r));
-    line.discriminant = dd_sub(dd_mul(line.along, line.along), dd_mul(line.a, line.excess));
-    return line;
+    return sphere_line_from(it->sphere.center, it->sphere.radius, it->origin, it->direction, t);
 }
 
 static double closest_approach(const struct scaled *it)
 {
-    struct vec3 f = vec_sub(it->origin, it->sphere.center);
-    return -vec_dot(f, it->direction) / vec_dot(it->direction, it->direction);
-}
-
-/*
- * The error of the discriminant: p errs by 1.01 u^2 |p|, so each of the dot products by some 16
- * u^2 of p.p, the products by 5 and the last difference by 3 of theirs. What underflow takes from
- * scaled lengths is far below the last term.
- */
-static double discriminant_error(const struct sphere_line *line, double radius)
-{
-    double squares = fabs(line->excess.high) + 2 * radius * radius; /* >= p.p + r^2 */
-    return 64 * DD_ROUNDOFF * line->a.high * squares + 0x1p-960;
+    return sphere_closest_approach(it->sphere.center, it->origin, it->direction);
 }
 
 /* The discriminant a r^2 - |f x d|^2 rounded once, and 0 only when it is 0. */
@@ -121,18 +76,10 @@ static struct dd exact_discriminant(const struct scaled *it)
  */
 static bool line_meets(const struct scaled *it, struct sphere_line *line)
 {
-    double error = discriminant_error(line, it->sphere.radius);
-    if (fabs(line->discriminant.high) <= 0x1p12 * error)
-        line->discriminant = exact_discriminant(it);
+    double error = SPHERE_LINE_FILTER * sphere_line_error(line, it->sphere.radius);
+    if (fabs(line->discriminant.high) <= error) line->discriminant = exact_discriminant(it);
     line->half = dd_sqrt(line->discriminant);
     return line->discriminant.high >= 0;
-}
-
-/* (-along -+ half) / a: the roots as seen from t. */
-static struct dd line_root(const struct sphere_line *line, int sign)
-{
-    struct dd half = sign < 0 ? dd_negate(line->half) : line->half;
-    return dd_div(dd_sub(half, line->along), line->a);
 }
 
 /* |f|^2 - r^2, times 2^-*exponent, rounded once. */
@@ -166,15 +113,13 @@ static void mend_root(const struct scaled *it, const struct sphere_line *line, s
     *root = dd_ldexp(dd_div(power, dd_mul(line->a, other)), exponent);
 }
 
-/* Both parameters, of the scaled line. false: the line misses. */
-static bool line_roots(const struct scaled *it, struct sphere_line *line, struct dd roots[2])
+/* Both parameters, of a scaled line that meets the sphere. */
+static void both_roots(const struct scaled *it, const struct sphere_line *line, struct dd roots[2])
 {
-    if (!line_meets(it, line)) return false;
-    roots[0] = dd_add(dd(line->t), line_root(line, -1));
-    roots[1] = dd_add(dd(line->t), line_root(line, 1));
+    roots[0] = dd_add(dd(line->t), sphere_line_root(line, false));
+    roots[1] = dd_add(dd(line->t), sphere_line_root(line, true));
     unsigned small = fabs(roots[0].high) < fabs(roots[1].high) ? 0 : 1;
     mend_root(it, line, &roots[small], roots[1 - small]);
-    return true;
 }
 
 FLATTENED struct crossings sphere_roots(const struct sphere *sphere, const struct ray *ray,
@@ -185,7 +130,8 @@ FLATTENED struct crossings sphere_roots(const struct sphere *sphere, const struc
     struct sphere_line line = line_from(&it, closest_approach(&it));
     struct dd roots[2];
     if (!sphere_is_met(sphere, near)) ++*exact;
-    if (!line_roots(&it, &line, roots)) return found;
+    if (!line_meets(&it, &line)) return found;
+    both_roots(&it, &line, roots);
     int exponent = it.length - it.speed;
     if (!sphere->inside_only) found.t[0] = ldexp(roots[0].high, exponent);
     found.t[1] = ldexp(roots[1].high, exponent);
@@ -219,8 +165,16 @@ static unsigned root_at(const struct sphere *sphere, const struct dd roots[2], d
 static struct dd offset_at(const struct scaled *it, struct sphere_line *line, double t)
 {
     struct dd roots[2];
-    if (!line_roots(it, line, roots)) return dd_div(dd_negate(line->along), line->a);
-    return line_root(line, root_at(&it->sphere, roots, ldexp(t, it->speed - it->length)) ? 1 : -1);
+    double scaled_t = it->length == it->speed ? t : ldexp(t, it->speed - it->length);
+    if (!line_meets(it, line)) return dd_div(dd_negate(line->along), line->a);
+    double behind = sphere_line_behind(line, scaled_t);
+    bool second = it->sphere.inside_only || behind > 0;
+    /* Only next to the middle it takes the roots themselves to tell. */
+    if (!(fabs(behind) > sphere_line_behind_error(line, it->direction, it->sphere.radius))) {
+        both_roots(it, line, roots);
+        second = root_at(&it->sphere, roots, scaled_t);
+    }
+    return sphere_line_root(line, second);
 }
 
 FLATTENED struct dd sphere_parameter(const struct sphere *sphere, const struct ray *ray, double t,
@@ -240,6 +194,7 @@ FLATTENED struct dd3 sphere_point(const struct sphere *sphere, const struct ray 
     struct sphere_line line = line_from(&it, closest_approach(&it));
     struct dd s = offset_at(&it, &line, t);
     struct dd3 p = dd3_add(line.p, dd3_scale(it.direction, s));
+    if (it.length == 0) return p;
     return (struct dd3){dd_ldexp(p.x, it.length), dd_ldexp(p.y, it.length),
                         dd_ldexp(p.z, it.length)};
 }

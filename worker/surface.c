@@ -1,43 +1,7 @@
-/*
- * Where a hit lies and which way its surface faces.
- *
- * A point cannot lie on the surface but for luck: what a secondary ray does with other surfaces
- * that touch this one there would be luck, too. So the point is put off the surface, to the side
- * that the ray came from, by just more than its coordinates' rounding. A ray that goes through then
- * still has everything before it that touches this surface from behind, such as the floor under a
- * glass ball, and a reflected or shadow ray starts on the side where it belongs. The surface itself
- * is not met again because the ray names it. For this the point is known in double-double and
- * rounded once.
- */
+/* Where a hit lies and which way its surface faces. */
 #include "worker/nearest.h"
+#include "worker/place.h"
 #include "worker/primitive.h"
-
-/*
- * Rounding displaces each coordinate by u of itself at most, the point by sqrt(3) u of the largest
- * one; 2 u is what it is put off by, so it ends between 0.26 u and 3.74 u from the surface.
- */
-#define STAND_OFF (2 * UNIT_ROUNDOFF)
-
-/* A point as an offset from one of the primitive's own, which are exact. */
-struct place {
-    struct vec3 anchor;
-    struct dd3 offset;
-};
-
-static struct vec3 place_rounded(const struct place *place)
-{
-    return dd3_round(dd3_add(dd3_of(place->anchor), place->offset));
-}
-
-/* Off the surface to the side against which the ray runs. */
-static struct vec3 stand_off(const struct place *place, struct vec3 normal, const struct ray *ray)
-{
-    double distance = STAND_OFF * largest_component(place_rounded(place));
-    double side = vec_dot(ray->direction, normal) <= 0 ? 1 : -1;
-    struct dd3 step = dd3_of(vec_scale(normal, side * distance));
-    struct place off = {place->anchor, dd3_add(place->offset, step)};
-    return place_rounded(&off);
-}
 
 static struct place sphere_place(const struct sphere *sphere, const struct ray *ray,
                                  const struct hit *hit, struct vec3 *normal)
@@ -72,34 +36,19 @@ static struct place cone_place(const struct cone *cone, const struct ray *ray,
     return place;
 }
 
-static struct dd3 along_edges(const struct vec3 corners[3], double u, double v)
-{
-    struct dd3 to_b = exact_difference3(corners[1], corners[0]);
-    struct dd3 to_c = exact_difference3(corners[2], corners[0]);
-    return dd3_add(dd3_multiply(to_b, dd(u)), dd3_multiply(to_c, dd(v)));
-}
-
-/*
- * The weighted mean of the vertices is in the triangle's plane and in the triangle, however far
- * away the eye is; where the line crosses the plane is better on a ground of a few huge triangles
- * around the eye: u of the distance instead of u of the triangle. From an eye that sees the plane
- * from its edge it may be nowhere near the hit.
- */
+/* See triangle_size(). */
 static struct place triangle_place(const struct scene *scene, const struct ray *ray,
                                    const struct hit *hit, struct vec3 *normal)
 {
     const uint32_t *corner = corner_indices(scene, hit->primitive);
     const struct vec3 *vertices = scene_vertices(scene);
-    struct vec3 at[3] = {vertices[corner[0]], vertices[corner[1]], vertices[corner[2]]};
-    double size =
-        largest_component(vec_sub(at[1], at[0])) + largest_component(vec_sub(at[2], at[0]));
-    struct place mean = {at[0], along_edges(at, hit->u, hit->v)}, line = {at[0], mean.offset};
-    *normal = triangle_normal(&at[0], &at[1], &at[2]);
-    double distance = fabs(hit->t) * largest_component(ray->direction);
-    if (size <= distance) return mean;
-    if (!triangle_plane_point(&at[0], &at[1], &at[2], ray, &line.offset)) return mean;
-    struct vec3 apart = vec_sub(dd3_round(line.offset), dd3_round(mean.offset));
-    return largest_component(apart) <= 0x1p-40 * size ? line : mean;
+    struct vec3 a = vertices[corner[0]], b = vertices[corner[1]], c = vertices[corner[2]];
+    double size = triangle_size(a, b, c), speed;
+    struct place mean = {a, triangle_mean(a, b, c, hit->u, hit->v)};
+    *normal = triangle_normal(&a, &b, &c);
+    if (size <= fabs(hit->t) * largest_component(ray->direction)) return mean;
+    struct place passage = {a, triangle_passage(a, b, c, ray->origin, ray->direction, &speed)};
+    return triangle_passes(&passage.offset, speed, &mean.offset, size) ? passage : mean;
 }
 
 static struct vec3 patch_normal(const struct scene *scene, const struct hit *hit,
@@ -188,7 +137,7 @@ static void exact_surface(const struct scene *scene, const struct ray *ray, cons
                           struct surface *surface)
 {
     struct place place = place_of(scene, ray, hit, &surface->geometric);
-    surface->point = stand_off(&place, surface->geometric, ray);
+    surface->point = stand_off(&place, surface->geometric, ray->direction);
 }
 
 FLATTENED void surface_at(const struct scene *scene, const struct ray *ray, const struct hit *hit,

@@ -8,18 +8,21 @@
 void tree_free(struct tree *tree)
 {
     free(tree->pending);
+    free(tree->blocks);
     *tree = (struct tree){0};
 }
 
-void tree_push(struct tree *tree, const struct branch *branch)
+struct branch *tree_add(struct tree *tree)
 {
     if (tree->count == tree->capacity) {
-        tree->capacity = tree->capacity ? 2 * tree->capacity : 4;
+        tree->capacity = tree->capacity ? 2 * tree->capacity : TREE_BLOCK;
         tree->pending = reallocate(tree->pending, tree->capacity, sizeof *tree->pending);
+        tree->blocks = reallocate(tree->blocks, tree->capacity / TREE_BLOCK, sizeof *tree->blocks);
     }
-    tree->pending[tree->count] = *branch;
-    tree->pending[tree->count].order = tree->added++;
-    tree->count++;
+    tree->blocks[tree->count / TREE_BLOCK].known = false;
+    struct branch *branch = &tree->pending[tree->count++];
+    branch->order = tree->added++;
+    return branch;
 }
 
 static bool more_important(const struct branch *a, const struct branch *b, bool deepest_first)
@@ -35,38 +38,71 @@ static double round_up(double sum, uint32_t n)
     return sum * (1 + 2 * n * UNIT_ROUNDOFF);
 }
 
+static uint32_t block_count(const struct tree *tree)
+{
+    return (tree->count + TREE_BLOCK - 1) / TREE_BLOCK;
+}
+
+static void judge_block(const struct tree *tree, uint32_t b)
+{
+    struct tree_block *block = &tree->blocks[b];
+    uint32_t begin = b * TREE_BLOCK, end = begin + TREE_BLOCK;
+    if (end > tree->count) end = tree->count;
+    block->sum = 0;
+    block->first = begin;
+    block->known = true;
+    for (uint32_t i = begin; i < end; i++) {
+        const struct branch *branch = &tree->pending[i];
+        block->sum += branch->bound;
+        if (more_important(branch, &tree->pending[block->first], tree->deepest_first))
+            block->first = i;
+    }
+}
+
+/* What all pending rays can add; *first is the next one's place. */
+static double judge(struct tree *tree, uint32_t *first)
+{
+    bool deepest_first = tree->count > TREE_BEST_FIRST_MAX;
+    bool changed = tree->deepest_first != deepest_first;
+    double sum = 0;
+    *first = 0;
+    tree->deepest_first = deepest_first;
+    for (uint32_t b = 0; b < block_count(tree); b++) {
+        struct tree_block *block = &tree->blocks[b];
+        if (changed || !block->known) judge_block(tree, b);
+        sum += block->sum;
+        if (more_important(&tree->pending[block->first], &tree->pending[*first], deepest_first))
+            *first = block->first;
+    }
+    return round_up(sum, tree->count);
+}
+
 double tree_drop(struct tree *tree)
 {
-    double sum = 0;
-    for (uint32_t i = 0; i < tree->count; i++)
-        sum += tree->pending[i].bound;
-    sum = round_up(sum, tree->count);
+    uint32_t first;
+    double sum = tree->count > 0 ? judge(tree, &first) : 0;
     tree->count = 0;
     return sum;
 }
 
-bool tree_pop(struct tree *tree, double cutoff, struct branch *branch, double *dropped)
+bool tree_take(struct tree *tree, double cutoff, struct branch *branch, double *dropped)
 {
-    if (tree->count == 0) return false;
+    uint32_t next;
     if (cutoff == 0) {
         /* Every ray is traced anyway, and the last one first needs the least memory. */
         *branch = tree->pending[--tree->count];
         return true;
     }
-    bool deepest_first = tree->count > TREE_BEST_FIRST_MAX;
-    uint32_t next = 0;
-    double sum = 0;
-    for (uint32_t i = 0; i < tree->count; i++) {
-        sum += tree->pending[i].bound;
-        if (more_important(&tree->pending[i], &tree->pending[next], deepest_first)) next = i;
-    }
-    sum = round_up(sum, tree->count);
+    double sum = judge(tree, &next);
     if (sum <= cutoff) {
         *dropped = sum;
         tree->count = 0;
         return false;
     }
     *branch = tree->pending[next];
-    tree->pending[next] = tree->pending[--tree->count];
+    tree->blocks[next / TREE_BLOCK].known = false;
+    tree->count--;
+    tree->blocks[tree->count / TREE_BLOCK].known = false;
+    tree->pending[next] = tree->pending[tree->count];
     return true;
 }

@@ -21,10 +21,24 @@ struct branch {
     enum ray_kind kind;
 };
 
+/*
+ * Of TREE_BLOCK branches that lie beside each other: what they can add together, and which of them
+ * comes first. So a branch is taken out of many without looking at all of them.
+ */
+#define TREE_BLOCK 16
+
+struct tree_block {
+    double sum;
+    uint32_t first;
+    bool known; /* nothing has changed since these were found */
+};
+
 struct tree {
-    struct branch *pending; /* owned */
+    struct branch *pending;    /* owned */
+    struct tree_block *blocks; /* owned; one for every TREE_BLOCK of the capacity */
     uint32_t count, capacity;
-    uint32_t added; /* so far; the next branch's order */
+    uint32_t added;     /* so far; the next branch's order */
+    bool deepest_first; /* how the known blocks were judged */
 };
 
 /*
@@ -42,15 +56,21 @@ static inline void tree_clear(struct tree *tree)
 
 void tree_free(struct tree *tree);
 
-/* Adds a copy of *branch (its order is set here). */
-void tree_push(struct tree *tree, const struct branch *branch);
+/* Adds a branch, to be filled in by the caller, all but its order. */
+struct branch *tree_add(struct tree *tree);
 
 /*
  * Takes out the next ray; false when there is none, or when all pending rays together can change
  * the sample by `cutoff` at most: then they are dropped, and *dropped is what they could have
  * added. The sum is an upper bound: its rounding is on the safe side.
  */
-bool tree_pop(struct tree *tree, double cutoff, struct branch *branch, double *dropped);
+bool tree_take(struct tree *tree, double cutoff, struct branch *branch, double *dropped);
+
+static inline bool tree_pop(struct tree *tree, double cutoff, struct branch *branch,
+                            double *dropped)
+{
+    return tree->count > 0 && tree_take(tree, cutoff, branch, dropped);
+}
 
 /* Drops all pending rays; returns what they could have added, an upper bound as well. */
 double tree_drop(struct tree *tree);

@@ -152,18 +152,6 @@ FLATTENED struct crossings triangle_careful(const struct vec3 corners[3], const 
     return found;
 }
 
-FLATTENED bool triangle_plane_point(const struct vec3 *a, const struct vec3 *b,
-                                    const struct vec3 *c, const struct ray *ray, struct dd3 *point)
-{
-    struct dd3 normal = dd3_cross(exact_difference3(*b, *a), exact_difference3(*c, *a));
-    struct dd3 f = exact_difference3(ray->origin, *a);
-    struct dd speed = dd3_dot_vec(normal, ray->direction);
-    if (speed.high == 0) return false;
-    struct dd t = dd_negate(dd_div(dd3_dot(f, normal), speed));
-    *point = dd3_add(f, dd3_scale(ray->direction, t));
-    return vec_is_finite(dd3_round(*point));
-}
-
 FLATTENED bool triangle_plane_distance(const struct vec3 *a, const struct vec3 *b,
                                        const struct vec3 *c, const struct ray *ray, double *t)
 {

@@ -198,10 +198,6 @@ static inline struct crossings triangle_crossings(const struct vec3 *a, const st
 bool triangle_is_same_passage(const struct vec3 from[3], const struct vec3 of[3],
                               const struct ray *ray);
 
-/* Where the line of a ray crosses the triangle's plane, seen from a; false: not to be told. */
-bool triangle_plane_point(const struct vec3 *a, const struct vec3 *b, const struct vec3 *c,
-                          const struct ray *ray, struct dd3 *point);
-
 static inline struct bounds triangle_bounds(const struct vec3 *a, const struct vec3 *b,
                                             const struct vec3 *c)
 {

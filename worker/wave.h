@@ -7,8 +7,8 @@
  * for one ray, so the bits are the same. A lane for which the plain way is not enough is told to be
  * not `sure`, and is done again by those functions.
  */
-#ifndef FARM_WORKER_LANES_H
-#define FARM_WORKER_LANES_H
+#ifndef FARM_WORKER_WAVE_H
+#define FARM_WORKER_WAVE_H
 
 #include <stdint.h>
 
@@ -18,10 +18,14 @@
  * Of a wave: enough for large batches, few enough that the rays, hits and trees of the samples on
  * their way (about 600 bytes each) stay in a core's second-level cache.
  */
-#define LANES 512
+#define WAVE 256
+
+/* A row of lanes. One more cache line keeps equal lanes of different rows, which are used together,
+ * out of each other's way: at a distance of 2048 bytes they would share a set of the cache. */
+typedef double lane_row[WAVE + 8];
 
 struct lanes3 {
-    double x[LANES], y[LANES], z[LANES];
+    lane_row x, y, z;
 };
 
 static inline struct vec3 lane(const struct lanes3 *lanes, uint32_t i)
@@ -44,14 +48,6 @@ static inline double truth(bool value)
 
 /* Before a loop over lanes, which are independent of each other. */
 #define OVER_LANES _Pragma("omp simd")
-
-/* For functions with such loops: see WITH_FMA. */
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__FMA__) &&        \
-    !defined(__SANITIZE_ADDRESS__)
-#define WITH_LANES __attribute__((target_clones("avx512f", "fma", "default"), flatten))
-#else
-#define WITH_LANES __attribute__((flatten))
-#endif
 
 /* The squares of vec_normalize() are in range. */
 static inline bool is_plain_square(double square)

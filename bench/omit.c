@@ -1,0 +1,447 @@
+/*
+ * What is saved by leaving out what a scene does not need.
+ *
+ * Each case is a scene that lacks something. It is rendered by the variant that leaves that out
+ * (farm.variant = auto) and by the one that leaves out nothing (full), in turn, and the pictures
+ * have to be the same. Times are those of the report's render phase, memory is the largest resident
+ * set of the process, both as medians of the pairs; a saving counts when most pairs show it.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "common/message.h"
+#include "common/protocol.h"
+
+#define PAIRS_MAX 99
+
+/* ---- scenes ---- */
+
+/* What is in a scene; everything that is left out of a case is 0. */
+struct contents {
+    unsigned spheres;   /* count */
+    unsigned grid;      /* edge of a mesh of 2 grid^2 triangles */
+    unsigned idle_grid; /* the same, but its faces are left out: corners without an owner */
+    double reflection, transmission, specular, diffuse;
+    unsigned lights, black_lights;
+    bool shadows;
+};
+
+static const struct contents everything = {.spheres = 400,
+                                           .grid = 60,
+                                           .reflection = 0.3,
+                                           .transmission = 0.5,
+                                           .specular = 0.4,
+                                           .diffuse = 0.7,
+                                           .lights = 3,
+                                           .shadows = true};
+
+struct omission {
+    const char *name;
+    void (*leave_out)(struct contents *contents);
+};
+
+static void leave_nothing(struct contents *contents)
+{
+    (void)contents;
+}
+
+static void leave_triangles(struct contents *contents)
+{
+    contents->grid = 0;
+}
+
+static void leave_spheres(struct contents *contents)
+{
+    contents->spheres = 0;
+}
+
+static void leave_reflection(struct contents *contents)
+{
+    contents->reflection = 0;
+}
+
+static void leave_refraction(struct contents *contents)
+{
+    contents->transmission = 0;
+}
+
+static void leave_shadows(struct contents *contents)
+{
+    contents->shadows = false;
+}
+
+static void leave_lights(struct contents *contents)
+{
+    contents->lights = 1;
+}
+
+static void blacken_lights(struct contents *contents)
+{
+    contents->lights = 1;
+    contents->black_lights = 2;
+}
+
+static void leave_specular(struct contents *contents)
+{
+    contents->specular = 0;
+}
+
+static void leave_diffuse(struct contents *contents)
+{
+    contents->diffuse = contents->specular = 0;
+}
+
+static void leave_further_rays(struct contents *contents)
+{
+    contents->reflection = contents->transmission = 0;
+}
+
+static void leave_all_but_faces(struct contents *contents)
+{
+    *contents = (struct contents){.grid = 60, .diffuse = 0.9, .lights = 1};
+}
+
+static void leave_objects(struct contents *contents)
+{
+    contents->spheres = 3;
+    contents->grid = 1;
+}
+
+static void leave_owners(struct contents *contents)
+{
+    contents->idle_grid = 200;
+}
+
+static const struct omission omissions[] = {
+    {"nothing", leave_nothing},
+    {"triangles", leave_triangles},
+    {"spheres", leave_spheres},
+    {"reflection", leave_reflection},
+    {"refraction", leave_refraction},
+    {"reflection and refraction", leave_further_rays},
+    {"shadows", leave_shadows},
+    {"all lights but one", leave_lights},
+    {"the colour of two lights", blacken_lights},
+    {"specular", leave_specular},
+    {"diffuse and specular", leave_diffuse},
+    {"all but faces and a light", leave_all_but_faces},
+    {"most objects", leave_objects},
+    {"the owners of 40401 corners", leave_owners},
+};
+
+#define OMISSIONS (sizeof omissions / sizeof *omissions)
+
+static FILE *create(const char *folder, const char *name)
+{
+    char path[512];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE *file = fopen(path, "w");
+    if (!file) fatal("cannot write %s", path);
+    return file;
+}
+
+/* Waves on a square sheet; faces: whether anything is made of the corners. */
+static void write_grid(FILE *file, unsigned edge, double height, bool faces, unsigned first)
+{
+    for (unsigned j = 0; j <= edge; j++)
+        for (unsigned i = 0; i <= edge; i++) {
+            double x = 6.0 * i / edge - 3, z = 6.0 * j / edge - 3;
+            fprintf(file, "v %.6f %.6f %.6f\n", x, height + 0.2 * sin(3 * x) * cos(2 * z), z);
+        }
+    for (unsigned j = 0; faces && j < edge; j++)
+        for (unsigned i = 0; i < edge; i++) {
+            unsigned a = first + j * (edge + 1) + i, b = a + edge + 1;
+            fprintf(file, "f %u %u %u\nf %u %u %u\n", a, b, a + 1, a + 1, b, b + 1);
+        }
+}
+
+static void write_mesh(const char *folder, const struct contents *contents)
+{
+    FILE *file = create(folder, "omit.obj");
+    unsigned edge = contents->grid;
+    write_grid(file, edge, -1, true, 1);
+    if (contents->idle_grid)
+        write_grid(file, contents->idle_grid, -2, false, (edge + 1) * (edge + 1) + 1);
+    fclose(file);
+}
+
+/* A spiral from the middle outwards. */
+static void write_spheres(FILE *file, unsigned count)
+{
+    for (unsigned i = 0; i < count; i++) {
+        double turn = 2.399963 * i, way = 2.6 * sqrt((i + 0.5) / count);
+        fprintf(file, "[sphere s%u]\ncenter = %.6f %.6f %.6f\nradius = 0.11\nmaterial = %s\n", i,
+                way * cos(turn), 0.3 * sin(5 * way) - 0.3, way * sin(turn),
+                i % 2 ? "shiny" : "clear");
+    }
+}
+
+static void write_materials(FILE *file, const struct contents *contents)
+{
+    fprintf(file,
+            "[material shiny]\ncolor = 0.9 0.5 0.4\nambient = 0.1\ndiffuse = %g\nspecular = %g\n"
+            "shininess = 20\nreflection = %g\n",
+            contents->diffuse, contents->specular, contents->reflection);
+    fprintf(file,
+            "[material clear]\ncolor = 0.6 0.8 0.9\nambient = 0.1\ndiffuse = %g\nspecular = %g\n"
+            "shininess = 50\nreflection = %g\ntransmission = %g\nior = 1.5\n",
+            contents->diffuse, contents->specular, contents->reflection / 2,
+            contents->transmission);
+}
+
+static void write_lights(FILE *file, const struct contents *contents)
+{
+    for (unsigned i = 0; i < contents->lights + contents->black_lights; i++) {
+        double strength = i < contents->lights ? 0.5 : 0;
+        fprintf(file, "[light l%u]\nposition = %g 6 %g\ncolor = %g %g %g\n", i, 3.0 * i - 3,
+                2.0 + i, strength, strength, strength);
+    }
+}
+
+static void write_scene(const char *folder, const struct contents *contents, unsigned width)
+{
+    FILE *file = create(folder, "omit.ini");
+    fprintf(file,
+            "[image]\nwidth = %u\nheight = %u\n[camera]\neye = 0 4 6\nlook_at = 0 -0.6 0\n"
+            "[render]\nshadows = %s\n",
+            width, width * 3 / 4, contents->shadows ? "yes" : "no");
+    write_materials(file, contents);
+    write_lights(file, contents);
+    write_spheres(file, contents->spheres);
+    if (contents->grid) {
+        fprintf(file, "[mesh sheet]\nfile = omit.obj\nmaterial = shiny\n");
+        write_mesh(folder, contents);
+    }
+    fclose(file);
+}
+
+/* ---- runs ---- */
+
+struct run {
+    double render_s;
+    double scene_bytes;
+    double resident_kib;
+};
+
+/* The number behind "key": in the report. */
+static double report_number(const char *report, const char *key)
+{
+    char quoted[64];
+    snprintf(quoted, sizeof quoted, "\"%s\":", key);
+    const char *at = strstr(report, quoted);
+    if (!at) fatal("the report has no %s", key);
+    return strtod(at + strlen(quoted), NULL);
+}
+
+static char *read_file(const char *path)
+{
+    FILE *file = fopen(path, "r");
+    if (!file) fatal("cannot read %s", path);
+    char *text = allocate_zeroed(1 << 16, 1);
+    size_t bytes = fread(text, 1, (1 << 16) - 1, file);
+    fclose(file);
+    if (bytes == 0) fatal("%s is empty", path);
+    return text;
+}
+
+static void start_farm(const char *folder, const char *variant)
+{
+    char config[512], picture[512], report[512], choice[64];
+    const char *farm = getenv("FARM");
+    snprintf(config, sizeof config, "%s/omit.ini", folder);
+    snprintf(picture, sizeof picture, "output.image=%s/%s.pfm", folder, variant);
+    snprintf(report, sizeof report, "output.report=%s/omit.json", folder);
+    snprintf(choice, sizeof choice, "farm.variant=%s", variant);
+    if (!freopen("/dev/null", "w", stdout) || !freopen("/dev/null", "w", stderr)) _exit(1);
+    execl(farm && *farm ? farm : "./farm", "farm", config, picture, report, choice, (char *)NULL);
+    _exit(1);
+}
+
+static struct run run_farm(const char *folder, const char *variant)
+{
+    char path[512];
+    int status;
+    struct rusage usage;
+    pid_t child = fork();
+    if (child < 0) fatal("cannot start a process");
+    if (child == 0) start_farm(folder, variant);
+    if (wait4(child, &status, 0, &usage) != child || !WIFEXITED(status) || WEXITSTATUS(status))
+        fatal("farm failed on %s/omit.ini with farm.variant=%s", folder, variant);
+    snprintf(path, sizeof path, "%s/omit.json", folder);
+    char *report = read_file(path);
+    struct run run = {report_number(report, "render_s"), report_number(report, "bytes"),
+                      (double)usage.ru_maxrss};
+    free(report);
+    return run;
+}
+
+static bool pictures_differ(const char *folder)
+{
+    char command[1200];
+    snprintf(command, sizeof command, "cmp -s '%s/auto.pfm' '%s/full.pfm'", folder, folder);
+    return system(command) != 0;
+}
+
+/* ---- results ---- */
+
+struct result {
+    const char *name;
+    double ratio, lowest, highest; /* time of auto / full: median, quartiles */
+    struct run own, full;          /* medians */
+    bool differs;
+};
+
+static int ascending(const void *a, const void *b)
+{
+    const double *x = a, *y = b;
+    return (*x > *y) - (*x < *y);
+}
+
+static double quantile(double *values, unsigned count, double share)
+{
+    qsort(values, count, sizeof *values, ascending);
+    return values[(unsigned)(share * (count - 1) + 0.5)];
+}
+
+/* The medians of `count` runs. */
+static struct run median_run(const struct run *runs, unsigned count)
+{
+    double times[PAIRS_MAX], memory[PAIRS_MAX];
+    for (unsigned i = 0; i < count; i++) {
+        times[i] = runs[i].render_s;
+        memory[i] = runs[i].resident_kib;
+    }
+    return (struct run){quantile(times, count, 0.5), runs[0].scene_bytes,
+                        quantile(memory, count, 0.5)};
+}
+
+static struct result compare(const struct omission *omission, const char *folder, unsigned width,
+                             unsigned pairs)
+{
+    struct contents contents = everything;
+    struct run own[PAIRS_MAX], full[PAIRS_MAX];
+    double ratios[PAIRS_MAX];
+    struct result result = {.name = omission->name};
+    omission->leave_out(&contents);
+    write_scene(folder, &contents, width);
+    for (unsigned i = 0; i < pairs; i++) {
+        own[i] = run_farm(folder, "auto");
+        full[i] = run_farm(folder, "full");
+        result.differs |= pictures_differ(folder);
+        ratios[i] = own[i].render_s / full[i].render_s;
+    }
+    result.ratio = quantile(ratios, pairs, 0.5);
+    result.lowest = quantile(ratios, pairs, 0.25);
+    result.highest = quantile(ratios, pairs, 0.75);
+    result.own = median_run(own, pairs);
+    result.full = median_run(full, pairs);
+    return result;
+}
+
+/* Time counts where three quarters of the pairs agree, bytes where there are fewer. */
+static const char *verdict(const struct result *result)
+{
+    bool time = result->highest < 1, bytes = result->own.scene_bytes < result->full.scene_bytes;
+    if (result->differs) return "THE PICTURES DIFFER";
+    if (time && bytes) return "time and bytes";
+    return time ? "time" : bytes ? "bytes" : "nothing";
+}
+
+/* Bytes that each further node is sent: the welcome, and the scene. */
+static double broadcast_bytes(const struct run *run)
+{
+    return run->scene_bytes + sizeof(struct welcome);
+}
+
+static void write_csv(const struct result *results)
+{
+    FILE *file = create("bench/out", "omit.csv");
+    fprintf(file, "left_out,time_ratio,quartile_1,quartile_3,own_s,full_s,own_scene_bytes,"
+                  "full_scene_bytes,own_broadcast_bytes,full_broadcast_bytes,own_resident_kib,"
+                  "full_resident_kib,saves\n");
+    for (size_t i = 0; i < OMISSIONS; i++) {
+        const struct result *r = &results[i];
+        fprintf(file, "%s,%.4f,%.4f,%.4f,%.6f,%.6f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f,%s\n", r->name,
+                r->ratio, r->lowest, r->highest, r->own.render_s, r->full.render_s,
+                r->own.scene_bytes, r->full.scene_bytes, broadcast_bytes(&r->own),
+                broadcast_bytes(&r->full), r->own.resident_kib, r->full.resident_kib, verdict(r));
+    }
+    fclose(file);
+}
+
+static void write_table(FILE *file, const struct result *results, unsigned pairs)
+{
+    fprintf(file,
+            "Own variant against the full one, %u pairs each; the pictures are the same, byte for "
+            "byte.\n\n"
+            "| the scene lacks | time own / full (quartiles) | scene bytes own, full | broadcast "
+            "to a further node own, full | resident MiB own, full | saves |\n"
+            "|---|---|---|---|---|---|\n",
+            pairs);
+    for (size_t i = 0; i < OMISSIONS; i++) {
+        const struct result *r = &results[i];
+        fprintf(file, "| %s | %.3f (%.3f .. %.3f) | %.0f, %.0f | %.0f, %.0f | %.1f, %.1f | %s |\n",
+                r->name, r->ratio, r->lowest, r->highest, r->own.scene_bytes, r->full.scene_bytes,
+                broadcast_bytes(&r->own), broadcast_bytes(&r->full), r->own.resident_kib / 1024,
+                r->full.resident_kib / 1024, verdict(r));
+    }
+}
+
+/* One "ok" or "not ok" for each case: the same picture, and never more bytes. */
+static void write_tap(const struct result *results)
+{
+    printf("1..%zu\n", OMISSIONS);
+    for (size_t i = 0; i < OMISSIONS; i++) {
+        const struct result *r = &results[i];
+        bool good = !r->differs && r->own.scene_bytes <= r->full.scene_bytes;
+        printf("%s %zu - the scene lacks %s\n", good ? "ok" : "not ok", i + 1, r->name);
+    }
+}
+
+static bool any_differs(const struct result *results)
+{
+    for (size_t i = 0; i < OMISSIONS; i++)
+        if (results[i].differs) return true;
+    return false;
+}
+
+static void remove_scratch(const char *folder)
+{
+    static const char *const names[] = {"omit.ini", "omit.obj", "omit.json", "auto.pfm",
+                                        "full.pfm"};
+    char path[512];
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        snprintf(path, sizeof path, "%s/%s", folder, names[i]);
+        (void)unlink(path);
+    }
+    (void)rmdir(folder);
+}
+
+int main(int argc, char **argv)
+{
+    bool quick = argc == 2 && strcmp(argv[1], "--quick") == 0;
+    char folder[] = "/tmp/farm_omit_XXXXXX";
+    struct result results[OMISSIONS];
+    unsigned pairs = quick ? 1 : 9;
+    if (argc > 1 && !quick) fatal("usage: omit [--quick]");
+    if (!mkdtemp(folder)) fatal("cannot make a folder in /tmp");
+    for (size_t i = 0; i < OMISSIONS; i++)
+        results[i] = compare(&omissions[i], folder, quick ? 40 : 480, pairs);
+    remove_scratch(folder);
+    if (quick) {
+        write_tap(results);
+        return any_differs(results);
+    }
+    FILE *file = create("bench/out", "omit.md");
+    write_table(file, results, pairs);
+    fclose(file);
+    write_csv(results);
+    write_table(stdout, results, pairs);
+    return any_differs(results);
+}

@@ -1,0 +1,287 @@
+/* Points in lanes against the functions for one point: the same bits. */
+#include "scene_fixture.h"
+
+#include "worker/points.h"
+#include "worker/sample.h"
+
+#define MATERIALS 5
+
+/* Scenes of this size around this place, scaled by this; far makes eyes that are far away. */
+struct recipe {
+    uint64_t *random;
+    double scale, far;
+    struct vec3 offset;
+};
+
+static struct vec3 some_point(const struct recipe *recipe)
+{
+    struct vec3 p = vec_add(random_vector(recipe->random, 4), recipe->offset);
+    return vec_scale(p, recipe->scale);
+}
+
+static double some_length(const struct recipe *recipe)
+{
+    return recipe->scale * pow(10, random_between(recipe->random, -3, 0.3));
+}
+
+static void add_materials(struct builder *builder)
+{
+    const double shininess[MATERIALS] = {0, 1, 20, 1e4, 1e9};
+    for (uint32_t m = 0; m < MATERIALS; m++) {
+        struct material material = {.color = {0.9, 0.5, 0.3},
+                                    .diffuse = 0.1 * m,
+                                    .specular = m % 2 ? 0.5 : 0,
+                                    .shininess = shininess[m],
+                                    .reflection = 0.3,
+                                    .transmission = 0.4,
+                                    .ior = m ? 0.8 + 0.2 * m : 1e120};
+        uint32_t index;
+        assert_added(builder_add_material(builder, &material, &index));
+    }
+}
+
+static struct vec3 near_point(const struct recipe *recipe, struct vec3 p)
+{
+    return vec_add(p, random_vector(recipe->random, some_length(recipe)));
+}
+
+static void add_some(struct builder *builder, const struct recipe *recipe)
+{
+    uint64_t *random = recipe->random;
+    uint32_t material = random_below(random, MATERIALS);
+    struct vec3 p = some_point(recipe), q = near_point(recipe, p), r = near_point(recipe, p);
+    struct cone cone = {p, q, some_length(recipe), some_length(recipe), material, 1};
+    struct sphere shell = {p, some_length(recipe), material, 1};
+    struct patch patch = {.material = material};
+    switch (random_below(random, 6)) {
+    case 0:
+        add_triangle(builder, p, q, r, material);
+        break;
+    case 1:
+        add_triangle(builder, p, some_point(recipe), some_point(recipe), material);
+        break;
+    case 2:
+        for (unsigned k = 0; k < 3; k++) {
+            patch.vertex[k] = add_vertex(builder, k == 0 ? p : k == 1 ? q : r);
+            patch.normal[k] = add_normal(builder, random_vector(random, 1));
+        }
+        assert_added(builder_add_patch(builder, &patch));
+        break;
+    case 3:
+        assert_added(builder_add_cone(builder, &cone));
+        break;
+    case 4:
+        assert_added(builder_add_sphere(builder, &shell));
+        break;
+    default:
+        add_sphere(builder, p, some_length(recipe), material);
+        break;
+    }
+}
+
+static struct scene *random_scene(const struct recipe *recipe)
+{
+    struct builder *builder = builder_create();
+    add_materials(builder);
+    for (unsigned i = 0; i < 150; i++)
+        add_some(builder, recipe);
+    return finish_scene(builder);
+}
+
+static struct ray random_ray(const struct recipe *recipe)
+{
+    struct vec3 to = some_point(recipe), from = some_point(recipe);
+    struct vec3 way = vec_normalize(vec_sub(to, from));
+    return ray_along(vec_add_scaled(from, way, -recipe->far * recipe->scale), way);
+}
+
+static void assert_same_vector(struct vec3 value, struct vec3 expected)
+{
+    assert_memory_equal(&value, &expected, sizeof value);
+}
+
+static void compare_point(const struct scene *scene, const struct ray *ray, const struct hit *hit,
+                          const struct points *points, uint32_t i)
+{
+    struct surface surface;
+    surface_at(scene, ray, hit, &surface);
+    struct shading_point at = shading_point(scene, ray, &surface);
+    struct shading_point found = points_get(points, i);
+    assert_same_vector(found.point, at.point);
+    assert_same_vector(found.view, at.view);
+    assert_same_vector(found.geometric, at.geometric);
+    assert_same_vector(found.normal, at.normal);
+    assert_int_equal(found.entering, at.entering);
+    assert_ptr_equal(found.material, at.material);
+}
+
+/* Lights near and far, and one on the mirror direction, where the highlight is. */
+static struct light some_light(const struct recipe *recipe, const struct points *points)
+{
+    struct light light = {.position = some_point(recipe), .color = {1, 0.5, 2}};
+    struct shading_point at = points_get(points, random_below(recipe->random, points->count));
+    unsigned choice = random_below(recipe->random, 3);
+    double way = recipe->scale * pow(10, random_between(recipe->random, -3, 6));
+    if (choice == 1) light.position = vec_add_scaled(at.point, reflect(&at), way);
+    if (choice == 2) light.position = vec_scale(light.position, 1e6);
+    return light;
+}
+
+static void compare_lights(const struct recipe *recipe, const struct points *points)
+{
+    static struct faced faced;
+    static struct lit lit;
+    struct light light = some_light(recipe, points);
+    points_face(points, &light, &faced);
+    lit.count = 0;
+    for (uint32_t i = 0; i < points->count; i++) {
+        struct shading_point at = points_get(points, i);
+        struct vec3 to_light;
+        assert_int_equal(faced.faces[i] != 0, light_faces(&at, &light, &to_light));
+        if (faced.faces[i] == 0) continue;
+        assert_same_vector(lane(&faced.to_light, i), to_light);
+        assert_true(faced.end[i] >= 0 && faced.end[i] <= 1);
+        lit.point[lit.count] = i;
+        set_lane(&lit.to_light, lit.count, to_light);
+        set_lane(&lit.strength, lit.count++, light.color);
+    }
+    points_light(points, &lit);
+    for (uint32_t i = 0; i < lit.count; i++) {
+        struct shading_point at = points_get(points, lit.point[i]);
+        assert_same_vector(lane(&lit.color, i),
+                           shade_light(&at, lane(&lit.to_light, i), light.color));
+    }
+}
+
+static void compare_onward(const struct recipe *recipe, const struct points *points,
+                           struct onward *onward)
+{
+    const double indices[] = {1, 1.5, 1.0000000000000002, 3, 1e-200};
+    onward->count = points->count;
+    for (uint32_t i = 0; i < points->count; i++) {
+        onward->point[i] = i;
+        onward->from[i] = indices[random_below(recipe->random, 5)];
+        onward->to[i] = indices[random_below(recipe->random, 5)];
+    }
+    points_refract(points, onward);
+    for (uint32_t i = 0; i < points->count; i++) {
+        struct shading_point at = points_get(points, i);
+        struct vec3 direction;
+        bool passes = refract(&at, onward->from[i], onward->to[i], &direction);
+        assert_int_equal(onward->passes[i] != 0, passes);
+        if (passes) assert_same_vector(lane(&onward->direction, i), direction);
+    }
+    points_reflect(points, onward);
+    for (uint32_t i = 0; i < points->count; i++) {
+        struct shading_point at = points_get(points, i);
+        assert_same_vector(lane(&onward->direction, i), reflect(&at));
+    }
+}
+
+/* A wave of rays, and one of the mirrored rays that go on from it. */
+static uint32_t compare_waves(const struct recipe *recipe, const struct scene *scene,
+                              const struct bvh *bvh)
+{
+    static struct points points;
+    static struct onward onward;
+    struct ray rays[WAVE];
+    struct hit hits[WAVE];
+    uint32_t count = WAVE - random_below(recipe->random, 20), found = 0;
+    uint64_t exact = 0;
+    for (uint32_t i = 0; i < count; i++)
+        rays[i] = random_ray(recipe);
+    for (int wave = 0; wave < 3 && count > 0; wave++) {
+        nearest(scene, bvh, rays, count, hits, &exact);
+        points_find(scene, rays, hits, count, &points);
+        for (uint32_t i = 0; i < points.count; i++)
+            compare_point(scene, &rays[points.slot[i]], &hits[points.slot[i]], &points, i);
+        if (points.count == 0) break;
+        compare_lights(recipe, &points);
+        compare_onward(recipe, &points, &onward);
+        count = points.count;
+        found += count;
+        for (uint32_t i = 0; i < count; i++) {
+            rays[i] = ray_along(lane(&points.point, i), lane(&onward.direction, i));
+            rays[i].from = hits[points.slot[i]].primitive;
+            rays[i].from_part = hits[points.slot[i]].part;
+        }
+    }
+    return found;
+}
+
+static void compare_scenes(struct recipe recipe, unsigned scenes)
+{
+    uint32_t found = 0;
+    for (unsigned i = 0; i < scenes; i++) {
+        struct scene *scene = random_scene(&recipe);
+        if (i % 5 == 4) scene->view.formulas = FORMULAS_PAPER;
+        struct bvh *bvh = build_tree(scene);
+        found += compare_waves(&recipe, scene, bvh);
+        free(bvh);
+        free(scene);
+    }
+    assert_true(found > 50 * scenes);
+}
+
+static void test_ordinary_scenes(void **state)
+{
+    (void)state;
+    uint64_t random = 101;
+    compare_scenes((struct recipe){&random, 1, 0, {0, 0, 0}}, 40);
+}
+
+static void test_far_scenes(void **state)
+{
+    (void)state;
+    uint64_t random = 102;
+    compare_scenes((struct recipe){&random, 1, 1e7, {0, 0, 0}}, 20);
+    compare_scenes((struct recipe){&random, 1, 0, {1e9, -1e8, 3e7}}, 20);
+}
+
+/* Where single points need scaling, lanes are not sure. */
+static void test_scenes_of_any_size(void **state)
+{
+    (void)state;
+    uint64_t random = 103;
+    compare_scenes((struct recipe){&random, 0x1p-60, 0, {0, 0, 0}}, 10);
+    compare_scenes((struct recipe){&random, 1e90, 0, {0, 0, 0}}, 10);
+    compare_scenes((struct recipe){&random, 1e-120, 0, {0, 0, 0}}, 10);
+}
+
+/* Any picture, also one that is wider than a double's square root allows to be seen. */
+static void test_sample_rays(void **state)
+{
+    (void)state;
+    static struct sample_lanes lanes;
+    const double widths[] = {1, 1e-9, 1e200, 3e307};
+    struct ray rays[WAVE];
+    for (unsigned w = 0; w < 4; w++) {
+        struct view view = {.camera = {.eye = {1, 2, 3},
+                                       .forward = {0, 0, 1},
+                                       .right = {widths[w], 0, 0},
+                                       .down = {0, widths[w], 0}},
+                            .width = 97,
+                            .height = 33,
+                            .samples = 1 + w};
+        for (uint32_t i = 0; i < WAVE; i++)
+            sample_place(&view, i % 97, i / 97, i % view.samples, &lanes, i);
+        sample_rays(&view, &lanes, WAVE, rays);
+        for (uint32_t i = 0; i < WAVE; i++) {
+            struct ray ray = sample_ray(&view, i % 97, i / 97, i % view.samples);
+            assert_same_vector(rays[i].origin, ray.origin);
+            assert_same_vector(rays[i].direction, ray.direction);
+            assert_int_equal(rays[i].from, PRIMITIVE_NONE);
+        }
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_ordinary_scenes),
+        cmocka_unit_test(test_far_scenes),
+        cmocka_unit_test(test_scenes_of_any_size),
+        cmocka_unit_test(test_sample_rays),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

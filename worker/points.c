@@ -1,0 +1,550 @@
+#include "worker/points.h"
+
+#include "worker/optics_body.h"
+#include "worker/place.h"
+#include "worker/primitive.h"
+#include "worker/sphere_line.h"
+
+/* ---- where the rays end ---- */
+
+/* What has a way of its own through the lanes, in the order in which the points are kept. */
+enum group { GROUP_SPHERES, GROUP_TRIANGLES, GROUP_PATCHES, GROUP_OTHERS, GROUPS };
+
+static enum group group_of(uint32_t primitive)
+{
+    switch (primitive_kind(primitive)) {
+    case PRIMITIVE_SPHERE:
+        return GROUP_SPHERES;
+    case PRIMITIVE_TRIANGLE:
+        return GROUP_TRIANGLES;
+    case PRIMITIVE_PATCH:
+        return GROUP_PATCHES;
+    case PRIMITIVE_BOX:
+    case PRIMITIVE_CONE:
+    case PRIMITIVE_DISC:
+    case PRIMITIVE_PLANE:
+    case PRIMITIVE_KINDS:
+        break;
+    }
+    return GROUP_OTHERS;
+}
+
+/* Fills points->slot; group g is first[g] .. first[g + 1] - 1. */
+static void sort_by_group(const struct hit *hits, uint32_t count, struct points *points,
+                          uint32_t first[GROUPS + 1])
+{
+    uint32_t sizes[GROUPS] = {0};
+    uint32_t at[GROUPS];
+    for (uint32_t i = 0; i < count; i++)
+        if (hits[i].primitive != PRIMITIVE_NONE) sizes[group_of(hits[i].primitive)]++;
+    first[0] = 0;
+    for (int g = 0; g < GROUPS; g++) {
+        at[g] = first[g];
+        first[g + 1] = first[g] + sizes[g];
+    }
+    for (uint32_t i = 0; i < count; i++)
+        if (hits[i].primitive != PRIMITIVE_NONE)
+            points->slot[at[group_of(hits[i].primitive)]++] = i;
+    points->count = first[GROUPS];
+}
+
+/* primitive_material(), the usual kinds first. */
+static inline uint32_t material_of(const struct scene *scene, uint32_t primitive)
+{
+    uint32_t index = primitive_index(primitive);
+    enum primitive_kind kind = primitive_kind(primitive);
+    if (kind == PRIMITIVE_TRIANGLE) return scene_triangles(scene)[index].material;
+    if (kind == PRIMITIVE_PATCH) return scene_patches(scene)[index].material;
+    if (kind == PRIMITIVE_SPHERE) return scene_spheres(scene)[index].material;
+    return primitive_material(scene, primitive);
+}
+
+static void gather_rays(const struct ray *rays, const struct hit *hits, struct points *points)
+{
+    for (uint32_t i = 0; i < points->count; i++) {
+        const struct ray *ray = &rays[points->slot[i]];
+        const struct hit *hit = &hits[points->slot[i]];
+        set_lane(&points->view, i, ray->direction);
+        set_lane(&points->origin, i, ray->origin);
+        points->t[i] = hit->t;
+        points->u[i] = hit->u;
+        points->v[i] = hit->v;
+    }
+}
+
+static void gather_materials(const struct scene *scene, const struct hit *hits,
+                             struct points *points)
+{
+    const struct material *materials = scene_materials(scene);
+    for (uint32_t i = 0; i < points->count; i++) {
+        uint32_t primitive = hits[points->slot[i]].primitive;
+        points->material[i] = &materials[material_of(scene, primitive)];
+    }
+}
+
+static void gather_spheres(const struct scene *scene, const struct hit *hits, uint32_t begin,
+                           uint32_t end, struct points *points)
+{
+    const struct sphere *spheres = scene_spheres(scene);
+    for (uint32_t i = begin; i < end; i++) {
+        const struct sphere *sphere = &spheres[primitive_index(hits[points->slot[i]].primitive)];
+        set_lane(&points->a, i, sphere->center);
+        points->radius[i] = sphere->radius;
+        points->only[i] = sphere->inside_only;
+    }
+}
+
+static void gather_triangles(const struct scene *scene, const struct hit *hits, uint32_t begin,
+                             uint32_t end, struct points *points)
+{
+    const struct vec3 *vertices = scene_vertices(scene);
+    for (uint32_t i = begin; i < end; i++) {
+        const uint32_t *corner = corner_indices(scene, hits[points->slot[i]].primitive);
+        set_lane(&points->a, i, vertices[corner[0]]);
+        set_lane(&points->b, i, vertices[corner[1]]);
+        set_lane(&points->c, i, vertices[corner[2]]);
+    }
+}
+
+static void gather_normals(const struct scene *scene, const struct hit *hits, uint32_t begin,
+                           uint32_t end, struct points *points)
+{
+    const struct patch *patches = scene_patches(scene);
+    const struct vec3 *normals = scene_normals(scene);
+    for (uint32_t i = begin; i < end; i++) {
+        uint32_t index = primitive_index(hits[points->slot[i]].primitive);
+        const uint32_t *corner = patches[index].normal;
+        set_lane(&points->a, i, normals[corner[0]]);
+        set_lane(&points->b, i, normals[corner[1]]);
+        set_lane(&points->c, i, normals[corner[2]]);
+    }
+}
+
+static inline void put_surface(struct points *points, uint32_t i, const struct place *place,
+                               struct vec3 normal, bool sure)
+{
+    set_lane(&points->point, i, stand_off(place, normal, lane(&points->view, i)));
+    set_lane(&points->geometric, i, normal);
+    set_lane(&points->normal, i, normal);
+    points->sure[i] = truth(sure);
+}
+
+/* sphere_point() of a sphere and a ray of ordinary size that certainly meet. */
+static inline struct place sphere_place(const struct points *points, uint32_t i, bool *sure)
+{
+    struct vec3 center = lane(&points->a, i), o = lane(&points->origin, i);
+    struct vec3 d = lane(&points->view, i);
+    double r = points->radius[i], t = points->t[i];
+    double reach = larger(largest_component(o), largest_component(center));
+    *sure = is_ordinary(reach + r);
+    *sure &= is_ordinary(r);
+    *sure &= is_ordinary(largest_component(d));
+    struct sphere_line line =
+        sphere_line_from(center, r, o, d, sphere_closest_approach(center, o, d));
+    *sure &= line.discriminant.high > SPHERE_LINE_FILTER * sphere_line_error(&line, r);
+    double root = sqrt(line.discriminant.high);
+    double rest = fma(-root, root, line.discriminant.high) + line.discriminant.low;
+    line.half = sum_of_ordered(root, rest / (2 * root));
+    double behind = sphere_line_behind(&line, t);
+    *sure &= fabs(behind) > sphere_line_behind_error(&line, d, r);
+    bool second = (behind > 0) | (points->only[i] != 0);
+    struct dd s = sphere_line_root(&line, second);
+    return (struct place){center, dd3_add(line.p, dd3_scale(d, s))};
+}
+
+static inline void find_sphere(struct points *points, uint32_t i)
+{
+    bool sure;
+    struct place place = sphere_place(points, i, &sure);
+    struct vec3 normal = plain_unit(dd3_round(place.offset), &sure);
+    put_surface(points, i, &place, normal, sure);
+}
+
+static FLATTENED void find_spheres(struct points *points, uint32_t begin, uint32_t end)
+{
+    OVER_LANES
+    for (uint32_t i = begin; i < end; i++)
+        find_sphere(points, i);
+}
+
+/* triangle_normal() */
+static inline struct vec3 corners_normal(struct vec3 a, struct vec3 b, struct vec3 c, bool *sure)
+{
+    return plain_unit(vec_cross(vec_sub(b, a), vec_sub(c, a)), sure);
+}
+
+/* Whether all points are far enough from their rays' origins for the means of the corners. */
+static FLATTENED bool triangles_are_far(struct points *points, uint32_t begin, uint32_t end)
+{
+    double near = 0;
+    _Pragma("omp simd reduction(+ : near)") for (uint32_t i = begin; i < end; i++)
+    {
+        double size = triangle_size(lane(&points->a, i), lane(&points->b, i), lane(&points->c, i));
+        double distance = fabs(points->t[i]) * largest_component(lane(&points->view, i));
+        near += size <= distance ? 0.0 : 1.0;
+    }
+    return near == 0;
+}
+
+static inline void find_far_triangle(struct points *points, uint32_t i)
+{
+    struct vec3 a = lane(&points->a, i), b = lane(&points->b, i), c = lane(&points->c, i);
+    bool sure = true;
+    struct place mean = {a, triangle_mean(a, b, c, points->u[i], points->v[i])};
+    struct vec3 normal = corners_normal(a, b, c, &sure);
+    put_surface(points, i, &mean, normal, sure);
+}
+
+static FLATTENED void find_far_triangles(struct points *points, uint32_t begin, uint32_t end)
+{
+    OVER_LANES
+    for (uint32_t i = begin; i < end; i++)
+        find_far_triangle(points, i);
+}
+
+static inline void find_triangle(struct points *points, uint32_t i)
+{
+    struct vec3 a = lane(&points->a, i), b = lane(&points->b, i), c = lane(&points->c, i);
+    struct vec3 direction = lane(&points->view, i);
+    double size = triangle_size(a, b, c), speed;
+    bool sure = true, far = size <= fabs(points->t[i]) * largest_component(direction);
+    struct dd3 mean = triangle_mean(a, b, c, points->u[i], points->v[i]);
+    struct dd3 passage = triangle_passage(a, b, c, lane(&points->origin, i), direction, &speed);
+    bool passes = !far & triangle_passes(&passage, speed, &mean, size);
+    struct place place = {a, choose_dd3(passes, passage, mean)};
+    struct vec3 normal = corners_normal(a, b, c, &sure);
+    put_surface(points, i, &place, normal, sure);
+}
+
+static FLATTENED void find_triangles(struct points *points, uint32_t begin, uint32_t end)
+{
+    OVER_LANES
+    for (uint32_t i = begin; i < end; i++)
+        find_triangle(points, i);
+}
+
+/* The interpolated normals of patches, from those in a, b and c. */
+static inline void interpolate_normal(struct points *points, uint32_t i)
+{
+    double u = points->u[i], v = points->v[i];
+    bool sure = points->sure[i] != 0;
+    struct vec3 sum = vec_scale(lane(&points->a, i), 1 - u - v);
+    sum = vec_add_scaled(sum, lane(&points->b, i), u);
+    sum = vec_add_scaled(sum, lane(&points->c, i), v);
+    set_lane(&points->normal, i, plain_unit(sum, &sure));
+    points->sure[i] = truth(sure);
+}
+
+static FLATTENED void interpolate_normals(struct points *points, uint32_t begin, uint32_t end)
+{
+    OVER_LANES
+    for (uint32_t i = begin; i < end; i++)
+        interpolate_normal(points, i);
+}
+
+static void find_groups(const struct scene *scene, const struct hit *hits,
+                        const uint32_t first[GROUPS + 1], struct points *points)
+{
+    uint32_t spheres = first[GROUP_SPHERES], triangles = first[GROUP_TRIANGLES];
+    uint32_t patches = first[GROUP_PATCHES], others = first[GROUP_OTHERS];
+    if (triangles > spheres) {
+        gather_spheres(scene, hits, spheres, triangles, points);
+        find_spheres(points, spheres, triangles);
+    }
+    if (others > triangles) {
+        gather_triangles(scene, hits, triangles, others, points);
+        if (triangles_are_far(points, triangles, others))
+            find_far_triangles(points, triangles, others);
+        else
+            find_triangles(points, triangles, others);
+    }
+    if (others > patches) {
+        gather_normals(scene, hits, patches, others, points);
+        interpolate_normals(points, patches, others);
+    }
+}
+
+/* shading_point(), but for rays that run along the surface. */
+static inline void turn_normal(struct points *points, uint32_t i)
+{
+    struct vec3 geometric = lane(&points->geometric, i), normal = lane(&points->normal, i);
+    double side = vec_dot(lane(&points->view, i), geometric);
+    bool sure = !(fabs(side) < 4 * UNIT_ROUNDOFF), entering = side <= 0;
+    struct vec3 turned = choose(entering, geometric, vec_neg(geometric));
+    struct vec3 shading = choose(vec_dot(normal, turned) < 0, vec_neg(normal), normal);
+    set_lane(&points->geometric, i, choose(sure, turned, geometric));
+    set_lane(&points->normal, i, choose(sure, shading, normal));
+    points->entering[i] = truth(entering);
+    points->sure[i] = truth(sure);
+}
+
+static FLATTENED void turn_normals(struct points *points)
+{
+    OVER_LANES
+    for (uint32_t i = 0; i < points->count; i++)
+        turn_normal(points, i);
+}
+
+static void put_point(struct points *points, uint32_t i, const struct shading_point *at)
+{
+    set_lane(&points->point, i, at->point);
+    set_lane(&points->geometric, i, at->geometric);
+    set_lane(&points->normal, i, at->normal);
+    points->entering[i] = at->entering;
+}
+
+/* The points from `begin` on that lanes are not sure of, one by one. */
+static void find_singly(const struct scene *scene, const struct ray *rays, const struct hit *hits,
+                        struct points *points)
+{
+    for (uint32_t i = 0; i < points->count; i++) {
+        if (points->sure[i] != 0) continue;
+        struct surface surface;
+        surface_at(scene, &rays[points->slot[i]], &hits[points->slot[i]], &surface);
+        set_lane(&points->point, i, surface.point);
+        set_lane(&points->geometric, i, surface.geometric);
+        set_lane(&points->normal, i, surface.shading);
+    }
+}
+
+static void turn_singly(const struct scene *scene, const struct ray *rays, struct points *points)
+{
+    for (uint32_t i = 0; i < points->count; i++) {
+        if (points->sure[i] != 0) continue;
+        struct surface surface = {.point = lane(&points->point, i),
+                                  .geometric = lane(&points->geometric, i),
+                                  .shading = lane(&points->normal, i)};
+        struct shading_point at = shading_point(scene, &rays[points->slot[i]], &surface);
+        put_point(points, i, &at);
+    }
+}
+
+static void doubt(struct points *points, uint32_t begin)
+{
+    for (uint32_t i = begin; i < points->count; i++)
+        points->sure[i] = 0;
+}
+
+void points_find(const struct scene *scene, const struct ray *rays, const struct hit *hits,
+                 uint32_t count, struct points *points)
+{
+    uint32_t first[GROUPS + 1];
+    points->formulas = scene->view.formulas;
+    sort_by_group(hits, count, points, first);
+    gather_rays(rays, hits, points);
+    gather_materials(scene, hits, points);
+    bool exact = points->formulas == FORMULAS_EXACT;
+    if (exact) find_groups(scene, hits, first, points);
+    doubt(points, exact ? first[GROUP_OTHERS] : 0);
+    find_singly(scene, rays, hits, points);
+    if (exact)
+        turn_normals(points);
+    else
+        doubt(points, 0);
+    turn_singly(scene, rays, points);
+}
+
+struct shading_point points_get(const struct points *points, uint32_t i)
+{
+    return (struct shading_point){.point = lane(&points->point, i),
+                                  .view = lane(&points->view, i),
+                                  .geometric = lane(&points->geometric, i),
+                                  .normal = lane(&points->normal, i),
+                                  .entering = points->entering[i] != 0,
+                                  .formulas = points->formulas,
+                                  .material = points->material[i]};
+}
+
+/* ---- light ---- */
+
+/*
+ * Where the shadow ray from p to a light at l ends: short of 1 by what the light's own place and
+ * the ray's direction are uncertain by. l - p is rounded by u |l - p|; p lies within some 4 u |p|
+ * of its surface, and l within as much as its coordinates' u of a surface that is meant to carry
+ * it. Without this, a light on a lamp's surface would be shaded by it or not as rounding falls; so
+ * it shines on its own side. A light as close as that to the point is not shaded at all.
+ */
+#define SHADOW_ROUNDOFF (8 * UNIT_ROUNDOFF)
+
+static inline double shadow_end(struct vec3 point, struct vec3 light, struct vec3 to_light)
+{
+    double reach = largest_component(point) + largest_component(light);
+    double end = 1 - SHADOW_ROUNDOFF * (reach / largest_component(to_light));
+    return end > 0 ? end : 0;
+}
+
+FLATTENED void points_face(const struct points *points, const struct light *light,
+                           struct faced *faced)
+{
+    struct vec3 position = light->position;
+    bool paper = points->formulas == FORMULAS_PAPER;
+    OVER_LANES
+    for (uint32_t i = 0; i < points->count; i++) {
+        struct vec3 point = lane(&points->point, i), to_light = vec_sub(position, point);
+        bool front = vec_dot(to_light, lane(&points->geometric, i)) > 0;
+        bool lit = vec_dot(to_light, lane(&points->normal, i)) > 0;
+        double end = shadow_end(point, position, to_light);
+        set_lane(&faced->to_light, i, to_light);
+        faced->end[i] = paper ? 1 : end;
+        faced->faces[i] = truth(front & lit);
+    }
+}
+
+static void gather_lit(const struct points *points, struct lit *lit)
+{
+    for (uint32_t i = 0; i < lit->count; i++) {
+        uint32_t point = lit->point[i];
+        const struct material *material = points->material[point];
+        set_lane(&lit->view, i, lane(&points->view, point));
+        set_lane(&lit->normal, i, lane(&points->normal, point));
+        set_lane(&lit->surface, i, material->color);
+        lit->diffuse[i] = material->diffuse;
+        lit->specular[i] = material->specular;
+        lit->shininess[i] = material->shininess;
+    }
+}
+
+static inline void light_diffuse_lane(struct lit *lit, uint32_t i)
+{
+    bool sure = true;
+    struct vec3 unit = plain_unit(lane(&lit->to_light, i), &sure);
+    double cos_a = vec_dot(unit, lane(&lit->normal, i));
+    struct vec3 color = vec_mul(lane(&lit->strength, i), lane(&lit->surface, i));
+    set_lane(&lit->color, i, vec_scale(color, lit->diffuse[i] * cos_a));
+    lit->sure[i] = truth(sure);
+}
+
+static FLATTENED void light_diffuse(struct lit *lit)
+{
+    OVER_LANES
+    for (uint32_t i = 0; i < lit->count; i++)
+        light_diffuse_lane(lit, i);
+}
+
+static inline void add_highlight(struct lit *lit, uint32_t i)
+{
+    struct vec3 to_light = lane(&lit->to_light, i), color = lane(&lit->color, i);
+    struct lobe terms = lobe_of(lane(&lit->view, i), lane(&lit->normal, i), to_light);
+    double power = lobe_power(&terms, 0, lit->shininess[i]), p = terms.p.high;
+    double value = p > 0 ? power : 0, specular = lit->specular[i];
+    bool sure = is_in_range(to_light) & ((p >= LOBE_P_MIN) | (p <= 0));
+    struct vec3 bright = vec_add_scaled(color, lane(&lit->strength, i), specular * value);
+    set_lane(&lit->color, i, choose(specular > 0, bright, color));
+    lit->sure[i] = truth((lit->sure[i] != 0) & (sure | !(specular > 0)));
+}
+
+static FLATTENED void add_highlights(struct lit *lit)
+{
+    OVER_LANES
+    for (uint32_t i = 0; i < lit->count; i++)
+        add_highlight(lit, i);
+}
+
+static bool any_specular(const struct lit *lit)
+{
+    for (uint32_t i = 0; i < lit->count; i++)
+        if (lit->specular[i] > 0) return true;
+    return false;
+}
+
+void points_light(const struct points *points, struct lit *lit)
+{
+    bool exact = points->formulas == FORMULAS_EXACT;
+    if (exact) {
+        gather_lit(points, lit);
+        light_diffuse(lit);
+        if (any_specular(lit)) add_highlights(lit);
+    }
+    for (uint32_t i = 0; i < lit->count; i++) {
+        if (exact && lit->sure[i] != 0) continue;
+        struct shading_point at = points_get(points, lit->point[i]);
+        set_lane(&lit->color, i,
+                 shade_light(&at, lane(&lit->to_light, i), lane(&lit->strength, i)));
+    }
+}
+
+/* ---- where rays go on ---- */
+
+static void gather_onward(const struct points *points, struct onward *onward)
+{
+    for (uint32_t i = 0; i < onward->count; i++) {
+        uint32_t point = onward->point[i];
+        set_lane(&onward->view, i, lane(&points->view, point));
+        set_lane(&onward->normal, i, lane(&points->normal, point));
+        set_lane(&onward->geometric, i, lane(&points->geometric, point));
+    }
+}
+
+static inline void reflect_lane(struct onward *onward, uint32_t i)
+{
+    struct vec3 geometric = lane(&onward->geometric, i);
+    double v_n;
+    struct vec3 out = mirrored_view(lane(&onward->view, i), lane(&onward->normal, i), &v_n);
+    set_lane(&onward->direction, i, out);
+    bool sure = vec_dot(out, geometric) > 0;
+    sure &= !mirror_may_enter(v_n);
+    onward->sure[i] = truth(sure);
+}
+
+static FLATTENED void reflect_lanes(struct onward *onward)
+{
+    OVER_LANES
+    for (uint32_t i = 0; i < onward->count; i++)
+        reflect_lane(onward, i);
+}
+
+void points_reflect(const struct points *points, struct onward *onward)
+{
+    bool exact = points->formulas == FORMULAS_EXACT;
+    if (exact) {
+        gather_onward(points, onward);
+        reflect_lanes(onward);
+    }
+    for (uint32_t i = 0; i < onward->count; i++) {
+        if (exact && onward->sure[i] != 0) continue;
+        struct shading_point at = points_get(points, onward->point[i]);
+        set_lane(&onward->direction, i, reflect(&at));
+    }
+}
+
+/* refract() by the shading normal, where that is all it takes. */
+static inline void refract_lane(struct onward *onward, uint32_t i)
+{
+    struct vec3 view = lane(&onward->view, i), normal = lane(&onward->normal, i);
+    double from = onward->from[i], to = onward->to[i], e, d;
+    bool plain, facing = vec_dot(view, normal) < 0;
+    struct passage at = passage_from(from, to, cosine_in(view, normal, &e, &d), &plain);
+    bool passes = (at.k.high >= 0) & (to >= N2_MIN);
+    double root = sqrt(at.k.high), rest = fma(-root, root, at.k.high) + at.k.low;
+    struct dd cos_t = sum_of_ordered(root, rest / (2 * root));
+    struct vec3 out = passed_view(view, normal, &at, cos_t, e, d);
+    bool through = vec_dot(out, lane(&onward->geometric, i)) < 0;
+    set_lane(&onward->direction, i, out);
+    onward->passes[i] = truth(passes);
+    through &= at.k.high > 0;
+    plain &= is_plain_index(larger(from, to));
+    onward->sure[i] = truth(plain & (from != to) & facing & (through | !passes));
+}
+
+static FLATTENED void refract_lanes(struct onward *onward)
+{
+    OVER_LANES
+    for (uint32_t i = 0; i < onward->count; i++)
+        refract_lane(onward, i);
+}
+
+void points_refract(const struct points *points, struct onward *onward)
+{
+    bool exact = points->formulas == FORMULAS_EXACT;
+    if (exact) {
+        gather_onward(points, onward);
+        refract_lanes(onward);
+    }
+    for (uint32_t i = 0; i < onward->count; i++) {
+        if (exact && onward->sure[i] != 0) continue;
+        struct shading_point at = points_get(points, onward->point[i]);
+        struct vec3 direction = at.view;
+        onward->passes[i] = refract(&at, onward->from[i], onward->to[i], &direction);
+        set_lane(&onward->direction, i, direction);
+    }
+}

@@ -1,0 +1,70 @@
+/*
+ * The points of a wave: where its rays have met something, and what light does there. What
+ * surface_at() and the functions of shade.h do for one hit is done here for all hits of a wave, in
+ * lanes, with the same bits.
+ */
+#ifndef FARM_WORKER_POINTS_H
+#define FARM_WORKER_POINTS_H
+
+#include "worker/shade.h"
+#include "worker/wave.h"
+
+struct points {
+    uint32_t count;
+    uint32_t slot[WAVE]; /* which ray of the wave */
+    const struct material *material[WAVE];
+    struct lanes3 point, view, geometric, normal; /* as in struct shading_point */
+    lane_row entering;                            /* 1 or 0 */
+    uint32_t formulas;                            /* enum formulas */
+
+    /* Of points_find(). */
+    struct lanes3 origin, a, b, c; /* of the ray; centre, corners, corner normals */
+    lane_row t, u, v;              /* of the hit */
+    lane_row radius, only;         /* of a sphere; only: 1 if seen from inside */
+    lane_row sure;                 /* 1 or 0 */
+};
+
+/* The points of the rays that have met something; count <= WAVE. */
+void points_find(const struct scene *scene, const struct ray *rays, const struct hit *hits,
+                 uint32_t count, struct points *points);
+
+/* One of them as the functions of shade.h take it. */
+struct shading_point points_get(const struct points *points, uint32_t i);
+
+/* light_faces() for all points; end: shadow_end(). */
+struct faced {
+    lane_row faces; /* 1 or 0 */
+    lane_row end;
+    struct lanes3 to_light;
+};
+void points_face(const struct points *points, const struct light *light, struct faced *faced);
+
+/* Points that see a light: shade_light() for all of them. */
+struct lit {
+    uint32_t count;
+    uint32_t point[WAVE];
+    struct lanes3 to_light, strength;
+    struct lanes3 color; /* the result */
+
+    /* Of points_light(): those of the points, and of their materials. */
+    struct lanes3 view, normal, surface;
+    lane_row diffuse, specular, shininess, sure;
+};
+void points_light(const struct points *points, struct lit *lit);
+
+/* Directions of rays that go on: reflect() and refract() for some of the points. */
+struct onward {
+    uint32_t count;
+    uint32_t point[WAVE];
+    struct lanes3 direction; /* the result */
+    lane_row from, to;       /* indices of refraction */
+    lane_row passes;         /* 1, or 0: total reflection */
+
+    /* Of the two functions below: those of the points. */
+    struct lanes3 view, normal, geometric;
+    lane_row sure;
+};
+void points_reflect(const struct points *points, struct onward *onward);
+void points_refract(const struct points *points, struct onward *onward);
+
+#endif
