@@ -1,0 +1,274 @@
+/* Rays in packets have the same bits as rays on their own, on every level of processor. */
+#include "scene_fixture.h"
+
+#include "common/processor.h"
+#include "worker/primitive.h"
+
+#define RAYS 256
+
+/* Sets of rays that a packet takes, and that it cannot take. */
+struct flock {
+    struct vec3 eye;
+    double spread;     /* of targets */
+    double eye_spread; /* of origins */
+    double size;       /* all coordinates' factor */
+    struct vec3 (*target)(const struct scene *scene, uint64_t *random); /* NULL: anywhere */
+};
+
+static struct vec3 any_vertex(const struct scene *scene, uint64_t *random)
+{
+    return scene_vertices(scene)[random_below(random, (uint32_t)scene->vertices.count)];
+}
+
+/* On an edge but for rounding, often exactly. */
+static struct vec3 edge_middle(const struct scene *scene, uint64_t *random)
+{
+    uint32_t index = random_below(random, (uint32_t)scene->primitives[PRIMITIVE_TRIANGLE].count);
+    const struct triangle *triangle = &scene_triangles(scene)[index];
+    const struct vec3 *at = scene_vertices(scene);
+    return vec_scale(vec_add(at[triangle->vertex[0]], at[triangle->vertex[1]]), 0.5);
+}
+
+static struct ray flock_ray(const struct flock *flock, const struct scene *scene,
+                            struct vec3 middle, uint64_t *random)
+{
+    struct vec3 target = vec_add(middle, random_vector(random, flock->spread));
+    if (flock->target) target = flock->target(scene, random);
+    struct vec3 eye = vec_add(flock->eye, random_vector(random, flock->eye_spread));
+    return ray_to(vec_scale(eye, flock->size), vec_scale(target, flock->target ? 1 : flock->size));
+}
+
+/* Neighbours of neighbours: groups of 8 near each other. */
+static void make_rays(const struct flock *flock, const struct scene *scene, uint64_t *random,
+                      struct ray rays[RAYS])
+{
+    struct vec3 middle = vec3(0, 0, 0);
+    for (int i = 0; i < RAYS; i++) {
+        if (i % 8 == 0) middle = random_vector(random, 3);
+        rays[i] = flock_ray(flock, scene, middle, random);
+        if (i % 16 >= 8) rays[i].t_max = random_between(random, 0.5, 1.5);
+    }
+}
+
+static void check_nearest(const struct scene *scene, const struct bvh *bvh,
+                          const struct ray rays[RAYS], struct hit hits[RAYS])
+{
+    uint64_t exact = 0;
+    memset(hits, 0xa5, RAYS * sizeof *hits);
+    nearest(scene, bvh, rays, RAYS, hits, &exact);
+    for (int i = 0; i < RAYS; i++) {
+        struct hit alone = nearest_of(scene, bvh, &rays[i]);
+        assert_memory_equal(&hits[i], &alone, sizeof alone);
+    }
+}
+
+static void check_occluded(const struct scene *scene, const struct bvh *bvh,
+                           const struct ray rays[RAYS])
+{
+    struct vec3 light[RAYS];
+    uint64_t exact = 0;
+    occluded(scene, bvh, rays, RAYS, light, &exact);
+    for (int i = 0; i < RAYS; i++) {
+        struct vec3 alone = light_through(scene, bvh, &rays[i]);
+        assert_memory_equal(&light[i], &alone, sizeof alone);
+    }
+}
+
+/* On from where they hit, towards a light. */
+static void leave_surfaces(const struct scene *scene, const struct hit hits[RAYS],
+                           struct ray rays[RAYS], struct vec3 light)
+{
+    for (int i = 0; i < RAYS; i++) {
+        if (hits[i].primitive == PRIMITIVE_NONE) continue;
+        struct surface surface;
+        surface_at(scene, &rays[i], &hits[i], &surface);
+        rays[i] = ray_to(surface.point, light);
+        rays[i].t_max = 1;
+        rays[i].from = hits[i].primitive;
+        rays[i].from_part = hits[i].part;
+    }
+}
+
+static void check_flock(const struct flock *flock, const struct scene *scene, const struct bvh *bvh,
+                        uint64_t *random)
+{
+    struct ray rays[RAYS];
+    struct hit hits[RAYS];
+    for (int round = 0; round < 3; round++) {
+        make_rays(flock, scene, random, rays);
+        check_occluded(scene, bvh, rays);
+        check_nearest(scene, bvh, rays, hits);
+        leave_surfaces(scene, hits, rays, vec_scale(vec3(20, 30, 40), flock->size));
+        check_occluded(scene, bvh, rays);
+        check_nearest(scene, bvh, rays, hits);
+    }
+}
+
+/* Frees the scene. */
+static void check_scene(struct scene *scene, const struct flock *flock)
+{
+    uint64_t random = 31;
+    struct bvh *bvh = build_tree(scene);
+    for (uint32_t level = PROCESSOR_PORTABLE; level < PROCESSOR_LEVELS; level++) {
+        if (!processor_has(level)) continue;
+        scene->view.processor = level;
+        check_flock(flock, scene, bvh, &random);
+    }
+    free(bvh);
+    free(scene);
+}
+
+static const struct flock from_afar = {.eye = {9, 11, 14}, .spread = 0.1, .size = 1};
+static const struct flock apart = {.eye = {9, 11, 14}, .spread = 0.5, .eye_spread = 0.2, .size = 1};
+
+static struct builder *triangles(double size, double edge, double transmission, int count)
+{
+    uint64_t random = 41;
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(0.9, 0.8, 0.7), transmission);
+    add_material(builder, vec3(1, 1, 1), 0);
+    for (int i = 0; i < count; i++) {
+        struct vec3 p = random_vector(&random, 4 * size);
+        struct vec3 q = vec_add(p, random_vector(&random, edge));
+        add_triangle(builder, p, q, vec_add(p, random_vector(&random, edge)), i % 5 == 0);
+    }
+    return builder;
+}
+
+/* A bumpy sheet of triangles that share their vertices. */
+static struct builder *sheet(void)
+{
+    struct builder *builder = builder_create();
+    uint64_t random = 42;
+    uint32_t corner[33][33];
+    add_material(builder, vec3(1, 1, 1), 0);
+    for (int i = 0; i < 33; i++)
+        for (int k = 0; k < 33; k++)
+            corner[i][k] = add_vertex(
+                builder, vec3(i / 4.0 - 4, random_between(&random, 0, 0.25), k / 4.0 - 4));
+    for (int i = 0; i < 32; i++) {
+        for (int k = 0; k < 32; k++) {
+            struct triangle a = {{corner[i][k], corner[i + 1][k], corner[i][k + 1]}, 0};
+            struct triangle b = {{corner[i + 1][k], corner[i + 1][k + 1], corner[i][k + 1]}, 0};
+            assert_added(builder_add_triangle(builder, &a));
+            assert_added(builder_add_triangle(builder, &b));
+        }
+    }
+    return builder;
+}
+
+static void test_triangles(void **state)
+{
+    (void)state;
+    check_scene(finish_scene(triangles(1, 0.3, 0.5, 2000)), &from_afar);
+    check_scene(finish_scene(triangles(1, 6, 0.5, 300)), &apart);
+}
+
+/* Long ones, of which there are pieces in several leaves. */
+static void test_pieces(void **state)
+{
+    (void)state;
+    check_scene(finish_scene(triangles(1, 8, 0.5, 2000)), &from_afar);
+}
+
+static void test_vertices_and_edges(void **state)
+{
+    (void)state;
+    struct flock flock = from_afar;
+    flock.target = any_vertex;
+    check_scene(finish_scene(sheet()), &flock);
+    flock.target = edge_middle;
+    check_scene(finish_scene(sheet()), &flock);
+    check_scene(finish_scene(sheet()), &from_afar);
+}
+
+/* Of triangles that lie in one plane, or on each other, the first counts. */
+static void test_coplanar(void **state)
+{
+    (void)state;
+    uint64_t random = 43;
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    for (int i = 0; i < 300; i++) {
+        struct vec3 p = random_vector(&random, 4), q = random_vector(&random, 4);
+        p.z = q.z = 1;
+        struct vec3 r = vec3(q.y, p.x, 1);
+        for (int k = 0; k < 1 + i % 3; k++)
+            add_triangle(builder, p, q, r, 0);
+    }
+    check_scene(finish_scene(builder), &from_afar);
+}
+
+static void test_all_kinds(void **state)
+{
+    (void)state;
+    uint64_t random = 44;
+    struct builder *builder = triangles(1, 0.5, 0.5, 500);
+    struct plane plane = {.point = {0, -5, 0}, .normal = {0, 1, 0}, .material = 0};
+    assert_added(builder_add_plane(builder, &plane));
+    for (uint32_t i = 0; i < 300; i++) {
+        struct vec3 p = random_vector(&random, 4);
+        struct disc disc = {.center = p, .normal = {0.6, 0, 0.8}, .radius = 0.3};
+        struct cone cone = {.base = p, .apex = {p.z, p.x, p.y}, .base_radius = 0.2};
+        add_sphere(builder, random_vector(&random, 4), 0.2, i % 2);
+        add_box(builder, p, vec_add(p, vec3(0.2, 0.1, 0.3)), i % 2);
+        assert_added(builder_add_disc(builder, &disc));
+        assert_added(builder_add_cone(builder, &cone));
+    }
+    check_scene(finish_scene(builder), &from_afar);
+}
+
+/* Of any size, up to where the boxes end that floats can hold. */
+static void test_sizes(void **state)
+{
+    (void)state;
+    const double sizes[] = {0x1p-60, 0x1p60, 1e-30, 1e37, 1e100, 1e-100};
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        struct flock flock = from_afar;
+        flock.size = sizes[i];
+        check_scene(finish_scene(triangles(sizes[i], 0.5 * sizes[i], 0, 100)), &flock);
+    }
+}
+
+static double odd_component(uint64_t *random)
+{
+    const double odd[] = {0,     -0.0, 0x1p-1074, -1e-310,     1e-300,   -1e300,
+                          1e308, 1,    -1,        (double)NAN, INFINITY, -INFINITY};
+    return odd[random_below(random, sizeof odd / sizeof *odd)];
+}
+
+/* One such ray among others that are alike. */
+static void test_odd_rays(void **state)
+{
+    (void)state;
+    uint64_t random = 45;
+    struct scene *scene = finish_scene(triangles(1, 1, 0.5, 500));
+    struct bvh *bvh = build_tree(scene);
+    struct ray rays[RAYS];
+    struct hit hits[RAYS];
+    for (int round = 0; round < 10; round++) {
+        make_rays(&from_afar, scene, &random, rays);
+        for (int i = 0; i < RAYS; i += 8) {
+            struct ray *ray = &rays[i + (int)random_below(&random, 8)];
+            double *place[] = {&ray->direction.x, &ray->direction.y, &ray->direction.z,
+                               &ray->origin.x,    &ray->origin.y,    &ray->origin.z};
+            *place[random_below(&random, round % 2 ? 6 : 3)] = odd_component(&random);
+            if (vec_is_zero(ray->direction)) ray->direction.x = 0x1p-1074;
+        }
+        check_nearest(scene, bvh, rays, hits);
+        check_occluded(scene, bvh, rays);
+    }
+    free(bvh);
+    free(scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_triangles),          cmocka_unit_test(test_pieces),
+        cmocka_unit_test(test_vertices_and_edges), cmocka_unit_test(test_coplanar),
+        cmocka_unit_test(test_all_kinds),          cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_odd_rays),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
