@@ -4,6 +4,9 @@
 
 static uint64_t exact; /* counts what the tests do not look at */
 
+/* The way in and the way out, and where they are: no finite distance is the farthest. */
+static const struct purpose BOTH = {true, INFINITE};
+
 static const struct cone tube = {
     .base = {0, 0, 0}, .apex = {0, 0, 2}, .base_radius = 1, .apex_radius = 1};
 static const struct cone rod = {
@@ -17,7 +20,7 @@ static const struct cone bucket = {
 static void assert_crossings(const struct cone *cone, struct ray ray, double enter,
                              uint32_t enter_part, double leave, uint32_t leave_part)
 {
-    struct crossings found = cone_crossings(cone, &ray, false, true, &exact);
+    struct crossings found = cone_crossings(cone, &ray, false, &BOTH, &exact);
     assert_near(found.t[0], enter, 1e-15 * fabs(enter));
     assert_near(found.t[1], leave, 1e-15 * fabs(leave));
     assert_int_equal(found.part[0], enter_part);
@@ -26,7 +29,7 @@ static void assert_crossings(const struct cone *cone, struct ray ray, double ent
 
 static void assert_missed(const struct cone *cone, struct ray ray)
 {
-    struct crossings found = cone_crossings(cone, &ray, false, true, &exact);
+    struct crossings found = cone_crossings(cone, &ray, false, &BOTH, &exact);
     assert_int_equal(count_ahead(&found), 0);
 }
 
@@ -96,15 +99,15 @@ static void test_cone_generator(void **state)
 {
     (void)state;
     struct ray up = ray_along(vec3(-0.25, 0, 1), vec3(-1, 0, 2));
-    struct crossings found = cone_crossings(&spike, &up, false, true, &exact);
+    struct crossings found = cone_crossings(&spike, &up, false, &BOTH, &exact);
     assert_near(found.t[0], -0.5, 1e-15);
     assert_near(found.t[1], 0.125, 1e-15);
     assert_int_equal(found.part[0], CONE_BASE_CAP);
     assert_int_equal(found.part[1], CONE_SIDE);
     struct ray along = ray_along(vec3(2, 0, -2), vec3(-1, 0, 2));
-    found = cone_crossings(&spike, &along, false, true, &exact);
+    found = cone_crossings(&spike, &along, false, &BOTH, &exact);
     assert_false(isnan(found.t[0]) || isnan(found.t[1]));
-    found = cone_crossings(&hat, &along, false, true, &exact);
+    found = cone_crossings(&hat, &along, false, &BOTH, &exact);
     assert_false(isnan(found.t[0]) || isnan(found.t[1]));
 }
 
@@ -113,28 +116,28 @@ static void test_leaving(void **state)
     (void)state;
     struct ray ray = ray_along(vec3(-1, 0, 1), vec3(1, 0, 0));
     ray.from_part = CONE_SIDE;
-    struct crossings found = cone_crossings(&rod, &ray, true, true, &exact);
+    struct crossings found = cone_crossings(&rod, &ray, true, &BOTH, &exact);
     assert_int_equal(count_ahead(&found), 1);
     assert_same(found.t[1], 2);
     assert_int_equal(found.part[1], CONE_SIDE);
     ray.direction = vec3(1, 0, 2);
-    found = cone_crossings(&rod, &ray, true, true, &exact);
+    found = cone_crossings(&rod, &ray, true, &BOTH, &exact);
     assert_int_equal(count_ahead(&found), 1);
     assert_same(found.t[1], 0.5);
     assert_int_equal(found.part[1], CONE_APEX_CAP);
-    found = cone_crossings(&tube, &ray, true, true, &exact);
+    found = cone_crossings(&tube, &ray, true, &BOTH, &exact);
     assert_int_equal(count_ahead(&found), 0);
     ray.direction = vec3(-1, 0, 0.1);
-    found = cone_crossings(&rod, &ray, true, true, &exact);
+    found = cone_crossings(&rod, &ray, true, &BOTH, &exact);
     assert_int_equal(count_ahead(&found), 0);
     ray = ray_along(vec3(0.25, 0, 2), vec3(0, 0, -1));
     ray.from_part = CONE_APEX_CAP;
-    found = cone_crossings(&rod, &ray, true, true, &exact);
+    found = cone_crossings(&rod, &ray, true, &BOTH, &exact);
     assert_int_equal(count_ahead(&found), 1);
     assert_same(found.t[1], 2);
     assert_int_equal(found.part[1], CONE_BASE_CAP);
     ray.direction.z = 1;
-    found = cone_crossings(&rod, &ray, true, true, &exact);
+    found = cone_crossings(&rod, &ray, true, &BOTH, &exact);
     assert_int_equal(count_ahead(&found), 0);
 }
 
@@ -143,14 +146,14 @@ static void test_leaving_a_cone_downwards(void **state)
 {
     (void)state;
     struct ray ray = ray_along(vec3(0.5, 0, 1), vec3(-0.1, 0, -1));
-    struct crossings found = cone_crossings(&spike, &ray, true, true, &exact);
+    struct crossings found = cone_crossings(&spike, &ray, true, &BOTH, &exact);
     assert_int_equal(count_ahead(&found), 1);
     assert_same(found.t[1], 1);
     assert_int_equal(found.part[1], CONE_BASE_CAP);
-    found = cone_crossings(&hat, &ray, true, true, &exact);
+    found = cone_crossings(&hat, &ray, true, &BOTH, &exact);
     assert_int_equal(count_ahead(&found), 0);
     ray.direction = vec3(0.1, 0, 1); /* out, past the tip */
-    found = cone_crossings(&hat, &ray, true, true, &exact);
+    found = cone_crossings(&hat, &ray, true, &BOTH, &exact);
     assert_int_equal(count_ahead(&found), 0);
 }
 
@@ -190,14 +193,14 @@ static void test_points_on_the_side(void **state)
         assert_true(vec_dot(normal, out) > 0);
         double cosine = vec_dot(vec_normalize(ray.direction), normal);
         if (fabs(cosine) < 0.02) continue;
-        struct crossings found = cone_crossings(&cone, &ray, false, true, &exact);
+        struct crossings found = cone_crossings(&cone, &ray, false, &BOTH, &exact);
         unsigned which = cosine < 0 ? 0 : 1;
         assert_near(found.t[which], 1, 1e-9);
         assert_int_equal(found.part[which], CONE_SIDE);
         struct ray outward = ray_along(target, normal), inward = ray_along(target, vec_neg(normal));
-        found = cone_crossings(&cone, &outward, true, true, &exact);
+        found = cone_crossings(&cone, &outward, true, &BOTH, &exact);
         assert_int_equal(count_ahead(&found), 0);
-        found = cone_crossings(&cone, &inward, true, true, &exact);
+        found = cone_crossings(&cone, &inward, true, &BOTH, &exact);
         if (cone.capped) assert_int_equal(count_ahead(&found), 1);
     }
 }
@@ -216,7 +219,7 @@ static void test_capped_is_closed(void **state)
             point_of_cone(&cone, &random, s, rim ? 1 : random_between(&random, 0, 0.99), &out);
         struct ray ray =
             ray_to(vec_add(cone.base, vec_scale(random_vector(&random, 1), 50)), target);
-        struct crossings found = cone_crossings(&cone, &ray, false, true, &exact);
+        struct crossings found = cone_crossings(&cone, &ray, false, &BOTH, &exact);
         assert_true((found.t[0] == NOT_CROSSED) == (found.t[1] == NOT_CROSSED));
         assert_true(found.t[0] <= found.t[1]);
         if (!rim) assert_true(found.t[0] < 1 && found.t[1] > 1);
@@ -228,10 +231,10 @@ static void test_distant_cylinder(void **state)
     (void)state;
     for (double distance = 1e3; distance <= 1e12; distance *= 1e3) {
         struct ray ray = ray_along(vec3(-distance, 0.6, 1), vec3(1, 0, 0));
-        struct crossings found = cone_crossings(&rod, &ray, false, true, &exact);
+        struct crossings found = cone_crossings(&rod, &ray, false, &BOTH, &exact);
         assert_near(found.t[0], distance - 0.8, 4 * 0x1p-52 * distance);
         ray.origin.y = 1.000001;
-        found = cone_crossings(&rod, &ray, false, true, &exact);
+        found = cone_crossings(&rod, &ray, false, &BOTH, &exact);
         assert_int_equal(count_ahead(&found), 0);
     }
 }
@@ -243,7 +246,7 @@ static void test_small_angle(void **state)
     struct cone needle = {.apex = {0, 0, 1e12}, .base_radius = 1, .apex_radius = 1};
     for (double angle = 1e-3; angle > 1e-11; angle /= 8) {
         struct ray ray = ray_along(vec3(0, 0, 1), vec3(angle, 0, 1));
-        struct crossings found = cone_crossings(&needle, &ray, false, true, &exact);
+        struct crossings found = cone_crossings(&needle, &ray, false, &BOTH, &exact);
         assert_near(found.t[1], 1 / angle, 8 * 0x1p-52 / angle);
     }
 }

@@ -80,11 +80,11 @@ static inline bool cone_is_beside(const struct cone_sketch *s)
 }
 
 /*
- * Whether the ray certainly stays outside of the largest circle, or has the cone behind it, while
- * it is between the planes of the caps. The squared distance to the axis, times W, is convex along
+ * Whether the ray certainly stays outside of the largest circle, or has the cone behind it or
+ * beyond the farthest t, while it is between the planes of the caps. The squared distance to the axis, times W, is convex along
  * the ray, and so not less than its tangent at the start of that piece.
  */
-static inline bool cone_is_off(const struct cone_sketch *s)
+static inline bool cone_is_off(const struct cone_sketch *s, double farthest)
 {
     double rise_error = CONE_FILTER * s->speed * s->width;
     if (!(fabs(s->rise) > 0x1p10 * rise_error)) return false;
@@ -94,7 +94,7 @@ static inline bool cone_is_off(const struct cone_sketch *s)
     slack = 2 * slack / fabs(s->rise);
     double start = larger(smaller(to_base, to_apex) - slack, 0);
     double length = larger(to_base, to_apex) + slack - start;
-    if (length < 0) return true;
+    if (length < 0 || start > farthest) return true;
     struct vec3 G = vec_add_scaled(s->F, s->D, start);
     double size = sum_of_sizes(G), error = CONE_FILTER * s->width * (s->reach + start * s->speed);
     double slope = 2 * vec_dot(G, s->D), spread = sum_of_sizes(s->D) + rise_error;
@@ -118,29 +118,97 @@ static inline bool cone_is_left(const struct cone *cone, const struct cone_sketc
     return axial - vec_dot(s->F, s->D) < -error;
 }
 
-/* Whether nothing of the cone is certainly ahead. */
-static inline bool cone_is_missed(const struct cone *cone, const struct ray *ray, bool leaving)
+/*
+ * Whether the ray is certainly outside of the largest circle up to the farthest t. Inside of it |F
+ * + t D| <= radius |w|, and so F.D + t D.D >= -radius |w| |D|.
+ */
+static inline bool cone_is_beyond(const struct cone_sketch *s, double farthest)
 {
-    struct cone_sketch s = cone_sketch(cone, ray);
-    if (!cone_sketch_holds(&s)) return false;
-    if (leaving) return cone_is_left(cone, &s, ray->from_part);
-    return cone_is_beside(&s) || cone_is_off(&s);
+    double spread = s->speed * s->width, DD = vec_dot(s->D, s->D);
+    double error = CONE_FILTER * spread * s->width * (s->reach + s->radius);
+    double way = -vec_dot(s->F, s->D) - s->radius * sqrt(s->W * DD) - error;
+    return way > farthest * (DD + CONE_FILTER * spread * spread);
 }
 
-/* The crossings when cone_is_missed() is not sure. */
+/* A point of the ray: its cross and dot products with the axis. */
+struct cone_position {
+    double beside, height;
+    double error; /* of both, and of what they are compared with */
+};
+
+static inline struct cone_position cone_point_at(const struct cone_sketch *s, const struct ray *ray,
+                                                 double t)
+{
+    struct vec3 p = vec_add_scaled(s->f, ray->direction, t), across = vec_cross(p, s->w);
+    double size = s->reach + t * s->speed + s->width + s->radius;
+    return (struct cone_position){sqrt(vec_dot(across, across)), vec_dot(p, s->w),
+                                  CONE_FILTER * s->width * size};
+}
+
+static inline bool cone_is_outside_at(const struct cone_sketch *s, const struct ray *ray, double t)
+{
+    struct cone_position at = cone_point_at(s, ray, t);
+    return at.height < -at.error || at.height > s->W + at.error ||
+           at.beside > s->radius * sqrt(s->W) + at.error;
+}
+
+static inline bool cone_is_inside_at(const struct cone *cone, const struct cone_sketch *s,
+                                     const struct ray *ray, double t)
+{
+    struct cone_position at = cone_point_at(s, ray, t);
+    double radius = smaller(cone->base_radius, cone->apex_radius);
+    return at.height > at.error && at.height < s->W - at.error &&
+           at.beside < radius * sqrt(s->W) - at.error;
+}
+
+/* A guess at where the ray is well inside: closest to the axis, but between the caps. */
+static inline double cone_middle(const struct cone_sketch *s)
+{
+    double t = -vec_dot(s->F, s->D) / vec_dot(s->D, s->D);
+    double middle = (s->W / 2 - s->height) / s->rise, reach = fabs(0.375 * s->W / s->rise);
+    return smaller(larger(t, middle - reach), middle + reach);
+}
+
+/* Whether a solid is certainly entered and left between 0 and t_max; *t is where it is inside. */
+static inline bool cone_is_pierced(const struct cone *cone, const struct cone_sketch *s,
+                                   const struct ray *ray, double t_max, double *t)
+{
+    *t = cone_middle(s);
+    return cone->capped && *t > 0 && *t < t_max && t_max * s->speed < 0x1p200 &&
+           cone_is_inside_at(cone, s, ray, *t) && cone_is_outside_at(s, ray, 0) &&
+           cone_is_outside_at(s, ray, t_max);
+}
+
+/* Whether nothing of the cone is certainly ahead. */
+static inline bool cone_is_missed(const struct cone *cone, const struct cone_sketch *s,
+                                  const struct ray *ray, bool leaving, double farthest)
+{
+    if (leaving) return cone_is_left(cone, s, ray->from_part);
+    return cone_is_beside(s) || cone_is_beyond(s, farthest) || cone_is_off(s, farthest);
+}
+
+/* The crossings when plain arithmetic is not sure. */
 struct crossings cone_roots(const struct cone *cone, const struct ray *ray, bool leaving, bool any,
                             uint64_t *exact);
 
 /*
  * In and out; nothing when all of it lies behind. leaving: the ray starts on the part from_part of
  * this cone. Outward of a convex solid, and of a convex open surface, nothing can be met again;
- * inward only the way out.
+ * inward only the way out. What does not matter is left out; where only the number does, and the
+ * farthest t is finite, both may be told to be half-way.
  */
 static inline struct crossings cone_crossings(const struct cone *cone, const struct ray *ray,
-                                              bool leaving, bool any, uint64_t *exact)
+                                              bool leaving, const struct purpose *purpose,
+                                              uint64_t *exact)
 {
-    if (cone_is_missed(cone, ray, leaving)) return NO_CROSSINGS;
-    return cone_roots(cone, ray, leaving, any, exact);
+    double t;
+    struct cone_sketch s = cone_sketch(cone, ray);
+    if (cone_sketch_holds(&s)) {
+        if (cone_is_missed(cone, &s, ray, leaving, purpose->farthest)) return NO_CROSSINGS;
+        if (purpose->any && !leaving && cone_is_pierced(cone, &s, ray, purpose->farthest, &t))
+            return (struct crossings){.t = {t, t}};
+    }
+    return cone_roots(cone, ray, leaving, purpose->any, exact);
 }
 
 /* The crossing that cone_crossings() has rounded to t; for a way out see sphere_parameter(). */

@@ -162,8 +162,11 @@ static INLINED struct occlusion_walk occlusion_walk_of(const struct scene *scene
                                                        const struct ray *ray,
                                                        struct passages *passages, uint64_t *exact)
 {
-    struct occlusion_walk walk = {.probe = probe_of(scene, ray, true, exact), .passages = passages};
+    struct occlusion_walk walk; /* no initializer: that would clear all of it for every ray */
+    walk.probe = probe_of(scene, ray, true, exact);
     walk.reach = reach_of(ray, &walk.probe.shear);
+    walk.passages = passages;
+    walk.blocked = false;
     return walk;
 }
 

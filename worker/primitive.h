@@ -99,7 +99,7 @@ static inline struct crossings primitive_crossings(const struct scene *scene, ui
     case PRIMITIVE_BOX:
         return box_crossings(&scene_boxes(scene)[index], ray, leaving, exact);
     case PRIMITIVE_CONE:
-        return cone_crossings(&scene_cones(scene)[index], ray, leaving, purpose->any, exact);
+        return cone_crossings(&scene_cones(scene)[index], ray, leaving, purpose, exact);
     case PRIMITIVE_DISC:
         return leaving ? NO_CROSSINGS : disc_crossings(&scene_discs(scene)[index], ray, exact);
     case PRIMITIVE_PLANE:
