@@ -122,7 +122,7 @@ $(BUILD)/bench/stability: $(STABILITY) $(LIBRARY)
 	$(say)  link $@
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lmpfr -lgmp -o $@
 
-# About 40 minutes on two cores: STABILITY_OPTIONS="--rays 100000" or "--rows 1-16" for less.
+# Some 45 minutes of two idle cores: STABILITY_OPTIONS="--rays 100000" or "--rows 1-16" for less.
 bench-stability: $(BUILD)/bench/stability all
 	@mkdir -p bench/out
 	FARM=$(abspath $(FARM)) $(BUILD)/bench/stability --csv bench/out/stability.csv \
