@@ -45,13 +45,6 @@ struct welcome {
     uint32_t reserved;
 };
 
-struct result_header {
-    uint32_t tile_id;
-    uint32_t pixels;
-    uint64_t rays; /* of all kinds, traced for this tile */
-    double busy_s; /* wall seconds it took to render */
-};
-
 /* Kinds of ray that are counted. */
 enum ray_kind { RAY_PRIMARY, RAY_SHADOW, RAY_REFLECTION, RAY_REFRACTION, RAY_KINDS };
 
@@ -77,6 +70,14 @@ struct render_counts {
     struct bad_sample first;  /* of the nonfinite ones, in the order of the picture; else all 0 */
 };
 
+/* Stands before a tile's pixels. */
+struct result_header {
+    uint32_t tile_id;
+    uint32_t pixels;
+    double busy_s; /* wall seconds it took to render */
+    struct render_counts counts;
+};
+
 struct renderer_stats {
     uint32_t rank;
     uint32_t tiles;
@@ -93,7 +94,7 @@ struct renderer_stats {
 };
 
 _Static_assert(sizeof(struct welcome) == 64, "struct welcome goes over the wire as it is");
-_Static_assert(sizeof(struct result_header) == 24,
+_Static_assert(sizeof(struct result_header) == 168,
                "struct result_header goes over the wire as it is");
 _Static_assert(sizeof(struct renderer_stats) == 280,
                "struct renderer_stats goes over the wire as it is");
@@ -129,6 +130,9 @@ static inline uint64_t render_counts_rays(const struct render_counts *counts)
         sum += counts->rays[kind];
     return sum;
 }
+
+/* Counts that came from elsewhere, or from a file. */
+bool render_counts_valid(const struct render_counts *counts);
 
 /* A TILE message of so many bytes, for a region of width x height pixels. */
 bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, uint32_t height);

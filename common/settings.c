@@ -66,6 +66,9 @@ const struct key settings_keys[] = {
      .help = "picture file: .png, .hdr or .pfm (default: CONFIG's name, .png)"},
     {"output", "report", VALUE_TEXT, AT(output.report),
      .help = "report file, JSON; empty: none (default: CONFIG's name, .json)"},
+    {"output", "journal", VALUE_TEXT, AT(output.journal),
+     .help = "finished tiles until the picture is written, .journal; empty: none (default: the "
+             "picture's name, .journal)"},
 };
 
 _Static_assert(sizeof settings_keys / sizeof *settings_keys == SETTINGS_KEYS,

@@ -44,12 +44,13 @@ struct settings {
         enum variant variant;
     } farm;
     struct {
-        char *image, *report; /* paths, owned; NULL: named after the config; report "": none */
+        /* Paths, owned; NULL: named after the config; report and journal "": none. */
+        char *image, *report, *journal;
     } output;
 };
 
 /* What can be set, in the order in which it is printed; offsets are into struct settings. */
-#define SETTINGS_KEYS 23
+#define SETTINGS_KEYS 24
 extern const struct key settings_keys[SETTINGS_KEYS];
 
 void settings_init(struct settings *settings);

@@ -10,23 +10,28 @@
 
 #include "common/clock.h"
 #include "common/message.h"
+#include "master/command_line.h"
 #include "master/image_file.h"
 #include "master/load.h"
 #include "master/options.h"
 #include "master/report.h"
+#include "master/save.h"
 #include "master/serve.h"
 #include "master/stop.h"
 #include "worker/render.h"
 #include "worker/work.h"
 
-enum { STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_INPUT = 2 };
+/* STATUS_RESUMABLE: stopped before the end, the same command goes on (EX_TEMPFAIL of sysexits.h). */
+enum { STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_INPUT = 2, STATUS_RESUMABLE = 75 };
 
 /* What rank 0 carries through the run. */
 struct run {
+    char **arguments; /* argv as it was given; owned */
     struct options options;
     struct job job;
     struct queue *queue;
     struct canvas canvas;
+    struct save *save; /* NULL: output.journal is empty, or the work on it is done */
     struct renderer_stats *stats;
     struct report report;
     double start;
@@ -127,6 +132,83 @@ static int print_check(const struct run *run)
     return close_output();
 }
 
+/* ---- what is kept ---- */
+
+static bool is_saved(void *save, const struct tile *tile)
+{
+    return save_holds(save, tile);
+}
+
+/* Takes over what an earlier run has left. */
+static void resume(struct run *run)
+{
+    const struct save_found *found = save_found(run->save);
+    if (!found->pixels) return;
+    queue_skip(run->queue, is_saved, run->save);
+    uint64_t pixels = queue_pixels_finished(run->queue);
+    run->report.resumed = (struct resumed){
+        .tiles = queue_tiles_finished(run->queue),
+        .pixels = pixels,
+        .seconds = found->seconds * (double)pixels / (double)found->pixels,
+        .counts = found->counts,
+    };
+    fprintf(stderr,
+            "farm: going on with %s: %u of %u tiles, %llu pixels, %.1f s of rendering saved\n",
+            run->job.settings.output.journal, run->report.resumed.tiles, queue_tiles(run->queue),
+            (unsigned long long)pixels, run->report.resumed.seconds);
+}
+
+/* What is still to be rendered. */
+static uint32_t tiles_left(const struct run *run)
+{
+    return queue_tiles(run->queue) - queue_tiles_finished(run->queue);
+}
+
+static uint64_t pixels_left(const struct run *run)
+{
+    return (uint64_t)run->canvas.width * run->canvas.height - queue_pixels_finished(run->queue);
+}
+
+/* Opens the journal, if one is wanted; false after saying why it cannot be. */
+static bool open_save(struct run *run, const struct scene *scene)
+{
+    const char *path = run->job.settings.output.journal;
+    if (!*path) return true;
+    run->save = save_open(path, scene, &run->canvas);
+    if (!run->save) return false;
+    resume(run);
+    if (save_has_room(run->save, tiles_left(run), pixels_left(run))) return true;
+    if (save_found(run->save)->tiles)
+        free(save_keep(run->save).path);
+    else
+        save_drop(run->save);
+    run->save = NULL;
+    return false;
+}
+
+/* Leaves the journal to a later run and tells how to start that; returns whether it can be. */
+static bool keep(struct run *run, const char *then)
+{
+    if (!run->save) {
+        user_error(NULL, 0, "nothing is kept for another run, because output.journal is empty");
+        return false;
+    }
+    struct save_kept kept = save_keep(run->save);
+    run->save = NULL;
+    char *journal = kept.moved ? format_text("output.journal=%s", kept.path) : NULL;
+    char *command = command_line(run->arguments, run->processes, journal);
+    uint64_t tiles = queue_tiles_finished(run->queue) - kept.lost;
+    if (kept.lost)
+        user_error(NULL, 0, "%llu finished tiles (%.1f s of rendering) could be saved nowhere",
+                   (unsigned long long)kept.lost, kept.lost_s);
+    fprintf(stderr, "farm: %llu of %u tiles are saved in %s; %s: %s\n", (unsigned long long)tiles,
+            queue_tiles(run->queue), kept.path, then, command);
+    free(kept.path);
+    free(journal);
+    free(command);
+    return true;
+}
+
 static void discard(struct scene **block)
 {
     free(*block);
@@ -163,9 +245,14 @@ static int prepare(struct run *run, struct scene **block)
     }
     describe_scene(&run->report, *block);
     run->report.time.load = clock_wall() - start;
-    if (options->action != ACTION_CHECK) return -1;
+    if (options->action == ACTION_CHECK) {
+        discard(block);
+        return print_check(run);
+    }
+    canvas_init(&run->canvas, view.region_w, view.region_h);
+    if (open_save(run, *block)) return -1;
     discard(block);
-    return print_check(run);
+    return STATUS_INPUT;
 }
 
 /* ---- after rendering ---- */
@@ -205,7 +292,12 @@ static int conclude(struct run *run)
 {
     const struct settings *settings = &run->job.settings;
     int status = write_outputs(run);
-    if (status != STATUS_DONE) return status;
+    if (status != STATUS_DONE) {
+        keep(run, "to write the picture without rendering it again");
+        return status;
+    }
+    save_drop(run->save);
+    run->save = NULL;
     int columns = terminal_columns(stderr);
     report_table(stdout, &run->report, columns);
     if (wants_report(settings)) printf("report  %s\n", settings->output.report);
@@ -214,12 +306,16 @@ static int conclude(struct run *run)
     return status != STATUS_DONE ? status : judged;
 }
 
-static int report_stop(const struct run *run)
+/* The journal first: whoever sent the signal may not wait long. */
+static int end_early(struct run *run)
 {
-    user_error(NULL, 0, "stopped by %s at %.0f %% of the tiles: no picture was written",
-               strsignal(*stop_signal()),
-               100.0 * queue_tiles_finished(run->queue) / queue_tiles(run->queue));
-    return STATUS_FAILED;
+    const char *image = run->job.settings.output.image;
+    user_error(NULL, 0, "stopped by %s at %.0f %% of the picture", strsignal(*stop_signal()),
+               100 - 100.0 * (double)pixels_left(run) / run->canvas.width / run->canvas.height);
+    bool resumable = keep(run, "to go on");
+    if (image_write(image, &run->canvas))
+        fprintf(stderr, "farm: the picture so far is in %s\n", image);
+    return resumable ? STATUS_RESUMABLE : STATUS_FAILED;
 }
 
 /* ---- the run ---- */
@@ -261,14 +357,13 @@ static void fill_report(struct run *run, const struct service *service,
 static int render_as_master(struct run *run, const struct node_scene *shared,
                             struct renderer *renderer)
 {
-    const struct view *view = &shared->scene->view;
     struct progress progress;
     struct tile_renderer own = {.state = renderer, .render = render_own_tile};
-    canvas_init(&run->canvas, view->region_w, view->region_h);
     run->stats = allocate_zeroed(run->renderers, sizeof *run->stats);
     struct service service = {.comm = MPI_COMM_WORLD,
                               .queue = run->queue,
                               .canvas = &run->canvas,
+                              .save = run->save,
                               .progress = &progress,
                               .own = run->job.settings.farm.master_renders ? &own : NULL,
                               .stop = stop_signal(),
@@ -276,9 +371,10 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     progress_start(&progress, stderr, clock_wall());
     renderer_on_wave(renderer, is_stopped, NULL);
     stop_is_served();
+    if (run->save) save_start(run->save, tiles_left(run), pixels_left(run));
     bool complete = serve(&service);
     progress_end(&progress);
-    if (!complete) return report_stop(run);
+    if (!complete) return end_early(run);
     fill_report(run, &service, shared);
     return conclude(run);
 }
@@ -324,6 +420,7 @@ static void free_run(struct run *run)
     queue_destroy(run->queue);
     canvas_free(&run->canvas);
     free(run->stats);
+    free(run->arguments);
 }
 
 /* Whether this process speaks for the job before MPI has started: mpiexec and Slurm tell the rank.
@@ -355,9 +452,17 @@ static int answer_without_mpi(int argc, char **argv, struct options *options)
     return close_output();
 }
 
+/* What options_parse() puts into another order. */
+static char **copy_arguments(int argc, char **argv)
+{
+    char **copy = allocate((size_t)argc + 1, sizeof *copy);
+    memcpy(copy, argv, ((size_t)argc + 1) * sizeof *copy);
+    return copy;
+}
+
 int main(int argc, char **argv)
 {
-    struct run run = {.start = clock_wall()};
+    struct run run = {.start = clock_wall(), .arguments = copy_arguments(argc, argv)};
     int status = answer_without_mpi(argc, argv, &run.options);
     if (status >= 0) return status;
     int rank, level;

@@ -27,6 +27,7 @@ struct queue {
     uint32_t band_rows;   /* cyclic: rows of a band */
     uint32_t *strip_rows; /* strips: first row of each band, and the height behind the last one */
     uint32_t ids;         /* 0 .. ids - 1; under cyclic some of them have no pixels */
+    bool *skipped;        /* per id: finished by an earlier run; NULL: none is */
     uint32_t stride;      /* between the ids of one renderer's share */
     uint32_t next;        /* dynamic: first id not handed out */
     struct holder *holders;
@@ -202,15 +203,36 @@ void queue_destroy(struct queue *queue)
     if (!queue) return;
     free(queue->strip_rows);
     free(queue->holders);
+    free(queue->skipped);
     free(queue);
 }
 
-/* The next id of this renderer's own share, or NOBODY. Ids without pixels are passed over. */
+void queue_skip(struct queue *queue, bool (*is_finished)(void *state, const struct tile *tile),
+                void *state)
+{
+    queue->skipped = allocate_zeroed(queue->ids, sizeof *queue->skipped);
+    for (uint32_t id = 0; id < queue->ids; id++) {
+        struct tile tile = tile_of(queue, id);
+        if (!has_pixels(&tile) || !is_finished(state, &tile)) continue;
+        queue->skipped[id] = true;
+        queue->tiles_waiting--;
+        queue->tiles_finished++;
+        queue->pixels_finished += tile_pixels(&tile);
+    }
+}
+
+/* Whether there is something to render: not so for ids without pixels. */
+static bool has_work(const struct queue *queue, uint32_t id)
+{
+    struct tile tile = tile_of(queue, id);
+    return has_pixels(&tile) && !(queue->skipped && queue->skipped[id]);
+}
+
+/* The next id of this renderer's own share, or NOBODY. Ids without work are passed over. */
 static uint32_t next_of_share(const struct queue *queue, struct holder *holder)
 {
     while (holder->next < holder->end) {
-        struct tile tile = tile_of(queue, holder->next);
-        if (has_pixels(&tile)) return holder->next;
+        if (has_work(queue, holder->next)) return holder->next;
         holder->next += queue->stride;
     }
     return NOBODY;
@@ -220,6 +242,8 @@ static uint32_t next_id(struct queue *queue, struct holder *holder)
 {
     if (queue->stopped) return NOBODY;
     if (queue->config.schedule != SCHEDULE_DYNAMIC) return next_of_share(queue, holder);
+    while (queue->next < queue->ids && !has_work(queue, queue->next))
+        queue->next++;
     return queue->next < queue->ids ? queue->next : NOBODY;
 }
 

@@ -48,6 +48,13 @@ void queue_destroy(struct queue *queue);
 uint32_t queue_auto_edge(uint32_t width, uint32_t height, uint32_t renderers);
 
 /*
+ * Before anything is handed out: the tiles for which is_finished() says so, being finished by an
+ * earlier run, are so here too.
+ */
+void queue_skip(struct queue *queue, bool (*is_finished)(void *state, const struct tile *tile),
+                void *state);
+
+/*
  * Hands out a tile for this renderer. false: not now, because it holds enough already, or never
  * again, because nothing is left for it.
  */

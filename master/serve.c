@@ -23,6 +23,7 @@ struct server {
     pthread_mutex_t lock;
     uint64_t rays;
     bool own_done;
+    uint64_t pixels_before; /* finished by an earlier run */
 
     /* Main thread only. */
     uint32_t first_rank; /* of renderer 0 */
@@ -92,14 +93,15 @@ static void hand_out(struct server *server, uint32_t renderer)
     if (!holds_some) tell_stop(server, renderer);
 }
 
-/* A finished tile goes into the picture; the lock is held. */
+/* A finished tile goes into the picture and the journal; the lock is held. */
 static void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,
-                        const float *rgb, uint64_t rays)
+                        const float *rgb, double busy_s, const struct render_counts *counts)
 {
     struct service *service = server->service;
     canvas_put(service->canvas, tile, rgb);
     queue_finish(service->queue, renderer, tile->id);
-    server->rays += rays;
+    save_tile(service->save, tile, busy_s, counts);
+    server->rays += render_counts_rays(counts);
     server->finished = clock_wall();
 }
 
@@ -116,7 +118,7 @@ static void take_result(struct server *server, uint32_t renderer, const char *me
         /* Behind the header, which is a multiple of 8 bytes long, in an allocated block: aligned.
          */
         const float *rgb = (const void *)(message + sizeof header);
-        accept_tile(server, renderer, &tile, rgb, header.rays);
+        accept_tile(server, renderer, &tile, rgb, header.busy_s, &header.counts);
     }
     pthread_mutex_unlock(&server->lock);
     if (!valid)
@@ -208,7 +210,7 @@ static void *render_own(void *argument)
         stats->pixels += tile_pixels(&tile);
         render_counts_add(&stats->counts, &counts);
         pthread_mutex_lock(&server->lock);
-        accept_tile(server, 0, &tile, rgb, render_counts_rays(&counts));
+        accept_tile(server, 0, &tile, rgb, end - begin, &counts);
         pthread_mutex_unlock(&server->lock);
     }
     stats->cpu_s = clock_thread_cpu() - cpu;
@@ -228,6 +230,7 @@ static void show_progress(struct server *server)
         .tiles = queue_tiles(queue),
         .rays = server->rays,
     };
+    state.pixels_before = server->pixels_before;
     pthread_mutex_unlock(&server->lock);
     progress_update(server->service->progress, &state, clock_wall());
 }
@@ -280,7 +283,9 @@ static void start_server(struct server *server, struct service *service)
 {
     int size;
     MPI_Comm_size(service->comm, &size);
-    *server = (struct server){.service = service, .own_done = !service->own};
+    *server = (struct server){.service = service,
+                              .own_done = !service->own,
+                              .pixels_before = queue_pixels_finished(service->queue)};
     server->remote = (uint32_t)size - 1;
     server->renderers = server->remote + (service->own ? 1 : 0);
     server->first_rank = service->own ? 0 : 1;

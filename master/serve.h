@@ -10,11 +10,13 @@
 #include "master/canvas.h"
 #include "master/progress.h"
 #include "master/queue.h"
+#include "master/save.h"
 
 struct service {
     MPI_Comm comm;
     struct queue *queue;
     struct canvas *canvas;
+    struct save *save; /* where finished tiles are kept; NULL: nowhere */
     struct progress *progress;
     /* Renders tiles in a second thread of this process; NULL: rank 0 only serves. Renderer i of the
      * queue is then rank i, otherwise rank i + 1. */

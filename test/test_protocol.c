@@ -143,7 +143,7 @@ static void test_result(void **state)
 {
     (void)state;
     const size_t bytes = sizeof(struct result_header) + 16 * 3 * sizeof(float);
-    const struct result_header good = {.tile_id = 7, .pixels = 16, .rays = 1, .busy_s = 0};
+    const struct result_header good = {.tile_id = 7, .pixels = 16, .busy_s = 0};
     struct result_header header = good;
     assert_true(result_message_valid(&header, bytes, &good_tile));
     assert_false(result_message_valid(&header, bytes - 1, &good_tile));

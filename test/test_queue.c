@@ -209,6 +209,48 @@ static void test_auto_edge(void **state)
     assert_int_equal(queue_auto_edge(65535, 65535, 44), 64);
 }
 
+/* Two tiles of three are finished already, as hashed from where they lie. */
+static bool is_finished(void *state, const struct tile *tile)
+{
+    unsigned char *seen = state;
+    if ((tile->x / 7 + tile->y / 5 + tile->phase) % 3 == 0) return false;
+    for (uint32_t k = 0; k < tile_pixels(tile); k++) {
+        uint32_t x, y;
+        tile_pixel(tile, k, &x, &y);
+        assert_int_equal(seen[y * 50 + x]++, 0);
+    }
+    return true;
+}
+
+static void test_skip(void **state)
+{
+    (void)state;
+    for (enum schedule schedule = SCHEDULE_DYNAMIC; schedule <= SCHEDULE_CYCLIC; schedule++) {
+        const struct queue_config config = {
+            .schedule = schedule, .width = 50, .height = 40, .renderers = 3, .tile_edge = 7};
+        struct queue *queue = queue_create(&config);
+        unsigned char seen[50 * 40] = {0};
+        uint64_t pixels = 0;
+        queue_skip(queue, is_finished, seen);
+        for (int i = 0; i < 50 * 40; i++)
+            pixels += seen[i];
+        assert_true(pixels > 0);
+        assert_int_equal(queue_pixels_finished(queue), pixels);
+        for (uint32_t renderer = 0; renderer < 3; renderer++) {
+            struct tile tile;
+            while (queue_next(queue, renderer, &tile)) {
+                mark(seen, &config, &tile);
+                queue_finish(queue, renderer, tile.id);
+            }
+        }
+        assert_int_equal(queue_tiles_finished(queue), queue_tiles(queue));
+        assert_int_equal(queue_pixels_finished(queue), 50 * 40);
+        for (int i = 0; i < 50 * 40; i++)
+            assert_int_equal(seen[i], 1);
+        queue_destroy(queue);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -220,6 +262,7 @@ int main(void)
         cmocka_unit_test(test_answers_are_checked),
         cmocka_unit_test(test_too_many_tiles),
         cmocka_unit_test(test_auto_edge),
+        cmocka_unit_test(test_skip),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
