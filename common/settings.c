@@ -69,6 +69,12 @@ const struct key settings_keys[] = {
     {"output", "journal", VALUE_TEXT, AT(output.journal),
      .help = "finished tiles until the picture is written, .journal; empty: none (default: the "
              "picture's name, .journal)"},
+    {"output", "trace", VALUE_TEXT, AT(output.trace), .fallback = "",
+     .help = "who did what when, Chrome trace JSON for Perfetto; empty: none"},
+    {"output", "heatmap", VALUE_TEXT, AT(output.heatmap), .fallback = "",
+     .help = "picture of the cost of each pixel; empty: none"},
+    {"output", "ranks", VALUE_TEXT, AT(output.ranks), .fallback = "",
+     .help = "picture of which rank rendered what; empty: none"},
 };
 
 _Static_assert(sizeof settings_keys / sizeof *settings_keys == SETTINGS_KEYS,

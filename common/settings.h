@@ -46,11 +46,12 @@ struct settings {
     struct {
         /* Paths, owned; NULL: named after the config; report and journal "": none. */
         char *image, *report, *journal;
+        char *trace, *heatmap, *ranks; /* paths, owned; "": none */
     } output;
 };
 
 /* What can be set, in the order in which it is printed; offsets are into struct settings. */
-#define SETTINGS_KEYS 24
+#define SETTINGS_KEYS 27
 extern const struct key settings_keys[SETTINGS_KEYS];
 
 void settings_init(struct settings *settings);
