@@ -3,6 +3,7 @@
  * (worker/); this file alone knows both sides and starts either.
  */
 #include <errno.h>
+#include <fcntl.h>
 #include <mpi.h>
 #include <stdlib.h>
 #include <string.h>
@@ -39,6 +40,7 @@ struct run {
     double start;
     int processes;
     uint32_t renderers;
+    uint32_t silent; /* ranks that answered no more in the end */
 };
 
 /* MPI may be called from the main thread alone; mpiexec ends the others when a rank just leaves. */
@@ -330,10 +332,9 @@ static bool render_own_tile(void *state, const struct tile *tile, float *rgb,
     return renderer_tile(state, tile, rgb, counts);
 }
 
-static bool is_stopped(void *unused)
+static bool is_over(void *service)
 {
-    (void)unused;
-    return *stop_signal() != 0;
+    return *stop_signal() != 0 || ((struct service *)service)->ending;
 }
 
 static void fill_report(struct run *run, const struct service *service,
@@ -358,6 +359,29 @@ static void fill_report(struct run *run, const struct service *service,
     report->master_messages = service->messages;
 }
 
+static void name_silent(const struct run *run)
+{
+    for (uint32_t i = 0; i < run->renderers; i++) {
+        const struct renderer_stats *stats = &run->stats[i];
+        if (!stats->silent) continue;
+        bool known = stats->host[0];
+        user_warning(NULL, 0,
+                     "rank %u%s%s answers no more (stopped, hung, or cut off): the job ends "
+                     "without it",
+                     stats->rank, known ? " on " : "", stats->host);
+    }
+}
+
+/* All is written. MPI_Finalize would wait for a rank that answers no more; this ends it. */
+static void leave_the_silent(int status)
+{
+    fflush(NULL);
+    /* What MPI_Abort says would look like a failure. */
+    int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
+    MPI_Abort(MPI_COMM_WORLD, status);
+}
+
 static int render_as_master(struct run *run, const struct node_scene *shared,
                             struct renderer *renderer)
 {
@@ -375,11 +399,13 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
                               .stop = stop_signal(),
                               .stats = run->stats};
     progress_start(&progress, stderr, clock_wall());
-    renderer_on_wave(renderer, is_stopped, NULL);
+    renderer_on_wave(renderer, is_over, &service);
     stop_is_served();
     if (run->save) save_start(run->save, tiles_left(run), pixels_left(run));
     bool complete = serve(&service);
     progress_end(&progress);
+    run->silent = service.silent;
+    name_silent(run);
     if (!complete) return end_early(run);
     fill_report(run, &service, shared);
     return conclude(run);
@@ -390,7 +416,6 @@ static int render(struct run *run, int rank, const struct node_scene *shared)
 {
     int status = STATUS_DONE;
     struct renderer *renderer = renderer_create(shared->scene, shared->bvh);
-    wait_for_all(MPI_COMM_WORLD);
     if (rank == 0)
         status = render_as_master(run, shared, renderer);
     else
@@ -416,6 +441,7 @@ static int run_rank(struct run *run, int rank)
     int status = share_scene(MPI_COMM_WORLD, rank == 0 ? &welcome : NULL, block, &shared);
     if (status >= 0) return status;
     status = render(run, rank, &shared);
+    if (run->silent) leave_the_silent(status);
     unshare_scene(&shared);
     return status;
 }

@@ -160,6 +160,7 @@ static void put_worker(struct json *json, const struct renderer_stats *stats)
     json_seconds(json, "intersect_s", stats->counts.intersect_s);
     json_seconds(json, "shade_s", stats->counts.shade_s);
     json_count(json, "bytes", stats->bytes);
+    if (stats->silent) json_count(json, "silent", 1);
     json_close(json, '}');
 }
 

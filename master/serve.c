@@ -28,9 +28,10 @@ struct server {
     /* Main thread only. */
     uint32_t first_rank; /* of renderer 0 */
     uint32_t renderers, remote, left;
-    bool *told;    /* per renderer: that it is to stop */
-    bool *is_gone; /* per renderer: its statistics are here */
-    bool stopped;  /* by a signal: tiles may stay unfinished */
+    bool *told;     /* per renderer: that it is to stop */
+    bool *is_gone;  /* per renderer: its statistics are here */
+    bool *is_ready; /* per renderer: it may be sent tiles */
+    double ended;   /* clock_wall(), when service->ending was set */
     int receives;
     size_t buffer_bytes;
     char *buffers[RECEIVES];
@@ -49,6 +50,7 @@ static void post_receives(struct server *server)
     server->buffer_bytes = sizeof(struct result_header) + largest * 3 * sizeof(float);
     if (server->buffer_bytes < sizeof(struct renderer_stats))
         server->buffer_bytes = sizeof(struct renderer_stats);
+    _Static_assert(sizeof(struct ready) <= sizeof(struct renderer_stats), "has room, too");
     server->receives = server->remote < RECEIVES ? (int)server->remote : RECEIVES;
     for (int i = 0; i < server->receives; i++) {
         server->buffers[i] = allocate(server->buffer_bytes, 1);
@@ -106,6 +108,19 @@ static void accept_tile(struct server *server, uint32_t renderer, const struct t
     server->finished = clock_wall();
 }
 
+/* What is known of a remote renderer before its last message, or if that never comes. */
+static void count_result(struct renderer_stats *stats, const struct result_header *header,
+                         size_t bytes)
+{
+    stats->tiles++;
+    stats->pixels += header->pixels;
+    stats->busy_s += header->busy_s;
+    stats->cpu_s += header->cpu_s;
+    stats->finish_s = header->start_s + header->busy_s;
+    stats->bytes += bytes;
+    render_counts_add(&stats->counts, &header->counts);
+}
+
 static void take_result(struct server *server, uint32_t renderer, const char *message, size_t bytes)
 {
     struct result_header header;
@@ -120,11 +135,29 @@ static void take_result(struct server *server, uint32_t renderer, const char *me
          */
         const float *rgb = (const void *)(message + sizeof header);
         accept_tile(server, renderer, &tile, rgb, &header);
+        count_result(&server->service->stats[renderer], &header, bytes);
     }
     pthread_mutex_unlock(&server->lock);
     if (!valid)
         fatal("renderer %u sent a result for tile %u that it was not asked for", renderer,
               header.tile_id);
+    hand_out(server, renderer);
+}
+
+static void take_ready(struct server *server, uint32_t renderer, const char *message, size_t bytes)
+{
+    struct ready ready = {0};
+    if (bytes == sizeof ready) memcpy(&ready, message, sizeof ready);
+    int rank = (int)(server->first_rank + renderer);
+    if (!ready_message_valid(&ready, bytes, rank) || server->is_ready[renderer])
+        fatal("renderer %u reported for work in a way that makes no sense", renderer);
+    server->is_ready[renderer] = true;
+    struct renderer_stats *stats = &server->service->stats[renderer];
+    memcpy(stats->host, ready.host, sizeof stats->host);
+    if (server->told[renderer]) return;
+    struct start start = {.elapsed_s = clock_wall() - server->start};
+    MPI_Send(&start, sizeof start, MPI_BYTE, rank, TAG_MASTER_TO_RENDERER_START,
+             server->service->comm);
     hand_out(server, renderer);
 }
 
@@ -134,7 +167,7 @@ static void take_stats(struct server *server, uint32_t renderer, const char *mes
     if (bytes == sizeof stats) memcpy(&stats, message, sizeof stats);
     int rank = (int)(server->first_rank + renderer);
     pthread_mutex_lock(&server->lock);
-    bool due = server->stopped || queue_holds(server->service->queue, renderer) == 0;
+    bool due = server->service->ending || queue_holds(server->service->queue, renderer) == 0;
     pthread_mutex_unlock(&server->lock);
     if (bytes != sizeof stats || !stats_message_valid(&stats, bytes, rank) || !due ||
         server->is_gone[renderer])
@@ -157,6 +190,8 @@ static void take_message(struct server *server, int slot, const MPI_Status *stat
         take_result(server, renderer, message, (size_t)bytes);
     else if (status->MPI_TAG == TAG_RENDERER_TO_MASTER_STATS)
         take_stats(server, renderer, message, (size_t)bytes);
+    else if (status->MPI_TAG == TAG_RENDERER_TO_MASTER_READY)
+        take_ready(server, renderer, message, (size_t)bytes);
     else
         fatal("rank %d sent a message of unknown kind %d", status->MPI_SOURCE, status->MPI_TAG);
     post_receive(server, slot);
@@ -248,10 +283,21 @@ static bool all_left(struct server *server)
     return own_done && server->left == server->remote;
 }
 
-/* Nothing more is handed out, and what is in work is given up. */
-static void stop_all(struct server *server)
+/* Whether nothing of what is in work matters any more. */
+static bool is_over(struct server *server)
 {
-    server->stopped = true;
+    const struct queue *queue = server->service->queue;
+    pthread_mutex_lock(&server->lock);
+    bool whole = queue_tiles_finished(queue) == queue_tiles(queue);
+    pthread_mutex_unlock(&server->lock);
+    return whole || *server->service->stop;
+}
+
+/* Nothing more is handed out, and what is in work is given up. */
+static void end_all(struct server *server)
+{
+    server->service->ending = true;
+    server->ended = clock_wall();
     pthread_mutex_lock(&server->lock);
     queue_stop(server->service->queue);
     pthread_mutex_unlock(&server->lock);
@@ -259,19 +305,27 @@ static void stop_all(struct server *server)
         tell_stop(server, i);
 }
 
+static bool is_out_of_patience(const struct server *server)
+{
+    return server->service->ending && clock_wall() - server->ended > SERVE_GRACE;
+}
+
 static void serve_until_done(struct server *server)
 {
     struct nap nap = {0};
-    for (uint32_t i = server->renderers - server->remote; i < server->renderers; i++)
-        hand_out(server, i);
-    while (!all_left(server)) {
+    while (!all_left(server) && !is_out_of_patience(server)) {
         bool busy = receive(server);
-        if (*server->service->stop && !server->stopped) stop_all(server);
+        if (!server->service->ending && is_over(server)) end_all(server);
         show_progress(server);
         if (busy)
             nap_reset(&nap);
         else
             nap_take(&nap);
+    }
+    for (uint32_t i = server->renderers - server->remote; i < server->renderers; i++) {
+        if (server->is_gone[i]) continue;
+        server->service->stats[i].silent = 1;
+        server->service->silent++;
     }
 }
 
@@ -296,10 +350,14 @@ static void start_server(struct server *server, struct service *service)
     server->first_rank = service->own ? 0 : 1;
     server->told = allocate_zeroed(server->renderers, sizeof *server->told);
     server->is_gone = allocate_zeroed(server->renderers, sizeof *server->is_gone);
+    server->is_ready = allocate_zeroed(server->renderers, sizeof *server->is_ready);
     memset(service->stats, 0, server->renderers * sizeof *service->stats);
+    for (uint32_t i = 0; i < server->renderers; i++)
+        service->stats[i].rank = server->first_rank + i;
+    service->ending = false;
+    service->silent = 0;
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
     post_receives(server);
-    MPI_Barrier(service->comm);
     server->start = server->finished = clock_wall();
 }
 
@@ -310,7 +368,6 @@ bool serve(struct service *service)
     double cpu = clock_thread_cpu();
     pthread_t thread;
     if (service->own) {
-        service->stats[0].rank = 0;
         gethostname(service->stats[0].host, HOST_NAME_SIZE - 1);
         if (pthread_create(&thread, NULL, render_own, &server) != 0)
             fatal("cannot start the rendering thread");
@@ -321,6 +378,7 @@ bool serve(struct service *service)
     pthread_mutex_destroy(&server.lock);
     free(server.told);
     free(server.is_gone);
+    free(server.is_ready);
     service->render_s = server.finished - server.start;
     service->master_cpu_s = clock_thread_cpu() - cpu;
     fill_waits(&server);

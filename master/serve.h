@@ -4,6 +4,7 @@
 
 #include <mpi.h>
 #include <signal.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 
 #include "common/protocol.h"
@@ -24,8 +25,11 @@ struct service {
      * queue is then rank i, otherwise rank i + 1. */
     const struct tile_renderer *own;
     const volatile sig_atomic_t *stop; /* not 0: give up what is in work and leave */
+    /* Set as soon as nothing of what is in work matters any more: own gives up, too. */
+    atomic_bool ending;
 
     /* Results. */
+    uint32_t silent; /* renderers that answered no more: MPI_Finalize would wait for them for ever */
     struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */
     double render_s;              /* wall seconds until the last tile was in the picture */
     double master_cpu_s;          /* CPU seconds of serving */
@@ -33,9 +37,14 @@ struct service {
 };
 
 /*
- * Serves the queue until every renderer has left. Returns whether the picture is complete (false
- * after a stop). Every rank must be calling this or work() on the same communicator.
+ * Serves the queue until every renderer has left, or SERVE_GRACE after the end for those that do not.
+ * Returns whether the picture is complete (false after a stop). Every rank calls this or work() on
+ * the same communicator.
  */
+/* Seconds. A renderer looks for messages every few thousandths of a second of its own time; with dozens
+ * of processes on a core, or one that pages, that is a second. */
+#define SERVE_GRACE 5.0
+
 bool serve(struct service *service);
 
 #endif

@@ -24,7 +24,8 @@ static void wait_request(MPI_Request *request)
     }
 }
 
-void wait_for_all(MPI_Comm comm)
+/* Every rank waits here until all have come. */
+static void wait_for_all(MPI_Comm comm)
 {
     MPI_Request request;
     MPI_Ibarrier(comm, &request);
@@ -200,8 +201,12 @@ struct worker {
     const struct view *view;
     double start;
 
-    struct tile incoming;
+    union {
+        struct tile tile;
+        struct start start;
+    } incoming;
     MPI_Request receive;
+    bool started;                   /* the master has said START */
     struct tile tiles[TILES_AHEAD]; /* received, not rendered; the oldest first */
     int waiting;
     bool stopped; /* the master has said STOP */
@@ -220,6 +225,24 @@ static void post_receive(struct worker *worker)
               &worker->receive);
 }
 
+static void take_start(struct worker *worker, size_t bytes)
+{
+    const struct start *start = &worker->incoming.start;
+    if (!start_message_valid(start, bytes) || worker->started)
+        fatal("the master sent a start that makes no sense");
+    worker->start = clock_wall() - start->elapsed_s;
+    worker->started = true;
+}
+
+static void take_tile(struct worker *worker, size_t bytes)
+{
+    const struct tile *tile = &worker->incoming.tile;
+    if (!worker->started ||
+        !tile_message_valid(tile, bytes, worker->view->region_w, worker->view->region_h))
+        fatal("the master sent a tile that is not part of the picture");
+    worker->tiles[worker->waiting++] = *tile;
+}
+
 /* Takes in a message if one has arrived; returns whether one had. */
 static bool hear(struct worker *worker)
 {
@@ -233,12 +256,12 @@ static bool hear(struct worker *worker)
         worker->stopped = true;
         return true;
     }
-    if (status.MPI_TAG != TAG_MASTER_TO_RENDERER_TILE)
+    if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_START)
+        take_start(worker, (size_t)bytes);
+    else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_TILE)
+        take_tile(worker, (size_t)bytes);
+    else
         fatal("the master sent a message of unknown kind %d", status.MPI_TAG);
-    if (!tile_message_valid(&worker->incoming, (size_t)bytes, worker->view->region_w,
-                            worker->view->region_h))
-        fatal("the master sent a tile that is not part of the picture");
-    worker->tiles[worker->waiting++] = worker->incoming;
     post_receive(worker);
     return true;
 }
@@ -318,8 +341,11 @@ static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *
     worker->stats.rank = (uint32_t)rank;
     gethostname(worker->stats.host, HOST_NAME_SIZE - 1);
     post_receive(worker);
-    MPI_Barrier(comm);
-    worker->start = clock_wall();
+    struct ready ready = {.rank = worker->stats.rank};
+    memcpy(ready.host, worker->stats.host, sizeof ready.host);
+    MPI_Request request;
+    MPI_Isend(&ready, sizeof ready, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_READY, comm, &request);
+    wait_request(&request);
 }
 
 void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene)
