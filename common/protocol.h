@@ -55,8 +55,10 @@ struct welcome {
 struct result_header {
     uint32_t tile_id;
     uint32_t pixels;
-    uint64_t rays; /* of all kinds, traced for this tile */
-    double busy_s; /* wall seconds it took to render */
+    uint64_t rays;  /* of all kinds, traced for this tile */
+    double start_s; /* when it was begun, seconds after the start of the render phase */
+    double busy_s;  /* wall seconds it took to render */
+    double cpu_s;   /* CPU seconds of that: less where cores are shared */
 };
 
 /* Kinds of ray that are counted. */
@@ -100,7 +102,7 @@ struct renderer_stats {
 };
 
 _Static_assert(sizeof(struct welcome) == 64, "struct welcome goes over the wire as it is");
-_Static_assert(sizeof(struct result_header) == 24,
+_Static_assert(sizeof(struct result_header) == 40,
                "struct result_header goes over the wire as it is");
 _Static_assert(sizeof(struct renderer_stats) == 280,
                "struct renderer_stats goes over the wire as it is");

@@ -67,6 +67,12 @@ const struct key settings_keys[] = {
      .help = "picture file: .png, .hdr or .pfm (default: CONFIG's name, .png)"},
     {"output", "report", VALUE_TEXT, AT(output.report),
      .help = "report file, JSON; empty: none (default: CONFIG's name, .json)"},
+    {"output", "trace", VALUE_TEXT, AT(output.trace), .fallback = "",
+     .help = "who did what when, Chrome trace JSON for Perfetto; empty: none"},
+    {"output", "heatmap", VALUE_TEXT, AT(output.heatmap), .fallback = "",
+     .help = "picture of the cost of each pixel; empty: none"},
+    {"output", "ranks", VALUE_TEXT, AT(output.ranks), .fallback = "",
+     .help = "picture of which rank rendered what; empty: none"},
 };
 
 _Static_assert(sizeof settings_keys / sizeof *settings_keys == SETTINGS_KEYS,

@@ -6,6 +6,7 @@
 
 #include "common/protocol.h"
 #include "common/settings.h"
+#include "master/timeline.h"
 
 /* Wall seconds of the parts of a run on rank 0; they add up to total but for moments between. */
 struct run_times {
@@ -31,6 +32,7 @@ struct report {
     int renderer_count;
     double master_cpu_s; /* of serving, not of rendering */
     uint64_t master_messages;
+    struct heat_range heat; /* of the heat map; 0 and 0: none */
     double answer_wait_s, answer_wait_most_s; /* until an answer was looked at: mean, most */
     uint32_t repeated_tiles;                  /* handed out a second time */
     double wasted_s;                          /* of rendering, in answers that came second */

@@ -120,28 +120,37 @@ static void hand_out_to_idle(struct server *server)
         if ((all || server->idle[i]) && !server->told[i]) hand_out(server, i);
 }
 
+static void note_lot(struct service *service, enum lot_kind kind, uint32_t renderer,
+                     const struct tile *tile, const struct result_header *header)
+{
+    if (service->timeline) timeline_add(service->timeline, kind, renderer, tile, header);
+}
+
 /* A finished tile goes into the picture, unless somebody else was first; the lock is held. */
 static void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,
-                        const float *rgb, uint64_t rays, double busy)
+                        const float *rgb, const struct result_header *header)
 {
     struct service *service = server->service;
     double now = elapsed(server);
-    if (!queue_finish(service->queue, renderer, tile->id, now, busy)) return;
+    bool first = queue_finish(service->queue, renderer, tile->id, now, header->busy_s);
+    note_lot(service, first ? LOT_TILE : LOT_WASTED, renderer, tile, header);
+    if (!first) return;
     canvas_put(service->canvas, tile, rgb);
-    server->rays += rays;
+    server->rays += header->rays;
     server->finished = server->start + now;
 }
 
 /* Probes go into the preview, and what they cost to the queue; the lock is held. */
 static void accept_probes(struct server *server, uint32_t renderer, const struct tile *tile,
-                          const float *rgb, double busy)
+                          const float *rgb, const struct result_header *header)
 {
     struct service *service = server->service;
+    note_lot(service, LOT_PREPASS, renderer, tile, header);
     const float *seconds = rgb + 3 * (size_t)tile_pixels(tile);
     preview_put(&server->preview, service->canvas->width, service->canvas->height, tile, rgb);
     queue_probed(service->queue, tile, seconds);
-    queue_finish(service->queue, renderer, tile->id, elapsed(server), busy);
-    server->probe_s += busy;
+    queue_finish(service->queue, renderer, tile->id, elapsed(server), header->busy_s);
+    server->probe_s += header->busy_s;
 }
 
 /* Takes in the first part of so many bytes of a RESULT; returns its length, 0: it is not valid. The
@@ -159,9 +168,9 @@ static size_t take_part(struct server *server, uint32_t renderer, const char *pa
      * aligned. */
     const float *rgb = (const void *)(part + sizeof header);
     if (tile.pass == TILE_PROBE)
-        accept_probes(server, renderer, &tile, rgb, header.busy_s);
+        accept_probes(server, renderer, &tile, rgb, &header);
     else
-        accept_tile(server, renderer, &tile, rgb, header.rays, header.busy_s);
+        accept_tile(server, renderer, &tile, rgb, &header);
     return length;
 }
 
@@ -283,17 +292,21 @@ static bool render_one(struct server *server, const struct tile *tile, float *rg
     struct render_counts counts = {0};
     uint32_t pixels = tile_pixels(tile);
     bool probes = tile->pass == TILE_PROBE;
-    double begin = elapsed(server);
+    double begin = elapsed(server), cpu = clock_thread_cpu();
     if (probes ? !own->probe(own->state, tile, rgb, rgb + 3 * (size_t)pixels)
                : !own->render(own->state, tile, rgb, &counts))
         return false;
     double end = elapsed(server);
     stats->busy_s += end - begin;
+    struct result_header header = {.rays = render_counts_rays(&counts),
+                                   .start_s = begin,
+                                   .busy_s = end - begin,
+                                   .cpu_s = clock_thread_cpu() - cpu};
     pthread_mutex_lock(&server->lock);
     if (probes)
-        accept_probes(server, 0, tile, rgb, end - begin);
+        accept_probes(server, 0, tile, rgb, &header);
     else
-        accept_tile(server, 0, tile, rgb, render_counts_rays(&counts), end - begin);
+        accept_tile(server, 0, tile, rgb, &header);
     pthread_mutex_unlock(&server->lock);
     if (probes) return true;
     stats->finish_s = end;

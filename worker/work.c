@@ -308,7 +308,7 @@ static bool render_part(struct worker *worker, const struct tile *tile, char *pa
     bool probes = tile->pass == TILE_PROBE;
     /* Behind the header, a multiple of 8 bytes long like all parts, in an allocated block: aligned. */
     float *rgb = (void *)(part + sizeof(struct result_header));
-    double begin = clock_wall();
+    double begin = clock_wall(), cpu = clock_thread_cpu();
     if (probes ? !survey(worker->renderer, tile, rgb, rgb + 3 * (size_t)pixels)
                : !renderer_tile(worker->renderer, tile, rgb, &counts))
         return false;
@@ -316,7 +316,9 @@ static bool render_part(struct worker *worker, const struct tile *tile, char *pa
     struct result_header header = {.tile_id = tile->id,
                                    .pixels = pixels,
                                    .rays = render_counts_rays(&counts),
-                                   .busy_s = end - begin};
+                                   .start_s = begin - worker->start,
+                                   .busy_s = end - begin,
+                                   .cpu_s = clock_thread_cpu() - cpu};
     memcpy(part, &header, sizeof header);
     stats->busy_s += end - begin;
     if (probes) return true;
