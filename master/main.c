@@ -21,6 +21,7 @@
 #include "master/stop.h"
 #include "master/timeline_output.h"
 #include "worker/render.h"
+#include "worker/survey.h"
 #include "worker/work.h"
 
 /* STATUS_RESUMABLE: stopped before the end, the same command goes on (EX_TEMPFAIL of sysexits.h). */
@@ -71,9 +72,10 @@ static const char *schedule_unfit(const struct run *run)
 static uint32_t tile_edge(const struct settings *settings, const struct view *view,
                           uint32_t renderers)
 {
-    if (settings->farm.tile || settings->farm.schedule != SCHEDULE_DYNAMIC)
+    enum schedule schedule = settings->farm.schedule;
+    if (settings->farm.tile || (schedule != SCHEDULE_DYNAMIC && schedule != SCHEDULE_TILES))
         return settings->farm.tile;
-    return queue_auto_edge(view->region_w, view->region_h, renderers);
+    return queue_auto_edge(schedule, view->region_w, view->region_h, renderers);
 }
 
 static bool make_queue(struct run *run, const struct view *view)
@@ -90,6 +92,7 @@ static bool make_queue(struct run *run, const struct view *view)
                                   .height = view->region_h,
                                   .renderers = run->renderers,
                                   .tile_edge = tile_edge(settings, view, run->renderers)};
+    config.probe_edge = queue_auto_probe_edge(view->region_w, view->region_h, view->samples);
     run->queue = queue_create(&config);
     if (run->queue) {
         run->report.tile_edge = config.tile_edge;
@@ -150,28 +153,30 @@ static void resume(struct run *run)
     const struct save_found *found = save_found(run->save);
     if (!found->pixels) return;
     queue_skip(run->queue, is_saved, run->save);
-    uint64_t pixels = queue_pixels_finished(run->queue);
+    struct queue_count count = queue_count(run->queue);
     run->report.resumed = (struct resumed){
-        .tiles = queue_tiles_finished(run->queue),
-        .pixels = pixels,
-        .seconds = found->seconds * (double)pixels / (double)found->pixels,
+        .tiles = count.finished,
+        .pixels = count.pixels_finished,
+        .seconds = found->seconds * (double)count.pixels_finished / (double)found->pixels,
         .counts = found->counts,
     };
     fprintf(stderr,
             "farm: going on with %s: %u of %u tiles, %llu pixels, %.1f s of rendering saved\n",
-            run->job.settings.output.journal, run->report.resumed.tiles, queue_tiles(run->queue),
-            (unsigned long long)pixels, run->report.resumed.seconds);
+            run->job.settings.output.journal, count.finished, count.tiles,
+            (unsigned long long)count.pixels_finished, run->report.resumed.seconds);
 }
 
 /* What is still to be rendered. */
 static uint32_t tiles_left(const struct run *run)
 {
-    return queue_tiles(run->queue) - queue_tiles_finished(run->queue);
+    struct queue_count count = queue_count(run->queue);
+    return count.tiles - count.finished;
 }
 
 static uint64_t pixels_left(const struct run *run)
 {
-    return (uint64_t)run->canvas.width * run->canvas.height - queue_pixels_finished(run->queue);
+    return (uint64_t)run->canvas.width * run->canvas.height -
+           queue_count(run->queue).pixels_finished;
 }
 
 /* Opens the journal, if one is wanted; false after saying why it cannot be. */
@@ -202,12 +207,13 @@ static bool keep(struct run *run, const char *then)
     run->save = NULL;
     char *journal = kept.moved ? format_text("output.journal=%s", kept.path) : NULL;
     char *command = command_line(run->arguments, run->processes, journal);
-    uint64_t tiles = queue_tiles_finished(run->queue) - kept.lost;
+    struct queue_count count = queue_count(run->queue);
+    uint64_t tiles = count.finished - kept.lost;
     if (kept.lost)
         user_error(NULL, 0, "%llu finished tiles (%.1f s of rendering) could be saved nowhere",
                    (unsigned long long)kept.lost, kept.lost_s);
     fprintf(stderr, "farm: %llu of %u tiles are saved in %s; %s: %s\n", (unsigned long long)tiles,
-            queue_tiles(run->queue), kept.path, then, command);
+            count.tiles, kept.path, then, command);
     free(kept.path);
     free(journal);
     free(command);
@@ -332,6 +338,11 @@ static bool render_own_tile(void *state, const struct tile *tile, float *rgb,
     return renderer_tile(state, tile, rgb, counts);
 }
 
+static bool probe_own_tile(void *state, const struct tile *tile, float *rgb, float *seconds)
+{
+    return survey(state, tile, rgb, seconds);
+}
+
 static bool is_over(void *service)
 {
     return *stop_signal() != 0 || ((struct service *)service)->ending;
@@ -348,7 +359,10 @@ static void fill_report(struct run *run, const struct service *service,
     report->processes = run->processes;
     report->kernel = processor_resolve(settings->farm.kernel);
     report->schedule = settings->farm.schedule;
-    report->tiles = queue_tiles(run->queue);
+    struct queue_count count = queue_count(run->queue);
+    report->tiles = count.tiles;
+    report->repeated_tiles = count.repeated;
+    report->wasted_s = count.wasted_s;
     report->bvh_bytes = shared->bvh->bytes;
     report->time.broadcast = shared->broadcast_s;
     report->time.build = shared->build_s;
@@ -357,6 +371,10 @@ static void fill_report(struct run *run, const struct service *service,
     report->renderer_count = (int)run->renderers;
     report->master_cpu_s = service->master_cpu_s;
     report->master_messages = service->messages;
+    report->answer_wait_s =
+        service->messages ? service->answer_wait_s / (double)service->messages : 0;
+    report->answer_wait_most_s = service->answer_wait_most_s;
+    report->time.probe = service->probe_s / run->renderers;
 }
 
 static void name_silent(const struct run *run)
@@ -387,7 +405,8 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
 {
     const struct settings *settings = &run->job.settings;
     struct progress progress;
-    struct tile_renderer own = {.state = renderer, .render = render_own_tile};
+    struct tile_renderer own = {
+        .state = renderer, .render = render_own_tile, .probe = probe_own_tile};
     run->stats = allocate_zeroed(run->renderers, sizeof *run->stats);
     struct service service = {.comm = MPI_COMM_WORLD,
                               .queue = run->queue,

@@ -11,6 +11,7 @@
 /* Wall seconds of the parts of a run on rank 0; they add up to total but for moments between. */
 struct run_times {
     double total, init, load, broadcast, build, render, write;
+    double probe; /* of the pre-pass, part of render: mean of the renderers */
 };
 
 /* What was taken over from the journal of an earlier run. */
@@ -41,6 +42,9 @@ struct report {
     uint64_t master_messages;
     struct resumed resumed;
     struct heat_range heat; /* of the heat map; 0 and 0: none */
+    double answer_wait_s, answer_wait_most_s; /* until an answer was looked at: mean, most */
+    uint32_t repeated_tiles;                  /* handed out a second time */
+    double wasted_s;                          /* of rendering, in answers that came second */
 };
 
 /* Figures that follow from a report. */

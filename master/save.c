@@ -76,7 +76,7 @@ static bool record_valid(const struct canvas *canvas, const struct journal_recor
                          struct render_counts *counts)
 {
     const struct tile *tile = &record->tile;
-    if (record->pass != PASS ||
+    if (record->pass != PASS || tile->pass != PASS ||
         !tile_message_valid(tile, sizeof *tile, canvas->width, canvas->height) ||
         record->bytes != payload_bytes(tile))
         return false;
@@ -256,9 +256,11 @@ bool save_holds(const struct save *save, const struct tile *tile)
     return coverage_holds(&save->coverage, tile);
 }
 
-static uint64_t bytes_to_come(uint32_t tiles, uint64_t pixels)
+/* The queue may split tiles: four times as many are a lot. */
+static uint64_t bytes_to_come(uint64_t tiles, uint64_t pixels)
 {
-    return tiles * journal_record_bytes(sizeof(struct render_counts)) + pixels * 3 * sizeof(float);
+    return 4 * tiles * journal_record_bytes(sizeof(struct render_counts)) +
+           pixels * 3 * sizeof(float);
 }
 
 bool save_has_room(const struct save *save, uint32_t tiles, uint64_t pixels)
@@ -321,7 +323,7 @@ static bool move_to(struct save *save, const char *folder, const char *name)
     uint64_t pixels = 0;
     for (size_t i = 0; i < save->waiting.count; i++)
         pixels += tile_pixels(&save->waiting.items[i].tile);
-    uint64_t more = bytes_to_come((uint32_t)save->waiting.count, pixels);
+    uint64_t more = bytes_to_come(save->waiting.count, pixels);
     char *path = format_text("%s/%s-%ld.journal", folder, name, (long)getpid());
     bool moved = journal_move(save->journal, path, more) && is_safe(save);
     free(path);

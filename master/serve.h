@@ -29,16 +29,21 @@ struct service {
     atomic_bool ending;
 
     /* Results. */
-    uint32_t silent; /* renderers that answered no more: MPI_Finalize would wait for them for ever */
     struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */
     double render_s;              /* wall seconds until the last tile was in the picture */
     double master_cpu_s;          /* CPU seconds of serving */
     uint64_t messages;            /* received */
+    double answer_wait_s;         /* of all answers until they were looked at, at most */
+    double answer_wait_most_s;    /* of one */
+    double probe_s;               /* of the pre-pass, wall seconds of all renderers together */
+    uint32_t
+        silent; /* renderers that answered no more: MPI_Finalize would wait for them for ever */
 };
 
 /*
- * Serves the queue until every renderer has left, or SERVE_GRACE after the end for those that do not.
- * Returns whether the picture is complete (false after a stop). Every rank calls this or work() on
+ * Serves the queue until every renderer has left, or SERVE_GRACE after the end for those that do not:
+ * they are silent, and take part in nothing more. Returns whether the picture is complete (false
+ * after a stop: then the pre-pass shows where tiles are missing). Every rank calls this or work() on
  * the same communicator.
  */
 /* Seconds. A renderer looks for messages every few thousandths of a second of its own time; with dozens
