@@ -78,6 +78,7 @@ struct renderer {
     double bound_infinite; /* the same for a tree of unlimited depth */
     uint64_t ray_budget;   /* of a sample */
     bool flat;             /* nothing reflects or refracts */
+    uint32_t per_pixel;    /* samples that are rendered: the view's, or 1 to survey */
     struct media *media;
     uint32_t eye_media; /* the stack that the eye is in */
     struct progress progress;
@@ -182,6 +183,7 @@ struct renderer *renderer_create(const struct scene *scene, const struct bvh *bv
     bound_radiance(renderer);
     renderer->ray_budget = ray_budget_of(renderer);
     renderer->flat = is_flat(scene);
+    renderer->per_pixel = scene->view.samples;
     renderer->media = media_create(scene);
     begin_media(renderer);
     return renderer;
@@ -542,7 +544,7 @@ static INLINED void start_paths(struct renderer *renderer, uint32_t fresh, bool 
         if (progress->sample == 0) locate_pixel(renderer);
         sample_place(view, progress->x, progress->y, progress->sample, &renderer->samples, i);
         start_path(renderer, first + i, flat);
-        if (++progress->sample < view->samples) continue;
+        if (++progress->sample < renderer->per_pixel) continue;
         progress->sample = 0;
         progress->pixel++;
     }
@@ -565,7 +567,7 @@ static void refill_wave(struct renderer *renderer)
 static void finish_pixel(struct renderer *renderer)
 {
     struct progress *progress = &renderer->progress;
-    double samples = renderer->scene->view.samples;
+    double samples = renderer->per_pixel;
     struct vec3 color = finished_sum(renderer, &progress->sum.color);
     size_t place = pixel_in_order(progress->tile, progress->finished++);
     float *rgb = progress->rgb + 3 * place;
@@ -586,7 +588,7 @@ static inline void add_sample(struct renderer *renderer, struct vec3 color, doub
     color_sum_add(&progress->sum.color, color);
     progress->sum.truncation += truncation;
     progress->added++;
-    if (++progress->sum.samples == renderer->scene->view.samples) finish_pixel(renderer);
+    if (++progress->sum.samples == renderer->per_pixel) finish_pixel(renderer);
 }
 
 /* Adds the finished samples to their pixels, as far as none is missing before them. */
@@ -640,12 +642,17 @@ void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupt
     renderer->context = context;
 }
 
+void renderer_first_samples(struct renderer *renderer, bool only)
+{
+    renderer->per_pixel = only ? 1 : renderer->scene->view.samples;
+}
+
 /* Stacks kept from earlier tiles save nothing but time: many of them go. */
 #define MEDIA_KEPT 65536u
 
 static void begin_tile(struct renderer *renderer, const struct tile *tile, float *rgb)
 {
-    uint64_t samples = (uint64_t)tile_pixels(tile) * renderer->scene->view.samples;
+    uint64_t samples = (uint64_t)tile_pixels(tile) * renderer->per_pixel;
     renderer->progress = (struct progress){.tile = tile, .rgb = rgb, .samples = samples};
     renderer->counts = (struct render_counts){0};
     renderer->count = renderer->facing_count = 0;
