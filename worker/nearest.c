@@ -8,7 +8,7 @@
 static INLINED void nearest_triangles(struct nearest_walk *walk, const struct bvh_leaf *leaves,
                                       uint32_t count, bool naive)
 {
-    for (uint32_t i = 0; i < count; i += LANES) {
+    for (uint32_t i = 0; i < count; i += triangles_at_once(naive)) {
         lane_set set = probe_triangles(&walk->probe, leaves + i, count - i, NULL, naive).maybe;
         for (; set; set = without_lowest(set)) {
             const struct bvh_leaf *leaf = &leaves[i + lowest_lane(set)];

@@ -137,7 +137,7 @@ static INLINED bool occlusion_triangle(struct occlusion_walk *walk, const struct
 static INLINED bool occlusion_triangles(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
                                         uint32_t count, bool naive)
 {
-    for (uint32_t i = 0; i < count; i += LANES) {
+    for (uint32_t i = 0; i < count; i += triangles_at_once(naive)) {
         struct triangle_sets sets =
             probe_triangles(&walk->probe, leaves + i, count - i, &walk->reach, naive);
         for (lane_set set = sets.maybe; set; set = without_lowest(set)) {

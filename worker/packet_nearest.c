@@ -125,7 +125,7 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
                                     double *limit)
 {
     struct nearest_packet *it = context;
-    lane_set rays = rays_meet(&it->packet, node, slot, lanes_load(it->limit));
+    lane_set rays = rays_meet(&it->packet, node, slot, ray_limits(lanes_load(it->limit)));
     it->given_up = !is_worth_it(&it->packet, rays);
     if (it->given_up) *limit = -INFINITE; /* ends the walk */
     if (!rays || it->given_up) return;

@@ -95,7 +95,7 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
                                     double *limit)
 {
     struct occlusion_packet *it = context;
-    lane_set rays = it->open & rays_meet(&it->packet, node, slot, it->t_max);
+    lane_set rays = it->open & rays_meet(&it->packet, node, slot, ray_limits(it->t_max));
     it->given_up = !is_worth_it(&it->packet, rays);
     if (it->given_up) *limit = -INFINITE; /* ends the walk */
     if (!rays || it->given_up) return;
