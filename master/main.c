@@ -241,10 +241,10 @@ static bool probe_own_tile(void *state, const struct tile *tile, float *rgb, flo
     return survey(state, tile, rgb, seconds);
 }
 
-static bool is_stopped(void *unused)
+static bool is_over(void *context)
 {
-    (void)unused;
-    return *stop_signal() != 0;
+    const struct service *service = context;
+    return service->over || *stop_signal() != 0;
 }
 
 static void fill_report(struct run *run, const struct service *service,
@@ -295,13 +295,12 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
                               .stop = stop_signal(),
                               .stats = run->stats};
     progress_start(&progress, stderr, clock_wall());
-    renderer_on_wave(renderer, is_stopped, NULL);
+    renderer_on_wave(renderer, is_over, &service);
     stop_is_served();
     bool complete = serve(&service);
     progress_end(&progress);
-    if (!complete) return report_stop(run);
-    fill_report(run, &service, shared);
-    int status = conclude(run);
+    if (complete) fill_report(run, &service, shared);
+    int status = complete ? conclude(run) : report_stop(run);
     /* A rank that does not answer can take part in no proper end. */
     if (service.missing) end_job(status);
     return status;

@@ -15,6 +15,9 @@
  * queue of unexpected messages. */
 #define RECEIVES 16
 
+/* DROP messages to a renderer that does not answer. */
+#define DROPS_MOST 16
+
 struct server {
     struct service *service;
     double start;
@@ -32,9 +35,11 @@ struct server {
     uint32_t renderers, remote, left;
     bool *told;    /* per renderer: that it is to stop */
     bool *is_gone; /* per renderer: its statistics are here */
+    int *drops;    /* per renderer: DROP messages since its last answer */
     bool *idle;    /* per renderer: it asks for work, and there was none */
     bool stopped;  /* by a signal: tiles may stay unfinished */
     uint64_t news; /* of the queue, when the idle were last asked */
+    double needed; /* when there was something left to do */
     double polled; /* when messages were last looked for */
     int receives;
     size_t buffer_bytes;
@@ -84,24 +89,44 @@ static double elapsed(const struct server *server)
     return clock_wall() - server->start;
 }
 
+/* Tells renderers what others have taken from them. One who does not answer hears no more of it: his
+ * messages would pile up. The master's own renderer looks itself. */
+static void tell_recalls(struct server *server)
+{
+    uint32_t renderer, id;
+    for (;;) {
+        pthread_mutex_lock(&server->lock);
+        bool more = queue_recall(server->service->queue, &renderer, &id);
+        pthread_mutex_unlock(&server->lock);
+        if (!more) return;
+        int rank = (int)(server->first_rank + renderer);
+        if (rank == 0 || server->told[renderer] || server->drops[renderer] == DROPS_MOST) continue;
+        server->drops[renderer]++;
+        MPI_Send(&id, sizeof id, MPI_BYTE, rank, TAG_MASTER_TO_RENDERER_DROP,
+                 server->service->comm);
+    }
+}
+
 /* Gives a remote renderer all the lots that it may hold, or tells it that there are no more. */
 static void hand_out(struct server *server, uint32_t renderer)
 {
     struct queue *queue = server->service->queue;
     int rank = (int)(server->first_rank + renderer);
-    struct tile tiles[LOT_TILES];
+    struct lot_message lot;
     uint32_t count;
     bool over;
     do {
         pthread_mutex_lock(&server->lock);
-        count = queue_next(queue, renderer, elapsed(server), tiles);
+        count = queue_next(queue, renderer, elapsed(server), lot.tiles);
         over = queue_over(queue, renderer);
+        lot.header.answer_s = queue_answer_after(queue);
         server->idle[renderer] = queue_holds(queue, renderer) == 0;
         pthread_mutex_unlock(&server->lock);
         if (count > 0)
-            MPI_Send(tiles, (int)(count * sizeof *tiles), MPI_BYTE, rank,
+            MPI_Send(&lot, (int)(sizeof lot.header + count * sizeof *lot.tiles), MPI_BYTE, rank,
                      TAG_MASTER_TO_RENDERER_TILES, server->service->comm);
     } while (count > 0);
+    tell_recalls(server);
     if (over) tell_stop(server, renderer);
 }
 
@@ -113,6 +138,7 @@ static void hand_out_to_idle(struct server *server)
     bool due = news != server->news || elapsed(server) >= queue_wake(server->service->queue);
     bool complete = queue_complete(server->service->queue);
     pthread_mutex_unlock(&server->lock);
+    if (complete) server->service->over = 1;
     if (!due && !complete) return;
     bool all = news != server->news || complete;
     server->news = news;
@@ -153,6 +179,15 @@ static void accept_probes(struct server *server, uint32_t renderer, const struct
     server->probe_s += header->busy_s;
 }
 
+/* A tile that the renderer has left to others; 0: nobody asked it to. The lock is held. */
+static size_t take_dropped(struct server *server, uint32_t renderer, uint32_t id)
+{
+    struct queue *queue = server->service->queue;
+    if (!queue_recalled(queue, renderer, id)) return 0;
+    queue_drop(queue, renderer, id, elapsed(server));
+    return sizeof(struct result_header);
+}
+
 /* Takes in the first part of so many bytes of a RESULT; returns its length, 0: it is not valid. The
  * lock is held. */
 static size_t take_part(struct server *server, uint32_t renderer, const char *part, size_t bytes)
@@ -161,6 +196,7 @@ static size_t take_part(struct server *server, uint32_t renderer, const char *pa
     struct tile tile;
     if (bytes < sizeof header) return 0;
     memcpy(&header, part, sizeof header);
+    if (header.pixels == 0) return take_dropped(server, renderer, header.tile_id);
     if (!queue_held(server->service->queue, renderer, header.tile_id, &tile)) return 0;
     size_t length = result_bytes(&tile);
     if (length > bytes || !result_message_valid(&header, length, &tile)) return 0;
@@ -177,6 +213,7 @@ static size_t take_part(struct server *server, uint32_t renderer, const char *pa
 static void take_result(struct server *server, uint32_t renderer, const char *message, size_t bytes)
 {
     size_t done = 0, length = 1;
+    server->drops[renderer] = 0;
     pthread_mutex_lock(&server->lock);
     while (length > 0 && done < bytes) {
         length = take_part(server, renderer, message + done, bytes - done);
@@ -275,13 +312,16 @@ static void own_leave(struct server *server)
     pthread_mutex_unlock(&server->lock);
 }
 
-/* Whether somebody else has finished the rest. */
-static bool own_is_over(struct server *server)
+/* Whether the tile is still to be rendered by this renderer. */
+static bool own_keeps(struct server *server, const struct tile *tile)
 {
+    struct queue *queue = server->service->queue;
     pthread_mutex_lock(&server->lock);
-    bool over = queue_over(server->service->queue, 0);
+    bool dropped = queue_recalled(queue, 0, tile->id);
+    if (dropped) queue_drop(queue, 0, tile->id, elapsed(server));
+    bool over = queue_complete(queue);
     pthread_mutex_unlock(&server->lock);
-    return over;
+    return !dropped && !over;
 }
 
 /* Renders or probes a tile and hands it in; false: the run is stopped. */
@@ -328,7 +368,7 @@ static void *render_own(void *argument)
     uint32_t count;
     while (goes_on && (count = own_next(server, tiles)) > 0)
         for (uint32_t i = 0; i < count && goes_on; i++)
-            goes_on = !own_is_over(server) && render_one(server, &tiles[i], rgb);
+            goes_on = !own_keeps(server, &tiles[i]) || render_one(server, &tiles[i], rgb);
     service->stats[0].cpu_s = clock_thread_cpu() - cpu;
     free(rgb);
     own_leave(server);
@@ -353,7 +393,7 @@ static void show_progress(struct server *server)
 }
 
 /* All renderers have left, or all that will: one that is stopped or stuck is not waited for longer
- * than this when the others have made the picture complete. */
+ * than this when there is nothing left to do. */
 #define LEAVE_S 2
 
 static bool all_left(struct server *server)
@@ -363,7 +403,8 @@ static bool all_left(struct server *server)
     bool complete = queue_complete(server->service->queue);
     pthread_mutex_unlock(&server->lock);
     if (own_done && server->left == server->remote) return true;
-    return own_done && complete && clock_wall() > server->finished + LEAVE_S;
+    if (!complete && !server->stopped) server->needed = clock_wall();
+    return own_done && clock_wall() > server->needed + LEAVE_S;
 }
 
 /* Nothing more is handed out, and what is in work is given up. */
@@ -386,6 +427,7 @@ static void serve_until_done(struct server *server)
         bool busy = receive(server);
         if (*server->service->stop && !server->stopped) stop_all(server);
         hand_out_to_idle(server);
+        tell_recalls(server);
         show_progress(server);
         if (busy)
             nap_reset(&nap);
@@ -419,6 +461,7 @@ static void end_server(struct server *server)
     free(server->told);
     free(server->is_gone);
     free(server->idle);
+    free(server->drops);
 }
 
 static void start_server(struct server *server, struct service *service)
@@ -431,12 +474,13 @@ static void start_server(struct server *server, struct service *service)
     server->first_rank = service->own ? 0 : 1;
     server->told = allocate_zeroed(server->renderers, sizeof *server->told);
     server->is_gone = allocate_zeroed(server->renderers, sizeof *server->is_gone);
+    server->drops = allocate_zeroed(server->renderers, sizeof *server->drops);
     server->idle = allocate_zeroed(server->renderers, sizeof *server->idle);
     memset(service->stats, 0, server->renderers * sizeof *service->stats);
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
     post_receives(server);
     MPI_Barrier(service->comm);
-    server->start = server->finished = server->polled = clock_wall();
+    server->start = server->finished = server->polled = server->needed = clock_wall();
 }
 
 bool serve(struct service *service)

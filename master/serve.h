@@ -23,6 +23,9 @@ struct service {
     const struct tile_renderer *own;
     const volatile sig_atomic_t *stop; /* not 0: give up what is in work and leave */
 
+    /* Set when there is nothing left to do: own->render is to give up what it has in work. */
+    volatile sig_atomic_t over;
+
     /* Results. */
     struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */
     double render_s;              /* wall seconds until the last tile was in the picture */
