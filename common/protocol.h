@@ -2,6 +2,8 @@
  * The messages between the master (rank 0) and the renderers on other ranks.
  *
  *   start     every rank takes part in one broadcast of struct welcome, then of the scene block
+ *   READY     renderer -> master   struct ready: the scene and its BVH are here
+ *   START     master -> renderer   struct start: the answer to READY, before any other message
  *   TILES     master -> renderer   struct lot_header, then 1 .. LOT_TILES struct tile, a lot: render
  *                                  these; up to two lots are under way at a time
  *   DROP      master -> renderer   uint32_t, the id of a tile that need not be rendered any more; it
@@ -16,7 +18,8 @@
  *   STATS     renderer -> master   struct renderer_stats, the renderer's last message
  *
  * STOP comes when no tile is left for a renderer, at the earliest when all of its tiles are back or
- * somebody else has finished them, or at any time when the run is stopped.
+ * somebody else has finished them, or at any time when the picture is whole or the run is stopped.
+ * From READY on the master waits for no single renderer: one that answers no more holds nobody up.
  *
  * All ranks run the same build (the welcome carries its name), so that structures travel as they
  * are in memory. Who receives a message validates it with the functions below before using any of
@@ -37,7 +40,9 @@ enum message_tag {
     TAG_MASTER_TO_RENDERER_STOP = 2,
     TAG_RENDERER_TO_MASTER_RESULT = 3,
     TAG_RENDERER_TO_MASTER_STATS = 4,
-    TAG_MASTER_TO_RENDERER_DROP = 5,
+    TAG_RENDERER_TO_MASTER_READY = 5,
+    TAG_MASTER_TO_RENDERER_START = 6,
+    TAG_MASTER_TO_RENDERER_DROP = 7,
 };
 
 /* Tiles of a lot, at most: a TILES message stays small. */
@@ -65,13 +70,14 @@ struct lot_message {
     struct tile tiles[LOT_TILES];
 };
 
-struct result_header {
-    uint32_t tile_id;
-    uint32_t pixels;
-    uint64_t rays;  /* of all kinds, traced for this tile */
-    double start_s; /* when it was begun, seconds after the start of the render phase */
-    double busy_s;  /* wall seconds it took to render */
-    double cpu_s;   /* CPU seconds of that: less where cores are shared */
+struct ready {
+    uint32_t rank;
+    uint32_t reserved;         /* 0 */
+    char host[HOST_NAME_SIZE]; /* NUL-terminated */
+};
+
+struct start {
+    double elapsed_s; /* since the start of the render phase */
 };
 
 /* Kinds of ray that are counted. */
@@ -99,9 +105,21 @@ struct render_counts {
     struct bad_sample first;  /* of the nonfinite ones, in the order of the picture; else all 0 */
 };
 
+/* Stands before a tile's pixels. */
+struct result_header {
+    uint32_t tile_id;
+    uint32_t pixels;
+    double start_s; /* when it was begun, seconds after the start of the render phase */
+    double busy_s;  /* wall seconds it took to render */
+    double cpu_s;   /* CPU seconds of that: less where cores are shared */
+    struct render_counts counts;
+};
+
 struct renderer_stats {
     uint32_t rank;
     uint32_t tiles;
+    uint32_t silent;   /* 1: it answered no more; filled in by the master, 0 in messages */
+    uint32_t reserved; /* 0 */
     uint64_t pixels;
     double busy_s; /* wall seconds of rendering */
     double cpu_s;  /* CPU seconds of the rendering thread from the first wait to the last send */
@@ -117,9 +135,11 @@ struct renderer_stats {
 _Static_assert(sizeof(struct welcome) == 64, "struct welcome goes over the wire as it is");
 _Static_assert(sizeof(struct lot_message) == 8 + 32 * LOT_TILES,
                "struct lot_message goes over the wire as it is");
-_Static_assert(sizeof(struct result_header) == 40,
+_Static_assert(sizeof(struct ready) == 72, "struct ready goes over the wire as it is");
+_Static_assert(sizeof(struct start) == 8, "struct start goes over the wire as it is");
+_Static_assert(sizeof(struct result_header) == 184,
                "struct result_header goes over the wire as it is");
-_Static_assert(sizeof(struct renderer_stats) == 280,
+_Static_assert(sizeof(struct renderer_stats) == 288,
                "struct renderer_stats goes over the wire as it is");
 
 /* Floats that are sent of a pixel. */
@@ -161,6 +181,13 @@ static inline uint64_t render_counts_rays(const struct render_counts *counts)
         sum += counts->rays[kind];
     return sum;
 }
+
+/* Counts that came from elsewhere, or from a file. */
+bool render_counts_valid(const struct render_counts *counts);
+
+/* A READY message of so many bytes from rank; a START message. */
+bool ready_message_valid(const struct ready *ready, size_t bytes, int rank);
+bool start_message_valid(const struct start *start, size_t bytes);
 
 /* A tile of so many bytes in a TILES message, for a region of width x height pixels. */
 bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, uint32_t height);

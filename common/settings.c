@@ -67,6 +67,9 @@ const struct key settings_keys[] = {
      .help = "picture file: .png, .hdr or .pfm (default: CONFIG's name, .png)"},
     {"output", "report", VALUE_TEXT, AT(output.report),
      .help = "report file, JSON; empty: none (default: CONFIG's name, .json)"},
+    {"output", "journal", VALUE_TEXT, AT(output.journal),
+     .help = "finished tiles until the picture is written, .journal; empty: none (default: the "
+             "picture's name, .journal)"},
     {"output", "trace", VALUE_TEXT, AT(output.trace), .fallback = "",
      .help = "who did what when, Chrome trace JSON for Perfetto; empty: none"},
     {"output", "heatmap", VALUE_TEXT, AT(output.heatmap), .fallback = "",

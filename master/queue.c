@@ -159,6 +159,7 @@ static bool start_shares(struct queue *queue)
     if (queue->shares.ids > QUEUE_MAX_TILES) return false;
     uint32_t ids = (uint32_t)queue->shares.ids;
     queue->share_finished = allocate_zeroed(ids, 1);
+    queue->shares.finished = queue->share_finished;
     for (uint32_t id = 0; id < ids; id++) {
         struct tile tile = share_tile(&queue->shares, id);
         if (!share_has_pixels(&tile)) continue;
@@ -192,6 +193,35 @@ void queue_destroy(struct queue *queue)
     free(queue->recalls);
     holdings_free(&queue->holdings);
     free(queue);
+}
+
+/* ---- what an earlier run has finished ---- */
+
+static void skip_item(struct queue *queue, uint32_t id)
+{
+    struct item *item = &queue->items[id];
+    item->finished = item->skipped = true;
+    queue_unset_waiting(queue, id);
+    queue->finished_work += (double)item->work;
+    queue->skipped_work += (double)item->work;
+}
+
+void queue_skip(struct queue *queue, bool (*is_finished)(void *state, const struct tile *tile),
+                void *state)
+{
+    uint32_t next = 0;
+    struct tile tile;
+    while (queue_unfinished(queue, &next, &tile)) {
+        if (!is_finished(state, &tile)) continue;
+        if (queue->shared)
+            queue->share_finished[tile.id] = 1;
+        else
+            skip_item(queue, tile.id);
+        queue->count.finished++;
+        queue->count.pixels_finished += tile_pixels(&tile);
+    }
+    queue->pixels_skipped = queue->count.pixels_finished;
+    if (queue_complete(queue)) queue->next_probe = queue->probes;
 }
 
 /* ---- handing out ---- */
@@ -398,12 +428,16 @@ double queue_wake(const struct queue *queue)
 struct queue_count queue_count(const struct queue *queue)
 {
     struct queue_count count = queue->count;
-    if (queue->config.schedule == SCHEDULE_DYNAMIC)
+    if (queue->config.schedule == SCHEDULE_DYNAMIC) {
         count.share_finished = queue->finished_work / queue->pace.total;
-    else
-        count.share_finished =
-            (double)count.pixels_finished / ((double)queue->config.width * queue->config.height);
+        count.share_skipped = queue->skipped_work / queue->pace.total;
+    } else {
+        double pixels = (double)queue->config.width * queue->config.height;
+        count.share_finished = (double)count.pixels_finished / pixels;
+        count.share_skipped = (double)queue->pixels_skipped / pixels;
+    }
     count.share_finished = fmin(count.share_finished, 1);
+    count.share_skipped = fmin(count.share_skipped, 1);
     return count;
 }
 

@@ -218,6 +218,7 @@ static void predict(struct queue *queue, uint32_t id, double ratio)
     item->worst = (float)(fmax(cost.worst, cost.work) * ratio);
     queue->pace.total += (double)item->work;
     if (item->finished) queue->finished_work += (double)item->work;
+    if (item->skipped) queue->skipped_work += (double)item->work;
     if (!heap_has(&queue->waiting, id)) return;
     queue->waiting_work += (double)item->work;
     item->priority = priority_of(queue, item);
@@ -250,7 +251,7 @@ static void settle(struct queue *queue, double now)
         if (queue->items[id].pass != TILE_PROBE)
             ratios[id] = (float)work_ratio(queue, &queue->items[id]);
     cost_settle(&queue->map);
-    queue->pace.total = queue->waiting_work = queue->finished_work = 0;
+    queue->pace.total = queue->waiting_work = queue->finished_work = queue->skipped_work = 0;
     for (uint32_t id = 0; id < queue->item_count; id++)
         if (queue->items[id].pass != TILE_PROBE) predict(queue, id, (double)ratios[id]);
     free(ratios);

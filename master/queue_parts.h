@@ -24,6 +24,7 @@ struct item {
     double priority;
     uint32_t copies; /* renderers that have it */
     bool finished;
+    bool skipped; /* by an earlier run */
 };
 
 /* A renderer need not render this tile any more. */
@@ -42,7 +43,7 @@ struct queue {
     uint32_t first_probe, probes, next_probe, probe_stride, probes_back;
     bool settled;        /* the map predicts: all probes are back, or enough */
     struct heap waiting; /* items */
-    double waiting_work, finished_work;
+    double waiting_work, finished_work, skipped_work;
     struct cost_map map;
     struct pace pace;
 
@@ -51,6 +52,7 @@ struct queue {
     uint32_t recall_count;
     uint32_t *probes_given; /* per renderer: probe tiles that it has had */
     bool stopped;
+    uint64_t pixels_skipped; /* finished by an earlier run */
     uint64_t news;
     struct queue_count count;
     uint32_t largest;

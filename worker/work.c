@@ -25,7 +25,8 @@ static void wait_request(MPI_Request *request)
     }
 }
 
-void wait_for_all(MPI_Comm comm)
+/* Every rank waits here until all have come. */
+static void wait_for_all(MPI_Comm comm)
 {
     MPI_Request request;
     MPI_Ibarrier(comm, &request);
@@ -211,8 +212,10 @@ struct worker {
     union {
         struct lot_message lot;
         uint32_t dropped; /* id */
+        struct start start;
     } incoming;
     MPI_Request receive;
+    bool started;                /* the master has said START */
     struct lot current;          /* in work */
     struct lot lots[LOTS_AHEAD]; /* received, not rendered; the oldest first */
     int waiting;
@@ -232,13 +235,22 @@ static void post_receive(struct worker *worker)
               &worker->receive);
 }
 
+static void take_start(struct worker *worker, size_t bytes)
+{
+    const struct start *start = &worker->incoming.start;
+    if (!start_message_valid(start, bytes) || worker->started)
+        fatal("the master sent a start that makes no sense");
+    worker->start = clock_wall() - start->elapsed_s;
+    worker->started = true;
+}
+
 static void take_lot(struct worker *worker, size_t bytes)
 {
     const struct lot_message *message = &worker->incoming.lot;
     const struct view *view = worker->view;
     struct lot *lot = &worker->lots[worker->waiting++];
     *lot = (struct lot){.answer_s = message->header.answer_s};
-    bool valid = lot_message_valid(message, bytes, &lot->count);
+    bool valid = worker->started && lot_message_valid(message, bytes, &lot->count);
     for (uint32_t i = 0; valid && i < lot->count; i++) {
         lot->tiles[i] = message->tiles[i];
         valid =
@@ -277,6 +289,8 @@ static bool hear(struct worker *worker)
     }
     if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_DROP)
         take_drop(worker, (size_t)bytes);
+    else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_START)
+        take_start(worker, (size_t)bytes);
     else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_TILES)
         take_lot(worker, (size_t)bytes);
     else
@@ -342,10 +356,10 @@ static bool render_part(struct worker *worker, const struct tile *tile, char *pa
     double end = clock_wall();
     struct result_header header = {.tile_id = tile->id,
                                    .pixels = pixels,
-                                   .rays = render_counts_rays(&counts),
                                    .start_s = begin - worker->start,
                                    .busy_s = end - begin,
-                                   .cpu_s = clock_thread_cpu() - cpu};
+                                   .cpu_s = clock_thread_cpu() - cpu,
+                                   .counts = counts};
     memcpy(part, &header, sizeof header);
     stats->busy_s += end - begin;
     if (probes) return true;
@@ -410,8 +424,11 @@ static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *
     worker->stats.rank = (uint32_t)rank;
     gethostname(worker->stats.host, HOST_NAME_SIZE - 1);
     post_receive(worker);
-    MPI_Barrier(comm);
-    worker->start = clock_wall();
+    struct ready ready = {.rank = worker->stats.rank};
+    memcpy(ready.host, worker->stats.host, sizeof ready.host);
+    MPI_Request request;
+    MPI_Isend(&ready, sizeof ready, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_READY, comm, &request);
+    wait_request(&request);
 }
 
 void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene)
