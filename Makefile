@@ -11,6 +11,8 @@
 #   make bench-stability   the catalogue of stiff and extreme cases at full size, 1e9 rays through
 #                    closed meshes among them; tables to bench/out/
 #   make bench-faults   kill -9, SIGSTOP, torn journals, full and slow disks, hundreds of times
+#   make bench-balance     how evenly the work is shared out, in real runs and simulated on machines
+#                    that are not here; report, tables and plots to bench/out/
 #   make bench-omit  what is saved by leaving out what a scene does not need
 #   make install     PREFIX=/usr/local DESTDIR=
 
@@ -66,9 +68,8 @@ say   := $(if $(V),@:,@echo)
 
 FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
 
-.PHONY: all deps bench-deps run test asan lint fuzz fuzz-deps bench-stability bench-kernel bench-omit \
-        bench-faults \
-        scenes install clean format
+.PHONY: all deps bench-deps run test asan lint fuzz fuzz-deps bench-stability bench-kernel \
+        bench-balance bench-faults bench-omit scenes install clean format
 .SECONDARY:
 
 all: $(FARM) scenes
@@ -115,6 +116,10 @@ $(BUILD)/models: $(MODELS) $(BUILD)/common/message.o $(BUILD)/common/memory.o
 $(BUILD)/test/%: $(BUILD)/test/%.o $(LIBRARY) $(filter-out $(BUILD)/config/models/main.o,$(MODELS))
 	$(say)  link $@
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lcmocka $(ORACLE) -o $@
+
+# The simulated farm of bench-balance.
+$(BUILD)/test/test_simulate: $(BUILD)/bench/balance_sim.o $(BUILD)/bench/balance_events.o \
+    $(BUILD)/bench/balance_costs.o
 
 # What is tested against numbers of any precision.
 $(BUILD)/test/test_exact $(BUILD)/test/test_optics $(BUILD)/test/test_solids: ORACLE := -lmpfr -lgmp
@@ -184,6 +189,24 @@ bench-faults: $(FAULTS) all
 	@mkdir -p bench/out
 	FARM=$(abspath $(FARM)) MPIEXEC="$(MPIEXEC)" FAULTS_JOURNAL=$(BUILD)/bench/faults_journal \
 	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so sh bench/faults.sh $(FAULT_RUNS) 1 bench/out
+
+# How the work is shared out. Some 20 minutes of two idle cores; BALANCE_OPTIONS="--only real,model" runs
+# the parts that need a quiet machine, the others being kept.
+BALANCE := $(patsubst %.c,$(BUILD)/%.o,$(filter-out bench/balance_messages.c,$(wildcard bench/balance*.c)))
+
+$(BUILD)/bench/balance: $(BALANCE) $(LIBRARY)
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+
+$(BUILD)/bench/balance_messages: $(BUILD)/bench/balance_messages.o $(LIBRARY)
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+
+bench-balance: $(BUILD)/bench/balance $(BUILD)/bench/balance_messages all
+	@$(call install_missing,gnuplot-nox)
+	@mkdir -p bench/out
+	FARM=$(abspath $(FARM)) MPIEXEC="$(MPIEXEC)" MESSAGES=$(BUILD)/bench/balance_messages \
+	    $(BUILD)/bench/balance $(BALANCE_OPTIONS)
 
 # What a fresh Debian or Ubuntu lacks.
 PACKAGES := gcc binutils libc6-dev mpich libmpich-dev libinih-dev libstb-dev libcmocka-dev \
@@ -282,4 +305,4 @@ format:
 	clang-format -i $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] \
 	    test/*.[ch] test/fuzz/*.[ch] bench/*.[ch])
 
--include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/omit.d $(wildcard $(BUILD)/test/fuzz/*.d)
+-include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/omit.d $(BALANCE:.o=.d) $(wildcard $(BUILD)/test/fuzz/*.d)
