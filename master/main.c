@@ -463,6 +463,8 @@ static int run_rank(struct run *run, int rank)
     if (status >= 0) return status;
     status = render(run, rank, &shared);
     if (run->silent) leave_the_silent(status);
+    /* All is written: a rank that stops from here on holds nobody up. */
+    if (rank == 0) stop_watch_the_end(status);
     unshare_scene(&shared);
     return status;
 }
