@@ -54,6 +54,14 @@ bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, u
     return tile->pass == 0 || tile->pass == TILE_PROBE;
 }
 
+bool lot_message_valid(const struct lot_message *message, size_t bytes, uint32_t *tiles)
+{
+    if (bytes <= sizeof message->header || bytes > sizeof *message) return false;
+    size_t rest = bytes - sizeof message->header;
+    *tiles = (uint32_t)(rest / sizeof *message->tiles);
+    return rest % sizeof *message->tiles == 0 && message->header.answer_s >= 0;
+}
+
 static bool seconds_valid(double seconds)
 {
     return isfinite(seconds) && seconds >= 0;

@@ -4,13 +4,16 @@
  *   start     every rank takes part in one broadcast of struct welcome, then of the scene block
  *   READY     renderer -> master   struct ready: the scene and its BVH are here
  *   START     master -> renderer   struct start: the answer to READY, before any other message
- *   TILES     master -> renderer   1 .. LOT_TILES struct tile, a lot: render these; up to two lots
- *                                  are under way at a time
- *   RESULT    renderer -> master   one lot: for each of its tiles in their order struct
+ *   TILES     master -> renderer   struct lot_header, then 1 .. LOT_TILES struct tile, a lot: render
+ *                                  these; up to two lots are under way at a time
+ *   DROP      master -> renderer   uint32_t, the id of a tile that need not be rendered any more; it
+ *                                  may be too late
+ *   RESULT    renderer -> master   a lot or a part of it: for each of its tiles in their order struct
  *                                  result_header, then 3 floats (linear RGB) per pixel in the
  *                                  tile's pixel order; behind those of a probe (TILE_PROBE) one
  *                                  float per pixel, the CPU seconds that it took; filled up to
- *                                  result_bytes()
+ *                                  result_bytes(). A tile that is dropped is a header alone, with
+ *                                  no pixels.
  *   STOP      master -> renderer   empty: give up what is in work and leave
  *   STATS     renderer -> master   struct renderer_stats, the renderer's last message
  *
@@ -39,6 +42,7 @@ enum message_tag {
     TAG_RENDERER_TO_MASTER_STATS = 4,
     TAG_RENDERER_TO_MASTER_READY = 5,
     TAG_MASTER_TO_RENDERER_START = 6,
+    TAG_MASTER_TO_RENDERER_DROP = 7,
 };
 
 /* Tiles of a lot, at most: a TILES message stays small. */
@@ -65,6 +69,15 @@ struct ready {
 
 struct start {
     double elapsed_s; /* since the start of the render phase */
+};
+
+struct lot_header {
+    double answer_s; /* answer with what is finished after so long; may be infinite */
+};
+
+struct lot_message {
+    struct lot_header header;
+    struct tile tiles[LOT_TILES];
 };
 
 /* Kinds of ray that are counted. */
@@ -122,6 +135,8 @@ struct renderer_stats {
 _Static_assert(sizeof(struct welcome) == 64, "struct welcome goes over the wire as it is");
 _Static_assert(sizeof(struct ready) == 72, "struct ready goes over the wire as it is");
 _Static_assert(sizeof(struct start) == 8, "struct start goes over the wire as it is");
+_Static_assert(sizeof(struct lot_message) == 8 + 32 * LOT_TILES,
+               "struct lot_message goes over the wire as it is");
 _Static_assert(sizeof(struct result_header) == 184,
                "struct result_header goes over the wire as it is");
 _Static_assert(sizeof(struct renderer_stats) == 288,
@@ -176,6 +191,9 @@ bool start_message_valid(const struct start *start, size_t bytes);
 
 /* A tile of so many bytes in a TILES message, for a region of width x height pixels. */
 bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, uint32_t height);
+
+/* A TILES message of so many bytes, but for its tiles; stores their number. */
+bool lot_message_valid(const struct lot_message *message, size_t bytes, uint32_t *tiles);
 
 /* A part of so many bytes of a RESULT message for tile, the one with the id that its header names. */
 bool result_message_valid(const struct result_header *header, size_t bytes,

@@ -15,6 +15,9 @@
  * queue of unexpected messages. */
 #define RECEIVES 16
 
+/* DROP messages to a renderer that does not answer. */
+#define DROPS_MOST 16
+
 struct server {
     struct service *service;
     double start;
@@ -33,6 +36,7 @@ struct server {
     bool *told;     /* per renderer: that it is to stop */
     bool *is_gone;  /* per renderer: its statistics are here */
     bool *is_ready; /* per renderer: it may be sent tiles */
+    int *drops;     /* per renderer: DROP messages since its last answer */
     bool *idle;     /* per renderer: it asks for work, and there was none */
     double ended;   /* clock_wall(), when service->ending was set */
     uint64_t news;  /* of the queue, when the idle were last asked */
@@ -86,24 +90,44 @@ static double elapsed(const struct server *server)
     return clock_wall() - server->start;
 }
 
+/* Tells renderers what others have taken from them. One who does not answer hears no more of it: his
+ * messages would pile up. The master's own renderer looks itself. */
+static void tell_recalls(struct server *server)
+{
+    uint32_t renderer, id;
+    for (;;) {
+        pthread_mutex_lock(&server->lock);
+        bool more = queue_recall(server->service->queue, &renderer, &id);
+        pthread_mutex_unlock(&server->lock);
+        if (!more) return;
+        int rank = (int)(server->first_rank + renderer);
+        if (rank == 0 || server->told[renderer] || server->drops[renderer] == DROPS_MOST) continue;
+        server->drops[renderer]++;
+        MPI_Send(&id, sizeof id, MPI_BYTE, rank, TAG_MASTER_TO_RENDERER_DROP,
+                 server->service->comm);
+    }
+}
+
 /* Gives a remote renderer all the lots that it may hold, or tells it that there are no more. */
 static void hand_out(struct server *server, uint32_t renderer)
 {
     struct queue *queue = server->service->queue;
     int rank = (int)(server->first_rank + renderer);
-    struct tile tiles[LOT_TILES];
+    struct lot_message lot;
     uint32_t count;
     bool over;
     do {
         pthread_mutex_lock(&server->lock);
-        count = queue_next(queue, renderer, elapsed(server), tiles);
+        count = queue_next(queue, renderer, elapsed(server), lot.tiles);
         over = queue_over(queue, renderer);
+        lot.header.answer_s = queue_answer_after(queue);
         server->idle[renderer] = queue_holds(queue, renderer) == 0;
         pthread_mutex_unlock(&server->lock);
         if (count > 0)
-            MPI_Send(tiles, (int)(count * sizeof *tiles), MPI_BYTE, rank,
+            MPI_Send(&lot, (int)(sizeof lot.header + count * sizeof *lot.tiles), MPI_BYTE, rank,
                      TAG_MASTER_TO_RENDERER_TILES, server->service->comm);
     } while (count > 0);
+    tell_recalls(server);
     if (over) tell_stop(server, renderer);
 }
 
@@ -170,6 +194,15 @@ static void count_part(struct renderer_stats *stats, const struct tile *tile,
     render_counts_add(&stats->counts, &header->counts);
 }
 
+/* A tile that the renderer has left to others; 0: nobody asked it to. The lock is held. */
+static size_t take_dropped(struct server *server, uint32_t renderer, uint32_t id)
+{
+    struct queue *queue = server->service->queue;
+    if (!queue_recalled(queue, renderer, id)) return 0;
+    queue_drop(queue, renderer, id, elapsed(server));
+    return sizeof(struct result_header);
+}
+
 /* Takes in the first part of so many bytes of a RESULT; returns its length, 0: it is not valid. The
  * lock is held. */
 static size_t take_part(struct server *server, uint32_t renderer, const char *part, size_t bytes)
@@ -178,6 +211,7 @@ static size_t take_part(struct server *server, uint32_t renderer, const char *pa
     struct tile tile;
     if (bytes < sizeof header) return 0;
     memcpy(&header, part, sizeof header);
+    if (header.pixels == 0) return take_dropped(server, renderer, header.tile_id);
     if (!queue_held(server->service->queue, renderer, header.tile_id, &tile)) return 0;
     size_t length = result_bytes(&tile);
     if (length > bytes || !result_message_valid(&header, length, &tile)) return 0;
@@ -196,6 +230,7 @@ static void take_result(struct server *server, uint32_t renderer, const char *me
 {
     size_t done = 0, length = 1;
     server->service->stats[renderer].bytes += bytes;
+    server->drops[renderer] = 0;
     pthread_mutex_lock(&server->lock);
     while (length > 0 && done < bytes) {
         length = take_part(server, renderer, message + done, bytes - done);
@@ -313,13 +348,16 @@ static void own_leave(struct server *server)
     pthread_mutex_unlock(&server->lock);
 }
 
-/* Whether somebody else has finished the rest. */
-static bool own_is_over(struct server *server)
+/* Whether the tile is still to be rendered by this renderer. */
+static bool own_keeps(struct server *server, const struct tile *tile)
 {
+    struct queue *queue = server->service->queue;
     pthread_mutex_lock(&server->lock);
-    bool over = queue_over(server->service->queue, 0);
+    bool dropped = queue_recalled(queue, 0, tile->id);
+    if (dropped) queue_drop(queue, 0, tile->id, elapsed(server));
+    bool over = queue_complete(queue);
     pthread_mutex_unlock(&server->lock);
-    return over;
+    return !dropped && !over;
 }
 
 /* Renders or probes a tile and hands it in; false: the run is stopped. */
@@ -366,7 +404,7 @@ static void *render_own(void *argument)
     uint32_t count;
     while (goes_on && (count = own_next(server, tiles)) > 0)
         for (uint32_t i = 0; i < count && goes_on; i++)
-            goes_on = !own_is_over(server) && render_one(server, &tiles[i], rgb);
+            goes_on = !own_keeps(server, &tiles[i]) || render_one(server, &tiles[i], rgb);
     service->stats[0].cpu_s = clock_thread_cpu() - cpu;
     free(rgb);
     own_leave(server);
@@ -441,6 +479,7 @@ static void serve_until_done(struct server *server)
         bool busy = receive(server);
         if (!server->service->ending && is_over(server)) end_all(server);
         hand_out_to_idle(server);
+        tell_recalls(server);
         show_progress(server);
         if (busy)
             nap_reset(&nap);
@@ -476,6 +515,7 @@ static void end_server(struct server *server)
     free(server->is_gone);
     free(server->idle);
     free(server->is_ready);
+    free(server->drops);
 }
 
 static void start_server(struct server *server, struct service *service)
@@ -488,6 +528,7 @@ static void start_server(struct server *server, struct service *service)
     server->first_rank = service->own ? 0 : 1;
     server->told = allocate_zeroed(server->renderers, sizeof *server->told);
     server->is_gone = allocate_zeroed(server->renderers, sizeof *server->is_gone);
+    server->drops = allocate_zeroed(server->renderers, sizeof *server->drops);
     server->idle = allocate_zeroed(server->renderers, sizeof *server->idle);
     server->is_ready = allocate_zeroed(server->renderers, sizeof *server->is_ready);
     memset(service->stats, 0, server->renderers * sizeof *service->stats);

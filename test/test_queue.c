@@ -282,8 +282,8 @@ static void test_auto_edge(void **state)
 static void test_auto_probe_edge(void **state)
 {
     (void)state;
-    assert_int_equal(queue_auto_probe_edge(640, 480, 1), 32);
-    assert_int_equal(queue_auto_probe_edge(640, 480, 16), 8);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 1), 24);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 16), 6);
     assert_int_equal(queue_auto_probe_edge(640, 480, 4096), 4);
     assert_int_equal(queue_auto_probe_edge(64, 48, 1), 0);
     assert_int_equal(queue_auto_probe_edge(1, 1, 65535), 0);

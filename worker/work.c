@@ -192,7 +192,9 @@ void unshare_scene(struct node_scene *shared)
 
 struct lot {
     struct tile tiles[LOT_TILES];
+    bool dropped[LOT_TILES];
     uint32_t count;
+    double answer_s;
 };
 
 /*
@@ -208,11 +210,13 @@ struct worker {
     double start;
 
     union {
-        struct tile tiles[LOT_TILES];
+        struct lot_message lot;
+        uint32_t dropped; /* id */
         struct start start;
     } incoming;
     MPI_Request receive;
     bool started;                /* the master has said START */
+    struct lot current;          /* in work */
     struct lot lots[LOTS_AHEAD]; /* received, not rendered; the oldest first */
     int waiting;
     bool stopped; /* the master has said STOP */
@@ -242,15 +246,32 @@ static void take_start(struct worker *worker, size_t bytes)
 
 static void take_lot(struct worker *worker, size_t bytes)
 {
+    const struct lot_message *message = &worker->incoming.lot;
+    const struct view *view = worker->view;
     struct lot *lot = &worker->lots[worker->waiting++];
-    lot->count = (uint32_t)(bytes / sizeof *lot->tiles);
-    bool valid = worker->started && lot->count > 0 && bytes % sizeof *lot->tiles == 0;
+    *lot = (struct lot){.answer_s = message->header.answer_s};
+    bool valid = worker->started && lot_message_valid(message, bytes, &lot->count);
     for (uint32_t i = 0; valid && i < lot->count; i++) {
-        lot->tiles[i] = worker->incoming.tiles[i];
-        valid = tile_message_valid(&lot->tiles[i], sizeof *lot->tiles, worker->view->region_w,
-                                   worker->view->region_h);
+        lot->tiles[i] = message->tiles[i];
+        valid =
+            tile_message_valid(&lot->tiles[i], sizeof *lot->tiles, view->region_w, view->region_h);
     }
     if (!valid) fatal("the master sent a tile that is not part of the picture");
+}
+
+static void drop_from(struct lot *lot, uint32_t id)
+{
+    for (uint32_t i = 0; i < lot->count; i++)
+        if (lot->tiles[i].id == id) lot->dropped[i] = true;
+}
+
+static void take_drop(struct worker *worker, size_t bytes)
+{
+    uint32_t id = worker->incoming.dropped;
+    if (bytes != sizeof id) fatal("the master sent an id of %zu bytes", bytes);
+    drop_from(&worker->current, id);
+    for (int i = 0; i < worker->waiting; i++)
+        drop_from(&worker->lots[i], id);
 }
 
 /* Takes in a message if one has arrived; returns whether one had. */
@@ -268,6 +289,8 @@ static bool hear(struct worker *worker)
     }
     if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_START)
         take_start(worker, (size_t)bytes);
+    else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_DROP)
+        take_drop(worker, (size_t)bytes);
     else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_TILES)
         take_lot(worker, (size_t)bytes);
     else
@@ -291,10 +314,11 @@ static char *take_buffer(struct worker *worker, size_t bytes)
     return worker->buffers[turn];
 }
 
-static size_t lot_bytes(const struct lot *lot)
+/* Of the tiles from the first one on. */
+static size_t lot_bytes(const struct lot *lot, uint32_t first)
 {
     size_t bytes = 0;
-    for (uint32_t i = 0; i < lot->count; i++)
+    for (uint32_t i = first; i < lot->count; i++)
         bytes += result_bytes(&lot->tiles[i]);
     return bytes;
 }
@@ -346,18 +370,46 @@ static bool render_part(struct worker *worker, const struct tile *tile, char *pa
     return true;
 }
 
+/* A tile that others have now: a header alone. */
+static size_t put_dropped(const struct tile *tile, char *part)
+{
+    struct result_header header = {.tile_id = tile->id};
+    memcpy(part, &header, sizeof header);
+    return sizeof header;
+}
+
+/* Renders tiles of the current lot, from the first one on, until an answer is due; returns the number
+ * of the next one, 0: the master has said STOP. */
+static uint32_t render_some(struct worker *worker, uint32_t first)
+{
+    struct lot *lot = &worker->current;
+    char *message = take_buffer(worker, lot_bytes(lot, first)), *part = message;
+    double begin = clock_wall();
+    uint32_t i = first;
+    do {
+        hear(worker);
+        const struct tile *tile = &lot->tiles[i];
+        if (lot->dropped[i]) {
+            part += put_dropped(tile, part);
+            continue;
+        }
+        if (!render_part(worker, tile, part)) return 0;
+        part += result_bytes(tile);
+    } while (++i < lot->count && clock_wall() < begin + lot->answer_s);
+    send_result(worker, message, (size_t)(part - message));
+    return i;
+}
+
 static void render_next(struct worker *worker)
 {
-    struct lot lot = worker->lots[0];
+    worker->current = worker->lots[0];
     worker->lots[0] = worker->lots[1];
     worker->waiting--;
-    size_t bytes = lot_bytes(&lot);
-    char *message = take_buffer(worker, bytes), *part = message;
-    for (uint32_t i = 0; i < lot.count; i++) {
-        if (!render_part(worker, &lot.tiles[i], part)) return;
-        part += result_bytes(&lot.tiles[i]);
-    }
-    send_result(worker, message, bytes);
+    uint32_t next = 0;
+    do
+        next = render_some(worker, next);
+    while (next > 0 && next < worker->current.count);
+    worker->current.count = 0;
 }
 
 static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *renderer,
