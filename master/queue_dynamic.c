@@ -171,8 +171,8 @@ static bool repeat_pays(const struct queue *queue, uint32_t renderer, uint32_t a
 
 /* Tiles of the renderer on top of the heap, as many as make up the work of a lot, if that pays;
  * renderers that have none are taken off. */
-static uint32_t repeat_from(struct queue *queue, const struct heap *heap, uint32_t asker,
-                            double now, double work, struct tile *tiles)
+static uint32_t repeat_from(struct queue *queue, struct heap *heap, uint32_t asker, double now,
+                            double work, struct tile *tiles)
 {
     bool spare = queue->waiting.count > 0;
     uint32_t count = 0;
@@ -181,8 +181,8 @@ static uint32_t repeat_from(struct queue *queue, const struct heap *heap, uint32
         uint32_t renderer = heap_top(heap);
         struct hold *hold = last_to_pass_on(queue, renderer, spare);
         if (!hold) {
-            if (count > 0) break;
-            pace_overlook(&queue->pace, renderer);
+            if (count > 0 || spare) break;
+            heap_remove(heap, renderer);
             continue;
         }
         if (count > 0 && sum + hold->work > work) break;
