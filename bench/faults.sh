@@ -38,7 +38,7 @@ marked() {
 }
 rank_pid() {
     for p in $(marked); do
-        tr '\0' '\n' <"/proc/$p/environ" 2>/dev/null | grep -qx "PMI_RANK=$1" &&
+        { tr "\0" "\n" <"/proc/$p/environ"; } 2>/dev/null | grep -qx "PMI_RANK=$1" &&
             [ "$(cat "/proc/$p/comm" 2>/dev/null)" = farm ] && echo "$p"
     done
 }
