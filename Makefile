@@ -117,7 +117,7 @@ $(BUILD)/test/%: $(BUILD)/test/%.o $(LIBRARY) $(filter-out $(BUILD)/config/model
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lcmocka $(ORACLE) -o $@
 
 # What is tested against numbers of any precision.
-$(BUILD)/test/test_exact $(BUILD)/test/test_optics: ORACLE := -lmpfr -lgmp
+$(BUILD)/test/test_exact $(BUILD)/test/test_optics $(BUILD)/test/test_solids: ORACLE := -lmpfr -lgmp
 
 # The catalogue of stiff and extreme cases; its oracles, not the farm, need GMP and MPFR.
 $(BUILD)/bench/stability: $(STABILITY) $(LIBRARY)
