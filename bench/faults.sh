@@ -26,6 +26,7 @@ trap 'exit 1' INT TERM
 [ -z "$out" ] || out=$(realpath "$out")
 cd "$T" || exit 1
 LIMIT=120 # seconds until a run counts as hung
+JOURNAL_START=24 # bytes of a journal before its first tile
 
 # Pseudorandom numbers below $1, the same for the same seed (C. E. Haynes' multiplier).
 number=0
@@ -38,7 +39,7 @@ marked() {
 }
 rank_pid() {
     for p in $(marked); do
-        tr '\0' '\n' <"/proc/$p/environ" 2>/dev/null | grep -qx "PMI_RANK=$1" &&
+        { tr "\0" "\n" <"/proc/$p/environ"; } 2>/dev/null | grep -qx "PMI_RANK=$1" &&
             [ "$(cat "/proc/$p/comm" 2>/dev/null)" = farm ] && echo "$p"
     done
 }
@@ -123,8 +124,8 @@ while [ $run -lt "$runs" ]; do
     full) injected=$((injected + 1)) ;;
     rank | stop)
         pick $((n - 1)); victim=$((number + 1)) i=0
-        # A rank is there, and has begun to render, when the journal is.
-        while kill -0 $job 2>/dev/null && [ ! -s a.journal ] && [ $i -lt 200 ]; do nap 20; i=$((i + 1)); done
+        # The ranks have begun to render when the journal has a first tile.
+        while kill -0 $job 2>/dev/null && [ "$(stat -c %s a.journal 2>/dev/null || echo 0)" -le "$JOURNAL_START" ] && [ $i -lt 1000 ]; do nap 20; i=$((i + 1)); done
         [ $kind = rank ] || { nap 300; expected=0; }
         p=$(rank_pid $victim)
         if [ $kind = rank ]; then kill -9 $p 2>/dev/null; else kill -STOP $p 2>/dev/null; fi ;;
