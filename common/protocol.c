@@ -23,6 +23,12 @@ void render_counts_bad(struct render_counts *counts, const struct bad_sample *sa
     counts->nonfinite++;
 }
 
+void error_sum_add(struct error_sum *sum, const struct error_sum *more)
+{
+    sum->squares += more->squares;
+    sum->fourths += more->fourths;
+}
+
 void render_counts_add(struct render_counts *sum, const struct render_counts *more)
 {
     for (int kind = 0; kind < RAY_KINDS; kind++)
@@ -35,6 +41,8 @@ void render_counts_add(struct render_counts *sum, const struct render_counts *mo
     sum->intersect_s += more->intersect_s;
     sum->shade_s += more->shade_s;
     sum->truncation = fmax(sum->truncation, more->truncation);
+    error_sum_add(&sum->sampling, &more->sampling);
+    error_sum_add(&sum->halfway, &more->halfway);
 }
 
 static bool span_inside(uint32_t first, uint32_t count, uint32_t size)
@@ -58,11 +66,28 @@ static bool seconds_valid(double seconds)
     return isfinite(seconds) && seconds >= 0;
 }
 
+/* Squares may have become infinite. */
+static bool error_sum_valid(const struct error_sum *sum)
+{
+    return sum->squares >= 0 && sum->fourths >= 0;
+}
+
+bool render_counts_valid(const struct render_counts *counts)
+{
+    const struct bad_sample *first = &counts->first;
+    /* Infinite is a legitimate bound: nothing is known. NaN is not. */
+    return seconds_valid(counts->intersect_s) && seconds_valid(counts->shade_s) &&
+           counts->truncation >= 0 && first->x < PICTURE_MAX_EDGE && first->y < PICTURE_MAX_EDGE &&
+           first->sample < SAMPLES_MAX && error_sum_valid(&counts->sampling) &&
+           error_sum_valid(&counts->halfway);
+}
+
 bool result_message_valid(const struct result_header *header, size_t bytes, const struct tile *tile)
 {
     /* A short message has no header to look at: the size comes before all fields. */
     return bytes == result_bytes(tile) && header->tile_id == tile->id &&
-           header->pixels == tile_pixels(tile) && seconds_valid(header->busy_s);
+           header->pixels == tile_pixels(tile) && seconds_valid(header->busy_s) &&
+           render_counts_valid(&header->counts);
 }
 
 static bool text_terminated(const char *text, size_t size)
@@ -74,18 +99,11 @@ bool stats_message_valid(const struct renderer_stats *stats, size_t bytes, int r
 {
     if (bytes != sizeof *stats || rank < 0 || stats->rank != (uint32_t)rank) return false;
     const double seconds[] = {
-        stats->busy_s,         stats->cpu_s,    stats->wait_s,
-        stats->send_s,         stats->finish_s, stats->counts.intersect_s,
-        stats->counts.shade_s,
+        stats->busy_s, stats->cpu_s, stats->wait_s, stats->send_s, stats->finish_s,
     };
     for (size_t i = 0; i < sizeof seconds / sizeof *seconds; i++)
         if (!seconds_valid(seconds[i])) return false;
-    const struct bad_sample *first = &stats->counts.first;
-    if (first->x >= PICTURE_MAX_EDGE || first->y >= PICTURE_MAX_EDGE ||
-        first->sample >= SAMPLES_MAX)
-        return false;
-    /* Infinite is a legitimate bound: nothing is known. NaN is not. */
-    return stats->counts.truncation >= 0 && text_terminated(stats->host, sizeof stats->host);
+    return render_counts_valid(&stats->counts) && text_terminated(stats->host, sizeof stats->host);
 }
 
 bool welcome_valid(const struct welcome *welcome, const char *build)

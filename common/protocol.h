@@ -45,13 +45,6 @@ struct welcome {
     uint32_t reserved;
 };
 
-struct result_header {
-    uint32_t tile_id;
-    uint32_t pixels;
-    uint64_t rays; /* of all kinds, traced for this tile */
-    double busy_s; /* wall seconds it took to render */
-};
-
 /* Kinds of ray that are counted. */
 enum ray_kind { RAY_PRIMARY, RAY_SHADOW, RAY_REFLECTION, RAY_REFRACTION, RAY_KINDS };
 
@@ -64,6 +57,14 @@ struct bad_sample {
     struct vec3 origin, direction; /* of the ray; may be anything */
 };
 
+/*
+ * Over pixels: the sum of their squared sampling errors (mean of the three components), as the
+ * pixels' halves tell them (worker/task.h), and of the squares of these.
+ */
+struct error_sum {
+    double squares, fourths;
+};
+
 /* What rendering cost and met: per tile, summed per renderer, summed over the farm. */
 struct render_counts {
     uint64_t rays[RAY_KINDS];
@@ -74,8 +75,24 @@ struct render_counts {
     double truncation; /* largest error of a pixel that max_depth and cutoff can have caused */
     uint64_t unmatched_media; /* refractions out of what the ray had not entered: worker/medium.h */
     uint64_t open_media;      /* rays that left the scene within a medium */
-    struct bad_sample first;  /* of the nonfinite ones, in the order of the picture; else all 0 */
+    struct error_sum sampling; /* of the pixels as they are */
+    struct error_sum halfway;  /* and as they were after samples_halfway() of their samples */
+    struct bad_sample first;   /* of the nonfinite ones, in the order of the picture; else all 0 */
 };
+
+/* Stands before a tile's pixels. */
+struct result_header {
+    uint32_t tile_id;
+    uint32_t pixels;
+    double busy_s; /* wall seconds it took to render */
+    struct render_counts counts;
+};
+
+/* Half of a pixel's samples, the same number in each of its halves; 0: too few for that. */
+static inline uint32_t samples_halfway(uint32_t samples)
+{
+    return samples / 4 * 2;
+}
 
 struct renderer_stats {
     uint32_t rank;
@@ -93,9 +110,9 @@ struct renderer_stats {
 };
 
 _Static_assert(sizeof(struct welcome) == 64, "struct welcome goes over the wire as it is");
-_Static_assert(sizeof(struct result_header) == 24,
+_Static_assert(sizeof(struct result_header) == 200,
                "struct result_header goes over the wire as it is");
-_Static_assert(sizeof(struct renderer_stats) == 280,
+_Static_assert(sizeof(struct renderer_stats) == 312,
                "struct renderer_stats goes over the wire as it is");
 
 /* Bytes of the RESULT message for a tile. */
@@ -119,6 +136,8 @@ bool bad_sample_before(const struct bad_sample *a, const struct bad_sample *b);
 /* Counts a bad sample; keeps the first one. */
 void render_counts_bad(struct render_counts *counts, const struct bad_sample *sample);
 
+void error_sum_add(struct error_sum *sum, const struct error_sum *more);
+
 void render_counts_add(struct render_counts *sum, const struct render_counts *more);
 
 /* Rays of all kinds. */
@@ -129,6 +148,9 @@ static inline uint64_t render_counts_rays(const struct render_counts *counts)
         sum += counts->rays[kind];
     return sum;
 }
+
+/* Counts that came from elsewhere, or from a file. */
+bool render_counts_valid(const struct render_counts *counts);
 
 /* A TILE message of so many bytes, for a region of width x height pixels. */
 bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, uint32_t height);

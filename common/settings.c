@@ -66,6 +66,8 @@ const struct key settings_keys[] = {
      .help = "picture file: .png, .hdr or .pfm (default: CONFIG's name, .png)"},
     {"output", "report", VALUE_TEXT, AT(output.report),
      .help = "report file, JSON; empty: none (default: CONFIG's name, .json)"},
+    {"output", "error", VALUE_TEXT, AT(output.error), .fallback = "",
+     .help = "CSV file for the rows of error against time; empty: none"},
 };
 
 _Static_assert(sizeof settings_keys / sizeof *settings_keys == SETTINGS_KEYS,

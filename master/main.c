@@ -27,6 +27,7 @@ struct run {
     struct job job;
     struct queue *queue;
     struct canvas canvas;
+    struct watch watch;
     struct renderer_stats *stats;
     struct report report;
     double start;
@@ -102,6 +103,9 @@ static bool outputs_writable(const struct settings *settings, const struct view 
 {
     if (!output_writable(settings->output.image, "output.image")) return false;
     if (!image_size_writable(settings->output.image, view->region_w, view->region_h)) return false;
+    if (settings->output.error && settings->output.error[0] &&
+        !output_writable(settings->output.error, "output.error"))
+        return false;
     return !wants_report(settings) || output_writable(settings->output.report, "output.report");
 }
 
@@ -265,11 +269,16 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     struct progress progress;
     struct tile_renderer own = {.state = renderer, .render = render_own_tile};
     canvas_init(&run->canvas, view->region_w, view->region_h);
+    run->watch = (struct watch){.pixels = (uint64_t)view->region_w * view->region_h,
+                                .samples = view->max_samples,
+                                .begin = run->start};
+    if (!watch_start(&run->watch, run->job.settings.output.error)) fatal("see above");
     run->stats = allocate_zeroed(run->renderers, sizeof *run->stats);
     struct service service = {.comm = MPI_COMM_WORLD,
                               .queue = run->queue,
                               .canvas = &run->canvas,
                               .progress = &progress,
+                              .watch = &run->watch,
                               .own = run->job.settings.farm.master_renders ? &own : NULL,
                               .stop = stop_signal(),
                               .stats = run->stats};
@@ -279,8 +288,11 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     bool complete = serve(&service);
     progress_end(&progress);
     if (!complete) return report_stop(run);
+    bool watched = watch_end(&run->watch, clock_wall(), service.render_s, &run->report.forecast);
+    run->report.errors = &run->watch.log;
     fill_report(run, &service, shared);
-    return conclude(run);
+    int status = conclude(run);
+    return status == STATUS_DONE && !watched ? STATUS_FAILED : status;
 }
 
 /* Returns the exit status; on ranks other than 0 that of a rank that has done its part. */
@@ -323,6 +335,7 @@ static void free_run(struct run *run)
     job_free(&run->job);
     queue_destroy(run->queue);
     canvas_free(&run->canvas);
+    watch_free(&run->watch);
     free(run->stats);
 }
 

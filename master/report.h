@@ -6,6 +6,7 @@
 
 #include "common/protocol.h"
 #include "common/settings.h"
+#include "master/error.h"
 
 /* Wall seconds of the parts of a run on rank 0; they add up to total but for moments between. */
 struct run_times {
@@ -28,6 +29,8 @@ struct report {
     struct run_times time;
     const struct renderer_stats *renderers; /* in rank order */
     int renderer_count;
+    const struct error_log *errors; /* NULL: none */
+    struct error_forecast forecast;
     double master_cpu_s; /* of serving, not of rendering */
     uint64_t master_messages;
 };

@@ -19,7 +19,7 @@ struct server {
     double start;
     double finished; /* when the last tile came in */
 
-    /* Shared with the rendering thread, under lock: queue, canvas, and the counts below. */
+    /* Shared with the rendering thread, under lock: queue, canvas, watch, and the counts below. */
     pthread_mutex_t lock;
     uint64_t rays;
     bool own_done;
@@ -94,12 +94,13 @@ static void hand_out(struct server *server, uint32_t renderer)
 
 /* A finished tile goes into the picture; the lock is held. */
 static void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,
-                        const float *rgb, uint64_t rays)
+                        const float *rgb, const struct render_counts *counts)
 {
     struct service *service = server->service;
     canvas_put(service->canvas, tile, rgb);
     queue_finish(service->queue, renderer, tile->id);
-    server->rays += rays;
+    server->rays += render_counts_rays(counts);
+    watch_add(service->watch, tile_pixels(tile), counts);
     server->finished = clock_wall();
 }
 
@@ -116,7 +117,7 @@ static void take_result(struct server *server, uint32_t renderer, const char *me
         /* Behind the header, which is a multiple of 8 bytes long, in an allocated block: aligned.
          */
         const float *rgb = (const void *)(message + sizeof header);
-        accept_tile(server, renderer, &tile, rgb, header.rays);
+        accept_tile(server, renderer, &tile, rgb, &header.counts);
     }
     pthread_mutex_unlock(&server->lock);
     if (!valid)
@@ -208,7 +209,7 @@ static void *render_own(void *argument)
         stats->pixels += tile_pixels(&tile);
         render_counts_add(&stats->counts, &counts);
         pthread_mutex_lock(&server->lock);
-        accept_tile(server, 0, &tile, rgb, render_counts_rays(&counts));
+        accept_tile(server, 0, &tile, rgb, &counts);
         pthread_mutex_unlock(&server->lock);
     }
     stats->cpu_s = clock_thread_cpu() - cpu;
@@ -228,6 +229,7 @@ static void show_progress(struct server *server)
         .tiles = queue_tiles(queue),
         .rays = server->rays,
     };
+    watch_look(server->service->watch, clock_wall());
     pthread_mutex_unlock(&server->lock);
     progress_update(server->service->progress, &state, clock_wall());
 }

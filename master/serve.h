@@ -10,12 +10,14 @@
 #include "master/canvas.h"
 #include "master/progress.h"
 #include "master/queue.h"
+#include "master/watch.h"
 
 struct service {
     MPI_Comm comm;
     struct queue *queue;
     struct canvas *canvas;
     struct progress *progress;
+    struct watch *watch;
     /* Renders tiles in a second thread of this process; NULL: rank 0 only serves. Renderer i of the
      * queue is then rank i, otherwise rank i + 1. */
     const struct tile_renderer *own;

@@ -148,7 +148,7 @@ static void test_unknown_names(void **state)
     refused(state, "[balloon]\n",
             "scene.ini:1: unknown section [balloon], expected one that 'farm --help' lists");
     refused(state, "[output]\njournal = x\n",
-            "scene.ini:2: unknown key 'journal' in [output], expected one of image report");
+            "scene.ini:2: unknown key 'journal' in [output], expected one of image report error");
     refused(state,
             "[material glass]\n[disc]\ncenter = 0 0 0\nnormal = 0 1 0\nradius = 1\n"
             "material = glas\n",

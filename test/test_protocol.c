@@ -30,6 +30,8 @@ static void test_counts_add(void **state)
                                 .truncation = 0.125,
                                 .unmatched_media = 7,
                                 .open_media = 8,
+                                .sampling = {1, 2},
+                                .halfway = {3, 4},
                                 .first = {.x = 3, .y = 2}};
     struct render_counts more = {.rays = {10, 20, 30, 40},
                                  .nonfinite = 50,
@@ -39,6 +41,8 @@ static void test_counts_add(void **state)
                                  .truncation = 0.0625,
                                  .unmatched_media = 70,
                                  .open_media = 80,
+                                 .sampling = {0.5, 0.25},
+                                 .halfway = {0.125, 0.0625},
                                  .first = {.x = 9, .y = 1}};
     render_counts_add(&sum, &more);
     for (unsigned kind = 0; kind < RAY_KINDS; kind++)
@@ -48,6 +52,8 @@ static void test_counts_add(void **state)
     assert_true(sum.intersect_s == 1.5 && sum.shade_s == 2.25);
     assert_int_equal(sum.unmatched_media, 77);
     assert_int_equal(sum.open_media, 88);
+    assert_true(sum.sampling.squares == 1.5 && sum.sampling.fourths == 2.25);
+    assert_true(sum.halfway.squares == 3.125 && sum.halfway.fourths == 4.0625);
     assert_true(sum.first.x == 9 && sum.first.y == 1); /* in the upper row */
     assert_true(sum.truncation == 0.125);              /* the largest, not the sum */
     more.truncation = HUGE_VAL;
@@ -143,7 +149,7 @@ static void test_result(void **state)
 {
     (void)state;
     const size_t bytes = sizeof(struct result_header) + 16 * 3 * sizeof(float);
-    const struct result_header good = {.tile_id = 7, .pixels = 16, .rays = 1, .busy_s = 0};
+    const struct result_header good = {.tile_id = 7, .pixels = 16, .busy_s = 0};
     struct result_header header = good;
     assert_true(result_message_valid(&header, bytes, &good_tile));
     assert_false(result_message_valid(&header, bytes - 1, &good_tile));
@@ -159,6 +165,16 @@ static void test_result(void **state)
     assert_false(result_message_valid(&header, bytes, &good_tile));
     header.busy_s = HUGE_VAL;
     assert_false(result_message_valid(&header, bytes, &good_tile));
+    double *const sums[] = {&header.counts.sampling.squares, &header.counts.sampling.fourths,
+                            &header.counts.halfway.squares, &header.counts.halfway.fourths};
+    for (size_t i = 0; i < 4; i++) {
+        header = good, *sums[i] = HUGE_VAL;
+        assert_true(result_message_valid(&header, bytes, &good_tile));
+        header = good, *sums[i] = (double)NAN;
+        assert_false(result_message_valid(&header, bytes, &good_tile));
+        header = good, *sums[i] = -1;
+        assert_false(result_message_valid(&header, bytes, &good_tile));
+    }
 }
 
 static void test_result_of_share(void **state)

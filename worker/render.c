@@ -11,6 +11,7 @@
 #include "worker/points.h"
 #include "worker/sample.h"
 #include "worker/shade.h"
+#include "worker/task.h"
 #include "worker/tree.h"
 
 /*
@@ -46,27 +47,21 @@ struct finished {
     bool waits;
 };
 
-/* Sums of the samples of one pixel, in the order of the samples. */
-struct pixel_sum {
-    struct color_sum color;
-    double truncation;
-    uint32_t samples;
-};
-
 /* A point of the wave, and a light on its lit side. */
 struct facing {
     uint32_t point, light;
 };
 
-/* A tile in work: its samples are numbered pixel by pixel. */
+/* A task in work. */
 struct progress {
-    const struct tile *tile;
-    float *rgb;
-    uint64_t samples; /* of the tile */
+    struct task task;
+    uint64_t samples; /* of the task */
     uint64_t started, added;
-    uint32_t pixel, sample; /* the next to start */
-    uint32_t x, y;          /* that pixel's place in the whole picture */
-    struct pixel_sum sum;   /* of the pixel whose samples are being added */
+    struct task_cursor next; /* to start */
+    uint32_t x, y;           /* that pixel's place in the whole picture */
+    struct task_cursor adds; /* to be added next */
+    struct pixel_sum sum;    /* of that pixel */
+    uint32_t halfway;        /* samples of it after which an error is told, too; 0: none */
 };
 
 struct renderer {
@@ -390,7 +385,7 @@ static void tell_bad(struct renderer *renderer, struct path *path, const struct 
     path->bad = true;
     struct bad_sample bad = {
         .sample = path->sample, .depth = depth, .origin = ray->origin, .direction = ray->direction};
-    tile_pixel(renderer->progress.tile, path->pixel, &bad.x, &bad.y);
+    tile_pixel(renderer->progress.task.tile, path->pixel, &bad.x, &bad.y);
     bad.x += renderer->scene->view.region_x;
     bad.y += renderer->scene->view.region_y;
     render_counts_bad(&renderer->counts, &bad);
@@ -481,8 +476,8 @@ static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool fl
     uint32_t p = flat ? slot : renderer->idle[--renderer->idle_count];
     struct path *path = &renderer->paths[p];
     path->color = (struct color_sum){{0, 0, 0}, {0, 0, 0}};
-    path->pixel = progress->pixel;
-    path->sample = progress->sample;
+    path->pixel = progress->next.pixel;
+    path->sample = progress->next.sample;
     path->bad = false;
     progress->started++;
     if (flat) return;
@@ -502,7 +497,7 @@ static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool fl
 static void locate_pixel(struct renderer *renderer)
 {
     struct progress *progress = &renderer->progress;
-    tile_pixel(progress->tile, progress->pixel, &progress->x, &progress->y);
+    tile_pixel(progress->task.tile, progress->next.pixel, &progress->x, &progress->y);
     progress->x += renderer->scene->view.region_x;
     progress->y += renderer->scene->view.region_y;
 }
@@ -514,12 +509,10 @@ static INLINED void start_paths(struct renderer *renderer, uint32_t fresh, bool 
     struct progress *progress = &renderer->progress;
     uint32_t first = renderer->count;
     for (uint32_t i = 0; i < fresh; i++) {
-        if (progress->sample == 0) locate_pixel(renderer);
-        sample_place(view, progress->x, progress->y, progress->sample, &renderer->samples, i);
+        if (progress->next.sample == progress->next.begin) locate_pixel(renderer);
+        sample_place(view, progress->x, progress->y, progress->next.sample, &renderer->samples, i);
         start_path(renderer, first + i, flat);
-        if (++progress->sample < view->samples) continue;
-        progress->sample = 0;
-        progress->pixel++;
+        cursor_advance(&progress->next, &progress->task, view);
     }
     sample_rays(view, &renderer->samples, fresh, renderer->rays + first);
     renderer->counts.rays[RAY_PRIMARY] += fresh;
@@ -537,16 +530,65 @@ static void refill_wave(struct renderer *renderer)
     if (fresh >= FRESH_MIN || fresh == left) start_paths(renderer, (uint32_t)fresh, false);
 }
 
-static void finish_pixel(struct renderer *renderer)
+static void put_color(float *rgb, struct vec3 color)
+{
+    rgb[0] = (float)color.x;
+    rgb[1] = (float)color.y;
+    rgb[2] = (float)color.z;
+}
+
+static struct vec3 divided(struct vec3 v, double by)
+{
+    return vec3(v.x / by, v.y / by, v.z / by);
+}
+
+/* What the two halves of the pixel's sum differ by, each divided by its number of samples. */
+static struct vec3 halves_difference(const struct renderer *renderer, double evens, double odds)
+{
+    if (evens == 0 || odds == 0) return vec3(0, 0, 0);
+    const struct pixel_sum *sum = &renderer->progress.sum;
+    struct vec3 even = divided(finished_sum(renderer, &sum->half[0]), evens);
+    return vec_sub(even, divided(finished_sum(renderer, &sum->half[1]), odds));
+}
+
+/*
+ * The pixel is p A + q B, p and q the halves' shares of its samples. With errors of the halves that
+ * are as large as those of random samples would be, or with halves of equal size and whatever
+ * errors, p q (A - B)^2 is on average the square of its own error.
+ */
+static void add_error(struct error_sum *sum, struct vec3 difference, double evens, double odds)
+{
+    double share = evens * odds / ((evens + odds) * (evens + odds));
+    double square = vec_dot(difference, difference) / 3 * share;
+    if (!(square < HUGE_VAL)) return; /* counted as not finite */
+    sum->squares += square;
+    sum->fourths += square * square;
+}
+
+/* The next pixel's mean of so many samples, and what its halves differ by. */
+static void put_pixel(struct renderer *renderer, uint32_t begin, uint32_t end)
 {
     struct progress *progress = &renderer->progress;
-    double samples = renderer->scene->view.samples;
-    struct vec3 color = finished_sum(renderer, &progress->sum.color);
-    progress->rgb[0] = (float)(color.x / samples);
-    progress->rgb[1] = (float)(color.y / samples);
-    progress->rgb[2] = (float)(color.z / samples);
-    progress->rgb += 3;
-    /* An upper bound, like its parts: so many sums, and a quotient. */
+    struct task *task = &progress->task;
+    struct vec3 even = finished_sum(renderer, &progress->sum.half[0]);
+    struct vec3 odd = finished_sum(renderer, &progress->sum.half[1]);
+    double samples = end - begin, evens = (end + 1) / 2 - (begin + 1) / 2;
+    struct vec3 difference = halves_difference(renderer, evens, samples - evens);
+    put_color(task->mean, divided(vec_add(even, odd), samples));
+    task->mean += 3;
+    add_error(&renderer->counts.sampling, difference, evens, samples - evens);
+    if (!task->difference) return;
+    put_color(task->difference, difference);
+    task->difference += 3;
+}
+
+static void finish_pixel(struct renderer *renderer, uint32_t begin, uint32_t end)
+{
+    struct progress *progress = &renderer->progress;
+    double samples = end - begin;
+    put_pixel(renderer, begin, end);
+    /* An upper bound, like its parts: so many sums, and a quotient. The means of several passes
+     * lie between those of each, and so do their bounds. */
     double truncation = progress->sum.truncation;
     if (truncation != 0) truncation = truncation / samples * (1 + (samples + 2) * UNIT_ROUNDOFF);
     renderer->counts.truncation = max_number(renderer->counts.truncation, truncation);
@@ -557,10 +599,16 @@ static void finish_pixel(struct renderer *renderer)
 static inline void add_sample(struct renderer *renderer, struct vec3 color, double truncation)
 {
     struct progress *progress = &renderer->progress;
-    color_sum_add(&progress->sum.color, color);
+    struct task_cursor *adds = &progress->adds;
+    color_sum_add(&progress->sum.half[adds->sample & 1], color);
     progress->sum.truncation += truncation;
     progress->added++;
-    if (++progress->sum.samples == renderer->scene->view.samples) finish_pixel(renderer);
+    uint32_t begin = adds->begin, end = adds->end, so_far = adds->sample + 1 - begin;
+    if (so_far == progress->halfway)
+        add_error(&renderer->counts.halfway, halves_difference(renderer, so_far / 2, so_far / 2),
+                  so_far / 2, so_far / 2);
+    if (cursor_advance(adds, &progress->task, &renderer->scene->view))
+        finish_pixel(renderer, begin, end);
 }
 
 /* Adds the finished samples to their pixels, as far as none is missing before them. */
@@ -617,10 +665,14 @@ void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupt
 /* Stacks kept from earlier tiles save nothing but time: many of them go. */
 #define MEDIA_KEPT 65536u
 
-static void begin_tile(struct renderer *renderer, const struct tile *tile, float *rgb)
+static void begin_task(struct renderer *renderer, const struct task *task)
 {
-    uint64_t samples = (uint64_t)tile_pixels(tile) * renderer->scene->view.samples;
-    renderer->progress = (struct progress){.tile = tile, .rgb = rgb, .samples = samples};
+    const struct view *view = &renderer->scene->view;
+    struct progress *progress = &renderer->progress;
+    *progress = (struct progress){.task = *task, .samples = task_samples(task, view)};
+    cursor_settle(&progress->next, task, view);
+    progress->adds = progress->next;
+    if (!task->refinements) progress->halfway = samples_halfway(level_samples(view, 1));
     renderer->counts = (struct render_counts){0};
     renderer->count = renderer->facing_count = 0;
     renderer->idle_count = WAVE;
@@ -631,11 +683,10 @@ static void begin_tile(struct renderer *renderer, const struct tile *tile, float
     if (media_count(renderer->media) > MEDIA_KEPT) begin_media(renderer);
 }
 
-bool renderer_tile(struct renderer *renderer, const struct tile *tile, float *rgb,
-                   struct render_counts *counts)
+bool renderer_task(struct renderer *renderer, const struct task *task, struct render_counts *counts)
 {
     double start = clock_wall();
-    begin_tile(renderer, tile, rgb);
+    begin_task(renderer, task);
     if (!(renderer->flat ? trace_flat(renderer) : trace_trees(renderer))) return false;
     renderer->counts.shade_s = clock_wall() - start - renderer->counts.intersect_s;
     *counts = renderer->counts;

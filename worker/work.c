@@ -263,8 +263,8 @@ static void send_result(struct worker *worker, const struct tile *tile, char *me
 {
     struct result_header header = {.tile_id = tile->id,
                                    .pixels = tile_pixels(tile),
-                                   .rays = render_counts_rays(counts),
-                                   .busy_s = busy};
+                                   .busy_s = busy,
+                                   .counts = *counts};
     memcpy(message, &header, sizeof header);
     size_t bytes = result_bytes(tile);
     double start = clock_wall();
