@@ -86,7 +86,8 @@ bool result_message_valid(const struct result_header *header, size_t bytes, cons
 {
     /* A short message has no header to look at: the size comes before all fields. */
     return bytes == result_bytes(tile) && header->tile_id == tile->id &&
-           header->pixels == tile_pixels(tile) && seconds_valid(header->busy_s) &&
+           header->pixels == tile_pixels(tile) && seconds_valid(header->start_s) &&
+           seconds_valid(header->busy_s) && seconds_valid(header->cpu_s) &&
            render_counts_valid(&header->counts);
 }
 

@@ -84,7 +84,9 @@ struct render_counts {
 struct result_header {
     uint32_t tile_id;
     uint32_t pixels;
-    double busy_s; /* wall seconds it took to render */
+    double start_s; /* when it was begun, seconds after the start of the render phase */
+    double busy_s;  /* wall seconds it took to render */
+    double cpu_s;   /* CPU seconds of that: less where cores are shared */
     struct render_counts counts;
 };
 
@@ -110,7 +112,7 @@ struct renderer_stats {
 };
 
 _Static_assert(sizeof(struct welcome) == 64, "struct welcome goes over the wire as it is");
-_Static_assert(sizeof(struct result_header) == 200,
+_Static_assert(sizeof(struct result_header) == 216,
                "struct result_header goes over the wire as it is");
 _Static_assert(sizeof(struct renderer_stats) == 312,
                "struct renderer_stats goes over the wire as it is");

@@ -68,6 +68,12 @@ const struct key settings_keys[] = {
      .help = "report file, JSON; empty: none (default: CONFIG's name, .json)"},
     {"output", "error", VALUE_TEXT, AT(output.error), .fallback = "",
      .help = "CSV file for the rows of error against time; empty: none"},
+    {"output", "trace", VALUE_TEXT, AT(output.trace), .fallback = "",
+     .help = "who did what when, Chrome trace JSON for Perfetto; empty: none"},
+    {"output", "heatmap", VALUE_TEXT, AT(output.heatmap), .fallback = "",
+     .help = "picture of the cost of each pixel; empty: none"},
+    {"output", "ranks", VALUE_TEXT, AT(output.ranks), .fallback = "",
+     .help = "picture of which rank rendered what; empty: none"},
 };
 
 _Static_assert(sizeof settings_keys / sizeof *settings_keys == SETTINGS_KEYS,

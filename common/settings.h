@@ -45,12 +45,12 @@ struct settings {
     } farm;
     struct {
         char *image, *report; /* paths, owned; NULL: named after the config; report "": none */
-        char *error;          /* path, owned; "": none */
+        char *error, *trace, *heatmap, *ranks; /* paths, owned; "": none */
     } output;
 };
 
 /* What can be set, in the order in which it is printed; offsets are into struct settings. */
-#define SETTINGS_KEYS 24
+#define SETTINGS_KEYS 27
 extern const struct key settings_keys[SETTINGS_KEYS];
 
 void settings_init(struct settings *settings);

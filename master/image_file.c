@@ -212,7 +212,7 @@ static void encode(enum format format, const struct canvas *canvas, struct outpu
         pfm_encode(canvas, output);
 }
 
-bool image_write(const char *path, const struct canvas *canvas)
+bool image_write_for(const char *key, const char *path, const struct canvas *canvas)
 {
     enum format format = image_format(path);
     if (format == FORMAT_NONE) {
@@ -225,7 +225,12 @@ bool image_write(const char *path, const struct canvas *canvas)
     output_open(&output, path);
     if (!output.error) encode(format, canvas, &output);
     int error = output_close(&output);
-    return error ? cannot_write(path, "output.image", error) : true;
+    return error ? cannot_write(path, key, error) : true;
+}
+
+bool image_write(const char *path, const struct canvas *canvas)
+{
+    return image_write_for("output.image", path, canvas);
 }
 
 bool text_write(const char *path, const char *text, size_t bytes)
@@ -235,6 +240,18 @@ bool text_write(const char *path, const char *text, size_t bytes)
     output_put(&output, text, bytes);
     int error = output_close(&output);
     return error ? cannot_write(path, "output.report", error) : true;
+}
+
+bool text_write_for(const char *key, const char *path, text_writer *put, void *context)
+{
+    struct output output;
+    output_open(&output, path);
+    if (!output.error) {
+        put(context, output.file);
+        output_check(&output, ferror(output.file));
+    }
+    int error = output_close(&output);
+    return error ? cannot_write(path, key, error) : true;
 }
 
 /* Writes a block beside target and removes it; errno of what failed, or 0. */

@@ -370,6 +370,33 @@ static bool kernel_good(const struct loader *loader, const char *config)
     return good;
 }
 
+/* A picture or trace that is asked for has a name of its kind, and no other output has it. */
+static bool extra_good(const struct loader *loader, const char *config, const char *key,
+                       const char *path, bool is_picture)
+{
+    if (!*path || path_is_device(path)) return true;
+    if (is_picture ? !image_extension_known(path) : !path_has_extension(path, ".json")) {
+        char *text = format_text("%s has an unknown extension, expected %s", key,
+                                 is_picture ? ".png, .hdr or .pfm" : ".json");
+        bool good = refuse_setting(loader, config, "output", key, text);
+        free(text);
+        return good;
+    }
+    const struct settings *settings = loader->settings;
+    const char *const all[] = {settings->output.image, settings->output.report,
+                               settings->output.trace, settings->output.heatmap,
+                               settings->output.ranks};
+    unsigned same = 0;
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++)
+        same += strcmp(all[i], path) == 0;
+    if (same <= 1) return true;
+    char *text =
+        format_text("%s is also the name of another output, expected a file of its own", key);
+    bool good = refuse_setting(loader, config, "output", key, text);
+    free(text);
+    return good;
+}
+
 static bool output_good(const struct loader *loader, const char *config)
 {
     const char *image = loader->settings->output.image;
@@ -384,7 +411,10 @@ static bool output_good(const struct loader *loader, const char *config)
     if (*report && !path_has_extension(report, ".json") && !path_is_device(report))
         return refuse_setting(loader, config, "output", "report",
                               "the name of a report has to end with .json");
-    return true;
+    const struct settings *settings = loader->settings;
+    return extra_good(loader, config, "trace", settings->output.trace, false) &&
+           extra_good(loader, config, "heatmap", settings->output.heatmap, true) &&
+           extra_good(loader, config, "ranks", settings->output.ranks, true);
 }
 
 /* The picture in the current folder, the report beside the picture, wherever that is. */

@@ -16,6 +16,7 @@
 #include "master/report.h"
 #include "master/serve.h"
 #include "master/stop.h"
+#include "master/timeline_output.h"
 #include "worker/render.h"
 #include "worker/work.h"
 
@@ -28,6 +29,7 @@ struct run {
     struct queue *queue;
     struct canvas canvas;
     struct watch watch;
+    struct timeline timeline;
     struct renderer_stats *stats;
     struct report report;
     double start;
@@ -106,6 +108,7 @@ static bool outputs_writable(const struct settings *settings, const struct view 
     if (settings->output.error && settings->output.error[0] &&
         !output_writable(settings->output.error, "output.error"))
         return false;
+    if (!timeline_writable(settings, view->region_w, view->region_h)) return false;
     return !wants_report(settings) || output_writable(settings->output.report, "output.report");
 }
 
@@ -180,6 +183,7 @@ static int write_outputs(struct run *run)
     struct report *report = &run->report;
     double start = clock_wall();
     if (!image_write(settings->output.image, &run->canvas)) return STATUS_FAILED;
+    if (!timeline_write(&run->timeline, settings, report)) return STATUS_FAILED;
     report->time.write = clock_wall() - start;
     report->time.total = clock_wall() - run->start;
     if (!wants_report(settings)) return STATUS_DONE;
@@ -265,6 +269,7 @@ static void fill_report(struct run *run, const struct service *service,
 static int render_as_master(struct run *run, const struct node_scene *shared,
                             struct renderer *renderer)
 {
+    const struct settings *settings = &run->job.settings;
     const struct view *view = &shared->scene->view;
     struct progress progress;
     struct tile_renderer own = {.state = renderer, .render = render_own_tile};
@@ -279,7 +284,8 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
                               .canvas = &run->canvas,
                               .progress = &progress,
                               .watch = &run->watch,
-                              .own = run->job.settings.farm.master_renders ? &own : NULL,
+                              .timeline = timeline_wanted(settings) ? &run->timeline : NULL,
+                              .own = settings->farm.master_renders ? &own : NULL,
                               .stop = stop_signal(),
                               .stats = run->stats};
     progress_start(&progress, stderr, clock_wall());
@@ -336,6 +342,7 @@ static void free_run(struct run *run)
     queue_destroy(run->queue);
     canvas_free(&run->canvas);
     watch_free(&run->watch);
+    timeline_free(&run->timeline);
     free(run->stats);
 }
 

@@ -177,6 +177,16 @@ static void put_balance(struct json *json, const struct report *report)
     json_close(json, '}');
 }
 
+/* Of the heat map, when there is one: CPU seconds per pixel. */
+static void put_heat(struct json *json, const struct heat_range *heat)
+{
+    if (heat->highest == 0) return;
+    json_open(json, "heatmap", '{');
+    json_number(json, "black_s", heat->lowest);
+    json_number(json, "white_s", heat->highest);
+    json_close(json, '}');
+}
+
 static void put_vector(struct json *json, const char *key, struct vec3 v)
 {
     json_open(json, key, '[');
@@ -291,6 +301,7 @@ char *report_json(const struct report *report)
     put_workers(&json, report);
     put_master(&json, report);
     put_balance(&json, report);
+    put_heat(&json, &report->heat);
     put_quality(&json, report, &counts);
     json_close(&json, '}');
     return json_end(&json);

@@ -7,6 +7,7 @@
 #include "common/protocol.h"
 #include "common/settings.h"
 #include "master/error.h"
+#include "master/timeline.h"
 
 /* Wall seconds of the parts of a run on rank 0; they add up to total but for moments between. */
 struct run_times {
@@ -33,6 +34,7 @@ struct report {
     struct error_forecast forecast;
     double master_cpu_s; /* of serving, not of rendering */
     uint64_t master_messages;
+    struct heat_range heat; /* of the heat map; 0 and 0: none */
 };
 
 /* Figures that follow from a report. */

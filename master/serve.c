@@ -94,13 +94,14 @@ static void hand_out(struct server *server, uint32_t renderer)
 
 /* A finished tile goes into the picture; the lock is held. */
 static void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,
-                        const float *rgb, const struct render_counts *counts)
+                        const float *rgb, const struct result_header *header)
 {
     struct service *service = server->service;
+    if (service->timeline) timeline_add(service->timeline, LOT_TILE, renderer, tile, header);
     canvas_put(service->canvas, tile, rgb);
     queue_finish(service->queue, renderer, tile->id);
-    server->rays += render_counts_rays(counts);
-    watch_add(service->watch, tile_pixels(tile), counts);
+    server->rays += render_counts_rays(&header->counts);
+    watch_add(service->watch, tile_pixels(tile), &header->counts);
     server->finished = clock_wall();
 }
 
@@ -117,7 +118,7 @@ static void take_result(struct server *server, uint32_t renderer, const char *me
         /* Behind the header, which is a multiple of 8 bytes long, in an allocated block: aligned.
          */
         const float *rgb = (const void *)(message + sizeof header);
-        accept_tile(server, renderer, &tile, rgb, &header.counts);
+        accept_tile(server, renderer, &tile, rgb, &header);
     }
     pthread_mutex_unlock(&server->lock);
     if (!valid)
@@ -200,7 +201,7 @@ static void *render_own(void *argument)
     struct tile tile;
     while (own_next(server, &tile)) {
         struct render_counts counts;
-        double begin = clock_wall();
+        double begin = clock_wall(), begin_cpu = clock_thread_cpu();
         if (!service->own->render(service->own->state, &tile, rgb, &counts)) break;
         double end = clock_wall();
         stats->busy_s += end - begin;
@@ -208,8 +209,12 @@ static void *render_own(void *argument)
         stats->tiles++;
         stats->pixels += tile_pixels(&tile);
         render_counts_add(&stats->counts, &counts);
+        struct result_header header = {.counts = counts,
+                                       .start_s = begin - server->start,
+                                       .busy_s = end - begin,
+                                       .cpu_s = clock_thread_cpu() - begin_cpu};
         pthread_mutex_lock(&server->lock);
-        accept_tile(server, 0, &tile, rgb, &counts);
+        accept_tile(server, 0, &tile, rgb, &header);
         pthread_mutex_unlock(&server->lock);
     }
     stats->cpu_s = clock_thread_cpu() - cpu;

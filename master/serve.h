@@ -11,6 +11,7 @@
 #include "master/progress.h"
 #include "master/queue.h"
 #include "master/watch.h"
+#include "master/timeline.h"
 
 struct service {
     MPI_Comm comm;
@@ -18,6 +19,7 @@ struct service {
     struct canvas *canvas;
     struct progress *progress;
     struct watch *watch;
+    struct timeline *timeline; /* gets every lot; NULL: not kept */
     /* Renders tiles in a second thread of this process; NULL: rank 0 only serves. Renderer i of the
      * queue is then rank i, otherwise rank i + 1. */
     const struct tile_renderer *own;

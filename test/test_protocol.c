@@ -159,6 +159,10 @@ static void test_result(void **state)
     assert_false(result_message_valid(&header, bytes, &good_tile));
     header = good, header.pixels = 15;
     assert_false(result_message_valid(&header, bytes, &good_tile));
+    header = good, header.start_s = -1e-9;
+    assert_false(result_message_valid(&header, bytes, &good_tile));
+    header = good, header.cpu_s = (double)NAN;
+    assert_false(result_message_valid(&header, bytes, &good_tile));
     header = good, header.busy_s = -1e-9;
     assert_false(result_message_valid(&header, bytes, &good_tile));
     header.busy_s = (double)NAN;

@@ -258,13 +258,13 @@ static char *take_buffer(struct worker *worker, size_t bytes)
     return worker->buffers[turn];
 }
 
+/* The header gets the rest of what tells the tile. */
 static void send_result(struct worker *worker, const struct tile *tile, char *message,
-                        const struct render_counts *counts, double busy)
+                        const struct render_counts *counts, struct result_header header)
 {
-    struct result_header header = {.tile_id = tile->id,
-                                   .pixels = tile_pixels(tile),
-                                   .busy_s = busy,
-                                   .counts = *counts};
+    header.tile_id = tile->id;
+    header.pixels = tile_pixels(tile);
+    header.counts = *counts;
     memcpy(message, &header, sizeof header);
     size_t bytes = result_bytes(tile);
     double start = clock_wall();
@@ -291,8 +291,9 @@ static void render_next(struct worker *worker)
     /* Behind the header, a multiple of 8 bytes long, in an allocated block: aligned for float. */
     float *rgb = (void *)(message + sizeof(struct result_header));
     struct render_counts counts;
-    double begin = clock_wall();
+    double begin = clock_wall(), cpu = clock_thread_cpu();
     if (!renderer_tile(worker->renderer, &tile, rgb, &counts)) return;
+    cpu = clock_thread_cpu() - cpu;
     double end = clock_wall();
     struct renderer_stats *stats = &worker->stats;
     stats->busy_s += end - begin;
@@ -300,7 +301,9 @@ static void render_next(struct worker *worker)
     stats->tiles++;
     stats->pixels += tile_pixels(&tile);
     render_counts_add(&stats->counts, &counts);
-    send_result(worker, &tile, message, &counts, end - begin);
+    struct result_header header = {
+        .start_s = begin - worker->start, .busy_s = end - begin, .cpu_s = cpu};
+    send_result(worker, &tile, message, &counts, header);
 }
 
 static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *renderer,

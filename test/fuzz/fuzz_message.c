@@ -55,7 +55,8 @@ static void check_result(const uint8_t *data, size_t size)
     if (result_message_valid(header, bytes, &good_tile)) {
         float last;
         memcpy(&last, (const char *)(header + 1) + (3 * pixels - 1) * sizeof last, sizeof last);
-        PROMISE(header->pixels == pixels && isfinite(header->busy_s));
+        PROMISE(header->pixels == pixels && isfinite(header->start_s) && isfinite(header->busy_s) &&
+                isfinite(header->cpu_s));
     }
     free(good);
     free(header);
