@@ -58,7 +58,8 @@ bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, u
     uint64_t area = (uint64_t)tile->w * tile->h;
     if (area > TILE_MAX_PIXELS || tile->phase >= area) return false;
     /* Up to this step, tile_pixels() stays far from an overflow. */
-    return tile->step >= 1 && tile->step <= TILE_MAX_PIXELS && tile->reserved == 0;
+    if (tile->step < 1 || tile->step > TILE_MAX_PIXELS) return false;
+    return tile->pass == 0 || tile->pass == TILE_PROBE;
 }
 
 static bool seconds_valid(double seconds)

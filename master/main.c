@@ -18,6 +18,7 @@
 #include "master/stop.h"
 #include "master/timeline_output.h"
 #include "worker/render.h"
+#include "worker/survey.h"
 #include "worker/work.h"
 
 enum { STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_INPUT = 2 };
@@ -65,9 +66,10 @@ static const char *schedule_unfit(const struct run *run)
 static uint32_t tile_edge(const struct settings *settings, const struct view *view,
                           uint32_t renderers)
 {
-    if (settings->farm.tile || settings->farm.schedule != SCHEDULE_DYNAMIC)
+    enum schedule schedule = settings->farm.schedule;
+    if (settings->farm.tile || (schedule != SCHEDULE_DYNAMIC && schedule != SCHEDULE_TILES))
         return settings->farm.tile;
-    return queue_auto_edge(view->region_w, view->region_h, renderers);
+    return queue_auto_edge(schedule, view->region_w, view->region_h, renderers);
 }
 
 static bool make_queue(struct run *run, const struct view *view)
@@ -84,6 +86,7 @@ static bool make_queue(struct run *run, const struct view *view)
                                   .height = view->region_h,
                                   .renderers = run->renderers,
                                   .tile_edge = tile_edge(settings, view, run->renderers)};
+    config.probe_edge = queue_auto_probe_edge(view->region_w, view->region_h, view->min_samples);
     run->queue = queue_create(&config);
     if (run->queue) {
         run->report.tile_edge = config.tile_edge;
@@ -224,9 +227,8 @@ static int conclude(struct run *run)
 
 static int report_stop(const struct run *run)
 {
-    user_error(NULL, 0, "stopped by %s at %.0f %% of the tiles: no picture was written",
-               strsignal(*stop_signal()),
-               100.0 * queue_tiles_finished(run->queue) / queue_tiles(run->queue));
+    user_error(NULL, 0, "stopped by %s at %.0f %%: no picture was written",
+               strsignal(*stop_signal()), 100 * queue_count(run->queue).share_finished);
     return STATUS_FAILED;
 }
 
@@ -236,6 +238,11 @@ static bool render_own_tile(void *state, const struct tile *tile, float *rgb,
                             struct render_counts *counts)
 {
     return renderer_tile(state, tile, rgb, counts);
+}
+
+static bool probe_own_tile(void *state, const struct tile *tile, float *rgb, float *seconds)
+{
+    return survey(state, tile, rgb, seconds);
 }
 
 static bool is_stopped(void *unused)
@@ -255,7 +262,10 @@ static void fill_report(struct run *run, const struct service *service,
     report->processes = run->processes;
     report->kernel = processor_resolve(settings->farm.kernel);
     report->schedule = settings->farm.schedule;
-    report->tiles = queue_tiles(run->queue);
+    struct queue_count count = queue_count(run->queue);
+    report->tiles = count.tiles;
+    report->repeated_tiles = count.repeated;
+    report->wasted_s = count.wasted_s;
     report->bvh_bytes = shared->bvh->bytes;
     report->time.broadcast = shared->broadcast_s;
     report->time.build = shared->build_s;
@@ -264,6 +274,10 @@ static void fill_report(struct run *run, const struct service *service,
     report->renderer_count = (int)run->renderers;
     report->master_cpu_s = service->master_cpu_s;
     report->master_messages = service->messages;
+    report->answer_wait_s =
+        service->messages ? service->answer_wait_s / (double)service->messages : 0;
+    report->answer_wait_most_s = service->answer_wait_most_s;
+    report->time.probe = service->probe_s / run->renderers;
 }
 
 static int render_as_master(struct run *run, const struct node_scene *shared,
@@ -272,7 +286,8 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     const struct settings *settings = &run->job.settings;
     const struct view *view = &shared->scene->view;
     struct progress progress;
-    struct tile_renderer own = {.state = renderer, .render = render_own_tile};
+    struct tile_renderer own = {
+        .state = renderer, .render = render_own_tile, .probe = probe_own_tile};
     canvas_init(&run->canvas, view->region_w, view->region_h);
     run->watch = (struct watch){.pixels = (uint64_t)view->region_w * view->region_h,
                                 .samples = view->max_samples,
@@ -298,7 +313,10 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     run->report.errors = &run->watch.log;
     fill_report(run, &service, shared);
     int status = conclude(run);
-    return status == STATUS_DONE && !watched ? STATUS_FAILED : status;
+    status = status == STATUS_DONE && !watched ? STATUS_FAILED : status;
+    /* A rank that does not answer can take part in no proper end. */
+    if (service.missing) end_job(status);
+    return status;
 }
 
 /* Returns the exit status; on ranks other than 0 that of a rank that has done its part. */

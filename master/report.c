@@ -119,6 +119,7 @@ static void put_time(struct json *json, const struct run_times *time)
     json_seconds(json, "broadcast_s", time->broadcast);
     json_seconds(json, "build_s", time->build);
     json_seconds(json, "render_s", time->render);
+    json_seconds(json, "probe_s", time->probe);
     json_seconds(json, "write_s", time->write);
     json_close(json, '}');
 }
@@ -164,6 +165,8 @@ static void put_master(struct json *json, const struct report *report)
     json_open(json, "master", '{');
     json_seconds(json, "cpu_s", report->master_cpu_s);
     json_count(json, "messages", report->master_messages);
+    json_seconds(json, "answer_wait_s", report->answer_wait_s);
+    json_seconds(json, "answer_wait_most_s", report->answer_wait_most_s);
     json_close(json, '}');
 }
 
@@ -174,6 +177,8 @@ static void put_balance(struct json *json, const struct report *report)
     json_number(json, "efficiency", balance.efficiency);
     json_number(json, "imbalance", balance.imbalance);
     json_seconds(json, "tail_s", balance.tail_s);
+    json_count(json, "repeated_tiles", report->repeated_tiles);
+    json_seconds(json, "wasted_s", report->wasted_s);
     json_close(json, '}');
 }
 

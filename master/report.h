@@ -12,6 +12,7 @@
 /* Wall seconds of the parts of a run on rank 0; they add up to total but for moments between. */
 struct run_times {
     double total, init, load, broadcast, build, render, write;
+    double probe; /* of the pre-pass, part of render: mean of the renderers */
 };
 
 struct report {
@@ -35,6 +36,9 @@ struct report {
     double master_cpu_s; /* of serving, not of rendering */
     uint64_t master_messages;
     struct heat_range heat; /* of the heat map; 0 and 0: none */
+    double answer_wait_s, answer_wait_most_s; /* until an answer was looked at: mean, most */
+    uint32_t repeated_tiles;                  /* handed out a second time */
+    double wasted_s;                          /* of rendering, in answers that came second */
 };
 
 /* Figures that follow from a report. */

@@ -30,11 +30,17 @@ struct service {
     double render_s;              /* wall seconds until the last tile was in the picture */
     double master_cpu_s;          /* CPU seconds of serving */
     uint64_t messages;            /* received */
+    double answer_wait_s;         /* of all answers until they were looked at, at most */
+    double answer_wait_most_s;    /* of one */
+    double probe_s;               /* of the pre-pass, wall seconds of all renderers together */
+    uint32_t missing;             /* renderers that have not left */
 };
 
 /*
- * Serves the queue until every renderer has left. Returns whether the picture is complete (false
- * after a stop). Every rank must be calling this or work() on the same communicator.
+ * Serves the queue until every renderer has left; one that does not, although the others have made
+ * the picture complete without it, is missing then, and takes part in nothing more. Returns whether
+ * the picture is complete (false after a stop: then the pre-pass shows where tiles are missing).
+ * Every rank must be calling this or work() on the same communicator.
  */
 bool serve(struct service *service);
 

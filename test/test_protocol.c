@@ -131,8 +131,10 @@ static void test_tile_order(void **state)
     assert_true(tile_ok(tile));
     tile.phase = 16;
     assert_false(tile_ok(tile));
-    tile = good_tile, tile.reserved = 1;
+    tile = good_tile, tile.pass = 1;
     assert_false(tile_ok(tile));
+    tile.pass = TILE_PROBE;
+    assert_true(tile_ok(tile));
 }
 
 static void test_tile_bytes(void **state)

@@ -54,11 +54,13 @@ static struct report sample_report(struct renderer_stats *renderers, int count)
         .scene_bytes = 12345,
         .bvh_bytes = 678,
         .features = FEATURE_TRIANGLES | FEATURE_LIGHTS,
-        .time = {5, 0.25, 0.125, 0.0625, 0.25, 4, 0.3125},
+        .time = {5, 0.25, 0.125, 0.0625, 0.25, 4, 0.3125, 0.03125},
         .renderers = renderers,
         .renderer_count = count,
         .master_cpu_s = 0.01,
         .master_messages = 600,
+        .repeated_tiles = 3,
+        .wasted_s = 0.0625,
     };
 }
 
@@ -94,13 +96,15 @@ static void test_json(void **state)
     assert_has(text, "\"kernel\": \"avx2\",\n    \"schedule\": \"dynamic\",\n    \"tile\": 32,\n   "
                      " \"tiles\": 300\n  },");
     assert_has(text, "\"bvh_bytes\": 678,\n    \"used\": [\"");
-    assert_has(text, "\"render_s\": 4.000000,\n    \"write_s\": 0.312500\n");
+    assert_has(text,
+               "\"render_s\": 4.000000,\n    \"probe_s\": 0.031250,\n    \"write_s\": 0.312500\n");
     assert_has(text,
                "\"primary\": 2000000,\n    \"shadow\": 4000000,\n    \"reflection\": 600000,");
     assert_has(text, "{\"rank\": 1, \"host\": \"node\", \"tiles\": 75, \"pixels\": 518400, "
                      "\"busy_s\": 3.010000, \"cpu_s\": 3.000000, \"wait_s\": 0.500000, "
                      "\"send_s\": 0.125000, \"finish_s\": 3.510000, \"intersect_s\": 2.000000, "
                      "\"shade_s\": 1.000000, \"bytes\": 6220800}\n  ],");
+    assert_has(text, "\"repeated_tiles\": 3,\n    \"wasted_s\": 0.062500\n");
     assert_has(text, "\"error\": [],");
     assert_has(text, "\"truncation\": 0.001\n");
     assert_has(text, "\"nonfinite\": 0,\n    \"first\": null,\n    \"exact_fallbacks\": 14,\n"

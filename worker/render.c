@@ -672,7 +672,8 @@ static void begin_task(struct renderer *renderer, const struct task *task)
     *progress = (struct progress){.task = *task, .samples = task_samples(task, view)};
     cursor_settle(&progress->next, task, view);
     progress->adds = progress->next;
-    if (!task->refinements) progress->halfway = samples_halfway(level_samples(view, 1));
+    if (!task->refinements && !task->first)
+        progress->halfway = samples_halfway(level_samples(view, 1));
     renderer->counts = (struct render_counts){0};
     renderer->count = renderer->facing_count = 0;
     renderer->idle_count = WAVE;

@@ -20,6 +20,7 @@ struct task {
     const struct tile *tile;
     const struct refinement
         *refinements;  /* of each pixel in the tile's order; NULL: 0 to level 1 */
+    uint32_t first;    /* not 0: instead of that the first so many samples of every pixel */
     float *mean;       /* 3 per pixel that gets samples, linear RGB: the mean of these samples */
     float *difference; /* the same of A - B, 0 where one of them is empty; NULL: not wanted */
 };
@@ -39,6 +40,11 @@ struct pixel_sum {
 static inline void cursor_enter(struct task_cursor *cursor, const struct task *task,
                                 const struct view *view)
 {
+    if (task->first) {
+        cursor->sample = cursor->begin = 0;
+        cursor->end = task->first;
+        return;
+    }
     struct refinement refine = {0, 1};
     if (task->refinements) refine = task->refinements[cursor->pixel];
     cursor->sample = cursor->begin = level_samples(view, refine.from);
@@ -71,6 +77,7 @@ static inline bool cursor_advance(struct task_cursor *cursor, const struct task 
 static inline uint64_t task_samples(const struct task *task, const struct view *view)
 {
     uint32_t pixels = tile_pixels(task->tile);
+    if (task->first) return (uint64_t)pixels * task->first;
     if (!task->refinements) return (uint64_t)pixels * level_samples(view, 1);
     uint64_t sum = 0;
     for (uint32_t k = 0; k < pixels; k++)

@@ -10,6 +10,7 @@
 #include "common/nap.h"
 #include "common/processor.h"
 #include "worker/render.h"
+#include "worker/survey.h"
 
 /* ---- waiting ---- */
 
@@ -185,11 +186,16 @@ void unshare_scene(struct node_scene *shared)
 
 /* ---- rendering for the master ---- */
 
-/* Tiles that the master may have sent: the one in work and the one that waits. */
-#define TILES_AHEAD 2
+/* Lots that the master may have sent: the one in work and the one that waits. */
+#define LOTS_AHEAD 2
+
+struct lot {
+    struct tile tiles[LOT_TILES];
+    uint32_t count;
+};
 
 /*
- * One receive is always posted for the next TILE or STOP, results leave through two buffers in
+ * One receive is always posted for the next TILES or STOP, results leave through two buffers in
  * turn:
  *
  *   render into buffer b -> Isend from b -> render into the other one -> ...
@@ -200,9 +206,9 @@ struct worker {
     const struct view *view;
     double start;
 
-    struct tile incoming;
+    struct tile incoming[LOT_TILES];
     MPI_Request receive;
-    struct tile tiles[TILES_AHEAD]; /* received, not rendered; the oldest first */
+    struct lot lots[LOTS_AHEAD]; /* received, not rendered; the oldest first */
     int waiting;
     bool stopped; /* the master has said STOP */
 
@@ -216,8 +222,21 @@ struct worker {
 
 static void post_receive(struct worker *worker)
 {
-    MPI_Irecv(&worker->incoming, sizeof worker->incoming, MPI_BYTE, 0, MPI_ANY_TAG, worker->comm,
+    MPI_Irecv(worker->incoming, sizeof worker->incoming, MPI_BYTE, 0, MPI_ANY_TAG, worker->comm,
               &worker->receive);
+}
+
+static void take_lot(struct worker *worker, size_t bytes)
+{
+    struct lot *lot = &worker->lots[worker->waiting++];
+    lot->count = (uint32_t)(bytes / sizeof *lot->tiles);
+    bool valid = lot->count > 0 && bytes % sizeof *lot->tiles == 0;
+    for (uint32_t i = 0; valid && i < lot->count; i++) {
+        lot->tiles[i] = worker->incoming[i];
+        valid = tile_message_valid(&lot->tiles[i], sizeof *lot->tiles, worker->view->region_w,
+                                   worker->view->region_h);
+    }
+    if (!valid) fatal("the master sent a tile that is not part of the picture");
 }
 
 /* Takes in a message if one has arrived; returns whether one had. */
@@ -225,7 +244,7 @@ static bool hear(struct worker *worker)
 {
     int done, bytes;
     MPI_Status status;
-    if (worker->stopped || worker->waiting == TILES_AHEAD) return false;
+    if (worker->stopped || worker->waiting == LOTS_AHEAD) return false;
     MPI_Test(&worker->receive, &done, &status);
     if (!done) return false;
     MPI_Get_count(&status, MPI_BYTE, &bytes);
@@ -233,12 +252,9 @@ static bool hear(struct worker *worker)
         worker->stopped = true;
         return true;
     }
-    if (status.MPI_TAG != TAG_MASTER_TO_RENDERER_TILE)
+    if (status.MPI_TAG != TAG_MASTER_TO_RENDERER_TILES)
         fatal("the master sent a message of unknown kind %d", status.MPI_TAG);
-    if (!tile_message_valid(&worker->incoming, (size_t)bytes, worker->view->region_w,
-                            worker->view->region_h))
-        fatal("the master sent a tile that is not part of the picture");
-    worker->tiles[worker->waiting++] = worker->incoming;
+    take_lot(worker, (size_t)bytes);
     post_receive(worker);
     return true;
 }
@@ -252,21 +268,22 @@ static char *take_buffer(struct worker *worker, size_t bytes)
     worker->stats.send_s += clock_wall() - start;
     if (worker->capacities[turn] < bytes) {
         free(worker->buffers[turn]);
-        worker->buffers[turn] = allocate(bytes, 1);
+        worker->buffers[turn] = allocate_zeroed(bytes, 1);
         worker->capacities[turn] = bytes;
     }
     return worker->buffers[turn];
 }
 
-/* The header gets the rest of what tells the tile. */
-static void send_result(struct worker *worker, const struct tile *tile, char *message,
-                        const struct render_counts *counts, struct result_header header)
+static size_t lot_bytes(const struct lot *lot)
 {
-    header.tile_id = tile->id;
-    header.pixels = tile_pixels(tile);
-    header.counts = *counts;
-    memcpy(message, &header, sizeof header);
-    size_t bytes = result_bytes(tile);
+    size_t bytes = 0;
+    for (uint32_t i = 0; i < lot->count; i++)
+        bytes += result_bytes(&lot->tiles[i]);
+    return bytes;
+}
+
+static void send_result(struct worker *worker, const char *message, size_t bytes)
+{
     double start = clock_wall();
     MPI_Isend(message, (int)bytes, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_RESULT, worker->comm,
               &worker->sends[worker->turn]);
@@ -282,28 +299,48 @@ static bool hear_stop(void *context)
     return worker->stopped;
 }
 
-static void render_next(struct worker *worker)
+/* Renders a tile, or probes, into its part of a result; false: the master has said STOP. */
+static bool render_part(struct worker *worker, const struct tile *tile, char *part)
 {
-    struct tile tile = worker->tiles[0];
-    worker->tiles[0] = worker->tiles[1];
-    worker->waiting--;
-    char *message = take_buffer(worker, result_bytes(&tile));
-    /* Behind the header, a multiple of 8 bytes long, in an allocated block: aligned for float. */
-    float *rgb = (void *)(message + sizeof(struct result_header));
-    struct render_counts counts;
-    double begin = clock_wall(), cpu = clock_thread_cpu();
-    if (!renderer_tile(worker->renderer, &tile, rgb, &counts)) return;
-    cpu = clock_thread_cpu() - cpu;
-    double end = clock_wall();
     struct renderer_stats *stats = &worker->stats;
+    struct render_counts counts = {0};
+    uint32_t pixels = tile_pixels(tile);
+    bool probes = tile->pass == TILE_PROBE;
+    /* Behind the header, a multiple of 8 bytes long like all parts, in an allocated block: aligned. */
+    float *rgb = (void *)(part + sizeof(struct result_header));
+    double begin = clock_wall(), cpu = clock_thread_cpu();
+    if (probes ? !survey(worker->renderer, tile, rgb, rgb + 3 * (size_t)pixels)
+               : !renderer_tile(worker->renderer, tile, rgb, &counts))
+        return false;
+    double end = clock_wall();
+    struct result_header header = {.tile_id = tile->id,
+                                   .pixels = pixels,
+                                   .start_s = begin - worker->start,
+                                   .busy_s = end - begin,
+                                   .cpu_s = clock_thread_cpu() - cpu,
+                                   .counts = counts};
+    memcpy(part, &header, sizeof header);
     stats->busy_s += end - begin;
+    if (probes) return true;
     stats->finish_s = end - worker->start;
     stats->tiles++;
-    stats->pixels += tile_pixels(&tile);
+    stats->pixels += pixels;
     render_counts_add(&stats->counts, &counts);
-    struct result_header header = {
-        .start_s = begin - worker->start, .busy_s = end - begin, .cpu_s = cpu};
-    send_result(worker, &tile, message, &counts, header);
+    return true;
+}
+
+static void render_next(struct worker *worker)
+{
+    struct lot lot = worker->lots[0];
+    worker->lots[0] = worker->lots[1];
+    worker->waiting--;
+    size_t bytes = lot_bytes(&lot);
+    char *message = take_buffer(worker, bytes), *part = message;
+    for (uint32_t i = 0; i < lot.count; i++) {
+        if (!render_part(worker, &lot.tiles[i], part)) return;
+        part += result_bytes(&lot.tiles[i]);
+    }
+    send_result(worker, message, bytes);
 }
 
 static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *renderer,
