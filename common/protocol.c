@@ -58,8 +58,7 @@ bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, u
     uint64_t area = (uint64_t)tile->w * tile->h;
     if (area > TILE_MAX_PIXELS || tile->phase >= area) return false;
     /* Up to this step, tile_pixels() stays far from an overflow. */
-    if (tile->step < 1 || tile->step > TILE_MAX_PIXELS) return false;
-    return tile->pass == 0 || tile->pass == TILE_PROBE;
+    return tile->step >= 1 && tile->step <= TILE_MAX_PIXELS;
 }
 
 static bool seconds_valid(double seconds)
@@ -83,11 +82,21 @@ bool render_counts_valid(const struct render_counts *counts)
            error_sum_valid(&counts->halfway);
 }
 
-bool result_message_valid(const struct result_header *header, size_t bytes, const struct tile *tile)
+bool refinements_valid(const struct refinement *refinements, uint32_t count, uint32_t last)
+{
+    for (uint32_t i = 0; i < count; i++)
+        if (refinements[i].from > refinements[i].to || refinements[i].to > last) return false;
+    return true;
+}
+
+bool result_message_valid(const struct result_header *header, size_t bytes, const struct tile *tile,
+                          bool halves)
 {
     /* A short message has no header to look at: the size comes before all fields. */
-    return bytes == result_bytes(tile) && header->tile_id == tile->id &&
-           header->pixels == tile_pixels(tile) && seconds_valid(header->start_s) &&
+    if (bytes < sizeof *header || header->tile_id != tile->id) return false;
+    uint32_t pixels = tile_pixels(tile);
+    if (tile_is_refined(tile) ? header->pixels > pixels : header->pixels != pixels) return false;
+    return bytes >= result_bytes(tile, header->pixels, halves) && seconds_valid(header->start_s) &&
            seconds_valid(header->busy_s) && seconds_valid(header->cpu_s) &&
            render_counts_valid(&header->counts);
 }

@@ -3,10 +3,12 @@
  *
  *   start     every rank takes part in one broadcast of struct welcome, then of the scene block
  *   TILES     master -> renderer   1 .. LOT_TILES struct tile, a lot: render these; up to two lots
- *                                  are under way at a time
+ *                                  are under way at a time. From pass 1 on, each is followed by a
+ *                                  struct refinement per pixel, filled up to tile_part_bytes()
  *   RESULT    renderer -> master   one lot: for each of its tiles in their order struct
  *                                  result_header, then 3 floats (linear RGB) per pixel in the
- *                                  tile's pixel order; behind those of a probe (TILE_PROBE) one
+ *                                  tile's pixel order; where sampling is adaptive those per pixel
+ *                                  that got samples, then 3 more for each (worker/task.h); behind those of a probe (TILE_PROBE) one
  *                                  float per pixel, the CPU seconds that it took; filled up to
  *                                  result_bytes()
  *   STOP      master -> renderer   empty: give up what is in work and leave
@@ -26,6 +28,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "common/refinement.h"
 #include "common/tile.h"
 #include "common/vec.h"
 
@@ -124,18 +127,36 @@ _Static_assert(sizeof(struct result_header) == 216,
 _Static_assert(sizeof(struct renderer_stats) == 312,
                "struct renderer_stats goes over the wire as it is");
 
-/* Floats that are sent of a pixel. */
-static inline size_t result_floats(const struct tile *tile)
+/* Floats that are sent of a pixel; halves: sampling is adaptive. */
+static inline size_t result_floats(const struct tile *tile, bool halves)
 {
-    return tile->pass == TILE_PROBE ? 4 : 3;
+    return tile->pass == TILE_PROBE ? 4 : halves ? 6 : 3;
 }
 
-/* Bytes of a tile's part of a RESULT message: a multiple of 8, so that what follows is aligned. */
-static inline size_t result_bytes(const struct tile *tile)
+/* Bytes of a tile's part of a RESULT message with so many pixels: a multiple of 8, so that what
+ * follows is aligned. */
+static inline size_t result_bytes(const struct tile *tile, uint32_t pixels, bool halves)
 {
-    size_t bytes = tile_pixels(tile) * result_floats(tile) * sizeof(float);
+    size_t bytes = pixels * result_floats(tile, halves) * sizeof(float);
     return sizeof(struct result_header) + (bytes + 7) / 8 * 8;
 }
+
+/* Whether only some of the tile's pixels get samples in its pass, as struct refinement says. */
+static inline bool tile_is_refined(const struct tile *tile)
+{
+    return tile->pass != 0 && tile->pass != TILE_PROBE;
+}
+
+/* Bytes of a tile's part of a TILES message, a multiple of 8. */
+static inline size_t tile_part_bytes(const struct tile *tile)
+{
+    size_t bytes = tile_is_refined(tile) ? tile_pixels(tile) * sizeof(struct refinement) : 0;
+    return sizeof *tile + (bytes + 7) / 8 * 8;
+}
+
+/* A TILES message is never longer: the server keeps to that, and receivers have so much room. */
+#define TILES_MAX_BYTES                                                                            \
+    (LOT_TILES * (sizeof(struct tile) + 8) + TILE_MAX_PIXELS * sizeof(struct refinement))
 
 /*
  * How the master renders tiles of its own without knowing a renderer: see worker/render.h and
@@ -143,7 +164,8 @@ static inline size_t result_bytes(const struct tile *tile)
  */
 struct tile_renderer {
     void *state;
-    bool (*render)(void *state, const struct tile *tile, float *rgb, struct render_counts *counts);
+    bool (*render)(void *state, const struct tile *tile, const struct refinement *refinements,
+                   float *mean, float *difference, struct render_counts *counts);
     bool (*probe)(void *state, const struct tile *tile, float *rgb, float *seconds);
 };
 
@@ -172,9 +194,15 @@ bool render_counts_valid(const struct render_counts *counts);
 /* A tile of so many bytes in a TILES message, for a region of width x height pixels. */
 bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, uint32_t height);
 
-/* A part of so many bytes of a RESULT message for tile, the one with the id that its header names. */
-bool result_message_valid(const struct result_header *header, size_t bytes,
-                          const struct tile *tile);
+/* What a TILES message says of so many pixels of a tile; last: the highest level there is. */
+bool refinements_valid(const struct refinement *refinements, uint32_t count, uint32_t last);
+
+/*
+ * A part of so many bytes or more of a RESULT message for tile, the one with the id that its header
+ * names; halves: sampling is adaptive.
+ */
+bool result_message_valid(const struct result_header *header, size_t bytes, const struct tile *tile,
+                          bool halves);
 
 /* A STATS message of so many bytes from rank. */
 bool stats_message_valid(const struct renderer_stats *stats, size_t bytes, int rank);

@@ -37,6 +37,7 @@ struct adaptive {
     struct canvas *canvas; /* the means */
     double target;
     unsigned passes;
+    bool met;          /* the target */
     uint32_t last;     /* level of max_samples */
     float *difference; /* 3 per pixel: A - B */
     uint8_t *level;    /* of each pixel */
@@ -368,7 +369,8 @@ bool adaptive_plan(struct adaptive *adaptive)
     uint64_t pixels, samples;
     struct error_sum told = adaptive_errors(adaptive, &pixels, &samples);
     struct error_estimate estimate = error_estimate(&told, pixels, adaptive->passes);
-    if (adaptive->target > 0 && estimate.high <= adaptive->target) return false;
+    adaptive->met = adaptive->target > 0 && estimate.high <= adaptive->target;
+    if (adaptive->met) return false;
     expect_errors(adaptive);
     struct histogram *histogram = allocate_zeroed(1, sizeof *histogram);
     double expected = fill_histogram(adaptive, histogram);
@@ -380,6 +382,11 @@ bool adaptive_plan(struct adaptive *adaptive)
     if (!assign_levels(adaptive, limit)) return false;
     adaptive->passes++;
     return true;
+}
+
+bool adaptive_is_met(const struct adaptive *adaptive)
+{
+    return adaptive->met;
 }
 
 unsigned adaptive_passes(const struct adaptive *adaptive)

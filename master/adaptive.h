@@ -56,6 +56,9 @@ void adaptive_destroy(struct adaptive *adaptive);
  */
 bool adaptive_plan(struct adaptive *adaptive);
 
+/* Whether the last adaptive_plan() found that the target is met. */
+bool adaptive_is_met(const struct adaptive *adaptive);
+
 /* What the pass adds in a tile. */
 struct adaptive_work {
     uint64_t samples;

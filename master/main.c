@@ -3,6 +3,7 @@
  * (worker/); this file alone knows both sides and starts either.
  */
 #include <errno.h>
+#include <math.h>
 #include <mpi.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +18,7 @@
 #include "master/serve.h"
 #include "master/stop.h"
 #include "master/timeline_output.h"
+#include "master/truth.h"
 #include "worker/render.h"
 #include "worker/survey.h"
 #include "worker/work.h"
@@ -29,7 +31,9 @@ struct run {
     struct job job;
     struct queue *queue;
     struct canvas canvas;
+    struct canvas reference; /* rgb is NULL: there is none */
     struct watch watch;
+    struct adaptive *adaptive; /* NULL: it is not */
     struct timeline timeline;
     struct renderer_stats *stats;
     struct report report;
@@ -164,6 +168,9 @@ static int prepare(struct run *run, struct scene **block)
     struct view view = settings_view(&run->job.settings);
     if (!make_queue(run, &view)) return STATUS_INPUT;
     if (!outputs_writable(&run->job.settings, &view)) return STATUS_INPUT;
+    const char *reference = run->job.settings.sampling.reference;
+    if (*reference && !truth_read(reference, view.region_w, view.region_h, &run->reference))
+        return STATUS_INPUT;
     *block = builder_finish(run->job.builder, &view);
     const char *why;
     if (!scene_valid(*block, (*block)->bytes, &why)) {
@@ -234,10 +241,13 @@ static int report_stop(const struct run *run)
 
 /* ---- the run ---- */
 
-static bool render_own_tile(void *state, const struct tile *tile, float *rgb,
+static bool render_own_tile(void *state, const struct tile *tile,
+                            const struct refinement *refinements, float *mean, float *difference,
                             struct render_counts *counts)
 {
-    return renderer_tile(state, tile, rgb, counts);
+    struct task task = {
+        .tile = tile, .refinements = refinements, .mean = mean, .difference = difference};
+    return renderer_task(state, &task, counts);
 }
 
 static bool probe_own_tile(void *state, const struct tile *tile, float *rgb, float *seconds)
@@ -280,6 +290,31 @@ static void fill_report(struct run *run, const struct service *service,
     report->time.probe = service->probe_s / run->renderers;
 }
 
+/* When sampling.time_limit is over. */
+static double deadline_of(const struct run *run)
+{
+    double limit = run->job.settings.sampling.time_limit;
+    return limit > 0 ? run->start + limit : HUGE_VAL;
+}
+
+static void fill_sampling(struct run *run, const struct service *service, const struct view *view)
+{
+    struct report *report = &run->report;
+    report->min_samples = view->min_samples;
+    report->max_samples = view->max_samples;
+    report->ended = "samples";
+    report->has_reference = run->reference.rgb != NULL;
+    if (report->has_reference) report->truth = truth_of(&run->canvas, &run->reference);
+    if (!run->adaptive) return;
+    uint64_t pixels, samples;
+    adaptive_errors(run->adaptive, &pixels, &samples);
+    report->unsampled = (uint64_t)run->canvas.width * run->canvas.height - pixels;
+    report->passes = adaptive_passes(run->adaptive);
+    report->ended = service->timed_out               ? "time"
+                    : adaptive_is_met(run->adaptive) ? "target"
+                                                     : "max_samples";
+}
+
 static int render_as_master(struct run *run, const struct node_scene *shared,
                             struct renderer *renderer)
 {
@@ -289,16 +324,25 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     struct tile_renderer own = {
         .state = renderer, .render = render_own_tile, .probe = probe_own_tile};
     canvas_init(&run->canvas, view->region_w, view->region_h);
-    run->watch = (struct watch){.pixels = (uint64_t)view->region_w * view->region_h,
+    if (settings_adaptive(settings))
+        run->adaptive = adaptive_create(view, &run->canvas, settings->sampling.target_error);
+    run->watch = (struct watch){.canvas = &run->canvas,
+                                .reference = run->reference.rgb ? &run->reference : NULL,
+                                .adaptive = run->adaptive,
                                 .samples = view->max_samples,
-                                .begin = run->start};
-    if (!watch_start(&run->watch, run->job.settings.output.error)) fatal("see above");
+                                .begin = run->start,
+                                .preview = settings->output.image,
+                                .preview_s = settings->output.preview};
+    if (!watch_start(&run->watch, settings->output.error)) end_job(STATUS_FAILED);
     run->stats = allocate_zeroed(run->renderers, sizeof *run->stats);
     struct service service = {.comm = MPI_COMM_WORLD,
                               .queue = run->queue,
                               .canvas = &run->canvas,
                               .progress = &progress,
                               .watch = &run->watch,
+                              .first_samples = view->min_samples,
+                              .adaptive = run->adaptive,
+                              .deadline = deadline_of(run),
                               .timeline = timeline_wanted(settings) ? &run->timeline : NULL,
                               .own = settings->farm.master_renders ? &own : NULL,
                               .stop = stop_signal(),
@@ -312,6 +356,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     bool watched = watch_end(&run->watch, clock_wall(), service.render_s, &run->report.forecast);
     run->report.errors = &run->watch.log;
     fill_report(run, &service, shared);
+    fill_sampling(run, &service, view);
     int status = conclude(run);
     status = status == STATUS_DONE && !watched ? STATUS_FAILED : status;
     /* A rank that does not answer can take part in no proper end. */
@@ -359,6 +404,8 @@ static void free_run(struct run *run)
     job_free(&run->job);
     queue_destroy(run->queue);
     canvas_free(&run->canvas);
+    canvas_free(&run->reference);
+    adaptive_destroy(run->adaptive);
     watch_free(&run->watch);
     timeline_free(&run->timeline);
     free(run->stats);

@@ -276,12 +276,53 @@ static void put_forecast(struct json *json, const struct report *report)
     json_close(json, '}');
 }
 
+static void put_sampling(struct json *json, const struct report *report)
+{
+    json_open(json, "sampling", '{');
+    json_count(json, "min_samples", report->min_samples);
+    json_count(json, "max_samples", report->max_samples);
+    json_count(json, "passes", report->passes);
+    json_string(json, "ended", report->ended ? report->ended : "samples");
+    json_count(json, "unsampled_pixels", report->unsampled);
+    json_close(json, '}');
+}
+
+/* Rows whose interval holds the true error, of those that know it. */
+static void put_coverage(struct json *json, const struct error_log *errors)
+{
+    uint64_t known = 0, held = 0;
+    for (size_t i = 0; errors && i < errors->count; i++) {
+        const struct error_row *row = &errors->rows[i];
+        if (isnan(row->true_rmse)) continue;
+        known++;
+        held += row->estimate.low <= row->true_rmse && row->true_rmse <= row->estimate.high;
+    }
+    json_count(json, "rows", known);
+    json_count(json, "rows_held", held);
+}
+
+static void put_reference(struct json *json, const struct report *report)
+{
+    if (!report->has_reference) {
+        json_null(json, "reference");
+        return;
+    }
+    json_open(json, "reference", '{');
+    json_number(json, "rmse", report->truth.rmse);
+    json_number(json, "max", report->truth.most);
+    json_number(json, "p999", report->truth.p999);
+    put_coverage(json, report->errors);
+    json_close(json, '}');
+}
+
 /* No run is resumed: that keeps its place in the format. */
 static void put_quality(struct json *json, const struct report *report,
                         const struct render_counts *counts)
 {
     put_errors(json, report->errors);
     put_forecast(json, report);
+    put_sampling(json, report);
+    put_reference(json, report);
     json_open(json, "bound", '{');
     json_number(json, "truncation", counts->truncation);
     json_close(json, '}');

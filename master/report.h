@@ -8,6 +8,7 @@
 #include "common/settings.h"
 #include "master/error.h"
 #include "master/timeline.h"
+#include "master/truth.h"
 
 /* Wall seconds of the parts of a run on rank 0; they add up to total but for moments between. */
 struct run_times {
@@ -33,9 +34,15 @@ struct report {
     int renderer_count;
     const struct error_log *errors; /* NULL: none */
     struct error_forecast forecast;
+    uint32_t min_samples, max_samples; /* per pixel */
+    uint64_t unsampled;                /* pixels that got no sample before the time was over */
+    unsigned passes;                   /* of adaptive sampling; 0: it was not */
+    const char *ended;                 /* "samples", "target", "max_samples" or "time" */
+    bool has_reference;
+    struct truth truth;  /* against the reference */
     double master_cpu_s; /* of serving, not of rendering */
     uint64_t master_messages;
-    struct heat_range heat; /* of the heat map; 0 and 0: none */
+    struct heat_range heat;                   /* of the heat map; 0 and 0: none */
     double answer_wait_s, answer_wait_most_s; /* until an answer was looked at: mean, most */
     uint32_t repeated_tiles;                  /* handed out a second time */
     double wasted_s;                          /* of rendering, in answers that came second */

@@ -304,6 +304,18 @@ static void put_error(struct table *table, const struct report *report)
     end_flow(table);
 }
 
+/* What a limit has cut off. */
+static void put_limit(struct table *table, const struct report *report)
+{
+    if (!report->ended) return;
+    if (strcmp(report->ended, "time") == 0) flow(table, "stopped by sampling.time_limit");
+    if (strcmp(report->ended, "max_samples") == 0)
+        flow(table, "stopped by sampling.max_samples: the target is not met");
+    if (report->unsampled > 0)
+        flow(table, "%llu pixels got no sample", (unsigned long long)report->unsampled);
+    end_flow(table);
+}
+
 static void put_summary(struct table *table, const struct report *report,
                         const struct render_counts *counts)
 {
@@ -316,6 +328,7 @@ static void put_summary(struct table *table, const struct report *report,
     put_shared_cores(table, report);
     put_rays(table, report, counts);
     put_error(table, report);
+    put_limit(table, report);
     if (counts->nonfinite) {
         flow(table, "%llu samples are not finite", (unsigned long long)counts->nonfinite);
         end_flow(table);

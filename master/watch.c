@@ -5,15 +5,23 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "master/image_file.h"
+#include "master/truth.h"
 
 /* The first row comes this many seconds after the start, every further one when the time has grown
  * by this factor: evenly spread where error is drawn against time, both logarithmic. */
 #define FIRST_ROW  0.5
 #define ROW_FACTOR 1.25
 
+static uint64_t pixel_count(const struct watch *watch)
+{
+    return (uint64_t)watch->canvas->width * watch->canvas->height;
+}
+
 bool watch_start(struct watch *watch, const char *csv)
 {
     watch->next = watch->begin + FIRST_ROW;
+    watch->next_preview = watch->begin + watch->preview_s;
     if (!csv || !csv[0]) return true;
     watch->csv = fopen(csv, "w");
     if (watch->csv) {
@@ -32,45 +40,93 @@ void watch_add(struct watch *watch, uint64_t pixels, const struct render_counts 
     error_sum_add(&watch->halfway, &counts->halfway);
 }
 
+/* What is known of the picture as it is. */
+struct look {
+    struct error_sum sum;
+    uint64_t pixels, samples;
+};
+
+static struct look look_at(const struct watch *watch)
+{
+    struct look look = {watch->sampling, watch->finished, watch->finished * watch->samples};
+    if (watch->adaptive) look.sum = adaptive_errors(watch->adaptive, &look.pixels, &look.samples);
+    return look;
+}
+
 static void add_row(struct watch *watch, double now)
 {
-    unsigned look = (unsigned)watch->log.count + 1;
+    struct look look = look_at(watch);
+    /* A single sample in the middle of every pixel tells nothing about its error. */
+    if (look.samples <= look.pixels) return;
+    unsigned number = (unsigned)watch->log.count + 1;
     struct error_row row = {
         .elapsed_s = now - watch->begin,
-        .samples = (double)watch->finished * watch->samples / (double)watch->pixels,
-        .estimate = error_estimate(&watch->sampling, watch->finished, look),
+        .samples = (double)look.samples / (double)pixel_count(watch),
+        .estimate = error_estimate(&look.sum, look.pixels, number),
         .true_rmse = NAN,
     };
+    if (watch->reference && look.pixels == pixel_count(watch))
+        row.true_rmse = truth_rmse(watch->canvas, watch->reference);
     error_log_add(&watch->log, &row);
     if (!watch->csv) return;
     error_row_csv(watch->csv, &row);
     fflush(watch->csv);
 }
 
-/* A single sample in the middle of every pixel tells nothing about its error. */
-static bool sees_error(const struct watch *watch)
+static void show_preview(struct watch *watch, double now)
 {
-    return watch->samples > 1 && watch->finished > 0;
+    if (!(watch->preview_s > 0) || now < watch->next_preview) return;
+    /* Whoever looks at it meanwhile sees the one or the other. */
+    image_write(watch->preview, watch->canvas);
+    watch->next_preview = now + watch->preview_s;
 }
 
 void watch_look(struct watch *watch, double now)
 {
-    if (now < watch->next || !sees_error(watch)) return;
+    show_preview(watch, now);
+    if (now < watch->next) return;
     add_row(watch, now);
     watch->next = watch->begin + (now - watch->begin) * ROW_FACTOR;
 }
 
+/* For the forecast, which takes the last few. */
+static void add_point(struct watch *watch, const struct error_sum *sum, uint64_t pixels,
+                      double seconds)
+{
+    struct error_point point;
+    if (!error_point(sum, pixels, seconds, &point)) return;
+    if (watch->point_count == FORECAST_POINTS) {
+        memmove(watch->points, watch->points + 1, (FORECAST_POINTS - 1) * sizeof point);
+        watch->point_count--;
+    }
+    watch->points[watch->point_count++] = point;
+}
+
+void watch_pass(struct watch *watch, double now, double render_s)
+{
+    struct look look = look_at(watch);
+    add_row(watch, now);
+    add_point(watch, &look.sum, look.pixels, render_s);
+}
+
+/* Where there is one pass, its middle is known, too. */
+static void add_middle(struct watch *watch, double render_s)
+{
+    uint32_t half = samples_halfway(watch->samples);
+    if (half > 0)
+        add_point(watch, &watch->halfway, watch->finished, render_s * half / watch->samples);
+    add_point(watch, &watch->sampling, watch->finished, render_s);
+}
+
 bool watch_end(struct watch *watch, double now, double render_s, struct error_forecast *forecast)
 {
-    if (sees_error(watch)) add_row(watch, now);
-    struct error_point points[2];
-    uint32_t half = samples_halfway(watch->samples);
-    double share = (double)half / watch->samples;
-    size_t count = 0;
-    if (half > 0)
-        count += error_point(&watch->halfway, watch->finished, render_s * share, &points[count]);
-    count += error_point(&watch->sampling, watch->finished, render_s, &points[count]);
-    *forecast = error_forecast(points, count);
+    size_t rows = watch->log.count;
+    /* After the last pass there is a row already. */
+    if (!watch->adaptive || rows == 0 ||
+        look_at(watch).samples > watch->log.rows[rows - 1].samples * (double)pixel_count(watch))
+        add_row(watch, now);
+    if (!watch->adaptive) add_middle(watch, render_s);
+    *forecast = error_forecast(watch->points, watch->point_count);
     if (!watch->csv) return true;
     bool written = !ferror(watch->csv);
     written &= fclose(watch->csv) == 0;

@@ -1,6 +1,6 @@
 /*
  * Looks at the picture while it is rendered: rows of its sampling error against time, into the
- * report and, as the run goes, into a CSV file.
+ * report and, as the run goes, into a CSV file; the picture so far into its file.
  */
 #ifndef FARM_MASTER_WATCH_H
 #define FARM_MASTER_WATCH_H
@@ -8,20 +8,28 @@
 #include <stdbool.h>
 #include <stdio.h>
 
+#include "master/adaptive.h"
 #include "master/canvas.h"
 #include "master/error.h"
 
 struct watch {
-    uint64_t pixels;  /* of the picture */
-    uint32_t samples; /* per pixel */
-    double begin;     /* start of the program, a time of common/clock.h */
-    FILE *csv;        /* NULL: none; owned */
+    /* Filled in before watch_start(). */
+    const struct canvas *canvas;
+    const struct canvas *reference;  /* of the same size; NULL: none */
+    const struct adaptive *adaptive; /* NULL: every pixel gets so many samples: */
+    uint32_t samples;
+    double begin;        /* start of the program, a time of common/clock.h */
+    const char *preview; /* where the picture so far goes */
+    double preview_s;    /* seconds from one to the next; 0: none */
 
     /* So far. */
+    FILE *csv; /* NULL: none; owned */
     struct error_sum sampling, halfway;
     uint64_t finished; /* pixels */
     struct error_log log;
-    double next; /* when the next row is due */
+    struct error_point points[FORECAST_POINTS]; /* of the last passes */
+    size_t point_count;
+    double next, next_preview; /* when the next row and the next picture are due */
 };
 
 /* csv: path of the CSV file, empty for none. false, after saying why: it cannot be written. */
@@ -30,8 +38,11 @@ bool watch_start(struct watch *watch, const char *csv);
 /* Pixels came in, with what rendering them told. */
 void watch_add(struct watch *watch, uint64_t pixels, const struct render_counts *counts);
 
-/* A row when one is due. */
+/* A row, and a picture, when they are due. */
 void watch_look(struct watch *watch, double now);
+
+/* A pass is complete after so many seconds of rendering. */
+void watch_pass(struct watch *watch, double now, double render_s);
 
 /*
  * The last row, and what the run lets expect; render_s: seconds of rendering. Closes the file; false,

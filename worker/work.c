@@ -192,6 +192,7 @@ void unshare_scene(struct node_scene *shared)
 struct lot {
     struct tile tiles[LOT_TILES];
     uint32_t count;
+    struct refinement *refinements; /* of all refined tiles in turn; owned */
 };
 
 /*
@@ -204,9 +205,10 @@ struct worker {
     MPI_Comm comm;
     struct renderer *renderer;
     const struct view *view;
+    bool adaptive;
     double start;
 
-    struct tile incoming[LOT_TILES];
+    char *incoming; /* TILES_MAX_BYTES */
     MPI_Request receive;
     struct lot lots[LOTS_AHEAD]; /* received, not rendered; the oldest first */
     int waiting;
@@ -222,21 +224,41 @@ struct worker {
 
 static void post_receive(struct worker *worker)
 {
-    MPI_Irecv(worker->incoming, sizeof worker->incoming, MPI_BYTE, 0, MPI_ANY_TAG, worker->comm,
+    MPI_Irecv(worker->incoming, (int)TILES_MAX_BYTES, MPI_BYTE, 0, MPI_ANY_TAG, worker->comm,
               &worker->receive);
+}
+
+/* The next tile of a TILES message of which so many bytes are left, with its refinements at
+ * refinements[*refined]; returns the length of its part, 0: it is not valid. */
+static size_t take_tile(const struct worker *worker, struct lot *lot, const char *part,
+                        size_t bytes, size_t *refined)
+{
+    if (lot->count == LOT_TILES || bytes < sizeof(struct tile)) return 0;
+    struct tile *tile = &lot->tiles[lot->count++];
+    memcpy(tile, part, sizeof *tile);
+    const struct view *view = worker->view;
+    if (!tile_message_valid(tile, sizeof *tile, view->region_w, view->region_h)) return 0;
+    if (!tile_is_refined(tile)) return sizeof *tile;
+    uint32_t pixels = tile_pixels(tile);
+    struct refinement *refinements = lot->refinements + *refined;
+    if (!worker->adaptive || tile_part_bytes(tile) > bytes) return 0;
+    memcpy(refinements, part + sizeof *tile, pixels * sizeof *refinements);
+    *refined += pixels;
+    return refinements_valid(refinements, pixels, level_last(view)) ? tile_part_bytes(tile) : 0;
 }
 
 static void take_lot(struct worker *worker, size_t bytes)
 {
     struct lot *lot = &worker->lots[worker->waiting++];
-    lot->count = (uint32_t)(bytes / sizeof *lot->tiles);
-    bool valid = lot->count > 0 && bytes % sizeof *lot->tiles == 0;
-    for (uint32_t i = 0; valid && i < lot->count; i++) {
-        lot->tiles[i] = worker->incoming[i];
-        valid = tile_message_valid(&lot->tiles[i], sizeof *lot->tiles, worker->view->region_w,
-                                   worker->view->region_h);
+    size_t done = 0, length = 1, refined = 0;
+    lot->count = 0;
+    /* The refinements in a message are fewer than its bytes. */
+    lot->refinements = worker->adaptive ? allocate(bytes, sizeof *lot->refinements) : NULL;
+    while (length > 0 && done < bytes) {
+        length = take_tile(worker, lot, worker->incoming + done, bytes - done, &refined);
+        done += length;
     }
-    if (!valid) fatal("the master sent a tile that is not part of the picture");
+    if (bytes == 0 || done < bytes) fatal("the master sent a tile that is not part of the picture");
 }
 
 /* Takes in a message if one has arrived; returns whether one had. */
@@ -274,11 +296,12 @@ static char *take_buffer(struct worker *worker, size_t bytes)
     return worker->buffers[turn];
 }
 
-static size_t lot_bytes(const struct lot *lot)
+/* At most: of refined tiles not all pixels get samples. */
+static size_t lot_bytes(const struct worker *worker, const struct lot *lot)
 {
     size_t bytes = 0;
     for (uint32_t i = 0; i < lot->count; i++)
-        bytes += result_bytes(&lot->tiles[i]);
+        bytes += result_bytes(&lot->tiles[i], tile_pixels(&lot->tiles[i]), worker->adaptive);
     return bytes;
 }
 
@@ -299,19 +322,41 @@ static bool hear_stop(void *context)
     return worker->stopped;
 }
 
-/* Renders a tile, or probes, into its part of a result; false: the master has said STOP. */
-static bool render_part(struct worker *worker, const struct tile *tile, char *part)
+/* Pixels of a tile that get samples. */
+static uint32_t sampled_pixels(const struct tile *tile, const struct refinement *refinements)
+{
+    uint32_t pixels = tile_pixels(tile), count = 0;
+    if (!refinements) return pixels;
+    for (uint32_t k = 0; k < pixels; k++)
+        count += refinements[k].to > refinements[k].from;
+    return count;
+}
+
+/* Renders a tile, or probes, into pixels; false: the master has said STOP. */
+static bool render_pixels(struct worker *worker, const struct tile *tile,
+                          const struct refinement *refinements, uint32_t pixels, float *rgb,
+                          struct render_counts *counts)
+{
+    float *behind = rgb + 3 * (size_t)pixels;
+    if (tile->pass == TILE_PROBE) return survey(worker->renderer, tile, rgb, behind);
+    struct task task = {.tile = tile,
+                        .refinements = refinements,
+                        .mean = rgb,
+                        .difference = worker->adaptive ? behind : NULL};
+    return renderer_task(worker->renderer, &task, counts);
+}
+
+/* The same into its part of a result; returns the length of that, 0: the master has said STOP. */
+static size_t render_part(struct worker *worker, const struct tile *tile,
+                          const struct refinement *refinements, char *part)
 {
     struct renderer_stats *stats = &worker->stats;
     struct render_counts counts = {0};
-    uint32_t pixels = tile_pixels(tile);
-    bool probes = tile->pass == TILE_PROBE;
+    uint32_t pixels = sampled_pixels(tile, refinements);
     /* Behind the header, a multiple of 8 bytes long like all parts, in an allocated block: aligned. */
     float *rgb = (void *)(part + sizeof(struct result_header));
     double begin = clock_wall(), cpu = clock_thread_cpu();
-    if (probes ? !survey(worker->renderer, tile, rgb, rgb + 3 * (size_t)pixels)
-               : !renderer_tile(worker->renderer, tile, rgb, &counts))
-        return false;
+    if (!render_pixels(worker, tile, refinements, pixels, rgb, &counts)) return 0;
     double end = clock_wall();
     struct result_header header = {.tile_id = tile->id,
                                    .pixels = pixels,
@@ -321,12 +366,28 @@ static bool render_part(struct worker *worker, const struct tile *tile, char *pa
                                    .counts = counts};
     memcpy(part, &header, sizeof header);
     stats->busy_s += end - begin;
-    if (probes) return true;
+    size_t bytes = result_bytes(tile, pixels, worker->adaptive);
+    if (tile->pass == TILE_PROBE) return bytes;
     stats->finish_s = end - worker->start;
     stats->tiles++;
     stats->pixels += pixels;
     render_counts_add(&stats->counts, &counts);
-    return true;
+    return bytes;
+}
+
+static void render_lot(struct worker *worker, const struct lot *lot)
+{
+    char *message = take_buffer(worker, lot_bytes(worker, lot)), *part = message;
+    const struct refinement *next = lot->refinements;
+    for (uint32_t i = 0; i < lot->count; i++) {
+        const struct tile *tile = &lot->tiles[i];
+        bool refined = tile_is_refined(tile);
+        size_t bytes = render_part(worker, tile, refined ? next : NULL, part);
+        if (bytes == 0) return;
+        if (refined) next += tile_pixels(tile);
+        part += bytes;
+    }
+    send_result(worker, message, (size_t)(part - message));
 }
 
 static void render_next(struct worker *worker)
@@ -334,13 +395,8 @@ static void render_next(struct worker *worker)
     struct lot lot = worker->lots[0];
     worker->lots[0] = worker->lots[1];
     worker->waiting--;
-    size_t bytes = lot_bytes(&lot);
-    char *message = take_buffer(worker, bytes), *part = message;
-    for (uint32_t i = 0; i < lot.count; i++) {
-        if (!render_part(worker, &lot.tiles[i], part)) return;
-        part += result_bytes(&lot.tiles[i]);
-    }
-    send_result(worker, message, bytes);
+    render_lot(worker, &lot);
+    free(lot.refinements);
 }
 
 static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *renderer,
@@ -351,6 +407,8 @@ static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *
     *worker = (struct worker){.comm = comm,
                               .renderer = renderer,
                               .view = &scene->view,
+                              .adaptive = scene->view.max_samples > scene->view.min_samples,
+                              .incoming = allocate(TILES_MAX_BYTES, 1),
                               .sends = {MPI_REQUEST_NULL, MPI_REQUEST_NULL}};
     worker->stats.rank = (uint32_t)rank;
     gethostname(worker->stats.host, HOST_NAME_SIZE - 1);
@@ -381,6 +439,9 @@ void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene)
         free(worker.buffers[i]);
     }
     renderer_on_wave(renderer, NULL, NULL);
+    for (int i = 0; i < worker.waiting; i++)
+        free(worker.lots[i].refinements);
+    free(worker.incoming);
     worker.stats.cpu_s = clock_thread_cpu() - cpu;
     MPI_Request request;
     MPI_Isend(&worker.stats, sizeof worker.stats, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_STATS, comm,
