@@ -95,7 +95,7 @@ static void test_json(void **state)
     assert_has(text, "\"farm\": {\n    \"version\": \"1.2.3\",\n    \"processes\": 2,\n");
     assert_has(text, "\"kernel\": \"avx2\",\n    \"schedule\": \"dynamic\",\n    \"tile\": 32,\n   "
                      " \"tiles\": 300\n  },");
-    assert_has(text, "\"bvh_bytes\": 678,\n    \"used\": [\"");
+    assert_has(text, "\"bvh_bytes\": 678,\n    \"bytes_per_triangle\": 4341,\n    \"used\": [\"");
     assert_has(text,
                "\"render_s\": 4.000000,\n    \"probe_s\": 0.031250,\n    \"write_s\": 0.312500\n");
     assert_has(text,
@@ -110,6 +110,10 @@ static void test_json(void **state)
     assert_has(text, "\"nonfinite\": 0,\n    \"first\": null,\n    \"exact_fallbacks\": 14,\n"
                      "    \"unmatched_media\": 0,\n    \"open_media\": 0\n  },");
     assert_has(text, "\"seconds_saved\": 0.000000\n  }\n}\n");
+    free(text);
+    report.triangles = 0;
+    text = report_json(&report);
+    assert_has(text, "\"bytes_per_triangle\": null,\n");
     free(text);
 }
 

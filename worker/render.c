@@ -7,6 +7,7 @@
 #include "common/message.h"
 #include "worker/color_sum.h"
 #include "worker/exact.h"
+#include "worker/inlined.h"
 #include "worker/medium.h"
 #include "worker/points.h"
 #include "worker/sample.h"
@@ -19,7 +20,6 @@
  * reflects or refracts. Every sample is one ray then, of weight 1, so that there are no trees, no
  * media and no waiting for other samples.
  */
-#define INLINED inline __attribute__((always_inline))
 
 /* A wave begins with so many new samples at least: neighbours, whose rays keep together. */
 #define FRESH_MIN 64
@@ -70,7 +70,7 @@ struct renderer {
     double *bound;         /* [depth]: largest component a ray of that depth can bring */
     double bound_infinite; /* the same for a tree of unlimited depth */
     uint64_t ray_budget;   /* of a sample */
-    bool flat;             /* see INLINED */
+    bool flat;             /* nothing reflects or refracts */
     struct media *media;
     uint32_t eye_media; /* the stack that the eye is in */
     struct progress progress;
