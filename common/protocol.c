@@ -106,9 +106,22 @@ static bool text_terminated(const char *text, size_t size)
     return memchr(text, '\0', size) != NULL;
 }
 
+bool ready_message_valid(const struct ready *ready, size_t bytes, int rank)
+{
+    return bytes == sizeof *ready && rank >= 0 && ready->rank == (uint32_t)rank &&
+           ready->reserved == 0 && text_terminated(ready->host, sizeof ready->host);
+}
+
+bool start_message_valid(const struct start *start, size_t bytes)
+{
+    return bytes == sizeof *start && seconds_valid(start->elapsed_s);
+}
+
 bool stats_message_valid(const struct renderer_stats *stats, size_t bytes, int rank)
 {
-    if (bytes != sizeof *stats || rank < 0 || stats->rank != (uint32_t)rank) return false;
+    if (bytes != sizeof *stats || rank < 0 || stats->rank != (uint32_t)rank || stats->silent ||
+        stats->reserved)
+        return false;
     const double seconds[] = {
         stats->busy_s, stats->cpu_s, stats->wait_s, stats->send_s, stats->finish_s,
     };

@@ -2,6 +2,8 @@
  * The messages between the master (rank 0) and the renderers on other ranks.
  *
  *   start     every rank takes part in one broadcast of struct welcome, then of the scene block
+ *   READY     renderer -> master   struct ready: the scene and its BVH are here
+ *   START     master -> renderer   struct start: the answer to READY, before any other message
  *   TILES     master -> renderer   1 .. LOT_TILES struct tile, a lot: render these; up to two lots
  *                                  are under way at a time. From pass 1 on, each is followed by a
  *                                  struct refinement per pixel, filled up to tile_part_bytes()
@@ -15,7 +17,8 @@
  *   STATS     renderer -> master   struct renderer_stats, the renderer's last message
  *
  * STOP comes when no tile is left for a renderer, at the earliest when all of its tiles are back or
- * somebody else has finished them, or at any time when the run is stopped.
+ * somebody else has finished them, or at any time when the picture is whole or the run is stopped.
+ * From READY on the master waits for no single renderer: one that answers no more holds nobody up.
  *
  * All ranks run the same build (the welcome carries its name), so that structures travel as they
  * are in memory. Who receives a message validates it with the functions below before using any of
@@ -37,6 +40,8 @@ enum message_tag {
     TAG_MASTER_TO_RENDERER_STOP = 2,
     TAG_RENDERER_TO_MASTER_RESULT = 3,
     TAG_RENDERER_TO_MASTER_STATS = 4,
+    TAG_RENDERER_TO_MASTER_READY = 5,
+    TAG_MASTER_TO_RENDERER_START = 6,
 };
 
 /* Tiles of a lot, at most: a TILES message stays small. */
@@ -53,6 +58,16 @@ struct welcome {
     uint64_t bvh_bytes;   /* room for the BVH of the scene */
     uint32_t status;      /* exit status of the whole job when scene_bytes is 0 */
     uint32_t reserved;
+};
+
+struct ready {
+    uint32_t rank;
+    uint32_t reserved;         /* 0 */
+    char host[HOST_NAME_SIZE]; /* NUL-terminated */
+};
+
+struct start {
+    double elapsed_s; /* since the start of the render phase */
 };
 
 /* Kinds of ray that are counted. */
@@ -109,6 +124,8 @@ static inline uint32_t samples_halfway(uint32_t samples)
 struct renderer_stats {
     uint32_t rank;
     uint32_t tiles;
+    uint32_t silent;   /* 1: it answered no more; filled in by the master, 0 in messages */
+    uint32_t reserved; /* 0 */
     uint64_t pixels;
     double busy_s; /* wall seconds of rendering */
     double cpu_s;  /* CPU seconds of the rendering thread from the first wait to the last send */
@@ -122,9 +139,11 @@ struct renderer_stats {
 };
 
 _Static_assert(sizeof(struct welcome) == 64, "struct welcome goes over the wire as it is");
+_Static_assert(sizeof(struct ready) == 72, "struct ready goes over the wire as it is");
+_Static_assert(sizeof(struct start) == 8, "struct start goes over the wire as it is");
 _Static_assert(sizeof(struct result_header) == 216,
                "struct result_header goes over the wire as it is");
-_Static_assert(sizeof(struct renderer_stats) == 312,
+_Static_assert(sizeof(struct renderer_stats) == 320,
                "struct renderer_stats goes over the wire as it is");
 
 /* Floats that are sent of a pixel; halves: sampling is adaptive. */
@@ -190,6 +209,10 @@ static inline uint64_t render_counts_rays(const struct render_counts *counts)
 
 /* Counts that came from elsewhere, or from a file. */
 bool render_counts_valid(const struct render_counts *counts);
+
+/* A READY message of so many bytes from rank; a START message. */
+bool ready_message_valid(const struct ready *ready, size_t bytes, int rank);
+bool start_message_valid(const struct start *start, size_t bytes);
 
 /* A tile of so many bytes in a TILES message, for a region of width x height pixels. */
 bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, uint32_t height);

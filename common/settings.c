@@ -81,6 +81,9 @@ const struct key settings_keys[] = {
      .help = "seconds from picture to picture while it is rendered; 0: none"},
     {"output", "error", VALUE_TEXT, AT(output.error), .fallback = "",
      .help = "CSV file for the rows of error against time; empty: none"},
+    {"output", "journal", VALUE_TEXT, AT(output.journal),
+     .help = "finished tiles until the picture is written, .journal; empty: none (default: the "
+             "picture's name, .journal)"},
     {"output", "trace", VALUE_TEXT, AT(output.trace), .fallback = "",
      .help = "who did what when, Chrome trace JSON for Perfetto; empty: none"},
     {"output", "heatmap", VALUE_TEXT, AT(output.heatmap), .fallback = "",

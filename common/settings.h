@@ -48,14 +48,15 @@ struct settings {
         enum variant variant;
     } farm;
     struct {
-        char *image, *report; /* paths, owned; NULL: named after the config; report "": none */
-        double preview;       /* seconds from picture to picture while rendering; 0: none */
+        /* Paths, owned; NULL: named after the config; report and journal "": none. */
+        char *image, *report, *journal;
+        double preview; /* seconds from picture to picture while rendering; 0: none */
         char *error, *trace, *heatmap, *ranks; /* paths, owned; "": none */
     } output;
 };
 
 /* What can be set, in the order in which it is printed; offsets are into struct settings. */
-#define SETTINGS_KEYS 33
+#define SETTINGS_KEYS 34
 extern const struct key settings_keys[SETTINGS_KEYS];
 
 /* Whether sampling is adaptive: so it is where there is an end to it. */

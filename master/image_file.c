@@ -174,6 +174,20 @@ static void output_check(struct output *output, int failed)
     if (failed && !output->error) output->error = errno ? errno : EIO;
 }
 
+/* Makes a rename last: without it, the death of the machine may bring the old name back. Some file
+ * systems cannot do that and say so; the file itself is there. */
+static void sync_folder(const char *target)
+{
+    size_t length = folder_length(target);
+    char *folder = length ? format_text("%.*s", (int)length, target) : copy_text(".");
+    int descriptor = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor >= 0) {
+        fsync(descriptor);
+        close(descriptor);
+    }
+    free(folder);
+}
+
 /* Puts the file in its place, or takes all traces of it away. Returns errno, 0 when it is there. */
 static int output_close(struct output *output)
 {
@@ -183,6 +197,7 @@ static int output_close(struct output *output)
         output_check(output, fclose(output->file));
         if (output->temporary && !output->error)
             output_check(output, rename(output->temporary, output->target));
+        if (output->temporary && !output->error) sync_folder(output->target);
     }
     if (output->temporary && output->error) unlink(output->temporary);
     free(output->target);

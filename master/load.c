@@ -432,13 +432,25 @@ static bool output_good(const struct loader *loader, const char *config)
     if (*report && !path_has_extension(report, ".json") && !path_is_device(report))
         return refuse_setting(loader, config, "output", "report",
                               "the name of a report has to end with .json");
+    const char *journal = loader->settings->output.journal;
+    if (*journal && !path_has_extension(journal, ".journal"))
+        return refuse_setting(loader, config, "output", "journal",
+                              "the name of a journal has to end with .journal");
     const struct settings *settings = loader->settings;
     return extra_good(loader, config, "trace", settings->output.trace, false) &&
            extra_good(loader, config, "heatmap", settings->output.heatmap, true) &&
            extra_good(loader, config, "ranks", settings->output.ranks, true);
 }
 
-/* The picture in the current folder, the report beside the picture, wherever that is. */
+/* The picture's name with another extension. */
+static char *name_beside(const char *image, const char *extension)
+{
+    const char *dot = strrchr(image, '.');
+    int length = dot && !strchr(dot, '/') ? (int)(dot - image) : (int)strlen(image);
+    return format_text("%.*s%s", length, image, extension);
+}
+
+/* The picture in the current folder, report and journal beside the picture, wherever that is. */
 static void name_outputs(struct settings *settings, const char *config)
 {
     if (!settings->output.image) {
@@ -446,11 +458,10 @@ static void name_outputs(struct settings *settings, const char *config)
         settings->output.image = format_text("%s.png", stem);
         free(stem);
     }
-    if (!settings->output.report) {
-        const char *image = settings->output.image, *dot = strrchr(image, '.');
-        int length = dot && !strchr(dot, '/') ? (int)(dot - image) : (int)strlen(image);
-        settings->output.report = format_text("%.*s.json", length, image);
-    }
+    if (!settings->output.report)
+        settings->output.report = name_beside(settings->output.image, ".json");
+    if (!settings->output.journal)
+        settings->output.journal = name_beside(settings->output.image, ".journal");
 }
 
 /* ---- the job ---- */

@@ -3,6 +3,7 @@
  * (worker/); this file alone knows both sides and starts either.
  */
 #include <errno.h>
+#include <fcntl.h>
 #include <math.h>
 #include <mpi.h>
 #include <stdlib.h>
@@ -11,10 +12,12 @@
 
 #include "common/clock.h"
 #include "common/message.h"
+#include "master/command_line.h"
 #include "master/image_file.h"
 #include "master/load.h"
 #include "master/options.h"
 #include "master/report.h"
+#include "master/save.h"
 #include "master/serve.h"
 #include "master/stop.h"
 #include "master/timeline_output.h"
@@ -23,10 +26,12 @@
 #include "worker/survey.h"
 #include "worker/work.h"
 
-enum { STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_INPUT = 2 };
+/* STATUS_RESUMABLE: stopped before the end, the same command goes on (EX_TEMPFAIL of sysexits.h). */
+enum { STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_INPUT = 2, STATUS_RESUMABLE = 75 };
 
 /* What rank 0 carries through the run. */
 struct run {
+    char **arguments; /* argv as it was given; owned */
     struct options options;
     struct job job;
     struct queue *queue;
@@ -34,12 +39,14 @@ struct run {
     struct canvas reference; /* rgb is NULL: there is none */
     struct watch watch;
     struct adaptive *adaptive; /* NULL: it is not */
+    struct save *save; /* NULL: output.journal is empty, or the work on it is done */
     struct timeline timeline;
     struct renderer_stats *stats;
     struct report report;
     double start;
     int processes;
     uint32_t renderers;
+    uint32_t silent; /* ranks that answered no more in the end */
 };
 
 /* MPI may be called from the main thread alone; mpiexec ends the others when a rank just leaves. */
@@ -141,6 +148,87 @@ static int print_check(const struct run *run)
     return close_output();
 }
 
+/* ---- what is kept ---- */
+
+static bool is_saved(void *save, const struct tile *tile)
+{
+    return save_holds(save, tile);
+}
+
+/* Takes over what an earlier run has left. */
+static void resume(struct run *run)
+{
+    const struct save_found *found = save_found(run->save);
+    if (!found->pixels) return;
+    queue_skip(run->queue, is_saved, run->save);
+    struct queue_count count = queue_count(run->queue);
+    run->report.resumed = (struct resumed){
+        .tiles = count.finished,
+        .pixels = count.pixels_finished,
+        .seconds = found->seconds * (double)count.pixels_finished / (double)found->pixels,
+        .counts = found->counts,
+    };
+    fprintf(stderr,
+            "farm: going on with %s: %u of %u tiles, %llu pixels, %.1f s of rendering saved\n",
+            run->job.settings.output.journal, count.finished, count.tiles,
+            (unsigned long long)count.pixels_finished, run->report.resumed.seconds);
+}
+
+/* What is still to be rendered. */
+static uint32_t tiles_left(const struct run *run)
+{
+    struct queue_count count = queue_count(run->queue);
+    return count.tiles - count.finished;
+}
+
+static uint64_t pixels_left(const struct run *run)
+{
+    return (uint64_t)run->canvas.width * run->canvas.height -
+           queue_count(run->queue).pixels_finished;
+}
+
+/* Opens the journal, if one is wanted; false after saying why it cannot be. */
+static bool open_save(struct run *run, const struct scene *scene)
+{
+    const char *path = run->job.settings.output.journal;
+    /* The journal holds finished tiles: adaptive ones are not before the last pass. */
+    if (!*path || settings_adaptive(&run->job.settings)) return true;
+    run->save = save_open(path, scene, &run->canvas);
+    if (!run->save) return false;
+    resume(run);
+    if (save_has_room(run->save, tiles_left(run), pixels_left(run))) return true;
+    if (save_found(run->save)->tiles)
+        free(save_keep(run->save).path);
+    else
+        save_drop(run->save);
+    run->save = NULL;
+    return false;
+}
+
+/* Leaves the journal to a later run and tells how to start that; returns whether it can be. */
+static bool keep(struct run *run, const char *then)
+{
+    if (!run->save) {
+        user_error(NULL, 0, "nothing is kept for another run, because output.journal is empty");
+        return false;
+    }
+    struct save_kept kept = save_keep(run->save);
+    run->save = NULL;
+    char *journal = kept.moved ? format_text("output.journal=%s", kept.path) : NULL;
+    char *command = command_line(run->arguments, run->processes, journal);
+    struct queue_count count = queue_count(run->queue);
+    uint64_t tiles = count.finished - kept.lost;
+    if (kept.lost)
+        user_error(NULL, 0, "%llu finished tiles (%.1f s of rendering) could be saved nowhere",
+                   (unsigned long long)kept.lost, kept.lost_s);
+    fprintf(stderr, "farm: %llu of %u tiles are saved in %s; %s: %s\n", (unsigned long long)tiles,
+            count.tiles, kept.path, then, command);
+    free(kept.path);
+    free(journal);
+    free(command);
+    return true;
+}
+
 static void discard(struct scene **block)
 {
     free(*block);
@@ -180,9 +268,14 @@ static int prepare(struct run *run, struct scene **block)
     }
     describe_scene(&run->report, *block);
     run->report.time.load = clock_wall() - start;
-    if (options->action != ACTION_CHECK) return -1;
+    if (options->action == ACTION_CHECK) {
+        discard(block);
+        return print_check(run);
+    }
+    canvas_init(&run->canvas, view.region_w, view.region_h);
+    if (open_save(run, *block)) return -1;
     discard(block);
-    return print_check(run);
+    return STATUS_INPUT;
 }
 
 /* ---- after rendering ---- */
@@ -223,7 +316,12 @@ static int conclude(struct run *run)
 {
     const struct settings *settings = &run->job.settings;
     int status = write_outputs(run);
-    if (status != STATUS_DONE) return status;
+    if (status != STATUS_DONE) {
+        keep(run, "to write the picture without rendering it again");
+        return status;
+    }
+    save_drop(run->save);
+    run->save = NULL;
     int columns = terminal_columns(stderr);
     report_table(stdout, &run->report, columns);
     if (wants_report(settings)) printf("report  %s\n", settings->output.report);
@@ -232,11 +330,16 @@ static int conclude(struct run *run)
     return status != STATUS_DONE ? status : judged;
 }
 
-static int report_stop(const struct run *run)
+/* The journal first: whoever sent the signal may not wait long. */
+static int end_early(struct run *run)
 {
-    user_error(NULL, 0, "stopped by %s at %.0f %%: no picture was written",
-               strsignal(*stop_signal()), 100 * queue_count(run->queue).share_finished);
-    return STATUS_FAILED;
+    const char *image = run->job.settings.output.image;
+    user_error(NULL, 0, "stopped by %s at %.0f %% of the picture", strsignal(*stop_signal()),
+               100 - 100.0 * (double)pixels_left(run) / run->canvas.width / run->canvas.height);
+    bool resumable = keep(run, "to go on");
+    if (image_write(image, &run->canvas))
+        fprintf(stderr, "farm: the picture so far is in %s\n", image);
+    return resumable ? STATUS_RESUMABLE : STATUS_FAILED;
 }
 
 /* ---- the run ---- */
@@ -255,10 +358,9 @@ static bool probe_own_tile(void *state, const struct tile *tile, float *rgb, flo
     return survey(state, tile, rgb, seconds);
 }
 
-static bool is_stopped(void *unused)
+static bool is_over(void *service)
 {
-    (void)unused;
-    return *stop_signal() != 0;
+    return *stop_signal() != 0 || ((struct service *)service)->ending;
 }
 
 static void fill_report(struct run *run, const struct service *service,
@@ -315,6 +417,29 @@ static void fill_sampling(struct run *run, const struct service *service, const 
                                                      : "max_samples";
 }
 
+static void name_silent(const struct run *run)
+{
+    for (uint32_t i = 0; i < run->renderers; i++) {
+        const struct renderer_stats *stats = &run->stats[i];
+        if (!stats->silent) continue;
+        bool known = stats->host[0];
+        user_warning(NULL, 0,
+                     "rank %u%s%s answers no more (stopped, hung, or cut off): the job ends "
+                     "without it",
+                     stats->rank, known ? " on " : "", stats->host);
+    }
+}
+
+/* All is written. MPI_Finalize would wait for a rank that answers no more; this ends it. */
+static void leave_the_silent(int status)
+{
+    fflush(NULL);
+    /* What MPI_Abort says would look like a failure. */
+    int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
+    MPI_Abort(MPI_COMM_WORLD, status);
+}
+
 static int render_as_master(struct run *run, const struct node_scene *shared,
                             struct renderer *renderer)
 {
@@ -323,7 +448,6 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     struct progress progress;
     struct tile_renderer own = {
         .state = renderer, .render = render_own_tile, .probe = probe_own_tile};
-    canvas_init(&run->canvas, view->region_w, view->region_h);
     if (settings_adaptive(settings))
         run->adaptive = adaptive_create(view, &run->canvas, settings->sampling.target_error);
     run->watch = (struct watch){.canvas = &run->canvas,
@@ -334,10 +458,15 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
                                 .preview = settings->output.image,
                                 .preview_s = settings->output.preview};
     if (!watch_start(&run->watch, settings->output.error)) end_job(STATUS_FAILED);
+    if (run->save) {
+        const struct save_found *found = save_found(run->save);
+        watch_add(&run->watch, found->pixels, &found->counts);
+    }
     run->stats = allocate_zeroed(run->renderers, sizeof *run->stats);
     struct service service = {.comm = MPI_COMM_WORLD,
                               .queue = run->queue,
                               .canvas = &run->canvas,
+                              .save = run->save,
                               .progress = &progress,
                               .watch = &run->watch,
                               .first_samples = view->min_samples,
@@ -348,20 +477,20 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
                               .stop = stop_signal(),
                               .stats = run->stats};
     progress_start(&progress, stderr, clock_wall());
-    renderer_on_wave(renderer, is_stopped, NULL);
+    renderer_on_wave(renderer, is_over, &service);
     stop_is_served();
+    if (run->save) save_start(run->save, tiles_left(run), pixels_left(run));
     bool complete = serve(&service);
     progress_end(&progress);
-    if (!complete) return report_stop(run);
+    run->silent = service.silent;
+    name_silent(run);
+    if (!complete) return end_early(run);
     bool watched = watch_end(&run->watch, clock_wall(), service.render_s, &run->report.forecast);
     run->report.errors = &run->watch.log;
     fill_report(run, &service, shared);
     fill_sampling(run, &service, view);
     int status = conclude(run);
-    status = status == STATUS_DONE && !watched ? STATUS_FAILED : status;
-    /* A rank that does not answer can take part in no proper end. */
-    if (service.missing) end_job(status);
-    return status;
+    return status == STATUS_DONE && !watched ? STATUS_FAILED : status;
 }
 
 /* Returns the exit status; on ranks other than 0 that of a rank that has done its part. */
@@ -369,7 +498,6 @@ static int render(struct run *run, int rank, const struct node_scene *shared)
 {
     int status = STATUS_DONE;
     struct renderer *renderer = renderer_create(shared->scene, shared->bvh);
-    wait_for_all(MPI_COMM_WORLD);
     if (rank == 0)
         status = render_as_master(run, shared, renderer);
     else
@@ -395,6 +523,7 @@ static int run_rank(struct run *run, int rank)
     int status = share_scene(MPI_COMM_WORLD, rank == 0 ? &welcome : NULL, block, &shared);
     if (status >= 0) return status;
     status = render(run, rank, &shared);
+    if (run->silent) leave_the_silent(status);
     unshare_scene(&shared);
     return status;
 }
@@ -409,6 +538,7 @@ static void free_run(struct run *run)
     watch_free(&run->watch);
     timeline_free(&run->timeline);
     free(run->stats);
+    free(run->arguments);
 }
 
 /* Whether this process speaks for the job before MPI has started: mpiexec and Slurm tell the rank.
@@ -440,9 +570,17 @@ static int answer_without_mpi(int argc, char **argv, struct options *options)
     return close_output();
 }
 
+/* What options_parse() puts into another order. */
+static char **copy_arguments(int argc, char **argv)
+{
+    char **copy = allocate((size_t)argc + 1, sizeof *copy);
+    memcpy(copy, argv, ((size_t)argc + 1) * sizeof *copy);
+    return copy;
+}
+
 int main(int argc, char **argv)
 {
-    struct run run = {.start = clock_wall()};
+    struct run run = {.start = clock_wall(), .arguments = copy_arguments(argc, argv)};
     int status = answer_without_mpi(argc, argv, &run.options);
     if (status >= 0) return status;
     int rank, level;

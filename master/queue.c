@@ -37,6 +37,7 @@ struct item {
     double priority;
     uint32_t copies; /* renderers that have it */
     bool finished;
+    bool skipped; /* by an earlier run */
 };
 
 struct queue {
@@ -50,13 +51,14 @@ struct queue {
     uint32_t first_probe, probes, next_probe, probe_stride, probes_back;
     bool settled;        /* the map predicts: all probes are back, or enough */
     struct heap waiting; /* items */
-    double waiting_work, finished_work;
+    double waiting_work, finished_work, skipped_work;
     struct cost_map map;
     struct pace pace;
 
     struct holdings holdings;
     uint32_t *probes_given; /* per renderer: probe tiles that it has had */
     bool stopped;
+    uint64_t pixels_skipped; /* finished by an earlier run */
     uint64_t news;
     struct queue_count count;
     uint32_t largest;
@@ -236,6 +238,7 @@ static bool start_shares(struct queue *queue)
     if (queue->shares.ids > QUEUE_MAX_TILES) return false;
     uint32_t ids = (uint32_t)queue->shares.ids;
     queue->share_finished = allocate_zeroed(ids, 1);
+    queue->shares.finished = queue->share_finished;
     for (uint32_t id = 0; id < ids; id++) {
         struct tile tile = share_tile(&queue->shares, id);
         if (!share_has_pixels(&tile)) continue;
@@ -268,6 +271,35 @@ void queue_destroy(struct queue *queue)
     free(queue->probes_given);
     holdings_free(&queue->holdings);
     free(queue);
+}
+
+/* ---- what an earlier run has finished ---- */
+
+static void skip_item(struct queue *queue, uint32_t id)
+{
+    struct item *item = &queue->items[id];
+    item->finished = item->skipped = true;
+    unset_waiting(queue, id);
+    queue->finished_work += (double)item->work;
+    queue->skipped_work += (double)item->work;
+}
+
+void queue_skip(struct queue *queue, bool (*is_finished)(void *state, const struct tile *tile),
+                void *state)
+{
+    uint32_t next = 0;
+    struct tile tile;
+    while (queue_unfinished(queue, &next, &tile)) {
+        if (!is_finished(state, &tile)) continue;
+        if (queue->shared)
+            queue->share_finished[tile.id] = 1;
+        else
+            skip_item(queue, tile.id);
+        queue->count.finished++;
+        queue->count.pixels_finished += tile_pixels(&tile);
+    }
+    queue->pixels_skipped = queue->count.pixels_finished;
+    if (queue_complete(queue)) queue->next_probe = queue->probes;
 }
 
 /* ---- handing out ---- */
@@ -437,6 +469,7 @@ static void predict(struct queue *queue, uint32_t id)
     item->work = (float)((double)item->work * factor);
     queue->pace.total += (double)item->work;
     if (item->finished) queue->finished_work += (double)item->work;
+    if (item->skipped) queue->skipped_work += (double)item->work;
     if (!heap_has(&queue->waiting, id)) return;
     queue->waiting_work += (double)item->work;
     item->priority = priority_of(queue, item);
@@ -466,7 +499,7 @@ static void settle(struct queue *queue, double now)
 {
     queue->settled = true;
     cost_settle(&queue->map);
-    queue->pace.total = queue->waiting_work = queue->finished_work = 0;
+    queue->pace.total = queue->waiting_work = queue->finished_work = queue->skipped_work = 0;
     for (uint32_t id = 0; id < queue->item_count; id++)
         if (queue->items[id].pass != TILE_PROBE) predict(queue, id);
     predict_held(queue, now);
@@ -639,12 +672,16 @@ double queue_wake(const struct queue *queue)
 struct queue_count queue_count(const struct queue *queue)
 {
     struct queue_count count = queue->count;
-    if (queue->config.schedule == SCHEDULE_DYNAMIC)
+    if (queue->config.schedule == SCHEDULE_DYNAMIC) {
         count.share_finished = queue->finished_work / queue->pace.total;
-    else
-        count.share_finished =
-            (double)count.pixels_finished / ((double)queue->config.width * queue->config.height);
+        count.share_skipped = queue->skipped_work / queue->pace.total;
+    } else {
+        double pixels = (double)queue->config.width * queue->config.height;
+        count.share_finished = (double)count.pixels_finished / pixels;
+        count.share_skipped = (double)queue->pixels_skipped / pixels;
+    }
     count.share_finished = fmin(count.share_finished, 1);
+    count.share_skipped = fmin(count.share_skipped, 1);
     return count;
 }
 

@@ -69,6 +69,13 @@ uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height
 uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples);
 
 /*
+ * Before anything is handed out: the tiles for which is_finished() says so, being finished by an
+ * earlier run, are so here too.
+ */
+void queue_skip(struct queue *queue, bool (*is_finished)(void *state, const struct tile *tile),
+                void *state);
+
+/*
  * Hands out a lot for this renderer: returns the number of tiles, at most LOT_TILES. 0: not now,
  * because it holds enough already or nothing waits, or never again: see queue_over().
  */
@@ -124,6 +131,7 @@ struct queue_count {
     uint32_t tiles, finished;
     uint64_t pixels_finished; /* of all passes */
     double share_finished;    /* of the predicted work, 0..1 */
+    double share_skipped;     /* of that: by an earlier run */
     uint32_t repeated;        /* handed out a second time */
     double wasted_s;          /* in answers that came second */
 };

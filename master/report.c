@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "common/message.h"
 #include "common/scene.h"
@@ -39,28 +40,39 @@ struct render_counts report_counts(const struct report *report)
     return sum;
 }
 
-const struct renderer_stats *report_first_bad(const struct report *report)
+struct render_counts report_picture_counts(const struct report *report)
 {
-    const struct renderer_stats *first = NULL;
+    struct render_counts sum = report_counts(report);
+    render_counts_add(&sum, &report->resumed.counts);
+    return sum;
+}
+
+/* The renderer that met this sample; NULL: one of an earlier run. */
+static const struct renderer_stats *finder(const struct report *report,
+                                           const struct bad_sample *bad)
+{
     for (int i = 0; i < report->renderer_count; i++) {
-        const struct renderer_stats *stats = &report->renderers[i];
-        if (!stats->counts.nonfinite) continue;
-        if (!first || bad_sample_before(&stats->counts.first, &first->counts.first)) first = stats;
+        const struct render_counts *counts = &report->renderers[i].counts;
+        if (counts->nonfinite && memcmp(&counts->first, bad, sizeof *bad) == 0)
+            return &report->renderers[i];
     }
-    return first;
+    return NULL;
 }
 
 char *report_bad_samples(const struct report *report)
 {
-    const struct renderer_stats *stats = report_first_bad(report);
-    if (!stats) return NULL;
-    const struct bad_sample *bad = &stats->counts.first;
-    uint64_t count = report_counts(report).nonfinite;
+    struct render_counts counts = report_picture_counts(report);
+    if (!counts.nonfinite) return NULL;
+    const struct bad_sample *bad = &counts.first;
+    const struct renderer_stats *stats = finder(report, bad);
+    char *who = stats ? format_text("rank %u", stats->rank) : copy_text("an earlier run");
     char *origin = format_vector(bad->origin), *direction = format_vector(bad->direction);
-    char *text = format_text("%llu sample%s not finite; the first is sample %u of pixel %u %u, "
-                             "rank %u, by the ray from %s along %s",
-                             (unsigned long long)count, count == 1 ? " is" : "s are", bad->sample,
-                             bad->x, bad->y, stats->rank, origin, direction);
+    char *text =
+        format_text("%llu sample%s not finite; the first is sample %u of pixel %u %u, "
+                    "%s, by the ray from %s along %s",
+                    (unsigned long long)counts.nonfinite, counts.nonfinite == 1 ? " is" : "s are",
+                    bad->sample, bad->x, bad->y, who, origin, direction);
+    free(who);
     free(origin);
     free(direction);
     return text;
@@ -160,6 +172,7 @@ static void put_worker(struct json *json, const struct renderer_stats *stats)
     json_seconds(json, "intersect_s", stats->counts.intersect_s);
     json_seconds(json, "shade_s", stats->counts.shade_s);
     json_count(json, "bytes", stats->bytes);
+    if (stats->silent) json_count(json, "silent", 1);
     json_close(json, '}');
 }
 
@@ -212,16 +225,20 @@ static void put_vector(struct json *json, const char *key, struct vec3 v)
     json_close(json, ']');
 }
 
-static void put_first_bad(struct json *json, const struct report *report)
+static void put_first_bad(struct json *json, const struct report *report,
+                          const struct render_counts *counts)
 {
-    const struct renderer_stats *stats = report_first_bad(report);
-    if (!stats) {
+    if (!counts->nonfinite) {
         json_null(json, "first");
         return;
     }
-    const struct bad_sample *bad = &stats->counts.first;
+    const struct bad_sample *bad = &counts->first;
+    const struct renderer_stats *stats = finder(report, bad);
     json_open_inline(json, "first", '{');
-    json_count(json, "rank", stats->rank);
+    if (stats)
+        json_count(json, "rank", stats->rank);
+    else
+        json_null(json, "rank");
     json_open(json, "pixel", '[');
     json_count(json, NULL, bad->x);
     json_count(json, NULL, bad->y);
@@ -240,7 +257,7 @@ static void put_numerics(struct json *json, const struct report *report,
 {
     json_open(json, "numerics", '{');
     json_count(json, "nonfinite", counts->nonfinite);
-    put_first_bad(json, report);
+    put_first_bad(json, report, counts);
     json_count(json, "exact_fallbacks", counts->exact_fallbacks);
     json_count(json, "unmatched_media", counts->unmatched_media);
     json_count(json, "open_media", counts->open_media);
@@ -326,21 +343,21 @@ static void put_reference(struct json *json, const struct report *report)
     json_close(json, '}');
 }
 
-/* No run is resumed: that keeps its place in the format. */
-static void put_quality(struct json *json, const struct report *report,
-                        const struct render_counts *counts)
+static void put_quality(struct json *json, const struct report *report)
 {
+    struct render_counts counts = report_picture_counts(report);
     put_errors(json, report->errors);
     put_forecast(json, report);
     put_sampling(json, report);
     put_reference(json, report);
     json_open(json, "bound", '{');
-    json_number(json, "truncation", counts->truncation);
+    json_number(json, "truncation", counts.truncation);
     json_close(json, '}');
-    put_numerics(json, report, counts);
+    put_numerics(json, report, &counts);
     json_open(json, "resumed", '{');
-    json_count(json, "tiles", 0);
-    json_seconds(json, "seconds_saved", 0);
+    json_count(json, "tiles", report->resumed.tiles);
+    json_count(json, "pixels", report->resumed.pixels);
+    json_seconds(json, "seconds_saved", report->resumed.seconds);
     json_close(json, '}');
 }
 
@@ -359,7 +376,7 @@ char *report_json(const struct report *report)
     put_master(&json, report);
     put_balance(&json, report);
     put_heat(&json, &report->heat);
-    put_quality(&json, report, &counts);
+    put_quality(&json, report);
     json_close(&json, '}');
     return json_end(&json);
 }

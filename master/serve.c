@@ -32,13 +32,14 @@ struct server {
     /* Main thread only. */
     uint32_t first_rank; /* of renderer 0 */
     uint32_t renderers, remote, left;
-    bool *told;    /* per renderer: that it is to stop */
-    bool *is_gone; /* per renderer: its statistics are here */
-    bool *idle;    /* per renderer: it asks for work, and there was none */
-    char *message; /* TILES_MAX_BYTES, zeroed: what fills up parts is 0 or old */
-    bool stopped;  /* by a signal or the deadline: tiles may stay unfinished */
-    uint64_t news; /* of the queue, when the idle were last asked */
-    double polled; /* when messages were last looked for */
+    bool *told;     /* per renderer: that it is to stop */
+    bool *is_gone;  /* per renderer: its statistics are here */
+    bool *is_ready; /* per renderer: it may be sent tiles */
+    bool *idle;     /* per renderer: it asks for work, and there was none */
+    char *message;  /* TILES_MAX_BYTES, zeroed: what fills up parts is 0 or old */
+    double ended;   /* clock_wall(), when service->ending was set */
+    uint64_t news;  /* of the queue, when the idle were last asked */
+    double polled;  /* when messages were last looked for */
     int receives;
     size_t buffer_bytes;
     char *buffers[RECEIVES];
@@ -59,6 +60,7 @@ static void post_receives(struct server *server)
         LOT_TILES * (sizeof(struct result_header) + 8) + largest * floats * sizeof(float);
     if (server->buffer_bytes < sizeof(struct renderer_stats))
         server->buffer_bytes = sizeof(struct renderer_stats);
+    _Static_assert(sizeof(struct ready) <= sizeof(struct renderer_stats), "has room, too");
     server->receives = server->remote < RECEIVES ? (int)server->remote : RECEIVES;
     for (int i = 0; i < server->receives; i++) {
         server->buffers[i] = allocate(server->buffer_bytes, 1);
@@ -89,9 +91,10 @@ static double elapsed(const struct server *server)
 }
 
 /* Whether nothing is left for this renderer, in later passes either; the lock is held. */
-static bool is_over(struct server *server, uint32_t renderer)
+static bool is_through(struct server *server, uint32_t renderer)
 {
-    return queue_over(server->service->queue, renderer) && (server->last_pass || server->stopped);
+    bool over = queue_over(server->service->queue, renderer);
+    return over && (server->last_pass || server->service->ending);
 }
 
 /* The TILES message of a lot into room for TILES_MAX_BYTES; returns its length. The lock is held. */
@@ -123,7 +126,7 @@ static void hand_out(struct server *server, uint32_t renderer)
         pthread_mutex_lock(&server->lock);
         count = queue_next(queue, renderer, elapsed(server), tiles);
         bytes = put_lot(server, tiles, count, server->message);
-        over = is_over(server, renderer);
+        over = is_through(server, renderer);
         server->idle[renderer] = queue_holds(queue, renderer) == 0;
         pthread_mutex_unlock(&server->lock);
         if (count > 0)
@@ -145,7 +148,8 @@ static void hand_out_to_idle(struct server *server)
     bool all = news != server->news || complete;
     server->news = news;
     for (uint32_t i = server->renderers - server->remote; i < server->renderers; i++)
-        if ((all || server->idle[i]) && !server->told[i]) hand_out(server, i);
+        if ((all || server->idle[i]) && server->is_ready[i] && !server->told[i])
+            hand_out(server, i);
 }
 
 static void note_lot(struct service *service, enum lot_kind kind, uint32_t renderer,
@@ -154,7 +158,7 @@ static void note_lot(struct service *service, enum lot_kind kind, uint32_t rende
     if (service->timeline) timeline_add(service->timeline, kind, renderer, tile, header);
 }
 
-/* A finished tile goes into the picture, unless somebody else was first; the lock is held. */
+/* A finished tile goes into the picture and the journal, unless somebody else was first; the lock is held. */
 static void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,
                         const float *rgb, const struct result_header *header)
 {
@@ -169,6 +173,7 @@ static void accept_tile(struct server *server, uint32_t renderer, const struct t
         adaptive_put(service->adaptive, tile, rgb, rgb + 3 * (size_t)header->pixels);
     } else {
         canvas_put(service->canvas, tile, rgb);
+        save_tile(service->save, tile, header->busy_s, &header->counts);
     }
     server->rays += render_counts_rays(&header->counts);
     watch_add(service->watch, tile_pixels(tile), &header->counts);
@@ -186,6 +191,19 @@ static void accept_probes(struct server *server, uint32_t renderer, const struct
     queue_probed(service->queue, tile, seconds);
     queue_finish(service->queue, renderer, tile->id, elapsed(server), header->busy_s);
     server->probe_s += header->busy_s;
+}
+
+/* What is known of a remote renderer before its last message, or if that never comes. */
+static void count_part(struct renderer_stats *stats, const struct tile *tile,
+                       const struct result_header *header)
+{
+    stats->busy_s += header->busy_s;
+    stats->cpu_s += header->cpu_s;
+    if (tile->pass == TILE_PROBE) return;
+    stats->finish_s = header->start_s + header->busy_s;
+    stats->tiles++;
+    stats->pixels += header->pixels;
+    render_counts_add(&stats->counts, &header->counts);
 }
 
 /* Takes in the first part of so many bytes of a RESULT; returns its length, 0: it is not valid. The
@@ -206,12 +224,14 @@ static size_t take_part(struct server *server, uint32_t renderer, const char *pa
         accept_probes(server, renderer, &tile, rgb, &header);
     else
         accept_tile(server, renderer, &tile, rgb, &header);
+    count_part(&server->service->stats[renderer], &tile, &header);
     return result_bytes(&tile, header.pixels, halves);
 }
 
 static void take_result(struct server *server, uint32_t renderer, const char *message, size_t bytes)
 {
     size_t done = 0, length = 1;
+    server->service->stats[renderer].bytes += bytes;
     pthread_mutex_lock(&server->lock);
     while (length > 0 && done < bytes) {
         length = take_part(server, renderer, message + done, bytes - done);
@@ -223,13 +243,30 @@ static void take_result(struct server *server, uint32_t renderer, const char *me
     hand_out(server, renderer);
 }
 
+static void take_ready(struct server *server, uint32_t renderer, const char *message, size_t bytes)
+{
+    struct ready ready = {0};
+    if (bytes == sizeof ready) memcpy(&ready, message, sizeof ready);
+    int rank = (int)(server->first_rank + renderer);
+    if (!ready_message_valid(&ready, bytes, rank) || server->is_ready[renderer])
+        fatal("renderer %u reported for work in a way that makes no sense", renderer);
+    server->is_ready[renderer] = true;
+    struct renderer_stats *stats = &server->service->stats[renderer];
+    memcpy(stats->host, ready.host, sizeof stats->host);
+    if (server->told[renderer]) return;
+    struct start start = {.elapsed_s = elapsed(server)};
+    MPI_Send(&start, sizeof start, MPI_BYTE, rank, TAG_MASTER_TO_RENDERER_START,
+             server->service->comm);
+    hand_out(server, renderer);
+}
+
 static void take_stats(struct server *server, uint32_t renderer, const char *message, size_t bytes)
 {
     struct renderer_stats stats;
     if (bytes == sizeof stats) memcpy(&stats, message, sizeof stats);
     int rank = (int)(server->first_rank + renderer);
     pthread_mutex_lock(&server->lock);
-    bool due = server->stopped || is_over(server, renderer);
+    bool due = server->service->ending || is_through(server, renderer);
     pthread_mutex_unlock(&server->lock);
     if (bytes != sizeof stats || !stats_message_valid(&stats, bytes, rank) || !due ||
         server->is_gone[renderer])
@@ -252,6 +289,8 @@ static void take_message(struct server *server, int slot, const MPI_Status *stat
         take_result(server, renderer, message, (size_t)bytes);
     else if (status->MPI_TAG == TAG_RENDERER_TO_MASTER_STATS)
         take_stats(server, renderer, message, (size_t)bytes);
+    else if (status->MPI_TAG == TAG_RENDERER_TO_MASTER_READY)
+        take_ready(server, renderer, message, (size_t)bytes);
     else
         fatal("rank %d sent a message of unknown kind %d", status->MPI_SOURCE, status->MPI_TAG);
     post_receive(server, slot);
@@ -296,7 +335,7 @@ static uint32_t own_next(struct server *server, struct tile *tiles)
     for (;;) {
         pthread_mutex_lock(&server->lock);
         uint32_t count = queue_next(queue, 0, elapsed(server), tiles);
-        bool over = is_over(server, 0);
+        bool over = is_through(server, 0);
         pthread_mutex_unlock(&server->lock);
         if (count > 0 || over) return count;
         nap_take(&nap);
@@ -314,7 +353,7 @@ static void own_leave(struct server *server)
 static bool own_is_over(struct server *server)
 {
     pthread_mutex_lock(&server->lock);
-    bool over = is_over(server, 0);
+    bool over = is_through(server, 0);
     pthread_mutex_unlock(&server->lock);
     return over;
 }
@@ -348,18 +387,19 @@ static bool render_one(struct server *server, const struct tile *tile,
     uint32_t pixels = own_refinements(server, tile, memory->refinements);
     float *rgb = memory->rgb, *behind = rgb + 3 * (size_t)pixels;
     bool probes = tile->pass == TILE_PROBE;
+    const struct refinement *refinements = tile_is_refined(tile) ? memory->refinements : NULL;
     double begin = elapsed(server), cpu = clock_thread_cpu();
     if (probes ? !own->probe(own->state, tile, rgb, behind)
-               : !own->render(own->state, tile, memory->refinements, rgb,
+               : !own->render(own->state, tile, refinements, rgb,
                               memory->refinements ? behind : NULL, &counts))
         return false;
     double end = elapsed(server);
     stats->busy_s += end - begin;
     struct result_header header = {.pixels = pixels,
-                                   .counts = counts,
                                    .start_s = begin,
                                    .busy_s = end - begin,
-                                   .cpu_s = clock_thread_cpu() - cpu};
+                                   .cpu_s = clock_thread_cpu() - cpu,
+                                   .counts = counts};
     pthread_mutex_lock(&server->lock);
     if (probes)
         accept_probes(server, 0, tile, rgb, &header);
@@ -436,7 +476,7 @@ static void begin_pass(struct server *server)
 
 static void follow_passes(struct server *server)
 {
-    if (server->last_pass || server->stopped) return;
+    if (server->last_pass || server->service->ending) return;
     pthread_mutex_lock(&server->lock);
     while (!server->last_pass && queue_complete(server->service->queue)) {
         watch_pass(server->service->watch, clock_wall(), elapsed(server));
@@ -453,6 +493,7 @@ static void show_progress(struct server *server)
     struct queue_count count = queue_count(queue);
     struct progress_state state = {
         .pixels_done = (uint64_t)(count.share_finished * pixels),
+        .pixels_before = (uint64_t)(count.share_skipped * pixels),
         .pixels = (uint64_t)pixels,
         .tiles_done = count.finished,
         .tiles = count.tiles,
@@ -463,24 +504,28 @@ static void show_progress(struct server *server)
     progress_update(server->service->progress, &state, clock_wall());
 }
 
-/* All renderers have left, or all that will: one that is stopped or stuck is not waited for longer
- * than this when the others have made the picture complete. */
-#define LEAVE_S 2
-
 static bool all_left(struct server *server)
 {
     pthread_mutex_lock(&server->lock);
     bool own_done = server->own_done;
+    pthread_mutex_unlock(&server->lock);
+    return own_done && server->left == server->remote;
+}
+
+/* Whether nothing of what is in work matters any more. */
+static bool is_over(struct server *server)
+{
+    pthread_mutex_lock(&server->lock);
     bool complete = server->last_pass && queue_complete(server->service->queue);
     pthread_mutex_unlock(&server->lock);
-    if (own_done && server->left == server->remote) return true;
-    return own_done && complete && clock_wall() > server->finished + LEAVE_S;
+    return complete || *server->service->stop;
 }
 
 /* Nothing more is handed out, and what is in work is given up. */
-static void stop_all(struct server *server)
+static void end_all(struct server *server)
 {
-    server->stopped = true;
+    server->service->ending = true;
+    server->ended = clock_wall();
     pthread_mutex_lock(&server->lock);
     queue_stop(server->service->queue);
     pthread_mutex_unlock(&server->lock);
@@ -488,19 +533,31 @@ static void stop_all(struct server *server)
         tell_stop(server, i);
 }
 
+static bool is_out_of_patience(const struct server *server)
+{
+    return server->service->ending && clock_wall() - server->ended > SERVE_GRACE;
+}
+
+static void count_silent(struct server *server)
+{
+    for (uint32_t i = server->renderers - server->remote; i < server->renderers; i++) {
+        if (server->is_gone[i]) continue;
+        server->service->stats[i].silent = 1;
+        server->service->silent++;
+    }
+}
+
 static void serve_until_done(struct server *server)
 {
     struct nap nap = {0};
-    for (uint32_t i = server->renderers - server->remote; i < server->renderers; i++)
-        hand_out(server, i);
-    while (!all_left(server)) {
+    while (!all_left(server) && !is_out_of_patience(server)) {
         bool busy = receive(server);
-        if (*server->service->stop && !server->stopped) stop_all(server);
-        if (clock_wall() >= server->service->deadline && !server->stopped) {
-            server->service->timed_out = true;
-            stop_all(server);
-        }
+        double now = clock_wall();
         follow_passes(server);
+        if (!server->service->ending && (is_over(server) || now >= server->service->deadline)) {
+            server->service->timed_out = !is_over(server);
+            end_all(server);
+        }
         hand_out_to_idle(server);
         show_progress(server);
         if (busy)
@@ -508,6 +565,7 @@ static void serve_until_done(struct server *server)
         else
             nap_take(&nap);
     }
+    count_silent(server);
 }
 
 /* What is left of the render phase after rendering and sending is waiting. */
@@ -536,6 +594,7 @@ static void end_server(struct server *server)
     free(server->is_gone);
     free(server->idle);
     free(server->message);
+    free(server->is_ready);
 }
 
 static void start_server(struct server *server, struct service *service)
@@ -549,12 +608,16 @@ static void start_server(struct server *server, struct service *service)
     server->told = allocate_zeroed(server->renderers, sizeof *server->told);
     server->is_gone = allocate_zeroed(server->renderers, sizeof *server->is_gone);
     server->idle = allocate_zeroed(server->renderers, sizeof *server->idle);
+    server->is_ready = allocate_zeroed(server->renderers, sizeof *server->is_ready);
     server->message = allocate_zeroed(TILES_MAX_BYTES, 1);
     server->last_pass = !service->adaptive;
     memset(service->stats, 0, server->renderers * sizeof *service->stats);
+    for (uint32_t i = 0; i < server->renderers; i++)
+        service->stats[i].rank = server->first_rank + i;
+    service->ending = false;
+    service->silent = 0;
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
     post_receives(server);
-    MPI_Barrier(service->comm);
     server->start = server->finished = server->polled = clock_wall();
 }
 
@@ -565,14 +628,12 @@ bool serve(struct service *service)
     double cpu = clock_thread_cpu();
     pthread_t thread;
     if (service->own) {
-        service->stats[0].rank = 0;
         gethostname(service->stats[0].host, HOST_NAME_SIZE - 1);
         if (pthread_create(&thread, NULL, render_own, &server) != 0)
             fatal("cannot start the rendering thread");
     }
     serve_until_done(&server);
     if (service->own) pthread_join(thread, NULL);
-    service->missing = server.remote - server.left;
     cancel_receives(&server);
     service->render_s = server.finished - server.start;
     service->master_cpu_s = clock_thread_cpu() - cpu;

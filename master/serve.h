@@ -4,6 +4,7 @@
 
 #include <mpi.h>
 #include <signal.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 
 #include "common/protocol.h"
@@ -11,6 +12,7 @@
 #include "master/canvas.h"
 #include "master/progress.h"
 #include "master/queue.h"
+#include "master/save.h"
 #include "master/timeline.h"
 #include "master/watch.h"
 
@@ -18,6 +20,7 @@ struct service {
     MPI_Comm comm;
     struct queue *queue;
     struct canvas *canvas;
+    struct save *save; /* where finished tiles are kept; NULL: nowhere */
     struct progress *progress;
     struct watch *watch;
     uint32_t first_samples;    /* per pixel, in pass 0 */
@@ -29,6 +32,8 @@ struct service {
      * queue is then rank i, otherwise rank i + 1. */
     const struct tile_renderer *own;
     const volatile sig_atomic_t *stop; /* not 0: give up what is in work and leave */
+    /* Set as soon as nothing of what is in work matters any more: own gives up, too. */
+    atomic_bool ending;
 
     /* Results. */
     struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */
@@ -39,15 +44,20 @@ struct service {
     double answer_wait_s;         /* of all answers until they were looked at, at most */
     double answer_wait_most_s;    /* of one */
     double probe_s;               /* of the pre-pass, wall seconds of all renderers together */
-    uint32_t missing;             /* renderers that have not left */
+    uint32_t
+        silent; /* renderers that answered no more: MPI_Finalize would wait for them for ever */
 };
 
 /*
- * Serves the queue until every renderer has left; one that does not, although the others have made
- * the picture complete without it, is missing then, and takes part in nothing more. Returns whether
- * the picture is complete (false after a stop: then the pre-pass shows where tiles are missing).
- * Every rank must be calling this or work() on the same communicator.
+ * Serves the queue until every renderer has left, or SERVE_GRACE after the end for those that do not:
+ * they are silent, and take part in nothing more. Returns whether the picture is complete (false
+ * after a stop: then the pre-pass shows where tiles are missing). Every rank calls this or work() on
+ * the same communicator.
  */
+/* Seconds. A renderer looks for messages every few thousandths of a second of its own time; with dozens
+ * of processes on a core, or one that pages, that is a second. */
+#define SERVE_GRACE 5.0
+
 bool serve(struct service *service);
 
 #endif

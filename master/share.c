@@ -130,7 +130,8 @@ bool share_is_left(struct shares *shares, uint32_t renderer)
     struct share_cursor *cursor = &shares->cursors[renderer];
     while (cursor->next < cursor->end) {
         struct tile tile = share_tile(shares, cursor->next);
-        if (share_has_pixels(&tile)) return true;
+        bool finished = shares->finished && shares->finished[cursor->next];
+        if (share_has_pixels(&tile) && !finished) return true;
         cursor->next += shares->stride;
     }
     return false;

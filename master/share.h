@@ -37,7 +37,8 @@ struct shares {
     uint32_t stride;      /* between the ids of one renderer's share */
     uint32_t band_rows;   /* cyclic, cyclic-rows */
     uint32_t *strip_rows; /* strips: first row of each band, and the height behind the last */
-    struct share_cursor *cursors; /* per renderer */
+    struct share_cursor *cursors;  /* per renderer */
+    const unsigned char *finished; /* per id: not 0: is not handed out; the caller's, NULL: none */
 };
 
 /* More tiles than most: only ids is of use then. */

@@ -294,6 +294,37 @@ static void test_welcome(void **state)
     assert_false(welcome_valid(&welcome, "11111111111111111111111111111111"));
 }
 
+static void test_ready_and_start(void **state)
+{
+    (void)state;
+    struct ready ready = {.rank = 3, .host = "node"};
+    assert_true(ready_message_valid(&ready, sizeof ready, 3));
+    assert_false(ready_message_valid(&ready, sizeof ready, 2));
+    assert_false(ready_message_valid(&ready, sizeof ready - 1, 3));
+    ready.reserved = 1;
+    assert_false(ready_message_valid(&ready, sizeof ready, 3));
+    ready.reserved = 0;
+    memset(ready.host, 'x', sizeof ready.host);
+    assert_false(ready_message_valid(&ready, sizeof ready, 3));
+    struct start start = {.elapsed_s = 0};
+    assert_true(start_message_valid(&start, sizeof start));
+    assert_false(start_message_valid(&start, sizeof start - 1));
+    start.elapsed_s = -1;
+    assert_false(start_message_valid(&start, sizeof start));
+    start.elapsed_s = (double)NAN;
+    assert_false(start_message_valid(&start, sizeof start));
+}
+
+/* What only the master fills in is not taken from others. */
+static void test_silent_is_not_sent(void **state)
+{
+    (void)state;
+    struct renderer_stats stats = {.rank = 1};
+    assert_true(stats_message_valid(&stats, sizeof stats, 1));
+    stats.silent = 1;
+    assert_false(stats_message_valid(&stats, sizeof stats, 1));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -301,6 +332,7 @@ int main(void)
         cmocka_unit_test(test_tile_good),        cmocka_unit_test(test_tile_outside),
         cmocka_unit_test(test_tile_size),        cmocka_unit_test(test_tile_order),
         cmocka_unit_test(test_tile_bytes),       cmocka_unit_test(test_result),
+        cmocka_unit_test(test_ready_and_start),  cmocka_unit_test(test_silent_is_not_sent),
         cmocka_unit_test(test_result_of_share),  cmocka_unit_test(test_result_of_pass),
         cmocka_unit_test(test_refinements),      cmocka_unit_test(test_stats),
         cmocka_unit_test(test_stats_numbers),    cmocka_unit_test(test_welcome),

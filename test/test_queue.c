@@ -289,6 +289,68 @@ static void test_auto_probe_edge(void **state)
     assert_int_equal(queue_auto_probe_edge(1, 1, 65535), 0);
 }
 
+/* Two tiles of three are finished already, as told from where they lie. */
+static bool is_finished(void *state, const struct tile *tile)
+{
+    unsigned char *seen = state;
+    if ((tile->x / 7 + tile->y / 5 + tile->phase) % 3 == 0) return false;
+    for (uint32_t k = 0; k < tile_pixels(tile); k++) {
+        uint32_t x, y;
+        tile_pixel(tile, k, &x, &y);
+        assert_int_equal(seen[y * 50 + x]++, 0);
+    }
+    return true;
+}
+
+static bool all_finished(void *state, const struct tile *tile)
+{
+    (void)state, (void)tile;
+    return true;
+}
+
+static void test_skip(void **state)
+{
+    (void)state;
+    for (int schedule = 0; schedule < SCHEDULES; schedule++) {
+        const struct queue_config config = {.schedule = (enum schedule)schedule,
+                                            .width = 50,
+                                            .height = 40,
+                                            .renderers = 3,
+                                            .tile_edge = 7,
+                                            .probe_edge = 10};
+        struct queue *queue = queue_create(&config);
+        struct tile lot[LOT_TILES];
+        unsigned char seen[50 * 40] = {0};
+        uint64_t pixels = 0, seed = 1;
+        uint32_t last = 0;
+        queue_skip(queue, is_finished, seen);
+        for (int i = 0; i < 50 * 40; i++)
+            pixels += seen[i];
+        assert_true(pixels > 0);
+        assert_int_equal(queue_count(queue).pixels_finished, pixels);
+        assert_true(queue_count(queue).share_skipped > 0.3);
+        while (!queue_complete(queue)) {
+            uint32_t renderer = last++ % 3;
+            uint32_t count = queue_next(queue, renderer, last, lot);
+            for (uint32_t i = 0; i < count; i++) {
+                if (lot[i].pass == TILE_PROBE) answer_probe(queue, &lot[i], &seed);
+                if (queue_finish(queue, renderer, lot[i].id, last, 1e-3))
+                    mark(seen, &config, &lot[i]);
+            }
+            assert_true(last < 100000);
+        }
+        assert_int_equal(queue_count(queue).pixels_finished, 50 * 40);
+        for (int i = 0; i < 50 * 40; i++)
+            assert_int_equal(seen[i], 1);
+        queue_destroy(queue);
+        queue = queue_create(&config);
+        queue_skip(queue, all_finished, NULL);
+        assert_true(queue_complete(queue) && queue_over(queue, 0));
+        assert_int_equal(queue_next(queue, 0, 0, lot), 0);
+        queue_destroy(queue);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -302,6 +364,7 @@ int main(void)
         cmocka_unit_test(test_too_many_tiles),
         cmocka_unit_test(test_auto_edge),
         cmocka_unit_test(test_auto_probe_edge),
+        cmocka_unit_test(test_skip),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -123,7 +123,6 @@ static void test_bad_samples(void **state)
     (void)state;
     struct renderer_stats renderers[3];
     struct report report = sample_report(renderers, 3);
-    assert_null(report_first_bad(&report));
     assert_null(report_bad_samples(&report));
     const struct bad_sample late = {.x = 1, .y = 7};
     const struct bad_sample early = {.x = 6,
@@ -135,7 +134,6 @@ static void test_bad_samples(void **state)
     render_counts_bad(&renderers[0].counts, &late);
     render_counts_bad(&renderers[2].counts, &early);
     render_counts_bad(&renderers[2].counts, &late);
-    assert_ptr_equal(report_first_bad(&report), &renderers[2]);
     char *text = report_json(&report);
     assert_has(text,
                "\"nonfinite\": 3,\n    \"first\": {\"rank\": 2, \"pixel\": [6, 2], \"sample\": 3, "
@@ -144,6 +142,35 @@ static void test_bad_samples(void **state)
     free(text);
     text = report_bad_samples(&report);
     assert_has(text, "3 samples are not finite; the first is sample 3 of pixel 6 2, rank 2, ");
+    free(text);
+}
+
+/* What an earlier run has met counts for the picture, not for this run's work. */
+static void test_resumed(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct report report = sample_report(renderers, 2);
+    const struct bad_sample early = {.x = 3, .y = 1}, late = {.x = 1, .y = 7};
+    report.resumed.tiles = 5;
+    report.resumed.pixels = 80;
+    report.resumed.seconds = 1.5;
+    report.resumed.counts.truncation = 2;
+    report.resumed.counts.rays[RAY_PRIMARY] = 1;
+    render_counts_bad(&report.resumed.counts, &early);
+    render_counts_bad(&renderers[1].counts, &late);
+    assert_int_equal(report_picture_counts(&report).rays[RAY_PRIMARY],
+                     report_counts(&report).rays[RAY_PRIMARY] + 1);
+    assert_int_equal(report_picture_counts(&report).nonfinite, 2);
+    char *text = report_json(&report);
+    assert_has(text, "\"nonfinite\": 2,\n    \"first\": {\"rank\": null, \"pixel\": [3, 1], ");
+    assert_has(text, "\"truncation\": 2\n");
+    assert_has(text, "\"resumed\": {\n    \"tiles\": 5,\n    \"pixels\": 80,\n"
+                     "    \"seconds_saved\": 1.500000\n  }\n}\n");
+    free(text);
+    text = report_bad_samples(&report);
+    assert_has(text,
+               "2 samples are not finite; the first is sample 0 of pixel 3 1, an earlier run");
     free(text);
 }
 
@@ -334,17 +361,12 @@ static void test_table_of_many(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_balance),
-        cmocka_unit_test(test_json),
-        cmocka_unit_test(test_bad_samples),
-        cmocka_unit_test(test_json_features),
-        cmocka_unit_test(test_json_without_numbers),
-        cmocka_unit_test(test_json_strings),
-        cmocka_unit_test(test_json_numbers),
-        cmocka_unit_test(test_table),
-        cmocka_unit_test(test_table_fits),
-        cmocka_unit_test(test_table_extremes),
-        cmocka_unit_test(test_table_of_many),
+        cmocka_unit_test(test_balance),        cmocka_unit_test(test_json),
+        cmocka_unit_test(test_bad_samples),    cmocka_unit_test(test_resumed),
+        cmocka_unit_test(test_json_features),  cmocka_unit_test(test_json_without_numbers),
+        cmocka_unit_test(test_json_strings),   cmocka_unit_test(test_json_numbers),
+        cmocka_unit_test(test_table),          cmocka_unit_test(test_table_fits),
+        cmocka_unit_test(test_table_extremes), cmocka_unit_test(test_table_of_many),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -57,10 +57,12 @@ struct progress {
     struct task task;
     uint64_t samples; /* of the task */
     uint64_t started, added;
-    struct task_cursor next; /* to start */
-    uint32_t x, y;           /* that pixel's place in the whole picture */
+    struct task_cursor next; /* to start, in the order of pixel_in_order() */
+    uint32_t place;          /* which pixel of the tile that is */
+    uint32_t x, y;           /* its place in the whole picture */
     struct task_cursor adds; /* to be added next */
     struct pixel_sum sum;    /* of that pixel */
+    uint32_t put;            /* pixels handed over, where only some get samples */
     uint32_t halfway;        /* samples of it after which an error is told, too; 0: none */
 };
 
@@ -470,13 +472,41 @@ static void continue_paths(struct renderer *renderer)
     }
 }
 
+/*
+ * Which pixel of a tile is rendered k-th. Of a rectangle they are taken in blocks of BLOCK_W x
+ * BLOCK_H, one packet of rays each (worker/packet.h): what is near in both directions stays
+ * together longer than what is in a row. What does not fill a block comes row by row.
+ */
+#define BLOCK_W 4
+#define BLOCK_H 2
+
+static inline uint32_t pixel_in_order(const struct tile *tile, uint32_t k)
+{
+    uint32_t w = tile->w, band = k / (BLOCK_H * w), i = k % (BLOCK_H * w);
+    uint32_t blocks = w / BLOCK_W, block = i / (BLOCK_W * BLOCK_H), rest = w % BLOCK_W;
+    if (tile->step > 1 || (band + 1) * BLOCK_H > tile->h) return k;
+    uint32_t x = block * BLOCK_W + i % BLOCK_W, y = i / BLOCK_W % BLOCK_H;
+    if (block == blocks) {
+        i -= blocks * BLOCK_W * BLOCK_H;
+        x = blocks * BLOCK_W + i % rest;
+        y = i / rest;
+    }
+    return (band * BLOCK_H + y) * w + x;
+}
+
+/* The same in a task. Where only some pixels get samples, they come in the tile's order. */
+static inline uint32_t place_of(const struct task *task, uint32_t k)
+{
+    return task->refinements ? k : pixel_in_order(task->tile, k);
+}
+
 static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool flat)
 {
     struct progress *progress = &renderer->progress;
     uint32_t p = flat ? slot : renderer->idle[--renderer->idle_count];
     struct path *path = &renderer->paths[p];
     path->color = (struct color_sum){{0, 0, 0}, {0, 0, 0}};
-    path->pixel = progress->next.pixel;
+    path->pixel = progress->place;
     path->sample = progress->next.sample;
     path->bad = false;
     progress->started++;
@@ -497,7 +527,9 @@ static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool fl
 static void locate_pixel(struct renderer *renderer)
 {
     struct progress *progress = &renderer->progress;
-    tile_pixel(progress->task.tile, progress->next.pixel, &progress->x, &progress->y);
+    const struct tile *tile = progress->task.tile;
+    progress->place = place_of(&progress->task, progress->next.pixel);
+    tile_pixel(tile, progress->place, &progress->x, &progress->y);
     progress->x += renderer->scene->view.region_x;
     progress->y += renderer->scene->view.region_y;
 }
@@ -566,27 +598,26 @@ static void add_error(struct error_sum *sum, struct vec3 difference, double even
 }
 
 /* The next pixel's mean of so many samples, and what its halves differ by. */
-static void put_pixel(struct renderer *renderer, uint32_t begin, uint32_t end)
+static void put_pixel(struct renderer *renderer, uint32_t pixel, uint32_t begin, uint32_t end)
 {
     struct progress *progress = &renderer->progress;
-    struct task *task = &progress->task;
+    const struct task *task = &progress->task;
+    /* Only pixels that get samples are handed over. */
+    uint32_t place = task->refinements ? progress->put++ : pixel_in_order(task->tile, pixel);
     struct vec3 even = finished_sum(renderer, &progress->sum.half[0]);
     struct vec3 odd = finished_sum(renderer, &progress->sum.half[1]);
     double samples = end - begin, evens = (end + 1) / 2 - (begin + 1) / 2;
     struct vec3 difference = halves_difference(renderer, evens, samples - evens);
-    put_color(task->mean, divided(vec_add(even, odd), samples));
-    task->mean += 3;
+    put_color(task->mean + 3 * (size_t)place, divided(vec_add(even, odd), samples));
     add_error(&renderer->counts.sampling, difference, evens, samples - evens);
-    if (!task->difference) return;
-    put_color(task->difference, difference);
-    task->difference += 3;
+    if (task->difference) put_color(task->difference + 3 * (size_t)place, difference);
 }
 
-static void finish_pixel(struct renderer *renderer, uint32_t begin, uint32_t end)
+static void finish_pixel(struct renderer *renderer, uint32_t pixel, uint32_t begin, uint32_t end)
 {
     struct progress *progress = &renderer->progress;
     double samples = end - begin;
-    put_pixel(renderer, begin, end);
+    put_pixel(renderer, pixel, begin, end);
     /* An upper bound, like its parts: so many sums, and a quotient. The means of several passes
      * lie between those of each, and so do their bounds. */
     double truncation = progress->sum.truncation;
@@ -603,12 +634,12 @@ static inline void add_sample(struct renderer *renderer, struct vec3 color, doub
     color_sum_add(&progress->sum.half[adds->sample & 1], color);
     progress->sum.truncation += truncation;
     progress->added++;
-    uint32_t begin = adds->begin, end = adds->end, so_far = adds->sample + 1 - begin;
+    uint32_t pixel = adds->pixel, begin = adds->begin, end = adds->end, so_far = adds->sample + 1 - begin;
     if (so_far == progress->halfway)
         add_error(&renderer->counts.halfway, halves_difference(renderer, so_far / 2, so_far / 2),
                   so_far / 2, so_far / 2);
     if (cursor_advance(adds, &progress->task, &renderer->scene->view))
-        finish_pixel(renderer, begin, end);
+        finish_pixel(renderer, pixel, begin, end);
 }
 
 /* Adds the finished samples to their pixels, as far as none is missing before them. */

@@ -25,7 +25,8 @@ static void wait_request(MPI_Request *request)
     }
 }
 
-void wait_for_all(MPI_Comm comm)
+/* Every rank waits here until all have come. */
+static void wait_for_all(MPI_Comm comm)
 {
     MPI_Request request;
     MPI_Ibarrier(comm, &request);
@@ -208,8 +209,12 @@ struct worker {
     bool adaptive;
     double start;
 
-    char *incoming; /* TILES_MAX_BYTES */
+    union {
+        char tiles[TILES_MAX_BYTES];
+        struct start start;
+    } *incoming;
     MPI_Request receive;
+    bool started;                /* the master has said START */
     struct lot lots[LOTS_AHEAD]; /* received, not rendered; the oldest first */
     int waiting;
     bool stopped; /* the master has said STOP */
@@ -224,8 +229,17 @@ struct worker {
 
 static void post_receive(struct worker *worker)
 {
-    MPI_Irecv(worker->incoming, (int)TILES_MAX_BYTES, MPI_BYTE, 0, MPI_ANY_TAG, worker->comm,
-              &worker->receive);
+    MPI_Irecv(worker->incoming, (int)sizeof *worker->incoming, MPI_BYTE, 0, MPI_ANY_TAG,
+              worker->comm, &worker->receive);
+}
+
+static void take_start(struct worker *worker, size_t bytes)
+{
+    const struct start *start = &worker->incoming->start;
+    if (!start_message_valid(start, bytes) || worker->started)
+        fatal("the master sent a start that makes no sense");
+    worker->start = clock_wall() - start->elapsed_s;
+    worker->started = true;
 }
 
 /* The next tile of a TILES message of which so many bytes are left, with its refinements at
@@ -250,12 +264,12 @@ static size_t take_tile(const struct worker *worker, struct lot *lot, const char
 static void take_lot(struct worker *worker, size_t bytes)
 {
     struct lot *lot = &worker->lots[worker->waiting++];
-    size_t done = 0, length = 1, refined = 0;
+    size_t done = 0, length = worker->started ? 1 : 0, refined = 0;
     lot->count = 0;
     /* The refinements in a message are fewer than its bytes. */
     lot->refinements = worker->adaptive ? allocate(bytes, sizeof *lot->refinements) : NULL;
     while (length > 0 && done < bytes) {
-        length = take_tile(worker, lot, worker->incoming + done, bytes - done, &refined);
+        length = take_tile(worker, lot, worker->incoming->tiles + done, bytes - done, &refined);
         done += length;
     }
     if (bytes == 0 || done < bytes) fatal("the master sent a tile that is not part of the picture");
@@ -274,9 +288,12 @@ static bool hear(struct worker *worker)
         worker->stopped = true;
         return true;
     }
-    if (status.MPI_TAG != TAG_MASTER_TO_RENDERER_TILES)
+    if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_START)
+        take_start(worker, (size_t)bytes);
+    else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_TILES)
+        take_lot(worker, (size_t)bytes);
+    else
         fatal("the master sent a message of unknown kind %d", status.MPI_TAG);
-    take_lot(worker, (size_t)bytes);
     post_receive(worker);
     return true;
 }
@@ -408,13 +425,16 @@ static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *
                               .renderer = renderer,
                               .view = &scene->view,
                               .adaptive = scene->view.max_samples > scene->view.min_samples,
-                              .incoming = allocate(TILES_MAX_BYTES, 1),
+                              .incoming = allocate(1, sizeof *worker->incoming),
                               .sends = {MPI_REQUEST_NULL, MPI_REQUEST_NULL}};
     worker->stats.rank = (uint32_t)rank;
     gethostname(worker->stats.host, HOST_NAME_SIZE - 1);
     post_receive(worker);
-    MPI_Barrier(comm);
-    worker->start = clock_wall();
+    struct ready ready = {.rank = worker->stats.rank};
+    memcpy(ready.host, worker->stats.host, sizeof ready.host);
+    MPI_Request request;
+    MPI_Isend(&ready, sizeof ready, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_READY, comm, &request);
+    wait_request(&request);
 }
 
 void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene)
