@@ -10,6 +10,7 @@
 #   make fuzz        every parser and validator against hostile input, FUZZ_SECONDS=30 each
 #   make bench-stability   the catalogue of stiff and extreme cases at full size, 1e9 rays through
 #                    closed meshes among them; tables to bench/out/
+#   make bench-error       error against run time: uniform, adaptive, depth, cutoff, peers
 #   make bench-omit  what is saved by leaving out what a scene does not need
 #   make install     PREFIX=/usr/local DESTDIR=
 
@@ -65,7 +66,7 @@ say   := $(if $(V),@:,@echo)
 
 FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
 
-.PHONY: all deps bench-deps run test asan lint fuzz fuzz-deps bench-stability bench-kernel bench-omit \
+.PHONY: all deps bench-deps run test asan lint fuzz fuzz-deps bench-stability bench-kernel bench-omit bench-error \
         scenes install clean format
 .SECONDARY:
 
@@ -155,6 +156,20 @@ bench-kernel: bench-deps $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
 	    --folder $(BUILD)/bench/kernel.out --csv bench/out/kernel.csv \
 	    --markdown bench/out/kernel.md --montage bench/out/kernel.png $(KERNEL_OPTIONS)
 
+# Error against run time, beside POV-Ray and Tachyon; about a quarter of an hour of two idle cores.
+# ERROR_SECTIONS="sampling forecast" and ERROR_SCENES="lantern" for less.
+ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/kernel_export.c \
+              bench/kernel_picture.c bench/kernel_scenes.c)
+
+$(BUILD)/bench/error_tool: $(ERROR_TOOL) $(LIBRARY)
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+
+bench-error: bench-deps $(BUILD)/bench/error_tool all
+	@mkdir -p bench/out
+	FARM=$(abspath $(FARM)) TOOL=$(abspath $(BUILD)/bench/error_tool) WORK=$(BUILD)/bench/error.out \
+	    sh bench/error.sh $(ERROR_SECTIONS)
+
 $(BUILD)/bench/omit: $(BUILD)/bench/omit.o $(BUILD)/common/message.o $(BUILD)/common/memory.o
 	$(say)  link $@
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ -lm -o $@
@@ -169,7 +184,7 @@ PACKAGES := gcc binutils libc6-dev mpich libmpich-dev libinih-dev libstb-dev lib
             libgmp-dev libmpfr-dev
 
 # What the bench beside the peers needs beyond that.
-BENCH_PACKAGES := tachyon-bin-nox povray libembree-dev
+BENCH_PACKAGES := tachyon-bin-nox povray libembree-dev gnuplot-nox
 
 # The shell commands that install those of these packages that are not there.
 install_missing = missing=""; for p in $(1); do \
@@ -259,4 +274,4 @@ format:
 	clang-format -i $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] \
 	    test/*.[ch] test/fuzz/*.[ch] bench/*.[ch])
 
--include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/omit.d $(wildcard $(BUILD)/test/fuzz/*.d)
+-include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/omit.d $(BUILD)/bench/error_tool.d $(wildcard $(BUILD)/test/fuzz/*.d)

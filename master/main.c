@@ -460,7 +460,8 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     if (!watch_start(&run->watch, settings->output.error)) end_job(STATUS_FAILED);
     if (run->save) {
         const struct save_found *found = save_found(run->save);
-        watch_add(&run->watch, found->pixels, &found->counts);
+        struct result_header header = {.cpu_s = found->seconds, .counts = found->counts};
+        watch_add(&run->watch, found->pixels, &header);
     }
     run->stats = allocate_zeroed(run->renderers, sizeof *run->stats);
     struct service service = {.comm = MPI_COMM_WORLD,

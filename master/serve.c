@@ -176,7 +176,7 @@ static void accept_tile(struct server *server, uint32_t renderer, const struct t
         save_tile(service->save, tile, header->busy_s, &header->counts);
     }
     server->rays += render_counts_rays(&header->counts);
-    watch_add(service->watch, tile_pixels(tile), &header->counts);
+    watch_add(service->watch, tile_pixels(tile), header);
     server->finished = server->start + now;
 }
 
@@ -479,7 +479,7 @@ static void follow_passes(struct server *server)
     if (server->last_pass || server->service->ending) return;
     pthread_mutex_lock(&server->lock);
     while (!server->last_pass && queue_complete(server->service->queue)) {
-        watch_pass(server->service->watch, clock_wall(), elapsed(server));
+        watch_pass(server->service->watch, clock_wall());
         begin_pass(server);
     }
     pthread_mutex_unlock(&server->lock);

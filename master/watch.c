@@ -33,11 +33,12 @@ bool watch_start(struct watch *watch, const char *csv)
     return false;
 }
 
-void watch_add(struct watch *watch, uint64_t pixels, const struct render_counts *counts)
+void watch_add(struct watch *watch, uint64_t pixels, const struct result_header *header)
 {
     watch->finished += pixels;
-    error_sum_add(&watch->sampling, &counts->sampling);
-    error_sum_add(&watch->halfway, &counts->halfway);
+    watch->work_s += header->cpu_s;
+    error_sum_add(&watch->sampling, &header->counts.sampling);
+    error_sum_add(&watch->halfway, &header->counts.halfway);
 }
 
 /* What is known of the picture as it is. */
@@ -102,20 +103,29 @@ static void add_point(struct watch *watch, const struct error_sum *sum, uint64_t
     watch->points[watch->point_count++] = point;
 }
 
-void watch_pass(struct watch *watch, double now, double render_s)
+void watch_pass(struct watch *watch, double now)
 {
     struct look look = look_at(watch);
     add_row(watch, now);
-    add_point(watch, &look.sum, look.pixels, render_s);
+    add_point(watch, &look.sum, look.pixels, watch->work_s);
 }
 
 /* Where there is one pass, its middle is known, too. */
-static void add_middle(struct watch *watch, double render_s)
+static void add_middle(struct watch *watch)
 {
     uint32_t half = samples_halfway(watch->samples);
     if (half > 0)
-        add_point(watch, &watch->halfway, watch->finished, render_s * half / watch->samples);
-    add_point(watch, &watch->sampling, watch->finished, render_s);
+        add_point(watch, &watch->halfway, watch->finished, watch->work_s * half / watch->samples);
+    add_point(watch, &watch->sampling, watch->finished, watch->work_s);
+}
+
+/* In the CPU time of rendering, which other programs do not stretch, then as a share of the wall
+ * time that this run had for it. */
+static struct error_forecast forecast_of(const struct watch *watch, double render_s)
+{
+    struct error_forecast forecast = error_forecast(watch->points, watch->point_count);
+    if (watch->work_s > 0) forecast.seconds *= render_s / watch->work_s;
+    return forecast;
 }
 
 bool watch_end(struct watch *watch, double now, double render_s, struct error_forecast *forecast)
@@ -125,8 +135,8 @@ bool watch_end(struct watch *watch, double now, double render_s, struct error_fo
     if (!watch->adaptive || rows == 0 ||
         look_at(watch).samples > watch->log.rows[rows - 1].samples * (double)pixel_count(watch))
         add_row(watch, now);
-    if (!watch->adaptive) add_middle(watch, render_s);
-    *forecast = error_forecast(watch->points, watch->point_count);
+    if (!watch->adaptive) add_middle(watch);
+    *forecast = forecast_of(watch, render_s);
     if (!watch->csv) return true;
     bool written = !ferror(watch->csv);
     written &= fclose(watch->csv) == 0;

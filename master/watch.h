@@ -26,6 +26,7 @@ struct watch {
     FILE *csv; /* NULL: none; owned */
     struct error_sum sampling, halfway;
     uint64_t finished; /* pixels */
+    double work_s;     /* CPU seconds of rendering, of all renderers */
     struct error_log log;
     struct error_point points[FORECAST_POINTS]; /* of the last passes */
     size_t point_count;
@@ -35,14 +36,14 @@ struct watch {
 /* csv: path of the CSV file, empty for none. false, after saying why: it cannot be written. */
 bool watch_start(struct watch *watch, const char *csv);
 
-/* Pixels came in, with what rendering them told. */
-void watch_add(struct watch *watch, uint64_t pixels, const struct render_counts *counts);
+/* So many pixels came in; the header tells what they cost and what they told. */
+void watch_add(struct watch *watch, uint64_t pixels, const struct result_header *header);
 
 /* A row, and a picture, when they are due. */
 void watch_look(struct watch *watch, double now);
 
-/* A pass is complete after so many seconds of rendering. */
-void watch_pass(struct watch *watch, double now, double render_s);
+/* A pass is complete. */
+void watch_pass(struct watch *watch, double now);
 
 /*
  * The last row, and what the run lets expect; render_s: seconds of rendering. Closes the file; false,
