@@ -9,15 +9,15 @@
 #   coverage  how often intervals hold, over pictures with different random numbers
 #
 # Times are CPU seconds of rendering. FARM and TOOL are the programs, WORK a folder for pictures,
-# ERROR_SCENES and ERROR_SIZE (160x120) can be set. Tables and plots go to bench/out/.
+# ERROR_SCENES and ERROR_SIZE (320x240) can be set. Tables and plots go to bench/out/.
 set -u
 export LC_ALL=C
 SECTIONS=${*:-sampling truncation formulas peers forecast coverage}
 SCENES=${ERROR_SCENES:-lantern garden ground balls}
-SIZE=${ERROR_SIZE:-160x120}
+SIZE=${ERROR_SIZE:-320x240}
 W=${SIZE%x*} H=${SIZE#*x}
 OUT=bench/out
-FINEST=32                    # uniform samples per pixel, at most
+FINEST=16                    # uniform samples per pixel, at most
 MANY=$((64 * FINEST))        # of a reference
 mkdir -p "$WORK" "$OUT"
 
@@ -53,7 +53,7 @@ sampling() {
     echo "scene,method,setting,samples,cpu_s,rmse,max,p999,estimated,low,high" >"$csv"
     for scene in $SCENES; do
         reference_of "$scene"
-        for n in 2 4 8 16 $FINEST; do
+        for n in 2 4 6 8 12 $FINEST; do
             farm run "$scene" sampling.samples=$n sampling.reference="$WORK/ref_$scene.pfm"
             add_row "$scene" uniform $n
         done
