@@ -39,7 +39,7 @@ struct run {
     struct canvas reference; /* rgb is NULL: there is none */
     struct watch watch;
     struct adaptive *adaptive; /* NULL: it is not */
-    struct save *save; /* NULL: output.journal is empty, or the work on it is done */
+    struct save *save;         /* NULL: output.journal is empty, or the work on it is done */
     struct timeline timeline;
     struct renderer_stats *stats;
     struct report report;

@@ -634,7 +634,8 @@ static inline void add_sample(struct renderer *renderer, struct vec3 color, doub
     color_sum_add(&progress->sum.half[adds->sample & 1], color);
     progress->sum.truncation += truncation;
     progress->added++;
-    uint32_t pixel = adds->pixel, begin = adds->begin, end = adds->end, so_far = adds->sample + 1 - begin;
+    uint32_t pixel = adds->pixel, begin = adds->begin, end = adds->end,
+             so_far = adds->sample + 1 - begin;
     if (so_far == progress->halfway)
         add_error(&renderer->counts.halfway, halves_difference(renderer, so_far / 2, so_far / 2),
                   so_far / 2, so_far / 2);

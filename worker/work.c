@@ -212,7 +212,7 @@ struct worker {
     union {
         char tiles[TILES_MAX_BYTES];
         struct start start;
-    } *incoming;
+    } * incoming;
     MPI_Request receive;
     bool started;                /* the master has said START */
     struct lot lots[LOTS_AHEAD]; /* received, not rendered; the oldest first */
