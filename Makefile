@@ -10,6 +10,7 @@
 #   make fuzz        every parser and validator against hostile input, FUZZ_SECONDS=30 each
 #   make bench-stability   the catalogue of stiff and extreme cases at full size, 1e9 rays through
 #                    closed meshes among them; tables to bench/out/
+#   make bench-error       error against run time: uniform, adaptive, depth, cutoff, peers
 #   make bench-faults   kill -9, SIGSTOP, torn journals, full and slow disks, hundreds of times
 #   make bench-balance     how evenly the work is shared out, in real runs and simulated on machines
 #                    that are not here; report, tables and plots to bench/out/
@@ -50,7 +51,7 @@ FLAGS_avx2   := $(AVX2)
 FLAGS_avx512 := $(AVX2) -mavx512f -mavx512vl -mavx512dq
 
 # Called from outside: worker/kernel.c has functions of these names, which choose the level.
-ENTRIES := nearest occluded surface_at renderer_tile
+ENTRIES := nearest occluded surface_at renderer_task
 HIDE_portable := $(ENTRIES:%=--localize-symbol=%)
 HIDE_avx2     := --keep-global-symbol=kernel_avx2
 HIDE_avx512   := --keep-global-symbol=kernel_avx512
@@ -69,7 +70,7 @@ say   := $(if $(V),@:,@echo)
 FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
 
 .PHONY: all deps bench-deps run test asan lint fuzz fuzz-deps bench-stability bench-kernel \
-        bench-balance bench-faults bench-omit scenes install clean format
+        bench-balance bench-error bench-faults bench-omit scenes install clean format
 .SECONDARY:
 
 all: $(FARM) scenes
@@ -162,6 +163,20 @@ bench-kernel: bench-deps $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
 	    --folder $(BUILD)/bench/kernel.out --csv bench/out/kernel.csv \
 	    --markdown bench/out/kernel.md --montage bench/out/kernel.png $(KERNEL_OPTIONS)
 
+# Error against run time, beside POV-Ray and Tachyon; about a quarter of an hour of two idle cores.
+# ERROR_SECTIONS="sampling forecast" and ERROR_SCENES="lantern" for less.
+ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/kernel_export.c \
+              bench/kernel_picture.c bench/kernel_scenes.c)
+
+$(BUILD)/bench/error_tool: $(ERROR_TOOL) $(LIBRARY)
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+
+bench-error: bench-deps $(BUILD)/bench/error_tool all
+	@mkdir -p bench/out
+	FARM=$(abspath $(FARM)) TOOL=$(abspath $(BUILD)/bench/error_tool) WORK=$(BUILD)/bench/error.out \
+	    sh bench/error.sh $(ERROR_SECTIONS)
+
 $(BUILD)/bench/omit: $(BUILD)/bench/omit.o $(BUILD)/common/message.o $(BUILD)/common/memory.o
 	$(say)  link $@
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ -lm -o $@
@@ -213,7 +228,7 @@ PACKAGES := gcc binutils libc6-dev mpich libmpich-dev libinih-dev libstb-dev lib
             libgmp-dev libmpfr-dev
 
 # What the bench beside the peers needs beyond that.
-BENCH_PACKAGES := tachyon-bin-nox povray libembree-dev
+BENCH_PACKAGES := tachyon-bin-nox povray libembree-dev gnuplot-nox
 
 # The shell commands that install those of these packages that are not there.
 install_missing = missing=""; for p in $(1); do \
@@ -305,4 +320,4 @@ format:
 	clang-format -i $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] \
 	    test/*.[ch] test/fuzz/*.[ch] bench/*.[ch])
 
--include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/omit.d $(BALANCE:.o=.d) $(wildcard $(BUILD)/test/fuzz/*.d)
+-include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/omit.d $(BALANCE:.o=.d) $(BUILD)/bench/error_tool.d $(wildcard $(BUILD)/test/fuzz/*.d)

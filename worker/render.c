@@ -12,6 +12,7 @@
 #include "worker/points.h"
 #include "worker/sample.h"
 #include "worker/shade.h"
+#include "worker/task.h"
 #include "worker/tree.h"
 
 /*
@@ -46,29 +47,23 @@ struct finished {
     bool waits;
 };
 
-/* Sums of the samples of one pixel, in the order of the samples. */
-struct pixel_sum {
-    struct color_sum color;
-    double truncation;
-    uint32_t samples;
-};
-
 /* A point of the wave, and a light on its lit side. */
 struct facing {
     uint32_t point, light;
 };
 
-/* A tile in work: its samples are numbered pixel by pixel. */
+/* A task in work. */
 struct progress {
-    const struct tile *tile;
-    float *rgb;
-    uint64_t samples; /* of the tile */
+    struct task task;
+    uint64_t samples; /* of the task */
     uint64_t started, added;
-    uint32_t pixel, sample; /* the next to start, in the order of pixel_in_order() */
-    uint32_t place;         /* which pixel of the tile that is */
-    uint32_t x, y;          /* its place in the whole picture */
-    uint32_t finished;      /* pixels */
-    struct pixel_sum sum;   /* of the pixel whose samples are being added */
+    struct task_cursor next; /* to start, in the order of pixel_in_order() */
+    uint32_t place;          /* which pixel of the tile that is */
+    uint32_t x, y;           /* its place in the whole picture */
+    struct task_cursor adds; /* to be added next */
+    struct pixel_sum sum;    /* of that pixel */
+    uint32_t put;            /* pixels handed over, where only some get samples */
+    uint32_t halfway;        /* samples of it after which an error is told, too; 0: none */
 };
 
 struct renderer {
@@ -78,7 +73,6 @@ struct renderer {
     double bound_infinite; /* the same for a tree of unlimited depth */
     uint64_t ray_budget;   /* of a sample */
     bool flat;             /* nothing reflects or refracts */
-    uint32_t per_pixel;    /* samples that are rendered: the view's, or 1 to survey */
     struct media *media;
     uint32_t eye_media; /* the stack that the eye is in */
     struct progress progress;
@@ -183,7 +177,6 @@ struct renderer *renderer_create(const struct scene *scene, const struct bvh *bv
     bound_radiance(renderer);
     renderer->ray_budget = ray_budget_of(renderer);
     renderer->flat = is_flat(scene);
-    renderer->per_pixel = scene->view.samples;
     renderer->media = media_create(scene);
     begin_media(renderer);
     return renderer;
@@ -394,7 +387,7 @@ static void tell_bad(struct renderer *renderer, struct path *path, const struct 
     path->bad = true;
     struct bad_sample bad = {
         .sample = path->sample, .depth = depth, .origin = ray->origin, .direction = ray->direction};
-    tile_pixel(renderer->progress.tile, path->pixel, &bad.x, &bad.y);
+    tile_pixel(renderer->progress.task.tile, path->pixel, &bad.x, &bad.y);
     bad.x += renderer->scene->view.region_x;
     bad.y += renderer->scene->view.region_y;
     render_counts_bad(&renderer->counts, &bad);
@@ -501,6 +494,12 @@ static inline uint32_t pixel_in_order(const struct tile *tile, uint32_t k)
     return (band * BLOCK_H + y) * w + x;
 }
 
+/* The same in a task. Where only some pixels get samples, they come in the tile's order. */
+static inline uint32_t place_of(const struct task *task, uint32_t k)
+{
+    return task->refinements ? k : pixel_in_order(task->tile, k);
+}
+
 static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool flat)
 {
     struct progress *progress = &renderer->progress;
@@ -508,7 +507,7 @@ static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool fl
     struct path *path = &renderer->paths[p];
     path->color = (struct color_sum){{0, 0, 0}, {0, 0, 0}};
     path->pixel = progress->place;
-    path->sample = progress->sample;
+    path->sample = progress->next.sample;
     path->bad = false;
     progress->started++;
     if (flat) return;
@@ -528,8 +527,9 @@ static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool fl
 static void locate_pixel(struct renderer *renderer)
 {
     struct progress *progress = &renderer->progress;
-    progress->place = pixel_in_order(progress->tile, progress->pixel);
-    tile_pixel(progress->tile, progress->place, &progress->x, &progress->y);
+    const struct tile *tile = progress->task.tile;
+    progress->place = place_of(&progress->task, progress->next.pixel);
+    tile_pixel(tile, progress->place, &progress->x, &progress->y);
     progress->x += renderer->scene->view.region_x;
     progress->y += renderer->scene->view.region_y;
 }
@@ -541,12 +541,10 @@ static INLINED void start_paths(struct renderer *renderer, uint32_t fresh, bool 
     struct progress *progress = &renderer->progress;
     uint32_t first = renderer->count;
     for (uint32_t i = 0; i < fresh; i++) {
-        if (progress->sample == 0) locate_pixel(renderer);
-        sample_place(view, progress->x, progress->y, progress->sample, &renderer->samples, i);
+        if (progress->next.sample == progress->next.begin) locate_pixel(renderer);
+        sample_place(view, progress->x, progress->y, progress->next.sample, &renderer->samples, i);
         start_path(renderer, first + i, flat);
-        if (++progress->sample < renderer->per_pixel) continue;
-        progress->sample = 0;
-        progress->pixel++;
+        cursor_advance(&progress->next, &progress->task, view);
     }
     sample_rays(view, &renderer->samples, fresh, renderer->rays + first);
     renderer->counts.rays[RAY_PRIMARY] += fresh;
@@ -564,17 +562,64 @@ static void refill_wave(struct renderer *renderer)
     if (fresh >= FRESH_MIN || fresh == left) start_paths(renderer, (uint32_t)fresh, false);
 }
 
-static void finish_pixel(struct renderer *renderer)
+static void put_color(float *rgb, struct vec3 color)
+{
+    rgb[0] = (float)color.x;
+    rgb[1] = (float)color.y;
+    rgb[2] = (float)color.z;
+}
+
+static struct vec3 divided(struct vec3 v, double by)
+{
+    return vec3(v.x / by, v.y / by, v.z / by);
+}
+
+/* What the two halves of the pixel's sum differ by, each divided by its number of samples. */
+static struct vec3 halves_difference(const struct renderer *renderer, double evens, double odds)
+{
+    if (evens == 0 || odds == 0) return vec3(0, 0, 0);
+    const struct pixel_sum *sum = &renderer->progress.sum;
+    struct vec3 even = divided(finished_sum(renderer, &sum->half[0]), evens);
+    return vec_sub(even, divided(finished_sum(renderer, &sum->half[1]), odds));
+}
+
+/*
+ * The pixel is p A + q B, p and q the halves' shares of its samples. With errors of the halves that
+ * are as large as those of random samples would be, or with halves of equal size and whatever
+ * errors, p q (A - B)^2 is on average the square of its own error.
+ */
+static void add_error(struct error_sum *sum, struct vec3 difference, double evens, double odds)
+{
+    double share = evens * odds / ((evens + odds) * (evens + odds));
+    double square = vec_dot(difference, difference) / 3 * share;
+    if (!(square < HUGE_VAL)) return; /* counted as not finite */
+    sum->squares += square;
+    sum->fourths += square * square;
+}
+
+/* The next pixel's mean of so many samples, and what its halves differ by. */
+static void put_pixel(struct renderer *renderer, uint32_t pixel, uint32_t begin, uint32_t end)
 {
     struct progress *progress = &renderer->progress;
-    double samples = renderer->per_pixel;
-    struct vec3 color = finished_sum(renderer, &progress->sum.color);
-    size_t place = pixel_in_order(progress->tile, progress->finished++);
-    float *rgb = progress->rgb + 3 * place;
-    rgb[0] = (float)(color.x / samples);
-    rgb[1] = (float)(color.y / samples);
-    rgb[2] = (float)(color.z / samples);
-    /* An upper bound, like its parts: so many sums, and a quotient. */
+    const struct task *task = &progress->task;
+    /* Only pixels that get samples are handed over. */
+    uint32_t place = task->refinements ? progress->put++ : pixel_in_order(task->tile, pixel);
+    struct vec3 even = finished_sum(renderer, &progress->sum.half[0]);
+    struct vec3 odd = finished_sum(renderer, &progress->sum.half[1]);
+    double samples = end - begin, evens = (end + 1) / 2 - (begin + 1) / 2;
+    struct vec3 difference = halves_difference(renderer, evens, samples - evens);
+    put_color(task->mean + 3 * (size_t)place, divided(vec_add(even, odd), samples));
+    add_error(&renderer->counts.sampling, difference, evens, samples - evens);
+    if (task->difference) put_color(task->difference + 3 * (size_t)place, difference);
+}
+
+static void finish_pixel(struct renderer *renderer, uint32_t pixel, uint32_t begin, uint32_t end)
+{
+    struct progress *progress = &renderer->progress;
+    double samples = end - begin;
+    put_pixel(renderer, pixel, begin, end);
+    /* An upper bound, like its parts: so many sums, and a quotient. The means of several passes
+     * lie between those of each, and so do their bounds. */
     double truncation = progress->sum.truncation;
     if (truncation != 0) truncation = truncation / samples * (1 + (samples + 2) * UNIT_ROUNDOFF);
     renderer->counts.truncation = max_number(renderer->counts.truncation, truncation);
@@ -585,10 +630,17 @@ static void finish_pixel(struct renderer *renderer)
 static inline void add_sample(struct renderer *renderer, struct vec3 color, double truncation)
 {
     struct progress *progress = &renderer->progress;
-    color_sum_add(&progress->sum.color, color);
+    struct task_cursor *adds = &progress->adds;
+    color_sum_add(&progress->sum.half[adds->sample & 1], color);
     progress->sum.truncation += truncation;
     progress->added++;
-    if (++progress->sum.samples == renderer->per_pixel) finish_pixel(renderer);
+    uint32_t pixel = adds->pixel, begin = adds->begin, end = adds->end,
+             so_far = adds->sample + 1 - begin;
+    if (so_far == progress->halfway)
+        add_error(&renderer->counts.halfway, halves_difference(renderer, so_far / 2, so_far / 2),
+                  so_far / 2, so_far / 2);
+    if (cursor_advance(adds, &progress->task, &renderer->scene->view))
+        finish_pixel(renderer, pixel, begin, end);
 }
 
 /* Adds the finished samples to their pixels, as far as none is missing before them. */
@@ -642,18 +694,18 @@ void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupt
     renderer->context = context;
 }
 
-void renderer_first_samples(struct renderer *renderer, bool only)
-{
-    renderer->per_pixel = only ? 1 : renderer->scene->view.samples;
-}
-
 /* Stacks kept from earlier tiles save nothing but time: many of them go. */
 #define MEDIA_KEPT 65536u
 
-static void begin_tile(struct renderer *renderer, const struct tile *tile, float *rgb)
+static void begin_task(struct renderer *renderer, const struct task *task)
 {
-    uint64_t samples = (uint64_t)tile_pixels(tile) * renderer->per_pixel;
-    renderer->progress = (struct progress){.tile = tile, .rgb = rgb, .samples = samples};
+    const struct view *view = &renderer->scene->view;
+    struct progress *progress = &renderer->progress;
+    *progress = (struct progress){.task = *task, .samples = task_samples(task, view)};
+    cursor_settle(&progress->next, task, view);
+    progress->adds = progress->next;
+    if (!task->refinements && !task->first)
+        progress->halfway = samples_halfway(level_samples(view, 1));
     renderer->counts = (struct render_counts){0};
     renderer->count = renderer->facing_count = 0;
     renderer->idle_count = WAVE;
@@ -664,11 +716,10 @@ static void begin_tile(struct renderer *renderer, const struct tile *tile, float
     if (media_count(renderer->media) > MEDIA_KEPT) begin_media(renderer);
 }
 
-bool renderer_tile(struct renderer *renderer, const struct tile *tile, float *rgb,
-                   struct render_counts *counts)
+bool renderer_task(struct renderer *renderer, const struct task *task, struct render_counts *counts)
 {
     double start = clock_wall();
-    begin_tile(renderer, tile, rgb);
+    begin_task(renderer, task);
     if (!(renderer->flat ? trace_flat(renderer) : trace_trees(renderer))) return false;
     renderer->counts.shade_s = clock_wall() - start - renderer->counts.intersect_s;
     *counts = renderer->counts;
