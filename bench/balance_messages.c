@@ -77,7 +77,8 @@ static void handle(struct flood *flood, int slot)
     struct result_header header;
     const char *message = flood->buffers[slot];
     memcpy(&header, message, sizeof header);
-    if (!result_message_valid(&header, flood->bytes, &flood->tile)) fatal("a result is wrong");
+    if (!result_message_valid(&header, flood->bytes, &flood->tile, false))
+        fatal("a result is wrong");
     canvas_put(&flood->canvas, &flood->tile, (const void *)(message + sizeof header));
     MPI_Send(&flood->tile, sizeof flood->tile, MPI_BYTE, 1, TAG_REPLY, MPI_COMM_WORLD);
     post(flood, slot);
@@ -89,7 +90,7 @@ static double serve_flood(uint32_t edge)
     static double times[LOTS];
     struct flood flood = {.tile = {.w = edge, .h = edge, .step = 1}};
     int samples = 0, handled = 0;
-    flood.bytes = result_bytes(&flood.tile);
+    flood.bytes = result_bytes(&flood.tile, tile_pixels(&flood.tile), false);
     canvas_init(&flood.canvas, edge, edge);
     for (int i = 0; i < SLOTS; i++) {
         flood.buffers[i] = allocate(flood.bytes, 1);
@@ -120,7 +121,7 @@ static double send_flood(uint32_t edge)
 {
     static double times[LOTS];
     struct tile tile = {.w = edge, .h = edge, .step = 1};
-    size_t bytes = result_bytes(&tile);
+    size_t bytes = result_bytes(&tile, tile_pixels(&tile), false);
     char *message = allocate_zeroed(bytes, 1);
     struct result_header header = {.pixels = edge * edge};
     memcpy(message, &header, sizeof header);

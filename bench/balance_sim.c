@@ -232,7 +232,8 @@ static void accept_part(struct sim *sim, uint32_t who, struct part *part)
 
 static size_t part_bytes(const struct part *part)
 {
-    return part->dropped ? sizeof(struct result_header) : result_bytes(&part->tile);
+    return part->dropped ? sizeof(struct result_header)
+                         : result_bytes(&part->tile, tile_pixels(&part->tile), false);
 }
 
 /* What is ready of a lot. */
