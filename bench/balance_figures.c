@@ -56,9 +56,10 @@ static double finish_of(const struct sim_renderer *renderer)
     return renderer->finish_s;
 }
 
+/* Milliseconds. */
 static double send_of(const struct sim_renderer *renderer)
 {
-    return renderer->send_s;
+    return 1e3 * renderer->send_s;
 }
 
 /* Figures 12 and 13: something of every processor. */
@@ -136,9 +137,9 @@ static void close_plot(FILE *out, const char *figure)
 static void put_lines(FILE *out, const char *kind, const char *scene)
 {
     fprintf(out,
-            "'balance_%s_%s.csv' using 1:2 with linespoints pt 7 ps 0.3 title columnheader(2), "
-            "for [i=3:%d] '' using 1:i with linespoints pt 7 ps 0.3 title columnheader(i)",
-            kind, scene, SCHEDULES_COMPARED + 1);
+            "for [i=2:%d] 'balance_%s_%s.csv' using 1:i with linespoints lt i-1 pt 7 ps 0.3 "
+            "title columnheader(i)",
+            SCHEDULES_COMPARED + 1, kind, scene);
 }
 
 static void draw_times(void)
@@ -180,7 +181,7 @@ static void draw_finishes(void)
 {
     FILE *out = open_plot("fig12", SCENES, 3);
     fprintf(out, "set xlabel 'rank'\nset ylabel 'finished after, s'\nset yrange [0:*]\n"
-                 "set key bottom right font ',9'\n");
+                 "set key outside bottom center horizontal\n");
     for (unsigned s = 0; s < SCENES; s++)
         for (unsigned i = 0; i < 3; i++) {
             char *kind = format_text("finish_%u", finish_processors[i]);
@@ -196,8 +197,8 @@ static void draw_finishes(void)
 static void draw_sends(void)
 {
     FILE *out = open_plot("fig13", 1, 2);
-    fprintf(out, "set xlabel 'rank'\nset ylabel 'sending, s'\nset yrange [0:*]\n"
-                 "set key bottom right font ',9'\n");
+    fprintf(out, "set xlabel 'rank'\nset ylabel 'sending, ms'\nset yrange [0:*]\n"
+                 "set key outside bottom center horizontal\n");
     for (unsigned s = 0; s < SCENES; s++) {
         fprintf(out, "set title '%s, 16 processors (simulated)'\nplot ", bench_scenes[s].name);
         put_lines(out, "send_16", bench_scenes[s].name);

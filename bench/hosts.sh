@@ -23,7 +23,7 @@ trap 'exit 1' INT TERM
 
 # hold NAME: namespaces that last as long as a process in them sleeps.
 hold() {
-    unshare --net --uts --mount --ipc sh -c "echo \$\$ >$T/$1.pid; exec sleep 3600" &
+    unshare --net --uts --mount --ipc sh -c "echo \$\$ >$T/$1.pid; exec sleep 600" </dev/null >/dev/null 2>&1 &
     pids="$pids $!"
     until [ -s "$T/$1.pid" ]; do sleep 0.05; done
 }
@@ -57,7 +57,7 @@ chmod +x "$T/launch"
 received() { enter "node$1" awk '/eth0:/ { sub(/.*:/, ""); print $1 }' /proc/net/dev; }
 for i in $(seq $n); do received "$i" >"$T/before$i"; done
 "$FARM" "$scene" output.image="$T/one.pfm" output.report= "$@" >/dev/null 2>&1 || exit 1
-enter node1 sh -c "cd '$PWD' && ${HOSTS_ENV:-} timeout 120 $MPIEXEC -launcher ssh \
+enter node1 sh -c "cd '$PWD' && ${HOSTS_ENV:-} timeout 60 $MPIEXEC -launcher ssh \
     -launcher-exec $T/launch -f $T/hostfile -n $total $FARM $scene output.image=$T/many.pfm $*" \
     >"$T/log" 2>&1
 status=$?
