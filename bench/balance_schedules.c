@@ -11,7 +11,7 @@ const struct bench_schedule bench_schedules[SCHEDULES_COMPARED] = {
 };
 
 struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t height, uint32_t renderers,
-                             uint32_t samples)
+                             uint32_t cores, uint32_t samples)
 {
     static const enum schedule schedules[] = {
         [STRIPS] = SCHEDULE_STRIPS,
@@ -23,7 +23,7 @@ struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t height,
     struct queue_config config = {
         .schedule = schedules[schedule], .width = width, .height = height, .renderers = renderers};
     if (!bench_schedules[schedule].is_static)
-        config.tile_edge = queue_auto_edge(config.schedule, width, height, renderers);
+        config.tile_edge = queue_auto_edge(config.schedule, width, height, renderers * cores);
     config.probe_edge = queue_auto_probe_edge(width, height, samples);
     struct queue *queue = queue_create(&config);
     if (!queue) fatal("the picture has too many tiles");
@@ -34,7 +34,7 @@ void schedule_simulate(unsigned schedule, const struct machine *machine,
                        const struct picture_costs *costs, struct sim_outcome *outcome)
 {
     struct queue *queue = schedule_queue(schedule, costs_width(costs), costs_height(costs),
-                                         machine->renderers, costs->samples);
+                                         machine->renderers, machine->node_cores, costs->samples);
     simulate(machine, queue, costs, outcome);
     queue_destroy(queue);
 }
