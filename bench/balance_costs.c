@@ -34,6 +34,11 @@ static struct tile tile_at(const struct tile_costs *map, unsigned level, size_t 
 
 /* ---- measuring ---- */
 
+struct cost_target {
+    struct tile_costs *map;
+    struct renderer *renderer;
+};
+
 /* What reading the clock twice takes: the least of many. */
 static double clock_cost(void)
 {
@@ -60,23 +65,52 @@ static void keep_medians(float *out, float *all, size_t tiles, unsigned rounds)
     }
 }
 
-static void measure_level(struct tile_costs *map, struct renderer *renderer, unsigned level,
-                          unsigned rounds)
+/* What a round measures: rounds measurements of each tile, at all levels. */
+struct rounds {
+    unsigned count, round;
+    float *all[COST_LEVELS];
+    double clock; /* seconds that reading it takes */
+};
+
+static void measure_tile(const struct cost_target *target, struct rounds *rounds, unsigned level,
+                         size_t i)
 {
-    size_t tiles = tiles_of(map, level);
-    float *all = allocate(tiles * rounds, sizeof *all), rgb[3 << (2 * (COST_LEVELS - 1))];
-    double clock = clock_cost();
-    for (unsigned round = 0; round < rounds; round++)
-        for (size_t i = 0; i < tiles; i++) {
-            struct tile tile = tile_at(map, level, i);
-            struct render_counts counts;
-            double start = clock_thread_cpu();
-            renderer_tile(renderer, &tile, rgb, &counts);
-            all[i * rounds + round] = (float)fmax(0, clock_thread_cpu() - start - clock);
-        }
-    map->levels[level] = allocate(tiles, sizeof *map->levels[level]);
-    keep_medians(map->levels[level], all, tiles, rounds);
-    free(all);
+    static float rgb[3 << (2 * (COST_LEVELS - 1))];
+    struct tile tile = tile_at(target->map, level, i);
+    struct render_counts counts;
+    double start = clock_thread_cpu();
+    renderer_tile(target->renderer, &tile, rgb, &counts);
+    double seconds = fmax(0, clock_thread_cpu() - start - rounds->clock);
+    rounds->all[level][i * rounds->count + rounds->round] = (float)seconds;
+}
+
+/* A block of the largest tiles, at all levels in turn: so what else the machine does meanwhile weighs
+ * on all of them alike. */
+static void measure_block(const struct cost_target *target, struct rounds *rounds, size_t block)
+{
+    struct tile area = tile_at(target->map, COST_LEVELS - 1, block);
+    for (unsigned level = COST_LEVELS; level-- > 0;) {
+        uint32_t across = columns(target->map->width, level), edge = 1u << level;
+        for (uint32_t y = area.y; y < area.y + area.h; y += edge)
+            for (uint32_t x = area.x; x < area.x + area.w; x += edge)
+                measure_tile(target, rounds, level, (size_t)(y >> level) * across + (x >> level));
+    }
+}
+
+static void measure_levels(const struct cost_target *target, unsigned count)
+{
+    struct tile_costs *map = target->map;
+    struct rounds rounds = {.count = count, .clock = clock_cost()};
+    for (unsigned level = 0; level < COST_LEVELS; level++)
+        rounds.all[level] = allocate(tiles_of(map, level) * count, sizeof(float));
+    for (; rounds.round < count; rounds.round++)
+        for (size_t block = 0; block < tiles_of(map, COST_LEVELS - 1); block++)
+            measure_block(target, &rounds, block);
+    for (unsigned level = 0; level < COST_LEVELS; level++) {
+        map->levels[level] = allocate(tiles_of(map, level), sizeof(float));
+        keep_medians(map->levels[level], rounds.all[level], tiles_of(map, level), count);
+        free(rounds.all[level]);
+    }
 }
 
 /* ---- what follows from the measurements ---- */
@@ -173,8 +207,7 @@ void costs_measure(struct tile_costs *map, const char *config, uint32_t width, u
     bvh_build(scene, bvh);
     struct renderer *renderer = renderer_create(scene, bvh);
     *map = (struct tile_costs){.width = width, .height = height, .samples = samples};
-    for (unsigned level = COST_LEVELS; level-- > 0;)
-        measure_level(map, renderer, level, rounds);
+    measure_levels(&(struct cost_target){map, renderer}, rounds);
     renderer_destroy(renderer);
     free(bvh);
     free(scene);
