@@ -74,8 +74,8 @@ static void read_report(struct farm_run *run, const char *text)
 /* The arguments of the farm, as the shell reads them. */
 static char *arguments_of(const char *config, const char *picture, const char *options)
 {
-    return format_text("%s output.image=%s output.report=%s.json %s", config, picture, picture,
-                       options);
+    return format_text("%s output.image=%s output.report=%s.json output.journal= %s", config,
+                       picture, picture, options);
 }
 
 static void run_command(struct farm_run *run, const char *launch, const char *picture)
