@@ -17,7 +17,7 @@
  *                                  those of a probe (TILE_PROBE) one float per pixel, the CPU
  *                                  seconds that it took; filled up to
  *                                  result_bytes(). A tile that is dropped is a header alone, with
- *                                  no pixels.
+ *                                  RESULT_DROPPED.
  *   STOP      master -> renderer   empty: give up what is in work and leave
  *   STATS     renderer -> master   struct renderer_stats, the renderer's last message
  *
@@ -116,9 +116,12 @@ struct render_counts {
 };
 
 /* Stands before a tile's pixels. */
+/* In place of the number of pixels: the tile was dropped. A part of a refined tile may have none. */
+#define RESULT_DROPPED UINT32_MAX
+
 struct result_header {
     uint32_t tile_id;
-    uint32_t pixels;
+    uint32_t pixels; /* that follow, or RESULT_DROPPED */
     double start_s; /* when it was begun, seconds after the start of the render phase */
     double busy_s;  /* wall seconds it took to render */
     double cpu_s;   /* CPU seconds of that: less where cores are shared */

@@ -248,7 +248,7 @@ static size_t take_part(struct server *server, uint32_t renderer, const char *pa
     struct tile tile;
     if (bytes < sizeof header) return 0;
     memcpy(&header, part, sizeof header);
-    if (header.pixels == 0) return take_dropped(server, renderer, header.tile_id);
+    if (header.pixels == RESULT_DROPPED) return take_dropped(server, renderer, header.tile_id);
     if (!queue_held(server->service->queue, renderer, header.tile_id, &tile)) return 0;
     bool halves = server->service->adaptive != NULL;
     if (!result_message_valid(&header, bytes, &tile, halves)) return 0;

@@ -420,7 +420,7 @@ static size_t render_part(struct worker *worker, const struct tile *tile,
 /* A tile that others have now: a header alone. */
 static size_t put_dropped(const struct tile *tile, char *part)
 {
-    struct result_header header = {.tile_id = tile->id};
+    struct result_header header = {.tile_id = tile->id, .pixels = RESULT_DROPPED};
     memcpy(part, &header, sizeof header);
     return sizeof header;
 }
