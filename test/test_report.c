@@ -33,6 +33,7 @@ static struct report sample_report(struct renderer_stats *renderers, int count)
                        .exact_fallbacks = 7,
                        .intersect_s = 2,
                        .shade_s = 1,
+                       .bound_rays = 5,
                        .truncation = 0.001},
             .host = "node",
         };
@@ -102,7 +103,7 @@ static void test_json(void **state)
                      "\"send_s\": 0.125000, \"finish_s\": 3.510000, \"intersect_s\": 2.000000, "
                      "\"shade_s\": 1.000000, \"bytes\": 6220800}\n  ],");
     assert_has(text, "\"error\": [],");
-    assert_has(text, "\"truncation\": 0.001\n");
+    assert_has(text, "\"truncation\": 0.001,\n    \"rays\": 10\n");
     assert_has(text, "\"nonfinite\": 0,\n    \"first\": null,\n    \"exact_fallbacks\": 14,\n"
                      "    \"unmatched_media\": 0,\n    \"open_media\": 0\n  },");
     assert_has(text, "\"seconds_saved\": 0.000000\n  }\n}\n");

@@ -77,15 +77,15 @@ static double judge(struct tree *tree, uint32_t *first)
     return round_up(sum, tree->count);
 }
 
-double tree_drop(struct tree *tree)
+double tree_sum(const struct tree *tree)
 {
-    uint32_t first;
-    double sum = tree->count > 0 ? judge(tree, &first) : 0;
-    tree->count = 0;
-    return sum;
+    double sum = 0;
+    for (uint32_t i = 0; i < tree->count; i++)
+        sum += tree->pending[i].bound;
+    return round_up(sum, tree->count);
 }
 
-bool tree_take(struct tree *tree, double cutoff, struct branch *branch, double *dropped)
+bool tree_take(struct tree *tree, double cutoff, struct branch *branch)
 {
     uint32_t next;
     if (cutoff == 0) {
@@ -93,12 +93,7 @@ bool tree_take(struct tree *tree, double cutoff, struct branch *branch, double *
         *branch = tree->pending[--tree->count];
         return true;
     }
-    double sum = judge(tree, &next);
-    if (sum <= cutoff) {
-        *dropped = sum;
-        tree->count = 0;
-        return false;
-    }
+    if (judge(tree, &next) <= cutoff) return false;
     *branch = tree->pending[next];
     tree->blocks[next / TREE_BLOCK].known = false;
     tree->count--;

@@ -61,18 +61,17 @@ struct branch *tree_add(struct tree *tree);
 
 /*
  * Takes out the next ray; false when there is none, or when all pending rays together can change
- * the sample by `cutoff` at most: then they are dropped, and *dropped is what they could have
- * added. The sum is an upper bound: its rounding is on the safe side.
+ * the sample by `cutoff` at most: then they stay. Their sum is an upper bound: its rounding is on
+ * the safe side.
  */
-bool tree_take(struct tree *tree, double cutoff, struct branch *branch, double *dropped);
+bool tree_take(struct tree *tree, double cutoff, struct branch *branch);
 
-static inline bool tree_pop(struct tree *tree, double cutoff, struct branch *branch,
-                            double *dropped)
+static inline bool tree_pop(struct tree *tree, double cutoff, struct branch *branch)
 {
-    return tree->count > 0 && tree_take(tree, cutoff, branch, dropped);
+    return tree->count > 0 && tree_take(tree, cutoff, branch);
 }
 
-/* Drops all pending rays; returns what they could have added, an upper bound as well. */
-double tree_drop(struct tree *tree);
+/* What all pending rays can add together; an upper bound as well. */
+double tree_sum(const struct tree *tree);
 
 #endif
