@@ -17,15 +17,10 @@ static inline double clock_wall(void)
     return clock_read(CLOCK_MONOTONIC);
 }
 
-/* CPU seconds of the calling thread, and of all threads of the process. */
+/* CPU seconds of the calling thread. */
 static inline double clock_thread_cpu(void)
 {
     return clock_read(CLOCK_THREAD_CPUTIME_ID);
-}
-
-static inline double clock_process_cpu(void)
-{
-    return clock_read(CLOCK_PROCESS_CPUTIME_ID);
 }
 
 static inline void clock_sleep(double seconds)

@@ -51,7 +51,8 @@ bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, u
     uint64_t area = (uint64_t)tile->w * tile->h;
     if (area > TILE_MAX_PIXELS || tile->phase >= area) return false;
     /* Up to this step, tile_pixels() stays far from an overflow. */
-    return tile->step >= 1 && tile->step <= TILE_MAX_PIXELS && tile->reserved == 0;
+    if (tile->step < 1 || tile->step > TILE_MAX_PIXELS) return false;
+    return tile->pass == 0 || tile->pass == TILE_PROBE;
 }
 
 static bool seconds_valid(double seconds)
@@ -59,11 +60,22 @@ static bool seconds_valid(double seconds)
     return isfinite(seconds) && seconds >= 0;
 }
 
+bool render_counts_valid(const struct render_counts *counts)
+{
+    const struct bad_sample *first = &counts->first;
+    /* Infinite is a legitimate bound: nothing is known. NaN is not. */
+    return seconds_valid(counts->intersect_s) && seconds_valid(counts->shade_s) &&
+           counts->truncation >= 0 && first->x < PICTURE_MAX_EDGE && first->y < PICTURE_MAX_EDGE &&
+           first->sample < SAMPLES_MAX;
+}
+
 bool result_message_valid(const struct result_header *header, size_t bytes, const struct tile *tile)
 {
     /* A short message has no header to look at: the size comes before all fields. */
     return bytes == result_bytes(tile) && header->tile_id == tile->id &&
-           header->pixels == tile_pixels(tile) && seconds_valid(header->busy_s);
+           header->pixels == tile_pixels(tile) && seconds_valid(header->start_s) &&
+           seconds_valid(header->busy_s) && seconds_valid(header->cpu_s) &&
+           render_counts_valid(&header->counts);
 }
 
 static bool text_terminated(const char *text, size_t size)
@@ -71,22 +83,28 @@ static bool text_terminated(const char *text, size_t size)
     return memchr(text, '\0', size) != NULL;
 }
 
+bool ready_message_valid(const struct ready *ready, size_t bytes, int rank)
+{
+    return bytes == sizeof *ready && rank >= 0 && ready->rank == (uint32_t)rank &&
+           ready->reserved == 0 && text_terminated(ready->host, sizeof ready->host);
+}
+
+bool start_message_valid(const struct start *start, size_t bytes)
+{
+    return bytes == sizeof *start && seconds_valid(start->elapsed_s);
+}
+
 bool stats_message_valid(const struct renderer_stats *stats, size_t bytes, int rank)
 {
-    if (bytes != sizeof *stats || rank < 0 || stats->rank != (uint32_t)rank) return false;
+    if (bytes != sizeof *stats || rank < 0 || stats->rank != (uint32_t)rank || stats->silent ||
+        stats->reserved)
+        return false;
     const double seconds[] = {
-        stats->busy_s,         stats->cpu_s,    stats->wait_s,
-        stats->send_s,         stats->finish_s, stats->counts.intersect_s,
-        stats->counts.shade_s,
+        stats->busy_s, stats->cpu_s, stats->wait_s, stats->send_s, stats->finish_s,
     };
     for (size_t i = 0; i < sizeof seconds / sizeof *seconds; i++)
         if (!seconds_valid(seconds[i])) return false;
-    const struct bad_sample *first = &stats->counts.first;
-    if (first->x >= PICTURE_MAX_EDGE || first->y >= PICTURE_MAX_EDGE ||
-        first->sample >= SAMPLES_MAX)
-        return false;
-    /* Infinite is a legitimate bound: nothing is known. NaN is not. */
-    return stats->counts.truncation >= 0 && text_terminated(stats->host, sizeof stats->host);
+    return render_counts_valid(&stats->counts) && text_terminated(stats->host, sizeof stats->host);
 }
 
 bool welcome_valid(const struct welcome *welcome, const char *build)

@@ -2,14 +2,21 @@
  * The messages between the master (rank 0) and the renderers on other ranks.
  *
  *   start     every rank takes part in one broadcast of struct welcome, then of the scene block
- *   TILE      master -> renderer   struct tile: render this; up to two are under way at a time
- *   RESULT    renderer -> master   struct result_header, then 3 floats (linear RGB) per pixel in
- *                                  the tile's pixel order
+ *   READY     renderer -> master   struct ready: the scene and its BVH are here
+ *   START     master -> renderer   struct start: the answer to READY, before any other message
+ *   TILES     master -> renderer   1 .. LOT_TILES struct tile, a lot: render these; up to two lots
+ *                                  are under way at a time
+ *   RESULT    renderer -> master   one lot: for each of its tiles in their order struct
+ *                                  result_header, then 3 floats (linear RGB) per pixel in the
+ *                                  tile's pixel order; behind those of a probe (TILE_PROBE) one
+ *                                  float per pixel, the CPU seconds that it took; filled up to
+ *                                  result_bytes()
  *   STOP      master -> renderer   empty: give up what is in work and leave
  *   STATS     renderer -> master   struct renderer_stats, the renderer's last message
  *
- * STOP comes when no tile is left for a renderer and all of its tiles are back, or at any time when
- * the run is stopped.
+ * STOP comes when no tile is left for a renderer, at the earliest when all of its tiles are back or
+ * somebody else has finished them, or at any time when the picture is whole or the run is stopped.
+ * From READY on the master waits for no single renderer: one that answers no more holds nobody up.
  *
  * All ranks run the same build (the welcome carries its name), so that structures travel as they
  * are in memory. Who receives a message validates it with the functions below before using any of
@@ -26,11 +33,16 @@
 #include "common/vec.h"
 
 enum message_tag {
-    TAG_MASTER_TO_RENDERER_TILE = 1,
+    TAG_MASTER_TO_RENDERER_TILES = 1,
     TAG_MASTER_TO_RENDERER_STOP = 2,
     TAG_RENDERER_TO_MASTER_RESULT = 3,
     TAG_RENDERER_TO_MASTER_STATS = 4,
+    TAG_RENDERER_TO_MASTER_READY = 5,
+    TAG_MASTER_TO_RENDERER_START = 6,
 };
+
+/* Tiles of a lot, at most: a TILES message stays small. */
+#define LOT_TILES 64
 
 #define WELCOME_MAGIC  UINT64_C(0x314c57204d524146) /* "FARM WL1" */
 #define HOST_NAME_SIZE 64
@@ -45,11 +57,14 @@ struct welcome {
     uint32_t reserved;
 };
 
-struct result_header {
-    uint32_t tile_id;
-    uint32_t pixels;
-    uint64_t rays; /* of all kinds, traced for this tile */
-    double busy_s; /* wall seconds it took to render */
+struct ready {
+    uint32_t rank;
+    uint32_t reserved;         /* 0 */
+    char host[HOST_NAME_SIZE]; /* NUL-terminated */
+};
+
+struct start {
+    double elapsed_s; /* since the start of the render phase */
 };
 
 /* Kinds of ray that are counted. */
@@ -78,9 +93,21 @@ struct render_counts {
     struct bad_sample first;  /* of the nonfinite ones, in the order of the picture; else all 0 */
 };
 
+/* Stands before a tile's pixels. */
+struct result_header {
+    uint32_t tile_id;
+    uint32_t pixels;
+    double start_s; /* when it was begun, seconds after the start of the render phase */
+    double busy_s;  /* wall seconds it took to render */
+    double cpu_s;   /* CPU seconds of that: less where cores are shared */
+    struct render_counts counts;
+};
+
 struct renderer_stats {
     uint32_t rank;
     uint32_t tiles;
+    uint32_t silent;   /* 1: it answered no more; filled in by the master, 0 in messages */
+    uint32_t reserved; /* 0 */
     uint64_t pixels;
     double busy_s; /* wall seconds of rendering */
     double cpu_s;  /* CPU seconds of the rendering thread from the first wait to the last send */
@@ -94,24 +121,34 @@ struct renderer_stats {
 };
 
 _Static_assert(sizeof(struct welcome) == 64, "struct welcome goes over the wire as it is");
-_Static_assert(sizeof(struct result_header) == 24,
+_Static_assert(sizeof(struct ready) == 72, "struct ready goes over the wire as it is");
+_Static_assert(sizeof(struct start) == 8, "struct start goes over the wire as it is");
+_Static_assert(sizeof(struct result_header) == 192,
                "struct result_header goes over the wire as it is");
-_Static_assert(sizeof(struct renderer_stats) == 288,
+_Static_assert(sizeof(struct renderer_stats) == 296,
                "struct renderer_stats goes over the wire as it is");
 
-/* Bytes of the RESULT message for a tile. */
+/* Floats that are sent of a pixel. */
+static inline size_t result_floats(const struct tile *tile)
+{
+    return tile->pass == TILE_PROBE ? 4 : 3;
+}
+
+/* Bytes of a tile's part of a RESULT message: a multiple of 8, so that what follows is aligned. */
 static inline size_t result_bytes(const struct tile *tile)
 {
-    return sizeof(struct result_header) + (size_t)tile_pixels(tile) * 3 * sizeof(float);
+    size_t bytes = tile_pixels(tile) * result_floats(tile) * sizeof(float);
+    return sizeof(struct result_header) + (bytes + 7) / 8 * 8;
 }
 
 /*
- * How the master renders tiles of its own without knowing a renderer: see worker/render.h. render
- * returns false when it gave up, because the run is stopped.
+ * How the master renders tiles of its own without knowing a renderer: see worker/render.h and
+ * worker/survey.h. Both return false when they gave up, because the run is stopped.
  */
 struct tile_renderer {
     void *state;
     bool (*render)(void *state, const struct tile *tile, float *rgb, struct render_counts *counts);
+    bool (*probe)(void *state, const struct tile *tile, float *rgb, float *seconds);
 };
 
 /* In the order of the picture: row by row from the top, the samples of a pixel in turn. */
@@ -131,10 +168,17 @@ static inline uint64_t render_counts_rays(const struct render_counts *counts)
     return sum;
 }
 
-/* A TILE message of so many bytes, for a region of width x height pixels. */
+/* Counts that came from elsewhere, or from a file. */
+bool render_counts_valid(const struct render_counts *counts);
+
+/* A READY message of so many bytes from rank; a START message. */
+bool ready_message_valid(const struct ready *ready, size_t bytes, int rank);
+bool start_message_valid(const struct start *start, size_t bytes);
+
+/* A tile of so many bytes in a TILES message, for a region of width x height pixels. */
 bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, uint32_t height);
 
-/* A RESULT message of so many bytes for tile, the one with the id that its header names. */
+/* A part of so many bytes of a RESULT message for tile, the one with the id that its header names. */
 bool result_message_valid(const struct result_header *header, size_t bytes,
                           const struct tile *tile);
 

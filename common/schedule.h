@@ -2,9 +2,16 @@
 #ifndef FARM_COMMON_SCHEDULE_H
 #define FARM_COMMON_SCHEDULE_H
 
-enum schedule { SCHEDULE_DYNAMIC, SCHEDULE_STRIPS, SCHEDULE_CYCLIC };
+enum schedule {
+    SCHEDULE_DYNAMIC,
+    SCHEDULE_TILES,
+    SCHEDULE_STRIPS,
+    SCHEDULE_CYCLIC,
+    SCHEDULE_CYCLIC_ROWS,
+    SCHEDULES
+};
 
-/* "dynamic", "strips", "cyclic" */
+/* "dynamic", "tiles", ... */
 const char *schedule_name(enum schedule schedule);
 
 #endif

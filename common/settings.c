@@ -10,7 +10,8 @@ _Static_assert(sizeof(enum formulas) == sizeof(uint32_t), "a VALUE_CHOICE is sto
 _Static_assert(sizeof(enum processor_level) == sizeof(uint32_t), "a VALUE_CHOICE is stored in it");
 _Static_assert(sizeof(enum variant) == sizeof(uint32_t), "a VALUE_CHOICE is stored in it");
 
-static const char *const schedules[] = {"dynamic", "strips", "cyclic", NULL};
+static const char *const schedules[] = {"dynamic", "tiles",       "strips",
+                                        "cyclic",  "cyclic-rows", NULL};
 static const char *const formulas[] = {"exact", "paper", NULL};
 static const char *const variants[] = {"auto", "full", NULL};
 
@@ -55,7 +56,7 @@ const struct key settings_keys[] = {
     {"farm", "schedule", VALUE_CHOICE, AT(farm.schedule), .fallback = "dynamic",
      .choices = schedules, .help = "how the picture is shared out"},
     {"farm", "tile", VALUE_AUTO, AT(farm.tile), RANGE(1, 1024), .fallback = "auto",
-     .help = "edge of a tile (dynamic), or rows sent at a time, pixels"},
+     .help = "edge of a tile (dynamic, tiles), or rows sent at a time, pixels"},
     {"farm", "master_renders", VALUE_BOOLEAN, AT(farm.master_renders), .fallback = "yes",
      .help = "whether rank 0 renders as well"},
     {"farm", "kernel", VALUE_CHOICE, AT(farm.kernel), .fallback = "auto",
@@ -66,6 +67,15 @@ const struct key settings_keys[] = {
      .help = "picture file: .png, .hdr or .pfm (default: CONFIG's name, .png)"},
     {"output", "report", VALUE_TEXT, AT(output.report),
      .help = "report file, JSON; empty: none (default: CONFIG's name, .json)"},
+    {"output", "journal", VALUE_TEXT, AT(output.journal),
+     .help = "finished tiles until the picture is written, .journal; empty: none (default: the "
+             "picture's name, .journal)"},
+    {"output", "trace", VALUE_TEXT, AT(output.trace), .fallback = "",
+     .help = "who did what when, Chrome trace JSON for Perfetto; empty: none"},
+    {"output", "heatmap", VALUE_TEXT, AT(output.heatmap), .fallback = "",
+     .help = "picture of the cost of each pixel; empty: none"},
+    {"output", "ranks", VALUE_TEXT, AT(output.ranks), .fallback = "",
+     .help = "picture of which rank rendered what; empty: none"},
 };
 
 _Static_assert(sizeof settings_keys / sizeof *settings_keys == SETTINGS_KEYS,

@@ -44,12 +44,14 @@ struct settings {
         enum variant variant;
     } farm;
     struct {
-        char *image, *report; /* paths, owned; NULL: named after the config; report "": none */
+        /* Paths, owned; NULL: named after the config; report and journal "": none. */
+        char *image, *report, *journal;
+        char *trace, *heatmap, *ranks; /* paths, owned; "": none */
     } output;
 };
 
 /* What can be set, in the order in which it is printed; offsets are into struct settings. */
-#define SETTINGS_KEYS 23
+#define SETTINGS_KEYS 27
 extern const struct key settings_keys[SETTINGS_KEYS];
 
 void settings_init(struct settings *settings);

@@ -4,7 +4,7 @@
  * Pixels of a tile are numbered k = 0 .. tile_pixels() - 1 in the order in which they are rendered
  * and sent. With step 1 they are the rectangle, row by row from the top. With a larger step they
  * are every step-th pixel of that rectangle, beginning with the phase-th: a processor's share of a
- * band of rows under the cyclic schedule.
+ * band of rows under the cyclic schedule, or the probes of a row.
  */
 #ifndef FARM_COMMON_TILE_H
 #define FARM_COMMON_TILE_H
@@ -13,13 +13,16 @@
 #include <stdint.h>
 
 struct tile {
-    uint32_t id;       /* 0 .. number of tiles - 1 */
-    uint32_t x, y;     /* top left pixel, in the rendered region */
-    uint32_t w, h;     /* pixels, at least 1 x 1 */
-    uint32_t phase;    /* 0 .. w * h - 1 */
-    uint32_t step;     /* at least 1 */
-    uint32_t reserved; /* 0 */
+    uint32_t id;    /* the queue's name for it */
+    uint32_t x, y;  /* top left pixel, in the rendered region */
+    uint32_t w, h;  /* pixels, at least 1 x 1 */
+    uint32_t phase; /* 0 .. w * h - 1 */
+    uint32_t step;  /* at least 1 */
+    uint32_t pass;  /* 0, or TILE_PROBE */
 };
+
+/* The pass of what is not for the picture: one sample of each pixel, to learn what it costs. */
+#define TILE_PROBE UINT32_MAX
 
 _Static_assert(sizeof(struct tile) == 32, "struct tile goes over the wire as it is");
 

@@ -19,34 +19,40 @@ void canvas_free(struct canvas *canvas)
     *canvas = (struct canvas){0};
 }
 
-static float *canvas_pixel(struct canvas *canvas, uint32_t x, uint32_t y)
+/* Where the tile's k-th pixel lies, and how many from there on stand side by side in tile and
+ * picture: a row of a rectangle, else a single one. */
+static float *stretch_at(const struct canvas *canvas, const struct tile *tile, uint32_t k,
+                         uint32_t *stretch)
 {
+    uint32_t x, y;
+    tile_pixel(tile, k, &x, &y);
+    *stretch = tile->step == 1 && tile->phase == 0 ? tile->w : 1;
     return canvas->rgb + 3 * ((size_t)y * canvas->width + x);
 }
 
-static void put_rows(struct canvas *canvas, const struct tile *tile, const float *rgb)
+static void assert_inside(const struct canvas *canvas, const struct tile *tile)
 {
-    size_t row = (size_t)tile->w * 3;
-    for (uint32_t y = 0; y < tile->h; y++)
-        memcpy(canvas_pixel(canvas, tile->x, tile->y + y), rgb + y * row, row * sizeof *rgb);
-}
-
-static void put_pixels(struct canvas *canvas, const struct tile *tile, const float *rgb)
-{
-    uint32_t pixels = tile_pixels(tile);
-    for (uint32_t k = 0; k < pixels; k++) {
-        uint32_t x, y;
-        tile_pixel(tile, k, &x, &y);
-        memcpy(canvas_pixel(canvas, x, y), rgb + 3 * (size_t)k, 3 * sizeof *rgb);
-    }
+    assert(tile->x <= canvas->width && tile->w <= canvas->width - tile->x);
+    assert(tile->y <= canvas->height && tile->h <= canvas->height - tile->y);
+    (void)canvas, (void)tile;
 }
 
 void canvas_put(struct canvas *canvas, const struct tile *tile, const float *rgb)
 {
-    assert(tile->x <= canvas->width && tile->w <= canvas->width - tile->x);
-    assert(tile->y <= canvas->height && tile->h <= canvas->height - tile->y);
-    if (tile->step == 1 && tile->phase == 0)
-        put_rows(canvas, tile, rgb);
-    else
-        put_pixels(canvas, tile, rgb);
+    uint32_t pixels = tile_pixels(tile), stretch;
+    assert_inside(canvas, tile);
+    for (uint32_t k = 0; k < pixels; k += stretch) {
+        float *there = stretch_at(canvas, tile, k, &stretch);
+        memcpy(there, rgb + 3 * (size_t)k, stretch * 3 * sizeof *rgb);
+    }
+}
+
+void canvas_get(const struct canvas *canvas, const struct tile *tile, float *rgb)
+{
+    uint32_t pixels = tile_pixels(tile), stretch;
+    assert_inside(canvas, tile);
+    for (uint32_t k = 0; k < pixels; k += stretch) {
+        const float *there = stretch_at(canvas, tile, k, &stretch);
+        memcpy(rgb + 3 * (size_t)k, there, stretch * 3 * sizeof *rgb);
+    }
 }

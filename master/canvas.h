@@ -20,4 +20,7 @@ void canvas_free(struct canvas *canvas);
  */
 void canvas_put(struct canvas *canvas, const struct tile *tile, const float *rgb);
 
+/* The other way round: a tile's pixels out of the picture. */
+void canvas_get(const struct canvas *canvas, const struct tile *tile, float *rgb);
+
 #endif

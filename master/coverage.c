@@ -26,13 +26,15 @@ static uint64_t pixel_index(const struct coverage *coverage, const struct tile *
     return (uint64_t)y * coverage->width + x;
 }
 
-void coverage_add(struct coverage *coverage, const struct tile *tile)
+uint32_t coverage_add(struct coverage *coverage, const struct tile *tile)
 {
-    uint32_t pixels = tile_pixels(tile);
+    uint32_t pixels = tile_pixels(tile), added = 0;
     for (uint32_t k = 0; k < pixels; k++) {
-        uint64_t i = pixel_index(coverage, tile, k);
-        coverage->bits[i / WORD_BITS] |= UINT64_C(1) << i % WORD_BITS;
+        uint64_t i = pixel_index(coverage, tile, k), bit = UINT64_C(1) << i % WORD_BITS;
+        added += !(coverage->bits[i / WORD_BITS] & bit);
+        coverage->bits[i / WORD_BITS] |= bit;
     }
+    return added;
 }
 
 bool coverage_holds(const struct coverage *coverage, const struct tile *tile)

@@ -18,8 +18,8 @@ struct coverage {
 void coverage_init(struct coverage *coverage, uint32_t width, uint32_t height);
 void coverage_free(struct coverage *coverage);
 
-/* The tile, which lies in the region, is finished. */
-void coverage_add(struct coverage *coverage, const struct tile *tile);
+/* The tile, which lies in the region, is finished; returns how many of its pixels were not yet. */
+uint32_t coverage_add(struct coverage *coverage, const struct tile *tile);
 
 /* Whether all pixels of the tile, which lies in the region, are finished. */
 bool coverage_holds(const struct coverage *coverage, const struct tile *tile);

@@ -174,6 +174,20 @@ static void output_check(struct output *output, int failed)
     if (failed && !output->error) output->error = errno ? errno : EIO;
 }
 
+/* Makes a rename last: without it, the death of the machine may bring the old name back. Some file
+ * systems cannot do that and say so; the file itself is there. */
+static void sync_folder(const char *target)
+{
+    size_t length = folder_length(target);
+    char *folder = length ? format_text("%.*s", (int)length, target) : copy_text(".");
+    int descriptor = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor >= 0) {
+        fsync(descriptor);
+        close(descriptor);
+    }
+    free(folder);
+}
+
 /* Puts the file in its place, or takes all traces of it away. Returns errno, 0 when it is there. */
 static int output_close(struct output *output)
 {
@@ -183,6 +197,7 @@ static int output_close(struct output *output)
         output_check(output, fclose(output->file));
         if (output->temporary && !output->error)
             output_check(output, rename(output->temporary, output->target));
+        if (output->temporary && !output->error) sync_folder(output->target);
     }
     if (output->temporary && output->error) unlink(output->temporary);
     free(output->target);
@@ -212,7 +227,7 @@ static void encode(enum format format, const struct canvas *canvas, struct outpu
         pfm_encode(canvas, output);
 }
 
-bool image_write(const char *path, const struct canvas *canvas)
+bool image_write_for(const char *key, const char *path, const struct canvas *canvas)
 {
     enum format format = image_format(path);
     if (format == FORMAT_NONE) {
@@ -225,7 +240,12 @@ bool image_write(const char *path, const struct canvas *canvas)
     output_open(&output, path);
     if (!output.error) encode(format, canvas, &output);
     int error = output_close(&output);
-    return error ? cannot_write(path, "output.image", error) : true;
+    return error ? cannot_write(path, key, error) : true;
+}
+
+bool image_write(const char *path, const struct canvas *canvas)
+{
+    return image_write_for("output.image", path, canvas);
 }
 
 bool text_write(const char *path, const char *text, size_t bytes)
@@ -235,6 +255,18 @@ bool text_write(const char *path, const char *text, size_t bytes)
     output_put(&output, text, bytes);
     int error = output_close(&output);
     return error ? cannot_write(path, "output.report", error) : true;
+}
+
+bool text_write_for(const char *key, const char *path, text_writer *put, void *context)
+{
+    struct output output;
+    output_open(&output, path);
+    if (!output.error) {
+        put(context, output.file);
+        output_check(&output, ferror(output.file));
+    }
+    int error = output_close(&output);
+    return error ? cannot_write(path, key, error) : true;
 }
 
 /* Writes a block beside target and removes it; errno of what failed, or 0. */

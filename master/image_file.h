@@ -12,6 +12,8 @@
 #ifndef FARM_MASTER_IMAGE_FILE_H
 #define FARM_MASTER_IMAGE_FILE_H
 
+#include <stdio.h>
+
 #include "master/canvas.h"
 
 /* Whether the extension is one that image_write() knows. */
@@ -34,7 +36,14 @@ bool output_writable(const char *path, const char *key);
 /* false, after saying why (disk full, ...), when the picture could not be written. */
 bool image_write(const char *path, const struct canvas *canvas);
 
+/* The same for a picture that another setting than output.image names. */
+bool image_write_for(const char *key, const char *path, const struct canvas *canvas);
+
 /* The same way of writing for text, such as the report. */
 bool text_write(const char *path, const char *text, size_t bytes);
+
+/* The same for what is better put out bit by bit: put leaves its errors in the file. */
+typedef void text_writer(void *context, FILE *file);
+bool text_write_for(const char *key, const char *path, text_writer *put, void *context);
 
 #endif

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include "common/clock.h"
@@ -51,9 +52,14 @@ struct journal {
 /* At least this long between two syncs: what the death of a machine costs. Seconds. */
 #define SYNC_EVERY 5.0
 
-uint64_t journal_picture(const struct scene *scene, const char *build)
+uint64_t journal_picture(const struct scene *scene, uint64_t program)
 {
-    return hash64(build, strlen(build), hash64(scene, scene->bytes, 0));
+    struct scene head;
+    memcpy(&head, scene, sizeof head);
+    head.view.processor = 0;
+    head.view.variant = 0;
+    uint64_t hash = hash64(&head, sizeof head, program);
+    return hash64(scene + 1, scene->bytes - sizeof head, hash);
 }
 
 static uint64_t record_checksum(uint64_t picture, uint64_t offset,
@@ -391,8 +397,70 @@ struct journal_found journal_found(const struct journal *journal)
     return journal->found;
 }
 
+const char *journal_path(const struct journal *journal)
+{
+    return journal->path;
+}
+
+uint64_t journal_record_bytes(size_t payload)
+{
+    return sizeof(struct record_header) + payload;
+}
+
+uint64_t journal_room(const struct journal *journal)
+{
+    struct statvfs file_system;
+    if (fstatvfs(journal->file, &file_system) != 0) return UINT64_MAX;
+    return (uint64_t)file_system.f_bavail * file_system.f_frsize;
+}
+
+void journal_reserve(struct journal *journal, uint64_t bytes)
+{
+    fallocate(journal->file, FALLOC_FL_KEEP_SIZE, (off_t)journal->end, (off_t)bytes);
+}
+
+bool journal_stands(const struct journal *journal)
+{
+    return is_still_there(journal->path, journal->file);
+}
+
+static bool copy_file(int from, int to, uint64_t bytes)
+{
+    char piece[65536];
+    for (uint64_t done = 0; done < bytes;) {
+        size_t count = bytes - done < sizeof piece ? (size_t)(bytes - done) : sizeof piece;
+        if (!read_at(from, piece, count, done) || !write_at(to, piece, count, done)) return false;
+        done += count;
+    }
+    return fdatasync(to) == 0;
+}
+
+bool journal_move(struct journal *journal, const char *path, uint64_t more)
+{
+    int file = open(path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file < 0) return false;
+    struct flock whole = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
+    fcntl(file, F_OFD_SETLK, &whole);
+    bool full = fallocate(file, FALLOC_FL_KEEP_SIZE, 0, (off_t)(journal->end + more)) != 0 &&
+                errno == ENOSPC;
+    if (full || !copy_file(journal->file, file, journal->end)) {
+        unlink(path);
+        close(file);
+        return false;
+    }
+    close(journal->file);
+    free(journal->path);
+    journal->file = file;
+    journal->path = copy_text(path);
+    journal->torn = false;
+    return true;
+}
+
+/* What was reserved and not used is given back by cutting the file where it ends. */
 void journal_keep(struct journal *journal)
 {
+    journal->torn = true;
+    cut(journal);
     sync_now(journal);
     destroy(journal);
 }

@@ -54,9 +54,9 @@ struct journal_found {
 
 struct journal;
 
-/* The scene block with its view is all that makes the picture, but for the program itself: build
- * tells one from another. */
-uint64_t journal_picture(const struct scene *scene, const char *build);
+/* The scene block with its view, but for what all give the same picture (processor, variant), is all
+ * that makes it, and the program itself: program is a hash that tells one build from another. */
+uint64_t journal_picture(const struct scene *scene, uint64_t program);
 
 /*
  * Opens or makes the journal at path and hands what it holds to the reader. A journal of another
@@ -68,6 +68,21 @@ struct journal *journal_open(const char *path, uint64_t picture,
                              const struct journal_reader *reader);
 
 struct journal_found journal_found(const struct journal *journal);
+
+/* Where it stands; until the journal is moved or closed. */
+const char *journal_path(const struct journal *journal);
+
+/* What a record with a payload of so many bytes takes in the file. */
+uint64_t journal_record_bytes(size_t payload);
+
+/* Bytes that its file system has room for; UINT64_MAX when that is unknown. */
+uint64_t journal_room(const struct journal *journal);
+
+/*
+ * Sets room for so many more bytes aside, so that a disk that fills up meanwhile does not matter.
+ * Where that cannot be done nothing happens.
+ */
+void journal_reserve(struct journal *journal, uint64_t bytes);
 
 /*
  * Appends a record. false when it could not be written (disk full, ...): the journal is then as it
@@ -85,6 +100,16 @@ void journal_tick(struct journal *journal, double now);
 
 /* Seconds until the next sync after one that took so long. */
 double journal_sync_pause(double cost);
+
+/* Whether the file still stands at its path: its folder may have been removed. */
+bool journal_stands(const struct journal *journal);
+
+/*
+ * Goes on with a copy at path, where no file may stand, with room for so many bytes more; the old
+ * file stays as it is. false, with nothing said and nothing changed, when there cannot be such a
+ * copy.
+ */
+bool journal_move(struct journal *journal, const char *path, uint64_t more);
 
 /* Ends the work on a journal, which stays for the next run: synced, unlocked. */
 void journal_keep(struct journal *journal);

@@ -14,6 +14,11 @@ void json_begin(struct json *json)
     if (!json->file) fatal("out of memory for the report");
 }
 
+void json_begin_in(struct json *json, FILE *file)
+{
+    *json = (struct json){.file = file};
+}
+
 char *json_end(struct json *json)
 {
     assert(json->depth == 0);
@@ -144,11 +149,16 @@ void json_number(struct json *json, const char *key, double value)
     fputs(text, json->file);
 }
 
-void json_seconds(struct json *json, const char *key, double seconds)
+void json_fixed(struct json *json, const char *key, double value, int decimals)
 {
     begin_value(json, key);
-    if (isfinite(seconds))
-        fprintf(json->file, "%.6f", seconds);
+    if (isfinite(value))
+        fprintf(json->file, "%.*f", decimals, value);
     else
         fputs("null", json->file);
+}
+
+void json_seconds(struct json *json, const char *key, double seconds)
+{
+    json_fixed(json, key, seconds, 6);
 }

@@ -20,6 +20,9 @@ struct json {
 
 void json_begin(struct json *json);
 
+/* The same to a file of the caller's, who closes it and looks for its errors; without json_end(). */
+void json_begin_in(struct json *json, FILE *file);
+
 /* The finished text, a newline at its end, that the caller frees. */
 char *json_end(struct json *json);
 
@@ -34,6 +37,9 @@ void json_count(struct json *json, const char *key, uint64_t value);
 
 /* The shortest text that reads back as value; null when it is infinite or NaN. */
 void json_number(struct json *json, const char *key, double value);
+
+/* With so many decimals; null when it is infinite or NaN. */
+void json_fixed(struct json *json, const char *key, double value, int decimals);
 
 /* To the microsecond; null when it is infinite or NaN. */
 void json_seconds(struct json *json, const char *key, double seconds);

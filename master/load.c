@@ -370,6 +370,33 @@ static bool kernel_good(const struct loader *loader, const char *config)
     return good;
 }
 
+/* A picture or trace that is asked for has a name of its kind, and no other output has it. */
+static bool extra_good(const struct loader *loader, const char *config, const char *key,
+                       const char *path, bool is_picture)
+{
+    if (!*path || path_is_device(path)) return true;
+    if (is_picture ? !image_extension_known(path) : !path_has_extension(path, ".json")) {
+        char *text = format_text("%s has an unknown extension, expected %s", key,
+                                 is_picture ? ".png, .hdr or .pfm" : ".json");
+        bool good = refuse_setting(loader, config, "output", key, text);
+        free(text);
+        return good;
+    }
+    const struct settings *settings = loader->settings;
+    const char *const all[] = {settings->output.image, settings->output.report,
+                               settings->output.trace, settings->output.heatmap,
+                               settings->output.ranks};
+    unsigned same = 0;
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++)
+        same += strcmp(all[i], path) == 0;
+    if (same <= 1) return true;
+    char *text =
+        format_text("%s is also the name of another output, expected a file of its own", key);
+    bool good = refuse_setting(loader, config, "output", key, text);
+    free(text);
+    return good;
+}
+
 static bool output_good(const struct loader *loader, const char *config)
 {
     const char *image = loader->settings->output.image;
@@ -384,10 +411,25 @@ static bool output_good(const struct loader *loader, const char *config)
     if (*report && !path_has_extension(report, ".json") && !path_is_device(report))
         return refuse_setting(loader, config, "output", "report",
                               "the name of a report has to end with .json");
-    return true;
+    const char *journal = loader->settings->output.journal;
+    if (*journal && !path_has_extension(journal, ".journal"))
+        return refuse_setting(loader, config, "output", "journal",
+                              "the name of a journal has to end with .journal");
+    const struct settings *settings = loader->settings;
+    return extra_good(loader, config, "trace", settings->output.trace, false) &&
+           extra_good(loader, config, "heatmap", settings->output.heatmap, true) &&
+           extra_good(loader, config, "ranks", settings->output.ranks, true);
 }
 
-/* The picture in the current folder, the report beside the picture, wherever that is. */
+/* The picture's name with another extension. */
+static char *name_beside(const char *image, const char *extension)
+{
+    const char *dot = strrchr(image, '.');
+    int length = dot && !strchr(dot, '/') ? (int)(dot - image) : (int)strlen(image);
+    return format_text("%.*s%s", length, image, extension);
+}
+
+/* The picture in the current folder, report and journal beside the picture, wherever that is. */
 static void name_outputs(struct settings *settings, const char *config)
 {
     if (!settings->output.image) {
@@ -395,11 +437,10 @@ static void name_outputs(struct settings *settings, const char *config)
         settings->output.image = format_text("%s.png", stem);
         free(stem);
     }
-    if (!settings->output.report) {
-        const char *image = settings->output.image, *dot = strrchr(image, '.');
-        int length = dot && !strchr(dot, '/') ? (int)(dot - image) : (int)strlen(image);
-        settings->output.report = format_text("%.*s.json", length, image);
-    }
+    if (!settings->output.report)
+        settings->output.report = name_beside(settings->output.image, ".json");
+    if (!settings->output.journal)
+        settings->output.journal = name_beside(settings->output.image, ".journal");
 }
 
 /* ---- the job ---- */

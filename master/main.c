@@ -3,6 +3,7 @@
  * (worker/); this file alone knows both sides and starts either.
  */
 #include <errno.h>
+#include <fcntl.h>
 #include <mpi.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,28 +11,37 @@
 
 #include "common/clock.h"
 #include "common/message.h"
+#include "master/command_line.h"
 #include "master/image_file.h"
 #include "master/load.h"
 #include "master/options.h"
 #include "master/report.h"
+#include "master/save.h"
 #include "master/serve.h"
 #include "master/stop.h"
+#include "master/timeline_output.h"
 #include "worker/render.h"
+#include "worker/survey.h"
 #include "worker/work.h"
 
-enum { STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_INPUT = 2 };
+/* STATUS_RESUMABLE: stopped before the end, the same command goes on (EX_TEMPFAIL of sysexits.h). */
+enum { STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_INPUT = 2, STATUS_RESUMABLE = 75 };
 
 /* What rank 0 carries through the run. */
 struct run {
+    char **arguments; /* argv as it was given; owned */
     struct options options;
     struct job job;
     struct queue *queue;
     struct canvas canvas;
+    struct save *save; /* NULL: output.journal is empty, or the work on it is done */
+    struct timeline timeline;
     struct renderer_stats *stats;
     struct report report;
     double start;
     int processes;
     uint32_t renderers;
+    uint32_t silent; /* ranks that answered no more in the end */
 };
 
 /* MPI may be called from the main thread alone; mpiexec ends the others when a rank just leaves. */
@@ -62,9 +72,10 @@ static const char *schedule_unfit(const struct run *run)
 static uint32_t tile_edge(const struct settings *settings, const struct view *view,
                           uint32_t renderers)
 {
-    if (settings->farm.tile || settings->farm.schedule != SCHEDULE_DYNAMIC)
+    enum schedule schedule = settings->farm.schedule;
+    if (settings->farm.tile || (schedule != SCHEDULE_DYNAMIC && schedule != SCHEDULE_TILES))
         return settings->farm.tile;
-    return queue_auto_edge(view->region_w, view->region_h, renderers);
+    return queue_auto_edge(schedule, view->region_w, view->region_h, renderers);
 }
 
 static bool make_queue(struct run *run, const struct view *view)
@@ -81,6 +92,7 @@ static bool make_queue(struct run *run, const struct view *view)
                                   .height = view->region_h,
                                   .renderers = run->renderers,
                                   .tile_edge = tile_edge(settings, view, run->renderers)};
+    config.probe_edge = queue_auto_probe_edge(view->region_w, view->region_h, view->samples);
     run->queue = queue_create(&config);
     if (run->queue) {
         run->report.tile_edge = config.tile_edge;
@@ -102,6 +114,7 @@ static bool outputs_writable(const struct settings *settings, const struct view 
 {
     if (!output_writable(settings->output.image, "output.image")) return false;
     if (!image_size_writable(settings->output.image, view->region_w, view->region_h)) return false;
+    if (!timeline_writable(settings, view->region_w, view->region_h)) return false;
     return !wants_report(settings) || output_writable(settings->output.report, "output.report");
 }
 
@@ -125,6 +138,86 @@ static int print_check(const struct run *run)
            (unsigned long long)report->triangles, (unsigned long long)report->lights,
            report->image_width, report->image_height);
     return close_output();
+}
+
+/* ---- what is kept ---- */
+
+static bool is_saved(void *save, const struct tile *tile)
+{
+    return save_holds(save, tile);
+}
+
+/* Takes over what an earlier run has left. */
+static void resume(struct run *run)
+{
+    const struct save_found *found = save_found(run->save);
+    if (!found->pixels) return;
+    queue_skip(run->queue, is_saved, run->save);
+    struct queue_count count = queue_count(run->queue);
+    run->report.resumed = (struct resumed){
+        .tiles = count.finished,
+        .pixels = count.pixels_finished,
+        .seconds = found->seconds * (double)count.pixels_finished / (double)found->pixels,
+        .counts = found->counts,
+    };
+    fprintf(stderr,
+            "farm: going on with %s: %u of %u tiles, %llu pixels, %.1f s of rendering saved\n",
+            run->job.settings.output.journal, count.finished, count.tiles,
+            (unsigned long long)count.pixels_finished, run->report.resumed.seconds);
+}
+
+/* What is still to be rendered. */
+static uint32_t tiles_left(const struct run *run)
+{
+    struct queue_count count = queue_count(run->queue);
+    return count.tiles - count.finished;
+}
+
+static uint64_t pixels_left(const struct run *run)
+{
+    return (uint64_t)run->canvas.width * run->canvas.height -
+           queue_count(run->queue).pixels_finished;
+}
+
+/* Opens the journal, if one is wanted; false after saying why it cannot be. */
+static bool open_save(struct run *run, const struct scene *scene)
+{
+    const char *path = run->job.settings.output.journal;
+    if (!*path) return true;
+    run->save = save_open(path, scene, &run->canvas);
+    if (!run->save) return false;
+    resume(run);
+    if (save_has_room(run->save, tiles_left(run), pixels_left(run))) return true;
+    if (save_found(run->save)->tiles)
+        free(save_keep(run->save).path);
+    else
+        save_drop(run->save);
+    run->save = NULL;
+    return false;
+}
+
+/* Leaves the journal to a later run and tells how to start that; returns whether it can be. */
+static bool keep(struct run *run, const char *then)
+{
+    if (!run->save) {
+        user_error(NULL, 0, "nothing is kept for another run, because output.journal is empty");
+        return false;
+    }
+    struct save_kept kept = save_keep(run->save);
+    run->save = NULL;
+    char *journal = kept.moved ? format_text("output.journal=%s", kept.path) : NULL;
+    char *command = command_line(run->arguments, run->processes, journal);
+    struct queue_count count = queue_count(run->queue);
+    uint64_t tiles = count.finished - kept.lost;
+    if (kept.lost)
+        user_error(NULL, 0, "%llu finished tiles (%.1f s of rendering) could be saved nowhere",
+                   (unsigned long long)kept.lost, kept.lost_s);
+    fprintf(stderr, "farm: %llu of %u tiles are saved in %s; %s: %s\n", (unsigned long long)tiles,
+            count.tiles, kept.path, then, command);
+    free(kept.path);
+    free(journal);
+    free(command);
+    return true;
 }
 
 static void discard(struct scene **block)
@@ -163,9 +256,14 @@ static int prepare(struct run *run, struct scene **block)
     }
     describe_scene(&run->report, *block);
     run->report.time.load = clock_wall() - start;
-    if (options->action != ACTION_CHECK) return -1;
+    if (options->action == ACTION_CHECK) {
+        discard(block);
+        return print_check(run);
+    }
+    canvas_init(&run->canvas, view.region_w, view.region_h);
+    if (open_save(run, *block)) return -1;
     discard(block);
-    return print_check(run);
+    return STATUS_INPUT;
 }
 
 /* ---- after rendering ---- */
@@ -176,6 +274,7 @@ static int write_outputs(struct run *run)
     struct report *report = &run->report;
     double start = clock_wall();
     if (!image_write(settings->output.image, &run->canvas)) return STATUS_FAILED;
+    if (!timeline_write(&run->timeline, settings, report)) return STATUS_FAILED;
     report->time.write = clock_wall() - start;
     report->time.total = clock_wall() - run->start;
     if (!wants_report(settings)) return STATUS_DONE;
@@ -205,7 +304,12 @@ static int conclude(struct run *run)
 {
     const struct settings *settings = &run->job.settings;
     int status = write_outputs(run);
-    if (status != STATUS_DONE) return status;
+    if (status != STATUS_DONE) {
+        keep(run, "to write the picture without rendering it again");
+        return status;
+    }
+    save_drop(run->save);
+    run->save = NULL;
     int columns = terminal_columns(stderr);
     report_table(stdout, &run->report, columns);
     if (wants_report(settings)) printf("report  %s\n", settings->output.report);
@@ -214,12 +318,16 @@ static int conclude(struct run *run)
     return status != STATUS_DONE ? status : judged;
 }
 
-static int report_stop(const struct run *run)
+/* The journal first: whoever sent the signal may not wait long. */
+static int end_early(struct run *run)
 {
-    user_error(NULL, 0, "stopped by %s at %.0f %% of the tiles: no picture was written",
-               strsignal(*stop_signal()),
-               100.0 * queue_tiles_finished(run->queue) / queue_tiles(run->queue));
-    return STATUS_FAILED;
+    const char *image = run->job.settings.output.image;
+    user_error(NULL, 0, "stopped by %s at %.0f %% of the picture", strsignal(*stop_signal()),
+               100 - 100.0 * (double)pixels_left(run) / run->canvas.width / run->canvas.height);
+    bool resumable = keep(run, "to go on");
+    if (image_write(image, &run->canvas))
+        fprintf(stderr, "farm: the picture so far is in %s\n", image);
+    return resumable ? STATUS_RESUMABLE : STATUS_FAILED;
 }
 
 /* ---- the run ---- */
@@ -230,10 +338,14 @@ static bool render_own_tile(void *state, const struct tile *tile, float *rgb,
     return renderer_tile(state, tile, rgb, counts);
 }
 
-static bool is_stopped(void *unused)
+static bool probe_own_tile(void *state, const struct tile *tile, float *rgb, float *seconds)
 {
-    (void)unused;
-    return *stop_signal() != 0;
+    return survey(state, tile, rgb, seconds);
+}
+
+static bool is_over(void *service)
+{
+    return *stop_signal() != 0 || ((struct service *)service)->ending;
 }
 
 static void fill_report(struct run *run, const struct service *service,
@@ -247,7 +359,10 @@ static void fill_report(struct run *run, const struct service *service,
     report->processes = run->processes;
     report->kernel = processor_resolve(settings->farm.kernel);
     report->schedule = settings->farm.schedule;
-    report->tiles = queue_tiles(run->queue);
+    struct queue_count count = queue_count(run->queue);
+    report->tiles = count.tiles;
+    report->repeated_tiles = count.repeated;
+    report->wasted_s = count.wasted_s;
     report->bvh_bytes = shared->bvh->bytes;
     report->time.broadcast = shared->broadcast_s;
     report->time.build = shared->build_s;
@@ -256,29 +371,61 @@ static void fill_report(struct run *run, const struct service *service,
     report->renderer_count = (int)run->renderers;
     report->master_cpu_s = service->master_cpu_s;
     report->master_messages = service->messages;
+    report->answer_wait_s =
+        service->messages ? service->answer_wait_s / (double)service->messages : 0;
+    report->answer_wait_most_s = service->answer_wait_most_s;
+    report->time.probe = service->probe_s / run->renderers;
+}
+
+static void name_silent(const struct run *run)
+{
+    for (uint32_t i = 0; i < run->renderers; i++) {
+        const struct renderer_stats *stats = &run->stats[i];
+        if (!stats->silent) continue;
+        bool known = stats->host[0];
+        user_warning(NULL, 0,
+                     "rank %u%s%s answers no more (stopped, hung, or cut off): the job ends "
+                     "without it",
+                     stats->rank, known ? " on " : "", stats->host);
+    }
+}
+
+/* All is written. MPI_Finalize would wait for a rank that answers no more; this ends it. */
+static void leave_the_silent(int status)
+{
+    fflush(NULL);
+    /* What MPI_Abort says would look like a failure. */
+    int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
+    MPI_Abort(MPI_COMM_WORLD, status);
 }
 
 static int render_as_master(struct run *run, const struct node_scene *shared,
                             struct renderer *renderer)
 {
-    const struct view *view = &shared->scene->view;
+    const struct settings *settings = &run->job.settings;
     struct progress progress;
-    struct tile_renderer own = {.state = renderer, .render = render_own_tile};
-    canvas_init(&run->canvas, view->region_w, view->region_h);
+    struct tile_renderer own = {
+        .state = renderer, .render = render_own_tile, .probe = probe_own_tile};
     run->stats = allocate_zeroed(run->renderers, sizeof *run->stats);
     struct service service = {.comm = MPI_COMM_WORLD,
                               .queue = run->queue,
                               .canvas = &run->canvas,
+                              .save = run->save,
                               .progress = &progress,
-                              .own = run->job.settings.farm.master_renders ? &own : NULL,
+                              .timeline = timeline_wanted(settings) ? &run->timeline : NULL,
+                              .own = settings->farm.master_renders ? &own : NULL,
                               .stop = stop_signal(),
                               .stats = run->stats};
     progress_start(&progress, stderr, clock_wall());
-    renderer_on_wave(renderer, is_stopped, NULL);
+    renderer_on_wave(renderer, is_over, &service);
     stop_is_served();
+    if (run->save) save_start(run->save, tiles_left(run), pixels_left(run));
     bool complete = serve(&service);
     progress_end(&progress);
-    if (!complete) return report_stop(run);
+    run->silent = service.silent;
+    name_silent(run);
+    if (!complete) return end_early(run);
     fill_report(run, &service, shared);
     return conclude(run);
 }
@@ -288,7 +435,6 @@ static int render(struct run *run, int rank, const struct node_scene *shared)
 {
     int status = STATUS_DONE;
     struct renderer *renderer = renderer_create(shared->scene, shared->bvh);
-    wait_for_all(MPI_COMM_WORLD);
     if (rank == 0)
         status = render_as_master(run, shared, renderer);
     else
@@ -314,6 +460,7 @@ static int run_rank(struct run *run, int rank)
     int status = share_scene(MPI_COMM_WORLD, rank == 0 ? &welcome : NULL, block, &shared);
     if (status >= 0) return status;
     status = render(run, rank, &shared);
+    if (run->silent) leave_the_silent(status);
     unshare_scene(&shared);
     return status;
 }
@@ -323,7 +470,9 @@ static void free_run(struct run *run)
     job_free(&run->job);
     queue_destroy(run->queue);
     canvas_free(&run->canvas);
+    timeline_free(&run->timeline);
     free(run->stats);
+    free(run->arguments);
 }
 
 /* Whether this process speaks for the job before MPI has started: mpiexec and Slurm tell the rank.
@@ -355,9 +504,17 @@ static int answer_without_mpi(int argc, char **argv, struct options *options)
     return close_output();
 }
 
+/* What options_parse() puts into another order. */
+static char **copy_arguments(int argc, char **argv)
+{
+    char **copy = allocate((size_t)argc + 1, sizeof *copy);
+    memcpy(copy, argv, ((size_t)argc + 1) * sizeof *copy);
+    return copy;
+}
+
 int main(int argc, char **argv)
 {
-    struct run run = {.start = clock_wall()};
+    struct run run = {.start = clock_wall(), .arguments = copy_arguments(argc, argv)};
     int status = answer_without_mpi(argc, argv, &run.options);
     if (status >= 0) return status;
     int rank, level;

@@ -25,20 +25,26 @@ void progress_start(struct progress *progress, FILE *out, double now)
     };
 }
 
-static double share_done(const struct progress_state *state)
+static double share_of(uint64_t pixels, const struct progress_state *state)
 {
     if (state->pixels == 0) return 0;
-    return fmin((double)state->pixels_done / (double)state->pixels, 1);
+    return fmin((double)pixels / (double)state->pixels, 1);
+}
+
+static double share_done(const struct progress_state *state)
+{
+    return share_of(state->pixels_done, state);
 }
 
 /*
- * The rate so far, extended to the rest of the picture. Parts of a picture differ in cost: the
+ * The rate so far, extended to the rest of the picture; what an earlier run did tells nothing of it. Parts of a picture differ in cost: the
  * estimate follows with a delay instead of jumping, and passes with time meanwhile.
  */
-static void estimate_left(struct progress *progress, double share, double now)
+static void estimate_left(struct progress *progress, double share, double before, double now)
 {
-    if (share <= 0.01) return; /* too little is known */
-    double estimate = (now - progress->started) * (1 - share) / share;
+    double own = share - before;
+    if (own <= 0.01 * (1 - before)) return; /* too little is known */
+    double estimate = (now - progress->started) * (1 - share) / own;
     if (progress->left < 0) {
         progress->left = estimate;
         return;
@@ -139,7 +145,7 @@ static void print_line(const struct progress *progress, const struct progress_st
 void progress_update(struct progress *progress, const struct progress_state *state, double now)
 {
     if (now - progress->last_shown < (progress->terminal ? redraw_s : line_s)) return;
-    estimate_left(progress, share_done(state), now);
+    estimate_left(progress, share_done(state), share_of(state->pixels_before, state), now);
     if (progress->terminal)
         draw_bar(progress, state, now);
     else

@@ -25,6 +25,7 @@ struct progress {
 
 struct progress_state {
     uint64_t pixels_done, pixels; /* the share that is finished */
+    uint64_t pixels_before;       /* of those done, by an earlier run */
     uint32_t tiles_done, tiles;
     uint64_t rays; /* traced so far, all kinds */
 };

@@ -1,38 +1,66 @@
 #include "master/queue.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdlib.h>
 
 #include "common/message.h"
+#include "master/cost.h"
+#include "master/heap.h"
+#include "master/holdings.h"
+#include "master/pace.h"
+#include "master/share.h"
 
-/* A static share travels in pieces of about this many pixels: 200 KB of floats, a few tenths of a
- * second of rendering, so that progress shows and buffers stay small. */
-#define BAND_PIXELS 16384u
+/* Lots that a renderer may hold: the one that it renders and the one that waits behind it. */
+#define LOTS_HELD 2
 
-/* Tiles that a renderer may hold: the one it renders and the one that waits behind it. */
-#define HELD_MAX 2
+/* A lot has at most so many pixels, unless one tile has more: 400 KB of floats. */
+#define LOT_PIXELS 32768u
 
-#define NOBODY UINT32_MAX
+/* A tile is split when it is predicted to take so many times the lot that it is to be. */
+#define SPLIT_FROM 1.5
 
-/* What a renderer holds, and how far its own share has been handed out (static schedules). */
-struct holder {
-    uint32_t held[HELD_MAX]; /* tile ids */
-    uint32_t held_count;
-    uint32_t next, end; /* ids: next, next + stride, ... below end */
+/* A side of so many pixels is not split. */
+#define SPLIT_EDGE 3
+
+/* When so many of the probes are back, an idle renderer does not wait for the others. */
+#define PROBES_ENOUGH 0.75
+
+/* A probe tile has at most so many probes: a lot of probes is spread over the picture. */
+#define PROBE_BLOCKS 8
+
+/* A tile under dynamic and tiles. */
+struct item {
+    uint32_t x, y, w, h;
+    uint32_t pass;
+    float work; /* predicted */
+    double priority;
+    uint32_t copies; /* renderers that have it */
+    bool finished;
+    bool skipped; /* by an earlier run */
 };
 
 struct queue {
     struct queue_config config;
-    uint32_t columns;     /* dynamic: tiles side by side */
-    uint32_t band_rows;   /* cyclic: rows of a band */
-    uint32_t *strip_rows; /* strips: first row of each band, and the height behind the last one */
-    uint32_t ids;         /* 0 .. ids - 1; under cyclic some of them have no pixels */
-    uint32_t stride;      /* between the ids of one renderer's share */
-    uint32_t next;        /* dynamic: first id not handed out */
-    struct holder *holders;
+    bool shared; /* a static schedule: shares in place of items */
+    struct shares shares;
+    unsigned char *share_finished; /* per id */
+
+    struct item *items;
+    uint32_t item_count, item_room;
+    uint32_t first_probe, probes, next_probe, probe_stride, probes_back;
+    bool settled;        /* the map predicts: all probes are back, or enough */
+    struct heap waiting; /* items */
+    double waiting_work, finished_work, skipped_work;
+    struct cost_map map;
+    struct pace pace;
+
+    struct holdings holdings;
+    uint32_t *probes_given; /* per renderer: probe tiles that it has had */
     bool stopped;
-    uint32_t tiles, tiles_finished, tiles_waiting;
-    uint64_t pixels_finished;
+    uint64_t pixels_skipped; /* finished by an earlier run */
+    uint64_t news;
+    struct queue_count count;
     uint32_t largest;
 };
 
@@ -46,241 +74,570 @@ static uint32_t divide_up(uint32_t a, uint32_t b)
     return (uint32_t)(((uint64_t)a + b - 1) / b);
 }
 
-uint32_t queue_auto_edge(uint32_t width, uint32_t height, uint32_t renderers)
+uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height,
+                         uint32_t renderers)
 {
     uint64_t wanted = UINT64_C(200) * (renderers > 1 ? renderers - 1 : 1);
+    if (schedule == SCHEDULE_DYNAMIC) wanted = UINT64_C(100) * renderers;
     uint32_t edge = 64;
     while (edge > 8 && (uint64_t)divide_up(width, edge) * divide_up(height, edge) < wanted)
         edge /= 2;
     return edge;
 }
 
-static struct tile dynamic_tile(const struct queue *queue, uint32_t id)
+uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples)
 {
-    uint32_t edge = queue->config.tile_edge;
-    uint32_t x = id % queue->columns * edge, y = id / queue->columns * edge;
-    return (struct tile){.id = id,
-                         .x = x,
-                         .y = y,
-                         .w = smaller(edge, queue->config.width - x),
-                         .h = smaller(edge, queue->config.height - y),
-                         .step = 1};
+    const uint64_t samples_per_probe = 1000, probes_least = 64;
+    uint32_t edge = 4;
+    while ((uint64_t)edge * edge * samples < samples_per_probe)
+        edge *= 2;
+    uint64_t probes = (uint64_t)(width / edge) * (height / edge);
+    return probes < probes_least ? 0 : edge;
 }
 
-static struct tile strip_tile(const struct queue *queue, uint32_t id)
-{
-    uint32_t y = queue->strip_rows[id];
-    return (struct tile){
-        .id = id, .y = y, .w = queue->config.width, .h = queue->strip_rows[id + 1] - y, .step = 1};
-}
-
-/* Its phase may lie beyond the last pixel: then the renderer has no pixel in this band. */
-static struct tile cyclic_tile(const struct queue *queue, uint32_t id)
-{
-    uint32_t renderers = queue->config.renderers;
-    uint32_t band = id / renderers, renderer = id % renderers;
-    uint32_t y = band * queue->band_rows;
-    uint32_t first = (uint32_t)((uint64_t)y * queue->config.width % renderers);
-    return (struct tile){.id = id,
-                         .y = y,
-                         .w = queue->config.width,
-                         .h = smaller(queue->band_rows, queue->config.height - y),
-                         .phase = (uint32_t)(((uint64_t)renderer + renderers - first) % renderers),
-                         .step = renderers};
-}
+/* ---- what a tile is ---- */
 
 static struct tile tile_of(const struct queue *queue, uint32_t id)
 {
-    switch (queue->config.schedule) {
-    case SCHEDULE_STRIPS:
-        return strip_tile(queue, id);
-    case SCHEDULE_CYCLIC:
-        return cyclic_tile(queue, id);
-    case SCHEDULE_DYNAMIC:
-        break;
+    if (queue->shared) return share_tile(&queue->shares, id);
+    struct tile tile;
+    const struct item *item = &queue->items[id];
+    if (item->pass == TILE_PROBE)
+        tile = cost_probe(&queue->map, id - queue->first_probe);
+    else
+        tile = (struct tile){
+            .x = item->x, .y = item->y, .w = item->w, .h = item->h, .step = 1, .pass = item->pass};
+    tile.id = id;
+    return tile;
+}
+
+/* Tiles of like cost keep the order of the picture, in which neighbours are near each other: steps
+ * of half an octave. */
+static double priority_of(const struct queue *queue, const struct item *item)
+{
+    struct cost cost = cost_predict(&queue->map, item->x, item->y, item->w, item->h);
+    double worst = cost.worst / ((double)item->w * item->h);
+    return worst > 0 ? exp2(floor(2 * log2(worst)) / 2) : 0;
+}
+
+static void set_waiting(struct queue *queue, uint32_t id)
+{
+    heap_put(&queue->waiting, id, queue->items[id].priority);
+    queue->waiting_work += (double)queue->items[id].work;
+}
+
+static void unset_waiting(struct queue *queue, uint32_t id)
+{
+    heap_remove(&queue->waiting, id);
+    queue->waiting_work -= (double)queue->items[id].work;
+    if (queue->waiting.count == 0) queue->waiting_work = 0;
+}
+
+static uint32_t new_item(struct queue *queue, const struct item *item)
+{
+    if (queue->item_count == queue->item_room) {
+        queue->item_room = queue->item_room ? 2 * queue->item_room : 64;
+        queue->items = reallocate(queue->items, queue->item_room, sizeof *queue->items);
+        heap_reserve(&queue->waiting, queue->item_room);
     }
-    return dynamic_tile(queue, id);
+    queue->items[queue->item_count] = *item;
+    return queue->item_count++;
 }
 
-static bool has_pixels(const struct tile *tile)
+static uint64_t area(const struct item *item)
 {
-    return tile->phase < tile->w * tile->h;
+    return (uint64_t)item->w * item->h;
 }
 
-static uint64_t lay_out_dynamic(struct queue *queue)
+/* ---- the start ---- */
+
+static void note_size(struct queue *queue, uint64_t pixels)
 {
-    queue->columns = divide_up(queue->config.width, queue->config.tile_edge);
-    return (uint64_t)queue->columns * divide_up(queue->config.height, queue->config.tile_edge);
+    if (pixels > queue->largest) queue->largest = (uint32_t)pixels;
 }
 
-/* Rows of a band: as asked for, or about so many pixels; at least 1, and no more than fit in a
- * tile. */
-static uint32_t band_rows(const struct queue *queue, uint64_t pixels)
+/* In no order at all, so that the first tiles, handed out before anything is known, are of all
+ * kinds: multiplication by an odd number near 2^32 / golden ratio (D. Knuth, TAOCP 3, 6.4). */
+static double scattered(uint32_t i)
 {
-    uint32_t width = queue->config.width, most = TILE_MAX_PIXELS / width;
-    uint64_t rows = queue->config.tile_edge ? queue->config.tile_edge : pixels / width;
-    return rows < 1 ? 1 : rows > most ? most : (uint32_t)rows;
+    return (double)(uint32_t)(i * UINT32_C(2654435769));
 }
 
-/* Renderer r gets height / P rows, and one more when r < height mod P. */
-static uint64_t lay_out_strips(struct queue *queue)
+static void add_base_tiles(struct queue *queue, uint32_t columns, uint32_t rows)
 {
-    uint32_t height = queue->config.height, renderers = queue->config.renderers;
-    uint32_t rows = band_rows(queue, BAND_PIXELS);
-    queue->strip_rows = allocate((size_t)height + 1, sizeof *queue->strip_rows);
-    uint32_t ids = 0, y = 0;
-    for (uint32_t r = 0; r < renderers; r++) {
-        uint32_t end = y + height / renderers + (r < height % renderers);
-        queue->holders[r].next = ids;
-        while (y < end) {
-            queue->strip_rows[ids++] = y;
-            y += smaller(rows, end - y);
-        }
-        queue->holders[r].end = ids;
+    uint32_t edge = queue->config.tile_edge;
+    bool orders = queue->config.schedule == SCHEDULE_DYNAMIC;
+    queue->item_room = columns * rows + queue->map.probes;
+    queue->items = allocate(queue->item_room, sizeof *queue->items);
+    heap_reserve(&queue->waiting, queue->item_room);
+    for (uint32_t i = 0; i < columns * rows; i++) {
+        uint32_t x = i % columns * edge, y = i / columns * edge;
+        struct item item = {.x = x,
+                            .y = y,
+                            .w = smaller(edge, queue->config.width - x),
+                            .h = smaller(edge, queue->config.height - y)};
+        item.work = (float)area(&item);
+        item.priority = orders ? scattered(i) : 0;
+        note_size(queue, area(&item));
+        set_waiting(queue, new_item(queue, &item));
     }
-    queue->strip_rows[ids] = height;
-    return ids;
+    queue->count.tiles = columns * rows;
 }
 
-static uint64_t lay_out_cyclic(struct queue *queue)
+static uint32_t common_divisor(uint32_t a, uint32_t b)
 {
-    uint32_t renderers = queue->config.renderers;
-    queue->band_rows = band_rows(queue, (uint64_t)BAND_PIXELS * renderers);
-    uint64_t ids = (uint64_t)divide_up(queue->config.height, queue->band_rows) * renderers;
-    if (ids > QUEUE_MAX_TILES) return ids;
-    queue->stride = renderers;
-    for (uint32_t r = 0; r < renderers; r++) {
-        queue->holders[r].next = r;
-        queue->holders[r].end = (uint32_t)ids;
-    }
-    return ids;
+    return b == 0 ? a : common_divisor(b, a % b);
 }
 
-static uint64_t lay_out(struct queue *queue)
+/* Probes are handed out in steps of about the golden section, so that every lot of them, and every
+ * number of lots, is spread over the whole picture. */
+static void add_probes(struct queue *queue)
 {
-    switch (queue->config.schedule) {
-    case SCHEDULE_STRIPS:
-        return lay_out_strips(queue);
-    case SCHEDULE_CYCLIC:
-        return lay_out_cyclic(queue);
-    case SCHEDULE_DYNAMIC:
-        break;
-    }
-    return lay_out_dynamic(queue);
+    queue->first_probe = queue->item_count;
+    queue->probes = queue->map.probes;
+    for (uint32_t i = 0; i < queue->probes; i++)
+        new_item(queue, &(struct item){.pass = TILE_PROBE});
+    uint32_t stride = (uint32_t)(0.6180339887 * queue->probes);
+    while (stride == 0 || common_divisor(stride, queue->probes) != 1)
+        stride++;
+    queue->probe_stride = stride;
+    if (queue->probes > 0) note_size(queue, queue->map.probe_blocks);
 }
 
-static void count_tiles(struct queue *queue)
+static bool start_items(struct queue *queue)
 {
-    for (uint32_t id = 0; id < queue->ids; id++) {
-        struct tile tile = tile_of(queue, id);
-        if (!has_pixels(&tile)) continue;
-        queue->tiles++;
-        uint32_t pixels = tile_pixels(&tile);
-        if (pixels > queue->largest) queue->largest = pixels;
+    const struct queue_config *config = &queue->config;
+    uint32_t columns = divide_up(config->width, config->tile_edge);
+    uint32_t rows = divide_up(config->height, config->tile_edge);
+    if ((uint64_t)columns * rows > QUEUE_MAX_TILES) return false;
+    uint32_t edge = config->schedule == SCHEDULE_DYNAMIC ? config->probe_edge : 0;
+    /* Every renderer gets some. */
+    uint64_t blocks = edge ? (uint64_t)(config->width / edge) * (config->height / edge) : 0;
+    uint64_t each = blocks / config->renderers;
+    cost_init(&queue->map, config->width, config->height, edge,
+              each < 1              ? 1
+              : each > PROBE_BLOCKS ? PROBE_BLOCKS
+                                    : (uint32_t)each);
+    add_base_tiles(queue, columns, rows);
+    add_probes(queue);
+    queue->probes_given = allocate_zeroed(config->renderers, sizeof *queue->probes_given);
+    queue->settled = queue->probes == 0;
+    pace_init(&queue->pace, config->renderers);
+    queue->pace.total = queue->waiting_work;
+    return true;
+}
+
+static bool start_shares(struct queue *queue)
+{
+    struct share_config config = {.schedule = queue->config.schedule,
+                                  .width = queue->config.width,
+                                  .height = queue->config.height,
+                                  .renderers = queue->config.renderers,
+                                  .rows = queue->config.tile_edge};
+    shares_init(&queue->shares, &config, QUEUE_MAX_TILES);
+    if (queue->shares.ids > QUEUE_MAX_TILES) return false;
+    uint32_t ids = (uint32_t)queue->shares.ids;
+    queue->share_finished = allocate_zeroed(ids, 1);
+    queue->shares.finished = queue->share_finished;
+    for (uint32_t id = 0; id < ids; id++) {
+        struct tile tile = share_tile(&queue->shares, id);
+        if (!share_has_pixels(&tile)) continue;
+        queue->count.tiles++;
+        note_size(queue, tile_pixels(&tile));
     }
-    queue->tiles_waiting = queue->tiles;
+    return true;
 }
 
 struct queue *queue_create(const struct queue_config *config)
 {
     struct queue *queue = allocate_zeroed(1, sizeof *queue);
     queue->config = *config;
-    queue->stride = 1;
-    queue->holders = allocate_zeroed(config->renderers, sizeof *queue->holders);
-    uint64_t ids = lay_out(queue);
-    if (ids > QUEUE_MAX_TILES) {
-        queue_destroy(queue);
-        return NULL;
-    }
-    queue->ids = (uint32_t)ids;
-    count_tiles(queue);
-    return queue;
+    queue->shared = config->schedule != SCHEDULE_DYNAMIC && config->schedule != SCHEDULE_TILES;
+    holdings_init(&queue->holdings, config->renderers);
+    if (queue->shared ? start_shares(queue) : start_items(queue)) return queue;
+    queue_destroy(queue);
+    return NULL;
 }
 
 void queue_destroy(struct queue *queue)
 {
     if (!queue) return;
-    free(queue->strip_rows);
-    free(queue->holders);
+    shares_free(&queue->shares);
+    cost_free(&queue->map);
+    pace_free(&queue->pace);
+    heap_free(&queue->waiting);
+    free(queue->share_finished);
+    free(queue->items);
+    free(queue->probes_given);
+    holdings_free(&queue->holdings);
     free(queue);
 }
 
-/* The next id of this renderer's own share, or NOBODY. Ids without pixels are passed over. */
-static uint32_t next_of_share(const struct queue *queue, struct holder *holder)
+/* ---- what an earlier run has finished ---- */
+
+static void skip_item(struct queue *queue, uint32_t id)
 {
-    while (holder->next < holder->end) {
-        struct tile tile = tile_of(queue, holder->next);
-        if (has_pixels(&tile)) return holder->next;
-        holder->next += queue->stride;
+    struct item *item = &queue->items[id];
+    item->finished = item->skipped = true;
+    unset_waiting(queue, id);
+    queue->finished_work += (double)item->work;
+    queue->skipped_work += (double)item->work;
+}
+
+void queue_skip(struct queue *queue, bool (*is_finished)(void *state, const struct tile *tile),
+                void *state)
+{
+    uint32_t next = 0;
+    struct tile tile;
+    while (queue_unfinished(queue, &next, &tile)) {
+        if (!is_finished(state, &tile)) continue;
+        if (queue->shared)
+            queue->share_finished[tile.id] = 1;
+        else
+            skip_item(queue, tile.id);
+        queue->count.finished++;
+        queue->count.pixels_finished += tile_pixels(&tile);
     }
-    return NOBODY;
+    queue->pixels_skipped = queue->count.pixels_finished;
+    if (queue_complete(queue)) queue->next_probe = queue->probes;
 }
 
-static uint32_t next_id(struct queue *queue, struct holder *holder)
+/* ---- handing out ---- */
+
+static void give(struct queue *queue, uint32_t renderer, uint32_t id, double work)
 {
-    if (queue->stopped) return NOBODY;
-    if (queue->config.schedule != SCHEDULE_DYNAMIC) return next_of_share(queue, holder);
-    return queue->next < queue->ids ? queue->next : NOBODY;
+    holdings_give(&queue->holdings, renderer, id, work);
+    if (!queue->shared) queue->items[id].copies++;
 }
 
-/* A second tile in reserve is taken from somebody who could start it at once, when tiles are few.
- */
-static bool holds_enough(const struct queue *queue, const struct holder *holder)
+/* A second tile in reserve is taken from somebody who could start it at once, when tiles are few. */
+static uint32_t next_plain(struct queue *queue, uint32_t renderer, struct tile *tile)
 {
-    if (holder->held_count == 0) return false;
-    if (holder->held_count == HELD_MAX) return true;
-    return queue->config.schedule == SCHEDULE_DYNAMIC &&
-           queue->tiles_waiting <= queue->config.renderers;
+    const struct holder *holder = &queue->holdings.holders[renderer];
+    if (holder->lots == LOTS_HELD) return 0;
+    if (queue->shared) {
+        if (!share_next(&queue->shares, renderer, tile)) return 0;
+        give(queue, renderer, tile->id, 0);
+        return 1;
+    }
+    uint32_t waiting = queue->waiting.count, id = heap_top(&queue->waiting);
+    if (waiting == 0 || (holder->lots > 0 && waiting <= queue->config.renderers)) return 0;
+    unset_waiting(queue, id);
+    *tile = tile_of(queue, id);
+    give(queue, renderer, id, 0);
+    return 1;
 }
 
-bool queue_next(struct queue *queue, uint32_t renderer, struct tile *tile)
+static uint32_t next_probes(struct queue *queue, uint32_t renderer, struct tile *tiles)
+{
+    uint32_t share = divide_up(queue->probes, queue->config.renderers), count = 0;
+    uint32_t *given = &queue->probes_given[renderer];
+    while (*given < share && count < LOT_TILES && queue->next_probe < queue->probes) {
+        uint64_t i = (uint64_t)queue->next_probe++ * queue->probe_stride % queue->probes;
+        uint32_t id = queue->first_probe + (uint32_t)i;
+        tiles[count++] = tile_of(queue, id);
+        give(queue, renderer, id, 0);
+        ++*given;
+    }
+    return count;
+}
+
+/* Two halves in place of a tile that waits, cut across its longer side. */
+static void split(struct queue *queue, uint32_t id)
+{
+    struct item half = queue->items[id], rest = half;
+    if (half.w >= half.h) {
+        half.w /= 2;
+        rest.x += half.w;
+        rest.w -= half.w;
+    } else {
+        half.h /= 2;
+        rest.y += half.h;
+        rest.h -= half.h;
+    }
+    double a = cost_predict(&queue->map, half.x, half.y, half.w, half.h).work;
+    double b = cost_predict(&queue->map, rest.x, rest.y, rest.w, rest.h).work;
+    double part = a + b > 0 ? a / (a + b) : 0.5;
+    unset_waiting(queue, id);
+    rest.work = (float)((double)half.work * (1 - part));
+    half.work = (float)((double)half.work * part);
+    queue->items[id] = half;
+    set_waiting(queue, id);
+    set_waiting(queue, new_item(queue, &rest));
+    queue->count.tiles++;
+}
+
+static bool can_split(const struct queue *queue, const struct item *item)
+{
+    return (item->w > SPLIT_EDGE || item->h > SPLIT_EDGE) && queue->count.tiles < QUEUE_MAX_TILES;
+}
+
+/* The dearest tiles, so many that they make up the work of a lot. */
+static uint32_t take_tiles(struct queue *queue, uint32_t renderer, double now, double work,
+                           struct tile *tiles)
+{
+    uint32_t count = 0;
+    uint64_t pixels = 0;
+    double sum = 0;
+    while (count < LOT_TILES && queue->waiting.count > 0) {
+        uint32_t id = heap_top(&queue->waiting);
+        const struct item *item = &queue->items[id];
+        double more = (double)item->work;
+        if (count > 0 && (sum + more > work || pixels + area(item) > LOT_PIXELS)) break;
+        if (count == 0 && more > SPLIT_FROM * work && can_split(queue, item)) {
+            split(queue, id);
+            continue;
+        }
+        sum += more;
+        pixels += area(item);
+        unset_waiting(queue, id);
+        tiles[count++] = tile_of(queue, id);
+        give(queue, renderer, id, more);
+    }
+    if (count > 0) pace_given(&queue->pace, renderer, now, sum);
+    return count;
+}
+
+/* ---- a second time ---- */
+
+/* The last tile in the renderer's list that nobody has finished and that has not been handed on: of
+ * all that it holds the least likely to be begun. */
+static struct hold *last_to_pass_on(struct queue *queue, uint32_t renderer, bool lost)
+{
+    struct holdings *holdings = &queue->holdings;
+    struct hold *found = NULL;
+    uint32_t i = holdings->holders[renderer].first;
+    while (i != HOLD_NONE) {
+        struct hold *hold = &holdings->holds[i];
+        const struct item *item = &queue->items[hold->id];
+        bool open = item->pass != TILE_PROBE && !item->finished && !hold->passed_on;
+        if (open && (lost || item->copies == 1)) found = hold;
+        i = hold->next;
+    }
+    return found;
+}
+
+/* Whether it pays that the asker does what this renderer has, too: nobody counts on the lost. */
+static bool repeat_pays(const struct queue *queue, uint32_t renderer, uint32_t asker, double now,
+                        double work)
+{
+    const struct pace *pace = &queue->pace;
+    const struct pace_renderer *r = &pace->renderers[renderer];
+    return r->lost || now + pace_seconds(pace, asker, work) + pace_least(pace) < r->free_at;
+}
+
+/* A tile of the renderer on top of the heap goes to the asker, too, if that pays; renderers without
+ * such a tile are taken off. */
+static uint32_t repeat_from(struct queue *queue, const struct heap *heap, uint32_t asker,
+                            double now, struct tile *tile)
+{
+    struct pace *pace = &queue->pace;
+    while (heap->count > 0) {
+        uint32_t renderer = heap_top(heap);
+        struct hold *hold = last_to_pass_on(queue, renderer, pace->renderers[renderer].lost);
+        if (!hold) {
+            pace_overlook(pace, renderer);
+            continue;
+        }
+        if (!repeat_pays(queue, renderer, asker, now, hold->work)) return 0;
+        hold->passed_on = true;
+        struct hold again = *hold;
+        *tile = tile_of(queue, again.id);
+        give(queue, asker, again.id, again.work);
+        pace_given(pace, asker, now, again.work);
+        queue->count.repeated++;
+        return 1;
+    }
+    return 0;
+}
+
+static uint32_t next_repeat(struct queue *queue, uint32_t renderer, double now, struct tile *tile)
+{
+    if (queue->holdings.holders[renderer].count > 0) return 0;
+    uint32_t count = repeat_from(queue, &queue->pace.lost, renderer, now, tile);
+    return count ? count : repeat_from(queue, &queue->pace.last, renderer, now, tile);
+}
+
+/* ---- dynamic ---- */
+
+/* Predicts what the tile costs; all that there was to go by before was its size. */
+static void predict(struct queue *queue, uint32_t id)
+{
+    struct item *item = &queue->items[id];
+    double before = (double)area(item);
+    double factor = cost_predict(&queue->map, item->x, item->y, item->w, item->h).work / before;
+    item->work = (float)((double)item->work * factor);
+    queue->pace.total += (double)item->work;
+    if (item->finished) queue->finished_work += (double)item->work;
+    if (item->skipped) queue->skipped_work += (double)item->work;
+    if (!heap_has(&queue->waiting, id)) return;
+    queue->waiting_work += (double)item->work;
+    item->priority = priority_of(queue, item);
+    heap_put(&queue->waiting, id, item->priority);
+}
+
+/* The work that renderers have was told in another unit. */
+static void predict_held(struct queue *queue, double now)
+{
+    pace_restart(&queue->pace);
+    for (uint32_t renderer = 0; renderer < queue->config.renderers; renderer++) {
+        double held = 0;
+        uint32_t i = queue->holdings.holders[renderer].first;
+        while (i != HOLD_NONE) {
+            struct hold *hold = &queue->holdings.holds[i];
+            const struct item *item = &queue->items[hold->id];
+            hold->work = item->pass == TILE_PROBE ? 0 : (double)item->work;
+            held += hold->work;
+            i = hold->next;
+        }
+        if (held > 0) pace_given(&queue->pace, renderer, now, held);
+    }
+}
+
+/* Predictions from the probes, and with them another order. */
+static void settle(struct queue *queue, double now)
+{
+    queue->settled = true;
+    cost_settle(&queue->map);
+    queue->pace.total = queue->waiting_work = queue->finished_work = queue->skipped_work = 0;
+    for (uint32_t id = 0; id < queue->item_count; id++)
+        if (queue->items[id].pass != TILE_PROBE) predict(queue, id);
+    predict_held(queue, now);
+    queue->news++;
+}
+
+/* Whether an idle renderer had better not wait for the rest of the probes. */
+static bool settles(const struct queue *queue, uint32_t renderer)
+{
+    return queue->holdings.holders[renderer].count == 0 && queue->map.blocks_known > 0 &&
+           queue->probes_back >= PROBES_ENOUGH * queue->probes;
+}
+
+static uint32_t next_dynamic(struct queue *queue, uint32_t renderer, double now, struct tile *tiles)
+{
+    if (queue->holdings.holders[renderer].lots == LOTS_HELD) return 0;
+    if (!queue->settled) {
+        uint32_t probes = next_probes(queue, renderer, tiles);
+        if (probes > 0) return probes;
+        if (settles(queue, renderer)) settle(queue, now);
+    }
+    pace_check(&queue->pace, now);
+    if (queue->waiting.count == 0) return next_repeat(queue, renderer, now, tiles);
+    double work = pace_lot(&queue->pace, renderer, now, queue->waiting_work);
+    return work > 0 ? take_tiles(queue, renderer, now, work, tiles) : 0;
+}
+
+uint32_t queue_next(struct queue *queue, uint32_t renderer, double now,
+                    struct tile tiles[LOT_TILES])
 {
     assert(renderer < queue->config.renderers);
-    struct holder *holder = &queue->holders[renderer];
-    if (holds_enough(queue, holder)) return false;
-    uint32_t id = next_id(queue, holder);
-    if (id == NOBODY) return false;
-    *tile = tile_of(queue, id);
-    if (queue->config.schedule == SCHEDULE_DYNAMIC)
-        queue->next++;
-    else
-        holder->next += queue->stride;
-    holder->held[holder->held_count++] = id;
-    queue->tiles_waiting--;
-    return true;
+    if (queue->stopped) return 0;
+    bool dynamic = queue->config.schedule == SCHEDULE_DYNAMIC;
+    uint32_t count =
+        dynamic ? next_dynamic(queue, renderer, now, tiles) : next_plain(queue, renderer, tiles);
+    if (count > 0) holdings_end_lot(&queue->holdings, renderer);
+    return count;
 }
+
+/* ---- what comes back ---- */
 
 uint32_t queue_holds(const struct queue *queue, uint32_t renderer)
 {
     assert(renderer < queue->config.renderers);
-    return queue->holders[renderer].held_count;
-}
-
-static uint32_t held_slot(const struct holder *holder, uint32_t id)
-{
-    for (uint32_t i = 0; i < holder->held_count; i++) {
-        if (holder->held[i] == id) return i;
-    }
-    return NOBODY;
+    return queue->holdings.holders[renderer].count;
 }
 
 bool queue_held(const struct queue *queue, uint32_t renderer, uint32_t id, struct tile *tile)
 {
     assert(renderer < queue->config.renderers);
-    if (held_slot(&queue->holders[renderer], id) == NOBODY) return false;
+    if (!holdings_find(&queue->holdings, renderer, id)) return false;
     *tile = tile_of(queue, id);
     return true;
 }
 
-void queue_finish(struct queue *queue, uint32_t renderer, uint32_t id)
+void queue_probed(struct queue *queue, const struct tile *probe, const float *seconds)
 {
-    struct holder *holder = &queue->holders[renderer];
-    uint32_t slot = held_slot(holder, id);
-    assert(slot != NOBODY);
-    holder->held[slot] = holder->held[--holder->held_count];
+    cost_put(&queue->map, probe, seconds);
+}
+
+static bool finish_probe(struct queue *queue, double now)
+{
+    queue->probes_back++;
+    if (!queue->settled && queue->probes_back == queue->probes) settle(queue, now);
+    return false;
+}
+
+/* Marks the tile; false: it was. */
+static bool mark_finished(struct queue *queue, uint32_t id)
+{
+    if (queue->shared) {
+        bool first = !queue->share_finished[id];
+        queue->share_finished[id] = 1;
+        return first;
+    }
+    struct item *item = &queue->items[id];
+    bool first = !item->finished;
+    item->finished = true;
+    item->copies--;
+    if (first) queue->finished_work += (double)item->work;
+    return first;
+}
+
+bool queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, double now, double seconds)
+{
     struct tile tile = tile_of(queue, id);
-    queue->tiles_finished++;
-    queue->pixels_finished += tile_pixels(&tile);
+    struct hold hold = holdings_take(&queue->holdings, renderer, id);
+    bool holds = queue->holdings.holders[renderer].count > 0;
+    if (tile.pass == TILE_PROBE) return finish_probe(queue, now);
+    if (queue->config.schedule == SCHEDULE_DYNAMIC)
+        pace_answered(&queue->pace, renderer, now, hold.work, seconds, holds);
+    if (!mark_finished(queue, id)) {
+        queue->count.wasted_s += seconds;
+        return false;
+    }
+    queue->count.finished++;
+    queue->count.pixels_finished += tile_pixels(&tile);
+    return true;
+}
+
+void queue_served(struct queue *queue, double seconds)
+{
+    if (queue->config.schedule == SCHEDULE_DYNAMIC) pace_served(&queue->pace, seconds);
+}
+
+/* ---- from outside ---- */
+
+uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, double priority)
+{
+    struct item item = {.x = tile->x,
+                        .y = tile->y,
+                        .w = tile->w,
+                        .h = tile->h,
+                        .pass = tile->pass,
+                        .work = (float)work,
+                        .priority = priority};
+    assert(queue->config.schedule == SCHEDULE_DYNAMIC && tile->pass != TILE_PROBE);
+    assert(area(&item) <= queue_largest_lot(queue) && queue->count.tiles < QUEUE_MAX_TILES);
+    uint32_t id = new_item(queue, &item);
+    set_waiting(queue, id);
+    queue->pace.total += work;
+    queue->count.tiles++;
+    queue->news++;
+    return id;
+}
+
+void queue_prioritize(struct queue *queue, uint32_t id, double priority)
+{
+    if (!heap_has(&queue->waiting, id)) return;
+    queue->items[id].priority = priority;
+    heap_put(&queue->waiting, id, priority);
+}
+
+double queue_work(const struct queue *queue, const struct tile *tile)
+{
+    struct item item = {.x = tile->x, .y = tile->y, .w = tile->w, .h = tile->h};
+    if (!queue->settled) return (double)area(&item);
+    return cost_predict(&queue->map, item.x, item.y, item.w, item.h).work;
 }
 
 void queue_stop(struct queue *queue)
@@ -288,22 +645,63 @@ void queue_stop(struct queue *queue)
     queue->stopped = true;
 }
 
-uint32_t queue_tiles(const struct queue *queue)
+bool queue_complete(const struct queue *queue)
 {
-    return queue->tiles;
+    return queue->count.finished == queue->count.tiles;
 }
 
-uint32_t queue_tiles_finished(const struct queue *queue)
+bool queue_over(struct queue *queue, uint32_t renderer)
 {
-    return queue->tiles_finished;
+    if (queue->config.schedule == SCHEDULE_DYNAMIC && !queue->stopped) return queue_complete(queue);
+    if (queue_holds(queue, renderer) > 0) return false;
+    if (queue->stopped) return true;
+    return queue->shared ? !share_is_left(&queue->shares, renderer) : queue->waiting.count == 0;
 }
 
-uint64_t queue_pixels_finished(const struct queue *queue)
+uint64_t queue_news(const struct queue *queue)
 {
-    return queue->pixels_finished;
+    return queue->news;
 }
 
-uint32_t queue_largest_tile(const struct queue *queue)
+double queue_wake(const struct queue *queue)
 {
-    return queue->largest;
+    if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->stopped) return HUGE_VAL;
+    return pace_next_late(&queue->pace);
+}
+
+struct queue_count queue_count(const struct queue *queue)
+{
+    struct queue_count count = queue->count;
+    if (queue->config.schedule == SCHEDULE_DYNAMIC) {
+        count.share_finished = queue->finished_work / queue->pace.total;
+        count.share_skipped = queue->skipped_work / queue->pace.total;
+    } else {
+        double pixels = (double)queue->config.width * queue->config.height;
+        count.share_finished = (double)count.pixels_finished / pixels;
+        count.share_skipped = (double)queue->pixels_skipped / pixels;
+    }
+    count.share_finished = fmin(count.share_finished, 1);
+    count.share_skipped = fmin(count.share_skipped, 1);
+    return count;
+}
+
+bool queue_unfinished(const struct queue *queue, uint32_t *next, struct tile *tile)
+{
+    uint32_t ids = queue->shared ? (uint32_t)queue->shares.ids : queue->item_count;
+    while (*next < ids) {
+        uint32_t id = (*next)++;
+        *tile = tile_of(queue, id);
+        if (queue->shared ? share_has_pixels(tile) && !queue->share_finished[id]
+                          : tile->pass != TILE_PROBE && !queue->items[id].finished)
+            return true;
+    }
+    return false;
+}
+
+uint32_t queue_largest_lot(const struct queue *queue)
+{
+    if (queue->config.schedule != SCHEDULE_DYNAMIC) return queue->largest;
+    uint64_t picture = (uint64_t)queue->config.width * queue->config.height;
+    uint32_t lot = picture < LOT_PIXELS ? (uint32_t)picture : LOT_PIXELS;
+    return lot > queue->largest ? lot : queue->largest;
 }

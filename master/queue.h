@@ -1,18 +1,27 @@
 /*
- * The work queue: which tile goes to which renderer next, and what has come back.
+ * The work queue: which tiles go to which renderer next, and what has come back.
  *
- * Pure C: no MPI, no clock, no scene. Renderers are numbered 0 .. renderers - 1. Not thread-safe:
- * the caller holds a lock where several threads use one queue.
+ * Pure C: no MPI, no clock, no scene. Times are passed in, in seconds since the start of the render
+ * phase by any clock that does not run backwards. Renderers are numbered 0 .. renderers - 1. Not
+ * thread-safe: the caller holds a lock where several threads use one queue.
  *
- *   waiting --queue_next()--> out (with one renderer) --queue_finish()--> finished
+ *   waiting --queue_next()--> out (with one renderer, or two) --queue_finish()--> finished
  *
- * schedule   who gets a tile
- * dynamic    whoever asks, square tiles row by row from the top. A renderer may hold two tiles, the
- *            second one waiting so that it never idles, until there are no more tiles than renderers
- *            left.
- * strips     the paper's: the rows divided by the renderers, one extra row each to the first ones.
- *            A strip travels in bands of rows, but all of it belongs to its renderer.
- * cyclic     pixel number i (row by row) belongs to renderer i mod renderers, again in bands.
+ * Tiles are handed out in lots, which are answered as a whole. A renderer holds two lots, so that it
+ * never waits for the next one, and near the end one.
+ *
+ * schedule     who gets what
+ * dynamic      Whoever asks. A coarse pre-pass of probes (master/cost.h) predicts what tiles cost;
+ *              dear ones go first, in lots that shrink with what is left and follow the renderer's
+ *              speed (master/pace.h). What is larger than its lot is split. When nothing waits,
+ *              tiles of those who are late, or will be, are handed out a second time to those who
+ *              are idle; the first answer counts.
+ * tiles        Whoever asks: square tiles row by row from the top, one at a time.
+ * strips, cyclic, cyclic-rows
+ *              Fixed shares: master/share.h. One tile, a band of rows, at a time.
+ *
+ * With n tiles, P renderers and t a tile's or lot's time, every queue that keeps nobody idle while
+ * tiles wait ends by sum(t) / P + (1 - 1 / P) max(t) (Graham 1966).
  */
 #ifndef FARM_MASTER_QUEUE_H
 #define FARM_MASTER_QUEUE_H
@@ -20,6 +29,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "common/protocol.h"
 #include "common/schedule.h"
 #include "common/tile.h"
 
@@ -27,10 +37,12 @@ struct queue_config {
     enum schedule schedule;
     uint32_t width, height; /* of the rendered region, pixels, at least 1 */
     uint32_t renderers;     /* at least 1 */
-    uint32_t tile_edge; /* dynamic: of a tile, pixels, at least 1; else: rows of a band, 0: auto */
+    uint32_t tile_edge;  /* dynamic, tiles: of a tile, pixels, at least 1; else: rows of a band, 0:
+                          * auto */
+    uint32_t probe_edge; /* dynamic: pixels from probe to probe; 0: no pre-pass */
 };
 
-/* More tiles than this are refused: their bookkeeping alone would take over 100 MB. */
+/* More tiles than this are refused: their bookkeeping alone would take about 1 GB. */
 #define QUEUE_MAX_TILES (UINT32_C(1) << 24)
 
 struct queue;
@@ -40,37 +52,98 @@ struct queue *queue_create(const struct queue_config *config);
 void queue_destroy(struct queue *queue);
 
 /*
- * The edge that `tile = auto` stands for. With n tiles, P renderers and a dearest tile r times the
- * mean, at most r (P - 1) / n of the time is lost at the end (Graham 1966). For r = 10 and a loss
- * of 5 % that asks for n = 200 (P - 1); the edge is the power of two that gives at least so many,
- * from 8 (below, a tile's fixed cost shows) to 64 (above, progress comes in lumps).
+ * The edge that `tile = auto` stands for. tiles: with n tiles, P renderers and a dearest tile r
+ * times the mean, at most r (P - 1) / n of the time is lost at the end. For r = 10 and a loss of
+ * 5 % that asks for n = 200 (P - 1); the edge is the power of two that gives at least so many, from
+ * 8 (below, a tile's fixed cost shows) to 64 (above, progress comes in lumps). dynamic: the same
+ * with n = 100 P, for order and splitting do the rest.
  */
-uint32_t queue_auto_edge(uint32_t width, uint32_t height, uint32_t renderers);
+uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height,
+                         uint32_t renderers);
 
 /*
- * Hands out a tile for this renderer. false: not now, because it holds enough already, or never
- * again, because nothing is left for it.
+ * The distance of probes so that they take less than half a percent of the time: a sample on its own
+ * was measured at up to 5 times what one in a tile costs, so it is one of at least 1000. 0: the
+ * picture is too small to be worth it.
  */
-bool queue_next(struct queue *queue, uint32_t renderer, struct tile *tile);
+uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples);
 
-/* Tiles that this renderer holds. When it holds none and queue_next() gives none, none is left for
- * it. */
+/*
+ * Before anything is handed out: the tiles for which is_finished() says so, being finished by an
+ * earlier run, are so here too.
+ */
+void queue_skip(struct queue *queue, bool (*is_finished)(void *state, const struct tile *tile),
+                void *state);
+
+/*
+ * Hands out a lot for this renderer: returns the number of tiles, at most LOT_TILES. 0: not now,
+ * because it holds enough already or nothing waits, or never again: see queue_over().
+ */
+uint32_t queue_next(struct queue *queue, uint32_t renderer, double now,
+                    struct tile tiles[LOT_TILES]);
+
+/* Whether nothing is left for this renderer, ever, unless queue_add() brings more. */
+bool queue_over(struct queue *queue, uint32_t renderer);
+
+/*
+ * Renderers that got nothing, but are not through, should ask again when this number has changed, or
+ * after queue_wake(), HUGE_VAL: not before.
+ */
+uint64_t queue_news(const struct queue *queue);
+double queue_wake(const struct queue *queue);
+
+/* Tiles that this renderer holds. */
 uint32_t queue_holds(const struct queue *queue, uint32_t renderer);
 
 /* The tile that this renderer holds under this id; false when it holds no such tile. */
 bool queue_held(const struct queue *queue, uint32_t renderer, uint32_t id, struct tile *tile);
 
-/* The renderer has finished a tile that it holds (asserted). */
-void queue_finish(struct queue *queue, uint32_t renderer, uint32_t id);
+/*
+ * The renderer has finished a tile that it holds (asserted) in so many seconds of its own. Returns
+ * whether it is the first to do so: its pixels count, later ones are dropped.
+ */
+bool queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, double now, double seconds);
+
+/* What each pixel of a probe took, CPU seconds; before queue_finish() of that tile. */
+void queue_probed(struct queue *queue, const struct tile *probe, const float *seconds);
+
+/* How long the master works on an answer, once more. */
+void queue_served(struct queue *queue, double seconds);
+
+/*
+ * Puts in one more tile (x, y, w, h and pass of it count; dynamic only) while the queue runs. work:
+ * what it is predicted to cost, as queue_work() tells it; priority: tiles with more go first, the
+ * first ones have their work per pixel. Returns its id.
+ */
+uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, double priority);
+
+/* Another priority for a tile that waits; nothing happens when it does not. */
+void queue_prioritize(struct queue *queue, uint32_t id, double priority);
+
+/* What pass 0 of this tile is predicted to cost, in units of the queue's own. */
+double queue_work(const struct queue *queue, const struct tile *tile);
 
 /* Hand out nothing more; what is out may still come back. */
 void queue_stop(struct queue *queue);
 
-uint32_t queue_tiles(const struct queue *queue);
-uint32_t queue_tiles_finished(const struct queue *queue);
-uint64_t queue_pixels_finished(const struct queue *queue);
+/* All but the probes, which nobody needs for the picture. */
+struct queue_count {
+    uint32_t tiles, finished;
+    uint64_t pixels_finished; /* of all passes */
+    double share_finished;    /* of the predicted work, 0..1 */
+    double share_skipped;     /* of that: by an earlier run */
+    uint32_t repeated;        /* handed out a second time */
+    double wasted_s;          /* in answers that came second */
+};
+struct queue_count queue_count(const struct queue *queue);
 
-/* Pixels of the largest tile: bounds every message. */
-uint32_t queue_largest_tile(const struct queue *queue);
+/* Whether every tile is finished. */
+bool queue_complete(const struct queue *queue);
+
+/* The tiles that are not finished, one by one: *next begins with 0; false: there are no more. */
+bool queue_unfinished(const struct queue *queue, uint32_t *next, struct tile *tile);
+
+/* Pixels of the largest lot, which may be one tile: bounds every message. */
+uint32_t queue_largest_lot(const struct queue *queue);
 
 #endif

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "common/message.h"
 #include "common/scene.h"
@@ -39,28 +40,39 @@ struct render_counts report_counts(const struct report *report)
     return sum;
 }
 
-const struct renderer_stats *report_first_bad(const struct report *report)
+struct render_counts report_picture_counts(const struct report *report)
 {
-    const struct renderer_stats *first = NULL;
+    struct render_counts sum = report_counts(report);
+    render_counts_add(&sum, &report->resumed.counts);
+    return sum;
+}
+
+/* The renderer that met this sample; NULL: one of an earlier run. */
+static const struct renderer_stats *finder(const struct report *report,
+                                           const struct bad_sample *bad)
+{
     for (int i = 0; i < report->renderer_count; i++) {
-        const struct renderer_stats *stats = &report->renderers[i];
-        if (!stats->counts.nonfinite) continue;
-        if (!first || bad_sample_before(&stats->counts.first, &first->counts.first)) first = stats;
+        const struct render_counts *counts = &report->renderers[i].counts;
+        if (counts->nonfinite && memcmp(&counts->first, bad, sizeof *bad) == 0)
+            return &report->renderers[i];
     }
-    return first;
+    return NULL;
 }
 
 char *report_bad_samples(const struct report *report)
 {
-    const struct renderer_stats *stats = report_first_bad(report);
-    if (!stats) return NULL;
-    const struct bad_sample *bad = &stats->counts.first;
-    uint64_t count = report_counts(report).nonfinite;
+    struct render_counts counts = report_picture_counts(report);
+    if (!counts.nonfinite) return NULL;
+    const struct bad_sample *bad = &counts.first;
+    const struct renderer_stats *stats = finder(report, bad);
+    char *who = stats ? format_text("rank %u", stats->rank) : copy_text("an earlier run");
     char *origin = format_vector(bad->origin), *direction = format_vector(bad->direction);
-    char *text = format_text("%llu sample%s not finite; the first is sample %u of pixel %u %u, "
-                             "rank %u, by the ray from %s along %s",
-                             (unsigned long long)count, count == 1 ? " is" : "s are", bad->sample,
-                             bad->x, bad->y, stats->rank, origin, direction);
+    char *text =
+        format_text("%llu sample%s not finite; the first is sample %u of pixel %u %u, "
+                    "%s, by the ray from %s along %s",
+                    (unsigned long long)counts.nonfinite, counts.nonfinite == 1 ? " is" : "s are",
+                    bad->sample, bad->x, bad->y, who, origin, direction);
+    free(who);
     free(origin);
     free(direction);
     return text;
@@ -96,6 +108,16 @@ static void put_features(struct json *json, const char *key, unsigned features)
     json_close(json, ']');
 }
 
+/* All that is in memory, shared by the triangles and patches; null where there are none. */
+static void put_bytes_per_triangle(struct json *json, const struct report *report)
+{
+    double bytes = (double)report->scene_bytes + (double)report->bvh_bytes;
+    if (report->triangles > 0)
+        json_number(json, "bytes_per_triangle", bytes / (double)report->triangles);
+    else
+        json_null(json, "bytes_per_triangle");
+}
+
 static void put_scene(struct json *json, const struct report *report)
 {
     json_open(json, "scene", '{');
@@ -105,6 +127,7 @@ static void put_scene(struct json *json, const struct report *report)
     json_count(json, "lights", report->lights);
     json_count(json, "bytes", report->scene_bytes);
     json_count(json, "bvh_bytes", report->bvh_bytes);
+    put_bytes_per_triangle(json, report);
     put_features(json, "used", report->features);
     put_features(json, "left_out", ~report->features);
     json_close(json, '}');
@@ -119,6 +142,7 @@ static void put_time(struct json *json, const struct run_times *time)
     json_seconds(json, "broadcast_s", time->broadcast);
     json_seconds(json, "build_s", time->build);
     json_seconds(json, "render_s", time->render);
+    json_seconds(json, "probe_s", time->probe);
     json_seconds(json, "write_s", time->write);
     json_close(json, '}');
 }
@@ -148,6 +172,7 @@ static void put_worker(struct json *json, const struct renderer_stats *stats)
     json_seconds(json, "intersect_s", stats->counts.intersect_s);
     json_seconds(json, "shade_s", stats->counts.shade_s);
     json_count(json, "bytes", stats->bytes);
+    if (stats->silent) json_count(json, "silent", 1);
     json_close(json, '}');
 }
 
@@ -164,6 +189,8 @@ static void put_master(struct json *json, const struct report *report)
     json_open(json, "master", '{');
     json_seconds(json, "cpu_s", report->master_cpu_s);
     json_count(json, "messages", report->master_messages);
+    json_seconds(json, "answer_wait_s", report->answer_wait_s);
+    json_seconds(json, "answer_wait_most_s", report->answer_wait_most_s);
     json_close(json, '}');
 }
 
@@ -174,6 +201,18 @@ static void put_balance(struct json *json, const struct report *report)
     json_number(json, "efficiency", balance.efficiency);
     json_number(json, "imbalance", balance.imbalance);
     json_seconds(json, "tail_s", balance.tail_s);
+    json_count(json, "repeated_tiles", report->repeated_tiles);
+    json_seconds(json, "wasted_s", report->wasted_s);
+    json_close(json, '}');
+}
+
+/* Of the heat map, when there is one: CPU seconds per pixel. */
+static void put_heat(struct json *json, const struct heat_range *heat)
+{
+    if (heat->highest == 0) return;
+    json_open(json, "heatmap", '{');
+    json_number(json, "black_s", heat->lowest);
+    json_number(json, "white_s", heat->highest);
     json_close(json, '}');
 }
 
@@ -186,16 +225,20 @@ static void put_vector(struct json *json, const char *key, struct vec3 v)
     json_close(json, ']');
 }
 
-static void put_first_bad(struct json *json, const struct report *report)
+static void put_first_bad(struct json *json, const struct report *report,
+                          const struct render_counts *counts)
 {
-    const struct renderer_stats *stats = report_first_bad(report);
-    if (!stats) {
+    if (!counts->nonfinite) {
         json_null(json, "first");
         return;
     }
-    const struct bad_sample *bad = &stats->counts.first;
+    const struct bad_sample *bad = &counts->first;
+    const struct renderer_stats *stats = finder(report, bad);
     json_open_inline(json, "first", '{');
-    json_count(json, "rank", stats->rank);
+    if (stats)
+        json_count(json, "rank", stats->rank);
+    else
+        json_null(json, "rank");
     json_open(json, "pixel", '[');
     json_count(json, NULL, bad->x);
     json_count(json, NULL, bad->y);
@@ -214,27 +257,28 @@ static void put_numerics(struct json *json, const struct report *report,
 {
     json_open(json, "numerics", '{');
     json_count(json, "nonfinite", counts->nonfinite);
-    put_first_bad(json, report);
+    put_first_bad(json, report, counts);
     json_count(json, "exact_fallbacks", counts->exact_fallbacks);
     json_count(json, "unmatched_media", counts->unmatched_media);
     json_count(json, "open_media", counts->open_media);
     json_close(json, '}');
 }
 
-/* Nothing is sampled adaptively and no run is resumed: these keep their place in the format. */
-static void put_quality(struct json *json, const struct report *report,
-                        const struct render_counts *counts)
+/* Nothing is sampled adaptively: the list of errors keeps its place in the format. */
+static void put_quality(struct json *json, const struct report *report)
 {
+    struct render_counts counts = report_picture_counts(report);
     json_open(json, "error", '[');
     json_close(json, ']');
     json_open(json, "bound", '{');
-    json_number(json, "truncation", counts->truncation);
-    json_count(json, "rays", counts->bound_rays);
+    json_number(json, "truncation", counts.truncation);
+    json_count(json, "rays", counts.bound_rays);
     json_close(json, '}');
-    put_numerics(json, report, counts);
+    put_numerics(json, report, &counts);
     json_open(json, "resumed", '{');
-    json_count(json, "tiles", 0);
-    json_seconds(json, "seconds_saved", 0);
+    json_count(json, "tiles", report->resumed.tiles);
+    json_count(json, "pixels", report->resumed.pixels);
+    json_seconds(json, "seconds_saved", report->resumed.seconds);
     json_close(json, '}');
 }
 
@@ -252,7 +296,8 @@ char *report_json(const struct report *report)
     put_workers(&json, report);
     put_master(&json, report);
     put_balance(&json, report);
-    put_quality(&json, report, &counts);
+    put_heat(&json, &report->heat);
+    put_quality(&json, report);
     json_close(&json, '}');
     return json_end(&json);
 }

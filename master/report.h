@@ -6,10 +6,20 @@
 
 #include "common/protocol.h"
 #include "common/settings.h"
+#include "master/timeline.h"
 
 /* Wall seconds of the parts of a run on rank 0; they add up to total but for moments between. */
 struct run_times {
     double total, init, load, broadcast, build, render, write;
+    double probe; /* of the pre-pass, part of render: mean of the renderers */
+};
+
+/* What was taken over from the journal of an earlier run. */
+struct resumed {
+    uint32_t tiles;  /* of this run, that needed no rendering */
+    uint64_t pixels; /* of these */
+    double seconds;  /* that they took to render, on all renderers together */
+    struct render_counts counts;
 };
 
 struct report {
@@ -30,6 +40,11 @@ struct report {
     int renderer_count;
     double master_cpu_s; /* of serving, not of rendering */
     uint64_t master_messages;
+    struct resumed resumed;
+    struct heat_range heat; /* of the heat map; 0 and 0: none */
+    double answer_wait_s, answer_wait_most_s; /* until an answer was looked at: mean, most */
+    uint32_t repeated_tiles;                  /* handed out a second time */
+    double wasted_s;                          /* of rendering, in answers that came second */
 };
 
 /* Figures that follow from a report. */
@@ -41,12 +56,12 @@ struct balance {
 
 struct balance report_balance(const struct report *report);
 
-/* The renderers' counts together. */
+/* The renderers' counts together: what this run did. */
 struct render_counts report_counts(const struct report *report);
 
-/* The renderer that met the first sample (in the order of the picture) that is not finite; NULL
- * when there is none. */
-const struct renderer_stats *report_first_bad(const struct report *report);
+/* What holds of the whole picture, an earlier run's part included: the samples that are not finite,
+ * the bounds. */
+struct render_counts report_picture_counts(const struct report *report);
 
 /*
  * One line for a person about samples that are not finite: how many, and where the first one is, as

@@ -232,7 +232,7 @@ static void put_title(struct table *table, const struct report *report)
     flow(table, "%u x %u pixels", report->image_width, report->image_height);
     flow(table, "%d renderer%s", report->renderer_count, report->renderer_count == 1 ? "" : "s");
     flow(table, "%s schedule", schedule_name(report->schedule));
-    const char *what = report->schedule == SCHEDULE_DYNAMIC ? "tile" : "band";
+    const char *what = report->schedule <= SCHEDULE_TILES ? "tile" : "band";
     const char *plural = report->tiles == 1 ? "" : "s";
     if (report->tile_edge)
         flow(table, "%u %s%s of %u", report->tiles, what, plural, report->tile_edge);

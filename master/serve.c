@@ -9,6 +9,7 @@
 #include "common/clock.h"
 #include "common/message.h"
 #include "common/nap.h"
+#include "master/preview.h"
 
 /* Receives posted ahead, so that results land without waiting for us and nothing piles up in MPI's
  * queue of unexpected messages. */
@@ -19,17 +20,23 @@ struct server {
     double start;
     double finished; /* when the last tile came in */
 
-    /* Shared with the rendering thread, under lock: queue, canvas, and the counts below. */
+    /* Shared with the rendering thread, under lock: queue, canvas, and what follows. */
     pthread_mutex_t lock;
+    struct preview preview;
     uint64_t rays;
+    double probe_s; /* of all renderers */
     bool own_done;
 
     /* Main thread only. */
     uint32_t first_rank; /* of renderer 0 */
     uint32_t renderers, remote, left;
-    bool *told;    /* per renderer: that it is to stop */
-    bool *is_gone; /* per renderer: its statistics are here */
-    bool stopped;  /* by a signal: tiles may stay unfinished */
+    bool *told;     /* per renderer: that it is to stop */
+    bool *is_gone;  /* per renderer: its statistics are here */
+    bool *is_ready; /* per renderer: it may be sent tiles */
+    bool *idle;     /* per renderer: it asks for work, and there was none */
+    double ended;   /* clock_wall(), when service->ending was set */
+    uint64_t news;  /* of the queue, when the idle were last asked */
+    double polled;  /* when messages were last looked for */
     int receives;
     size_t buffer_bytes;
     char *buffers[RECEIVES];
@@ -44,10 +51,12 @@ static void post_receive(struct server *server, int slot)
 
 static void post_receives(struct server *server)
 {
-    size_t largest = queue_largest_tile(server->service->queue);
-    server->buffer_bytes = sizeof(struct result_header) + largest * 3 * sizeof(float);
+    size_t largest = queue_largest_lot(server->service->queue);
+    server->buffer_bytes =
+        LOT_TILES * (sizeof(struct result_header) + 8) + largest * 4 * sizeof(float);
     if (server->buffer_bytes < sizeof(struct renderer_stats))
         server->buffer_bytes = sizeof(struct renderer_stats);
+    _Static_assert(sizeof(struct ready) <= sizeof(struct renderer_stats), "has room, too");
     server->receives = server->remote < RECEIVES ? (int)server->remote : RECEIVES;
     for (int i = 0; i < server->receives; i++) {
         server->buffers[i] = allocate(server->buffer_bytes, 1);
@@ -72,56 +81,146 @@ static void tell_stop(struct server *server, uint32_t renderer)
              server->service->comm);
 }
 
-/* Gives a remote renderer all the tiles that it may hold, or tells it that there are no more. */
-static void hand_out(struct server *server, uint32_t renderer)
+static double elapsed(const struct server *server)
 {
-    struct service *service = server->service;
-    int rank = (int)(server->first_rank + renderer);
-    struct tile tile;
-    bool more, holds_some = false;
-    do {
-        pthread_mutex_lock(&server->lock);
-        more = queue_next(service->queue, renderer, &tile);
-        if (!more) holds_some = queue_holds(service->queue, renderer) > 0;
-        pthread_mutex_unlock(&server->lock);
-        if (more)
-            MPI_Send(&tile, sizeof tile, MPI_BYTE, rank, TAG_MASTER_TO_RENDERER_TILE,
-                     service->comm);
-    } while (more);
-    /* A renderer with nothing to do gets nothing only when nothing is left for it. */
-    if (!holds_some) tell_stop(server, renderer);
+    return clock_wall() - server->start;
 }
 
-/* A finished tile goes into the picture; the lock is held. */
+/* Gives a remote renderer all the lots that it may hold, or tells it that there are no more. */
+static void hand_out(struct server *server, uint32_t renderer)
+{
+    struct queue *queue = server->service->queue;
+    int rank = (int)(server->first_rank + renderer);
+    struct tile tiles[LOT_TILES];
+    uint32_t count;
+    bool over;
+    do {
+        pthread_mutex_lock(&server->lock);
+        count = queue_next(queue, renderer, elapsed(server), tiles);
+        over = queue_over(queue, renderer);
+        server->idle[renderer] = queue_holds(queue, renderer) == 0;
+        pthread_mutex_unlock(&server->lock);
+        if (count > 0)
+            MPI_Send(tiles, (int)(count * sizeof *tiles), MPI_BYTE, rank,
+                     TAG_MASTER_TO_RENDERER_TILES, server->service->comm);
+    } while (count > 0);
+    if (over) tell_stop(server, renderer);
+}
+
+/* To renderers that have nothing to do, when there may be something. */
+static void hand_out_to_idle(struct server *server)
+{
+    pthread_mutex_lock(&server->lock);
+    uint64_t news = queue_news(server->service->queue);
+    bool due = news != server->news || elapsed(server) >= queue_wake(server->service->queue);
+    bool complete = queue_complete(server->service->queue);
+    pthread_mutex_unlock(&server->lock);
+    if (!due && !complete) return;
+    bool all = news != server->news || complete;
+    server->news = news;
+    for (uint32_t i = server->renderers - server->remote; i < server->renderers; i++)
+        if ((all || server->idle[i]) && server->is_ready[i] && !server->told[i])
+            hand_out(server, i);
+}
+
+static void note_lot(struct service *service, enum lot_kind kind, uint32_t renderer,
+                     const struct tile *tile, const struct result_header *header)
+{
+    if (service->timeline) timeline_add(service->timeline, kind, renderer, tile, header);
+}
+
+/* A finished tile goes into the picture and the journal, unless somebody else was first; the lock is held. */
 static void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,
-                        const float *rgb, uint64_t rays)
+                        const float *rgb, const struct result_header *header)
 {
     struct service *service = server->service;
+    double now = elapsed(server);
+    bool first = queue_finish(service->queue, renderer, tile->id, now, header->busy_s);
+    note_lot(service, first ? LOT_TILE : LOT_WASTED, renderer, tile, header);
+    if (!first) return;
     canvas_put(service->canvas, tile, rgb);
-    queue_finish(service->queue, renderer, tile->id);
-    server->rays += rays;
-    server->finished = clock_wall();
+    save_tile(service->save, tile, header->busy_s, &header->counts);
+    server->rays += render_counts_rays(&header->counts);
+    server->finished = server->start + now;
+}
+
+/* Probes go into the preview, and what they cost to the queue; the lock is held. */
+static void accept_probes(struct server *server, uint32_t renderer, const struct tile *tile,
+                          const float *rgb, const struct result_header *header)
+{
+    struct service *service = server->service;
+    note_lot(service, LOT_PREPASS, renderer, tile, header);
+    const float *seconds = rgb + 3 * (size_t)tile_pixels(tile);
+    preview_put(&server->preview, service->canvas->width, service->canvas->height, tile, rgb);
+    queue_probed(service->queue, tile, seconds);
+    queue_finish(service->queue, renderer, tile->id, elapsed(server), header->busy_s);
+    server->probe_s += header->busy_s;
+}
+
+/* What is known of a remote renderer before its last message, or if that never comes. */
+static void count_part(struct renderer_stats *stats, const struct tile *tile,
+                       const struct result_header *header)
+{
+    stats->busy_s += header->busy_s;
+    stats->cpu_s += header->cpu_s;
+    if (tile->pass == TILE_PROBE) return;
+    stats->finish_s = header->start_s + header->busy_s;
+    stats->tiles++;
+    stats->pixels += header->pixels;
+    render_counts_add(&stats->counts, &header->counts);
+}
+
+/* Takes in the first part of so many bytes of a RESULT; returns its length, 0: it is not valid. The
+ * lock is held. */
+static size_t take_part(struct server *server, uint32_t renderer, const char *part, size_t bytes)
+{
+    struct result_header header;
+    struct tile tile;
+    if (bytes < sizeof header) return 0;
+    memcpy(&header, part, sizeof header);
+    if (!queue_held(server->service->queue, renderer, header.tile_id, &tile)) return 0;
+    size_t length = result_bytes(&tile);
+    if (length > bytes || !result_message_valid(&header, length, &tile)) return 0;
+    /* Behind the header, which is a multiple of 8 bytes long like all parts, in an allocated block:
+     * aligned. */
+    const float *rgb = (const void *)(part + sizeof header);
+    if (tile.pass == TILE_PROBE)
+        accept_probes(server, renderer, &tile, rgb, &header);
+    else
+        accept_tile(server, renderer, &tile, rgb, &header);
+    count_part(&server->service->stats[renderer], &tile, &header);
+    return length;
 }
 
 static void take_result(struct server *server, uint32_t renderer, const char *message, size_t bytes)
 {
-    struct result_header header;
-    struct tile tile;
-    if (bytes < sizeof header) fatal("renderer %u sent a result of %zu bytes", renderer, bytes);
-    memcpy(&header, message, sizeof header);
+    size_t done = 0, length = 1;
+    server->service->stats[renderer].bytes += bytes;
     pthread_mutex_lock(&server->lock);
-    bool held = queue_held(server->service->queue, renderer, header.tile_id, &tile);
-    bool valid = held && result_message_valid(&header, bytes, &tile);
-    if (valid) {
-        /* Behind the header, which is a multiple of 8 bytes long, in an allocated block: aligned.
-         */
-        const float *rgb = (const void *)(message + sizeof header);
-        accept_tile(server, renderer, &tile, rgb, header.rays);
+    while (length > 0 && done < bytes) {
+        length = take_part(server, renderer, message + done, bytes - done);
+        done += length;
     }
     pthread_mutex_unlock(&server->lock);
-    if (!valid)
-        fatal("renderer %u sent a result for tile %u that it was not asked for", renderer,
-              header.tile_id);
+    if (bytes == 0 || done < bytes)
+        fatal("renderer %u sent a result for a tile that it was not asked for", renderer);
+    hand_out(server, renderer);
+}
+
+static void take_ready(struct server *server, uint32_t renderer, const char *message, size_t bytes)
+{
+    struct ready ready = {0};
+    if (bytes == sizeof ready) memcpy(&ready, message, sizeof ready);
+    int rank = (int)(server->first_rank + renderer);
+    if (!ready_message_valid(&ready, bytes, rank) || server->is_ready[renderer])
+        fatal("renderer %u reported for work in a way that makes no sense", renderer);
+    server->is_ready[renderer] = true;
+    struct renderer_stats *stats = &server->service->stats[renderer];
+    memcpy(stats->host, ready.host, sizeof stats->host);
+    if (server->told[renderer]) return;
+    struct start start = {.elapsed_s = elapsed(server)};
+    MPI_Send(&start, sizeof start, MPI_BYTE, rank, TAG_MASTER_TO_RENDERER_START,
+             server->service->comm);
     hand_out(server, renderer);
 }
 
@@ -131,7 +230,7 @@ static void take_stats(struct server *server, uint32_t renderer, const char *mes
     if (bytes == sizeof stats) memcpy(&stats, message, sizeof stats);
     int rank = (int)(server->first_rank + renderer);
     pthread_mutex_lock(&server->lock);
-    bool due = server->stopped || queue_holds(server->service->queue, renderer) == 0;
+    bool due = server->service->ending || queue_over(server->service->queue, renderer);
     pthread_mutex_unlock(&server->lock);
     if (bytes != sizeof stats || !stats_message_valid(&stats, bytes, rank) || !due ||
         server->is_gone[renderer])
@@ -154,9 +253,20 @@ static void take_message(struct server *server, int slot, const MPI_Status *stat
         take_result(server, renderer, message, (size_t)bytes);
     else if (status->MPI_TAG == TAG_RENDERER_TO_MASTER_STATS)
         take_stats(server, renderer, message, (size_t)bytes);
+    else if (status->MPI_TAG == TAG_RENDERER_TO_MASTER_READY)
+        take_ready(server, renderer, message, (size_t)bytes);
     else
         fatal("rank %d sent a message of unknown kind %d", status->MPI_SOURCE, status->MPI_TAG);
     post_receive(server, slot);
+}
+
+/* An answer has waited since the last look at the most. */
+static void note_wait(struct server *server, double looked)
+{
+    struct service *service = server->service;
+    double waited = looked - server->polled;
+    service->answer_wait_s += waited;
+    service->answer_wait_most_s = fmax(service->answer_wait_most_s, waited);
 }
 
 /* Handles all that has arrived; returns whether there was anything. */
@@ -165,20 +275,35 @@ static bool receive(struct server *server)
     if (server->receives == 0) return false;
     int slots[RECEIVES], count;
     MPI_Status statuses[RECEIVES];
+    double looked = clock_wall(), cpu = clock_thread_cpu();
     MPI_Testsome(server->receives, server->requests, &count, slots, statuses);
-    for (int i = 0; i < count; i++)
+    for (int i = 0; i < count; i++) {
+        note_wait(server, looked);
         take_message(server, slots[i], &statuses[i]);
-    return count > 0;
+    }
+    server->polled = looked;
+    if (count <= 0) return false;
+    pthread_mutex_lock(&server->lock);
+    queue_served(server->service->queue, (clock_thread_cpu() - cpu) / count);
+    pthread_mutex_unlock(&server->lock);
+    return true;
 }
 
 /* ---- the master's own renderer ---- */
 
-static bool own_next(struct server *server, struct tile *tile)
+/* The next lot; 0: nothing is left. Waits while others have what is left. */
+static uint32_t own_next(struct server *server, struct tile *tiles)
 {
-    pthread_mutex_lock(&server->lock);
-    bool more = queue_next(server->service->queue, 0, tile);
-    pthread_mutex_unlock(&server->lock);
-    return more;
+    struct queue *queue = server->service->queue;
+    struct nap nap = {0};
+    for (;;) {
+        pthread_mutex_lock(&server->lock);
+        uint32_t count = queue_next(queue, 0, elapsed(server), tiles);
+        bool over = queue_over(queue, 0);
+        pthread_mutex_unlock(&server->lock);
+        if (count > 0 || over) return count;
+        nap_take(&nap);
+    }
 }
 
 static void own_leave(struct server *server)
@@ -188,30 +313,61 @@ static void own_leave(struct server *server)
     pthread_mutex_unlock(&server->lock);
 }
 
+/* Whether somebody else has finished the rest. */
+static bool own_is_over(struct server *server)
+{
+    pthread_mutex_lock(&server->lock);
+    bool over = queue_over(server->service->queue, 0);
+    pthread_mutex_unlock(&server->lock);
+    return over;
+}
+
+/* Renders or probes a tile and hands it in; false: the run is stopped. */
+static bool render_one(struct server *server, const struct tile *tile, float *rgb)
+{
+    const struct tile_renderer *own = server->service->own;
+    struct renderer_stats *stats = &server->service->stats[0];
+    struct render_counts counts = {0};
+    uint32_t pixels = tile_pixels(tile);
+    bool probes = tile->pass == TILE_PROBE;
+    double begin = elapsed(server), cpu = clock_thread_cpu();
+    if (probes ? !own->probe(own->state, tile, rgb, rgb + 3 * (size_t)pixels)
+               : !own->render(own->state, tile, rgb, &counts))
+        return false;
+    double end = elapsed(server);
+    stats->busy_s += end - begin;
+    struct result_header header = {.start_s = begin,
+                                   .busy_s = end - begin,
+                                   .cpu_s = clock_thread_cpu() - cpu,
+                                   .counts = counts};
+    pthread_mutex_lock(&server->lock);
+    if (probes)
+        accept_probes(server, 0, tile, rgb, &header);
+    else
+        accept_tile(server, 0, tile, rgb, &header);
+    pthread_mutex_unlock(&server->lock);
+    if (probes) return true;
+    stats->finish_s = end;
+    stats->tiles++;
+    stats->pixels += pixels;
+    render_counts_add(&stats->counts, &counts);
+    return true;
+}
+
 /* The second thread of rank 0. It takes tiles straight from the queue and never calls MPI. */
 static void *render_own(void *argument)
 {
     struct server *server = argument;
     struct service *service = server->service;
-    struct renderer_stats *stats = &service->stats[0];
-    float *rgb = allocate(queue_largest_tile(service->queue), 3 * sizeof *rgb);
+    float *rgb = allocate(queue_largest_lot(service->queue), 4 * sizeof *rgb);
     double cpu = clock_thread_cpu();
-    struct tile tile;
-    while (own_next(server, &tile)) {
-        struct render_counts counts;
-        double begin = clock_wall();
-        if (!service->own->render(service->own->state, &tile, rgb, &counts)) break;
-        double end = clock_wall();
-        stats->busy_s += end - begin;
-        stats->finish_s = end - server->start;
-        stats->tiles++;
-        stats->pixels += tile_pixels(&tile);
-        render_counts_add(&stats->counts, &counts);
-        pthread_mutex_lock(&server->lock);
-        accept_tile(server, 0, &tile, rgb, render_counts_rays(&counts));
-        pthread_mutex_unlock(&server->lock);
-    }
-    stats->cpu_s = clock_thread_cpu() - cpu;
+    struct tile tiles[LOT_TILES];
+    bool goes_on = true;
+    uint32_t count;
+    while (goes_on && (count = own_next(server, tiles)) > 0)
+        for (uint32_t i = 0; i < count && goes_on; i++)
+            goes_on = !own_is_over(server) && render_one(server, &tiles[i], rgb);
+    service->stats[0].cpu_s = clock_thread_cpu() - cpu;
     free(rgb);
     own_leave(server);
     return NULL;
@@ -220,12 +376,15 @@ static void *render_own(void *argument)
 static void show_progress(struct server *server)
 {
     const struct queue *queue = server->service->queue;
+    double pixels = (double)server->service->canvas->width * server->service->canvas->height;
     pthread_mutex_lock(&server->lock);
+    struct queue_count count = queue_count(queue);
     struct progress_state state = {
-        .pixels_done = queue_pixels_finished(queue),
-        .pixels = (uint64_t)server->service->canvas->width * server->service->canvas->height,
-        .tiles_done = queue_tiles_finished(queue),
-        .tiles = queue_tiles(queue),
+        .pixels_done = (uint64_t)(count.share_finished * pixels),
+        .pixels_before = (uint64_t)(count.share_skipped * pixels),
+        .pixels = (uint64_t)pixels,
+        .tiles_done = count.finished,
+        .tiles = count.tiles,
         .rays = server->rays,
     };
     pthread_mutex_unlock(&server->lock);
@@ -240,10 +399,20 @@ static bool all_left(struct server *server)
     return own_done && server->left == server->remote;
 }
 
-/* Nothing more is handed out, and what is in work is given up. */
-static void stop_all(struct server *server)
+/* Whether nothing of what is in work matters any more. */
+static bool is_over(struct server *server)
 {
-    server->stopped = true;
+    pthread_mutex_lock(&server->lock);
+    bool complete = queue_complete(server->service->queue);
+    pthread_mutex_unlock(&server->lock);
+    return complete || *server->service->stop;
+}
+
+/* Nothing more is handed out, and what is in work is given up. */
+static void end_all(struct server *server)
+{
+    server->service->ending = true;
+    server->ended = clock_wall();
     pthread_mutex_lock(&server->lock);
     queue_stop(server->service->queue);
     pthread_mutex_unlock(&server->lock);
@@ -251,20 +420,34 @@ static void stop_all(struct server *server)
         tell_stop(server, i);
 }
 
+static bool is_out_of_patience(const struct server *server)
+{
+    return server->service->ending && clock_wall() - server->ended > SERVE_GRACE;
+}
+
+static void count_silent(struct server *server)
+{
+    for (uint32_t i = server->renderers - server->remote; i < server->renderers; i++) {
+        if (server->is_gone[i]) continue;
+        server->service->stats[i].silent = 1;
+        server->service->silent++;
+    }
+}
+
 static void serve_until_done(struct server *server)
 {
     struct nap nap = {0};
-    for (uint32_t i = server->renderers - server->remote; i < server->renderers; i++)
-        hand_out(server, i);
-    while (!all_left(server)) {
+    while (!all_left(server) && !is_out_of_patience(server)) {
         bool busy = receive(server);
-        if (*server->service->stop && !server->stopped) stop_all(server);
+        if (!server->service->ending && is_over(server)) end_all(server);
+        hand_out_to_idle(server);
         show_progress(server);
         if (busy)
             nap_reset(&nap);
         else
             nap_take(&nap);
     }
+    count_silent(server);
 }
 
 /* What is left of the render phase after rendering and sending is waiting. */
@@ -274,6 +457,25 @@ static void fill_waits(struct server *server)
         struct renderer_stats *stats = &server->service->stats[i];
         stats->wait_s = fmax(0, server->service->render_s - stats->busy_s - stats->send_s);
     }
+}
+
+/* Where tiles are missing, the picture shows the preview. */
+static void fill_from_preview(struct server *server)
+{
+    uint32_t next = 0;
+    struct tile tile;
+    while (queue_unfinished(server->service->queue, &next, &tile))
+        preview_fill(&server->preview, server->service->canvas, &tile);
+}
+
+static void end_server(struct server *server)
+{
+    pthread_mutex_destroy(&server->lock);
+    preview_free(&server->preview);
+    free(server->told);
+    free(server->is_gone);
+    free(server->idle);
+    free(server->is_ready);
 }
 
 static void start_server(struct server *server, struct service *service)
@@ -286,11 +488,16 @@ static void start_server(struct server *server, struct service *service)
     server->first_rank = service->own ? 0 : 1;
     server->told = allocate_zeroed(server->renderers, sizeof *server->told);
     server->is_gone = allocate_zeroed(server->renderers, sizeof *server->is_gone);
+    server->idle = allocate_zeroed(server->renderers, sizeof *server->idle);
+    server->is_ready = allocate_zeroed(server->renderers, sizeof *server->is_ready);
     memset(service->stats, 0, server->renderers * sizeof *service->stats);
+    for (uint32_t i = 0; i < server->renderers; i++)
+        service->stats[i].rank = server->first_rank + i;
+    service->ending = false;
+    service->silent = 0;
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
     post_receives(server);
-    MPI_Barrier(service->comm);
-    server->start = server->finished = clock_wall();
+    server->start = server->finished = server->polled = clock_wall();
 }
 
 bool serve(struct service *service)
@@ -300,7 +507,6 @@ bool serve(struct service *service)
     double cpu = clock_thread_cpu();
     pthread_t thread;
     if (service->own) {
-        service->stats[0].rank = 0;
         gethostname(service->stats[0].host, HOST_NAME_SIZE - 1);
         if (pthread_create(&thread, NULL, render_own, &server) != 0)
             fatal("cannot start the rendering thread");
@@ -308,11 +514,11 @@ bool serve(struct service *service)
     serve_until_done(&server);
     if (service->own) pthread_join(thread, NULL);
     cancel_receives(&server);
-    pthread_mutex_destroy(&server.lock);
-    free(server.told);
-    free(server.is_gone);
     service->render_s = server.finished - server.start;
     service->master_cpu_s = clock_thread_cpu() - cpu;
+    service->probe_s = server.probe_s;
     fill_waits(&server);
-    return queue_tiles_finished(service->queue) == queue_tiles(service->queue);
+    fill_from_preview(&server);
+    end_server(&server);
+    return queue_complete(service->queue);
 }

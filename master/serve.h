@@ -4,34 +4,52 @@
 
 #include <mpi.h>
 #include <signal.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 
 #include "common/protocol.h"
 #include "master/canvas.h"
 #include "master/progress.h"
 #include "master/queue.h"
+#include "master/save.h"
+#include "master/timeline.h"
 
 struct service {
     MPI_Comm comm;
     struct queue *queue;
     struct canvas *canvas;
+    struct save *save; /* where finished tiles are kept; NULL: nowhere */
     struct progress *progress;
+    struct timeline *timeline; /* gets every lot; NULL: not kept */
     /* Renders tiles in a second thread of this process; NULL: rank 0 only serves. Renderer i of the
      * queue is then rank i, otherwise rank i + 1. */
     const struct tile_renderer *own;
     const volatile sig_atomic_t *stop; /* not 0: give up what is in work and leave */
+    /* Set as soon as nothing of what is in work matters any more: own gives up, too. */
+    atomic_bool ending;
 
     /* Results. */
     struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */
     double render_s;              /* wall seconds until the last tile was in the picture */
     double master_cpu_s;          /* CPU seconds of serving */
     uint64_t messages;            /* received */
+    double answer_wait_s;         /* of all answers until they were looked at, at most */
+    double answer_wait_most_s;    /* of one */
+    double probe_s;               /* of the pre-pass, wall seconds of all renderers together */
+    uint32_t
+        silent; /* renderers that answered no more: MPI_Finalize would wait for them for ever */
 };
 
 /*
- * Serves the queue until every renderer has left. Returns whether the picture is complete (false
- * after a stop). Every rank must be calling this or work() on the same communicator.
+ * Serves the queue until every renderer has left, or SERVE_GRACE after the end for those that do not:
+ * they are silent, and take part in nothing more. Returns whether the picture is complete (false
+ * after a stop: then the pre-pass shows where tiles are missing). Every rank calls this or work() on
+ * the same communicator.
  */
+/* Seconds. A renderer looks for messages every few thousandths of a second of its own time; with dozens
+ * of processes on a core, or one that pages, that is a second. */
+#define SERVE_GRACE 5.0
+
 bool serve(struct service *service);
 
 #endif

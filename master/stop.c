@@ -16,7 +16,7 @@ static void note_signal(int number)
     if (is_served) return;
     ssize_t unused = write(STDERR_FILENO, message, sizeof message - 1);
     (void)unused;
-    _exit(1);
+    _exit(75); /* nothing is lost: the same command begins again */
 }
 
 static void act(int number, void (*handler)(int))
@@ -30,6 +30,7 @@ void stop_install(int rank)
 {
     act(SIGINT, rank == 0 ? note_signal : SIG_IGN);
     act(SIGTERM, rank == 0 ? note_signal : SIG_IGN);
+    act(SIGUSR1, rank == 0 ? note_signal : SIG_IGN);
     /* A reader that goes away, or a file grown to its limit. */
     act(SIGPIPE, SIG_IGN);
     act(SIGXFSZ, SIG_IGN);
@@ -56,6 +57,7 @@ void stop_watch_the_end(int status)
     final_status = status;
     act(SIGINT, SIG_DFL);
     act(SIGTERM, SIG_DFL);
+    act(SIGUSR1, SIG_IGN);
     act(SIGALRM, leave);
     alarm(LONGEST_END);
 }

@@ -1,7 +1,7 @@
 #include "scene_fixture.h"
 
 #include "worker/primitive.h"
-#include "worker/traverse.h"
+#include "worker/slabs.h"
 
 /* A primitive in a leaf, and the leaf's box. */
 struct piece {

@@ -27,6 +27,10 @@ static void put(struct canvas *canvas, struct tile tile)
         paint(rgb + (size_t)3 * k, x, y);
     }
     canvas_put(canvas, &tile, rgb);
+    float *again = allocate(pixels, 3 * sizeof *rgb);
+    canvas_get(canvas, &tile, again);
+    assert_memory_equal(again, rgb, pixels * 3 * sizeof *rgb);
+    free(again);
     free(rgb);
 }
 

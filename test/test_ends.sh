@@ -13,11 +13,14 @@ no_table() {
 }
 
 for n in 0 3; do
-    full() { # KEY: found before rendering or when writing, but told, and with no other message
+    full() { # KEY: told, and what goes on from there without rendering again
         farm_n "$n" "$SCENE" output.image=full.png "$1=/dev/full" >o 2>e
         status=$?
         cat e
-        [ $status -ne 0 ] && [ "$(wc -l <e)" -eq 1 ] && grep -q 'No space left' e
+        [ $status -ne 0 ] && [ "$(wc -l <e)" -eq 2 ] && grep -q 'No space left' e || return 1
+        run 0 farm_n "$n" "$SCENE" output.image=full.png && cat "$T/err" &&
+            grep -q 'going on with full.journal' "$T/err" &&
+            grep -q '"primary": 0,' full.json && [ ! -e full.journal ]
     }
     check "no space for the report, -n $n" full output.report
     check "no space for the table, -n $n" no_table
@@ -31,7 +34,7 @@ for n in 0 3; do
     }
     check "piped into head, -n $n" head_run
 
-    for signal in INT TERM; do
+    for signal in INT TERM USR1; do
         # A script's background jobs ignore SIGINT; setsid's child starts with it ignored too, so the
         # program is started through a shell that puts the default back.
         interrupted() {
@@ -50,10 +53,12 @@ for n in 0 3; do
             status=$?
             cat e
             echo "status $status"
-            # All ranks return 1; what mpiexec makes of that after a signal (often 1, at times 0) is
-            # its own affair.
-            [ "$n" -gt 0 ] && status=1
-            [ $status -eq 1 ] && [ ! -e everything.png ] && grep -q 'stopped by' e
+            # All ranks return 75; what mpiexec makes of that after a signal (often 75, at times 0)
+            # is its own affair.
+            [ "$n" -gt 0 ] && status=75
+            [ $status -eq 75 ] && [ -s everything.png ] && [ -s everything.journal ] &&
+                grep -q 'stopped by' e && grep -q "to go on: .*farm.* $SCENE" e || return 1
+            rm everything.png everything.journal
         }
         check "SIG$signal, -n $n" interrupted
     done

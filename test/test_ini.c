@@ -147,8 +147,8 @@ static void test_unknown_names(void **state)
             "scene.ini:1: unknown section [shpere], did you mean 'sphere'?");
     refused(state, "[balloon]\n",
             "scene.ini:1: unknown section [balloon], expected one that 'farm --help' lists");
-    refused(state, "[output]\njournal = x\n",
-            "scene.ini:2: unknown key 'journal' in [output], expected one of image report");
+    refused(state, "[background]\ntexture = x\n",
+            "scene.ini:2: unknown key 'texture' in [background], expected one of color bottom top");
     refused(state,
             "[material glass]\n[disc]\ncenter = 0 0 0\nnormal = 0 1 0\nradius = 1\n"
             "material = glas\n",

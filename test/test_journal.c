@@ -380,9 +380,9 @@ static void test_picture(void **state)
     struct scene *scene = scratch_scene(s, "scene.ini", NULL);
     struct scene *same = scratch_scene(s, "scene.ini", "farm.tile=8");
     struct scene *other = scratch_scene(s, "scene.ini", "sampling.samples=2");
-    assert_true(journal_picture(scene, "1") == journal_picture(same, "1"));
-    assert_true(journal_picture(scene, "1") != journal_picture(other, "1"));
-    assert_true(journal_picture(scene, "1") != journal_picture(scene, "2"));
+    assert_true(journal_picture(scene, 1) == journal_picture(same, 1));
+    assert_true(journal_picture(scene, 1) != journal_picture(other, 1));
+    assert_true(journal_picture(scene, 1) != journal_picture(scene, 2));
     free(scene);
     free(same);
     free(other);

@@ -10,13 +10,14 @@ render() { # NAME N OVERRIDE...
 
 check "reference, without mpiexec" render reference.pfm 0
 for n in 1 2 3 5; do
-    for how in "farm.tile=8" "farm.tile=17" "farm.tile=64" "farm.schedule=strips" \
-               "farm.schedule=cyclic" "farm.tile=auto"; do
+    for how in "farm.tile=8" "farm.tile=17" "farm.tile=64" "farm.schedule=tiles" \
+               "farm.schedule=strips" "farm.schedule=cyclic" "farm.schedule=cyclic-rows" \
+               "farm.tile=auto"; do
         same() { render "t.pfm" "$n" "$how" && cmp reference.pfm t.pfm; }
         check "-n $n $how" same
     done
 done
-for schedule in dynamic strips cyclic; do
+for schedule in dynamic tiles strips cyclic cyclic-rows; do
     same() {
         render t.pfm 3 farm.schedule=$schedule farm.master_renders=no && cmp reference.pfm t.pfm
     }

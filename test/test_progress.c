@@ -181,6 +181,25 @@ static void test_time_left(void **state)
     screen_close(&screen);
 }
 
+/* What an earlier run has finished tells nothing of this one's speed. */
+static void test_time_left_resumed(void **state)
+{
+    (void)state;
+    static struct screen screen;
+    struct progress progress;
+    struct progress_state now = {
+        .pixels_done = 900, .pixels_before = 900, .pixels = 1000, .tiles = 10};
+    screen_open(&screen, 80);
+    progress_start(&progress, screen.out, 0);
+    progress_update(&progress, &now, 1);
+    assert_non_null(strstr(screen_read(&screen), "-:-- left"));
+    now.pixels_done = 950;
+    progress_update(&progress, &now, 30);
+    assert_non_null(strstr(screen_read(&screen), "0:30 left"));
+    progress_end(&progress);
+    screen_close(&screen);
+}
+
 static void test_strange_states(void **state)
 {
     (void)state;
@@ -191,7 +210,7 @@ static void test_strange_states(void **state)
     progress_start(&progress, screen.out, 0);
     progress_update(&progress, &now, 1);
     assert_non_null(strstr(screen_read(&screen), "  0% [-"));
-    now = (struct progress_state){10, 1, UINT32_MAX, UINT32_MAX, UINT64_MAX};
+    now = (struct progress_state){10, 1, 20, UINT32_MAX, UINT32_MAX, UINT64_MAX};
     progress_update(&progress, &now, 2);
     assert_non_null(strstr(screen_read(&screen), "100% [#"));
     progress_end(&progress);
@@ -260,6 +279,7 @@ int main(void)
         cmocka_unit_test(test_bar_rate_of_redraws),
         cmocka_unit_test(test_nothing_to_clean),
         cmocka_unit_test(test_time_left),
+        cmocka_unit_test(test_time_left_resumed),
         cmocka_unit_test(test_strange_states),
         cmocka_unit_test(test_lines),
         cmocka_unit_test(test_dumb_terminal),

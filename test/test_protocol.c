@@ -125,8 +125,10 @@ static void test_tile_order(void **state)
     assert_true(tile_ok(tile));
     tile.phase = 16;
     assert_false(tile_ok(tile));
-    tile = good_tile, tile.reserved = 1;
+    tile = good_tile, tile.pass = 1;
     assert_false(tile_ok(tile));
+    tile.pass = TILE_PROBE;
+    assert_true(tile_ok(tile));
 }
 
 static void test_tile_bytes(void **state)
@@ -143,7 +145,7 @@ static void test_result(void **state)
 {
     (void)state;
     const size_t bytes = sizeof(struct result_header) + 16 * 3 * sizeof(float);
-    const struct result_header good = {.tile_id = 7, .pixels = 16, .rays = 1, .busy_s = 0};
+    const struct result_header good = {.tile_id = 7, .pixels = 16, .busy_s = 0};
     struct result_header header = good;
     assert_true(result_message_valid(&header, bytes, &good_tile));
     assert_false(result_message_valid(&header, bytes - 1, &good_tile));
@@ -152,6 +154,10 @@ static void test_result(void **state)
     header.tile_id = 8;
     assert_false(result_message_valid(&header, bytes, &good_tile));
     header = good, header.pixels = 15;
+    assert_false(result_message_valid(&header, bytes, &good_tile));
+    header = good, header.start_s = -1e-9;
+    assert_false(result_message_valid(&header, bytes, &good_tile));
+    header = good, header.cpu_s = (double)NAN;
     assert_false(result_message_valid(&header, bytes, &good_tile));
     header = good, header.busy_s = -1e-9;
     assert_false(result_message_valid(&header, bytes, &good_tile));
@@ -235,6 +241,37 @@ static void test_welcome(void **state)
     assert_false(welcome_valid(&welcome, "11111111111111111111111111111111"));
 }
 
+static void test_ready_and_start(void **state)
+{
+    (void)state;
+    struct ready ready = {.rank = 3, .host = "node"};
+    assert_true(ready_message_valid(&ready, sizeof ready, 3));
+    assert_false(ready_message_valid(&ready, sizeof ready, 2));
+    assert_false(ready_message_valid(&ready, sizeof ready - 1, 3));
+    ready.reserved = 1;
+    assert_false(ready_message_valid(&ready, sizeof ready, 3));
+    ready.reserved = 0;
+    memset(ready.host, 'x', sizeof ready.host);
+    assert_false(ready_message_valid(&ready, sizeof ready, 3));
+    struct start start = {.elapsed_s = 0};
+    assert_true(start_message_valid(&start, sizeof start));
+    assert_false(start_message_valid(&start, sizeof start - 1));
+    start.elapsed_s = -1;
+    assert_false(start_message_valid(&start, sizeof start));
+    start.elapsed_s = (double)NAN;
+    assert_false(start_message_valid(&start, sizeof start));
+}
+
+/* What only the master fills in is not taken from others. */
+static void test_silent_is_not_sent(void **state)
+{
+    (void)state;
+    struct renderer_stats stats = {.rank = 1};
+    assert_true(stats_message_valid(&stats, sizeof stats, 1));
+    stats.silent = 1;
+    assert_false(stats_message_valid(&stats, sizeof stats, 1));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -242,6 +279,7 @@ int main(void)
         cmocka_unit_test(test_tile_good),        cmocka_unit_test(test_tile_outside),
         cmocka_unit_test(test_tile_size),        cmocka_unit_test(test_tile_order),
         cmocka_unit_test(test_tile_bytes),       cmocka_unit_test(test_result),
+        cmocka_unit_test(test_ready_and_start),  cmocka_unit_test(test_silent_is_not_sent),
         cmocka_unit_test(test_result_of_share),  cmocka_unit_test(test_stats),
         cmocka_unit_test(test_stats_numbers),    cmocka_unit_test(test_welcome),
     };

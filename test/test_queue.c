@@ -31,34 +31,59 @@ struct held {
     uint32_t renderer, id;
 };
 
-/* Renderers chosen at random ask for tiles and finish tiles, until nothing moves any more. */
+/* Probes of any cost whatever. */
+static void answer_probe(struct queue *queue, const struct tile *probe, uint64_t *seed)
+{
+    float seconds[64];
+    uint32_t pixels = tile_pixels(probe);
+    assert_true(pixels <= 64);
+    for (uint32_t k = 0; k < pixels; k++)
+        seconds[k] = 1e-6f * (float)random_below(seed, 1000);
+    queue_probed(queue, probe, seconds);
+}
+
+/*
+ * Renderers chosen at random ask for lots and finish tiles, in no time that has to do with any
+ * prediction, until nothing moves any more. Every pixel is rendered once, and once more when it is
+ * handed out again; the first answer counts.
+ */
 static void drive(const struct queue_config *config, uint64_t seed)
 {
     struct queue *queue = queue_create(config);
     assert_non_null(queue);
-    size_t pixels = (size_t)config->width * config->height;
+    size_t pixels = (size_t)config->width * config->height, most = 200 * (size_t)config->renderers;
     unsigned char *seen = calloc(pixels, 1);
-    struct held *held = calloc(2 * (size_t)config->renderers, sizeof *held);
+    struct held *held = calloc(most, sizeof *held);
+    struct tile lot[LOT_TILES], tile;
     uint32_t count = 0;
-    while (queue_tiles_finished(queue) < queue_tiles(queue)) {
-        struct tile tile;
+    double now = 0;
+    while (!queue_complete(queue)) {
         uint32_t renderer = random_below(&seed, config->renderers);
-        if (queue_next(queue, renderer, &tile)) {
-            assert_true(tile_pixels(&tile) <= queue_largest_tile(queue));
-            mark(seen, config, &tile);
-            held[count++] = (struct held){renderer, tile.id};
-        } else if (count > 0) {
-            uint32_t i = random_below(&seed, count);
-            struct held back = held[i];
-            held[i] = held[--count];
-            assert_true(queue_held(queue, back.renderer, back.id, &tile));
-            queue_finish(queue, back.renderer, back.id);
-            assert_false(queue_held(queue, back.renderer, back.id, &tile));
+        now += 1e-3 * random_below(&seed, 100);
+        uint32_t tiles = queue_next(queue, renderer, now, lot), sum = 0;
+        for (uint32_t i = 0; i < tiles; i++) {
+            assert_true(count < most);
+            held[count++] = (struct held){renderer, lot[i].id};
+            sum += tile_pixels(&lot[i]);
         }
+        assert_true(sum <= queue_largest_lot(queue) || lot[0].pass == TILE_PROBE);
+        if (tiles > 0 || count == 0) continue;
+        uint32_t i = random_below(&seed, count);
+        struct held back = held[i];
+        held[i] = held[--count];
+        assert_true(queue_held(queue, back.renderer, back.id, &tile));
+        if (tile.pass == TILE_PROBE) answer_probe(queue, &tile, &seed);
+        bool first = queue_finish(queue, back.renderer, back.id, now, 1e-3);
+        if (first) mark(seen, config, &tile);
+        assert_false(queue_held(queue, back.renderer, back.id, &tile));
     }
     for (size_t i = 0; i < pixels; i++)
         assert_int_equal(seen[i], 1);
-    assert_int_equal(queue_pixels_finished(queue), pixels);
+    struct queue_count counted = queue_count(queue);
+    assert_int_equal(counted.pixels_finished, pixels);
+    assert_true(counted.share_finished > 0.999 && counted.share_finished <= 1);
+    uint32_t next = 0;
+    assert_false(queue_unfinished(queue, &next, &tile));
     free(held);
     free(seen);
     queue_destroy(queue);
@@ -70,12 +95,14 @@ static void test_every_pixel_once(void **state)
     const uint32_t sizes[][2] = {{1, 1}, {7, 5}, {64, 48}, {97, 61}, {640, 3}, {1, 300}};
     const uint32_t renderers[] = {1, 2, 3, 5, 44, 400};
     const uint32_t edges[] = {1, 8, 24, 64};
+    const uint32_t probe_edges[] = {0, 2, 8, 16};
     for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
         for (size_t r = 0; r < sizeof renderers / sizeof *renderers; r++) {
             struct queue_config config = {
                 .width = sizes[s][0], .height = sizes[s][1], .renderers = renderers[r]};
             config.tile_edge = edges[(s + r) % 4];
-            for (int schedule = SCHEDULE_DYNAMIC; schedule <= SCHEDULE_CYCLIC; schedule++) {
+            config.probe_edge = probe_edges[(s + 2 * r) % 4];
+            for (int schedule = 0; schedule < SCHEDULES; schedule++) {
                 config.schedule = (enum schedule)schedule;
                 drive(&config, 1 + s * 100 + r);
             }
@@ -83,17 +110,28 @@ static void test_every_pixel_once(void **state)
     }
 }
 
+/* The one tile of a lot under a schedule that deals them one by one. */
+static bool next_tile(struct queue *queue, uint32_t renderer, struct tile *tile)
+{
+    struct tile lot[LOT_TILES];
+    uint32_t count = queue_next(queue, renderer, 0, lot);
+    assert_true(count <= 1);
+    if (count == 1) *tile = lot[0];
+    return count == 1;
+}
+
 /* Rows that one renderer gets, all its tiles together. */
 static uint32_t rows_of(struct queue *queue, uint32_t renderer, uint32_t *first)
 {
     uint32_t rows = 0;
     struct tile tile;
-    while (queue_next(queue, renderer, &tile)) {
+    while (next_tile(queue, renderer, &tile)) {
         if (rows == 0) *first = tile.y;
         assert_int_equal(tile.y, *first + rows);
         rows += tile.h;
-        queue_finish(queue, renderer, tile.id);
+        queue_finish(queue, renderer, tile.id, 0, 0);
     }
+    assert_true(queue_over(queue, renderer));
     return rows;
 }
 
@@ -123,16 +161,34 @@ static void test_cyclic_deals_pixels(void **state)
     struct queue *queue = queue_create(&config);
     for (uint32_t r = 0; r < 7; r++) {
         struct tile tile;
-        while (queue_next(queue, r, &tile)) {
+        while (next_tile(queue, r, &tile)) {
             for (uint32_t k = 0; k < tile_pixels(&tile); k++) {
                 uint32_t x, y;
                 tile_pixel(&tile, k, &x, &y);
                 assert_int_equal((y * 333 + x) % 7, r);
             }
-            queue_finish(queue, r, tile.id);
+            queue_finish(queue, r, tile.id, 0, 0);
         }
     }
-    assert_int_equal(queue_pixels_finished(queue), 333 * 200);
+    assert_int_equal(queue_count(queue).pixels_finished, 333 * 200);
+    queue_destroy(queue);
+}
+
+/* Tachyon: row y is processor y mod P's. */
+static void test_cyclic_rows_deals_rows(void **state)
+{
+    (void)state;
+    struct queue_config config = {
+        .schedule = SCHEDULE_CYCLIC_ROWS, .width = 333, .height = 200, .renderers = 7};
+    struct queue *queue = queue_create(&config);
+    for (uint32_t r = 0; r < 7; r++) {
+        struct tile tile;
+        for (uint32_t y = r; next_tile(queue, r, &tile); y += 7) {
+            assert_true(tile.x == 0 && tile.w == 333 && tile.y == y && tile.h == 1);
+            queue_finish(queue, r, tile.id, 0, 0);
+        }
+    }
+    assert_true(queue_complete(queue));
     queue_destroy(queue);
 }
 
@@ -140,43 +196,54 @@ static void test_cyclic_deals_pixels(void **state)
 static void test_reserve(void **state)
 {
     (void)state;
-    struct queue_config config = {.width = 80, .height = 10, .renderers = 2, .tile_edge = 10};
+    struct queue_config config = {
+        .schedule = SCHEDULE_TILES, .width = 80, .height = 10, .renderers = 2, .tile_edge = 10};
     struct queue *queue = queue_create(&config);
     struct tile tile;
-    assert_int_equal(queue_tiles(queue), 8);
-    assert_true(queue_next(queue, 0, &tile));
-    assert_true(queue_next(queue, 0, &tile));
-    assert_false(queue_next(queue, 0, &tile));
+    assert_int_equal(queue_count(queue).tiles, 8);
+    assert_true(next_tile(queue, 0, &tile));
+    assert_true(next_tile(queue, 0, &tile));
+    assert_false(next_tile(queue, 0, &tile));
     assert_int_equal(queue_holds(queue, 0), 2);
-    assert_true(queue_next(queue, 1, &tile));
+    assert_true(next_tile(queue, 1, &tile));
     for (uint32_t id = 0; id < 2; id++)
-        queue_finish(queue, 0, id);
-    assert_true(queue_next(queue, 0, &tile));
-    assert_true(queue_next(queue, 0, &tile));
-    assert_true(queue_next(queue, 1, &tile));
-    queue_finish(queue, 1, 2);
+        queue_finish(queue, 0, id, 0, 0);
+    assert_true(next_tile(queue, 0, &tile));
+    assert_true(next_tile(queue, 0, &tile));
+    assert_true(next_tile(queue, 1, &tile));
+    queue_finish(queue, 1, 2, 0, 0);
     assert_int_equal(tile.id, 5);
     /* Two tiles wait, two renderers: renderer 1 still holds one and gets no second. */
-    assert_false(queue_next(queue, 1, &tile));
-    queue_finish(queue, 1, 5);
-    assert_true(queue_next(queue, 1, &tile));
+    assert_false(next_tile(queue, 1, &tile));
+    queue_finish(queue, 1, 5, 0, 0);
+    assert_true(next_tile(queue, 1, &tile));
     queue_destroy(queue);
 }
 
 static void test_stop(void **state)
 {
     (void)state;
-    struct queue_config config = {.width = 100, .height = 100, .renderers = 2, .tile_edge = 10};
-    struct queue *queue = queue_create(&config);
-    struct tile tile;
-    assert_true(queue_next(queue, 0, &tile));
-    queue_stop(queue);
-    assert_false(queue_next(queue, 0, &tile));
-    assert_false(queue_next(queue, 1, &tile));
-    assert_true(queue_held(queue, 0, tile.id, &tile));
-    queue_finish(queue, 0, tile.id);
-    assert_int_equal(queue_tiles_finished(queue), 1);
-    queue_destroy(queue);
+    for (int schedule = 0; schedule < SCHEDULES; schedule++) {
+        struct queue_config config = {.schedule = (enum schedule)schedule,
+                                      .width = 100,
+                                      .height = 100,
+                                      .renderers = 2,
+                                      .tile_edge = 10};
+        struct queue *queue = queue_create(&config);
+        struct tile lot[LOT_TILES], more[LOT_TILES], tile;
+        uint32_t count = queue_next(queue, 0, 0, lot);
+        assert_true(count > 0);
+        queue_stop(queue);
+        assert_int_equal(queue_next(queue, 0, 0, more), 0);
+        assert_int_equal(queue_next(queue, 1, 0, more), 0);
+        assert_true(queue_over(queue, 1));
+        assert_false(queue_over(queue, 0));
+        assert_true(queue_held(queue, 0, lot[0].id, &tile));
+        queue_finish(queue, 0, lot[0].id, 0, 0);
+        assert_int_equal(queue_count(queue).finished, 1);
+        assert_false(queue_complete(queue));
+        queue_destroy(queue);
+    }
 }
 
 static void test_answers_are_checked(void **state)
@@ -184,10 +251,11 @@ static void test_answers_are_checked(void **state)
     (void)state;
     struct queue_config config = {.width = 100, .height = 100, .renderers = 2, .tile_edge = 10};
     struct queue *queue = queue_create(&config);
-    struct tile tile;
-    assert_true(queue_next(queue, 0, &tile));
-    assert_false(queue_held(queue, 1, tile.id, &tile));
-    assert_false(queue_held(queue, 0, tile.id + 1, &tile));
+    struct tile lot[LOT_TILES], tile;
+    assert_true(queue_next(queue, 0, 0, lot) > 0);
+    assert_true(queue_held(queue, 0, lot[0].id, &tile));
+    assert_false(queue_held(queue, 1, lot[0].id, &tile));
+    assert_false(queue_held(queue, 0, lot[0].id + 1, &tile));
     assert_false(queue_held(queue, 0, UINT32_MAX, &tile));
     queue_destroy(queue);
 }
@@ -202,11 +270,85 @@ static void test_too_many_tiles(void **state)
 static void test_auto_edge(void **state)
 {
     (void)state;
-    assert_int_equal(queue_auto_edge(640, 480, 1), 32);
-    assert_int_equal(queue_auto_edge(640, 480, 44), 8);
-    assert_int_equal(queue_auto_edge(1920, 1080, 2), 64);
-    assert_int_equal(queue_auto_edge(1, 1, 100), 8);
-    assert_int_equal(queue_auto_edge(65535, 65535, 44), 64);
+    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 640, 480, 1), 32);
+    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 640, 480, 44), 8);
+    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 1920, 1080, 2), 64);
+    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 1, 1, 100), 8);
+    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 65535, 65535, 44), 64);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 2), 32);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 44), 8);
+}
+
+static void test_auto_probe_edge(void **state)
+{
+    (void)state;
+    assert_int_equal(queue_auto_probe_edge(640, 480, 1), 32);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 16), 8);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 4096), 4);
+    assert_int_equal(queue_auto_probe_edge(64, 48, 1), 0);
+    assert_int_equal(queue_auto_probe_edge(1, 1, 65535), 0);
+}
+
+/* Two tiles of three are finished already, as told from where they lie. */
+static bool is_finished(void *state, const struct tile *tile)
+{
+    unsigned char *seen = state;
+    if ((tile->x / 7 + tile->y / 5 + tile->phase) % 3 == 0) return false;
+    for (uint32_t k = 0; k < tile_pixels(tile); k++) {
+        uint32_t x, y;
+        tile_pixel(tile, k, &x, &y);
+        assert_int_equal(seen[y * 50 + x]++, 0);
+    }
+    return true;
+}
+
+static bool all_finished(void *state, const struct tile *tile)
+{
+    (void)state, (void)tile;
+    return true;
+}
+
+static void test_skip(void **state)
+{
+    (void)state;
+    for (int schedule = 0; schedule < SCHEDULES; schedule++) {
+        const struct queue_config config = {.schedule = (enum schedule)schedule,
+                                            .width = 50,
+                                            .height = 40,
+                                            .renderers = 3,
+                                            .tile_edge = 7,
+                                            .probe_edge = 10};
+        struct queue *queue = queue_create(&config);
+        struct tile lot[LOT_TILES];
+        unsigned char seen[50 * 40] = {0};
+        uint64_t pixels = 0, seed = 1;
+        uint32_t last = 0;
+        queue_skip(queue, is_finished, seen);
+        for (int i = 0; i < 50 * 40; i++)
+            pixels += seen[i];
+        assert_true(pixels > 0);
+        assert_int_equal(queue_count(queue).pixels_finished, pixels);
+        assert_true(queue_count(queue).share_skipped > 0.3);
+        while (!queue_complete(queue)) {
+            uint32_t renderer = last++ % 3;
+            uint32_t count = queue_next(queue, renderer, last, lot);
+            for (uint32_t i = 0; i < count; i++) {
+                if (lot[i].pass == TILE_PROBE) answer_probe(queue, &lot[i], &seed);
+                if (queue_finish(queue, renderer, lot[i].id, last, 1e-3))
+                    mark(seen, &config, &lot[i]);
+            }
+            assert_true(last < 100000);
+        }
+        assert_int_equal(queue_count(queue).pixels_finished, 50 * 40);
+        for (int i = 0; i < 50 * 40; i++)
+            assert_int_equal(seen[i], 1);
+        queue_destroy(queue);
+        queue = queue_create(&config);
+        queue_skip(queue, all_finished, NULL);
+        assert_true(queue_complete(queue) && queue_over(queue, 0));
+        assert_int_equal(queue_next(queue, 0, 0, lot), 0);
+        queue_destroy(queue);
+    }
 }
 
 int main(void)
@@ -215,11 +357,14 @@ int main(void)
         cmocka_unit_test(test_every_pixel_once),
         cmocka_unit_test(test_strips_are_the_papers),
         cmocka_unit_test(test_cyclic_deals_pixels),
+        cmocka_unit_test(test_cyclic_rows_deals_rows),
         cmocka_unit_test(test_reserve),
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_answers_are_checked),
         cmocka_unit_test(test_too_many_tiles),
         cmocka_unit_test(test_auto_edge),
+        cmocka_unit_test(test_auto_probe_edge),
+        cmocka_unit_test(test_skip),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -55,11 +55,13 @@ static struct report sample_report(struct renderer_stats *renderers, int count)
         .scene_bytes = 12345,
         .bvh_bytes = 678,
         .features = FEATURE_TRIANGLES | FEATURE_LIGHTS,
-        .time = {5, 0.25, 0.125, 0.0625, 0.25, 4, 0.3125},
+        .time = {5, 0.25, 0.125, 0.0625, 0.25, 4, 0.3125, 0.03125},
         .renderers = renderers,
         .renderer_count = count,
         .master_cpu_s = 0.01,
         .master_messages = 600,
+        .repeated_tiles = 3,
+        .wasted_s = 0.0625,
     };
 }
 
@@ -94,19 +96,25 @@ static void test_json(void **state)
     assert_has(text, "\"farm\": {\n    \"version\": \"1.2.3\",\n    \"processes\": 2,\n");
     assert_has(text, "\"kernel\": \"avx2\",\n    \"schedule\": \"dynamic\",\n    \"tile\": 32,\n   "
                      " \"tiles\": 300\n  },");
-    assert_has(text, "\"bvh_bytes\": 678,\n    \"used\": [\"");
-    assert_has(text, "\"render_s\": 4.000000,\n    \"write_s\": 0.312500\n");
+    assert_has(text, "\"bvh_bytes\": 678,\n    \"bytes_per_triangle\": 4341,\n    \"used\": [\"");
+    assert_has(text,
+               "\"render_s\": 4.000000,\n    \"probe_s\": 0.031250,\n    \"write_s\": 0.312500\n");
     assert_has(text,
                "\"primary\": 2000000,\n    \"shadow\": 4000000,\n    \"reflection\": 600000,");
     assert_has(text, "{\"rank\": 1, \"host\": \"node\", \"tiles\": 75, \"pixels\": 518400, "
                      "\"busy_s\": 3.010000, \"cpu_s\": 3.000000, \"wait_s\": 0.500000, "
                      "\"send_s\": 0.125000, \"finish_s\": 3.510000, \"intersect_s\": 2.000000, "
                      "\"shade_s\": 1.000000, \"bytes\": 6220800}\n  ],");
+    assert_has(text, "\"repeated_tiles\": 3,\n    \"wasted_s\": 0.062500\n");
     assert_has(text, "\"error\": [],");
     assert_has(text, "\"truncation\": 0.001,\n    \"rays\": 10\n");
     assert_has(text, "\"nonfinite\": 0,\n    \"first\": null,\n    \"exact_fallbacks\": 14,\n"
                      "    \"unmatched_media\": 0,\n    \"open_media\": 0\n  },");
     assert_has(text, "\"seconds_saved\": 0.000000\n  }\n}\n");
+    free(text);
+    report.triangles = 0;
+    text = report_json(&report);
+    assert_has(text, "\"bytes_per_triangle\": null,\n");
     free(text);
 }
 
@@ -116,7 +124,6 @@ static void test_bad_samples(void **state)
     (void)state;
     struct renderer_stats renderers[3];
     struct report report = sample_report(renderers, 3);
-    assert_null(report_first_bad(&report));
     assert_null(report_bad_samples(&report));
     const struct bad_sample late = {.x = 1, .y = 7};
     const struct bad_sample early = {.x = 6,
@@ -128,7 +135,6 @@ static void test_bad_samples(void **state)
     render_counts_bad(&renderers[0].counts, &late);
     render_counts_bad(&renderers[2].counts, &early);
     render_counts_bad(&renderers[2].counts, &late);
-    assert_ptr_equal(report_first_bad(&report), &renderers[2]);
     char *text = report_json(&report);
     assert_has(text,
                "\"nonfinite\": 3,\n    \"first\": {\"rank\": 2, \"pixel\": [6, 2], \"sample\": 3, "
@@ -137,6 +143,35 @@ static void test_bad_samples(void **state)
     free(text);
     text = report_bad_samples(&report);
     assert_has(text, "3 samples are not finite; the first is sample 3 of pixel 6 2, rank 2, ");
+    free(text);
+}
+
+/* What an earlier run has met counts for the picture, not for this run's work. */
+static void test_resumed(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct report report = sample_report(renderers, 2);
+    const struct bad_sample early = {.x = 3, .y = 1}, late = {.x = 1, .y = 7};
+    report.resumed.tiles = 5;
+    report.resumed.pixels = 80;
+    report.resumed.seconds = 1.5;
+    report.resumed.counts.truncation = 2;
+    report.resumed.counts.rays[RAY_PRIMARY] = 1;
+    render_counts_bad(&report.resumed.counts, &early);
+    render_counts_bad(&renderers[1].counts, &late);
+    assert_int_equal(report_picture_counts(&report).rays[RAY_PRIMARY],
+                     report_counts(&report).rays[RAY_PRIMARY] + 1);
+    assert_int_equal(report_picture_counts(&report).nonfinite, 2);
+    char *text = report_json(&report);
+    assert_has(text, "\"nonfinite\": 2,\n    \"first\": {\"rank\": null, \"pixel\": [3, 1], ");
+    assert_has(text, "\"truncation\": 2,\n");
+    assert_has(text, "\"resumed\": {\n    \"tiles\": 5,\n    \"pixels\": 80,\n"
+                     "    \"seconds_saved\": 1.500000\n  }\n}\n");
+    free(text);
+    text = report_bad_samples(&report);
+    assert_has(text,
+               "2 samples are not finite; the first is sample 0 of pixel 3 1, an earlier run");
     free(text);
 }
 
@@ -327,17 +362,12 @@ static void test_table_of_many(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_balance),
-        cmocka_unit_test(test_json),
-        cmocka_unit_test(test_bad_samples),
-        cmocka_unit_test(test_json_features),
-        cmocka_unit_test(test_json_without_numbers),
-        cmocka_unit_test(test_json_strings),
-        cmocka_unit_test(test_json_numbers),
-        cmocka_unit_test(test_table),
-        cmocka_unit_test(test_table_fits),
-        cmocka_unit_test(test_table_extremes),
-        cmocka_unit_test(test_table_of_many),
+        cmocka_unit_test(test_balance),        cmocka_unit_test(test_json),
+        cmocka_unit_test(test_bad_samples),    cmocka_unit_test(test_resumed),
+        cmocka_unit_test(test_json_features),  cmocka_unit_test(test_json_without_numbers),
+        cmocka_unit_test(test_json_strings),   cmocka_unit_test(test_json_numbers),
+        cmocka_unit_test(test_table),          cmocka_unit_test(test_table_fits),
+        cmocka_unit_test(test_table_extremes), cmocka_unit_test(test_table_of_many),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

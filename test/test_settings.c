@@ -130,7 +130,7 @@ static void test_expectations(void **state)
         {"image", "width", "a whole number from 1 to 65535"},
         {"camera", "fov", "a number > 0 and < 180"},
         {"render", "cutoff", "a number >= 0"},
-        {"farm", "schedule", "dynamic, strips or cyclic"},
+        {"farm", "schedule", "dynamic, tiles, strips, cyclic or cyclic-rows"},
         {"farm", "tile", "auto or a whole number from 1 to 1024"},
         {"farm", "kernel", "auto, portable, avx2 or avx512"},
     };
@@ -147,6 +147,8 @@ static void test_schedule_names(void **state)
     assert_string_equal(schedule_name(SCHEDULE_DYNAMIC), "dynamic");
     assert_string_equal(schedule_name(SCHEDULE_STRIPS), "strips");
     assert_string_equal(schedule_name(SCHEDULE_CYCLIC), "cyclic");
+    assert_string_equal(schedule_name(SCHEDULE_CYCLIC_ROWS), "cyclic-rows");
+    assert_string_equal(schedule_name(SCHEDULE_TILES), "tiles");
 }
 
 int main(void)

@@ -333,6 +333,7 @@ struct bvh *bvh_build(const struct scene *scene, void *memory)
     struct bvh *bvh = memory;
     memset(memory, 0, align_up(sizeof *bvh));
     bvh->nodes_offset = bvh->leaves_offset = bvh->bytes = align_up(sizeof *bvh);
+    bvh->transparent = (scene_features(scene) & FEATURE_REFRACTION) != 0;
     if (bounded_count(scene) == 0) return bvh;
 
     struct build build = {.whole = {scene, bvh->center, NULL},

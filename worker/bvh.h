@@ -45,6 +45,7 @@ struct bvh {
     uint64_t bytes; /* in use */
     uint64_t node_count;
     uint64_t leaf_count;    /* entries of the list */
+    uint64_t transparent;   /* 1: some material of the scene lets light through; else 0 */
     uint64_t nodes_offset;  /* struct bvh_node; the root is node 0 (absent when node_count is 0) */
     uint64_t leaves_offset; /* struct bvh_leaf */
     double center[3];     /* 0 unless the scene is small and far from the origin: a float's spacing

@@ -81,8 +81,9 @@ static inline bool cone_is_beside(const struct cone_sketch *s)
 
 /*
  * Whether the ray certainly stays outside of the largest circle, or has the cone behind it or
- * beyond the farthest t, while it is between the planes of the caps. The squared distance to the axis, times W, is convex along
- * the ray, and so not less than its tangent at the start of that piece.
+ * beyond the farthest t, while it is between the planes of the caps. The squared distance to the
+ * axis, times W, is convex along the ray, and so not less than its tangent at the start of that
+ * piece.
  */
 static inline bool cone_is_off(const struct cone_sketch *s, double farthest)
 {

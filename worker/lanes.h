@@ -9,9 +9,9 @@
 #include <math.h>
 #include <stdint.h>
 
-#define LANES 8
+#include "worker/inlined.h"
 
-#define INLINED inline __attribute__((always_inline))
+#define LANES 8
 
 /* In front of a short loop over an array that is to be kept in registers. */
 #define UNROLLED _Pragma("GCC unroll 8")

@@ -12,14 +12,13 @@ struct nearest_walk {
     double hit_error; /* of its distance */
 };
 
-/* Whether a crossing that is about as far as the hit comes first; counted as exact arithmetic. */
+/* Whether a crossing of another primitive that is about as far as the hit comes first; counted as
+ * exact arithmetic. */
 static bool precedes(const struct nearest_walk *walk, const struct crossing *crossing)
 {
     const struct probe *probe = &walk->probe;
     const struct hit *hit = &walk->hit;
     if (hit->primitive == PRIMITIVE_NONE) return true;
-    /* A tree may have it in several leaves. */
-    if (hit->primitive == crossing->primitive) return false;
     ++*probe->exact;
     struct crossing best = {hit->primitive, hit->part, hit->t};
     int order = compare_crossings(probe->scene, probe->ray, &probe->shear, crossing, &best);

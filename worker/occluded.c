@@ -29,14 +29,6 @@ static INLINED bool is_blocked(const struct scene *scene, const struct bvh *bvh,
     return walk.blocked;
 }
 
-static bool has_transparency(const struct scene *scene)
-{
-    const struct material *materials = scene_materials(scene);
-    for (uint64_t i = 0; i < scene->materials.count; i++)
-        if (materials[i].transmission > 0) return true;
-    return false;
-}
-
 /* One after the other. */
 static void occluded_singly(const struct scene *scene, const struct bvh *bvh,
                             const struct ray *rays, size_t count, struct passages *passages,
@@ -55,7 +47,7 @@ void occluded(const struct scene *scene, const struct bvh *bvh, const struct ray
               size_t count, struct vec3 *transmittance, uint64_t *exact_fallbacks)
 {
     struct passages passages[LANES];
-    struct passages *transparent = has_transparency(scene) ? passages : NULL;
+    struct passages *transparent = bvh->transparent ? passages : NULL;
     bool packets = LANES_IN_SIMD && scene->view.formulas != FORMULAS_PAPER;
     struct packet_trust trust = {0, 0};
     for (unsigned lane = 0; lane < LANES; lane++)

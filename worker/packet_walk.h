@@ -166,17 +166,6 @@ struct packet_pending {
     uint32_t node, slot;
 };
 
-static INLINED void prefetch_child(const struct bvh *bvh, const struct bvh_node *node,
-                                   unsigned slot)
-{
-    const char *child = (const void *)(bvh_nodes(bvh) + node->child[slot]);
-    if (node->count[slot] > 0) child = (const void *)(bvh_leaves(bvh) + node->child[slot]);
-    __builtin_prefetch(child);
-    __builtin_prefetch(child + 64);
-    __builtin_prefetch(child + 128);
-    __builtin_prefetch(child + 192);
-}
-
 static INLINED unsigned push_for_packet(struct packet_pending *stack, unsigned top, uint32_t node,
                                         lane_set set, struct lanes enter)
 {
@@ -219,8 +208,7 @@ static INLINED void packet_traverse(const struct bvh *bvh, const struct packet *
         struct lanes enter;
         lane_set set = ranges_meet(packet, &nodes[now], limit, &enter);
         top = push_for_packet(stack, top, now, set, enter);
-        for (lane_set rest = set; rest; rest = without_lowest(rest))
-            prefetch_child(bvh, &nodes[now], lowest_lane(rest));
+        prefetch_children(bvh, &nodes[now], set);
         for (;;) {
             if (top == 0) return;
             const struct packet_pending *next = &stack[--top];

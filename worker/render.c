@@ -7,6 +7,7 @@
 #include "common/message.h"
 #include "worker/color_sum.h"
 #include "worker/exact.h"
+#include "worker/inlined.h"
 #include "worker/medium.h"
 #include "worker/points.h"
 #include "worker/radiance.h"
@@ -19,7 +20,6 @@
  * reflects or refracts. Every sample is one ray then, of weight 1, so that there are no trees, no
  * media and no waiting for other samples.
  */
-#define INLINED inline __attribute__((always_inline))
 
 /* A wave begins with so many new samples at least: neighbours, whose rays keep together. */
 #define FRESH_MIN 64
@@ -80,8 +80,10 @@ struct progress {
     float *rgb;
     uint64_t samples; /* of the tile */
     uint64_t started, added;
-    uint32_t pixel, sample; /* the next to start */
-    uint32_t x, y;          /* that pixel's place in the whole picture */
+    uint32_t pixel, sample; /* the next to start, in the order of pixel_in_order() */
+    uint32_t place;         /* which pixel of the tile that is */
+    uint32_t x, y;          /* its place in the whole picture */
+    uint32_t finished;      /* pixels */
     struct pixel_sum sum;   /* of the pixel whose samples are being added */
 };
 
@@ -90,7 +92,8 @@ struct renderer {
     const struct bvh *bvh;
     struct radiance radiance;
     uint64_t ray_budget; /* of a sample */
-    bool flat;           /* see INLINED */
+    bool flat;           /* nothing reflects or refracts */
+    uint32_t per_pixel;  /* samples that are rendered: the view's, or 1 to survey */
     struct media *media;
     uint32_t eye_media; /* the stack that the eye is in */
     struct progress progress;
@@ -168,6 +171,7 @@ struct renderer *renderer_create(const struct scene *scene, const struct bvh *bv
         radiance_init(&renderer->radiance, scene);
         renderer->ray_budget = ray_budget_of(renderer);
     }
+    renderer->per_pixel = scene->view.samples;
     renderer->media = media_create(scene);
     begin_media(renderer);
     return renderer;
@@ -578,13 +582,35 @@ static void continue_paths(struct renderer *renderer)
     }
 }
 
+/*
+ * Which pixel of a tile is rendered k-th. Of a rectangle they are taken in blocks of BLOCK_W x
+ * BLOCK_H, one packet of rays each (worker/packet.h): what is near in both directions stays
+ * together longer than what is in a row. What does not fill a block comes row by row.
+ */
+#define BLOCK_W 4
+#define BLOCK_H 2
+
+static inline uint32_t pixel_in_order(const struct tile *tile, uint32_t k)
+{
+    uint32_t w = tile->w, band = k / (BLOCK_H * w), i = k % (BLOCK_H * w);
+    uint32_t blocks = w / BLOCK_W, block = i / (BLOCK_W * BLOCK_H), rest = w % BLOCK_W;
+    if (tile->step > 1 || (band + 1) * BLOCK_H > tile->h) return k;
+    uint32_t x = block * BLOCK_W + i % BLOCK_W, y = i / BLOCK_W % BLOCK_H;
+    if (block == blocks) {
+        i -= blocks * BLOCK_W * BLOCK_H;
+        x = blocks * BLOCK_W + i % rest;
+        y = i / rest;
+    }
+    return (band * BLOCK_H + y) * w + x;
+}
+
 static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool flat)
 {
     struct progress *progress = &renderer->progress;
     uint32_t p = flat ? slot : renderer->idle[--renderer->idle_count];
     struct path *path = &renderer->paths[p];
     path->color = (struct color_sum){{0, 0, 0}, {0, 0, 0}};
-    path->pixel = progress->pixel;
+    path->pixel = progress->place;
     path->sample = progress->sample;
     path->bad = false;
     progress->started++;
@@ -606,7 +632,8 @@ static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool fl
 static void locate_pixel(struct renderer *renderer)
 {
     struct progress *progress = &renderer->progress;
-    tile_pixel(progress->tile, progress->pixel, &progress->x, &progress->y);
+    progress->place = pixel_in_order(progress->tile, progress->pixel);
+    tile_pixel(progress->tile, progress->place, &progress->x, &progress->y);
     progress->x += renderer->scene->view.region_x;
     progress->y += renderer->scene->view.region_y;
 }
@@ -621,7 +648,7 @@ static INLINED void start_paths(struct renderer *renderer, uint32_t fresh, bool 
         if (progress->sample == 0) locate_pixel(renderer);
         sample_place(view, progress->x, progress->y, progress->sample, &renderer->samples, i);
         start_path(renderer, first + i, flat);
-        if (++progress->sample < view->samples) continue;
+        if (++progress->sample < renderer->per_pixel) continue;
         progress->sample = 0;
         progress->pixel++;
     }
@@ -644,12 +671,13 @@ static void refill_wave(struct renderer *renderer)
 static void finish_pixel(struct renderer *renderer)
 {
     struct progress *progress = &renderer->progress;
-    double samples = renderer->scene->view.samples;
+    double samples = renderer->per_pixel;
     struct vec3 color = finished_sum(renderer, &progress->sum.color);
-    progress->rgb[0] = (float)(color.x / samples);
-    progress->rgb[1] = (float)(color.y / samples);
-    progress->rgb[2] = (float)(color.z / samples);
-    progress->rgb += 3;
+    size_t place = pixel_in_order(progress->tile, progress->finished++);
+    float *rgb = progress->rgb + 3 * place;
+    rgb[0] = (float)(color.x / samples);
+    rgb[1] = (float)(color.y / samples);
+    rgb[2] = (float)(color.z / samples);
     /* An upper bound, like its parts: so many sums, and a quotient. */
     double truncation = progress->sum.truncation;
     if (truncation != 0) truncation = truncation / samples * (1 + (samples + 2) * UNIT_ROUNDOFF);
@@ -664,7 +692,7 @@ static inline void add_sample(struct renderer *renderer, struct vec3 color, doub
     color_sum_add(&progress->sum.color, color);
     progress->sum.truncation += truncation;
     progress->added++;
-    if (++progress->sum.samples == renderer->scene->view.samples) finish_pixel(renderer);
+    if (++progress->sum.samples == renderer->per_pixel) finish_pixel(renderer);
 }
 
 /* Adds the finished samples to their pixels, as far as none is missing before them. */
@@ -718,12 +746,17 @@ void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupt
     renderer->context = context;
 }
 
+void renderer_first_samples(struct renderer *renderer, bool only)
+{
+    renderer->per_pixel = only ? 1 : renderer->scene->view.samples;
+}
+
 /* Stacks kept from earlier tiles save nothing but time: many of them go. */
 #define MEDIA_KEPT 65536u
 
 static void begin_tile(struct renderer *renderer, const struct tile *tile, float *rgb)
 {
-    uint64_t samples = (uint64_t)tile_pixels(tile) * renderer->scene->view.samples;
+    uint64_t samples = (uint64_t)tile_pixels(tile) * renderer->per_pixel;
     renderer->progress = (struct progress){.tile = tile, .rgb = rgb, .samples = samples};
     renderer->counts = (struct render_counts){0};
     renderer->count = renderer->facing_count = 0;

@@ -32,6 +32,9 @@ const struct scene *renderer_scene(const struct renderer *renderer);
 typedef bool renderer_interrupted(void *context);
 void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupted, void *context);
 
+/* Whether to render only the first sample of every pixel, which is enough for a survey. */
+void renderer_first_samples(struct renderer *renderer, bool only);
+
 /*
  * Renders a valid tile: 3 floats (linear RGB) per pixel in the tile's pixel order to rgb. *counts
  * is set to what it cost. Returns false, with nothing of use in either, when it was interrupted.

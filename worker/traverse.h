@@ -3,215 +3,125 @@
 #ifndef FARM_WORKER_TRAVERSE_H
 #define FARM_WORKER_TRAVERSE_H
 
-#include <math.h>
-#include <stdbool.h>
-#include <stddef.h>
-
-#include "worker/bvh.h"
-#include "worker/lanes.h"
-#include "worker/shape.h"
-
-/*
- * A distance to a plane, (bound - origin) * (1 / d), is rounded three times: its relative error is
- * at most gamma3 = 3 u / (1 - 3 u). Comparing two of them is safe when the far one is enlarged by
- * 1 + 2 gamma3 (T. Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013); one more rounding, and that
- * of the constant, because 1 / d is what is enlarged.
- */
-#define GAMMA4       (4 * UNIT_ROUNDOFF / (1 - 4 * UNIT_ROUNDOFF))
-#define FAR_WIDENING (1 + 4 * GAMMA4)
-
-/*
- * The boxes grow by this many u of the largest numbers involved, |o|, the tree's centre and the
- * reach of the root's box (R together), so that a box is entered by every ray on which a primitive
- * in it is met:
- *
- * Where a test accepts a crossing, the line meets the primitive itself: the decisions of triangles,
- * spheres, discs and boxes have no rounding error, a cone's are closed by 2^-88 of R. So does a
- * bound on the primitive's coordinates, but for its own roundings, which are less than 1 u R for
- * triangles and boxes (none) and spheres (c +- r), 12 u R for discs and cones (the axis' direction
- * errs by 4 u, the extents by 5 u more, the sum by 1 u; apex - base by 1 u). The reported t, which
- * is at most 10 u off, decides only what is nearer: a box is left out when it begins beyond that.
- * A ray that leaves a primitive starts within 4 u R of it (surface.c), and it is inside a grown
- * box. Bound minus centre, origin minus centre and the sum with this margin: 3 u R. Together less
- * than 32 u R; the slabs' quotients are the business of FAR_WIDENING. The factor of 2 is for terms
- * of second order and costs nothing beside the boxes' outward rounding to float.
- */
-#define TEST_ERROR (64 * UNIT_ROUNDOFF)
-
-/* Between the two planes of an axis. */
-struct slab {
-    size_t near_plane, far_plane; /* offsets in struct bvh_node */
-    double near_origin, far_origin;
-    double near_inverse, far_inverse;
-};
-
-struct slabs {
-    struct slab x, y, z;
-    bool blind; /* nothing is decided: by none, or the margin is infinite */
-};
-
-/* The largest coordinate of the root's box. */
-static inline double root_reach(const struct bvh *bvh)
-{
-    double reach = 0;
-    for (unsigned axis = 0; axis < 3; axis++) {
-        reach = larger(reach, fabs((double)bvh->min[axis]));
-        reach = larger(reach, fabs((double)bvh->max[axis]));
-    }
-    return reach;
-}
-
-/* 1 / d; NaN, so that the axis decides nothing, when that overflows although d is not zero. */
-static inline double slab_inverse(double d)
-{
-    double inverse = 1 / d;
-    return isinf(inverse) && d != 0 ? (double)NAN : inverse;
-}
-
-static INLINED struct slab slab_of(const struct bvh *bvh, const struct ray *ray, unsigned axis,
-                                   double margin)
-{
-    double origin = vec_component(&ray->origin, axis) - bvh->center[axis];
-    double direction = vec_component(&ray->direction, axis), inverse = slab_inverse(direction);
-    size_t min = offsetof(struct bvh_node, min) + axis * BVH_WIDTH * sizeof(float);
-    size_t max = offsetof(struct bvh_node, max) + axis * BVH_WIDTH * sizeof(float);
-    bool down = signbit(direction);
-    double outward = down ? -margin : margin;
-    return (struct slab){.near_plane = down ? max : min,
-                         .far_plane = down ? min : max,
-                         .near_origin = origin + outward,
-                         .far_origin = origin - outward,
-                         .near_inverse = inverse,
-                         .far_inverse = inverse * FAR_WIDENING};
-}
-
-static INLINED struct slabs slabs_of(const struct bvh *bvh, const struct ray *ray)
-{
-    const double *center = bvh->center;
-    double margin = largest_component(ray->origin);
-    margin += larger(fabs(center[0]), larger(fabs(center[1]), fabs(center[2])));
-    margin = TEST_ERROR * (margin + root_reach(bvh));
-    return (struct slabs){slab_of(bvh, ray, 0, margin), slab_of(bvh, ray, 1, margin),
-                          slab_of(bvh, ray, 2, margin),
-                          isinf(1 / largest_component(ray->direction)) || isinf(margin)};
-}
-
-static inline struct lanes node_planes(const struct bvh_node *node, size_t offset)
-{
-    return lanes_load_floats((const void *)((const char *)node + offset));
-}
-
-static inline lane_set occupied(const struct bvh_node *node)
-{
-    return lanes_at_most(lanes_load_floats(node->min[0]), lanes_load_floats(node->max[0]));
-}
-
-/* Distances to the near and to the far planes. */
-static INLINED struct lanes slab_in(const struct slab *slab, const struct bvh_node *node)
-{
-    struct lanes way = lanes_sub(node_planes(node, slab->near_plane), lanes_of(slab->near_origin));
-    return lanes_mul(way, lanes_of(slab->near_inverse));
-}
-
-static INLINED struct lanes slab_out(const struct slab *slab, const struct bvh_node *node)
-{
-    struct lanes way = lanes_sub(node_planes(node, slab->far_plane), lanes_of(slab->far_origin));
-    return lanes_mul(way, lanes_of(slab->far_inverse));
-}
-
-/*
- * In which of a node's boxes the ray is somewhere in 0 <= t <= limit; *enter is where that begins.
- * A NaN, from an origin in a plane that the ray is parallel to, loses the comparisons: the slab is
- * closed.
- */
-static INLINED lane_set slabs_meet(const struct slabs *slabs, const struct bvh_node *node,
-                                   double limit, struct lanes *enter)
-{
-    struct lanes near = lanes_larger(slab_in(&slabs->x, node), lanes_of(0));
-    struct lanes far = lanes_smaller(slab_out(&slabs->x, node), lanes_of(limit));
-    near = lanes_larger(slab_in(&slabs->y, node), near);
-    far = lanes_smaller(slab_out(&slabs->y, node), far);
-    near = lanes_larger(slab_in(&slabs->z, node), near);
-    far = lanes_smaller(slab_out(&slabs->z, node), far);
-    *enter = near;
-    lane_set met = lanes_at_most(near, far);
-    return __builtin_expect(slabs->blind, 0) ? met & occupied(node) : met;
-}
+#include "worker/float_slabs.h"
 
 /* Looks at the primitives of a leaf; may lower *limit; false ends the walk. */
 typedef bool visit_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
                         double *limit);
 
-/* A child that the walk has left for later. */
-struct pending {
-    double enter;
-    uint32_t child, count; /* as in struct bvh_node */
-};
-
-static inline struct pending pending_child(const struct bvh_node *node, unsigned lane, double enter)
-{
-    return (struct pending){enter, node->child[lane], node->count[lane]};
-}
-
-/* Puts the children of a set on the stack, the nearest last. */
-static INLINED unsigned push_nearest_last(struct pending *stack, unsigned top,
-                                          const struct bvh_node *node, lane_set set,
-                                          struct lanes enter)
-{
-    double at[LANES];
-    unsigned end = top + (unsigned)__builtin_popcount(set);
-    lanes_store(at, enter);
-    for (lane_set rest = set; rest; rest = without_lowest(rest)) {
-        unsigned lane = lowest_lane(rest);
-        struct lanes here = lanes_of(at[lane]);
-        lane_set nearer = lanes_less(enter, here);
-        nearer |= lanes_at_most(enter, here) & ((UINT32_C(1) << lane) - 1);
-        stack[end - 1 - (unsigned)__builtin_popcount(nearer & set)] =
-            pending_child(node, lane, at[lane]);
-    }
-    return end;
-}
-
-static INLINED unsigned push_unordered(struct pending *stack, unsigned top,
-                                       const struct bvh_node *node, lane_set set)
-{
-    for (; set; set = without_lowest(set))
-        stack[top++] = pending_child(node, lowest_lane(set), 0);
-    return top;
-}
-
 /*
  * Visits all leaves that the ray reaches at t <= limit, near ones first if that is asked for. Equal
  * distances are visited, too: which of two equally near primitives wins must not depend on the
  * tree.
+ *
+ * This is for the rays that float_slabs_of() leaves out.
  */
+void traverse_in_double(const struct bvh *bvh, const struct ray *ray, double limit, bool ordered,
+                        visit_leaf *visit, void *context);
+
+/* A child that the walk has left for later. */
+struct float_pending {
+    uint32_t child, count; /* as in struct bvh_node */
+    float enter;
+};
+
+static inline struct float_pending float_pending_child(const struct bvh_node *node, unsigned lane,
+                                                       float enter)
+{
+    return (struct float_pending){node->child[lane], node->count[lane], enter};
+}
+
+/* Puts the children of a set of at least two on the stack, the nearest last. */
+static INLINED unsigned push_floats(struct float_pending *stack, unsigned top,
+                                    const struct bvh_node *node, lane_set set, struct floats enter)
+{
+    float at[LANES];
+    floats_store(at, enter);
+    unsigned a = lowest_lane(set);
+    lane_set rest = without_lowest(set);
+    unsigned b = lowest_lane(rest);
+    if (!without_lowest(rest)) {
+        bool swapped = at[b] < at[a];
+        unsigned near = swapped ? b : a, far = swapped ? a : b;
+        stack[top] = float_pending_child(node, far, at[far]);
+        stack[top + 1] = float_pending_child(node, near, at[near]);
+        return top + 2;
+    }
+    unsigned end = top + (unsigned)__builtin_popcount(set);
+    for (rest = set; rest; rest = without_lowest(rest)) {
+        unsigned lane = lowest_lane(rest);
+        struct floats here = floats_of(at[lane]);
+        lane_set nearer = floats_less(enter, here);
+        nearer |= floats_at_most(enter, here) & ((UINT32_C(1) << lane) - 1);
+        stack[end - 1 - (unsigned)__builtin_popcount(nearer & set)] =
+            float_pending_child(node, lane, at[lane]);
+    }
+    return end;
+}
+
+static INLINED unsigned push_floats_unordered(struct float_pending *stack, unsigned top,
+                                              const struct bvh_node *node, lane_set set)
+{
+    for (; set; set = without_lowest(set))
+        stack[top++] = float_pending_child(node, lowest_lane(set), 0);
+    return top;
+}
+
+static INLINED void prefetch_children(const struct bvh *bvh, const struct bvh_node *node,
+                                      lane_set set)
+{
+    for (; set; set = without_lowest(set)) {
+        unsigned slot = lowest_lane(set);
+        bool leaf = node->count[slot] > 0;
+        const char *child = leaf ? (const void *)(bvh_leaves(bvh) + node->child[slot])
+                                 : (const void *)(bvh_nodes(bvh) + node->child[slot]);
+        __builtin_prefetch(child);
+        __builtin_prefetch(child + 64);
+        if (leaf) continue; /* most have no more */
+        __builtin_prefetch(child + 128);
+        __builtin_prefetch(child + 192);
+    }
+}
+
+/* traverse_in_double() in float where that does. */
 static INLINED void traverse(const struct bvh *bvh, const struct ray *ray, double limit,
                              bool ordered, visit_leaf *visit, void *context)
 {
     if (bvh->node_count == 0) return;
     const struct bvh_node *nodes = bvh_nodes(bvh);
     const struct bvh_leaf *leaves = bvh_leaves(bvh);
-    struct slabs slabs = slabs_of(bvh, ray);
-    struct pending stack[BVH_STACK + BVH_WIDTH], now = {0, 0, 0};
+    struct float_slabs slabs;
+    if (!float_slabs_of(bvh, ray, &slabs)) {
+        traverse_in_double(bvh, ray, limit, ordered, visit, context);
+        return;
+    }
+    struct float_pending stack[BVH_STACK + BVH_WIDTH], now = {0, 0, 0};
     unsigned top = 0;
+    float float_limit = float_slab_limit(limit);
     for (;;) {
         if (now.count > 0) {
             if (!visit(context, leaves + now.child, now.count, &limit)) return;
+            if (ordered) float_limit = float_slab_limit(limit);
         } else {
             const struct bvh_node *node = &nodes[now.child];
-            struct lanes enter;
-            lane_set set = slabs_meet(&slabs, node, limit, &enter);
+            struct floats enter;
+            lane_set set = float_slabs_meet(&slabs, node, float_limit, &enter);
             if (set && !without_lowest(set)) {
-                now = pending_child(node, lowest_lane(set), 0);
+                now = float_pending_child(node, lowest_lane(set), 0);
                 continue;
             }
-            top = ordered ? push_nearest_last(stack, top, node, set, enter)
-                          : push_unordered(stack, top, node, set);
+            if (set) {
+                prefetch_children(bvh, node, set);
+                top = ordered ? push_floats(stack, top, node, set, enter)
+                              : push_floats_unordered(stack, top, node, set);
+                now = stack[--top];
+                continue;
+            }
         }
         do {
             if (top == 0) return;
             now = stack[--top];
-        } while (!(now.enter <= limit));
+        } while (ordered && !(now.enter <= float_limit));
     }
 }
 

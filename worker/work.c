@@ -10,6 +10,7 @@
 #include "common/nap.h"
 #include "common/processor.h"
 #include "worker/render.h"
+#include "worker/survey.h"
 
 /* ---- waiting ---- */
 
@@ -24,7 +25,8 @@ static void wait_request(MPI_Request *request)
     }
 }
 
-void wait_for_all(MPI_Comm comm)
+/* Every rank waits here until all have come. */
+static void wait_for_all(MPI_Comm comm)
 {
     MPI_Request request;
     MPI_Ibarrier(comm, &request);
@@ -185,11 +187,16 @@ void unshare_scene(struct node_scene *shared)
 
 /* ---- rendering for the master ---- */
 
-/* Tiles that the master may have sent: the one in work and the one that waits. */
-#define TILES_AHEAD 2
+/* Lots that the master may have sent: the one in work and the one that waits. */
+#define LOTS_AHEAD 2
+
+struct lot {
+    struct tile tiles[LOT_TILES];
+    uint32_t count;
+};
 
 /*
- * One receive is always posted for the next TILE or STOP, results leave through two buffers in
+ * One receive is always posted for the next TILES or STOP, results leave through two buffers in
  * turn:
  *
  *   render into buffer b -> Isend from b -> render into the other one -> ...
@@ -200,9 +207,13 @@ struct worker {
     const struct view *view;
     double start;
 
-    struct tile incoming;
+    union {
+        struct tile tiles[LOT_TILES];
+        struct start start;
+    } incoming;
     MPI_Request receive;
-    struct tile tiles[TILES_AHEAD]; /* received, not rendered; the oldest first */
+    bool started;                /* the master has said START */
+    struct lot lots[LOTS_AHEAD]; /* received, not rendered; the oldest first */
     int waiting;
     bool stopped; /* the master has said STOP */
 
@@ -220,12 +231,34 @@ static void post_receive(struct worker *worker)
               &worker->receive);
 }
 
+static void take_start(struct worker *worker, size_t bytes)
+{
+    const struct start *start = &worker->incoming.start;
+    if (!start_message_valid(start, bytes) || worker->started)
+        fatal("the master sent a start that makes no sense");
+    worker->start = clock_wall() - start->elapsed_s;
+    worker->started = true;
+}
+
+static void take_lot(struct worker *worker, size_t bytes)
+{
+    struct lot *lot = &worker->lots[worker->waiting++];
+    lot->count = (uint32_t)(bytes / sizeof *lot->tiles);
+    bool valid = worker->started && lot->count > 0 && bytes % sizeof *lot->tiles == 0;
+    for (uint32_t i = 0; valid && i < lot->count; i++) {
+        lot->tiles[i] = worker->incoming.tiles[i];
+        valid = tile_message_valid(&lot->tiles[i], sizeof *lot->tiles, worker->view->region_w,
+                                   worker->view->region_h);
+    }
+    if (!valid) fatal("the master sent a tile that is not part of the picture");
+}
+
 /* Takes in a message if one has arrived; returns whether one had. */
 static bool hear(struct worker *worker)
 {
     int done, bytes;
     MPI_Status status;
-    if (worker->stopped || worker->waiting == TILES_AHEAD) return false;
+    if (worker->stopped || worker->waiting == LOTS_AHEAD) return false;
     MPI_Test(&worker->receive, &done, &status);
     if (!done) return false;
     MPI_Get_count(&status, MPI_BYTE, &bytes);
@@ -233,12 +266,12 @@ static bool hear(struct worker *worker)
         worker->stopped = true;
         return true;
     }
-    if (status.MPI_TAG != TAG_MASTER_TO_RENDERER_TILE)
+    if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_START)
+        take_start(worker, (size_t)bytes);
+    else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_TILES)
+        take_lot(worker, (size_t)bytes);
+    else
         fatal("the master sent a message of unknown kind %d", status.MPI_TAG);
-    if (!tile_message_valid(&worker->incoming, (size_t)bytes, worker->view->region_w,
-                            worker->view->region_h))
-        fatal("the master sent a tile that is not part of the picture");
-    worker->tiles[worker->waiting++] = worker->incoming;
     post_receive(worker);
     return true;
 }
@@ -252,21 +285,22 @@ static char *take_buffer(struct worker *worker, size_t bytes)
     worker->stats.send_s += clock_wall() - start;
     if (worker->capacities[turn] < bytes) {
         free(worker->buffers[turn]);
-        worker->buffers[turn] = allocate(bytes, 1);
+        worker->buffers[turn] = allocate_zeroed(bytes, 1);
         worker->capacities[turn] = bytes;
     }
     return worker->buffers[turn];
 }
 
-static void send_result(struct worker *worker, const struct tile *tile, char *message,
-                        const struct render_counts *counts, double busy)
+static size_t lot_bytes(const struct lot *lot)
 {
-    struct result_header header = {.tile_id = tile->id,
-                                   .pixels = tile_pixels(tile),
-                                   .rays = render_counts_rays(counts),
-                                   .busy_s = busy};
-    memcpy(message, &header, sizeof header);
-    size_t bytes = result_bytes(tile);
+    size_t bytes = 0;
+    for (uint32_t i = 0; i < lot->count; i++)
+        bytes += result_bytes(&lot->tiles[i]);
+    return bytes;
+}
+
+static void send_result(struct worker *worker, const char *message, size_t bytes)
+{
     double start = clock_wall();
     MPI_Isend(message, (int)bytes, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_RESULT, worker->comm,
               &worker->sends[worker->turn]);
@@ -282,25 +316,48 @@ static bool hear_stop(void *context)
     return worker->stopped;
 }
 
-static void render_next(struct worker *worker)
+/* Renders a tile, or probes, into its part of a result; false: the master has said STOP. */
+static bool render_part(struct worker *worker, const struct tile *tile, char *part)
 {
-    struct tile tile = worker->tiles[0];
-    worker->tiles[0] = worker->tiles[1];
-    worker->waiting--;
-    char *message = take_buffer(worker, result_bytes(&tile));
-    /* Behind the header, a multiple of 8 bytes long, in an allocated block: aligned for float. */
-    float *rgb = (void *)(message + sizeof(struct result_header));
-    struct render_counts counts;
-    double begin = clock_wall();
-    if (!renderer_tile(worker->renderer, &tile, rgb, &counts)) return;
-    double end = clock_wall();
     struct renderer_stats *stats = &worker->stats;
+    struct render_counts counts = {0};
+    uint32_t pixels = tile_pixels(tile);
+    bool probes = tile->pass == TILE_PROBE;
+    /* Behind the header, a multiple of 8 bytes long like all parts, in an allocated block: aligned. */
+    float *rgb = (void *)(part + sizeof(struct result_header));
+    double begin = clock_wall(), cpu = clock_thread_cpu();
+    if (probes ? !survey(worker->renderer, tile, rgb, rgb + 3 * (size_t)pixels)
+               : !renderer_tile(worker->renderer, tile, rgb, &counts))
+        return false;
+    double end = clock_wall();
+    struct result_header header = {.tile_id = tile->id,
+                                   .pixels = pixels,
+                                   .start_s = begin - worker->start,
+                                   .busy_s = end - begin,
+                                   .cpu_s = clock_thread_cpu() - cpu,
+                                   .counts = counts};
+    memcpy(part, &header, sizeof header);
     stats->busy_s += end - begin;
+    if (probes) return true;
     stats->finish_s = end - worker->start;
     stats->tiles++;
-    stats->pixels += tile_pixels(&tile);
+    stats->pixels += pixels;
     render_counts_add(&stats->counts, &counts);
-    send_result(worker, &tile, message, &counts, end - begin);
+    return true;
+}
+
+static void render_next(struct worker *worker)
+{
+    struct lot lot = worker->lots[0];
+    worker->lots[0] = worker->lots[1];
+    worker->waiting--;
+    size_t bytes = lot_bytes(&lot);
+    char *message = take_buffer(worker, bytes), *part = message;
+    for (uint32_t i = 0; i < lot.count; i++) {
+        if (!render_part(worker, &lot.tiles[i], part)) return;
+        part += result_bytes(&lot.tiles[i]);
+    }
+    send_result(worker, message, bytes);
 }
 
 static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *renderer,
@@ -315,8 +372,11 @@ static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *
     worker->stats.rank = (uint32_t)rank;
     gethostname(worker->stats.host, HOST_NAME_SIZE - 1);
     post_receive(worker);
-    MPI_Barrier(comm);
-    worker->start = clock_wall();
+    struct ready ready = {.rank = worker->stats.rank};
+    memcpy(ready.host, worker->stats.host, sizeof ready.host);
+    MPI_Request request;
+    MPI_Isend(&ready, sizeof ready, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_READY, comm, &request);
+    wait_request(&request);
 }
 
 void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene)

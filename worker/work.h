@@ -37,9 +37,6 @@ void unshare_scene(struct node_scene *shared);
 struct renderer;
 void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene);
 
-/* Every rank waits here, without using CPU, until all have come. */
-void wait_for_all(MPI_Comm comm);
-
 /*
  * The exit status of rank 0, for every rank to end with: so mpiexec returns it whatever it makes of
  * several. Waits without using CPU.

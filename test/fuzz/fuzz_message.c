@@ -55,7 +55,8 @@ static void check_result(const uint8_t *data, size_t size)
     if (result_message_valid(header, bytes, &good_tile)) {
         float last;
         memcpy(&last, (const char *)(header + 1) + (3 * pixels - 1) * sizeof last, sizeof last);
-        PROMISE(header->pixels == pixels && isfinite(header->busy_s));
+        PROMISE(header->pixels == pixels && isfinite(header->start_s) && isfinite(header->busy_s) &&
+                isfinite(header->cpu_s));
     }
     free(good);
     free(header);
@@ -76,6 +77,24 @@ static void check_stats(const uint8_t *data, size_t size)
     free(stats);
 }
 
+static void check_ready(const uint8_t *data, size_t size)
+{
+    struct ready good = {.rank = 1, .host = "node"};
+    size_t bytes = sizeof good;
+    struct ready *ready = damaged(data, size, &good, &bytes);
+    if (ready_message_valid(ready, bytes, 1)) PROMISE(strlen(ready->host) < sizeof ready->host);
+    free(ready);
+}
+
+static void check_start(const uint8_t *data, size_t size)
+{
+    struct start good = {.elapsed_s = 0.5};
+    size_t bytes = sizeof good;
+    struct start *start = damaged(data, size, &good, &bytes);
+    if (start_message_valid(start, bytes)) PROMISE(start->elapsed_s >= 0);
+    free(start);
+}
+
 static void check_welcome(const uint8_t *data, size_t size)
 {
     struct welcome good = {.magic = WELCOME_MAGIC, .build = BUILD, .scene_bytes = 1};
@@ -89,8 +108,8 @@ static void check_welcome(const uint8_t *data, size_t size)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    static void (*const checks[])(const uint8_t *data, size_t size) = {check_tile, check_result,
-                                                                       check_stats, check_welcome};
-    if (size) checks[data[0] % 4](data + 1, size - 1);
+    static void (*const checks[])(const uint8_t *data, size_t size) = {
+        check_tile, check_result, check_stats, check_welcome, check_ready, check_start};
+    if (size) checks[data[0] % (sizeof checks / sizeof *checks)](data + 1, size - 1);
     return 0;
 }

@@ -1,0 +1,51 @@
+#include "master/command_line.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+
+/* Whether a shell takes it as it is. */
+static bool is_plain(const char *text)
+{
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
+                                "-_=+,./:@%";
+    return *text && text[strspn(text, plain)] == '\0';
+}
+
+static void put_quoted(FILE *out, const char *text)
+{
+    if (is_plain(text)) {
+        fputs(text, out);
+        return;
+    }
+    fputc('\'', out);
+    for (; *text; text++) {
+        if (*text == '\'')
+            fputs("'\\''", out);
+        else
+            fputc(*text, out);
+    }
+    fputc('\'', out);
+}
+
+char *command_line(char *const *arguments, int processes, const char *extra)
+{
+    char *text = NULL;
+    size_t bytes = 0;
+    FILE *out = open_memstream(&text, &bytes);
+    if (!out) fatal("out of memory");
+    if (processes > 1) fprintf(out, "mpiexec -n %d ", processes);
+    for (size_t i = 0; arguments[i]; i++) {
+        if (i) fputc(' ', out);
+        put_quoted(out, arguments[i]);
+    }
+    if (extra) {
+        fputc(' ', out);
+        put_quoted(out, extra);
+    }
+    if (fclose(out) != 0) fatal("out of memory");
+    return text;
+}

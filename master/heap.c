@@ -1,0 +1,92 @@
+#include "master/heap.h"
+
+#include <assert.h>
+#include <stdlib.h>
+
+#include "common/message.h"
+
+void heap_reserve(struct heap *heap, uint32_t ids)
+{
+    if (ids <= heap->ids) return;
+    heap->entries = reallocate(heap->entries, ids, sizeof *heap->entries);
+    heap->places = reallocate(heap->places, ids, sizeof *heap->places);
+    for (uint32_t id = heap->ids; id < ids; id++)
+        heap->places[id] = HEAP_ABSENT;
+    heap->ids = ids;
+}
+
+void heap_free(struct heap *heap)
+{
+    free(heap->entries);
+    free(heap->places);
+    *heap = (struct heap){0};
+}
+
+static bool comes_before(const struct heap_entry *a, const struct heap_entry *b)
+{
+    return a->key > b->key || (a->key == b->key && a->id < b->id);
+}
+
+static void set_entry(struct heap *heap, uint32_t place, struct heap_entry entry)
+{
+    heap->entries[place] = entry;
+    heap->places[entry.id] = place;
+}
+
+static void rise(struct heap *heap, uint32_t place, struct heap_entry entry)
+{
+    while (place > 0) {
+        uint32_t parent = (place - 1) / 2;
+        if (!comes_before(&entry, &heap->entries[parent])) break;
+        set_entry(heap, place, heap->entries[parent]);
+        place = parent;
+    }
+    set_entry(heap, place, entry);
+}
+
+static void sink(struct heap *heap, uint32_t place, struct heap_entry entry)
+{
+    for (;;) {
+        uint64_t child = 2 * (uint64_t)place + 1;
+        if (child >= heap->count) break;
+        const struct heap_entry *left = &heap->entries[child];
+        if (child + 1 < heap->count && comes_before(left + 1, left)) child++;
+        if (!comes_before(&heap->entries[child], &entry)) break;
+        set_entry(heap, place, heap->entries[child]);
+        place = (uint32_t)child;
+    }
+    set_entry(heap, place, entry);
+}
+
+/* The entry takes the place, then the one where it belongs. */
+static void settle(struct heap *heap, uint32_t place, struct heap_entry entry)
+{
+    if (place > 0 && comes_before(&entry, &heap->entries[(place - 1) / 2]))
+        rise(heap, place, entry);
+    else
+        sink(heap, place, entry);
+}
+
+void heap_put(struct heap *heap, uint32_t id, double key)
+{
+    assert(id < heap->ids && key == key);
+    struct heap_entry entry = {key, id};
+    if (heap->places[id] == HEAP_ABSENT)
+        rise(heap, heap->count++, entry);
+    else
+        settle(heap, heap->places[id], entry);
+}
+
+void heap_remove(struct heap *heap, uint32_t id)
+{
+    if (!heap_has(heap, id)) return;
+    uint32_t place = heap->places[id];
+    struct heap_entry last = heap->entries[--heap->count];
+    heap->places[id] = HEAP_ABSENT;
+    if (last.id != id) settle(heap, place, last);
+}
+
+bool heap_has(const struct heap *heap, uint32_t id)
+{
+    return id < heap->ids && heap->places[id] != HEAP_ABSENT;
+}

@@ -1,0 +1,97 @@
+#include "master/holdings.h"
+
+#include <assert.h>
+#include <stdlib.h>
+
+#include "common/message.h"
+
+void holdings_init(struct holdings *holdings, uint32_t renderers)
+{
+    *holdings = (struct holdings){.free = HOLD_NONE};
+    holdings->holders = allocate_zeroed(renderers, sizeof *holdings->holders);
+    for (uint32_t i = 0; i < renderers; i++)
+        holdings->holders[i].first = holdings->holders[i].last = HOLD_NONE;
+}
+
+void holdings_free(struct holdings *holdings)
+{
+    free(holdings->holders);
+    free(holdings->holds);
+    *holdings = (struct holdings){0};
+}
+
+static uint32_t new_hold(struct holdings *holdings)
+{
+    uint32_t hold = holdings->free;
+    if (hold != HOLD_NONE) {
+        holdings->free = holdings->holds[hold].next;
+        return hold;
+    }
+    holdings->holds = grow(holdings->holds, holdings->hold_count, sizeof *holdings->holds);
+    return holdings->hold_count++;
+}
+
+void holdings_give(struct holdings *holdings, uint32_t renderer, uint32_t id, double work)
+{
+    struct holder *holder = &holdings->holders[renderer];
+    uint32_t hold = new_hold(holdings);
+    holdings->holds[hold] =
+        (struct hold){.id = id, .next = HOLD_NONE, .lot = holder->lots_given, .work = work};
+    if (holder->last == HOLD_NONE)
+        holder->first = hold;
+    else
+        holdings->holds[holder->last].next = hold;
+    holder->last = hold;
+    holder->count++;
+}
+
+void holdings_end_lot(struct holdings *holdings, uint32_t renderer)
+{
+    holdings->holders[renderer].lots_given++;
+    holdings->holders[renderer].lots++;
+}
+
+/* The index of the hold, and of the one before it in the list. */
+static uint32_t find(const struct holdings *holdings, uint32_t renderer, uint32_t id,
+                     uint32_t *before)
+{
+    uint32_t hold = holdings->holders[renderer].first;
+    *before = HOLD_NONE;
+    while (hold != HOLD_NONE && holdings->holds[hold].id != id) {
+        *before = hold;
+        hold = holdings->holds[hold].next;
+    }
+    return hold;
+}
+
+struct hold *holdings_find(const struct holdings *holdings, uint32_t renderer, uint32_t id)
+{
+    uint32_t before, hold = find(holdings, renderer, id, &before);
+    return hold == HOLD_NONE ? NULL : &holdings->holds[hold];
+}
+
+/* Whether the renderer has nothing more of this lot. Lots stand one behind the other in its list, and
+ * it has two at most: what is left of one begins or ends the list. */
+static bool lot_is_over(const struct holdings *holdings, const struct holder *holder, uint32_t lot)
+{
+    return holder->count == 0 ||
+           (holdings->holds[holder->first].lot != lot && holdings->holds[holder->last].lot != lot);
+}
+
+struct hold holdings_take(struct holdings *holdings, uint32_t renderer, uint32_t id)
+{
+    struct holder *holder = &holdings->holders[renderer];
+    uint32_t before, hold = find(holdings, renderer, id, &before);
+    assert(hold != HOLD_NONE);
+    struct hold was = holdings->holds[hold];
+    if (before == HOLD_NONE)
+        holder->first = was.next;
+    else
+        holdings->holds[before].next = was.next;
+    if (holder->last == hold) holder->last = before;
+    holder->count--;
+    if (lot_is_over(holdings, holder, was.lot)) holder->lots--;
+    holdings->holds[hold].next = holdings->free;
+    holdings->free = hold;
+    return was;
+}

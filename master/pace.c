@@ -1,0 +1,229 @@
+#include "master/pace.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "common/message.h"
+
+/*
+ * A lot is this part of an even share of all that waits. Factoring (Hummel, Schonberg & Flynn 1992)
+ * takes a half, which may be predicted too low by a factor of 2 and still ends with the others; a
+ * renderer has two lots here.
+ */
+#define SHARE_PART (1.0 / 4)
+
+/* The least lot, as part of the whole time: by so much may the last answers differ. */
+#define LEAST_PART 0.003
+
+/* Share of the master's time that answers take when all lots are of the least length; with N
+ * renderers, s per answer and L per lot it is N s / L. Lots begin long, the average is far lower. */
+#define SERVICE_MOST 0.4
+
+/* The longest lot, seconds: progress shows several times a second, and little is lost with one. It
+ * is longer where otherwise answers would take this share of the master's time. */
+#define LONGEST_S    0.25
+#define SERVICE_EASY 0.01
+
+/* The master's seconds per answer until they are measured: some messages of MPICH and a copy. */
+#define SERVICE_GUESS_S 5e-6
+
+/* How fast an estimate of service_s follows. */
+#define SERVICE_NEW 0.05
+
+/* Less of a last lot would be left than this part of one: it is taken along. */
+#define REST_PART 0.5
+
+/* Of all together, when all are lost. */
+#define LEAST_SPEED 1e-3
+
+/* Before any answer is there: this part of an even share. What costs 40 times the mean, as a flame
+ * behind glass in a night sky does, is not more than all of it then. */
+#define BLIND_PART (1.0 / 40)
+
+/* While all that waits is so many least lots for each, a renderer has one in reserve. */
+#define RESERVE_LOTS 2
+
+void pace_init(struct pace *pace, uint32_t renderers)
+{
+    *pace = (struct pace){.count = renderers, .speed = renderers, .service_s = SERVICE_GUESS_S};
+    pace->renderers = allocate_zeroed(renderers, sizeof *pace->renderers);
+    for (uint32_t i = 0; i < renderers; i++)
+        pace->renderers[i].speed = 1;
+    heap_reserve(&pace->last, renderers);
+    heap_reserve(&pace->late, renderers);
+    heap_reserve(&pace->lost, renderers);
+}
+
+void pace_free(struct pace *pace)
+{
+    free(pace->renderers);
+    heap_free(&pace->last);
+    heap_free(&pace->late);
+    heap_free(&pace->lost);
+}
+
+double pace_seconds(const struct pace *pace, uint32_t renderer, double work)
+{
+    return work * pace->scale / pace->renderers[renderer].speed;
+}
+
+/* When a renderer that has work is given up for late: it takes twice as long as predicted. */
+static double late_at(const struct pace *pace, uint32_t renderer)
+{
+    const struct pace_renderer *r = &pace->renderers[renderer];
+    return r->free_at + pace_seconds(pace, renderer, r->held) + 2 * pace_least(pace);
+}
+
+/* Takes the renderer out of the sums, in which it is with its speed and what it holds. */
+static void withdraw(struct pace *pace, const struct pace_renderer *r)
+{
+    if (r->lost) return;
+    pace->speed -= r->speed;
+    if (!r->holds) return;
+    pace->holding -= r->speed;
+    pace->holding_until -= r->speed * r->free_at;
+}
+
+void pace_overlook(struct pace *pace, uint32_t renderer)
+{
+    heap_remove(&pace->last, renderer);
+    heap_remove(&pace->late, renderer);
+    heap_remove(&pace->lost, renderer);
+}
+
+/* Puts it in again, changed, and no longer lost. */
+static void enter(struct pace *pace, uint32_t renderer)
+{
+    struct pace_renderer *r = &pace->renderers[renderer];
+    r->lost = false;
+    heap_remove(&pace->lost, renderer);
+    pace->speed += r->speed;
+    if (!r->holds) {
+        pace_overlook(pace, renderer);
+        return;
+    }
+    pace->holding += r->speed;
+    pace->holding_until += r->speed * r->free_at;
+    heap_put(&pace->last, renderer, r->free_at);
+    heap_put(&pace->late, renderer, -late_at(pace, renderer));
+}
+
+void pace_restart(struct pace *pace)
+{
+    for (uint32_t i = 0; i < pace->count; i++) {
+        struct pace_renderer *r = &pace->renderers[i];
+        pace_overlook(pace, i);
+        *r = (struct pace_renderer){.speed = r->speed};
+    }
+    pace->speed = pace->holding = pace->holding_until = 0;
+    for (uint32_t i = 0; i < pace->count; i++)
+        enter(pace, i);
+    pace->work = pace->busy = pace->given = pace->lots = pace->scale = 0;
+}
+
+/* Those who got something before a first answer told how long it takes begin now. */
+static void date_unknown(struct pace *pace, double now)
+{
+    for (uint32_t i = 0; i < pace->count; i++) {
+        struct pace_renderer *r = &pace->renderers[i];
+        if (!r->holds) continue;
+        withdraw(pace, r);
+        r->free_at = now + pace_seconds(pace, i, r->held);
+        enter(pace, i);
+    }
+}
+
+double pace_next_late(const struct pace *pace)
+{
+    return pace->late.count && pace->scale > 0 ? -pace->late.entries[0].key : HUGE_VAL;
+}
+
+void pace_check(struct pace *pace, double now)
+{
+    while (pace->scale > 0 && pace_next_late(pace) < now) {
+        uint32_t renderer = heap_top(&pace->late);
+        struct pace_renderer *r = &pace->renderers[renderer];
+        withdraw(pace, r);
+        r->lost = true;
+        pace_overlook(pace, renderer);
+        heap_put(&pace->lost, renderer, -r->free_at);
+    }
+}
+
+void pace_given(struct pace *pace, uint32_t renderer, double now, double work)
+{
+    struct pace_renderer *r = &pace->renderers[renderer];
+    withdraw(pace, r);
+    double start = r->holds ? fmax(r->free_at, now) : now;
+    r->holds = true;
+    r->held += work;
+    r->free_at = start + pace_seconds(pace, renderer, work);
+    pace->given += work;
+    pace->lots++;
+    enter(pace, renderer);
+}
+
+/*
+ * Predicted over measured time, as if one average lot had been answered at speed 1 before. Older
+ * answers than about half of the time so far are forgotten.
+ */
+static void measure_speed(const struct pace *pace, struct pace_renderer *r, double now, double work,
+                          double busy)
+{
+    double kept = now > 0 ? exp(-2 * busy / now) : 1;
+    r->work = r->work * kept + work;
+    r->busy = r->busy * kept + busy;
+    double lot = pace->given / pace->lots * pace->scale;
+    if (lot > 0) r->speed = (lot + r->work * pace->scale) / (lot + r->busy);
+}
+
+void pace_answered(struct pace *pace, uint32_t renderer, double now, double work, double busy,
+                   bool holds)
+{
+    struct pace_renderer *r = &pace->renderers[renderer];
+    bool first = !(pace->scale > 0);
+    withdraw(pace, r);
+    pace->work += work;
+    pace->busy += busy;
+    if (pace->work > 0) pace->scale = pace->busy / pace->work;
+    measure_speed(pace, r, now, work, busy);
+    r->held = fmax(r->held - work, 0);
+    r->holds = holds;
+    r->free_at = now + pace_seconds(pace, renderer, r->held);
+    enter(pace, renderer);
+    if (first && pace->scale > 0) date_unknown(pace, now);
+}
+
+void pace_served(struct pace *pace, double seconds)
+{
+    pace->service_s += SERVICE_NEW * (seconds - pace->service_s);
+}
+
+/* Seconds from now until all are done, when they end together. */
+static double even_end(const struct pace *pace, double now, double waiting)
+{
+    double out = fmax(pace->holding_until - now * pace->holding, 0);
+    return (waiting * pace->scale + out) / fmax(pace->speed, LEAST_SPEED);
+}
+
+double pace_least(const struct pace *pace)
+{
+    double whole = pace->total * pace->scale / fmax(pace->speed, LEAST_SPEED);
+    return fmax(pace->count * pace->service_s / SERVICE_MOST, LEAST_PART * whole);
+}
+
+double pace_lot(const struct pace *pace, uint32_t renderer, double now, double waiting)
+{
+    const struct pace_renderer *r = &pace->renderers[renderer];
+    double share = waiting / fmax(pace->speed, LEAST_SPEED);
+    if (!(pace->scale > 0)) return r->holds ? 0 : share * BLIND_PART;
+    double seconds = share * pace->scale, least = pace_least(pace);
+    if (r->holds && seconds < RESERVE_LOTS * least) return 0;
+    double longest = fmax(LONGEST_S, pace->count * pace->service_s / SERVICE_EASY);
+    double lot = fmax(fmin(seconds * SHARE_PART, longest), least);
+    double ahead = r->holds ? fmax(r->free_at - now, 0) : 0;
+    double until_end = even_end(pace, now, waiting) - ahead;
+    if (r->holds && until_end < lot) return 0;
+    if (until_end < lot * (1 + REST_PART)) lot = fmax(until_end, least * REST_PART);
+    return lot * r->speed / pace->scale;
+}

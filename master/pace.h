@@ -1,0 +1,73 @@
+/*
+ * How fast the renderers are, when each will have done what it has, and how much to give one next.
+ *
+ * Work is what cost.h predicts. Seconds are whatever clock the caller reads; a renderer of speed 1
+ * takes `scale` seconds for one of work. Nothing is known before the first answer: scale is 0.
+ */
+#ifndef FARM_MASTER_PACE_H
+#define FARM_MASTER_PACE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "master/heap.h"
+
+struct pace_renderer {
+    double speed;
+    double work, busy; /* answered: predicted work, measured seconds; the past fades */
+    double held;       /* work that it has */
+    double free_at;    /* when that should be done; of use while it has some */
+    bool holds;        /* it has some */
+    bool lost;         /* it is late with that: nobody counts on it until it answers */
+};
+
+struct pace {
+    struct pace_renderer *renderers;
+    uint32_t count;
+    double speed;                  /* of all together but the lost */
+    double holding, holding_until; /* of those that have work: sums of speed, of speed * free_at */
+    double total;                  /* work that there is to do, answered or not */
+    double work, busy;             /* answered, all together */
+    double given, lots;            /* work, in so many lots */
+    double scale;                  /* seconds per work */
+    double service_s;              /* of the master, per answer */
+    struct heap last; /* renderers that have work, the one that will have done it last on top */
+    struct heap late; /* the same, the one that is to be given up for late first on top */
+    struct heap lost; /* those that were, the longest overdue on top */
+};
+
+void pace_init(struct pace *pace, uint32_t renderers);
+void pace_free(struct pace *pace);
+
+/* Forgets all but the speeds: the unit of work is another one, and nobody holds any. */
+void pace_restart(struct pace *pace);
+
+/* The renderer has been given so much work. */
+void pace_given(struct pace *pace, uint32_t renderer, double now, double work);
+
+/* It has answered for so much of it, which took it busy seconds, and holds more or not. */
+void pace_answered(struct pace *pace, uint32_t renderer, double now, double work, double busy,
+                   bool holds);
+
+/* Nobody is to look in the heaps for what this renderer has until it is given more. */
+void pace_overlook(struct pace *pace, uint32_t renderer);
+
+/* Gives up all that are late by now. */
+void pace_check(struct pace *pace, double now);
+
+/* When the next one will be given up for late; HUGE_VAL: there is none. */
+double pace_next_late(const struct pace *pace);
+
+/* The master took so long for an answer: reading it, and sending more. */
+void pace_served(struct pace *pace, double seconds);
+
+/* How much work to give to a renderer when so much waits; 0: none now, for it has enough. */
+double pace_lot(const struct pace *pace, uint32_t renderer, double now, double waiting);
+
+/* Seconds that a renderer takes for so much work; 0 while nothing is known. */
+double pace_seconds(const struct pace *pace, uint32_t renderer, double work);
+
+/* The least that is worth an answer, in seconds. */
+double pace_least(const struct pace *pace);
+
+#endif

@@ -1,0 +1,56 @@
+#include "master/preview.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+
+void preview_free(struct preview *preview)
+{
+    free(preview->rgb);
+    *preview = (struct preview){0};
+}
+
+/* All probes have the same step, the edge of their blocks. */
+static void begin(struct preview *preview, uint32_t width, uint32_t height, uint32_t edge)
+{
+    preview->edge = edge;
+    preview->columns = (width - 1) / edge + 1;
+    preview->rows = (height - 1) / edge + 1;
+    size_t count = (size_t)preview->columns * preview->rows * 3;
+    preview->rgb = allocate(count, sizeof *preview->rgb);
+    for (size_t i = 0; i < count; i++)
+        preview->rgb[i] = NAN;
+}
+
+static float *block_of(const struct preview *preview, uint32_t x, uint32_t y)
+{
+    size_t block = (size_t)(y / preview->edge) * preview->columns + x / preview->edge;
+    return preview->rgb + 3 * block;
+}
+
+void preview_put(struct preview *preview, uint32_t width, uint32_t height, const struct tile *probe,
+                 const float *rgb)
+{
+    if (preview->edge == 0) begin(preview, width, height, probe->step);
+    uint32_t pixels = tile_pixels(probe);
+    for (uint32_t k = 0; k < pixels; k++) {
+        uint32_t x, y;
+        tile_pixel(probe, k, &x, &y);
+        memcpy(block_of(preview, x, y), rgb + 3 * (size_t)k, 3 * sizeof *rgb);
+    }
+}
+
+void preview_fill(const struct preview *preview, struct canvas *canvas, const struct tile *tile)
+{
+    if (preview->edge == 0) return;
+    uint32_t pixels = tile_pixels(tile);
+    for (uint32_t k = 0; k < pixels; k++) {
+        uint32_t x, y;
+        tile_pixel(tile, k, &x, &y);
+        const float *color = block_of(preview, x, y);
+        if (isnan(color[0])) continue;
+        memcpy(canvas->rgb + 3 * ((size_t)y * canvas->width + x), color, 3 * sizeof *color);
+    }
+}

@@ -1,0 +1,365 @@
+#include "master/save.h"
+
+#include <fcntl.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "common/clock.h"
+#include "common/hash.h"
+#include "common/message.h"
+#include "master/coverage.h"
+#include "master/journal.h"
+#include "master/text_file.h"
+
+/* Seconds before anything is written: what may be lost without anybody minding. */
+#define LATE 1.0
+
+/* Seconds between two visits to the file while tiles come in: waking up for each one would cost more
+ * than writing it. */
+#define GATHER 0.01
+
+/* Seconds until a disk that was full, or a folder that was gone, is tried again. */
+#define RETRY 1.0
+
+/* The only pass: every sample of a pixel is taken at once. */
+#define PASS 0
+
+/* A finished tile that is not in the file; its pixels are in the canvas. */
+struct finished {
+    struct tile tile;
+    double seconds;
+    struct render_counts counts;
+};
+
+/* A list that grows. */
+struct finished_list {
+    struct finished *items;
+    size_t count, room;
+};
+
+struct save {
+    struct journal *journal;
+    struct canvas *canvas;
+    struct save_found found;
+    struct coverage coverage; /* of what was found; until the start */
+
+    /* Shared by all threads, under lock. */
+    pthread_mutex_t lock;
+    pthread_cond_t changed;
+    struct finished_list come; /* since the thread has looked last */
+    bool idle;                 /* the thread waits for a tile, not for the end of a pause */
+    bool ending;
+
+    /* The thread's own, and the caller's again when it has ended. */
+    pthread_t thread;
+    bool is_started;
+    double start;                 /* clock_wall() */
+    uint64_t reserve;             /* bytes to set aside before the first record; 0: done */
+    struct finished_list waiting; /* to be written */
+    char *payload;
+    size_t room; /* of payload, bytes */
+};
+
+/* ---- what a record holds: the counts, then 3 floats per pixel ---- */
+
+static size_t payload_bytes(const struct tile *tile)
+{
+    return sizeof(struct render_counts) + (size_t)tile_pixels(tile) * 3 * sizeof(float);
+}
+
+static bool record_valid(const struct canvas *canvas, const struct journal_record *record,
+                         struct render_counts *counts)
+{
+    const struct tile *tile = &record->tile;
+    if (record->pass != PASS || tile->pass != PASS ||
+        !tile_message_valid(tile, sizeof *tile, canvas->width, canvas->height) ||
+        record->bytes != payload_bytes(tile))
+        return false;
+    memcpy(counts, record->payload, sizeof *counts);
+    return render_counts_valid(counts);
+}
+
+/* A tile that brings nothing new is not counted: it was written twice. */
+static bool take_record(void *state, const struct journal_record *record)
+{
+    struct save *save = state;
+    struct render_counts counts;
+    if (!record_valid(save->canvas, record, &counts)) return false;
+    uint32_t pixels = coverage_add(&save->coverage, &record->tile);
+    if (!pixels) return true;
+    const char *rgb = (const char *)record->payload + sizeof counts;
+    canvas_put(save->canvas, &record->tile, (const void *)rgb);
+    save->found.tiles++;
+    save->found.pixels += pixels;
+    save->found.seconds += record->seconds * pixels / tile_pixels(&record->tile);
+    render_counts_add(&save->found.counts, &counts);
+    return true;
+}
+
+static bool append(struct save *save, const struct finished *finished)
+{
+    const struct tile *tile = &finished->tile;
+    size_t bytes = payload_bytes(tile);
+    if (bytes > save->room) {
+        save->payload = reallocate(save->payload, bytes, 1);
+        save->room = bytes;
+    }
+    memcpy(save->payload, &finished->counts, sizeof finished->counts);
+    canvas_get(save->canvas, tile, (void *)(save->payload + sizeof finished->counts));
+    struct journal_record record = {*tile, PASS, finished->seconds, save->payload, bytes};
+    return journal_append(save->journal, &record);
+}
+
+/* ---- lists ---- */
+
+static void list_append(struct finished_list *list, const struct finished *items, size_t count)
+{
+    if (count > list->room - list->count) {
+        list->room = 2 * list->room > list->count + count ? 2 * list->room : list->count + count;
+        list->items = reallocate(list->items, list->room, sizeof *list->items);
+    }
+    if (count) memcpy(list->items + list->count, items, count * sizeof *items);
+    list->count += count;
+}
+
+/* Takes the first ones away. */
+static void list_drop(struct finished_list *list, size_t count)
+{
+    list->count -= count;
+    if (count) memmove(list->items, list->items + count, list->count * sizeof *list->items);
+}
+
+/* ---- the thread ---- */
+
+/* Until one of the tiles cannot be written. */
+static bool write_waiting(struct save *save)
+{
+    size_t written = 0;
+    if (save->reserve && save->waiting.count) {
+        journal_reserve(save->journal, save->reserve);
+        save->reserve = 0;
+    }
+    while (written < save->waiting.count && append(save, &save->waiting.items[written]))
+        written++;
+    list_drop(&save->waiting, written);
+    return save->waiting.count == 0;
+}
+
+/* The lock is held. */
+static void take_over(struct save *save)
+{
+    list_append(&save->waiting, save->come.items, save->come.count);
+    save->come.count = 0;
+}
+
+/* Waits, with the lock held, for so long or until something happens. */
+static void wait_for(struct save *save, double seconds)
+{
+    struct timespec until;
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    long nanoseconds = until.tv_nsec + (long)(1e9 * seconds);
+    until.tv_sec += nanoseconds / 1000000000;
+    until.tv_nsec = nanoseconds % 1000000000;
+    pthread_cond_timedwait(&save->changed, &save->lock, &until);
+}
+
+/* As wait_for(), but only the end interrupts it; returns whether it has come. */
+static bool pause_for(struct save *save, double seconds)
+{
+    double until = clock_wall() + seconds, now;
+    while (!save->ending && (now = clock_wall()) < until)
+        wait_for(save, until - now);
+    return save->ending;
+}
+
+/* Writes what comes, until the end; what is left then is the caller's affair. */
+static void *write_tiles(void *argument)
+{
+    struct save *save = argument;
+    pthread_mutex_lock(&save->lock);
+    double pause = LATE;
+    while (!pause_for(save, pause)) {
+        save->idle = !save->come.count && !save->waiting.count;
+        if (save->idle) wait_for(save, RETRY);
+        save->idle = false;
+        take_over(save);
+        pthread_mutex_unlock(&save->lock);
+        pause = write_waiting(save) ? GATHER : RETRY;
+        journal_tick(save->journal, clock_wall());
+        pthread_mutex_lock(&save->lock);
+    }
+    pthread_mutex_unlock(&save->lock);
+    return NULL;
+}
+
+void save_tile(struct save *save, const struct tile *tile, double seconds,
+               const struct render_counts *counts)
+{
+    if (!save) return;
+    struct finished finished = {*tile, seconds, *counts};
+    pthread_mutex_lock(&save->lock);
+    list_append(&save->come, &finished, 1);
+    if (save->idle) pthread_cond_signal(&save->changed);
+    pthread_mutex_unlock(&save->lock);
+}
+
+/* ---- from open to end ---- */
+
+/* Of the file that runs: pictures of two builds may differ in their last bits. */
+static uint64_t program_hash(void)
+{
+    uint64_t hash = hash64(FARM_VERSION, strlen(FARM_VERSION), 0);
+    struct stat status;
+    int file = open("/proc/self/exe", O_RDONLY | O_CLOEXEC);
+    if (file < 0) return hash;
+    if (fstat(file, &status) == 0 && status.st_size > 0) {
+        size_t bytes = (size_t)status.st_size;
+        void *program = mmap(NULL, bytes, PROT_READ, MAP_PRIVATE, file, 0);
+        if (program != MAP_FAILED) {
+            hash = hash64(program, bytes, hash);
+            munmap(program, bytes);
+        }
+    }
+    close(file);
+    return hash;
+}
+
+struct save *save_open(const char *path, const struct scene *scene, struct canvas *canvas)
+{
+    struct save *save = allocate_zeroed(1, sizeof *save);
+    save->canvas = canvas;
+    coverage_init(&save->coverage, canvas->width, canvas->height);
+    struct journal_reader reader = {
+        .take = take_record,
+        .state = save,
+        .largest = sizeof(struct render_counts) + (size_t)TILE_MAX_PIXELS * 3 * sizeof(float),
+    };
+    save->journal = journal_open(path, journal_picture(scene, program_hash()), &reader);
+    if (save->journal) return save;
+    coverage_free(&save->coverage);
+    free(save);
+    return NULL;
+}
+
+const struct save_found *save_found(const struct save *save)
+{
+    return &save->found;
+}
+
+bool save_holds(const struct save *save, const struct tile *tile)
+{
+    return coverage_holds(&save->coverage, tile);
+}
+
+/* The queue may split tiles: four times as many are a lot. */
+static uint64_t bytes_to_come(uint64_t tiles, uint64_t pixels)
+{
+    return 4 * tiles * journal_record_bytes(sizeof(struct render_counts)) +
+           pixels * 3 * sizeof(float);
+}
+
+bool save_has_room(const struct save *save, uint32_t tiles, uint64_t pixels)
+{
+    uint64_t bytes = bytes_to_come(tiles, pixels), room = journal_room(save->journal);
+    if (bytes <= room) return true;
+    user_error(journal_path(save->journal), 0,
+               "the journal takes up to %.1f MB, but the disk has only %.1f MB left: free some "
+               "space, or choose another place with output.journal=FILE (empty: none)",
+               1e-6 * (double)bytes, 1e-6 * (double)room);
+    return false;
+}
+
+void save_start(struct save *save, uint32_t tiles, uint64_t pixels)
+{
+    pthread_condattr_t monotonic;
+    coverage_free(&save->coverage);
+    save->reserve = tiles ? bytes_to_come(tiles, pixels) : 0;
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    if (pthread_mutex_init(&save->lock, NULL) != 0 ||
+        pthread_cond_init(&save->changed, &monotonic) != 0 ||
+        pthread_create(&save->thread, NULL, write_tiles, save) != 0)
+        fatal("cannot start the thread that writes the journal");
+    pthread_condattr_destroy(&monotonic);
+    save->is_started = true;
+}
+
+/* Afterwards all belongs to the caller. */
+static void end_thread(struct save *save)
+{
+    if (!save->is_started) return;
+    pthread_mutex_lock(&save->lock);
+    save->ending = true;
+    pthread_cond_signal(&save->changed);
+    pthread_mutex_unlock(&save->lock);
+    pthread_join(save->thread, NULL);
+    take_over(save);
+    pthread_cond_destroy(&save->changed);
+    pthread_mutex_destroy(&save->lock);
+}
+
+static void destroy(struct save *save)
+{
+    coverage_free(&save->coverage);
+    free(save->come.items);
+    free(save->waiting.items);
+    free(save->payload);
+    free(save);
+}
+
+static bool is_safe(struct save *save)
+{
+    return write_waiting(save) && journal_stands(save->journal);
+}
+
+/* A copy in another folder, with all that belongs to it. */
+static bool move_to(struct save *save, const char *folder, const char *name)
+{
+    uint64_t pixels = 0;
+    for (size_t i = 0; i < save->waiting.count; i++)
+        pixels += tile_pixels(&save->waiting.items[i].tile);
+    uint64_t more = bytes_to_come(save->waiting.count, pixels);
+    char *path = format_text("%s/%s-%ld.journal", folder, name, (long)getpid());
+    bool moved = journal_move(save->journal, path, more) && is_safe(save);
+    free(path);
+    return moved;
+}
+
+static bool rescue(struct save *save)
+{
+    const char *temporary = getenv("TMPDIR");
+    const char *folders[] = {".", temporary ? temporary : "/tmp", "/var/tmp", "/dev/shm"};
+    char *name = path_stem(journal_path(save->journal));
+    bool moved = false;
+    for (size_t i = 0; i < sizeof folders / sizeof *folders && !moved; i++)
+        moved = move_to(save, folders[i], name);
+    free(name);
+    return moved;
+}
+
+struct save_kept save_keep(struct save *save)
+{
+    struct save_kept kept = {0};
+    end_thread(save);
+    if (!is_safe(save)) kept.moved = rescue(save);
+    for (size_t i = 0; i < save->waiting.count; i++)
+        kept.lost_s += save->waiting.items[i].seconds;
+    kept.lost = save->waiting.count;
+    kept.path = copy_text(journal_path(save->journal));
+    journal_keep(save->journal);
+    destroy(save);
+    return kept;
+}
+
+void save_drop(struct save *save)
+{
+    if (!save) return;
+    end_thread(save);
+    journal_remove(save->journal);
+    destroy(save);
+}

@@ -1,0 +1,74 @@
+/*
+ * Keeps what is finished: what an earlier run left in its journal comes into the picture, and what
+ * this one finishes goes into the journal, by a thread of its own, so that a slow disk holds nobody
+ * up.
+ *
+ *   save_open() --> save_holds() ... --> save_start() --> save_tile() ... --> save_keep() or
+ *                                                                              save_drop()
+ *
+ * A tile is in the file within a few hundredths of a second. In the first second nothing is written,
+ * so that short runs have no journal to make and to remove; what has not been written when the run
+ * ends in order is written then.
+ */
+#ifndef FARM_MASTER_SAVE_H
+#define FARM_MASTER_SAVE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "common/protocol.h"
+#include "common/scene.h"
+#include "master/canvas.h"
+
+/* What an earlier run has left. */
+struct save_found {
+    uint64_t tiles;  /* as they were cut then */
+    uint64_t pixels; /* each counted once */
+    double seconds;  /* that they took to render, on all renderers together */
+    struct render_counts counts;
+};
+
+struct save;
+
+/*
+ * Opens the journal at path for this scene and puts what it holds into the canvas, which outlives the
+ * result. NULL after user_error() (journal_open()).
+ */
+struct save *save_open(const char *path, const struct scene *scene, struct canvas *canvas);
+
+const struct save_found *save_found(const struct save *save);
+
+/* Whether all pixels of a tile were found; until save_start(). */
+bool save_holds(const struct save *save, const struct tile *tile);
+
+/* Whether there is room for so many tiles and pixels more; false after user_error(). */
+bool save_has_room(const struct save *save, uint32_t tiles, uint64_t pixels);
+
+/* From now on tiles are taken: about so many, of so many pixels together. */
+void save_start(struct save *save, uint32_t tiles, uint64_t pixels);
+
+/*
+ * A tile is finished: its pixels are in the canvas and stay as they are. Any thread; save may be
+ * NULL: nothing is kept.
+ */
+void save_tile(struct save *save, const struct tile *tile, double seconds,
+               const struct render_counts *counts);
+
+/* What save_keep() has made of it. */
+struct save_kept {
+    char *path;    /* of the journal, for the caller to free */
+    bool moved;    /* another one than asked for, because nothing could be written there */
+    uint64_t lost; /* tiles that could be written nowhere */
+    double lost_s; /* what they took to render */
+};
+
+/*
+ * Writes what is not written yet and leaves the journal for the next run. When its folder is full or
+ * gone, tries the current folder and those for temporary files. Ends the save.
+ */
+struct save_kept save_keep(struct save *save);
+
+/* Removes the journal: the picture is safely written. Ends the save; NULL: nothing. */
+void save_drop(struct save *save);
+
+#endif

@@ -1,0 +1,149 @@
+#include "master/timeline.h"
+
+#include <stdlib.h>
+
+#include "common/message.h"
+#include "master/json.h"
+
+/* Shorter pauses are a message on its way, or the clock's own grain. */
+#define WAIT_SHOWN 1e-4
+
+void timeline_free(struct timeline *timeline)
+{
+    free(timeline->lots);
+    *timeline = (struct timeline){0};
+}
+
+void timeline_add(struct timeline *timeline, enum lot_kind kind, uint32_t renderer,
+                  const struct tile *tile, const struct result_header *header)
+{
+    if (timeline->count == timeline->capacity) {
+        timeline->capacity = timeline->capacity ? 2 * timeline->capacity : 1024;
+        timeline->lots = reallocate(timeline->lots, timeline->capacity, sizeof *timeline->lots);
+    }
+    timeline->lots[timeline->count++] = (struct lot){.x = tile->x,
+                                                     .y = tile->y,
+                                                     .w = tile->w,
+                                                     .h = tile->h,
+                                                     .phase = tile->phase,
+                                                     .step = tile->step,
+                                                     .renderer = renderer,
+                                                     .kind = kind,
+                                                     .start_s = header->start_s,
+                                                     .busy_s = (float)header->busy_s,
+                                                     .cpu_s = (float)header->cpu_s};
+}
+
+/* ---- the trace ---- */
+
+static int by_renderer_and_start(const void *a, const void *b)
+{
+    const struct lot *x = *(const struct lot *const *)a, *y = *(const struct lot *const *)b;
+    if (x->renderer != y->renderer) return x->renderer < y->renderer ? -1 : 1;
+    return (x->start_s > y->start_s) - (x->start_s < y->start_s);
+}
+
+static const struct lot **in_rows(const struct timeline *timeline)
+{
+    const struct lot **rows = allocate(timeline->count, sizeof *rows);
+    for (size_t i = 0; i < timeline->count; i++)
+        rows[i] = &timeline->lots[i];
+    qsort(rows, timeline->count, sizeof *rows, by_renderer_and_start);
+    return rows;
+}
+
+/* An event of the row of this rank; what is particular to it follows, then json_close(). */
+static void open_event(struct json *json, const char *name, const char *phase, uint32_t rank)
+{
+    json_open_inline(json, NULL, '{');
+    json_string(json, "name", name);
+    json_string(json, "ph", phase);
+    json_count(json, "pid", 0);
+    json_count(json, "tid", rank);
+}
+
+/* Times are microseconds in this format; three decimals are its grain. */
+static void put_span(struct json *json, double start_s, double length_s)
+{
+    json_fixed(json, "ts", 1e6 * start_s, 3);
+    json_fixed(json, "dur", 1e6 * length_s, 3);
+}
+
+static void put_row(struct json *json, const struct renderer_stats *stats)
+{
+    char *name = format_text("rank %u, %s", stats->rank, stats->host);
+    open_event(json, "thread_name", "M", stats->rank);
+    json_open(json, "args", '{');
+    json_string(json, "name", name);
+    json_close(json, '}');
+    json_close(json, '}');
+    open_event(json, "thread_sort_index", "M", stats->rank);
+    json_open(json, "args", '{');
+    json_count(json, "sort_index", stats->rank);
+    json_close(json, '}');
+    json_close(json, '}');
+    free(name);
+}
+
+static void put_lot(struct json *json, const struct lot *lot, uint32_t rank)
+{
+    static const char *const kinds[LOT_KINDS] = {"tile", "pre-pass", "wasted"};
+    struct tile tile = lot_tile(lot);
+    /* The viewer gives names that differ in numbers alone the same colour. */
+    char *name = format_text("%s %u,%u", kinds[lot->kind], lot->x, lot->y);
+    open_event(json, name, "X", rank);
+    json_string(json, "cat", kinds[lot->kind]);
+    put_span(json, lot->start_s, (double)lot->busy_s);
+    json_open(json, "args", '{');
+    json_count(json, "x", lot->x);
+    json_count(json, "y", lot->y);
+    json_count(json, "w", lot->w);
+    json_count(json, "h", lot->h);
+    json_count(json, "pixels", tile_pixels(&tile));
+    json_fixed(json, "cpu_us", 1e6 * (double)lot->cpu_s, 3);
+    json_fixed(json, "cpu_us_per_pixel", 1e6 * (double)lot->cpu_s / tile_pixels(&tile), 3);
+    json_close(json, '}');
+    json_close(json, '}');
+    free(name);
+}
+
+static void put_wait(struct json *json, double from, double to, uint32_t rank)
+{
+    if (to - from < WAIT_SHOWN) return;
+    open_event(json, "waiting", "X", rank);
+    json_string(json, "cat", "waiting");
+    put_span(json, from, to - from);
+    json_close(json, '}');
+}
+
+static void put_rows(struct json *json, const struct timeline *timeline,
+                     const struct renderer_stats *stats, uint32_t count, double render_s)
+{
+    const struct lot **rows = in_rows(timeline);
+    size_t next = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        double free_since = 0;
+        put_row(json, &stats[i]);
+        for (; next < timeline->count && rows[next]->renderer == i; next++) {
+            put_wait(json, free_since, rows[next]->start_s, stats[i].rank);
+            put_lot(json, rows[next], stats[i].rank);
+            free_since = rows[next]->start_s + (double)rows[next]->busy_s;
+        }
+        put_wait(json, free_since, render_s, stats[i].rank);
+    }
+    free(rows);
+}
+
+void timeline_trace(const struct timeline *timeline, const struct renderer_stats *stats,
+                    uint32_t count, double render_s, FILE *out)
+{
+    struct json json;
+    json_begin_in(&json, out);
+    json_open(&json, NULL, '{');
+    json_string(&json, "displayTimeUnit", "ms");
+    json_open(&json, "traceEvents", '[');
+    put_rows(&json, timeline, stats, count, render_s);
+    json_close(&json, ']');
+    json_close(&json, '}');
+    fputc('\n', out);
+}

@@ -1,0 +1,76 @@
+/*
+ * Who rendered what, and when: one record per finished lot (a tile, or a look ahead over a larger
+ * area), in the order in which they came in. Kept when somebody asked for the trace, the heat map or
+ * the picture of ranks: 48 bytes each, 48 MB for a million.
+ */
+#ifndef FARM_MASTER_TIMELINE_H
+#define FARM_MASTER_TIMELINE_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "common/protocol.h"
+#include "common/tile.h"
+#include "master/canvas.h"
+
+enum lot_kind {
+    LOT_TILE,    /* its pixels are in the picture */
+    LOT_PREPASS, /* a few samples that tell what the tiles will cost */
+    LOT_WASTED,  /* rendered twice, the other answer came first */
+    LOT_KINDS
+};
+
+struct lot {
+    uint32_t x, y, w, h;  /* as in struct tile */
+    uint32_t phase, step; /* as in struct tile */
+    uint32_t renderer;    /* 0 .. renderers - 1 */
+    enum lot_kind kind;
+    double start_s; /* seconds after the start of the render phase */
+    float busy_s;   /* wall seconds it took, from start_s on */
+    float cpu_s;    /* CPU seconds of that */
+};
+
+_Static_assert(sizeof(struct lot) == 48, "what timeline.h promises");
+
+struct timeline {
+    struct lot *lots; /* owned */
+    size_t count, capacity;
+};
+
+static inline struct tile lot_tile(const struct lot *lot)
+{
+    return (struct tile){
+        .x = lot->x, .y = lot->y, .w = lot->w, .h = lot->h, .phase = lot->phase, .step = lot->step};
+}
+
+/* Starts empty as (struct timeline){0}. */
+void timeline_free(struct timeline *timeline);
+
+void timeline_add(struct timeline *timeline, enum lot_kind kind, uint32_t renderer,
+                  const struct tile *tile, const struct result_header *header);
+
+/*
+ * Chrome trace JSON, to be opened in Perfetto: a row for each of `count` renderers, a bar for each
+ * lot with its place and cost, a bar "waiting" for each pause of 0.1 ms or more up to render_s.
+ * stats are those of all renderers, in rank order. Errors are left in out.
+ */
+void timeline_trace(const struct timeline *timeline, const struct renderer_stats *stats,
+                    uint32_t count, double render_s, FILE *out);
+
+/* CPU seconds per pixel that the ends of the heat map's colours stand for. */
+struct heat_range {
+    double lowest, highest; /* black, white; 0 and 0 when nothing is known */
+};
+
+/*
+ * CPU seconds per pixel as colours, on a logarithmic scale from black (cheap) to white (dear). A lot's
+ * cost is spread evenly over its pixels; canvas has the size of the rendered region.
+ */
+struct heat_range timeline_heatmap(const struct timeline *timeline, struct canvas *canvas);
+
+/* Which of `count` renderers rendered what: a colour each, lots outlined where they are 8 pixels or
+ * more wide and high. canvas as above. */
+void timeline_ranks(const struct timeline *timeline, uint32_t count, struct canvas *canvas);
+
+#endif

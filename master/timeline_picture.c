@@ -1,0 +1,150 @@
+/* The pictures of a timeline: what a pixel cost, and who rendered it. */
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+
+#include "common/message.h"
+#include "common/vec.h"
+#include "master/timeline.h"
+
+/* ---- colours ---- */
+
+/* IEC 61966-2-1; the argument is clamped to 0..1. */
+static double srgb_encode(double linear)
+{
+    if (!(linear > 0)) return 0;
+    if (linear >= 1) return 1;
+    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055;
+}
+
+/* Oklab (Ottosson 2020, "A perceptual color space for image processing"), to linear sRGB. */
+static struct vec3 oklab_to_linear(double lightness, double a, double b)
+{
+    double l = pow(lightness + 0.3963377774 * a + 0.2158037573 * b, 3);
+    double m = pow(lightness - 0.1055613458 * a - 0.0638541728 * b, 3);
+    double s = pow(lightness - 0.0894841775 * a - 1.2914855480 * b, 3);
+    return vec3(4.0767416621 * l - 3.3077115913 * m + 0.2309699292 * s,
+                -1.2684380046 * l + 2.6097574011 * m - 0.3413193965 * s,
+                -0.0041960863 * l - 0.7034186147 * m + 1.7076147010 * s);
+}
+
+static bool in_gamut(struct vec3 c)
+{
+    return fmin(c.x, fmin(c.y, c.z)) >= 0 && fmax(c.x, fmax(c.y, c.z)) <= 1;
+}
+
+/* A colour of this lightness (0..1) and hue (turns), as vivid as asked or as the screen can show,
+ * encoded for a PNG. */
+static void perceived_color(double lightness, double chroma, double hue, float rgb[3])
+{
+    double turn = 2 * acos(-1) * hue;
+    struct vec3 color = oklab_to_linear(lightness, chroma * cos(turn), chroma * sin(turn));
+    for (int step = 0; step < 60 && !in_gamut(color); step++) {
+        chroma *= 0.95;
+        color = oklab_to_linear(lightness, chroma * cos(turn), chroma * sin(turn));
+    }
+    rgb[0] = (float)srgb_encode(color.x);
+    rgb[1] = (float)srgb_encode(color.y);
+    rgb[2] = (float)srgb_encode(color.z);
+}
+
+/* From black over violet, red and orange to white, in even steps of lightness; 0 <= heat <= 1. */
+static void heat_color(double heat, float rgb[3])
+{
+    const double violet = 0.78, yellow = 1.30; /* hues, turns */
+    double chroma = 0.24 * sqrt(sin(acos(-1) * heat));
+    perceived_color(heat, heat > 0 && heat < 1 ? chroma : 0, violet + (yellow - violet) * heat,
+                    rgb);
+}
+
+/* Hues by the golden ratio keep apart however many there are; neighbours differ in lightness, too.
+ */
+static void rank_color(uint32_t renderer, float rgb[3])
+{
+    const double golden = 0.6180339887498949;
+    static const double lightness[] = {0.72, 0.50, 0.86};
+    perceived_color(lightness[renderer % 3], 0.17, fmod(renderer * golden, 1), rgb);
+}
+
+/* ---- the pictures ---- */
+
+static float *pixel_at(const struct canvas *canvas, uint32_t x, uint32_t y)
+{
+    return canvas->rgb + 3 * ((size_t)y * canvas->width + x);
+}
+
+/* CPU seconds per pixel of the region, rows from the top; the caller frees it. */
+static float *pixel_costs(const struct timeline *timeline, uint32_t width, uint32_t height)
+{
+    float *costs = allocate_zeroed((size_t)width * height, sizeof *costs);
+    for (size_t i = 0; i < timeline->count; i++) {
+        const struct lot *lot = &timeline->lots[i];
+        if (lot->kind != LOT_TILE) continue;
+        struct tile tile = lot_tile(lot);
+        uint32_t pixels = tile_pixels(&tile), x, y;
+        float cost = lot->cpu_s / (float)pixels;
+        for (uint32_t k = 0; k < pixels; k++) {
+            tile_pixel(&tile, k, &x, &y);
+            costs[(size_t)y * width + x] += cost;
+        }
+    }
+    return costs;
+}
+
+/* Costs of 0 are not known. The scale spans a factor of 2 to 1000, so that noise makes no picture
+ * and a few dear pixels leave something to see of the rest. */
+static struct heat_range find_range(const float *costs, size_t pixels)
+{
+    double lowest = HUGE_VAL, highest = 0;
+    for (size_t i = 0; i < pixels; i++) {
+        if (!(costs[i] > 0)) continue;
+        lowest = fmin(lowest, (double)costs[i]);
+        highest = fmax(highest, (double)costs[i]);
+    }
+    if (highest == 0) return (struct heat_range){0, 0};
+    return (struct heat_range){fmin(fmax(lowest, highest / 1000), highest / 2), highest};
+}
+
+#define SHADES 256
+
+struct heat_range timeline_heatmap(const struct timeline *timeline, struct canvas *canvas)
+{
+    size_t pixels = (size_t)canvas->width * canvas->height;
+    float shades[SHADES][3], *costs = pixel_costs(timeline, canvas->width, canvas->height);
+    struct heat_range range = find_range(costs, pixels);
+    double scale = range.highest > 0 ? (SHADES - 1) / log(range.highest / range.lowest) : 0;
+    for (int i = 0; i < SHADES; i++)
+        heat_color(i / (SHADES - 1.0), shades[i]);
+    for (size_t i = 0; i < pixels; i++) {
+        double heat = costs[i] > 0 ? scale * log((double)costs[i] / range.lowest) : 0;
+        const float *shade = shades[(int)fmax(0, fmin(SHADES - 1, heat + 0.5))];
+        for (int c = 0; c < 3; c++)
+            canvas->rgb[3 * i + (size_t)c] = shade[c];
+    }
+    free(costs);
+    return range;
+}
+
+/* Lots narrower than this show as they are: an outline would be most of them. */
+#define OUTLINED 8
+
+void timeline_ranks(const struct timeline *timeline, uint32_t count, struct canvas *canvas)
+{
+    float(*colors)[3] = allocate(count, sizeof *colors);
+    for (uint32_t i = 0; i < count; i++)
+        rank_color(i, colors[i]);
+    for (size_t i = 0; i < timeline->count; i++) {
+        const struct lot *lot = &timeline->lots[i];
+        if (lot->kind != LOT_TILE) continue;
+        struct tile tile = lot_tile(lot);
+        bool outlined = lot->step == 1 && lot->w >= OUTLINED && lot->h >= OUTLINED;
+        uint32_t pixels = tile_pixels(&tile), x, y;
+        for (uint32_t k = 0; k < pixels; k++) {
+            tile_pixel(&tile, k, &x, &y);
+            float shade = outlined && (x == lot->x || y == lot->y) ? 0.75f : 1;
+            for (int c = 0; c < 3; c++)
+                pixel_at(canvas, x, y)[c] = shade * colors[lot->renderer][c];
+        }
+    }
+    free(colors);
+}

@@ -1,0 +1,170 @@
+/* Which boxes a ray may be in: float finds all that double finds, whatever the sizes. */
+#include "scene_fixture.h"
+
+#include "worker/float_slabs.h"
+
+#define TRIES 400000
+
+/* A size of scene, by the power of two; what the rays start and where they go is of any other. */
+struct sizes {
+    int scene, origin, direction;
+};
+
+static int random_exponent(uint64_t *random, int low, int high)
+{
+    return low + (int)random_below(random, (uint32_t)(high - low + 1));
+}
+
+static struct sizes random_sizes(uint64_t *random)
+{
+    struct sizes sizes = {random_exponent(random, -60, 65), 0, random_exponent(random, -45, 45)};
+    if (random_below(random, 4) > 0) sizes.scene = random_exponent(random, -3, 3);
+    sizes.origin = sizes.scene + random_exponent(random, -30, 8);
+    if (random_below(random, 2) > 0) sizes.direction = 0;
+    return sizes;
+}
+
+/* In -size .. size; sometimes 0, or a small part of it. */
+static double random_part(uint64_t *random, double size)
+{
+    double x = random_between(random, -size, size);
+    switch (random_below(random, 8)) {
+    case 0:
+        return random_below(random, 2) > 0 ? 0.0 : -0.0;
+    case 1:
+        return ldexp(x, random_exponent(random, -60, 0));
+    default:
+        return x;
+    }
+}
+
+static struct vec3 random_parts(uint64_t *random, double size)
+{
+    double x = random_part(random, size), y = random_part(random, size);
+    return vec3(x, y, random_part(random, size));
+}
+
+/* Boxes of all sizes, some flat, some with a face in a plane of the origin's. */
+static void fill_node(uint64_t *random, double size, const struct vec3 *origin,
+                      struct bvh_node *node)
+{
+    for (unsigned slot = 0; slot < BVH_WIDTH; slot++) {
+        for (unsigned axis = 0; axis < 3; axis++) {
+            double at = random_part(random, size), w = fabs(random_part(random, size));
+            if (random_below(random, 8) == 0) at = vec_component(origin, axis);
+            if (random_below(random, 3) > 0) w = ldexp(w, random_exponent(random, -20, 0));
+            node->min[axis][slot] = slot == 7 ? INFINITY : (float)at;
+            node->max[axis][slot] = slot == 7 ? -INFINITY : (float)(at + w);
+        }
+    }
+}
+
+/* Anywhere, or towards a corner of a box. */
+static struct vec3 random_direction(uint64_t *random, int exponent, const struct vec3 *origin,
+                                    const struct bvh_node *node)
+{
+    unsigned slot = random_below(random, 7);
+    if (random_below(random, 4) == 0) return random_parts(random, ldexp(1, exponent));
+    struct vec3 corner =
+        vec3((double)node->min[0][slot], (double)node->max[1][slot], (double)node->min[2][slot]);
+    struct vec3 way = vec_sub(corner, *origin);
+    double length = largest_component(way);
+    return length > 0 ? vec_scale(way, ldexp(1, exponent) / length) : way;
+}
+
+/* Beyond everything, or as far as one of the boxes. */
+static double random_limit(uint64_t *random, struct lanes enter)
+{
+    double at[LANES];
+    lanes_store(at, enter);
+    double limit = at[random_below(random, BVH_WIDTH)];
+    bool some = random_below(random, 2) > 0 && limit >= 0 && limit < INFINITE;
+    return some ? limit : INFINITE;
+}
+
+static void test_no_box_is_lost(void **state)
+{
+    (void)state;
+    uint64_t random = 1, taken = 0, met = 0, more = 0;
+    for (int i = 0; i < TRIES; i++) {
+        struct sizes sizes = random_sizes(&random);
+        double size = ldexp(1, sizes.scene);
+        float reach = (float)size;
+        const struct bvh bvh = {.min = {-reach, -reach, -reach}, .max = {reach, reach, reach}};
+        struct vec3 origin = random_parts(&random, ldexp(1, sizes.origin));
+        struct bvh_node node = {.child = {0}};
+        fill_node(&random, size, &origin, &node);
+        struct vec3 direction = random_direction(&random, sizes.direction, &origin, &node);
+        if (vec_is_zero(direction)) continue;
+        struct ray ray = ray_along(origin, direction);
+        struct float_slabs floats;
+        if (!float_slabs_of(&bvh, &ray, &floats)) continue;
+        taken++;
+        struct slabs doubles = slabs_of(&bvh, &ray);
+        struct lanes enter;
+        struct floats float_enter;
+        lane_set all = slabs_meet(&doubles, &node, INFINITE, &enter);
+        assert_int_equal(all & 0x80, 0);
+        double limit = random_limit(&random, enter);
+        lane_set wanted = slabs_meet(&doubles, &node, limit, &enter);
+        lane_set found = float_slabs_meet(&floats, &node, float_slab_limit(limit), &float_enter);
+        assert_int_equal(wanted & ~found, 0);
+        assert_int_equal(found & 0x80, 0);
+        met += (unsigned)__builtin_popcount(wanted);
+        more += (unsigned)__builtin_popcount(found & ~wanted);
+        double at[LANES];
+        float float_at[LANES];
+        lanes_store(at, enter);
+        floats_store(float_at, float_enter);
+        /* A subnormal number errs by half of the smallest. */
+        for (lane_set rest = wanted; rest; rest = without_lowest(rest))
+            assert_true((double)float_at[lowest_lane(rest)] <=
+                        at[lowest_lane(rest)] * FLOAT_WIDENING + 0x1p-150);
+    }
+    /* Float is taken for most, meets something, and hardly more than double does. */
+    assert_true(taken > TRIES / 2);
+    assert_true(met > taken / 4);
+    assert_true(more < met / 4);
+}
+
+static void test_rounds_outward(void **state)
+{
+    (void)state;
+    uint64_t random = 2;
+    for (int i = 0; i < TRIES; i++) {
+        double x = ldexp(random_between(&random, -2, 2), random_exponent(&random, -100, 100));
+        if (i % 4 == 0) x = (double)(float)x; /* is kept or passed by one */
+        assert_true((double)float_above(x) >= x && (double)float_below(x) <= x);
+        assert_true((double)float_above(x) - (double)float_below(x) <= 0x1p-21 * fabs(x));
+    }
+}
+
+/* Rays that float has no bits for are left to double. */
+static void test_left_to_double(void **state)
+{
+    (void)state;
+    const struct bvh bvh = {.min = {-1, -1, -1}, .max = {1, 1, 1}};
+    const struct bvh vast = {.min = {-0x1p70f, -1, -1}, .max = {1, 1, 1}};
+    const struct bvh open = {.min = {-INFINITY, -1, -1}, .max = {1, 1, 1}};
+    struct float_slabs slabs;
+    struct ray ray = ray_along(vec3(0, 0, 2), vec3(0, 0, -1));
+    assert_true(float_slabs_of(&bvh, &ray, &slabs));
+    assert_false(float_slabs_of(&vast, &ray, &slabs));
+    assert_false(float_slabs_of(&open, &ray, &slabs));
+    ray.origin.z = 0x1p20;
+    assert_false(float_slabs_of(&bvh, &ray, &slabs));
+    ray = ray_along(vec3(0, 0, 2), vec3(0, 0, -0x1p-50));
+    assert_false(float_slabs_of(&bvh, &ray, &slabs));
+    ray.direction.z = 0x1p50;
+    assert_false(float_slabs_of(&bvh, &ray, &slabs));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_no_box_is_lost),
+        cmocka_unit_test(test_rounds_outward),
+        cmocka_unit_test(test_left_to_double),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,113 @@
+# The journal in a run: whatever ended it, the same command goes on, with the same picture in the end.
+. test/lib.sh
+cd "$T" || exit 1
+SCENE=$DATA/everything.ini
+SIZE="image.width=320 image.height=320 sampling.samples=16 farm.tile=16"
+
+farm_n 0 "$SCENE" $SIZE output.image=whole.pfm output.report= >/dev/null 2>&1
+finished() { cmp whole.pfm a.pfm && [ ! -e a.journal ]; }
+
+
+# A journal of a good part of the picture (1.3 MB): the run is killed when it has grown so far.
+broken_off() { # PROCESSES ARGUMENT...
+    processes=$1; shift
+    rm -f a.*
+    if [ "$processes" -eq 0 ]; then "$FARM" "$SCENE" $SIZE output.image=a.pfm "$@" >o 2>e &
+    else "$MPIEXEC" -n "$processes" "$FARM" "$SCENE" $SIZE output.image=a.pfm "$@" >o 2>e & fi
+    pid=$!
+    i=0
+    while [ "$(stat -c %s a.journal 2>/dev/null || echo 0)" -lt 1100000 ] && [ $i -lt 600 ]; do
+        sleep 0.05; i=$((i + 1))
+    done
+    kill -9 $pid; wait $pid 2>/dev/null
+    # mpiexec's processes end when they see that it has gone.
+    i=0
+    while ! flock -n a.journal true && [ $i -lt 100 ]; do sleep 0.05; i=$((i + 1)); done
+    [ -s a.journal ] && [ ! -e a.pfm ]
+}
+cp_journal() { broken_off 0 && cp a.journal kept; }
+check "a run that was killed leaves a journal" cp_journal
+
+goes_on() { # PROCESSES ARGUMENT...
+    n=$1; shift
+    rm -f a.*; cp kept a.journal
+    run 0 farm_n "$n" "$SCENE" $SIZE output.image=a.pfm "$@" && cat "$T/err" &&
+        grep -q 'going on with a.journal: [1-9]' "$T/err" && finished &&
+        grep -A 1 '"resumed"' a.json | grep -q '"tiles": [1-9]'
+}
+check "the same command goes on" goes_on 0
+check "on three processes" goes_on 3
+check "with larger tiles" goes_on 0 farm.tile=48
+check "with smaller tiles" goes_on 3 farm.tile=5
+check "in strips" goes_on 3 farm.schedule=strips
+check "cyclic" goes_on 2 farm.schedule=cyclic
+check "with other instructions" goes_on 0 farm.kernel=portable farm.variant=full
+
+mpiexec_goes_on() { broken_off 2 farm.master_renders=no &&
+    run 0 farm_n 2 "$SCENE" $SIZE output.image=a.pfm && finished; }
+check "mpiexec was killed" mpiexec_goes_on
+
+cut_tail() { # BYTES
+    rm -f a.*; cp kept a.journal; truncate -s -"$1" a.journal
+    run 0 farm_n 0 "$SCENE" $SIZE output.image=a.pfm && echo "$err" | grep -q 'bytes of the journal are damaged' &&
+        finished
+}
+check "a cut tail" cut_tail 100
+flipped() {
+    rm -f a.*; cp kept a.journal; printf '\377\0\1' | dd of=a.journal bs=1 seek=100000 conv=notrunc 2>/dev/null
+    run 0 farm_n 0 "$SCENE" $SIZE output.image=a.pfm && echo "$err" | grep -q damaged && finished
+}
+check "damage in the middle" flipped
+all_saved() { # a run whose picture cannot be written, then one that has nothing to render
+    rm -f a.*; cp kept a.journal
+    run 1 farm_n 0 "$SCENE" $SIZE output.image=a.pfm output.report=/dev/full || return 1
+    rm a.pfm
+    run 0 farm_n 3 "$SCENE" $SIZE output.image=a.pfm && finished && grep -q '"primary": 0,' a.json
+}
+check "nothing left to render" all_saved
+
+other() { # ARGUMENT...: another picture's journal is set aside
+    rm -f a.*; cp kept a.journal
+    run 0 farm_n 0 "$SCENE" $SIZE output.image=a.pfm "$@" && echo "$err" | grep -q 'is now called a.journal.1' &&
+        cmp kept a.journal.1 && [ ! -e a.journal ] && ! cmp -s whole.pfm a.pfm
+}
+check "other settings" other sampling.samples=2
+check "another region" other "image.region=3 0 310 320" sampling.samples=1
+check "not a journal" sh -c 'rm -f a.*; echo "my diary" >a.journal
+    "$1" "$2" image.width=32 output.image=a.pfm 2>e >o && grep -q "now called a.journal.1" e &&
+    [ "$(cat a.journal.1)" = "my diary" ]' - "$FARM" "$SCENE"
+without() {
+    rm -f a.*
+    run 0 farm_n 0 "$SCENE" $SIZE output.image=a.pfm output.journal= && cmp whole.pfm a.pfm && [ ! -e a.journal ]
+}
+check "no journal" without
+twice() { # a second run of the same picture while one is at work
+    rm -f a.*
+    "$FARM" "$SCENE" $SIZE sampling.samples=400 output.image=a.pfm >o 2>e & pid=$!
+    sleep 1
+    run 2 farm_n 0 "$SCENE" $SIZE sampling.samples=400 output.image=a.pfm; status=$?
+    kill -9 $pid; wait $pid 2>/dev/null
+    [ $status -eq 0 ] && echo "$err" | grep -q 'another run is at work'
+}
+check "two runs at a time" twice
+wrong_name() { run 2 "$FARM" "$SCENE" output.journal=x.png && echo "$err" | grep -q '\.journal'; }
+check "a journal has its own extension" wrong_name
+
+gone() { # the folder is removed in the middle: the tiles are kept elsewhere
+    rm -rf a.* there saved; mkdir there saved
+    (cd saved && TMPDIR=$T/saved exec "$FARM" "$SCENE" $SIZE output.image=../there/a.pfm >../o 2>../e) & pid=$!
+    i=0
+    while [ "$(stat -c %s there/a.journal 2>/dev/null || echo 0)" -lt 100000 ] && [ $i -lt 600 ]; do
+        sleep 0.05; i=$((i + 1))
+    done
+    rm -r there; wait $pid
+    status=$?
+    cat e
+    [ $status -eq 1 ] && grep -q 'cannot write' e || return 1
+    command=$(sed -n 's/.*without rendering it again: //p' e)
+    mkdir there
+    (cd saved && eval "$command") >o 2>e || { cat e; return 1; }
+    cmp whole.pfm there/a.pfm && grep -q '"primary": 0,' there/a.json
+}
+check "the folder is removed" gone
+finish

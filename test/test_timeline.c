@@ -1,0 +1,208 @@
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "master/timeline.h"
+
+static void add(struct timeline *timeline, enum lot_kind kind, uint32_t renderer, struct tile tile,
+                double start_s, double cpu_s)
+{
+    struct result_header header = {.start_s = start_s, .busy_s = 2 * cpu_s, .cpu_s = cpu_s};
+    timeline_add(timeline, kind, renderer, &tile, &header);
+}
+
+static struct tile square(uint32_t x, uint32_t y, uint32_t edge)
+{
+    return (struct tile){.x = x, .y = y, .w = edge, .h = edge, .step = 1};
+}
+
+static char *trace_of(const struct timeline *timeline, const struct renderer_stats *stats,
+                      uint32_t count, double render_s)
+{
+    char *text = NULL;
+    size_t bytes = 0;
+    FILE *file = open_memstream(&text, &bytes);
+    assert_non_null(file);
+    timeline_trace(timeline, stats, count, render_s, file);
+    assert_int_equal(fclose(file), 0);
+    return text;
+}
+
+static void assert_has(const char *text, const char *part)
+{
+    if (strstr(text, part)) return;
+    print_error("missing: %s\nin: %s\n", part, text);
+    fail();
+}
+
+static unsigned count_of(const char *text, const char *part)
+{
+    unsigned count = 0;
+    for (const char *at = text; (at = strstr(at, part)); at += strlen(part))
+        count++;
+    return count;
+}
+
+/* Rank 1 renders two tiles with a pause between them, rank 2 a pre-pass and a tile in vain; added
+ * in the order in which they end. */
+static void test_trace(void **state)
+{
+    (void)state;
+    struct timeline timeline = {0};
+    const struct renderer_stats stats[] = {{.rank = 1, .host = "a"}, {.rank = 2, .host = "b\"\\"}};
+    add(&timeline, LOT_PREPASS, 1, square(0, 0, 32), 0, 0.125);
+    add(&timeline, LOT_TILE, 0, square(8, 16, 4), 0.5, 0.25);
+    add(&timeline, LOT_TILE, 0, square(0, 0, 4), 0, 0.125);
+    add(&timeline, LOT_WASTED, 1, square(4, 4, 4), 0.25, 0.375);
+    char *text = trace_of(&timeline, stats, 2, 1.00005);
+    assert_has(text, "{\n  \"displayTimeUnit\": \"ms\",\n  \"traceEvents\": [\n");
+    assert_has(text, "{\"name\": \"thread_name\", \"ph\": \"M\", \"pid\": 0, \"tid\": 2, "
+                     "\"args\": {\"name\": \"rank 2, b\\\"\\\\\"}},\n");
+    assert_has(text,
+               "{\"name\": \"tile 8,16\", \"ph\": \"X\", \"pid\": 0, \"tid\": 1, \"cat\": \"tile\","
+               " \"ts\": 500000.000, \"dur\": 500000.000, \"args\": {\"x\": 8, \"y\": 16, "
+               "\"w\": 4, \"h\": 4, \"pixels\": 16, \"cpu_us\": 250000.000, "
+               "\"cpu_us_per_pixel\": 15625.000}},\n");
+    assert_has(text, "\"pre-pass 0,0\", \"ph\": \"X\", \"pid\": 0, \"tid\": 2");
+    assert_has(text, "\"wasted 4,4\"");
+    /* Rank 1 from 0.25 to 0.5; nobody at the end: that is below a tenth of a millisecond. */
+    assert_int_equal(count_of(text, "\"waiting\", \"ph\""), 1);
+    assert_has(text, "\"tid\": 1, \"cat\": \"waiting\", \"ts\": 250000.000, \"dur\": 250000.000}");
+    assert_has(text, "}\n  ]\n}\n");
+    free(text);
+    timeline_free(&timeline);
+}
+
+/* Somebody who got nothing has waited all the time; a trace without any lots is one, too. */
+static void test_trace_of_nothing(void **state)
+{
+    (void)state;
+    const struct timeline none = {0};
+    const struct renderer_stats stats[] = {{.rank = 0, .host = "a"}};
+    char *text = trace_of(&none, stats, 1, 2);
+    assert_has(text, "\"ts\": 0.000, \"dur\": 2000000.000}");
+    free(text);
+    text = trace_of(&none, stats, 0, 2);
+    assert_has(text, "\"traceEvents\": []\n}\n");
+    free(text);
+}
+
+static double lightness(const struct canvas *canvas, uint32_t x, uint32_t y)
+{
+    const float *rgb = canvas->rgb + 3 * ((size_t)y * canvas->width + x);
+    return 0.2 * (double)rgb[0] + 0.7 * (double)rgb[1] + 0.1 * (double)rgb[2];
+}
+
+static void test_heatmap(void **state)
+{
+    (void)state;
+    struct timeline timeline = {0};
+    struct canvas canvas;
+    canvas_init(&canvas, 16, 4);
+    double cost = 16e-6; /* of the cheapest tile: 1 us a pixel, then ten times as much each */
+    for (uint32_t i = 0; i < 3; i++, cost *= 10)
+        add(&timeline, LOT_TILE, i, square(4 * i, 0, 4), 0, cost);
+    add(&timeline, LOT_PREPASS, 0, square(0, 0, 4), 0, 100);
+    add(&timeline, LOT_WASTED, 0, square(4, 0, 4), 0, 100);
+    struct heat_range range = timeline_heatmap(&timeline, &canvas);
+    assert_true(fabs(range.lowest / 1e-6 - 1) < 1e-5 && fabs(range.highest / 1e-4 - 1) < 1e-5);
+    assert_true(lightness(&canvas, 0, 0) < 0.01);
+    assert_true(lightness(&canvas, 4, 3) > 0.1 && lightness(&canvas, 7, 0) < 0.6);
+    assert_true(lightness(&canvas, 11, 3) > 0.98);
+    assert_true(lightness(&canvas, 15, 3) < 0.01); /* not rendered */
+    canvas_free(&canvas);
+    timeline_free(&timeline);
+}
+
+/* Every second pixel of a band; the scale does not turn noise into a picture. */
+static void test_heatmap_of_cyclic_shares(void **state)
+{
+    (void)state;
+    struct timeline timeline = {0};
+    struct canvas canvas;
+    canvas_init(&canvas, 3, 3);
+    for (uint32_t i = 0; i < 2; i++) {
+        struct tile tile = {.w = 3, .h = 3, .phase = i, .step = 2};
+        add(&timeline, LOT_TILE, i, tile, 0, i == 0 ? 5e-6 : 4.2e-6);
+    }
+    struct heat_range range = timeline_heatmap(&timeline, &canvas);
+    assert_true(fabs(range.highest / 1.05e-6 - 1) < 1e-5);
+    assert_true(fabs(range.lowest / (range.highest / 2) - 1) < 1e-5);
+    assert_true(lightness(&canvas, 1, 0) > 0.98 && lightness(&canvas, 2, 1) > 0.98);
+    assert_true(lightness(&canvas, 0, 0) > 0.7 && lightness(&canvas, 0, 0) < 0.98);
+    canvas_free(&canvas);
+    timeline_free(&timeline);
+}
+
+static void test_heatmap_of_nothing(void **state)
+{
+    (void)state;
+    const struct timeline none = {0};
+    struct canvas canvas;
+    canvas_init(&canvas, 2, 2);
+    struct heat_range range = timeline_heatmap(&none, &canvas);
+    assert_true(range.lowest == 0 && range.highest == 0);
+    for (int i = 0; i < 12; i++)
+        assert_true(canvas.rgb[i] == 0);
+    canvas_free(&canvas);
+}
+
+/* 8 bits a channel tell all 44 ranks apart, and none looks like a pixel that nobody rendered. */
+static void test_ranks(void **state)
+{
+    (void)state;
+    struct timeline timeline = {0};
+    struct canvas canvas;
+    enum { RANKS = 44 };
+    canvas_init(&canvas, RANKS + 1, 1);
+    for (uint32_t i = 0; i < RANKS; i++)
+        add(&timeline, LOT_TILE, i, square(i, 0, 1), 0, 1);
+    add(&timeline, LOT_WASTED, 7, square(0, 0, 1), 0, 1);
+    timeline_ranks(&timeline, RANKS, &canvas);
+    for (int i = 0; i <= RANKS; i++) {
+        for (int k = 0; k < i; k++) {
+            double distance = 0;
+            for (int c = 0; c < 3; c++)
+                distance += fabs((double)canvas.rgb[3 * i + c] - (double)canvas.rgb[3 * k + c]);
+            assert_true(distance > 6.0 / 255);
+        }
+    }
+    canvas_free(&canvas);
+    timeline_free(&timeline);
+}
+
+/* A lot's upper and left edge are darker, so that lots of one rank can be told apart. */
+static void test_outlines(void **state)
+{
+    (void)state;
+    struct timeline timeline = {0};
+    struct canvas canvas;
+    canvas_init(&canvas, 16, 8);
+    add(&timeline, LOT_TILE, 0, square(0, 0, 8), 0, 1);
+    add(&timeline, LOT_TILE, 0, square(8, 0, 8), 0, 1);
+    timeline_ranks(&timeline, 1, &canvas);
+    assert_true(lightness(&canvas, 8, 4) < 0.8 * lightness(&canvas, 7, 4));
+    assert_true(lightness(&canvas, 7, 4) == lightness(&canvas, 12, 7));
+    canvas_free(&canvas);
+    timeline_free(&timeline);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_trace),
+        cmocka_unit_test(test_trace_of_nothing),
+        cmocka_unit_test(test_heatmap),
+        cmocka_unit_test(test_heatmap_of_cyclic_shares),
+        cmocka_unit_test(test_heatmap_of_nothing),
+        cmocka_unit_test(test_ranks),
+        cmocka_unit_test(test_outlines),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

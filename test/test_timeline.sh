@@ -1,0 +1,51 @@
+# output.trace, output.heatmap and output.ranks of real runs.
+. test/lib.sh
+cd "$T" || exit 1
+SCENE=$CONFIG/hello.ini
+
+# The pixels of all tiles in the trace, which has an event a line.
+traced_pixels() { awk -F'"pixels": ' '/"cat": "tile"/ { sum += $2 + 0 } END { print sum + 0 }' "$1"; }
+rows() { grep -c '"thread_name"' "$1"; }
+
+shown() { # N SCHEDULE
+    rm -f ./*.json ./*.png
+    run 0 farm_n "$1" "$SCENE" image.width=60 image.height=45 farm.schedule="$2" output.image=a.png \
+        output.trace=t.json output.heatmap=h.png output.ranks=r.png || return 1
+    head -c 8 h.png | grep -aq PNG && head -c 8 r.png | grep -aq PNG &&
+        grep -q '"black_s"' a.json && [ "$(traced_pixels t.json)" -eq 2700 ] &&
+        [ "$(rows t.json)" -eq $(($1 > 0 ? $1 : 1)) ]
+}
+for n in 0 3; do
+    for schedule in dynamic strips cyclic; do
+        check "trace, heat map and ranks, $schedule, -n $n" shown $n $schedule
+    done
+done
+
+unshown() {
+    run 0 "$FARM" "$SCENE" image.width=8 image.height=6 output.image=b.png &&
+        ! grep -q heatmap b.json
+}
+check "none of them unless asked for" unshown
+
+wrong() { # PATTERN ARGUMENT...
+    pattern=$1; shift
+    run 2 "$FARM" "$SCENE" "$@" || return 1
+    echo "$err"
+    [ "$(lines "$err")" -eq 1 ] && echo "$err" | grep -q "$pattern"
+}
+check "a trace is .json" wrong 'trace has an unknown extension' output.trace=t.txt
+check "a heat map is a picture" wrong 'heatmap has an unknown extension' output.heatmap=h.json
+check "no two outputs in one file" wrong 'also the name of another output' output.ranks=a.png \
+    output.heatmap=a.png
+check "nor over the picture" wrong 'also the name of another output' output.image=a.png \
+    output.ranks=a.png
+check "nor over the report" wrong 'also the name of another output' output.report=a.json \
+    output.trace=a.json
+check "a folder that is missing" wrong 'output.ranks=FILE' output.ranks=missing/r.png
+
+full() { # KEY
+    run 1 "$FARM" "$SCENE" image.width=8 image.height=6 output.image=c.png "$1=/dev/full" &&
+        echo "$err" | grep -q "$1=FILE"
+}
+check "no space for the trace" full output.trace
+finish

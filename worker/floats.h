@@ -1,0 +1,123 @@
+/*
+ * Eight floats at once, for what need not be exact: which boxes a ray may be in. A register of AVX,
+ * or a loop. Rounded as scalar operations are; what follows from them is no part of a picture.
+ */
+#ifndef FARM_WORKER_FLOATS_H
+#define FARM_WORKER_FLOATS_H
+
+#include "worker/lanes.h"
+
+#if LANES_IN_SIMD
+
+struct floats {
+    __m256 v;
+};
+
+#define FLOATS_2(name, operation)                                                                  \
+    static inline struct floats name(struct floats a, struct floats b)                             \
+    {                                                                                              \
+        return (struct floats){operation(a.v, b.v)};                                               \
+    }
+
+FLOATS_2(floats_sub, _mm256_sub_ps)
+FLOATS_2(floats_mul, _mm256_mul_ps)
+FLOATS_2(floats_larger, _mm256_max_ps)
+FLOATS_2(floats_smaller, _mm256_min_ps)
+
+static inline struct floats floats_of(float a)
+{
+    return (struct floats){_mm256_set1_ps(a)};
+}
+
+static inline struct floats floats_load(const float *a)
+{
+    return (struct floats){_mm256_loadu_ps(a)};
+}
+
+static inline void floats_store(float *to, struct floats a)
+{
+    _mm256_storeu_ps(to, a.v);
+}
+
+#ifdef __AVX512VL__
+
+static inline lane_set floats_less(struct floats a, struct floats b)
+{
+    return _mm256_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ);
+}
+
+static inline lane_set floats_at_most(struct floats a, struct floats b)
+{
+    return _mm256_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ);
+}
+
+#else
+
+static inline lane_set floats_less(struct floats a, struct floats b)
+{
+    return (lane_set)_mm256_movemask_ps(_mm256_cmp_ps(a.v, b.v, _CMP_LT_OQ));
+}
+
+static inline lane_set floats_at_most(struct floats a, struct floats b)
+{
+    return (lane_set)_mm256_movemask_ps(_mm256_cmp_ps(a.v, b.v, _CMP_LE_OQ));
+}
+
+#endif
+
+#else
+
+struct floats {
+    float at[LANES];
+};
+
+#define FLOATS_2(name, expression)                                                                 \
+    static inline struct floats name(struct floats a, struct floats b)                             \
+    {                                                                                              \
+        for (unsigned i = 0; i < LANES; i++)                                                       \
+            a.at[i] = expression;                                                                  \
+        return a;                                                                                  \
+    }
+
+FLOATS_2(floats_sub, a.at[i] - b.at[i])
+FLOATS_2(floats_mul, a.at[i] * b.at[i])
+FLOATS_2(floats_larger, a.at[i] > b.at[i] ? a.at[i] : b.at[i])
+FLOATS_2(floats_smaller, a.at[i] < b.at[i] ? a.at[i] : b.at[i])
+
+static inline struct floats floats_of(float a)
+{
+    return (struct floats){{a, a, a, a, a, a, a, a}};
+}
+
+static inline struct floats floats_load(const float *a)
+{
+    return (struct floats){{a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7]}};
+}
+
+static inline void floats_store(float *to, struct floats a)
+{
+    for (unsigned i = 0; i < LANES; i++)
+        to[i] = a.at[i];
+}
+
+static inline lane_set floats_less(struct floats a, struct floats b)
+{
+    lane_set set = 0;
+    for (unsigned i = 0; i < LANES; i++)
+        set |= (lane_set)(a.at[i] < b.at[i]) << i;
+    return set;
+}
+
+static inline lane_set floats_at_most(struct floats a, struct floats b)
+{
+    lane_set set = 0;
+    for (unsigned i = 0; i < LANES; i++)
+        set |= (lane_set)(a.at[i] <= b.at[i]) << i;
+    return set;
+}
+
+#endif
+
+/* floats_larger(), floats_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses. */
+
+#endif

@@ -1,0 +1,71 @@
+#include "worker/traverse.h"
+
+#include "worker/slabs.h"
+
+/* A child that the walk has left for later. */
+struct pending {
+    double enter;
+    uint32_t child, count; /* as in struct bvh_node */
+};
+
+static inline struct pending pending_child(const struct bvh_node *node, unsigned lane, double enter)
+{
+    return (struct pending){enter, node->child[lane], node->count[lane]};
+}
+
+/* Puts the children of a set on the stack, the nearest last. */
+static INLINED unsigned push_nearest_last(struct pending *stack, unsigned top,
+                                          const struct bvh_node *node, lane_set set,
+                                          struct lanes enter)
+{
+    double at[LANES];
+    unsigned end = top + (unsigned)__builtin_popcount(set);
+    lanes_store(at, enter);
+    for (lane_set rest = set; rest; rest = without_lowest(rest)) {
+        unsigned lane = lowest_lane(rest);
+        struct lanes here = lanes_of(at[lane]);
+        lane_set nearer = lanes_less(enter, here);
+        nearer |= lanes_at_most(enter, here) & ((UINT32_C(1) << lane) - 1);
+        stack[end - 1 - (unsigned)__builtin_popcount(nearer & set)] =
+            pending_child(node, lane, at[lane]);
+    }
+    return end;
+}
+
+static INLINED unsigned push_unordered(struct pending *stack, unsigned top,
+                                       const struct bvh_node *node, lane_set set)
+{
+    for (; set; set = without_lowest(set))
+        stack[top++] = pending_child(node, lowest_lane(set), 0);
+    return top;
+}
+
+void traverse_in_double(const struct bvh *bvh, const struct ray *ray, double limit, bool ordered,
+                        visit_leaf *visit, void *context)
+{
+    if (bvh->node_count == 0) return;
+    const struct bvh_node *nodes = bvh_nodes(bvh);
+    const struct bvh_leaf *leaves = bvh_leaves(bvh);
+    struct slabs slabs = slabs_of(bvh, ray);
+    struct pending stack[BVH_STACK + BVH_WIDTH], now = {0, 0, 0};
+    unsigned top = 0;
+    for (;;) {
+        if (now.count > 0) {
+            if (!visit(context, leaves + now.child, now.count, &limit)) return;
+        } else {
+            const struct bvh_node *node = &nodes[now.child];
+            struct lanes enter;
+            lane_set set = slabs_meet(&slabs, node, limit, &enter);
+            if (set && !without_lowest(set)) {
+                now = pending_child(node, lowest_lane(set), 0);
+                continue;
+            }
+            top = ordered ? push_nearest_last(stack, top, node, set, enter)
+                          : push_unordered(stack, top, node, set);
+        }
+        do {
+            if (top == 0) return;
+            now = stack[--top];
+        } while (!(now.enter <= limit));
+    }
+}
