@@ -9,8 +9,8 @@
 #include "worker/exact.h"
 #include "worker/inlined.h"
 #include "worker/medium.h"
+#include "worker/omission.h"
 #include "worker/points.h"
-#include "worker/radiance.h"
 #include "worker/sample.h"
 #include "worker/shade.h"
 #include "worker/tree.h"
@@ -27,32 +27,17 @@
 /* Samples that wait for earlier ones of the tile before they are added to their pixel. */
 #define WINDOW (4 * WAVE)
 
-/*
- * What is left out is looked at by further rays, without shadows and not shown, as long as all that
- * is not yet looked at could be more than this share of what they have found, more than so many
- * times the cutoff, and more than BOUND_LEAST, which no picture shows; so many rays for a sample at
- * most. Where surfaces lose light, what pruning has left out is the cutoff at most already, so that
- * there are such rays only where max_depth has ended something.
- */
-#define BOUND_SHARE   0.25
-#define BOUND_CUTOFFS 4
-#define BOUND_LEAST   0x1p-20
-#define BOUND_RAYS    64
-
 /* One sample on its way. */
 struct path {
     struct tree tree;
-    struct tree beyond; /* what is not to be shown: rays below max_depth, and in the end all */
+    struct omission omission;
     struct color_sum color;
-    struct vec3 missed;  /* what bound rays have found there, at most, but for rounding */
-    uint32_t terms;      /* of that sum */
-    uint32_t bound_rays; /* traced for it */
-    bool bounding;       /* all that is shown is traced; the rest goes into the bound */
-    uint64_t rays;       /* traced so far to be shown, without shadow rays */
-    uint64_t index;      /* of the tile's samples */
-    uint32_t pixel;      /* of the tile */
-    uint32_t sample;     /* of the pixel */
-    bool bad;            /* counted as not finite */
+    bool bounding;   /* all that is shown is traced; the rest goes into the bound */
+    uint64_t rays;   /* traced so far to be shown, without shadow rays */
+    uint64_t index;  /* of the tile's samples */
+    uint32_t pixel;  /* of the tile */
+    uint32_t sample; /* of the pixel */
+    bool bad;        /* counted as not finite */
 };
 
 /* A sample that is done. */
@@ -94,6 +79,7 @@ struct renderer {
     uint64_t ray_budget; /* of a sample */
     bool flat;           /* nothing reflects or refracts */
     uint32_t per_pixel;  /* samples that are rendered: the view's, or 1 to survey */
+    bool looks;          /* at what is left out, for a claim that somebody reads */
     struct media *media;
     uint32_t eye_media; /* the stack that the eye is in */
     struct progress progress;
@@ -171,7 +157,7 @@ struct renderer *renderer_create(const struct scene *scene, const struct bvh *bv
         radiance_init(&renderer->radiance, scene);
         renderer->ray_budget = ray_budget_of(renderer);
     }
-    renderer->per_pixel = scene->view.samples;
+    renderer_first_samples(renderer, false);
     renderer->media = media_create(scene);
     begin_media(renderer);
     return renderer;
@@ -182,7 +168,7 @@ void renderer_destroy(struct renderer *renderer)
     if (!renderer) return;
     for (uint32_t i = 0; i < WAVE; i++) {
         tree_free(&renderer->paths[i].tree);
-        tree_free(&renderer->paths[i].beyond);
+        omission_free(&renderer->paths[i].omission);
     }
     media_destroy(renderer->media);
     radiance_free(&renderer->radiance);
@@ -213,7 +199,7 @@ static void spawn(struct renderer *renderer, uint32_t point, struct vec3 directi
     if (!(vec_max(weight) > 0)) return;
     uint32_t depth = parent->depth + 1;
     bool beyond = path->bounding || depth > renderer->scene->view.max_depth;
-    struct branch *child = tree_add(beyond ? &path->beyond : &path->tree);
+    struct branch *child = beyond ? omission_add(&path->omission) : tree_add(&path->tree);
     child->ray = (struct ray){.origin = lane(&renderer->points.point, point),
                               .direction = direction,
                               .t_max = HUGE_VAL,
@@ -304,44 +290,16 @@ static INLINED void add_color(struct renderer *renderer, uint32_t slot, struct v
     color_sum_add(&renderer->paths[p].color, color);
 }
 
-/* What a bound ray has found, in place of add_color(). */
-static void add_missed(struct renderer *renderer, uint32_t slot, struct vec3 color)
-{
-    struct path *path = &renderer->paths[renderer->owner[slot]];
-    path->missed = vec_add(path->missed, vec_mul(color, renderer->branches[slot].weight));
-    path->terms++;
-}
-
-/* The largest component of all that bound rays have found. Each term is computed as it would have
- * been to be shown, with some ten roundings. */
-static double missed_by(const struct path *path)
-{
-    if (path->terms == 0) return 0;
-    double most = vec_max(path->missed);
-    return isnan(most) ? HUGE_VAL : most * (1 + (path->terms + 32) * UNIT_ROUNDOFF);
-}
-
-/* All light that faces a point of a bound ray, with no shadow. */
-static void add_missed_light(struct renderer *renderer, uint32_t point)
-{
-    const struct light *lights = scene_lights(renderer->scene);
-    struct shading_point at = points_get(&renderer->points, point);
-    for (uint32_t k = 0; k < renderer->scene->lights.count; k++) {
-        struct vec3 to_light, strength = lights[k].color;
-        if (vec_is_zero(strength) || !light_faces(&at, &lights[k], &to_light)) continue;
-        if (renderer->radiance.light_grows) strength = vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL);
-        add_missed(renderer, renderer->points.slot[point], shade_light(&at, to_light, strength));
-    }
-}
-
-/* What is there where bound rays have met something. */
-static void add_missed_points(struct renderer *renderer)
+/* What bound rays have found, in place of add_color(). */
+static void add_found(struct renderer *renderer)
 {
     const struct points *points = &renderer->points;
     for (uint32_t i = 0; i < points->count; i++) {
-        if (!is_bounding(renderer, points->slot[i])) continue;
-        add_missed(renderer, points->slot[i], shade_ambient(points->material[i]));
-        if (material_shows_light(points->material[i])) add_missed_light(renderer, i);
+        uint32_t slot = points->slot[i];
+        if (!is_bounding(renderer, slot)) continue;
+        struct shading_point at = points_get(points, i);
+        omission_found_point(&renderer->paths[renderer->owner[slot]].omission, &renderer->radiance,
+                             renderer->branches[slot].weight, &at);
     }
 }
 
@@ -458,7 +416,8 @@ static INLINED void add_background(struct renderer *renderer, uint32_t slot, boo
 {
     struct vec3 color = background(&renderer->scene->view, renderer->rays[slot].direction);
     if (!flat && is_bounding(renderer, slot)) {
-        add_missed(renderer, slot, color);
+        omission_found(&renderer->paths[renderer->owner[slot]].omission,
+                       renderer->branches[slot].weight, color);
         return;
     }
     if (!flat && renderer->branches[slot].media != MEDIUM_OUTSIDE) renderer->counts.open_media++;
@@ -487,7 +446,7 @@ static INLINED void trace_wave(struct renderer *renderer, bool flat)
                 &renderer->points);
     add_unlit(renderer, flat);
     light_points(renderer, flat);
-    if (!flat && renderer->bounding > 0) add_missed_points(renderer);
+    if (!flat && renderer->bounding > 0) add_found(renderer);
     check_paths(renderer, flat);
     if (!flat) spawn_children(renderer);
 }
@@ -497,49 +456,12 @@ static inline struct vec3 finished_sum(const struct renderer *renderer, const st
     return renderer->scene->view.formulas == FORMULAS_PAPER ? sum->plain : color_sum_value(sum);
 }
 
-/* Rounded up. */
-static double truncation_of(const struct path *path)
-{
-    double found = missed_by(path);
-    if (path->beyond.count == 0) return found;
-    return nextafter(found + tree_sum(&path->beyond), HUGE_VAL);
-}
-
 static void finish_path(struct renderer *renderer, uint32_t p)
 {
     const struct path *path = &renderer->paths[p];
-    renderer->finished[path->index % WINDOW] =
-        (struct finished){finished_sum(renderer, &path->color), truncation_of(path), true};
+    renderer->finished[path->index % WINDOW] = (struct finished){
+        finished_sum(renderer, &path->color), omission_bound(&path->omission), true};
     renderer->idle[renderer->idle_count++] = p;
-}
-
-/*
- * What is shown is traced, or may be left out. That goes into the bound like what is below
- * max_depth, with all that it could bring from there.
- */
-static void begin_bounding(struct renderer *renderer, struct path *path)
-{
-    const struct radiance *radiance = &renderer->radiance;
-    for (uint32_t i = 0; i < path->tree.count; i++) {
-        const struct branch *left = &path->tree.pending[i];
-        struct branch *branch = tree_add(&path->beyond);
-        uint32_t order = branch->order;
-        *branch = *left;
-        branch->order = order;
-        if (radiance->levels || left->depth == renderer->scene->view.max_depth)
-            branch->bound = radiance_of(radiance, &left->ray, left->weight, left->depth, false);
-    }
-    tree_clear(&path->tree);
-    path->bounding = true;
-    path->missed = vec3(0, 0, 0);
-    path->terms = path->bound_rays = 0;
-}
-
-/* What is left of the bound to be found need not be less than this. */
-static double bound_tolerance(const struct renderer *renderer, const struct path *path)
-{
-    double least = fmax(BOUND_CUTOFFS * renderer->scene->view.cutoff, BOUND_LEAST);
-    return fmax(least, missed_by(path) * BOUND_SHARE);
 }
 
 /* The next ray of a sample; false: it is done. */
@@ -552,16 +474,13 @@ static bool next_branch(struct renderer *renderer, struct path *path, struct bra
             renderer->counts.rays[branch->kind]++;
             return true;
         }
-        begin_bounding(renderer, path);
+        path->bounding = true;
+        omission_take(&path->omission, &renderer->radiance, &path->tree);
     }
-    if (path->bound_rays < BOUND_RAYS &&
-        tree_pop(&path->beyond, bound_tolerance(renderer, path), branch)) {
-        path->bound_rays++;
-        renderer->counts.bound_rays++;
-        renderer->bounding++;
-        return true;
-    }
-    return false;
+    if (!renderer->looks || !omission_next(&path->omission, cutoff, branch)) return false;
+    renderer->counts.bound_rays++;
+    renderer->bounding++;
+    return true;
 }
 
 /* The next ray of every sample that has one. */
@@ -616,7 +535,7 @@ static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool fl
     progress->started++;
     if (flat) return;
     tree_clear(&path->tree);
-    tree_clear(&path->beyond);
+    omission_clear(&path->omission);
     path->bounding = false;
     path->rays = 1;
     path->index = progress->started - 1;
@@ -749,6 +668,7 @@ void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupt
 void renderer_first_samples(struct renderer *renderer, bool only)
 {
     renderer->per_pixel = only ? 1 : renderer->scene->view.samples;
+    renderer->looks = !only;
 }
 
 /* Stacks kept from earlier tiles save nothing but time: many of them go. */

@@ -32,7 +32,8 @@ const struct scene *renderer_scene(const struct renderer *renderer);
 typedef bool renderer_interrupted(void *context);
 void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupted, void *context);
 
-/* Whether to render only the first sample of every pixel, which is enough for a survey. */
+/* Whether to render only the first sample of every pixel, without looking at what is left out, which
+ * is enough for a survey. */
 void renderer_first_samples(struct renderer *renderer, bool only);
 
 /*
