@@ -216,6 +216,31 @@ static struct scene *load(const char *path, const struct options *options)
     return picture_load(path, overrides);
 }
 
+static void put_heads(FILE *csv, FILE *markdown)
+{
+    fputs(
+        "scene,max_depth,cutoff,pixels,broken,unbounded,claim_max,error_max,claim_mean,error_mean,"
+        "reference_claim,rays,bound_rays,cpu_s\n",
+        csv);
+    fputs("| scene | pictures | claims held | with a bound | claim / error | at most |\n"
+          "|---|---|---|---|---|---|\n",
+          markdown);
+}
+
+/* The claims that did not hold. */
+static uint64_t run_file(const char *file, const struct options *options, FILE *csv, FILE *markdown)
+{
+    struct scene *scene = load(file, options);
+    if (!scene) exit(1);
+    const char *slash = strrchr(file, '/'), *name = slash ? slash + 1 : file;
+    struct summary summary = run_scene(scene, name, options->quick, csv);
+    put_summary(markdown, name, &summary);
+    fflush(markdown);
+    fflush(csv);
+    free(scene);
+    return summary.broken;
+}
+
 int main(int argc, char **argv)
 {
     struct options options;
@@ -226,25 +251,10 @@ int main(int argc, char **argv)
     }
     FILE *csv = open_output(options.csv), *markdown = open_output(options.markdown);
     uint64_t broken = 0;
-    fputs(
-        "scene,max_depth,cutoff,pixels,broken,unbounded,claim_max,error_max,claim_mean,error_mean,"
-        "reference_claim,rays,bound_rays,cpu_s\n",
-        csv);
-    fputs("| scene | pictures | claims held | with a bound | claim / error | at most |\n"
-          "|---|---|---|---|---|---|\n",
-          markdown);
+    put_heads(csv, markdown);
     char **files = picture_files(options.quick);
-    for (char **file = files; *file; file++) {
-        struct scene *scene = load(*file, &options);
-        if (!scene) return 1;
-        const char *slash = strrchr(*file, '/'), *name = slash ? slash + 1 : *file;
-        struct summary summary = run_scene(scene, name, options.quick, csv);
-        put_summary(markdown, name, &summary);
-        fflush(markdown);
-        fflush(csv);
-        broken += summary.broken;
-        free(scene);
-    }
+    for (char **file = files; *file; file++)
+        broken += run_file(*file, &options, csv, markdown);
     picture_files_free(files);
     if (csv != stdout) fclose(csv);
     if (markdown != stdout) fclose(markdown);

@@ -52,6 +52,35 @@ static void test_prunes_by_the_sum(void **state)
 }
 
 /* Bounds whose sum rounds down: what is told as left is not below the true sum. */
+/* A closer bound of the next ray changes what comes next, and whether anything does. */
+static void test_closer_bounds(void **state)
+{
+    (void)state;
+    struct tree tree = {0};
+    struct branch branch;
+    for (uint32_t i = 0; i < 40; i++) {
+        push(&tree, 1 + i, i);
+        tree.pending[i].rough = true;
+    }
+    struct branch *next = tree_next(&tree, 0.5);
+    assert_int_equal(next->depth, 39);
+    tree_rate(&tree, next, 0.5);
+    assert_false(next->rough);
+    assert_int_equal(tree_next(&tree, 0.5)->depth, 38);
+    tree_remove(&tree, tree_next(&tree, 0.5), &branch);
+    assert_int_equal(branch.depth, 38);
+    assert_int_equal(tree.count, 39);
+    for (uint32_t i = 0; i < 38; i++) {
+        next = tree_next(&tree, 0.5);
+        assert_true(next->rough);
+        tree_rate(&tree, next, i < 37 ? 0x1p-10 : 0.25);
+    }
+    assert_null(tree_next(&tree, 0.8)); /* 0.5 + 0.25 + 37 / 1024 */
+    next = tree_next(&tree, 0.75);
+    assert_int_equal(next->depth, 39);
+    tree_free(&tree);
+}
+
 static void test_sums_are_upper_bounds(void **state)
 {
     (void)state;
@@ -111,6 +140,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_most_important_first),
         cmocka_unit_test(test_prunes_by_the_sum),
+        cmocka_unit_test(test_closer_bounds),
         cmocka_unit_test(test_sums_are_upper_bounds),
         cmocka_unit_test(test_without_cutoff_depth_first),
         cmocka_unit_test(test_memory_stays_bounded),

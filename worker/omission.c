@@ -7,11 +7,14 @@
  * they have found, more than so many times the cutoff, and more than LOOK_LEAST, which no picture
  * shows; so many rays for a sample at most. Where surfaces lose light, what pruning has left out is
  * the cutoff at most already, so that there are such rays only where max_depth has ended something.
+ * Where they lose none, next to everything that pruning has left out would have to be looked at for
+ * the sake of RADIANCE_LEVELS levels that hardly a ray has; LOOK_CUTOFFS_LOSSLESS there.
  */
-#define LOOK_SHARE   0.25
-#define LOOK_CUTOFFS 4
-#define LOOK_LEAST   0x1p-20
-#define LOOK_RAYS    64
+#define LOOK_SHARE            0.25
+#define LOOK_CUTOFFS          4
+#define LOOK_CUTOFFS_LOSSLESS 32
+#define LOOK_LEAST            0x1p-20
+#define LOOK_RAYS             64
 
 void omission_clear(struct omission *omission)
 {
@@ -33,8 +36,9 @@ void omission_take(struct omission *omission, const struct radiance *radiance, s
         uint32_t order = branch->order;
         *branch = *left;
         branch->order = order;
-        if (radiance->levels || left->depth == radiance->scene->view.max_depth)
-            branch->bound = radiance_of(radiance, &left->ray, left->weight, left->depth, false);
+        if (!radiance->levels && left->depth < radiance->scene->view.max_depth) continue;
+        branch->bound = radiance_roughly(radiance, left->weight, left->depth, false);
+        branch->rough = true;
     }
     tree_clear(tree);
 }
@@ -48,13 +52,19 @@ static double largest_found(const struct omission *omission)
     return isnan(most) ? HUGE_VAL : most * (1 + (omission->terms + 32) * UNIT_ROUNDOFF);
 }
 
-bool omission_next(struct omission *omission, double cutoff, struct branch *branch)
+bool omission_next(struct omission *omission, const struct radiance *radiance,
+                   struct branch *branch)
 {
-    if (omission->rays >= LOOK_RAYS) return false;
-    double least = fmax(LOOK_CUTOFFS * cutoff, LOOK_LEAST);
+    double times = radiance->levels ? LOOK_CUTOFFS_LOSSLESS : LOOK_CUTOFFS;
+    double least = fmax(times * radiance->scene->view.cutoff, LOOK_LEAST);
     double tolerance = fmax(least, largest_found(omission) * LOOK_SHARE);
-    if (!tree_pop(&omission->pending, tolerance, branch)) return false;
+    struct tree *tree = &omission->pending;
+    struct branch *next;
+    while ((next = tree->count > 0 ? tree_next(tree, tolerance) : NULL) != NULL && next->rough)
+        tree_rate(tree, next, radiance_of(radiance, &next->ray, next->weight, next->depth, false));
+    if (!next || omission->rays >= LOOK_RAYS) return false;
     omission->rays++;
+    tree_remove(tree, next, branch);
     return true;
 }
 

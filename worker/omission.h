@@ -35,7 +35,8 @@ static inline struct branch *omission_add(struct omission *omission)
 void omission_take(struct omission *omission, const struct radiance *radiance, struct tree *tree);
 
 /* The next ray to look at; false: what is left hardly matters, or so many have been looked at. */
-bool omission_next(struct omission *omission, double cutoff, struct branch *branch);
+bool omission_next(struct omission *omission, const struct radiance *radiance,
+                   struct branch *branch);
 
 /* A ray of some weight has met something that shines. */
 void omission_found(struct omission *omission, struct vec3 weight, struct vec3 color);

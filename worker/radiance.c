@@ -204,7 +204,9 @@ static void add_group(struct radiance *radiance, const uint32_t *ids, const stru
         raise(radiance->passed, group, passed_by(material));
     }
     free(seen);
-    if (cluster->count == 1) radiance->only[group] = ids[cluster->first];
+    if (cluster->count > 1) return;
+    radiance->only[group] = ids[cluster->first];
+    radiance->single = true;
 }
 
 /*
@@ -396,6 +398,12 @@ static void leave(const struct radiance *radiance, const struct ray *ray, group_
         if (radiance->only[g] == ray->from && leaves(radiance->scene, ray)) met[g] = 0;
 }
 
+static void meet_all(const struct radiance *radiance, group_row met)
+{
+    for (uint32_t g = 0; g < RADIANCE_GROUPS; g++)
+        met[g] = truth(g < radiance->groups);
+}
+
 /* 0 where nothing is passed on, even of what has no bound. */
 static inline double product(double share, double of)
 {
@@ -415,35 +423,49 @@ double radiance_most(const struct radiance *radiance)
     return fmax(radiance->base[0], fmax(radiance->base[1], radiance->base[2]));
 }
 
-/* R of a ray of depth + 1, in a picture of max_depth levels or of any number. */
-static struct vec3 next_level(const struct radiance *radiance, uint32_t depth, bool shown)
+/* Raises most to shown + passed next of the groups that are met; next may be infinite. */
+static inline void raise_by_met(const struct radiance *radiance, const group_row met,
+                                struct vec3 next, struct vec3 *most)
+{
+    const group_row *shown = radiance->shown, *passed = radiance->passed;
+    for (uint32_t g = 0; g < radiance->groups; g++) {
+        if (met[g] == 0) continue;
+        most->x = max_number(most->x, shown[0][g] + product(passed[0][g], next.x));
+        most->y = max_number(most->y, shown[1][g] + product(passed[1][g], next.y));
+        most->z = max_number(most->z, shown[2][g] + product(passed[2][g], next.z));
+    }
+}
+
+/* R of a ray of some depth. */
+static struct vec3 this_level(const struct radiance *radiance, uint32_t depth, bool shown)
 {
     uint32_t last = radiance->scene->view.max_depth;
-    if (shown && depth >= last) return vec3(0, 0, 0);
-    if (shown && radiance->levels) return radiance->levels[last - depth - 1];
-    double left = fmax(0, radiance->deepest - depth - 1);
+    if (shown && radiance->levels) return radiance->levels[last - depth];
+    double left = fmax(0, radiance->deepest - depth);
     const double *base = radiance->base, *each = radiance->each;
     return vec3(base[0] + left * each[0], base[1] + left * each[1], base[2] + left * each[2]);
+}
+
+double radiance_roughly(const struct radiance *radiance, struct vec3 weight, uint32_t depth,
+                        bool shown)
+{
+    return radiance_share(weight, this_level(radiance, depth, shown)) * BOUND_SLACK;
 }
 
 double radiance_of(const struct radiance *radiance, const struct ray *ray, struct vec3 weight,
                    uint32_t depth, bool shown)
 {
     const struct view *view = &radiance->scene->view;
+    bool last = shown && depth == view->max_depth;
+    struct vec3 next = last ? vec3(0, 0, 0) : this_level(radiance, depth + 1, shown);
     bool good = vec_is_finite(ray->origin) && vec_is_finite(ray->direction);
     group_row met;
-    meet(radiance, ray, met);
-    if (ray->from != PRIMITIVE_NONE) leave(radiance, ray, met);
-    struct vec3 next = next_level(radiance, depth, shown);
+    if (good)
+        meet(radiance, ray, met);
+    else
+        meet_all(radiance, met);
+    if (good && radiance->single && ray->from != PRIMITIVE_NONE) leave(radiance, ray, met);
     struct vec3 most = good ? background(view, ray->direction) : sky_of(view);
-    for (uint32_t g = 0; g < radiance->groups; g++) {
-        if (met[g] == 0 && good) continue;
-        most.x =
-            max_number(most.x, radiance->shown[0][g] + product(radiance->passed[0][g], next.x));
-        most.y =
-            max_number(most.y, radiance->shown[1][g] + product(radiance->passed[1][g], next.y));
-        most.z =
-            max_number(most.z, radiance->shown[2][g] + product(radiance->passed[2][g], next.z));
-    }
+    raise_by_met(radiance, met, next, &most);
     return radiance_share(weight, most) * BOUND_SLACK;
 }

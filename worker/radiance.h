@@ -35,6 +35,7 @@ struct radiance {
     /* Of the groups' boxes, rounded outward; and as above. Unused rows are met by no ray. */
     group_row min[3], max[3], shown[3], passed[3];
     uint32_t only[RADIANCE_GROUPS]; /* the primitive of a group of one; else PRIMITIVE_NONE */
+    bool single;                    /* there are groups of one */
     bool light_grows;               /* on its way through surfaces: what is lit has no bound */
     /* R of a ray with n levels below it, up to `deepest`: base + n each. base may be infinite. */
     double base[3], each[3], deepest;
@@ -53,6 +54,10 @@ void radiance_free(struct radiance *radiance);
  */
 double radiance_of(const struct radiance *radiance, const struct ray *ray, struct vec3 weight,
                    uint32_t depth, bool shown);
+
+/* The same without looking at the boxes: mostly larger, and quickly told. */
+double radiance_roughly(const struct radiance *radiance, struct vec3 weight, uint32_t depth,
+                        bool shown);
 
 /* The largest component of R of a primary ray. */
 double radiance_most(const struct radiance *radiance);

@@ -27,6 +27,9 @@
 /* Samples that wait for earlier ones of the tile before they are added to their pixel. */
 #define WINDOW (4 * WAVE)
 
+/* What may bring more cutoffs than this is traced in any case, or nearly so. */
+#define COARSE_CUTOFFS 4
+
 /* One sample on its way. */
 struct path {
     struct tree tree;
@@ -206,7 +209,8 @@ static void spawn(struct renderer *renderer, uint32_t point, struct vec3 directi
                               .from = renderer->hits[slot].primitive,
                               .from_part = renderer->hits[slot].part};
     child->weight = weight;
-    child->bound = radiance_of(&renderer->radiance, &child->ray, weight, depth, !beyond);
+    child->bound = radiance_roughly(&renderer->radiance, weight, depth, !beyond);
+    child->rough = true;
     child->depth = depth;
     child->media = media;
     child->kind = kind;
@@ -464,12 +468,29 @@ static void finish_path(struct renderer *renderer, uint32_t p)
     renderer->idle[renderer->idle_count++] = p;
 }
 
+/*
+ * The next ray that is shown. How bright it can be is looked at more closely when its turn comes,
+ * not before: most of those that are never traced need not be.
+ */
+static bool next_shown(const struct renderer *renderer, struct tree *tree, struct branch *branch)
+{
+    double cutoff = renderer->scene->view.cutoff;
+    struct branch *next;
+    if (tree->count == 0) return false;
+    while ((next = tree_next(tree, cutoff)) != NULL) {
+        if (!next->rough || next->bound > COARSE_CUTOFFS * cutoff) break;
+        tree_rate(tree, next,
+                  radiance_of(&renderer->radiance, &next->ray, next->weight, next->depth, true));
+    }
+    if (next) tree_remove(tree, next, branch);
+    return next;
+}
+
 /* The next ray of a sample; false: it is done. */
 static bool next_branch(struct renderer *renderer, struct path *path, struct branch *branch)
 {
-    double cutoff = renderer->scene->view.cutoff;
     if (!path->bounding) {
-        if (path->rays < renderer->ray_budget && tree_pop(&path->tree, cutoff, branch)) {
+        if (path->rays < renderer->ray_budget && next_shown(renderer, &path->tree, branch)) {
             path->rays++;
             renderer->counts.rays[branch->kind]++;
             return true;
@@ -477,7 +498,8 @@ static bool next_branch(struct renderer *renderer, struct path *path, struct bra
         path->bounding = true;
         omission_take(&path->omission, &renderer->radiance, &path->tree);
     }
-    if (!renderer->looks || !omission_next(&path->omission, cutoff, branch)) return false;
+    if (!renderer->looks || !omission_next(&path->omission, &renderer->radiance, branch))
+        return false;
     renderer->counts.bound_rays++;
     renderer->bounding++;
     return true;
