@@ -53,6 +53,16 @@ static inline float float_below(double x)
     return (float)(x - FLOAT_OUTWARD * fabs(x));
 }
 
+static INLINED struct floats floats_above(struct lanes x)
+{
+    return floats_of_lanes(lanes_add(x, lanes_mul(lanes_of(FLOAT_OUTWARD), lanes_abs(x))));
+}
+
+static INLINED struct floats floats_below(struct lanes x)
+{
+    return floats_of_lanes(lanes_sub(x, lanes_mul(lanes_of(FLOAT_OUTWARD), lanes_abs(x))));
+}
+
 /* Between the two planes of an axis. */
 struct float_slab {
     size_t near_plane, far_plane; /* offsets in struct bvh_node */

@@ -41,6 +41,11 @@ static inline void floats_store(float *to, struct floats a)
 
 #ifdef __AVX512VL__
 
+static inline struct floats floats_of_lanes(struct lanes a)
+{
+    return (struct floats){_mm512_cvtpd_ps(a.v)};
+}
+
 static inline lane_set floats_less(struct floats a, struct floats b)
 {
     return _mm256_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ);
@@ -52,6 +57,11 @@ static inline lane_set floats_at_most(struct floats a, struct floats b)
 }
 
 #else
+
+static inline struct floats floats_of_lanes(struct lanes a)
+{
+    return (struct floats){_mm256_set_m128(_mm256_cvtpd_ps(a.high), _mm256_cvtpd_ps(a.low))};
+}
 
 static inline lane_set floats_less(struct floats a, struct floats b)
 {
@@ -94,6 +104,14 @@ static inline struct floats floats_load(const float *a)
     return (struct floats){{a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7]}};
 }
 
+static inline struct floats floats_of_lanes(struct lanes a)
+{
+    struct floats floats;
+    for (unsigned i = 0; i < LANES; i++)
+        floats.at[i] = (float)a.at[i];
+    return floats;
+}
+
 static inline void floats_store(float *to, struct floats a)
 {
     for (unsigned i = 0; i < LANES; i++)
@@ -118,6 +136,7 @@ static inline lane_set floats_at_most(struct floats a, struct floats b)
 
 #endif
 
-/* floats_larger(), floats_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses. */
+/* floats_of_lanes(): rounded to nearest.
+ * floats_larger(), floats_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses. */
 
 #endif

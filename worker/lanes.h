@@ -158,6 +158,8 @@ static inline lane_set lanes_at_most(struct lanes a, struct lanes b)
 
 #include <immintrin.h>
 
+#include "worker/quad.h"
+
 struct lanes {
     __m256d low, high;
 };
@@ -212,42 +214,23 @@ static inline struct lanes lanes_fma(struct lanes a, struct lanes b, struct lane
 }
 
 struct axis_order {
-    __m256i floats; /* a double is two of them */
+    struct quad_order quads;
 };
 
 static inline struct axis_order axis_order(unsigned first, unsigned second, unsigned third)
 {
-    int x = 2 * (int)first, y = 2 * (int)second, z = 2 * (int)third;
-    return (struct axis_order){_mm256_setr_epi32(x, x + 1, y, y + 1, z, z + 1, 6, 7)};
-}
-
-static inline __m256d point_in_order(const double *at, const struct axis_order *order)
-{
-    __m256d p = _mm256_maskload_pd(at, _mm256_setr_epi64x(-1, -1, -1, 0));
-    return _mm256_castps_pd(_mm256_permutevar8x32_ps(_mm256_castpd_ps(p), order->floats));
-}
-
-static INLINED void transpose_4(const double *const at[4], const struct axis_order *order,
-                                __m256d out[3])
-{
-    __m256d p0 = point_in_order(at[0], order), p1 = point_in_order(at[1], order);
-    __m256d p2 = point_in_order(at[2], order), p3 = point_in_order(at[3], order);
-    __m256d xz01 = _mm256_unpacklo_pd(p0, p1), xz23 = _mm256_unpacklo_pd(p2, p3);
-    __m256d y01 = _mm256_unpackhi_pd(p0, p1), y23 = _mm256_unpackhi_pd(p2, p3);
-    out[0] = _mm256_permute2f128_pd(xz01, xz23, 0x20);
-    out[1] = _mm256_permute2f128_pd(y01, y23, 0x20);
-    out[2] = _mm256_permute2f128_pd(xz01, xz23, 0x31);
+    return (struct axis_order){quad_order(first, second, third)};
 }
 
 static INLINED void lanes_transpose(const double *const at[LANES], const struct axis_order *order,
                                     struct lanes out[3])
 {
-    __m256d low[3], high[3];
-    transpose_4(at, order, low);
-    transpose_4(at + 4, order, high);
-    out[0] = (struct lanes){low[0], high[0]};
-    out[1] = (struct lanes){low[1], high[1]};
-    out[2] = (struct lanes){low[2], high[2]};
+    struct quad low[3], high[3];
+    quad_transpose(at, &order->quads, low);
+    quad_transpose(at + QUAD, &order->quads, high);
+    out[0] = (struct lanes){low[0].v, high[0].v};
+    out[1] = (struct lanes){low[1].v, high[1].v};
+    out[2] = (struct lanes){low[2].v, high[2].v};
 }
 
 static inline double lanes_lowest(struct lanes a)

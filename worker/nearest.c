@@ -8,7 +8,7 @@
 static INLINED void nearest_triangles(struct nearest_walk *walk, const struct bvh_leaf *leaves,
                                       uint32_t count, bool naive)
 {
-    for (uint32_t i = 0; i < count; i += LANES) {
+    for (uint32_t i = 0; i < count; i += triangles_at_once(naive)) {
         lane_set set = probe_triangles(&walk->probe, leaves + i, count - i, NULL, naive).maybe;
         for (; set; set = without_lowest(set)) {
             const struct bvh_leaf *leaf = &leaves[i + lowest_lane(set)];
@@ -23,8 +23,7 @@ static INLINED bool nearest_in(struct nearest_walk *walk, const struct bvh_leaf 
 {
     uint32_t triangles = triangles_of(leaves, count);
     nearest_triangles(walk, leaves, triangles, naive);
-    for (uint32_t i = triangles; i < count; i++)
-        nearest_primitive(walk, leaves[i].id, naive);
+    nearest_solids(walk, leaves + triangles, count - triangles, naive);
     *limit = walk->probe.purpose.farthest;
     return true;
 }
@@ -49,6 +48,7 @@ static INLINED struct hit nearest_hit(const struct scene *scene, const struct bv
     nearest_planes(&walk, naive);
     visit_leaf *visit = naive ? naive_nearest_leaf : nearest_leaf;
     traverse(bvh, ray, walk.probe.purpose.farthest, true, visit, &walk);
+    if (!naive) nearest_waiting(&walk);
     return walk.hit;
 }
 

@@ -89,7 +89,7 @@ static INLINED void packet_distances(const struct packet *packet, const struct p
     struct lanes doubt = lanes_mul(lanes_smaller(share, lanes_of(1)), lanes_sub(high, low));
     struct lanes size = lanes_larger(lanes_abs(low), lanes_abs(high));
     doubt = lanes_add(doubt, lanes_mul(lanes_of(64 * UNIT_ROUNDOFF), size));
-    struct lanes inverse_dz = packet->slabs[packet->axes[2]].inverse;
+    struct lanes inverse_dz = packet->inverse_dz;
     doubt = lanes_mul(doubt, lanes_abs(inverse_dz));
     struct lanes t = lanes_mul(mean, inverse_dz);
     *from = lanes_sub(t, doubt);

@@ -10,16 +10,17 @@
 /* Leaves after which a packet may turn out not to be worth it. */
 #define LEAVES_ON_TRIAL 16
 
-/* One axis for all rays. */
+/* One axis for all rays; roundings as in worker/float_slabs.h, but that the far distances are
+ * enlarged in the end, by a product: 7 roundings of 8. */
 struct range_slab {
     size_t near_plane, far_plane;
-    struct lanes in_origin, out_origin; /* the ends of the ranges that count */
-    struct lanes inverse_low, inverse_high;
+    struct floats in_origin, out_origin; /* the ends of the ranges that count */
+    struct floats inverse_low, inverse_high;
 };
 
 /* The same, a lane for each ray. */
 struct lane_slab {
-    struct lanes near_origin, far_origin, inverse;
+    struct floats near_origin, far_origin, inverse;
 };
 
 struct packet {
@@ -30,6 +31,7 @@ struct packet {
     struct lane_slab slabs[3];
     struct lanes o[3], d[3];
     struct lanes origin[3], sx, sy; /* origin: in the order of the shear's axes */
+    struct lanes inverse_dz;        /* of the shear's z */
     unsigned axes[3];               /* x, y and z of the shear */
 };
 
@@ -55,37 +57,45 @@ static INLINED bool have_one_shear(struct packet *packet, const struct vec3 *fir
     return (lanes_less(lanes_abs(d[x]), size) & lanes_less(lanes_abs(d[y]), size)) == ALL_LANES;
 }
 
-/* The slabs of one axis; false: the rays do not all go up, or all down. */
+/* The slabs of one axis; false: the rays do not all go up, or all down, by what float can take. */
 static INLINED bool set_slab(struct packet *packet, unsigned axis, double margin)
 {
     size_t min = offsetof(struct bvh_node, min) + axis * BVH_WIDTH * sizeof(float);
     size_t max = offsetof(struct bvh_node, max) + axis * BVH_WIDTH * sizeof(float);
     struct lanes direction = packet->d[axis];
-    bool down = lanes_less(direction, lanes_of(0)) == ALL_LANES;
-    if (!down && lanes_less(lanes_of(0), direction) != ALL_LANES) return false;
+    bool down = lanes_less(direction, lanes_of(-FLOAT_COMPONENT_MIN)) == ALL_LANES;
+    if (!down && lanes_less(lanes_of(FLOAT_COMPONENT_MIN), direction) != ALL_LANES) return false;
     struct lanes origin = lanes_sub(packet->o[axis], lanes_of(packet->bvh->center[axis]));
-    double low = lanes_lowest(origin) - margin, high = lanes_highest(origin) + margin;
+    float low = float_below(lanes_lowest(origin) - margin);
+    float high = float_above(lanes_highest(origin) + margin);
     double first = 1 / lanes_highest(direction), last = 1 / lanes_lowest(direction);
     packet->ranges[axis] = (struct range_slab){down ? max : min,
                                                down ? min : max,
-                                               lanes_of(down ? low : high),
-                                               lanes_of(down ? high : low),
-                                               lanes_of(first),
-                                               lanes_of(last)};
-    packet->slabs[axis] = (struct lane_slab){lanes_add(origin, lanes_of(down ? -margin : margin)),
-                                             lanes_sub(origin, lanes_of(down ? -margin : margin)),
-                                             lanes_div(lanes_of(1), direction)};
+                                               floats_of(down ? low : high),
+                                               floats_of(down ? high : low),
+                                               floats_of((float)first),
+                                               floats_of((float)last)};
+    struct floats below = floats_below(lanes_sub(origin, lanes_of(margin)));
+    struct floats above = floats_above(lanes_add(origin, lanes_of(margin)));
+    packet->slabs[axis] = (struct lane_slab){down ? below : above, down ? above : below,
+                                             floats_of_lanes(lanes_div(lanes_of(1), direction))};
     return true;
 }
 
 /* Nothing of it is infinite or NaN, nor overflows. */
 static INLINED bool packet_is_finite(const struct packet *packet, double margin)
 {
-    const struct lane_slab *slabs = packet->slabs;
-    const struct lanes inverse[3] = {slabs[0].inverse, slabs[1].inverse, slabs[2].inverse};
     struct lanes sum = lanes_add(sum_of(packet->o), sum_of(packet->d));
-    sum = lanes_add(lanes_add(sum, sum_of(inverse)), lanes_of(margin));
-    return lanes_at_most(sum, lanes_of(DBL_MAX)) == ALL_LANES;
+    return lanes_at_most(lanes_add(sum, lanes_of(margin)), lanes_of(DBL_MAX)) == ALL_LANES;
+}
+
+/* Whether float does for all of them. */
+static INLINED bool packet_fits_floats(const struct packet *packet, double largest_origin,
+                                       double margin)
+{
+    struct lanes largest = lanes_abs(packet->d[packet->axes[2]]);
+    return float_slabs_do(largest_origin, lanes_lowest(largest), margin, root_reach(packet->bvh)) &&
+           lanes_highest(largest) < FLOAT_DIRECTION_MAX;
 }
 
 /* false: the rays are not alike. */
@@ -94,7 +104,7 @@ static INLINED bool packet_of(const struct bvh *bvh, const struct ray *rays, str
     packet->bvh = bvh;
     packet->leaves = packet->visits = 0;
     const struct axis_order xyz = axis_order(0, 1, 2);
-    const double *origins[LANES], *directions[LANES], *center = bvh->center;
+    const double *origins[LANES], *directions[LANES];
     UNROLLED
     for (unsigned i = 0; i < LANES; i++) {
         origins[i] = &rays[i].origin.x;
@@ -103,9 +113,10 @@ static INLINED bool packet_of(const struct bvh *bvh, const struct ray *rays, str
     lanes_transpose(directions, &xyz, packet->d);
     if (!have_one_shear(packet, &rays[0].direction)) return false;
     lanes_transpose(origins, &xyz, packet->o);
-    double margin = lanes_highest(largest_of(packet->o)) + root_reach(bvh);
-    margin += larger(fabs(center[0]), larger(fabs(center[1]), fabs(center[2])));
-    margin *= TEST_ERROR;
+    double largest_origin = lanes_highest(largest_of(packet->o));
+    double margin = slab_margin(bvh, largest_origin);
+    if (!packet_is_finite(packet, margin)) return false;
+    if (!packet_fits_floats(packet, largest_origin, margin)) return false;
     for (unsigned axis = 0; axis < 3; axis++)
         if (!set_slab(packet, axis, margin)) return false;
     const unsigned *axes = packet->axes;
@@ -113,72 +124,80 @@ static INLINED bool packet_of(const struct bvh *bvh, const struct ray *rays, str
         packet->origin[i] = packet->o[axes[i]];
     packet->sx = lanes_div(packet->d[axes[0]], packet->d[axes[2]]);
     packet->sy = lanes_div(packet->d[axes[1]], packet->d[axes[2]]);
-    return packet_is_finite(packet, margin);
+    packet->inverse_dz = lanes_div(lanes_of(1), packet->d[axes[2]]);
+    return true;
 }
 
 static INLINED void range_cut(const struct range_slab *range, const struct bvh_node *node,
-                              struct lanes *near, struct lanes *far)
+                              struct floats *near, struct floats *far)
 {
-    struct lanes in = lanes_sub(node_planes(node, range->near_plane), range->in_origin);
-    struct lanes out = lanes_sub(node_planes(node, range->far_plane), range->out_origin);
-    in = lanes_smaller(lanes_mul(in, range->inverse_low), lanes_mul(in, range->inverse_high));
-    out = lanes_larger(lanes_mul(out, range->inverse_low), lanes_mul(out, range->inverse_high));
-    *near = lanes_larger(in, *near);
-    *far = lanes_smaller(out, *far);
+    struct floats in = floats_sub(node_floats(node, range->near_plane), range->in_origin);
+    struct floats out = floats_sub(node_floats(node, range->far_plane), range->out_origin);
+    in = floats_smaller(floats_mul(in, range->inverse_low), floats_mul(in, range->inverse_high));
+    out = floats_larger(floats_mul(out, range->inverse_low), floats_mul(out, range->inverse_high));
+    *near = floats_larger(in, *near);
+    *far = floats_smaller(out, *far);
 }
 
-/* Of a node's boxes those that some ray may be in at 0 <= t <= limit, and from where on. */
+/* Of a node's boxes those that some ray may be in at 0 <= t <= limit, a float_slab_limit(), and from
+ * where on. */
 static INLINED lane_set ranges_meet(const struct packet *packet, const struct bvh_node *node,
-                                    double limit, struct lanes *enter)
+                                    float limit, struct floats *enter)
 {
-    struct lanes near = lanes_of(0), far = lanes_of(limit);
+    struct floats near = floats_of(0), far = floats_of(limit);
     range_cut(&packet->ranges[0], node, &near, &far);
     range_cut(&packet->ranges[1], node, &near, &far);
     range_cut(&packet->ranges[2], node, &near, &far);
     *enter = near;
-    return lanes_at_most(near, lanes_mul(far, lanes_of(FAR_WIDENING)));
+    return floats_at_most(near, floats_mul(far, floats_of((float)FLOAT_WIDENING)));
 }
 
-static INLINED struct lanes one_plane(const struct bvh_node *node, size_t offset, unsigned slot)
+static INLINED struct floats one_plane(const struct bvh_node *node, size_t offset, unsigned slot)
 {
-    return lanes_of((double)((const float *)(const void *)((const char *)node + offset))[slot]);
+    return floats_of(((const float *)(const void *)((const char *)node + offset))[slot]);
 }
 
-/* The rays that are in one box at 0 <= t <= limit. */
+/* float_slab_limit() of each ray. */
+static INLINED struct floats ray_limits(struct lanes limit)
+{
+    return floats_of_lanes(lanes_mul(limit, lanes_of(FLOAT_WIDENING)));
+}
+
+/* The rays that are in one box at 0 <= t <= limit, of ray_limits(). */
 static INLINED lane_set rays_meet(const struct packet *packet, const struct bvh_node *node,
-                                  unsigned slot, struct lanes limit)
+                                  unsigned slot, struct floats limit)
 {
-    struct lanes near = lanes_of(0), far = limit;
+    struct floats near = floats_of(0), far = limit;
     for (unsigned axis = 0; axis < 3; axis++) {
         const struct lane_slab *slab = &packet->slabs[axis];
         const struct range_slab *range = &packet->ranges[axis];
-        struct lanes in = lanes_sub(one_plane(node, range->near_plane, slot), slab->near_origin);
-        struct lanes out = lanes_sub(one_plane(node, range->far_plane, slot), slab->far_origin);
-        near = lanes_larger(lanes_mul(in, slab->inverse), near);
-        far = lanes_smaller(lanes_mul(out, slab->inverse), far);
+        struct floats in = floats_sub(one_plane(node, range->near_plane, slot), slab->near_origin);
+        struct floats out = floats_sub(one_plane(node, range->far_plane, slot), slab->far_origin);
+        near = floats_larger(floats_mul(in, slab->inverse), near);
+        far = floats_smaller(floats_mul(out, slab->inverse), far);
     }
-    return lanes_at_most(near, lanes_mul(far, lanes_of(FAR_WIDENING)));
+    return floats_at_most(near, floats_mul(far, floats_of((float)FLOAT_WIDENING)));
 }
 
 /* A child for later. */
 struct packet_pending {
-    double enter;
     uint32_t node, slot;
+    float enter;
 };
 
 static INLINED unsigned push_for_packet(struct packet_pending *stack, unsigned top, uint32_t node,
-                                        lane_set set, struct lanes enter)
+                                        lane_set set, struct floats enter)
 {
-    double at[LANES];
+    float at[LANES];
     unsigned end = top + (unsigned)__builtin_popcount(set);
-    lanes_store(at, enter);
+    floats_store(at, enter);
     for (lane_set rest = set; rest; rest = without_lowest(rest)) {
         unsigned slot = lowest_lane(rest);
-        struct lanes here = lanes_of(at[slot]);
-        lane_set nearer = lanes_less(enter, here);
-        nearer |= lanes_at_most(enter, here) & ((UINT32_C(1) << slot) - 1);
+        struct floats here = floats_of(at[slot]);
+        lane_set nearer = floats_less(enter, here);
+        nearer |= floats_at_most(enter, here) & ((UINT32_C(1) << slot) - 1);
         stack[end - 1 - (unsigned)__builtin_popcount(nearer & set)] =
-            (struct packet_pending){at[slot], node, slot};
+            (struct packet_pending){node, slot, at[slot]};
     }
     return end;
 }
@@ -204,21 +223,23 @@ static INLINED void packet_traverse(const struct bvh *bvh, const struct packet *
     struct packet_pending stack[BVH_STACK + BVH_WIDTH];
     unsigned top = 0;
     uint32_t now = 0;
+    float float_limit = float_slab_limit(limit);
     for (;;) {
-        struct lanes enter;
-        lane_set set = ranges_meet(packet, &nodes[now], limit, &enter);
+        struct floats enter;
+        lane_set set = ranges_meet(packet, &nodes[now], float_limit, &enter);
         top = push_for_packet(stack, top, now, set, enter);
         prefetch_children(bvh, &nodes[now], set);
         for (;;) {
             if (top == 0) return;
             const struct packet_pending *next = &stack[--top];
-            if (!(next->enter <= limit)) continue;
+            if (!(next->enter <= float_limit)) continue;
             const struct bvh_node *node = &nodes[next->node];
             if (node->count[next->slot] == 0) {
                 now = node->child[next->slot];
                 break;
             }
             visit(context, node, next->slot, &limit);
+            float_limit = float_slab_limit(limit);
         }
     }
 }

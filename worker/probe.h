@@ -10,7 +10,7 @@ struct probe {
     const struct scene *scene;
     const struct ray *ray;
     struct shear shear;
-    struct shear_lanes shear_lanes;
+    struct shear_quad shear_quad;
     struct purpose purpose;
     uint64_t *exact;
 };
@@ -19,8 +19,8 @@ static INLINED struct probe probe_of(const struct scene *scene, const struct ray
                                      uint64_t *exact)
 {
     struct shear shear = shear_of(&ray->direction);
-    return (struct probe){
-        scene, ray, shear, shear_lanes_of(&shear, &ray->origin), {any, ray->t_max}, exact};
+    return (struct probe){scene, ray, shear, shear_quad_of(&shear, &ray->origin), {any, ray->t_max},
+                          exact};
 }
 
 static inline bool ray_is_finite(const struct ray *ray)
@@ -60,15 +60,25 @@ static inline uint32_t triangles_of(const struct bvh_leaf *leaves, uint32_t coun
     return triangles;
 }
 
-/* Of `count` triangles, 8 at most, those that may be crossed, and those that certainly are. */
+/* How many triangles probe_triangles() looks at. */
+static INLINED uint32_t triangles_at_once(bool naive)
+{
+    return naive ? LANES : QUAD;
+}
+
+/* Of `count` triangles, of the first of them, those that may be crossed, and those that certainly
+ * are. */
 static INLINED struct triangle_sets probe_triangles(const struct probe *probe,
                                                     const struct bvh_leaf *leaves, uint32_t count,
                                                     const struct reach *reach, bool naive)
 {
     const struct vec3 *vertices = scene_vertices(probe->scene);
-    if (!LANES_IN_SIMD) return (struct triangle_sets){first_lanes(count), 0};
+    if (!LANES_IN_SIMD) {
+        uint32_t most = triangles_at_once(naive);
+        return (struct triangle_sets){first_lanes(count < most ? count : most), 0};
+    }
     if (naive) return (struct triangle_sets){naive_crossed(vertices, leaves, count, probe->ray), 0};
-    return sort_triangles(vertices, leaves, count, &probe->shear_lanes, reach);
+    return sort_triangles(vertices, leaves, count, &probe->shear_quad, reach);
 }
 
 static inline bool crossing_counts(const struct ray *ray, double t)

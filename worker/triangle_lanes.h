@@ -1,82 +1,49 @@
-/* Eight triangles against a ray: which of them it may meet. Then the scalar functions look. */
+/* Triangles of a leaf against a ray: which of them it may meet. Then the scalar functions look. */
 #ifndef FARM_WORKER_TRIANGLE_LANES_H
 #define FARM_WORKER_TRIANGLE_LANES_H
 
 #include "worker/bvh.h"
 #include "worker/lanes.h"
+#include "worker/quad.h"
 #include "worker/triangle.h"
 
-/* struct sheared of eight vertices, one of each triangle. */
-struct sheared_lanes {
-    struct lanes x, y, z;
-};
+#define WIDE lanes
+#include "worker/sheared_edges.h"
+#define WIDE quad
+#include "worker/sheared_edges.h"
 
 /* A ray's shear and origin in the order of the shear's axes. */
-struct shear_lanes {
-    struct axis_order order;
+struct shear_quad {
+    struct quad_order order;
     double origin[3], sx, sy;
 };
 
-static INLINED struct shear_lanes shear_lanes_of(const struct shear *shear,
-                                                 const struct vec3 *origin)
+static INLINED struct shear_quad shear_quad_of(const struct shear *shear, const struct vec3 *origin)
 {
-    return (struct shear_lanes){axis_order(shear->x, shear->y, shear->z),
-                                {vec_component(origin, shear->x), vec_component(origin, shear->y),
-                                 vec_component(origin, shear->z)},
-                                shear->sx,
-                                shear->sy};
+    return (struct shear_quad){quad_order(shear->x, shear->y, shear->z),
+                               {vec_component(origin, shear->x), vec_component(origin, shear->y),
+                                vec_component(origin, shear->z)},
+                               shear->sx,
+                               shear->sy};
 }
 
-/* Vertex k of each of `count` triangles; lanes behind the last one repeat the first. */
-static INLINED void load_vertices(const struct vec3 *vertices, const struct bvh_leaf *leaves,
-                                  uint32_t count, unsigned k, const struct axis_order *order,
-                                  struct lanes p[3])
+/* Vertex k of each of `count` triangles; those behind the last one repeat the first. */
+static INLINED struct sheared_quad shear_vertices(const struct shear_quad *shear,
+                                                  const struct vec3 *vertices,
+                                                  const struct bvh_leaf *leaves, uint32_t count,
+                                                  unsigned k)
 {
-    const double *at[LANES];
+    const double *at[QUAD];
+    struct quad p[3];
     UNROLLED
-    for (uint32_t i = 0; i < LANES; i++)
+    for (uint32_t i = 0; i < QUAD; i++)
         at[i] = &vertices[leaves[i < count ? i : 0].vertex[k]].x;
-    lanes_transpose(at, order, p);
-}
-
-static INLINED struct sheared_lanes shear_vertices(const struct shear_lanes *shear,
-                                                   const struct vec3 *vertices,
-                                                   const struct bvh_leaf *leaves, uint32_t count,
-                                                   unsigned k)
-{
-    struct lanes p[3];
-    load_vertices(vertices, leaves, count, k, &shear->order, p);
-    struct lanes z = lanes_sub(p[2], lanes_of(shear->origin[2]));
-    struct lanes x = lanes_sub(p[0], lanes_of(shear->origin[0]));
-    struct lanes y = lanes_sub(p[1], lanes_of(shear->origin[1]));
-    return (struct sheared_lanes){lanes_sub(x, lanes_mul(lanes_of(shear->sx), z)),
-                                  lanes_sub(y, lanes_mul(lanes_of(shear->sy), z)), z};
-}
-
-static INLINED struct lanes lanes_edge(const struct sheared_lanes *p, const struct sheared_lanes *q)
-{
-    return lanes_sub(lanes_mul(p->x, q->y), lanes_mul(p->y, q->x));
-}
-
-static INLINED struct lanes lanes_largest(struct lanes a, struct lanes b, struct lanes c)
-{
-    return lanes_larger(lanes_larger(a, b), c);
-}
-
-static INLINED struct lanes lanes_sideways(const struct sheared_lanes *p)
-{
-    return lanes_add(lanes_abs(p->x), lanes_abs(p->y));
-}
-
-/* edge_error() of each lane. */
-static INLINED struct lanes lanes_edge_error(const struct sheared_lanes *p,
-                                             const struct sheared_lanes *q,
-                                             const struct sheared_lanes *r)
-{
-    struct lanes s = lanes_largest(lanes_sideways(p), lanes_sideways(q), lanes_sideways(r));
-    struct lanes z = lanes_largest(lanes_abs(p->z), lanes_abs(q->z), lanes_abs(r->z));
-    struct lanes product = lanes_mul(lanes_mul(lanes_of(EDGE_FILTER), s), lanes_add(z, s));
-    return lanes_add(product, lanes_of(EDGE_LEAST));
+    quad_transpose(at, &shear->order, p);
+    struct quad z = quad_sub(p[2], quad_of(shear->origin[2]));
+    struct quad x = quad_sub(p[0], quad_of(shear->origin[0]));
+    struct quad y = quad_sub(p[1], quad_of(shear->origin[1]));
+    return (struct sheared_quad){quad_sub(x, quad_mul(quad_of(shear->sx), z)),
+                                 quad_sub(y, quad_mul(quad_of(shear->sy), z)), z};
 }
 
 /* Lanes of triangles, as the filter of triangle_crossings() has them. */
@@ -106,29 +73,26 @@ static INLINED struct reach reach_of(const struct ray *ray, const struct shear *
     return (struct reach){near, far};
 }
 
-/* `count` triangles, 8 at most. Without a reach nothing is certain. The same operations as those of
- * triangle_crossings(), in the same order. */
+/* Of `count` triangles the first QUAD. Without a reach nothing is certain. The same operations as
+ * those of triangle_crossings(), in the same order. */
 static INLINED struct triangle_sets sort_triangles(const struct vec3 *vertices,
                                                    const struct bvh_leaf *leaves, uint32_t count,
-                                                   const struct shear_lanes *shear,
+                                                   const struct shear_quad *shear,
                                                    const struct reach *reach)
 {
-    struct sheared_lanes p = shear_vertices(shear, vertices, leaves, count, 0);
-    struct sheared_lanes q = shear_vertices(shear, vertices, leaves, count, 1);
-    struct sheared_lanes r = shear_vertices(shear, vertices, leaves, count, 2);
-    struct lanes e0 = lanes_edge(&q, &r), e1 = lanes_edge(&r, &p), e2 = lanes_edge(&p, &q);
-    struct lanes low = lanes_smaller(lanes_smaller(e0, e1), e2);
-    struct lanes high = lanes_larger(lanes_larger(e0, e1), e2);
-    struct lanes error = lanes_edge_error(&p, &q, &r), zero = lanes_of(0);
+    struct sheared_quad p = shear_vertices(shear, vertices, leaves, count, 0);
+    struct sheared_quad q = shear_vertices(shear, vertices, leaves, count, 1);
+    struct sheared_quad r = shear_vertices(shear, vertices, leaves, count, 2);
+    struct quad e0 = quad_edge(&q, &r), e1 = quad_edge(&r, &p), e2 = quad_edge(&p, &q);
+    struct quad low = quad_least(e0, e1, e2), high = quad_largest(e0, e1, e2);
+    struct quad error = quad_edge_error(&p, &q, &r), zero = quad_of(0);
     /* A sum has the sign of the exact one: low < -error. */
-    lane_set missed = lanes_less(lanes_add(low, error), zero) & lanes_less(error, high);
-    struct triangle_sets sets = {.maybe = ~missed & first_lanes(count)};
+    lane_set missed = quad_less(quad_add(low, error), zero) & quad_less(error, high);
+    struct triangle_sets sets = {.maybe = ~missed & first_lanes(count < QUAD ? count : QUAD)};
     if (!reach || !sets.maybe) return sets;
-    struct lanes first = lanes_smaller(lanes_smaller(p.z, q.z), r.z);
-    struct lanes last = lanes_larger(lanes_larger(p.z, q.z), r.z);
-    lane_set crossed = lanes_less(error, low) | lanes_less(lanes_add(high, error), zero);
-    lane_set within =
-        lanes_less(lanes_of(reach->from), first) & lanes_less(last, lanes_of(reach->to));
+    struct quad first = quad_least(p.z, q.z, r.z), last = quad_largest(p.z, q.z, r.z);
+    lane_set crossed = quad_less(error, low) | quad_less(quad_add(high, error), zero);
+    lane_set within = quad_less(quad_of(reach->from), first) & quad_less(last, quad_of(reach->to));
     sets.certain = sets.maybe & crossed & within;
     return sets;
 }
@@ -167,13 +131,18 @@ static INLINED struct lanes lanes_dot(struct vec3_lanes a, struct vec3_lanes b)
     return lanes_add(xy, lanes_mul(a.z, b.z));
 }
 
+/* Vertex k of each of `count` triangles; lanes behind the last one repeat the first. */
 static INLINED struct vec3_lanes naive_vertices(const struct vec3 *vertices,
                                                 const struct bvh_leaf *leaves, uint32_t count,
                                                 unsigned k)
 {
+    const double *at[LANES];
     struct axis_order order = axis_order(0, 1, 2);
     struct lanes p[3];
-    load_vertices(vertices, leaves, count, k, &order, p);
+    UNROLLED
+    for (uint32_t i = 0; i < LANES; i++)
+        at[i] = &vertices[leaves[i < count ? i : 0].vertex[k]].x;
+    lanes_transpose(at, &order, p);
     return (struct vec3_lanes){p[0], p[1], p[2]};
 }
 
