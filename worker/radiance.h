@@ -21,7 +21,7 @@
 #include "common/scene.h"
 #include "worker/shape.h"
 
-/* Enough to tell a few objects from each other; all of them are looked at for every new ray. */
+/* Enough to tell a few objects from each other; all of them are looked at for a ray. */
 #define RADIANCE_GROUPS 16
 
 /* So deep a tree is meant by "any depth" where surfaces lose nothing. */
