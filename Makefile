@@ -11,6 +11,7 @@
 #   make bench-stability   the catalogue of stiff and extreme cases at full size, 1e9 rays through
 #                    closed meshes among them; tables to bench/out/
 #   make bench-error       error against run time: uniform, adaptive, depth, cutoff, peers
+#   make bench-error-truncation   what pruned pictures claim to be wrong by, and are
 #   make bench-faults   kill -9, SIGSTOP, torn journals, full and slow disks, hundreds of times
 #   make bench-balance     how evenly the work is shared out, in real runs and simulated on machines
 #                    that are not here; report, tables and plots to bench/out/
@@ -70,7 +71,8 @@ say   := $(if $(V),@:,@echo)
 FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
 
 .PHONY: all deps bench-deps run test asan lint fuzz fuzz-deps bench-stability bench-kernel \
-        bench-balance bench-error bench-faults bench-omit scenes install clean format
+        bench-balance bench-error bench-error-truncation bench-faults bench-omit scenes install clean \
+        format
 .SECONDARY:
 
 all: $(FARM) scenes
@@ -100,7 +102,7 @@ $(foreach level,$(LEVELS),$(eval $(call level_rules,$(level))))
 
 # Loops over lanes: both sides of a selection may be computed, nobody looks at the traps. Where fma()
 # is a call, Clang complains that it cannot use SIMD; the bits are the same without.
-%/worker/points.o %/worker/sample.o: FLAGS += -fno-trapping-math -Wno-pass-failed
+%/worker/points.o %/worker/radiance.o %/worker/sample.o: FLAGS += -fno-trapping-math -Wno-pass-failed
 
 # The large parts of the sample scenes are made by programs, not checked in.
 scenes: config/generated/.made
@@ -136,6 +138,17 @@ bench-stability: $(BUILD)/bench/stability all
 	FARM=$(abspath $(FARM)) $(BUILD)/bench/stability --csv bench/out/stability.csv \
 	    --markdown bench/out/stability.md $(STABILITY_OPTIONS); \
 	    status=$$?; FARM=$(abspath $(FARM)) sh bench/stability_cost.sh || status=1; exit $$status
+
+# What pictures claim to be wrong by for max_depth and cutoff, against what they are.
+$(BUILD)/bench/error_truncation: $(BUILD)/bench/error_truncation.o $(filter-out %/stability_main.o,$(STABILITY)) $(LIBRARY)
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lmpfr -lgmp -o $@
+
+# Some minutes; SCENES=FOLDER for the scene files of another folder as well.
+bench-error-truncation: $(BUILD)/bench/error_truncation all
+	@mkdir -p bench/out
+	$(BUILD)/bench/error_truncation --csv bench/out/error_truncation.csv \
+	    --markdown bench/out/error_truncation.md $(ERROR_TRUNCATION_OPTIONS)
 
 # The kernel beside Embree, Tachyon and POV-Ray, on one thread each; some quarter of an hour.
 # KERNEL_OPTIONS="--scenes balls,million --repeat 3 --programs farm,embree" for less.
@@ -252,10 +265,11 @@ run: all
 	$(MPIEXEC) -n $$(nproc) ./$(FARM) config/lantern.ini
 
 test: all $(UNITS) $(BUILD)/bench/stability $(BUILD)/bench/kernel $(BUILD)/bench/omit \
-        $(BUILD)/bench/faults_journal $(BUILD)/bench/faults_slow.so
+        $(BUILD)/bench/faults_journal $(BUILD)/bench/faults_slow.so $(BUILD)/bench/error_truncation
 	@FARM=./$(FARM) UNITS="$(UNITS)" STABILITY=$(BUILD)/bench/stability KERNEL=$(BUILD)/bench/kernel \
 	    OMIT=$(BUILD)/bench/omit FAULTS_JOURNAL=$(BUILD)/bench/faults_journal \
-	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so MPIEXEC="$(MPIEXEC)" MPICC="$(MPICC)" sh test/run.sh
+	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so \
+	    TRUNCATION=$(BUILD)/bench/error_truncation MPIEXEC="$(MPIEXEC)" MPICC="$(MPICC)" sh test/run.sh
 
 asan:
 	@$(MAKE) BUILD=build/asan FARM=build/asan/farm OPTIMISE='-O1 -g' \
@@ -320,4 +334,4 @@ format:
 	clang-format -i $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] \
 	    test/*.[ch] test/fuzz/*.[ch] bench/*.[ch])
 
--include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/omit.d $(BALANCE:.o=.d) $(BUILD)/bench/error_tool.d $(wildcard $(BUILD)/test/fuzz/*.d)
+-include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/omit.d $(BALANCE:.o=.d) $(BUILD)/bench/error_tool.d $(BUILD)/bench/error_truncation.d $(wildcard $(BUILD)/test/fuzz/*.d)

@@ -40,6 +40,7 @@ void render_counts_add(struct render_counts *sum, const struct render_counts *mo
     sum->exact_fallbacks += more->exact_fallbacks;
     sum->intersect_s += more->intersect_s;
     sum->shade_s += more->shade_s;
+    sum->bound_rays += more->bound_rays;
     sum->truncation = fmax(sum->truncation, more->truncation);
     error_sum_add(&sum->sampling, &more->sampling);
     error_sum_add(&sum->halfway, &more->halfway);

@@ -107,6 +107,7 @@ struct render_counts {
     uint64_t exact_fallbacks; /* predicates whose error filter asked for exact arithmetic */
     double intersect_s;       /* wall seconds spent finding hits and occluders */
     double shade_s;           /* wall seconds of the rest */
+    uint64_t bound_rays; /* traced only to bound what max_depth and cutoff have left out */
     double truncation; /* largest error of a pixel that max_depth and cutoff can have caused */
     uint64_t unmatched_media; /* refractions out of what the ray had not entered: worker/medium.h */
     uint64_t open_media;      /* rays that left the scene within a medium */
@@ -155,9 +156,9 @@ _Static_assert(sizeof(struct welcome) == 64, "struct welcome goes over the wire 
 _Static_assert(sizeof(struct lot_header) == 8, "struct lot_header goes over the wire as it is");
 _Static_assert(sizeof(struct ready) == 72, "struct ready goes over the wire as it is");
 _Static_assert(sizeof(struct start) == 8, "struct start goes over the wire as it is");
-_Static_assert(sizeof(struct result_header) == 216,
+_Static_assert(sizeof(struct result_header) == 224,
                "struct result_header goes over the wire as it is");
-_Static_assert(sizeof(struct renderer_stats) == 320,
+_Static_assert(sizeof(struct renderer_stats) == 328,
                "struct renderer_stats goes over the wire as it is");
 
 /* Floats that are sent of a pixel; halves: sampling is adaptive. */

@@ -352,6 +352,7 @@ static void put_quality(struct json *json, const struct report *report)
     put_reference(json, report);
     json_open(json, "bound", '{');
     json_number(json, "truncation", counts.truncation);
+    json_count(json, "rays", counts.bound_rays);
     json_close(json, '}');
     put_numerics(json, report, &counts);
     json_open(json, "resumed", '{');
