@@ -351,6 +351,7 @@ static void drop_unused(struct builder *builder, struct list *table, size_t size
         for (unsigned r = 0; r < count; r++) {
             const struct list *list = &builder->primitives[references[r].kind];
             size_t step = primitive_size(references[r].kind);
+            if (list->count == 0) continue; /* then there are no items to point into */
             char *at = (char *)list->items + references[r].offset;
             for (uint64_t i = 0; i < list->count; i++, at += step) {
                 uint32_t *index = (uint32_t *)(void *)at;
