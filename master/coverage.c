@@ -42,7 +42,7 @@ uint32_t coverage_count(const struct coverage *coverage, const struct tile *tile
     uint32_t pixels = tile_pixels(tile), count = 0;
     for (uint32_t k = 0; k < pixels; k++) {
         uint64_t i = pixel_index(coverage, tile, k);
-        count += coverage->bits[i / WORD_BITS] >> i % WORD_BITS & 1;
+        count += (uint32_t)(coverage->bits[i / WORD_BITS] >> i % WORD_BITS & 1);
     }
     return count;
 }
