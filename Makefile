@@ -10,6 +10,7 @@
 #   make fuzz        every parser and validator against hostile input, FUZZ_SECONDS=30 each
 #   make bench-stability   the catalogue of stiff and extreme cases at full size, 1e9 rays through
 #                    closed meshes among them; tables to bench/out/
+#   make bench-faults   kill -9, SIGSTOP, torn journals, full and slow disks, hundreds of times
 #   make bench-omit  what is saved by leaving out what a scene does not need
 #   make install     PREFIX=/usr/local DESTDIR=
 
@@ -66,6 +67,7 @@ say   := $(if $(V),@:,@echo)
 FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
 
 .PHONY: all deps bench-deps run test asan lint fuzz fuzz-deps bench-stability bench-kernel bench-omit \
+        bench-faults \
         scenes install clean format
 .SECONDARY:
 
@@ -115,7 +117,7 @@ $(BUILD)/test/%: $(BUILD)/test/%.o $(LIBRARY) $(filter-out $(BUILD)/config/model
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lcmocka $(ORACLE) -o $@
 
 # What is tested against numbers of any precision.
-$(BUILD)/test/test_exact $(BUILD)/test/test_optics: ORACLE := -lmpfr -lgmp
+$(BUILD)/test/test_exact $(BUILD)/test/test_optics $(BUILD)/test/test_solids: ORACLE := -lmpfr -lgmp
 
 # The catalogue of stiff and extreme cases; its oracles, not the farm, need GMP and MPFR.
 $(BUILD)/bench/stability: $(STABILITY) $(LIBRARY)
@@ -164,6 +166,25 @@ bench-omit: $(BUILD)/bench/omit all
 	@mkdir -p bench/out
 	FARM=$(abspath $(FARM)) $(BUILD)/bench/omit
 
+$(BUILD)/bench/faults_journal: $(BUILD)/bench/faults_journal.o
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ -o $@
+
+# Loaded in front of the C library, so without sanitizers of its own.
+$(BUILD)/bench/faults_slow.so: bench/faults_slow.c Makefile
+	@mkdir -p $(@D)
+	$(say)  link $@
+	$(quiet)$(MPICC) $(filter-out -MMD -MP -Wmissing-prototypes $(SANITIZE),$(FLAGS)) -shared -fPIC $< -ldl -o $@
+
+FAULTS := $(BUILD)/bench/faults_journal $(BUILD)/bench/faults_slow.so
+FAULT_RUNS ?= 300
+
+# Some half an hour of two idle cores: FAULT_RUNS=50 for less, FAULTS_KINDS="none" for the soak alone.
+bench-faults: $(FAULTS) all
+	@mkdir -p bench/out
+	FARM=$(abspath $(FARM)) MPIEXEC="$(MPIEXEC)" FAULTS_JOURNAL=$(BUILD)/bench/faults_journal \
+	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so sh bench/faults.sh $(FAULT_RUNS) 1 bench/out
+
 # What a fresh Debian or Ubuntu lacks.
 PACKAGES := gcc binutils libc6-dev mpich libmpich-dev libinih-dev libstb-dev libcmocka-dev \
             libgmp-dev libmpfr-dev
@@ -192,9 +213,11 @@ bench-deps:
 run: all
 	$(MPIEXEC) -n $$(nproc) ./$(FARM) config/lantern.ini
 
-test: all $(UNITS) $(BUILD)/bench/stability $(BUILD)/bench/kernel $(BUILD)/bench/omit
+test: all $(UNITS) $(BUILD)/bench/stability $(BUILD)/bench/kernel $(BUILD)/bench/omit \
+        $(BUILD)/bench/faults_journal $(BUILD)/bench/faults_slow.so
 	@FARM=./$(FARM) UNITS="$(UNITS)" STABILITY=$(BUILD)/bench/stability KERNEL=$(BUILD)/bench/kernel \
-	    OMIT=$(BUILD)/bench/omit MPIEXEC="$(MPIEXEC)" MPICC="$(MPICC)" sh test/run.sh
+	    OMIT=$(BUILD)/bench/omit FAULTS_JOURNAL=$(BUILD)/bench/faults_journal \
+	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so MPIEXEC="$(MPIEXEC)" MPICC="$(MPICC)" sh test/run.sh
 
 asan:
 	@$(MAKE) BUILD=build/asan FARM=build/asan/farm OPTIMISE='-O1 -g' \

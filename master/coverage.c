@@ -37,12 +37,12 @@ uint32_t coverage_add(struct coverage *coverage, const struct tile *tile)
     return added;
 }
 
-bool coverage_holds(const struct coverage *coverage, const struct tile *tile)
+uint32_t coverage_count(const struct coverage *coverage, const struct tile *tile)
 {
-    uint32_t pixels = tile_pixels(tile);
+    uint32_t pixels = tile_pixels(tile), count = 0;
     for (uint32_t k = 0; k < pixels; k++) {
         uint64_t i = pixel_index(coverage, tile, k);
-        if (!(coverage->bits[i / WORD_BITS] >> i % WORD_BITS & 1)) return false;
+        count += coverage->bits[i / WORD_BITS] >> i % WORD_BITS & 1;
     }
-    return true;
+    return count;
 }

@@ -142,7 +142,7 @@ static int print_check(const struct run *run)
 
 /* ---- what is kept ---- */
 
-static bool is_saved(void *save, const struct tile *tile)
+static uint32_t saved_pixels(void *save, const struct tile *tile)
 {
     return save_holds(save, tile);
 }
@@ -152,14 +152,16 @@ static void resume(struct run *run)
 {
     const struct save_found *found = save_found(run->save);
     if (!found->pixels) return;
-    queue_skip(run->queue, is_saved, run->save);
+    queue_skip(run->queue, saved_pixels, run->save);
     struct queue_count count = queue_count(run->queue);
     run->report.resumed = (struct resumed){
         .tiles = count.finished,
         .pixels = count.pixels_finished,
+        .records = found->records,
         .seconds = found->seconds * (double)count.pixels_finished / (double)found->pixels,
         .counts = found->counts,
     };
+    run->report.resumed.again_s = found->seconds - run->report.resumed.seconds;
     fprintf(stderr,
             "farm: going on with %s: %u of %u tiles, %llu pixels, %.1f s of rendering saved\n",
             run->job.settings.output.journal, count.finished, count.tiles,

@@ -273,35 +273,6 @@ void queue_destroy(struct queue *queue)
     free(queue);
 }
 
-/* ---- what an earlier run has finished ---- */
-
-static void skip_item(struct queue *queue, uint32_t id)
-{
-    struct item *item = &queue->items[id];
-    item->finished = item->skipped = true;
-    unset_waiting(queue, id);
-    queue->finished_work += (double)item->work;
-    queue->skipped_work += (double)item->work;
-}
-
-void queue_skip(struct queue *queue, bool (*is_finished)(void *state, const struct tile *tile),
-                void *state)
-{
-    uint32_t next = 0;
-    struct tile tile;
-    while (queue_unfinished(queue, &next, &tile)) {
-        if (!is_finished(state, &tile)) continue;
-        if (queue->shared)
-            queue->share_finished[tile.id] = 1;
-        else
-            skip_item(queue, tile.id);
-        queue->count.finished++;
-        queue->count.pixels_finished += tile_pixels(&tile);
-    }
-    queue->pixels_skipped = queue->count.pixels_finished;
-    if (queue_complete(queue)) queue->next_probe = queue->probes;
-}
-
 /* ---- handing out ---- */
 
 static void give(struct queue *queue, uint32_t renderer, uint32_t id, double work)
@@ -370,6 +341,40 @@ static void split(struct queue *queue, uint32_t id)
 static bool can_split(const struct queue *queue, const struct item *item)
 {
     return (item->w > SPLIT_EDGE || item->h > SPLIT_EDGE) && queue->count.tiles < QUEUE_MAX_TILES;
+}
+
+/* ---- what an earlier run has finished ---- */
+
+static void skip_tile(struct queue *queue, const struct tile *tile)
+{
+    if (queue->shared) {
+        queue->share_finished[tile->id] = 1;
+    } else {
+        struct item *item = &queue->items[tile->id];
+        item->finished = item->skipped = true;
+        unset_waiting(queue, tile->id);
+        queue->finished_work += (double)item->work;
+        queue->skipped_work += (double)item->work;
+    }
+    queue->count.finished++;
+    queue->count.pixels_finished += tile_pixels(tile);
+}
+
+void queue_skip(struct queue *queue, queue_finished_pixels *finished_pixels, void *state)
+{
+    uint32_t next = 0;
+    struct tile tile;
+    while (queue_unfinished(queue, &next, &tile)) {
+        uint32_t finished = finished_pixels(state, &tile);
+        if (finished == tile_pixels(&tile)) {
+            skip_tile(queue, &tile);
+        } else if (finished > 0 && !queue->shared && can_split(queue, &queue->items[tile.id])) {
+            split(queue, tile.id);
+            next = tile.id; /* one half has this id now, the other one comes last */
+        }
+    }
+    queue->pixels_skipped = queue->count.pixels_finished;
+    if (queue_complete(queue)) queue->next_probe = queue->probes;
 }
 
 /* The dearest tiles, so many that they make up the work of a lot. */

@@ -69,11 +69,11 @@ uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height
 uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples);
 
 /*
- * Before anything is handed out: the tiles for which is_finished() says so, being finished by an
- * earlier run, are so here too.
+ * Before anything is handed out: how many pixels of a tile an earlier run has finished. Tiles that are
+ * finished are so here, too; those that are in part are split (dynamic, tiles).
  */
-void queue_skip(struct queue *queue, bool (*is_finished)(void *state, const struct tile *tile),
-                void *state);
+typedef uint32_t queue_finished_pixels(void *state, const struct tile *tile);
+void queue_skip(struct queue *queue, queue_finished_pixels *finished_pixels, void *state);
 
 /*
  * Hands out a lot for this renderer: returns the number of tiles, at most LOT_TILES. 0: not now,

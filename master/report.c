@@ -277,7 +277,9 @@ static void put_quality(struct json *json, const struct report *report)
     json_open(json, "resumed", '{');
     json_count(json, "tiles", report->resumed.tiles);
     json_count(json, "pixels", report->resumed.pixels);
+    json_count(json, "records", report->resumed.records);
     json_seconds(json, "seconds_saved", report->resumed.seconds);
+    json_seconds(json, "seconds_repeated", report->resumed.again_s);
     json_close(json, '}');
 }
 

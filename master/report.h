@@ -16,9 +16,11 @@ struct run_times {
 
 /* What was taken over from the journal of an earlier run. */
 struct resumed {
-    uint32_t tiles;  /* of this run, that needed no rendering */
-    uint64_t pixels; /* of these */
-    double seconds;  /* that they took to render, on all renderers together */
+    uint32_t tiles;   /* of this run, that needed no rendering */
+    uint64_t pixels;  /* of these */
+    uint64_t records; /* good ones in the journal */
+    double seconds;   /* that they took to render, on all renderers together */
+    double again_s;   /* what the rest took that was saved, too, and is rendered again */
     struct render_counts counts;
 };
 
@@ -41,7 +43,7 @@ struct report {
     double master_cpu_s; /* of serving, not of rendering */
     uint64_t master_messages;
     struct resumed resumed;
-    struct heat_range heat; /* of the heat map; 0 and 0: none */
+    struct heat_range heat;                   /* of the heat map; 0 and 0: none */
     double answer_wait_s, answer_wait_most_s; /* until an answer was looked at: mean, most */
     uint32_t repeated_tiles;                  /* handed out a second time */
     double wasted_s;                          /* of rendering, in answers that came second */

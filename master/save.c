@@ -90,6 +90,7 @@ static bool take_record(void *state, const struct journal_record *record)
     struct save *save = state;
     struct render_counts counts;
     if (!record_valid(save->canvas, record, &counts)) return false;
+    save->found.records++;
     uint32_t pixels = coverage_add(&save->coverage, &record->tile);
     if (!pixels) return true;
     const char *rgb = (const char *)record->payload + sizeof counts;
@@ -251,9 +252,9 @@ const struct save_found *save_found(const struct save *save)
     return &save->found;
 }
 
-bool save_holds(const struct save *save, const struct tile *tile)
+uint32_t save_holds(const struct save *save, const struct tile *tile)
 {
-    return coverage_holds(&save->coverage, tile);
+    return coverage_count(&save->coverage, tile);
 }
 
 /* The queue may split tiles: four times as many are a lot. */

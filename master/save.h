@@ -22,9 +22,10 @@
 
 /* What an earlier run has left. */
 struct save_found {
-    uint64_t tiles;  /* as they were cut then */
-    uint64_t pixels; /* each counted once */
-    double seconds;  /* that they took to render, on all renderers together */
+    uint64_t records; /* good ones in the journal */
+    uint64_t tiles;   /* of these, that brought something new; as they were cut then */
+    uint64_t pixels;  /* each counted once */
+    double seconds;   /* that they took to render, on all renderers together */
     struct render_counts counts;
 };
 
@@ -38,8 +39,8 @@ struct save *save_open(const char *path, const struct scene *scene, struct canva
 
 const struct save_found *save_found(const struct save *save);
 
-/* Whether all pixels of a tile were found; until save_start(). */
-bool save_holds(const struct save *save, const struct tile *tile);
+/* How many pixels of a tile were found; until save_start(). */
+uint32_t save_holds(const struct save *save, const struct tile *tile);
 
 /* Whether there is room for so many tiles and pixels more; false after user_error(). */
 bool save_has_room(const struct save *save, uint32_t tiles, uint64_t pixels);

@@ -109,7 +109,7 @@ static void test_json(void **state)
     assert_has(text, "\"truncation\": 0.001\n");
     assert_has(text, "\"nonfinite\": 0,\n    \"first\": null,\n    \"exact_fallbacks\": 14,\n"
                      "    \"unmatched_media\": 0,\n    \"open_media\": 0\n  },");
-    assert_has(text, "\"seconds_saved\": 0.000000\n  }\n}\n");
+    assert_has(text, "\"seconds_saved\": 0.000000,\n    \"seconds_repeated\": 0.000000\n  }\n}\n");
     free(text);
     report.triangles = 0;
     text = report_json(&report);
@@ -154,7 +154,9 @@ static void test_resumed(void **state)
     const struct bad_sample early = {.x = 3, .y = 1}, late = {.x = 1, .y = 7};
     report.resumed.tiles = 5;
     report.resumed.pixels = 80;
+    report.resumed.records = 7;
     report.resumed.seconds = 1.5;
+    report.resumed.again_s = 0.25;
     report.resumed.counts.truncation = 2;
     report.resumed.counts.rays[RAY_PRIMARY] = 1;
     render_counts_bad(&report.resumed.counts, &early);
@@ -165,8 +167,9 @@ static void test_resumed(void **state)
     char *text = report_json(&report);
     assert_has(text, "\"nonfinite\": 2,\n    \"first\": {\"rank\": null, \"pixel\": [3, 1], ");
     assert_has(text, "\"truncation\": 2\n");
-    assert_has(text, "\"resumed\": {\n    \"tiles\": 5,\n    \"pixels\": 80,\n"
-                     "    \"seconds_saved\": 1.500000\n  }\n}\n");
+    assert_has(text,
+               "\"resumed\": {\n    \"tiles\": 5,\n    \"pixels\": 80,\n    \"records\": 7,\n"
+               "    \"seconds_saved\": 1.500000,\n    \"seconds_repeated\": 0.250000\n  }\n}\n");
     free(text);
     text = report_bad_samples(&report);
     assert_has(text,

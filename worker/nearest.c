@@ -23,8 +23,7 @@ static INLINED bool nearest_in(struct nearest_walk *walk, const struct bvh_leaf 
 {
     uint32_t triangles = triangles_of(leaves, count);
     nearest_triangles(walk, leaves, triangles, naive);
-    for (uint32_t i = triangles; i < count; i++)
-        nearest_primitive(walk, leaves[i].id, naive);
+    nearest_solids(walk, leaves + triangles, count - triangles, naive);
     *limit = walk->probe.purpose.farthest;
     return true;
 }
@@ -49,6 +48,7 @@ static INLINED struct hit nearest_hit(const struct scene *scene, const struct bv
     nearest_planes(&walk, naive);
     visit_leaf *visit = naive ? naive_nearest_leaf : nearest_leaf;
     traverse(bvh, ray, walk.probe.purpose.farthest, true, visit, &walk);
+    if (!naive) nearest_waiting(&walk);
     return walk.hit;
 }
 

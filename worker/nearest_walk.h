@@ -4,12 +4,23 @@
 
 #include "worker/order.h"
 #include "worker/probe.h"
+#include "worker/solid_lanes.h"
+
+/* A solid that the ray certainly meets, and nothing is known but about where. */
+struct waiting {
+    uint32_t id;
+    double from; /* no nearer than this */
+};
+
+#define WAITING_MAX 6
 
 struct nearest_walk {
     struct probe probe;
     double origin_error; /* of distances along the ray */
     struct hit hit;
     double hit_error; /* of its distance */
+    uint32_t waiting_count;
+    struct waiting waiting[WAITING_MAX];
 };
 
 /* Whether a crossing of another primitive that is about as far as the hit comes first; counted as
@@ -43,7 +54,7 @@ static INLINED void nearest_crossing(struct nearest_walk *walk, const struct cro
     walk->hit = (struct hit){t, found->u, found->v, id, crossing.part};
     walk->hit_error = error;
     /* Something that comes before the hit may seem to be that far. */
-    walk->probe.purpose.farthest = smaller(t + 2 * error, walk->probe.ray->t_max);
+    walk->probe.purpose.farthest = smaller(t + 2 * error, walk->probe.purpose.farthest);
 }
 
 static INLINED void nearest_primitive(struct nearest_walk *walk, uint32_t id, bool naive)
@@ -57,10 +68,13 @@ static INLINED void nearest_primitive(struct nearest_walk *walk, uint32_t id, bo
 static INLINED struct nearest_walk nearest_walk_of(const struct scene *scene, const struct ray *ray,
                                                    uint64_t *exact)
 {
-    return (struct nearest_walk){probe_of(scene, ray, false, exact),
-                                 order_error_of_origin(ray),
-                                 {.t = INFINITE, .primitive = PRIMITIVE_NONE},
-                                 0};
+    struct nearest_walk walk; /* no initializer: that would clear all of it for every ray */
+    walk.probe = probe_of(scene, ray, false, exact);
+    walk.origin_error = order_error_of_origin(ray);
+    walk.hit = (struct hit){.t = INFINITE, .primitive = PRIMITIVE_NONE};
+    walk.hit_error = 0;
+    walk.waiting_count = 0;
+    return walk;
 }
 
 static INLINED void nearest_planes(struct nearest_walk *walk, bool naive)
@@ -68,6 +82,69 @@ static INLINED void nearest_planes(struct nearest_walk *walk, bool naive)
     uint32_t end = plane_ids_end(walk->probe.scene);
     for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < end; id++)
         nearest_primitive(walk, id, naive);
+}
+
+/* ---- solids ---- */
+
+/* Tests those that wait and may still be the nearest. */
+static inline void nearest_waiting(struct nearest_walk *walk)
+{
+    for (uint32_t i = 0; i < walk->waiting_count; i++)
+        if (walk->waiting[i].from <= walk->probe.purpose.farthest)
+            nearest_primitive(walk, walk->waiting[i].id, false);
+    walk->waiting_count = 0;
+}
+
+/* Keeps one that is met between from and to: before anything else is, perhaps. What is farther than
+ * that by more than the errors of both, see worker/order.h, is of no interest. */
+static INLINED void nearest_waits(struct nearest_walk *walk, uint32_t id, double from, double to)
+{
+    struct purpose *purpose = &walk->probe.purpose;
+    if (walk->waiting_count == WAITING_MAX) nearest_waiting(walk);
+    walk->waiting[walk->waiting_count++] = (struct waiting){id, from};
+    if (!(to < walk->probe.ray->t_max)) return;
+    purpose->farthest =
+        smaller(to + 2 * (walk->origin_error + ORDER_ERROR * to), purpose->farthest);
+}
+
+/* `count` solids of one kind, 8 at most. */
+static INLINED void nearest_spans(struct nearest_walk *walk, const struct bvh_leaf *leaves,
+                                  uint32_t count)
+{
+    const struct probe *probe = &walk->probe;
+    struct solid_spans spans = spans_of_leaf(probe->scene, leaves, count, probe->ray);
+    lane_set set = may_be_crossed(&spans, lanes_of(probe->purpose.farthest)) & first_lanes(count);
+    lane_set leaving = lane_of_id(leaves, count, probe->ray->from);
+    if (!(set | leaving)) return;
+    struct first_crossing first = first_crossing(&spans);
+    double from[LANES], to[LANES];
+    lanes_store(from, first.from);
+    lanes_store(to, first.to);
+    for (set |= leaving; set; set = without_lowest(set)) {
+        unsigned lane = lowest_lane(set);
+        uint32_t id = leaves[lane].id;
+        bool told = (first.told & ~leaving) >> lane & 1;
+        if (told && is_told_solid(probe->scene, id))
+            nearest_waits(walk, id, from[lane], to[lane]);
+        else
+            nearest_primitive(walk, id, false);
+    }
+}
+
+/* What is in a leaf besides triangles. */
+static INLINED void nearest_solids(struct nearest_walk *walk, const struct bvh_leaf *leaves,
+                                   uint32_t count, bool naive)
+{
+    for (uint32_t i = 0; i < count;) {
+        uint32_t run = run_of_kind(leaves + i, count - i);
+        if (LANES_IN_SIMD && !naive && are_for_lanes(leaves + i, run)) {
+            nearest_spans(walk, leaves + i, run);
+            i += run;
+        } else {
+            for (uint32_t end = i + run; i < end; i++)
+                nearest_primitive(walk, leaves[i].id, naive);
+        }
+    }
 }
 
 #endif

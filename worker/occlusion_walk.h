@@ -7,6 +7,7 @@
 
 #include "common/message.h"
 #include "worker/probe.h"
+#include "worker/solid_lanes.h"
 
 /* How often a ray crossed the surface of a transparent primitive. */
 struct passage {
@@ -148,14 +149,53 @@ static INLINED bool occlusion_triangles(struct occlusion_walk *walk, const struc
     return true;
 }
 
+/* `count` solids of one kind, 8 at most. */
+static INLINED bool occlusion_spans(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
+                                    uint32_t count)
+{
+    const struct probe *probe = &walk->probe;
+    struct solid_spans spans = spans_of_leaf(probe->scene, leaves, count, probe->ray);
+    struct lanes t_max = lanes_of(probe->ray->t_max);
+    lane_set set = may_be_crossed(&spans, t_max) & first_lanes(count);
+    lane_set leaving = lane_of_id(leaves, count, probe->ray->from);
+    if (!(set | leaving)) return true;
+    struct crossing_sets certain = crossing_sets(&spans, t_max);
+    for (set |= leaving; set; set = without_lowest(set)) {
+        unsigned lane = lowest_lane(set), twice = certain.twice >> lane & 1;
+        uint32_t id = leaves[lane].id;
+        bool told = ((certain.once | certain.twice) & ~leaving) >> lane & 1;
+        if (told && is_told_solid(probe->scene, id)) {
+            if (!occlusion_by(walk, id, 1 + twice)) return false;
+        } else if (!occlusion_primitive(walk, id, false)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* What is in a leaf besides triangles. */
+static INLINED bool occlusion_solids(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
+                                     uint32_t count, bool naive)
+{
+    for (uint32_t i = 0; i < count;) {
+        uint32_t run = run_of_kind(leaves + i, count - i);
+        if (LANES_IN_SIMD && !naive && are_for_lanes(leaves + i, run)) {
+            if (!occlusion_spans(walk, leaves + i, run)) return false;
+            i += run;
+        } else {
+            for (uint32_t end = i + run; i < end; i++)
+                if (!occlusion_primitive(walk, leaves[i].id, naive)) return false;
+        }
+    }
+    return true;
+}
+
 static INLINED bool occlusion_in(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
                                  uint32_t count, bool naive)
 {
     uint32_t triangles = triangles_of(leaves, count);
     if (!occlusion_triangles(walk, leaves, triangles, naive)) return false;
-    for (uint32_t i = triangles; i < count; i++)
-        if (!occlusion_primitive(walk, leaves[i].id, naive)) return false;
-    return true;
+    return occlusion_solids(walk, leaves + triangles, count - triangles, naive);
 }
 
 static INLINED struct occlusion_walk occlusion_walk_of(const struct scene *scene,

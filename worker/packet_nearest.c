@@ -13,6 +13,7 @@ struct candidate {
 
 struct nearest_packet {
     struct packet packet;
+    struct ray_lanes ray_lanes;
     const struct scene *scene;
     const struct ray *rays;
     uint64_t *exact;
@@ -41,6 +42,10 @@ static void settle(struct nearest_packet *it, unsigned lane)
     for (unsigned i = 0; i < it->count[lane]; i++) {
         const struct candidate *candidate = &it->candidates[lane][i];
         if (candidate->from > it->limit[lane]) continue;
+        if (!is_triangle(candidate->leaf->id)) {
+            nearest_primitive(walk, candidate->leaf->id, false);
+            continue;
+        }
         struct crossings found = probe_triangle(&walk->probe, candidate->leaf, false);
         nearest_crossing(walk, &found, 0, candidate->leaf->id, false);
     }
@@ -81,6 +86,41 @@ static void packet_candidates(struct nearest_packet *it, const struct bvh_leaf *
     }
 }
 
+/* Tests rays with a primitive, one by one. */
+static void test_each(struct nearest_packet *it, uint32_t id, lane_set set)
+{
+    for (; set; set = without_lowest(set)) {
+        unsigned lane = lowest_lane(set);
+        struct nearest_walk *walk = walk_of(it, lane);
+        nearest_primitive(walk, id, false);
+        it->limit[lane] = smaller(it->limit[lane], walk->probe.purpose.farthest);
+    }
+}
+
+/* The same as packet_candidates(), for a solid that has spans. */
+static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *leaf, lane_set rays)
+{
+    struct solid_spans spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
+    lane_set leaving = 0;
+    for (unsigned lane = 0; lane < LANES; lane++)
+        leaving |= (lane_set)(it->rays[lane].from == leaf->id) << lane;
+    lane_set set = rays & (leaving | may_be_crossed(&spans, lanes_load(it->limit)));
+    if (!set) return;
+    struct first_crossing first = first_crossing(&spans);
+    lane_set told = is_told_solid(it->scene, leaf->id) ? set & first.told & ~leaving : 0;
+    double from[LANES], to[LANES];
+    lanes_store(from, first.from);
+    lanes_store(to, first.to);
+    for (lane_set rest = told; rest; rest = without_lowest(rest)) {
+        unsigned lane = lowest_lane(rest);
+        keep(it, lane, leaf, from[lane]);
+        if (!(to[lane] < it->rays[lane].t_max)) continue;
+        double limit = to[lane] + 2 * (it->origin_error[lane] + ORDER_ERROR * to[lane]);
+        it->limit[lane] = smaller(limit, it->limit[lane]);
+    }
+    test_each(it, leaf->id, set & ~told);
+}
+
 static INLINED void visit_by_packet(void *context, const struct bvh_node *node, unsigned slot,
                                     double *limit)
 {
@@ -98,12 +138,11 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
         lane_set set = rays & view.maybe;
         if (set) packet_candidates(it, &leaves[i], &view, set);
     }
-    for (lane_set rest = triangles < count ? rays : 0; rest; rest = without_lowest(rest)) {
-        unsigned lane = lowest_lane(rest);
-        struct nearest_walk *walk = walk_of(it, lane);
-        for (uint32_t i = triangles; i < count; i++)
-            nearest_primitive(walk, leaves[i].id, false);
-        it->limit[lane] = smaller(it->limit[lane], walk->probe.purpose.farthest);
+    for (uint32_t i = triangles; i < count; i++) {
+        if (has_spans(leaves[i].id))
+            solid_candidates(it, &leaves[i], rays);
+        else
+            test_each(it, leaves[i].id, rays);
     }
     *limit = lanes_highest(lanes_load(it->limit));
 }
@@ -136,7 +175,7 @@ static const struct bvh_leaf *only_candidate(const struct nearest_packet *it, un
         const struct candidate *candidate = &it->candidates[lane][i];
         if (candidate->from > it->limit[lane]) continue;
         if (only && candidate->leaf->id == only->id) continue; /* another piece of it */
-        if (only || candidate->from <= 0) return NULL;
+        if (only || candidate->from <= 0 || !is_triangle(candidate->leaf->id)) return NULL;
         only = candidate->leaf;
     }
     return only;
@@ -176,6 +215,7 @@ bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const stru
 {
     struct nearest_packet it;
     if (!packet_of(bvh, rays, &it.packet)) return false;
+    it.ray_lanes = rays_in_lanes(it.packet.o, it.packet.d);
     it.scene = scene;
     it.rays = rays;
     it.exact = exact;

@@ -4,6 +4,7 @@
 
 struct occlusion_packet {
     struct packet packet;
+    struct ray_lanes ray_lanes;
     const struct scene *scene;
     const struct ray *rays;
     uint64_t *exact;
@@ -31,9 +32,9 @@ static INLINED void note(struct occlusion_packet *it, unsigned lane, bool goes_o
     if (!goes_on) it->open &= ~(UINT32_C(1) << lane);
 }
 
-/* Crossings that certainly count, of rays that do not start on the triangle. */
-static void certain_crossings(struct occlusion_packet *it, const struct bvh_leaf *leaf,
-                              lane_set set)
+/* So many crossings certainly count, of rays that do not start on the primitive. */
+static void certain_crossings(struct occlusion_packet *it, uint32_t id, lane_set set,
+                              unsigned crossings)
 {
     if (!it->passages) {
         it->open &= ~set;
@@ -41,7 +42,7 @@ static void certain_crossings(struct occlusion_packet *it, const struct bvh_leaf
     }
     for (; set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set);
-        note(it, lane, occlusion_by(walk_of(it, lane), leaf->id, 1));
+        note(it, lane, occlusion_by(walk_of(it, lane), id, crossings));
     }
 }
 
@@ -61,11 +62,33 @@ static void triangle_in_the_way(struct occlusion_packet *it, const struct bvh_le
     set &= ~rays_from(it, leaf->id);
     lane_set beyond = lanes_less(it->t_max, from) | lanes_less(to, lanes_of(0));
     lane_set within = lanes_less(it->least, from) & lanes_less(to, it->t_max);
-    certain_crossings(it, leaf, set & view->certain & within);
+    certain_crossings(it, leaf->id, set & view->certain & within, 1);
     for (set &= ~(view->certain & (within | beyond)); set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set);
         note(it, lane, occlusion_triangle(walk_of(it, lane), leaf, false, false));
     }
+}
+
+/* Tests rays with a primitive, one by one. */
+static void test_each(struct occlusion_packet *it, uint32_t id, lane_set set)
+{
+    for (; set; set = without_lowest(set)) {
+        unsigned lane = lowest_lane(set);
+        note(it, lane, occlusion_primitive(walk_of(it, lane), id, false));
+    }
+}
+
+static void solid_in_the_way(struct occlusion_packet *it, uint32_t id, lane_set rays)
+{
+    struct solid_spans spans = spans_of_rays(it->scene, id, &it->ray_lanes);
+    lane_set leaving = rays_from(it, id);
+    lane_set set = rays & (leaving | may_be_crossed(&spans, it->t_max));
+    if (!set) return;
+    struct crossing_sets certain = crossing_sets(&spans, it->t_max);
+    lane_set told = is_told_solid(it->scene, id) ? set & ~leaving : 0;
+    certain_crossings(it, id, told & certain.once, 1);
+    certain_crossings(it, id, told & certain.twice, 2);
+    test_each(it, id, set & ~(told & (certain.once | certain.twice)));
 }
 
 static INLINED void visit_by_packet(void *context, const struct bvh_node *node, unsigned slot,
@@ -85,11 +108,11 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
         lane_set set = rays & it->open & view.maybe;
         if (set) triangle_in_the_way(it, &leaves[i], &view, set);
     }
-    for (uint32_t i = triangles; i < count; i++) {
-        for (lane_set rest = rays & it->open; rest; rest = without_lowest(rest)) {
-            unsigned lane = lowest_lane(rest);
-            note(it, lane, occlusion_primitive(walk_of(it, lane), leaves[i].id, false));
-        }
+    for (uint32_t i = triangles; i < count && (rays & it->open); i++) {
+        if (has_spans(leaves[i].id))
+            solid_in_the_way(it, leaves[i].id, rays & it->open);
+        else
+            test_each(it, leaves[i].id, rays & it->open);
     }
     if (!it->open) *limit = -INFINITE; /* that is all */
 }
@@ -114,6 +137,7 @@ bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const str
 {
     struct occlusion_packet it;
     if (!packet_of(bvh, rays, &it.packet)) return false;
+    it.ray_lanes = rays_in_lanes(it.packet.o, it.packet.d);
     it.scene = scene;
     it.rays = rays;
     it.exact = exact;

@@ -1,0 +1,192 @@
+# Injects faults into runs and looks at what becomes of them: faults.sh RUNS [SEED] [FOLDER FOR TABLES]
+#
+#   rank, master, mpiexec, alone   kill -9 of a rank, of rank 0, of mpiexec, of a run without it
+#   stop       SIGSTOP of a rank: the picture has to be finished without it
+#   signal     SIGTERM, SIGINT or SIGUSR1: status 75
+#   torn, flipped                  mpiexec killed, then the journal cut, or a bit of it turned
+#   full       a file system that is too small, then one with room (only where one can be mounted)
+#   slow       a disk that takes its time (FAULTS_SLOW, loaded in front of the C library), and a kill
+#   none       start and finish, nothing else
+#
+# After the fault the same picture is asked for again, on another number of processes, with another
+# schedule and tile size. FARM, MPIEXEC, FAULTS_JOURNAL and FAULTS_SLOW say where the programs are;
+# FAULTS_KINDS chooses kinds. Status 1 if anything was lost, differed, hung or was left behind.
+set -u
+runs=${1:-300} state=${2:-1} out=${3:-}
+FARM=$(realpath "${FARM:-./farm}")
+MPIEXEC=${MPIEXEC:-mpiexec}
+JOURNAL=$(realpath "${FAULTS_JOURNAL:-build/bench/faults_journal}")
+SLOW=$(realpath "${FAULTS_SLOW:-build/bench/faults_slow.so}")
+SCENE=$(realpath test/data/everything.ini)
+SIZE=${FAULTS_SIZE:-image.width=256 image.height=256 sampling.samples=16}
+kinds=${FAULTS_KINDS:-rank stop master none mpiexec signal torn alone flipped none full slow}
+T=$(mktemp -d)
+trap 'umount "$T/small" 2>/dev/null; rm -rf "$T"' EXIT
+trap 'exit 1' INT TERM
+[ -z "$out" ] || out=$(realpath "$out")
+cd "$T" || exit 1
+LIMIT=120 # seconds until a run counts as hung
+
+# Pseudorandom numbers below $1, the same for the same seed (C. E. Haynes' multiplier).
+number=0
+pick() { state=$(((state * 6364136223846793005 + 1442695040888963407) & 0x7fffffffffffffff)); number=$(((state >> 33) % $1)); }
+nap() { sleep "$(awk "BEGIN { print $1 / 1000 }")"; }
+
+# The processes of this run, by a mark in their surroundings. Zombies have none.
+marked() {
+    grep -lzx "FARM_FAULT=$mark" /proc/[0-9]*/environ 2>/dev/null | sed 's,/proc/\([0-9]*\)/.*,\1,'
+}
+rank_pid() {
+    for p in $(marked); do
+        tr '\0' '\n' <"/proc/$p/environ" 2>/dev/null | grep -qx "PMI_RANK=$1" &&
+            [ "$(cat "/proc/$p/comm" 2>/dev/null)" = farm ] && echo "$p"
+    done
+}
+segments() { ls /dev/shm 2>/dev/null | sort; }
+
+# start PROCESSES ARGUMENT...: in the background, as $job
+start() {
+    count=$1; shift
+    # shellcheck disable=SC2086 # a list of settings
+    if [ "$count" -eq 0 ]; then
+        FARM_FAULT=$mark ${PRELOAD:+env LD_PRELOAD=$PRELOAD} "$FARM" "$SCENE" $SIZE "$@" >o 2>e &
+    else
+        FARM_FAULT=$mark env --default-signal=INT "$MPIEXEC" -n "$count" ${PRELOAD:+env LD_PRELOAD=$PRELOAD} \
+            "$FARM" "$SCENE" $SIZE "$@" >o 2>e &
+    fi
+    job=$!
+}
+
+# Waits for the job and all its processes; status: its own, or 124 when it had to be ended.
+hung=0 left=0
+finish() {
+    i=0
+    while kill -0 $job 2>/dev/null && [ $i -lt $((LIMIT * 20)) ]; do nap 50; i=$((i + 1)); done
+    if kill -0 $job 2>/dev/null; then
+        hung=$((hung + 1)) status=124
+        kill -9 $job
+        wait $job 2>/dev/null
+    else
+        wait $job 2>/dev/null
+        status=$?
+    fi
+    # mpiexec's processes see within moments that it has gone.
+    i=0
+    while [ -n "$(marked)" ] && [ $i -lt 200 ]; do nap 50; i=$((i + 1)); done
+    for p in $(marked); do left=$((left + 1)); kill -9 "$p"; done
+}
+
+other_way() { # chooses processes and settings that do not change the picture
+    pick 7; n=$((number + 2))
+    pick 4; case $number in 0) way=farm.schedule=tiles ;; 1) way=farm.schedule=strips ;; 2) way=farm.schedule=cyclic ;; *) way=farm.schedule=dynamic ;; esac
+    pick 3; [ "$number" -gt 0 ] || way="$way farm.tile=24"
+}
+
+field() { sed -n "/\"resumed\"/,/}/s/.*\"$1\": \([0-9.]*\).*/\1/p" a.json; }
+
+mark=$$.0
+before=$(segments)
+start 2 output.image=ref.pfm output.journal=
+begin=$(date +%s%N); finish
+span=$((($(date +%s%N) - begin) / 1000000)) # milliseconds that a run takes here
+[ -s ref.pfm ] || { cat e; exit 1; }
+small=yes; mkdir small
+mount -t tmpfs -o size=64k none small 2>/dev/null || small=
+[ -z "$small" ] || umount small
+injected=0 lost=0 differ=0 wrong=0 repeated=0 saved=0 run=0
+echo "run,kind,processes,way,fault_ms,status,records,taken_over,seconds_saved,seconds_repeated,same" >table.csv
+
+while [ $run -lt "$runs" ]; do
+    run=$((run + 1)) mark=$$.$run
+    # shellcheck disable=SC2086 # a list of kinds
+    set -- $kinds
+    shift $(((run - 1) % $#)); kind=$1
+    [ "$kind" = full ] && [ -z "$small" ] && kind=torn
+    rm -f a.* a-*.journal o e; other_way; PRELOAD=
+    pick $((span * 3 / 4)); when=$((span / 4 + number))
+    expected= target=a.pfm
+    case $kind in
+    alone) n=0 ;;
+    stop) way=farm.schedule=dynamic ;; # the others give no tile to anybody else
+    slow) PRELOAD=$SLOW ;;
+    full) pick 60; mount -t tmpfs -o size=$((40 + 20 * number))k none small; target=small/a.pfm ;;
+    esac
+    # shellcheck disable=SC2086
+    start $n output.image=$target $way
+    first_way=$way processes=$n
+    case $kind in
+    none | full) ;;
+    *)  nap "$when"; injected=$((injected + 1)) ;;
+    esac
+    case $kind in
+    none) expected=0 ;;
+    full) injected=$((injected + 1)) ;;
+    rank | stop)
+        pick $((n - 1)); victim=$((number + 1)) i=0
+        # A rank is there, and has begun to render, when the journal is.
+        while kill -0 $job 2>/dev/null && [ ! -s a.journal ] && [ $i -lt 200 ]; do nap 20; i=$((i + 1)); done
+        [ $kind = rank ] || { nap 300; expected=0; }
+        p=$(rank_pid $victim)
+        if [ $kind = rank ]; then kill -9 $p 2>/dev/null; else kill -STOP $p 2>/dev/null; fi ;;
+    master) p=$(rank_pid 0); kill -9 $p 2>/dev/null ;;
+    mpiexec | torn | flipped | alone | slow) kill -9 $job 2>/dev/null ;;
+    signal) pick 3; case $number in 0) s=TERM ;; 1) s=INT ;; *) s=USR1 ;; esac
+        kill -$s $job 2>/dev/null ;;
+    esac
+    finish
+    first=$status
+    [ -z "$expected" ] || [ "$status" -eq "$expected" ] || { wrong=$((wrong + 1)); cp e "wrong.$run"; }
+    records=0 taken=0 s=0 again=0
+    if [ $kind = full ]; then
+        mv small/a.* . 2>/dev/null # as if space had been made
+        for j in a-*.journal; do [ -e "$j" ] && mv "$j" a.journal; done # what could not stay there
+        umount small
+    fi
+    if [ -s a.journal ]; then
+        case $kind in
+        torn) pick 1000000000; records=$("$JOURNAL" tear a.journal $number) ;;
+        flipped) pick 1000000000; records=$("$JOURNAL" flip a.journal $number) ;;
+        *) records=$("$JOURNAL" count a.journal) ;;
+        esac
+    fi
+    if [ ! -s a.pfm ] || [ -e a.journal ]; then
+        other_way; pick 4; [ "$number" -gt 0 ] || n=0
+        PRELOAD=
+        # shellcheck disable=SC2086
+        start $n output.image=a.pfm $way
+        finish
+        [ $status -eq 0 ] || { wrong=$((wrong + 1)); cp e "wrong.$run"; }
+        taken=$(field records) s=$(field seconds_saved) again=$(field seconds_repeated)
+        taken=${taken:-0} s=${s:-0} again=${again:-0}
+        # The record in which a bit was turned may be one that is cut off anyway.
+        [ "$taken" -ge "$records" ] || lost=$((lost + records - taken))
+    fi
+    same=yes
+    cmp -s ref.pfm a.pfm || { same=no differ=$((differ + 1)); }
+    echo "$run,$kind,$processes,$first_way,$when,$first,$records,$taken,$s,$again,$same" >>table.csv
+    repeated=$(awk "BEGIN { print $repeated + $again }") saved=$(awk "BEGIN { print $saved + $s }")
+done
+
+# Segments that nobody has open and that were not there before.
+kept=0
+for segment in $(segments); do
+    echo "$before" | grep -qx "$segment" && continue
+    grep -qs "/dev/shm/$segment" /proc/[0-9]*/maps && continue
+    ls -l /proc/[0-9]*/fd 2>/dev/null | grep -q "/dev/shm/$segment" && continue
+    # shellcheck disable=SC2046
+    [ -d "/dev/shm/$segment" ] || kept=$((kept + 1))
+done
+{
+    echo "| runs | faults injected | tiles lost | pictures that differ | hangs | processes left | segments left | other statuses | seconds saved | seconds repeated |"
+    echo "|---|---|---|---|---|---|---|---|---|---|"
+    echo "| $runs | $injected | $lost | $differ | $hung | $left | $kept | $wrong | $saved | $repeated |"
+    echo
+    echo "| kind | runs | records at the fault, mean | taken over, mean | pictures the same |"
+    echo "|---|---|---|---|---|"
+    awk -F, 'NR > 1 { n[$2]++; r[$2] += $7; t[$2] += $8; s[$2] += $11 == "yes" }
+        END { for (k in n) printf "| %s | %d | %.1f | %.1f | %d |\n", k, n[k], r[k] / n[k], t[k] / n[k], s[k] }' table.csv | sort
+} >table.md
+cat table.md
+for log in wrong.*; do [ -e "$log" ] && { echo "run ${log#wrong.}:"; cat "$log"; }; done
+if [ -n "$out" ]; then cp table.csv "$out/faults.csv"; cp table.md "$out/faults.md"; fi
+[ $((lost + differ + hung + left + kept + wrong)) -eq 0 ]

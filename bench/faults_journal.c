@@ -1,0 +1,56 @@
+/*
+ * A journal from outside, without the farm's own code:
+ *
+ *   faults_journal count FILE        how many records stand in it, as far as they are whole
+ *   faults_journal tear FILE NUMBER  cuts it at a place that the number tells
+ *   faults_journal flip FILE NUMBER  turns a bit there; both print the whole records before it
+ */
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define FILE_HEADER   24
+#define RECORD_HEADER 64
+#define BYTES_AT      56 /* in a record's header: the length of what follows */
+
+/* Whole records before the end. */
+static unsigned count_records(FILE *file, long end)
+{
+    unsigned count = 0;
+    for (long at = FILE_HEADER; at + RECORD_HEADER <= end; count++) {
+        uint64_t bytes = 0;
+        if (fseek(file, at + BYTES_AT, SEEK_SET) || fread(&bytes, sizeof bytes, 1, file) != 1)
+            break;
+        if (bytes > (uint64_t)(end - at - RECORD_HEADER)) break;
+        at += RECORD_HEADER + (long)bytes;
+    }
+    return count;
+}
+
+static int turn_bit(FILE *file, long at, unsigned bit)
+{
+    if (fseek(file, at, SEEK_SET)) return 1;
+    int byte = fgetc(file);
+    return byte == EOF || fseek(file, at, SEEK_SET) || fputc(byte ^ (1 << bit), file) == EOF;
+}
+
+int main(int argc, char **argv)
+{
+    FILE *file = argc < 3 ? NULL : fopen(argv[2], "r+b");
+    if (!file || fseek(file, 0, SEEK_END)) {
+        fprintf(stderr, "usage: faults_journal count|tear|flip FILE [NUMBER]\n");
+        return 2;
+    }
+    long size = ftell(file), end = size;
+    unsigned long number = argc > 3 ? strtoul(argv[3], NULL, 10) : 0;
+    bool damages = strcmp(argv[1], "count") != 0 && size > FILE_HEADER;
+    if (damages) end = FILE_HEADER + (long)(number % (unsigned long)(size - FILE_HEADER));
+    printf("%u\n", count_records(file, end));
+    if (!damages) return 0;
+    int failed = strcmp(argv[1], "tear") == 0 ? ftruncate(fileno(file), end)
+                                              : turn_bit(file, end, (unsigned)(number / 7 % 8));
+    return fclose(file) || failed;
+}
