@@ -14,6 +14,8 @@
 
 #include <float.h>
 
+#include "worker/cone_line.h"
+
 /* A cone and a ray with lengths divided by 2^length and the direction by 2^speed, as for a sphere:
  * six lengths or directions are multiplied. */
 struct scaled {
@@ -21,14 +23,6 @@ struct scaled {
     struct vec3 origin, direction;
     int length, speed;
 };
-
-#define ORDINARY_MIN 0x1p-100
-#define ORDINARY_MAX 0x1p100
-
-static bool is_ordinary(double size)
-{
-    return size > ORDINARY_MIN && size < ORDINARY_MAX;
-}
 
 static struct vec3 vec_ldexp(struct vec3 v, int exponent)
 {
@@ -38,13 +32,11 @@ static struct vec3 vec_ldexp(struct vec3 v, int exponent)
 static struct scaled scaled_of(const struct cone *cone, const struct ray *ray)
 {
     struct scaled it = {*cone, ray->origin, ray->direction, 0, 0};
-    double radius = fmax(cone->base_radius, cone->apex_radius);
-    double height = largest_component(vec_sub(cone->apex, cone->base));
-    double speed = largest_component(ray->direction);
     double reach = fmax(largest_component(cone->base), largest_component(cone->apex));
-    reach = fmax(largest_component(ray->origin), fmax(reach, radius));
-    if (is_ordinary(radius) && is_ordinary(height) && is_ordinary(speed) && reach < ORDINARY_MAX)
-        return it;
+    double speed = largest_component(ray->direction);
+    reach = fmax(largest_component(ray->origin),
+                 fmax(reach, fmax(cone->base_radius, cone->apex_radius)));
+    if (cone_is_ordinary(cone, ray->origin, ray->direction)) return it;
     (void)frexp(reach, &it.length);
     (void)frexp(speed, &it.speed);
     it.cone.base = vec_ldexp(cone->base, -it.length);
@@ -56,51 +48,14 @@ static struct scaled scaled_of(const struct cone *cone, const struct ray *ray)
     return it;
 }
 
-/* The quantities of the header's head, with the parameter counted from t. */
-struct cone_line {
-    double t;
-    struct dd3 w, f;
-    struct dd3 D, G;
-    struct dd W, widening;
-    struct dd rho, rho1;
-    struct dd A, B, C;
-    /* Bounds: of |G| + sqrt(W) |rho| and |D| + sqrt(W) |rho1|, and of the errors of these. */
-    double radial, radial_error;
-    double speed, speed_error;
-};
-
-static double dd3_size(struct dd3 a)
-{
-    return sum_of_sizes(dd3_round(a));
-}
-
-/*
- * A component of a cross product of two-term numbers errs by 2 (5 + 3) u^2 of the product of the
- * lengths; three components, and the advance by t D with 5 u^2 of each term: less than 64 u^2 in
- * all. rho sqrt(W) errs by at most (3 products, 1 division, 2 sums) 40 u^2 of its terms, the
- * largest of which are r0 |w| and (r1 - r0) |f|.
- */
-static void bound_line(struct cone_line *line, const struct scaled *it)
-{
-    double f = dd3_size(line->f), w = dd3_size(line->w), d = sum_of_sizes(it->direction);
-    double widening = fabs(line->widening.high), t = fabs(line->t), root_W = sqrt(line->W.high);
-    line->speed = dd3_size(line->D) + root_W * fabs(line->rho1.high);
-    line->speed_error = 64 * DD_ROUNDOFF * d * (w + widening);
-    line->radial = dd3_size(line->G) + root_W * fabs(line->rho.high);
-    line->radial_error =
-        64 * DD_ROUNDOFF * (f * (w + widening) + it->cone.base_radius * w + t * line->speed);
-    line->radial_error += t * line->speed_error;
-}
-
 /* D that is no more than its own error gives no closest approach. */
 #define PARALLEL 0x1p-98
 
-static double closest_approach(const struct scaled *it, const struct cone_line *line, struct dd3 F)
+static double closest_approach(const struct scaled *it, struct dd3 w, struct dd3 F, struct dd3 D)
 {
-    double DD = dd3_dot(line->D, line->D).high;
-    double size = sum_of_sizes(it->direction) * dd3_size(line->w);
-    if (!(dd3_size(line->D) > PARALLEL * size)) return 0;
-    return -dd3_dot(F, line->D).high / DD;
+    double size = sum_of_sizes(it->direction) * dd3_size(w);
+    if (!(dd3_size(D) > PARALLEL * size)) return 0;
+    return cone_closest_approach(F, D);
 }
 
 /* a x - b y, rounded once. */
@@ -115,42 +70,23 @@ static struct dd exact_minor(double a, struct dd x, double b, struct dd y)
     return dd_ldexp(value, exponent > -900 ? exponent : -900);
 }
 
-/* A ray this close to the axis' direction leaves d x w too few digits of double-double. */
-#define STEEP 0x1p-30
-
 /* d x w */
 static struct dd3 across_axis(const struct scaled *it, struct dd3 w)
 {
     struct vec3 d = it->direction;
     struct dd3 D = dd3_cross(dd3_of(d), w);
-    if (dd3_size(D) > STEEP * sum_of_sizes(d) * dd3_size(w)) return D;
+    if (dd3_size(D) > CONE_STEEP * sum_of_sizes(d) * dd3_size(w)) return D;
     return (struct dd3){exact_minor(d.y, w.z, d.z, w.y), exact_minor(d.z, w.x, d.x, w.z),
                         exact_minor(d.x, w.y, d.y, w.x)};
 }
 
 static struct cone_line line_of(const struct scaled *it, bool from_origin)
 {
-    struct cone_line line;
-    struct dd3 d = dd3_of(it->direction);
-    line.w = exact_difference3(it->cone.apex, it->cone.base);
-    line.f = exact_difference3(it->origin, it->cone.base);
-    line.W = dd3_dot(line.w, line.w);
-    line.widening = exact_difference(it->cone.apex_radius, it->cone.base_radius);
-    line.D = across_axis(it, line.w);
-    struct dd3 F = dd3_cross(line.f, line.w);
-    line.t = from_origin ? 0 : closest_approach(it, &line, F);
-    line.G = dd3_add(F, (struct dd3){dd_scale(line.D.x, line.t), dd_scale(line.D.y, line.t),
-                                     dd_scale(line.D.z, line.t)});
-    struct dd slope = dd_div(line.widening, line.W);
-    line.rho1 = dd_mul(slope, dd3_dot(d, line.w));
-    line.rho = dd_add(dd(it->cone.base_radius), dd_mul(slope, dd3_dot(line.f, line.w)));
-    line.rho = dd_add(line.rho, dd_scale(line.rho1, line.t));
-    struct dd W_rho1 = dd_mul(line.W, line.rho1);
-    line.A = dd_sub(dd3_dot(line.D, line.D), dd_mul(W_rho1, line.rho1));
-    line.B = dd_sub(dd_mul(W_rho1, line.rho), dd3_dot(line.G, line.D));
-    line.C = dd_sub(dd3_dot(line.G, line.G), dd_mul(line.W, dd_mul(line.rho, line.rho)));
-    bound_line(&line, it);
-    return line;
+    struct dd3 w = exact_difference3(it->cone.apex, it->cone.base);
+    struct dd3 f = exact_difference3(it->origin, it->cone.base);
+    struct dd3 F = dd3_cross(f, w), D = across_axis(it, w);
+    double t = from_origin ? 0 : closest_approach(it, w, F, D);
+    return cone_line_from(&it->cone, it->direction, w, f, F, D, t);
 }
 
 /* ---- polynomials of the input ---- */
@@ -278,33 +214,24 @@ static bool is_between(double value, double error)
     return fabs(value) <= error;
 }
 
-/* With the bounds of bound_line(); 64 u^2 covers the products and sums themselves. */
 static void decide_A(const struct scaled *it, struct cone_line *line)
 {
-    double V = line->speed, error = line->speed_error;
-    double bound = 64 * DD_ROUNDOFF * V * V + 2 * V * error + error * error;
-    if (is_between(line->A.high, bound)) line->A = exact_A(it, line);
+    if (is_between(line->A.high, cone_A_error(line))) line->A = exact_A(it, line);
 }
 
 static struct dd decided_discriminant(const struct scaled *it, const struct cone_line *line,
                                       uint64_t *exact)
 {
-    struct dd value = dd_sub(dd_mul(line->B, line->B), dd_mul(line->A, line->C));
-    double S = line->radial, V = line->speed;
-    double error = V * line->radial_error + S * line->speed_error;
-    double bound = 64 * DD_ROUNDOFF * S * V * (S * V) + 4 * S * V * error + error * error;
-    /* Its root has lost half of the digits there: 2^12 keeps the roots to 2^-56. */
-    if (!is_between(value.high, 0x1p12 * bound)) return value;
+    double bound;
+    struct dd value = cone_discriminant(line, &bound);
+    if (!is_between(value.high, CONE_LINE_FILTER * bound)) return value;
     ++*exact;
     return exact_discriminant(it, line);
 }
 
-/* A distance along the ray beyond which nothing of the cone is. */
 static double distances(const struct scaled *it)
 {
-    struct vec3 f = vec_sub(it->origin, it->cone.base), w = vec_sub(it->cone.apex, it->cone.base);
-    double reach = largest_component(f) + largest_component(w);
-    return (reach + it->cone.base_radius) / largest_component(it->direction);
+    return cone_distances(&it->cone, it->origin, it->direction);
 }
 
 /*
@@ -314,12 +241,6 @@ static double distances(const struct scaled *it)
  * than double-double errs by.
  */
 #define SAME_PLACE 0x1p-88
-
-/* B + sign(B) root does not cancel; the roots, in the order of their size, are C / q and q / A. */
-static struct dd larger_sum(struct dd B, struct dd root)
-{
-    return dd_add(B, B.high < 0 ? dd_negate(root) : root);
-}
 
 /* W C = W F.F - (r0 W + (r1 - r0) f.w)^2 at the origin, rounded once. */
 static struct dd exact_C(const struct scaled *it, const struct cone_line *line)
@@ -345,10 +266,6 @@ static struct dd exact_C(const struct scaled *it, const struct cone_line *line)
     return dd_div(dd_ldexp(value, exponent > -900 ? exponent : -900), line->W);
 }
 
-/* The sum of the closest approach and a root errs by 2^-70 of these for a ray close to the axis'
- * direction; one that is smaller than this share of them is computed without that sum. */
-#define ROOT_CANCELLED 0x1p-10
-
 /* The roots with the parameter counted from the origin; the discriminant is the same there. */
 static void roots_from_origin(const struct scaled *it, const struct cone_line *line, struct dd root,
                               struct dd roots[2])
@@ -358,7 +275,7 @@ static void roots_from_origin(const struct scaled *it, const struct cone_line *l
     double error = 64 * DD_ROUNDOFF * S * S + 2 * S * from.radial_error;
     /* Elsewhere it is right to 2^-56. */
     if (fabs(from.C.high) <= 0x1p56 * error) from.C = exact_C(it, line);
-    struct dd q = larger_sum(from.B, root);
+    struct dd q = cone_larger_sum(from.B, root);
     roots[0] = q.high == 0 ? dd(0) : dd_div(from.C, q);
     roots[1] = dd_div(q, line->A);
 }
@@ -370,14 +287,15 @@ static struct interval cone_side(const struct scaled *it, uint64_t *exact)
     if (line.A.high == 0) return linear_side(&line);
     struct dd discriminant = decided_discriminant(it, &line, exact);
     if (discriminant.high < 0) return INTERVAL_NONE;
-    struct dd root = dd_sqrt(discriminant), q = larger_sum(line.B, root);
+    struct dd root = dd_sqrt(discriminant), q = cone_larger_sum(line.B, root);
     struct dd roots[2] = {dd(line.t), dd(line.t)};
     if (q.high != 0) {
         roots[0] = dd_add(roots[0], dd_div(line.C, q));
         roots[1] = dd_add(roots[1], dd_div(q, line.A));
     }
     double size = distances(it), small = fmin(fabs(roots[0].high), fabs(roots[1].high));
-    if (small < ROOT_CANCELLED * (size + fabs(line.t))) roots_from_origin(it, &line, root, roots);
+    if (small < CONE_ROOT_CANCELLED * (size + fabs(line.t)))
+        roots_from_origin(it, &line, root, roots);
     /* From the tip both are 0. */
     if (fabs(roots[1].high) < SAME_PLACE * size) roots[1] = dd(0);
     return nappe(&line, roots);

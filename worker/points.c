@@ -1,5 +1,6 @@
 #include "worker/points.h"
 
+#include "worker/cone_line.h"
 #include "worker/optics_body.h"
 #include "worker/place.h"
 #include "worker/primitive.h"
@@ -8,19 +9,20 @@
 /* ---- where the rays end ---- */
 
 /* What has a way of its own through the lanes, in the order in which the points are kept. */
-enum group { GROUP_SPHERES, GROUP_TRIANGLES, GROUP_PATCHES, GROUP_OTHERS, GROUPS };
+enum group { GROUP_SPHERES, GROUP_TRIANGLES, GROUP_PATCHES, GROUP_SIDES, GROUP_OTHERS, GROUPS };
 
-static enum group group_of(uint32_t primitive)
+static enum group group_of(const struct hit *hit)
 {
-    switch (primitive_kind(primitive)) {
+    switch (primitive_kind(hit->primitive)) {
     case PRIMITIVE_SPHERE:
         return GROUP_SPHERES;
     case PRIMITIVE_TRIANGLE:
         return GROUP_TRIANGLES;
     case PRIMITIVE_PATCH:
         return GROUP_PATCHES;
-    case PRIMITIVE_BOX:
     case PRIMITIVE_CONE:
+        return hit->part == CONE_SIDE ? GROUP_SIDES : GROUP_OTHERS;
+    case PRIMITIVE_BOX:
     case PRIMITIVE_DISC:
     case PRIMITIVE_PLANE:
     case PRIMITIVE_KINDS:
@@ -36,15 +38,14 @@ static void sort_by_group(const struct hit *hits, uint32_t count, struct points 
     uint32_t sizes[GROUPS] = {0};
     uint32_t at[GROUPS];
     for (uint32_t i = 0; i < count; i++)
-        if (hits[i].primitive != PRIMITIVE_NONE) sizes[group_of(hits[i].primitive)]++;
+        if (hits[i].primitive != PRIMITIVE_NONE) sizes[group_of(&hits[i])]++;
     first[0] = 0;
     for (int g = 0; g < GROUPS; g++) {
         at[g] = first[g];
         first[g + 1] = first[g] + sizes[g];
     }
     for (uint32_t i = 0; i < count; i++)
-        if (hits[i].primitive != PRIMITIVE_NONE)
-            points->slot[at[group_of(hits[i].primitive)]++] = i;
+        if (hits[i].primitive != PRIMITIVE_NONE) points->slot[at[group_of(&hits[i])]++] = i;
     points->count = first[GROUPS];
 }
 
@@ -242,25 +243,66 @@ static FLATTENED void interpolate_normals(struct points *points, uint32_t begin,
         interpolate_normal(points, i);
 }
 
-static void find_groups(const struct scene *scene, const struct hit *hits,
+static void gather_sides(const struct scene *scene, const struct ray *rays, const struct hit *hits,
+                         uint32_t begin, uint32_t end, struct points *points)
+{
+    const struct cone *cones = scene_cones(scene);
+    for (uint32_t i = begin; i < end; i++) {
+        uint32_t primitive = hits[points->slot[i]].primitive;
+        const struct cone *cone = &cones[primitive_index(primitive)];
+        set_lane(&points->a, i, cone->base);
+        set_lane(&points->b, i, cone->apex);
+        set_lane(&points->c, i, vec3(cone->base_radius, cone->apex_radius, 0));
+        points->only[i] = truth(rays[points->slot[i]].from == primitive);
+    }
+}
+
+/* cone_point() and cone_normal() of a ray that does not start on that cone. */
+static inline void find_side(struct points *points, uint32_t i)
+{
+    struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
+    struct cone cone = {.base = lane(&points->a, i),
+                        .apex = lane(&points->b, i),
+                        .base_radius = points->c.x[i],
+                        .apex_radius = points->c.y[i]};
+    bool sure = points->only[i] == 0;
+    struct dd t = cone_side_parameter(&cone, o, d, points->t[i], &sure);
+    struct place place = {cone.base, dd3_add(exact_difference3(o, cone.base), dd3_scale(d, t))};
+    struct vec3 normal = plain_unit(cone_side_gradient(&cone, place.offset, &sure), &sure);
+    put_surface(points, i, &place, normal, sure);
+}
+
+static FLATTENED void find_sides(struct points *points, uint32_t begin, uint32_t end)
+{
+    OVER_LANES
+    for (uint32_t i = begin; i < end; i++)
+        find_side(points, i);
+}
+
+static void find_groups(const struct scene *scene, const struct ray *rays, const struct hit *hits,
                         const uint32_t first[GROUPS + 1], struct points *points)
 {
     uint32_t spheres = first[GROUP_SPHERES], triangles = first[GROUP_TRIANGLES];
-    uint32_t patches = first[GROUP_PATCHES], others = first[GROUP_OTHERS];
+    uint32_t patches = first[GROUP_PATCHES], sides = first[GROUP_SIDES];
+    uint32_t others = first[GROUP_OTHERS];
     if (triangles > spheres) {
         gather_spheres(scene, hits, spheres, triangles, points);
         find_spheres(points, spheres, triangles);
     }
-    if (others > triangles) {
-        gather_triangles(scene, hits, triangles, others, points);
-        if (triangles_are_far(points, triangles, others))
-            find_far_triangles(points, triangles, others);
+    if (sides > triangles) {
+        gather_triangles(scene, hits, triangles, sides, points);
+        if (triangles_are_far(points, triangles, sides))
+            find_far_triangles(points, triangles, sides);
         else
-            find_triangles(points, triangles, others);
+            find_triangles(points, triangles, sides);
     }
-    if (others > patches) {
-        gather_normals(scene, hits, patches, others, points);
-        interpolate_normals(points, patches, others);
+    if (sides > patches) {
+        gather_normals(scene, hits, patches, sides, points);
+        interpolate_normals(points, patches, sides);
+    }
+    if (others > sides) {
+        gather_sides(scene, rays, hits, sides, others, points);
+        find_sides(points, sides, others);
     }
 }
 
@@ -334,7 +376,7 @@ void points_find(const struct scene *scene, const struct ray *rays, const struct
     gather_rays(rays, hits, points);
     gather_materials(scene, hits, points);
     bool exact = points->formulas == FORMULAS_EXACT;
-    if (exact) find_groups(scene, hits, first, points);
+    if (exact) find_groups(scene, rays, hits, first, points);
     doubt(points, exact ? first[GROUP_OTHERS] : 0);
     find_singly(scene, rays, hits, points);
     if (exact)

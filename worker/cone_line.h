@@ -1,0 +1,187 @@
+/*
+ * A line as a cone sees it, in double-double: what is common to one line (worker/cone.c, where the
+ * method is told) and to many at once (worker/points.c).
+ */
+#ifndef FARM_WORKER_CONE_LINE_H
+#define FARM_WORKER_CONE_LINE_H
+
+#include "common/scene.h"
+#include "worker/exact.h"
+
+/* The quantities of the head of worker/cone.h, with the parameter counted from t. */
+struct cone_line {
+    double t;
+    struct dd3 w, f;
+    struct dd3 D, G;
+    struct dd W, widening;
+    struct dd rho, rho1;
+    struct dd A, B, C;
+    /* Bounds: of |G| + sqrt(W) |rho| and |D| + sqrt(W) |rho1|, and of the errors of these. */
+    double radial, radial_error;
+    double speed, speed_error;
+};
+
+static inline double dd3_size(struct dd3 a)
+{
+    return sum_of_sizes(dd3_round(a));
+}
+
+/* Six lengths or directions between these may be multiplied. */
+#define CONE_ORDINARY_MIN 0x1p-100
+#define CONE_ORDINARY_MAX 0x1p100
+
+static inline bool is_cone_ordinary(double size)
+{
+    return (size > CONE_ORDINARY_MIN) & (size < CONE_ORDINARY_MAX);
+}
+
+static inline bool cone_is_ordinary(const struct cone *cone, struct vec3 origin,
+                                    struct vec3 direction)
+{
+    double radius = larger(cone->base_radius, cone->apex_radius);
+    double height = largest_component(vec_sub(cone->apex, cone->base));
+    double reach = larger(largest_component(cone->base), largest_component(cone->apex));
+    reach = larger(largest_component(origin), larger(reach, radius));
+    return is_cone_ordinary(radius) & is_cone_ordinary(height) &
+           is_cone_ordinary(largest_component(direction)) & (reach < CONE_ORDINARY_MAX);
+}
+
+/* A ray this close to the axis' direction leaves d x w too few digits of double-double. */
+#define CONE_STEEP 0x1p-30
+
+/* Where |F + t D| is least; F = f x w, D = d x w. */
+static inline double cone_closest_approach(struct dd3 F, struct dd3 D)
+{
+    return -dd3_dot(F, D).high / dd3_dot(D, D).high;
+}
+
+/*
+ * A component of a cross product of two-term numbers errs by 2 (5 + 3) u^2 of the product of the
+ * lengths; three components, and the advance by t D with 5 u^2 of each term: less than 64 u^2 in
+ * all. rho sqrt(W) errs by at most (3 products, 1 division, 2 sums) 40 u^2 of its terms, the
+ * largest of which are r0 |w| and (r1 - r0) |f|.
+ */
+static inline void cone_line_bound(struct cone_line *line, double base_radius,
+                                   struct vec3 direction)
+{
+    double f = dd3_size(line->f), w = dd3_size(line->w), d = sum_of_sizes(direction);
+    double widening = fabs(line->widening.high), t = fabs(line->t), root_W = sqrt(line->W.high);
+    line->speed = dd3_size(line->D) + root_W * fabs(line->rho1.high);
+    line->speed_error = 64 * DD_ROUNDOFF * d * (w + widening);
+    line->radial = dd3_size(line->G) + root_W * fabs(line->rho.high);
+    line->radial_error =
+        64 * DD_ROUNDOFF * (f * (w + widening) + base_radius * w + t * line->speed);
+    line->radial_error += t * line->speed_error;
+}
+
+static inline struct cone_line cone_line_from(const struct cone *cone, struct vec3 direction,
+                                              struct dd3 w, struct dd3 f, struct dd3 F,
+                                              struct dd3 D, double t)
+{
+    struct cone_line line = {.t = t, .w = w, .f = f, .D = D};
+    line.W = dd3_dot(w, w);
+    line.widening = exact_difference(cone->apex_radius, cone->base_radius);
+    line.G = dd3_add(F, (struct dd3){dd_scale(D.x, t), dd_scale(D.y, t), dd_scale(D.z, t)});
+    struct dd slope = dd_div(line.widening, line.W);
+    line.rho1 = dd_mul(slope, dd3_dot(dd3_of(direction), w));
+    line.rho = dd_add(dd(cone->base_radius), dd_mul(slope, dd3_dot(f, w)));
+    line.rho = dd_add(line.rho, dd_scale(line.rho1, t));
+    struct dd W_rho1 = dd_mul(line.W, line.rho1);
+    line.A = dd_sub(dd3_dot(D, D), dd_mul(W_rho1, line.rho1));
+    line.B = dd_sub(dd_mul(W_rho1, line.rho), dd3_dot(line.G, D));
+    line.C = dd_sub(dd3_dot(line.G, line.G), dd_mul(line.W, dd_mul(line.rho, line.rho)));
+    cone_line_bound(&line, cone->base_radius, direction);
+    return line;
+}
+
+/* With the bounds of cone_line_bound(); 64 u^2 covers the products and sums themselves. */
+static inline double cone_A_error(const struct cone_line *line)
+{
+    double V = line->speed, error = line->speed_error;
+    return 64 * DD_ROUNDOFF * V * V + 2 * V * error + error * error;
+}
+
+/* Within this many times its error the discriminant is taken from exact arithmetic. Its root has
+ * lost half of the digits there: that keeps the roots to 2^-56. */
+#define CONE_LINE_FILTER 0x1p12
+
+static inline struct dd cone_discriminant(const struct cone_line *line, double *bound)
+{
+    double S = line->radial, V = line->speed;
+    double error = V * line->radial_error + S * line->speed_error;
+    *bound = 64 * DD_ROUNDOFF * S * V * (S * V) + 4 * S * V * error + error * error;
+    return dd_sub(dd_mul(line->B, line->B), dd_mul(line->A, line->C));
+}
+
+/* B + sign(B) root does not cancel; the roots, in the order of their size, are C / q and q / A. */
+static inline struct dd cone_larger_sum(struct dd B, struct dd root)
+{
+    struct dd turned = {B.high < 0 ? -root.high : root.high, B.high < 0 ? -root.low : root.low};
+    return dd_add(B, turned);
+}
+
+/* A distance along the ray beyond which nothing of the cone is. */
+static inline double cone_distances(const struct cone *cone, struct vec3 origin,
+                                    struct vec3 direction)
+{
+    struct vec3 f = vec_sub(origin, cone->base), w = vec_sub(cone->apex, cone->base);
+    double reach = largest_component(f) + largest_component(w);
+    return (reach + cone->base_radius) / largest_component(direction);
+}
+
+/* The sum of the closest approach and a root errs by 2^-70 of these for a ray close to the axis'
+ * direction; one that is smaller than this share of them is computed without that sum. */
+#define CONE_ROOT_CANCELLED 0x1p-10
+
+/*
+ * cone_parameter() of a hit at t on the side, of a ray that does not start on this cone, where *sure
+ * stays true: of an ordinary cone whose two roots are well apart, from each other and from the caps'
+ * planes.
+ */
+static inline struct dd cone_side_parameter(const struct cone *cone, struct vec3 o, struct vec3 d,
+                                            double t, bool *sure)
+{
+    struct dd3 w = exact_difference3(cone->apex, cone->base), f = exact_difference3(o, cone->base);
+    struct dd3 F = dd3_cross(f, w), D = dd3_cross(dd3_of(d), w);
+    double speed = sum_of_sizes(d), width = dd3_size(w), bound;
+    *sure &= cone_is_ordinary(cone, o, d);
+    *sure &= dd3_size(D) > CONE_STEEP * speed * width;
+    struct cone_line line = cone_line_from(cone, d, w, f, F, D, cone_closest_approach(F, D));
+    *sure &= line.A.high > cone_A_error(&line);
+    struct dd square = cone_discriminant(&line, &bound);
+    *sure &= square.high > CONE_LINE_FILTER * bound;
+    double root = sqrt(square.high);
+    double rest = fma(-root, root, square.high) + square.low;
+    struct dd q = cone_larger_sum(line.B, sum_of_ordered(root, rest / (2 * root)));
+    struct dd first = dd_add(dd(line.t), dd_div(line.C, q));
+    struct dd second = dd_add(dd(line.t), dd_div(q, line.A));
+    double reach = cone_distances(cone, o, d) + fabs(line.t);
+    *sure &= fabs(first.high) >= CONE_ROOT_CANCELLED * reach;
+    *sure &= fabs(second.high) >= CONE_ROOT_CANCELLED * reach;
+    *sure &= (first.high == t) != (second.high == t);
+    /* The distances to the caps' planes err by 2^-30 of the reach at most. */
+    double rise = vec_dot(d, dd3_round(w)), height = vec_dot(dd3_round(f), dd3_round(w));
+    double to_base = -height / rise, to_apex = (line.W.high - height) / rise;
+    *sure &= fabs(rise) > 0x1p-20 * speed * width;
+    *sure &= (fabs(to_base - t) > 0x1p-20 * reach) & (fabs(to_apex - t) > 0x1p-20 * reach);
+    bool is_first = first.high == t;
+    return (struct dd){is_first ? first.high : second.high, is_first ? first.low : second.low};
+}
+
+/* The gradient that cone_normal() gives the length 1, at a point p of the side. */
+static inline struct vec3 cone_side_gradient(const struct cone *cone, struct dd3 p, bool *sure)
+{
+    struct dd3 w = exact_difference3(cone->apex, cone->base);
+    struct dd W = dd3_dot(w, w);
+    struct dd widening = exact_difference(cone->apex_radius, cone->base_radius);
+    struct dd3 radial = dd3_sub(p, dd3_multiply(w, dd_div(dd3_dot(p, w), W)));
+    struct dd square = dd3_dot(radial, radial);
+    *sure &= square.high > 0;
+    double root = sqrt(square.high);
+    double rest = fma(-root, root, square.high) + square.low;
+    struct dd rho = sum_of_ordered(root, rest / (2 * root));
+    struct dd3 tilt = dd3_multiply(w, dd_div(dd_mul(rho, widening), W));
+    return dd3_round(dd3_sub(radial, tilt));
+}
+
+#endif
