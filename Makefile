@@ -10,7 +10,11 @@
 #   make fuzz        every parser and validator against hostile input, FUZZ_SECONDS=30 each
 #   make bench-stability   the catalogue of stiff and extreme cases at full size, 1e9 rays through
 #                    closed meshes among them; tables to bench/out/
+#   make bench-error       error against run time: uniform, adaptive, depth, cutoff, peers
+#   make bench-error-truncation   what pruned pictures claim to be wrong by, and are
 #   make bench-faults   kill -9, SIGSTOP, torn journals, full and slow disks, hundreds of times
+#   make bench-balance     how evenly the work is shared out, in real runs and simulated on machines
+#                    that are not here; report, tables and plots to bench/out/
 #   make bench-omit  what is saved by leaving out what a scene does not need
 #   make install     PREFIX=/usr/local DESTDIR=
 
@@ -48,7 +52,7 @@ FLAGS_avx2   := $(AVX2)
 FLAGS_avx512 := $(AVX2) -mavx512f -mavx512vl -mavx512dq
 
 # Called from outside: worker/kernel.c has functions of these names, which choose the level.
-ENTRIES := nearest occluded surface_at renderer_tile
+ENTRIES := nearest occluded surface_at renderer_task
 HIDE_portable := $(ENTRIES:%=--localize-symbol=%)
 HIDE_avx2     := --keep-global-symbol=kernel_avx2
 HIDE_avx512   := --keep-global-symbol=kernel_avx512
@@ -66,9 +70,9 @@ say   := $(if $(V),@:,@echo)
 
 FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
 
-.PHONY: all deps bench-deps run test asan lint fuzz fuzz-deps bench-stability bench-kernel bench-omit \
-        bench-faults \
-        scenes install clean format
+.PHONY: all deps bench-deps run test asan lint fuzz fuzz-deps bench-stability bench-kernel \
+        bench-balance bench-error bench-error-truncation bench-faults bench-omit scenes install clean \
+        format
 .SECONDARY:
 
 all: $(FARM) scenes
@@ -98,7 +102,7 @@ $(foreach level,$(LEVELS),$(eval $(call level_rules,$(level))))
 
 # Loops over lanes: both sides of a selection may be computed, nobody looks at the traps. Where fma()
 # is a call, Clang complains that it cannot use SIMD; the bits are the same without.
-%/worker/points.o %/worker/sample.o: FLAGS += -fno-trapping-math -Wno-pass-failed
+%/worker/points.o %/worker/radiance.o %/worker/sample.o: FLAGS += -fno-trapping-math -Wno-pass-failed
 
 # The large parts of the sample scenes are made by programs, not checked in.
 scenes: config/generated/.made
@@ -116,6 +120,10 @@ $(BUILD)/test/%: $(BUILD)/test/%.o $(LIBRARY) $(filter-out $(BUILD)/config/model
 	$(say)  link $@
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lcmocka $(ORACLE) -o $@
 
+# The simulated farm of bench-balance.
+$(BUILD)/test/test_simulate: $(BUILD)/bench/balance_sim.o $(BUILD)/bench/balance_events.o \
+    $(BUILD)/bench/balance_costs.o
+
 # What is tested against numbers of any precision.
 $(BUILD)/test/test_exact $(BUILD)/test/test_optics $(BUILD)/test/test_solids: ORACLE := -lmpfr -lgmp
 
@@ -130,6 +138,17 @@ bench-stability: $(BUILD)/bench/stability all
 	FARM=$(abspath $(FARM)) $(BUILD)/bench/stability --csv bench/out/stability.csv \
 	    --markdown bench/out/stability.md $(STABILITY_OPTIONS); \
 	    status=$$?; FARM=$(abspath $(FARM)) sh bench/stability_cost.sh || status=1; exit $$status
+
+# What pictures claim to be wrong by for max_depth and cutoff, against what they are.
+$(BUILD)/bench/error_truncation: $(BUILD)/bench/error_truncation.o $(filter-out %/stability_main.o,$(STABILITY)) $(LIBRARY)
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lmpfr -lgmp -o $@
+
+# Some minutes; SCENES=FOLDER for the scene files of another folder as well.
+bench-error-truncation: $(BUILD)/bench/error_truncation all
+	@mkdir -p bench/out
+	$(BUILD)/bench/error_truncation --csv bench/out/error_truncation.csv \
+	    --markdown bench/out/error_truncation.md $(ERROR_TRUNCATION_OPTIONS)
 
 # The kernel beside Embree, Tachyon and POV-Ray, on one thread each; some quarter of an hour.
 # KERNEL_OPTIONS="--scenes balls,million --repeat 3 --programs farm,embree" for less.
@@ -156,6 +175,20 @@ bench-kernel: bench-deps $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
 	$(BUILD)/bench/kernel --farm ./$(FARM) --embree $(BUILD)/bench/kernel_embree \
 	    --folder $(BUILD)/bench/kernel.out --csv bench/out/kernel.csv \
 	    --markdown bench/out/kernel.md --montage bench/out/kernel.png $(KERNEL_OPTIONS)
+
+# Error against run time, beside POV-Ray and Tachyon; about a quarter of an hour of two idle cores.
+# ERROR_SECTIONS="sampling forecast" and ERROR_SCENES="lantern" for less.
+ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/kernel_export.c \
+              bench/kernel_picture.c bench/kernel_scenes.c)
+
+$(BUILD)/bench/error_tool: $(ERROR_TOOL) $(LIBRARY)
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+
+bench-error: bench-deps $(BUILD)/bench/error_tool all
+	@mkdir -p bench/out
+	FARM=$(abspath $(FARM)) TOOL=$(abspath $(BUILD)/bench/error_tool) WORK=$(BUILD)/bench/error.out \
+	    sh bench/error.sh $(ERROR_SECTIONS)
 
 $(BUILD)/bench/omit: $(BUILD)/bench/omit.o $(BUILD)/common/message.o $(BUILD)/common/memory.o
 	$(say)  link $@
@@ -185,12 +218,30 @@ bench-faults: $(FAULTS) all
 	FARM=$(abspath $(FARM)) MPIEXEC="$(MPIEXEC)" FAULTS_JOURNAL=$(BUILD)/bench/faults_journal \
 	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so sh bench/faults.sh $(FAULT_RUNS) 1 bench/out
 
+# How the work is shared out. Some 20 minutes of two idle cores; BALANCE_OPTIONS="--only real,model" runs
+# the parts that need a quiet machine, the others being kept.
+BALANCE := $(patsubst %.c,$(BUILD)/%.o,$(filter-out bench/balance_messages.c,$(wildcard bench/balance*.c)))
+
+$(BUILD)/bench/balance: $(BALANCE) $(LIBRARY)
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+
+$(BUILD)/bench/balance_messages: $(BUILD)/bench/balance_messages.o $(LIBRARY)
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+
+bench-balance: $(BUILD)/bench/balance $(BUILD)/bench/balance_messages all
+	@$(call install_missing,gnuplot-nox)
+	@mkdir -p bench/out
+	FARM=$(abspath $(FARM)) MPIEXEC="$(MPIEXEC)" MESSAGES=$(BUILD)/bench/balance_messages \
+	    $(BUILD)/bench/balance $(BALANCE_OPTIONS)
+
 # What a fresh Debian or Ubuntu lacks.
 PACKAGES := gcc binutils libc6-dev mpich libmpich-dev libinih-dev libstb-dev libcmocka-dev \
             libgmp-dev libmpfr-dev
 
 # What the bench beside the peers needs beyond that.
-BENCH_PACKAGES := tachyon-bin-nox povray libembree-dev
+BENCH_PACKAGES := tachyon-bin-nox povray libembree-dev gnuplot-nox
 
 # The shell commands that install those of these packages that are not there.
 install_missing = missing=""; for p in $(1); do \
@@ -214,10 +265,11 @@ run: all
 	$(MPIEXEC) -n $$(nproc) ./$(FARM) config/lantern.ini
 
 test: all $(UNITS) $(BUILD)/bench/stability $(BUILD)/bench/kernel $(BUILD)/bench/omit \
-        $(BUILD)/bench/faults_journal $(BUILD)/bench/faults_slow.so
+        $(BUILD)/bench/faults_journal $(BUILD)/bench/faults_slow.so $(BUILD)/bench/error_truncation
 	@FARM=./$(FARM) UNITS="$(UNITS)" STABILITY=$(BUILD)/bench/stability KERNEL=$(BUILD)/bench/kernel \
 	    OMIT=$(BUILD)/bench/omit FAULTS_JOURNAL=$(BUILD)/bench/faults_journal \
-	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so MPIEXEC="$(MPIEXEC)" MPICC="$(MPICC)" sh test/run.sh
+	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so \
+	    TRUNCATION=$(BUILD)/bench/error_truncation MPIEXEC="$(MPIEXEC)" MPICC="$(MPICC)" sh test/run.sh
 
 asan:
 	@$(MAKE) BUILD=build/asan FARM=build/asan/farm OPTIMISE='-O1 -g' \
@@ -282,4 +334,4 @@ format:
 	clang-format -i $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] \
 	    test/*.[ch] test/fuzz/*.[ch] bench/*.[ch])
 
--include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/omit.d $(wildcard $(BUILD)/test/fuzz/*.d)
+-include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/omit.d $(BALANCE:.o=.d) $(BUILD)/bench/error_tool.d $(BUILD)/bench/error_truncation.d $(wildcard $(BUILD)/test/fuzz/*.d)

@@ -26,6 +26,7 @@ trap 'exit 1' INT TERM
 [ -z "$out" ] || out=$(realpath "$out")
 cd "$T" || exit 1
 LIMIT=120 # seconds until a run counts as hung
+JOURNAL_START=24 # bytes of a journal before its first tile
 
 # Pseudorandom numbers below $1, the same for the same seed (C. E. Haynes' multiplier).
 number=0
@@ -38,11 +39,21 @@ marked() {
 }
 rank_pid() {
     for p in $(marked); do
-        tr '\0' '\n' <"/proc/$p/environ" 2>/dev/null | grep -qx "PMI_RANK=$1" &&
+        { tr "\0" "\n" <"/proc/$p/environ"; } 2>/dev/null | grep -qx "PMI_RANK=$1" &&
             [ "$(cat "/proc/$p/comm" 2>/dev/null)" = farm ] && echo "$p"
     done
 }
+# Shared memory that has appeared since $before and that nobody has open.
 segments() { ls /dev/shm 2>/dev/null | sort; }
+orphans() {
+    for segment in $(segments); do
+        echo "$before" | grep -qx "$segment" && continue
+        [ -d "/dev/shm/$segment" ] && continue
+        grep -qs "/dev/shm/$segment" /proc/[0-9]*/maps && continue
+        ls -l /proc/[0-9]*/fd 2>/dev/null | grep -q "/dev/shm/$segment" && continue
+        echo "$segment"
+    done
+}
 
 # start PROCESSES ARGUMENT...: in the background, as $job
 start() {
@@ -85,7 +96,6 @@ other_way() { # chooses processes and settings that do not change the picture
 field() { sed -n "/\"resumed\"/,/}/s/.*\"$1\": \([0-9.]*\).*/\1/p" a.json; }
 
 mark=$$.0
-before=$(segments)
 start 2 output.image=ref.pfm output.journal=
 begin=$(date +%s%N); finish
 span=$((($(date +%s%N) - begin) / 1000000)) # milliseconds that a run takes here
@@ -93,7 +103,7 @@ span=$((($(date +%s%N) - begin) / 1000000)) # milliseconds that a run takes here
 small=yes; mkdir small
 mount -t tmpfs -o size=64k none small 2>/dev/null || small=
 [ -z "$small" ] || umount small
-injected=0 lost=0 differ=0 wrong=0 repeated=0 saved=0 run=0
+injected=0 lost=0 kept=0 orphaned=0 differ=0 wrong=0 repeated=0 saved=0 run=0
 echo "run,kind,processes,way,fault_ms,status,records,taken_over,seconds_saved,seconds_repeated,same" >table.csv
 
 while [ $run -lt "$runs" ]; do
@@ -111,6 +121,7 @@ while [ $run -lt "$runs" ]; do
     slow) PRELOAD=$SLOW ;;
     full) pick 60; mount -t tmpfs -o size=$((40 + 20 * number))k none small; target=small/a.pfm ;;
     esac
+    before=$(segments)
     # shellcheck disable=SC2086
     start $n output.image=$target $way
     first_way=$way processes=$n
@@ -123,8 +134,8 @@ while [ $run -lt "$runs" ]; do
     full) injected=$((injected + 1)) ;;
     rank | stop)
         pick $((n - 1)); victim=$((number + 1)) i=0
-        # A rank is there, and has begun to render, when the journal is.
-        while kill -0 $job 2>/dev/null && [ ! -s a.journal ] && [ $i -lt 200 ]; do nap 20; i=$((i + 1)); done
+        # The ranks have begun to render when the journal has a first tile.
+        while kill -0 $job 2>/dev/null && [ "$(stat -c %s a.journal 2>/dev/null || echo 0)" -le "$JOURNAL_START" ] && [ $i -lt 1000 ]; do nap 20; i=$((i + 1)); done
         [ $kind = rank ] || { nap 300; expected=0; }
         p=$(rank_pid $victim)
         if [ $kind = rank ]; then kill -9 $p 2>/dev/null; else kill -STOP $p 2>/dev/null; fi ;;
@@ -135,6 +146,13 @@ while [ $run -lt "$runs" ]; do
     esac
     finish
     first=$status
+    # A rank that is killed while it starts cannot remove what it has just made, nor can anybody tell
+    # whose it was: such segments are counted apart.
+    number=$(orphans | wc -l)
+    case $kind in
+    none) kept=$((kept + number)) ;;
+    *) orphaned=$((orphaned + number)) ;;
+    esac
     [ -z "$expected" ] || [ "$status" -eq "$expected" ] || { wrong=$((wrong + 1)); cp e "wrong.$run"; }
     records=0 taken=0 s=0 again=0
     if [ $kind = full ]; then
@@ -167,19 +185,10 @@ while [ $run -lt "$runs" ]; do
     repeated=$(awk "BEGIN { print $repeated + $again }") saved=$(awk "BEGIN { print $saved + $s }")
 done
 
-# Segments that nobody has open and that were not there before.
-kept=0
-for segment in $(segments); do
-    echo "$before" | grep -qx "$segment" && continue
-    grep -qs "/dev/shm/$segment" /proc/[0-9]*/maps && continue
-    ls -l /proc/[0-9]*/fd 2>/dev/null | grep -q "/dev/shm/$segment" && continue
-    # shellcheck disable=SC2046
-    [ -d "/dev/shm/$segment" ] || kept=$((kept + 1))
-done
 {
-    echo "| runs | faults injected | tiles lost | pictures that differ | hangs | processes left | segments left | other statuses | seconds saved | seconds repeated |"
-    echo "|---|---|---|---|---|---|---|---|---|---|"
-    echo "| $runs | $injected | $lost | $differ | $hung | $left | $kept | $wrong | $saved | $repeated |"
+    echo "| runs | faults injected | tiles lost | pictures that differ | hangs | processes left | segments left | segments of the killed | other statuses | seconds saved | seconds repeated |"
+    echo "|---|---|---|---|---|---|---|---|---|---|---|"
+    echo "| $runs | $injected | $lost | $differ | $hung | $left | $kept | $orphaned | $wrong | $saved | $repeated |"
     echo
     echo "| kind | runs | records at the fault, mean | taken over, mean | pictures the same |"
     echo "|---|---|---|---|---|"

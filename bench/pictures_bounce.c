@@ -8,6 +8,7 @@
 #include "bench/oracle.h"
 #include "bench/pictures.h"
 #include "common/message.h"
+#include "worker/radiance.h"
 #include "worker/render.h"
 #include "worker/shade.h"
 
@@ -393,7 +394,10 @@ void run_glass_cluster(const struct budget *budget, struct case_result *result)
     scene->view.max_depth = depth;
     scene->view.cutoff = cutoff;
     struct renderer *renderer = renderer_create(scene, bvh);
-    double brightest = depth * shade_bound(scene) + vec_max(scene->view.background_top);
+    struct radiance radiance;
+    radiance_init(&radiance, scene);
+    double brightest = radiance_most(&radiance);
+    radiance_free(&radiance);
     uint64_t most = 0;
     for (uint32_t i = 0; i < edge * edge; i++) {
         float rgb[3];

@@ -195,7 +195,8 @@ struct view stage_view(struct vec3 eye, struct vec3 look_at, double fov, uint32_
                          .region_h = height,
                          .max_depth = 8,
                          .shadows = 1,
-                         .samples = 1};
+                         .min_samples = 1,
+                         .max_samples = 1};
 }
 
 struct bvh *stage_tree(const struct scene *scene)

@@ -23,6 +23,12 @@ void render_counts_bad(struct render_counts *counts, const struct bad_sample *sa
     counts->nonfinite++;
 }
 
+void error_sum_add(struct error_sum *sum, const struct error_sum *more)
+{
+    sum->squares += more->squares;
+    sum->fourths += more->fourths;
+}
+
 void render_counts_add(struct render_counts *sum, const struct render_counts *more)
 {
     for (int kind = 0; kind < RAY_KINDS; kind++)
@@ -34,7 +40,10 @@ void render_counts_add(struct render_counts *sum, const struct render_counts *mo
     sum->exact_fallbacks += more->exact_fallbacks;
     sum->intersect_s += more->intersect_s;
     sum->shade_s += more->shade_s;
+    sum->bound_rays += more->bound_rays;
     sum->truncation = fmax(sum->truncation, more->truncation);
+    error_sum_add(&sum->sampling, &more->sampling);
+    error_sum_add(&sum->halfway, &more->halfway);
 }
 
 static bool span_inside(uint32_t first, uint32_t count, uint32_t size)
@@ -50,13 +59,23 @@ bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, u
     uint64_t area = (uint64_t)tile->w * tile->h;
     if (area > TILE_MAX_PIXELS || tile->phase >= area) return false;
     /* Up to this step, tile_pixels() stays far from an overflow. */
-    if (tile->step < 1 || tile->step > TILE_MAX_PIXELS) return false;
-    return tile->pass == 0 || tile->pass == TILE_PROBE;
+    return tile->step >= 1 && tile->step <= TILE_MAX_PIXELS;
+}
+
+bool lot_header_valid(const struct lot_header *header)
+{
+    return header->answer_s >= 0;
 }
 
 static bool seconds_valid(double seconds)
 {
     return isfinite(seconds) && seconds >= 0;
+}
+
+/* Squares may have become infinite. */
+static bool error_sum_valid(const struct error_sum *sum)
+{
+    return sum->squares >= 0 && sum->fourths >= 0;
 }
 
 bool render_counts_valid(const struct render_counts *counts)
@@ -65,14 +84,25 @@ bool render_counts_valid(const struct render_counts *counts)
     /* Infinite is a legitimate bound: nothing is known. NaN is not. */
     return seconds_valid(counts->intersect_s) && seconds_valid(counts->shade_s) &&
            counts->truncation >= 0 && first->x < PICTURE_MAX_EDGE && first->y < PICTURE_MAX_EDGE &&
-           first->sample < SAMPLES_MAX;
+           first->sample < SAMPLES_MAX && error_sum_valid(&counts->sampling) &&
+           error_sum_valid(&counts->halfway);
 }
 
-bool result_message_valid(const struct result_header *header, size_t bytes, const struct tile *tile)
+bool refinements_valid(const struct refinement *refinements, uint32_t count, uint32_t last)
+{
+    for (uint32_t i = 0; i < count; i++)
+        if (refinements[i].from > refinements[i].to || refinements[i].to > last) return false;
+    return true;
+}
+
+bool result_message_valid(const struct result_header *header, size_t bytes, const struct tile *tile,
+                          bool halves)
 {
     /* A short message has no header to look at: the size comes before all fields. */
-    return bytes == result_bytes(tile) && header->tile_id == tile->id &&
-           header->pixels == tile_pixels(tile) && seconds_valid(header->start_s) &&
+    if (bytes < sizeof *header || header->tile_id != tile->id) return false;
+    uint32_t pixels = tile_pixels(tile);
+    if (tile_is_refined(tile) ? header->pixels > pixels : header->pixels != pixels) return false;
+    return bytes >= result_bytes(tile, header->pixels, halves) && seconds_valid(header->start_s) &&
            seconds_valid(header->busy_s) && seconds_valid(header->cpu_s) &&
            render_counts_valid(&header->counts);
 }

@@ -4,13 +4,20 @@
  *   start     every rank takes part in one broadcast of struct welcome, then of the scene block
  *   READY     renderer -> master   struct ready: the scene and its BVH are here
  *   START     master -> renderer   struct start: the answer to READY, before any other message
- *   TILES     master -> renderer   1 .. LOT_TILES struct tile, a lot: render these; up to two lots
- *                                  are under way at a time
- *   RESULT    renderer -> master   one lot: for each of its tiles in their order struct
+ *   TILES     master -> renderer   struct lot_header, then 1 .. LOT_TILES struct tile, a lot: render
+ *                                  these; up to two lots are under way at a time. From pass 1 on,
+ *                                  each is followed by a struct refinement per pixel, filled up to
+ *                                  tile_part_bytes()
+ *   DROP      master -> renderer   uint32_t, the id of a tile that need not be rendered any more; it
+ *                                  may be too late
+ *   RESULT    renderer -> master   a lot or a part of it: for each of its tiles in their order struct
  *                                  result_header, then 3 floats (linear RGB) per pixel in the
- *                                  tile's pixel order; behind those of a probe (TILE_PROBE) one
- *                                  float per pixel, the CPU seconds that it took; filled up to
- *                                  result_bytes()
+ *                                  tile's pixel order; where sampling is adaptive those per pixel
+ *                                  that got samples, then 3 more for each (worker/task.h); behind
+ *                                  those of a probe (TILE_PROBE) one float per pixel, the CPU
+ *                                  seconds that it took; filled up to
+ *                                  result_bytes(). A tile that is dropped is a header alone, with
+ *                                  RESULT_DROPPED.
  *   STOP      master -> renderer   empty: give up what is in work and leave
  *   STATS     renderer -> master   struct renderer_stats, the renderer's last message
  *
@@ -29,6 +36,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "common/refinement.h"
 #include "common/tile.h"
 #include "common/vec.h"
 
@@ -39,6 +47,7 @@ enum message_tag {
     TAG_RENDERER_TO_MASTER_STATS = 4,
     TAG_RENDERER_TO_MASTER_READY = 5,
     TAG_MASTER_TO_RENDERER_START = 6,
+    TAG_MASTER_TO_RENDERER_DROP = 7,
 };
 
 /* Tiles of a lot, at most: a TILES message stays small. */
@@ -55,6 +64,10 @@ struct welcome {
     uint64_t bvh_bytes;   /* room for the BVH of the scene */
     uint32_t status;      /* exit status of the whole job when scene_bytes is 0 */
     uint32_t reserved;
+};
+
+struct lot_header {
+    double answer_s; /* answer with what is finished after so long; may be infinite */
 };
 
 struct ready {
@@ -79,6 +92,14 @@ struct bad_sample {
     struct vec3 origin, direction; /* of the ray; may be anything */
 };
 
+/*
+ * Over pixels: the sum of their squared sampling errors (mean of the three components), as the
+ * pixels' halves tell them (worker/task.h), and of the squares of these.
+ */
+struct error_sum {
+    double squares, fourths;
+};
+
 /* What rendering cost and met: per tile, summed per renderer, summed over the farm. */
 struct render_counts {
     uint64_t rays[RAY_KINDS];
@@ -86,21 +107,33 @@ struct render_counts {
     uint64_t exact_fallbacks; /* predicates whose error filter asked for exact arithmetic */
     double intersect_s;       /* wall seconds spent finding hits and occluders */
     double shade_s;           /* wall seconds of the rest */
+    uint64_t bound_rays; /* traced only to bound what max_depth and cutoff have left out */
     double truncation; /* largest error of a pixel that max_depth and cutoff can have caused */
     uint64_t unmatched_media; /* refractions out of what the ray had not entered: worker/medium.h */
     uint64_t open_media;      /* rays that left the scene within a medium */
-    struct bad_sample first;  /* of the nonfinite ones, in the order of the picture; else all 0 */
+    struct error_sum sampling; /* of the pixels as they are */
+    struct error_sum halfway;  /* and as they were after samples_halfway() of their samples */
+    struct bad_sample first;   /* of the nonfinite ones, in the order of the picture; else all 0 */
 };
 
 /* Stands before a tile's pixels. */
+/* In place of the number of pixels: the tile was dropped. A part of a refined tile may have none. */
+#define RESULT_DROPPED UINT32_MAX
+
 struct result_header {
     uint32_t tile_id;
-    uint32_t pixels;
+    uint32_t pixels; /* that follow, or RESULT_DROPPED */
     double start_s; /* when it was begun, seconds after the start of the render phase */
     double busy_s;  /* wall seconds it took to render */
     double cpu_s;   /* CPU seconds of that: less where cores are shared */
     struct render_counts counts;
 };
+
+/* Half of a pixel's samples, the same number in each of its halves; 0: too few for that. */
+static inline uint32_t samples_halfway(uint32_t samples)
+{
+    return samples / 4 * 2;
+}
 
 struct renderer_stats {
     uint32_t rank;
@@ -120,25 +153,45 @@ struct renderer_stats {
 };
 
 _Static_assert(sizeof(struct welcome) == 64, "struct welcome goes over the wire as it is");
+_Static_assert(sizeof(struct lot_header) == 8, "struct lot_header goes over the wire as it is");
 _Static_assert(sizeof(struct ready) == 72, "struct ready goes over the wire as it is");
 _Static_assert(sizeof(struct start) == 8, "struct start goes over the wire as it is");
-_Static_assert(sizeof(struct result_header) == 184,
+_Static_assert(sizeof(struct result_header) == 224,
                "struct result_header goes over the wire as it is");
-_Static_assert(sizeof(struct renderer_stats) == 288,
+_Static_assert(sizeof(struct renderer_stats) == 328,
                "struct renderer_stats goes over the wire as it is");
 
-/* Floats that are sent of a pixel. */
-static inline size_t result_floats(const struct tile *tile)
+/* Floats that are sent of a pixel; halves: sampling is adaptive. */
+static inline size_t result_floats(const struct tile *tile, bool halves)
 {
-    return tile->pass == TILE_PROBE ? 4 : 3;
+    return tile->pass == TILE_PROBE ? 4 : halves ? 6 : 3;
 }
 
-/* Bytes of a tile's part of a RESULT message: a multiple of 8, so that what follows is aligned. */
-static inline size_t result_bytes(const struct tile *tile)
+/* Bytes of a tile's part of a RESULT message with so many pixels: a multiple of 8, so that what
+ * follows is aligned. */
+static inline size_t result_bytes(const struct tile *tile, uint32_t pixels, bool halves)
 {
-    size_t bytes = tile_pixels(tile) * result_floats(tile) * sizeof(float);
+    size_t bytes = pixels * result_floats(tile, halves) * sizeof(float);
     return sizeof(struct result_header) + (bytes + 7) / 8 * 8;
 }
+
+/* Whether only some of the tile's pixels get samples in its pass, as struct refinement says. */
+static inline bool tile_is_refined(const struct tile *tile)
+{
+    return tile->pass != 0 && tile->pass != TILE_PROBE;
+}
+
+/* Bytes of a tile's part of a TILES message, a multiple of 8. */
+static inline size_t tile_part_bytes(const struct tile *tile)
+{
+    size_t bytes = tile_is_refined(tile) ? tile_pixels(tile) * sizeof(struct refinement) : 0;
+    return sizeof *tile + (bytes + 7) / 8 * 8;
+}
+
+/* A TILES message is never longer: the server keeps to that, and receivers have so much room. */
+#define TILES_MAX_BYTES                                                                            \
+    (sizeof(struct lot_header) + LOT_TILES * (sizeof(struct tile) + 8) +                           \
+     TILE_MAX_PIXELS * sizeof(struct refinement))
 
 /*
  * How the master renders tiles of its own without knowing a renderer: see worker/render.h and
@@ -146,7 +199,8 @@ static inline size_t result_bytes(const struct tile *tile)
  */
 struct tile_renderer {
     void *state;
-    bool (*render)(void *state, const struct tile *tile, float *rgb, struct render_counts *counts);
+    bool (*render)(void *state, const struct tile *tile, const struct refinement *refinements,
+                   float *mean, float *difference, struct render_counts *counts);
     bool (*probe)(void *state, const struct tile *tile, float *rgb, float *seconds);
 };
 
@@ -155,6 +209,8 @@ bool bad_sample_before(const struct bad_sample *a, const struct bad_sample *b);
 
 /* Counts a bad sample; keeps the first one. */
 void render_counts_bad(struct render_counts *counts, const struct bad_sample *sample);
+
+void error_sum_add(struct error_sum *sum, const struct error_sum *more);
 
 void render_counts_add(struct render_counts *sum, const struct render_counts *more);
 
@@ -174,12 +230,21 @@ bool render_counts_valid(const struct render_counts *counts);
 bool ready_message_valid(const struct ready *ready, size_t bytes, int rank);
 bool start_message_valid(const struct start *start, size_t bytes);
 
+/* What a TILES message begins with. */
+bool lot_header_valid(const struct lot_header *header);
+
 /* A tile of so many bytes in a TILES message, for a region of width x height pixels. */
 bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, uint32_t height);
 
-/* A part of so many bytes of a RESULT message for tile, the one with the id that its header names. */
-bool result_message_valid(const struct result_header *header, size_t bytes,
-                          const struct tile *tile);
+/* What a TILES message says of so many pixels of a tile; last: the highest level there is. */
+bool refinements_valid(const struct refinement *refinements, uint32_t count, uint32_t last);
+
+/*
+ * A part of so many bytes or more of a RESULT message for tile, the one with the id that its header
+ * names; halves: sampling is adaptive.
+ */
+bool result_message_valid(const struct result_header *header, size_t bytes, const struct tile *tile,
+                          bool halves);
 
 /* A STATS message of so many bytes from rank. */
 bool stats_message_valid(const struct renderer_stats *stats, size_t bytes, int rank);

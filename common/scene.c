@@ -26,7 +26,7 @@ _Static_assert(sizeof(struct triangle) == 16 && sizeof(struct patch) == 28, "no 
 _Static_assert(sizeof(struct sphere) == 40 && sizeof(struct plane) == 56, "no padding");
 _Static_assert(sizeof(struct disc) == 64 && sizeof(struct box) == 56, "no padding");
 _Static_assert(sizeof(struct cone) == 72 && sizeof(struct camera) == 96, "no padding");
-_Static_assert(sizeof(struct view) == 96 + 3 * 24 + 8 + 12 * 4, "no padding");
+_Static_assert(sizeof(struct view) == 96 + 3 * 24 + 8 + 14 * 4, "no padding");
 _Static_assert(sizeof(struct scene) ==
                    16 + sizeof(struct view) + (4 + PRIMITIVE_KINDS) * sizeof(struct scene_span),
                "no padding");
@@ -135,7 +135,10 @@ static const char *view_error(const struct view *view)
     CHECK(at_least_zero(view->cutoff), "the cutoff is out of range");
     CHECK(view->max_depth <= RENDER_MAX_DEPTH, "max_depth is out of range");
     CHECK(view->shadows <= 1, "the shadows flag is neither 0 nor 1");
-    CHECK(view->samples >= 1 && view->samples <= SAMPLES_MAX, "samples is out of range");
+    CHECK(view->min_samples >= 1 && view->max_samples >= view->min_samples &&
+              view->max_samples <= SAMPLES_MAX,
+          "the number of samples is out of range");
+    CHECK(view->reserved == 0, "a reserved field is not 0");
     CHECK(view->formulas <= FORMULAS_PAPER, "the choice of formulas is unknown");
     CHECK(view->processor < PROCESSOR_LEVELS, "the choice of a kernel is unknown");
     CHECK(view->variant <= VARIANT_FULL, "the choice of a variant is unknown");

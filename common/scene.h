@@ -130,12 +130,14 @@ struct view {
     uint32_t width, height;        /* of the whole picture, pixels */
     uint32_t region_x, region_y;   /* the part that is rendered: pixels x .. x + w - 1 */
     uint32_t region_w, region_h;
-    uint32_t max_depth; /* levels of reflection and refraction followed; 0: none */
-    uint32_t shadows;   /* 0 or 1 */
-    uint32_t samples;   /* per pixel, >= 1 */
-    uint32_t formulas;  /* enum formulas */
-    uint32_t processor; /* enum processor_level: what the kernel is to be compiled for */
-    uint32_t variant;   /* enum variant */
+    uint32_t max_depth;   /* levels of reflection and refraction followed; 0: none */
+    uint32_t shadows;     /* 0 or 1 */
+    uint32_t min_samples; /* per pixel, >= 1; common/refinement.h */
+    uint32_t max_samples; /* >= min_samples; the same without adaptive sampling */
+    uint32_t formulas;    /* enum formulas */
+    uint32_t processor;   /* enum processor_level: what the kernel is to be compiled for */
+    uint32_t variant;     /* enum variant */
+    uint32_t reserved;    /* 0 */
 };
 
 struct scene_span {

@@ -34,7 +34,11 @@ struct settings {
         bool strict; /* a sample that is not finite ends the run with status 1 */
     } render;
     struct {
-        uint32_t samples; /* per pixel */
+        uint32_t samples;                  /* per pixel, unless sampling is adaptive */
+        uint32_t min_samples, max_samples; /* where it is */
+        double target_error;               /* RMSE; 0: none */
+        double time_limit;                 /* seconds; 0: none */
+        char *reference;                   /* path, owned; "": none */
     } sampling;
     struct {
         enum schedule schedule;
@@ -46,13 +50,20 @@ struct settings {
     struct {
         /* Paths, owned; NULL: named after the config; report and journal "": none. */
         char *image, *report, *journal;
-        char *trace, *heatmap, *ranks; /* paths, owned; "": none */
+        double preview; /* seconds from picture to picture while rendering; 0: none */
+        char *error, *trace, *heatmap, *ranks; /* paths, owned; "": none */
     } output;
 };
 
 /* What can be set, in the order in which it is printed; offsets are into struct settings. */
-#define SETTINGS_KEYS 27
+#define SETTINGS_KEYS 34
 extern const struct key settings_keys[SETTINGS_KEYS];
+
+/* Whether sampling is adaptive: so it is where there is an end to it. */
+static inline bool settings_adaptive(const struct settings *settings)
+{
+    return settings->sampling.target_error > 0 || settings->sampling.time_limit > 0;
+}
 
 void settings_init(struct settings *settings);
 void settings_free(struct settings *settings);

@@ -18,7 +18,7 @@ struct tile {
     uint32_t w, h;  /* pixels, at least 1 x 1 */
     uint32_t phase; /* 0 .. w * h - 1 */
     uint32_t step;  /* at least 1 */
-    uint32_t pass;  /* 0, or TILE_PROBE */
+    uint32_t pass;  /* of adaptive sampling; else 0; or TILE_PROBE */
 };
 
 /* The pass of what is not for the picture: one sample of each pixel, to learn what it costs. */

@@ -370,6 +370,27 @@ static bool kernel_good(const struct loader *loader, const char *config)
     return good;
 }
 
+/* An adaptive pixel's halves are of equal size. */
+static bool sampling_good(const struct loader *loader, const char *config)
+{
+    const struct settings *s = loader->settings;
+    if (!settings_adaptive(s)) return true;
+    uint32_t min = s->sampling.min_samples, max = s->sampling.max_samples;
+    if (min % 2)
+        return refuse_setting(loader, config, "sampling", "min_samples",
+                              "min_samples is odd, expected an even number");
+    if (max % 2)
+        return refuse_setting(loader, config, "sampling", "max_samples",
+                              "max_samples is odd, expected an even number");
+    if (max <= min)
+        return refuse_setting(loader, config, "sampling", "max_samples",
+                              "max_samples is not above min_samples, expected more");
+    if (s->farm.schedule != SCHEDULE_DYNAMIC)
+        return refuse_setting(loader, config, "farm", "schedule",
+                              "target_error and time_limit need schedule = dynamic");
+    return true;
+}
+
 /* A picture or trace that is asked for has a name of its kind, and no other output has it. */
 static bool extra_good(const struct loader *loader, const char *config, const char *key,
                        const char *path, bool is_picture)
@@ -512,7 +533,7 @@ static bool load_document(struct loader *loader, struct ini *ini, char *const *o
     name_outputs(settings, config);
     if (!region_good(loader, config) || !size_good(loader, config) ||
         !camera_good(loader, config) || !kernel_good(loader, config) ||
-        !output_good(loader, config))
+        !sampling_good(loader, config) || !output_good(loader, config))
         return false;
     if (path_has_extension(config, ".obj")) {
         if (add_lights(loader, ini)) return true;
@@ -581,7 +602,10 @@ struct view settings_view(const struct settings *settings)
         .region_h = region[2] ? region[3] : settings->image.height,
         .max_depth = settings->render.max_depth,
         .shadows = settings->render.shadows,
-        .samples = settings->sampling.samples,
+        .min_samples = settings_adaptive(settings) ? settings->sampling.min_samples
+                                                   : settings->sampling.samples,
+        .max_samples = settings_adaptive(settings) ? settings->sampling.max_samples
+                                                   : settings->sampling.samples,
         .formulas = settings->render.formulas,
         .processor = settings->farm.kernel,
         .variant = settings->farm.variant,

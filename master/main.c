@@ -4,6 +4,7 @@
  */
 #include <errno.h>
 #include <fcntl.h>
+#include <math.h>
 #include <mpi.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,6 +21,7 @@
 #include "master/serve.h"
 #include "master/stop.h"
 #include "master/timeline_output.h"
+#include "master/truth.h"
 #include "worker/render.h"
 #include "worker/survey.h"
 #include "worker/work.h"
@@ -34,7 +36,10 @@ struct run {
     struct job job;
     struct queue *queue;
     struct canvas canvas;
-    struct save *save; /* NULL: output.journal is empty, or the work on it is done */
+    struct canvas reference; /* rgb is NULL: there is none */
+    struct watch watch;
+    struct adaptive *adaptive; /* NULL: it is not */
+    struct save *save;         /* NULL: output.journal is empty, or the work on it is done */
     struct timeline timeline;
     struct renderer_stats *stats;
     struct report report;
@@ -92,7 +97,7 @@ static bool make_queue(struct run *run, const struct view *view)
                                   .height = view->region_h,
                                   .renderers = run->renderers,
                                   .tile_edge = tile_edge(settings, view, run->renderers)};
-    config.probe_edge = queue_auto_probe_edge(view->region_w, view->region_h, view->samples);
+    config.probe_edge = queue_auto_probe_edge(view->region_w, view->region_h, view->min_samples);
     run->queue = queue_create(&config);
     if (run->queue) {
         run->report.tile_edge = config.tile_edge;
@@ -114,6 +119,9 @@ static bool outputs_writable(const struct settings *settings, const struct view 
 {
     if (!output_writable(settings->output.image, "output.image")) return false;
     if (!image_size_writable(settings->output.image, view->region_w, view->region_h)) return false;
+    if (settings->output.error && settings->output.error[0] &&
+        !output_writable(settings->output.error, "output.error"))
+        return false;
     if (!timeline_writable(settings, view->region_w, view->region_h)) return false;
     return !wants_report(settings) || output_writable(settings->output.report, "output.report");
 }
@@ -185,7 +193,8 @@ static uint64_t pixels_left(const struct run *run)
 static bool open_save(struct run *run, const struct scene *scene)
 {
     const char *path = run->job.settings.output.journal;
-    if (!*path) return true;
+    /* The journal holds finished tiles: adaptive ones are not before the last pass. */
+    if (!*path || settings_adaptive(&run->job.settings)) return true;
     run->save = save_open(path, scene, &run->canvas);
     if (!run->save) return false;
     resume(run);
@@ -249,6 +258,9 @@ static int prepare(struct run *run, struct scene **block)
     struct view view = settings_view(&run->job.settings);
     if (!make_queue(run, &view)) return STATUS_INPUT;
     if (!outputs_writable(&run->job.settings, &view)) return STATUS_INPUT;
+    const char *reference = run->job.settings.sampling.reference;
+    if (*reference && !truth_read(reference, view.region_w, view.region_h, &run->reference))
+        return STATUS_INPUT;
     *block = builder_finish(run->job.builder, &view);
     const char *why;
     if (!scene_valid(*block, (*block)->bytes, &why)) {
@@ -334,10 +346,13 @@ static int end_early(struct run *run)
 
 /* ---- the run ---- */
 
-static bool render_own_tile(void *state, const struct tile *tile, float *rgb,
+static bool render_own_tile(void *state, const struct tile *tile,
+                            const struct refinement *refinements, float *mean, float *difference,
                             struct render_counts *counts)
 {
-    return renderer_tile(state, tile, rgb, counts);
+    struct task task = {
+        .tile = tile, .refinements = refinements, .mean = mean, .difference = difference};
+    return renderer_task(state, &task, counts);
 }
 
 static bool probe_own_tile(void *state, const struct tile *tile, float *rgb, float *seconds)
@@ -379,6 +394,31 @@ static void fill_report(struct run *run, const struct service *service,
     report->time.probe = service->probe_s / run->renderers;
 }
 
+/* When sampling.time_limit is over. */
+static double deadline_of(const struct run *run)
+{
+    double limit = run->job.settings.sampling.time_limit;
+    return limit > 0 ? run->start + limit : HUGE_VAL;
+}
+
+static void fill_sampling(struct run *run, const struct service *service, const struct view *view)
+{
+    struct report *report = &run->report;
+    report->min_samples = view->min_samples;
+    report->max_samples = view->max_samples;
+    report->ended = "samples";
+    report->has_reference = run->reference.rgb != NULL;
+    if (report->has_reference) report->truth = truth_of(&run->canvas, &run->reference);
+    if (!run->adaptive) return;
+    uint64_t pixels, samples;
+    adaptive_errors(run->adaptive, &pixels, &samples);
+    report->unsampled = (uint64_t)run->canvas.width * run->canvas.height - pixels;
+    report->passes = adaptive_passes(run->adaptive);
+    report->ended = service->timed_out               ? "time"
+                    : adaptive_is_met(run->adaptive) ? "target"
+                                                     : "max_samples";
+}
+
 static void name_silent(const struct run *run)
 {
     for (uint32_t i = 0; i < run->renderers; i++) {
@@ -406,15 +446,35 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
                             struct renderer *renderer)
 {
     const struct settings *settings = &run->job.settings;
+    const struct view *view = &shared->scene->view;
     struct progress progress;
     struct tile_renderer own = {
         .state = renderer, .render = render_own_tile, .probe = probe_own_tile};
+    if (settings_adaptive(settings))
+        run->adaptive = adaptive_create(view, &run->canvas, settings->sampling.target_error);
+    run->watch = (struct watch){.canvas = &run->canvas,
+                                .reference = run->reference.rgb ? &run->reference : NULL,
+                                .adaptive = run->adaptive,
+                                .samples = view->max_samples,
+                                .begin = run->start,
+                                .preview = settings->output.image,
+                                .preview_s = settings->output.preview};
+    if (!watch_start(&run->watch, settings->output.error)) end_job(STATUS_FAILED);
+    if (run->save) {
+        const struct save_found *found = save_found(run->save);
+        struct result_header header = {.cpu_s = found->seconds, .counts = found->counts};
+        watch_add(&run->watch, found->pixels, &header);
+    }
     run->stats = allocate_zeroed(run->renderers, sizeof *run->stats);
     struct service service = {.comm = MPI_COMM_WORLD,
                               .queue = run->queue,
                               .canvas = &run->canvas,
                               .save = run->save,
                               .progress = &progress,
+                              .watch = &run->watch,
+                              .first_samples = view->min_samples,
+                              .adaptive = run->adaptive,
+                              .deadline = deadline_of(run),
                               .timeline = timeline_wanted(settings) ? &run->timeline : NULL,
                               .own = settings->farm.master_renders ? &own : NULL,
                               .stop = stop_signal(),
@@ -428,8 +488,12 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     run->silent = service.silent;
     name_silent(run);
     if (!complete) return end_early(run);
+    bool watched = watch_end(&run->watch, clock_wall(), service.render_s, &run->report.forecast);
+    run->report.errors = &run->watch.log;
     fill_report(run, &service, shared);
-    return conclude(run);
+    fill_sampling(run, &service, view);
+    int status = conclude(run);
+    return status == STATUS_DONE && !watched ? STATUS_FAILED : status;
 }
 
 /* Returns the exit status; on ranks other than 0 that of a rank that has done its part. */
@@ -463,6 +527,8 @@ static int run_rank(struct run *run, int rank)
     if (status >= 0) return status;
     status = render(run, rank, &shared);
     if (run->silent) leave_the_silent(status);
+    /* All is written: a rank that stops from here on holds nobody up. */
+    if (rank == 0) stop_watch_the_end(status);
     unshare_scene(&shared);
     return status;
 }
@@ -472,6 +538,9 @@ static void free_run(struct run *run)
     job_free(&run->job);
     queue_destroy(run->queue);
     canvas_free(&run->canvas);
+    canvas_free(&run->reference);
+    adaptive_destroy(run->adaptive);
+    watch_free(&run->watch);
     timeline_free(&run->timeline);
     free(run->stats);
     free(run->arguments);

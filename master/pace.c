@@ -19,6 +19,14 @@
  * renderers, s per answer and L per lot it is N s / L. Lots begin long, the average is far lower. */
 #define SERVICE_MOST 0.4
 
+/* If all its tiles are as dear as they may be, a lot is at most this part of an even share, or so
+ * many of the least lots. */
+#define WORST_PART  (1.0 / 4)
+#define WORST_LEAST 2
+
+/* A renderer is late when the rest of what it has takes so many times longer than predicted. */
+#define LATE_FACTOR 3
+
 /* The longest lot, seconds: progress shows several times a second, and little is lost with one. It
  * is longer where otherwise answers would take this share of the master's time. */
 #define LONGEST_S    0.25
@@ -26,6 +34,9 @@
 
 /* The master's seconds per answer until they are measured: some messages of MPICH and a copy. */
 #define SERVICE_GUESS_S 5e-6
+
+/* The same share for answers to a lot in parts. */
+#define SERVICE_PARTS 0.2
 
 /* How fast an estimate of service_s follows. */
 #define SERVICE_NEW 0.05
@@ -36,9 +47,11 @@
 /* Of all together, when all are lost. */
 #define LEAST_SPEED 1e-3
 
-/* Before any answer is there: this part of an even share. What costs 40 times the mean, as a flame
- * behind glass in a night sky does, is not more than all of it then. */
-#define BLIND_PART (1.0 / 40)
+/* Before predictions are worth anything: this part of an even share, which is to last until the
+ * master has heard from all. It takes the longer the more renderers there are: never more than the
+ * first figure, and the second one for each. */
+#define BLIND_PART (1.0 / 10)
+#define BLIND_EACH (1.0 / 440)
 
 /* While all that waits is so many least lots for each, a renderer has one in reserve. */
 #define RESERVE_LOTS 2
@@ -67,11 +80,12 @@ double pace_seconds(const struct pace *pace, uint32_t renderer, double work)
     return work * pace->scale / pace->renderers[renderer].speed;
 }
 
-/* When a renderer that has work is given up for late: it takes twice as long as predicted. */
+/* When a renderer that has work is given up for late. */
 static double late_at(const struct pace *pace, uint32_t renderer)
 {
     const struct pace_renderer *r = &pace->renderers[renderer];
-    return r->free_at + pace_seconds(pace, renderer, r->held) + 2 * pace_least(pace);
+    double longer = (LATE_FACTOR - 1) * pace_seconds(pace, renderer, r->held);
+    return r->free_at + longer + 2 * pace_least(pace);
 }
 
 /* Takes the renderer out of the sums, in which it is with its speed and what it holds. */
@@ -194,6 +208,16 @@ void pace_answered(struct pace *pace, uint32_t renderer, double now, double work
     if (first && pace->scale > 0) date_unknown(pace, now);
 }
 
+void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work, bool holds)
+{
+    struct pace_renderer *r = &pace->renderers[renderer];
+    withdraw(pace, r);
+    r->held = fmax(r->held - work, 0);
+    r->holds = holds;
+    r->free_at = now + pace_seconds(pace, renderer, r->held);
+    enter(pace, renderer);
+}
+
 void pace_served(struct pace *pace, double seconds)
 {
     pace->service_s += SERVICE_NEW * (seconds - pace->service_s);
@@ -206,24 +230,35 @@ static double even_end(const struct pace *pace, double now, double waiting)
     return (waiting * pace->scale + out) / fmax(pace->speed, LEAST_SPEED);
 }
 
+double pace_answer_after(const struct pace *pace)
+{
+    return pace->count * pace->service_s / SERVICE_PARTS;
+}
+
 double pace_least(const struct pace *pace)
 {
     double whole = pace->total * pace->scale / fmax(pace->speed, LEAST_SPEED);
     return fmax(pace->count * pace->service_s / SERVICE_MOST, LEAST_PART * whole);
 }
 
-double pace_lot(const struct pace *pace, uint32_t renderer, double now, double waiting)
+struct pace_lot pace_lot(const struct pace *pace, uint32_t renderer, double now, double waiting)
 {
     const struct pace_renderer *r = &pace->renderers[renderer];
-    double share = waiting / fmax(pace->speed, LEAST_SPEED);
-    if (!(pace->scale > 0)) return r->holds ? 0 : share * BLIND_PART;
-    double seconds = share * pace->scale, least = pace_least(pace);
-    if (r->holds && seconds < RESERVE_LOTS * least) return 0;
+    const struct pace_lot none = {0, 0};
+    double share = waiting / fmax(pace->speed, LEAST_SPEED) * r->speed;
+    if (pace->blind || !(pace->scale > 0)) {
+        double part = share * fmin(BLIND_PART, BLIND_EACH * pace->count);
+        return r->holds ? none : (struct pace_lot){part, part};
+    }
+    double unit = r->speed / pace->scale; /* work per second */
+    double seconds = share / unit, least = pace_least(pace);
+    if (r->holds && seconds < RESERVE_LOTS * least) return none;
     double longest = fmax(LONGEST_S, pace->count * pace->service_s / SERVICE_EASY);
     double lot = fmax(fmin(seconds * SHARE_PART, longest), least);
     double ahead = r->holds ? fmax(r->free_at - now, 0) : 0;
     double until_end = even_end(pace, now, waiting) - ahead;
-    if (r->holds && until_end < lot) return 0;
+    if (r->holds && until_end < lot) return none;
     if (until_end < lot * (1 + REST_PART)) lot = fmax(until_end, least * REST_PART);
-    return lot * r->speed / pace->scale;
+    double worst = fmax(WORST_LEAST * least * unit, share * WORST_PART);
+    return (struct pace_lot){lot * unit, fmax(lot * unit, worst)};
 }

@@ -30,6 +30,7 @@ struct pace {
     double work, busy;             /* answered, all together */
     double given, lots;            /* work, in so many lots */
     double scale;                  /* seconds per work */
+    bool blind;                    /* predictions are not worth much yet */
     double service_s;              /* of the master, per answer */
     struct heap last; /* renderers that have work, the one that will have done it last on top */
     struct heap late; /* the same, the one that is to be given up for late first on top */
@@ -49,6 +50,9 @@ void pace_given(struct pace *pace, uint32_t renderer, double now, double work);
 void pace_answered(struct pace *pace, uint32_t renderer, double now, double work, double busy,
                    bool holds);
 
+/* The same for work that it leaves to others. */
+void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work, bool holds);
+
 /* Nobody is to look in the heaps for what this renderer has until it is given more. */
 void pace_overlook(struct pace *pace, uint32_t renderer);
 
@@ -61,11 +65,19 @@ double pace_next_late(const struct pace *pace);
 /* The master took so long for an answer: reading it, and sending more. */
 void pace_served(struct pace *pace, double seconds);
 
+struct pace_lot {
+    double work;  /* predicted */
+    double worst; /* if all were as dear as it may be */
+};
+
 /* How much work to give to a renderer when so much waits; 0: none now, for it has enough. */
-double pace_lot(const struct pace *pace, uint32_t renderer, double now, double waiting);
+struct pace_lot pace_lot(const struct pace *pace, uint32_t renderer, double now, double waiting);
 
 /* Seconds that a renderer takes for so much work; 0 while nothing is known. */
 double pace_seconds(const struct pace *pace, uint32_t renderer, double work);
+
+/* After so many seconds a renderer that has finished a part of a lot answers with that part. */
+double pace_answer_after(const struct pace *pace);
 
 /* The least that is worth an answer, in seconds. */
 double pace_least(const struct pace *pace);

@@ -62,9 +62,9 @@ uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height
                          uint32_t renderers);
 
 /*
- * The distance of probes so that they take less than half a percent of the time: a sample on its own
- * was measured at up to 5 times what one in a tile costs, so it is one of at least 1000. 0: the
- * picture is too small to be worth it.
+ * The distance of probes so that they take less than one percent of the time: a sample on its own was
+ * measured at up to 5 times what one in a tile costs, so it is one of at least 500. 0: the picture is
+ * too small to be worth it.
  */
 uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples);
 
@@ -103,6 +103,19 @@ bool queue_held(const struct queue *queue, uint32_t renderer, uint32_t id, struc
  * whether it is the first to do so: its pixels count, later ones are dropped.
  */
 bool queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, double now, double seconds);
+
+/* A renderer that has finished a part of a lot answers with it when its last answer, or the begin of
+ * the lot, is so many seconds ago: then what it has not done yet can be given to others. */
+double queue_answer_after(const struct queue *queue);
+
+/*
+ * A tile that its renderer need not render any more, because somebody else has it now: to be told to
+ * it after each queue_next(), until this returns false. It may render it all the same, or answer that
+ * it has dropped it: queue_drop(), of what queue_recalled() says.
+ */
+bool queue_recall(struct queue *queue, uint32_t *renderer, uint32_t *id);
+bool queue_recalled(const struct queue *queue, uint32_t renderer, uint32_t id);
+void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now);
 
 /* What each pixel of a probe took, CPU seconds; before queue_finish() of that tile. */
 void queue_probed(struct queue *queue, const struct tile *probe, const float *seconds);

@@ -264,14 +264,95 @@ static void put_numerics(struct json *json, const struct report *report,
     json_close(json, '}');
 }
 
-/* Nothing is sampled adaptively: the list of errors keeps its place in the format. */
+static void put_error_row(struct json *json, const struct error_row *row)
+{
+    json_open_inline(json, NULL, '{');
+    json_seconds(json, "elapsed_s", row->elapsed_s);
+    json_number(json, "samples_per_pixel", row->samples);
+    json_number(json, "estimated_rmse", row->estimate.rmse);
+    json_number(json, "estimated_low", row->estimate.low);
+    json_number(json, "estimated_high", row->estimate.high);
+    if (!isnan(row->true_rmse)) json_number(json, "true_rmse", row->true_rmse);
+    json_close(json, '}');
+}
+
+static void put_errors(struct json *json, const struct error_log *errors)
+{
+    json_open(json, "error", '[');
+    for (size_t i = 0; errors && i < errors->count; i++)
+        put_error_row(json, &errors->rows[i]);
+    json_close(json, ']');
+}
+
+/* What half of the error would cost. */
+static void put_forecast(struct json *json, const struct report *report)
+{
+    const struct error_forecast *forecast = &report->forecast;
+    if (!forecast->known) {
+        json_null(json, "forecast");
+        return;
+    }
+    double low, high, goal = forecast_goal(forecast->rmse);
+    double seconds = forecast_seconds(forecast, goal, &low, &high);
+    json_open(json, "forecast", '{');
+    json_number(json, "slope", -forecast->slope);
+    json_number(json, "slope_spread", forecast->slope_spread);
+    json_number(json, "rmse", goal);
+    json_seconds(json, "render_s", seconds);
+    json_seconds(json, "render_low_s", low);
+    json_seconds(json, "render_high_s", high);
+    json_close(json, '}');
+}
+
+static void put_sampling(struct json *json, const struct report *report)
+{
+    json_open(json, "sampling", '{');
+    json_count(json, "min_samples", report->min_samples);
+    json_count(json, "max_samples", report->max_samples);
+    json_count(json, "passes", report->passes);
+    json_string(json, "ended", report->ended ? report->ended : "samples");
+    json_count(json, "unsampled_pixels", report->unsampled);
+    json_close(json, '}');
+}
+
+/* Rows whose interval holds the true error, of those that know it. */
+static void put_coverage(struct json *json, const struct error_log *errors)
+{
+    uint64_t known = 0, held = 0;
+    for (size_t i = 0; errors && i < errors->count; i++) {
+        const struct error_row *row = &errors->rows[i];
+        if (isnan(row->true_rmse)) continue;
+        known++;
+        held += row->estimate.low <= row->true_rmse && row->true_rmse <= row->estimate.high;
+    }
+    json_count(json, "rows", known);
+    json_count(json, "rows_held", held);
+}
+
+static void put_reference(struct json *json, const struct report *report)
+{
+    if (!report->has_reference) {
+        json_null(json, "reference");
+        return;
+    }
+    json_open(json, "reference", '{');
+    json_number(json, "rmse", report->truth.rmse);
+    json_number(json, "max", report->truth.most);
+    json_number(json, "p999", report->truth.p999);
+    put_coverage(json, report->errors);
+    json_close(json, '}');
+}
+
 static void put_quality(struct json *json, const struct report *report)
 {
     struct render_counts counts = report_picture_counts(report);
-    json_open(json, "error", '[');
-    json_close(json, ']');
+    put_errors(json, report->errors);
+    put_forecast(json, report);
+    put_sampling(json, report);
+    put_reference(json, report);
     json_open(json, "bound", '{');
     json_number(json, "truncation", counts.truncation);
+    json_count(json, "rays", counts.bound_rays);
     json_close(json, '}');
     put_numerics(json, report, &counts);
     json_open(json, "resumed", '{');

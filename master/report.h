@@ -6,7 +6,9 @@
 
 #include "common/protocol.h"
 #include "common/settings.h"
+#include "master/error.h"
 #include "master/timeline.h"
+#include "master/truth.h"
 
 /* Wall seconds of the parts of a run on rank 0; they add up to total but for moments between. */
 struct run_times {
@@ -40,6 +42,14 @@ struct report {
     struct run_times time;
     const struct renderer_stats *renderers; /* in rank order */
     int renderer_count;
+    const struct error_log *errors; /* NULL: none */
+    struct error_forecast forecast;
+    uint32_t min_samples, max_samples; /* per pixel */
+    uint64_t unsampled;                /* pixels that got no sample before the time was over */
+    unsigned passes;                   /* of adaptive sampling; 0: it was not */
+    const char *ended;                 /* "samples", "target", "max_samples" or "time" */
+    bool has_reference;
+    struct truth truth;  /* against the reference */
     double master_cpu_s; /* of serving, not of rendering */
     uint64_t master_messages;
     struct resumed resumed;

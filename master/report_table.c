@@ -283,6 +283,39 @@ static void put_shared_cores(struct table *table, const struct report *report)
     end_flow(table);
 }
 
+/* "RMSE 0.0021 after 12.4 s; 0.0010 would take about 41 s" */
+static void put_error(struct table *table, const struct report *report)
+{
+    if (!report->errors || report->errors->count == 0) return;
+    const struct error_row *last = &report->errors->rows[report->errors->count - 1];
+    const struct error_forecast *forecast = &report->forecast;
+    if (!(last->estimate.rmse > 0) && isnan(last->true_rmse)) return;
+    flow(table, "sampling error: RMSE %.2g (%.2g to %.2g) after %.1f s", last->estimate.rmse,
+         last->estimate.low, last->estimate.high, last->elapsed_s);
+    if (!isnan(last->true_rmse)) flow(table, "%.2g against the reference", last->true_rmse);
+    if (forecast->known) {
+        double low, high, goal = forecast_goal(forecast->rmse);
+        double others = last->elapsed_s - forecast->seconds;
+        double seconds = forecast_seconds(forecast, goal, &low, &high);
+        flow(table, "%.2g would take about %.3g s (%.3g to %.3g)", goal, others + seconds,
+             others + low, others + high);
+        flow(table, "slope %.2f +- %.2f", -forecast->slope, forecast->slope_spread);
+    }
+    end_flow(table);
+}
+
+/* What a limit has cut off. */
+static void put_limit(struct table *table, const struct report *report)
+{
+    if (!report->ended) return;
+    if (strcmp(report->ended, "time") == 0) flow(table, "stopped by sampling.time_limit");
+    if (strcmp(report->ended, "max_samples") == 0)
+        flow(table, "stopped by sampling.max_samples: the target is not met");
+    if (report->unsampled > 0)
+        flow(table, "%llu pixels got no sample", (unsigned long long)report->unsampled);
+    end_flow(table);
+}
+
 static void put_summary(struct table *table, const struct report *report,
                         const struct render_counts *counts)
 {
@@ -294,6 +327,8 @@ static void put_summary(struct table *table, const struct report *report,
     end_flow(table);
     put_shared_cores(table, report);
     put_rays(table, report, counts);
+    put_error(table, report);
+    put_limit(table, report);
     if (counts->nonfinite) {
         flow(table, "%llu samples are not finite", (unsigned long long)counts->nonfinite);
         end_flow(table);

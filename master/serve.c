@@ -1,5 +1,6 @@
 #include "master/serve.h"
 
+#include <assert.h>
 #include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
@@ -15,16 +16,20 @@
  * queue of unexpected messages. */
 #define RECEIVES 16
 
+/* DROP messages to a renderer that does not answer. */
+#define DROPS_MOST 16
+
 struct server {
     struct service *service;
     double start;
     double finished; /* when the last tile came in */
 
-    /* Shared with the rendering thread, under lock: queue, canvas, and what follows. */
+    /* Shared with the rendering thread, under lock: queue, canvas, watch, and what follows. */
     pthread_mutex_t lock;
     struct preview preview;
     uint64_t rays;
     double probe_s; /* of all renderers */
+    bool last_pass; /* what is in the queue is all there will be */
     bool own_done;
 
     /* Main thread only. */
@@ -33,7 +38,9 @@ struct server {
     bool *told;     /* per renderer: that it is to stop */
     bool *is_gone;  /* per renderer: its statistics are here */
     bool *is_ready; /* per renderer: it may be sent tiles */
+    int *drops;     /* per renderer: DROP messages since its last answer */
     bool *idle;     /* per renderer: it asks for work, and there was none */
+    char *message;  /* TILES_MAX_BYTES, zeroed: what fills up parts is 0 or old */
     double ended;   /* clock_wall(), when service->ending was set */
     uint64_t news;  /* of the queue, when the idle were last asked */
     double polled;  /* when messages were last looked for */
@@ -52,8 +59,9 @@ static void post_receive(struct server *server, int slot)
 static void post_receives(struct server *server)
 {
     size_t largest = queue_largest_lot(server->service->queue);
+    size_t floats = server->service->adaptive ? 6 : 4;
     server->buffer_bytes =
-        LOT_TILES * (sizeof(struct result_header) + 8) + largest * 4 * sizeof(float);
+        LOT_TILES * (sizeof(struct result_header) + 8) + largest * floats * sizeof(float);
     if (server->buffer_bytes < sizeof(struct renderer_stats))
         server->buffer_bytes = sizeof(struct renderer_stats);
     _Static_assert(sizeof(struct ready) <= sizeof(struct renderer_stats), "has room, too");
@@ -86,6 +94,49 @@ static double elapsed(const struct server *server)
     return clock_wall() - server->start;
 }
 
+/* Tells renderers what others have taken from them. One who does not answer hears no more of it: his
+ * messages would pile up. The master's own renderer looks itself. */
+static void tell_recalls(struct server *server)
+{
+    uint32_t renderer, id;
+    for (;;) {
+        pthread_mutex_lock(&server->lock);
+        bool more = queue_recall(server->service->queue, &renderer, &id);
+        pthread_mutex_unlock(&server->lock);
+        if (!more) return;
+        int rank = (int)(server->first_rank + renderer);
+        if (rank == 0 || server->told[renderer] || server->drops[renderer] == DROPS_MOST) continue;
+        server->drops[renderer]++;
+        MPI_Send(&id, sizeof id, MPI_BYTE, rank, TAG_MASTER_TO_RENDERER_DROP,
+                 server->service->comm);
+    }
+}
+
+/* Whether nothing is left for this renderer, in later passes either; the lock is held. */
+static bool is_through(struct server *server, uint32_t renderer)
+{
+    bool over = queue_over(server->service->queue, renderer);
+    return over && (server->last_pass || server->service->ending);
+}
+
+/* The TILES message of a lot into room for TILES_MAX_BYTES; returns its length. The lock is held. */
+static size_t put_lot(const struct server *server, const struct tile *tiles, uint32_t count,
+                      char *message)
+{
+    struct lot_header header = {.answer_s = queue_answer_after(server->service->queue)};
+    size_t bytes = sizeof header;
+    memcpy(message, &header, sizeof header);
+    for (uint32_t i = 0; i < count; i++) {
+        assert(bytes + tile_part_bytes(&tiles[i]) <= TILES_MAX_BYTES);
+        memcpy(message + bytes, &tiles[i], sizeof *tiles);
+        if (tile_is_refined(&tiles[i]))
+            adaptive_take(server->service->adaptive, &tiles[i],
+                          (void *)(message + bytes + sizeof *tiles));
+        bytes += tile_part_bytes(&tiles[i]);
+    }
+    return bytes;
+}
+
 /* Gives a remote renderer all the lots that it may hold, or tells it that there are no more. */
 static void hand_out(struct server *server, uint32_t renderer)
 {
@@ -93,17 +144,20 @@ static void hand_out(struct server *server, uint32_t renderer)
     int rank = (int)(server->first_rank + renderer);
     struct tile tiles[LOT_TILES];
     uint32_t count;
+    size_t bytes;
     bool over;
     do {
         pthread_mutex_lock(&server->lock);
         count = queue_next(queue, renderer, elapsed(server), tiles);
-        over = queue_over(queue, renderer);
+        bytes = put_lot(server, tiles, count, server->message);
+        over = is_through(server, renderer);
         server->idle[renderer] = queue_holds(queue, renderer) == 0;
         pthread_mutex_unlock(&server->lock);
         if (count > 0)
-            MPI_Send(tiles, (int)(count * sizeof *tiles), MPI_BYTE, rank,
-                     TAG_MASTER_TO_RENDERER_TILES, server->service->comm);
+            MPI_Send(server->message, (int)bytes, MPI_BYTE, rank, TAG_MASTER_TO_RENDERER_TILES,
+                     server->service->comm);
     } while (count > 0);
+    tell_recalls(server);
     if (over) tell_stop(server, renderer);
 }
 
@@ -138,9 +192,16 @@ static void accept_tile(struct server *server, uint32_t renderer, const struct t
     bool first = queue_finish(service->queue, renderer, tile->id, now, header->busy_s);
     note_lot(service, first ? LOT_TILE : LOT_WASTED, renderer, tile, header);
     if (!first) return;
-    canvas_put(service->canvas, tile, rgb);
-    save_tile(service->save, tile, header->busy_s, &header->counts);
+    if (service->adaptive) {
+        if (adaptive_work(service->adaptive, tile).pixels != header->pixels)
+            fatal("renderer %u sent other pixels than it was asked for", renderer);
+        adaptive_put(service->adaptive, tile, rgb, rgb + 3 * (size_t)header->pixels);
+    } else {
+        canvas_put(service->canvas, tile, rgb);
+        save_tile(service->save, tile, header->busy_s, &header->counts);
+    }
     server->rays += render_counts_rays(&header->counts);
+    watch_add(service->watch, tile_pixels(tile), header);
     server->finished = server->start + now;
 }
 
@@ -155,6 +216,15 @@ static void accept_probes(struct server *server, uint32_t renderer, const struct
     queue_probed(service->queue, tile, seconds);
     queue_finish(service->queue, renderer, tile->id, elapsed(server), header->busy_s);
     server->probe_s += header->busy_s;
+}
+
+/* A tile that the renderer has left to others; 0: nobody asked it to. The lock is held. */
+static size_t take_dropped(struct server *server, uint32_t renderer, uint32_t id)
+{
+    struct queue *queue = server->service->queue;
+    if (!queue_recalled(queue, renderer, id)) return 0;
+    queue_drop(queue, renderer, id, elapsed(server));
+    return sizeof(struct result_header);
 }
 
 /* What is known of a remote renderer before its last message, or if that never comes. */
@@ -178,9 +248,10 @@ static size_t take_part(struct server *server, uint32_t renderer, const char *pa
     struct tile tile;
     if (bytes < sizeof header) return 0;
     memcpy(&header, part, sizeof header);
+    if (header.pixels == RESULT_DROPPED) return take_dropped(server, renderer, header.tile_id);
     if (!queue_held(server->service->queue, renderer, header.tile_id, &tile)) return 0;
-    size_t length = result_bytes(&tile);
-    if (length > bytes || !result_message_valid(&header, length, &tile)) return 0;
+    bool halves = server->service->adaptive != NULL;
+    if (!result_message_valid(&header, bytes, &tile, halves)) return 0;
     /* Behind the header, which is a multiple of 8 bytes long like all parts, in an allocated block:
      * aligned. */
     const float *rgb = (const void *)(part + sizeof header);
@@ -189,12 +260,13 @@ static size_t take_part(struct server *server, uint32_t renderer, const char *pa
     else
         accept_tile(server, renderer, &tile, rgb, &header);
     count_part(&server->service->stats[renderer], &tile, &header);
-    return length;
+    return result_bytes(&tile, header.pixels, halves);
 }
 
 static void take_result(struct server *server, uint32_t renderer, const char *message, size_t bytes)
 {
     size_t done = 0, length = 1;
+    server->drops[renderer] = 0;
     server->service->stats[renderer].bytes += bytes;
     pthread_mutex_lock(&server->lock);
     while (length > 0 && done < bytes) {
@@ -230,7 +302,7 @@ static void take_stats(struct server *server, uint32_t renderer, const char *mes
     if (bytes == sizeof stats) memcpy(&stats, message, sizeof stats);
     int rank = (int)(server->first_rank + renderer);
     pthread_mutex_lock(&server->lock);
-    bool due = server->service->ending || queue_over(server->service->queue, renderer);
+    bool due = server->service->ending || is_through(server, renderer);
     pthread_mutex_unlock(&server->lock);
     if (bytes != sizeof stats || !stats_message_valid(&stats, bytes, rank) || !due ||
         server->is_gone[renderer])
@@ -299,7 +371,7 @@ static uint32_t own_next(struct server *server, struct tile *tiles)
     for (;;) {
         pthread_mutex_lock(&server->lock);
         uint32_t count = queue_next(queue, 0, elapsed(server), tiles);
-        bool over = queue_over(queue, 0);
+        bool over = is_through(server, 0);
         pthread_mutex_unlock(&server->lock);
         if (count > 0 || over) return count;
         nap_take(&nap);
@@ -313,30 +385,57 @@ static void own_leave(struct server *server)
     pthread_mutex_unlock(&server->lock);
 }
 
-/* Whether somebody else has finished the rest. */
-static bool own_is_over(struct server *server)
+/* Whether the tile is still to be rendered by this renderer. */
+static bool own_keeps(struct server *server, const struct tile *tile)
 {
+    struct queue *queue = server->service->queue;
     pthread_mutex_lock(&server->lock);
-    bool over = queue_over(server->service->queue, 0);
+    bool dropped = queue_recalled(queue, 0, tile->id);
+    if (dropped) queue_drop(queue, 0, tile->id, elapsed(server));
+    bool over = is_through(server, 0);
     pthread_mutex_unlock(&server->lock);
-    return over;
+    return !dropped && !over;
+}
+
+/* Memory for the pixels of a tile. */
+struct own_memory {
+    float *rgb;                     /* 6 each */
+    struct refinement *refinements; /* NULL: not adaptive */
+};
+
+/* What a tile's pass asks for; returns how many of its pixels get samples. */
+static uint32_t own_refinements(struct server *server, const struct tile *tile,
+                                struct refinement *refinements)
+{
+    struct adaptive *adaptive = server->service->adaptive;
+    if (!adaptive || tile->pass == TILE_PROBE) return tile_pixels(tile);
+    pthread_mutex_lock(&server->lock);
+    adaptive_take(adaptive, tile, refinements);
+    uint32_t pixels = adaptive_work(adaptive, tile).pixels;
+    pthread_mutex_unlock(&server->lock);
+    return pixels;
 }
 
 /* Renders or probes a tile and hands it in; false: the run is stopped. */
-static bool render_one(struct server *server, const struct tile *tile, float *rgb)
+static bool render_one(struct server *server, const struct tile *tile,
+                       const struct own_memory *memory)
 {
     const struct tile_renderer *own = server->service->own;
     struct renderer_stats *stats = &server->service->stats[0];
     struct render_counts counts = {0};
-    uint32_t pixels = tile_pixels(tile);
+    uint32_t pixels = own_refinements(server, tile, memory->refinements);
+    float *rgb = memory->rgb, *behind = rgb + 3 * (size_t)pixels;
     bool probes = tile->pass == TILE_PROBE;
+    const struct refinement *refinements = tile_is_refined(tile) ? memory->refinements : NULL;
     double begin = elapsed(server), cpu = clock_thread_cpu();
-    if (probes ? !own->probe(own->state, tile, rgb, rgb + 3 * (size_t)pixels)
-               : !own->render(own->state, tile, rgb, &counts))
+    if (probes ? !own->probe(own->state, tile, rgb, behind)
+               : !own->render(own->state, tile, refinements, rgb,
+                              memory->refinements ? behind : NULL, &counts))
         return false;
     double end = elapsed(server);
     stats->busy_s += end - begin;
-    struct result_header header = {.start_s = begin,
+    struct result_header header = {.pixels = pixels,
+                                   .start_s = begin,
                                    .busy_s = end - begin,
                                    .cpu_s = clock_thread_cpu() - cpu,
                                    .counts = counts};
@@ -359,18 +458,70 @@ static void *render_own(void *argument)
 {
     struct server *server = argument;
     struct service *service = server->service;
-    float *rgb = allocate(queue_largest_lot(service->queue), 4 * sizeof *rgb);
+    uint32_t largest = queue_largest_lot(service->queue);
+    struct own_memory memory = {.rgb = allocate(largest, 6 * sizeof *memory.rgb)};
+    if (service->adaptive) memory.refinements = allocate(largest, sizeof *memory.refinements);
     double cpu = clock_thread_cpu();
     struct tile tiles[LOT_TILES];
     bool goes_on = true;
     uint32_t count;
     while (goes_on && (count = own_next(server, tiles)) > 0)
         for (uint32_t i = 0; i < count && goes_on; i++)
-            goes_on = !own_is_over(server) && render_one(server, &tiles[i], rgb);
+            goes_on = !own_keeps(server, &tiles[i]) || render_one(server, &tiles[i], &memory);
     service->stats[0].cpu_s = clock_thread_cpu() - cpu;
-    free(rgb);
+    free(memory.rgb);
+    free(memory.refinements);
     own_leave(server);
     return NULL;
+}
+
+/* ---- passes ---- */
+
+/* Tiles of a pass are at most this wide and high: in a few of its pixels a late pass has as many
+ * samples as a small tile has in pass 0, and rays are the faster the more of them are together. */
+#define PASS_EDGE 128u
+
+/* A tile of the pass into the queue, unless no pixel of it gets samples. */
+static void add_work(struct server *server, struct tile tile)
+{
+    struct service *service = server->service;
+    struct adaptive_work work = adaptive_work(service->adaptive, &tile);
+    if (work.samples == 0) return;
+    /* Predicted from what all of its pixels took in pass 0. */
+    double first = (double)tile_pixels(&tile) * service->first_samples;
+    double cost = queue_work(service->queue, &tile) * (double)work.samples / first;
+    queue_add(service->queue, &tile, cost, work.removed / fmax(cost, 1e-300));
+}
+
+/* The next pass, or the end of passes; the lock is held. */
+static void begin_pass(struct server *server)
+{
+    struct service *service = server->service;
+    const struct canvas *canvas = service->canvas;
+    server->last_pass = !adaptive_plan(service->adaptive);
+    if (server->last_pass) return;
+    uint32_t edge = PASS_EDGE, largest = queue_largest_lot(service->queue);
+    while (edge * edge > largest)
+        edge /= 2;
+    struct tile tile = {.step = 1, .pass = adaptive_passes(service->adaptive) - 1};
+    for (tile.y = 0; tile.y < canvas->height; tile.y += edge) {
+        for (tile.x = 0; tile.x < canvas->width; tile.x += edge) {
+            tile.w = canvas->width - tile.x < edge ? canvas->width - tile.x : edge;
+            tile.h = canvas->height - tile.y < edge ? canvas->height - tile.y : edge;
+            add_work(server, tile);
+        }
+    }
+}
+
+static void follow_passes(struct server *server)
+{
+    if (server->last_pass || server->service->ending) return;
+    pthread_mutex_lock(&server->lock);
+    while (!server->last_pass && queue_complete(server->service->queue)) {
+        watch_pass(server->service->watch, clock_wall());
+        begin_pass(server);
+    }
+    pthread_mutex_unlock(&server->lock);
 }
 
 static void show_progress(struct server *server)
@@ -387,6 +538,7 @@ static void show_progress(struct server *server)
         .tiles = count.tiles,
         .rays = server->rays,
     };
+    watch_look(server->service->watch, clock_wall());
     pthread_mutex_unlock(&server->lock);
     progress_update(server->service->progress, &state, clock_wall());
 }
@@ -403,7 +555,7 @@ static bool all_left(struct server *server)
 static bool is_over(struct server *server)
 {
     pthread_mutex_lock(&server->lock);
-    bool complete = queue_complete(server->service->queue);
+    bool complete = server->last_pass && queue_complete(server->service->queue);
     pthread_mutex_unlock(&server->lock);
     return complete || *server->service->stop;
 }
@@ -439,8 +591,14 @@ static void serve_until_done(struct server *server)
     struct nap nap = {0};
     while (!all_left(server) && !is_out_of_patience(server)) {
         bool busy = receive(server);
-        if (!server->service->ending && is_over(server)) end_all(server);
+        double now = clock_wall();
+        follow_passes(server);
+        if (!server->service->ending && (is_over(server) || now >= server->service->deadline)) {
+            server->service->timed_out = !is_over(server);
+            end_all(server);
+        }
         hand_out_to_idle(server);
+        tell_recalls(server);
         show_progress(server);
         if (busy)
             nap_reset(&nap);
@@ -465,7 +623,7 @@ static void fill_from_preview(struct server *server)
     uint32_t next = 0;
     struct tile tile;
     while (queue_unfinished(server->service->queue, &next, &tile))
-        preview_fill(&server->preview, server->service->canvas, &tile);
+        if (!tile_is_refined(&tile)) preview_fill(&server->preview, server->service->canvas, &tile);
 }
 
 static void end_server(struct server *server)
@@ -475,6 +633,8 @@ static void end_server(struct server *server)
     free(server->told);
     free(server->is_gone);
     free(server->idle);
+    free(server->drops);
+    free(server->message);
     free(server->is_ready);
 }
 
@@ -488,8 +648,11 @@ static void start_server(struct server *server, struct service *service)
     server->first_rank = service->own ? 0 : 1;
     server->told = allocate_zeroed(server->renderers, sizeof *server->told);
     server->is_gone = allocate_zeroed(server->renderers, sizeof *server->is_gone);
+    server->drops = allocate_zeroed(server->renderers, sizeof *server->drops);
     server->idle = allocate_zeroed(server->renderers, sizeof *server->idle);
     server->is_ready = allocate_zeroed(server->renderers, sizeof *server->is_ready);
+    server->message = allocate_zeroed(TILES_MAX_BYTES, 1);
+    server->last_pass = !service->adaptive;
     memset(service->stats, 0, server->renderers * sizeof *service->stats);
     for (uint32_t i = 0; i < server->renderers; i++)
         service->stats[i].rank = server->first_rank + i;
@@ -520,5 +683,5 @@ bool serve(struct service *service)
     fill_waits(&server);
     fill_from_preview(&server);
     end_server(&server);
-    return queue_complete(service->queue);
+    return service->timed_out || queue_complete(service->queue);
 }

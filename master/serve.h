@@ -8,11 +8,13 @@
 #include <stdbool.h>
 
 #include "common/protocol.h"
+#include "master/adaptive.h"
 #include "master/canvas.h"
 #include "master/progress.h"
 #include "master/queue.h"
 #include "master/save.h"
 #include "master/timeline.h"
+#include "master/watch.h"
 
 struct service {
     MPI_Comm comm;
@@ -20,6 +22,11 @@ struct service {
     struct canvas *canvas;
     struct save *save; /* where finished tiles are kept; NULL: nowhere */
     struct progress *progress;
+    struct watch *watch;
+    uint32_t first_samples;    /* per pixel, in pass 0 */
+    struct adaptive *adaptive; /* NULL: one pass, with all samples */
+    double
+        deadline; /* a time of common/clock.h at which to stop with what is there; HUGE_VAL: none */
     struct timeline *timeline; /* gets every lot; NULL: not kept */
     /* Renders tiles in a second thread of this process; NULL: rank 0 only serves. Renderer i of the
      * queue is then rank i, otherwise rank i + 1. */
@@ -30,6 +37,7 @@ struct service {
 
     /* Results. */
     struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */
+    bool timed_out;               /* the deadline ended it */
     double render_s;              /* wall seconds until the last tile was in the picture */
     double master_cpu_s;          /* CPU seconds of serving */
     uint64_t messages;            /* received */

@@ -134,7 +134,8 @@ static inline struct scene *finish_scene(struct builder *builder)
                         .height = 1,
                         .region_w = 1,
                         .region_h = 1,
-                        .samples = 1};
+                        .min_samples = 1,
+                        .max_samples = 1};
     struct scene *scene = builder_finish(builder, &view);
     builder_destroy(builder);
     return scene;

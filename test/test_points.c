@@ -262,12 +262,13 @@ static void test_sample_rays(void **state)
                                        .down = {0, widths[w], 0}},
                             .width = 97,
                             .height = 33,
-                            .samples = 1 + w};
+                            .min_samples = 1 + w,
+                            .max_samples = 1 + w};
         for (uint32_t i = 0; i < WAVE; i++)
-            sample_place(&view, i % 97, i / 97, i % view.samples, &lanes, i);
+            sample_place(&view, i % 97, i / 97, i % view.max_samples, &lanes, i);
         sample_rays(&view, &lanes, WAVE, rays);
         for (uint32_t i = 0; i < WAVE; i++) {
-            struct ray ray = sample_ray(&view, i % 97, i / 97, i % view.samples);
+            struct ray ray = sample_ray(&view, i % 97, i / 97, i % view.max_samples);
             assert_same_vector(rays[i].origin, ray.origin);
             assert_same_vector(rays[i].direction, ray.direction);
             assert_int_equal(rays[i].from, PRIMITIVE_NONE);

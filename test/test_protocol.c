@@ -30,6 +30,8 @@ static void test_counts_add(void **state)
                                 .truncation = 0.125,
                                 .unmatched_media = 7,
                                 .open_media = 8,
+                                .sampling = {1, 2},
+                                .halfway = {3, 4},
                                 .first = {.x = 3, .y = 2}};
     struct render_counts more = {.rays = {10, 20, 30, 40},
                                  .nonfinite = 50,
@@ -39,6 +41,8 @@ static void test_counts_add(void **state)
                                  .truncation = 0.0625,
                                  .unmatched_media = 70,
                                  .open_media = 80,
+                                 .sampling = {0.5, 0.25},
+                                 .halfway = {0.125, 0.0625},
                                  .first = {.x = 9, .y = 1}};
     render_counts_add(&sum, &more);
     for (unsigned kind = 0; kind < RAY_KINDS; kind++)
@@ -48,6 +52,8 @@ static void test_counts_add(void **state)
     assert_true(sum.intersect_s == 1.5 && sum.shade_s == 2.25);
     assert_int_equal(sum.unmatched_media, 77);
     assert_int_equal(sum.open_media, 88);
+    assert_true(sum.sampling.squares == 1.5 && sum.sampling.fourths == 2.25);
+    assert_true(sum.halfway.squares == 3.125 && sum.halfway.fourths == 4.0625);
     assert_true(sum.first.x == 9 && sum.first.y == 1); /* in the upper row */
     assert_true(sum.truncation == 0.125);              /* the largest, not the sum */
     more.truncation = HUGE_VAL;
@@ -126,7 +132,7 @@ static void test_tile_order(void **state)
     tile.phase = 16;
     assert_false(tile_ok(tile));
     tile = good_tile, tile.pass = 1;
-    assert_false(tile_ok(tile));
+    assert_true(tile_ok(tile));
     tile.pass = TILE_PROBE;
     assert_true(tile_ok(tile));
 }
@@ -147,24 +153,35 @@ static void test_result(void **state)
     const size_t bytes = sizeof(struct result_header) + 16 * 3 * sizeof(float);
     const struct result_header good = {.tile_id = 7, .pixels = 16, .busy_s = 0};
     struct result_header header = good;
-    assert_true(result_message_valid(&header, bytes, &good_tile));
-    assert_false(result_message_valid(&header, bytes - 1, &good_tile));
-    assert_false(result_message_valid(&header, bytes + 4, &good_tile));
-    assert_false(result_message_valid(&header, 0, &good_tile));
+    assert_true(result_message_valid(&header, bytes, &good_tile, false));
+    assert_false(result_message_valid(&header, bytes - 1, &good_tile, false));
+    /* What follows may be another tile's. */
+    assert_true(result_message_valid(&header, bytes + 8, &good_tile, false));
+    assert_false(result_message_valid(&header, 0, &good_tile, false));
     header.tile_id = 8;
-    assert_false(result_message_valid(&header, bytes, &good_tile));
+    assert_false(result_message_valid(&header, bytes, &good_tile, false));
     header = good, header.pixels = 15;
-    assert_false(result_message_valid(&header, bytes, &good_tile));
+    assert_false(result_message_valid(&header, bytes, &good_tile, false));
     header = good, header.start_s = -1e-9;
-    assert_false(result_message_valid(&header, bytes, &good_tile));
+    assert_false(result_message_valid(&header, bytes, &good_tile, false));
     header = good, header.cpu_s = (double)NAN;
-    assert_false(result_message_valid(&header, bytes, &good_tile));
+    assert_false(result_message_valid(&header, bytes, &good_tile, false));
     header = good, header.busy_s = -1e-9;
-    assert_false(result_message_valid(&header, bytes, &good_tile));
+    assert_false(result_message_valid(&header, bytes, &good_tile, false));
     header.busy_s = (double)NAN;
-    assert_false(result_message_valid(&header, bytes, &good_tile));
+    assert_false(result_message_valid(&header, bytes, &good_tile, false));
     header.busy_s = HUGE_VAL;
-    assert_false(result_message_valid(&header, bytes, &good_tile));
+    assert_false(result_message_valid(&header, bytes, &good_tile, false));
+    double *const sums[] = {&header.counts.sampling.squares, &header.counts.sampling.fourths,
+                            &header.counts.halfway.squares, &header.counts.halfway.fourths};
+    for (size_t i = 0; i < 4; i++) {
+        header = good, *sums[i] = HUGE_VAL;
+        assert_true(result_message_valid(&header, bytes, &good_tile, false));
+        header = good, *sums[i] = (double)NAN;
+        assert_false(result_message_valid(&header, bytes, &good_tile, false));
+        header = good, *sums[i] = -1;
+        assert_false(result_message_valid(&header, bytes, &good_tile, false));
+    }
 }
 
 static void test_result_of_share(void **state)
@@ -172,8 +189,44 @@ static void test_result_of_share(void **state)
     (void)state;
     struct tile tile = {.id = 1, .w = 10, .h = 1, .step = 4, .phase = 3}; /* pixels 3 and 7 */
     struct result_header header = {.tile_id = 1, .pixels = 2};
-    assert_true(result_message_valid(&header, sizeof header + 2 * 12, &tile));
-    assert_false(result_message_valid(&header, sizeof header + 3 * 12, &tile));
+    assert_true(result_message_valid(&header, sizeof header + 2 * 12, &tile, false));
+    assert_false(result_message_valid(&header, sizeof header + 2 * 12 - 1, &tile, false));
+    header.pixels = 3;
+    assert_false(result_message_valid(&header, sizeof header + 3 * 12, &tile, false));
+}
+
+/* From pass 1 on, some of the tile's pixels get samples; each comes with its halves. */
+static void test_result_of_pass(void **state)
+{
+    (void)state;
+    struct tile tile = good_tile;
+    struct result_header header = {.tile_id = tile.id, .pixels = 16};
+    assert_true(result_message_valid(&header, sizeof header + 16 * 24, &tile, true));
+    assert_false(result_message_valid(&header, sizeof header + 16 * 24 - 1, &tile, true));
+    header.pixels = 3;
+    assert_false(result_message_valid(&header, sizeof header + 3 * 24, &tile, true));
+    tile.pass = 4;
+    assert_true(result_message_valid(&header, sizeof header + 3 * 24, &tile, true));
+    assert_false(result_message_valid(&header, sizeof header + 3 * 24 - 1, &tile, true));
+    header.pixels = 0;
+    assert_true(result_message_valid(&header, sizeof header, &tile, true));
+    header.pixels = 17;
+    assert_false(result_message_valid(&header, sizeof header + 17 * 24, &tile, true));
+    assert_int_equal(tile_part_bytes(&tile), sizeof tile + 32);
+    tile.pass = TILE_PROBE;
+    assert_int_equal(tile_part_bytes(&tile), sizeof tile);
+    assert_int_equal(result_bytes(&tile, 16, true), sizeof header + 16 * 16);
+}
+
+static void test_refinements(void **state)
+{
+    (void)state;
+    struct refinement refinements[3] = {{0, 1}, {2, 2}, {3, 5}};
+    assert_true(refinements_valid(refinements, 3, 5));
+    assert_false(refinements_valid(refinements, 3, 4));
+    refinements[1].from = 3;
+    assert_false(refinements_valid(refinements, 3, 5));
+    assert_true(refinements_valid(refinements, 1, 5));
 }
 
 static void test_stats(void **state)
@@ -280,7 +333,8 @@ int main(void)
         cmocka_unit_test(test_tile_size),        cmocka_unit_test(test_tile_order),
         cmocka_unit_test(test_tile_bytes),       cmocka_unit_test(test_result),
         cmocka_unit_test(test_ready_and_start),  cmocka_unit_test(test_silent_is_not_sent),
-        cmocka_unit_test(test_result_of_share),  cmocka_unit_test(test_stats),
+        cmocka_unit_test(test_result_of_share),  cmocka_unit_test(test_result_of_pass),
+        cmocka_unit_test(test_refinements),      cmocka_unit_test(test_stats),
         cmocka_unit_test(test_stats_numbers),    cmocka_unit_test(test_welcome),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

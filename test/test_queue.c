@@ -1,4 +1,5 @@
 /* The work queue: every pixel exactly once, whoever asks in whatever order. */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -108,6 +109,131 @@ static void test_every_pixel_once(void **state)
             }
         }
     }
+}
+
+/* ---- in virtual time ---- */
+
+/* A renderer of the virtual farm: it has up to two lots and renders tile after tile. */
+struct virtual
+{
+    double speed, free_at; /* speed 0: never answers */
+    struct tile lots[2][LOT_TILES];
+    uint32_t counts[2], lots_held;
+};
+
+/* Dear in one corner, 50 times the rest. */
+static double cost_of(const struct tile *tile)
+{
+    double sum = 0;
+    for (uint32_t k = 0; k < tile_pixels(tile); k++) {
+        uint32_t x, y;
+        tile_pixel(tile, k, &x, &y);
+        sum += x < 40 && y < 40 ? 50e-6 : 1e-6;
+    }
+    return sum;
+}
+
+static void ask(struct queue *queue, struct virtual *v, uint32_t i, double now)
+{
+    while (v->lots_held < 2) {
+        uint32_t count = queue_next(queue, i, now, v->lots[v->lots_held]);
+        if (count == 0) break;
+        if (v->lots_held == 0) {
+            double work = 0;
+            for (uint32_t k = 0; k < count; k++)
+                work += cost_of(&v->lots[0][k]);
+            v->free_at = v->speed > 0 ? now + work / v->speed : HUGE_VAL;
+        }
+        v->counts[v->lots_held++] = count;
+    }
+}
+
+static void answer(struct queue *queue, struct virtual *v, uint32_t i, double now)
+{
+    for (uint32_t k = 0; k < v->counts[0]; k++) {
+        const struct tile *tile = &v->lots[0][k];
+        float seconds[64];
+        for (uint32_t p = 0; p < 64 && tile->pass == TILE_PROBE && p < tile_pixels(tile); p++) {
+            struct tile pixel = {.w = 1, .h = 1, .step = 1};
+            tile_pixel(tile, p, &pixel.x, &pixel.y);
+            seconds[p] = (float)(cost_of(&pixel) / v->speed);
+        }
+        if (tile->pass == TILE_PROBE) queue_probed(queue, tile, seconds);
+        queue_finish(queue, i, tile->id, now, cost_of(tile) / v->speed);
+    }
+    memcpy(v->lots[0], v->lots[1], sizeof v->lots[0]);
+    v->counts[0] = v->counts[1];
+    v->lots_held--;
+    if (v->lots_held == 0) return;
+    double work = 0;
+    for (uint32_t k = 0; k < v->counts[0]; k++)
+        work += cost_of(&v->lots[0][k]);
+    v->free_at = now + work / v->speed;
+}
+
+/* When the picture is complete; nobody who could work is left without when something waits. */
+static double run_virtual(const struct queue_config *config, struct virtual *virtuals)
+{
+    struct queue *queue = queue_create(config);
+    double now = 0;
+    while (!queue_complete(queue)) {
+        uint32_t next = UINT32_MAX;
+        double when = fmax(queue_wake(queue) + 1e-9, now);
+        for (uint32_t i = 0; i < config->renderers; i++) {
+            ask(queue, &virtuals[i], i, now);
+            if (virtuals[i].lots_held > 0 && virtuals[i].free_at <= when) {
+                next = i;
+                when = virtuals[i].free_at;
+            }
+        }
+        assert_true(when < 100);
+        now = when;
+        if (next != UINT32_MAX) answer(queue, &virtuals[next], next, now);
+    }
+    queue_destroy(queue);
+    return now;
+}
+
+#define VIRTUALS 16
+
+/* 320 x 240 pixels on 16 renderers; the share of what they could do that is done. */
+static double efficiency(double slow, uint32_t slow_count)
+{
+    const struct tile all = {.w = 320, .h = 240, .step = 1};
+    struct queue_config config = {
+        .width = 320, .height = 240, .renderers = VIRTUALS, .tile_edge = 8, .probe_edge = 8};
+    struct virtual *virtuals = calloc(VIRTUALS, sizeof *virtuals);
+    double speed = 0;
+    for (uint32_t i = 0; i < VIRTUALS; i++) {
+        virtuals[i].speed = i < slow_count ? slow : 1;
+        speed += virtuals[i].speed;
+    }
+    double time = run_virtual(&config, virtuals);
+    free(virtuals);
+    return cost_of(&all) / (speed * time);
+}
+
+static void test_equal_renderers(void **state)
+{
+    (void)state;
+    /* Probes take one in 64 of the pixels' time, which is no part of what is done. */
+    assert_true(efficiency(1, 0) > 0.93);
+}
+
+/* A quarter of the speed: of one, and of half of them. */
+static void test_uneven_renderers(void **state)
+{
+    (void)state;
+    assert_true(efficiency(0.25, 1) > 0.88);
+    assert_true(efficiency(0.25, 8) > 0.80);
+}
+
+/* The others finish the picture, with little more than its share lost. */
+static void test_stopped_renderers(void **state)
+{
+    (void)state;
+    assert_true(efficiency(0, 1) > 0.80);
+    assert_true(efficiency(0, 3) > 0.70);
 }
 
 /* The one tile of a lot under a schedule that deals them one by one. */
@@ -282,8 +408,8 @@ static void test_auto_edge(void **state)
 static void test_auto_probe_edge(void **state)
 {
     (void)state;
-    assert_int_equal(queue_auto_probe_edge(640, 480, 1), 32);
-    assert_int_equal(queue_auto_probe_edge(640, 480, 16), 8);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 1), 24);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 16), 6);
     assert_int_equal(queue_auto_probe_edge(640, 480, 4096), 4);
     assert_int_equal(queue_auto_probe_edge(64, 48, 1), 0);
     assert_int_equal(queue_auto_probe_edge(1, 1, 65535), 0);
@@ -365,6 +491,9 @@ int main(void)
         cmocka_unit_test(test_cyclic_deals_pixels),
         cmocka_unit_test(test_cyclic_rows_deals_rows),
         cmocka_unit_test(test_reserve),
+        cmocka_unit_test(test_equal_renderers),
+        cmocka_unit_test(test_uneven_renderers),
+        cmocka_unit_test(test_stopped_renderers),
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_answers_are_checked),
         cmocka_unit_test(test_too_many_tiles),

@@ -30,7 +30,8 @@ static struct view small_view(void)
                          .region_h = SIZE,
                          .max_depth = 20,
                          .shadows = 1,
-                         .samples = 1};
+                         .min_samples = 1,
+                         .max_samples = 1};
 }
 
 static void must(const char *problem)
@@ -134,7 +135,7 @@ static void test_tiles_do_not_matter(void **state)
     (void)state;
     static struct picture whole, part;
     struct view view = small_view();
-    view.samples = 3;
+    view.min_samples = view.max_samples = 3;
     view.cutoff = 1.0 / 512;
     render_scene(cluster(), &view, SIZE, SIZE, &whole);
     const uint32_t sizes[][2] = {{1, 1}, {3, 8}, {24, 1}, {6, 12}};
@@ -170,7 +171,8 @@ static void test_cutoff_keeps_its_bound(void **state)
         render_scene(cluster(), &view, SIZE, SIZE, &pruned);
         /* The colours are rounded to float: half an ulp below 2 each. */
         assert_true(largest_difference(&exact, &pruned) <= cutoff + 0x1p-23);
-        assert_true(pruned.counts.truncation <= cutoff);
+        /* Against a picture of any depth; four cutoffs of it need not be looked into. */
+        assert_true(pruned.counts.truncation <= 5 * cutoff);
         uint64_t rays = render_counts_rays(&pruned.counts);
         assert_true(rays < before);
         before = rays;
@@ -357,7 +359,7 @@ static void test_bad_samples_are_told(void **state)
             must(builder_add_light(builder, &light));
         }
         struct view view = small_view();
-        view.samples = 2;
+        view.min_samples = view.max_samples = 2;
         view.region_w = view.region_h = SIZE;
         render_scene(builder, &view, i ? 3 : SIZE, i ? 8 : SIZE, i ? &part : &whole);
         counts[i] = i ? part.counts : whole.counts;
@@ -425,6 +427,62 @@ static void test_light_on_a_surface(void **state)
     assert_memory_equal(lit.rgb, bare.rgb, sizeof lit.rgb);
 }
 
+/* Which pixels get how many samples in which pass changes no sample: the means of the passes add up
+ * to what one pass gives, and so do the differences of the halves. */
+static void test_passes_add_up(void **state)
+{
+    (void)state;
+    enum { PIXELS = SIZE * SIZE };
+    static float whole[2][PIXELS * 3], part[2][PIXELS * 3], sum[2][PIXELS * 3];
+    static struct refinement refinements[PIXELS];
+    struct view view = small_view();
+    view.min_samples = 2;
+    view.max_samples = 16;
+    struct builder *builders[] = {cluster(), cluster()};
+    struct scene *scene = builder_finish(builders[0], &view);
+    view.min_samples = 16;
+    struct scene *at_once = builder_finish(builders[1], &view);
+    builder_destroy(builders[0]);
+    builder_destroy(builders[1]);
+    void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
+    struct bvh *bvh = bvh_build(scene, memory);
+    struct renderer *renderer = renderer_create(at_once, bvh);
+    struct tile tile = {.w = SIZE, .h = SIZE, .step = 1};
+    struct render_counts all, counts;
+    struct task task = {.tile = &tile, .mean = whole[0], .difference = whole[1]};
+    assert_true(renderer_task(renderer, &task, &all));
+    renderer_destroy(renderer);
+    renderer = renderer_create(scene, bvh);
+    task = (struct task){&tile, refinements, 0, part[0], part[1]};
+    for (uint8_t pass = 0; pass < 4; pass++) {
+        uint32_t in = 0;
+        for (uint32_t k = 0; k < PIXELS; k++) {
+            /* Some pixels are through after two passes, some come in all four. */
+            unsigned step = k % 3 == 0 ? 1 : 2, from = pass * step, to = from + step;
+            refinements[k].from = (uint8_t)(from < 4 ? from : 4);
+            refinements[k].to = (uint8_t)(to < 4 ? to : 4);
+        }
+        assert_true(renderer_task(renderer, &task, &counts));
+        for (uint32_t k = 0; k < PIXELS; k++) {
+            uint32_t more = level_samples(&scene->view, refinements[k].to) -
+                            level_samples(&scene->view, refinements[k].from);
+            if (more == 0) continue;
+            for (uint32_t c = 0; c < 6; c++)
+                sum[c / 3][3 * k + c % 3] += part[c / 3][3 * in + c % 3] * (float)more / 16;
+            in++;
+        }
+    }
+    for (uint32_t i = 0; i < PIXELS * 3; i++) {
+        assert_true(fabsf(sum[0][i] - whole[0][i]) < 1e-6f);
+        assert_true(fabsf(sum[1][i] - whole[1][i]) < 1e-6f);
+    }
+    assert_true(all.sampling.squares > 0 && all.halfway.squares > all.sampling.squares);
+    renderer_destroy(renderer);
+    free(memory);
+    free(scene);
+    free(at_once);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -439,6 +497,7 @@ int main(void)
         cmocka_unit_test(test_eye_inside_glass),
         cmocka_unit_test(test_equal_media_are_one),
         cmocka_unit_test(test_bad_samples_are_told),
+        cmocka_unit_test(test_passes_add_up),
         cmocka_unit_test(test_too_bright_for_floats),
         cmocka_unit_test(test_color_sum),
         cmocka_unit_test(test_light_on_a_surface),

@@ -33,6 +33,7 @@ static struct report sample_report(struct renderer_stats *renderers, int count)
                        .exact_fallbacks = 7,
                        .intersect_s = 2,
                        .shade_s = 1,
+                       .bound_rays = 5,
                        .truncation = 0.001},
             .host = "node",
         };
@@ -106,7 +107,7 @@ static void test_json(void **state)
                      "\"shade_s\": 1.000000, \"bytes\": 6220800}\n  ],");
     assert_has(text, "\"repeated_tiles\": 3,\n    \"wasted_s\": 0.062500\n");
     assert_has(text, "\"error\": [],");
-    assert_has(text, "\"truncation\": 0.001\n");
+    assert_has(text, "\"truncation\": 0.001,\n    \"rays\": 10\n");
     assert_has(text, "\"nonfinite\": 0,\n    \"first\": null,\n    \"exact_fallbacks\": 14,\n"
                      "    \"unmatched_media\": 0,\n    \"open_media\": 0\n  },");
     assert_has(text, "\"seconds_saved\": 0.000000,\n    \"seconds_repeated\": 0.000000\n  }\n}\n");
@@ -166,7 +167,7 @@ static void test_resumed(void **state)
     assert_int_equal(report_picture_counts(&report).nonfinite, 2);
     char *text = report_json(&report);
     assert_has(text, "\"nonfinite\": 2,\n    \"first\": {\"rank\": null, \"pixel\": [3, 1], ");
-    assert_has(text, "\"truncation\": 2\n");
+    assert_has(text, "\"truncation\": 2,\n");
     assert_has(text,
                "\"resumed\": {\n    \"tiles\": 5,\n    \"pixels\": 80,\n    \"records\": 7,\n"
                "    \"seconds_saved\": 1.500000,\n    \"seconds_repeated\": 0.250000\n  }\n}\n");

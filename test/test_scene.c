@@ -81,8 +81,9 @@ static void test_header_and_view(void **state)
     REFUSED(scene->view.region_w, 641);
     REFUSED(scene->view.region_w, UINT32_MAX);
     REFUSED(scene->view.region_h, 0);
-    REFUSED(scene->view.samples, 0);
-    REFUSED(scene->view.samples, 65537);
+    REFUSED(scene->view.min_samples, 0);
+    REFUSED(scene->view.min_samples, scene->view.max_samples + 1);
+    REFUSED(scene->view.max_samples, 65537);
     REFUSED(scene->view.max_depth, 1000001);
     REFUSED(scene->view.shadows, 2);
     REFUSED(scene->view.formulas, 2);

@@ -20,17 +20,16 @@ static void test_most_important_first(void **state)
     (void)state;
     struct tree tree = {0};
     struct branch branch;
-    double dropped = 0;
     const double bounds[] = {0.25, 1, 0.5, 1};
     for (uint32_t i = 0; i < 4; i++)
         push(&tree, bounds[i], i);
     const uint32_t order[] = {1, 3, 2, 0}; /* equal bounds: the earlier one */
     for (int i = 0; i < 4; i++) {
-        assert_true(tree_pop(&tree, 1e-9, &branch, &dropped));
+        assert_true(tree_pop(&tree, 1e-9, &branch));
         assert_int_equal(branch.depth, order[i]);
     }
-    assert_false(tree_pop(&tree, 1e-9, &branch, &dropped));
-    assert_true(dropped == 0);
+    assert_false(tree_pop(&tree, 1e-9, &branch));
+    assert_true(tree_sum(&tree) == 0);
     tree_free(&tree);
 }
 
@@ -40,35 +39,60 @@ static void test_prunes_by_the_sum(void **state)
     (void)state;
     struct tree tree = {0};
     struct branch branch;
-    double dropped = 0;
     for (int i = 0; i < 8; i++)
         push(&tree, 0.125, 1);
     for (int i = 0; i < 4; i++)
-        assert_true(tree_pop(&tree, 0.5 + 1e-12, &branch, &dropped));
+        assert_true(tree_pop(&tree, 0.5 + 1e-12, &branch));
     /* Never less than what is there, and hardly more. */
-    assert_false(tree_pop(&tree, 0.5 + 1e-12, &branch, &dropped));
-    assert_true(dropped >= 0.5 && dropped < 0.5 + 1e-14);
-    assert_int_equal(tree.count, 0);
+    assert_false(tree_pop(&tree, 0.5 + 1e-12, &branch));
+    assert_int_equal(tree.count, 4);
+    double left = tree_sum(&tree);
+    assert_true(left >= 0.5 && left < 0.5 + 1e-14);
     tree_free(&tree);
 }
 
-/* Bounds whose sum rounds down: what is told as dropped is not below the true sum. */
+/* Bounds whose sum rounds down: what is told as left is not below the true sum. */
+/* A closer bound of the next ray changes what comes next, and whether anything does. */
+static void test_closer_bounds(void **state)
+{
+    (void)state;
+    struct tree tree = {0};
+    struct branch branch;
+    for (uint32_t i = 0; i < 40; i++) {
+        push(&tree, 1 + i, i);
+        tree.pending[i].rough = true;
+    }
+    struct branch *next = tree_next(&tree, 0.5);
+    assert_int_equal(next->depth, 39);
+    tree_rate(&tree, next, 0.5);
+    assert_false(next->rough);
+    assert_int_equal(tree_next(&tree, 0.5)->depth, 38);
+    tree_remove(&tree, tree_next(&tree, 0.5), &branch);
+    assert_int_equal(branch.depth, 38);
+    assert_int_equal(tree.count, 39);
+    for (uint32_t i = 0; i < 38; i++) {
+        next = tree_next(&tree, 0.5);
+        assert_true(next->rough);
+        tree_rate(&tree, next, i < 37 ? 0x1p-10 : 0.25);
+    }
+    assert_null(tree_next(&tree, 0.8)); /* 0.5 + 0.25 + 37 / 1024 */
+    next = tree_next(&tree, 0.75);
+    assert_int_equal(next->depth, 39);
+    tree_free(&tree);
+}
+
 static void test_sums_are_upper_bounds(void **state)
 {
     (void)state;
     struct tree tree = {0};
     struct branch branch;
-    double dropped = 0;
     push(&tree, 1, 1);
     for (int i = 0; i < 1000; i++)
         push(&tree, 0x1p-54, 1); /* each is lost beside 1 */
-    assert_false(tree_pop(&tree, 2, &branch, &dropped));
-    assert_true(dropped >= 1 + 1000 * 0x1p-54);
-    push(&tree, 0.25, 1);
-    push(&tree, 0.5, 1);
-    dropped = tree_drop(&tree);
-    assert_true(dropped >= 0.75 && dropped < 0.75 + 1e-14);
-    assert_int_equal(tree.count, 0);
+    assert_false(tree_pop(&tree, 2, &branch));
+    assert_true(tree_sum(&tree) >= 1 + 1000 * 0x1p-54);
+    /* It is the bound as well that may not round down. */
+    assert_true(tree_pop(&tree, 1, &branch));
     tree_free(&tree);
 }
 
@@ -77,16 +101,15 @@ static void test_without_cutoff_depth_first(void **state)
     (void)state;
     struct tree tree = {0};
     struct branch branch;
-    double dropped = 0;
     push(&tree, 1, 1);
     push(&tree, 1, 3);
     push(&tree, 1e-300, 7);
     const uint32_t order[] = {7, 3, 1};
     for (int i = 0; i < 3; i++) {
-        assert_true(tree_pop(&tree, 0, &branch, &dropped));
+        assert_true(tree_pop(&tree, 0, &branch));
         assert_int_equal(branch.depth, order[i]);
     }
-    assert_false(tree_pop(&tree, 0, &branch, &dropped));
+    assert_false(tree_pop(&tree, 0, &branch));
     tree_free(&tree);
 }
 
@@ -96,11 +119,10 @@ static void test_memory_stays_bounded(void **state)
     (void)state;
     struct tree tree = {0};
     struct branch branch;
-    double dropped = 0;
     uint32_t most = 0;
     uint64_t traced = 0;
     push(&tree, INFINITY, 0);
-    while (tree_pop(&tree, 1e-3, &branch, &dropped)) {
+    while (tree_pop(&tree, 1e-3, &branch)) {
         traced++;
         if (branch.depth < 16) {
             push(&tree, INFINITY, branch.depth + 1);
@@ -118,6 +140,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_most_important_first),
         cmocka_unit_test(test_prunes_by_the_sum),
+        cmocka_unit_test(test_closer_bounds),
         cmocka_unit_test(test_sums_are_upper_bounds),
         cmocka_unit_test(test_without_cutoff_depth_first),
         cmocka_unit_test(test_memory_stays_bounded),

@@ -37,9 +37,8 @@ void surface_at(const struct scene *scene, const struct ray *ray, const struct h
     kernel_of(scene)->surface_at(scene, ray, hit, surface);
 }
 
-bool renderer_tile(struct renderer *renderer, const struct tile *tile, float *rgb,
-                   struct render_counts *counts)
+bool renderer_task(struct renderer *renderer, const struct task *task, struct render_counts *counts)
 {
     const struct scene *scene = renderer_scene(renderer);
-    return kernel_of(scene)->renderer_tile(renderer, tile, rgb, counts);
+    return kernel_of(scene)->renderer_task(renderer, task, counts);
 }

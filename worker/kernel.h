@@ -16,7 +16,7 @@ struct kernel {
     __typeof__(nearest) *nearest;
     __typeof__(occluded) *occluded;
     __typeof__(surface_at) *surface_at;
-    __typeof__(renderer_tile) *renderer_tile;
+    __typeof__(renderer_task) *renderer_task;
 };
 
 /* The one of a level that this processor has. */

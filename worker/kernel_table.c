@@ -7,5 +7,5 @@ const struct kernel KERNEL_TABLE = {
     .nearest = nearest,
     .occluded = occluded,
     .surface_at = surface_at,
-    .renderer_tile = renderer_tile,
+    .renderer_task = renderer_task,
 };

@@ -9,9 +9,11 @@
 #include "worker/exact.h"
 #include "worker/inlined.h"
 #include "worker/medium.h"
+#include "worker/omission.h"
 #include "worker/points.h"
 #include "worker/sample.h"
 #include "worker/shade.h"
+#include "worker/task.h"
 #include "worker/tree.h"
 
 /*
@@ -26,13 +28,16 @@
 /* Samples that wait for earlier ones of the tile before they are added to their pixel. */
 #define WINDOW (4 * WAVE)
 
+/* What may bring more cutoffs than this is traced in any case, or nearly so. */
+#define COARSE_CUTOFFS 4
+
 /* One sample on its way. */
 struct path {
     struct tree tree;
+    struct omission omission;
     struct color_sum color;
-    double cut;      /* what pruning has left out, at most */
-    double too_deep; /* what max_depth and ray_budget have left out, at most; may be infinite */
-    uint64_t rays;   /* traced so far, without shadow rays */
+    bool bounding;   /* all that is shown is traced; the rest goes into the bound */
+    uint64_t rays;   /* traced so far to be shown, without shadow rays */
     uint64_t index;  /* of the tile's samples */
     uint32_t pixel;  /* of the tile */
     uint32_t sample; /* of the pixel */
@@ -46,39 +51,31 @@ struct finished {
     bool waits;
 };
 
-/* Sums of the samples of one pixel, in the order of the samples. */
-struct pixel_sum {
-    struct color_sum color;
-    double truncation;
-    uint32_t samples;
-};
-
 /* A point of the wave, and a light on its lit side. */
 struct facing {
     uint32_t point, light;
 };
 
-/* A tile in work: its samples are numbered pixel by pixel. */
+/* A task in work. */
 struct progress {
-    const struct tile *tile;
-    float *rgb;
-    uint64_t samples; /* of the tile */
+    struct task task;
+    uint64_t samples; /* of the task */
     uint64_t started, added;
-    uint32_t pixel, sample; /* the next to start, in the order of pixel_in_order() */
-    uint32_t place;         /* which pixel of the tile that is */
-    uint32_t x, y;          /* its place in the whole picture */
-    uint32_t finished;      /* pixels */
-    struct pixel_sum sum;   /* of the pixel whose samples are being added */
+    struct task_cursor next; /* to start, in the order of pixel_in_order() */
+    uint32_t place;          /* which pixel of the tile that is */
+    uint32_t x, y;           /* its place in the whole picture */
+    struct task_cursor adds; /* to be added next */
+    struct pixel_sum sum;    /* of that pixel */
+    uint32_t put;            /* pixels handed over, where only some get samples */
+    uint32_t halfway;        /* samples of it after which an error is told, too; 0: none */
 };
 
 struct renderer {
     const struct scene *scene;
     const struct bvh *bvh;
-    double *bound;         /* [depth]: largest component a ray of that depth can bring */
-    double bound_infinite; /* the same for a tree of unlimited depth */
-    uint64_t ray_budget;   /* of a sample */
-    bool flat;             /* nothing reflects or refracts */
-    uint32_t per_pixel;    /* samples that are rendered: the view's, or 1 to survey */
+    struct radiance radiance;
+    uint64_t ray_budget; /* of a sample */
+    bool flat;           /* nothing reflects or refracts */
     struct media *media;
     uint32_t eye_media; /* the stack that the eye is in */
     struct progress progress;
@@ -93,6 +90,7 @@ struct renderer {
 
     /* The current wave: slot i traces branches[i] for path owner[i]. */
     uint32_t count;
+    uint32_t bounding; /* so many of them only count for the bound */
     uint32_t owner[WAVE];
     struct branch branches[WAVE];
     struct ray rays[WAVE];
@@ -114,38 +112,7 @@ struct renderer {
 };
 
 /*
- * A bound is computed from a few numbers, and so is what it bounds: the weight of a branch, its
- * share of its parent's, the colour of a surface or of the background, their sum. 32 roundings hold
- * all that is added in one level of the tree, for both.
- */
-#define BOUND_SLACK (1 + 32 * UNIT_ROUNDOFF)
-
-/*
- * What a ray can bring is at most the background, or what its surface shows of the lights plus the
- * share of what the next rays bring: B(D) = max(background, S), B(d) = max(background, S + r
- * B(d+1)).
- */
-static void bound_radiance(struct renderer *renderer)
-{
-    const struct view *view = &renderer->scene->view;
-    double sky = fmax(vec_max(view->background_bottom), vec_max(view->background_top));
-    double surface = shade_bound(renderer->scene);
-    double spawn = spawn_bound(renderer->scene);
-    uint32_t deepest = view->max_depth;
-    renderer->bound = allocate((size_t)deepest + 1, sizeof *renderer->bound);
-    renderer->bound[deepest] = fmax(sky, surface) * BOUND_SLACK;
-    for (uint32_t d = deepest; d-- > 0;)
-        renderer->bound[d] = fmax(sky, surface + spawn * renderer->bound[d + 1]) * BOUND_SLACK;
-    /* The fixed point of the same recurrence, or no bound where surfaces lose nothing. */
-    double kept = spawn * BOUND_SLACK;
-    renderer->bound_infinite = HUGE_VAL;
-    if (kept < 1) renderer->bound_infinite = fmax(sky, surface / (1 - kept) * BOUND_SLACK);
-    if (spawn == 1 && surface == 0) renderer->bound_infinite = sky;
-    renderer->bound_infinite *= BOUND_SLACK;
-}
-
-/*
- * A ray of weight tau = cutoff / B(0) can change the sample by the cutoff at most. Where reflection
+ * A ray of weight tau = cutoff / R (worker/radiance.h) can change the sample by the cutoff at most. Where reflection
  * + transmission <= 1, the weights of a level of the tree add up to 1, so that at most 1 / tau of
  * its rays weigh more, and max_depth / tau of the tree's. No sample takes more rays: what rays
  * would be left then weighs less each, but where nothing is lost between surfaces there may be
@@ -154,7 +121,8 @@ static void bound_radiance(struct renderer *renderer)
 static uint64_t ray_budget_of(const struct renderer *renderer)
 {
     const struct view *view = &renderer->scene->view;
-    double budget = ((double)view->max_depth + 1) * fmax(1, renderer->bound[0] / view->cutoff);
+    double most = radiance_most(&renderer->radiance);
+    double budget = ((double)view->max_depth + 1) * fmax(1, most / view->cutoff);
     return budget < 0x1p62 ? (uint64_t)budget : UINT64_C(1) << 62;
 }
 
@@ -180,10 +148,11 @@ struct renderer *renderer_create(const struct scene *scene, const struct bvh *bv
     struct renderer *renderer = allocate_zeroed(1, sizeof *renderer);
     renderer->scene = scene;
     renderer->bvh = bvh;
-    bound_radiance(renderer);
-    renderer->ray_budget = ray_budget_of(renderer);
     renderer->flat = is_flat(scene);
-    renderer->per_pixel = scene->view.samples;
+    if (!renderer->flat) {
+        radiance_init(&renderer->radiance, scene);
+        renderer->ray_budget = ray_budget_of(renderer);
+    }
     renderer->media = media_create(scene);
     begin_media(renderer);
     return renderer;
@@ -192,10 +161,12 @@ struct renderer *renderer_create(const struct scene *scene, const struct bvh *bv
 void renderer_destroy(struct renderer *renderer)
 {
     if (!renderer) return;
-    for (uint32_t i = 0; i < WAVE; i++)
+    for (uint32_t i = 0; i < WAVE; i++) {
         tree_free(&renderer->paths[i].tree);
+        omission_free(&renderer->paths[i].omission);
+    }
     media_destroy(renderer->media);
-    free(renderer->bound);
+    radiance_free(&renderer->radiance);
     free(renderer);
 }
 
@@ -206,7 +177,13 @@ const struct scene *renderer_scene(const struct renderer *renderer)
 
 /* ---- further rays ---- */
 
-/* Adds the next ray of the tree, unless it is too deep or carries nothing. */
+/* Whether the ray in a slot of the wave only counts for the bound. */
+static inline bool is_bounding(const struct renderer *renderer, uint32_t slot)
+{
+    return renderer->paths[renderer->owner[slot]].bounding;
+}
+
+/* Adds the next ray of the tree, unless it carries nothing. */
 static void spawn(struct renderer *renderer, uint32_t point, struct vec3 direction,
                   struct vec3 share, enum ray_kind kind, uint32_t media)
 {
@@ -214,23 +191,18 @@ static void spawn(struct renderer *renderer, uint32_t point, struct vec3 directi
     const struct branch *parent = &renderer->branches[slot];
     struct path *path = &renderer->paths[renderer->owner[slot]];
     struct vec3 weight = vec_mul(parent->weight, share);
-    double largest = vec_max(weight);
-    if (!(largest > 0)) return;
+    if (!(vec_max(weight) > 0)) return;
     uint32_t depth = parent->depth + 1;
-    if (depth > renderer->scene->view.max_depth) {
-        /* Rounded up, so that the sum of many stays a bound. */
-        double more = path->too_deep + largest * renderer->bound_infinite;
-        path->too_deep = nextafter(more, HUGE_VAL);
-        return;
-    }
-    struct branch *child = tree_add(&path->tree);
+    bool beyond = path->bounding || depth > renderer->scene->view.max_depth;
+    struct branch *child = beyond ? omission_add(&path->omission) : tree_add(&path->tree);
     child->ray = (struct ray){.origin = lane(&renderer->points.point, point),
                               .direction = direction,
                               .t_max = HUGE_VAL,
                               .from = renderer->hits[slot].primitive,
                               .from_part = renderer->hits[slot].part};
     child->weight = weight;
-    child->bound = largest * renderer->bound[depth];
+    child->bound = radiance_roughly(&renderer->radiance, weight, depth, !beyond);
+    child->rough = true;
     child->depth = depth;
     child->media = media;
     child->kind = kind;
@@ -255,7 +227,8 @@ static void spawn_refracted(struct renderer *renderer)
     for (uint32_t i = 0; i < points->count; i++) {
         if (!(points->material[i]->transmission > 0)) continue;
         struct crossing_media crossing = cross_surface(renderer, i);
-        if (crossing.unmatched) renderer->counts.unmatched_media++;
+        if (crossing.unmatched && !is_bounding(renderer, points->slot[i]))
+            renderer->counts.unmatched_media++;
         uint32_t k = onward->count++;
         onward->point[k] = i;
         onward->from[k] = crossing.from;
@@ -313,6 +286,19 @@ static INLINED void add_color(struct renderer *renderer, uint32_t slot, struct v
     color_sum_add(&renderer->paths[p].color, color);
 }
 
+/* What bound rays have found, in place of add_color(). */
+static void add_found(struct renderer *renderer)
+{
+    const struct points *points = &renderer->points;
+    for (uint32_t i = 0; i < points->count; i++) {
+        uint32_t slot = points->slot[i];
+        if (!is_bounding(renderer, slot)) continue;
+        struct shading_point at = points_get(points, i);
+        omission_found_point(&renderer->paths[renderer->owner[slot]].omission, &renderer->radiance,
+                             renderer->branches[slot].weight, &at);
+    }
+}
+
 /* The points that some light gets through to, of those that were gathered. */
 static void gather_reached(struct renderer *renderer)
 {
@@ -361,6 +347,14 @@ static void add_facing(struct renderer *renderer, uint32_t point, uint32_t light
                                             .from_part = renderer->hits[slot].part};
 }
 
+/* Whether light matters at a point. */
+static INLINED bool is_shown(const struct renderer *renderer, uint32_t point, bool flat)
+{
+    const struct points *points = &renderer->points;
+    if (!material_shows_light(points->material[point])) return false;
+    return flat || !is_bounding(renderer, points->slot[point]);
+}
+
 /* Light by light, so that the shadow rays of a batch keep together. A surface that shows no light
  * needs none. */
 static INLINED void light_points(struct renderer *renderer, bool flat)
@@ -372,7 +366,7 @@ static INLINED void light_points(struct renderer *renderer, bool flat)
         if (renderer->facing_count + points->count > WAVE) flush_lit(renderer, flat);
         points_face(points, &lights[k], &renderer->faced);
         for (uint32_t i = 0; i < points->count; i++)
-            if (renderer->faced.faces[i] != 0 && material_shows_light(points->material[i]))
+            if (renderer->faced.faces[i] != 0 && is_shown(renderer, i, flat))
                 add_facing(renderer, i, k);
     }
     flush_lit(renderer, flat);
@@ -394,7 +388,7 @@ static void tell_bad(struct renderer *renderer, struct path *path, const struct 
     path->bad = true;
     struct bad_sample bad = {
         .sample = path->sample, .depth = depth, .origin = ray->origin, .direction = ray->direction};
-    tile_pixel(renderer->progress.tile, path->pixel, &bad.x, &bad.y);
+    tile_pixel(renderer->progress.task.tile, path->pixel, &bad.x, &bad.y);
     bad.x += renderer->scene->view.region_x;
     bad.y += renderer->scene->view.region_y;
     render_counts_bad(&renderer->counts, &bad);
@@ -407,24 +401,33 @@ static INLINED void check_paths(struct renderer *renderer, bool flat)
         struct path *path = &renderer->paths[flat ? i : renderer->owner[i]];
         const struct ray *ray = &renderer->rays[i];
         struct vec3 sum = path->color.plain;
+        if (!flat && path->bounding) continue;
         bool good = is_good(sum.x) && is_good(sum.y) && is_good(sum.z);
         if (good && vec_is_finite(ray->origin)) continue;
         if (!path->bad) tell_bad(renderer, path, ray, flat ? 0 : renderer->branches[i].depth);
     }
 }
 
+static INLINED void add_background(struct renderer *renderer, uint32_t slot, bool flat)
+{
+    struct vec3 color = background(&renderer->scene->view, renderer->rays[slot].direction);
+    if (!flat && is_bounding(renderer, slot)) {
+        omission_found(&renderer->paths[renderer->owner[slot]].omission,
+                       renderer->branches[slot].weight, color);
+        return;
+    }
+    if (!flat && renderer->branches[slot].media != MEDIUM_OUTSIDE) renderer->counts.open_media++;
+    add_color(renderer, slot, color, flat);
+}
+
 /* What is there without any light: the background, and ambient. */
 static INLINED void add_unlit(struct renderer *renderer, bool flat)
 {
     const struct points *points = &renderer->points;
-    for (uint32_t i = 0; i < renderer->count; i++) {
-        if (renderer->hits[i].primitive != PRIMITIVE_NONE) continue;
-        struct vec3 color = background(&renderer->scene->view, renderer->rays[i].direction);
-        if (!flat && renderer->branches[i].media != MEDIUM_OUTSIDE) renderer->counts.open_media++;
-        add_color(renderer, i, color, flat);
-    }
+    for (uint32_t i = 0; i < renderer->count; i++)
+        if (renderer->hits[i].primitive == PRIMITIVE_NONE) add_background(renderer, i, flat);
     for (uint32_t i = 0; i < points->count; i++)
-        if (points->material[i]->ambient > 0)
+        if (points->material[i]->ambient > 0 && (flat || !is_bounding(renderer, points->slot[i])))
             add_color(renderer, points->slot[i], shade_ambient(points->material[i]), flat);
 }
 
@@ -439,6 +442,7 @@ static INLINED void trace_wave(struct renderer *renderer, bool flat)
                 &renderer->points);
     add_unlit(renderer, flat);
     light_points(renderer, flat);
+    if (!flat && renderer->bounding > 0) add_found(renderer);
     check_paths(renderer, flat);
     if (!flat) spawn_children(renderer);
 }
@@ -451,28 +455,62 @@ static inline struct vec3 finished_sum(const struct renderer *renderer, const st
 static void finish_path(struct renderer *renderer, uint32_t p)
 {
     const struct path *path = &renderer->paths[p];
-    renderer->finished[path->index % WINDOW] =
-        (struct finished){finished_sum(renderer, &path->color), path->cut + path->too_deep, true};
+    renderer->finished[path->index % WINDOW] = (struct finished){
+        finished_sum(renderer, &path->color), omission_bound(&path->omission), true};
     renderer->idle[renderer->idle_count++] = p;
+}
+
+/*
+ * The next ray that is shown. How bright it can be is looked at more closely when its turn comes,
+ * not before: most of those that are never traced need not be.
+ */
+static bool next_shown(const struct renderer *renderer, struct tree *tree, struct branch *branch)
+{
+    double cutoff = renderer->scene->view.cutoff;
+    struct branch *next;
+    if (tree->count == 0) return false;
+    while ((next = tree_next(tree, cutoff)) != NULL) {
+        if (!next->rough || next->bound > COARSE_CUTOFFS * cutoff) break;
+        tree_rate(tree, next,
+                  radiance_of(&renderer->radiance, &next->ray, next->weight, next->depth, true));
+    }
+    if (next) tree_remove(tree, next, branch);
+    return next;
+}
+
+/* The next ray of a sample; false: it is done. */
+static bool next_branch(struct renderer *renderer, struct path *path, struct branch *branch)
+{
+    if (!path->bounding) {
+        if (path->rays < renderer->ray_budget && next_shown(renderer, &path->tree, branch)) {
+            path->rays++;
+            renderer->counts.rays[branch->kind]++;
+            return true;
+        }
+        path->bounding = true;
+        omission_take(&path->omission, &renderer->radiance, &path->tree);
+    }
+    /* What a survey leaves out is nobody's business: it is no part of the picture. */
+    if (renderer->progress.task.first > 0 ||
+        !omission_next(&path->omission, &renderer->radiance, branch))
+        return false;
+    renderer->counts.bound_rays++;
+    renderer->bounding++;
+    return true;
 }
 
 /* The next ray of every sample that has one. */
 static void continue_paths(struct renderer *renderer)
 {
-    double cutoff = renderer->scene->view.cutoff;
     uint32_t paths = renderer->count;
-    renderer->count = 0;
+    renderer->count = renderer->bounding = 0;
     for (uint32_t i = 0; i < paths; i++) {
         uint32_t p = renderer->owner[i], slot = renderer->count;
-        struct path *path = &renderer->paths[p];
         struct branch *branch = &renderer->branches[slot];
-        if (path->rays == renderer->ray_budget) path->too_deep += tree_drop(&path->tree);
-        if (!tree_pop(&path->tree, cutoff, branch, &path->cut)) {
+        if (!next_branch(renderer, &renderer->paths[p], branch)) {
             finish_path(renderer, p);
             continue;
         }
-        path->rays++;
-        renderer->counts.rays[branch->kind]++;
         renderer->rays[slot] = branch->ray;
         renderer->owner[slot] = p;
         renderer->count++;
@@ -501,6 +539,12 @@ static inline uint32_t pixel_in_order(const struct tile *tile, uint32_t k)
     return (band * BLOCK_H + y) * w + x;
 }
 
+/* The same in a task. Where only some pixels get samples, they come in the tile's order. */
+static inline uint32_t place_of(const struct task *task, uint32_t k)
+{
+    return task->refinements ? k : pixel_in_order(task->tile, k);
+}
+
 static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool flat)
 {
     struct progress *progress = &renderer->progress;
@@ -508,12 +552,13 @@ static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool fl
     struct path *path = &renderer->paths[p];
     path->color = (struct color_sum){{0, 0, 0}, {0, 0, 0}};
     path->pixel = progress->place;
-    path->sample = progress->sample;
+    path->sample = progress->next.sample;
     path->bad = false;
     progress->started++;
     if (flat) return;
     tree_clear(&path->tree);
-    path->cut = path->too_deep = 0;
+    omission_clear(&path->omission);
+    path->bounding = false;
     path->rays = 1;
     path->index = progress->started - 1;
     struct branch *primary = &renderer->branches[slot];
@@ -528,8 +573,9 @@ static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool fl
 static void locate_pixel(struct renderer *renderer)
 {
     struct progress *progress = &renderer->progress;
-    progress->place = pixel_in_order(progress->tile, progress->pixel);
-    tile_pixel(progress->tile, progress->place, &progress->x, &progress->y);
+    const struct tile *tile = progress->task.tile;
+    progress->place = place_of(&progress->task, progress->next.pixel);
+    tile_pixel(tile, progress->place, &progress->x, &progress->y);
     progress->x += renderer->scene->view.region_x;
     progress->y += renderer->scene->view.region_y;
 }
@@ -541,12 +587,10 @@ static INLINED void start_paths(struct renderer *renderer, uint32_t fresh, bool 
     struct progress *progress = &renderer->progress;
     uint32_t first = renderer->count;
     for (uint32_t i = 0; i < fresh; i++) {
-        if (progress->sample == 0) locate_pixel(renderer);
-        sample_place(view, progress->x, progress->y, progress->sample, &renderer->samples, i);
+        if (progress->next.sample == progress->next.begin) locate_pixel(renderer);
+        sample_place(view, progress->x, progress->y, progress->next.sample, &renderer->samples, i);
         start_path(renderer, first + i, flat);
-        if (++progress->sample < renderer->per_pixel) continue;
-        progress->sample = 0;
-        progress->pixel++;
+        cursor_advance(&progress->next, &progress->task, view);
     }
     sample_rays(view, &renderer->samples, fresh, renderer->rays + first);
     renderer->counts.rays[RAY_PRIMARY] += fresh;
@@ -564,17 +608,64 @@ static void refill_wave(struct renderer *renderer)
     if (fresh >= FRESH_MIN || fresh == left) start_paths(renderer, (uint32_t)fresh, false);
 }
 
-static void finish_pixel(struct renderer *renderer)
+static void put_color(float *rgb, struct vec3 color)
+{
+    rgb[0] = (float)color.x;
+    rgb[1] = (float)color.y;
+    rgb[2] = (float)color.z;
+}
+
+static struct vec3 divided(struct vec3 v, double by)
+{
+    return vec3(v.x / by, v.y / by, v.z / by);
+}
+
+/* What the two halves of the pixel's sum differ by, each divided by its number of samples. */
+static struct vec3 halves_difference(const struct renderer *renderer, double evens, double odds)
+{
+    if (evens == 0 || odds == 0) return vec3(0, 0, 0);
+    const struct pixel_sum *sum = &renderer->progress.sum;
+    struct vec3 even = divided(finished_sum(renderer, &sum->half[0]), evens);
+    return vec_sub(even, divided(finished_sum(renderer, &sum->half[1]), odds));
+}
+
+/*
+ * The pixel is p A + q B, p and q the halves' shares of its samples. With errors of the halves that
+ * are as large as those of random samples would be, or with halves of equal size and whatever
+ * errors, p q (A - B)^2 is on average the square of its own error.
+ */
+static void add_error(struct error_sum *sum, struct vec3 difference, double evens, double odds)
+{
+    double share = evens * odds / ((evens + odds) * (evens + odds));
+    double square = vec_dot(difference, difference) / 3 * share;
+    if (!(square < HUGE_VAL)) return; /* counted as not finite */
+    sum->squares += square;
+    sum->fourths += square * square;
+}
+
+/* The next pixel's mean of so many samples, and what its halves differ by. */
+static void put_pixel(struct renderer *renderer, uint32_t pixel, uint32_t begin, uint32_t end)
 {
     struct progress *progress = &renderer->progress;
-    double samples = renderer->per_pixel;
-    struct vec3 color = finished_sum(renderer, &progress->sum.color);
-    size_t place = pixel_in_order(progress->tile, progress->finished++);
-    float *rgb = progress->rgb + 3 * place;
-    rgb[0] = (float)(color.x / samples);
-    rgb[1] = (float)(color.y / samples);
-    rgb[2] = (float)(color.z / samples);
-    /* An upper bound, like its parts: so many sums, and a quotient. */
+    const struct task *task = &progress->task;
+    /* Only pixels that get samples are handed over. */
+    uint32_t place = task->refinements ? progress->put++ : pixel_in_order(task->tile, pixel);
+    struct vec3 even = finished_sum(renderer, &progress->sum.half[0]);
+    struct vec3 odd = finished_sum(renderer, &progress->sum.half[1]);
+    double samples = end - begin, evens = (end + 1) / 2 - (begin + 1) / 2;
+    struct vec3 difference = halves_difference(renderer, evens, samples - evens);
+    put_color(task->mean + 3 * (size_t)place, divided(vec_add(even, odd), samples));
+    add_error(&renderer->counts.sampling, difference, evens, samples - evens);
+    if (task->difference) put_color(task->difference + 3 * (size_t)place, difference);
+}
+
+static void finish_pixel(struct renderer *renderer, uint32_t pixel, uint32_t begin, uint32_t end)
+{
+    struct progress *progress = &renderer->progress;
+    double samples = end - begin;
+    put_pixel(renderer, pixel, begin, end);
+    /* An upper bound, like its parts: so many sums, and a quotient. The means of several passes
+     * lie between those of each, and so do their bounds. */
     double truncation = progress->sum.truncation;
     if (truncation != 0) truncation = truncation / samples * (1 + (samples + 2) * UNIT_ROUNDOFF);
     renderer->counts.truncation = max_number(renderer->counts.truncation, truncation);
@@ -585,10 +676,17 @@ static void finish_pixel(struct renderer *renderer)
 static inline void add_sample(struct renderer *renderer, struct vec3 color, double truncation)
 {
     struct progress *progress = &renderer->progress;
-    color_sum_add(&progress->sum.color, color);
+    struct task_cursor *adds = &progress->adds;
+    color_sum_add(&progress->sum.half[adds->sample & 1], color);
     progress->sum.truncation += truncation;
     progress->added++;
-    if (++progress->sum.samples == renderer->per_pixel) finish_pixel(renderer);
+    uint32_t pixel = adds->pixel, begin = adds->begin, end = adds->end,
+             so_far = adds->sample + 1 - begin;
+    if (so_far == progress->halfway)
+        add_error(&renderer->counts.halfway, halves_difference(renderer, so_far / 2, so_far / 2),
+                  so_far / 2, so_far / 2);
+    if (cursor_advance(adds, &progress->task, &renderer->scene->view))
+        finish_pixel(renderer, pixel, begin, end);
 }
 
 /* Adds the finished samples to their pixels, as far as none is missing before them. */
@@ -642,18 +740,18 @@ void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupt
     renderer->context = context;
 }
 
-void renderer_first_samples(struct renderer *renderer, bool only)
-{
-    renderer->per_pixel = only ? 1 : renderer->scene->view.samples;
-}
-
 /* Stacks kept from earlier tiles save nothing but time: many of them go. */
 #define MEDIA_KEPT 65536u
 
-static void begin_tile(struct renderer *renderer, const struct tile *tile, float *rgb)
+static void begin_task(struct renderer *renderer, const struct task *task)
 {
-    uint64_t samples = (uint64_t)tile_pixels(tile) * renderer->per_pixel;
-    renderer->progress = (struct progress){.tile = tile, .rgb = rgb, .samples = samples};
+    const struct view *view = &renderer->scene->view;
+    struct progress *progress = &renderer->progress;
+    *progress = (struct progress){.task = *task, .samples = task_samples(task, view)};
+    cursor_settle(&progress->next, task, view);
+    progress->adds = progress->next;
+    if (!task->refinements && !task->first)
+        progress->halfway = samples_halfway(level_samples(view, 1));
     renderer->counts = (struct render_counts){0};
     renderer->count = renderer->facing_count = 0;
     renderer->idle_count = WAVE;
@@ -664,11 +762,10 @@ static void begin_tile(struct renderer *renderer, const struct tile *tile, float
     if (media_count(renderer->media) > MEDIA_KEPT) begin_media(renderer);
 }
 
-bool renderer_tile(struct renderer *renderer, const struct tile *tile, float *rgb,
-                   struct render_counts *counts)
+bool renderer_task(struct renderer *renderer, const struct task *task, struct render_counts *counts)
 {
     double start = clock_wall();
-    begin_tile(renderer, tile, rgb);
+    begin_task(renderer, task);
     if (!(renderer->flat ? trace_flat(renderer) : trace_trees(renderer))) return false;
     renderer->counts.shade_s = clock_wall() - start - renderer->counts.intersect_s;
     *counts = renderer->counts;

@@ -14,6 +14,7 @@
 
 #include "common/protocol.h"
 #include "worker/bvh.h"
+#include "worker/task.h"
 
 /* One rendering thread's scratch memory; the scene and the BVH are only read. */
 struct renderer;
@@ -32,14 +33,19 @@ const struct scene *renderer_scene(const struct renderer *renderer);
 typedef bool renderer_interrupted(void *context);
 void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupted, void *context);
 
-/* Whether to render only the first sample of every pixel, which is enough for a survey. */
-void renderer_first_samples(struct renderer *renderer, bool only);
-
 /*
- * Renders a valid tile: 3 floats (linear RGB) per pixel in the tile's pixel order to rgb. *counts
- * is set to what it cost. Returns false, with nothing of use in either, when it was interrupted.
+ * Renders what the task says of a valid tile. *counts is set to what it cost. Returns false, with
+ * nothing of use in the pixels and counts, when it was interrupted.
  */
-bool renderer_tile(struct renderer *renderer, const struct tile *tile, float *rgb,
+bool renderer_task(struct renderer *renderer, const struct task *task,
                    struct render_counts *counts);
+
+/* All pixels of a tile, min_samples each: 3 floats (linear RGB) per pixel in the tile's order. */
+static inline bool renderer_tile(struct renderer *renderer, const struct tile *tile, float *rgb,
+                                 struct render_counts *counts)
+{
+    struct task task = {.tile = tile, .mean = rgb};
+    return renderer_task(renderer, &task, counts);
+}
 
 #endif

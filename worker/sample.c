@@ -1,13 +1,5 @@
 #include "worker/sample.h"
 
-/*
- * The R2 sequence (M. Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018):
- * steps of 1/g and 1/g^2, with g = 1.3247... the real root of g^3 = g + 1. Low discrepancy for any
- * number of samples, each added sample included.
- */
-#define R2_STEP_X 0.75487766624669276
-#define R2_STEP_Y 0.56984029099805327
-
 /* A 64-bit mix in which every input bit reaches every output bit (the finaliser of SplitMix64,
  * G. Steele, D. Lea & C. Flood, "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014). */
 static uint64_t mix(uint64_t bits)
@@ -18,24 +10,64 @@ static uint64_t mix(uint64_t bits)
     return bits ^ bits >> 31;
 }
 
-static double fraction(double x)
+/*
+ * The first two dimensions of Sobol's sequence (I. Sobol', USSR Comp. Math. 7, 1967), digits in
+ * reverse: the most significant binary digit of the coordinate is bit 0. The first coordinate has
+ * the digits of the index; the second their product with Pascal's triangle modulo 2, which is the
+ * Kronecker power of [1 1; 0 1] and therefore done by halves, quarters and so on. Of 2^m samples, from
+ * a multiple of 2^m on, one lies in each of the 2^m equal rectangles of any shape 2^-i x 2^(i-m).
+ */
+static uint32_t sobol_second(uint32_t index)
 {
-    return x - floor(x);
+    index ^= index >> 16;
+    index ^= (index & 0xff00ff00u) >> 8;
+    index ^= (index & 0xf0f0f0f0u) >> 4;
+    index ^= (index & 0xccccccccu) >> 2;
+    return index ^ (index & 0xaaaaaaaau) >> 1;
 }
 
-void sample_position(uint32_t x, uint32_t y, uint32_t sample, uint32_t samples, double offset[2])
+/*
+ * Owen's scrambling (A. Owen, "Randomly Permuted (t,m,s)-Nets and (t,s)-Sequences", 1995): a digit
+ * is flipped or not by chance, a chance of its own for each value of all digits before it, so that
+ * the rectangles keep their samples and every sample is anywhere in its own. After S. Laine & T.
+ * Karras (EGSR 2011), who let integer arithmetic do it for all digits at once: whatever is made of
+ * sums, of products with odd numbers, and of exclusive ors with even multiples carries digits to
+ * later ones only. The sum with a random number makes every value of the digits as likely; the product
+ * with another one, and constants of no meaning, make it depend on all digits before.
+ */
+static uint32_t scramble(uint32_t digits, uint64_t seed)
 {
-    if (samples == 1) {
+    digits += (uint32_t)seed;
+    digits ^= digits * 0x9e3779b8u;
+    digits *= (uint32_t)(seed >> 32) | 1;
+    digits ^= digits * 0x6c50b47cu;
+    digits *= 0xb82f1e53u;
+    digits ^= digits * 0xc7afe638u;
+    return digits;
+}
+
+static uint32_t reversed(uint32_t bits)
+{
+    bits = bits >> 16 | bits << 16;
+    bits = (bits & 0xff00ff00u) >> 8 | (bits & 0x00ff00ffu) << 8;
+    bits = (bits & 0xf0f0f0f0u) >> 4 | (bits & 0x0f0f0f0fu) << 4;
+    bits = (bits & 0xccccccccu) >> 2 | (bits & 0x33333333u) << 2;
+    return (bits & 0xaaaaaaaau) >> 1 | (bits & 0x55555555u) << 1;
+}
+
+void sample_position(const struct view *view, uint32_t x, uint32_t y, uint32_t sample,
+                     double offset[2])
+{
+    if (view->max_samples == 1) {
         offset[0] = offset[1] = 0.5;
         return;
     }
-    /* Each pixel turns the pattern by an amount of its own, so that neighbours do not share it and
-     * what error is left looks like fine grain instead of a repeating figure. */
-    uint64_t seed = mix((uint64_t)y << 32 | x);
-    double turn_x = (double)(seed >> 32) * 0x1p-32;
-    double turn_y = (double)(seed & UINT32_MAX) * 0x1p-32;
-    offset[0] = fraction(turn_x + sample * R2_STEP_X);
-    offset[1] = fraction(turn_y + sample * R2_STEP_Y);
+    /* Each half of each pixel has chances of its own: neighbours do not share a pattern, and what
+     * error is left looks like fine grain instead of a repeating figure. */
+    uint64_t seed = mix(mix((uint64_t)y << 32 | x) + (sample & 1));
+    uint32_t index = sample >> 1;
+    offset[0] = reversed(scramble(index, seed)) * 0x1p-32;
+    offset[1] = reversed(scramble(sobol_second(index), mix(seed))) * 0x1p-32;
 }
 
 /* Through the point x, y of the picture, not normalised. */
@@ -58,7 +90,7 @@ static struct ray eye_ray(const struct view *view, struct vec3 unit)
 struct ray sample_ray(const struct view *view, uint32_t x, uint32_t y, uint32_t sample)
 {
     double offset[2];
-    sample_position(x, y, sample, view->samples, offset);
+    sample_position(view, x, y, sample, offset);
     return eye_ray(view, vec_normalize(direction_through(view, x + offset[0], y + offset[1])));
 }
 
@@ -66,7 +98,7 @@ void sample_place(const struct view *view, uint32_t x, uint32_t y, uint32_t samp
                   struct sample_lanes *lanes, uint32_t i)
 {
     double offset[2];
-    sample_position(x, y, sample, view->samples, offset);
+    sample_position(view, x, y, sample, offset);
     lanes->x[i] = x + offset[0];
     lanes->y[i] = y + offset[1];
 }

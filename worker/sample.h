@@ -8,11 +8,14 @@
 #include "worker/wave.h"
 
 /*
- * Sample number `sample` of `samples` in pixel (x, y) of the whole picture: offsets from the
- * pixel's top left corner, each in [0, 1). A single sample lies in the middle. Depends on nothing
- * else, so the picture is the same whoever renders it.
+ * Where sample number `sample` of pixel (x, y) of the whole picture lies: offsets from the pixel's
+ * top left corner, each in [0, 1). Samples of even number and of odd number are two sequences of low
+ * discrepancy, randomised independently of each other and of all other pixels' (worker/task.h says
+ * what for); a view with one sample per pixel has it in the middle. Depends on nothing else, so
+ * the picture is the same whoever renders it, and more samples go on where fewer have ended.
  */
-void sample_position(uint32_t x, uint32_t y, uint32_t sample, uint32_t samples, double offset[2]);
+void sample_position(const struct view *view, uint32_t x, uint32_t y, uint32_t sample,
+                     double offset[2]);
 
 /* The ray from the eye through that position. */
 struct ray sample_ray(const struct view *view, uint32_t x, uint32_t y, uint32_t sample);

@@ -98,38 +98,3 @@ struct vec3 background(const struct view *view, struct vec3 direction)
     struct vec3 bottom = vec_scale(view->background_bottom, 1 - up);
     return vec_add_scaled(bottom, view->background_top, up);
 }
-
-double shade_bound(const struct scene *scene)
-{
-    const struct light *lights = scene_lights(scene);
-    const struct material *materials = scene_materials(scene);
-    struct vec3 strength = {0, 0, 0};
-    double largest = 0, sums = 32;
-    for (uint64_t i = 0; i < scene->lights.count; i++)
-        strength = vec_add(strength, lights[i].color);
-    bool shown = false;
-    for (uint64_t i = 0; i < scene->materials.count; i++) {
-        const struct material *m = &materials[i];
-        struct vec3 color = vec_mul(strength, vec_scale(m->color, m->diffuse));
-        color = vec_add(color, vec_scale(strength, m->specular));
-        color = vec_add(color, shade_ambient(m));
-        largest = fmax(largest, vec_max(color));
-        shown |= material_shows_light(m);
-    }
-    /* Those that are not sent must not make a difference: master/builder.c. */
-    for (uint64_t i = 0; i < scene->lights.count; i++)
-        sums += shown && !vec_is_zero(lights[i].color) ? 1 : 0;
-    /* So many sums; cosines and lobes above 1 and products by some u more. */
-    return largest * (1 + sums * UNIT_ROUNDOFF);
-}
-
-double spawn_bound(const struct scene *scene)
-{
-    const struct material *materials = scene_materials(scene);
-    double largest = 0;
-    for (uint64_t i = 0; i < scene->materials.count; i++) {
-        const struct material *m = &materials[i];
-        largest = fmax(largest, m->reflection + m->transmission * vec_max(m->color));
-    }
-    return largest;
-}

@@ -51,11 +51,4 @@ bool refract(const struct shading_point *at, double from, double to, struct vec3
 /* Colour of the background in a direction. */
 struct vec3 background(const struct view *view, struct vec3 direction);
 
-/*
- * The largest component of colour that a surface can send back from lights and ambient alone, over
- * all materials; and the largest share of what reflection and refraction bring that it passes on.
- */
-double shade_bound(const struct scene *scene);
-double spawn_bound(const struct scene *scene);
-
 #endif

@@ -77,32 +77,41 @@ static double judge(struct tree *tree, uint32_t *first)
     return round_up(sum, tree->count);
 }
 
-double tree_drop(struct tree *tree)
+double tree_sum(const struct tree *tree)
 {
-    uint32_t first;
-    double sum = tree->count > 0 ? judge(tree, &first) : 0;
-    tree->count = 0;
-    return sum;
+    double sum = 0;
+    for (uint32_t i = 0; i < tree->count; i++)
+        sum += tree->pending[i].bound;
+    return round_up(sum, tree->count);
 }
 
-bool tree_take(struct tree *tree, double cutoff, struct branch *branch, double *dropped)
+struct branch *tree_next(struct tree *tree, double cutoff)
 {
     uint32_t next;
-    if (cutoff == 0) {
-        /* Every ray is traced anyway, and the last one first needs the least memory. */
-        *branch = tree->pending[--tree->count];
-        return true;
-    }
-    double sum = judge(tree, &next);
-    if (sum <= cutoff) {
-        *dropped = sum;
-        tree->count = 0;
-        return false;
-    }
-    *branch = tree->pending[next];
-    tree->blocks[next / TREE_BLOCK].known = false;
-    tree->count--;
-    tree->blocks[tree->count / TREE_BLOCK].known = false;
-    tree->pending[next] = tree->pending[tree->count];
-    return true;
+    if (tree->count == 0) return NULL;
+    /* Every ray is traced anyway, and the last one first needs the least memory. */
+    if (cutoff == 0) return &tree->pending[tree->count - 1];
+    return judge(tree, &next) <= cutoff ? NULL : &tree->pending[next];
+}
+
+static void forget_block(struct tree *tree, const struct branch *pending)
+{
+    tree->blocks[(size_t)(pending - tree->pending) / TREE_BLOCK].known = false;
+}
+
+void tree_rate(struct tree *tree, struct branch *pending, double bound)
+{
+    pending->bound = bound;
+    pending->rough = false;
+    forget_block(tree, pending);
+}
+
+void tree_remove(struct tree *tree, const struct branch *pending, struct branch *branch)
+{
+    struct branch *place = &tree->pending[pending - tree->pending];
+    struct branch *last = &tree->pending[--tree->count];
+    *branch = *place;
+    forget_block(tree, place);
+    forget_block(tree, last);
+    if (place != last) *place = *last;
 }

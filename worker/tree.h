@@ -19,6 +19,7 @@ struct branch {
     uint32_t media;     /* the stack that it is in: worker/medium.h */
     uint32_t order;     /* when it was added: decides between equal bounds */
     enum ray_kind kind;
+    bool rough; /* the boxes of the scene may tell a lower bound: worker/radiance.h */
 };
 
 /*
@@ -60,19 +61,27 @@ void tree_free(struct tree *tree);
 struct branch *tree_add(struct tree *tree);
 
 /*
- * Takes out the next ray; false when there is none, or when all pending rays together can change
- * the sample by `cutoff` at most: then they are dropped, and *dropped is what they could have
- * added. The sum is an upper bound: its rounding is on the safe side.
+ * The next ray, until the tree is changed; NULL when there is none, or when all pending rays together
+ * can change the sample by `cutoff` at most. Their sum is an upper bound: its rounding is on the safe
+ * side.
  */
-bool tree_take(struct tree *tree, double cutoff, struct branch *branch, double *dropped);
+struct branch *tree_next(struct tree *tree, double cutoff);
 
-static inline bool tree_pop(struct tree *tree, double cutoff, struct branch *branch,
-                            double *dropped)
+/* Gives a pending ray another bound, which is told to be no longer rough. */
+void tree_rate(struct tree *tree, struct branch *pending, double bound);
+
+/* Takes out the ray that tree_next() has told. */
+void tree_remove(struct tree *tree, const struct branch *pending, struct branch *branch);
+
+/* Takes out the next ray; false: there is none, as above. */
+static inline bool tree_pop(struct tree *tree, double cutoff, struct branch *branch)
 {
-    return tree->count > 0 && tree_take(tree, cutoff, branch, dropped);
+    struct branch *next = tree->count > 0 ? tree_next(tree, cutoff) : NULL;
+    if (next) tree_remove(tree, next, branch);
+    return next;
 }
 
-/* Drops all pending rays; returns what they could have added, an upper bound as well. */
-double tree_drop(struct tree *tree);
+/* What all pending rays can add together; an upper bound as well. */
+double tree_sum(const struct tree *tree);
 
 #endif

@@ -192,7 +192,10 @@ void unshare_scene(struct node_scene *shared)
 
 struct lot {
     struct tile tiles[LOT_TILES];
+    bool dropped[LOT_TILES];
     uint32_t count;
+    double answer_s;
+    struct refinement *refinements; /* of all refined tiles in turn; owned */
 };
 
 /*
@@ -205,14 +208,17 @@ struct worker {
     MPI_Comm comm;
     struct renderer *renderer;
     const struct view *view;
+    bool adaptive;
     double start;
 
     union {
-        struct tile tiles[LOT_TILES];
+        char tiles[TILES_MAX_BYTES];
+        uint32_t dropped; /* id */
         struct start start;
-    } incoming;
+    } * incoming;
     MPI_Request receive;
     bool started;                /* the master has said START */
+    struct lot current;          /* in work */
     struct lot lots[LOTS_AHEAD]; /* received, not rendered; the oldest first */
     int waiting;
     bool stopped; /* the master has said STOP */
@@ -227,30 +233,69 @@ struct worker {
 
 static void post_receive(struct worker *worker)
 {
-    MPI_Irecv(&worker->incoming, sizeof worker->incoming, MPI_BYTE, 0, MPI_ANY_TAG, worker->comm,
-              &worker->receive);
+    MPI_Irecv(worker->incoming, (int)sizeof *worker->incoming, MPI_BYTE, 0, MPI_ANY_TAG,
+              worker->comm, &worker->receive);
 }
 
 static void take_start(struct worker *worker, size_t bytes)
 {
-    const struct start *start = &worker->incoming.start;
+    const struct start *start = &worker->incoming->start;
     if (!start_message_valid(start, bytes) || worker->started)
         fatal("the master sent a start that makes no sense");
     worker->start = clock_wall() - start->elapsed_s;
     worker->started = true;
 }
 
+/* The next tile of a TILES message of which so many bytes are left, with its refinements at
+ * refinements[*refined]; returns the length of its part, 0: it is not valid. */
+static size_t take_tile(const struct worker *worker, struct lot *lot, const char *part,
+                        size_t bytes, size_t *refined)
+{
+    if (lot->count == LOT_TILES || bytes < sizeof(struct tile)) return 0;
+    struct tile *tile = &lot->tiles[lot->count++];
+    memcpy(tile, part, sizeof *tile);
+    const struct view *view = worker->view;
+    if (!tile_message_valid(tile, sizeof *tile, view->region_w, view->region_h)) return 0;
+    if (!tile_is_refined(tile)) return sizeof *tile;
+    uint32_t pixels = tile_pixels(tile);
+    struct refinement *refinements = lot->refinements + *refined;
+    if (!worker->adaptive || tile_part_bytes(tile) > bytes) return 0;
+    memcpy(refinements, part + sizeof *tile, pixels * sizeof *refinements);
+    *refined += pixels;
+    return refinements_valid(refinements, pixels, level_last(view)) ? tile_part_bytes(tile) : 0;
+}
+
 static void take_lot(struct worker *worker, size_t bytes)
 {
     struct lot *lot = &worker->lots[worker->waiting++];
-    lot->count = (uint32_t)(bytes / sizeof *lot->tiles);
-    bool valid = worker->started && lot->count > 0 && bytes % sizeof *lot->tiles == 0;
-    for (uint32_t i = 0; valid && i < lot->count; i++) {
-        lot->tiles[i] = worker->incoming.tiles[i];
-        valid = tile_message_valid(&lot->tiles[i], sizeof *lot->tiles, worker->view->region_w,
-                                   worker->view->region_h);
+    struct lot_header header;
+    size_t done = sizeof header, length = worker->started ? 1 : 0, refined = 0;
+    if (bytes <= sizeof header) fatal("the master sent a lot without tiles");
+    memcpy(&header, worker->incoming->tiles, sizeof header);
+    if (!lot_header_valid(&header)) fatal("the master sent a lot that makes no sense");
+    *lot = (struct lot){.answer_s = header.answer_s};
+    /* The refinements in a message are fewer than its bytes. */
+    if (worker->adaptive) lot->refinements = allocate(bytes, sizeof *lot->refinements);
+    while (length > 0 && done < bytes) {
+        length = take_tile(worker, lot, worker->incoming->tiles + done, bytes - done, &refined);
+        done += length;
     }
-    if (!valid) fatal("the master sent a tile that is not part of the picture");
+    if (done < bytes) fatal("the master sent a tile that is not part of the picture");
+}
+
+static void drop_from(struct lot *lot, uint32_t id)
+{
+    for (uint32_t i = 0; i < lot->count; i++)
+        if (lot->tiles[i].id == id) lot->dropped[i] = true;
+}
+
+static void take_drop(struct worker *worker, size_t bytes)
+{
+    uint32_t id = worker->incoming->dropped;
+    if (bytes != sizeof id) fatal("the master sent an id of %zu bytes", bytes);
+    drop_from(&worker->current, id);
+    for (int i = 0; i < worker->waiting; i++)
+        drop_from(&worker->lots[i], id);
 }
 
 /* Takes in a message if one has arrived; returns whether one had. */
@@ -266,7 +311,9 @@ static bool hear(struct worker *worker)
         worker->stopped = true;
         return true;
     }
-    if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_START)
+    if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_DROP)
+        take_drop(worker, (size_t)bytes);
+    else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_START)
         take_start(worker, (size_t)bytes);
     else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_TILES)
         take_lot(worker, (size_t)bytes);
@@ -291,11 +338,12 @@ static char *take_buffer(struct worker *worker, size_t bytes)
     return worker->buffers[turn];
 }
 
-static size_t lot_bytes(const struct lot *lot)
+/* Of the tiles from the first one on, at most: of refined tiles not all pixels get samples. */
+static size_t lot_bytes(const struct worker *worker, const struct lot *lot, uint32_t first)
 {
     size_t bytes = 0;
-    for (uint32_t i = 0; i < lot->count; i++)
-        bytes += result_bytes(&lot->tiles[i]);
+    for (uint32_t i = first; i < lot->count; i++)
+        bytes += result_bytes(&lot->tiles[i], tile_pixels(&lot->tiles[i]), worker->adaptive);
     return bytes;
 }
 
@@ -316,19 +364,41 @@ static bool hear_stop(void *context)
     return worker->stopped;
 }
 
-/* Renders a tile, or probes, into its part of a result; false: the master has said STOP. */
-static bool render_part(struct worker *worker, const struct tile *tile, char *part)
+/* Pixels of a tile that get samples. */
+static uint32_t sampled_pixels(const struct tile *tile, const struct refinement *refinements)
+{
+    uint32_t pixels = tile_pixels(tile), count = 0;
+    if (!refinements) return pixels;
+    for (uint32_t k = 0; k < pixels; k++)
+        count += refinements[k].to > refinements[k].from;
+    return count;
+}
+
+/* Renders a tile, or probes, into pixels; false: the master has said STOP. */
+static bool render_pixels(struct worker *worker, const struct tile *tile,
+                          const struct refinement *refinements, uint32_t pixels, float *rgb,
+                          struct render_counts *counts)
+{
+    float *behind = rgb + 3 * (size_t)pixels;
+    if (tile->pass == TILE_PROBE) return survey(worker->renderer, tile, rgb, behind);
+    struct task task = {.tile = tile,
+                        .refinements = refinements,
+                        .mean = rgb,
+                        .difference = worker->adaptive ? behind : NULL};
+    return renderer_task(worker->renderer, &task, counts);
+}
+
+/* The same into its part of a result; returns the length of that, 0: the master has said STOP. */
+static size_t render_part(struct worker *worker, const struct tile *tile,
+                          const struct refinement *refinements, char *part)
 {
     struct renderer_stats *stats = &worker->stats;
     struct render_counts counts = {0};
-    uint32_t pixels = tile_pixels(tile);
-    bool probes = tile->pass == TILE_PROBE;
+    uint32_t pixels = sampled_pixels(tile, refinements);
     /* Behind the header, a multiple of 8 bytes long like all parts, in an allocated block: aligned. */
     float *rgb = (void *)(part + sizeof(struct result_header));
     double begin = clock_wall(), cpu = clock_thread_cpu();
-    if (probes ? !survey(worker->renderer, tile, rgb, rgb + 3 * (size_t)pixels)
-               : !renderer_tile(worker->renderer, tile, rgb, &counts))
-        return false;
+    if (!render_pixels(worker, tile, refinements, pixels, rgb, &counts)) return 0;
     double end = clock_wall();
     struct result_header header = {.tile_id = tile->id,
                                    .pixels = pixels,
@@ -338,26 +408,60 @@ static bool render_part(struct worker *worker, const struct tile *tile, char *pa
                                    .counts = counts};
     memcpy(part, &header, sizeof header);
     stats->busy_s += end - begin;
-    if (probes) return true;
+    size_t bytes = result_bytes(tile, pixels, worker->adaptive);
+    if (tile->pass == TILE_PROBE) return bytes;
     stats->finish_s = end - worker->start;
     stats->tiles++;
     stats->pixels += pixels;
     render_counts_add(&stats->counts, &counts);
-    return true;
+    return bytes;
+}
+
+/* A tile that others have now: a header alone. */
+static size_t put_dropped(const struct tile *tile, char *part)
+{
+    struct result_header header = {.tile_id = tile->id, .pixels = RESULT_DROPPED};
+    memcpy(part, &header, sizeof header);
+    return sizeof header;
+}
+
+/* Renders tiles of the current lot, from the first one on, with the refinements that are next, until
+ * an answer is due; returns the number of the next tile, 0: the master has said STOP. */
+static uint32_t render_some(struct worker *worker, uint32_t first,
+                            const struct refinement **refinements)
+{
+    struct lot *lot = &worker->current;
+    char *message = take_buffer(worker, lot_bytes(worker, lot, first)), *part = message;
+    double begin = clock_wall();
+    uint32_t i = first;
+    do {
+        hear(worker);
+        const struct tile *tile = &lot->tiles[i];
+        const struct refinement *refined = tile_is_refined(tile) ? *refinements : NULL;
+        if (refined) *refinements += tile_pixels(tile);
+        size_t bytes = lot->dropped[i] ? put_dropped(tile, part)
+                                       : render_part(worker, tile, refined, part);
+        if (bytes == 0) return 0;
+        part += bytes;
+    } while (++i < lot->count && clock_wall() < begin + lot->answer_s);
+    send_result(worker, message, (size_t)(part - message));
+    return i;
 }
 
 static void render_next(struct worker *worker)
 {
-    struct lot lot = worker->lots[0];
+    worker->current = worker->lots[0];
     worker->lots[0] = worker->lots[1];
     worker->waiting--;
-    size_t bytes = lot_bytes(&lot);
-    char *message = take_buffer(worker, bytes), *part = message;
-    for (uint32_t i = 0; i < lot.count; i++) {
-        if (!render_part(worker, &lot.tiles[i], part)) return;
-        part += result_bytes(&lot.tiles[i]);
-    }
-    send_result(worker, message, bytes);
+    struct lot *lot = &worker->current;
+    const struct refinement *refinements = lot->refinements;
+    uint32_t next = 0;
+    do
+        next = render_some(worker, next, &refinements);
+    while (next > 0 && next < lot->count);
+    lot->count = 0;
+    free(lot->refinements);
+    lot->refinements = NULL;
 }
 
 static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *renderer,
@@ -368,6 +472,8 @@ static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *
     *worker = (struct worker){.comm = comm,
                               .renderer = renderer,
                               .view = &scene->view,
+                              .adaptive = scene->view.max_samples > scene->view.min_samples,
+                              .incoming = allocate(1, sizeof *worker->incoming),
                               .sends = {MPI_REQUEST_NULL, MPI_REQUEST_NULL}};
     worker->stats.rank = (uint32_t)rank;
     gethostname(worker->stats.host, HOST_NAME_SIZE - 1);
@@ -401,6 +507,9 @@ void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene)
         free(worker.buffers[i]);
     }
     renderer_on_wave(renderer, NULL, NULL);
+    for (int i = 0; i < worker.waiting; i++)
+        free(worker.lots[i].refinements);
+    free(worker.incoming);
     worker.stats.cpu_s = clock_thread_cpu() - cpu;
     MPI_Request request;
     MPI_Isend(&worker.stats, sizeof worker.stats, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_STATS, comm,

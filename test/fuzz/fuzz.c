@@ -125,7 +125,8 @@ static struct view some_view(void)
         .region_h = 6,
         .max_depth = 5,
         .shadows = 1,
-        .samples = 1};
+        .min_samples = 1,
+        .max_samples = 1};
 }
 
 struct scene *fuzz_finish(struct builder *builder)

@@ -47,12 +47,13 @@ static void check_tile(const uint8_t *data, size_t size)
 
 static void check_result(const uint8_t *data, size_t size)
 {
-    size_t bytes = result_bytes(&good_tile), pixels = tile_pixels(&good_tile);
+    size_t pixels = tile_pixels(&good_tile);
+    size_t bytes = result_bytes(&good_tile, (uint32_t)pixels, false);
     struct result_header *good = allocate_zeroed(bytes, 1);
     good->tile_id = good_tile.id;
     good->pixels = (uint32_t)pixels;
     struct result_header *header = damaged(data, size, good, &bytes);
-    if (result_message_valid(header, bytes, &good_tile)) {
+    if (result_message_valid(header, bytes, &good_tile, false)) {
         float last;
         memcpy(&last, (const char *)(header + 1) + (3 * pixels - 1) * sizeof last, sizeof last);
         PROMISE(header->pixels == pixels && isfinite(header->start_s) && isfinite(header->busy_s) &&
@@ -60,6 +61,44 @@ static void check_result(const uint8_t *data, size_t size)
     }
     free(good);
     free(header);
+}
+
+/* The same of a tile of which some pixels got samples. */
+static void check_pass(const uint8_t *data, size_t size)
+{
+    struct tile tile = good_tile;
+    tile.pass = 2;
+    uint32_t pixels = tile_pixels(&tile) / 3;
+    size_t bytes = result_bytes(&tile, pixels, true);
+    struct result_header *good = allocate_zeroed(bytes, 1);
+    good->tile_id = tile.id;
+    good->pixels = pixels;
+    struct result_header *header = damaged(data, size, good, &bytes);
+    if (result_message_valid(header, bytes, &tile, true) && header->pixels > 0) {
+        float last;
+        size_t at = (6 * (size_t)header->pixels - 1) * sizeof last;
+        memcpy(&last, (const char *)(header + 1) + at, sizeof last);
+        PROMISE(header->pixels <= tile_pixels(&tile));
+    }
+    free(good);
+    free(header);
+}
+
+static void check_refinements(const uint8_t *data, size_t size)
+{
+    const struct view view = {.min_samples = 4, .max_samples = 4096};
+    struct refinement good[32];
+    for (uint8_t i = 0; i < 32; i++)
+        good[i] = (struct refinement){i % 8, i % 8 + 2};
+    size_t bytes = sizeof good;
+    struct refinement *refinements = damaged(data, size, good, &bytes);
+    uint32_t count = (uint32_t)(bytes / sizeof *refinements);
+    if (refinements_valid(refinements, count, level_last(&view)))
+        for (uint32_t i = 0; i < count; i++)
+            PROMISE(level_samples(&view, refinements[i].from) <=
+                        level_samples(&view, refinements[i].to) &&
+                    level_samples(&view, refinements[i].to) <= view.max_samples);
+    free(refinements);
 }
 
 static void check_stats(const uint8_t *data, size_t size)
@@ -109,7 +148,8 @@ static void check_welcome(const uint8_t *data, size_t size)
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     static void (*const checks[])(const uint8_t *data, size_t size) = {
-        check_tile, check_result, check_stats, check_welcome, check_ready, check_start};
+        check_tile,  check_result, check_stats,       check_welcome,
+        check_ready, check_start,  check_pass,        check_refinements};
     if (size) checks[data[0] % (sizeof checks / sizeof *checks)](data + 1, size - 1);
     return 0;
 }

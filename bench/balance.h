@@ -1,0 +1,74 @@
+/* make bench-balance: what its sections share. */
+#ifndef FARM_BENCH_BALANCE_H
+#define FARM_BENCH_BALANCE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "bench/balance_costs.h"
+#include "bench/balance_sim.h"
+
+/* Where everything is put: bench/out/balance.md, bench/out/balance_*.csv and .svg. */
+#define OUT_FOLDER "bench/out"
+
+/* What is kept from one call to the next, so that sections can be run apart. */
+#define KEPT_FOLDER "build/bench/balance.out"
+
+/* The paper's machine and its pictures. */
+#define PAPER_PROCESSORS 44
+#define PAPER_WIDTH      640
+#define PAPER_HEIGHT     480
+
+struct bench_scene {
+    const char *name, *config;
+    double paper_speedup; /* of the strips on 44 processors; also which of its pictures it is */
+};
+
+#define SCENES 2
+extern const struct bench_scene bench_scenes[SCENES];
+
+/* ---- numbers that are kept: bench/balance_values.c ---- */
+
+/* Name and value; a name is made as by printf. */
+void value_set(double value, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* NAN when it was never set. */
+double value_get(const char *format, ...) __attribute__((format(printf, 1, 2)));
+void values_read(void);
+void values_write(void);
+
+/* ---- files: bench/balance_files.c ---- */
+
+/* For writing, in OUT_FOLDER; ends the program when that fails. */
+FILE *open_out(const char *name);
+/* A section of the report, with its heading and the time it was made: kept, and put together by
+ * join_report(). */
+FILE *open_section(const char *section, const char *heading);
+void join_report(void);
+/* Runs gnuplot over a script that was written to OUT_FOLDER. */
+void plot(const char *script);
+/* The kept cost map of a scene; measures it first when there is none. */
+const struct tile_costs *kept_costs(const struct bench_scene *scene, uint32_t width,
+                                    uint32_t height, uint32_t samples);
+/* How often every tile is timed then: odd, so that there is a median. */
+extern unsigned bench_rounds;
+/* As they were measured by the section "messages". */
+struct message_costs kept_messages(void);
+
+/* ---- statistics ---- */
+
+double median_of(double *values, unsigned count); /* sorts them */
+
+/* ---- sections ---- */
+
+/* quick: little of everything, for the tests. */
+void section_costs(bool quick);
+void section_messages(bool quick);
+void section_figures(bool quick);
+void section_static(bool quick);
+void section_real(bool quick);
+void section_model(bool quick);
+void section_plan(bool quick);
+void section_marks(bool quick);
+
+#endif

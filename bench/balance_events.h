@@ -1,0 +1,32 @@
+/* Events in the order of their times: a binary heap. */
+#ifndef FARM_BENCH_BALANCE_EVENTS_H
+#define FARM_BENCH_BALANCE_EVENTS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct event {
+    double time;
+    uint64_t order; /* of those at the same time, the first added comes first */
+    uint32_t kind;  /* the user's */
+    uint32_t who;
+    uint32_t number; /* the user's, like who and what */
+    void *what;
+};
+
+struct events {
+    struct event *heap; /* owned */
+    size_t count, capacity;
+    uint64_t added;
+};
+
+/* Starts empty as (struct events){0}. */
+void events_free(struct events *events);
+void events_add(struct events *events, const struct event *event);
+
+/* The next one; NULL when there is none. */
+const struct event *events_first(const struct events *events);
+struct event events_take(struct events *events);
+
+#endif

@@ -1,0 +1,268 @@
+/* The section "figures": the paper's figures 10 to 13, by the simulated farm. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "bench/balance.h"
+#include "bench/balance_schedules.h"
+#include "common/message.h"
+
+#define SAMPLES 16
+
+/* ---- running ---- */
+
+static FILE *open_wide(const char *kind, const struct bench_scene *scene, const char *first)
+{
+    char *name = format_text("balance_%s_%s.csv", kind, scene->name);
+    FILE *csv = open_out(name);
+    fprintf(csv, "%s", first);
+    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
+        fprintf(csv, ",%s", bench_schedules[k].name);
+    fputc('\n', csv);
+    free(name);
+    return csv;
+}
+
+/* Figures 10 and 11: time and speed-up against processors. */
+static void sweep(const struct bench_scene *scene, uint32_t samples, FILE *times, FILE *speedups)
+{
+    struct picture_costs costs = scene_costs(scene, samples);
+    double serial = serial_seconds(&costs);
+    value_set(serial, "%s.%u.serial", scene->name, samples);
+    for (uint32_t processors = 2; processors <= PAPER_PROCESSORS; processors++) {
+        struct machine machine = plain_machine(processors);
+        if (times) fprintf(times, "%u", processors);
+        if (speedups) fprintf(speedups, "%u", processors);
+        for (unsigned k = 0; k < SCHEDULES_COMPARED; k++) {
+            struct sim_outcome outcome;
+            schedule_simulate(k, &machine, &costs, &outcome);
+            double speedup = serial / outcome.render_s;
+            if (times) fprintf(times, ",%.6f", outcome.render_s);
+            if (speedups) fprintf(speedups, ",%.3f", speedup);
+            value_set(speedup, "%s.%u.%s.speedup.%u", scene->name, samples, bench_schedules[k].name,
+                      processors);
+            value_set(sim_tail(&outcome, processors) / outcome.render_s, "%s.%u.%s.tail.%u",
+                      scene->name, samples, bench_schedules[k].name, processors);
+            value_set(outcome.master_s / outcome.render_s, "%s.%u.%s.master.%u", scene->name,
+                      samples, bench_schedules[k].name, processors);
+            sim_outcome_free(&outcome);
+        }
+        if (times) fputc('\n', times);
+        if (speedups) fputc('\n', speedups);
+    }
+}
+
+static double finish_of(const struct sim_renderer *renderer)
+{
+    return renderer->finish_s;
+}
+
+/* Milliseconds. */
+static double send_of(const struct sim_renderer *renderer)
+{
+    return 1e3 * renderer->send_s;
+}
+
+/* Figures 12 and 13: something of every processor. */
+static void each_processor(const struct bench_scene *scene, uint32_t processors, const char *kind,
+                           double (*value)(const struct sim_renderer *))
+{
+    struct picture_costs costs = scene_costs(scene, SAMPLES);
+    struct machine machine = plain_machine(processors);
+    struct sim_outcome outcomes[SCHEDULES_COMPARED];
+    char *name = format_text("%s_%u", kind, processors);
+    FILE *csv = open_wide(name, scene, "rank");
+    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
+        schedule_simulate(k, &machine, &costs, &outcomes[k]);
+    for (uint32_t i = 0; i < processors; i++) {
+        fprintf(csv, "%u", i);
+        for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
+            fprintf(csv, ",%.6f", value(&outcomes[k].renderers[i]));
+        fputc('\n', csv);
+    }
+    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
+        sim_outcome_free(&outcomes[k]);
+    fclose(csv);
+    free(name);
+}
+
+/* One of 44 is four times as slow: by how much that costs more than its share. */
+static void slow_one(const struct bench_scene *scene)
+{
+    struct picture_costs costs = scene_costs(scene, SAMPLES);
+    struct machine machine = plain_machine(PAPER_PROCESSORS);
+    double speeds[PAPER_PROCESSORS], worst = 0;
+    struct sim_outcome outcome;
+    schedule_simulate(FULL, &machine, &costs, &outcome);
+    double even = outcome.render_s;
+    sim_outcome_free(&outcome);
+    for (uint32_t slow = 0; slow < PAPER_PROCESSORS; slow += 7) {
+        for (uint32_t i = 0; i < PAPER_PROCESSORS; i++)
+            speeds[i] = i == slow ? 0.25 : 1;
+        machine.speeds = speeds;
+        schedule_simulate(FULL, &machine, &costs, &outcome);
+        double fair = even * PAPER_PROCESSORS / (PAPER_PROCESSORS - 0.75);
+        worst = fmax(worst, outcome.render_s / fair - 1);
+        sim_outcome_free(&outcome);
+    }
+    value_set(worst, "%s.slow.44", scene->name);
+}
+
+/* ---- drawing ---- */
+
+static FILE *open_plot(const char *figure, unsigned rows, unsigned columns)
+{
+    char *name = format_text("balance_%s.gp", figure);
+    FILE *out = open_out(name);
+    fprintf(out,
+            "set terminal svg size %u,%u font 'sans,12' background 'white'\n"
+            "set output 'balance_%s.svg'\nset datafile separator ','\nset key top left\n"
+            "set grid lc rgb '#dddddd'\nset linetype 1 lc rgb '#b2182b' lw 2\n"
+            "set linetype 2 lc rgb '#ef8a62' lw 2\nset linetype 3 lc rgb '#999999' lw 2\n"
+            "set linetype 4 lc rgb '#67a9cf' lw 2\nset linetype 5 lc rgb '#2166ac' lw 2\n"
+            "set multiplot layout %u,%u\n",
+            480 * columns, 400 * rows, figure, rows, columns);
+    free(name);
+    return out;
+}
+
+static void close_plot(FILE *out, const char *figure)
+{
+    fprintf(out, "unset multiplot\n");
+    fclose(out);
+    char *name = format_text("balance_%s.gp", figure);
+    plot(name);
+    free(name);
+}
+
+static void put_lines(FILE *out, const char *kind, const char *scene)
+{
+    fprintf(out,
+            "for [i=2:%d] 'balance_%s_%s.csv' using 1:i with linespoints lt i-1 pt 7 ps 0.3 "
+            "title columnheader(i)",
+            SCHEDULES_COMPARED + 1, kind, scene);
+}
+
+static void draw_times(void)
+{
+    FILE *out = open_plot("fig10", 1, 2);
+    fprintf(out, "set key top right\nset xlabel 'processors'\nset ylabel 'render time, s'\n"
+                 "set logscale y\nset xrange [0:45]\n");
+    for (unsigned s = 0; s < SCENES; s++) {
+        fprintf(out, "set title '%s: time (simulated)'\nplot ", bench_scenes[s].name);
+        put_lines(out, "time", bench_scenes[s].name);
+        fputc('\n', out);
+    }
+    close_plot(out, "fig10");
+}
+
+static void draw_speedups(void)
+{
+    FILE *out = open_plot("fig11", 1, 2);
+    fprintf(out, "set xlabel 'processors'\nset ylabel 'speed-up'\nset xrange [0:46]\n"
+                 "set yrange [0:46]\nset size ratio 1\n");
+    for (unsigned s = 0; s < SCENES; s++) {
+        const struct bench_scene *scene = &bench_scenes[s];
+        fprintf(out,
+                "set title '%s: speed-up (simulated)'\nset label 1 'the paper: %.0f' at 43,%.0f "
+                "right offset 0,-0.8\nplot x with lines lc rgb '#000000' dt 3 title 'ideal', ",
+                scene->name, scene->paper_speedup, scene->paper_speedup);
+        put_lines(out, "speedup", scene->name);
+        fprintf(out,
+                ", '+' using (%d):(%.0f) every ::0::0 with points pt 5 ps 1.2 lc rgb 'black' "
+                "notitle\n",
+                PAPER_PROCESSORS, scene->paper_speedup);
+    }
+    close_plot(out, "fig11");
+}
+
+static const uint32_t finish_processors[] = {14, 16, 18};
+
+static void draw_finishes(void)
+{
+    FILE *out = open_plot("fig12", SCENES, 3);
+    fprintf(out, "set xlabel 'rank'\nset ylabel 'finished after, s'\nset yrange [0:*]\n"
+                 "set key outside bottom center horizontal\n");
+    for (unsigned s = 0; s < SCENES; s++)
+        for (unsigned i = 0; i < 3; i++) {
+            char *kind = format_text("finish_%u", finish_processors[i]);
+            fprintf(out, "set title '%s, %u processors (simulated)'\nplot ", bench_scenes[s].name,
+                    finish_processors[i]);
+            put_lines(out, kind, bench_scenes[s].name);
+            fputc('\n', out);
+            free(kind);
+        }
+    close_plot(out, "fig12");
+}
+
+static void draw_sends(void)
+{
+    FILE *out = open_plot("fig13", 1, 2);
+    fprintf(out, "set xlabel 'rank'\nset ylabel 'sending, ms'\nset yrange [0:*]\n"
+                 "set key outside bottom center horizontal\n");
+    for (unsigned s = 0; s < SCENES; s++) {
+        fprintf(out, "set title '%s, 16 processors (simulated)'\nplot ", bench_scenes[s].name);
+        put_lines(out, "send_16", bench_scenes[s].name);
+        fputc('\n', out);
+    }
+    close_plot(out, "fig13");
+}
+
+/* ---- the section ---- */
+
+static void put_table(FILE *out, const struct bench_scene *scene, uint32_t samples)
+{
+    static const uint32_t shown[] = {2, 4, 8, 14, 16, 18, 24, 32, 40, 44};
+    fprintf(out,
+            "\n**%s, %u sample%s per pixel** (serial: %.3f s; the paper's strips on 44: %.0f)\n\n| "
+            "processors |",
+            scene->name, samples, samples == 1 ? "" : "s",
+            value_get("%s.%u.serial", scene->name, samples), scene->paper_speedup);
+    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
+        fprintf(out, " %s |", bench_schedules[k].name);
+    fprintf(out, "\n|---|---|---|---|---|---|\n");
+    for (size_t i = 0; i < sizeof shown / sizeof *shown; i++) {
+        fprintf(out, "| %u |", shown[i]);
+        for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
+            fprintf(out, " %.2f |",
+                    value_get("%s.%u.%s.speedup.%u", scene->name, samples, bench_schedules[k].name,
+                              shown[i]));
+        fputc('\n', out);
+    }
+}
+
+void section_figures(bool quick)
+{
+    for (unsigned s = 0; s < SCENES; s++) {
+        const struct bench_scene *scene = &bench_scenes[s];
+        FILE *times = open_wide("time", scene, "processors");
+        FILE *speedups = open_wide("speedup", scene, "processors");
+        sweep(scene, quick ? 1 : SAMPLES, times, speedups);
+        fclose(times);
+        fclose(speedups);
+        if (quick) continue;
+        sweep(scene, 1, NULL, NULL);
+        for (unsigned i = 0; i < 3; i++)
+            each_processor(scene, finish_processors[i], "finish", finish_of);
+        each_processor(scene, 16, "send", send_of);
+        slow_one(scene);
+    }
+    FILE *out = open_section("figures", "The paper's figures 10 to 13");
+    fprintf(out,
+            "**Simulated**: the real queue in virtual time, a core for each processor (rank 0 "
+            "included), tiles and messages as dear as they were measured. Speed-up of the render "
+            "phase against the full schedule on one processor.\n\n"
+            "![Time against processors](balance_fig10.svg)\n\n"
+            "![Speed-up against processors](balance_fig11.svg)\n");
+    for (unsigned s = 0; s < SCENES; s++) {
+        if (!quick) put_table(out, &bench_scenes[s], SAMPLES);
+        put_table(out, &bench_scenes[s], 1);
+    }
+    fprintf(out, "\n![When every processor finishes](balance_fig12.svg)\n\n"
+                 "![What every processor spends in sending](balance_fig13.svg)\n");
+    fclose(out);
+    if (quick) return;
+    draw_times();
+    draw_speedups();
+    draw_finishes();
+    draw_sends();
+}

@@ -1,0 +1,125 @@
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+
+#include "bench/balance.h"
+#include "common/message.h"
+
+const struct bench_scene bench_scenes[SCENES] = {
+    {"lantern", "config/lantern.ini", 14},
+    {"garden", "config/garden.ini", 25},
+};
+
+/* In the order in which they stand in the report. */
+static const char *const sections[] = {"marks", "figures", "static",   "real",
+                                       "model", "plan",    "messages", "costs"};
+
+#define SECTIONS (sizeof sections / sizeof *sections)
+
+static FILE *open_file(const char *folder, const char *name, const char *suffix, const char *mode)
+{
+    char path[256];
+    snprintf(path, sizeof path, "%s/%s%s", folder, name, suffix);
+    FILE *file = fopen(path, mode);
+    if (!file && *mode == 'w') fatal("cannot write %s: %s", path, strerror(errno));
+    return file;
+}
+
+FILE *open_out(const char *name)
+{
+    return open_file(OUT_FOLDER, name, "", "w");
+}
+
+FILE *open_section(const char *section, const char *heading)
+{
+    char when[32];
+    time_t now = time(NULL);
+    strftime(when, sizeof when, "%Y-%m-%d %H:%M", localtime(&now));
+    FILE *file = open_file(KEPT_FOLDER, section, ".md", "w");
+    fprintf(file, "## %s\n\n<!-- BALANCE_OPTIONS=\"--only %s\", %s -->\n\n", heading, section,
+            when);
+    return file;
+}
+
+void join_report(void)
+{
+    FILE *out = open_out("balance.md");
+    fprintf(out, "# Balance\n\n");
+    for (size_t i = 0; i < SECTIONS; i++) {
+        char text[4096];
+        size_t bytes;
+        FILE *file = open_file(KEPT_FOLDER, sections[i], ".md", "r");
+        if (!file) continue;
+        while ((bytes = fread(text, 1, sizeof text, file)) > 0)
+            fwrite(text, 1, bytes, out);
+        fputc('\n', out);
+        fclose(file);
+    }
+    if (fclose(out) != 0) fatal("cannot write the report");
+}
+
+void plot(const char *script)
+{
+    char command[256];
+    snprintf(command, sizeof command, "cd " OUT_FOLDER " && gnuplot %s", script);
+    if (system(command) != 0) fatal("gnuplot does not like " OUT_FOLDER "/%s", script);
+}
+
+/* ---- what is kept ---- */
+
+#define MAPS_MAX 16
+
+static struct kept_map {
+    char path[256];
+    struct tile_costs map;
+} maps[MAPS_MAX];
+static unsigned map_count;
+
+unsigned bench_rounds = 3;
+
+const struct tile_costs *kept_costs(const struct bench_scene *scene, uint32_t width,
+                                    uint32_t height, uint32_t samples)
+{
+    char path[256];
+    snprintf(path, sizeof path, KEPT_FOLDER "/costs_%s_%ux%u_%u.bin", scene->name, width, height,
+             samples);
+    for (unsigned i = 0; i < map_count; i++)
+        if (strcmp(maps[i].path, path) == 0) return &maps[i].map;
+    if (map_count == MAPS_MAX) fatal("too many cost maps");
+    struct kept_map *kept = &maps[map_count++];
+    snprintf(kept->path, sizeof kept->path, "%s", path);
+    if (!costs_read(&kept->map, path)) {
+        fprintf(stderr, "measuring the costs of %s, %u x %u, %u samples\n", scene->name, width,
+                height, samples);
+        costs_measure(&kept->map, scene->config, width, height, samples, bench_rounds);
+        costs_save(&kept->map, path);
+    }
+    return &kept->map;
+}
+
+struct message_costs kept_messages(void)
+{
+    if (isnan(value_get("latency_s"))) section_messages(false);
+    return (struct message_costs){.latency_s = value_get("latency_s"),
+                                  .byte_s = value_get("byte_s"),
+                                  .service_s = value_get("service_s"),
+                                  .service_tile_s = value_get("service_tile_s"),
+                                  .service_pixel_s = value_get("service_pixel_s"),
+                                  .send_s = value_get("send_s"),
+                                  .nap_s = value_get("nap_s")};
+}
+
+static int ascending(const void *a, const void *b)
+{
+    const double *x = a, *y = b;
+    return (*x > *y) - (*x < *y);
+}
+
+double median_of(double *values, unsigned count)
+{
+    qsort(values, count, sizeof *values, ascending);
+    return count % 2 ? values[count / 2] : (values[count / 2 - 1] + values[count / 2]) / 2;
+}

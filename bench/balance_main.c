@@ -1,0 +1,84 @@
+/*
+ * make bench-balance: how evenly the work is shared out, in real runs and in virtual time.
+ *
+ *   balance [--quick] [--only SECTION[,SECTION...]] [--fresh] [--rounds N]
+ *
+ * Sections that are not run again keep what they said the last time. --fresh forgets all of it,
+ * the measured costs, too. --rounds: how often every tile is timed for its cost (3). --quick does little of everything, for the tests.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "bench/balance.h"
+#include "common/message.h"
+
+static const struct section {
+    const char *name;
+    void (*run)(bool quick);
+} sections[] = {
+    {"messages", section_messages}, {"costs", section_costs}, {"figures", section_figures},
+    {"static", section_static},     {"real", section_real},   {"model", section_model},
+    {"plan", section_plan},         {"marks", section_marks},
+};
+
+#define SECTIONS (sizeof sections / sizeof *sections)
+
+/* Whether name is one of the words of a list with commas. */
+static bool is_listed(const char *list, const char *name)
+{
+    size_t length = strlen(name);
+    for (const char *at = list; at; at = strchr(at, ',')) {
+        if (*at == ',') at++;
+        if (strncmp(at, name, length) == 0 && (at[length] == ',' || at[length] == '\0'))
+            return true;
+    }
+    return false;
+}
+
+static bool all_known(const char *list)
+{
+    size_t words = 1, known = 0;
+    for (const char *c = list; *c; c++)
+        words += *c == ',';
+    for (size_t i = 0; i < SECTIONS; i++)
+        known += is_listed(list, sections[i].name);
+    return known == words;
+}
+
+static void run_sections(const char *only, bool quick)
+{
+    for (size_t i = 0; i < SECTIONS; i++) {
+        /* The marks follow from all the others. */
+        bool last = i + 1 == SECTIONS;
+        if (only && !last && !is_listed(only, sections[i].name)) continue;
+        fprintf(stderr, "%s\n", sections[i].name);
+        sections[i].run(quick);
+        values_write();
+    }
+    join_report();
+}
+
+int main(int argc, char **argv)
+{
+    const char *only = NULL;
+    bool quick = false;
+    if (system("mkdir -p " OUT_FOLDER " " KEPT_FOLDER) != 0) fatal("cannot make " OUT_FOLDER);
+    for (int i = 1; i < argc; i++) {
+        if (strcmp(argv[i], "--quick") == 0)
+            quick = true;
+        else if (strcmp(argv[i], "--fresh") == 0 && system("rm -f " KEPT_FOLDER "/*") == 0)
+            continue;
+        else if (strcmp(argv[i], "--only") == 0 && i + 1 < argc && all_known(argv[i + 1]))
+            only = argv[++i];
+        else if (strcmp(argv[i], "--rounds") == 0 && i + 1 < argc && atoi(argv[i + 1]) > 0)
+            bench_rounds = (unsigned)atoi(argv[++i]);
+        else
+            fatal("usage: balance [--quick] [--fresh] [--rounds N] [--only "
+                  "messages,costs,figures,static,real,"
+                  "model,plan,marks]");
+    }
+    values_read();
+    run_sections(only, quick);
+    return 0;
+}

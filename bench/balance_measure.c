@@ -1,0 +1,123 @@
+/* The sections "messages" and "costs": what the simulated farm is made of. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "bench/balance.h"
+#include "bench/balance_schedules.h"
+#include "common/message.h"
+#include "common/nap.h"
+
+/* ---- messages ---- */
+
+#define MESSAGE_RUNS 5
+
+static const struct {
+    const char *name, *what;
+} message_values[] = {
+    {"latency_s", "from one rank to the other, an empty message"},
+    {"byte_s", "for every byte more"},
+    {"service_s", "of the master for one result and its answer"},
+    {"service_tile_s", "of that, for every tile of a lot"},
+    {"service_pixel_s", "of that, for every pixel"},
+    {"send_s", "of a renderer in handing over a result"},
+    {"nap_s", "by how much a nap is longer than asked for"},
+};
+
+#define MESSAGE_VALUES (sizeof message_values / sizeof *message_values)
+
+/* Adds what one run prints to the samples. */
+static void run_messages(double samples[MESSAGE_VALUES][MESSAGE_RUNS], unsigned round)
+{
+    const char *mpiexec = getenv("MPIEXEC"), *program = getenv("MESSAGES");
+    char *command = format_text("%s -n 2 %s", mpiexec && *mpiexec ? mpiexec : "mpiexec",
+                                program ? program : "build/bench/balance_messages");
+    FILE *pipe = popen(command, "r");
+    char name[64];
+    double value;
+    unsigned found = 0;
+    if (!pipe) fatal("cannot start %s", command);
+    while (fscanf(pipe, "%63s %lf", name, &value) == 2)
+        for (size_t i = 0; i < MESSAGE_VALUES; i++)
+            if (strcmp(name, message_values[i].name) == 0) samples[i][round] = value, found++;
+    if (pclose(pipe) != 0 || found != MESSAGE_VALUES) fatal("failed: %s", command);
+    free(command);
+}
+
+void section_messages(bool quick)
+{
+    double samples[MESSAGE_VALUES][MESSAGE_RUNS];
+    unsigned runs = quick ? 1 : MESSAGE_RUNS;
+    for (unsigned round = 0; round < runs; round++)
+        run_messages(samples, round);
+    FILE *out = open_section("messages", "What a message costs");
+    fprintf(
+        out,
+        "Measured between two ranks of this machine, medians of %u runs. Naps between two looks "
+        "are %.0f to %.0f us long, and that much too long:\n\n| | seconds |\n|---|---|\n",
+        runs, 1e6 * NAP_SHORTEST, 1e6 * NAP_LONGEST);
+    for (size_t i = 0; i < MESSAGE_VALUES; i++) {
+        double value = median_of(samples[i], runs);
+        value_set(value, "%s", message_values[i].name);
+        fprintf(out, "| %s | %.2e |\n", message_values[i].what, value);
+    }
+    fclose(out);
+}
+
+/* ---- costs ---- */
+
+static void put_levels(FILE *out, FILE *csv, const struct bench_scene *scene, uint32_t samples)
+{
+    const struct tile_costs *map = scene_costs(scene, samples).map;
+    fprintf(out, "| %s | %u | %.2e |", scene->name, samples, map->fixed);
+    fprintf(csv, "%s,%u,%.9g", scene->name, samples, map->fixed);
+    for (unsigned level = 0; level < COST_LEVELS; level++) {
+        fprintf(out, " %.3f |", map->totals[level]);
+        fprintf(csv, ",%.6f", map->totals[level]);
+    }
+    fputc('\n', out);
+    fputc('\n', csv);
+}
+
+static double dearest_share(const struct tile_costs *map, unsigned level)
+{
+    uint32_t edge = 1u << level;
+    size_t tiles = (size_t)((map->width + edge - 1) / edge) * ((map->height + edge - 1) / edge);
+    double dearest = 0;
+    for (size_t i = 0; i < tiles; i++)
+        if ((double)map->levels[level][i] > dearest) dearest = (double)map->levels[level][i];
+    return dearest / map->totals[COST_BASE];
+}
+
+void section_costs(bool quick)
+{
+    static const uint32_t samples[] = {1, 16};
+    FILE *out = open_section("costs", "What a tile costs"), *csv = open_out("balance_costs.csv");
+    fprintf(out,
+            "The picture (%u x %u), rendered in this process in tiles of one size: CPU seconds "
+            "of all of them, every tile the median of three. fixed: of a tile, whatever is in "
+            "it. Small tiles are dearer because their waves of rays are small.\n\n"
+            "| scene | samples | fixed |",
+            PAPER_WIDTH, PAPER_HEIGHT);
+    fprintf(csv, "scene,samples,fixed_s");
+    for (unsigned level = 0; level < COST_LEVELS; level++) {
+        fprintf(out, " %u x %u |", 1u << level, 1u << level);
+        fprintf(csv, ",edge_%u_s", 1u << level);
+    }
+    fprintf(out, "\n|---|---|---|---|---|---|---|---|---|---|\n");
+    fputc('\n', csv);
+    for (unsigned s = 0; s < SCENES; s++)
+        for (unsigned i = 0; i < (quick ? 1 : 2); i++)
+            put_levels(out, csv, &bench_scenes[s], samples[i]);
+    fprintf(out,
+            "\nThe dearest tile, as a share of the whole picture (with 44 processors each has "
+            "%.2f %% to do):\n\n",
+            100.0 / PAPER_PROCESSORS);
+    for (unsigned s = 0; s < SCENES; s++) {
+        const struct tile_costs *map = scene_costs(&bench_scenes[s], samples[!quick]).map;
+        fprintf(out, "* %s: %.2f %% in a tile of 32, %.2f %% of 8, %.2f %% of 1\n",
+                bench_scenes[s].name, 100 * dearest_share(map, 5), 100 * dearest_share(map, 3),
+                100 * dearest_share(map, 0));
+    }
+    fclose(out);
+    fclose(csv);
+}

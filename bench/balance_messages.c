@@ -1,0 +1,218 @@
+/*
+ * What messages cost here, measured between two ranks of one machine: mpiexec -n 2 balance_messages
+ * prints "name value" lines for bench/balance.c.
+ *
+ *   latency_s       from one rank to the other, without content
+ *   byte_s          for every byte more, up to 64 KiB
+ *   service_s       of the master for one result and its answer: receiving, sending, posting the next
+ *                   receive, as in master/serve.c
+ *   service_tile_s  of the queue for every tile: handing out, finishing
+ *   service_pixel_s for every pixel of the result: receiving, canvas
+ *   send_s          of a renderer for one result
+ *   nap_s           by how much a nap is longer than asked for
+ */
+#include <mpi.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/clock.h"
+#include "common/message.h"
+#include "common/protocol.h"
+#include "master/canvas.h"
+#include "master/queue.h"
+
+#define ROUNDS 2001
+
+enum { TAG_PING = 1, TAG_DATA = 2, TAG_REPLY = 3 };
+
+static int ascending(const void *a, const void *b)
+{
+    const double *x = a, *y = b;
+    return (*x > *y) - (*x < *y);
+}
+
+static double median(double *values, int count)
+{
+    qsort(values, (size_t)count, sizeof *values, ascending);
+    return values[count / 2];
+}
+
+/* Half of a round trip, seconds. */
+static double one_way(int rank, int bytes)
+{
+    static char buffer[1 << 16];
+    static double times[ROUNDS];
+    for (int i = 0; i < ROUNDS; i++) {
+        double start = clock_wall();
+        if (rank == 0) MPI_Send(buffer, bytes, MPI_BYTE, 1, TAG_PING, MPI_COMM_WORLD);
+        MPI_Recv(buffer, bytes, MPI_BYTE, 1 - rank, TAG_PING, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+        if (rank == 1) MPI_Send(buffer, bytes, MPI_BYTE, 0, TAG_PING, MPI_COMM_WORLD);
+        times[i] = (clock_wall() - start) / 2;
+    }
+    return median(times, ROUNDS);
+}
+
+/* ---- the master's loop, over results that are there already ---- */
+
+#define SLOTS 16
+#define LOTS  (ROUNDS + SLOTS)
+
+struct flood {
+    struct canvas canvas;
+    struct tile tile;
+    size_t bytes;
+    char *buffers[SLOTS];
+    MPI_Request requests[SLOTS];
+};
+
+static void post(struct flood *flood, int slot)
+{
+    MPI_Irecv(flood->buffers[slot], (int)flood->bytes, MPI_BYTE, 1, TAG_DATA, MPI_COMM_WORLD,
+              &flood->requests[slot]);
+}
+
+static void handle(struct flood *flood, int slot)
+{
+    struct result_header header;
+    const char *message = flood->buffers[slot];
+    memcpy(&header, message, sizeof header);
+    if (!result_message_valid(&header, flood->bytes, &flood->tile, false))
+        fatal("a result is wrong");
+    canvas_put(&flood->canvas, &flood->tile, (const void *)(message + sizeof header));
+    MPI_Send(&flood->tile, sizeof flood->tile, MPI_BYTE, 1, TAG_REPLY, MPI_COMM_WORLD);
+    post(flood, slot);
+}
+
+/* Seconds per result of edge x edge pixels. */
+static double serve_flood(uint32_t edge)
+{
+    static double times[LOTS];
+    struct flood flood = {.tile = {.w = edge, .h = edge, .step = 1}};
+    int samples = 0, handled = 0;
+    flood.bytes = result_bytes(&flood.tile, tile_pixels(&flood.tile), false);
+    canvas_init(&flood.canvas, edge, edge);
+    for (int i = 0; i < SLOTS; i++) {
+        flood.buffers[i] = allocate(flood.bytes, 1);
+        post(&flood, i);
+    }
+    MPI_Barrier(MPI_COMM_WORLD);
+    while (handled < LOTS) {
+        int slots[SLOTS], count;
+        MPI_Status statuses[SLOTS];
+        double start = clock_wall();
+        MPI_Testsome(SLOTS, flood.requests, &count, slots, statuses);
+        for (int i = 0; i < count; i++)
+            handle(&flood, slots[i]);
+        handled += count;
+        if (count > 0) times[samples++] = (clock_wall() - start) / count;
+    }
+    for (int i = 0; i < SLOTS; i++) {
+        MPI_Cancel(&flood.requests[i]);
+        MPI_Wait(&flood.requests[i], MPI_STATUS_IGNORE);
+        free(flood.buffers[i]);
+    }
+    canvas_free(&flood.canvas);
+    return median(times, samples);
+}
+
+/* The renderer's side: as many results as it may have under way; returns seconds per Isend. */
+static double send_flood(uint32_t edge)
+{
+    static double times[LOTS];
+    struct tile tile = {.w = edge, .h = edge, .step = 1};
+    size_t bytes = result_bytes(&tile, tile_pixels(&tile), false);
+    char *message = allocate_zeroed(bytes, 1);
+    struct result_header header = {.pixels = edge * edge};
+    memcpy(message, &header, sizeof header);
+    struct tile reply;
+    MPI_Barrier(MPI_COMM_WORLD);
+    for (int i = 0; i < LOTS; i++) {
+        MPI_Request request;
+        double start = clock_wall();
+        MPI_Isend(message, (int)bytes, MPI_BYTE, 0, TAG_DATA, MPI_COMM_WORLD, &request);
+        times[i] = clock_wall() - start;
+        MPI_Wait(&request, MPI_STATUS_IGNORE);
+        if (i >= SLOTS)
+            MPI_Recv(&reply, sizeof reply, MPI_BYTE, 0, TAG_REPLY, MPI_COMM_WORLD,
+                     MPI_STATUS_IGNORE);
+    }
+    for (int i = 0; i < SLOTS; i++)
+        MPI_Recv(&reply, sizeof reply, MPI_BYTE, 0, TAG_REPLY, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+    free(message);
+    return median(times, LOTS);
+}
+
+/* ---- the queue ---- */
+
+/* Works off a picture in lots of equal tiles, all renderers in turn; returns the number of tiles. */
+static unsigned work_off(struct queue *queue, uint32_t renderers)
+{
+    struct tile tiles[LOT_TILES];
+    unsigned handled = 0;
+    double now = 0;
+    for (uint32_t who = 0; !queue_complete(queue); who = (who + 1) % renderers, now += 1e-5) {
+        uint32_t count = queue_next(queue, who, now, tiles);
+        for (uint32_t i = 0; i < count; i++)
+            queue_finish(queue, who, tiles[i].id, now, 1e-4);
+        handled += count;
+    }
+    return handled;
+}
+
+/* Seconds per tile. */
+static double queue_time(void)
+{
+    enum { REPEATS = 9, RENDERERS = 44 };
+    static double times[REPEATS];
+    for (int i = 0; i < REPEATS; i++) {
+        struct queue_config config = {.schedule = SCHEDULE_DYNAMIC,
+                                      .width = 640,
+                                      .height = 480,
+                                      .renderers = RENDERERS,
+                                      .tile_edge = 8};
+        struct queue *queue = queue_create(&config);
+        double start = clock_thread_cpu();
+        unsigned tiles = work_off(queue, RENDERERS);
+        times[i] = (clock_thread_cpu() - start) / tiles;
+        queue_destroy(queue);
+    }
+    return median(times, REPEATS);
+}
+
+static double nap_overshoot(void)
+{
+    static double times[200];
+    for (int i = 0; i < 200; i++) {
+        double start = clock_wall();
+        clock_sleep(1e-4);
+        times[i] = clock_wall() - start - 1e-4;
+    }
+    return median(times, 200);
+}
+
+int main(void)
+{
+    int rank, size;
+    MPI_Init(NULL, NULL);
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    MPI_Comm_size(MPI_COMM_WORLD, &size);
+    if (size != 2) fatal("start two of me: mpiexec -n 2");
+    double empty = one_way(rank, 0), large = one_way(rank, 1 << 16);
+    double small_lot, large_lot;
+    if (rank == 0) {
+        small_lot = serve_flood(1);
+        large_lot = serve_flood(32);
+        double pixel = (large_lot - small_lot) / (32 * 32 - 1);
+        printf("latency_s %.3e\nbyte_s %.3e\n", empty, (large - empty) / (1 << 16));
+        printf("service_s %.3e\nservice_pixel_s %.3e\n", small_lot - pixel, pixel);
+        printf("service_tile_s %.3e\n", queue_time());
+        printf("nap_s %.3e\n", nap_overshoot());
+    } else {
+        small_lot = send_flood(1);
+        large_lot = send_flood(32);
+        printf("send_s %.3e\n", small_lot);
+    }
+    MPI_Finalize();
+    return 0;
+}

@@ -1,0 +1,210 @@
+/* The section "real": runs on this machine, in wall time where that means something here. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "bench/balance.h"
+#include "bench/balance_run.h"
+#include "common/message.h"
+
+#define SAMPLES   16
+#define PAIRS     5
+#define PHASES    7
+#define ONE_FILE  KEPT_FOLDER "/one.pfm"
+#define MANY_FILE KEPT_FOLDER "/many.pfm"
+
+static bool same_bits(const char *a, const char *b)
+{
+    char *command = format_text("cmp -s %s %s", a, b);
+    int status = system(command);
+    free(command);
+    return status == 0;
+}
+
+/* ---- one processor against two ---- */
+
+static const char *const phases[PHASES] = {"set-up",    "loading", "broadcast", "building the BVH",
+                                           "rendering", "writing", "total"};
+
+static void phases_of(const struct farm_run *run, double seconds[PHASES])
+{
+    const double all[PHASES] = {run->init_s,   run->load_s,  run->broadcast_s, run->build_s,
+                                run->render_s, run->write_s, run->total_s};
+    memcpy(seconds, all, sizeof all);
+}
+
+static void run_phases(const struct bench_scene *scene, unsigned ranks, const char *picture,
+                       double seconds[PHASES])
+{
+    struct farm_run run;
+    char *options = format_text("sampling.samples=%d", SAMPLES);
+    farm_run(&run, ranks, scene->config, picture, options);
+    phases_of(&run, seconds);
+    farm_run_free(&run);
+    free(options);
+}
+
+static void run_pairs(FILE *out, const struct bench_scene *scene, unsigned pairs)
+{
+    double one[PHASES][PAIRS], two[PHASES][PAIRS], ratios[PAIRS], whole[PAIRS];
+    bool same = true;
+    for (unsigned i = 0; i < pairs; i++) {
+        double a[PHASES], b[PHASES];
+        run_phases(scene, 1, ONE_FILE, a);
+        run_phases(scene, 2, MANY_FILE, b);
+        same = same && same_bits(ONE_FILE, MANY_FILE);
+        for (unsigned p = 0; p < PHASES; p++)
+            one[p][i] = a[p], two[p][i] = b[p];
+        ratios[i] = a[4] / b[4];
+        whole[i] = a[6] / b[6];
+    }
+    fprintf(out, "\n**%s**, seconds:\n\n| |", scene->name);
+    for (unsigned p = 0; p < PHASES; p++)
+        fprintf(out, " %s |", phases[p]);
+    fprintf(out, "\n|---|---|---|---|---|---|---|---|\n| -n 1 |");
+    for (unsigned p = 0; p < PHASES; p++)
+        fprintf(out, " %.3f |", median_of(one[p], pairs));
+    fprintf(out, "\n| -n 2 |");
+    for (unsigned p = 0; p < PHASES; p++)
+        fprintf(out, " %.3f |", median_of(two[p], pairs));
+    double ratio = median_of(ratios, pairs);
+    fprintf(out,
+            "\n\nRendering: %.3f times as fast (from %.3f to %.3f); the whole run: %.3f times. "
+            "Pictures: %s.\n",
+            ratio, ratios[0], ratios[pairs - 1], median_of(whole, pairs),
+            same ? "the same bits" : "THEY DIFFER");
+    value_set(ratio, "%s.real.speedup.2", scene->name);
+    value_set(median_of(one[4], pairs), "%s.real.render.1", scene->name);
+    value_set(median_of(two[4], pairs), "%s.real.render.2", scene->name);
+    value_set(same, "%s.real.same.2", scene->name);
+}
+
+/* ---- forty-four ---- */
+
+static void run_many(FILE *out, const struct bench_scene *scene, unsigned ranks)
+{
+    struct farm_run run;
+    char *options = format_text(
+        "sampling.samples=%d output.trace=" KEPT_FOLDER "/%s.trace.json output.ranks=" OUT_FOLDER
+        "/balance_ranks_%s.png output.heatmap=" OUT_FOLDER "/balance_heatmap_%s.png",
+        SAMPLES, scene->name, scene->name, scene->name);
+    farm_run(&run, ranks, scene->config, MANY_FILE, options);
+    double cpu = 0, busy = 0;
+    for (unsigned i = 0; i < run.renderers; i++)
+        cpu += run.workers[i].cpu_s, busy += run.workers[i].busy_s;
+    bool same = same_bits(ONE_FILE, MANY_FILE);
+    fprintf(out, "| %s | %u | %.3f | %.2f | %.0f | %.3f | %.3f %% | %.3f | %s |\n", scene->name,
+            ranks, run.render_s, run.total_s, run.messages, cpu,
+            100 * run.master_cpu_s / run.render_s, run.tail_s,
+            same ? "the same bits" : "THEY DIFFER");
+    value_set(same, "%s.real.same.44", scene->name);
+    value_set(run.master_cpu_s / run.render_s, "%s.real.master.44", scene->name);
+    value_set(run.master_cpu_s / run.messages, "%s.real.master_message.44", scene->name);
+    farm_run_free(&run);
+    free(options);
+}
+
+/* ---- a rank that waits ---- */
+
+static double children_cpu(void)
+{
+    struct rusage usage;
+    getrusage(RUSAGE_CHILDREN, &usage);
+    return (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+           1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+}
+
+struct idle_run {
+    double cpu_s;    /* of all processes */
+    double render_s; /* wall */
+    double known_s;  /* CPU of the one that renders, and of serving */
+};
+
+/* One row in strips: rank 0 has all of it, the others nothing. */
+static struct idle_run run_idle(unsigned ranks, unsigned samples)
+{
+    struct farm_run run;
+    char *options = format_text("farm.schedule=strips 'image.region=0 240 640 1' "
+                                "sampling.samples=%u",
+                                samples);
+    double before = children_cpu();
+    farm_run(&run, ranks, bench_scenes[1].config, MANY_FILE, options);
+    struct idle_run idle = {.cpu_s = children_cpu() - before,
+                            .render_s = run.render_s,
+                            .known_s = run.workers[0].cpu_s + run.master_cpu_s};
+    farm_run_free(&run);
+    free(options);
+    return idle;
+}
+
+/* The difference of a long run and a short one, so that the start does not count. */
+static void measure_waiting(FILE *out, bool quick)
+{
+    const unsigned waiting = 3;
+    struct idle_run less = run_idle(waiting + 1, 20),
+                    more = run_idle(waiting + 1, quick ? 40 : 2000);
+    double span = more.render_s - less.render_s;
+    double share = (more.cpu_s - less.cpu_s - (more.known_s - less.known_s)) / span / waiting;
+    value_set(share, "waiting");
+    fprintf(
+        out,
+        "\nA rank that waits uses %.2f %% of a core (one rank renders for %.1f s while %u wait; "
+        "CPU time of all processes, less that of rank 0 and of a short run).\n",
+        100 * share, span, waiting);
+}
+
+/* ---- a renderer of a quarter of the speed ---- */
+
+/* On core 1, rank 1 shares with three processes that do nothing but use it. */
+static void measure_slow(FILE *out, const struct bench_scene *scene)
+{
+    double times[3], shares[3];
+    for (unsigned i = 0; i < 3; i++) {
+        struct farm_run run;
+        char *options = format_text("sampling.samples=%d", SAMPLES);
+        farm_run_slow(&run, scene->config, MANY_FILE, options);
+        times[i] = run.render_s;
+        shares[i] = run.workers[1].cpu_s / run.workers[1].busy_s;
+        farm_run_free(&run);
+        free(options);
+    }
+    double share = median_of(shares, 3), time = median_of(times, 3);
+    double ideal = value_get("%s.real.render.1", scene->name) / (1 + share);
+    value_set(time / ideal - 1, "%s.real.slow", scene->name);
+    fprintf(out, "| %s | %.3f | %.3f | %.3f | %.2f %% |\n", scene->name, share, time, ideal,
+            100 * (time / ideal - 1));
+}
+
+void section_real(bool quick)
+{
+    FILE *out = open_section("real", "Real runs");
+    fprintf(out,
+            "**Measured** in wall time on this machine, %ld cores, %u x %u pixels, %d samples; "
+            "medians of %u pairs of -n 1 and -n 2 in turn.\n",
+            sysconf(_SC_NPROCESSORS_ONLN), PAPER_WIDTH, PAPER_HEIGHT, SAMPLES, quick ? 1 : PAIRS);
+    for (unsigned s = 0; s < SCENES; s++)
+        run_pairs(out, &bench_scenes[s], quick ? 1 : PAIRS);
+    fprintf(out,
+            "\n**Many ranks on these cores**: what the master costs, and whether the picture is "
+            "that of -n 1.\n\n| scene | ranks | render s | total s | messages | CPU s of "
+            "rendering | master, of a core | tail s | picture |\n"
+            "|---|---|---|---|---|---|---|---|---|\n");
+    for (unsigned s = 0; s < SCENES; s++) {
+        double unused[PHASES];
+        run_phases(&bench_scenes[s], 1, ONE_FILE, unused);
+        run_many(out, &bench_scenes[s], quick ? 3 : PAPER_PROCESSORS);
+    }
+    measure_waiting(out, quick);
+    if (!quick && sysconf(_SC_NPROCESSORS_ONLN) >= 2) {
+        fprintf(
+            out,
+            "\n**A renderer slowed fourfold**: -n 2, rank 1 shares its core with three "
+            "processes that use all they get. Ideal: -n 1 / (1 + its share).\n\n"
+            "| scene | share of its core | render s | ideal s | more |\n|---|---|---|---|---|\n");
+        for (unsigned s = 0; s < SCENES; s++)
+            measure_slow(out, &bench_scenes[s]);
+    }
+    fclose(out);
+}

@@ -1,0 +1,34 @@
+/* Real runs of the farm, and what their reports say. */
+#ifndef FARM_BENCH_BALANCE_RUN_H
+#define FARM_BENCH_BALANCE_RUN_H
+
+#include <stdint.h>
+
+struct run_worker {
+    double busy_s, cpu_s, send_s, finish_s, tiles, pixels;
+};
+
+struct farm_run {
+    double total_s, init_s, load_s, broadcast_s, build_s, render_s, write_s;
+    double master_cpu_s, messages, tail_s, efficiency, tiles;
+    unsigned renderers;
+    struct run_worker *workers; /* owned */
+};
+
+/*
+ * mpiexec -n ranks farm config options, a picture in picture (.pfm) and its report beside it, both
+ * kept. options are separated by spaces. Ends the program when the farm fails.
+ */
+void farm_run(struct farm_run *run, unsigned ranks, const char *config, const char *picture,
+              const char *options);
+
+/*
+ * Two ranks, each bound to a core of its own; rank 1 shares it with three processes that use all
+ * they get: a renderer of a quarter of the speed.
+ */
+void farm_run_slow(struct farm_run *run, const char *config, const char *picture,
+                   const char *options);
+
+void farm_run_free(struct farm_run *run);
+
+#endif

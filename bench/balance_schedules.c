@@ -1,0 +1,68 @@
+#include "bench/balance_schedules.h"
+
+#include "common/message.h"
+
+const struct bench_schedule bench_schedules[SCHEDULES_COMPARED] = {
+    [STRIPS] = {"strips", "farm.schedule=strips", true},
+    [CYCLIC_PIXELS] = {"cyclic", "farm.schedule=cyclic", true},
+    [CYCLIC_ROWS] = {"cyclic-rows", "farm.schedule=cyclic-rows", true},
+    [PLAIN_TILES] = {"tiles", "farm.schedule=tiles", false},
+    [FULL] = {"dynamic", "farm.schedule=dynamic", false},
+};
+
+struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t height, uint32_t renderers,
+                             uint32_t cores, uint32_t samples)
+{
+    static const enum schedule schedules[] = {
+        [STRIPS] = SCHEDULE_STRIPS,
+        [CYCLIC_PIXELS] = SCHEDULE_CYCLIC,
+        [CYCLIC_ROWS] = SCHEDULE_CYCLIC_ROWS,
+        [PLAIN_TILES] = SCHEDULE_TILES,
+        [FULL] = SCHEDULE_DYNAMIC,
+    };
+    struct queue_config config = {
+        .schedule = schedules[schedule], .width = width, .height = height, .renderers = renderers};
+    if (!bench_schedules[schedule].is_static)
+        config.tile_edge = queue_auto_edge(config.schedule, width, height, renderers * cores);
+    config.probe_edge = queue_auto_probe_edge(width, height, samples);
+    struct queue *queue = queue_create(&config);
+    if (!queue) fatal("the picture has too many tiles");
+    return queue;
+}
+
+void schedule_simulate(unsigned schedule, const struct machine *machine,
+                       const struct picture_costs *costs, struct sim_outcome *outcome)
+{
+    struct queue *queue = schedule_queue(schedule, costs_width(costs), costs_height(costs),
+                                         machine->renderers, machine->node_cores, costs->samples);
+    simulate(machine, queue, costs, outcome);
+    queue_destroy(queue);
+}
+
+struct machine plain_machine(uint32_t processors)
+{
+    return (struct machine){.renderers = processors,
+                            .node_cores = 1,
+                            .master_renders = true,
+                            .messages = kept_messages()};
+}
+
+struct picture_costs scene_costs(const struct bench_scene *scene, uint32_t samples)
+{
+    return (struct picture_costs){
+        .map = kept_costs(scene, PAPER_WIDTH, PAPER_HEIGHT, samples),
+        .single = kept_costs(scene, PAPER_WIDTH, PAPER_HEIGHT, 1),
+        .scale = 1,
+        .samples = samples,
+    };
+}
+
+double serial_seconds(const struct picture_costs *costs)
+{
+    struct machine machine = plain_machine(1);
+    struct sim_outcome outcome;
+    schedule_simulate(FULL, &machine, costs, &outcome);
+    double seconds = outcome.render_s;
+    sim_outcome_free(&outcome);
+    return seconds;
+}

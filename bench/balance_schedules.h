@@ -1,0 +1,35 @@
+/* The schedules that are compared, in the real farm and in virtual time. */
+#ifndef FARM_BENCH_BALANCE_SCHEDULES_H
+#define FARM_BENCH_BALANCE_SCHEDULES_H
+
+#include "bench/balance.h"
+
+enum { STRIPS, CYCLIC_PIXELS, CYCLIC_ROWS, PLAIN_TILES, FULL, SCHEDULES_COMPARED };
+
+struct bench_schedule {
+    const char *name;    /* a word */
+    const char *options; /* of the farm */
+    bool is_static;
+};
+
+extern const struct bench_schedule bench_schedules[SCHEDULES_COMPARED];
+
+/* A fresh queue, as the farm makes it with these options; cores: of every renderer, which is a node
+ * when there are several. */
+struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t height, uint32_t renderers,
+                             uint32_t cores, uint32_t samples);
+
+/* Simulates the schedule on a machine, the picture being that of costs. */
+void schedule_simulate(unsigned schedule, const struct machine *machine,
+                       const struct picture_costs *costs, struct sim_outcome *outcome);
+
+/* `processors` ranks with a core each, as measured, rank 0 included. */
+struct machine plain_machine(uint32_t processors);
+
+/* A scene at the paper's size. */
+struct picture_costs scene_costs(const struct bench_scene *scene, uint32_t samples);
+
+/* Seconds of the full schedule on one processor: what speed-ups compare with. */
+double serial_seconds(const struct picture_costs *costs);
+
+#endif

@@ -1,0 +1,82 @@
+/* The section "static": shares that are fixed before the start, in real runs at any number of
+ * processors, by the CPU time of every rank. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "bench/balance.h"
+#include "bench/balance_run.h"
+#include "bench/balance_schedules.h"
+#include "common/message.h"
+
+#define SAMPLES 16
+#define PICTURE KEPT_FOLDER "/static.pfm"
+
+static double most_cpu(const struct farm_run *run)
+{
+    double most = 0;
+    for (unsigned i = 0; i < run->renderers; i++)
+        most = fmax(most, run->workers[i].cpu_s);
+    return most;
+}
+
+static double cpu_of(const struct bench_scene *scene, unsigned processors, const char *options)
+{
+    struct farm_run run;
+    char *all = format_text("sampling.samples=%d %s", SAMPLES, options);
+    farm_run(&run, processors, scene->config, PICTURE, all);
+    double most = most_cpu(&run);
+    farm_run_free(&run);
+    free(all);
+    return most;
+}
+
+static const unsigned counts[] = {2, 4, 8, 14, 16, 18, 24, 32, 44};
+
+static void put_row(FILE *out, FILE *csv, const struct bench_scene *scene, unsigned processors,
+                    double serial)
+{
+    fprintf(out, "| %s | %u |", scene->name, processors);
+    fprintf(csv, "%s,%u", scene->name, processors);
+    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++) {
+        const struct bench_schedule *schedule = &bench_schedules[k];
+        if (!schedule->is_static) continue;
+        double speedup = serial / cpu_of(scene, processors, schedule->options);
+        double predicted =
+            value_get("%s.%d.%s.speedup.%u", scene->name, SAMPLES, schedule->name, processors);
+        value_set(speedup, "%s.static.%s.%u", scene->name, schedule->name, processors);
+        fprintf(out, " %.2f | %.2f |", speedup, predicted);
+        fprintf(csv, ",%.4f,%.4f", speedup, predicted);
+    }
+    fputc('\n', out);
+    fputc('\n', csv);
+}
+
+void section_static(bool quick)
+{
+    FILE *out = open_section("static", "Static shares, real runs");
+    FILE *csv = open_out("balance_static.csv");
+    fprintf(
+        out,
+        "**Measured**: mpiexec -n P, %d samples. Speed-up: CPU seconds of -n 1 against those of "
+        "the rank that needs most, which do not depend on who else uses the cores; beside it "
+        "what the simulated farm says.\n\n| scene | processors |",
+        SAMPLES);
+    fprintf(csv, "scene,processors");
+    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++) {
+        if (!bench_schedules[k].is_static) continue;
+        fprintf(out, " %s | simulated |", bench_schedules[k].name);
+        fprintf(csv, ",%s,%s_simulated", bench_schedules[k].name, bench_schedules[k].name);
+    }
+    fprintf(out, "\n|---|---|---|---|---|---|---|---|\n");
+    fputc('\n', csv);
+    for (unsigned s = 0; s < SCENES; s++) {
+        double runs[3];
+        for (unsigned i = 0; i < 3; i++)
+            runs[i] = cpu_of(&bench_scenes[s], 1, "");
+        double serial = median_of(runs, 3);
+        for (unsigned i = 0; i < (quick ? 1 : sizeof counts / sizeof *counts); i++)
+            put_row(out, csv, &bench_scenes[s], counts[i], serial);
+    }
+    fclose(out);
+    fclose(csv);
+}

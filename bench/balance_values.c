@@ -1,0 +1,80 @@
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "bench/balance.h"
+#include "common/message.h"
+
+#define VALUES_FILE KEPT_FOLDER "/values.txt"
+#define NAME_SIZE   96
+
+struct value {
+    char name[NAME_SIZE];
+    double value;
+};
+
+static struct value *values;
+static size_t count, capacity;
+
+static struct value *find(const char *name)
+{
+    for (size_t i = 0; i < count; i++)
+        if (strcmp(values[i].name, name) == 0) return &values[i];
+    return NULL;
+}
+
+static void set(const char *name, double value)
+{
+    struct value *old = find(name);
+    if (!old) {
+        if (count == capacity) {
+            capacity = capacity ? 2 * capacity : 256;
+            values = reallocate(values, capacity, sizeof *values);
+        }
+        old = &values[count++];
+        snprintf(old->name, sizeof old->name, "%s", name);
+    }
+    old->value = value;
+}
+
+void value_set(double value, const char *format, ...)
+{
+    char name[NAME_SIZE];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(name, sizeof name, format, arguments);
+    va_end(arguments);
+    set(name, value);
+}
+
+double value_get(const char *format, ...)
+{
+    char name[NAME_SIZE];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(name, sizeof name, format, arguments);
+    va_end(arguments);
+    const struct value *value = find(name);
+    return value ? value->value : (double)NAN;
+}
+
+void values_read(void)
+{
+    FILE *file = fopen(VALUES_FILE, "r");
+    char name[NAME_SIZE];
+    double value;
+    if (!file) return;
+    while (fscanf(file, "%95s %lf", name, &value) == 2)
+        set(name, value);
+    fclose(file);
+}
+
+void values_write(void)
+{
+    FILE *file = fopen(VALUES_FILE, "w");
+    if (!file) fatal("cannot write %s", VALUES_FILE);
+    for (size_t i = 0; i < count; i++)
+        fprintf(file, "%s %.9g\n", values[i].name, values[i].value);
+    if (fclose(file) != 0) fatal("cannot write %s", VALUES_FILE);
+}

@@ -1,0 +1,329 @@
+# Error against run time. Sections, all of them unless named as arguments:
+#
+#   sampling  uniform and adaptive sampling of four scenes, against a reference with 64 times the
+#             samples of the finest uniform picture: Pareto front, equal error, equal time
+#   truncation  max_depth from 0 to 20 and cutoff from 1/16 to 1/65536: error, claimed bound
+#   formulas  the paper's formulas against the exact ones
+#   peers     POV-Ray's and Tachyon's antialiasing, each against its own converged picture
+#   forecast  what a run says that half of its error will cost, and what it does
+#   coverage  how often intervals hold, over pictures with different random numbers
+#
+# Times are CPU seconds of rendering. FARM and TOOL are the programs, WORK a folder for pictures,
+# ERROR_SCENES and ERROR_SIZE (320x240) can be set. Tables and plots go to bench/out/.
+set -u
+export LC_ALL=C
+SECTIONS=${*:-sampling truncation formulas peers forecast coverage}
+SCENES=${ERROR_SCENES:-lantern garden ground balls}
+SIZE=${ERROR_SIZE:-320x240}
+W=${SIZE%x*} H=${SIZE#*x}
+OUT=bench/out
+FINEST=16                    # uniform samples per pixel, at most
+MANY=$((64 * FINEST))        # of a reference
+mkdir -p "$WORK" "$OUT"
+
+config_of() {
+    case $1 in
+    lantern | garden) echo "config/$1.ini" ;;
+    balls) [ -e "$WORK/balls.ini" ] || "$TOOL" scene "$WORK" balls; echo "$WORK/balls.ini" ;;
+    *) echo "config/extreme/$1.ini" ;;
+    esac
+}
+
+# A number of a report.
+value() { sed -n "s/.*\"$2\": \"\\{0,1\\}\\([^\",}]*\\).*/\\1/p" "$1" | "${3:-tail}" -n 1; }
+cpu_of() { sed -n 's/.*"cpu_s": \([0-9.]*\), "wait_s".*/\1/p' "$1" | awk '{ s += $1 } END { print s }'; }
+
+# farm NAME SCENE OVERRIDE...: renders to $WORK/NAME.pfm and .json
+farm() {
+    name=$1 config=$(config_of "$2"); shift 2
+    "$FARM" "$config" image.width=$W image.height=$H output.image="$WORK/$name.pfm" \
+        output.report="$WORK/$name.json" output.journal= "$@" >"$WORK/$name.log" 2>&1 ||
+        { cat "$WORK/$name.log" >&2; exit 1; }
+}
+
+reference_of() {
+    [ -e "$WORK/ref_$1.pfm" ] && return
+    farm "ref_$1" "$1" image.width=$((W + 2000)) "image.region=1000 0 $W $H" sampling.samples=$MANY
+}
+
+# ---- sampling ----
+
+sampling() {
+    csv=$OUT/error_sampling.csv
+    echo "scene,method,setting,samples,cpu_s,rmse,max,p999,estimated,low,high" >"$csv"
+    for scene in $SCENES; do
+        reference_of "$scene"
+        for n in 2 4 6 8 12 $FINEST; do
+            farm run "$scene" sampling.samples=$n sampling.reference="$WORK/ref_$scene.pfm"
+            add_row "$scene" uniform $n
+        done
+        # Targets: what the uniform pictures came to.
+        for target in $(awk -F, -v s="$scene" '$1 == s && $2 == "uniform" && $3 > 2 { print $6 }' "$csv"); do
+            farm run "$scene" sampling.target_error="$target" \
+                sampling.reference="$WORK/ref_$scene.pfm"
+            add_row "$scene" adaptive "$target"
+        done
+    done
+    sampling_tables >"$OUT/error_sampling.md"
+    for scene in $SCENES; do plot_sampling "$scene"; done
+    cat "$OUT/error_sampling.md"
+}
+
+add_row() {
+    r=$WORK/run.json
+    echo "$1,$2,$3,$(value "$r" samples_per_pixel),$(cpu_of "$r"),$(value "$r" rmse),$(value "$r" max),$(value "$r" p999),$(value "$r" estimated_rmse),$(value "$r" estimated_low),$(value "$r" estimated_high)" >>"$csv"
+}
+
+sampling_tables() {
+    echo "# Error against run time: uniform and adaptive sampling, $W x $H"
+    echo
+    echo "References have $MANY samples per pixel. Their own RMSE, estimated:"
+    for scene in $SCENES; do
+        echo "$scene $(value "$WORK/ref_$scene.json" estimated_rmse)"
+    done | awk '{ printf "%s%s %.2g", (NR > 1 ? ", " : ""), $1, $2 } END { print "." }'
+    echo
+    echo "Pareto front (no other setting has less of both error and time), slope of RMSE against CPU time:"
+    echo
+    echo "| scene | method | setting | samples | CPU s | RMSE | estimated | interval holds | front |"
+    echo "|---|---|---|---|---|---|---|---|---|"
+    awk -F, 'NR > 1 { n++; for (i = 1; i <= 11; i++) f[n, i] = $i }
+        END { for (k = 1; k <= n; k++) { front = "yes"
+            for (j = 1; j <= n; j++) if (f[j, 1] == f[k, 1] && f[j, 5] < f[k, 5] && f[j, 6] < f[k, 6]) front = ""
+            printf "| %s | %s | %.3g | %.1f | %.2f | %.3g | %.3g | %s | %s |\n", f[k, 1], f[k, 2], f[k, 3], f[k, 4], f[k, 5], f[k, 6], f[k, 9], (f[k, 10] <= f[k, 6] && f[k, 6] <= f[k, 11]) ? "yes" : "no", front } }' "$csv"
+    echo
+    echo "Equal error: CPU seconds that uniform sampling needs for what adaptive reaches, interpolated on logarithmic axes; equal time the same way round."
+    echo
+    echo "| scene | adaptive RMSE | adaptive s | uniform s | time ratio | uniform RMSE in that time | error ratio |"
+    echo "|---|---|---|---|---|---|---|"
+    awk -F, 'function at(x, X, Y, m,   i) { for (i = 1; i < m - 1; i++) if ((x - X[i]) * (x - X[i + 1]) <= 0) break
+            return exp(log(Y[i]) + (log(x) - log(X[i])) * (log(Y[i + 1]) - log(Y[i])) / (log(X[i + 1]) - log(X[i]))) }
+        NR > 1 && $2 == "uniform" { if ($1 != last) m = 0; last = $1; m++; T[m] = $5; E[m] = $6 }
+        NR > 1 && $2 == "adaptive" { t = at($6, E, T, m); e = at($5, T, E, m)
+            printf "| %s | %.3g | %.2f | %.2f | %.2f | %.3g | %.2f |\n", $1, $6, $5, t, t / $5, e, e / $6 }' "$csv"
+    echo
+    awk -F, 'NR > 1 { k = $1 " " $2; x = log($5); y = log($6); n[k]++; sx[k] += x; sy[k] += y; xx[k] += x * x; xy[k] += x * y; yy[k] += y * y }
+        END { for (k in n) if (n[k] > 2) { d = n[k] * xx[k] - sx[k] ^ 2; b = (n[k] * xy[k] - sx[k] * sy[k]) / d
+            r = (yy[k] - sy[k] ^ 2 / n[k] - b * b * d / n[k]) / (n[k] - 2); if (r < 0) r = 0
+            printf "* slope of %s: %.2f +- %.2f\n", k, b, sqrt(r * n[k] / d) } }' "$csv" | sort
+}
+
+plot_sampling() {
+    gnuplot <<END
+set terminal svg size 640,480 background "white"
+set output "$OUT/error_sampling_$1.svg"
+set datafile separator ","
+set logscale xy
+set xlabel "CPU seconds"
+set ylabel "RMSE"
+set format y "%g"
+set grid
+set title "$1, $W x $H"
+plot "< grep '^$1,uniform' $csv" using 5:6 with linespoints pt 7 title "uniform", \
+     "< grep '^$1,adaptive' $csv" using 5:6 with linespoints pt 5 title "adaptive"
+END
+}
+
+# ---- truncation ----
+
+# One sample in the middle of each pixel, so that nothing but truncation differs.
+truncation() {
+    csv=$OUT/error_truncation.csv
+    echo "scene,knob,setting,cpu_s,rmse,max,claimed,held" >"$csv"
+    for scene in $SCENES; do
+        farm deep "$scene" render.max_depth=40 render.cutoff=1e-7
+        for depth in 0 1 2 3 4 6 8 12 16 20; do
+            one_truncation "$scene" depth $depth render.max_depth=$depth render.cutoff=1e-7
+        done
+        for power in 4 6 8 9 10 12 14 16; do
+            cutoff=$(awk "BEGIN { printf \"%.17g\", 2 ^ -$power }")
+            one_truncation "$scene" cutoff 1/$((1 << power)) render.max_depth=40 render.cutoff="$cutoff"
+        done
+    done
+    {
+        echo "# Truncation: depth and cutoff, against depth 40 and a cutoff of 1e-7"
+        echo
+        echo "| scene | knob | setting | CPU s | RMSE | largest error | claimed bound | holds |"
+        echo "|---|---|---|---|---|---|---|---|"
+        awk -F, 'NR > 1 { printf "| %s | %s | %s | %.3f | %.3g | %.3g | %s | %s |\n", $1, $2, $3, $4, $5, $6, $7 == "null" ? "none" : sprintf("%.3g", $7), $8 }' "$csv"
+    } >"$OUT/error_truncation.md"
+    cat "$OUT/error_truncation.md"
+}
+
+one_truncation() {
+    scene=$1 knob=$2 setting=$3; shift 3
+    farm run "$scene" sampling.reference="$WORK/deep.pfm" "$@"
+    r=$WORK/run.json
+    # The reference has an error of its own, and both are floats.
+    awk -v s="$scene" -v k="$knob" -v n="$setting" -v t="$(cpu_of "$r")" -v e="$(value "$r" rmse)" \
+        -v m="$(value "$r" max)" -v b="$(value "$r" truncation)" 'BEGIN {
+        held = b == "null" || m <= b + 1e-6 ? "yes" : "NO"
+        printf "%s,%s,%s,%s,%s,%s,%s,%s\n", s, k, n, t, e, m, b, held }' >>"$csv"
+}
+
+# ---- formulas ----
+
+formulas() {
+    csv=$OUT/error_formulas.csv
+    echo "scene,exact_s,paper_s,rmse,max" >"$csv"
+    for scene in $SCENES distant shells slab; do
+        farm exact "$scene" sampling.samples=4
+        farm run "$scene" sampling.samples=4 render.formulas=paper sampling.reference="$WORK/exact.pfm"
+        echo "$scene,$(cpu_of "$WORK/exact.json"),$(cpu_of "$WORK/run.json"),$(value "$WORK/run.json" rmse),$(value "$WORK/run.json" max)" >>"$csv"
+    done
+    {
+        echo "# The paper's formulas against the exact ones, same samples"
+        echo
+        echo "| scene | exact, CPU s | paper, CPU s | RMSE of the paper's | largest |"
+        echo "|---|---|---|---|---|"
+        awk -F, 'NR > 1 { printf "| %s | %.3f | %.3f | %.3g | %.3g |\n", $1, $2, $3, $4, $5 }' "$csv"
+    } >"$OUT/error_formulas.md"
+    cat "$OUT/error_formulas.md"
+}
+
+# ---- peers ----
+
+# CPU seconds of a command, with loading.
+timed() {
+    ( "$@" >"$WORK/peer.log" 2>&1; times ) | tail -n 1 | tr ms '  ' |
+        awk '{ print 60 * $1 + $2 + 60 * $3 + $4 }'
+}
+povray_to() { # OUT OPTION...
+    to=$1; shift
+    timed povray +WT1 -D -V +Q9 +FP16 File_Gamma=1 +W$W +H$H +I"$WORK/$scene.pov" +O"$to" "$@"
+}
+tachyon_to() {
+    to=$1; shift
+    timed tachyon -numthreads 1 -fullshade -shade_phong -format PPM48 -o "$to" "$WORK/$scene.dat" "$@"
+}
+
+peers() {
+    csv=$OUT/error_peers.csv
+    echo "scene,program,setting,cpu_s,rmse" >"$csv"
+    for scene in $SCENES; do
+        config=$(config_of "$scene")
+        for kind in pov dat; do
+            "$TOOL" export "$config" "$WORK/$scene.$kind" image.width=$W image.height=$H
+        done
+        # Loading is not what is compared: the same scene at a few pixels.
+        load=$(W=4 H=3 povray_to "$WORK/t.ppm" -A)
+        povray_to "$WORK/pov_ref.ppm" +A0.0 +AM1 +R16 -J >/dev/null
+        for setting in "-A" "+A0.3 +AM1 +R3" "+A0.1 +AM1 +R3" "+A0.03 +AM1 +R4" "+A0.3 +AM2 +R3" \
+                       "+A0.1 +AM2 +R3" "+A0.03 +AM2 +R4" "+A0.01 +AM2 +R5"; do
+            # shellcheck disable=SC2086
+            t=$(povray_to "$WORK/t.ppm" $setting)
+            echo "$scene,POV-Ray,$setting,$(awk "BEGIN { print $t - $load }"),$("$TOOL" compare "$WORK/t.ppm" "$WORK/pov_ref.ppm")" >>"$csv"
+        done
+        tachyon_to "$WORK/dat_ref.ppm" -aasamples 1023 >/dev/null
+        for n in 0 3 8 15 31; do
+            t=$(tachyon_to "$WORK/t.ppm" -aasamples $n)
+            t=$(sed -n 's/.*Ray Tracing Time: *\([0-9.]*\).*/\1/p' "$WORK/peer.log" | tail -n 1)
+            echo "$scene,Tachyon,-aasamples $n,${t:-0},$("$TOOL" compare "$WORK/t.ppm" "$WORK/dat_ref.ppm")" >>"$csv"
+        done
+        reference_of "$scene"
+        for target in 0.05 0.03 0.02 0.01 0.006 0.004 0.002; do
+            farm run "$scene" sampling.target_error=$target
+            echo "$scene,farm,$target,$(cpu_of "$WORK/run.json"),$("$TOOL" compare "$WORK/run.pfm" "$WORK/ref_$scene.pfm")" >>"$csv"
+        done
+    done
+    {
+        echo "# Antialiasing beside POV-Ray and Tachyon, $W x $H, each against its own converged picture"
+        echo
+        echo "Components clamped to 0..1, as the peers store them. The farm's time for the same RMSE is interpolated on logarithmic axes between its own pictures (<: its coarsest is better already)."
+        echo
+        echo "| scene | program | setting | CPU s | RMSE | farm, CPU s | ratio |"
+        echo "|---|---|---|---|---|---|---|"
+        awk -F, 'NR > 1 { n++; for (i = 1; i <= 5; i++) f[n, i] = $i }
+            END { for (k = 1; k <= n; k++) { if (f[k, 2] == "farm") continue
+                lo = 0; hi = 0
+                for (j = 1; j <= n; j++) if (f[j, 1] == f[k, 1] && f[j, 2] == "farm") {
+                    if (f[j, 5] <= f[k, 5] && (!lo || f[j, 5] > f[lo, 5])) lo = j
+                    if (f[j, 5] >= f[k, 5] && (!hi || f[j, 5] < f[hi, 5])) hi = j }
+                less = ""
+                if (!lo) { t = -1 } else if (!hi || lo == hi) { t = f[lo, 4]; less = hi ? "" : "<" }
+                else t = exp(log(f[lo, 4]) + (log(f[k, 5]) - log(f[lo, 5])) * (log(f[hi, 4]) - log(f[lo, 4])) / (log(f[hi, 5]) - log(f[lo, 5])))
+                printf "| %s | %s | %s | %.2f | %.3g | %s | %s |\n", f[k, 1], f[k, 2], f[k, 3], f[k, 4], f[k, 5], t < 0 ? "-" : sprintf("%s%.2f", less, t), t < 0 ? "-" : sprintf("%s%.1f", less ? ">" : "", f[k, 4] / t) } }' "$csv"
+    } >"$OUT/error_peers.md"
+    for scene in $SCENES; do plot_peers "$scene"; done
+    cat "$OUT/error_peers.md"
+}
+
+plot_peers() {
+    gnuplot <<END
+set terminal svg size 640,480 background "white"
+set output "$OUT/error_peers_$1.svg"
+set datafile separator ","
+set logscale xy
+set xlabel "CPU seconds"
+set ylabel "RMSE"
+set format y "%g"
+set grid
+set title "$1, $W x $H, each against its own converged picture"
+plot "< grep '^$1,farm' $csv" using 4:5 with linespoints pt 7 title "farm", \
+     "< grep '^$1,POV-Ray' $csv" using 4:5 with points pt 5 title "POV-Ray", \
+     "< grep '^$1,Tachyon' $csv" using 4:5 with linespoints pt 9 title "Tachyon"
+END
+}
+
+# ---- forecast ----
+
+# A run's slope foretells what its goal costs; a run to that goal tells.
+forecast() {
+    csv=$OUT/error_forecast.csv
+    echo "scene,method,rmse,cpu_s,goal,foretold_s,took_s,off" >"$csv"
+    for scene in $SCENES; do
+        for setting in sampling.samples=16 sampling.target_error=0.004; do
+            farm first "$scene" "$setting"
+            r=$WORK/first.json
+            grep -q '"forecast": null' "$r" && continue
+            case $setting in
+            *samples=*) farm run "$scene" sampling.samples=64 ;;
+            *) farm run "$scene" sampling.target_error=0.002 ;;
+            esac
+            awk -v s="$scene" -v m="${setting#sampling.}" -v e="$(value "$r" estimated_rmse)" \
+                -v t="$(cpu_of "$r")" -v b="$(value "$r" slope)" -v g="$(value "$WORK/run.json" estimated_rmse)" \
+                -v took="$(cpu_of "$WORK/run.json")" 'BEGIN { will = t * (e / g) ^ (-1 / b)
+                printf "%s,%s,%s,%s,%s,%.3f,%s,%.3f\n", s, m, e, t, g, will, took, will / took - 1 }' >>"$csv"
+        done
+    done
+    {
+        echo "# Forecasts: CPU seconds to a lower error"
+        echo
+        echo "| scene | run | RMSE | CPU s | later RMSE | foretold s | took s | off by |"
+        echo "|---|---|---|---|---|---|---|---|"
+        awk -F, 'NR > 1 { printf "| %s | %s | %.3g | %.2f | %.3g | %.2f | %.2f | %+.0f %% |\n", $1, $2, $3, $4, $5, $6, $7, 100 * $8 }' "$csv"
+    } >"$OUT/error_forecast.md"
+    cat "$OUT/error_forecast.md"
+}
+
+# ---- coverage ----
+
+coverage() {
+    csv=$OUT/error_coverage.csv
+    echo "scene,method,run,rows,held" >"$csv"
+    for scene in $SCENES; do
+        reference_of "$scene"
+        for setting in sampling.samples=8 sampling.target_error=0.006; do
+            for run in 1 2 3 4 5 6 7 8 9 10; do
+                farm run "$scene" image.width=$((W + 200 * run)) "image.region=$((100 * run)) 0 $W $H" \
+                    "$setting" sampling.reference="$WORK/ref_$scene.pfm"
+                echo "$scene,${setting#sampling.},$run,$(value "$WORK/run.json" rows),$(value "$WORK/run.json" rows_held)" >>"$csv"
+            done
+        done
+    done
+    {
+        echo "# Coverage: runs in which every interval of 95 % held the true error"
+        echo
+        echo "| scene | run | runs | all rows held | rows | held |"
+        echo "|---|---|---|---|---|---|"
+        awk -F, 'NR > 1 { k = $1 " | " $2; n[k]++; all[k] += $4 == $5; r[k] += $4; h[k] += $5 }
+            END { for (k in n) printf "| %s | %d | %d | %d | %d |\n", k, n[k], all[k], r[k], h[k] }' "$csv" | sort
+    } >"$OUT/error_coverage.md"
+    cat "$OUT/error_coverage.md"
+}
+
+for section in $SECTIONS; do
+    case $section in
+    sampling | truncation | formulas | peers | forecast | coverage) "$section" ;;
+    *) echo "error.sh: there is no section $section" >&2; exit 2 ;;
+    esac
+done

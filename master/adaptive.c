@@ -1,0 +1,461 @@
+#include "master/adaptive.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+
+/* In one pass a pixel goes up this many levels at most: what is known of it is not enough for more. */
+#define LEVELS_PER_PASS 2
+
+/* What share of the error before it a pass aims at: so little is done in one pass, and so much. The
+ * latter, so that there is an end to passes that miss a target by a hair. */
+#define PASS_AIM_MIN 0.5
+#define PASS_AIM_MAX 0.93
+
+/* The weights of the 5 x 5 pixels around one are products of these, of both axes: a binomial. */
+#define REACH 2
+static const double weights[2 * REACH + 1] = {1, 4, 6, 4, 1};
+
+/*
+ * What nothing around a pixel has warned of: its own variance is SURPRISE times theirs. Edges, of
+ * which about 5 of the 24 pixels around one are part, hardly ever surprise. Such things are counted
+ * by blocks of this many pixels.
+ */
+#define SURPRISE   8
+#define BLOCK_EDGE 32u
+
+/* A row of variances: filtered along it, with and without the pixel in the middle. */
+struct filtered {
+    double *with, *without;
+};
+
+struct adaptive {
+    struct view view;
+    struct canvas *canvas; /* the means */
+    double target;
+    unsigned passes;
+    bool met;          /* the target */
+    uint32_t last;     /* level of max_samples */
+    float *difference; /* 3 per pixel: A - B */
+    uint8_t *level;    /* of each pixel */
+    uint8_t *next;     /* which the pass brings it to */
+    float *error;      /* expected squared error of each pixel, when the pass was planned */
+    double *surprise;  /* of each block: the variance that nothing has warned of, per pixel */
+    double *variance;  /* one row and REACH zeros on either side */
+    struct filtered rows[2 * REACH + 1]; /* of row y at y mod (2 REACH + 1) */
+};
+
+static size_t pixel_count(const struct adaptive *adaptive)
+{
+    return (size_t)adaptive->canvas->width * adaptive->canvas->height;
+}
+
+static double samples_of(const struct adaptive *adaptive, uint32_t level)
+{
+    return level_samples(&adaptive->view, level);
+}
+
+/* n^3/2 */
+static double power(double samples)
+{
+    return samples * sqrt(samples);
+}
+
+static size_t blocks_along(uint32_t size)
+{
+    return (size + BLOCK_EDGE - 1) / BLOCK_EDGE;
+}
+
+static size_t block_count(const struct canvas *canvas)
+{
+    return blocks_along(canvas->width) * blocks_along(canvas->height);
+}
+
+static double *surprise_at(const struct adaptive *adaptive, uint32_t x, uint32_t y)
+{
+    size_t columns = blocks_along(adaptive->canvas->width);
+    return &adaptive->surprise[y / BLOCK_EDGE * columns + x / BLOCK_EDGE];
+}
+
+struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas, double target)
+{
+    struct adaptive *adaptive = allocate_zeroed(1, sizeof *adaptive);
+    adaptive->view = *view;
+    adaptive->canvas = canvas;
+    adaptive->target = target;
+    adaptive->last = level_last(view);
+    assert(view->min_samples % 2 == 0 && view->max_samples % 2 == 0);
+    size_t pixels = pixel_count(adaptive);
+    adaptive->difference = allocate_zeroed(pixels, 3 * sizeof *adaptive->difference);
+    adaptive->level = allocate_zeroed(pixels, 1);
+    adaptive->next = allocate(pixels, 1);
+    adaptive->error = allocate_zeroed(pixels, sizeof *adaptive->error);
+    memset(adaptive->next, 1, pixels);
+    adaptive->passes = 1;
+    size_t width = canvas->width;
+    adaptive->surprise = allocate_zeroed(block_count(canvas), sizeof *adaptive->surprise);
+    adaptive->variance = allocate_zeroed(width + 2 * REACH, sizeof *adaptive->variance);
+    for (int i = 0; i <= 2 * REACH; i++) {
+        adaptive->rows[i].with = allocate_zeroed(width, sizeof(double));
+        adaptive->rows[i].without = allocate_zeroed(width, sizeof(double));
+    }
+    return adaptive;
+}
+
+void adaptive_destroy(struct adaptive *adaptive)
+{
+    if (!adaptive) return;
+    for (int i = 0; i <= 2 * REACH; i++) {
+        free(adaptive->rows[i].with);
+        free(adaptive->rows[i].without);
+    }
+    free(adaptive->variance);
+    free(adaptive->surprise);
+    free(adaptive->error);
+    free(adaptive->next);
+    free(adaptive->level);
+    free(adaptive->difference);
+    free(adaptive);
+}
+
+/* ---- what the pixels tell ---- */
+
+/* The squared error of a pixel as its own halves tell it; 0 where they are not finite. */
+static double own_error(const struct adaptive *adaptive, size_t pixel)
+{
+    const float *difference = adaptive->difference + 3 * pixel;
+    double sum = 0;
+    for (int c = 0; c < 3; c++)
+        sum += (double)difference[c] * (double)difference[c];
+    return sum < HUGE_VAL ? sum / 12 : 0;
+}
+
+struct error_sum adaptive_errors(const struct adaptive *adaptive, uint64_t *pixels,
+                                 uint64_t *samples)
+{
+    struct error_sum sum = {0, 0};
+    size_t count = pixel_count(adaptive);
+    *pixels = *samples = 0;
+    for (size_t i = 0; i < count; i++) {
+        if (adaptive->level[i] == 0) continue;
+        double square = own_error(adaptive, i);
+        sum.squares += square;
+        sum.fourths += square * square;
+        *pixels += 1;
+        *samples += level_samples(&adaptive->view, adaptive->level[i]);
+    }
+    return sum;
+}
+
+/* Row y of the variances, filtered; rows outside of the picture are 0. */
+static void filter_row(struct adaptive *adaptive, int64_t y)
+{
+    struct filtered *row = &adaptive->rows[(y + 2 * REACH + 1) % (2 * REACH + 1)];
+    uint32_t width = adaptive->canvas->width;
+    double *variance = adaptive->variance + REACH;
+    bool inside = y >= 0 && y < adaptive->canvas->height;
+    for (uint32_t x = 0; x < width; x++) {
+        size_t i = (size_t)(inside ? y : 0) * width + x;
+        double samples = samples_of(adaptive, adaptive->level[i]);
+        variance[x] = inside ? own_error(adaptive, i) * power(samples) : 0;
+    }
+    for (uint32_t x = 0; x < width; x++) {
+        const double *at = adaptive->variance + x;
+        row->without[x] = weights[0] * (at[0] + at[4]) + weights[1] * (at[1] + at[3]);
+        row->with[x] = row->without[x] + weights[2] * at[2];
+    }
+}
+
+/* The sum of the weights that lie in the picture, along one axis. */
+static double weight_inside(uint32_t at, uint32_t size)
+{
+    double sum = 0;
+    for (int k = -REACH; k <= REACH; k++) {
+        int64_t there = (int64_t)at + k;
+        if (there >= 0 && there < size) sum += weights[k + REACH];
+    }
+    return sum;
+}
+
+/* v of the pixel; rows y - REACH .. y + REACH are filtered. */
+static double variance_around(const struct adaptive *adaptive, uint32_t x, uint32_t y,
+                              double row_weight, double column_weight)
+{
+    double sum = 0;
+    for (uint32_t k = 0; k <= 2 * REACH; k++) {
+        /* Row y + k - REACH, of any sign, modulo 2 REACH + 1. */
+        const struct filtered *row = &adaptive->rows[(y + k + REACH + 1) % (2 * REACH + 1)];
+        sum += weights[k] * (k == REACH ? row->without[x] : row->with[x]);
+    }
+    double weight = row_weight * column_weight - weights[REACH] * weights[REACH];
+    return weight > 0 ? sum / weight : 0;
+}
+
+/* C^2 of the pixel */
+static double contrast_squared(const struct canvas *canvas, uint32_t x, uint32_t y)
+{
+    const float *here = canvas->rgb + 3 * ((size_t)y * canvas->width + x);
+    float most = 0;
+    uint32_t left = x > 0 ? x - 1 : x, right = x + 1 < canvas->width ? x + 1 : x;
+    uint32_t above = y > 0 ? y - 1 : y, below = y + 1 < canvas->height ? y + 1 : y;
+    for (uint32_t v = above; v <= below; v++) {
+        for (uint32_t u = left; u <= right; u++) {
+            const float *there = canvas->rgb + 3 * ((size_t)v * canvas->width + u);
+            float r = here[0] - there[0], g = here[1] - there[1], b = here[2] - there[2];
+            float square = r * r + g * g + b * b;
+            if (square > most && square < HUGE_VALF) most = square;
+        }
+    }
+    return (double)most / 3;
+}
+
+static void expect_row(struct adaptive *adaptive, uint32_t y)
+{
+    const struct canvas *canvas = adaptive->canvas;
+    double column_weight = weight_inside(y, canvas->height);
+    for (uint32_t x = 0; x < canvas->width; x++) {
+        size_t i = (size_t)y * canvas->width + x;
+        double samples = samples_of(adaptive, adaptive->level[i]);
+        double row_weight = weight_inside(x, canvas->width);
+        double around = variance_around(adaptive, x, y, row_weight, column_weight);
+        double missed = contrast_squared(canvas, x, y) / (samples * samples);
+        double own = own_error(adaptive, i) * power(samples);
+        if (own > SURPRISE * around)
+            *surprise_at(adaptive, x, y) += own / (BLOCK_EDGE * BLOCK_EDGE);
+        adaptive->error[i] = (float)(around / power(samples) + missed);
+    }
+}
+
+/* What surprises there may still be. */
+static void expect_surprises(struct adaptive *adaptive)
+{
+    const struct canvas *canvas = adaptive->canvas;
+    for (uint32_t y = 0; y < canvas->height; y++) {
+        for (uint32_t x = 0; x < canvas->width; x++) {
+            size_t i = (size_t)y * canvas->width + x;
+            double samples = samples_of(adaptive, adaptive->level[i]);
+            adaptive->error[i] += (float)(*surprise_at(adaptive, x, y) / power(samples));
+        }
+    }
+}
+
+/* e of every pixel */
+static void expect_errors(struct adaptive *adaptive)
+{
+    memset(adaptive->surprise, 0, block_count(adaptive->canvas) * sizeof *adaptive->surprise);
+    for (int64_t y = -REACH; y < REACH; y++)
+        filter_row(adaptive, y);
+    for (uint32_t y = 0; y < adaptive->canvas->height; y++) {
+        filter_row(adaptive, (int64_t)y + REACH);
+        expect_row(adaptive, y);
+    }
+    expect_surprises(adaptive);
+}
+
+/* ---- the limit ---- */
+
+/*
+ * e / n of the pixels, in bins of an eighth of a power of two: of each bin and number of levels
+ * that its pixels can still go up, the sum of e. Beyond the ends lies what no picture has.
+ */
+enum { BINS_PER_OCTAVE = 8, OCTAVE_MIN = -120, OCTAVE_MAX = 100 };
+enum { BINS = (OCTAVE_MAX - OCTAVE_MIN) * BINS_PER_OCTAVE };
+
+struct histogram {
+    double sums[BINS][LEVEL_MAX + 1];
+    bool used[BINS];
+};
+
+/* The bin's upper end: all in it is below. */
+static double bin_end(int bin)
+{
+    int octave = bin / BINS_PER_OCTAVE, part = bin % BINS_PER_OCTAVE + 1;
+    return ldexp(1 + (double)part / BINS_PER_OCTAVE, octave + OCTAVE_MIN);
+}
+
+static int bin_of(double gain)
+{
+    int exponent;
+    double mantissa = 2 * frexp(gain, &exponent) - 1; /* 0 .. 1 */
+    exponent--;
+    if (!(gain > 0) || exponent < OCTAVE_MIN) return 0;
+    if (exponent >= OCTAVE_MAX) return BINS - 1;
+    return (exponent - OCTAVE_MIN) * BINS_PER_OCTAVE + (int)(mantissa * BINS_PER_OCTAVE);
+}
+
+static double gain_of(const struct adaptive *adaptive, size_t pixel)
+{
+    return (double)adaptive->error[pixel] / samples_of(adaptive, adaptive->level[pixel]);
+}
+
+static double fill_histogram(const struct adaptive *adaptive, struct histogram *histogram)
+{
+    double sum = 0;
+    size_t pixels = pixel_count(adaptive);
+    for (size_t i = 0; i < pixels; i++) {
+        double error = (double)adaptive->error[i];
+        if (!(error > 0 && error < HUGE_VAL)) continue;
+        int bin = bin_of(gain_of(adaptive, i));
+        histogram->sums[bin][adaptive->last - adaptive->level[i]] += error;
+        histogram->used[bin] = true;
+        sum += error;
+    }
+    return sum;
+}
+
+/* Doublings until gain, which goes down by 2^5/2 each time, is at most the limit. */
+static unsigned doublings(double gain, double limit, unsigned most)
+{
+    unsigned count = 0;
+    while (count < most && gain > limit) {
+        gain *= 0.17677669529663687;
+        count++;
+    }
+    return count;
+}
+
+/* The sum of the squared errors that is left under this limit. */
+static double left_under(const struct histogram *histogram, double limit)
+{
+    double sum = 0;
+    for (int bin = 0; bin < BINS; bin++) {
+        if (!histogram->used[bin]) continue;
+        unsigned most = doublings(bin_end(bin), limit, LEVEL_MAX);
+        double factor = 1;
+        for (unsigned k = 0; k <= LEVEL_MAX; k++) {
+            sum += factor * histogram->sums[bin][k];
+            if (k < most) factor *= 0.35355339059327379;
+        }
+    }
+    return sum;
+}
+
+/* The highest limit, of the ends of bins, that leaves at most so much. */
+static double find_limit(const struct histogram *histogram, double goal)
+{
+    int low = -1, high = BINS - 1; /* low leaves little enough (or nothing does), high too much */
+    while (high - low > 1) {
+        int middle = low + (high - low) / 2;
+        if (left_under(histogram, bin_end(middle)) <= goal)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low < 0 ? 0 : bin_end(low);
+}
+
+/* ---- the plan ---- */
+
+/* Every pixel's next level; returns whether any goes up. */
+static bool assign_levels(struct adaptive *adaptive, double limit)
+{
+    bool any = false;
+    size_t pixels = pixel_count(adaptive);
+    for (size_t i = 0; i < pixels; i++) {
+        unsigned most = adaptive->last - adaptive->level[i];
+        if (most > LEVELS_PER_PASS) most = LEVELS_PER_PASS;
+        unsigned up = doublings(gain_of(adaptive, i), limit, most);
+        adaptive->next[i] = (uint8_t)(adaptive->level[i] + up);
+        any |= up > 0;
+    }
+    return any;
+}
+
+bool adaptive_plan(struct adaptive *adaptive)
+{
+    uint64_t pixels, samples;
+    struct error_sum told = adaptive_errors(adaptive, &pixels, &samples);
+    struct error_estimate estimate = error_estimate(&told, pixels, adaptive->passes);
+    adaptive->met = adaptive->target > 0 && estimate.high <= adaptive->target;
+    if (adaptive->met) return false;
+    expect_errors(adaptive);
+    struct histogram *histogram = allocate_zeroed(1, sizeof *histogram);
+    double expected = fill_histogram(adaptive, histogram);
+    /* The expected errors say where the error is; how much it is, the pixels' own halves say. */
+    double share = fmax(PASS_AIM_MIN, adaptive->target / estimate.high);
+    if (share > PASS_AIM_MAX) share = PASS_AIM_MAX;
+    double limit = find_limit(histogram, share * share * expected);
+    free(histogram);
+    if (!assign_levels(adaptive, limit)) return false;
+    adaptive->passes++;
+    return true;
+}
+
+bool adaptive_is_met(const struct adaptive *adaptive)
+{
+    return adaptive->met;
+}
+
+unsigned adaptive_passes(const struct adaptive *adaptive)
+{
+    return adaptive->passes;
+}
+
+/* ---- tiles ---- */
+
+static size_t pixel_at(const struct adaptive *adaptive, const struct tile *tile, uint32_t k)
+{
+    uint32_t x, y;
+    tile_pixel(tile, k, &x, &y);
+    assert(x < adaptive->canvas->width && y < adaptive->canvas->height);
+    return (size_t)y * adaptive->canvas->width + x;
+}
+
+struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct tile *tile)
+{
+    struct adaptive_work work = {0};
+    uint32_t pixels = tile_pixels(tile);
+    for (uint32_t k = 0; k < pixels; k++) {
+        size_t i = pixel_at(adaptive, tile, k);
+        double before = samples_of(adaptive, adaptive->level[i]);
+        double after = samples_of(adaptive, adaptive->next[i]);
+        if (!(after > before)) continue;
+        work.pixels++;
+        work.samples += (uint64_t)(after - before);
+        work.removed += (double)adaptive->error[i] * (1 - power(before / after));
+    }
+    return work;
+}
+
+void adaptive_take(const struct adaptive *adaptive, const struct tile *tile,
+                   struct refinement *refinements)
+{
+    uint32_t pixels = tile_pixels(tile);
+    for (uint32_t k = 0; k < pixels; k++) {
+        size_t i = pixel_at(adaptive, tile, k);
+        refinements[k] = (struct refinement){adaptive->level[i], adaptive->next[i]};
+    }
+}
+
+/* What so many samples and so many more come to together. */
+static float combined(float mean, double samples, float more, double count)
+{
+    if (samples == 0) return more;
+    return (float)((samples * (double)mean + count * (double)more) / (samples + count));
+}
+
+void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *mean,
+                  const float *difference)
+{
+    uint32_t pixels = tile_pixels(tile);
+    for (uint32_t k = 0; k < pixels; k++) {
+        size_t i = pixel_at(adaptive, tile, k);
+        double before = samples_of(adaptive, adaptive->level[i]);
+        double more = samples_of(adaptive, adaptive->next[i]) - before;
+        if (!(more > 0)) continue;
+        for (size_t c = 3 * i; c < 3 * i + 3; c++) {
+            adaptive->canvas->rgb[c] = combined(adaptive->canvas->rgb[c], before, *mean++, more);
+            adaptive->difference[c] =
+                combined(adaptive->difference[c], before, *difference++, more);
+        }
+        adaptive->level[i] = adaptive->next[i];
+    }
+}
+
+uint32_t adaptive_samples(const struct adaptive *adaptive, uint32_t x, uint32_t y)
+{
+    return level_samples(&adaptive->view, adaptive->level[(size_t)y * adaptive->canvas->width + x]);
+}

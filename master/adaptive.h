@@ -1,0 +1,91 @@
+/*
+ * Adaptive sampling: which pixels get how many more samples.
+ *
+ * The picture is sampled in passes. Pass 0 takes min_samples of every pixel. When a pass is
+ * complete, all pixels are looked at and the next one is planned, from the pixels alone: so it is the
+ * same plan whoever rendered them, in whatever order and pieces. It ends when the error of the
+ * picture is estimated to be at most the target.
+ *
+ * The rule. Let v be a pixel's variance per sample, such that n samples leave a squared error of
+ * v n^-3/2 (what stratified samples leave at an edge):
+ *
+ *   v  = the mean over the 24 pixels around it, nearer ones counting more, of what their halves
+ *        tell (worker/task.h): (A - B)^2 / 4 n^3/2. Its own halves are left out of it. A pixel that
+ *        stopped because its halves agreed by chance would make the estimate of the error too
+ *        small; so the halves of a pixel never decide about its own samples, and their mean stays
+ *        unbiased.
+ *   e  = v n^-3/2 + (C / n)^2, where C is its largest contrast to one of its 8 neighbours (root
+ *        mean square of the components): about 1/n of a pixel's area can be of the neighbour's
+ *        colour without having been hit by one of n samples.
+ *
+ * The samples of the pixel are doubled as long as e / n, what the squared error goes down by per
+ * sample up to a factor, is above a limit. The limit is the same for all pixels of the picture, which
+ * makes the sum of squared errors the least for so many samples (as J. Neyman's allocation does, J.
+ * R. Stat. Soc. 97, 1934), and such that the picture is expected to reach the pass's aim: the
+ * target, or half of the present error if that is more. Nothing is doubled more than twice in a
+ * pass.
+ *
+ * So a thin wire that few first samples have met is followed from there, two pixels further in each
+ * pass. What no sample has met, and no neighbour's, is not known and not looked for.
+ */
+#ifndef FARM_MASTER_ADAPTIVE_H
+#define FARM_MASTER_ADAPTIVE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "common/refinement.h"
+#include "common/scene.h"
+#include "common/tile.h"
+#include "master/canvas.h"
+#include "master/error.h"
+
+struct adaptive;
+
+/*
+ * For the picture of a view whose min_samples is less than max_samples, both even. The canvas, of
+ * the view's region, takes the means and must outlive it. target: RMSE, above 0; 0: there is none.
+ * Pass 0 is planned. Freed by adaptive_destroy().
+ */
+struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas, double target);
+void adaptive_destroy(struct adaptive *adaptive);
+
+/*
+ * Plans the next pass, all pixels of the last one being in. false: none is needed, as the target is
+ * met, or possible, as all pixels that have an error have max_samples.
+ */
+bool adaptive_plan(struct adaptive *adaptive);
+
+/* Whether the last adaptive_plan() found that the target is met. */
+bool adaptive_is_met(const struct adaptive *adaptive);
+
+/* What the pass adds in a tile. */
+struct adaptive_work {
+    uint64_t samples;
+    uint32_t pixels; /* that get some */
+    double removed;  /* from the sum of the pixels' squared errors, expected; 0 in pass 0 */
+};
+struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct tile *tile);
+
+/* What is to be done for each pixel of a tile, in the tile's order. */
+void adaptive_take(const struct adaptive *adaptive, const struct tile *tile,
+                   struct refinement *refinements);
+
+/*
+ * The tile's pixels that get samples in this pass have come in, in the tile's order: the means of
+ * these samples and the differences of their halves, 3 floats each. Once per pass and pixel.
+ */
+void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *mean,
+                  const float *difference);
+
+/* Errors of all pixels that have samples; their number; samples of all. */
+struct error_sum adaptive_errors(const struct adaptive *adaptive, uint64_t *pixels,
+                                 uint64_t *samples);
+
+/* Passes planned so far, pass 0 included. */
+unsigned adaptive_passes(const struct adaptive *adaptive);
+
+/* Samples that a pixel of the region has. */
+uint32_t adaptive_samples(const struct adaptive *adaptive, uint32_t x, uint32_t y);
+
+#endif

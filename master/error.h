@@ -1,0 +1,82 @@
+/*
+ * The sampling error of the picture: estimates of it with an interval, how they went down with time,
+ * and what less of it would cost.
+ *
+ * RMSE is the root of the mean over pixels and components of the squared difference between the
+ * picture and what it would be with infinitely many samples; linear, 1 is full white.
+ */
+#ifndef FARM_MASTER_ERROR_H
+#define FARM_MASTER_ERROR_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "common/protocol.h"
+
+/* Share of runs in which all intervals of the run hold the errors that they are about. */
+#define ERROR_CONFIDENCE 0.95
+
+struct error_estimate {
+    double rmse;
+    double low, high; /* of ERROR_CONFIDENCE, over all looks of a run together */
+};
+
+/*
+ * From the errors of so many pixels, at the look-th look (1, 2, ...) at a run. Looking again and
+ * again finds an interval that does not hold sooner or later; so look k may miss with a chance of
+ * 6 / (pi k)^2 of what all of them together may, which adds up to it however many there are.
+ */
+struct error_estimate error_estimate(const struct error_sum *sum, uint64_t pixels, unsigned look);
+
+/* A moment of a run. */
+struct error_row {
+    double elapsed_s; /* since the start of the program */
+    double samples;   /* per pixel of the picture, mean */
+    struct error_estimate estimate;
+    double true_rmse; /* against the reference; NAN without one */
+};
+
+struct error_log {
+    struct error_row *rows; /* owned */
+    size_t count;
+};
+
+void error_log_add(struct error_log *log, const struct error_row *row);
+void error_log_free(struct error_log *log);
+
+/* CSV: the line of names, and a row's. */
+void error_names_csv(FILE *out);
+void error_row_csv(FILE *out, const struct error_row *row);
+
+/* An error that was seen, for a forecast: its logarithm has the standard deviation spread. */
+struct error_point {
+    double seconds; /* of rendering */
+    double rmse;
+    double spread;
+};
+
+/* A point from sums over so many pixels; false: there is no error to be seen. */
+bool error_point(const struct error_sum *sum, uint64_t pixels, double seconds,
+                 struct error_point *point);
+
+/* RMSE = rmse * (seconds of rendering / seconds)^-slope */
+struct error_forecast {
+    bool known; /* at least two points, the error going down */
+    double rmse, seconds;
+    double slope, slope_spread; /* and its standard deviation */
+};
+
+/* The power law that fits best to the last FORECAST_POINTS points, through the last of them. */
+#define FORECAST_POINTS 4
+struct error_forecast error_forecast(const struct error_point *points, size_t count);
+
+/* Seconds of rendering until the error is rmse; *low and *high: +- one standard deviation of the
+ * slope. */
+double forecast_seconds(const struct error_forecast *forecast, double rmse, double *low,
+                        double *high);
+
+/* A round number (1, 2 or 5 times a power of ten) at most half of rmse: what less would be. */
+double forecast_goal(double rmse);
+
+#endif

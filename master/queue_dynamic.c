@@ -1,0 +1,330 @@
+/* Whoever asks gets work: what, how much, and what a second time. */
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "common/message.h"
+#include "master/queue_parts.h"
+
+/* A tile is split when it is predicted to take so many times the lot that it is to be. */
+#define SPLIT_FROM 1.5
+
+/* A side of so many pixels is not split. */
+#define SPLIT_EDGE 3
+
+/* When so many of the probes are back, one who has been given so many lots is not kept waiting for
+ * the others: a renderer may be slow, or stopped. */
+#define PROBES_ENOUGH 0.75
+#define BLIND_LOTS    4
+
+/* ---- lots ---- */
+
+/* Tiles of like cost keep the order of the picture, in which neighbours are near each other: steps
+ * of half an octave. */
+static double priority_of(const struct queue *queue, const struct item *item)
+{
+    struct cost cost = cost_predict(&queue->map, item->x, item->y, item->w, item->h);
+    double worst = cost.worst / ((double)item->w * item->h);
+    return worst > 0 ? exp2(floor(2 * log2(worst)) / 2) : 0;
+}
+
+static uint32_t next_probes(struct queue *queue, uint32_t renderer, struct tile *tiles)
+{
+    uint32_t share = divide_up(queue->probes, queue->config.renderers), count = 0;
+    uint32_t *given = &queue->probes_given[renderer];
+    while (*given < share && count < LOT_TILES && queue->next_probe < queue->probes) {
+        uint64_t i = (uint64_t)queue->next_probe++ * queue->probe_stride % queue->probes;
+        uint32_t id = queue->first_probe + (uint32_t)i;
+        tiles[count++] = queue_tile_of(queue, id);
+        queue_give(queue, renderer, id, 0);
+        ++*given;
+    }
+    return count;
+}
+
+void dynamic_split(struct queue *queue, uint32_t id)
+{
+    struct item half = queue->items[id], rest = half;
+    if (half.w >= half.h) {
+        half.w /= 2;
+        rest.x += half.w;
+        rest.w -= half.w;
+    } else {
+        half.h /= 2;
+        rest.y += half.h;
+        rest.h -= half.h;
+    }
+    double a = cost_predict(&queue->map, half.x, half.y, half.w, half.h).work;
+    double b = cost_predict(&queue->map, rest.x, rest.y, rest.w, rest.h).work;
+    double part = a + b > 0 ? a / (a + b) : 0.5;
+    queue_unset_waiting(queue, id);
+    rest.worst = (float)((double)half.worst * (1 - part));
+    half.worst = (float)((double)half.worst * part);
+    rest.work = (float)((double)half.work * (1 - part));
+    half.work = (float)((double)half.work * part);
+    queue->items[id] = half;
+    queue_set_waiting(queue, id);
+    queue_set_waiting(queue, queue_new_item(queue, &rest));
+    queue->count.tiles++;
+}
+
+bool dynamic_can_split(const struct queue *queue, uint32_t id)
+{
+    const struct item *item = &queue->items[id];
+    return (item->w > SPLIT_EDGE || item->h > SPLIT_EDGE) && queue->count.tiles < QUEUE_MAX_TILES;
+}
+
+/* What the renderer has, if all is as dear as it may be. */
+static double held_worst(const struct queue *queue, uint32_t renderer)
+{
+    double worst = 0;
+    uint32_t i = queue->holdings.holders[renderer].first;
+    while (i != HOLD_NONE) {
+        const struct hold *hold = &queue->holdings.holds[i];
+        worst += (double)queue->items[hold->id].worst;
+        i = hold->next;
+    }
+    return worst;
+}
+
+/* The dearest tiles, so many that they make up a lot. */
+static uint32_t take_tiles(struct queue *queue, uint32_t renderer, double now, struct pace_lot lot,
+                           struct tile *tiles)
+{
+    uint32_t count = 0;
+    uint64_t pixels = 0;
+    double sum = 0, worst = held_worst(queue, renderer);
+    while (count < LOT_TILES && queue->waiting.count > 0) {
+        uint32_t id = heap_top(&queue->waiting);
+        const struct item *item = &queue->items[id];
+        double more = (double)item->work;
+        double bad = (double)item->worst;
+        bool large = more > SPLIT_FROM * lot.work || bad > SPLIT_FROM * lot.worst;
+        if (count == 0 && worst > 0 && worst + bad > lot.worst) break;
+        if (count == 0 && large && dynamic_can_split(queue, id)) {
+            dynamic_split(queue, id);
+            continue;
+        }
+        bool fits = sum + more <= lot.work && worst + bad <= lot.worst;
+        if (count > 0 && (!fits || pixels + area(item) > LOT_PIXELS)) break;
+        sum += more;
+        worst += bad;
+        pixels += area(item);
+        queue_unset_waiting(queue, id);
+        tiles[count++] = queue_tile_of(queue, id);
+        queue_give(queue, renderer, id, more);
+    }
+    if (count > 0) pace_given(&queue->pace, renderer, now, sum);
+    return count;
+}
+
+/* ---- a second time ---- */
+
+/*
+ * The last tile in the renderer's list that nobody has finished and that has not been handed on: of
+ * all that it holds the least likely to be begun. With spare the first one, which it has begun if
+ * any, is left to it.
+ */
+static struct hold *last_to_pass_on(struct queue *queue, uint32_t renderer, bool spare)
+{
+    struct holdings *holdings = &queue->holdings;
+    bool lost = queue->pace.renderers[renderer].lost;
+    struct hold *found = NULL;
+    uint32_t first = holdings->holders[renderer].first, i = first;
+    while (i != HOLD_NONE) {
+        struct hold *hold = &holdings->holds[i];
+        const struct item *item = &queue->items[hold->id];
+        bool open = item->pass != TILE_PROBE && !item->finished && !hold->passed_on;
+        if (open && (lost || item->copies == 1) && !(spare && i == first)) found = hold;
+        i = hold->next;
+    }
+    return found;
+}
+
+/* The tile goes to the asker, too; who has it may leave it to him. */
+static void pass_on(struct queue *queue, uint32_t renderer, uint32_t asker, struct hold *hold)
+{
+    uint32_t id = hold->id;
+    double work = hold->work;
+    hold->passed_on = true;
+    queue->recalls = grow(queue->recalls, queue->recall_count, sizeof *queue->recalls);
+    queue->recalls[queue->recall_count++] = (struct recall){renderer, id};
+    queue->count.repeated++;
+    queue_give(queue, asker, id, work);
+}
+
+/* Whether it pays that the asker does what this renderer has, too: nobody counts on the lost. */
+static bool repeat_pays(const struct queue *queue, uint32_t renderer, uint32_t asker, double now,
+                        double work)
+{
+    const struct pace *pace = &queue->pace;
+    const struct pace_renderer *r = &pace->renderers[renderer];
+    return r->lost || now + pace_seconds(pace, asker, work) + pace_least(pace) < r->free_at;
+}
+
+/* Tiles of the renderer on top of the heap, as many as make up the work of a lot, if that pays;
+ * renderers that have none are taken off. */
+static uint32_t repeat_from(struct queue *queue, struct heap *heap, uint32_t asker, double now,
+                            double work, struct tile *tiles)
+{
+    bool spare = queue->waiting.count > 0;
+    uint32_t count = 0;
+    double sum = 0;
+    while (heap->count > 0 && count < LOT_TILES) {
+        uint32_t renderer = heap_top(heap);
+        struct hold *hold = last_to_pass_on(queue, renderer, spare);
+        if (!hold) {
+            if (count > 0 || spare) break;
+            heap_remove(heap, renderer);
+            continue;
+        }
+        if (count > 0 && sum + hold->work > work) break;
+        if (!repeat_pays(queue, renderer, asker, now, sum + hold->work)) break;
+        sum += hold->work;
+        tiles[count++] = queue_tile_of(queue, hold->id);
+        pass_on(queue, renderer, asker, hold);
+    }
+    if (count > 0) pace_given(&queue->pace, asker, now, sum);
+    return count;
+}
+
+/* What the late have not begun before all that waits: it is behind what was dearer than predicted.
+ * What they have begun, and what others will be last with, when nothing waits. */
+static uint32_t next_repeat(struct queue *queue, uint32_t renderer, double now, double work,
+                            struct tile *tiles)
+{
+    if (queue->pace.renderers[renderer].lost) return 0;
+    bool waits = queue->waiting.count > 0, holds = queue->holdings.holders[renderer].count > 0;
+    uint32_t count = 0;
+    if (waits || !holds)
+        count = repeat_from(queue, &queue->pace.lost, renderer, now, waits ? 0 : work, tiles);
+    if (count > 0 || waits || holds) return count;
+    return repeat_from(queue, &queue->pace.last, renderer, now, 0, tiles);
+}
+
+/* ---- dynamic ---- */
+
+/* What of its work does not depend on the map. */
+static double work_ratio(const struct queue *queue, const struct item *item)
+{
+    return (double)item->work / cost_predict(&queue->map, item->x, item->y, item->w, item->h).work;
+}
+
+static void predict(struct queue *queue, uint32_t id, double ratio)
+{
+    struct item *item = &queue->items[id];
+    struct cost cost = cost_predict(&queue->map, item->x, item->y, item->w, item->h);
+    item->work = (float)(cost.work * ratio);
+    item->worst = (float)(fmax(cost.worst, cost.work) * ratio);
+    queue->pace.total += (double)item->work;
+    if (item->finished) queue->finished_work += (double)item->work;
+    if (item->skipped) queue->skipped_work += (double)item->work;
+    if (!heap_has(&queue->waiting, id)) return;
+    queue->waiting_work += (double)item->work;
+    item->priority = priority_of(queue, item);
+    heap_put(&queue->waiting, id, item->priority);
+}
+
+/* The work that renderers have was told in another unit. */
+static void predict_held(struct queue *queue, double now)
+{
+    pace_restart(&queue->pace);
+    for (uint32_t renderer = 0; renderer < queue->config.renderers; renderer++) {
+        double held = 0;
+        uint32_t i = queue->holdings.holders[renderer].first;
+        while (i != HOLD_NONE) {
+            struct hold *hold = &queue->holdings.holds[i];
+            const struct item *item = &queue->items[hold->id];
+            hold->work = item->pass == TILE_PROBE ? 0 : (double)item->work;
+            held += hold->work;
+            i = hold->next;
+        }
+        if (held > 0) pace_given(&queue->pace, renderer, now, held);
+    }
+}
+
+/* Predictions from the probes that are back, and with them another order. */
+static void settle(struct queue *queue, double now)
+{
+    float *ratios = allocate(queue->item_count, sizeof *ratios);
+    for (uint32_t id = 0; id < queue->item_count; id++)
+        if (queue->items[id].pass != TILE_PROBE)
+            ratios[id] = (float)work_ratio(queue, &queue->items[id]);
+    cost_settle(&queue->map);
+    queue->pace.total = queue->waiting_work = queue->finished_work = queue->skipped_work = 0;
+    for (uint32_t id = 0; id < queue->item_count; id++)
+        if (queue->items[id].pass != TILE_PROBE) predict(queue, id, (double)ratios[id]);
+    free(ratios);
+    if (!queue->settled) predict_held(queue, now);
+    queue->settled = true;
+    queue->pace.blind = false;
+    queue->news++;
+}
+
+/* Whether the renderer had better not wait for the rest of the probes. */
+static bool settles(const struct queue *queue, uint32_t renderer)
+{
+    return queue->map.blocks_known > 0 && queue->probes_back >= PROBES_ENOUGH * queue->probes &&
+           queue->holdings.holders[renderer].lots_given >= BLIND_LOTS;
+}
+
+uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
+                      struct tile tiles[LOT_TILES])
+{
+    if (queue->holdings.holders[renderer].lots == LOTS_HELD) return 0;
+    if (!queue->settled) {
+        uint32_t probes = next_probes(queue, renderer, tiles);
+        if (probes > 0) return probes;
+        if (settles(queue, renderer)) settle(queue, now);
+    }
+    pace_check(&queue->pace, now);
+    struct pace_lot lot = pace_lot(&queue->pace, renderer, now, queue->waiting_work);
+    uint32_t repeats = next_repeat(queue, renderer, now, lot.work, tiles);
+    if (repeats > 0) return repeats;
+    return lot.work > 0 ? take_tiles(queue, renderer, now, lot, tiles) : 0;
+}
+
+/* ---- what comes back ---- */
+
+void dynamic_probed(struct queue *queue, double now)
+{
+    queue->probes_back++;
+    if (queue->probes_back == queue->probes) settle(queue, now);
+}
+
+/* What costs so many times what was predicted is news about its neighbours. */
+#define SURPRISE 2
+
+/* A tile was dearer than predicted: those around it may be as dear per pixel, and are taken to be
+ * half as dear. */
+static void warn_neighbours(struct queue *queue, const struct tile *tile, double work)
+{
+    uint32_t edge = queue->config.tile_edge, columns = divide_up(queue->config.width, edge);
+    uint32_t column = tile->x / edge, row = tile->y / edge;
+    uint32_t rows = divide_up(queue->config.height, edge);
+    double density = work / tile_pixels(tile);
+    for (uint32_t y = row - (row > 0); y <= row + 1 && y < rows; y++) {
+        for (uint32_t x = column - (column > 0); x <= column + 1 && x < columns; x++) {
+            uint32_t id = y * columns + x;
+            if (!heap_has(&queue->waiting, id)) continue;
+            struct item *item = &queue->items[id];
+            double dear = density * (double)area(item);
+            if ((double)item->worst >= dear) continue;
+            queue_unset_waiting(queue, id);
+            queue->pace.total -= (double)item->work;
+            item->worst = (float)dear;
+            item->work = fmaxf(item->work, (float)(dear / 2));
+            item->priority = fmax(item->priority, density);
+            queue->pace.total += (double)item->work;
+            queue_set_waiting(queue, id);
+        }
+    }
+}
+
+void dynamic_learn(struct queue *queue, uint32_t renderer, const struct tile *tile, double seconds,
+                   double predicted)
+{
+    double unit = pace_seconds(&queue->pace, renderer, 1);
+    if (!queue->settled || unit <= 0 || seconds < pace_least(&queue->pace)) return;
+    if (seconds > SURPRISE * predicted * unit) warn_neighbours(queue, tile, seconds / unit);
+}

@@ -1,0 +1,106 @@
+/* What the parts of the queue share; for all others there is queue.h. */
+#ifndef FARM_MASTER_QUEUE_PARTS_H
+#define FARM_MASTER_QUEUE_PARTS_H
+
+#include "master/cost.h"
+#include "master/heap.h"
+#include "master/holdings.h"
+#include "master/pace.h"
+#include "master/queue.h"
+#include "master/share.h"
+
+/* Lots that a renderer may hold: the one that it renders and the one that waits behind it. */
+#define LOTS_HELD 2
+
+/* A lot has at most so many pixels, unless one tile has more: 400 KB of floats. */
+#define LOT_PIXELS 32768u
+
+/* A tile under dynamic and tiles. */
+struct item {
+    uint32_t x, y, w, h;
+    uint32_t pass;
+    float work;  /* predicted */
+    float worst; /* if the tile is all that its neighbourhood may be */
+    double priority;
+    uint32_t copies; /* renderers that have it */
+    bool finished;
+    bool skipped; /* by an earlier run */
+};
+
+/* A renderer need not render this tile any more. */
+struct recall {
+    uint32_t renderer, id;
+};
+
+struct queue {
+    struct queue_config config;
+    bool shared; /* a static schedule: shares in place of items */
+    struct shares shares;
+    unsigned char *share_finished; /* per id */
+
+    struct item *items;
+    uint32_t item_count, item_room;
+    uint32_t first_probe, probes, next_probe, probe_stride, probes_back;
+    bool settled;        /* the map predicts: all probes are back, or enough */
+    struct heap waiting; /* items */
+    double waiting_work, finished_work, skipped_work;
+    struct cost_map map;
+    struct pace pace;
+
+    struct holdings holdings;
+    struct recall *recalls; /* not told yet */
+    uint32_t recall_count;
+    uint32_t *probes_given; /* per renderer: probe tiles that it has had */
+    bool stopped;
+    uint64_t pixels_skipped; /* finished by an earlier run */
+    uint64_t news;
+    struct queue_count count;
+    uint32_t largest;
+};
+
+static inline uint32_t smaller(uint32_t a, uint32_t b)
+{
+    return a < b ? a : b;
+}
+
+static inline uint32_t divide_up(uint32_t a, uint32_t b)
+{
+    return (uint32_t)(((uint64_t)a + b - 1) / b);
+}
+
+static inline uint64_t area(const struct item *item)
+{
+    return (uint64_t)item->w * item->h;
+}
+
+/* The tile of this id. */
+struct tile queue_tile_of(const struct queue *queue, uint32_t id);
+
+/* Adds a tile that does not wait yet; returns its id. Pointers to items are of no use then. */
+uint32_t queue_new_item(struct queue *queue, const struct item *item);
+
+/* The tile waits, and waits no longer. */
+void queue_set_waiting(struct queue *queue, uint32_t id);
+void queue_unset_waiting(struct queue *queue, uint32_t id);
+
+/* The tile is part of the lot that the renderer is getting. */
+void queue_give(struct queue *queue, uint32_t renderer, uint32_t id, double work);
+
+/* ---- the dynamic schedule ---- */
+
+/* queue_next() for it. */
+uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
+                      struct tile tiles[LOT_TILES]);
+
+/* Two halves in place of a tile that waits, cut across its longer side; whether it is large enough. */
+void dynamic_split(struct queue *queue, uint32_t id);
+bool dynamic_can_split(const struct queue *queue, uint32_t id);
+
+/* A probe tile is back. */
+void dynamic_probed(struct queue *queue, double now);
+
+/* A tile is back that took the renderer so long; predicted: its work. */
+void dynamic_learn(struct queue *queue, uint32_t renderer, const struct tile *tile, double seconds,
+                   double predicted);
+
+#endif

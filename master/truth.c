@@ -1,0 +1,132 @@
+#include "master/truth.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+
+/* ---- reading ---- */
+
+/* A header's word, ended by the one white space character that is read behind it. */
+static bool read_word(FILE *file, char *word, size_t size)
+{
+    size_t length = 0;
+    for (int c; (c = getc(file)) != EOF;) {
+        if (c == ' ' || c == '\n' || c == '\t' || c == '\r') {
+            word[length] = '\0';
+            return length > 0;
+        }
+        if (length + 1 == size) return false;
+        word[length++] = (char)c;
+    }
+    return false;
+}
+
+static bool read_header(FILE *file, uint32_t width, uint32_t height, bool *swapped)
+{
+    char word[4][32], size[2][32];
+    for (int i = 0; i < 4; i++)
+        if (!read_word(file, word[i], sizeof word[i])) return false;
+    snprintf(size[0], sizeof size[0], "%u", width);
+    snprintf(size[1], sizeof size[1], "%u", height);
+    char *end;
+    double scale = strtod(word[3], &end);
+    if (*end || !(scale != 0) || !isfinite(scale)) return false;
+    const uint16_t one = 1;
+    bool little = *(const char *)&one == 1;
+    *swapped = (scale < 0) != little;
+    return !strcmp(word[0], "PF") && !strcmp(word[1], size[0]) && !strcmp(word[2], size[1]);
+}
+
+static void swap_bytes(float *values, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        uint32_t bits;
+        memcpy(&bits, &values[i], sizeof bits);
+        bits = __builtin_bswap32(bits);
+        memcpy(&values[i], &bits, sizeof bits);
+    }
+}
+
+static bool read_rows(FILE *file, struct canvas *canvas, bool swapped)
+{
+    size_t row = (size_t)canvas->width * 3;
+    for (uint32_t y = canvas->height; y-- > 0;) {
+        float *values = canvas->rgb + y * row;
+        if (fread(values, sizeof *values, row, file) != row) return false;
+        if (swapped) swap_bytes(values, row);
+        for (size_t i = 0; i < row; i++)
+            if (!isfinite(values[i])) return false;
+    }
+    return getc(file) == EOF;
+}
+
+bool truth_read(const char *path, uint32_t width, uint32_t height, struct canvas *canvas)
+{
+    FILE *file = fopen(path, "rb");
+    if (!file) {
+        user_error(path, 0, "cannot be opened: %s", strerror(errno));
+        return false;
+    }
+    bool swapped;
+    canvas_init(canvas, width, height);
+    bool good = read_header(file, width, height, &swapped) && read_rows(file, canvas, swapped);
+    fclose(file);
+    if (good) return true;
+    canvas_free(canvas);
+    user_error(
+        path, 0,
+        "is no reference for this picture, expected a colour PFM of %u x %u pixels, all finite",
+        width, height);
+    return false;
+}
+
+/* ---- comparing ---- */
+
+static size_t value_count(const struct canvas *canvas)
+{
+    return (size_t)canvas->width * canvas->height * 3;
+}
+
+static double difference(const struct canvas *canvas, const struct canvas *reference, size_t i)
+{
+    return fabs((double)canvas->rgb[i] - (double)reference->rgb[i]);
+}
+
+double truth_rmse(const struct canvas *canvas, const struct canvas *reference)
+{
+    double sum = 0;
+    size_t count = value_count(canvas);
+    for (size_t i = 0; i < count; i++) {
+        double miss = difference(canvas, reference, i);
+        sum += miss * miss;
+    }
+    return sqrt(sum / (double)count);
+}
+
+static int ascending(const void *a, const void *b)
+{
+    float left = *(const float *)a, right = *(const float *)b;
+    return (left > right) - (left < right);
+}
+
+struct truth truth_of(const struct canvas *canvas, const struct canvas *reference)
+{
+    size_t pixels = value_count(canvas) / 3;
+    float *largest = allocate(pixels, sizeof *largest);
+    for (size_t i = 0; i < pixels; i++) {
+        double most = 0;
+        for (size_t c = 3 * i; c < 3 * i + 3; c++)
+            most = fmax(most, difference(canvas, reference, c));
+        largest[i] = (float)most;
+    }
+    qsort(largest, pixels, sizeof *largest, ascending);
+    struct truth truth = {.rmse = truth_rmse(canvas, reference),
+                          .most = (double)largest[pixels - 1],
+                          .p999 = (double)largest[(size_t)(0.999 * (double)(pixels - 1))]};
+    free(largest);
+    return truth;
+}

@@ -1,0 +1,153 @@
+#include "master/watch.h"
+
+#include <errno.h>
+#include <math.h>
+#include <string.h>
+
+#include "common/message.h"
+#include "master/image_file.h"
+#include "master/truth.h"
+
+/* The first row comes this many seconds after the start, every further one when the time has grown
+ * by this factor: evenly spread where error is drawn against time, both logarithmic. */
+#define FIRST_ROW  0.5
+#define ROW_FACTOR 1.25
+
+static uint64_t pixel_count(const struct watch *watch)
+{
+    return (uint64_t)watch->canvas->width * watch->canvas->height;
+}
+
+bool watch_start(struct watch *watch, const char *csv)
+{
+    watch->next = watch->begin + FIRST_ROW;
+    watch->next_preview = watch->begin + watch->preview_s;
+    if (!csv || !csv[0]) return true;
+    watch->csv = fopen(csv, "w");
+    if (watch->csv) {
+        error_names_csv(watch->csv);
+        fflush(watch->csv);
+        return true;
+    }
+    user_error(NULL, 0, "output.error = %s cannot be written: %s", csv, strerror(errno));
+    return false;
+}
+
+void watch_add(struct watch *watch, uint64_t pixels, const struct result_header *header)
+{
+    watch->finished += pixels;
+    watch->work_s += header->cpu_s;
+    error_sum_add(&watch->sampling, &header->counts.sampling);
+    error_sum_add(&watch->halfway, &header->counts.halfway);
+}
+
+/* What is known of the picture as it is. */
+struct look {
+    struct error_sum sum;
+    uint64_t pixels, samples;
+};
+
+static struct look look_at(const struct watch *watch)
+{
+    struct look look = {watch->sampling, watch->finished, watch->finished * watch->samples};
+    if (watch->adaptive) look.sum = adaptive_errors(watch->adaptive, &look.pixels, &look.samples);
+    return look;
+}
+
+static void add_row(struct watch *watch, double now)
+{
+    struct look look = look_at(watch);
+    /* A single sample in the middle of every pixel tells nothing about its error. */
+    if (look.samples <= look.pixels) return;
+    unsigned number = (unsigned)watch->log.count + 1;
+    struct error_row row = {
+        .elapsed_s = now - watch->begin,
+        .samples = (double)look.samples / (double)pixel_count(watch),
+        .estimate = error_estimate(&look.sum, look.pixels, number),
+        .true_rmse = NAN,
+    };
+    if (watch->reference && look.pixels == pixel_count(watch))
+        row.true_rmse = truth_rmse(watch->canvas, watch->reference);
+    error_log_add(&watch->log, &row);
+    if (!watch->csv) return;
+    error_row_csv(watch->csv, &row);
+    fflush(watch->csv);
+}
+
+static void show_preview(struct watch *watch, double now)
+{
+    if (!(watch->preview_s > 0) || now < watch->next_preview) return;
+    /* Whoever looks at it meanwhile sees the one or the other. */
+    image_write(watch->preview, watch->canvas);
+    watch->next_preview = now + watch->preview_s;
+}
+
+void watch_look(struct watch *watch, double now)
+{
+    show_preview(watch, now);
+    if (now < watch->next) return;
+    add_row(watch, now);
+    watch->next = watch->begin + (now - watch->begin) * ROW_FACTOR;
+}
+
+/* For the forecast, which takes the last few. */
+static void add_point(struct watch *watch, const struct error_sum *sum, uint64_t pixels,
+                      double seconds)
+{
+    struct error_point point;
+    if (!error_point(sum, pixels, seconds, &point)) return;
+    if (watch->point_count == FORECAST_POINTS) {
+        memmove(watch->points, watch->points + 1, (FORECAST_POINTS - 1) * sizeof point);
+        watch->point_count--;
+    }
+    watch->points[watch->point_count++] = point;
+}
+
+void watch_pass(struct watch *watch, double now)
+{
+    struct look look = look_at(watch);
+    add_row(watch, now);
+    add_point(watch, &look.sum, look.pixels, watch->work_s);
+}
+
+/* Where there is one pass, its middle is known, too. */
+static void add_middle(struct watch *watch)
+{
+    uint32_t half = samples_halfway(watch->samples);
+    if (half > 0)
+        add_point(watch, &watch->halfway, watch->finished, watch->work_s * half / watch->samples);
+    add_point(watch, &watch->sampling, watch->finished, watch->work_s);
+}
+
+/* In the CPU time of rendering, which other programs do not stretch, then as a share of the wall
+ * time that this run had for it. */
+static struct error_forecast forecast_of(const struct watch *watch, double render_s)
+{
+    struct error_forecast forecast = error_forecast(watch->points, watch->point_count);
+    if (watch->work_s > 0) forecast.seconds *= render_s / watch->work_s;
+    return forecast;
+}
+
+bool watch_end(struct watch *watch, double now, double render_s, struct error_forecast *forecast)
+{
+    size_t rows = watch->log.count;
+    /* After the last pass there is a row already. */
+    if (!watch->adaptive || rows == 0 ||
+        look_at(watch).samples > watch->log.rows[rows - 1].samples * (double)pixel_count(watch))
+        add_row(watch, now);
+    if (!watch->adaptive) add_middle(watch);
+    *forecast = forecast_of(watch, render_s);
+    if (!watch->csv) return true;
+    bool written = !ferror(watch->csv);
+    written &= fclose(watch->csv) == 0;
+    watch->csv = NULL;
+    if (!written) user_error(NULL, 0, "output.error could not be written: %s", strerror(errno));
+    return written;
+}
+
+void watch_free(struct watch *watch)
+{
+    if (watch->csv) fclose(watch->csv);
+    watch->csv = NULL;
+    error_log_free(&watch->log);
+}

@@ -1,0 +1,56 @@
+/*
+ * Looks at the picture while it is rendered: rows of its sampling error against time, into the
+ * report and, as the run goes, into a CSV file; the picture so far into its file.
+ */
+#ifndef FARM_MASTER_WATCH_H
+#define FARM_MASTER_WATCH_H
+
+#include <stdbool.h>
+#include <stdio.h>
+
+#include "master/adaptive.h"
+#include "master/canvas.h"
+#include "master/error.h"
+
+struct watch {
+    /* Filled in before watch_start(). */
+    const struct canvas *canvas;
+    const struct canvas *reference;  /* of the same size; NULL: none */
+    const struct adaptive *adaptive; /* NULL: every pixel gets so many samples: */
+    uint32_t samples;
+    double begin;        /* start of the program, a time of common/clock.h */
+    const char *preview; /* where the picture so far goes */
+    double preview_s;    /* seconds from one to the next; 0: none */
+
+    /* So far. */
+    FILE *csv; /* NULL: none; owned */
+    struct error_sum sampling, halfway;
+    uint64_t finished; /* pixels */
+    double work_s;     /* CPU seconds of rendering, of all renderers */
+    struct error_log log;
+    struct error_point points[FORECAST_POINTS]; /* of the last passes */
+    size_t point_count;
+    double next, next_preview; /* when the next row and the next picture are due */
+};
+
+/* csv: path of the CSV file, empty for none. false, after saying why: it cannot be written. */
+bool watch_start(struct watch *watch, const char *csv);
+
+/* So many pixels came in; the header tells what they cost and what they told. */
+void watch_add(struct watch *watch, uint64_t pixels, const struct result_header *header);
+
+/* A row, and a picture, when they are due. */
+void watch_look(struct watch *watch, double now);
+
+/* A pass is complete. */
+void watch_pass(struct watch *watch, double now);
+
+/*
+ * The last row, and what the run lets expect; render_s: seconds of rendering. Closes the file; false,
+ * after saying why: not all of it could be written.
+ */
+bool watch_end(struct watch *watch, double now, double render_s, struct error_forecast *forecast);
+
+void watch_free(struct watch *watch);
+
+#endif

@@ -1,0 +1,301 @@
+/*
+ * Adaptive sampling of pictures that are functions of the place, without any rays: edges, and what
+ * is made to fool it: thin wires, tiny balls, a bright speck.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "common/message.h"
+#include "master/adaptive.h"
+#include "worker/sample.h"
+
+enum { EDGE = 96, PIXELS = EDGE * EDGE };
+
+typedef double scene_function(double x, double y);
+
+static double flat(double x, double y)
+{
+    (void)x, (void)y;
+    return 0.7;
+}
+
+static double half_plane(double x, double y)
+{
+    return 0.31 * x + y > 50 ? 0.9 : 0.1;
+}
+
+/* A ball beside a soft sky. */
+static double ball(double x, double y)
+{
+    return hypot(x - 40, y - 50) < 22.3 ? 0.8 - 0.01 * (x - 40) : 0.2 + 0.001 * y;
+}
+
+/* A wire a twentieth of a pixel thick across the whole picture: of four samples in each of its pixels
+ * one in five hits. */
+static double wire_at(double x)
+{
+    return 20.3 + 0.37 * x;
+}
+
+static double wire(double x, double y)
+{
+    return fabs(y - wire_at(x)) < 0.025 * hypot(1, 0.37) ? 1 : 0.1;
+}
+
+/* A ball of a third of a pixel in every sixteenth pixel. */
+static double balls(double x, double y)
+{
+    double u = fmod(x, 4) - 1.37, v = fmod(y, 4) - 2.61;
+    return hypot(u, v) < 0.3 ? 1 : 0.2;
+}
+
+/* One speck, far brighter than white, of half a pixel's area. */
+static double speck(double x, double y)
+{
+    return fabs(x - 33.4) < 0.35 && fabs(y - 61.5) < 0.35 ? 30 : 0.25;
+}
+
+static struct view view_of(uint32_t min_samples, uint32_t max_samples)
+{
+    return (struct view){.width = EDGE,
+                         .height = EDGE,
+                         .region_w = EDGE,
+                         .region_h = EDGE,
+                         .min_samples = min_samples,
+                         .max_samples = max_samples};
+}
+
+/* Renders what the pass asks for in a tile. */
+static void render_tile(struct adaptive *adaptive, const struct view *view, scene_function *f,
+                        const struct tile *tile)
+{
+    uint32_t pixels = tile_pixels(tile), in = 0;
+    struct refinement *refinements = allocate(pixels, sizeof *refinements);
+    float *mean = allocate(pixels, 3 * sizeof *mean),
+          *difference = allocate(pixels, 3 * sizeof *mean);
+    adaptive_take(adaptive, tile, refinements);
+    for (uint32_t k = 0; k < pixels; k++) {
+        uint32_t begin = level_samples(view, refinements[k].from), x, y;
+        uint32_t end = level_samples(view, refinements[k].to);
+        if (begin == end) continue;
+        tile_pixel(tile, k, &x, &y);
+        double sum[2] = {0, 0}, half = (end - begin) / 2.0;
+        for (uint32_t s = begin; s < end; s++) {
+            double at[2];
+            sample_position(view, x, y, s, at);
+            sum[s & 1] += f(x + at[0], y + at[1]);
+        }
+        for (uint32_t c = 0; c < 3; c++) {
+            mean[3 * in + c] = (float)((sum[0] + sum[1]) / (2 * half));
+            difference[3 * in + c] = (float)((sum[0] - sum[1]) / half);
+        }
+        in++;
+    }
+    adaptive_put(adaptive, tile, mean, difference);
+    free(mean);
+    free(difference);
+    free(refinements);
+}
+
+/* A pass in tiles of this edge, from the first to the last or the other way round. */
+static void render_pass(struct adaptive *adaptive, const struct view *view, scene_function *f,
+                        uint32_t edge, bool backwards)
+{
+    uint32_t columns = (EDGE + edge - 1) / edge, tiles = columns * columns;
+    for (uint32_t i = 0; i < tiles; i++) {
+        uint32_t t = backwards ? tiles - 1 - i : i;
+        uint32_t x = t % columns * edge, y = t / columns * edge;
+        struct tile tile = {.x = x, .y = y, .step = 1};
+        tile.w = x + edge < EDGE ? edge : EDGE - x;
+        tile.h = y + edge < EDGE ? edge : EDGE - y;
+        render_tile(adaptive, view, f, &tile);
+    }
+}
+
+/* What a run came to. */
+struct result {
+    struct canvas canvas;
+    struct adaptive *adaptive;
+    unsigned passes;
+    double samples; /* per pixel */
+    double estimated, low, high, truth;
+};
+
+static void measure(struct result *result, scene_function *f)
+{
+    uint64_t pixels, samples;
+    struct error_sum sum = adaptive_errors(result->adaptive, &pixels, &samples);
+    struct error_estimate estimate = error_estimate(&sum, pixels, result->passes);
+    assert_int_equal(pixels, PIXELS);
+    result->samples = (double)samples / PIXELS;
+    result->estimated = estimate.rmse;
+    result->low = estimate.low;
+    result->high = estimate.high;
+    double squares = 0;
+    enum { FINE = 64 };
+    for (uint32_t i = 0; i < PIXELS; i++) {
+        double mean = 0;
+        for (uint32_t s = 0; s < FINE * FINE; s++)
+            mean += f(i % EDGE + (s % FINE + 0.5) / FINE, i / EDGE + (s / FINE + 0.5) / FINE);
+        double miss = (double)result->canvas.rgb[3 * i] - mean / (FINE * FINE);
+        squares += miss * miss;
+    }
+    result->truth = sqrt(squares / PIXELS);
+}
+
+static void run(struct result *result, scene_function *f, const struct view *view, double target,
+                uint32_t edge, bool backwards)
+{
+    canvas_init(&result->canvas, EDGE, EDGE);
+    result->adaptive = adaptive_create(view, &result->canvas, target);
+    do
+        render_pass(result->adaptive, view, f, edge, backwards);
+    while (adaptive_plan(result->adaptive));
+    result->passes = adaptive_passes(result->adaptive);
+    measure(result, f);
+}
+
+static void drop(struct result *result)
+{
+    adaptive_destroy(result->adaptive);
+    canvas_free(&result->canvas);
+}
+
+static void test_flat_needs_one_pass(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 1024);
+    struct result result;
+    run(&result, flat, &view, 1e-4, 16, false);
+    assert_int_equal(result.passes, 1);
+    assert_true(result.samples == 4 && result.estimated == 0);
+    drop(&result);
+    /* Without a target, too, there is nothing more to be found. */
+    run(&result, flat, &view, 0, 16, false);
+    assert_int_equal(result.passes, 1);
+    drop(&result);
+}
+
+/* How the passes are cut into tiles, and in what order these come back, changes no bit. */
+static void test_tiles_do_not_matter(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 1024);
+    struct result first;
+    run(&first, ball, &view, 0.002, 32, false);
+    assert_true(first.passes > 2);
+    const uint32_t edges[] = {96, 17, 5};
+    for (int i = 0; i < 3; i++) {
+        struct result other;
+        run(&other, ball, &view, 0.002, edges[i], i != 1);
+        assert_int_equal(other.passes, first.passes);
+        assert_true(other.samples == first.samples);
+        assert_memory_equal(other.canvas.rgb, first.canvas.rgb, PIXELS * 3 * sizeof(float));
+        drop(&other);
+    }
+    drop(&first);
+}
+
+/* The target is met as claimed, and for much less than with the same number everywhere. */
+static void test_targets_are_met(void **state)
+{
+    (void)state;
+    scene_function *const scenes[] = {half_plane, ball, wire, balls, speck};
+    const double targets[] = {0.002, 0.002, 0.004, 0.01, 0.01};
+    struct view view = view_of(4, 4096);
+    for (int i = 0; i < 5; i++) {
+        struct result result;
+        run(&result, scenes[i], &view, targets[i], 32, false);
+        assert_true(result.high <= targets[i]);
+        if (!(result.truth <= targets[i] * 1.02))
+            fail_msg("scene %d: %g, estimated %g, target %g", i, result.truth, result.estimated,
+                     targets[i]);
+        /* Not far better than asked for either, where there is more than a handful of pixels. */
+        assert_true(scenes[i] == speck || result.truth > 0.3 * targets[i]);
+        struct view even = view_of(2 * (uint32_t)ceil(result.samples / 2), 4096);
+        struct result uniform;
+        run(&uniform, scenes[i], &even, 1e9, 96, false);
+        assert_true(uniform.samples >= result.samples);
+        /* With a ball in every sixteenth pixel there is nothing to be saved. */
+        assert_true(scenes[i] == balls || uniform.truth > result.truth);
+        drop(&uniform);
+        drop(&result);
+    }
+}
+
+/* Few of the wire's pixels are met at first; from there nearly all of them are found. */
+static void test_wire_is_followed(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 4096);
+    struct result result;
+    run(&result, wire, &view, 0.003, 32, false);
+    struct canvas first_canvas;
+    canvas_init(&first_canvas, EDGE, EDGE);
+    struct adaptive *first = adaptive_create(&view, &first_canvas, 0);
+    render_pass(first, &view, wire, 32, false);
+    unsigned met = 0, refined = 0;
+    for (uint32_t x = 0; x < EDGE; x++) {
+        uint32_t y = (uint32_t)wire_at(x + 0.5);
+        met += (double)first_canvas.rgb[3 * (y * EDGE + x)] > 0.11;
+        refined += adaptive_samples(result.adaptive, x, y) >= 16;
+    }
+    assert_true(met < EDGE / 2);
+    assert_true(refined >= EDGE * 95 / 100);
+    adaptive_destroy(first);
+    canvas_free(&first_canvas);
+    drop(&result);
+}
+
+static void test_max_samples_end_it(void **state)
+{
+    (void)state;
+    struct view view = view_of(2, 12);
+    struct result result;
+    run(&result, ball, &view, 1e-9, 32, false);
+    uint32_t most = 0;
+    for (uint32_t i = 0; i < PIXELS; i++) {
+        uint32_t samples = adaptive_samples(result.adaptive, i % EDGE, i / EDGE);
+        if (samples > most) most = samples;
+    }
+    assert_int_equal(most, 12);
+    assert_true(result.high > 1e-9);
+    drop(&result);
+}
+
+/* A pixel that is not finite spoils neither the estimate nor the plan of the others. */
+static double broken(double x, double y)
+{
+    return x > 10 && x < 11 && y > 10 && y < 11 ? (double)NAN : ball(x, y);
+}
+
+static void test_not_finite(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 256);
+    struct result good;
+    run(&good, ball, &view, 0.004, 32, false);
+    struct result bad;
+    run(&bad, broken, &view, 0.004, 32, false);
+    assert_true(bad.high <= 0.004);
+    assert_true(fabs(bad.samples - good.samples) < 0.1 * good.samples);
+    drop(&good);
+    drop(&bad);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_flat_needs_one_pass), cmocka_unit_test(test_tiles_do_not_matter),
+        cmocka_unit_test(test_targets_are_met),     cmocka_unit_test(test_wire_is_followed),
+        cmocka_unit_test(test_max_samples_end_it),  cmocka_unit_test(test_not_finite),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

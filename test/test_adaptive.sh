@@ -1,0 +1,89 @@
+# Adaptive sampling: the picture is the same, bit for bit, for any number of processes and tile size;
+# the limits hold, and the report says what they did.
+. test/lib.sh
+cd "$T" || exit 1
+SCENE=$DATA/everything.ini
+
+render() { # NAME N OVERRIDE...
+    name=$1 n=$2; shift 2
+    run 0 farm_n "$n" "$SCENE" output.image="$name" output.report="${name%.*}.json" "$@"
+}
+# A number of a report: value NAME KEY
+value() { sed -n "s/^ *\"$2\": \"\\{0,1\\}\\([^\",]*\\)\"\\{0,1\\},\\{0,1\\}\$/\\1/p" "$1.json" | head -1; }
+below() { awk "BEGIN { exit !($1 <= $2) }"; }
+
+check "to a target, without mpiexec" render reference.pfm 0 sampling.target_error=0.006
+check "several passes" test "$(value reference passes)" -gt 2
+check "ended by the target" test "$(value reference ended)" = target
+for n in 1 2 5; do
+    for how in "farm.tile=8" "farm.tile=17" "farm.tile=auto" "farm.kernel=portable" \
+               "farm.variant=full"; do
+        same() {
+            render t.pfm "$n" sampling.target_error=0.006 "$how" && cmp reference.pfm t.pfm
+        }
+        check "-n $n $how" same
+    done
+done
+same() {
+    render t.pfm 3 sampling.target_error=0.006 farm.master_renders=no && cmp reference.pfm t.pfm
+}
+check "rank 0 only serves" same
+
+# Against many more samples, of other pixels of a wider picture with the same view: independent ones.
+# The rows of a run hold together with a chance of 95 %; what this seedless run gives does not change.
+check "a reference" run 0 farm_n 2 "$SCENE" image.width=1097 image.region="500 0 97 61" \
+    sampling.samples=512 output.image=many.pfm output.report=
+true_error() {
+    render t.pfm 2 sampling.target_error=0.006 sampling.reference=many.pfm &&
+        below "$(value t rmse)" 0.02 && grep -q '"true_rmse"' t.json &&
+        test "$(value t rows)" -gt 2 && test "$(value t rows)" = "$(value t rows_held)"
+}
+check "the true error is as estimated" true_error
+uniform() {
+    render t.pfm 2 sampling.samples=8 sampling.reference=many.pfm &&
+        test "$(value t rows)" = "$(value t rows_held)" && test "$(value t ended)" = samples
+}
+check "the same number for all pixels" uniform
+
+check "max_samples end it" render t.pfm 2 sampling.target_error=1e-9 sampling.max_samples=8
+check "and the report says so" test "$(value t ended)" = max_samples
+
+limited() { # N: two seconds
+    render t.pfm "$1" sampling.time_limit=2 sampling.max_samples=65536 output.preview=0.2 \
+        output.error=rows.csv
+}
+for n in 1 3; do
+    check "-n $n, a time limit" limited "$n"
+    check "-n $n, ended by it" test "$(value t ended)" = time
+    check "-n $n, rows as they came" test "$(wc -l <rows.csv)" -gt 2
+done
+
+# The picture so far is whole at any time.
+preview() {
+    farm_n 2 "$SCENE" output.image=so_far.pfm output.report= sampling.time_limit=3 \
+        sampling.max_samples=65536 output.preview=0.1 >/dev/null 2>&1 &
+    for i in 1 2 3 4 5 6 7 8 9 10; do
+        sleep 0.25
+        [ -e so_far.pfm ] || continue
+        cp so_far.pfm copy.pfm && [ "$(wc -c <copy.pfm)" -eq "$(wc -c <reference.pfm)" ] || return 1
+        seen=$((${seen:-0} + 1))
+    done
+    wait
+    [ "${seen:-0}" -gt 0 ]
+}
+check "previews" preview
+
+refused() { # TEXT OVERRIDE...
+    text=$1; shift
+    run 2 farm_n 0 "$SCENE" output.image=no.png "$@" && [ "$(lines "$err")" -eq 1 ] &&
+        case $err in *"$text"*) ! [ -e no.png ] ;; *) echo "# $err"; return 1 ;; esac
+}
+check "odd min_samples" refused "min_samples is odd" sampling.target_error=0.1 sampling.min_samples=5
+check "odd max_samples" refused "max_samples is odd" sampling.target_error=0.1 sampling.max_samples=15
+check "no room between them" refused "max_samples is not above" sampling.time_limit=1 \
+    sampling.min_samples=16 sampling.max_samples=16
+check "fixed shares" refused "need schedule = dynamic" sampling.time_limit=1 farm.schedule=strips
+check "no reference" refused "cannot be opened" sampling.reference=none.pfm
+check "a reference of another size" refused "expected a colour PFM" sampling.reference=many.pfm \
+    image.width=96
+finish

@@ -1,0 +1,160 @@
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "master/error.h"
+
+static uint64_t seed = 88172645463325252u;
+
+static double uniform(void)
+{
+    seed ^= seed << 13;
+    seed ^= seed >> 7;
+    seed ^= seed << 17;
+    return ((double)(seed >> 11) + 0.5) * 0x1p-53;
+}
+
+/* Of the normal distribution (G. Box & M. Muller, 1958). */
+static double normal(void)
+{
+    return sqrt(-2 * log(uniform())) * cos(2 * M_PI * uniform());
+}
+
+static void assert_close(double value, double expected, double tolerance)
+{
+    if (!(fabs(value - expected) <= tolerance)) fail_msg("%.9g, not %.9g", value, expected);
+}
+
+static void test_nothing_is_no_error(void **state)
+{
+    (void)state;
+    struct error_sum sum = {0, 0};
+    struct error_estimate estimate = error_estimate(&sum, 0, 1);
+    assert_true(estimate.rmse == 0 && estimate.low == 0 && estimate.high == 0);
+    estimate = error_estimate(&sum, 100, 1);
+    assert_true(estimate.rmse == 0 && estimate.low == 0 && estimate.high == 0);
+}
+
+static void test_interval_widens_with_every_look(void **state)
+{
+    (void)state;
+    struct error_sum sum = {.squares = 1000 * 0.01, .fourths = 3000 * 0.0001};
+    struct error_estimate before = error_estimate(&sum, 1000, 1);
+    assert_close(before.rmse, 0.1, 1e-12);
+    for (unsigned look = 2; look < 200; look++) {
+        struct error_estimate now = error_estimate(&sum, 1000, look);
+        assert_true(now.rmse == before.rmse && now.low < before.low && now.high > before.high);
+        before = now;
+    }
+    assert_true(before.high < 0.2);
+}
+
+/*
+ * Pixels with errors of very different sizes, looked at ten times while their number grows: the
+ * share of runs in which an interval misses the error that those pixels have.
+ */
+static void test_intervals_hold(void **state)
+{
+    (void)state;
+    enum { RUNS = 2000, LOOKS = 10, PIXELS = 200 };
+    unsigned missed = 0;
+    for (unsigned run = 0; run < RUNS; run++) {
+        struct error_sum sum = {0, 0};
+        double truth = 0;
+        bool held = true;
+        for (unsigned look = 1; look <= LOOKS; look++) {
+            for (unsigned i = 0; i < PIXELS; i++) {
+                double size = uniform() < 0.2 ? 1 : 0.1;
+                double a = size * normal(), b = size * normal();
+                truth += (a + b) * (a + b) / 4;
+                double square = (a - b) * (a - b) / 4;
+                sum.squares += square;
+                sum.fourths += square * square;
+            }
+            struct error_estimate estimate = error_estimate(&sum, look * PIXELS, look);
+            double rmse = sqrt(truth / (look * PIXELS));
+            held &= estimate.low <= rmse && rmse <= estimate.high;
+        }
+        missed += !held;
+    }
+    assert_true(missed <= RUNS * (1 - ERROR_CONFIDENCE));
+}
+
+static void test_forecast_of_a_power_law(void **state)
+{
+    (void)state;
+    struct error_point points[6];
+    for (int i = 0; i < 6; i++) {
+        double seconds = 3 * pow(2, i);
+        points[i] = (struct error_point){seconds, 0.1 * pow(seconds, -0.75), 0.01};
+    }
+    struct error_forecast forecast = error_forecast(points, 6);
+    assert_true(forecast.known);
+    assert_close(forecast.slope, 0.75, 1e-9);
+    double low, high, seconds = forecast_seconds(&forecast, forecast.rmse / 4, &low, &high);
+    assert_close(seconds, 96 * pow(4, 4.0 / 3), 1e-6);
+    assert_true(low < seconds && seconds < high);
+    /* What came long before does not count. */
+    points[0].rmse = points[1].rmse = 77;
+    assert_close(error_forecast(points, 6).slope, 0.75, 1e-9);
+}
+
+static void test_no_forecast(void **state)
+{
+    (void)state;
+    struct error_point points[2] = {{1, 0.1, 0.01}, {2, 0.2, 0.01}};
+    assert_false(error_forecast(points, 0).known);
+    assert_false(error_forecast(points, 1).known);
+    assert_false(error_forecast(points, 2).known); /* the error grows */
+    struct error_sum none = {0, 0}, lost = {HUGE_VAL, HUGE_VAL};
+    struct error_point point;
+    assert_false(error_point(&none, 10, 1, &point));
+    assert_false(error_point(&lost, 10, 1, &point));
+}
+
+static void test_goals_are_round(void **state)
+{
+    (void)state;
+    assert_close(forecast_goal(0.0021), 0.001, 1e-15);
+    assert_close(forecast_goal(0.0019), 0.0005, 1e-15);
+    assert_close(forecast_goal(0.05), 0.02, 1e-15);
+    assert_close(forecast_goal(0.11), 0.05, 1e-15);
+}
+
+static void test_csv(void **state)
+{
+    (void)state;
+    char *text;
+    size_t bytes;
+    FILE *out = open_memstream(&text, &bytes);
+    struct error_row row = {1.5, 4, {0.25, 0.125, 0.5}, 0.3};
+    error_names_csv(out);
+    error_row_csv(out, &row);
+    row.true_rmse = NAN;
+    error_row_csv(out, &row);
+    fclose(out);
+    assert_string_equal(
+        text, "elapsed_s,samples_per_pixel,estimated_rmse,estimated_low,estimated_high,true_rmse\n"
+              "1.5,4,0.25,0.125,0.5,0.3\n1.5,4,0.25,0.125,0.5,\n");
+    free(text);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_nothing_is_no_error),
+        cmocka_unit_test(test_interval_widens_with_every_look),
+        cmocka_unit_test(test_intervals_hold),
+        cmocka_unit_test(test_forecast_of_a_power_law),
+        cmocka_unit_test(test_no_forecast),
+        cmocka_unit_test(test_goals_are_round),
+        cmocka_unit_test(test_csv),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,308 @@
+/* How bright a ray can be: of surfaces, of rays, and what a pruned picture claims because of it. */
+#include "test/scene_fixture.h"
+
+#include "worker/radiance.h"
+#include "worker/render.h"
+#include "worker/shade.h"
+
+static void must(const char *problem)
+{
+    if (problem) fail_msg("%s", problem);
+}
+
+#define EDGE 6u
+
+static struct view view_of(void)
+{
+    return (struct view){.camera = {.eye = {0, 0, 6},
+                                    .forward = {0, 0, -1},
+                                    .right = {0.5, 0, 0},
+                                    .down = {0, -0.5, 0}},
+                         .background_bottom = {0.1, 0.2, 0.3},
+                         .background_top = {0.4, 0.5, 0.6},
+                         .background_up = {0, 1, 0},
+                         .width = EDGE,
+                         .height = EDGE,
+                         .region_w = EDGE,
+                         .region_h = EDGE,
+                         .max_depth = 20,
+                         .shadows = 1,
+                         .min_samples = 1, .max_samples = 1};
+}
+
+static struct vec3 random_color(uint64_t *random)
+{
+    double x = random_between(random, 0, 1), y = random_between(random, 0, 1);
+    return vec3(x, y, random_between(random, 0, 1));
+}
+
+static struct scene *finish(struct builder *builder, const struct view *view)
+{
+    struct scene *scene = builder_finish(builder, view);
+    builder_destroy(builder);
+    return scene;
+}
+
+/* No point of a box, whatever its normal and from wherever it is seen, shows more than that. */
+static void test_shown(void **state)
+{
+    (void)state;
+    uint64_t random = 77;
+    double closest = 0;
+    for (int i = 0; i < 300; i++) {
+        struct builder *builder = builder_create();
+        for (int k = (int)random_below(&random, 5); k >= 0; k--) {
+            struct light light = {random_vector(&random, 4), random_color(&random)};
+            must(builder_add_light(builder, &light));
+        }
+        struct material material = {.color = random_color(&random),
+                                    .ambient = 0.1,
+                                    .diffuse = i % 3 ? 0.7 : 0,
+                                    .specular = i % 2 ? 0.8 : 0,
+                                    .shininess = i % 5 ? random_between(&random, 0, 50) : 0.5,
+                                    .ior = 1};
+        uint32_t index;
+        must(builder_add_material(builder, &material, &index));
+        struct sphere sphere = {{0, 0, 0}, 1, index, 0};
+        must(builder_add_sphere(builder, &sphere));
+        struct view view = view_of();
+        struct scene *scene = finish(builder, &view);
+        struct vec3 a = random_vector(&random, 1);
+        double size = i % 4 ? 0.2 : 3;
+        struct bounds box = {{a.x, a.y, a.z}, {a.x + size, a.y + size / 2, a.z + size}};
+        const struct material *m = scene_materials(scene);
+        struct vec3 most = radiance_shown(scene, m, &box);
+        for (int k = 0; k < 300; k++) {
+            struct shading_point at = {.normal = vec_normalize(random_vector(&random, 1)),
+                                       .view = vec_normalize(random_vector(&random, 1)),
+                                       .material = m};
+            at.point = vec3(random_between(&random, box.min[0], box.max[0]),
+                            random_between(&random, box.min[1], box.max[1]),
+                            random_between(&random, box.min[2], box.max[2]));
+            at.geometric = at.normal;
+            struct vec3 sum = shade_ambient(m), to_light;
+            for (uint64_t n = 0; n < scene->lights.count; n++)
+                if (light_faces(&at, &scene_lights(scene)[n], &to_light))
+                    sum = vec_add(sum, shade_light(&at, to_light, scene_lights(scene)[n].color));
+            assert_true(sum.x <= most.x && sum.y <= most.y && sum.z <= most.z);
+            closest = fmax(closest, sum.x / most.x);
+        }
+        free(scene);
+    }
+    assert_true(closest > 0.9); /* and it is not far above what there is */
+}
+
+/* Two opposite lights cannot light a surface together. */
+static void test_opposite_lights(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    for (int i = -1; i < 2; i += 2) {
+        struct light light = {{0, 1e6 * i, 0}, {1, 1, 1}};
+        must(builder_add_light(builder, &light));
+    }
+    struct material matte = {.color = {1, 1, 1}, .diffuse = 1, .ior = 1};
+    uint32_t index;
+    must(builder_add_material(builder, &matte, &index));
+    struct sphere sphere = {{0, 0, 0}, 1, index, 0};
+    must(builder_add_sphere(builder, &sphere));
+    struct view view = view_of();
+    struct scene *scene = finish(builder, &view);
+    struct bounds box = {{-1, -1, -1}, {1, 1, 1}};
+    struct vec3 most = radiance_shown(scene, &matte, &box);
+    assert_true(most.x >= 1 && most.x < 1.001);
+    struct bounds everywhere = {{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, {HUGE_VAL, HUGE_VAL, HUGE_VAL}};
+    most = radiance_shown(scene, &matte, &everywhere);
+    assert_true(most.x >= 2 && most.x < 2 + 1e-12);
+    free(scene);
+}
+
+/* A mirror ball in the sky: a ray past it is the sky's, one to it has what the sky leaves. */
+static void test_rays(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    struct material mirror = {.color = {1, 1, 1}, .ambient = 0.25, .reflection = 0.5, .ior = 1};
+    uint32_t index;
+    must(builder_add_material(builder, &mirror, &index));
+    struct sphere sphere = {{0, 0, 0}, 1, index, 0};
+    must(builder_add_sphere(builder, &sphere));
+    struct view view = view_of();
+    view.background_bottom = view.background_top = vec3(0.75, 0.75, 0.75);
+    struct scene *scene = finish(builder, &view);
+    struct radiance radiance;
+    radiance_init(&radiance, scene);
+    struct vec3 one = {1, 1, 1};
+    struct ray past = {{0, 0, 5}, {0, 1, 0}, HUGE_VAL, PRIMITIVE_NONE, 0};
+    struct ray at = {{0, 0, 5}, {0, 0, -1}, HUGE_VAL, PRIMITIVE_NONE, 0};
+    struct ray off = {{0, 0, 1}, {0, 0, 1}, HUGE_VAL, primitive_id(PRIMITIVE_SPHERE, 0), 0};
+    double sky = radiance_of(&radiance, &past, one, 1, true);
+    assert_true(sky >= 0.75 && sky < 0.75 + 1e-12);
+    assert_true(radiance_of(&radiance, &off, one, 1, false) == sky); /* not itself again */
+    double ball = radiance_of(&radiance, &at, one, 20, true);        /* nothing below max_depth */
+    assert_true(ball == sky);
+    double half = radiance_of(&radiance, &at, vec3(0, 0.5, 0.25), 1, false);
+    assert_true(half >= 0.375 && half < 0.375 + 1e-6);
+    radiance_free(&radiance);
+    free(scene);
+}
+
+/* ---- claims ---- */
+
+static uint32_t random_material(struct builder *builder, uint64_t *random, int family)
+{
+    uint32_t index;
+    struct material m = {.color = random_color(random),
+                         .ambient = 0.1,
+                         .diffuse = random_between(random, 0, 0.7),
+                         .specular = random_between(random, 0, 0.5),
+                         .shininess = random_between(random, 1, 60),
+                         .ior = random_between(random, 0.7, 1.8)};
+    m.reflection = random_between(random, 0, family ? 0.9 : 0.3);
+    m.transmission = random_between(random, 0, 1 - m.reflection);
+    if (family == 2) { /* loses nothing */
+        m.color = vec3(1, 1, 1);
+        m.transmission = 1 - m.reflection;
+    }
+    must(builder_add_material(builder, &m, &index));
+    return index;
+}
+
+static struct scene *random_scene(uint64_t *random, int family)
+{
+    struct builder *builder = builder_create();
+    uint32_t matte, kinds[3];
+    struct material m = {.color = random_color(random), .ambient = 0.2, .diffuse = 0.7, .ior = 1};
+    must(builder_add_material(builder, &m, &matte));
+    for (int i = 0; i < 3; i++)
+        kinds[i] = random_material(builder, random, family);
+    for (int i = 0; i < 7; i++) {
+        struct sphere sphere = {.center = random_vector(random, 2),
+                                .radius = random_between(random, 0.2, 0.8),
+                                .material = i < 2 ? matte : kinds[i % 3]};
+        must(builder_add_sphere(builder, &sphere));
+    }
+    struct vec3 a = random_vector(random, 1.5);
+    struct box box = {a, {a.x + 0.8, a.y + 0.5, a.z + 0.6}, kinds[0], 0};
+    must(builder_add_box(builder, &box));
+    struct plane floor = {{0, -2, 0}, {0, 1, 0}, family == 1 ? kinds[1] : matte, 0};
+    must(builder_add_plane(builder, &floor));
+    for (int i = 0; i < 3; i++) {
+        struct light light = {random_vector(random, 6), random_color(random)};
+        must(builder_add_light(builder, &light));
+    }
+    struct view view = view_of();
+    return finish(builder, &view);
+}
+
+/* The pixel alone: what it claims is its own. */
+static double render_pixel(struct renderer *renderer, uint32_t pixel, float rgb[3],
+                           struct render_counts *counts)
+{
+    struct tile tile = {.x = pixel % EDGE, .y = pixel / EDGE, .w = 1, .h = 1, .step = 1};
+    renderer_tile(renderer, &tile, rgb, counts);
+    return counts->truncation;
+}
+
+struct coverage {
+    uint32_t pixels, broken, bounded;
+    double largest; /* error / claim */
+};
+
+/* The pixels of a picture against a far deeper one; its own claim is allowed for. */
+static void compare(struct scene *scene, const struct bvh *bvh, const float *deep,
+                    const double *left, struct coverage *coverage)
+{
+    struct renderer *renderer = renderer_create(scene, bvh);
+    for (uint32_t pixel = 0; pixel < EDGE * EDGE; pixel++) {
+        float rgb[3];
+        struct render_counts counts;
+        double claim = render_pixel(renderer, pixel, rgb, &counts), error = 0, rounding = 0;
+        for (uint32_t c = 0; c < 3; c++) {
+            double truth = (double)deep[3 * pixel + c];
+            error = fmax(error, fabs((double)rgb[c] - truth));
+            rounding = fmax(rounding, 0x1p-23 * fmax((double)rgb[c], truth));
+        }
+        coverage->pixels++;
+        coverage->bounded += isfinite(claim);
+        coverage->broken += !(error <= claim + left[pixel] + rounding);
+        if (error > 1e-4)
+            coverage->largest = fmax(coverage->largest, error / (claim + left[pixel] + rounding));
+    }
+    renderer_destroy(renderer);
+}
+
+static void test_claims(void **state)
+{
+    (void)state;
+    uint64_t random = 5;
+    for (int family = 0; family < 3; family++) {
+        struct coverage coverage = {0};
+        for (int i = 0; i < 2; i++) {
+            static float deep[EDGE * EDGE * 3];
+            static double left[EDGE * EDGE];
+            struct scene *scene = random_scene(&random, family);
+            void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
+            struct bvh *bvh = bvh_build(scene, memory);
+            struct render_counts counts;
+            scene->view.max_depth = 30;
+            scene->view.cutoff = 0x1p-11;
+            struct renderer *renderer = renderer_create(scene, bvh);
+            for (uint32_t pixel = 0; pixel < EDGE * EDGE; pixel++)
+                left[pixel] = render_pixel(renderer, pixel, &deep[3 * pixel], &counts);
+            renderer_destroy(renderer);
+            for (uint32_t depth = 0; depth < 6; depth += 1 + depth / 2) {
+                scene->view.max_depth = depth;
+                scene->view.cutoff = depth % 2 ? 0x1p-6 : 0x1p-9;
+                compare(scene, bvh, deep, left, &coverage);
+            }
+            scene->view.max_depth = 20;
+            for (scene->view.cutoff = 0x1p-10; scene->view.cutoff < 0.1; scene->view.cutoff *= 8)
+                compare(scene, bvh, deep, left, &coverage);
+            free(memory);
+            free(scene);
+        }
+        assert_int_equal(coverage.broken, 0);
+        assert_int_equal(coverage.bounded, coverage.pixels);
+        assert_true(coverage.largest > 0.5 && coverage.largest <= 1);
+    }
+}
+
+/* Surfaces that pass on more than they get: the claim is infinite, and all that is asked for is
+ * traced. */
+static void test_growing_light(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    struct material glass = {
+        .color = {1.5, 1, 1}, .ambient = 0.1, .reflection = 0.5, .transmission = 1, .ior = 1.5};
+    uint32_t index;
+    must(builder_add_material(builder, &glass, &index));
+    for (int i = 0; i < 2; i++) {
+        struct sphere sphere = {{2 * i, 0, 0}, 0.9, index, 0};
+        must(builder_add_sphere(builder, &sphere));
+    }
+    struct view view = view_of();
+    view.max_depth = 4;
+    view.cutoff = 0.125;
+    struct scene *scene = finish(builder, &view);
+    void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
+    struct renderer *renderer = renderer_create(scene, bvh_build(scene, memory));
+    float rgb[3];
+    struct render_counts counts;
+    double claim = render_pixel(renderer, EDGE / 2 * EDGE + EDGE / 2, rgb, &counts);
+    assert_true(isinf(claim) && claim > 0);
+    renderer_destroy(renderer);
+    free(memory);
+    free(scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_shown),         cmocka_unit_test(test_opposite_lights),
+        cmocka_unit_test(test_rays),          cmocka_unit_test(test_claims),
+        cmocka_unit_test(test_growing_light),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,96 @@
+#include "worker/omission.h"
+
+#include "worker/exact.h"
+
+/*
+ * Rays are looked at as long as all that is not yet looked at could be more than this share of what
+ * they have found, more than so many times the cutoff, and more than LOOK_LEAST, which no picture
+ * shows; so many rays for a sample at most. Where surfaces lose light, what pruning has left out is
+ * the cutoff at most already, so that there are such rays only where max_depth has ended something.
+ * Where they lose none, next to everything that pruning has left out would have to be looked at for
+ * the sake of RADIANCE_LEVELS levels that hardly a ray has; LOOK_CUTOFFS_LOSSLESS there.
+ */
+#define LOOK_SHARE            0.25
+#define LOOK_CUTOFFS          4
+#define LOOK_CUTOFFS_LOSSLESS 32
+#define LOOK_LEAST            0x1p-20
+#define LOOK_RAYS             64
+
+void omission_clear(struct omission *omission)
+{
+    tree_clear(&omission->pending);
+    omission->found = vec3(0, 0, 0);
+    omission->terms = omission->rays = 0;
+}
+
+void omission_free(struct omission *omission)
+{
+    tree_free(&omission->pending);
+}
+
+void omission_take(struct omission *omission, const struct radiance *radiance, struct tree *tree)
+{
+    for (uint32_t i = 0; i < tree->count; i++) {
+        const struct branch *left = &tree->pending[i];
+        struct branch *branch = omission_add(omission);
+        uint32_t order = branch->order;
+        *branch = *left;
+        branch->order = order;
+        if (!radiance->levels && left->depth < radiance->scene->view.max_depth) continue;
+        branch->bound = radiance_roughly(radiance, left->weight, left->depth, false);
+        branch->rough = true;
+    }
+    tree_clear(tree);
+}
+
+/* The largest component of all that was found. Each term is computed as it would have been to be
+ * shown, with some ten roundings. */
+static double largest_found(const struct omission *omission)
+{
+    if (omission->terms == 0) return 0;
+    double most = vec_max(omission->found);
+    return isnan(most) ? HUGE_VAL : most * (1 + (omission->terms + 32) * UNIT_ROUNDOFF);
+}
+
+bool omission_next(struct omission *omission, const struct radiance *radiance,
+                   struct branch *branch)
+{
+    double times = radiance->levels ? LOOK_CUTOFFS_LOSSLESS : LOOK_CUTOFFS;
+    double least = fmax(times * radiance->scene->view.cutoff, LOOK_LEAST);
+    double tolerance = fmax(least, largest_found(omission) * LOOK_SHARE);
+    struct tree *tree = &omission->pending;
+    struct branch *next;
+    while ((next = tree->count > 0 ? tree_next(tree, tolerance) : NULL) != NULL && next->rough)
+        tree_rate(tree, next, radiance_of(radiance, &next->ray, next->weight, next->depth, false));
+    if (!next || omission->rays >= LOOK_RAYS) return false;
+    omission->rays++;
+    tree_remove(tree, next, branch);
+    return true;
+}
+
+void omission_found(struct omission *omission, struct vec3 weight, struct vec3 color)
+{
+    omission->found = vec_add(omission->found, vec_mul(color, weight));
+    omission->terms++;
+}
+
+void omission_found_point(struct omission *omission, const struct radiance *radiance,
+                          struct vec3 weight, const struct shading_point *at)
+{
+    const struct light *lights = scene_lights(radiance->scene);
+    omission_found(omission, weight, shade_ambient(at->material));
+    if (!material_shows_light(at->material)) return;
+    for (uint32_t k = 0; k < radiance->scene->lights.count; k++) {
+        struct vec3 to_light, strength = lights[k].color;
+        if (vec_is_zero(strength) || !light_faces(at, &lights[k], &to_light)) continue;
+        if (radiance->light_grows) strength = vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL);
+        omission_found(omission, weight, shade_light(at, to_light, strength));
+    }
+}
+
+double omission_bound(const struct omission *omission)
+{
+    double found = largest_found(omission);
+    if (omission->pending.count == 0) return found;
+    return nextafter(found + tree_sum(&omission->pending), HUGE_VAL);
+}

@@ -1,0 +1,471 @@
+#include "worker/radiance.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+#include "worker/primitive.h"
+#include "worker/shade.h"
+#include "worker/wave.h"
+
+/*
+ * A bound is computed from a few numbers, and so is what it bounds: the weight of a branch, its
+ * share of its parent's, the colour of a surface or of the background, their sum. 32 roundings hold
+ * all that is added in one level of the tree, for both.
+ */
+#define BOUND_SLACK (1 + 32 * UNIT_ROUNDOFF)
+
+/*
+ * What the box of a group is larger than its primitives' by, as a share of their coordinates: these
+ * are rounded by a few u, and a ray's hit may stand off by as much. The paper's formulas are told
+ * rays by boxes of floats (worker/bvh.c), and find what they find.
+ */
+#define BOX_SLACK       0x1p-46
+#define BOX_SLACK_PAPER 0x1p-20
+
+/* ---- what is put into one group ---- */
+
+/* ids first .. first + count - 1 of a table, and the box around them. */
+struct cluster {
+    uint32_t first, count;
+    struct bounds box;
+};
+
+static const struct bounds nothing = {{HUGE_VAL, HUGE_VAL, HUGE_VAL},
+                                      {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+static const struct bounds everywhere = {{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL},
+                                         {HUGE_VAL, HUGE_VAL, HUGE_VAL}};
+
+static void include(struct bounds *box, const struct bounds *more)
+{
+    for (int axis = 0; axis < 3; axis++) {
+        box->min[axis] = fmin(box->min[axis], more->min[axis]);
+        box->max[axis] = fmax(box->max[axis], more->max[axis]);
+    }
+}
+
+/* What surfaces make of what comes along reflected and refracted rays: each in groups of its own, as
+ * far as there are any. */
+enum passing { PASSES_NOTHING, PASSES_LESS, PASSES_ALL, PASSINGS };
+
+/* The share of what comes along the reflected and the refracted ray that goes on, all inner
+ * reflection included. */
+static struct vec3 passed_by(const struct material *m)
+{
+    return vec3(m->reflection + m->transmission * m->color.x,
+                m->reflection + m->transmission * m->color.y,
+                m->reflection + m->transmission * m->color.z);
+}
+
+/* Where less is lost than this, that helps little to tell how bright a surface can be. */
+#define LITTLE_LOSS 0x1p-6
+
+static enum passing passing_of(const struct material *material)
+{
+    if (!(material->reflection > 0) && !(material->transmission > 0)) return PASSES_NOTHING;
+    return vec_max(passed_by(material)) < 1 - LITTLE_LOSS ? PASSES_LESS : PASSES_ALL;
+}
+
+static const struct material *material_of(const struct scene *scene, uint32_t id)
+{
+    return &scene_materials(scene)[primitive_material(scene, id)];
+}
+
+static struct bounds bounds_of(const struct scene *scene, uint32_t id)
+{
+    if (primitive_kind(id) == PRIMITIVE_PLANE) return everywhere;
+    return primitive_bounds(scene, id);
+}
+
+static void measure(const struct scene *scene, const uint32_t *ids, struct cluster *cluster)
+{
+    cluster->box = nothing;
+    for (uint32_t i = 0; i < cluster->count; i++) {
+        struct bounds box = bounds_of(scene, ids[cluster->first + i]);
+        include(&cluster->box, &box);
+    }
+}
+
+static unsigned longest_axis(const struct bounds *box)
+{
+    unsigned longest = 0;
+    for (unsigned axis = 1; axis < 3; axis++)
+        if (box->max[axis] - box->min[axis] > box->max[longest] - box->min[longest]) longest = axis;
+    return longest;
+}
+
+static double extent_of(const struct cluster *cluster)
+{
+    unsigned axis = longest_axis(&cluster->box);
+    return cluster->count > 1 ? cluster->box.max[axis] - cluster->box.min[axis] : 0;
+}
+
+/* In two at the middle of the longest edge; false: all are on one side. */
+static bool split(const struct scene *scene, uint32_t *ids, struct cluster *cluster,
+                  struct cluster *rest)
+{
+    unsigned axis = longest_axis(&cluster->box);
+    double middle = cluster->box.min[axis] / 2 + cluster->box.max[axis] / 2;
+    uint32_t below = 0, *id = ids + cluster->first;
+    for (uint32_t i = 0; i < cluster->count; i++) {
+        struct bounds box = bounds_of(scene, id[i]);
+        if (!(box.min[axis] / 2 + box.max[axis] / 2 < middle)) continue;
+        uint32_t other = id[below];
+        id[below++] = id[i];
+        id[i] = other;
+    }
+    if (below == 0 || below == cluster->count) return false;
+    *rest = (struct cluster){.first = cluster->first + below, .count = cluster->count - below};
+    cluster->count = below;
+    measure(scene, ids, cluster);
+    measure(scene, ids, rest);
+    return true;
+}
+
+/* Fills clusters with at most `most` parts of all `count` ids, the longest of them split first. */
+static uint32_t split_up(const struct scene *scene, uint32_t *ids, uint32_t count,
+                         struct cluster *clusters, uint32_t most)
+{
+    uint32_t parts = 1;
+    bool whole[RADIANCE_GROUPS] = {false}; /* cannot be split */
+    clusters[0] = (struct cluster){.first = 0, .count = count};
+    measure(scene, ids, &clusters[0]);
+    while (parts < most) {
+        uint32_t longest = parts;
+        double extent = 0;
+        for (uint32_t i = 0; i < parts; i++) {
+            if (whole[i] || !(extent_of(&clusters[i]) > extent)) continue;
+            extent = extent_of(&clusters[i]);
+            longest = i;
+        }
+        if (longest == parts) break;
+        if (split(scene, ids, &clusters[longest], &clusters[parts]))
+            parts++;
+        else
+            whole[longest] = true;
+    }
+    return parts;
+}
+
+/* The bounded or the unbounded primitives of one kind of surface; the caller frees them. */
+static uint32_t *ids_of(const struct scene *scene, enum passing passing, bool bounded,
+                        uint32_t *count)
+{
+    uint32_t *ids = allocate((size_t)scene_primitive_count(scene), sizeof *ids);
+    *count = 0;
+    for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
+        for (uint32_t i = 0; i < scene->primitives[kind].count; i++) {
+            uint32_t id = primitive_id((enum primitive_kind)kind, i);
+            if ((kind != PRIMITIVE_PLANE) != bounded) continue;
+            if (passing_of(material_of(scene, id)) == passing) ids[(*count)++] = id;
+        }
+    return ids;
+}
+
+/* ---- groups ---- */
+
+static void raise(group_row row[3], uint32_t group, struct vec3 to)
+{
+    row[0][group] = fmax(row[0][group], to.x);
+    row[1][group] = fmax(row[1][group], to.y);
+    row[2][group] = fmax(row[2][group], to.z);
+}
+
+/* Rounded outward. */
+static struct bounds padded(const struct radiance *radiance, const struct bounds *box)
+{
+    bool paper = radiance->scene->view.formulas == FORMULAS_PAPER;
+    struct bounds more;
+    for (int axis = 0; axis < 3; axis++) {
+        double reach = fmax(fabs(box->min[axis]), fabs(box->max[axis]));
+        double slack = isfinite(reach) ? reach * (paper ? BOX_SLACK_PAPER : BOX_SLACK) : 0;
+        more.min[axis] = box->min[axis] - slack;
+        more.max[axis] = box->max[axis] + slack;
+    }
+    return more;
+}
+
+static void add_group(struct radiance *radiance, const uint32_t *ids, const struct cluster *cluster)
+{
+    const struct scene *scene = radiance->scene;
+    uint32_t group = radiance->groups++;
+    bool *seen = allocate_zeroed((size_t)scene->materials.count, sizeof *seen);
+    struct bounds box = padded(radiance, &cluster->box);
+    for (int axis = 0; axis < 3; axis++) {
+        radiance->min[axis][group] = box.min[axis];
+        radiance->max[axis][group] = box.max[axis];
+    }
+    for (uint32_t i = 0; i < cluster->count; i++) {
+        uint32_t index = primitive_material(scene, ids[cluster->first + i]);
+        const struct material *material = &scene_materials(scene)[index];
+        if (seen[index]) continue;
+        seen[index] = true;
+        raise(radiance->shown, group, radiance_shown(scene, material, &box));
+        raise(radiance->passed, group, passed_by(material));
+    }
+    free(seen);
+    if (cluster->count > 1) return;
+    radiance->only[group] = ids[cluster->first];
+    radiance->single = true;
+}
+
+/*
+ * How many groups there may be. Those that pass nothing on are bright or dark as they are, and are
+ * the end of a ray; those that lose nothing are the ones worth telling whether they can be met.
+ * With a group for the unbounded ones of each, that is RADIANCE_GROUPS.
+ */
+static const uint32_t groups_of[PASSINGS] = {
+    [PASSES_NOTHING] = 1, [PASSES_LESS] = 3, [PASSES_ALL] = RADIANCE_GROUPS - PASSINGS - 4};
+
+static void find_groups(struct radiance *radiance)
+{
+    const struct scene *scene = radiance->scene;
+    struct cluster clusters[RADIANCE_GROUPS];
+    for (int i = 0; i < 2 * PASSINGS; i++) {
+        enum passing passing = (enum passing)(i / 2);
+        bool bounded = i % 2;
+        uint32_t count, *ids = ids_of(scene, passing, bounded, &count);
+        uint32_t most = bounded ? groups_of[passing] : 1;
+        uint32_t parts = count ? split_up(scene, ids, count, clusters, most) : 0;
+        for (uint32_t k = 0; k < parts; k++)
+            add_group(radiance, ids, &clusters[k]);
+        free(ids);
+    }
+}
+
+/* ---- the most that any ray can bring ---- */
+
+/* So many times what a single level can show, a sum over all levels is no help in telling which
+ * rays of a tree of max_depth levels matter. */
+#define LARGE_SUM 0x1p8
+
+static struct vec3 sky_of(const struct view *view)
+{
+    struct vec3 a = view->background_bottom, b = view->background_top;
+    return vec_scale(vec3(fmax(a.x, b.x), fmax(a.y, b.y), fmax(a.z, b.z)), BOUND_SLACK);
+}
+
+/*
+ * One component of R: the fixed point of those groups that lose light, and what each level adds
+ * beyond that where others lose hardly any, or none. If R with n levels below is base + n each,
+ * which is at least the fixed point, then the former lower it and the latter add what they show.
+ */
+static void far_component(struct radiance *radiance, unsigned c, double sky)
+{
+    double base = sky, each = 0;
+    for (uint32_t g = 0; g < radiance->groups; g++) {
+        double shown = radiance->shown[c][g], kept = radiance->passed[c][g] * BOUND_SLACK;
+        if (!(shown > 0) && kept <= 1) continue; /* nothing is added */
+        if (1 - kept >= 1 / radiance->deepest)
+            base = fmax(base, shown / (1 - kept) * BOUND_SLACK);
+        else if (radiance->passed[c][g] <= 1 + 4 * UNIT_ROUNDOFF)
+            each = fmax(each, shown);
+        else
+            base = HUGE_VAL;
+    }
+    /* RENDER_MAX_DEPTH levels of BOUND_SLACK are 3.6e-9. */
+    radiance->base[c] = base * (1 + 0x1p-27);
+    radiance->each[c] = each * (1 + 0x1p-27);
+}
+
+static double next_component(const struct radiance *radiance, unsigned c, double sky, double below)
+{
+    double most = sky;
+    for (uint32_t g = 0; g < radiance->groups; g++) {
+        double passed = radiance->passed[c][g];
+        double next = radiance->shown[c][g] + (passed > 0 ? passed * below : 0);
+        most = fmax(most, next * BOUND_SLACK);
+    }
+    return most;
+}
+
+/* Level by level where that says more than the sum over any number of them. */
+static void find_levels(struct radiance *radiance, const double sky[3])
+{
+    uint32_t deepest = radiance->scene->view.max_depth;
+    double below[3] = {0, 0, 0};
+    bool lossless[3], any = false;
+    for (unsigned c = 0; c < 3; c++) {
+        double one = next_component(radiance, c, sky[c], 0);
+        any |= lossless[c] = radiance->each[c] > 0 || radiance->base[c] > one * LARGE_SUM;
+    }
+    if (!any) return;
+    radiance->levels = allocate((size_t)deepest + 1, sizeof *radiance->levels);
+    for (uint32_t i = 0; i <= deepest; i++) {
+        for (unsigned c = 0; c < 3; c++)
+            below[c] =
+                lossless[c] ? next_component(radiance, c, sky[c], below[c]) : radiance->base[c];
+        radiance->levels[i] = vec3(below[0], below[1], below[2]);
+    }
+}
+
+void radiance_init(struct radiance *radiance, const struct scene *scene)
+{
+    memset(radiance, 0, sizeof *radiance);
+    radiance->scene = scene;
+    for (int axis = 0; axis < 3; axis++)
+        for (uint32_t g = 0; g < RADIANCE_GROUPS; g++) {
+            radiance->min[axis][g] = nothing.min[axis];
+            radiance->max[axis][g] = nothing.max[axis];
+            radiance->only[g] = PRIMITIVE_NONE;
+        }
+    radiance->light_grows = radiance_light_grows(scene);
+    radiance->deepest = fmax(RADIANCE_LEVELS, scene->view.max_depth);
+    find_groups(radiance);
+    struct vec3 most = sky_of(&scene->view);
+    double sky[3] = {most.x, most.y, most.z};
+    for (unsigned c = 0; c < 3; c++)
+        far_component(radiance, c, sky[c]);
+    find_levels(radiance, sky);
+}
+
+void radiance_free(struct radiance *radiance)
+{
+    free(radiance->levels);
+    radiance->levels = NULL;
+}
+
+/* ---- one ray ---- */
+
+/* 1 / d; a direction too small for that counts as none. A zero is positive: see meet(). */
+static inline double inverse(double d)
+{
+    return fabs(d) < 0x1p-1000 ? HUGE_VAL : 1 / d;
+}
+
+/*
+ * 1 for the groups whose boxes the ray meets. A distance to a face is rounded by 3 u of itself;
+ * where it is no number (the ray runs in the face) it is the first one of a comparison, and the
+ * ray is taken to be between that pair of faces.
+ */
+static FLATTENED void meet(const struct radiance *radiance, const struct ray *ray, group_row met)
+{
+    const double early = 1 - 8 * UNIT_ROUNDOFF, late = 1 + 8 * UNIT_ROUNDOFF;
+    double ox = ray->origin.x, oy = ray->origin.y, oz = ray->origin.z;
+    double ix = inverse(ray->direction.x), iy = inverse(ray->direction.y);
+    double iz = inverse(ray->direction.z);
+    const double *x0 = radiance->min[0], *y0 = radiance->min[1], *z0 = radiance->min[2];
+    const double *x1 = radiance->max[0], *y1 = radiance->max[1], *z1 = radiance->max[2];
+    OVER_LANES
+    for (uint32_t g = 0; g < RADIANCE_GROUPS; g++) {
+        double ax = (x0[g] - ox) * ix, bx = (x1[g] - ox) * ix;
+        double ay = (y0[g] - oy) * iy, by = (y1[g] - oy) * iy;
+        double az = (z0[g] - oz) * iz, bz = (z1[g] - oz) * iz;
+        double enter = 0, leave = HUGE_VAL;
+        double nx = bx < ax ? bx : ax, fx = ax > bx ? ax : bx;
+        double ny = by < ay ? by : ay, fy = ay > by ? ay : by;
+        double nz = bz < az ? bz : az, fz = az > bz ? az : bz;
+        enter = nx > enter ? nx : enter;
+        enter = ny > enter ? ny : enter;
+        enter = nz > enter ? nz : enter;
+        leave = fx < leave ? fx : leave;
+        leave = fy < leave ? fy : leave;
+        leave = fz < leave ? fz : leave;
+        met[g] = truth((enter * early <= leave * late) & (x0[g] <= x1[g]));
+    }
+}
+
+/* Clearly, whatever the rounding of a direction and a point on a sphere. */
+#define OUTWARD 0x1p-20
+
+/* Whether a ray from a primitive certainly does not meet it again. */
+static bool leaves(const struct scene *scene, const struct ray *ray)
+{
+    const struct sphere *sphere;
+    switch (primitive_kind(ray->from)) {
+    case PRIMITIVE_SPHERE:
+        sphere = &scene_spheres(scene)[primitive_index(ray->from)];
+        return vec_dot(ray->direction, vec_sub(ray->origin, sphere->center)) >
+               OUTWARD * sphere->radius;
+    case PRIMITIVE_BOX:
+        return !box_goes_inside(ray->from_part, ray);
+    case PRIMITIVE_TRIANGLE:
+    case PRIMITIVE_PATCH:
+    case PRIMITIVE_DISC:
+    case PRIMITIVE_PLANE:
+        return true;
+    case PRIMITIVE_CONE:
+    case PRIMITIVE_KINDS:
+        break;
+    }
+    return false;
+}
+
+/* A group that is only the primitive that the ray leaves. */
+static void leave(const struct radiance *radiance, const struct ray *ray, group_row met)
+{
+    for (uint32_t g = 0; g < radiance->groups; g++)
+        if (radiance->only[g] == ray->from && leaves(radiance->scene, ray)) met[g] = 0;
+}
+
+static void meet_all(const struct radiance *radiance, group_row met)
+{
+    for (uint32_t g = 0; g < RADIANCE_GROUPS; g++)
+        met[g] = truth(g < radiance->groups);
+}
+
+/* 0 where nothing is passed on, even of what has no bound. */
+static inline double product(double share, double of)
+{
+    return share > 0 ? share * of : 0;
+}
+
+double radiance_share(struct vec3 weight, struct vec3 color)
+{
+    double x = product(weight.x, color.x), y = product(weight.y, color.y);
+    double z = product(weight.z, color.z);
+    return max_number(x, max_number(y, z)) * BOUND_SLACK;
+}
+
+double radiance_most(const struct radiance *radiance)
+{
+    if (radiance->levels) return vec_max(radiance->levels[radiance->scene->view.max_depth]);
+    return fmax(radiance->base[0], fmax(radiance->base[1], radiance->base[2]));
+}
+
+/* Raises most to shown + passed next of the groups that are met; next may be infinite. */
+static inline void raise_by_met(const struct radiance *radiance, const group_row met,
+                                struct vec3 next, struct vec3 *most)
+{
+    const group_row *shown = radiance->shown, *passed = radiance->passed;
+    for (uint32_t g = 0; g < radiance->groups; g++) {
+        if (met[g] == 0) continue;
+        most->x = max_number(most->x, shown[0][g] + product(passed[0][g], next.x));
+        most->y = max_number(most->y, shown[1][g] + product(passed[1][g], next.y));
+        most->z = max_number(most->z, shown[2][g] + product(passed[2][g], next.z));
+    }
+}
+
+/* R of a ray of some depth. */
+static struct vec3 this_level(const struct radiance *radiance, uint32_t depth, bool shown)
+{
+    uint32_t last = radiance->scene->view.max_depth;
+    if (shown && radiance->levels) return radiance->levels[last - depth];
+    double left = fmax(0, radiance->deepest - depth);
+    const double *base = radiance->base, *each = radiance->each;
+    return vec3(base[0] + left * each[0], base[1] + left * each[1], base[2] + left * each[2]);
+}
+
+double radiance_roughly(const struct radiance *radiance, struct vec3 weight, uint32_t depth,
+                        bool shown)
+{
+    return radiance_share(weight, this_level(radiance, depth, shown)) * BOUND_SLACK;
+}
+
+double radiance_of(const struct radiance *radiance, const struct ray *ray, struct vec3 weight,
+                   uint32_t depth, bool shown)
+{
+    const struct view *view = &radiance->scene->view;
+    bool last = shown && depth == view->max_depth;
+    struct vec3 next = last ? vec3(0, 0, 0) : this_level(radiance, depth + 1, shown);
+    bool good = vec_is_finite(ray->origin) && vec_is_finite(ray->direction);
+    group_row met;
+    if (good)
+        meet(radiance, ray, met);
+    else
+        meet_all(radiance, met);
+    if (good && radiance->single && ray->from != PRIMITIVE_NONE) leave(radiance, ray, met);
+    struct vec3 most = good ? background(view, ray->direction) : sky_of(view);
+    raise_by_met(radiance, met, next, &most);
+    return radiance_share(weight, most) * BOUND_SLACK;
+}

@@ -1,0 +1,89 @@
+/*
+ * What is to be rendered of a tile, sample by sample: pixel after pixel in the tile's order, in each
+ * pixel the samples of its pass.
+ *
+ * The samples of even and of odd number are a pixel's two halves, A and B. They are placed
+ * independently of each other (worker/sample.h), so that the difference of the halves tells the
+ * error of their mean: where each holds half of the samples, (A - B)^2 / 4 is on average exactly the
+ * squared error of (A + B) / 2, for any function whatever, with no assumption about the samples
+ * within a half.
+ */
+#ifndef FARM_WORKER_TASK_H
+#define FARM_WORKER_TASK_H
+
+#include "common/refinement.h"
+#include "common/tile.h"
+#include "worker/color_sum.h"
+
+/* One tile to be rendered, and where its pixels go; the memory is the caller's. */
+struct task {
+    const struct tile *tile;
+    const struct refinement
+        *refinements;  /* of each pixel in the tile's order; NULL: 0 to level 1 */
+    uint32_t first;    /* not 0: instead of that the first so many samples of every pixel */
+    float *mean;       /* 3 per pixel that gets samples, linear RGB: the mean of these samples */
+    float *difference; /* the same of A - B, 0 where one of them is empty; NULL: not wanted */
+};
+
+/* A place in the order of the task's samples. */
+struct task_cursor {
+    uint32_t pixel, sample;
+    uint32_t begin, end; /* the pixel's samples in this task */
+};
+
+/* Sums of the samples of one pixel, in their order. */
+struct pixel_sum {
+    struct color_sum half[2];
+    double truncation;
+};
+
+static inline void cursor_enter(struct task_cursor *cursor, const struct task *task,
+                                const struct view *view)
+{
+    if (task->first) {
+        cursor->sample = cursor->begin = 0;
+        cursor->end = task->first;
+        return;
+    }
+    struct refinement refine = {0, 1};
+    if (task->refinements) refine = task->refinements[cursor->pixel];
+    cursor->sample = cursor->begin = level_samples(view, refine.from);
+    cursor->end = level_samples(view, refine.to);
+}
+
+/* On to the next pixel that gets samples, beginning with the cursor's own. */
+static inline void cursor_settle(struct task_cursor *cursor, const struct task *task,
+                                 const struct view *view)
+{
+    uint32_t pixels = tile_pixels(task->tile);
+    while (cursor->pixel < pixels) {
+        cursor_enter(cursor, task, view);
+        if (cursor->sample < cursor->end) break;
+        cursor->pixel++;
+    }
+}
+
+/* Behind the current sample; true: it was the pixel's last. */
+static inline bool cursor_advance(struct task_cursor *cursor, const struct task *task,
+                                  const struct view *view)
+{
+    if (++cursor->sample < cursor->end) return false;
+    cursor->pixel++;
+    cursor_settle(cursor, task, view);
+    return true;
+}
+
+/* Samples of all pixels. */
+static inline uint64_t task_samples(const struct task *task, const struct view *view)
+{
+    uint32_t pixels = tile_pixels(task->tile);
+    if (task->first) return (uint64_t)pixels * task->first;
+    if (!task->refinements) return (uint64_t)pixels * level_samples(view, 1);
+    uint64_t sum = 0;
+    for (uint32_t k = 0; k < pixels; k++)
+        sum += level_samples(view, task->refinements[k].to) -
+               level_samples(view, task->refinements[k].from);
+    return sum;
+}
+
+#endif
