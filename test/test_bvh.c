@@ -29,6 +29,9 @@ static void check_leaf(struct survey *survey, const struct bvh_node *node, unsig
         struct bvh_leaf expected = bvh_leaf_of(survey->scene, leaf->id);
         assert_memory_equal(leaf, &expected, sizeof expected);
         assert_true(entry == first || leaf[-1].id < leaf->id);
+        uint32_t material = primitive_material(survey->scene, leaf->id);
+        bool transmits = scene_materials(survey->scene)[material].transmission > 0;
+        assert_int_equal(leaf->transparent, transmits);
         struct piece *piece = &survey->pieces[entry];
         assert_int_equal(piece->id, PRIMITIVE_NONE);
         piece->id = leaf->id;

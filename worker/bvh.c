@@ -271,7 +271,7 @@ static void build_node(struct build *build, uint32_t index, const struct range *
 
 struct bvh_leaf bvh_leaf_of(const struct scene *scene, uint32_t id)
 {
-    struct bvh_leaf leaf = {.id = id};
+    struct bvh_leaf leaf = {.id = id & INT32_MAX, .transparent = transmits(scene, id)};
     if (is_triangle(id)) memcpy(leaf.vertex, corner_indices(scene, id), sizeof leaf.vertex);
     return leaf;
 }

@@ -30,9 +30,14 @@ _Static_assert(sizeof(struct bvh_node) == 256, "four cache lines");
 /* What a leaf needs of a primitive. Those of a leaf are in the order of their ids: triangles and
  * patches come first. */
 struct bvh_leaf {
-    uint32_t id;
-    uint32_t vertex[3]; /* of a triangle or patch; else 0 */
+    uint32_t id : 31;
+    uint32_t transparent : 1; /* 1: its material lets light through; here for shadow rays, which
+                               * need nothing else of what is opaque */
+    uint32_t vertex[3];       /* of a triangle or patch; else 0 */
 };
+
+_Static_assert(sizeof(struct bvh_leaf) == 16, "four to a cache line");
+_Static_assert(PRIMITIVE_KINDS <= 8, "an id has 31 bits");
 
 /*
  * Nodes on the longest way from the root to a leaf, both ends counted: a walk that descends into
@@ -63,6 +68,7 @@ static inline const struct bvh_leaf *bvh_leaves(const struct bvh *bvh)
     return (const void *)((const char *)bvh + bvh->leaves_offset);
 }
 
+/* Of any primitive, planes too. */
 struct bvh_leaf bvh_leaf_of(const struct scene *scene, uint32_t id);
 
 /* Bytes that bvh_build() may need for this scene. */

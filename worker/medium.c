@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "worker/primitive.h"
 
 /* A stack is its top on another stack. */
 struct node {
@@ -193,11 +194,6 @@ struct found {
     uint32_t count;
     struct node media[FOUND_MAX];
 };
-
-static bool transmits(const struct scene *scene, uint32_t primitive)
-{
-    return scene_materials(scene)[primitive_material(scene, primitive)].transmission > 0;
-}
 
 static void note_crossing(struct media *media, const struct ray *ray, const struct hit *hit,
                           const struct surface *surface, uint32_t *stack, struct found *found)

@@ -99,39 +99,48 @@ struct occlusion_walk {
     bool blocked;
 };
 
-/* Returns false, with blocked set, at an opaque surface. */
-static INLINED bool occlusion_by(struct occlusion_walk *walk, uint32_t id, unsigned crossings)
+/* Whether the ray ends at any crossing. Nothing is transparent where there is no list. */
+static INLINED bool is_opaque(const struct passages *passages, const struct bvh_leaf *leaf)
 {
-    /* Nothing is transparent where there is no list: any crossing will do. */
-    walk->blocked = !walk->passages;
+    return !passages || !leaf->transparent;
+}
+
+/* Returns false, with blocked set, at an opaque surface. */
+static INLINED bool occlusion_by(struct occlusion_walk *walk, const struct bvh_leaf *leaf,
+                                 unsigned crossings)
+{
+    walk->blocked = is_opaque(walk->passages, leaf);
     if (walk->blocked) return false;
-    const struct scene *scene = walk->probe.scene;
-    uint32_t material = primitive_material(scene, id);
-    walk->blocked = !(scene_materials(scene)[material].transmission > 0);
-    if (!walk->blocked) passages_add(walk->passages, material, id, crossings);
-    return !walk->blocked;
+    uint32_t material = primitive_material(walk->probe.scene, leaf->id);
+    passages_add(walk->passages, material, leaf->id, crossings);
+    return true;
+}
+
+static INLINED unsigned crossings_that_count(const struct ray *ray, const struct crossings *found)
+{
+    return (unsigned)crossing_counts(ray, found->t[0]) + crossing_counts(ray, found->t[1]);
 }
 
 static INLINED bool occlusion_of(struct occlusion_walk *walk, const struct crossings *found,
-                                 uint32_t id)
+                                 const struct bvh_leaf *leaf)
 {
-    unsigned crossings = crossing_counts(walk->probe.ray, found->t[0]);
-    crossings += crossing_counts(walk->probe.ray, found->t[1]);
-    return crossings == 0 || occlusion_by(walk, id, crossings);
+    unsigned crossings = crossings_that_count(walk->probe.ray, found);
+    return crossings == 0 || occlusion_by(walk, leaf, crossings);
 }
 
-static INLINED bool occlusion_primitive(struct occlusion_walk *walk, uint32_t id, bool naive)
+static INLINED bool occlusion_primitive(struct occlusion_walk *walk, const struct bvh_leaf *leaf,
+                                        bool naive)
 {
-    struct crossings found = probe_crossings(&walk->probe, id, naive);
-    return occlusion_of(walk, &found, id);
+    struct crossings found = probe_crossings(&walk->probe, leaf->id, naive);
+    return occlusion_of(walk, &found, leaf);
 }
 
 static INLINED bool occlusion_triangle(struct occlusion_walk *walk, const struct bvh_leaf *leaf,
                                        bool certain, bool naive)
 {
-    if (certain) return leaf->id == walk->probe.ray->from || occlusion_by(walk, leaf->id, 1);
+    if (certain) return leaf->id == walk->probe.ray->from || occlusion_by(walk, leaf, 1);
     struct crossings found = probe_triangle(&walk->probe, leaf, naive);
-    return occlusion_of(walk, &found, leaf->id);
+    return occlusion_of(walk, &found, leaf);
 }
 
 static INLINED bool occlusion_triangles(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
@@ -162,11 +171,11 @@ static INLINED bool occlusion_spans(struct occlusion_walk *walk, const struct bv
     struct crossing_sets certain = crossing_sets(&spans, t_max);
     for (set |= leaving; set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set), twice = certain.twice >> lane & 1;
-        uint32_t id = leaves[lane].id;
+        const struct bvh_leaf *leaf = &leaves[lane];
         bool told = ((certain.once | certain.twice) & ~leaving) >> lane & 1;
-        if (told && is_told_solid(probe->scene, id)) {
-            if (!occlusion_by(walk, id, 1 + twice)) return false;
-        } else if (!occlusion_primitive(walk, id, false)) {
+        if (told && is_told_solid(probe->scene, leaf->id)) {
+            if (!occlusion_by(walk, leaf, 1 + twice)) return false;
+        } else if (!occlusion_primitive(walk, leaf, false)) {
             return false;
         }
     }
@@ -184,7 +193,7 @@ static INLINED bool occlusion_solids(struct occlusion_walk *walk, const struct b
             i += run;
         } else {
             for (uint32_t end = i + run; i < end; i++)
-                if (!occlusion_primitive(walk, leaves[i].id, naive)) return false;
+                if (!occlusion_primitive(walk, &leaves[i], naive)) return false;
         }
     }
     return true;
@@ -213,9 +222,15 @@ static INLINED struct occlusion_walk occlusion_walk_of(const struct scene *scene
 /* false: a plane is in the way. */
 static INLINED bool occlusion_planes(struct occlusion_walk *walk, bool naive)
 {
-    uint32_t end = plane_ids_end(walk->probe.scene);
-    for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < end; id++)
-        if (!occlusion_primitive(walk, id, naive)) return false;
+    const struct scene *scene = walk->probe.scene;
+    uint32_t end = plane_ids_end(scene);
+    for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < end; id++) {
+        struct crossings found = probe_crossings(&walk->probe, id, naive);
+        unsigned crossings = crossings_that_count(walk->probe.ray, &found);
+        if (crossings == 0) continue;
+        struct bvh_leaf plane = bvh_leaf_of(scene, id);
+        if (!occlusion_by(walk, &plane, crossings)) return false;
+    }
     return true;
 }
 

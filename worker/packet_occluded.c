@@ -33,16 +33,16 @@ static INLINED void note(struct occlusion_packet *it, unsigned lane, bool goes_o
 }
 
 /* So many crossings certainly count, of rays that do not start on the primitive. */
-static void certain_crossings(struct occlusion_packet *it, uint32_t id, lane_set set,
-                              unsigned crossings)
+static void certain_crossings(struct occlusion_packet *it, const struct bvh_leaf *leaf,
+                              lane_set set, unsigned crossings)
 {
-    if (!it->passages) {
+    if (is_opaque(it->passages, leaf)) {
         it->open &= ~set;
         return;
     }
     for (; set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set);
-        note(it, lane, occlusion_by(walk_of(it, lane), id, crossings));
+        note(it, lane, occlusion_by(walk_of(it, lane), leaf, crossings));
     }
 }
 
@@ -62,7 +62,7 @@ static void triangle_in_the_way(struct occlusion_packet *it, const struct bvh_le
     set &= ~rays_from(it, leaf->id);
     lane_set beyond = lanes_less(it->t_max, from) | lanes_less(to, lanes_of(0));
     lane_set within = lanes_less(it->least, from) & lanes_less(to, it->t_max);
-    certain_crossings(it, leaf->id, set & view->certain & within, 1);
+    certain_crossings(it, leaf, set & view->certain & within, 1);
     for (set &= ~(view->certain & (within | beyond)); set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set);
         note(it, lane, occlusion_triangle(walk_of(it, lane), leaf, false, false));
@@ -70,25 +70,26 @@ static void triangle_in_the_way(struct occlusion_packet *it, const struct bvh_le
 }
 
 /* Tests rays with a primitive, one by one. */
-static void test_each(struct occlusion_packet *it, uint32_t id, lane_set set)
+static void test_each(struct occlusion_packet *it, const struct bvh_leaf *leaf, lane_set set)
 {
     for (; set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set);
-        note(it, lane, occlusion_primitive(walk_of(it, lane), id, false));
+        note(it, lane, occlusion_primitive(walk_of(it, lane), leaf, false));
     }
 }
 
-static void solid_in_the_way(struct occlusion_packet *it, uint32_t id, lane_set rays)
+static void solid_in_the_way(struct occlusion_packet *it, const struct bvh_leaf *leaf,
+                             lane_set rays)
 {
-    struct solid_spans spans = spans_of_rays(it->scene, id, &it->ray_lanes);
-    lane_set leaving = rays_from(it, id);
+    struct solid_spans spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
+    lane_set leaving = rays_from(it, leaf->id);
     lane_set set = rays & (leaving | may_be_crossed(&spans, it->t_max));
     if (!set) return;
     struct crossing_sets certain = crossing_sets(&spans, it->t_max);
-    lane_set told = is_told_solid(it->scene, id) ? set & ~leaving : 0;
-    certain_crossings(it, id, told & certain.once, 1);
-    certain_crossings(it, id, told & certain.twice, 2);
-    test_each(it, id, set & ~(told & (certain.once | certain.twice)));
+    lane_set told = is_told_solid(it->scene, leaf->id) ? set & ~leaving : 0;
+    certain_crossings(it, leaf, told & certain.once, 1);
+    certain_crossings(it, leaf, told & certain.twice, 2);
+    test_each(it, leaf, set & ~(told & (certain.once | certain.twice)));
 }
 
 static INLINED void visit_by_packet(void *context, const struct bvh_node *node, unsigned slot,
@@ -110,9 +111,9 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
     }
     for (uint32_t i = triangles; i < count && (rays & it->open); i++) {
         if (has_spans(leaves[i].id))
-            solid_in_the_way(it, leaves[i].id, rays & it->open);
+            solid_in_the_way(it, &leaves[i], rays & it->open);
         else
-            test_each(it, leaves[i].id, rays & it->open);
+            test_each(it, &leaves[i], rays & it->open);
     }
     if (!it->open) *limit = -INFINITE; /* that is all */
 }

@@ -41,6 +41,12 @@ static inline struct bounds primitive_bounds(const struct scene *scene, uint32_t
     return triangle_bounds(&vertices[corner[0]], &vertices[corner[1]], &vertices[corner[2]]);
 }
 
+/* Whether light comes through. */
+static inline bool transmits(const struct scene *scene, uint32_t id)
+{
+    return scene_materials(scene)[primitive_material(scene, id)].transmission > 0;
+}
+
 static inline bool is_triangle(uint32_t id)
 {
     return primitive_kind(id) <= PRIMITIVE_PATCH;
