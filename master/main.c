@@ -211,7 +211,9 @@ static bool open_save(struct run *run, const struct scene *scene)
 static bool keep(struct run *run, const char *then)
 {
     if (!run->save) {
-        user_error(NULL, 0, "nothing is kept for another run, because output.journal is empty");
+        user_error(NULL, 0, "nothing is kept for another run, because %s",
+                   run->adaptive ? "adaptive sampling keeps no journal"
+                                 : "output.journal is empty");
         return false;
     }
     struct save_kept kept = save_keep(run->save);
@@ -336,8 +338,14 @@ static int conclude(struct run *run)
 static int end_early(struct run *run)
 {
     const char *image = run->job.settings.output.image;
-    user_error(NULL, 0, "stopped by %s at %.0f %% of the picture", strsignal(*stop_signal()),
-               100 - 100.0 * (double)pixels_left(run) / run->canvas.width / run->canvas.height);
+    const char *signal = strsignal(*stop_signal());
+    double pixels = (double)run->canvas.width * run->canvas.height;
+    if (run->adaptive)
+        user_error(NULL, 0, "stopped by %s in pass %u of adaptive sampling", signal,
+                   adaptive_passes(run->adaptive));
+    else
+        user_error(NULL, 0, "stopped by %s at %.0f %% of the picture", signal,
+                   100 - 100 * (double)pixels_left(run) / pixels);
     bool resumable = keep(run, "to go on");
     if (image_write(image, &run->canvas))
         fprintf(stderr, "farm: the picture so far is in %s\n", image);

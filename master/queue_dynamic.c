@@ -169,6 +169,7 @@ static uint32_t repeat_from(struct queue *queue, struct heap *heap, uint32_t ask
 {
     bool spare = queue->waiting.count > 0;
     uint32_t count = 0;
+    uint64_t pixels = 0;
     double sum = 0;
     while (heap->count > 0 && count < LOT_TILES) {
         uint32_t renderer = heap_top(heap);
@@ -178,7 +179,8 @@ static uint32_t repeat_from(struct queue *queue, struct heap *heap, uint32_t ask
             heap_remove(heap, renderer);
             continue;
         }
-        if (count > 0 && sum + hold->work > work) break;
+        pixels += area(&queue->items[hold->id]);
+        if (count > 0 && (sum + hold->work > work || pixels > LOT_PIXELS)) break;
         if (!repeat_pays(queue, renderer, asker, now, sum + hold->work)) break;
         sum += hold->work;
         tiles[count++] = queue_tile_of(queue, hold->id);
@@ -278,6 +280,8 @@ uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
         if (settles(queue, renderer)) settle(queue, now);
     }
     pace_check(&queue->pace, now);
+    /* It may have stopped: messages to it would pile up. */
+    if (queue->pace.renderers[renderer].lost) return 0;
     struct pace_lot lot = pace_lot(&queue->pace, renderer, now, queue->waiting_work);
     uint32_t repeats = next_repeat(queue, renderer, now, lot.work, tiles);
     if (repeats > 0) return repeats;

@@ -72,8 +72,11 @@ static void post_receives(struct server *server)
     }
 }
 
+/* With a silent renderer there may be half of a message that never ends, for which the memory, and this
+ * function, would wait: the job is about to end without it. */
 static void cancel_receives(struct server *server)
 {
+    if (server->service->silent > 0) return;
     for (int i = 0; i < server->receives; i++) {
         MPI_Cancel(&server->requests[i]);
         MPI_Wait(&server->requests[i], MPI_STATUS_IGNORE);
@@ -683,5 +686,6 @@ bool serve(struct service *service)
     fill_waits(&server);
     fill_from_preview(&server);
     end_server(&server);
-    return service->timed_out || queue_complete(service->queue);
+    /* Between passes the queue is complete, the picture not. */
+    return service->timed_out || (server.last_pass && queue_complete(service->queue));
 }

@@ -64,7 +64,7 @@ static void add_row(struct watch *watch, double now)
         .elapsed_s = now - watch->begin,
         .samples = (double)look.samples / (double)pixel_count(watch),
         .estimate = error_estimate(&look.sum, look.pixels, number),
-        .true_rmse = NAN,
+        .true_rmse = (double)NAN,
     };
     if (watch->reference && look.pixels == pixel_count(watch))
         row.true_rmse = truth_rmse(watch->canvas, watch->reference);
@@ -133,7 +133,8 @@ bool watch_end(struct watch *watch, double now, double render_s, struct error_fo
     size_t rows = watch->log.count;
     /* After the last pass there is a row already. */
     if (!watch->adaptive || rows == 0 ||
-        look_at(watch).samples > watch->log.rows[rows - 1].samples * (double)pixel_count(watch))
+        (double)look_at(watch).samples >
+            watch->log.rows[rows - 1].samples * (double)pixel_count(watch))
         add_row(watch, now);
     if (!watch->adaptive) add_middle(watch);
     *forecast = forecast_of(watch, render_s);

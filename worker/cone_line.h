@@ -32,7 +32,9 @@ static inline double dd3_size(struct dd3 a)
 
 static inline bool is_cone_ordinary(double size)
 {
-    return (size > CONE_ORDINARY_MIN) & (size < CONE_ORDINARY_MAX);
+    bool ordinary = size > CONE_ORDINARY_MIN;
+    ordinary &= size < CONE_ORDINARY_MAX;
+    return ordinary;
 }
 
 static inline bool cone_is_ordinary(const struct cone *cone, struct vec3 origin,
@@ -42,8 +44,11 @@ static inline bool cone_is_ordinary(const struct cone *cone, struct vec3 origin,
     double height = largest_component(vec_sub(cone->apex, cone->base));
     double reach = larger(largest_component(cone->base), largest_component(cone->apex));
     reach = larger(largest_component(origin), larger(reach, radius));
-    return is_cone_ordinary(radius) & is_cone_ordinary(height) &
-           is_cone_ordinary(largest_component(direction)) & (reach < CONE_ORDINARY_MAX);
+    bool ordinary = is_cone_ordinary(radius);
+    ordinary &= is_cone_ordinary(height);
+    ordinary &= is_cone_ordinary(largest_component(direction));
+    ordinary &= reach < CONE_ORDINARY_MAX;
+    return ordinary;
 }
 
 /* A ray this close to the axis' direction leaves d x w too few digits of double-double. */

@@ -204,7 +204,8 @@ static void add_group(struct radiance *radiance, const uint32_t *ids, const stru
         raise(radiance->passed, group, passed_by(material));
     }
     free(seen);
-    if (cluster->count > 1) return;
+    /* The paper's formulas let a ray meet again what it has left. */
+    if (cluster->count > 1 || radiance->scene->view.formulas == FORMULAS_PAPER) return;
     radiance->only[group] = ids[cluster->first];
     radiance->single = true;
 }
