@@ -121,11 +121,12 @@ static uint32_t take_tiles(struct queue *queue, uint32_t renderer, double now, s
 /* ---- a second time ---- */
 
 /*
- * The last tile in the renderer's list that nobody has finished and that has not been handed on: of
- * all that it holds the least likely to be begun. With spare the first one, which it has begun if
- * any, is left to it.
+ * The last tile in the renderer's list that nobody has finished, that has not been handed on and that
+ * the asker does not hold himself: of all that it holds the least likely to be begun. With spare the
+ * first one, which it has begun if any, is left to it.
  */
-static struct hold *last_to_pass_on(struct queue *queue, uint32_t renderer, bool spare)
+static struct hold *last_to_pass_on(struct queue *queue, uint32_t renderer, uint32_t asker,
+                                    bool spare)
 {
     struct holdings *holdings = &queue->holdings;
     bool lost = queue->pace.renderers[renderer].lost;
@@ -135,7 +136,8 @@ static struct hold *last_to_pass_on(struct queue *queue, uint32_t renderer, bool
         struct hold *hold = &holdings->holds[i];
         const struct item *item = &queue->items[hold->id];
         bool open = item->pass != TILE_PROBE && !item->finished && !hold->passed_on;
-        if (open && (lost || item->copies == 1) && !(spare && i == first)) found = hold;
+        open = open && (lost || item->copies == 1) && !(spare && i == first);
+        if (open && !holdings_find(holdings, asker, hold->id)) found = hold;
         i = hold->next;
     }
     return found;
@@ -173,7 +175,7 @@ static uint32_t repeat_from(struct queue *queue, struct heap *heap, uint32_t ask
     double sum = 0;
     while (heap->count > 0 && count < LOT_TILES) {
         uint32_t renderer = heap_top(heap);
-        struct hold *hold = last_to_pass_on(queue, renderer, spare);
+        struct hold *hold = last_to_pass_on(queue, renderer, asker, spare);
         if (!hold) {
             if (count > 0 || spare) break;
             heap_remove(heap, renderer);
