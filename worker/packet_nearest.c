@@ -1,5 +1,11 @@
 #include "worker/packet.h"
 
+#include "worker/lanes.h"
+
+/* Without SIMD nobody asks for packets (worker/nearest.c, occluded.c), and eight times the scalar code
+ * would take half a minute to compile. */
+#if LANES_IN_SIMD
+
 #include "worker/nearest_walk.h"
 #include "worker/packet_triangle.h"
 
@@ -233,3 +239,18 @@ bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const stru
     }
     return true;
 }
+
+#else
+
+bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                    struct hit *hits, uint64_t *exact)
+{
+    (void)scene;
+    (void)bvh;
+    (void)rays;
+    (void)hits;
+    (void)exact;
+    return false; /* none is worth it */
+}
+
+#endif

@@ -1,5 +1,12 @@
-#include "worker/occlusion_walk.h"
 #include "worker/packet.h"
+
+#include "worker/lanes.h"
+
+/* Without SIMD nobody asks for packets (worker/nearest.c, occluded.c), and eight times the scalar code
+ * would take half a minute to compile. */
+#if LANES_IN_SIMD
+
+#include "worker/occlusion_walk.h"
 #include "worker/packet_triangle.h"
 
 struct occlusion_packet {
@@ -154,3 +161,19 @@ bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const str
             transmittance_of(scene, passages ? &passages[lane] : NULL, !(it.open >> lane & 1));
     return true;
 }
+
+#else
+
+bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                     struct passages *passages, struct vec3 *transmittance, uint64_t *exact)
+{
+    (void)scene;
+    (void)bvh;
+    (void)rays;
+    (void)passages;
+    (void)transmittance;
+    (void)exact;
+    return false; /* none is worth it */
+}
+
+#endif
