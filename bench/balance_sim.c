@@ -355,14 +355,16 @@ static void tell_recalls(struct sim *sim, double time)
     }
 }
 
-/* Whether the renderer got anything. */
+/* Whether the renderer got anything. Messages do not overtake each other. */
 static bool hand_out(struct sim *sim, uint32_t who, double time)
 {
     const struct message_costs *costs = &sim->machine->messages;
+    double arrival = time + costs->latency_s;
     bool any = false;
-    for (struct lot *lot; (lot = next_lot(sim, who)); any = true)
-        at(sim, time + costs->latency_s + lot->count * sizeof(struct tile) * costs->byte_s,
-           EVENT_LOT, who, lot);
+    for (struct lot *lot; (lot = next_lot(sim, who)); any = true) {
+        arrival += lot->count * sizeof(struct tile) * costs->byte_s;
+        at(sim, arrival, EVENT_LOT, who, lot);
+    }
     sim->renderers[who].asks = queue_holds(sim->queue, who) == 0;
     tell_recalls(sim, time);
     return any;
