@@ -474,8 +474,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
         watch_add(&run->watch, found->pixels, &header);
     }
     run->stats = allocate_zeroed(run->renderers, sizeof *run->stats);
-    struct service service = {.comm = MPI_COMM_WORLD,
-                              .queue = run->queue,
+    struct service service = {.queue = run->queue,
                               .canvas = &run->canvas,
                               .save = run->save,
                               .progress = &progress,
