@@ -300,7 +300,7 @@ fuzz-deps:
 	@$(fuzz_links) || { $(call install_missing,libclang-rt-dev); }
 
 # All of rank 0 but MPI and what calls for it.
-SERVING := main serve post hand_out take_in accept own_renderer passes
+SERVING := main prepare keep conclude serve post hand_out take_in accept own_renderer passes
 FUZZED := $(filter-out $(SERVING:%=$(BUILD)/master/%.o),$(filter $(BUILD)/common/% \
     $(BUILD)/master/%,$(OBJECTS))) $(BUILD)/test/fuzz/fuzz.o
 
