@@ -23,6 +23,7 @@ void accept_tile(struct server *server, uint32_t renderer, const struct tile *ti
         canvas_put(service->canvas, tile, rgb);
         save_tile(service->save, tile, header->busy_s, &header->counts);
     }
+    render_counts_add(&service->counts, &header->counts);
     server->rays += render_counts_rays(&header->counts);
     watch_add(service->watch, tile_pixels(tile), header);
     server->finished = server->start + now;

@@ -45,6 +45,7 @@ static void fill_report(struct run *run, const struct service *service)
     report->wasted_s = count.wasted_s;
     report->time.render = service->render_s;
     report->renderers = service->stats;
+    report->picture = service->counts;
     report->renderer_count = (int)run->renderers;
     report->master_cpu_s = service->master_cpu_s;
     report->master_messages = service->messages;
@@ -134,7 +135,7 @@ int end_early(struct run *run)
         user_error(NULL, 0, "stopped by %s in pass %u of adaptive sampling", signal,
                    adaptive_passes(run->adaptive));
     else
-        user_error(NULL, 0, "stopped by %s at %.0f %% of the picture", signal,
+        user_error(NULL, 0, "stopped by %s at %.1f %% of the pixels", signal,
                    100 - 100 * (double)pixels_left(run) / pixels);
     bool resumable = keep(run, "to go on");
     if (image_write(image, &run->canvas))

@@ -9,6 +9,22 @@ static uint32_t saved_pixels(void *save, const struct tile *tile)
     return save_holds(save, tile);
 }
 
+/* Of the picture. Tiles tell nothing from run to run: each cuts them as it needs them. */
+static double per_cent(const struct run *run, uint64_t pixels)
+{
+    return 100 * (double)pixels / ((double)run->canvas.width * run->canvas.height);
+}
+
+/* The errors of a part of the pixels, taken to be like the others. */
+static void scale_errors(struct render_counts *counts, double part)
+{
+    struct error_sum *sums[] = {&counts->sampling, &counts->halfway};
+    for (size_t i = 0; i < sizeof sums / sizeof *sums; i++) {
+        sums[i]->squares *= part;
+        sums[i]->fourths *= part;
+    }
+}
+
 /* Takes over what an earlier run has left. */
 static void resume(struct run *run)
 {
@@ -23,11 +39,17 @@ static void resume(struct run *run)
         .seconds = found->seconds * (double)count.pixels_finished / (double)found->pixels,
         .counts = found->counts,
     };
-    run->report.resumed.again_s = found->seconds - run->report.resumed.seconds;
-    fprintf(stderr,
-            "farm: going on with %s: %u of %u tiles, %llu pixels, %.1f s of rendering saved\n",
-            run->job.settings.output.journal, count.finished, count.tiles,
-            (unsigned long long)count.pixels_finished, run->report.resumed.seconds);
+    struct resumed *resumed = &run->report.resumed;
+    resumed->again_s = found->seconds - resumed->seconds;
+    /* What is rendered again tells its error again. */
+    scale_errors(&resumed->counts, (double)resumed->pixels / (double)found->pixels);
+    char again[80] = "";
+    if (count.pixels_finished < found->pixels)
+        snprintf(again, sizeof again, ", of which %.1f %% are rendered again (tiles of another cut)",
+                 per_cent(run, found->pixels - count.pixels_finished));
+    fprintf(stderr, "farm: going on with %s: %.1f %% of the pixels%s, %.1f s of rendering saved\n",
+            run->job.settings.output.journal, per_cent(run, found->pixels), again,
+            resumed->seconds);
 }
 
 uint32_t tiles_left(const struct run *run)
@@ -72,12 +94,12 @@ bool keep(struct run *run, const char *then)
     char *journal = kept.moved ? format_text("output.journal=%s", kept.path) : NULL;
     char *command = command_line(run->arguments, run->processes, journal);
     struct queue_count count = queue_count(run->queue);
-    uint64_t tiles = count.finished - kept.lost;
+    double saved = per_cent(run, count.pixels_finished - kept.lost_pixels);
     if (kept.lost)
         user_error(NULL, 0, "%llu finished tiles (%.1f s of rendering) could be saved nowhere",
                    (unsigned long long)kept.lost, kept.lost_s);
-    fprintf(stderr, "farm: %llu of %u tiles are saved in %s; %s: %s\n", (unsigned long long)tiles,
-            count.tiles, kept.path, then, command);
+    fprintf(stderr, "farm: %.1f %% of the pixels are saved in %s; %s: %s\n", saved, kept.path, then,
+            command);
     free(kept.path);
     free(journal);
     free(command);

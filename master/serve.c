@@ -33,6 +33,7 @@ static void show_progress(struct server *server)
         .pixels = (uint64_t)pixels,
         .tiles_done = count.finished,
         .tiles = count.tiles,
+        .pass = server->service->adaptive ? adaptive_passes(server->service->adaptive) : 0,
         .rays = server->rays,
     };
     watch_look(server->service->watch, clock_wall());
@@ -119,6 +120,7 @@ static void fill_from_preview(struct server *server)
 {
     uint32_t next = 0;
     struct tile tile;
+    preview_complete(&server->preview);
     while (queue_unfinished(server->service->queue, &next, &tile))
         if (!tile_is_refined(&tile)) preview_fill(&server->preview, server->service->canvas, &tile);
 }
@@ -154,6 +156,7 @@ static void start_server(struct server *server, struct service *service)
     for (uint32_t i = 0; i < server->renderers; i++)
         service->stats[i].rank = server->first_rank + i;
     service->ending = false;
+    service->counts = (struct render_counts){0};
     service->silent = 0;
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
     server->post = post_open(largest_message(service));

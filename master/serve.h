@@ -35,6 +35,7 @@ struct service {
 
     /* Results. */
     struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */
+    struct render_counts counts;  /* of the tiles that are in the picture, each once */
     bool timed_out;               /* the deadline ended it */
     double render_s;              /* wall seconds until the last tile was in the picture */
     double master_cpu_s;          /* CPU seconds of serving */
