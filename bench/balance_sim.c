@@ -387,7 +387,9 @@ static void hand_out_to_idle(struct sim *sim)
 {
     uint64_t news = queue_news(sim->queue);
     bool all = news != sim->news;
-    if (all || sim->now >= queue_wake(sim->queue)) hand_out_to(sim, all);
+    bool late = sim->now >= queue_wake(sim->queue);
+    if (late) queue_look(sim->queue, sim->now);
+    if (all || late) hand_out_to(sim, all);
     sim->news = news;
     /* A wake-up that changed nothing comes again with the next long nap. */
     double wake = queue_wake(sim->queue);

@@ -11,6 +11,7 @@
 
 #include "common/clock.h"
 #include "common/message.h"
+#include "common/nap.h"
 #include "master/run.h"
 #include "master/stop.h"
 #include "master/timeline_output.h"
@@ -222,6 +223,7 @@ int main(int argc, char **argv)
     MPI_Comm_size(MPI_COMM_WORLD, &run.processes);
     message_set_rank(rank, end_job);
     stop_install(rank);
+    nap_sharpen();
     if (level < MPI_THREAD_FUNNELED) fatal("this MPI library does not support threads");
     status = agree_on_status(MPI_COMM_WORLD, run_rank(&run, rank));
     free_run(&run);

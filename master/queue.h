@@ -151,6 +151,9 @@ struct queue_count {
 };
 struct queue_count queue_count(const struct queue *queue);
 
+/* Looks for those who are late by now (queue_wake()). */
+void queue_look(struct queue *queue, double now);
+
 /* Whether every tile is finished. */
 bool queue_complete(const struct queue *queue);
 
