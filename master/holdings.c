@@ -47,11 +47,8 @@ void holdings_give(struct holdings *holdings, uint32_t renderer, uint32_t id, do
 {
     struct holder *holder = &holdings->holders[renderer];
     uint32_t hold = new_hold(holdings);
-    holdings->holds[hold] = (struct hold){.id = id,
-                                          .next = HOLD_NONE,
-                                          .lot = holder->lots_given,
-                                          .may_pass = may_pass,
-                                          .work = work};
+    holdings->holds[hold] = (struct hold){
+        .id = id, .next = HOLD_NONE, .lot = holder->lots_given, .may_pass = may_pass, .work = work};
     if (holder->last == HOLD_NONE)
         holder->first = hold;
     else
