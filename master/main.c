@@ -121,7 +121,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     run->report.bvh_bytes = shared->bvh->bytes;
     run->report.time.broadcast = shared->broadcast_s;
     run->report.time.build = shared->build_s;
-    int status = conclude(run, &service, view);
+    int status = run_conclude(run, &service, view);
     return status == STATUS_DONE && !watched ? STATUS_FAILED : status;
 }
 
