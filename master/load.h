@@ -13,6 +13,7 @@
 
 #include "common/settings.h"
 #include "master/builder.h"
+#include "master/view.h"
 
 /* Where an included part of a scene is put: p -> translate + scale * (rotation p). */
 struct placement {
@@ -57,8 +58,5 @@ char *print_job(const struct job *job);
 
 /* For --help: the sections that make up a scene and their keys, with ranges and defaults. */
 void print_scene_keys(FILE *out);
-
-/* The view for the scene block; settings as checked by load_job(). */
-struct view settings_view(const struct settings *settings);
 
 #endif
