@@ -62,7 +62,7 @@ OBJECTS := $(SOURCES:%.c=$(BUILD)/%.o) $(LEVELS:%=$(BUILD)/kernel_%.o)
 LIBRARY := $(filter-out $(BUILD)/master/main.o,$(OBJECTS))
 MODELS  := $(patsubst %.c,$(BUILD)/%.o,$(wildcard config/models/*.c))
 UNITS   := $(patsubst test/%.c,$(BUILD)/test/%,$(wildcard test/test_*.c))
-STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/stability_*.c bench/pictures*.c test/reference.c))
+STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/stability_*.c bench/pictures*.c test/reference*.c))
 
 # `make V=1` shows the whole commands.
 quiet := $(if $(V),,@)
