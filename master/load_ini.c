@@ -50,10 +50,12 @@ void warn_of_gain(const struct material *material, const char *file, long line)
     /* A little more than 1 is rounding of the numbers as they were written. */
     if (material->reflection + material->transmission > 1.0000001)
         user_warning(file, line,
-                     "reflection and transmission together are more than 1: the surface "
-                     "gives off more light than it gets");
+                     "reflection and transmission together are %g, more than 1: the surface "
+                     "gives off more light than it gets",
+                     material->reflection + material->transmission);
     if (vec_max(material->color) > 1)
-        user_warning(file, line, "a component of the color is more than 1: full white is 1 1 1");
+        user_warning(file, line,
+                     "a component of the color is more than 1: full white is 1 1 1, not 255");
 }
 
 /* ---- other files ---- */

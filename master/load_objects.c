@@ -37,8 +37,9 @@ bool resolve_material(const struct reading *at, const struct object *object, uin
     for (const struct part *part = at->part; part; part = part->outer)
         for (size_t i = 0; i < part->material_count; i++)
             nearest_name_try(&search, part->materials[i].name);
-    char *hint = search.best ? nearest_name_hint(&search) : copy_text(", expected the name of one");
-    char *text = format_text("there is no [material %s]%s", object->material, hint);
+    char *hint = nearest_name_hint(&search);
+    char *text = format_text("there is no [material %s]%s", object->material,
+                             *hint ? hint : ", expected the name of one");
     refuse_section_key(at, "material", text);
     free(text);
     free(hint);

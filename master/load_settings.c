@@ -45,8 +45,10 @@ char *section_hint(const char *kind)
         nearest_name_try(&search, settings_keys[i].section);
     for (size_t i = 0; scene_section_kind(i); i++)
         nearest_name_try(&search, scene_section_kind(i)->name);
-    return search.best ? nearest_name_hint(&search)
-                       : copy_text(", expected one that 'farm --help' lists");
+    char *hint = nearest_name_hint(&search);
+    if (*hint) return hint;
+    free(hint);
+    return copy_text(", expected one that 'farm --help' lists");
 }
 
 /* The keys of a section stand together in the table. */

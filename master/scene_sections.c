@@ -30,7 +30,7 @@ static const struct key material_keys[] = {
     {"material", "transmission", VALUE_NUMBER, AT(material, transmission), .min = 0, .max = 1,
      .fallback = "0", .help = "share of light that passes through"},
     {"material", "ior", VALUE_NUMBER, AT(material, ior), ANY_ABOVE_0, .fallback = "1.5",
-     .help = "index of refraction; the world outside has 1"},
+     .help = "index of refraction (water 1.33, glass 1.5; the world outside has 1)"},
 };
 
 #define MATERIAL_KEY(kind)                                                                         \
