@@ -26,9 +26,15 @@ extern const struct placement placement_identity;
 
 struct ini;
 
+/* Which outputs the user has named; the others are named after CONFIG or the picture. */
+struct named_outputs {
+    bool image, report, journal;
+};
+
 /* Everything that a run needs to know. */
 struct job {
     struct settings settings;
+    struct named_outputs named;
     struct builder *builder;
     struct ini *document; /* the scene's sections, as they were read; owned */
 };
@@ -51,7 +57,8 @@ void job_free(struct job *job);
 
 /*
  * The text of --print-config: an INI file that gives the same picture, with all settings in effect,
- * the scene's sections and absolute paths. The caller frees it. NULL, after saying so, when a value
+ * the scene's sections and absolute paths. Outputs that the user has not named are left to their
+ * defaults, so that another file's picture is not overwritten. The caller frees it. NULL, after saying so, when a value
  * cannot be written in an INI file (only an argument or a very long path can be such a value).
  */
 char *print_job(const struct job *job);
