@@ -190,7 +190,7 @@ bench-error: bench-deps $(BUILD)/bench/error_tool all
 	FARM=$(abspath $(FARM)) TOOL=$(abspath $(BUILD)/bench/error_tool) WORK=$(BUILD)/bench/error.out \
 	    sh bench/error.sh $(ERROR_SECTIONS)
 
-$(BUILD)/bench/omit: $(BUILD)/bench/omit.o $(BUILD)/common/message.o $(BUILD)/common/memory.o
+$(BUILD)/bench/omit: $(BUILD)/bench/omit.o $(BUILD)/bench/report_values.o $(BUILD)/common/message.o $(BUILD)/common/memory.o
 	$(say)  link $@
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ -lm -o $@
 
@@ -220,7 +220,8 @@ bench-faults: $(FAULTS) all
 
 # How the work is shared out. Some 20 minutes of two idle cores; BALANCE_OPTIONS="--only real,model" runs
 # the parts that need a quiet machine, the others being kept.
-BALANCE := $(patsubst %.c,$(BUILD)/%.o,$(filter-out bench/balance_messages.c,$(wildcard bench/balance*.c)))
+BALANCE := $(patsubst %.c,$(BUILD)/%.o,$(filter-out bench/balance_messages.c,$(wildcard bench/balance*.c)) \
+           bench/report_values.c)
 
 $(BUILD)/bench/balance: $(BALANCE) $(LIBRARY)
 	$(say)  link $@
