@@ -7,6 +7,7 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "common/message.h"
@@ -68,15 +69,26 @@ static void name_outputs(struct settings *settings, const char *config)
 
 /* ---- the job ---- */
 
+static bool refuse_config(const char *path)
+{
+    struct stat status;
+    char *ini = format_text("%s.ini", path);
+    if (stat(path, &status) == 0 && S_ISDIR(status.st_mode))
+        user_error(path, 0, "is a folder, expected a scene: .ini, .nff or .obj");
+    else if (access(ini, R_OK) == 0)
+        user_error(path, 0, "is no scene, did you mean '%s'?", ini);
+    else
+        user_error(path, 0, "has an unknown extension, expected .ini, .nff or .obj");
+    free(ini);
+    return false;
+}
+
 /* CONFIG as a document; a scene file becomes a section that names it. */
 static bool read_config(const char *path, struct ini *ini)
 {
     bool is_obj = path_has_extension(path, ".obj");
     if (path_has_extension(path, ".ini")) return ini_load(path, ini);
-    if (!is_obj && !path_has_extension(path, ".nff")) {
-        user_error(path, 0, "has an unknown extension, expected .ini, .nff or .obj");
-        return false;
-    }
+    if (!is_obj && !path_has_extension(path, ".nff")) return refuse_config(path);
     if (access(path, R_OK) != 0) {
         user_error(path, 0, "cannot be opened: %s", strerror(errno));
         return false;

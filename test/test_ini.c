@@ -258,6 +258,11 @@ static void test_files_that_are_none(void **state)
     scratch_refused(*state, "pipe.ini", NULL, "pipe.ini: is not a regular file, expected one");
     scratch_refused(*state, "scene.txt", NULL,
                     "scene.txt: has an unknown extension, expected .ini, .nff or .obj");
+    assert_int_equal(mkdir("folder", 0700), 0);
+    scratch_refused(*state, "folder", NULL,
+                    "folder: is a folder, expected a scene: .ini, .nff or .obj");
+    scratch_write("here.ini", "");
+    scratch_refused(*state, "here", NULL, "here: is no scene, did you mean 'here.ini'?");
 }
 
 static void test_objects(void **state)
