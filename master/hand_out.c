@@ -21,6 +21,11 @@ void tell_stop(struct server *server, uint32_t renderer)
     send(server, renderer, TAG_MASTER_TO_RENDERER_STOP, NULL, 0);
 }
 
+void ask_for_sign(struct server *server, uint32_t renderer)
+{
+    send(server, renderer, TAG_MASTER_TO_RENDERER_PING, NULL, 0);
+}
+
 /* One who does not answer hears no more of it: his messages would pile up. */
 void tell_recalls(struct server *server)
 {
@@ -89,6 +94,7 @@ void hand_out_to_idle(struct server *server)
     uint64_t news = queue_news(server->service->queue);
     bool due = news != server->news || server_elapsed(server) >= queue_wake(server->service->queue);
     bool complete = queue_complete(server->service->queue);
+    if (due) queue_look(server->service->queue, server_elapsed(server));
     pthread_mutex_unlock(&server->lock);
     if (!due && !complete) return;
     bool all = news != server->news || complete;
