@@ -44,7 +44,7 @@ void tell_recalls(struct server *server)
 }
 
 /* The TILES message of a lot into room for TILES_MAX_BYTES; returns its length. The lock is held. */
-static size_t put_lot(const struct server *server, const struct tile *tiles, uint32_t count,
+static size_t put_lot(struct server *server, const struct tile *tiles, uint32_t count,
                       char *message)
 {
     struct lot_header header = {.answer_s = queue_answer_after(server->service->queue)};
@@ -54,8 +54,7 @@ static size_t put_lot(const struct server *server, const struct tile *tiles, uin
         assert(bytes + tile_part_bytes(&tiles[i]) <= TILES_MAX_BYTES);
         memcpy(message + bytes, &tiles[i], sizeof *tiles);
         if (tile_is_refined(&tiles[i]))
-            adaptive_take(server->service->adaptive, &tiles[i],
-                          (void *)(message + bytes + sizeof *tiles));
+            take_refinements(server, &tiles[i], (void *)(message + bytes + sizeof *tiles));
         bytes += tile_part_bytes(&tiles[i]);
     }
     return bytes;

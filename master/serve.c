@@ -138,6 +138,7 @@ static void end_server(struct server *server)
     pthread_mutex_destroy(&server->lock);
     preview_free(&server->preview);
     free(server->contacts);
+    free(server->sampled);
     free(server->message);
 }
 

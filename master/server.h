@@ -38,8 +38,10 @@ struct server {
     pthread_mutex_t lock;
     struct preview preview;
     uint64_t rays;
-    double probe_s; /* of all renderers */
-    bool last_pass; /* what is in the queue is all there will be */
+    double probe_s;    /* of all renderers */
+    bool last_pass;    /* what is in the queue is all there will be */
+    uint32_t *sampled; /* of each refined tile that has been handed out: pixels that get samples */
+    uint32_t sampled_room;
     bool own_done;
 
     /* Main thread only. */
@@ -64,6 +66,11 @@ double server_elapsed(const struct server *server);
 bool server_is_through(struct server *server, uint32_t renderer);
 
 /* ---- accept.c; the lock is held ---- */
+
+/* What a refined tile's pass asks for, in the tile's order: the answer is to have as many pixels as get
+ * samples, whose number is returned. */
+uint32_t take_refinements(struct server *server, const struct tile *tile,
+                          struct refinement *refinements);
 
 /* A finished tile goes into the picture and the journal, unless somebody else was first. */
 void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,

@@ -393,11 +393,8 @@ static bool hear_stop(void *context)
 /* Pixels of a tile that get samples. */
 static uint32_t sampled_pixels(const struct tile *tile, const struct refinement *refinements)
 {
-    uint32_t pixels = tile_pixels(tile), count = 0;
-    if (!refinements) return pixels;
-    for (uint32_t k = 0; k < pixels; k++)
-        count += refinements[k].to > refinements[k].from;
-    return count;
+    uint32_t pixels = tile_pixels(tile);
+    return refinements ? refinements_sampled(refinements, pixels) : pixels;
 }
 
 /* Renders a tile, or probes, into pixels; false: the master has said STOP. */
