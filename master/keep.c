@@ -45,7 +45,8 @@ static void resume(struct run *run)
     scale_errors(&resumed->counts, (double)resumed->pixels / (double)found->pixels);
     char again[80] = "";
     if (count.pixels_finished < found->pixels)
-        snprintf(again, sizeof again, ", of which %.1f %% are rendered again (tiles of another cut)",
+        snprintf(again, sizeof again,
+                 ", of which %.1f %% are rendered again (tiles of another cut)",
                  per_cent(run, found->pixels - count.pixels_finished));
     fprintf(stderr, "farm: going on with %s: %.1f %% of the pixels%s, %.1f s of rendering saved\n",
             run->job.settings.output.journal, per_cent(run, found->pixels), again,

@@ -19,7 +19,7 @@ struct watch {
     const struct canvas *reference;  /* of the same size; NULL: none */
     const struct adaptive *adaptive; /* NULL: every pixel gets so many samples: */
     uint32_t samples;
-    double begin;        /* start of the program, a time of common/clock.h */
+    double begin;             /* start of the program, a time of common/clock.h */
     struct snapshot snapshot; /* the picture so far: path, and seconds from one to the next */
 
     /* So far. */
