@@ -434,11 +434,6 @@ void queue_served(struct queue *queue, double seconds)
     if (queue->config.schedule == SCHEDULE_DYNAMIC) pace_served(&queue->pace, seconds);
 }
 
-void queue_look(struct queue *queue, double now)
-{
-    if (queue->config.schedule == SCHEDULE_DYNAMIC) pace_check(&queue->pace, now);
-}
-
 /* ---- from outside ---- */
 
 uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, double priority)

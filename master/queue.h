@@ -147,9 +147,6 @@ double queue_work(const struct queue *queue, const struct tile *tile);
  */
 void queue_set_silent(struct queue *queue, uint32_t renderer, bool silent);
 
-/* Looks for those who are late by now (queue_wake()). */
-void queue_look(struct queue *queue, double now);
-
 /* Hand out nothing more; what is out may still come back. */
 void queue_stop(struct queue *queue);
 
