@@ -40,10 +40,12 @@ static void tell_recalls(struct sim *sim, double time)
 static bool hand_out(struct sim *sim, uint32_t who, double time)
 {
     const struct message_costs *costs = &sim->machine->messages;
+    double arrival = time + costs->latency_s; /* messages do not overtake each other */
     bool any = false;
-    for (struct lot *lot; (lot = next_lot(sim, who)); any = true)
-        sim_at(sim, time + costs->latency_s + lot->count * sizeof(struct tile) * costs->byte_s,
-               EVENT_LOT, who, lot);
+    for (struct lot *lot; (lot = next_lot(sim, who)); any = true) {
+        arrival += lot->count * sizeof(struct tile) * costs->byte_s;
+        sim_at(sim, arrival, EVENT_LOT, who, lot);
+    }
     sim->renderers[who].asks = queue_holds(sim->queue, who) == 0;
     tell_recalls(sim, time);
     return any;
@@ -65,7 +67,9 @@ static void hand_out_to_idle(struct sim *sim)
 {
     uint64_t news = queue_news(sim->queue);
     bool all = news != sim->news;
-    if (all || sim->now >= queue_wake(sim->queue)) hand_out_to(sim, all);
+    bool late = sim->now >= queue_wake(sim->queue);
+    if (late) queue_look(sim->queue, sim->now);
+    if (all || late) hand_out_to(sim, all);
     sim->news = news;
     /* A wake-up that changed nothing comes again with the next long nap. */
     double wake = queue_wake(sim->queue);

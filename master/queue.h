@@ -20,6 +20,9 @@
  * strips, cyclic, cyclic-rows
  *              Fixed shares: master/share.h. One tile, a band of rows, at a time.
  *
+ * Under all but dynamic a renderer that gives no sign of life any more (queue_set_silent()) loses what
+ * it has to those who are idle.
+ *
  * With n tiles, P renderers and t a tile's or lot's time, every queue that keeps nobody idle while
  * tiles wait ends by sum(t) / P + (1 - 1 / P) max(t) (Graham 1966).
  */
@@ -42,7 +45,8 @@ struct queue_config {
     uint32_t probe_edge; /* dynamic: pixels from probe to probe; 0: no pre-pass */
 };
 
-/* More tiles than this are refused: their bookkeeping alone would take about 1 GB. */
+/* A picture of more tiles than this is refused: their bookkeeping alone would take about 1 GB. Tiles
+ * are split no further, either; what queue_add() brings comes on top. */
 #define QUEUE_MAX_TILES (UINT32_C(1) << 24)
 
 struct queue;
@@ -136,6 +140,13 @@ void queue_prioritize(struct queue *queue, uint32_t id, double priority);
 /* What pass 0 of this tile is predicted to cost, in units of the queue's own. */
 double queue_work(const struct queue *queue, const struct tile *tile);
 
+/*
+ * Whether the renderer gives no sign of life. What it has, and under the static schedules all that
+ * is left of its share, goes to others that have nothing to do (dynamic: those who are late are known
+ * without this).
+ */
+void queue_set_silent(struct queue *queue, uint32_t renderer, bool silent);
+
 /* Hand out nothing more; what is out may still come back. */
 void queue_stop(struct queue *queue);
 
@@ -143,12 +154,15 @@ void queue_stop(struct queue *queue);
 struct queue_count {
     uint32_t tiles, finished;
     uint64_t pixels_finished; /* of all passes */
-    double share_finished;    /* of the predicted work, 0..1 */
+    double share_finished;    /* of the seconds that all is expected to take, 0..1 */
     double share_skipped;     /* of that: by an earlier run */
     uint32_t repeated;        /* handed out a second time */
     double wasted_s;          /* in answers that came second */
 };
 struct queue_count queue_count(const struct queue *queue);
+
+/* Looks for those who are late by now (queue_wake()). */
+void queue_look(struct queue *queue, double now);
 
 /* Whether every tile is finished. */
 bool queue_complete(const struct queue *queue);

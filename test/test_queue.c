@@ -178,6 +178,7 @@ static double run_virtual(const struct queue_config *config, struct virtual *vir
     double now = 0;
     while (!queue_complete(queue)) {
         uint32_t next = UINT32_MAX;
+        queue_look(queue, now);
         double when = fmax(queue_wake(queue) + 1e-9, now);
         for (uint32_t i = 0; i < config->renderers; i++) {
             ask(queue, &virtuals[i], i, now);
@@ -257,7 +258,7 @@ static uint32_t rows_of(struct queue *queue, uint32_t renderer, uint32_t *first)
         rows += tile.h;
         queue_finish(queue, renderer, tile.id, 0, 0);
     }
-    assert_true(queue_over(queue, renderer));
+    assert_int_equal(queue_holds(queue, renderer), 0);
     return rows;
 }
 
@@ -346,6 +347,56 @@ static void test_reserve(void **state)
     queue_destroy(queue);
 }
 
+/* Renderers 0 and 2 do all that they get, in turn, until neither gets anything. */
+static void work_on(struct queue *queue, unsigned char *seen, const struct queue_config *config)
+{
+    bool moved = true;
+    while (moved) {
+        moved = false;
+        for (uint32_t renderer = 0; renderer < 3; renderer += 2) {
+            struct tile tile;
+            if (!next_tile(queue, renderer, &tile)) continue;
+            moved = true;
+            if (queue_finish(queue, renderer, tile.id, 0, 0)) mark(seen, config, &tile);
+        }
+    }
+}
+
+/* What a renderer holds that gives no sign any more, and its share, go to others; when it comes back
+ * after all, what it brings is no news. */
+static void test_silent(void **state)
+{
+    (void)state;
+    for (int schedule = 0; schedule < SCHEDULES; schedule++) {
+        if (schedule == SCHEDULE_DYNAMIC) continue; /* it knows who is late: test_stopped */
+        struct queue_config config = {.schedule = (enum schedule)schedule,
+                                      .width = 60,
+                                      .height = 50,
+                                      .renderers = 3,
+                                      .tile_edge = 4};
+        struct queue *queue = queue_create(&config);
+        unsigned char seen[60 * 50] = {0};
+        struct tile first = {0}, second = {0}, tile;
+        assert_true(next_tile(queue, 1, &first) && next_tile(queue, 1, &second));
+        work_on(queue, seen, &config);
+        assert_false(queue_complete(queue) || queue_over(queue, 0));
+        uint64_t news = queue_news(queue);
+        queue_set_silent(queue, 1, true);
+        assert_true(queue_news(queue) != news);
+        work_on(queue, seen, &config);
+        assert_true(queue_complete(queue) && queue_over(queue, 0));
+        for (size_t i = 0; i < sizeof seen; i++)
+            assert_int_equal(seen[i], 1);
+        assert_int_equal(queue_count(queue).repeated, 2);
+        queue_set_silent(queue, 1, false);
+        assert_false(queue_finish(queue, 1, first.id, 0, 0));
+        assert_true(queue_recalled(queue, 1, second.id));
+        queue_drop(queue, 1, second.id, 0);
+        assert_false(queue_held(queue, 1, second.id, &tile));
+        queue_destroy(queue);
+    }
+}
+
 static void test_stop(void **state)
 {
     (void)state;
@@ -386,6 +437,43 @@ static void test_answers_are_checked(void **state)
     queue_destroy(queue);
 }
 
+/* Renderer 0 sits on two lots, others have done all the rest at once: one who asks then gets half of
+ * what 0 has not begun, the last ones, and 0 hears of every one of them. */
+static void test_idle_take_unbegun(void **state)
+{
+    (void)state;
+    struct queue_config config = {.width = 160, .height = 80, .renderers = 4, .tile_edge = 8};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES], stolen[LOT_TILES];
+    assert_true(queue_next(queue, 1, 0, lot) > 0);
+    assert_true(queue_finish(queue, 1, lot[0].id, 1e-3, 1e-3));
+    uint32_t had = queue_next(queue, 0, 1e-3, lot), first = lot[0].id;
+    had += queue_next(queue, 0, 1e-3, lot);
+    assert_true(had >= 5);
+    struct tile tile;
+    uint32_t others, renderer, id, next = 0;
+    do { /* 1 still holds what is left of its first lot */
+        others = queue_next(queue, 2, 2e-3, lot);
+        for (uint32_t i = 0; i < others; i++)
+            assert_true(queue_finish(queue, 2, lot[i].id, 2e-3, 1e-6));
+    } while (others > 0 && queue_count(queue).repeated == 0);
+    while (queue_unfinished(queue, &next, &tile))
+        if (queue_held(queue, 1, tile.id, &tile)) queue_finish(queue, 1, tile.id, 2e-3, 1e-6);
+    while (queue_recall(queue, &renderer, &id)) {
+    }
+    uint32_t holds = queue_holds(queue, 0);
+    uint32_t count = queue_next(queue, 3, 2e-3, stolen), told = 0;
+    assert_true(holds >= 4 && count >= 2 && count <= holds / 2);
+    for (uint32_t i = 0; i < count; i++) {
+        assert_true(stolen[i].id != first);
+        assert_true(queue_recalled(queue, 0, stolen[i].id));
+    }
+    for (; queue_recall(queue, &renderer, &id); told++)
+        assert_int_equal(renderer, 0);
+    assert_int_equal(told, count);
+    queue_destroy(queue);
+}
+
 static void test_too_many_tiles(void **state)
 {
     (void)state;
@@ -401,7 +489,7 @@ static void test_auto_edge(void **state)
     assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 1920, 1080, 2), 64);
     assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 1, 1, 100), 8);
     assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 65535, 65535, 44), 64);
-    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 2), 32);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 2), 16);
     assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 44), 8);
 }
 
@@ -494,8 +582,10 @@ int main(void)
         cmocka_unit_test(test_equal_renderers),
         cmocka_unit_test(test_uneven_renderers),
         cmocka_unit_test(test_stopped_renderers),
+        cmocka_unit_test(test_silent),
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_answers_are_checked),
+        cmocka_unit_test(test_idle_take_unbegun),
         cmocka_unit_test(test_too_many_tiles),
         cmocka_unit_test(test_auto_edge),
         cmocka_unit_test(test_auto_probe_edge),
