@@ -73,6 +73,7 @@ void dynamic_split(struct queue *queue, uint32_t id)
 bool dynamic_can_split(const struct queue *queue, uint32_t id)
 {
     const struct item *item = &queue->items[id];
+    if (item->is_piece) return false; /* its whole knows how many there are */
     return (item->w > SPLIT_EDGE || item->h > SPLIT_EDGE) && queue->count.tiles < QUEUE_MAX_TILES;
 }
 

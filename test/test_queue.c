@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "master/queue.h"
+#include "master/queue_parts.h"
 
 /* A small generator of our own, so that a failure repeats. */
 static uint32_t random_below(uint64_t *state, uint32_t bound)
@@ -45,8 +45,9 @@ static void answer_probe(struct queue *queue, const struct tile *probe, uint64_t
 
 /*
  * Renderers chosen at random ask for lots and finish tiles, in no time that has to do with any
- * prediction, until nothing moves any more. Every pixel is rendered once, and once more when it is
- * handed out again; the first answer counts.
+ * prediction, until nothing moves any more; renderer 0 likes to keep others waiting, and what others
+ * have taken over is dropped or not. Every pixel is rendered once, and once more when it is handed out
+ * again; the first answer counts.
  */
 static void drive(const struct queue_config *config, uint64_t seed)
 {
@@ -71,7 +72,12 @@ static void drive(const struct queue_config *config, uint64_t seed)
         if (tiles > 0 || count == 0) continue;
         uint32_t i = random_below(&seed, count);
         struct held back = held[i];
+        if (back.renderer == 0 && random_below(&seed, 10) > 0) continue;
         held[i] = held[--count];
+        if (queue_recalled(queue, back.renderer, back.id) && random_below(&seed, 2)) {
+            queue_drop(queue, back.renderer, back.id, now);
+            continue;
+        }
         assert_true(queue_held(queue, back.renderer, back.id, &tile));
         if (tile.pass == TILE_PROBE) answer_probe(queue, &tile, &seed);
         bool first = queue_finish(queue, back.renderer, back.id, now, 1e-3);
@@ -105,7 +111,8 @@ static void test_every_pixel_once(void **state)
             config.probe_edge = probe_edges[(s + 2 * r) % 4];
             for (int schedule = 0; schedule < SCHEDULES; schedule++) {
                 config.schedule = (enum schedule)schedule;
-                drive(&config, 1 + s * 100 + r);
+                for (uint64_t seed = 1 + s * 100 + r; seed < 20000; seed += 1000)
+                    drive(&config, seed);
             }
         }
     }
@@ -534,6 +541,11 @@ static void test_whole_before_pieces(void **state)
     uint32_t next = 0, count = break_last(queue, &last, lot), tiles = queue_count(queue).tiles;
     uint32_t renderer = queue_holds(queue, 2) > 0 ? 2 : 1;
     assert_true(count > 0 && tile_pixels(&lot[0]) < tile_pixels(&last));
+    /* Nor are pieces split like other tiles: the whole one counts on as many as it has. */
+    for (uint32_t i = 0; i < count; i++) {
+        assert_true(queue->items[lot[i].id].is_piece);
+        assert_false(dynamic_can_split(queue, lot[i].id));
+    }
     assert_true(queue_finish(queue, 0, last.id, 101, 1));
     assert_true(queue_complete(queue));
     assert_int_equal(queue_count(queue).tiles, tiles);
