@@ -37,19 +37,20 @@ static void add_error(struct error_sum *sum, struct vec3 difference, double even
     sum->fourths += square * square;
 }
 
-/* The next pixel's mean of so many samples, and what its halves differ by. */
+/* A pixel's mean of so many samples, and what its halves differ by. */
 static void put_pixel(struct renderer *renderer, uint32_t pixel, uint32_t begin, uint32_t end)
 {
     struct progress *progress = &renderer->progress;
     const struct task *task = &progress->task;
     /* Only pixels that get samples are handed over. */
-    uint32_t place = task->refinements ? progress->put++ : pixel_in_order(task->tile, pixel);
+    uint32_t place = task->refinements ? progress->put++ : pixel;
     struct vec3 even = finished_sum(renderer, &progress->sum.half[0]);
     struct vec3 odd = finished_sum(renderer, &progress->sum.half[1]);
     double samples = end - begin, evens = (end + 1) / 2 - (begin + 1) / 2;
     struct vec3 difference = halves_difference(renderer, evens, samples - evens);
-    put_color(task->mean + 3 * (size_t)place, divided(vec_add(even, odd), samples));
-    add_error(&renderer->counts.sampling, difference, evens, samples - evens);
+    struct vec3 sum = vec_add(even, odd);
+    put_color(task->mean + 3 * (size_t)place, samples == 1 ? sum : divided(sum, samples));
+    if (samples > 1) add_error(&renderer->counts.sampling, difference, evens, samples - evens);
     if (task->difference) put_color(task->difference + 3 * (size_t)place, difference);
 }
 
@@ -66,15 +67,14 @@ static void finish_pixel(struct renderer *renderer, uint32_t pixel, uint32_t beg
     progress->sum = (struct pixel_sum){0};
 }
 
-void add_sample(struct renderer *renderer, struct vec3 color, double truncation)
+void add_sample(struct renderer *renderer, uint32_t pixel, struct vec3 color, double truncation)
 {
     struct progress *progress = &renderer->progress;
     struct task_cursor *adds = &progress->adds;
     color_sum_add(&progress->sum.half[adds->sample & 1], color);
     progress->sum.truncation += truncation;
     progress->added++;
-    uint32_t pixel = adds->pixel, begin = adds->begin, end = adds->end,
-             so_far = adds->sample + 1 - begin;
+    uint32_t begin = adds->begin, end = adds->end, so_far = adds->sample + 1 - begin;
     if (so_far == progress->halfway)
         add_error(&renderer->counts.halfway, halves_difference(renderer, so_far / 2, so_far / 2),
                   so_far / 2, so_far / 2);

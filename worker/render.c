@@ -87,7 +87,7 @@ static void finish_path(struct renderer *renderer, uint32_t p)
 {
     const struct path *path = &renderer->paths[p];
     renderer->finished[path->index % WINDOW] = (struct finished){
-        finished_sum(renderer, &path->color), omission_bound(&path->omission), true};
+        finished_sum(renderer, &path->color), omission_bound(&path->omission), path->pixel, true};
     renderer->idle[renderer->idle_count++] = p;
 }
 
@@ -148,10 +148,59 @@ static void continue_paths(struct renderer *renderer)
     }
 }
 
-/* The same in a task. Where only some pixels get samples, they come in the tile's order. */
-static inline uint32_t place_of(const struct task *task, uint32_t k)
+/*
+ * Of a rectangle the pixels are rendered in blocks of BLOCK_W x BLOCK_H, one packet of rays each
+ * (worker/packet.h): what is near in both directions stays together longer than what is in a row. A
+ * band is a row of blocks. What does not fill a block comes row by row, and so does all of a tile
+ * with steps, and of a task in which only some pixels get samples.
+ */
+#define BLOCK_W 4
+#define BLOCK_H 2
+
+/* In a band whose first pixel is the begin-th: where the k-th lies. */
+static inline void block_place(uint32_t w, uint32_t band, uint32_t begin, uint32_t k, uint32_t *x,
+                               uint32_t *y)
 {
-    return task->refinements ? k : pixel_in_order(task->tile, k);
+    uint32_t i = k - begin, whole = w / BLOCK_W * BLOCK_W;
+    if (i < whole * BLOCK_H) {
+        *x = i / (BLOCK_W * BLOCK_H) * BLOCK_W + i % BLOCK_W;
+        *y = band * BLOCK_H + i / BLOCK_W % BLOCK_H;
+    } else {
+        i -= whole * BLOCK_H;
+        *x = whole + i % (w - whole);
+        *y = band * BLOCK_H + i / (w - whole);
+    }
+}
+
+/* Whether the next pixel is in a whole band, which it enters if need be. */
+static bool is_in_band(struct progress *progress)
+{
+    const struct tile *tile = progress->task.tile;
+    if (tile->step > 1 || progress->task.refinements) return false;
+    if (progress->next.pixel - progress->band_begin >= tile->w * BLOCK_H) {
+        progress->band = progress->next.pixel / (tile->w * BLOCK_H);
+        progress->band_begin = progress->band * tile->w * BLOCK_H;
+    }
+    return (progress->band + 1) * BLOCK_H <= tile->h;
+}
+
+/* The place of the pixel whose samples come next. */
+static void locate_pixel(struct renderer *renderer)
+{
+    struct progress *progress = &renderer->progress;
+    const struct tile *tile = progress->task.tile;
+    uint32_t x, y;
+    if (is_in_band(progress)) {
+        block_place(tile->w, progress->band, progress->band_begin, progress->next.pixel, &x, &y);
+        progress->place = y * tile->w + x;
+        x += tile->x;
+        y += tile->y;
+    } else {
+        progress->place = progress->next.pixel;
+        tile_pixel(tile, progress->place, &x, &y);
+    }
+    progress->x = x + renderer->scene->view.region_x;
+    progress->y = y + renderer->scene->view.region_y;
 }
 
 static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool flat)
@@ -176,17 +225,6 @@ static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool fl
     primary->media = renderer->eye_media;
     primary->kind = RAY_PRIMARY;
     renderer->owner[slot] = p;
-}
-
-/* The place of the pixel whose samples come next. */
-static void locate_pixel(struct renderer *renderer)
-{
-    struct progress *progress = &renderer->progress;
-    const struct tile *tile = progress->task.tile;
-    progress->place = place_of(&progress->task, progress->next.pixel);
-    tile_pixel(tile, progress->place, &progress->x, &progress->y);
-    progress->x += renderer->scene->view.region_x;
-    progress->y += renderer->scene->view.region_y;
 }
 
 /* So many new samples join the wave. */
@@ -225,7 +263,7 @@ static void add_finished(struct renderer *renderer)
         struct finished *next = &renderer->finished[progress->added % WINDOW];
         if (!next->waits) break;
         next->waits = false;
-        add_sample(renderer, next->color, next->truncation);
+        add_sample(renderer, next->pixel, next->color, next->truncation);
     }
 }
 
@@ -256,8 +294,10 @@ static bool trace_flat(struct renderer *renderer)
         start_paths(renderer, left < WAVE ? (uint32_t)left : WAVE, true);
         if (is_interrupted(renderer)) return false;
         trace_flat_wave(renderer);
-        for (uint32_t i = 0; i < renderer->count; i++)
-            add_sample(renderer, finished_sum(renderer, &renderer->paths[i].color), 0);
+        for (uint32_t i = 0; i < renderer->count; i++) {
+            const struct path *path = &renderer->paths[i];
+            add_sample(renderer, path->pixel, finished_sum(renderer, &path->color), 0);
+        }
     }
     return true;
 }
@@ -276,6 +316,7 @@ static void begin_task(struct renderer *renderer, const struct task *task)
     const struct view *view = &renderer->scene->view;
     struct progress *progress = &renderer->progress;
     *progress = (struct progress){.task = *task, .samples = task_samples(task, view)};
+    progress->next.pixels = tile_pixels(task->tile);
     cursor_settle(&progress->next, task, view);
     progress->adds = progress->next;
     if (!task->refinements && !task->first)

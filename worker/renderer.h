@@ -18,23 +18,24 @@
 /* Samples that wait for earlier ones of the tile before they are added to their pixel. */
 #define WINDOW (4 * WAVE)
 
-/* One sample on its way. */
+/* One sample on its way. All there is of one that is a single ray comes first. */
 struct path {
-    struct tree tree;
-    struct omission omission;
     struct color_sum color;
-    bool bounding;   /* all that is shown is traced; the rest goes into the bound */
-    uint64_t rays;   /* traced so far to be shown, without shadow rays */
-    uint64_t index;  /* of the tile's samples */
     uint32_t pixel;  /* of the tile */
     uint32_t sample; /* of the pixel */
     bool bad;        /* counted as not finite */
+    bool bounding;   /* all that is shown is traced; the rest goes into the bound */
+    uint64_t rays;   /* traced so far to be shown, without shadow rays */
+    uint64_t index;  /* of the tile's samples */
+    struct tree tree;
+    struct omission omission;
 };
 
 /* A sample that is done. */
 struct finished {
     struct vec3 color;
     double truncation;
+    uint32_t pixel; /* of the tile */
     bool waits;
 };
 
@@ -48,13 +49,14 @@ struct progress {
     struct task task;
     uint64_t samples; /* of the task */
     uint64_t started, added;
-    struct task_cursor next; /* to start, in the order of pixel_in_order() */
-    uint32_t place;          /* which pixel of the tile that is */
-    uint32_t x, y;           /* its place in the whole picture */
-    struct task_cursor adds; /* to be added next */
-    struct pixel_sum sum;    /* of that pixel */
-    uint32_t put;            /* pixels handed over, where only some get samples */
-    uint32_t halfway;        /* samples of it after which an error is told, too; 0: none */
+    struct task_cursor next;   /* to start, in the order of block_place() */
+    uint32_t band, band_begin; /* rows of blocks that it is in, and their first pixel */
+    uint32_t place;            /* which pixel of the tile that is */
+    uint32_t x, y;             /* its place in the whole picture */
+    struct task_cursor adds;   /* to be added next */
+    struct pixel_sum sum;      /* of that pixel */
+    uint32_t put;              /* pixels handed over, where only some get samples */
+    uint32_t halfway;          /* samples of it after which an error is told, too; 0: none */
 };
 
 struct renderer {
@@ -109,35 +111,14 @@ static inline struct vec3 finished_sum(const struct renderer *renderer, const st
     return renderer->scene->view.formulas == FORMULAS_PAPER ? sum->plain : color_sum_value(sum);
 }
 
-/*
- * Which pixel of a tile is rendered k-th. Of a rectangle they are taken in blocks of BLOCK_W x
- * BLOCK_H, one packet of rays each (worker/packet.h): what is near in both directions stays
- * together longer than what is in a row. What does not fill a block comes row by row.
- */
-#define BLOCK_W 4
-#define BLOCK_H 2
-
-static inline uint32_t pixel_in_order(const struct tile *tile, uint32_t k)
-{
-    uint32_t w = tile->w, band = k / (BLOCK_H * w), i = k % (BLOCK_H * w);
-    uint32_t blocks = w / BLOCK_W, block = i / (BLOCK_W * BLOCK_H), rest = w % BLOCK_W;
-    if (tile->step > 1 || (band + 1) * BLOCK_H > tile->h) return k;
-    uint32_t x = block * BLOCK_W + i % BLOCK_W, y = i / BLOCK_W % BLOCK_H;
-    if (block == blocks) {
-        i -= blocks * BLOCK_W * BLOCK_H;
-        x = blocks * BLOCK_W + i % rest;
-        y = i / rest;
-    }
-    return (band * BLOCK_H + y) * w + x;
-}
-
 /* The hits of a wave become colour and further rays. */
 void trace_wave(struct renderer *renderer);
 
 /* The same where the scene is flat. */
 void trace_flat_wave(struct renderer *renderer);
 
-/* Adds the task's next sample, in their order, to its pixel; hands that over behind the last one. */
-void add_sample(struct renderer *renderer, struct vec3 color, double truncation);
+/* Adds the task's next sample, in their order, to its pixel, that one of the tile; hands the pixel
+ * over behind the last one. */
+void add_sample(struct renderer *renderer, uint32_t pixel, struct vec3 color, double truncation);
 
 #endif

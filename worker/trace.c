@@ -25,16 +25,17 @@ static void spawn(struct renderer *renderer, uint32_t point, struct vec3 directi
     if (!(vec_max(weight) > 0)) return;
     uint32_t depth = parent->depth + 1;
     bool beyond = path->bounding || depth > renderer->scene->view.max_depth;
-    struct branch *child = beyond ? omission_add(&path->omission) : tree_add(&path->tree);
-    child->ray = (struct ray){.origin = lane(&renderer->points.point, point),
-                              .direction = direction,
-                              .t_max = HUGE_VAL,
-                              .from = renderer->hits[slot].primitive,
-                              .from_part = renderer->hits[slot].part};
+    double bound = radiance_roughly(&renderer->radiance, weight, depth, !beyond);
+    struct branch *child =
+        beyond ? omission_add(&path->omission, bound, depth) : tree_add(&path->tree, bound, depth);
+    struct ray *ray = &child->ray;
+    ray->origin = lane(&renderer->points.point, point);
+    ray->direction = direction;
+    ray->t_max = HUGE_VAL;
+    ray->from = renderer->hits[slot].primitive;
+    ray->from_part = renderer->hits[slot].part;
     child->weight = weight;
-    child->bound = radiance_roughly(&renderer->radiance, weight, depth, !beyond);
     child->rough = true;
-    child->depth = depth;
     child->media = media;
     child->kind = kind;
 }
@@ -171,11 +172,13 @@ static void add_facing(struct renderer *renderer, uint32_t point, uint32_t light
 {
     uint32_t slot = renderer->points.slot[point], i = renderer->facing_count++;
     renderer->facing[i] = (struct facing){point, light};
-    renderer->shadow_rays[i] = (struct ray){.origin = lane(&renderer->points.point, point),
-                                            .direction = lane(&renderer->faced.to_light, point),
-                                            .t_max = renderer->faced.end[point],
-                                            .from = renderer->hits[slot].primitive,
-                                            .from_part = renderer->hits[slot].part};
+    /* Field by field: a whole ray would be copied from where it has only just been put together. */
+    struct ray *ray = &renderer->shadow_rays[i];
+    ray->origin = lane(&renderer->points.point, point);
+    ray->direction = lane(&renderer->faced.to_light, point);
+    ray->t_max = renderer->faced.end[point];
+    ray->from = renderer->hits[slot].primitive;
+    ray->from_part = renderer->hits[slot].part;
 }
 
 /* Whether light matters at a point. */
@@ -208,7 +211,7 @@ static INLINED void light_points(struct renderer *renderer, bool flat)
 /* A number that a picture of floats can hold. */
 static bool is_good(double value)
 {
-    return value <= (double)FLT_MAX && value >= -(double)FLT_MAX;
+    return fabs(value) <= (double)FLT_MAX;
 }
 
 /* The first ray that spoils its sample is told. A miss from a place that is not finite is no sky.
