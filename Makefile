@@ -6,6 +6,7 @@
 #   make asan        all tests under the address and undefined-behaviour sanitizers
 #   make bench-kernel      the kernel beside Embree, Tachyon and POV-Ray (installs them, as make
 #                    bench-deps does); tables to bench/out/
+#   make valgrind    whole runs on one to three processes under valgrind
 #   make lint        clang-tidy and cppcheck, as .clang-tidy and .cppcheck say
 #   make fuzz        every parser and validator against hostile input, FUZZ_SECONDS=30 each
 #   make bench-stability   the catalogue of stiff and extreme cases at full size, 1e9 rays through
@@ -70,7 +71,7 @@ say   := $(if $(V),@:,@echo)
 
 FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
 
-.PHONY: all deps bench-deps run test asan lint fuzz fuzz-deps bench-stability bench-kernel \
+.PHONY: all deps bench-deps run test asan valgrind lint fuzz fuzz-deps bench-stability bench-kernel \
         bench-balance bench-error bench-error-truncation bench-faults bench-omit scenes install clean \
         format
 .SECONDARY:
@@ -281,6 +282,11 @@ asan:
 	@$(MAKE) BUILD=build/asan FARM=build/asan/farm OPTIMISE='-O1 -g' \
 	    SANITIZE='-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer' \
 	    test
+
+# Some minutes; whole runs on several processes.
+valgrind: all
+	@$(call install_missing,valgrind)
+	@FARM=./$(FARM) MPIEXEC="$(MPIEXEC)" sh test/valgrind.sh
 
 # What is looked at, and how a compiler that is not mpicc finds mpi.h.
 LINT_IN  ?= common master test/fuzz

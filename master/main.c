@@ -168,8 +168,9 @@ static int run_rank(struct run *run, int rank)
     run->neighbours = shared.processes;
     run->neighbour_count = shared.process_count;
     status = render(run, rank, &shared);
-    if (run->silent) {
-        /* All is written, and MPI_Finalize would wait for a rank that answers no more. */
+    if (run->silent || (status == STATUS_RESUMABLE && stop_has_launcher())) {
+        /* All is written, and MPI_Finalize would wait for a rank that answers no more. After a signal
+         * that it has seen, too, mpiexec otherwise often returns 0 for one or two ranks (MPICH 4.0.2). */
         fflush(NULL);
         stop_job(status, abort_quietly);
     }

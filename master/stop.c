@@ -80,6 +80,11 @@ static void say(int out, const char *text, unsigned number, const char *rest)
     (void)unused;
 }
 
+bool stop_has_launcher(void)
+{
+    return launcher >= 0;
+}
+
 void stop_job(int status, void (*end)(int status))
 {
     if (launcher >= 0) {

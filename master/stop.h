@@ -25,6 +25,9 @@ const volatile sig_atomic_t *stop_signal(void);
  */
 _Noreturn void stop_job(int status, void (*end)(int status));
 
+/* Whether there is a Hydra. */
+bool stop_has_launcher(void);
+
 /*
  * Rank 0 waits for the others, for so many seconds at most: if that has not ended with
  * stop_start_is_over() by then, the job does, with status 75 and a message. A rank that is stopped
