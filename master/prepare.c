@@ -77,10 +77,11 @@ static void describe_scene(struct report *report, const struct scene *scene)
 static int print_check(const struct run *run)
 {
     const struct report *report = &run->report;
-    printf("%s: all right: %llu primitives (%llu triangles), %llu lights, %u x %u pixels\n",
+    printf("%s: all right: %llu primitive%s (%llu triangle%s), %llu light%s, %u x %u pixels\n",
            run->options.config, (unsigned long long)report->primitives,
-           (unsigned long long)report->triangles, (unsigned long long)report->lights,
-           report->image_width, report->image_height);
+           report->primitives == 1 ? "" : "s", (unsigned long long)report->triangles,
+           report->triangles == 1 ? "" : "s", (unsigned long long)report->lights,
+           report->lights == 1 ? "" : "s", report->image_width, report->image_height);
     return close_output();
 }
 
