@@ -43,7 +43,7 @@ while kill -0 $farm 2>/dev/null; do
     sleep 0.1
 done
 wait $farm || exit 1
-busy=$(sed -n '/"workers"/,/\]/s/.*"busy_s": \([0-9.]*\).*/\1/p' a.json | head -n 1)
+render=$(sed -n '/"workers"/,/\]/s/.*"cpu_s": \([0-9.]*\).*/\1/p' a.json | head -n 1)
 
 median() { sort -n | awk '{ v[NR] = $1 } END { m = int((NR + 1) / 2); print NR % 2 ? v[m] : (v[m] + v[m + 1]) / 2 }'; }
 ratio() { paste -d ' ' with without | awk -v c="$1" '{ print $c / $(c + 2) }' | median; }
@@ -52,7 +52,7 @@ ratio() { paste -d ' ' with without | awk -v c="$1" '{ print $c / $(c + 2) }' | 
     echo "|---|---|---|---|"
     echo "| CPU time of the run | $(cut -d ' ' -f 1 without | median) | $(cut -d ' ' -f 1 with | median) | $(ratio 1) |"
     echo "| render wall time | $(cut -d ' ' -f 2 without | median) | $(cut -d ' ' -f 2 with | median) | $(ratio 2) |"
-    awk -v busy="$busy" '{ printf "| CPU time of its thread, against all of rendering | %s | %.4f | %.5f |\n", busy, $1 / 1e9, $1 / 1e9 / busy }' spent
+    awk -v render="$render" '{ printf "| CPU time: rendering, thread of the journal | %s | %.4f | %.5f |\n", render, $1 / 1e9, $1 / 1e9 / render }' spent
 } >cost.md
 cat cost.md
 [ -z "$out" ] || cp cost.md "$out/faults_cost.md"

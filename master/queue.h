@@ -86,7 +86,8 @@ void queue_skip(struct queue *queue, queue_finished_pixels *finished_pixels, voi
 uint32_t queue_next(struct queue *queue, uint32_t renderer, double now,
                     struct tile tiles[LOT_TILES]);
 
-/* Whether nothing is left for this renderer, ever, unless queue_add() brings more. */
+/* Whether nothing is left for this renderer, ever, unless queue_add() brings more: all is finished, for
+ * until then it may have to take over from somebody else; or the queue is stopped. */
 bool queue_over(struct queue *queue, uint32_t renderer);
 
 /*

@@ -44,6 +44,7 @@ static void find_launcher(void)
 
 void stop_install(int rank)
 {
+    find_launcher();
     act(SIGINT, rank == 0 ? note_signal : SIG_IGN);
     act(SIGTERM, rank == 0 ? note_signal : SIG_IGN);
     act(SIGUSR1, rank == 0 ? note_signal : SIG_IGN);
