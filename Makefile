@@ -178,7 +178,7 @@ bench-kernel: bench-deps $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
 
 # Error against run time, beside POV-Ray and Tachyon; about a quarter of an hour of two idle cores.
 # ERROR_SECTIONS="sampling forecast" and ERROR_SCENES="lantern" for less.
-ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/kernel_export.c \
+ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/error_allocation.c bench/kernel_export.c \
               bench/kernel_picture.c bench/kernel_scenes.c)
 
 $(BUILD)/bench/error_tool: $(ERROR_TOOL) $(LIBRARY)

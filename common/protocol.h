@@ -13,8 +13,8 @@
  *   RESULT    renderer -> master   a lot or a part of it: for each of its tiles in their order struct
  *                                  result_header, then 3 floats (linear RGB) per pixel in the
  *                                  tile's pixel order; where sampling is adaptive those per pixel
- *                                  that got samples, then 3 more for each (worker/task.h); behind
- *                                  those of a probe (TILE_PROBE) one float per pixel, the CPU
+ *                                  that got samples, then 3 more for each, then one, the rays per
+ *                                  sample of each (worker/task.h); behind those of a probe (TILE_PROBE) one float per pixel, the CPU
  *                                  seconds that it took; filled up to
  *                                  result_bytes(). A tile that is dropped is a header alone, with
  *                                  RESULT_DROPPED.
@@ -107,7 +107,7 @@ struct render_counts {
     uint64_t exact_fallbacks; /* predicates whose error filter asked for exact arithmetic */
     double intersect_s;       /* wall seconds spent finding hits and occluders */
     double shade_s;           /* wall seconds of the rest */
-    uint64_t bound_rays; /* traced only to bound what max_depth and cutoff have left out */
+    uint64_t bound_rays;      /* traced only to bound what max_depth and cutoff have left out */
     double truncation; /* largest error of a pixel that max_depth and cutoff can have caused */
     uint64_t unmatched_media; /* refractions out of what the ray had not entered: worker/medium.h */
     uint64_t open_media;      /* rays that left the scene within a medium */
@@ -123,9 +123,9 @@ struct render_counts {
 struct result_header {
     uint32_t tile_id;
     uint32_t pixels; /* that follow, or RESULT_DROPPED */
-    double start_s; /* when it was begun, seconds after the start of the render phase */
-    double busy_s;  /* wall seconds it took to render */
-    double cpu_s;   /* CPU seconds of that: less where cores are shared */
+    double start_s;  /* when it was begun, seconds after the start of the render phase */
+    double busy_s;   /* wall seconds it took to render */
+    double cpu_s;    /* CPU seconds of that: less where cores are shared */
     struct render_counts counts;
 };
 
@@ -161,10 +161,13 @@ _Static_assert(sizeof(struct result_header) == 224,
 _Static_assert(sizeof(struct renderer_stats) == 328,
                "struct renderer_stats goes over the wire as it is");
 
+/* Floats that are sent of a pixel where sampling is adaptive. */
+#define REFINED_FLOATS 7
+
 /* Floats that are sent of a pixel; halves: sampling is adaptive. */
 static inline size_t result_floats(const struct tile *tile, bool halves)
 {
-    return tile->pass == TILE_PROBE ? 4 : halves ? 6 : 3;
+    return tile->pass == TILE_PROBE ? 4 : halves ? REFINED_FLOATS : 3;
 }
 
 /* Bytes of a tile's part of a RESULT message with so many pixels: a multiple of 8, so that what
@@ -200,7 +203,7 @@ static inline size_t tile_part_bytes(const struct tile *tile)
 struct tile_renderer {
     void *state;
     bool (*render)(void *state, const struct tile *tile, const struct refinement *refinements,
-                   float *mean, float *difference, struct render_counts *counts);
+                   float *mean, float *difference, float *rays, struct render_counts *counts);
     bool (*probe)(void *state, const struct tile *tile, float *rgb, float *seconds);
 };
 

@@ -40,6 +40,7 @@ struct adaptive {
     bool met;          /* the target */
     uint32_t last;     /* level of max_samples */
     float *difference; /* 3 per pixel: A - B */
+    float *rays;       /* of each pixel, per sample: what it costs */
     uint8_t *level;    /* of each pixel */
     uint8_t *next;     /* which the pass brings it to */
     float *error;      /* expected squared error of each pixel, when the pass was planned */
@@ -90,6 +91,7 @@ struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas,
     assert(view->min_samples % 2 == 0 && view->max_samples % 2 == 0);
     size_t pixels = pixel_count(adaptive);
     adaptive->difference = allocate_zeroed(pixels, 3 * sizeof *adaptive->difference);
+    adaptive->rays = allocate_zeroed(pixels, sizeof *adaptive->rays);
     adaptive->level = allocate_zeroed(pixels, 1);
     adaptive->next = allocate(pixels, 1);
     adaptive->error = allocate_zeroed(pixels, sizeof *adaptive->error);
@@ -117,6 +119,7 @@ void adaptive_destroy(struct adaptive *adaptive)
     free(adaptive->error);
     free(adaptive->next);
     free(adaptive->level);
+    free(adaptive->rays);
     free(adaptive->difference);
     free(adaptive);
 }
@@ -286,9 +289,15 @@ static int bin_of(double gain)
     return (exponent - OCTAVE_MIN) * BINS_PER_OCTAVE + (int)(mantissa * BINS_PER_OCTAVE);
 }
 
+/* Rays of all of the pixel's samples. */
+static double cost_of(const struct adaptive *adaptive, size_t pixel)
+{
+    return (double)adaptive->rays[pixel] * samples_of(adaptive, adaptive->level[pixel]);
+}
+
 static double gain_of(const struct adaptive *adaptive, size_t pixel)
 {
-    return (double)adaptive->error[pixel] / samples_of(adaptive, adaptive->level[pixel]);
+    return (double)adaptive->error[pixel] / cost_of(adaptive, pixel);
 }
 
 static double fill_histogram(const struct adaptive *adaptive, struct histogram *histogram)
@@ -437,10 +446,17 @@ static float combined(float mean, double samples, float more, double count)
     return (float)((samples * (double)mean + count * (double)more) / (samples + count));
 }
 
-void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *mean,
-                  const float *difference)
+/* Rays per sample as they came in: a sample is one ray at least. */
+static double rays_of(float rays)
 {
-    uint32_t pixels = tile_pixels(tile);
+    return rays >= 1 && rays < HUGE_VALF ? (double)rays : 1;
+}
+
+void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part)
+{
+    uint32_t pixels = tile_pixels(tile), in = adaptive_work(adaptive, tile).pixels;
+    const float *mean = part, *difference = mean + 3 * (size_t)in,
+                *rays = difference + 3 * (size_t)in;
     for (uint32_t k = 0; k < pixels; k++) {
         size_t i = pixel_at(adaptive, tile, k);
         double before = samples_of(adaptive, adaptive->level[i]);
@@ -451,6 +467,7 @@ void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const floa
             adaptive->difference[c] =
                 combined(adaptive->difference[c], before, *difference++, more);
         }
+        adaptive->rays[i] = combined(adaptive->rays[i], before, (float)rays_of(*rays++), more);
         adaptive->level[i] = adaptive->next[i];
     }
 }

@@ -356,10 +356,13 @@ static int end_early(struct run *run)
 
 static bool render_own_tile(void *state, const struct tile *tile,
                             const struct refinement *refinements, float *mean, float *difference,
-                            struct render_counts *counts)
+                            float *rays, struct render_counts *counts)
 {
-    struct task task = {
-        .tile = tile, .refinements = refinements, .mean = mean, .difference = difference};
+    struct task task = {.tile = tile,
+                        .refinements = refinements,
+                        .mean = mean,
+                        .difference = difference,
+                        .rays = rays};
     return renderer_task(state, &task, counts);
 }
 

@@ -59,7 +59,7 @@ static void post_receive(struct server *server, int slot)
 static void post_receives(struct server *server)
 {
     size_t largest = queue_largest_lot(server->service->queue);
-    size_t floats = server->service->adaptive ? 6 : 4;
+    size_t floats = server->service->adaptive ? REFINED_FLOATS : 4;
     server->buffer_bytes =
         LOT_TILES * (sizeof(struct result_header) + 8) + largest * floats * sizeof(float);
     if (server->buffer_bytes < sizeof(struct renderer_stats))
@@ -198,7 +198,7 @@ static void accept_tile(struct server *server, uint32_t renderer, const struct t
     if (service->adaptive) {
         if (adaptive_work(service->adaptive, tile).pixels != header->pixels)
             fatal("renderer %u sent other pixels than it was asked for", renderer);
-        adaptive_put(service->adaptive, tile, rgb, rgb + 3 * (size_t)header->pixels);
+        adaptive_put(service->adaptive, tile, rgb);
     } else {
         canvas_put(service->canvas, tile, rgb);
         save_tile(service->save, tile, header->busy_s, &header->counts);
@@ -402,7 +402,7 @@ static bool own_keeps(struct server *server, const struct tile *tile)
 
 /* Memory for the pixels of a tile. */
 struct own_memory {
-    float *rgb;                     /* 6 each */
+    float *rgb;                     /* REFINED_FLOATS each */
     struct refinement *refinements; /* NULL: not adaptive */
 };
 
@@ -431,9 +431,10 @@ static bool render_one(struct server *server, const struct tile *tile,
     bool probes = tile->pass == TILE_PROBE;
     const struct refinement *refinements = tile_is_refined(tile) ? memory->refinements : NULL;
     double begin = elapsed(server), cpu = clock_thread_cpu();
-    if (probes ? !own->probe(own->state, tile, rgb, behind)
-               : !own->render(own->state, tile, refinements, rgb,
-                              memory->refinements ? behind : NULL, &counts))
+    if (probes
+            ? !own->probe(own->state, tile, rgb, behind)
+            : !own->render(own->state, tile, refinements, rgb, memory->refinements ? behind : NULL,
+                           memory->refinements ? behind + 3 * (size_t)pixels : NULL, &counts))
         return false;
     double end = elapsed(server);
     stats->busy_s += end - begin;
@@ -462,7 +463,7 @@ static void *render_own(void *argument)
     struct server *server = argument;
     struct service *service = server->service;
     uint32_t largest = queue_largest_lot(service->queue);
-    struct own_memory memory = {.rgb = allocate(largest, 6 * sizeof *memory.rgb)};
+    struct own_memory memory = {.rgb = allocate(largest, REFINED_FLOATS * sizeof *memory.rgb)};
     if (service->adaptive) memory.refinements = allocate(largest, sizeof *memory.refinements);
     double cpu = clock_thread_cpu();
     struct tile tiles[LOT_TILES];

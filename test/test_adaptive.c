@@ -78,9 +78,10 @@ static void render_tile(struct adaptive *adaptive, const struct view *view, scen
 {
     uint32_t pixels = tile_pixels(tile), in = 0;
     struct refinement *refinements = allocate(pixels, sizeof *refinements);
-    float *mean = allocate(pixels, 3 * sizeof *mean),
-          *difference = allocate(pixels, 3 * sizeof *mean);
+    float *mean = allocate(pixels, 7 * sizeof *mean);
     adaptive_take(adaptive, tile, refinements);
+    uint32_t work = adaptive_work(adaptive, tile).pixels;
+    float *difference = mean + 3 * (size_t)work, *rays = difference + 3 * (size_t)work;
     for (uint32_t k = 0; k < pixels; k++) {
         uint32_t begin = level_samples(view, refinements[k].from), x, y;
         uint32_t end = level_samples(view, refinements[k].to);
@@ -96,11 +97,11 @@ static void render_tile(struct adaptive *adaptive, const struct view *view, scen
             mean[3 * in + c] = (float)((sum[0] + sum[1]) / (2 * half));
             difference[3 * in + c] = (float)((sum[0] - sum[1]) / half);
         }
+        rays[in] = 1;
         in++;
     }
-    adaptive_put(adaptive, tile, mean, difference);
+    adaptive_put(adaptive, tile, mean);
     free(mean);
-    free(difference);
     free(refinements);
 }
 

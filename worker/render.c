@@ -38,6 +38,7 @@ struct path {
     struct color_sum color;
     bool bounding;   /* all that is shown is traced; the rest goes into the bound */
     uint64_t rays;   /* traced so far to be shown, without shadow rays */
+    uint32_t traced; /* of all kinds, to be shown or not */
     uint64_t index;  /* of the tile's samples */
     uint32_t pixel;  /* of the tile */
     uint32_t sample; /* of the pixel */
@@ -48,6 +49,7 @@ struct path {
 struct finished {
     struct vec3 color;
     double truncation;
+    uint32_t traced;
     bool waits;
 };
 
@@ -336,9 +338,10 @@ static INLINED void flush_lit(struct renderer *renderer, bool flat)
     renderer->facing_count = 0;
 }
 
-static void add_facing(struct renderer *renderer, uint32_t point, uint32_t light)
+static INLINED void add_facing(struct renderer *renderer, uint32_t point, uint32_t light, bool flat)
 {
     uint32_t slot = renderer->points.slot[point], i = renderer->facing_count++;
+    renderer->paths[flat ? slot : renderer->owner[slot]].traced++;
     renderer->facing[i] = (struct facing){point, light};
     renderer->shadow_rays[i] = (struct ray){.origin = lane(&renderer->points.point, point),
                                             .direction = lane(&renderer->faced.to_light, point),
@@ -367,7 +370,7 @@ static INLINED void light_points(struct renderer *renderer, bool flat)
         points_face(points, &lights[k], &renderer->faced);
         for (uint32_t i = 0; i < points->count; i++)
             if (renderer->faced.faces[i] != 0 && is_shown(renderer, i, flat))
-                add_facing(renderer, i, k);
+                add_facing(renderer, i, k, flat);
     }
     flush_lit(renderer, flat);
 }
@@ -456,7 +459,7 @@ static void finish_path(struct renderer *renderer, uint32_t p)
 {
     const struct path *path = &renderer->paths[p];
     renderer->finished[path->index % WINDOW] = (struct finished){
-        finished_sum(renderer, &path->color), omission_bound(&path->omission), true};
+        finished_sum(renderer, &path->color), omission_bound(&path->omission), path->traced, true};
     renderer->idle[renderer->idle_count++] = p;
 }
 
@@ -484,6 +487,7 @@ static bool next_branch(struct renderer *renderer, struct path *path, struct bra
     if (!path->bounding) {
         if (path->rays < renderer->ray_budget && next_shown(renderer, &path->tree, branch)) {
             path->rays++;
+            path->traced++;
             renderer->counts.rays[branch->kind]++;
             return true;
         }
@@ -494,6 +498,7 @@ static bool next_branch(struct renderer *renderer, struct path *path, struct bra
     if (renderer->progress.task.first > 0 ||
         !omission_next(&path->omission, &renderer->radiance, branch))
         return false;
+    path->traced++;
     renderer->counts.bound_rays++;
     renderer->bounding++;
     return true;
@@ -554,6 +559,7 @@ static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool fl
     path->pixel = progress->place;
     path->sample = progress->next.sample;
     path->bad = false;
+    path->traced = 1;
     progress->started++;
     if (flat) return;
     tree_clear(&path->tree);
@@ -657,6 +663,7 @@ static void put_pixel(struct renderer *renderer, uint32_t pixel, uint32_t begin,
     put_color(task->mean + 3 * (size_t)place, divided(vec_add(even, odd), samples));
     add_error(&renderer->counts.sampling, difference, evens, samples - evens);
     if (task->difference) put_color(task->difference + 3 * (size_t)place, difference);
+    if (task->rays) task->rays[place] = (float)((double)progress->sum.rays / samples);
 }
 
 static void finish_pixel(struct renderer *renderer, uint32_t pixel, uint32_t begin, uint32_t end)
@@ -673,12 +680,14 @@ static void finish_pixel(struct renderer *renderer, uint32_t pixel, uint32_t beg
 }
 
 /* The next sample in their order. */
-static inline void add_sample(struct renderer *renderer, struct vec3 color, double truncation)
+static inline void add_sample(struct renderer *renderer, struct vec3 color, double truncation,
+                              uint32_t rays)
 {
     struct progress *progress = &renderer->progress;
     struct task_cursor *adds = &progress->adds;
     color_sum_add(&progress->sum.half[adds->sample & 1], color);
     progress->sum.truncation += truncation;
+    progress->sum.rays += rays;
     progress->added++;
     uint32_t pixel = adds->pixel, begin = adds->begin, end = adds->end,
              so_far = adds->sample + 1 - begin;
@@ -697,7 +706,7 @@ static void add_finished(struct renderer *renderer)
         struct finished *next = &renderer->finished[progress->added % WINDOW];
         if (!next->waits) break;
         next->waits = false;
-        add_sample(renderer, next->color, next->truncation);
+        add_sample(renderer, next->color, next->truncation, next->traced);
     }
 }
 
@@ -728,8 +737,10 @@ static bool trace_flat(struct renderer *renderer)
         start_paths(renderer, left < WAVE ? (uint32_t)left : WAVE, true);
         if (is_interrupted(renderer)) return false;
         trace_wave(renderer, true);
-        for (uint32_t i = 0; i < renderer->count; i++)
-            add_sample(renderer, finished_sum(renderer, &renderer->paths[i].color), 0);
+        for (uint32_t i = 0; i < renderer->count; i++) {
+            const struct path *path = &renderer->paths[i];
+            add_sample(renderer, finished_sum(renderer, &path->color), 0, path->traced);
+        }
     }
     return true;
 }

@@ -384,7 +384,8 @@ static bool render_pixels(struct worker *worker, const struct tile *tile,
     struct task task = {.tile = tile,
                         .refinements = refinements,
                         .mean = rgb,
-                        .difference = worker->adaptive ? behind : NULL};
+                        .difference = worker->adaptive ? behind : NULL,
+                        .rays = worker->adaptive ? behind + 3 * (size_t)pixels : NULL};
     return renderer_task(worker->renderer, &task, counts);
 }
 
@@ -439,8 +440,8 @@ static uint32_t render_some(struct worker *worker, uint32_t first,
         const struct tile *tile = &lot->tiles[i];
         const struct refinement *refined = tile_is_refined(tile) ? *refinements : NULL;
         if (refined) *refinements += tile_pixels(tile);
-        size_t bytes = lot->dropped[i] ? put_dropped(tile, part)
-                                       : render_part(worker, tile, refined, part);
+        size_t bytes =
+            lot->dropped[i] ? put_dropped(tile, part) : render_part(worker, tile, refined, part);
         if (bytes == 0) return 0;
         part += bytes;
     } while (++i < lot->count && clock_wall() < begin + lot->answer_s);
