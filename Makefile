@@ -299,8 +299,9 @@ fuzz-deps:
 	@$(fuzz_links) || { $(call install_missing,clang); }
 	@$(fuzz_links) || { $(call install_missing,libclang-rt-dev); }
 
-# All of rank 0 but MPI.
-FUZZED := $(filter-out $(BUILD)/master/main.o $(BUILD)/master/serve.o,$(filter $(BUILD)/common/% \
+# All of rank 0 but MPI and what calls for it.
+SERVING := main prepare keep conclude serve post hand_out take_in accept own_renderer passes
+FUZZED := $(filter-out $(SERVING:%=$(BUILD)/master/%.o),$(filter $(BUILD)/common/% \
     $(BUILD)/master/%,$(OBJECTS))) $(BUILD)/test/fuzz/fuzz.o
 
 $(BUILD)/fuzz_%: $(BUILD)/test/fuzz/fuzz_%.o $(FUZZED)

@@ -5,7 +5,7 @@
  *   latency_s       from one rank to the other, without content
  *   byte_s          for every byte more, up to 64 KiB
  *   service_s       of the master for one result and its answer: receiving, sending, posting the next
- *                   receive, as in master/serve.c
+ *                   receive, as in master/post.c
  *   service_tile_s  of the queue for every tile: handing out, finishing
  *   service_pixel_s for every pixel of the result: receiving, canvas
  *   send_s          of a renderer for one result

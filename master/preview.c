@@ -42,6 +42,30 @@ void preview_put(struct preview *preview, uint32_t width, uint32_t height, const
     }
 }
 
+/* From the known ones outwards, a step at a time. */
+void preview_complete(struct preview *preview)
+{
+    static const int steps[4][2] = {{0, -1}, {-1, 0}, {1, 0}, {0, 1}};
+    uint32_t count = preview->columns * preview->rows, reached = 0;
+    uint32_t *order = allocate(count, sizeof *order);
+    for (uint32_t i = 0; i < count; i++)
+        if (!isnan(preview->rgb[3 * (size_t)i])) order[reached++] = i;
+    for (uint32_t next = 0; next < reached; next++) {
+        uint32_t column = order[next] % preview->columns, row = order[next] / preview->columns;
+        for (int k = 0; k < 4; k++) {
+            /* Beyond the first one is far beyond the last one. */
+            uint32_t x = column + (uint32_t)steps[k][0], y = row + (uint32_t)steps[k][1];
+            if (x >= preview->columns || y >= preview->rows) continue;
+            uint32_t block = y * preview->columns + x;
+            float *color = preview->rgb + 3 * (size_t)block;
+            if (!isnan(color[0])) continue;
+            memcpy(color, preview->rgb + 3 * (size_t)order[next], 3 * sizeof *color);
+            order[reached++] = block;
+        }
+    }
+    free(order);
+}
+
 void preview_fill(const struct preview *preview, struct canvas *canvas, const struct tile *tile)
 {
     if (preview->edge == 0) return;

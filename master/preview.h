@@ -20,6 +20,10 @@ void preview_free(struct preview *preview);
 void preview_put(struct preview *preview, uint32_t width, uint32_t height, const struct tile *probe,
                  const float *rgb);
 
+/* Gives blocks that are not known the colour of the nearest one that is (counted in steps to the side
+ * and up or down). */
+void preview_complete(struct preview *preview);
+
 /* Fills the pixels of a tile with the colours of their blocks; those without one stay as they are. */
 void preview_fill(const struct preview *preview, struct canvas *canvas, const struct tile *tile);
 

@@ -31,9 +31,12 @@ static double share_of(uint64_t pixels, const struct progress_state *state)
     return fmin((double)pixels / (double)state->pixels, 1);
 }
 
-static double share_done(const struct progress_state *state)
+/* An estimate of what is to be done may grow; the bar waits then. */
+static void note_share(struct progress *progress, const struct progress_state *state)
 {
-    return share_of(state->pixels_done, state);
+    if (state->pass != progress->pass) progress->share = 0;
+    progress->pass = state->pass;
+    progress->share = fmax(progress->share, share_of(state->pixels_done, state));
 }
 
 /*
@@ -124,7 +127,7 @@ static void draw_bar(struct progress *progress, const struct progress_state *sta
     char line[LINE_SIZE];
     struct fields fields;
     make_fields(&fields, progress, state, now);
-    make_line(line, &fields, share_done(state), terminal_width(progress->descriptor));
+    make_line(line, &fields, progress->share, terminal_width(progress->descriptor));
     fprintf(progress->out, "\r%s\033[K", line); /* erase to the end of the line */
     fflush(progress->out);
     progress->drawn = true;
@@ -135,7 +138,7 @@ static void print_line(const struct progress *progress, const struct progress_st
 {
     double elapsed = now - progress->started;
     fprintf(progress->out, "farm: %d%%, %u of %u tiles, %s rays/s, %s elapsed",
-            (int)(100 * share_done(state)), state->tiles_done, state->tiles,
+            (int)(100 * progress->share), state->tiles_done, state->tiles,
             figure_count((double)state->rays / elapsed).text, figure_span(elapsed).text);
     if (progress->left >= 0) fprintf(progress->out, ", %s left", figure_span(progress->left).text);
     fputc('\n', progress->out);
@@ -145,7 +148,9 @@ static void print_line(const struct progress *progress, const struct progress_st
 void progress_update(struct progress *progress, const struct progress_state *state, double now)
 {
     if (now - progress->last_shown < (progress->terminal ? redraw_s : line_s)) return;
-    estimate_left(progress, share_done(state), share_of(state->pixels_before, state), now);
+    note_share(progress, state);
+    estimate_left(progress, share_of(state->pixels_done, state),
+                  share_of(state->pixels_before, state), now);
     if (progress->terminal)
         draw_bar(progress, state, now);
     else

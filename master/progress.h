@@ -20,6 +20,8 @@ struct progress {
     double started;    /* seconds, any origin */
     double last_shown; /* seconds, same origin */
     double left;       /* estimate of the seconds still to go, smoothed; < 0: unknown */
+    unsigned pass;     /* that the display is in */
+    double share;      /* shown last: what is finished never becomes less within a pass */
     bool drawn;        /* a bar stands on the current line */
 };
 
@@ -27,6 +29,7 @@ struct progress_state {
     uint64_t pixels_done, pixels; /* the share that is finished */
     uint64_t pixels_before;       /* of those done, by an earlier run */
     uint32_t tiles_done, tiles;
+    unsigned pass; /* of adaptive sampling: with each one there is more to do */
     uint64_t rays; /* traced so far, all kinds */
 };
 

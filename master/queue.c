@@ -65,8 +65,29 @@ uint32_t queue_new_item(struct queue *queue, const struct item *item)
         queue->items = reallocate(queue->items, queue->item_room, sizeof *queue->items);
         heap_reserve(&queue->waiting, queue->item_room);
     }
-    queue->items[queue->item_count] = *item;
-    return queue->item_count++;
+    uint32_t id = queue->item_count++;
+    queue->items[id] = *item;
+    queue_foresee(queue, id);
+    return id;
+}
+
+void queue_foresee(struct queue *queue, uint32_t id)
+{
+    const struct item *item = &queue->items[id];
+    double work = (double)item->work;
+    if (item->pass == TILE_PROBE) return;
+    if (item->skipped)
+        outlook_skip(&queue->outlook, work, area(item));
+    else if (item->finished)
+        outlook_finish(&queue->outlook, work, area(item), (double)item->seconds);
+    else
+        outlook_add(&queue->outlook, work, area(item));
+}
+
+void queue_unforesee(struct queue *queue, uint32_t id)
+{
+    const struct item *item = &queue->items[id];
+    outlook_remove(&queue->outlook, (double)item->work, area(item));
 }
 
 /* ---- the start ---- */
@@ -203,10 +224,10 @@ static void skip_tile(struct queue *queue, const struct tile *tile)
         queue->share_finished[tile->id] = 1;
     } else {
         struct item *item = &queue->items[tile->id];
+        queue_unforesee(queue, tile->id);
         item->finished = item->skipped = true;
+        queue_foresee(queue, tile->id);
         queue_unset_waiting(queue, tile->id);
-        queue->finished_work += (double)item->work;
-        queue->skipped_work += (double)item->work;
     }
     queue->count.finished++;
     queue->count.pixels_finished += tile_pixels(tile);
@@ -288,8 +309,8 @@ void queue_probed(struct queue *queue, const struct tile *probe, const float *se
     cost_put(&queue->map, probe, seconds);
 }
 
-/* Marks the tile; false: it was. */
-static bool mark_finished(struct queue *queue, uint32_t id)
+/* Marks the tile, which took so long; false: it was. */
+static bool mark_finished(struct queue *queue, uint32_t id, double seconds)
 {
     if (queue->shared) {
         bool first = !queue->share_finished[id];
@@ -297,11 +318,13 @@ static bool mark_finished(struct queue *queue, uint32_t id)
         return first;
     }
     struct item *item = &queue->items[id];
-    bool first = !item->finished;
-    item->finished = true;
     item->copies--;
-    if (first) queue->finished_work += (double)item->work;
-    return first;
+    if (item->finished) return false;
+    queue_unforesee(queue, id);
+    item->finished = true;
+    item->seconds = (float)seconds;
+    queue_foresee(queue, id);
+    return true;
 }
 
 bool queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, double now, double seconds)
@@ -317,7 +340,7 @@ bool queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, double no
         dynamic_learn(queue, renderer, &tile, seconds, hold.work);
         pace_answered(&queue->pace, renderer, now, hold.work, seconds, holds);
     }
-    if (!mark_finished(queue, id)) {
+    if (!mark_finished(queue, id, seconds)) {
         queue->count.wasted_s += seconds;
         return false;
     }
@@ -378,7 +401,7 @@ uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, do
                         .work = (float)work,
                         .priority = priority};
     assert(queue->config.schedule == SCHEDULE_DYNAMIC && tile->pass != TILE_PROBE);
-    assert(area(&item) <= queue_largest_lot(queue) && queue->count.tiles < QUEUE_MAX_TILES);
+    assert(area(&item) <= queue_largest_lot(queue));
     uint32_t id = queue_new_item(queue, &item);
     queue_set_waiting(queue, id);
     queue->pace.total += work;
@@ -434,8 +457,9 @@ struct queue_count queue_count(const struct queue *queue)
 {
     struct queue_count count = queue->count;
     if (queue->config.schedule == SCHEDULE_DYNAMIC) {
-        count.share_finished = queue->finished_work / queue->pace.total;
-        count.share_skipped = queue->skipped_work / queue->pace.total;
+        struct outlook_share share = outlook_share(&queue->outlook);
+        count.share_finished = queue_complete(queue) ? 1 : share.finished;
+        count.share_skipped = share.skipped;
     } else {
         double pixels = (double)queue->config.width * queue->config.height;
         count.share_finished = (double)count.pixels_finished / pixels;

@@ -42,7 +42,8 @@ struct queue_config {
     uint32_t probe_edge; /* dynamic: pixels from probe to probe; 0: no pre-pass */
 };
 
-/* More tiles than this are refused: their bookkeeping alone would take about 1 GB. */
+/* A picture of more tiles than this is refused: their bookkeeping alone would take about 1 GB. Tiles
+ * are split no further, either; what queue_add() brings comes on top. */
 #define QUEUE_MAX_TILES (UINT32_C(1) << 24)
 
 struct queue;
@@ -143,7 +144,7 @@ void queue_stop(struct queue *queue);
 struct queue_count {
     uint32_t tiles, finished;
     uint64_t pixels_finished; /* of all passes */
-    double share_finished;    /* of the predicted work, 0..1 */
+    double share_finished;    /* of the seconds that all is expected to take, 0..1 */
     double share_skipped;     /* of that: by an earlier run */
     uint32_t repeated;        /* handed out a second time */
     double wasted_s;          /* in answers that came second */

@@ -58,11 +58,13 @@ void dynamic_split(struct queue *queue, uint32_t id)
     double b = cost_predict(&queue->map, rest.x, rest.y, rest.w, rest.h).work;
     double part = a + b > 0 ? a / (a + b) : 0.5;
     queue_unset_waiting(queue, id);
+    queue_unforesee(queue, id);
     rest.worst = (float)((double)half.worst * (1 - part));
     half.worst = (float)((double)half.worst * part);
     rest.work = (float)((double)half.work * (1 - part));
     half.work = (float)((double)half.work * part);
     queue->items[id] = half;
+    queue_foresee(queue, id);
     queue_set_waiting(queue, id);
     queue_set_waiting(queue, queue_new_item(queue, &rest));
     queue->count.tiles++;
@@ -221,8 +223,7 @@ static void predict(struct queue *queue, uint32_t id, double ratio)
     item->work = (float)(cost.work * ratio);
     item->worst = (float)(fmax(cost.worst, cost.work) * ratio);
     queue->pace.total += (double)item->work;
-    if (item->finished) queue->finished_work += (double)item->work;
-    if (item->skipped) queue->skipped_work += (double)item->work;
+    queue_foresee(queue, id);
     if (!heap_has(&queue->waiting, id)) return;
     queue->waiting_work += (double)item->work;
     item->priority = priority_of(queue, item);
@@ -255,7 +256,8 @@ static void settle(struct queue *queue, double now)
         if (queue->items[id].pass != TILE_PROBE)
             ratios[id] = (float)work_ratio(queue, &queue->items[id]);
     cost_settle(&queue->map);
-    queue->pace.total = queue->waiting_work = queue->finished_work = queue->skipped_work = 0;
+    queue->pace.total = queue->waiting_work = 0;
+    queue->outlook = (struct outlook){0};
     for (uint32_t id = 0; id < queue->item_count; id++)
         if (queue->items[id].pass != TILE_PROBE) predict(queue, id, (double)ratios[id]);
     free(ratios);
@@ -317,11 +319,13 @@ static void warn_neighbours(struct queue *queue, const struct tile *tile, double
             double dear = density * (double)area(item);
             if ((double)item->worst >= dear) continue;
             queue_unset_waiting(queue, id);
+            queue_unforesee(queue, id);
             queue->pace.total -= (double)item->work;
             item->worst = (float)dear;
             item->work = fmaxf(item->work, (float)(dear / 2));
             item->priority = fmax(item->priority, density);
             queue->pace.total += (double)item->work;
+            queue_foresee(queue, id);
             queue_set_waiting(queue, id);
         }
     }

@@ -5,6 +5,7 @@
 #include "master/cost.h"
 #include "master/heap.h"
 #include "master/holdings.h"
+#include "master/outlook.h"
 #include "master/pace.h"
 #include "master/queue.h"
 #include "master/share.h"
@@ -21,6 +22,7 @@ struct item {
     uint32_t pass;
     float work;  /* predicted */
     float worst; /* if the tile is all that its neighbourhood may be */
+    float seconds; /* that it took, when it is finished */
     double priority;
     uint32_t copies; /* renderers that have it */
     bool finished;
@@ -43,7 +45,8 @@ struct queue {
     uint32_t first_probe, probes, next_probe, probe_stride, probes_back;
     bool settled;        /* the map predicts: all probes are back, or enough */
     struct heap waiting; /* items */
-    double waiting_work, finished_work, skipped_work;
+    double waiting_work;
+    struct outlook outlook; /* dynamic */
     struct cost_map map;
     struct pace pace;
 
@@ -82,6 +85,10 @@ uint32_t queue_new_item(struct queue *queue, const struct item *item);
 /* The tile waits, and waits no longer. */
 void queue_set_waiting(struct queue *queue, uint32_t id);
 void queue_unset_waiting(struct queue *queue, uint32_t id);
+
+/* Counts the tile in the outlook, as what it is; or not, while it is neither finished nor a probe. */
+void queue_foresee(struct queue *queue, uint32_t id);
+void queue_unforesee(struct queue *queue, uint32_t id);
 
 /* The tile is part of the lot that the renderer is getting. */
 void queue_give(struct queue *queue, uint32_t renderer, uint32_t id, double work);

@@ -42,7 +42,7 @@ struct render_counts report_counts(const struct report *report)
 
 struct render_counts report_picture_counts(const struct report *report)
 {
-    struct render_counts sum = report_counts(report);
+    struct render_counts sum = report->picture;
     render_counts_add(&sum, &report->resumed.counts);
     return sum;
 }

@@ -42,6 +42,7 @@ struct report {
     struct run_times time;
     const struct renderer_stats *renderers; /* in rank order */
     int renderer_count;
+    struct render_counts picture; /* of what this run has brought into the picture, each tile once */
     const struct error_log *errors; /* NULL: none */
     struct error_forecast forecast;
     uint32_t min_samples, max_samples; /* per pixel */
@@ -72,7 +73,7 @@ struct balance report_balance(const struct report *report);
 struct render_counts report_counts(const struct report *report);
 
 /* What holds of the whole picture, an earlier run's part included: the samples that are not finite,
- * the bounds. */
+ * the bounds. What was rendered twice counts once. */
 struct render_counts report_picture_counts(const struct report *report);
 
 /*

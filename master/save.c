@@ -318,13 +318,18 @@ static bool is_safe(struct save *save)
     return write_waiting(save) && journal_stands(save->journal);
 }
 
-/* A copy in another folder, with all that belongs to it. */
-static bool move_to(struct save *save, const char *folder, const char *name)
+static uint64_t pixels_waiting(const struct save *save)
 {
     uint64_t pixels = 0;
     for (size_t i = 0; i < save->waiting.count; i++)
         pixels += tile_pixels(&save->waiting.items[i].tile);
-    uint64_t more = bytes_to_come(save->waiting.count, pixels);
+    return pixels;
+}
+
+/* A copy in another folder, with all that belongs to it. */
+static bool move_to(struct save *save, const char *folder, const char *name)
+{
+    uint64_t more = bytes_to_come(save->waiting.count, pixels_waiting(save));
     char *path = format_text("%s/%s-%ld.journal", folder, name, (long)getpid());
     bool moved = journal_move(save->journal, path, more) && is_safe(save);
     free(path);
@@ -337,8 +342,18 @@ static bool rescue(struct save *save)
     const char *folders[] = {".", temporary ? temporary : "/tmp", "/var/tmp", "/dev/shm"};
     char *name = path_stem(journal_path(save->journal));
     bool moved = false;
-    for (size_t i = 0; i < sizeof folders / sizeof *folders && !moved; i++)
+    char *rescued = NULL; /* a copy that did not take all either: the next one takes its place */
+    for (size_t i = 0; i < sizeof folders / sizeof *folders && !moved; i++) {
+        char *before = copy_text(journal_path(save->journal));
         moved = move_to(save, folders[i], name);
+        if (strcmp(before, journal_path(save->journal)) != 0) {
+            if (rescued) unlink(rescued);
+            free(rescued);
+            rescued = copy_text(journal_path(save->journal));
+        }
+        free(before);
+    }
+    free(rescued);
     free(name);
     return moved;
 }
@@ -351,6 +366,7 @@ struct save_kept save_keep(struct save *save)
     for (size_t i = 0; i < save->waiting.count; i++)
         kept.lost_s += save->waiting.items[i].seconds;
     kept.lost = save->waiting.count;
+    kept.lost_pixels = pixels_waiting(save);
     kept.path = copy_text(journal_path(save->journal));
     journal_keep(save->journal);
     destroy(save);

@@ -60,6 +60,7 @@ struct save_kept {
     char *path;    /* of the journal, for the caller to free */
     bool moved;    /* another one than asked for, because nothing could be written there */
     uint64_t lost; /* tiles that could be written nowhere */
+    uint64_t lost_pixels;
     double lost_s; /* what they took to render */
 };
 

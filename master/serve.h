@@ -1,8 +1,7 @@
-/* The master's side of the farm: the only MPI in master/ besides start and end in main. */
+/* The master's side of the farm. */
 #ifndef FARM_MASTER_SERVE_H
 #define FARM_MASTER_SERVE_H
 
-#include <mpi.h>
 #include <signal.h>
 #include <stdatomic.h>
 #include <stdbool.h>
@@ -17,7 +16,6 @@
 #include "master/watch.h"
 
 struct service {
-    MPI_Comm comm;
     struct queue *queue;
     struct canvas *canvas;
     struct save *save; /* where finished tiles are kept; NULL: nowhere */
@@ -37,6 +35,7 @@ struct service {
 
     /* Results. */
     struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */
+    struct render_counts counts;  /* of the tiles that are in the picture, each once */
     bool timed_out;               /* the deadline ended it */
     double render_s;              /* wall seconds until the last tile was in the picture */
     double master_cpu_s;          /* CPU seconds of serving */
@@ -51,13 +50,12 @@ struct service {
 /*
  * Serves the queue until every renderer has left, or SERVE_GRACE after the end for those that do not:
  * they are silent, and take part in nothing more. Returns whether the picture is complete (false
- * after a stop: then the pre-pass shows where tiles are missing). Every rank calls this or work() on
- * the same communicator.
+ * after a stop: then the pre-pass shows where tiles are missing). Every rank calls this or work().
  */
+bool serve(struct service *service);
+
 /* Seconds. A renderer looks for messages every few thousandths of a second of its own time; with dozens
  * of processes on a core, or one that pages, that is a second. */
 #define SERVE_GRACE 5.0
-
-bool serve(struct service *service);
 
 #endif

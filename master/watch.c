@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "common/message.h"
-#include "master/image_file.h"
 #include "master/truth.h"
 
 /* The first row comes this many seconds after the start, every further one when the time has grown
@@ -21,7 +20,7 @@ static uint64_t pixel_count(const struct watch *watch)
 bool watch_start(struct watch *watch, const char *csv)
 {
     watch->next = watch->begin + FIRST_ROW;
-    watch->next_preview = watch->begin + watch->preview_s;
+    watch->snapshot.due = watch->begin + watch->snapshot.seconds;
     if (!csv || !csv[0]) return true;
     watch->csv = fopen(csv, "w");
     if (watch->csv) {
@@ -74,17 +73,9 @@ static void add_row(struct watch *watch, double now)
     fflush(watch->csv);
 }
 
-static void show_preview(struct watch *watch, double now)
-{
-    if (!(watch->preview_s > 0) || now < watch->next_preview) return;
-    /* Whoever looks at it meanwhile sees the one or the other. */
-    image_write(watch->preview, watch->canvas);
-    watch->next_preview = now + watch->preview_s;
-}
-
 void watch_look(struct watch *watch, double now)
 {
-    show_preview(watch, now);
+    snapshot_look(&watch->snapshot, watch->canvas, now);
     if (now < watch->next) return;
     add_row(watch, now);
     watch->next = watch->begin + (now - watch->begin) * ROW_FACTOR;
@@ -146,8 +137,14 @@ bool watch_end(struct watch *watch, double now, double render_s, struct error_fo
     return written;
 }
 
+void watch_leave_file(struct watch *watch)
+{
+    snapshot_end(&watch->snapshot);
+}
+
 void watch_free(struct watch *watch)
 {
+    watch_leave_file(watch);
     if (watch->csv) fclose(watch->csv);
     watch->csv = NULL;
     error_log_free(&watch->log);

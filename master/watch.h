@@ -11,6 +11,7 @@
 #include "master/adaptive.h"
 #include "master/canvas.h"
 #include "master/error.h"
+#include "master/snapshot.h"
 
 struct watch {
     /* Filled in before watch_start(). */
@@ -19,8 +20,7 @@ struct watch {
     const struct adaptive *adaptive; /* NULL: every pixel gets so many samples: */
     uint32_t samples;
     double begin;        /* start of the program, a time of common/clock.h */
-    const char *preview; /* where the picture so far goes */
-    double preview_s;    /* seconds from one to the next; 0: none */
+    struct snapshot snapshot; /* the picture so far: path, and seconds from one to the next */
 
     /* So far. */
     FILE *csv; /* NULL: none; owned */
@@ -30,7 +30,7 @@ struct watch {
     struct error_log log;
     struct error_point points[FORECAST_POINTS]; /* of the last passes */
     size_t point_count;
-    double next, next_preview; /* when the next row and the next picture are due */
+    double next; /* when the next row is due */
 };
 
 /* csv: path of the CSV file, empty for none. false, after saying why: it cannot be written. */
@@ -39,11 +39,14 @@ bool watch_start(struct watch *watch, const char *csv);
 /* So many pixels came in; the header tells what they cost and what they told. */
 void watch_add(struct watch *watch, uint64_t pixels, const struct result_header *header);
 
-/* A row, and a picture, when they are due. */
+/* A row, and a picture, when they are due; what else changes the canvas waits meanwhile. */
 void watch_look(struct watch *watch, double now);
 
 /* A pass is complete. */
 void watch_pass(struct watch *watch, double now);
+
+/* No more pictures: from now on their file is the caller's. */
+void watch_leave_file(struct watch *watch);
 
 /*
  * The last row, and what the run lets expect; render_s: seconds of rendering. Closes the file; false,

@@ -1,0 +1,42 @@
+#include "common/message.h"
+#include "master/server.h"
+
+static void note_lot(struct service *service, enum lot_kind kind, uint32_t renderer,
+                     const struct tile *tile, const struct result_header *header)
+{
+    if (service->timeline) timeline_add(service->timeline, kind, renderer, tile, header);
+}
+
+void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,
+                 const float *rgb, const struct result_header *header)
+{
+    struct service *service = server->service;
+    double now = server_elapsed(server);
+    bool first = queue_finish(service->queue, renderer, tile->id, now, header->busy_s);
+    note_lot(service, first ? LOT_TILE : LOT_WASTED, renderer, tile, header);
+    if (!first) return;
+    if (service->adaptive) {
+        if (adaptive_work(service->adaptive, tile).pixels != header->pixels)
+            fatal("renderer %u sent other pixels than it was asked for", renderer);
+        adaptive_put(service->adaptive, tile, rgb);
+    } else {
+        canvas_put(service->canvas, tile, rgb);
+        save_tile(service->save, tile, header->busy_s, &header->counts);
+    }
+    render_counts_add(&service->counts, &header->counts);
+    server->rays += render_counts_rays(&header->counts);
+    watch_add(service->watch, tile_pixels(tile), header);
+    server->finished = server->start + now;
+}
+
+void accept_probes(struct server *server, uint32_t renderer, const struct tile *tile,
+                   const float *rgb, const struct result_header *header)
+{
+    struct service *service = server->service;
+    note_lot(service, LOT_PREPASS, renderer, tile, header);
+    const float *seconds = rgb + 3 * (size_t)tile_pixels(tile);
+    preview_put(&server->preview, service->canvas->width, service->canvas->height, tile, rgb);
+    queue_probed(service->queue, tile, seconds);
+    queue_finish(service->queue, renderer, tile->id, server_elapsed(server), header->busy_s);
+    server->probe_s += header->busy_s;
+}

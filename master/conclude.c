@@ -1,0 +1,144 @@
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/clock.h"
+#include "common/message.h"
+#include "master/image_file.h"
+#include "master/run.h"
+#include "master/stop.h"
+#include "master/timeline_output.h"
+
+int close_output(void)
+{
+    if (fflush(stdout) == 0 && !ferror(stdout)) return STATUS_DONE;
+    user_error(NULL, 0, "cannot write to standard output: %s", strerror(errno));
+    return STATUS_FAILED;
+}
+
+void name_silent(const struct run *run)
+{
+    for (uint32_t i = 0; i < run->renderers; i++) {
+        const struct renderer_stats *stats = &run->stats[i];
+        if (!stats->silent) continue;
+        bool known = stats->host[0];
+        user_warning(NULL, 0,
+                     "rank %u%s%s answers no more (stopped, hung, or cut off): the job ends "
+                     "without it",
+                     stats->rank, known ? " on " : "", stats->host);
+    }
+}
+
+static void fill_report(struct run *run, const struct service *service)
+{
+    struct report *report = &run->report;
+    const struct settings *settings = &run->job.settings;
+    report->version = FARM_VERSION;
+    report->config = run->options.config;
+    report->image_file = settings->output.image;
+    report->processes = run->processes;
+    report->kernel = processor_resolve(settings->farm.kernel);
+    report->schedule = settings->farm.schedule;
+    struct queue_count count = queue_count(run->queue);
+    report->tiles = count.tiles;
+    report->repeated_tiles = count.repeated;
+    report->wasted_s = count.wasted_s;
+    report->time.render = service->render_s;
+    report->renderers = service->stats;
+    report->picture = service->counts;
+    report->renderer_count = (int)run->renderers;
+    report->master_cpu_s = service->master_cpu_s;
+    report->master_messages = service->messages;
+    report->answer_wait_s =
+        service->messages ? service->answer_wait_s / (double)service->messages : 0;
+    report->answer_wait_most_s = service->answer_wait_most_s;
+    report->time.probe = service->probe_s / run->renderers;
+}
+
+static void fill_sampling(struct run *run, const struct service *service, const struct view *view)
+{
+    struct report *report = &run->report;
+    report->min_samples = view->min_samples;
+    report->max_samples = view->max_samples;
+    report->ended = "samples";
+    report->has_reference = run->reference.rgb != NULL;
+    if (report->has_reference) report->truth = truth_of(&run->canvas, &run->reference);
+    if (!run->adaptive) return;
+    uint64_t pixels, samples;
+    adaptive_errors(run->adaptive, &pixels, &samples);
+    report->unsampled = (uint64_t)run->canvas.width * run->canvas.height - pixels;
+    report->passes = adaptive_passes(run->adaptive);
+    report->ended = service->timed_out               ? "time"
+                    : adaptive_is_met(run->adaptive) ? "target"
+                                                     : "max_samples";
+}
+
+static int write_outputs(struct run *run)
+{
+    const struct settings *settings = &run->job.settings;
+    struct report *report = &run->report;
+    double start = clock_wall();
+    if (!image_write(settings->output.image, &run->canvas)) return STATUS_FAILED;
+    if (!timeline_write(&run->timeline, settings, report)) return STATUS_FAILED;
+    report->time.write = clock_wall() - start;
+    report->time.total = clock_wall() - run->start;
+    if (!wants_report(settings)) return STATUS_DONE;
+    char *text = report_json(report);
+    bool written = text_write(settings->output.report, text, strlen(text));
+    free(text);
+    return written ? STATUS_DONE : STATUS_FAILED;
+}
+
+/* What cannot be seen in the picture is said; with render.strict it ends the run with status 1, the
+ * picture and the report being written all the same. */
+static int judge_samples(const struct run *run)
+{
+    char *text = report_bad_samples(&run->report);
+    if (!text) return STATUS_DONE;
+    bool strict = run->job.settings.render.strict;
+    if (strict)
+        user_error(NULL, 0, "%s (render.strict = yes: exit status 1, the picture is written)",
+                   text);
+    else
+        user_warning(NULL, 0, "%s", text);
+    free(text);
+    return strict ? STATUS_FAILED : STATUS_DONE;
+}
+
+int conclude(struct run *run, const struct service *service, const struct view *view)
+{
+    const struct settings *settings = &run->job.settings;
+    fill_report(run, service);
+    fill_sampling(run, service, view);
+    int status = write_outputs(run);
+    if (status != STATUS_DONE) {
+        keep(run, "to write the picture without rendering it again");
+        return status;
+    }
+    save_drop(run->save);
+    run->save = NULL;
+    int columns = terminal_columns(stderr);
+    report_table(stdout, &run->report, columns);
+    if (wants_report(settings)) printf("report  %s\n", settings->output.report);
+    status = close_output();
+    int judged = judge_samples(run);
+    return status != STATUS_DONE ? status : judged;
+}
+
+/* The journal first: whoever sent the signal may not wait long. */
+int end_early(struct run *run)
+{
+    const char *image = run->job.settings.output.image;
+    const char *signal = strsignal(*stop_signal());
+    double pixels = (double)run->canvas.width * run->canvas.height;
+    if (run->adaptive)
+        user_error(NULL, 0, "stopped by %s in pass %u of adaptive sampling", signal,
+                   adaptive_passes(run->adaptive));
+    else
+        user_error(NULL, 0, "stopped by %s at %.1f %% of the pixels", signal,
+                   100 - 100 * (double)pixels_left(run) / pixels);
+    bool resumable = keep(run, "to go on");
+    if (image_write(image, &run->canvas))
+        fprintf(stderr, "farm: the picture so far is in %s\n", image);
+    return resumable ? STATUS_RESUMABLE : STATUS_FAILED;
+}

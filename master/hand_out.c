@@ -1,0 +1,101 @@
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+#include "master/server.h"
+
+/* DROP messages to a renderer that does not answer. */
+#define DROPS_MOST 16
+
+static void send(struct server *server, uint32_t renderer, enum message_tag tag, const void *bytes,
+                 size_t size)
+{
+    post_send(server->post, (int)(server->first_rank + renderer), tag, bytes, size);
+}
+
+void tell_stop(struct server *server, uint32_t renderer)
+{
+    struct contact *contact = &server->contacts[renderer];
+    if (contact->is_told) return;
+    contact->is_told = true;
+    send(server, renderer, TAG_MASTER_TO_RENDERER_STOP, NULL, 0);
+}
+
+/* One who does not answer hears no more of it: his messages would pile up. */
+void tell_recalls(struct server *server)
+{
+    uint32_t renderer, id;
+    for (;;) {
+        pthread_mutex_lock(&server->lock);
+        bool more = queue_recall(server->service->queue, &renderer, &id);
+        pthread_mutex_unlock(&server->lock);
+        if (!more) return;
+        struct contact *contact = &server->contacts[renderer];
+        if (renderer < server->first_remote || contact->is_told || contact->drops == DROPS_MOST)
+            continue;
+        contact->drops++;
+        send(server, renderer, TAG_MASTER_TO_RENDERER_DROP, &id, sizeof id);
+    }
+}
+
+/* The TILES message of a lot into room for TILES_MAX_BYTES; returns its length. The lock is held. */
+static size_t put_lot(const struct server *server, const struct tile *tiles, uint32_t count,
+                      char *message)
+{
+    struct lot_header header = {.answer_s = queue_answer_after(server->service->queue)};
+    size_t bytes = sizeof header;
+    memcpy(message, &header, sizeof header);
+    for (uint32_t i = 0; i < count; i++) {
+        assert(bytes + tile_part_bytes(&tiles[i]) <= TILES_MAX_BYTES);
+        memcpy(message + bytes, &tiles[i], sizeof *tiles);
+        if (tile_is_refined(&tiles[i]))
+            adaptive_take(server->service->adaptive, &tiles[i],
+                          (void *)(message + bytes + sizeof *tiles));
+        bytes += tile_part_bytes(&tiles[i]);
+    }
+    return bytes;
+}
+
+void hand_out(struct server *server, uint32_t renderer)
+{
+    struct queue *queue = server->service->queue;
+    struct tile tiles[LOT_TILES];
+    uint32_t count;
+    size_t bytes;
+    bool over;
+    do {
+        pthread_mutex_lock(&server->lock);
+        count = queue_next(queue, renderer, server_elapsed(server), tiles);
+        bytes = put_lot(server, tiles, count, server->message);
+        over = server_is_through(server, renderer);
+        server->contacts[renderer].is_idle = queue_holds(queue, renderer) == 0;
+        pthread_mutex_unlock(&server->lock);
+        if (count > 0) send(server, renderer, TAG_MASTER_TO_RENDERER_TILES, server->message, bytes);
+    } while (count > 0);
+    tell_recalls(server);
+    if (over) tell_stop(server, renderer);
+}
+
+void hand_out_start(struct server *server, uint32_t renderer)
+{
+    struct start start = {.elapsed_s = server_elapsed(server)};
+    send(server, renderer, TAG_MASTER_TO_RENDERER_START, &start, sizeof start);
+    hand_out(server, renderer);
+}
+
+void hand_out_to_idle(struct server *server)
+{
+    pthread_mutex_lock(&server->lock);
+    uint64_t news = queue_news(server->service->queue);
+    bool due = news != server->news || server_elapsed(server) >= queue_wake(server->service->queue);
+    bool complete = queue_complete(server->service->queue);
+    pthread_mutex_unlock(&server->lock);
+    if (!due && !complete) return;
+    bool all = news != server->news || complete;
+    server->news = news;
+    for (uint32_t i = server->first_remote; i < server->renderers; i++) {
+        const struct contact *contact = &server->contacts[i];
+        if ((all || contact->is_idle) && contact->is_ready && !contact->is_told)
+            hand_out(server, i);
+    }
+}

@@ -1,0 +1,107 @@
+#include <stdlib.h>
+
+#include "common/message.h"
+#include "master/command_line.h"
+#include "master/run.h"
+
+static uint32_t saved_pixels(void *save, const struct tile *tile)
+{
+    return save_holds(save, tile);
+}
+
+/* Of the picture. Tiles tell nothing from run to run: each cuts them as it needs them. */
+static double per_cent(const struct run *run, uint64_t pixels)
+{
+    return 100 * (double)pixels / ((double)run->canvas.width * run->canvas.height);
+}
+
+/* The errors of a part of the pixels, taken to be like the others. */
+static void scale_errors(struct render_counts *counts, double part)
+{
+    struct error_sum *sums[] = {&counts->sampling, &counts->halfway};
+    for (size_t i = 0; i < sizeof sums / sizeof *sums; i++) {
+        sums[i]->squares *= part;
+        sums[i]->fourths *= part;
+    }
+}
+
+/* Takes over what an earlier run has left. */
+static void resume(struct run *run)
+{
+    const struct save_found *found = save_found(run->save);
+    if (!found->pixels) return;
+    queue_skip(run->queue, saved_pixels, run->save);
+    struct queue_count count = queue_count(run->queue);
+    run->report.resumed = (struct resumed){
+        .tiles = count.finished,
+        .pixels = count.pixels_finished,
+        .records = found->records,
+        .seconds = found->seconds * (double)count.pixels_finished / (double)found->pixels,
+        .counts = found->counts,
+    };
+    struct resumed *resumed = &run->report.resumed;
+    resumed->again_s = found->seconds - resumed->seconds;
+    /* What is rendered again tells its error again. */
+    scale_errors(&resumed->counts, (double)resumed->pixels / (double)found->pixels);
+    char again[80] = "";
+    if (count.pixels_finished < found->pixels)
+        snprintf(again, sizeof again, ", of which %.1f %% are rendered again (tiles of another cut)",
+                 per_cent(run, found->pixels - count.pixels_finished));
+    fprintf(stderr, "farm: going on with %s: %.1f %% of the pixels%s, %.1f s of rendering saved\n",
+            run->job.settings.output.journal, per_cent(run, found->pixels), again,
+            resumed->seconds);
+}
+
+uint32_t tiles_left(const struct run *run)
+{
+    struct queue_count count = queue_count(run->queue);
+    return count.tiles - count.finished;
+}
+
+uint64_t pixels_left(const struct run *run)
+{
+    return (uint64_t)run->canvas.width * run->canvas.height -
+           queue_count(run->queue).pixels_finished;
+}
+
+bool open_save(struct run *run, const struct scene *scene)
+{
+    const char *path = run->job.settings.output.journal;
+    /* The journal holds finished tiles: adaptive ones are not before the last pass. */
+    if (!*path || settings_adaptive(&run->job.settings)) return true;
+    run->save = save_open(path, scene, &run->canvas);
+    if (!run->save) return false;
+    resume(run);
+    if (save_has_room(run->save, tiles_left(run), pixels_left(run))) return true;
+    if (save_found(run->save)->tiles)
+        free(save_keep(run->save).path);
+    else
+        save_drop(run->save);
+    run->save = NULL;
+    return false;
+}
+
+bool keep(struct run *run, const char *then)
+{
+    if (!run->save) {
+        user_error(NULL, 0, "nothing is kept for another run, because %s",
+                   run->adaptive ? "adaptive sampling keeps no journal"
+                                 : "output.journal is empty");
+        return false;
+    }
+    struct save_kept kept = save_keep(run->save);
+    run->save = NULL;
+    char *journal = kept.moved ? format_text("output.journal=%s", kept.path) : NULL;
+    char *command = command_line(run->arguments, run->processes, journal);
+    struct queue_count count = queue_count(run->queue);
+    double saved = per_cent(run, count.pixels_finished - kept.lost_pixels);
+    if (kept.lost)
+        user_error(NULL, 0, "%llu finished tiles (%.1f s of rendering) could be saved nowhere",
+                   (unsigned long long)kept.lost, kept.lost_s);
+    fprintf(stderr, "farm: %.1f %% of the pixels are saved in %s; %s: %s\n", saved, kept.path, then,
+            command);
+    free(kept.path);
+    free(journal);
+    free(command);
+    return true;
+}

@@ -1,0 +1,118 @@
+#include <stdlib.h>
+
+#include "common/clock.h"
+#include "common/message.h"
+#include "common/nap.h"
+#include "master/server.h"
+
+/* The next lot; 0: nothing is left. Waits while others have what is left. */
+static uint32_t own_next(struct server *server, struct tile *tiles)
+{
+    struct queue *queue = server->service->queue;
+    struct nap nap = {0};
+    for (;;) {
+        pthread_mutex_lock(&server->lock);
+        uint32_t count = queue_next(queue, 0, server_elapsed(server), tiles);
+        bool over = server_is_through(server, 0);
+        pthread_mutex_unlock(&server->lock);
+        if (count > 0 || over) return count;
+        nap_take(&nap);
+    }
+}
+
+static void own_leave(struct server *server)
+{
+    pthread_mutex_lock(&server->lock);
+    server->own_done = true;
+    pthread_mutex_unlock(&server->lock);
+}
+
+/* Whether the tile is still to be rendered by this renderer. */
+static bool own_keeps(struct server *server, const struct tile *tile)
+{
+    struct queue *queue = server->service->queue;
+    pthread_mutex_lock(&server->lock);
+    bool dropped = queue_recalled(queue, 0, tile->id);
+    if (dropped) queue_drop(queue, 0, tile->id, server_elapsed(server));
+    bool over = server_is_through(server, 0);
+    pthread_mutex_unlock(&server->lock);
+    return !dropped && !over;
+}
+
+/* Memory for the pixels of a tile. */
+struct own_memory {
+    float *rgb;                     /* REFINED_FLOATS each */
+    struct refinement *refinements; /* NULL: not adaptive */
+};
+
+/* What a tile's pass asks for; returns how many of its pixels get samples. */
+static uint32_t own_refinements(struct server *server, const struct tile *tile,
+                                struct refinement *refinements)
+{
+    struct adaptive *adaptive = server->service->adaptive;
+    if (!adaptive || tile->pass == TILE_PROBE) return tile_pixels(tile);
+    pthread_mutex_lock(&server->lock);
+    adaptive_take(adaptive, tile, refinements);
+    uint32_t pixels = adaptive_work(adaptive, tile).pixels;
+    pthread_mutex_unlock(&server->lock);
+    return pixels;
+}
+
+/* Renders or probes a tile and hands it in; false: the run is stopped. */
+static bool render_one(struct server *server, const struct tile *tile,
+                       const struct own_memory *memory)
+{
+    const struct tile_renderer *own = server->service->own;
+    struct renderer_stats *stats = &server->service->stats[0];
+    struct render_counts counts = {0};
+    uint32_t pixels = own_refinements(server, tile, memory->refinements);
+    float *rgb = memory->rgb, *behind = rgb + 3 * (size_t)pixels;
+    bool probes = tile->pass == TILE_PROBE;
+    const struct refinement *refinements = tile_is_refined(tile) ? memory->refinements : NULL;
+    double begin = server_elapsed(server), cpu = clock_thread_cpu();
+    if (probes ? !own->probe(own->state, tile, rgb, behind)
+               : !own->render(own->state, tile, refinements, rgb,
+                              memory->refinements ? behind : NULL,
+                              memory->refinements ? behind + 3 * (size_t)pixels : NULL, &counts))
+        return false;
+    double end = server_elapsed(server);
+    stats->busy_s += end - begin;
+    struct result_header header = {.pixels = pixels,
+                                   .start_s = begin,
+                                   .busy_s = end - begin,
+                                   .cpu_s = clock_thread_cpu() - cpu,
+                                   .counts = counts};
+    pthread_mutex_lock(&server->lock);
+    if (probes)
+        accept_probes(server, 0, tile, rgb, &header);
+    else
+        accept_tile(server, 0, tile, rgb, &header);
+    pthread_mutex_unlock(&server->lock);
+    if (probes) return true;
+    stats->finish_s = end;
+    stats->tiles++;
+    stats->pixels += pixels;
+    render_counts_add(&stats->counts, &counts);
+    return true;
+}
+
+void *render_own(void *argument)
+{
+    struct server *server = argument;
+    struct service *service = server->service;
+    uint32_t largest = queue_largest_lot(service->queue);
+    struct own_memory memory = {.rgb = allocate(largest, REFINED_FLOATS * sizeof *memory.rgb)};
+    if (service->adaptive) memory.refinements = allocate(largest, sizeof *memory.refinements);
+    double cpu = clock_thread_cpu();
+    struct tile tiles[LOT_TILES];
+    bool goes_on = true;
+    uint32_t count;
+    while (goes_on && (count = own_next(server, tiles)) > 0)
+        for (uint32_t i = 0; i < count && goes_on; i++)
+            goes_on = !own_keeps(server, &tiles[i]) || render_one(server, &tiles[i], &memory);
+    service->stats[0].cpu_s = clock_thread_cpu() - cpu;
+    free(memory.rgb);
+    free(memory.refinements);
+    own_leave(server);
+    return NULL;
+}

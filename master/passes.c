@@ -1,0 +1,51 @@
+#include <math.h>
+
+#include "common/clock.h"
+#include "master/server.h"
+
+/* Tiles of a pass are at most this wide and high: in a few of its pixels a late pass has as many
+ * samples as a small tile has in pass 0, and rays are the faster the more of them are together. */
+#define PASS_EDGE 128u
+
+/* A tile of the pass into the queue, unless no pixel of it gets samples. */
+static void add_work(struct server *server, struct tile tile)
+{
+    struct service *service = server->service;
+    struct adaptive_work work = adaptive_work(service->adaptive, &tile);
+    if (work.samples == 0) return;
+    /* Predicted from what all of its pixels took in pass 0. */
+    double first = (double)tile_pixels(&tile) * service->first_samples;
+    double cost = queue_work(service->queue, &tile) * (double)work.samples / first;
+    queue_add(service->queue, &tile, cost, work.removed / fmax(cost, 1e-300));
+}
+
+/* The next pass, or the end of passes; the lock is held. */
+static void begin_pass(struct server *server)
+{
+    struct service *service = server->service;
+    const struct canvas *canvas = service->canvas;
+    server->last_pass = !adaptive_plan(service->adaptive);
+    if (server->last_pass) return;
+    uint32_t edge = PASS_EDGE, largest = queue_largest_lot(service->queue);
+    while (edge * edge > largest)
+        edge /= 2;
+    struct tile tile = {.step = 1, .pass = adaptive_passes(service->adaptive) - 1};
+    for (tile.y = 0; tile.y < canvas->height; tile.y += edge) {
+        for (tile.x = 0; tile.x < canvas->width; tile.x += edge) {
+            tile.w = canvas->width - tile.x < edge ? canvas->width - tile.x : edge;
+            tile.h = canvas->height - tile.y < edge ? canvas->height - tile.y : edge;
+            add_work(server, tile);
+        }
+    }
+}
+
+void follow_passes(struct server *server)
+{
+    if (server->last_pass || server->service->ending) return;
+    pthread_mutex_lock(&server->lock);
+    while (!server->last_pass && queue_complete(server->service->queue)) {
+        watch_pass(server->service->watch, clock_wall());
+        begin_pass(server);
+    }
+    pthread_mutex_unlock(&server->lock);
+}

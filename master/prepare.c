@@ -1,0 +1,130 @@
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/clock.h"
+#include "common/message.h"
+#include "master/image_file.h"
+#include "master/run.h"
+#include "master/timeline_output.h"
+#include "master/truth.h"
+
+static const char *schedule_unfit(const struct run *run)
+{
+    if (run->renderers == 0)
+        return "nobody would render: with farm.master_renders = no, start at least 2 processes";
+    return NULL;
+}
+
+/* Pixels; 0: the static schedules choose the height of their bands themselves. */
+static uint32_t tile_edge(const struct settings *settings, const struct view *view,
+                          uint32_t renderers)
+{
+    enum schedule schedule = settings->farm.schedule;
+    if (settings->farm.tile || (schedule != SCHEDULE_DYNAMIC && schedule != SCHEDULE_TILES))
+        return settings->farm.tile;
+    return queue_auto_edge(schedule, view->region_w, view->region_h, renderers);
+}
+
+static bool make_queue(struct run *run, const struct view *view)
+{
+    const struct settings *settings = &run->job.settings;
+    run->renderers = (uint32_t)run->processes - (settings->farm.master_renders ? 0 : 1);
+    const char *unfit = schedule_unfit(run);
+    if (unfit) {
+        user_error(NULL, 0, "%s", unfit);
+        return false;
+    }
+    struct queue_config config = {.schedule = settings->farm.schedule,
+                                  .width = view->region_w,
+                                  .height = view->region_h,
+                                  .renderers = run->renderers,
+                                  .tile_edge = tile_edge(settings, view, run->renderers)};
+    config.probe_edge = queue_auto_probe_edge(view->region_w, view->region_h, view->min_samples);
+    run->queue = queue_create(&config);
+    if (run->queue) {
+        run->report.tile_edge = config.tile_edge;
+        return true;
+    }
+    user_error(NULL, 0,
+               "the picture falls into more than %u tiles, expected fewer: a larger farm.tile",
+               QUEUE_MAX_TILES);
+    return false;
+}
+
+static bool outputs_writable(const struct settings *settings, const struct view *view)
+{
+    if (!output_writable(settings->output.image, "output.image")) return false;
+    if (!image_size_writable(settings->output.image, view->region_w, view->region_h)) return false;
+    if (settings->output.error && settings->output.error[0] &&
+        !output_writable(settings->output.error, "output.error"))
+        return false;
+    if (!timeline_writable(settings, view->region_w, view->region_h)) return false;
+    return !wants_report(settings) || output_writable(settings->output.report, "output.report");
+}
+
+static void describe_scene(struct report *report, const struct scene *scene)
+{
+    report->primitives = scene_primitive_count(scene);
+    report->triangles =
+        scene->primitives[PRIMITIVE_TRIANGLE].count + scene->primitives[PRIMITIVE_PATCH].count;
+    report->lights = scene->lights.count;
+    report->scene_bytes = scene->bytes;
+    report->features = scene_features(scene);
+    report->image_width = scene->view.region_w;
+    report->image_height = scene->view.region_h;
+}
+
+static int print_check(const struct run *run)
+{
+    const struct report *report = &run->report;
+    printf("%s: all right: %llu primitives (%llu triangles), %llu lights, %u x %u pixels\n",
+           run->options.config, (unsigned long long)report->primitives,
+           (unsigned long long)report->triangles, (unsigned long long)report->lights,
+           report->image_width, report->image_height);
+    return close_output();
+}
+
+static void discard(struct scene **block)
+{
+    free(*block);
+    *block = NULL;
+}
+
+int prepare(struct run *run, struct scene **block)
+{
+    double start = clock_wall();
+    const struct options *options = &run->options;
+    enum reach reach = options->allow_outside ? REACH_ANYWHERE : REACH_FOLDER;
+    if (!load_job(options->config, options->overrides, options->override_count, reach, &run->job))
+        return STATUS_INPUT;
+    if (options->action == ACTION_PRINT_CONFIG) {
+        char *text = print_job(&run->job);
+        if (!text) return STATUS_INPUT;
+        fputs(text, stdout);
+        free(text);
+        return close_output();
+    }
+    struct view view = settings_view(&run->job.settings);
+    if (!make_queue(run, &view)) return STATUS_INPUT;
+    if (!outputs_writable(&run->job.settings, &view)) return STATUS_INPUT;
+    const char *reference = run->job.settings.sampling.reference;
+    if (*reference && !truth_read(reference, view.region_w, view.region_h, &run->reference))
+        return STATUS_INPUT;
+    *block = builder_finish(run->job.builder, &view);
+    const char *why;
+    if (!scene_valid(*block, (*block)->bytes, &why)) {
+        user_error(options->config, 0, "%s, expected a scene of ordinary size", why);
+        discard(block);
+        return STATUS_INPUT;
+    }
+    describe_scene(&run->report, *block);
+    run->report.time.load = clock_wall() - start;
+    if (options->action == ACTION_CHECK) {
+        discard(block);
+        return print_check(run);
+    }
+    canvas_init(&run->canvas, view.region_w, view.region_h);
+    if (open_save(run, *block)) return -1;
+    discard(block);
+    return STATUS_INPUT;
+}

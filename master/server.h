@@ -1,0 +1,102 @@
+/*
+ * The state of serve(), and what its parts do for each other; for all others there is serve.h.
+ *
+ *   serve.c          the loop, its start and its end
+ *     take_in.c      what messages say ------------+--> accept.c    finished tiles into the picture
+ *       hand_out.c   work, recalls and STOP        |
+ *     own_renderer.c rank 0's second thread -------+
+ *     passes.c       what adaptive sampling asks for next
+ */
+#ifndef FARM_MASTER_SERVER_H
+#define FARM_MASTER_SERVER_H
+
+#include <pthread.h>
+
+#include "master/post.h"
+#include "master/preview.h"
+#include "master/serve.h"
+
+/* A renderer on another rank, as the main thread knows it. */
+struct contact {
+    bool is_ready; /* it may be sent tiles */
+    bool is_idle;  /* it asks for work, and there was none */
+    bool is_told;  /* that it is to stop */
+    bool is_gone;  /* its statistics are here */
+    int drops;     /* DROP messages since its last answer */
+};
+
+struct server {
+    struct service *service;
+    double start;
+    double finished; /* when the last tile came in */
+
+    /* Shared with the rendering thread, under lock: queue, canvas, watch, and what follows. */
+    pthread_mutex_t lock;
+    struct preview preview;
+    uint64_t rays;
+    double probe_s; /* of all renderers */
+    bool last_pass; /* what is in the queue is all there will be */
+    bool own_done;
+
+    /* Main thread only. */
+    struct post *post;
+    uint32_t first_rank;   /* of renderer 0 */
+    uint32_t first_remote; /* renderers from here on are on other ranks */
+    uint32_t renderers, left;
+    struct contact *contacts; /* per renderer */
+    char *message;            /* TILES_MAX_BYTES, zeroed: what fills up parts is 0 or old */
+    double ended;             /* clock_wall(), when service->ending was set */
+    uint64_t news;            /* of the queue, when the idle were last asked */
+    double polled;            /* when messages were last looked for */
+};
+
+/* Seconds since the start of the render phase. */
+double server_elapsed(const struct server *server);
+
+/* Whether nothing is left for this renderer, in later passes either; the lock is held. */
+bool server_is_through(struct server *server, uint32_t renderer);
+
+/* ---- accept.c; the lock is held ---- */
+
+/* A finished tile goes into the picture and the journal, unless somebody else was first. */
+void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,
+                 const float *rgb, const struct result_header *header);
+
+/* Probes go into the preview, and what they cost to the queue. */
+void accept_probes(struct server *server, uint32_t renderer, const struct tile *tile,
+                   const float *rgb, const struct result_header *header);
+
+/* ---- hand_out.c ---- */
+
+/* The answer to READY, and the first lots. */
+void hand_out_start(struct server *server, uint32_t renderer);
+
+/* Gives a remote renderer all the lots that it may hold, or tells it that there are no more. */
+void hand_out(struct server *server, uint32_t renderer);
+
+/* The same for those who have nothing to do, when there may be something. */
+void hand_out_to_idle(struct server *server);
+
+/* Tells renderers what others have taken from them. The master's own renderer looks itself. */
+void tell_recalls(struct server *server);
+
+/* Whatever a renderer is doing, it is to give that up and leave. */
+void tell_stop(struct server *server, uint32_t renderer);
+
+/* ---- take_in.c ---- */
+
+/* Handles all that has arrived; returns whether there was anything. */
+bool take_in(struct server *server);
+
+/* ---- own_renderer.c ---- */
+
+/* The second thread of rank 0: takes the server, renders what the queue gives to renderer 0 until
+ * nothing is left for it, and never calls MPI. */
+void *render_own(void *server);
+
+/* ---- passes.c ---- */
+
+/* Puts the next pass into the queue when one is complete. */
+void follow_passes(struct server *server);
+
+#endif

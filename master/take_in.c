@@ -1,0 +1,140 @@
+#include <math.h>
+#include <string.h>
+
+#include "common/clock.h"
+#include "common/message.h"
+#include "master/server.h"
+
+/* A tile that the renderer has left to others; 0: nobody asked it to. The lock is held. */
+static size_t take_dropped(struct server *server, uint32_t renderer, uint32_t id)
+{
+    struct queue *queue = server->service->queue;
+    if (!queue_recalled(queue, renderer, id)) return 0;
+    queue_drop(queue, renderer, id, server_elapsed(server));
+    return sizeof(struct result_header);
+}
+
+/* What is known of a remote renderer before its last message, or if that never comes. */
+static void count_part(struct renderer_stats *stats, const struct tile *tile,
+                       const struct result_header *header)
+{
+    stats->busy_s += header->busy_s;
+    stats->cpu_s += header->cpu_s;
+    if (tile->pass == TILE_PROBE) return;
+    stats->finish_s = header->start_s + header->busy_s;
+    stats->tiles++;
+    stats->pixels += header->pixels;
+    render_counts_add(&stats->counts, &header->counts);
+}
+
+/* Takes in the first part of so many bytes of a RESULT; returns its length, 0: it is not valid. The
+ * lock is held. */
+static size_t take_part(struct server *server, uint32_t renderer, const char *part, size_t bytes)
+{
+    struct result_header header;
+    struct tile tile;
+    if (bytes < sizeof header) return 0;
+    memcpy(&header, part, sizeof header);
+    if (header.pixels == RESULT_DROPPED) return take_dropped(server, renderer, header.tile_id);
+    if (!queue_held(server->service->queue, renderer, header.tile_id, &tile)) return 0;
+    bool halves = server->service->adaptive != NULL;
+    if (!result_message_valid(&header, bytes, &tile, halves)) return 0;
+    /* Behind the header, which is a multiple of 8 bytes long like all parts, in an allocated block:
+     * aligned. */
+    const float *rgb = (const void *)(part + sizeof header);
+    if (tile.pass == TILE_PROBE)
+        accept_probes(server, renderer, &tile, rgb, &header);
+    else
+        accept_tile(server, renderer, &tile, rgb, &header);
+    count_part(&server->service->stats[renderer], &tile, &header);
+    return result_bytes(&tile, header.pixels, halves);
+}
+
+static void take_result(struct server *server, uint32_t renderer, const char *message, size_t bytes)
+{
+    size_t done = 0, length = 1;
+    server->contacts[renderer].drops = 0;
+    server->service->stats[renderer].bytes += bytes;
+    pthread_mutex_lock(&server->lock);
+    while (length > 0 && done < bytes) {
+        length = take_part(server, renderer, message + done, bytes - done);
+        done += length;
+    }
+    pthread_mutex_unlock(&server->lock);
+    if (bytes == 0 || done < bytes)
+        fatal("renderer %u sent a result for a tile that it was not asked for", renderer);
+    hand_out(server, renderer);
+}
+
+static void take_ready(struct server *server, uint32_t renderer, const char *message, size_t bytes)
+{
+    struct ready ready = {0};
+    if (bytes == sizeof ready) memcpy(&ready, message, sizeof ready);
+    int rank = (int)(server->first_rank + renderer);
+    if (!ready_message_valid(&ready, bytes, rank) || server->contacts[renderer].is_ready)
+        fatal("renderer %u reported for work in a way that makes no sense", renderer);
+    server->contacts[renderer].is_ready = true;
+    struct renderer_stats *stats = &server->service->stats[renderer];
+    memcpy(stats->host, ready.host, sizeof stats->host);
+    if (server->contacts[renderer].is_told) return;
+    hand_out_start(server, renderer);
+}
+
+static void take_stats(struct server *server, uint32_t renderer, const char *message, size_t bytes)
+{
+    struct renderer_stats stats;
+    if (bytes == sizeof stats) memcpy(&stats, message, sizeof stats);
+    int rank = (int)(server->first_rank + renderer);
+    pthread_mutex_lock(&server->lock);
+    bool due = server->service->ending || server_is_through(server, renderer);
+    pthread_mutex_unlock(&server->lock);
+    if (bytes != sizeof stats || !stats_message_valid(&stats, bytes, rank) || !due ||
+        server->contacts[renderer].is_gone)
+        fatal("renderer %u sent statistics that make no sense", renderer);
+    server->service->stats[renderer] = stats;
+    server->contacts[renderer].is_gone = true;
+    server->left++;
+}
+
+static void take_letter(struct server *server, const struct letter *letter)
+{
+    uint32_t renderer = (uint32_t)letter->rank - server->first_rank;
+    if (letter->rank <= 0 || renderer >= server->renderers)
+        fatal("a message came from rank %d, who is no renderer", letter->rank);
+    server->service->messages++;
+    if (letter->tag == TAG_RENDERER_TO_MASTER_RESULT)
+        take_result(server, renderer, letter->bytes, letter->size);
+    else if (letter->tag == TAG_RENDERER_TO_MASTER_STATS)
+        take_stats(server, renderer, letter->bytes, letter->size);
+    else if (letter->tag == TAG_RENDERER_TO_MASTER_READY)
+        take_ready(server, renderer, letter->bytes, letter->size);
+    else
+        fatal("rank %d sent a message of unknown kind %d", letter->rank, letter->tag);
+}
+
+/* An answer has waited since the last look at the most. */
+static void note_wait(struct server *server, double looked)
+{
+    struct service *service = server->service;
+    double waited = looked - server->polled;
+    service->answer_wait_s += waited;
+    service->answer_wait_most_s = fmax(service->answer_wait_most_s, waited);
+}
+
+bool take_in(struct server *server)
+{
+    struct letter letters[POST_RECEIVES];
+    double looked = clock_wall(), cpu = clock_thread_cpu();
+    int count = post_collect(server->post, letters);
+    for (int i = 0; i < count; i++) {
+        note_wait(server, looked);
+        take_letter(server, &letters[i]);
+        post_release(server->post, &letters[i]);
+    }
+    server->polled = looked;
+    if (count == 0) return false;
+    pthread_mutex_lock(&server->lock);
+    queue_served(server->service->queue, (clock_thread_cpu() - cpu) / count);
+    pthread_mutex_unlock(&server->lock);
+    return true;
+}
