@@ -18,6 +18,7 @@ void accept_tile(struct server *server, uint32_t renderer, const struct tile *ti
     if (service->adaptive) {
         if (adaptive_work(service->adaptive, tile).pixels != header->pixels)
             fatal("renderer %u sent other pixels than it was asked for", renderer);
+        save_part(service->save, tile, header->busy_s, &header->counts, rgb);
         adaptive_put(service->adaptive, tile, rgb);
     } else {
         canvas_put(service->canvas, tile, rgb);

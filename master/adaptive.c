@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/hash.h"
 #include "common/message.h"
 
 /* In one pass a pixel goes up this many levels at most: what is known of it is not enough for more. */
@@ -38,6 +39,7 @@ struct adaptive {
     double target;
     unsigned passes;
     bool met;          /* the target */
+    uint64_t missing;  /* pixels of the pass that are to come */
     uint32_t last;     /* level of max_samples */
     float *difference; /* 3 per pixel: A - B */
     float *rays;       /* of each pixel, per sample: what it costs */
@@ -97,6 +99,7 @@ struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas,
     adaptive->error = allocate_zeroed(pixels, sizeof *adaptive->error);
     memset(adaptive->next, 1, pixels);
     adaptive->passes = 1;
+    adaptive->missing = pixels;
     size_t width = canvas->width;
     adaptive->surprise = allocate_zeroed(block_count(canvas), sizeof *adaptive->surprise);
     adaptive->variance = allocate_zeroed(width + 2 * REACH, sizeof *adaptive->variance);
@@ -361,16 +364,16 @@ static double find_limit(const struct histogram *histogram, double goal)
 /* Every pixel's next level; returns whether any goes up. */
 static bool assign_levels(struct adaptive *adaptive, double limit)
 {
-    bool any = false;
+    assert(adaptive->missing == 0);
     size_t pixels = pixel_count(adaptive);
     for (size_t i = 0; i < pixels; i++) {
         unsigned most = adaptive->last - adaptive->level[i];
         if (most > LEVELS_PER_PASS) most = LEVELS_PER_PASS;
         unsigned up = doublings(gain_of(adaptive, i), limit, most);
         adaptive->next[i] = (uint8_t)(adaptive->level[i] + up);
-        any |= up > 0;
+        adaptive->missing += up > 0;
     }
-    return any;
+    return adaptive->missing > 0;
 }
 
 bool adaptive_plan(struct adaptive *adaptive)
@@ -396,6 +399,16 @@ bool adaptive_plan(struct adaptive *adaptive)
 bool adaptive_is_met(const struct adaptive *adaptive)
 {
     return adaptive->met;
+}
+
+bool adaptive_is_complete(const struct adaptive *adaptive)
+{
+    return adaptive->missing == 0;
+}
+
+double adaptive_target(const struct adaptive *adaptive)
+{
+    return adaptive->target;
 }
 
 unsigned adaptive_passes(const struct adaptive *adaptive)
@@ -426,6 +439,8 @@ struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct
         work.samples += (uint64_t)(after - before);
         work.removed += (double)adaptive->error[i] * (1 - power(before / after));
     }
+    /* Pass 0 takes tiles as a whole. */
+    if (adaptive->passes == 1) work.pixels = pixels;
     return work;
 }
 
@@ -437,6 +452,18 @@ void adaptive_take(const struct adaptive *adaptive, const struct tile *tile,
         size_t i = pixel_at(adaptive, tile, k);
         refinements[k] = (struct refinement){adaptive->level[i], adaptive->next[i]};
     }
+}
+
+uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *tile)
+{
+    uint64_t hash = adaptive->passes;
+    uint32_t pixels = tile_pixels(tile);
+    for (uint32_t k = 0; k < pixels; k++) {
+        size_t i = pixel_at(adaptive, tile, k);
+        const uint8_t levels[2] = {adaptive->level[i], adaptive->next[i]};
+        hash = hash64(levels, sizeof levels, hash);
+    }
+    return hash;
 }
 
 /* What so many samples and so many more come to together. */
@@ -461,7 +488,12 @@ void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const floa
         size_t i = pixel_at(adaptive, tile, k);
         double before = samples_of(adaptive, adaptive->level[i]);
         double more = samples_of(adaptive, adaptive->next[i]) - before;
-        if (!(more > 0)) continue;
+        if (!(more > 0)) {
+            if (adaptive->passes > 1) continue;
+            mean += 3, difference += 3, rays++;
+            continue;
+        }
+        adaptive->missing--;
         for (size_t c = 3 * i; c < 3 * i + 3; c++) {
             adaptive->canvas->rgb[c] = combined(adaptive->canvas->rgb[c], before, *mean++, more);
             adaptive->difference[c] =

@@ -60,10 +60,10 @@ bool adaptive_plan(struct adaptive *adaptive);
 /* Whether the last adaptive_plan() found that the target is met. */
 bool adaptive_is_met(const struct adaptive *adaptive);
 
-/* What the pass adds in a tile. */
+/* What is still to come of the pass in a tile. */
 struct adaptive_work {
     uint64_t samples;
-    uint32_t pixels; /* that get some */
+    uint32_t pixels; /* that get some; in pass 0 all of them, also where only some are to come */
     double removed;  /* from the sum of the pixels' squared errors, expected; 0 in pass 0 */
 };
 struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct tile *tile);
@@ -75,9 +75,18 @@ void adaptive_take(const struct adaptive *adaptive, const struct tile *tile,
 /*
  * The tile's pixels that get samples in this pass, adaptive_work(), have come in, in the tile's order:
  * 3 floats for each, the means of these samples, then 3 for each, the differences of their halves,
- * then one for each, its rays per sample. Once per pass and pixel.
+ * then one for each, its rays per sample. What the pass has brought to a pixel already stays.
  */
 void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part);
+
+/* Whether all pixels of the last planned pass are in. */
+bool adaptive_is_complete(const struct adaptive *adaptive);
+
+/* A hash of what is to be done in a tile: the same plan for the same pixels still to come. */
+uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *tile);
+
+/* As it was given to adaptive_create(). */
+double adaptive_target(const struct adaptive *adaptive);
 
 /* Errors of all pixels that have samples; their number; samples of all. */
 struct error_sum adaptive_errors(const struct adaptive *adaptive, uint64_t *pixels,

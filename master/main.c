@@ -80,15 +80,13 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     struct progress progress;
     struct tile_renderer own = {
         .state = renderer, .render = render_own_tile, .probe = probe_own_tile};
-    if (settings_adaptive(settings))
-        run->adaptive = adaptive_create(view, &run->canvas, settings->sampling.target_error);
-    run->watch = (struct watch){.canvas = &run->canvas,
-                                .reference = run->reference.rgb ? &run->reference : NULL,
-                                .adaptive = run->adaptive,
-                                .samples = view->max_samples,
-                                .begin = run->start,
-                                .snapshot = {.path = settings->output.image,
-                                             .seconds = settings->output.preview}};
+    run->watch = (struct watch){
+        .canvas = &run->canvas,
+        .reference = run->reference.rgb ? &run->reference : NULL,
+        .adaptive = run->adaptive,
+        .samples = view->max_samples,
+        .begin = run->start,
+        .snapshot = {.path = settings->output.image, .seconds = settings->output.preview}};
     if (!watch_start(&run->watch, settings->output.error)) end_job(STATUS_FAILED);
     if (run->save) {
         const struct resumed *resumed = &run->report.resumed;
