@@ -79,6 +79,16 @@ void adaptive_take(const struct adaptive *adaptive, const struct tile *tile,
  */
 void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part);
 
+/* Rays that the samples so far have taken, as they came in. */
+double adaptive_rays(const struct adaptive *adaptive);
+
+/*
+ * How many rays more will lower the error to rmse: by the same rule as passes are planned, taken as
+ * good as passes so far have kept what they promised. HUGE_VAL: max_samples are too few for that, or
+ * there are pixels without samples yet. Passes are not changed.
+ */
+double adaptive_foresee(struct adaptive *adaptive, double rmse);
+
 /* Whether all pixels of the last planned pass are in. */
 bool adaptive_is_complete(const struct adaptive *adaptive);
 
