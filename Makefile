@@ -204,19 +204,20 @@ $(BUILD)/bench/faults_journal: $(BUILD)/bench/faults_journal.o
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ -o $@
 
 # Loaded in front of the C library, so without sanitizers of its own.
-$(BUILD)/bench/faults_slow.so: bench/faults_slow.c Makefile
+$(BUILD)/bench/faults_slow.so $(BUILD)/bench/faults_stop.so: $(BUILD)/bench/%.so: bench/%.c Makefile
 	@mkdir -p $(@D)
 	$(say)  link $@
 	$(quiet)$(MPICC) $(filter-out -MMD -MP -Wmissing-prototypes $(SANITIZE),$(FLAGS)) -shared -fPIC $< -ldl -o $@
 
-FAULTS := $(BUILD)/bench/faults_journal $(BUILD)/bench/faults_slow.so
+FAULTS := $(addprefix $(BUILD)/bench/,faults_journal faults_slow.so faults_stop.so)
 FAULT_RUNS ?= 300
 
 # Some half an hour of two idle cores: FAULT_RUNS=50 for less, FAULTS_KINDS="none" for the soak alone.
 bench-faults: $(FAULTS) all
 	@mkdir -p bench/out
 	FARM=$(abspath $(FARM)) MPIEXEC="$(MPIEXEC)" FAULTS_JOURNAL=$(BUILD)/bench/faults_journal \
-	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so sh bench/faults.sh $(FAULT_RUNS) 1 bench/out
+	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so FAULTS_STOP=$(BUILD)/bench/faults_stop.so \
+	    sh bench/faults.sh $(FAULT_RUNS) 1 bench/out
 
 # How the work is shared out. Some 20 minutes of two idle cores; BALANCE_OPTIONS="--only real,model" runs
 # the parts that need a quiet machine, the others being kept.
@@ -265,10 +266,10 @@ run: all
 	$(MPIEXEC) -n $$(nproc) ./$(FARM) config/lantern.ini
 
 test: all $(UNITS) $(BUILD)/bench/stability $(BUILD)/bench/kernel $(BUILD)/bench/omit \
-        $(BUILD)/bench/faults_journal $(BUILD)/bench/faults_slow.so $(BUILD)/bench/error_truncation
+        $(FAULTS) $(BUILD)/bench/error_truncation
 	@FARM=./$(FARM) UNITS="$(UNITS)" STABILITY=$(BUILD)/bench/stability KERNEL=$(BUILD)/bench/kernel \
 	    OMIT=$(BUILD)/bench/omit FAULTS_JOURNAL=$(BUILD)/bench/faults_journal \
-	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so \
+	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so FAULTS_STOP=$(BUILD)/bench/faults_stop.so \
 	    TRUNCATION=$(BUILD)/bench/error_truncation MPIEXEC="$(MPIEXEC)" MPICC="$(MPICC)" sh test/run.sh
 
 asan:
@@ -300,7 +301,7 @@ fuzz-deps:
 	@$(fuzz_links) || { $(call install_missing,libclang-rt-dev); }
 
 # All of rank 0 but MPI and what calls for it.
-SERVING := main prepare keep conclude serve post hand_out take_in accept own_renderer passes
+SERVING := main prepare keep conclude serve silence post hand_out take_in accept own_renderer passes
 FUZZED := $(filter-out $(SERVING:%=$(BUILD)/master/%.o),$(filter $(BUILD)/common/% \
     $(BUILD)/master/%,$(OBJECTS))) $(BUILD)/test/fuzz/fuzz.o
 

@@ -18,12 +18,15 @@
  *                                  seconds that it took; filled up to
  *                                  result_bytes(). A tile that is dropped is a header alone, with
  *                                  RESULT_DROPPED.
+ *   PING      master -> renderer   empty: a sign of life is asked for. Comes when nothing has been
+ *                                  heard for a while, and not again before something is
+ *   PONG      renderer -> master   empty: the answer, in the midst of a tile, too
  *   STOP      master -> renderer   empty: give up what is in work and leave
  *   STATS     renderer -> master   struct renderer_stats, the renderer's last message
  *
- * STOP comes when no tile is left for a renderer, at the earliest when all of its tiles are back or
- * somebody else has finished them, or at any time when the picture is whole or the run is stopped.
- * From READY on the master waits for no single renderer: one that answers no more holds nobody up.
+ * STOP comes when the picture is whole, or at any time when the run is stopped. From the broadcast on
+ * the master waits for no single renderer, and no message to one waits for it to be taken: what one that
+ * answers no more has, or would get under a static schedule, goes to others.
  *
  * All ranks run the same build (the welcome carries its name), so that structures travel as they
  * are in memory. Who receives a message validates it with the functions below before using any of
@@ -48,6 +51,8 @@ enum message_tag {
     TAG_RENDERER_TO_MASTER_READY = 5,
     TAG_MASTER_TO_RENDERER_START = 6,
     TAG_MASTER_TO_RENDERER_DROP = 7,
+    TAG_MASTER_TO_RENDERER_PING = 8,
+    TAG_RENDERER_TO_MASTER_PONG = 9,
 };
 
 /* Tiles of a lot, at most: a TILES message stays small. */

@@ -18,6 +18,15 @@ struct refinement {
     uint8_t from, to;
 };
 
+/* How many of these pixels get samples. */
+static inline uint32_t refinements_sampled(const struct refinement *refinements, uint32_t pixels)
+{
+    uint32_t count = 0;
+    for (uint32_t k = 0; k < pixels; k++)
+        count += refinements[k].to > refinements[k].from;
+    return count;
+}
+
 /* Samples that a pixel of this level has; level <= LEVEL_MAX. */
 static inline uint32_t level_samples(const struct view *view, uint32_t level)
 {

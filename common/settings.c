@@ -69,6 +69,8 @@ const struct key settings_keys[] = {
      .help = "edge of a tile (dynamic, tiles), or rows sent at a time, pixels"},
     {"farm", "master_renders", VALUE_BOOLEAN, AT(farm.master_renders), .fallback = "yes",
      .help = "whether rank 0 renders as well"},
+    {"farm", "patience", VALUE_NUMBER, AT(farm.patience), RANGE(1, 1e6), .fallback = "60",
+     .help = "seconds that a process may give no sign before the others go on without it"},
     {"farm", "kernel", VALUE_CHOICE, AT(farm.kernel), .fallback = "auto",
      .choices = processor_level_names, .help = "instructions that the kernel uses"},
     {"farm", "variant", VALUE_CHOICE, AT(farm.variant), .fallback = "auto", .choices = variants,

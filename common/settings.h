@@ -44,6 +44,7 @@ struct settings {
         enum schedule schedule;
         uint32_t tile; /* edge in pixels; 0: auto */
         bool master_renders;
+        double patience; /* seconds that a process may give no sign */
         enum processor_level kernel;
         enum variant variant;
     } farm;
@@ -56,7 +57,7 @@ struct settings {
 };
 
 /* What can be set, in the order in which it is printed; offsets are into struct settings. */
-#define SETTINGS_KEYS 34
+#define SETTINGS_KEYS 35
 extern const struct key settings_keys[SETTINGS_KEYS];
 
 /* Whether sampling is adaptive: so it is where there is an end to it. */

@@ -7,6 +7,27 @@ static void note_lot(struct service *service, enum lot_kind kind, uint32_t rende
     if (service->timeline) timeline_add(service->timeline, kind, renderer, tile, header);
 }
 
+uint32_t take_refinements(struct server *server, const struct tile *tile,
+                          struct refinement *refinements)
+{
+    adaptive_take(server->service->adaptive, tile, refinements);
+    if (tile->id >= server->sampled_room) {
+        server->sampled_room = tile->id < 512 ? 1024 : 2 * tile->id;
+        server->sampled =
+            reallocate(server->sampled, server->sampled_room, sizeof *server->sampled);
+    }
+    server->sampled[tile->id] = refinements_sampled(refinements, tile_pixels(tile));
+    return server->sampled[tile->id];
+}
+
+/* Whether the answer has the pixels that were asked for. */
+static bool is_as_asked(const struct server *server, const struct tile *tile,
+                        const struct result_header *header)
+{
+    uint32_t asked = tile_is_refined(tile) ? server->sampled[tile->id] : tile_pixels(tile);
+    return header->pixels == asked;
+}
+
 void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,
                  const float *rgb, const struct result_header *header)
 {
@@ -16,7 +37,7 @@ void accept_tile(struct server *server, uint32_t renderer, const struct tile *ti
     note_lot(service, first ? LOT_TILE : LOT_WASTED, renderer, tile, header);
     if (!first) return;
     if (service->adaptive) {
-        if (adaptive_work(service->adaptive, tile).pixels != header->pixels)
+        if (!is_as_asked(server, tile, header))
             fatal("renderer %u sent other pixels than it was asked for", renderer);
         save_part(service->save, tile, header->busy_s, &header->counts, rgb);
         adaptive_put(service->adaptive, tile, rgb);

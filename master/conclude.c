@@ -125,18 +125,26 @@ int conclude(struct run *run, const struct service *service, const struct view *
     return status != STATUS_DONE ? status : judged;
 }
 
+/* Why it ends, in words that the caller frees. */
+static char *reason(bool deserted)
+{
+    if (deserted) return copy_text("given up, as no renderer answers any more,");
+    return format_text("stopped by %s", strsignal(*stop_signal()));
+}
+
 /* The journal first: whoever sent the signal may not wait long. */
-int end_early(struct run *run)
+int end_early(struct run *run, bool deserted)
 {
     const char *image = run->job.settings.output.image;
-    const char *signal = strsignal(*stop_signal());
     double pixels = (double)run->canvas.width * run->canvas.height;
+    char *why = reason(deserted);
     if (run->adaptive)
-        user_error(NULL, 0, "stopped by %s in pass %u of adaptive sampling", signal,
+        user_error(NULL, 0, "%s in pass %u of adaptive sampling", why,
                    adaptive_passes(run->adaptive));
     else
-        user_error(NULL, 0, "stopped by %s at %.1f %% of the pixels", signal,
+        user_error(NULL, 0, "%s at %.1f %% of the pixels", why,
                    100 - 100 * (double)pixels_left(run) / pixels);
+    free(why);
     bool resumable = keep(run, "to go on");
     if (image_write(image, &run->canvas))
         fprintf(stderr, "farm: the picture so far is in %s\n", image);

@@ -21,6 +21,11 @@ void tell_stop(struct server *server, uint32_t renderer)
     send(server, renderer, TAG_MASTER_TO_RENDERER_STOP, NULL, 0);
 }
 
+void ask_for_sign(struct server *server, uint32_t renderer)
+{
+    send(server, renderer, TAG_MASTER_TO_RENDERER_PING, NULL, 0);
+}
+
 /* One who does not answer hears no more of it: his messages would pile up. */
 void tell_recalls(struct server *server)
 {
@@ -39,7 +44,7 @@ void tell_recalls(struct server *server)
 }
 
 /* The TILES message of a lot into room for TILES_MAX_BYTES; returns its length. The lock is held. */
-static size_t put_lot(const struct server *server, const struct tile *tiles, uint32_t count,
+static size_t put_lot(struct server *server, const struct tile *tiles, uint32_t count,
                       char *message)
 {
     struct lot_header header = {.answer_s = queue_answer_after(server->service->queue)};
@@ -49,8 +54,7 @@ static size_t put_lot(const struct server *server, const struct tile *tiles, uin
         assert(bytes + tile_part_bytes(&tiles[i]) <= TILES_MAX_BYTES);
         memcpy(message + bytes, &tiles[i], sizeof *tiles);
         if (tile_is_refined(&tiles[i]))
-            adaptive_take(server->service->adaptive, &tiles[i],
-                          (void *)(message + bytes + sizeof *tiles));
+            take_refinements(server, &tiles[i], (void *)(message + bytes + sizeof *tiles));
         bytes += tile_part_bytes(&tiles[i]);
     }
     return bytes;
@@ -89,6 +93,7 @@ void hand_out_to_idle(struct server *server)
     uint64_t news = queue_news(server->service->queue);
     bool due = news != server->news || server_elapsed(server) >= queue_wake(server->service->queue);
     bool complete = queue_complete(server->service->queue);
+    if (due) queue_look(server->service->queue, server_elapsed(server));
     pthread_mutex_unlock(&server->lock);
     if (!due && !complete) return;
     bool all = news != server->news || complete;

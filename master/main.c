@@ -54,19 +54,9 @@ static double deadline_of(const struct run *run)
     return limit > 0 ? run->start + limit : HUGE_VAL;
 }
 
-/*
- * All is written. MPI_Finalize would wait for a rank that answers no more; this ends it. When all ranks
- * are on one node, leaving is enough: mpiexec's proxy there ends the others and counts them as well
- * ended. After MPI_Abort it depends on who is faster whether it counts them as killed, and mpiexec
- * returns 9 (MPICH 4.0.2: once in 40 runs on a busy machine).
- */
-static void leave_the_silent(const struct node_scene *shared, int processes, int status)
+/* What MPI_Abort says would look like a failure. */
+static void abort_quietly(int status)
 {
-    int here;
-    MPI_Comm_size(shared->node, &here);
-    fflush(NULL);
-    if (here == processes) _exit(status);
-    /* What MPI_Abort says would look like a failure. */
     int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
     if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
     MPI_Abort(MPI_COMM_WORLD, status);
@@ -105,6 +95,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
                               .timeline = timeline_wanted(settings) ? &run->timeline : NULL,
                               .own = settings->farm.master_renders ? &own : NULL,
                               .stop = stop_signal(),
+                              .patience = settings->farm.patience,
                               .stats = run->stats};
     progress_start(&progress, stderr, clock_wall());
     renderer_on_wave(renderer, is_over, &service);
@@ -115,7 +106,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     watch_leave_file(&run->watch);
     run->silent = service.silent;
     name_silent(run);
-    if (!complete) return end_early(run);
+    if (!complete) return end_early(run, service.deserted);
     bool watched = watch_end(&run->watch, clock_wall(), service.render_s, &run->report.forecast);
     run->report.errors = &run->watch.log;
     run->report.bvh_bytes = shared->bvh->bytes;
@@ -138,6 +129,21 @@ static int render(struct run *run, int rank, const struct node_scene *shared)
     return status;
 }
 
+/* Seconds for all ranks to come together before the settings are read: thousands of them take a
+ * minute. */
+#define LAUNCH_PATIENCE 300
+
+/* Bytes of scene and BVH that are sent and built in a second at the least: a hundredth of what a slow
+ * network and a slow processor do. */
+#define START_BYTES 1e6
+
+/* Seconds for the scene to be everywhere. */
+static unsigned start_limit(const struct run *run, const struct welcome *welcome)
+{
+    double bytes = (double)welcome->scene_bytes + (double)welcome->bvh_bytes;
+    return (unsigned)ceil(fmin(run->job.settings.farm.patience + bytes / START_BYTES, 1e9));
+}
+
 static int run_rank(struct run *run, int rank)
 {
     struct node_scene shared;
@@ -151,11 +157,22 @@ static int run_rank(struct run *run, int rank)
             welcome.bvh_bytes = bvh_bytes_bound(block);
         }
         welcome.status = status < 0 ? STATUS_DONE : (uint32_t)status;
+        if (status < 0)
+            stop_watch_the_start(start_limit(run, &welcome));
+        else
+            stop_watch_the_end(status);
     }
     int status = share_scene(MPI_COMM_WORLD, rank == 0 ? &welcome : NULL, block, &shared);
     if (status >= 0) return status;
+    if (rank == 0) stop_start_is_over();
+    run->neighbours = shared.processes;
+    run->neighbour_count = shared.process_count;
     status = render(run, rank, &shared);
-    if (run->silent) leave_the_silent(&shared, run->processes, status);
+    if (run->silent) {
+        /* All is written, and MPI_Finalize would wait for a rank that answers no more. */
+        fflush(NULL);
+        stop_job(status, abort_quietly);
+    }
     /* All is written: a rank that stops from here on holds nobody up. */
     if (rank == 0) stop_watch_the_end(status);
     unshare_scene(&shared);
@@ -173,6 +190,7 @@ static void free_run(struct run *run)
     timeline_free(&run->timeline);
     free(run->stats);
     free(run->arguments);
+    free(run->neighbours);
 }
 
 /* Whether this process speaks for the job before MPI has started: mpiexec and Slurm tell the rank.
@@ -218,15 +236,18 @@ int main(int argc, char **argv)
     int status = answer_without_mpi(argc, argv, &run.options);
     if (status >= 0) return status;
     int rank, level;
+    if (speaks_first()) stop_watch_the_start(LAUNCH_PATIENCE);
     MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &level);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     MPI_Comm_size(MPI_COMM_WORLD, &run.processes);
+    stop_start_is_over();
     message_set_rank(rank, end_job);
     stop_install(rank);
     if (level < MPI_THREAD_FUNNELED) fatal("this MPI library does not support threads");
     status = agree_on_status(MPI_COMM_WORLD, run_rank(&run, rank));
-    free_run(&run);
     stop_watch_the_end(status);
     MPI_Finalize();
+    if (run.neighbours) stop_see_off(run.neighbours, run.neighbour_count);
+    free_run(&run);
     return status;
 }

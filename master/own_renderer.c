@@ -49,11 +49,9 @@ struct own_memory {
 static uint32_t own_refinements(struct server *server, const struct tile *tile,
                                 struct refinement *refinements)
 {
-    struct adaptive *adaptive = server->service->adaptive;
-    if (!adaptive || tile->pass == TILE_PROBE) return tile_pixels(tile);
+    if (!tile_is_refined(tile)) return tile_pixels(tile);
     pthread_mutex_lock(&server->lock);
-    adaptive_take(adaptive, tile, refinements);
-    uint32_t pixels = adaptive_work(adaptive, tile).pixels;
+    uint32_t pixels = take_refinements(server, tile, refinements);
     pthread_mutex_unlock(&server->lock);
     return pixels;
 }

@@ -195,6 +195,7 @@ struct queue *queue_create(const struct queue_config *config)
     struct queue *queue = allocate_zeroed(1, sizeof *queue);
     queue->config = *config;
     queue->shared = config->schedule != SCHEDULE_DYNAMIC && config->schedule != SCHEDULE_TILES;
+    queue->silent = allocate_zeroed(config->renderers, sizeof *queue->silent);
     holdings_init(&queue->holdings, config->renderers);
     if (queue->shared ? start_shares(queue) : start_items(queue)) return queue;
     queue_destroy(queue);
@@ -211,6 +212,7 @@ void queue_destroy(struct queue *queue)
     free(queue->share_finished);
     free(queue->items);
     free(queue->probes_given);
+    free(queue->silent);
     free(queue->recalls);
     holdings_free(&queue->holdings);
     free(queue);
@@ -258,18 +260,51 @@ void queue_give(struct queue *queue, uint32_t renderer, uint32_t id, double work
     if (!queue->shared) queue->items[id].copies++;
 }
 
+/* The next tile that a silent renderer has and nobody else; with static schedules of its share, too. */
+static bool next_of_silent(struct queue *queue, uint32_t silent, uint32_t renderer,
+                           struct tile *tile)
+{
+    uint32_t i = queue->holdings.holders[silent].first;
+    for (; i != HOLD_NONE; i = queue->holdings.holds[i].next) {
+        struct hold *hold = &queue->holdings.holds[i];
+        bool finished =
+            queue->shared ? queue->share_finished[hold->id] : queue->items[hold->id].finished;
+        if (hold->passed_on || finished || holdings_find(&queue->holdings, renderer, hold->id))
+            continue;
+        hold->passed_on = true;
+        queue->count.repeated++;
+        *tile = queue_tile_of(queue, hold->id);
+        return true;
+    }
+    return queue->shared && share_next(&queue->shares, silent, tile);
+}
+
+/* One who has nothing to do takes over. */
+static uint32_t take_over(struct queue *queue, uint32_t renderer, struct tile *tile)
+{
+    if (queue->holdings.holders[renderer].lots > 0) return 0;
+    for (uint32_t i = 0; i < queue->config.renderers; i++) {
+        if (!queue->silent[i] || i == renderer || !next_of_silent(queue, i, renderer, tile))
+            continue;
+        queue_give(queue, renderer, tile->id, 0);
+        return 1;
+    }
+    return 0;
+}
+
 /* A second tile in reserve is taken from somebody who could start it at once, when tiles are few. */
 static uint32_t next_plain(struct queue *queue, uint32_t renderer, struct tile *tile)
 {
     const struct holder *holder = &queue->holdings.holders[renderer];
     if (holder->lots == LOTS_HELD) return 0;
     if (queue->shared) {
-        if (!share_next(&queue->shares, renderer, tile)) return 0;
+        if (!share_next(&queue->shares, renderer, tile)) return take_over(queue, renderer, tile);
         queue_give(queue, renderer, tile->id, 0);
         return 1;
     }
     uint32_t waiting = queue->waiting.count, id = heap_top(&queue->waiting);
-    if (waiting == 0 || (holder->lots > 0 && waiting <= queue->config.renderers)) return 0;
+    if (waiting == 0) return take_over(queue, renderer, tile);
+    if (holder->lots > 0 && waiting <= queue->config.renderers) return 0;
     queue_unset_waiting(queue, id);
     *tile = queue_tile_of(queue, id);
     queue_give(queue, renderer, id, 0);
@@ -373,7 +408,8 @@ void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now)
 {
     struct hold hold = holdings_take(&queue->holdings, renderer, id);
     assert(hold.passed_on);
-    queue->items[id].copies--;
+    if (!queue->shared) queue->items[id].copies--;
+    if (queue->config.schedule != SCHEDULE_DYNAMIC) return;
     pace_dropped(&queue->pace, renderer, now, hold.work,
                  queue->holdings.holders[renderer].count > 0);
 }
@@ -424,6 +460,18 @@ double queue_work(const struct queue *queue, const struct tile *tile)
     return cost_predict(&queue->map, item.x, item.y, item.w, item.h).work;
 }
 
+void queue_set_silent(struct queue *queue, uint32_t renderer, bool silent)
+{
+    assert(renderer < queue->config.renderers);
+    queue->silent[renderer] = silent;
+    queue->news++;
+}
+
+void queue_look(struct queue *queue, double now)
+{
+    if (queue->config.schedule == SCHEDULE_DYNAMIC) pace_check(&queue->pace, now);
+}
+
 void queue_stop(struct queue *queue)
 {
     queue->stopped = true;
@@ -436,10 +484,8 @@ bool queue_complete(const struct queue *queue)
 
 bool queue_over(struct queue *queue, uint32_t renderer)
 {
-    if (queue->config.schedule == SCHEDULE_DYNAMIC && !queue->stopped) return queue_complete(queue);
-    if (queue_holds(queue, renderer) > 0) return false;
-    if (queue->stopped) return true;
-    return queue->shared ? !share_is_left(&queue->shares, renderer) : queue->waiting.count == 0;
+    /* Until then somebody may fall silent. */
+    return queue->stopped ? queue_holds(queue, renderer) == 0 : queue_complete(queue);
 }
 
 uint64_t queue_news(const struct queue *queue)

@@ -20,6 +20,9 @@
  * strips, cyclic, cyclic-rows
  *              Fixed shares: master/share.h. One tile, a band of rows, at a time.
  *
+ * Under all but dynamic a renderer that gives no sign of life any more (queue_set_silent()) loses what
+ * it has to those who are idle.
+ *
  * With n tiles, P renderers and t a tile's or lot's time, every queue that keeps nobody idle while
  * tiles wait ends by sum(t) / P + (1 - 1 / P) max(t) (Graham 1966).
  */
@@ -136,6 +139,16 @@ void queue_prioritize(struct queue *queue, uint32_t id, double priority);
 
 /* What pass 0 of this tile is predicted to cost, in units of the queue's own. */
 double queue_work(const struct queue *queue, const struct tile *tile);
+
+/*
+ * Whether the renderer gives no sign of life. What it has, and under the static schedules all that
+ * is left of its share, goes to others that have nothing to do (dynamic: those who are late are known
+ * without this).
+ */
+void queue_set_silent(struct queue *queue, uint32_t renderer, bool silent);
+
+/* Looks for those who are late by now (queue_wake()). */
+void queue_look(struct queue *queue, double now);
 
 /* Hand out nothing more; what is out may still come back. */
 void queue_stop(struct queue *queue);

@@ -20,8 +20,8 @@
 struct item {
     uint32_t x, y, w, h;
     uint32_t pass;
-    float work;  /* predicted */
-    float worst; /* if the tile is all that its neighbourhood may be */
+    float work;    /* predicted */
+    float worst;   /* if the tile is all that its neighbourhood may be */
     float seconds; /* that it took, when it is finished */
     double priority;
     uint32_t copies; /* renderers that have it */
@@ -54,6 +54,7 @@ struct queue {
     struct recall *recalls; /* not told yet */
     uint32_t recall_count;
     uint32_t *probes_given; /* per renderer: probe tiles that it has had */
+    bool *silent;           /* per renderer */
     bool stopped;
     uint64_t pixels_skipped; /* finished by an earlier run */
     uint64_t news;

@@ -42,7 +42,8 @@ struct report {
     struct run_times time;
     const struct renderer_stats *renderers; /* in rank order */
     int renderer_count;
-    struct render_counts picture; /* of what this run has brought into the picture, each tile once */
+    struct render_counts
+        picture; /* of what this run has brought into the picture, each tile once */
     const struct error_log *errors; /* NULL: none */
     struct error_forecast forecast;
     uint32_t min_samples, max_samples; /* per pixel */

@@ -329,8 +329,9 @@ static void put_summary(struct table *table, const struct report *report,
     put_rays(table, report, counts);
     put_error(table, report);
     put_limit(table, report);
-    if (counts->nonfinite) {
-        flow(table, "%llu samples are not finite", (unsigned long long)counts->nonfinite);
+    uint64_t nonfinite = report_picture_counts(report).nonfinite;
+    if (nonfinite) {
+        flow(table, "%llu samples are not finite", (unsigned long long)nonfinite);
         end_flow(table);
     }
     put_path(table->out, "picture", report->image_file);

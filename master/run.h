@@ -35,6 +35,8 @@ struct run {
     int processes;
     uint32_t renderers;
     uint32_t silent; /* ranks that answered no more in the end */
+    int *neighbours; /* on the first rank of each node: the processes of its ranks; owned */
+    int neighbour_count;
 };
 
 /* An empty name asks for no report. */
@@ -76,7 +78,8 @@ void name_silent(const struct run *run);
 /* The picture is complete, or its time is over: writes all that was asked for. Returns the exit status. */
 int conclude(struct run *run, const struct service *service, const struct view *view);
 
-/* The run was stopped: writes what there is. Returns the exit status. */
-int end_early(struct run *run);
+/* The run was stopped by a signal, or nobody was left who renders: writes what there is. Returns the exit
+ * status. */
+int end_early(struct run *run, bool deserted);
 
 #endif

@@ -62,7 +62,7 @@ static bool is_over(struct server *server)
 static void end_all(struct server *server)
 {
     server->service->ending = true;
-    server->ended = clock_wall();
+    server->ended = server->awake;
     pthread_mutex_lock(&server->lock);
     queue_stop(server->service->queue);
     pthread_mutex_unlock(&server->lock);
@@ -72,7 +72,7 @@ static void end_all(struct server *server)
 
 static bool is_out_of_patience(const struct server *server)
 {
-    return server->service->ending && clock_wall() - server->ended > SERVE_GRACE;
+    return server->service->ending && server->awake - server->ended > SERVE_GRACE;
 }
 
 static void count_silent(struct server *server)
@@ -84,6 +84,16 @@ static void count_silent(struct server *server)
     }
 }
 
+static void end_when_over(struct server *server, double now)
+{
+    struct service *service = server->service;
+    bool over = is_over(server), late = now >= service->deadline, deserted = is_deserted(server);
+    if (!over && !late && !deserted) return;
+    service->timed_out = !over && late;
+    service->deserted = !over && !late;
+    end_all(server);
+}
+
 static void serve_until_done(struct server *server)
 {
     struct nap nap = {0};
@@ -91,10 +101,8 @@ static void serve_until_done(struct server *server)
         bool busy = take_in(server);
         double now = clock_wall();
         follow_passes(server);
-        if (!server->service->ending && (is_over(server) || now >= server->service->deadline)) {
-            server->service->timed_out = !is_over(server);
-            end_all(server);
-        }
+        look_for_silence(server);
+        if (!server->service->ending) end_when_over(server, now);
         hand_out_to_idle(server);
         tell_recalls(server);
         show_progress(server);
@@ -130,6 +138,7 @@ static void end_server(struct server *server)
     pthread_mutex_destroy(&server->lock);
     preview_free(&server->preview);
     free(server->contacts);
+    free(server->sampled);
     free(server->message);
 }
 
@@ -160,7 +169,7 @@ static void start_server(struct server *server, struct service *service)
     service->silent = 0;
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
     server->post = post_open(largest_message(service));
-    server->start = server->finished = server->polled = clock_wall();
+    server->start = server->finished = server->polled = server->woken = clock_wall();
 }
 
 bool serve(struct service *service)

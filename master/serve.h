@@ -30,6 +30,7 @@ struct service {
      * queue is then rank i, otherwise rank i + 1. */
     const struct tile_renderer *own;
     const volatile sig_atomic_t *stop; /* not 0: give up what is in work and leave */
+    double patience; /* seconds without a sign of life: others get what a renderer has */
     /* Set as soon as nothing of what is in work matters any more: own gives up, too. */
     atomic_bool ending;
 
@@ -37,6 +38,7 @@ struct service {
     struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */
     struct render_counts counts;  /* of the tiles that are in the picture, each once */
     bool timed_out;               /* the deadline ended it */
+    bool deserted;                /* nobody was left who renders */
     double render_s;              /* wall seconds until the last tile was in the picture */
     double master_cpu_s;          /* CPU seconds of serving */
     uint64_t messages;            /* received */

@@ -5,6 +5,7 @@
  *     take_in.c      what messages say ------------+--> accept.c    finished tiles into the picture
  *       hand_out.c   work, recalls and STOP        |
  *     own_renderer.c rank 0's second thread -------+
+ *     silence.c      who gives no sign of life
  *     passes.c       what adaptive sampling asks for next
  */
 #ifndef FARM_MASTER_SERVER_H
@@ -23,6 +24,9 @@ struct contact {
     bool is_told;  /* that it is to stop */
     bool is_gone;  /* its statistics are here */
     int drops;     /* DROP messages since its last answer */
+    double heard;  /* the server's time awake when its last message came */
+    bool is_asked; /* for a sign of life since then */
+    bool is_silent;
 };
 
 struct server {
@@ -34,8 +38,10 @@ struct server {
     pthread_mutex_t lock;
     struct preview preview;
     uint64_t rays;
-    double probe_s; /* of all renderers */
-    bool last_pass; /* what is in the queue is all there will be */
+    double probe_s;    /* of all renderers */
+    bool last_pass;    /* what is in the queue is all there will be */
+    uint32_t *sampled; /* of each refined tile that has been handed out: pixels that get samples */
+    uint32_t sampled_room;
     bool own_done;
 
     /* Main thread only. */
@@ -45,7 +51,10 @@ struct server {
     uint32_t renderers, left;
     struct contact *contacts; /* per renderer */
     char *message;            /* TILES_MAX_BYTES, zeroed: what fills up parts is 0 or old */
-    double ended;             /* clock_wall(), when service->ending was set */
+    double ended;             /* time awake, when service->ending was set */
+    double awake;             /* seconds of the loop; of a pause in which rank 0 itself was stopped
+                               * next to none count, for nobody is to blame for it */
+    double woken;             /* clock_wall() at the last look at it */
     uint64_t news;            /* of the queue, when the idle were last asked */
     double polled;            /* when messages were last looked for */
 };
@@ -57,6 +66,11 @@ double server_elapsed(const struct server *server);
 bool server_is_through(struct server *server, uint32_t renderer);
 
 /* ---- accept.c; the lock is held ---- */
+
+/* What a refined tile's pass asks for, in the tile's order: the answer is to have as many pixels as get
+ * samples, whose number is returned. */
+uint32_t take_refinements(struct server *server, const struct tile *tile,
+                          struct refinement *refinements);
 
 /* A finished tile goes into the picture and the journal, unless somebody else was first. */
 void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,
@@ -80,6 +94,9 @@ void hand_out_to_idle(struct server *server);
 /* Tells renderers what others have taken from them. The master's own renderer looks itself. */
 void tell_recalls(struct server *server);
 
+/* Asks for a sign of life. */
+void ask_for_sign(struct server *server, uint32_t renderer);
+
 /* Whatever a renderer is doing, it is to give that up and leave. */
 void tell_stop(struct server *server, uint32_t renderer);
 
@@ -93,6 +110,18 @@ bool take_in(struct server *server);
 /* The second thread of rank 0: takes the server, renders what the queue gives to renderer 0 until
  * nothing is left for it, and never calls MPI. */
 void *render_own(void *server);
+
+/* ---- silence.c ---- */
+
+/* Once per turn of the loop: lets the time awake pass, asks those from whom nothing has come for a
+ * while, gives up those who do not answer. */
+void look_for_silence(struct server *server);
+
+/* A message of this renderer has come. */
+void note_sign(struct server *server, uint32_t renderer);
+
+/* Whether there is nobody who renders. */
+bool is_deserted(const struct server *server);
 
 /* ---- passes.c ---- */
 

@@ -1,6 +1,14 @@
 #include "master/stop.h"
 
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
+
+#include "common/clock.h"
+#include "common/nap.h"
 
 /* Leaving takes milliseconds; a node that pages heavily, or hundreds of ranks, some seconds. */
 #define LONGEST_END 5
@@ -8,6 +16,7 @@
 static volatile sig_atomic_t noted;
 static volatile sig_atomic_t is_served;
 static volatile sig_atomic_t final_status;
+static int launcher = -1; /* Hydra's end of the line; -1: there is none */
 
 static void note_signal(int number)
 {
@@ -24,6 +33,13 @@ static void act(int number, void (*handler)(int))
     struct sigaction action = {.sa_flags = (int)(SA_RESETHAND | SA_RESTART)};
     action.sa_handler = handler;
     sigaction(number, &action, NULL);
+}
+
+/* Between Hydra and its ranks: PMI 1 over a file descriptor. */
+static void find_launcher(void)
+{
+    const char *line = getenv("PMI_FD");
+    if (line && getenv("HYDI_CONTROL_FD")) launcher = atoi(line);
 }
 
 void stop_install(int rank)
@@ -46,10 +62,66 @@ const volatile sig_atomic_t *stop_signal(void)
     return &noted;
 }
 
+/* A line of text without stdio, which a signal may have interrupted. */
+static void say(int out, const char *text, unsigned number, const char *rest)
+{
+    char line[256], digits[12];
+    size_t length = 0, first = sizeof digits;
+    do
+        digits[--first] = (char)('0' + number % 10);
+    while (number /= 10);
+    const char *parts[] = {text, digits + first, rest};
+    size_t lengths[] = {strlen(text), sizeof digits - first, strlen(rest)};
+    for (int i = 0; i < 3; i++) {
+        memcpy(line + length, parts[i], lengths[i]);
+        length += lengths[i];
+    }
+    ssize_t unused = write(out, line, length);
+    (void)unused;
+}
+
+void stop_job(int status, void (*end)(int status))
+{
+    if (launcher >= 0) {
+        say(launcher, "cmd=abort exitcode=", (unsigned)status, "\n");
+        sleep(LONGEST_END); /* to be ended */
+    } else if (end) {
+        end(status);
+    }
+    _exit(status);
+}
+
 static void leave(int number)
 {
     (void)number;
-    _exit(final_status);
+    stop_job(final_status, NULL);
+}
+
+/* ---- the start ---- */
+
+static volatile sig_atomic_t start_limit;
+
+static void give_up_the_start(int number)
+{
+    (void)number;
+    say(STDERR_FILENO, "farm: not all processes have come to the start within ",
+        (unsigned)start_limit,
+        " s: one is stopped or hangs. Nothing is lost, the same command begins again "
+        "(farm.patience: seconds to wait)\n");
+    stop_job(75, NULL);
+}
+
+void stop_watch_the_start(unsigned seconds)
+{
+    find_launcher();
+    start_limit = (sig_atomic_t)seconds;
+    act(SIGALRM, give_up_the_start);
+    alarm(seconds);
+}
+
+void stop_start_is_over(void)
+{
+    alarm(0);
 }
 
 void stop_watch_the_end(int status)
@@ -60,4 +132,51 @@ void stop_watch_the_end(int status)
     act(SIGUSR1, SIG_IGN);
     act(SIGALRM, leave);
     alarm(LONGEST_END);
+}
+
+/* ---- the others ---- */
+
+/* Whether it runs this program: a number may have got a new owner. */
+static bool is_ours(int process)
+{
+    char path[64];
+    struct stat own, other;
+    snprintf(path, sizeof path, "/proc/%d/exe", process);
+    return stat("/proc/self/exe", &own) == 0 && stat(path, &other) == 0 &&
+           own.st_dev == other.st_dev && own.st_ino == other.st_ino;
+}
+
+/* As in /proc/PID/stat behind the name: R, S, D, T (stopped), Z (has left); 0: there is none. */
+static char state_of(int process)
+{
+    char path[64], text[256], state = 0;
+    snprintf(path, sizeof path, "/proc/%d/stat", process);
+    FILE *file = fopen(path, "r");
+    if (!file) return 0;
+    size_t length = fread(text, 1, sizeof text - 1, file);
+    text[length] = '\0';
+    const char *name_end = strrchr(text, ')');
+    if (name_end && name_end[1] == ' ') state = name_end[2];
+    fclose(file);
+    return state;
+}
+
+/* Whether it is still there. */
+static bool lingers(int process)
+{
+    char state = state_of(process);
+    if (process == (int)getpid() || state == 0 || state == 'Z' || state == 'X') return false;
+    if (!is_ours(process)) return false;
+    if (state == 'T') kill(process, SIGCONT);
+    return true;
+}
+
+void stop_see_off(const int *processes, int count)
+{
+    double until = clock_wall() + LONGEST_END;
+    for (int i = 0; i < count; i++) {
+        struct nap nap = {0};
+        while (lingers(processes[i]) && clock_wall() < until)
+            nap_take(&nap);
+    }
 }

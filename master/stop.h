@@ -18,10 +18,32 @@ void stop_is_served(void);
 const volatile sig_atomic_t *stop_signal(void);
 
 /*
+ * Ends the whole job with this status at once, whatever MPI is doing; may be called by a signal handler.
+ * Hydra, MPICH's mpiexec, is told so in its own language: it ends all ranks, the stopped ones, too, and
+ * returns this status. (When a rank only leaves, it returns 9 for those it has to kill.) Where there is
+ * no Hydra, end is called if it is not NULL, then this process leaves.
+ */
+_Noreturn void stop_job(int status, void (*end)(int status));
+
+/*
+ * Rank 0 waits for the others, for so many seconds at most: if that has not ended with
+ * stop_start_is_over() by then, the job does, with status 75 and a message. A rank that is stopped
+ * before it renders would keep the others waiting for ever, for MPI begins together.
+ */
+void stop_watch_the_start(unsigned seconds);
+void stop_start_is_over(void);
+
+/*
  * All that matters is done: signals act as usual again, and if the process still stands after some
- * seconds it leaves with this status. (Over TCP alone, MPICH 4.0.2 was seen to wait in MPI_Finalize
- * for ever.)
+ * seconds the job ends with this status: MPI_Finalize waits for a rank that is stopped just then.
+ * (Over TCP alone, MPICH 4.0.2 was seen to wait in it for ever.)
  */
 void stop_watch_the_end(int status);
+
+/*
+ * Waits for these processes of this machine, other ranks that have nothing more to do than to leave, for
+ * some seconds at most; those that are stopped are woken, for mpiexec would wait for them for ever.
+ */
+void stop_see_off(const int *processes, int count);
 
 #endif

@@ -102,13 +102,14 @@ static void take_letter(struct server *server, const struct letter *letter)
     if (letter->rank <= 0 || renderer >= server->renderers)
         fatal("a message came from rank %d, who is no renderer", letter->rank);
     server->service->messages++;
+    note_sign(server, renderer);
     if (letter->tag == TAG_RENDERER_TO_MASTER_RESULT)
         take_result(server, renderer, letter->bytes, letter->size);
     else if (letter->tag == TAG_RENDERER_TO_MASTER_STATS)
         take_stats(server, renderer, letter->bytes, letter->size);
     else if (letter->tag == TAG_RENDERER_TO_MASTER_READY)
         take_ready(server, renderer, letter->bytes, letter->size);
-    else
+    else if (letter->tag != TAG_RENDERER_TO_MASTER_PONG || letter->size != 0)
         fatal("rank %d sent a message of unknown kind %d", letter->rank, letter->tag);
 }
 

@@ -1,4 +1,5 @@
 #include <fcntl.h>
+#include <limits.h>
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -200,6 +201,27 @@ static void test_time_left_resumed(void **state)
     screen_close(&screen);
 }
 
+/* An estimate of the whole that grows does not take back what was shown, but for the next pass. */
+static void test_never_backwards(void **state)
+{
+    (void)state;
+    static struct screen screen;
+    struct progress progress;
+    struct progress_state now = half;
+    screen_open(&screen, 80);
+    progress_start(&progress, screen.out, 0);
+    progress_update(&progress, &now, 1);
+    assert_non_null(strstr(screen_read(&screen), " 50% [#"));
+    now.pixels_done = 400;
+    progress_update(&progress, &now, 2);
+    assert_non_null(strstr(screen_read(&screen), " 50% [#"));
+    now.pass = 1;
+    progress_update(&progress, &now, 3);
+    assert_non_null(strstr(screen_read(&screen), " 40% [#"));
+    progress_end(&progress);
+    screen_close(&screen);
+}
+
 static void test_strange_states(void **state)
 {
     (void)state;
@@ -210,7 +232,7 @@ static void test_strange_states(void **state)
     progress_start(&progress, screen.out, 0);
     progress_update(&progress, &now, 1);
     assert_non_null(strstr(screen_read(&screen), "  0% [-"));
-    now = (struct progress_state){10, 1, 20, UINT32_MAX, UINT32_MAX, UINT64_MAX};
+    now = (struct progress_state){10, 1, 20, UINT32_MAX, UINT32_MAX, UINT_MAX, UINT64_MAX};
     progress_update(&progress, &now, 2);
     assert_non_null(strstr(screen_read(&screen), "100% [#"));
     progress_end(&progress);
@@ -280,6 +302,7 @@ int main(void)
         cmocka_unit_test(test_nothing_to_clean),
         cmocka_unit_test(test_time_left),
         cmocka_unit_test(test_time_left_resumed),
+        cmocka_unit_test(test_never_backwards),
         cmocka_unit_test(test_strange_states),
         cmocka_unit_test(test_lines),
         cmocka_unit_test(test_dumb_terminal),

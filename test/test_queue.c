@@ -257,7 +257,7 @@ static uint32_t rows_of(struct queue *queue, uint32_t renderer, uint32_t *first)
         rows += tile.h;
         queue_finish(queue, renderer, tile.id, 0, 0);
     }
-    assert_true(queue_over(queue, renderer));
+    assert_int_equal(queue_holds(queue, renderer), 0);
     return rows;
 }
 
@@ -344,6 +344,56 @@ static void test_reserve(void **state)
     queue_finish(queue, 1, 5, 0, 0);
     assert_true(next_tile(queue, 1, &tile));
     queue_destroy(queue);
+}
+
+/* Renderers 0 and 2 do all that they get, in turn, until neither gets anything. */
+static void work_on(struct queue *queue, unsigned char *seen, const struct queue_config *config)
+{
+    bool moved = true;
+    while (moved) {
+        moved = false;
+        for (uint32_t renderer = 0; renderer < 3; renderer += 2) {
+            struct tile tile;
+            if (!next_tile(queue, renderer, &tile)) continue;
+            moved = true;
+            if (queue_finish(queue, renderer, tile.id, 0, 0)) mark(seen, config, &tile);
+        }
+    }
+}
+
+/* What a renderer holds that gives no sign any more, and its share, go to others; when it comes back
+ * after all, what it brings is no news. */
+static void test_silent(void **state)
+{
+    (void)state;
+    for (int schedule = 0; schedule < SCHEDULES; schedule++) {
+        if (schedule == SCHEDULE_DYNAMIC) continue; /* it knows who is late: test_stopped */
+        struct queue_config config = {.schedule = (enum schedule)schedule,
+                                      .width = 60,
+                                      .height = 50,
+                                      .renderers = 3,
+                                      .tile_edge = 4};
+        struct queue *queue = queue_create(&config);
+        unsigned char seen[60 * 50] = {0};
+        struct tile first = {0}, second = {0}, tile;
+        assert_true(next_tile(queue, 1, &first) && next_tile(queue, 1, &second));
+        work_on(queue, seen, &config);
+        assert_false(queue_complete(queue) || queue_over(queue, 0));
+        uint64_t news = queue_news(queue);
+        queue_set_silent(queue, 1, true);
+        assert_true(queue_news(queue) != news);
+        work_on(queue, seen, &config);
+        assert_true(queue_complete(queue) && queue_over(queue, 0));
+        for (size_t i = 0; i < sizeof seen; i++)
+            assert_int_equal(seen[i], 1);
+        assert_int_equal(queue_count(queue).repeated, 2);
+        queue_set_silent(queue, 1, false);
+        assert_false(queue_finish(queue, 1, first.id, 0, 0));
+        assert_true(queue_recalled(queue, 1, second.id));
+        queue_drop(queue, 1, second.id, 0);
+        assert_false(queue_held(queue, 1, second.id, &tile));
+        queue_destroy(queue);
+    }
 }
 
 static void test_stop(void **state)
@@ -494,6 +544,7 @@ int main(void)
         cmocka_unit_test(test_equal_renderers),
         cmocka_unit_test(test_uneven_renderers),
         cmocka_unit_test(test_stopped_renderers),
+        cmocka_unit_test(test_silent),
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_answers_are_checked),
         cmocka_unit_test(test_too_many_tiles),

@@ -38,7 +38,7 @@ static struct report sample_report(struct renderer_stats *renderers, int count)
             .host = "node",
         };
     }
-    return (struct report){
+    struct report report = {
         .version = "1.2.3",
         .config = "lantern.ini",
         .image_file = "lantern.png",
@@ -63,6 +63,8 @@ static struct report sample_report(struct renderer_stats *renderers, int count)
         .repeated_tiles = 3,
         .wasted_s = 0.0625,
     };
+    report.picture = report_counts(&report);
+    return report;
 }
 
 static void test_balance(void **state)
@@ -135,6 +137,7 @@ static void test_bad_samples(void **state)
     render_counts_bad(&renderers[0].counts, &late);
     render_counts_bad(&renderers[2].counts, &early);
     render_counts_bad(&renderers[2].counts, &late);
+    report.picture = report_counts(&report);
     char *text = report_json(&report);
     assert_has(text,
                "\"nonfinite\": 3,\n    \"first\": {\"rank\": 2, \"pixel\": [6, 2], \"sample\": 3, "
@@ -143,6 +146,26 @@ static void test_bad_samples(void **state)
     free(text);
     text = report_bad_samples(&report);
     assert_has(text, "3 samples are not finite; the first is sample 3 of pixel 6 2, rank 2, ");
+    free(text);
+}
+
+/* A tile that two have rendered is work of both, but once in the picture. */
+static void test_twice(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct report report = sample_report(renderers, 2);
+    const struct bad_sample bad = {.x = 3, .y = 1};
+    struct render_counts tile = {.rays = {16}, .exact_fallbacks = 5};
+    render_counts_bad(&tile, &bad);
+    for (int i = 0; i < 2; i++)
+        render_counts_add(&renderers[i].counts, &tile);
+    render_counts_add(&report.picture, &tile);
+    assert_int_equal(report_picture_counts(&report).nonfinite, 1);
+    assert_int_equal(report_counts(&report).nonfinite, 2);
+    char *text = report_json(&report);
+    assert_has(text, "\"nonfinite\": 1,\n");
+    assert_has(text, "\"primary\": 2000032,\n");
     free(text);
 }
 
@@ -162,6 +185,7 @@ static void test_resumed(void **state)
     report.resumed.counts.rays[RAY_PRIMARY] = 1;
     render_counts_bad(&report.resumed.counts, &early);
     render_counts_bad(&renderers[1].counts, &late);
+    report.picture = report_counts(&report);
     assert_int_equal(report_picture_counts(&report).rays[RAY_PRIMARY],
                      report_counts(&report).rays[RAY_PRIMARY] + 1);
     assert_int_equal(report_picture_counts(&report).nonfinite, 2);
@@ -202,6 +226,7 @@ static void test_json_without_numbers(void **state)
     struct renderer_stats renderers[2];
     struct report report = sample_report(renderers, 2);
     renderers[1].counts.truncation = HUGE_VAL;
+    report.picture = report_counts(&report);
     report.time.load = (double)NAN;
     report.renderers = renderers;
     char *text = report_json(&report);
@@ -328,7 +353,7 @@ static void test_table_extremes(void **state)
     renderers[0].busy_s = renderers[0].wait_s = report.time.total = report.time.render = 1e7;
     renderers[0].pixels = renderers[0].counts.rays[0] = UINT64_MAX;
     renderers[0].tiles = UINT32_MAX;
-    renderers[0].counts.nonfinite = 12;
+    report.picture.nonfinite = 12;
     char *text = table_text(&report, 40);
     assert_fits(text, 40);
     assert_has(text, "12 samples are not finite\n");
@@ -365,12 +390,19 @@ static void test_table_of_many(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_balance),        cmocka_unit_test(test_json),
-        cmocka_unit_test(test_bad_samples),    cmocka_unit_test(test_resumed),
-        cmocka_unit_test(test_json_features),  cmocka_unit_test(test_json_without_numbers),
-        cmocka_unit_test(test_json_strings),   cmocka_unit_test(test_json_numbers),
-        cmocka_unit_test(test_table),          cmocka_unit_test(test_table_fits),
-        cmocka_unit_test(test_table_extremes), cmocka_unit_test(test_table_of_many),
+        cmocka_unit_test(test_balance),
+        cmocka_unit_test(test_json),
+        cmocka_unit_test(test_bad_samples),
+        cmocka_unit_test(test_twice),
+        cmocka_unit_test(test_resumed),
+        cmocka_unit_test(test_json_features),
+        cmocka_unit_test(test_json_without_numbers),
+        cmocka_unit_test(test_json_strings),
+        cmocka_unit_test(test_json_numbers),
+        cmocka_unit_test(test_table),
+        cmocka_unit_test(test_table_fits),
+        cmocka_unit_test(test_table_extremes),
+        cmocka_unit_test(test_table_of_many),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,7 +4,7 @@ cd "$T" || exit 1
 SCENE=$DATA/everything.ini
 SIZE="image.width=320 image.height=320 sampling.samples=16 farm.tile=16"
 
-farm_n 0 "$SCENE" $SIZE output.image=whole.pfm output.report= >/dev/null 2>&1
+farm_n 0 "$SCENE" $SIZE output.image=whole.pfm output.report=whole.json >/dev/null 2>&1
 finished() { cmp whole.pfm a.pfm && [ ! -e a.journal ]; }
 
 
@@ -41,6 +41,16 @@ check "with larger tiles" goes_on 0 farm.tile=48
 check "with smaller tiles" goes_on 3 farm.tile=5
 check "in strips" goes_on 3 farm.schedule=strips
 check "cyclic" goes_on 2 farm.schedule=cyclic
+# Tiles that are rendered again are in the error once: it is about that of the whole run, and the picture
+# is known to be complete (true_rmse).
+rmse() { sed -n 's/.*"estimated_rmse": \([0-9.e-]*\).*/\1/p' "$1" | tail -n 1; }
+error_once() {
+    goes_on 3 farm.schedule=strips sampling.reference=whole.pfm || return 1
+    sed -n '/"error": \[/,/\]/p' a.json | tail -n 3
+    grep -q '"true_rmse": 0[,}.]' a.json &&
+        awk "BEGIN { r = $(rmse a.json) / $(rmse whole.json); print r; exit !(r > 0.85 && r < 1.15) }"
+}
+check "the error counts each pixel once" error_once
 check "with other instructions" goes_on 0 farm.kernel=portable farm.variant=full
 
 mpiexec_goes_on() { broken_off 2 farm.master_renders=no &&

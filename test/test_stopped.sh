@@ -1,5 +1,6 @@
-# A renderer that stops answering does not keep the others from finishing the picture.
+# A rank that stops does not keep the others from finishing, or from ending.
 . test/lib.sh
+STOP=$(realpath -q "${FAULTS_STOP:-/nowhere}")
 cd "$T" || exit 1
 SCENE=$CONFIG/hello.ini
 
@@ -36,4 +37,31 @@ stopped() {
     [ $status -eq 0 ] && cmp reference.pfm t.pfm
 }
 check "a stopped renderer" stopped 2
+
+[ -e "$STOP" ] || finish
+
+# stops STATUS AT PROCESSES OVERRIDE...: rank 1 stops when it comes to AT, see bench/faults_stop.c.
+stops() {
+    want=$1 at=$2 processes=$3; shift 3
+    rm -f t.pfm t.journal note
+    FAULTS_STOP_RANK=1 FAULTS_STOP_AT=$at FAULTS_STOP_NOTE=note timeout -k 1 100 "$MPIEXEC" \
+        -n "$processes" env LD_PRELOAD="$STOP" ASAN_OPTIONS="verify_asan_link_order=0:${ASAN_OPTIONS:-}" \
+        "$FARM" "$SCENE" sampling.samples=400 image.width=160 image.height=120 output.image=t.pfm \
+        output.report= farm.patience=2 "$@" >out.txt 2>err.txt
+    got=$?
+    cat out.txt err.txt
+    { kill -KILL "$(cat note)"; } 2>/dev/null
+    [ -e note ] && [ "$got" -eq "$want" ]
+}
+before() { stops 75 share 3 && grep -q "^farm: not all processes have come to the start" err.txt; }
+check "a rank that stops before it has the scene" before
+share() { stops 0 result 3 farm.schedule=strips && cmp reference.pfm t.pfm; }
+check "a stopped renderer's strip goes to the others" share
+square() { stops 0 result 3 farm.schedule=tiles farm.tile=32 && cmp reference.pfm t.pfm; }
+check "and its tiles" square
+alone() { stops 75 result 2 farm.master_renders=no && grep -q "no renderer answers any more" err.txt &&
+    grep -q "to go on: " err.txt && [ -e t.pfm ] && [ -e t.journal ]; }
+check "nobody is left who renders" alone
+late() { stops 0 exit 3 && cmp reference.pfm t.pfm; }
+check "a rank that stops when all is done" late
 finish

@@ -125,12 +125,25 @@ static MPI_Comm split_nodes(MPI_Comm comm, struct node_scene *shared)
     return leaders;
 }
 
+/* The first rank learns who there is, to see them off in the end. */
+static void gather_processes(struct node_scene *shared)
+{
+    int own = (int)getpid(), *all = NULL;
+    MPI_Request request;
+    MPI_Comm_size(shared->node, &shared->process_count);
+    if (shared->leads) all = allocate((size_t)shared->process_count, sizeof *all);
+    MPI_Igather(&own, 1, MPI_INT, all, 1, MPI_INT, 0, shared->node, &request);
+    wait_request(&request);
+    shared->processes = all;
+}
+
 /* Brings the scene into the window of every node; returns where its BVH is to be built. */
 static void *distribute(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
                         struct node_scene *shared)
 {
     size_t bytes = welcome->scene_bytes;
     MPI_Comm leaders = split_nodes(comm, shared);
+    gather_processes(shared);
     char *window = allocate_window(shared, 2 * CACHE_LINE + round_up(bytes) + welcome->bvh_bytes);
     /* MPI promises less than a cache line, and maybe not the same to every rank. */
     uint64_t *offset = (void *)window;
@@ -223,6 +236,7 @@ struct worker {
     int waiting;
     bool stopped; /* the master has said STOP */
 
+    MPI_Request pong; /* the last sign of life */
     char *buffers[2];
     size_t capacities[2];
     MPI_Request sends[2];
@@ -298,6 +312,16 @@ static void take_drop(struct worker *worker, size_t bytes)
         drop_from(&worker->lots[i], id);
 }
 
+/* The master asks again only when it has heard something: the last answer is sent. */
+static void take_ping(struct worker *worker, size_t bytes)
+{
+    int done;
+    MPI_Test(&worker->pong, &done, MPI_STATUS_IGNORE);
+    if (bytes != 0 || !done)
+        fatal("the master asked for a sign of life in a way that makes no sense");
+    MPI_Isend(NULL, 0, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_PONG, worker->comm, &worker->pong);
+}
+
 /* Takes in a message if one has arrived; returns whether one had. */
 static bool hear(struct worker *worker)
 {
@@ -315,6 +339,8 @@ static bool hear(struct worker *worker)
         take_drop(worker, (size_t)bytes);
     else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_START)
         take_start(worker, (size_t)bytes);
+    else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_PING)
+        take_ping(worker, (size_t)bytes);
     else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_TILES)
         take_lot(worker, (size_t)bytes);
     else
@@ -367,11 +393,8 @@ static bool hear_stop(void *context)
 /* Pixels of a tile that get samples. */
 static uint32_t sampled_pixels(const struct tile *tile, const struct refinement *refinements)
 {
-    uint32_t pixels = tile_pixels(tile), count = 0;
-    if (!refinements) return pixels;
-    for (uint32_t k = 0; k < pixels; k++)
-        count += refinements[k].to > refinements[k].from;
-    return count;
+    uint32_t pixels = tile_pixels(tile);
+    return refinements ? refinements_sampled(refinements, pixels) : pixels;
 }
 
 /* Renders a tile, or probes, into pixels; false: the master has said STOP. */
@@ -475,6 +498,7 @@ static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *
                               .view = &scene->view,
                               .adaptive = scene->view.max_samples > scene->view.min_samples,
                               .incoming = allocate(1, sizeof *worker->incoming),
+                              .pong = MPI_REQUEST_NULL,
                               .sends = {MPI_REQUEST_NULL, MPI_REQUEST_NULL}};
     worker->stats.rank = (uint32_t)rank;
     gethostname(worker->stats.host, HOST_NAME_SIZE - 1);
@@ -507,6 +531,7 @@ void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene)
         worker.stats.send_s += clock_wall() - start;
         free(worker.buffers[i]);
     }
+    wait_request(&worker.pong);
     renderer_on_wave(renderer, NULL, NULL);
     for (int i = 0; i < worker.waiting; i++)
         free(worker.lots[i].refinements);

@@ -18,13 +18,15 @@ struct node_scene {
     MPI_Win window;              /* MPI_WIN_NULL for a rank alone on its node: */
     void *own_memory;            /* then this, else NULL */
     bool leads;                  /* the first rank of its node, who puts things there */
+    int *processes;              /* to it: ids of the ranks on the node; the caller's to free */
+    int process_count;
 };
 
 /*
  * Every rank of comm calls this. Rank 0 passes the welcome and, when its scene_bytes is not 0, the
  * scene block, which is freed (bvh_bytes: bvh_bytes_bound()); all others pass NULL twice. Returns
  * the exit status of the job when there is nothing to render (scene_bytes 0), else -1 with *shared
- * filled in, to be given back with unshare_scene(). Waits without using CPU.
+ * filled in, to be given back with unshare_scene(), but for processes. Waits without using CPU.
  */
 int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
                 struct node_scene *shared);

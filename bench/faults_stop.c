@@ -1,0 +1,65 @@
+/*
+ * Stops a rank, as SIGSTOP would, when it comes to a certain call of MPI; loaded in front of the C
+ * library (LD_PRELOAD). FAULTS_STOP_RANK: which one; FAULTS_STOP_AT: before one of
+ *
+ *   init      MPI_Init_thread
+ *   share     the first collective call, before the scene is there
+ *   ready     its first message, which reports for work
+ *   result    the first results
+ *   stats     its last message, after STOP
+ *   finalize  MPI_Finalize
+ *   exit      the end of the process
+ */
+#include <mpi.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "common/protocol.h"
+
+static void stop_at(const char *place)
+{
+    const char *rank = getenv("FAULTS_STOP_RANK"), *at = getenv("FAULTS_STOP_AT");
+    const char *own = getenv("PMI_RANK");
+    if (!rank || !at || !own || strcmp(rank, own) != 0 || strcmp(at, place) != 0) return;
+    const char *note = getenv("FAULTS_STOP_NOTE"); /* a file that tells who was stopped */
+    FILE *file = note ? fopen(note, "w") : NULL;
+    if (file) fprintf(file, "%d\n", (int)getpid());
+    if (file) fclose(file);
+    raise(SIGSTOP);
+}
+
+int MPI_Init_thread(int *argc, char ***argv, int required, int *provided)
+{
+    stop_at("init");
+    return PMPI_Init_thread(argc, argv, required, provided);
+}
+
+int MPI_Ibcast(void *buffer, int count, MPI_Datatype type, int root, MPI_Comm comm,
+               MPI_Request *request)
+{
+    stop_at("share");
+    return PMPI_Ibcast(buffer, count, type, root, comm, request);
+}
+
+int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int tag, MPI_Comm comm,
+              MPI_Request *request)
+{
+    if (tag == TAG_RENDERER_TO_MASTER_READY) stop_at("ready");
+    if (tag == TAG_RENDERER_TO_MASTER_RESULT) stop_at("result");
+    if (tag == TAG_RENDERER_TO_MASTER_STATS) stop_at("stats");
+    return PMPI_Isend(buffer, count, type, rank, tag, comm, request);
+}
+
+int MPI_Finalize(void)
+{
+    stop_at("finalize");
+    return PMPI_Finalize();
+}
+
+static __attribute__((destructor)) void leave(void)
+{
+    stop_at("exit");
+}

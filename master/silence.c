@@ -1,0 +1,58 @@
+#include <math.h>
+
+#include "common/clock.h"
+#include "master/server.h"
+
+/* Seconds without a message after which a sign of life is asked for. A renderer looks for messages
+ * between waves of rays, every few thousandths of a second of its own time. */
+#define ASK_AFTER 1.0
+
+/* A turn of the loop takes thousandths of a second; of one that took longer, because the process was
+ * stopped or starved, only so much counts. */
+#define TURN_MOST 0.1
+
+static void set_silent(struct server *server, uint32_t renderer, bool silent)
+{
+    server->contacts[renderer].is_silent = silent;
+    pthread_mutex_lock(&server->lock);
+    queue_set_silent(server->service->queue, renderer, silent);
+    pthread_mutex_unlock(&server->lock);
+}
+
+void note_sign(struct server *server, uint32_t renderer)
+{
+    struct contact *contact = &server->contacts[renderer];
+    contact->heard = server->awake;
+    contact->is_asked = false;
+    if (contact->is_silent) set_silent(server, renderer, false);
+}
+
+/* One who has not reported for work yet can only be waited for. */
+static void look_for(struct server *server, uint32_t renderer)
+{
+    struct contact *contact = &server->contacts[renderer];
+    double since = server->awake - contact->heard;
+    if (contact->is_gone || contact->is_told || contact->is_silent || since < ASK_AFTER) return;
+    if (contact->is_ready && !contact->is_asked) {
+        contact->is_asked = true;
+        ask_for_sign(server, renderer);
+    }
+    if (since >= server->service->patience) set_silent(server, renderer, true);
+}
+
+void look_for_silence(struct server *server)
+{
+    double now = clock_wall();
+    server->awake += fmin(now - server->woken, TURN_MOST);
+    server->woken = now;
+    for (uint32_t i = server->first_remote; i < server->renderers; i++)
+        look_for(server, i);
+}
+
+bool is_deserted(const struct server *server)
+{
+    if (server->first_remote > 0) return false; /* rank 0 itself */
+    for (uint32_t i = 0; i < server->renderers; i++)
+        if (!server->contacts[i].is_silent) return false;
+    return true;
+}
