@@ -62,7 +62,7 @@ OBJECTS := $(SOURCES:%.c=$(BUILD)/%.o) $(LEVELS:%=$(BUILD)/kernel_%.o)
 LIBRARY := $(filter-out $(BUILD)/master/main.o,$(OBJECTS))
 MODELS  := $(patsubst %.c,$(BUILD)/%.o,$(wildcard config/models/*.c))
 UNITS   := $(patsubst test/%.c,$(BUILD)/test/%,$(wildcard test/test_*.c))
-STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/stability_*.c bench/pictures*.c test/reference.c))
+STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/stability_*.c bench/pictures*.c test/reference*.c))
 
 # `make V=1` shows the whole commands.
 quiet := $(if $(V),,@)
@@ -121,8 +121,8 @@ $(BUILD)/test/%: $(BUILD)/test/%.o $(LIBRARY) $(filter-out $(BUILD)/config/model
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lcmocka $(ORACLE) -o $@
 
 # The simulated farm of bench-balance.
-$(BUILD)/test/test_simulate: $(BUILD)/bench/balance_sim.o $(BUILD)/bench/balance_events.o \
-    $(BUILD)/bench/balance_costs.o
+$(BUILD)/test/test_simulate: $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/balance_sim*.c)) \
+    $(BUILD)/bench/balance_events.o $(BUILD)/bench/balance_costs.o
 
 # What is tested against numbers of any precision.
 $(BUILD)/test/test_exact $(BUILD)/test/test_optics $(BUILD)/test/test_solids: ORACLE := -lmpfr -lgmp
@@ -190,7 +190,7 @@ bench-error: bench-deps $(BUILD)/bench/error_tool all
 	FARM=$(abspath $(FARM)) TOOL=$(abspath $(BUILD)/bench/error_tool) WORK=$(BUILD)/bench/error.out \
 	    sh bench/error.sh $(ERROR_SECTIONS)
 
-$(BUILD)/bench/omit: $(BUILD)/bench/omit.o $(BUILD)/common/message.o $(BUILD)/common/memory.o
+$(BUILD)/bench/omit: $(BUILD)/bench/omit.o $(BUILD)/bench/report_values.o $(BUILD)/common/message.o $(BUILD)/common/memory.o
 	$(say)  link $@
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ -lm -o $@
 
@@ -221,7 +221,8 @@ bench-faults: $(FAULTS) all
 
 # How the work is shared out. Some 20 minutes of two idle cores; BALANCE_OPTIONS="--only real,model" runs
 # the parts that need a quiet machine, the others being kept.
-BALANCE := $(patsubst %.c,$(BUILD)/%.o,$(filter-out bench/balance_messages.c,$(wildcard bench/balance*.c)))
+BALANCE := $(patsubst %.c,$(BUILD)/%.o,$(filter-out bench/balance_messages.c,$(wildcard bench/balance*.c)) \
+           bench/report_values.c)
 
 $(BUILD)/bench/balance: $(BALANCE) $(LIBRARY)
 	$(say)  link $@

@@ -142,16 +142,21 @@ static void put_lines(FILE *out, const char *kind, const char *scene)
             SCHEDULES_COMPARED + 1, kind, scene);
 }
 
+/* One plot: the columns of the scene's table of that kind. */
+static void put_plot(FILE *out, const char *scene, const char *what, const char *kind)
+{
+    fprintf(out, "set title '%s%s (simulated)'\nplot ", scene, what);
+    put_lines(out, kind, scene);
+    fputc('\n', out);
+}
+
 static void draw_times(void)
 {
     FILE *out = open_plot("fig10", 1, 2);
     fprintf(out, "set key top right\nset xlabel 'processors'\nset ylabel 'render time, s'\n"
                  "set logscale y\nset xrange [0:45]\n");
-    for (unsigned s = 0; s < SCENES; s++) {
-        fprintf(out, "set title '%s: time (simulated)'\nplot ", bench_scenes[s].name);
-        put_lines(out, "time", bench_scenes[s].name);
-        fputc('\n', out);
-    }
+    for (unsigned s = 0; s < SCENES; s++)
+        put_plot(out, bench_scenes[s].name, ": time", "time");
     close_plot(out, "fig10");
 }
 
@@ -184,12 +189,11 @@ static void draw_finishes(void)
                  "set key outside bottom center horizontal\n");
     for (unsigned s = 0; s < SCENES; s++)
         for (unsigned i = 0; i < 3; i++) {
+            char *what = format_text(", %u processors", finish_processors[i]);
             char *kind = format_text("finish_%u", finish_processors[i]);
-            fprintf(out, "set title '%s, %u processors (simulated)'\nplot ", bench_scenes[s].name,
-                    finish_processors[i]);
-            put_lines(out, kind, bench_scenes[s].name);
-            fputc('\n', out);
+            put_plot(out, bench_scenes[s].name, what, kind);
             free(kind);
+            free(what);
         }
     close_plot(out, "fig12");
 }
@@ -199,11 +203,8 @@ static void draw_sends(void)
     FILE *out = open_plot("fig13", 1, 2);
     fprintf(out, "set xlabel 'rank'\nset ylabel 'sending, ms'\nset yrange [0:*]\n"
                  "set key outside bottom center horizontal\n");
-    for (unsigned s = 0; s < SCENES; s++) {
-        fprintf(out, "set title '%s, 16 processors (simulated)'\nplot ", bench_scenes[s].name);
-        put_lines(out, "send_16", bench_scenes[s].name);
-        fputc('\n', out);
-    }
+    for (unsigned s = 0; s < SCENES; s++)
+        put_plot(out, bench_scenes[s].name, ", 16 processors", "send_16");
     close_plot(out, "fig13");
 }
 

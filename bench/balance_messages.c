@@ -18,6 +18,7 @@
 
 #include "common/clock.h"
 #include "common/message.h"
+#include "common/nap.h"
 #include "common/protocol.h"
 #include "master/canvas.h"
 #include "master/queue.h"
@@ -198,6 +199,7 @@ int main(void)
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     MPI_Comm_size(MPI_COMM_WORLD, &size);
     if (size != 2) fatal("start two of me: mpiexec -n 2");
+    nap_sharpen();
     double empty = one_way(rank, 0), large = one_way(rank, 1 << 16);
     double small_lot, large_lot;
     if (rank == 0) {

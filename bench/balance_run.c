@@ -4,34 +4,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bench/report_values.h"
 #include "common/message.h"
 
 static const char *from_environment(const char *name, const char *fallback)
 {
     const char *value = getenv(name);
     return value && *value ? value : fallback;
-}
-
-static char *read_text(const char *path)
-{
-    FILE *file = fopen(path, "r");
-    if (!file || fseek(file, 0, SEEK_END) != 0) fatal("cannot read %s", path);
-    long bytes = ftell(file);
-    char *text = allocate_zeroed((size_t)bytes + 1, 1);
-    rewind(file);
-    if (fread(text, 1, (size_t)bytes, file) != (size_t)bytes) fatal("cannot read %s", path);
-    fclose(file);
-    return text;
-}
-
-/* The number behind "key": from here on. */
-static double number_at(const char *text, const char *key)
-{
-    char quoted[64];
-    snprintf(quoted, sizeof quoted, "\"%s\":", key);
-    const char *at = strstr(text, quoted);
-    if (!at) fatal("the report has no %s", key);
-    return strtod(at + strlen(quoted), NULL);
 }
 
 /* Each worker has a line of its own, which begins with its rank. */
@@ -42,12 +21,12 @@ static void read_workers(struct farm_run *run, const char *text)
     for (unsigned i = 0; i < run->renderers; i++) {
         at = at ? strstr(at + 1, "{\"rank\":") : NULL;
         if (!at) fatal("the report has too few workers");
-        run->workers[i] = (struct run_worker){.busy_s = number_at(at, "busy_s"),
-                                              .cpu_s = number_at(at, "cpu_s"),
-                                              .send_s = number_at(at, "send_s"),
-                                              .finish_s = number_at(at, "finish_s"),
-                                              .tiles = number_at(at, "tiles"),
-                                              .pixels = number_at(at, "pixels")};
+        run->workers[i] = (struct run_worker){.busy_s = report_number(at, "busy_s"),
+                                              .cpu_s = report_number(at, "cpu_s"),
+                                              .send_s = report_number(at, "send_s"),
+                                              .finish_s = report_number(at, "finish_s"),
+                                              .tiles = report_number(at, "tiles"),
+                                              .pixels = report_number(at, "pixels")};
     }
 }
 
@@ -55,19 +34,19 @@ static void read_report(struct farm_run *run, const char *text)
 {
     const char *master = strstr(text, "\"master\":");
     if (!master) fatal("the report has no master");
-    *run = (struct farm_run){.total_s = number_at(text, "total_s"),
-                             .init_s = number_at(text, "init_s"),
-                             .load_s = number_at(text, "load_s"),
-                             .broadcast_s = number_at(text, "broadcast_s"),
-                             .build_s = number_at(text, "build_s"),
-                             .render_s = number_at(text, "render_s"),
-                             .write_s = number_at(text, "write_s"),
-                             .master_cpu_s = number_at(master, "cpu_s"),
-                             .messages = number_at(master, "messages"),
-                             .tail_s = number_at(text, "tail_s"),
-                             .efficiency = number_at(text, "efficiency"),
-                             .tiles = number_at(text, "tiles"),
-                             .renderers = (unsigned)number_at(text, "renderers")};
+    *run = (struct farm_run){.total_s = report_number(text, "total_s"),
+                             .init_s = report_number(text, "init_s"),
+                             .load_s = report_number(text, "load_s"),
+                             .broadcast_s = report_number(text, "broadcast_s"),
+                             .build_s = report_number(text, "build_s"),
+                             .render_s = report_number(text, "render_s"),
+                             .write_s = report_number(text, "write_s"),
+                             .master_cpu_s = report_number(master, "cpu_s"),
+                             .messages = report_number(master, "messages"),
+                             .tail_s = report_number(text, "tail_s"),
+                             .efficiency = report_number(text, "efficiency"),
+                             .tiles = report_number(text, "tiles"),
+                             .renderers = (unsigned)report_number(text, "renderers")};
     read_workers(run, text);
 }
 
@@ -84,7 +63,7 @@ static void run_command(struct farm_run *run, const char *launch, const char *pi
         format_text("%s %s >%s.log 2>&1", from_environment("MPIEXEC", "mpiexec"), launch, picture);
     char *report = format_text("%s.json", picture);
     if (system(command) != 0) fatal("failed, see %s.log: %s", picture, command);
-    char *text = read_text(report);
+    char *text = report_text(report);
     read_report(run, text);
     free(text);
     free(report);

@@ -15,6 +15,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "bench/report_values.h"
 #include "common/message.h"
 #include "common/protocol.h"
 
@@ -229,27 +230,6 @@ struct run {
     double resident_kib;
 };
 
-/* The number behind "key": in the report. */
-static double report_number(const char *report, const char *key)
-{
-    char quoted[64];
-    snprintf(quoted, sizeof quoted, "\"%s\":", key);
-    const char *at = strstr(report, quoted);
-    if (!at) fatal("the report has no %s", key);
-    return strtod(at + strlen(quoted), NULL);
-}
-
-static char *read_file(const char *path)
-{
-    FILE *file = fopen(path, "r");
-    if (!file) fatal("cannot read %s", path);
-    char *text = allocate_zeroed(1 << 16, 1);
-    size_t bytes = fread(text, 1, (1 << 16) - 1, file);
-    fclose(file);
-    if (bytes == 0) fatal("%s is empty", path);
-    return text;
-}
-
 static void start_farm(const char *folder, const char *variant)
 {
     char config[512], picture[512], report[512], choice[64];
@@ -259,7 +239,8 @@ static void start_farm(const char *folder, const char *variant)
     snprintf(report, sizeof report, "output.report=%s/omit.json", folder);
     snprintf(choice, sizeof choice, "farm.variant=%s", variant);
     if (!freopen("/dev/null", "w", stdout) || !freopen("/dev/null", "w", stderr)) _exit(1);
-    execl(farm && *farm ? farm : "./farm", "farm", config, picture, report, choice, (char *)NULL);
+    execl(farm && *farm ? farm : "./farm", "farm", config, picture, report, choice,
+          "output.journal=", (char *)NULL);
     _exit(1);
 }
 
@@ -274,7 +255,7 @@ static struct run run_farm(const char *folder, const char *variant)
     if (wait4(child, &status, 0, &usage) != child || !WIFEXITED(status) || WEXITSTATUS(status))
         fatal("farm failed on %s/omit.ini with farm.variant=%s", folder, variant);
     snprintf(path, sizeof path, "%s/omit.json", folder);
-    char *report = read_file(path);
+    char *report = report_text(path);
     struct run run = {report_number(report, "render_s"), report_number(report, "bytes"),
                       (double)usage.ru_maxrss};
     free(report);

@@ -54,12 +54,17 @@ struct stability_case {
 };
 
 /* One table per file, ended by an entry with number 0. */
-extern const struct stability_case sphere_cases[];  /* 1-12 */
-extern const struct stability_case flat_cases[];    /* 13-16, 24, 25 */
-extern const struct stability_case mesh_cases[];    /* 17-23 */
-extern const struct stability_case contact_cases[]; /* 26-29 */
-extern const struct stability_case cone_cases[];    /* 40-44 */
-extern const struct stability_case picture_cases[]; /* 30-39, 45-58 */
+extern const struct stability_case sphere_cases[];   /* 1-4, 8, 9, 11, 12 */
+extern const struct stability_case tangent_cases[];  /* 5-7 */
+extern const struct stability_case refused_cases[];  /* 10 */
+extern const struct stability_case flat_cases[];     /* 13, 14 */
+extern const struct stability_case box_cases[];      /* 15, 16 */
+extern const struct stability_case mesh_cases[];     /* 17-21 */
+extern const struct stability_case coplanar_cases[]; /* 22, 23 */
+extern const struct stability_case triangle_cases[]; /* 24, 25 */
+extern const struct stability_case contact_cases[];  /* 26-29 */
+extern const struct stability_case cone_cases[];     /* 40-44 */
+extern const struct stability_case picture_cases[];  /* 30-39, 45-58 */
 
 /* ---- random numbers: the same on every run and machine, whatever the number of threads ---- */
 
@@ -110,6 +115,32 @@ struct vec3 random_unit(struct random *random);
 
 /* Unit vectors that make a right-handed frame with axis (unit), turned at random. */
 void random_frame(struct random *random, struct vec3 axis, struct vec3 *u, struct vec3 *v);
+
+static inline struct vec3 random_point(struct random *random, double reach)
+{
+    double x = random_between(random, -reach, reach), y = random_between(random, -reach, reach);
+    return vec3(x, y, random_between(random, -reach, reach));
+}
+
+/* Whole numbers from -reach to reach. */
+static inline struct vec3 integer_point(struct random *random, int reach)
+{
+    uint64_t span = 2 * (uint64_t)reach + 1;
+    double x = (double)random_below(random, span) - reach;
+    double y = (double)random_below(random, span) - reach;
+    return vec3(x, y, (double)random_below(random, span) - reach);
+}
+
+/* x, y or z of a vector, by number. */
+static inline double component(struct vec3 v, unsigned axis)
+{
+    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+}
+
+static inline void set_component(struct vec3 *v, unsigned axis, double value)
+{
+    *(axis == 0 ? &v->x : axis == 1 ? &v->y : &v->z) = value;
+}
 
 /* ---- counting what was right ---- */
 
@@ -173,6 +204,9 @@ void conclude(struct case_result *result, const struct tally *tally, const char 
               double limit);
 
 /* ---- scenes ---- */
+
+/* Most cases make a scene once for so many rays. */
+#define RAYS_PER_SCENE 32
 
 /* One scene with both sets of formulas, and its tree. */
 struct stage {

@@ -6,8 +6,6 @@
 #include "bench/oracle.h"
 #include "bench/stability.h"
 
-#define RAYS_PER_SCENE 32
-
 /* ---- the oracle ---- */
 
 /*

@@ -5,8 +5,6 @@
 #include "bench/stability.h"
 #include "worker/shade.h"
 
-#define RAYS_PER_SCENE 32
-
 static struct ray going_on(const struct surface *surface, const struct hit *hit,
                            struct vec3 direction)
 {

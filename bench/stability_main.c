@@ -17,8 +17,9 @@
 #define QUICK_RAYS UINT64_C(1500)
 #define QUICK_MANY UINT64_C(12000)
 
-static const struct stability_case *const tables[] = {sphere_cases,  flat_cases, mesh_cases,
-                                                      contact_cases, cone_cases, picture_cases};
+static const struct stability_case *const tables[] = {
+    sphere_cases,   tangent_cases,  refused_cases, flat_cases, box_cases,    mesh_cases,
+    coplanar_cases, triangle_cases, contact_cases, cone_cases, picture_cases};
 
 static const char *const verdict_names[] = {"green", "RED", "marked"};
 

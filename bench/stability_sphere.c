@@ -1,30 +1,11 @@
-/* Rows 1-12: spheres, against MPFR. */
-#include <float.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
+/* Rows 1-4, 8, 9, 11 and 12: spheres, against MPFR. */
+#include "bench/stability_sphere.h"
 
-#include "bench/oracle.h"
-#include "bench/stability.h"
-#include "common/message.h"
-#include "master/load.h"
-
-/* Rays of one sphere: a scene is made once for so many. */
-#define RAYS_PER_SCENE 32
+#include "bench/stability_compare.h"
 
 /* ---- the oracle ---- */
 
-enum { F, D = F + 3, A = D + 3, B, C, DISC, ROOT, T0, T1, PART, SPHERE_REALS };
-
-/* The first crossing at t > 0 of the exact line through the exact sphere. */
-struct sphere_truth {
-    mpfr_t real[SPHERE_REALS];
-    int first; /* 0 or 1: the root T0 or T1; -1: none */
-};
-
-/* A, B, C and the discriminant without rounding, so that their signs are those of the inputs. */
-static void solve_exactly(mpfr_t *real, const struct sphere *sphere, const struct ray *ray)
+void solve_exactly(mpfr_t *real, const struct sphere *sphere, const struct ray *ray)
 {
     oracle_exact_begin();
     real_difference(&real[F], ray->origin, sphere->center);
@@ -40,8 +21,7 @@ static void solve_exactly(mpfr_t *real, const struct sphere *sphere, const struc
     oracle_exact_end();
 }
 
-static void solve_sphere(struct sphere_truth *truth, const struct sphere *sphere,
-                         const struct ray *ray)
+void solve_sphere(struct sphere_truth *truth, const struct sphere *sphere, const struct ray *ray)
 {
     mpfr_t *real = truth->real;
     solve_exactly(real, sphere, ray);
@@ -58,28 +38,16 @@ static void solve_sphere(struct sphere_truth *truth, const struct sphere *sphere
         truth->first = 1;
 }
 
-/* ---- a case: spheres, rays to them, the kernel and the oracle ---- */
+/* ---- a row ---- */
 
-struct sphere_row {
-    int number;
-    struct sphere (*draw)(struct random *random);
-    struct ray (*aim)(struct random *random, const struct sphere *sphere);
-    double (*error)(double value, mpfr_t truth);
-    const char *unit;
-    double limit;
-};
-
-static void compare(struct score *score, const struct hit *hit, struct sphere_truth *truth,
-                    double (*error)(double, mpfr_t), uint64_t sample)
+void compare_to_truth(const struct stage *stage, const struct ray *ray, struct sphere_truth *truth,
+                      double (*error)(double, mpfr_t), struct tally *tally, uint64_t sample)
 {
-    bool met = hit->primitive != PRIMITIVE_NONE;
-    if (met != (truth->first >= 0))
-        score_wrong(score, sample);
-    else if (met)
-        score_error(score, error(hit->t, truth->real[T0 + truth->first]), sample);
+    int first = truth->first;
+    compare_both(stage, ray, first >= 0, truth->real[T0 + (first > 0)], error, tally, sample);
 }
 
-static struct stage sphere_stage(const struct sphere *sphere)
+struct stage sphere_stage(const struct sphere *sphere)
 {
     struct builder *builder = builder_create();
     stage_sphere(builder, sphere->center, sphere->radius);
@@ -89,7 +57,6 @@ static struct stage sphere_stage(const struct sphere *sphere)
 static void sphere_block(struct block *block, const void *context)
 {
     const struct sphere_row *row = context;
-    struct tally *tally = block->tally;
     struct sphere_truth truth;
     struct sphere sphere = {.radius = 1};
     struct stage stage = {NULL, NULL, NULL};
@@ -101,33 +68,29 @@ static void sphere_block(struct block *block, const void *context)
             stage = sphere_stage(&sphere);
         }
         struct ray ray = row->aim(&block->random, &sphere);
-        struct hit ours = stage_nearest(&stage, stage.ours, &ray, &tally->fallbacks);
-        struct hit paper = stage_nearest(&stage, stage.paper, &ray, NULL);
         solve_sphere(&truth, &sphere, &ray);
-        compare(&tally->ours, &ours, &truth, row->error, block->first + i);
-        compare(&tally->paper, &paper, &truth, row->error, block->first + i);
-        tally->samples++;
+        compare_to_truth(&stage, &ray, &truth, row->error, block->tally, block->first + i);
     }
     stage_free(&stage);
     reals_clear(truth.real, SPHERE_REALS);
 }
 
-static void run_sphere_row(const struct budget *budget, struct case_result *result,
-                           const struct sphere_row *row)
+void run_sphere_row(const struct budget *budget, struct case_result *result,
+                    const struct sphere_row *row)
 {
     struct tally tally = {.samples = 0};
     share(budget, row->number, budget->rays, sphere_block, row, &tally);
     conclude(result, &tally, row->unit, row->limit);
 }
 
-/* ---- rows 1, 2, 8, 9: seen from a distance ---- */
-
-static struct sphere any_sphere(struct random *random)
+struct sphere any_sphere(struct random *random)
 {
     double r = random_log(random, 0.1, 10);
     return (struct sphere){.center = vec_scale(random_unit(random), random_between(random, 0, 20)),
                            .radius = r};
 }
+
+/* ---- rows 1, 2, 8, 9: seen from a distance ---- */
 
 /* A ray that passes the centre at `offset`, up to rounding, from the given distance. */
 static struct ray ray_past(struct random *random, const struct sphere *sphere, double distance,
@@ -271,243 +234,6 @@ static void run_4(const struct budget *budget, struct case_result *result)
 {
     run_sphere_row(budget, result,
                    &(struct sphere_row){4, ground_sphere, aim_horizon, roundoffs, "u", 4});
-}
-
-/* ---- rows 5, 6: exactly at the tangent ---- */
-
-/* Orthogonal integer vectors of the same integer length: rational frames without any root. */
-static const struct {
-    struct vec3 along, across;
-    double length;
-} frames[] = {
-    {{3, 4, 0}, {-4, 3, 0}, 5},    {{1, 2, 2}, {2, 1, -2}, 3},  {{2, 3, 6}, {3, -6, 2}, 7},
-    {{5, 12, 0}, {12, -5, 0}, 13}, {{1, 4, 8}, {4, 7, -4}, 9},  {{6, 2, -3}, {2, 3, 6}, 7},
-    {{1, 0, 0}, {0, 1, 0}, 1},     {{2, 6, 9}, {6, 7, -6}, 11}, {{0, 0, 1}, {1, 0, 0}, 1},
-};
-
-static struct vec3 turned(struct vec3 v, uint64_t turn)
-{
-    double s[3] = {turn & 1 ? -1 : 1, turn & 2 ? -1 : 1, turn & 4 ? -1 : 1};
-    v = vec3(v.x * s[0], v.y * s[1], v.z * s[2]);
-    if (turn & 8) v = vec3(v.y, v.x, v.z);
-    switch (turn >> 4 & 3) {
-    case 1:
-        return vec3(v.y, v.z, v.x);
-    case 2:
-        return vec3(v.z, v.x, v.y);
-    default:
-        return v;
-    }
-}
-
-static struct vec3 integer_vector(struct random *random, uint64_t reach)
-{
-    double x = (double)random_below(random, 2 * reach) - (double)reach;
-    double y = (double)random_below(random, 2 * reach) - (double)reach;
-    return vec3(x, y, (double)random_below(random, 2 * reach) - (double)reach);
-}
-
-/* Touches at exactly t = steps: wrong when the hit is missed or t is not that very number. */
-static void tangent_block(struct block *block, const void *context)
-{
-    (void)context;
-    struct random *random = &block->random;
-    for (uint64_t i = 0; i < block->count; i++) {
-        uint64_t which = random_below(random, sizeof frames / sizeof *frames);
-        uint64_t turn = random_bits(random);
-        double multiple = 1 + (double)random_below(random, 1 << 16);
-        double steps = 1 + (double)random_below(random, 1 << 16);
-        struct vec3 along = turned(frames[which].along, turn);
-        struct vec3 across = turned(frames[which].across, turn);
-        struct sphere sphere = {.center = integer_vector(random, 1 << 24),
-                                .radius = multiple * frames[which].length};
-        struct vec3 contact = vec_add_scaled(sphere.center, across, multiple);
-        struct ray ray = stage_ray(vec_add_scaled(contact, along, -steps), along);
-        struct stage stage = sphere_stage(&sphere);
-        struct hit ours = stage_nearest(&stage, stage.ours, &ray, &block->tally->fallbacks);
-        ray.direction = along;
-        struct hit paper = stage_nearest(&stage, stage.paper, &ray, NULL);
-        if (ours.t != steps) score_wrong(&block->tally->ours, block->first + i);
-        if (paper.t != steps) score_wrong(&block->tally->paper, block->first + i);
-        block->tally->samples++;
-        stage_free(&stage);
-    }
-}
-
-static void run_5(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 5, budget->rays, tangent_block, NULL, &tally);
-    conclude(result, &tally, NULL, 0);
-}
-
-/* A sphere about the origin with a radius that has 64 neighbours on both sides in its binade. */
-static struct sphere centred_sphere(struct random *random)
-{
-    double mantissa = random_between(random, 1.001, 1.999);
-    int exponent = (int)random_below(random, 41) - 20;
-    return (struct sphere){.center = vec3(0, 0, 0), .radius = ldexp(mantissa, exponent)};
-}
-
-/* A line at exactly r + k ulp(r) from the centre: through that point of one axis, in a direction
- * across that axis. */
-static struct ray aim_rim(struct random *random, const struct sphere *sphere)
-{
-    double ulp = nextafter(sphere->radius, HUGE_VAL) - sphere->radius;
-    double k = (double)random_below(random, 129) - 64;
-    double offset = random_sign(random) * (sphere->radius + k * ulp);
-    double angle = random_between(random, 0, 2 * acos(-1));
-    double x = cos(angle), y = sin(angle);
-    double steps = sphere->radius > 1 ? -0x1p22 : -4;
-    switch (random_below(random, 3)) {
-    case 0:
-        return stage_ray(vec3(offset, steps * x, steps * y), vec3(0, x, y));
-    case 1:
-        return stage_ray(vec3(steps * y, offset, steps * x), vec3(y, 0, x));
-    default:
-        return stage_ray(vec3(steps * x, steps * y, offset), vec3(x, y, 0));
-    }
-}
-
-static void run_6(const struct budget *budget, struct case_result *result)
-{
-    run_sphere_row(budget, result,
-                   &(struct sphere_row){6, centred_sphere, aim_rim, ulps, NULL, HUGE_VAL});
-}
-
-/* ---- row 7: from the sphere itself ---- */
-
-static struct ray leave_sphere(struct random *random, const struct sphere *sphere)
-{
-    struct vec3 n = random_unit(random), u, v;
-    struct vec3 direction = random_unit(random);
-    if (random_bits(random) >> 63) { /* close to the tangent plane */
-        random_frame(random, n, &u, &v);
-        double tilt = random_sign(random) * exp2(-random_between(random, 1, 60));
-        direction = vec_normalize(vec_add_scaled(u, n, tilt));
-    }
-    struct ray ray = stage_ray(vec_add_scaled(sphere->center, n, sphere->radius), direction);
-    ray.from = primitive_id(PRIMITIVE_SPHERE, 0);
-    return ray;
-}
-
-/* The ray says that it starts on the sphere, so c is 0 however its origin was rounded: the roots
- * are 0 and 2 b / a. */
-static void solve_leaving(struct sphere_truth *truth, const struct sphere *sphere,
-                          const struct ray *ray)
-{
-    mpfr_t *real = truth->real;
-    solve_exactly(real, sphere, ray);
-    truth->first = mpfr_sgn(real[B]) > 0 ? 1 : -1;
-    mpfr_div(real[T1], real[B], real[A], MPFR_RNDN);
-    mpfr_mul_2ui(real[T1], real[T1], 1, MPFR_RNDN);
-}
-
-/* An integer point on an integer sphere, which the ray does not name. */
-static struct ray start_on_integers(struct random *random, struct sphere *sphere)
-{
-    uint64_t which = random_below(random, sizeof frames / sizeof *frames);
-    uint64_t turn = random_bits(random);
-    double multiple = 1 + (double)random_below(random, 1 << 16);
-    sphere->center = integer_vector(random, 1 << 24);
-    sphere->radius = multiple * frames[which].length;
-    struct vec3 p = vec_add_scaled(sphere->center, turned(frames[which].across, turn), multiple);
-    return stage_ray(p, random_unit(random));
-}
-
-static void leaving_block(struct block *block, const void *context)
-{
-    (void)context;
-    struct tally *tally = block->tally;
-    struct sphere_truth truth;
-    reals_init(truth.real, SPHERE_REALS);
-    for (uint64_t i = 0; i < block->count; i++) {
-        struct sphere sphere = any_sphere(&block->random);
-        bool named = i % 2 == 0;
-        struct ray ray = named ? leave_sphere(&block->random, &sphere)
-                               : start_on_integers(&block->random, &sphere);
-        struct stage stage = sphere_stage(&sphere);
-        struct hit ours = stage_nearest(&stage, stage.ours, &ray, &tally->fallbacks);
-        struct hit paper = stage_nearest(&stage, stage.paper, &ray, NULL);
-        if (named)
-            solve_leaving(&truth, &sphere, &ray);
-        else
-            solve_sphere(&truth, &sphere, &ray);
-        compare(&tally->ours, &ours, &truth, ulps, block->first + i);
-        compare(&tally->paper, &paper, &truth, ulps, block->first + i);
-        tally->samples++;
-        stage_free(&stage);
-    }
-    reals_clear(truth.real, SPHERE_REALS);
-}
-
-static void run_7(const struct budget *budget, struct case_result *result)
-{
-    struct tally tally = {.samples = 0};
-    share(budget, 7, budget->rays, leaving_block, NULL, &tally);
-    conclude(result, &tally, "ulp", 2);
-}
-
-/* ---- row 10: numbers without a meaning ---- */
-
-/* Scenes that have to be refused, and the line that is at fault. */
-static const struct {
-    const char *extension, *text;
-    int line;
-} refused[] = {
-    {"ini", "[sphere s]\ncenter = 0 0 0\nradius = 0\n", 3},
-    {"ini", "[sphere s]\ncenter = 0 0 0\nradius = -1\n", 3},
-    {"ini", "[sphere s]\ncenter = 0 0 0\nradius = -0\n", 3},
-    {"ini", "[sphere s]\ncenter = 0 0 0\nradius = nan\n", 3},
-    {"ini", "[sphere s]\ncenter = 0 0 0\nradius = inf\n", 3},
-    {"ini", "[sphere s]\ncenter = 0 0 0\nradius = -inf\n", 3},
-    {"ini", "[sphere s]\ncenter = 0 0 0\nradius = 1e999\n", 3},
-    {"ini", "[sphere s]\ncenter = 0 nan 0\nradius = 1\n", 2},
-    {"ini", "[sphere s]\ncenter = 0 1e400 0\nradius = 1\n", 2},
-    {"ini", "[disc d]\ncenter = 0 0 0\nnormal = 0 1 0\nradius = 0\n", 4},
-    {"ini", "[disc d]\ncenter = 0 0 0\nnormal = 0 0 0\nradius = 1\n", 1},
-    {"ini", "[plane p]\npoint = 0 0 0\nnormal = 0 0 0\n", 1},
-    {"ini", "[plane p]\npoint = 0 0 0\nnormal = 0 inf 0\n", 3},
-    {"nff", "f 1 1 1 1 0 0 0 1\ns 0 0 0 0\n", 2},
-    {"nff", "f 1 1 1 1 0 0 0 1\ns 0 0 0 nan\n", 2},
-    {"nff", "f 1 1 1 1 0 0 0 1\ns 0 0 0 inf\n", 2},
-    {"nff", "f 1 1 1 1 0 0 0 1\ns 0 1e999 0 1\n", 2},
-};
-
-/* Whether loading says one line that begins with "path:line:". */
-static bool is_refused(const char *folder, size_t which)
-{
-    char message[1024] = "";
-    char *path = format_text("%s/scene.%s", folder, refused[which].extension);
-    FILE *file = fopen(path, "w");
-    if (!file || fputs(refused[which].text, file) < 0 || fclose(file) != 0)
-        fatal("cannot write %s", path);
-    struct job job;
-    message_capture(message, sizeof message);
-    bool loaded = load_job(path, NULL, 0, REACH_FOLDER, &job);
-    message_capture(NULL, 0);
-    if (loaded) job_free(&job);
-    char *start = format_text("%s:%d:", path, refused[which].line);
-    bool good = !loaded && strncmp(message, start, strlen(start)) == 0;
-    unlink(path);
-    free(start);
-    free(path);
-    return good;
-}
-
-static void run_10(const struct budget *budget, struct case_result *result)
-{
-    (void)budget;
-    char folder[] = "/tmp/stability-XXXXXX";
-    struct tally tally = {.samples = 0};
-    if (!mkdtemp(folder)) fatal("cannot make a folder for scenes");
-    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
-        if (!is_refused(folder, i)) score_wrong(&tally.ours, i);
-        tally.samples++;
-    }
-    rmdir(folder);
-    conclude(result, &tally, NULL, 0);
-    strcpy(result->paper, "-");
 }
 
 /* ---- row 11: normals ---- */
@@ -673,12 +399,8 @@ const struct stability_case sphere_cases[] = {
     {2, "sphere, L/r 1e3-1e14", "MPFR", "t <= 2 ulp, hit or miss exact", run_2},
     {3, "ground sphere R 1e3-1e12, eye 1-3 above", "MPFR", "t <= 3 ulp", run_3},
     {4, "ground sphere, 1.5-1.0001 x horizon angle", "MPFR", "t <= 4 u relative", run_4},
-    {5, "exact tangency, integer data", "rationals", "closed hit, t exact", run_5},
-    {6, "offset r + k ulp, |k| <= 64", "rationals", "hit or miss exact", run_6},
-    {7, "origin exactly on the sphere", "closed form", "out: none; in: 2b/a <= 2 ulp", run_7},
     {8, "sphere, r = 1e+-150", "MPFR", "t <= 2 ulp, hit or miss exact", run_8},
     {9, "sphere, |d| = 1e-8-1e8", "MPFR", "t <= 2 ulp; 2^k scaling bitwise", run_9},
-    {10, "r <= 0, NaN, inf", "-", "refused with file and line", run_10},
     {11, "sphere normal, L/r <= 1e13", "MPFR", "<= 4 u", run_11},
     {12, "concentric shells, gap 1e-12 r", "rationals", "order exact", run_12},
     {0, NULL, NULL, NULL, NULL},

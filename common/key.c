@@ -190,10 +190,10 @@ char *key_expected(const struct key *key)
     case VALUE_NUMBER:
         return expected_number(key, "a number");
     case VALUE_VECTOR:
-        return copy_text("three numbers");
+        return copy_text("three numbers separated by spaces");
     case VALUE_COLOR:
     case VALUE_COLORS:
-        return copy_text("a colour: three numbers >= 0");
+        return copy_text("a colour: three numbers >= 0 separated by spaces");
     case VALUE_BOOLEAN:
         return copy_text("yes or no");
     case VALUE_CHOICE:

@@ -16,6 +16,12 @@ struct nap {
     double seconds; /* of the next one */
 };
 
+/*
+ * Lets the naps of this thread, and of those that it starts, end when they should. Linux lets a sleep
+ * last up to 50 us longer (timerslack in prctl(2)), more than the shortest naps. Elsewhere: nothing.
+ */
+void nap_sharpen(void);
+
 /* Something happened: the next nap is short again. */
 static inline void nap_reset(struct nap *nap)
 {

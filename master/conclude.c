@@ -106,7 +106,7 @@ static int judge_samples(const struct run *run)
     return strict ? STATUS_FAILED : STATUS_DONE;
 }
 
-int conclude(struct run *run, const struct service *service, const struct view *view)
+int run_conclude(struct run *run, const struct service *service, const struct view *view)
 {
     const struct settings *settings = &run->job.settings;
     fill_report(run, service);

@@ -4,8 +4,8 @@
 
 #include "master/server.h"
 
-/* DROP messages to a renderer that does not answer. */
-#define DROPS_MOST 16
+/* DROP messages to a renderer that does not answer: as many as it may have tiles. */
+#define DROPS_MOST (2 * LOT_TILES)
 
 static void send(struct server *server, uint32_t renderer, enum message_tag tag, const void *bytes,
                  size_t size)

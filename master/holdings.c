@@ -9,6 +9,7 @@ void holdings_init(struct holdings *holdings, uint32_t renderers)
 {
     *holdings = (struct holdings){.free = HOLD_NONE};
     holdings->holders = allocate_zeroed(renderers, sizeof *holdings->holders);
+    heap_reserve(&holdings->stocked, renderers);
     for (uint32_t i = 0; i < renderers; i++)
         holdings->holders[i].first = holdings->holders[i].last = HOLD_NONE;
 }
@@ -17,6 +18,7 @@ void holdings_free(struct holdings *holdings)
 {
     free(holdings->holders);
     free(holdings->holds);
+    heap_free(&holdings->stocked);
     *holdings = (struct holdings){0};
 }
 
@@ -31,18 +33,29 @@ static uint32_t new_hold(struct holdings *holdings)
     return holdings->hold_count++;
 }
 
-void holdings_give(struct holdings *holdings, uint32_t renderer, uint32_t id, double work)
+static void set_open(struct holdings *holdings, uint32_t renderer, uint32_t open)
+{
+    holdings->holders[renderer].open = open;
+    if (open >= 2)
+        heap_put(&holdings->stocked, renderer, open);
+    else
+        heap_remove(&holdings->stocked, renderer);
+}
+
+void holdings_give(struct holdings *holdings, uint32_t renderer, uint32_t id, double work,
+                   bool may_pass)
 {
     struct holder *holder = &holdings->holders[renderer];
     uint32_t hold = new_hold(holdings);
-    holdings->holds[hold] =
-        (struct hold){.id = id, .next = HOLD_NONE, .lot = holder->lots_given, .work = work};
+    holdings->holds[hold] = (struct hold){
+        .id = id, .next = HOLD_NONE, .lot = holder->lots_given, .may_pass = may_pass, .work = work};
     if (holder->last == HOLD_NONE)
         holder->first = hold;
     else
         holdings->holds[holder->last].next = hold;
     holder->last = hold;
     holder->count++;
+    if (may_pass) set_open(holdings, renderer, holder->open + 1);
 }
 
 void holdings_end_lot(struct holdings *holdings, uint32_t renderer)
@@ -78,6 +91,13 @@ static bool lot_is_over(const struct holdings *holdings, const struct holder *ho
            (holdings->holds[holder->first].lot != lot && holdings->holds[holder->last].lot != lot);
 }
 
+void holdings_pass_on(struct holdings *holdings, uint32_t renderer, struct hold *hold)
+{
+    assert(hold->may_pass && !hold->passed_on);
+    hold->passed_on = true;
+    set_open(holdings, renderer, holdings->holders[renderer].open - 1);
+}
+
 struct hold holdings_take(struct holdings *holdings, uint32_t renderer, uint32_t id)
 {
     struct holder *holder = &holdings->holders[renderer];
@@ -90,6 +110,7 @@ struct hold holdings_take(struct holdings *holdings, uint32_t renderer, uint32_t
         holdings->holds[before].next = was.next;
     if (holder->last == hold) holder->last = before;
     holder->count--;
+    if (was.may_pass && !was.passed_on) set_open(holdings, renderer, holder->open - 1);
     if (lot_is_over(holdings, holder, was.lot)) holder->lots--;
     holdings->holds[hold].next = holdings->free;
     holdings->free = hold;

@@ -13,6 +13,7 @@
 
 #include "common/settings.h"
 #include "master/builder.h"
+#include "master/view.h"
 
 /* Where an included part of a scene is put: p -> translate + scale * (rotation p). */
 struct placement {
@@ -25,9 +26,15 @@ extern const struct placement placement_identity;
 
 struct ini;
 
+/* Which outputs the user has named; the others are named after CONFIG or the picture. */
+struct named_outputs {
+    bool image, report, journal;
+};
+
 /* Everything that a run needs to know. */
 struct job {
     struct settings settings;
+    struct named_outputs named;
     struct builder *builder;
     struct ini *document; /* the scene's sections, as they were read; owned */
 };
@@ -50,15 +57,13 @@ void job_free(struct job *job);
 
 /*
  * The text of --print-config: an INI file that gives the same picture, with all settings in effect,
- * the scene's sections and absolute paths. The caller frees it. NULL, after saying so, when a value
+ * the scene's sections and absolute paths. Outputs that the user has not named are left to their
+ * defaults, so that another file's picture is not overwritten. The caller frees it. NULL, after saying so, when a value
  * cannot be written in an INI file (only an argument or a very long path can be such a value).
  */
 char *print_job(const struct job *job);
 
 /* For --help: the sections that make up a scene and their keys, with ranges and defaults. */
 void print_scene_keys(FILE *out);
-
-/* The view for the scene block; settings as checked by load_job(). */
-struct view settings_view(const struct settings *settings);
 
 #endif

@@ -267,14 +267,17 @@ static const char *add_face(struct nff *nff, const uint32_t corner[3], bool with
 /* The limit comes before any memory is asked for. */
 static bool read_corner_count(struct nff *nff, uint32_t *corners)
 {
-    char word[32] = "nothing";
+    char word[32];
     struct scan ahead = nff->scan;
     if (scan_unsigned(&nff->scan, corners) && *corners >= 3 && *corners <= POLYGON_MAX_CORNERS)
         return complete(nff, true,
                         "text after the number of corners, expected the end of the line");
-    scan_word(&ahead, word, sizeof word);
+    /* In quotes, as a word of the file could begin like a warning. */
+    char *given = scan_word(&ahead, word, sizeof word) ? format_text("'%s'", word) : NULL;
     user_error(nff->path, nff->scan.line,
-               "%s in place of a polygon's number of corners, expected 3 to 20000", word);
+               "%s in place of a polygon's number of corners, expected 3 to 20000",
+               given ? given : "nothing");
+    free(given);
     return false;
 }
 

@@ -241,7 +241,7 @@ static bool read_library_once(struct obj *obj, const char *path, bool is_regular
 {
     if (!is_regular) {
         user_error(obj->mesh->path, obj->scan.line,
-                   "%s is no regular file, expected a file of materials", path);
+                   "'%s' is no regular file, expected a file of materials", path);
         return false;
     }
     if (!may_read(obj->part->loader, path, obj->mesh->root)) {

@@ -61,7 +61,7 @@ bool may_read(const struct loader *loader, const char *path, const char *root);
 
 /* The end of a message about a file that may not be read: takes the file and the root. */
 #define LIES_OUTSIDE                                                                               \
-    "%s lies outside of the scene's folder %s, expected a file in it (farm --allow-outside reads " \
+    "'%s' lies outside of the scene's folder %s, expected a file in it (farm --allow-outside reads " \
     "any)"
 
 /* The folder that path lies in, resolved; the caller frees it. */
@@ -73,6 +73,18 @@ size_t setting_index(const char *section, const char *name);
 /* Where a setting was set; file NULL: nowhere. */
 const struct origin *setting_origin(const struct loader *loader, const char *section,
                                     const char *name);
+
+bool setting_is_set(const struct loader *loader, const char *section, const char *name);
+
+/* Reads the settings sections of CONFIG; false after saying so when one is wrong. */
+bool read_settings(struct loader *loader, const struct ini *ini);
+
+/* The arguments "section.key=value", in their order: settings, or entries of the document's scene
+ * sections. */
+bool apply_overrides(struct loader *loader, struct ini *ini, char *const *overrides, size_t count);
+
+/* Of all settings, names of outputs included, what has to fit together; config is for messages. */
+bool check_settings(const struct loader *loader, const char *config);
 
 /* Keeps a copy of path until the loader ends. */
 const char *keep_path(struct loader *loader, const char *path);
@@ -110,6 +122,10 @@ bool load_scene_sections(struct part *part, const struct ini *ini);
 /* Whether an INI section of this kind is part of a scene, or holds settings. */
 bool is_scene_section(const char *kind);
 bool is_settings_section(const char *kind);
+
+/* The end of a message about a section of neither kind: what may have been meant. The caller frees
+ * it. */
+char *section_hint(const char *kind);
 
 /* Frees what the part owns. */
 void part_free(struct part *part);

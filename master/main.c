@@ -11,6 +11,7 @@
 
 #include "common/clock.h"
 #include "common/message.h"
+#include "common/nap.h"
 #include "master/run.h"
 #include "master/stop.h"
 #include "master/timeline_output.h"
@@ -112,7 +113,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     run->report.bvh_bytes = shared->bvh->bytes;
     run->report.time.broadcast = shared->broadcast_s;
     run->report.time.build = shared->build_s;
-    int status = conclude(run, &service, view);
+    int status = run_conclude(run, &service, view);
     return status == STATUS_DONE && !watched ? STATUS_FAILED : status;
 }
 
@@ -243,6 +244,7 @@ int main(int argc, char **argv)
     stop_start_is_over();
     message_set_rank(rank, end_job);
     stop_install(rank);
+    nap_sharpen();
     if (level < MPI_THREAD_FUNNELED) fatal("this MPI library does not support threads");
     status = agree_on_status(MPI_COMM_WORLD, run_rank(&run, rank));
     stop_watch_the_end(status);

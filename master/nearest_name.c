@@ -1,5 +1,6 @@
 #include "master/nearest_name.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #include "common/message.h"
@@ -42,7 +43,10 @@ static size_t distance(const char *a, const char *b)
 void nearest_name_try(struct nearest_name *search, const char *candidate)
 {
     size_t length = strlen(search->name);
-    if (length > LONGEST || strlen(candidate) > LONGEST || !*candidate) return;
+    if (!*candidate) return;
+    if (search->count < NAMES_LISTED) search->tried[search->count] = candidate;
+    search->count++;
+    if (length > LONGEST || strlen(candidate) > LONGEST) return;
     size_t errors = distance(search->name, candidate);
     /* One error per three letters, more is another word. */
     if (errors > (length + 2) / 3 || errors >= strlen(candidate)) return;
@@ -53,5 +57,13 @@ void nearest_name_try(struct nearest_name *search, const char *candidate)
 
 char *nearest_name_hint(const struct nearest_name *search)
 {
-    return search->best ? format_text(", did you mean '%s'?", search->best) : copy_text("");
+    if (search->best) return format_text(", did you mean '%s'?", search->best);
+    if (search->count == 0 || search->count > NAMES_LISTED) return copy_text("");
+    char *text = copy_text(", expected one of");
+    for (size_t i = 0; i < search->count; i++) {
+        char *longer = format_text("%s %s", text, search->tried[i]);
+        free(text);
+        text = longer;
+    }
+    return text;
 }

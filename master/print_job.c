@@ -47,13 +47,27 @@ static void print_setting(struct printing *to, const struct settings *settings,
     free(value);
 }
 
-static void print_settings(struct printing *to, const struct settings *settings)
+/* Whether the name of an output follows from other names. */
+static bool is_derived(const struct job *job, const struct key *key)
 {
+    const struct settings *settings = &job->settings;
+    const void *value = (const char *)settings + key->offset;
+    return (value == &settings->output.image && !job->named.image) ||
+           (value == &settings->output.report && !job->named.report) ||
+           (value == &settings->output.journal && !job->named.journal);
+}
+
+static void print_settings(struct printing *to, const struct job *job)
+{
+    const struct settings *settings = &job->settings;
     for (size_t i = 0; i < SETTINGS_KEYS; i++) {
         const struct key *key = &settings_keys[i];
         if (i == 0 || strcmp(key->section, key[-1].section) != 0)
             fprintf(to->out, "%s[%s]\n", i ? "\n" : "", key->section);
-        if (is_printed(settings, key)) print_setting(to, settings, key);
+        if (is_derived(job, key))
+            fprintf(to->out, "; %s is not set: %s\n", key->name, key->help);
+        else if (is_printed(settings, key))
+            print_setting(to, settings, key);
     }
 }
 
@@ -90,7 +104,7 @@ char *print_job(const struct job *job)
     if (names_files(ini))
         fputs("; Paths begin at the root: farm --allow-outside renders this in any folder.\n",
               to.out);
-    print_settings(&to, &job->settings);
+    print_settings(&to, job);
     for (size_t i = 0; i < ini->count; i++)
         if (!is_settings_section(ini->sections[i].kind)) print_section(&to, &ini->sections[i]);
     if (fclose(to.out) != 0) fatal("out of memory");

@@ -8,12 +8,19 @@
 /* A probe tile has at most so many probes: a lot of probes is spread over the picture. */
 #define PROBE_BLOCKS 8
 
+/* The dynamic schedule sends tiles in lots, so that they may be small: rays of 16 x 16 pixels find
+ * more of the scene in the cache than those of more (1 to 10 % less CPU time for lantern and garden than
+ * 32 x 32), and of smaller tiles the overhead begins to show at one sample per pixel. */
+#define DYNAMIC_EDGE 16u
+#define TILES_EDGE   64u
+
 uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height,
                          uint32_t renderers)
 {
+    bool dynamic = schedule == SCHEDULE_DYNAMIC;
     uint64_t wanted = UINT64_C(200) * (renderers > 1 ? renderers - 1 : 1);
-    if (schedule == SCHEDULE_DYNAMIC) wanted = UINT64_C(100) * renderers;
-    uint32_t edge = 64;
+    if (dynamic) wanted = UINT64_C(100) * renderers;
+    uint32_t edge = dynamic ? DYNAMIC_EDGE : TILES_EDGE;
     while (edge > 8 && (uint64_t)divide_up(width, edge) * divide_up(height, edge) < wanted)
         edge /= 2;
     return edge;
@@ -256,7 +263,9 @@ void queue_skip(struct queue *queue, queue_finished_pixels *finished_pixels, voi
 
 void queue_give(struct queue *queue, uint32_t renderer, uint32_t id, double work)
 {
-    holdings_give(&queue->holdings, renderer, id, work);
+    bool may_pass =
+        queue->config.schedule == SCHEDULE_DYNAMIC && queue->items[id].pass != TILE_PROBE;
+    holdings_give(&queue->holdings, renderer, id, work, may_pass);
     if (!queue->shared) queue->items[id].copies++;
 }
 

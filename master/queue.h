@@ -147,9 +147,6 @@ double queue_work(const struct queue *queue, const struct tile *tile);
  */
 void queue_set_silent(struct queue *queue, uint32_t renderer, bool silent);
 
-/* Looks for those who are late by now (queue_wake()). */
-void queue_look(struct queue *queue, double now);
-
 /* Hand out nothing more; what is out may still come back. */
 void queue_stop(struct queue *queue);
 
@@ -163,6 +160,9 @@ struct queue_count {
     double wasted_s;          /* in answers that came second */
 };
 struct queue_count queue_count(const struct queue *queue);
+
+/* Looks for those who are late by now (queue_wake()). */
+void queue_look(struct queue *queue, double now);
 
 /* Whether every tile is finished. */
 bool queue_complete(const struct queue *queue);

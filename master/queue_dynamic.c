@@ -76,33 +76,19 @@ bool dynamic_can_split(const struct queue *queue, uint32_t id)
     return (item->w > SPLIT_EDGE || item->h > SPLIT_EDGE) && queue->count.tiles < QUEUE_MAX_TILES;
 }
 
-/* What the renderer has, if all is as dear as it may be. */
-static double held_worst(const struct queue *queue, uint32_t renderer)
-{
-    double worst = 0;
-    uint32_t i = queue->holdings.holders[renderer].first;
-    while (i != HOLD_NONE) {
-        const struct hold *hold = &queue->holdings.holds[i];
-        worst += (double)queue->items[hold->id].worst;
-        i = hold->next;
-    }
-    return worst;
-}
-
 /* The dearest tiles, so many that they make up a lot. */
 static uint32_t take_tiles(struct queue *queue, uint32_t renderer, double now, struct pace_lot lot,
                            struct tile *tiles)
 {
     uint32_t count = 0;
     uint64_t pixels = 0;
-    double sum = 0, worst = held_worst(queue, renderer);
+    double sum = 0, worst = 0;
     while (count < LOT_TILES && queue->waiting.count > 0) {
         uint32_t id = heap_top(&queue->waiting);
         const struct item *item = &queue->items[id];
         double more = (double)item->work;
         double bad = (double)item->worst;
         bool large = more > SPLIT_FROM * lot.work || bad > SPLIT_FROM * lot.worst;
-        if (count == 0 && worst > 0 && worst + bad > lot.worst) break;
         if (count == 0 && large && dynamic_can_split(queue, id)) {
             dynamic_split(queue, id);
             continue;
@@ -125,7 +111,8 @@ static uint32_t take_tiles(struct queue *queue, uint32_t renderer, double now, s
 /*
  * The last tile in the renderer's list that nobody has finished, that has not been handed on and that
  * the asker does not hold himself: of all that it holds the least likely to be begun. With spare the
- * first one, which it has begun if any, is left to it.
+ * first one, which it has begun if any, is left to it; without, who is not lost keeps what others
+ * have, too.
  */
 static struct hold *last_to_pass_on(struct queue *queue, uint32_t renderer, uint32_t asker,
                                     bool spare)
@@ -137,8 +124,8 @@ static struct hold *last_to_pass_on(struct queue *queue, uint32_t renderer, uint
     while (i != HOLD_NONE) {
         struct hold *hold = &holdings->holds[i];
         const struct item *item = &queue->items[hold->id];
-        bool open = item->pass != TILE_PROBE && !item->finished && !hold->passed_on;
-        open = open && (lost || item->copies == 1) && !(spare && i == first);
+        bool open = hold->may_pass && !item->finished && !hold->passed_on;
+        open = open && (spare ? i != first : lost || item->copies == 1);
         if (open && !holdings_find(holdings, asker, hold->id)) found = hold;
         i = hold->next;
     }
@@ -150,11 +137,38 @@ static void pass_on(struct queue *queue, uint32_t renderer, uint32_t asker, stru
 {
     uint32_t id = hold->id;
     double work = hold->work;
-    hold->passed_on = true;
+    holdings_pass_on(&queue->holdings, renderer, hold);
     queue->recalls = grow(queue->recalls, queue->recall_count, sizeof *queue->recalls);
     queue->recalls[queue->recall_count++] = (struct recall){renderer, id};
     queue->count.repeated++;
     queue_give(queue, asker, id, work);
+}
+
+/*
+ * Half of the tiles that whoever has most has not begun, whatever is predicted of them: the asker has
+ * nothing else to do. So what was predicted far too low does not stay with the one who happened to
+ * get it (R. Blumofe & C. Leiserson, Scheduling multithreaded computations by work stealing, J. ACM
+ * 46, 1999).
+ */
+static uint32_t take_unbegun(struct queue *queue, uint32_t asker, double now, struct tile *tiles)
+{
+    const struct holdings *holdings = &queue->holdings;
+    uint32_t renderer = heap_top(&holdings->stocked), count = 0;
+    if (renderer == HEAP_ABSENT) return 0;
+    uint32_t most = holdings->holders[renderer].open / 2;
+    uint64_t pixels = 0;
+    double sum = 0;
+    while (count < most && count < LOT_TILES) {
+        struct hold *hold = last_to_pass_on(queue, renderer, asker, true);
+        if (!hold) break;
+        pixels += area(&queue->items[hold->id]);
+        if (count > 0 && pixels > LOT_PIXELS) break;
+        sum += hold->work;
+        tiles[count++] = queue_tile_of(queue, hold->id);
+        pass_on(queue, renderer, asker, hold);
+    }
+    if (count > 0) pace_given(&queue->pace, asker, now, sum);
+    return count;
 }
 
 /* Whether it pays that the asker does what this renderer has, too: nobody counts on the lost. */
@@ -205,6 +219,8 @@ static uint32_t next_repeat(struct queue *queue, uint32_t renderer, double now, 
     if (waits || !holds)
         count = repeat_from(queue, &queue->pace.lost, renderer, now, waits ? 0 : work, tiles);
     if (count > 0 || waits || holds) return count;
+    count = take_unbegun(queue, renderer, now, tiles);
+    if (count > 0) return count;
     return repeat_from(queue, &queue->pace.last, renderer, now, 0, tiles);
 }
 

@@ -127,7 +127,7 @@ static void put_heading(const struct table *table, bool hosts)
     int used = fprintf(table->out, "\n%6s %6s %8s %8s %8s", "rank", "tiles", "pixels", "busy s",
                        "wait s") -
                1;
-    if (used + 9 <= table->columns) used += fprintf(table->out, " %8s", "share");
+    if (used + 9 <= table->columns) used += fprintf(table->out, " %8s", "of image");
     if (hosts && used + 2 + 16 <= table->columns) fputs("  host", table->out);
     fputc('\n', table->out);
 }
@@ -279,7 +279,8 @@ static void put_shared_cores(struct table *table, const struct report *report)
         cpu += report->renderers[i].cpu_s;
     }
     if (cpu >= SHARED_CORE * busy) return;
-    flow(table, "CPU %.0f %% of busy: cores were shared", 100 * cpu / busy);
+    flow(table, "CPU time is %.0f %% of busy time", 100 * cpu / busy);
+    flow(table, "as cores were shared");
     end_flow(table);
 }
 

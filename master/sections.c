@@ -18,18 +18,6 @@ const struct key *find_key(const struct key *keys, size_t count, const char *nam
     return NULL;
 }
 
-/* ", expected one of a b c" */
-static char *list_of_keys(const struct key *keys, size_t count)
-{
-    char *text = copy_text(", expected one of");
-    for (size_t i = 0; i < count; i++) {
-        char *longer = format_text("%s %s", text, keys[i].name);
-        free(text);
-        text = longer;
-    }
-    return text;
-}
-
 void refuse_key(const struct ini_section *section, const struct ini_entry *entry,
                 const struct key *keys, size_t count)
 {
@@ -37,7 +25,7 @@ void refuse_key(const struct ini_section *section, const struct ini_entry *entry
     for (size_t i = 0; i < count; i++)
         nearest_name_try(&search, keys[i].name);
     char *title = section_title(section);
-    char *hint = search.best ? nearest_name_hint(&search) : list_of_keys(keys, count);
+    char *hint = nearest_name_hint(&search);
     user_error(entry->file, entry->line, "unknown key '%s' in %s%s", entry->key, title, hint);
     free(title);
     free(hint);
@@ -48,8 +36,8 @@ bool read_entry(const struct ini_section *section, const struct ini_entry *entry
 {
     if (key_parse(key, entry->value, base)) return true;
     char *title = section_title(section), *expected = key_expected(key);
-    user_error(entry->file, entry->line, "%s = %s in %s, expected %s", entry->key, entry->value,
-               title, expected);
+    user_error(entry->file, entry->line, "%s = %s in %s, expected %s%s%s", entry->key, entry->value,
+               title, expected, key->help ? ": " : "", key->help ? key->help : "");
     free(title);
     free(expected);
     return false;

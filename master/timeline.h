@@ -69,8 +69,11 @@ struct heat_range {
  */
 struct heat_range timeline_heatmap(const struct timeline *timeline, struct canvas *canvas);
 
+/* A renderer's colour in the picture of ranks, as it stands in a PNG. */
+void timeline_rank_color(uint32_t renderer, float rgb[3]);
+
 /* Which of `count` renderers rendered what: a colour each, lots outlined where they are 8 pixels or
- * more wide and high. canvas as above. */
+ * more wide and high. canvas as above; rows below the region are left alone. */
 void timeline_ranks(const struct timeline *timeline, uint32_t count, struct canvas *canvas);
 
 #endif

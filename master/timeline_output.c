@@ -1,6 +1,10 @@
 #include "master/timeline_output.h"
 
+#include <stdlib.h>
+
+#include "common/message.h"
 #include "master/image_file.h"
+#include "master/legend.h"
 
 bool timeline_wanted(const struct settings *settings)
 {
@@ -51,14 +55,31 @@ static bool write_heatmap(const struct timeline *timeline, const char *path, str
     return written;
 }
 
+/* Which colour stands for which rank; the caller frees it. */
+static struct legend_entry *rank_colors(const struct report *report)
+{
+    uint32_t count = (uint32_t)report->renderer_count;
+    struct legend_entry *entries = allocate(count, sizeof *entries);
+    for (uint32_t i = 0; i < count; i++) {
+        entries[i].number = report->renderers[i].rank;
+        timeline_rank_color(i, entries[i].rgb);
+    }
+    return entries;
+}
+
 static bool write_ranks(const struct timeline *timeline, const char *path,
                         const struct report *report)
 {
+    uint32_t count = (uint32_t)report->renderer_count, height = report->image_height;
+    struct legend_entry *entries = rank_colors(report);
     struct canvas canvas;
-    canvas_init(&canvas, report->image_width, report->image_height);
-    timeline_ranks(timeline, (uint32_t)report->renderer_count, &canvas);
+    canvas_init(&canvas, report->image_width,
+                height + legend_height(report->image_width, height, entries, count));
+    timeline_ranks(timeline, count, &canvas);
+    if (canvas.height > height) legend_draw(&canvas, height, entries, count);
     bool written = image_write_for("output.ranks", path, &canvas);
     canvas_free(&canvas);
+    free(entries);
     return written;
 }
 

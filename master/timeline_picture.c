@@ -59,7 +59,7 @@ static void heat_color(double heat, float rgb[3])
 
 /* Hues by the golden ratio keep apart however many there are; neighbours differ in lightness, too.
  */
-static void rank_color(uint32_t renderer, float rgb[3])
+void timeline_rank_color(uint32_t renderer, float rgb[3])
 {
     const double golden = 0.6180339887498949;
     static const double lightness[] = {0.72, 0.50, 0.86};
@@ -132,7 +132,7 @@ void timeline_ranks(const struct timeline *timeline, uint32_t count, struct canv
 {
     float(*colors)[3] = allocate(count, sizeof *colors);
     for (uint32_t i = 0; i < count; i++)
-        rank_color(i, colors[i]);
+        timeline_rank_color(i, colors[i]);
     for (size_t i = 0; i < timeline->count; i++) {
         const struct lot *lot = &timeline->lots[i];
         if (lot->kind != LOT_TILE) continue;

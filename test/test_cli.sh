@@ -77,6 +77,14 @@ round_trip() {
     run 0 "$FARM" again.ini output.image=b.pfm && cmp a.pfm b.pfm
 }
 check "--print-config gives the same picture" round_trip
+# The printed file's own picture, unless the user has named one.
+own_names() {
+    run 0 "$FARM" again.ini && [ -s again.png ] && [ ! -e everything.png ] &&
+        run 0 "$FARM" --print-config everything.ini output.image=named.hdr output.journal= &&
+        printf '%s\n' "$out" >named.ini && run 0 "$FARM" named.ini && [ -s named.hdr ] &&
+        [ -s named.json ] && [ ! -e named.png ] && grep -q '^journal = $' named.ini
+}
+check "what --print-config gives has its own picture" own_names
 outside() {
     mkdir -p elsewhere && cp again.ini elsewhere/ || return 1
     run 2 "$FARM" --check elsewhere/again.ini && [ "$(lines "$err")" -eq 1 ] &&

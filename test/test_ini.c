@@ -153,6 +153,12 @@ static void test_unknown_names(void **state)
             "[material glass]\n[disc]\ncenter = 0 0 0\nnormal = 0 1 0\nradius = 1\n"
             "material = glas\n",
             "scene.ini:6: [disc]: there is no [material glas], did you mean 'glass'?");
+    refused(state,
+            "[material stone]\n[material gold]\n[sphere]\ncenter = 0 0 0\nradius = 1\n"
+            "material = mirror\n",
+            "scene.ini:6: [sphere]: there is no [material mirror], expected one of gold stone");
+    refused(state, "[sphere]\ncenter = 0 0 0\nradius = 1\nmaterial = mirror\n",
+            "scene.ini:4: [sphere]: there is no [material mirror], expected the name of one");
     refused(state, "[camera main]\n", "scene.ini:1: [camera] takes no name, expected [camera]");
     refused(state, "[material]\n",
             "scene.ini:1: [material]: a material needs a name, expected [material NAME]");
@@ -163,14 +169,14 @@ static void test_bad_values(void **state)
     refused(state, "[sphere ball]\ncenter = 0 0 0\n",
             "scene.ini:1: [sphere ball] has no radius, expected a number > 0");
     refused(state, "[sphere ball]\n",
-            "scene.ini:1: [sphere ball] has no center, expected three "
-            "numbers");
+            "scene.ini:1: [sphere ball] has no center, expected three numbers separated by spaces");
     refused(state, "[sphere]\ncenter = 0 0\n",
-            "scene.ini:2: center = 0 0 in [sphere], expected three numbers");
+            "scene.ini:2: center = 0 0 in [sphere], expected three numbers separated by spaces");
     refused(state, "[sphere]\ncenter = 0 0 0\nradius = -1\n",
             "scene.ini:3: radius = -1 in [sphere], expected a number > 0");
-    refused(state, "[sphere]\ncenter = 0 0 nan\n",
-            "scene.ini:2: center = 0 0 nan in [sphere], expected three numbers");
+    refused(
+        state, "[sphere]\ncenter = 0 0 nan\n",
+        "scene.ini:2: center = 0 0 nan in [sphere], expected three numbers separated by spaces");
     refused(state, "[plane]\npoint = 0 0 0\nnormal = 0 0 0\n",
             "scene.ini:1: [plane]: the normal is zero or not finite, expected a direction");
     refused(state, "[box b]\nmin = 0 0 0\nmax = 1 0 1\n",
@@ -182,10 +188,16 @@ static void test_bad_values(void **state)
             "points");
     refused(state, "[cone]\nbase = 0 1 0\napex = 0 0 0\nbase_radius = 0\n",
             "scene.ini:1: [cone]: both radii are 0, expected at least one > 0");
-    refused(state, "[material m]\nreflection = 1.1\n",
-            "scene.ini:2: reflection = 1.1 in [material m], expected a number from 0 to 1");
+    refused(
+        state, "[material m]\nreflection = 1.1\n",
+        "scene.ini:2: reflection = 1.1 in [material m], expected a number from 0 to 1: share of "
+        "light that is mirrored");
     refused(state, "[light]\nposition = 0 0 0\ncolor = 1 -1 1\n",
-            "scene.ini:3: color = 1 -1 1 in [light], expected a colour: three numbers >= 0");
+            "scene.ini:3: color = 1 -1 1 in [light], expected a colour: three numbers >= 0 "
+            "separated by spaces: its strength, the same at any distance");
+    refused(state, "[material glass]\nior = 0\n",
+            "scene.ini:2: ior = 0 in [material glass], expected a number > 0: index of refraction "
+            "(water 1.33, glass 1.5; the world outside has 1)");
 }
 
 static void test_bad_combinations(void **state)
@@ -246,6 +258,11 @@ static void test_files_that_are_none(void **state)
     scratch_refused(*state, "pipe.ini", NULL, "pipe.ini: is not a regular file, expected one");
     scratch_refused(*state, "scene.txt", NULL,
                     "scene.txt: has an unknown extension, expected .ini, .nff or .obj");
+    assert_int_equal(mkdir("folder", 0700), 0);
+    scratch_refused(*state, "folder", NULL,
+                    "folder: is a folder, expected a scene: .ini, .nff or .obj");
+    scratch_write("here.ini", "");
+    scratch_refused(*state, "here", NULL, "here: is no scene, did you mean 'here.ini'?");
 }
 
 static void test_objects(void **state)
@@ -280,11 +297,11 @@ static void test_warnings(void **state)
                                  "the background\n");
     free(loaded(state, LIGHT BALL "[material m]\nreflection = 0.5\ntransmission = 0.6\n"));
     assert_string_equal(s->said,
-                        "scene.ini:6: warning: reflection and transmission together are more than "
-                        "1: the surface gives off more light than it gets\n");
+                        "scene.ini:6: warning: reflection and transmission together are 1.1, "
+                        "more than 1: the surface gives off more light than it gets\n");
     free(loaded(state, LIGHT BALL "[material m]\ncolor = 1 0.5 255\n"));
     assert_string_equal(s->said, "scene.ini:6: warning: a component of the color is more than 1: "
-                                 "full white is 1 1 1\n");
+                                 "full white is 1 1 1, not 255\n");
     free(loaded(state, LIGHT BALL "[material m]\nreflection = 0.1\ntransmission = 0.9\n"));
     assert_string_equal(s->said, "");
 }

@@ -208,13 +208,17 @@ static void test_mistakes(void **state)
     refused(state, "c\n0 0 0 1\n0 0 0 1\n",
             "scene.nff:3: base and apex are the same point, expected two different points");
     refused(state, "p 2\n0 0 0\n1 0 0\n",
-            "scene.nff:1: 2 in place of a polygon's number of corners, expected 3 to 20000");
+            "scene.nff:1: '2' in place of a polygon's number of corners, expected 3 to 20000");
     refused(state, "p\n0 0 0\n1 0 0\n",
             "scene.nff:1: nothing in place of a polygon's number of corners, expected 3 to 20000");
+    /* Whatever a file says, an error does not look like a warning. */
+    refused(state, "p warning: 3\n",
+            "scene.nff:1: 'warning:' in place of a polygon's number of corners, expected 3 to "
+            "20000");
     refused(state, "p 3 4\n0 0 0\n",
             "scene.nff:1: text after the number of corners, expected the end of the line");
     refused(state, "p 999999999\n0 0 0\n",
-            "scene.nff:1: 999999999 in place of a polygon's number of corners, expected 3 to "
+            "scene.nff:1: '999999999' in place of a polygon's number of corners, expected 3 to "
             "20000");
     refused(state, "p 3\n0 0 0\n1 0 0\ns 0 0 0 1\n",
             "scene.nff:4: expected a corner of 'p': three numbers");

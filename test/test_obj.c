@@ -98,7 +98,7 @@ static void test_mistakes(void **state)
     refused(state, "solid ball\n",
             "mesh.obj:1: warning: 'solid' and what else is unknown is left "
             "out\nmesh.obj: has no faces, expected a mesh with at least one 'f'");
-    refused(state, "mtllib .\n", "mesh.obj:1: . is no regular file, expected a file of materials");
+    refused(state, "mtllib .\n", "mesh.obj:1: '.' is no regular file, expected a file of materials");
     refused(state, SQUARE "f 1 2 3.0\n", "mesh.obj:5: '3.0' " CORNER);
     refused(state, SQUARE "usemtl\n", "mesh.obj:5: 'usemtl' needs the name of a material");
     refused(state, SQUARE "mtllib\n", "mesh.obj:5: 'mtllib' needs the name of a file");

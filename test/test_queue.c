@@ -178,6 +178,7 @@ static double run_virtual(const struct queue_config *config, struct virtual *vir
     double now = 0;
     while (!queue_complete(queue)) {
         uint32_t next = UINT32_MAX;
+        queue_look(queue, now);
         double when = fmax(queue_wake(queue) + 1e-9, now);
         for (uint32_t i = 0; i < config->renderers; i++) {
             ask(queue, &virtuals[i], i, now);
@@ -436,6 +437,43 @@ static void test_answers_are_checked(void **state)
     queue_destroy(queue);
 }
 
+/* Renderer 0 sits on two lots, others have done all the rest at once: one who asks then gets half of
+ * what 0 has not begun, the last ones, and 0 hears of every one of them. */
+static void test_idle_take_unbegun(void **state)
+{
+    (void)state;
+    struct queue_config config = {.width = 160, .height = 80, .renderers = 4, .tile_edge = 8};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES], stolen[LOT_TILES];
+    assert_true(queue_next(queue, 1, 0, lot) > 0);
+    assert_true(queue_finish(queue, 1, lot[0].id, 1e-3, 1e-3));
+    uint32_t had = queue_next(queue, 0, 1e-3, lot), first = lot[0].id;
+    had += queue_next(queue, 0, 1e-3, lot);
+    assert_true(had >= 5);
+    struct tile tile;
+    uint32_t others, renderer, id, next = 0;
+    do { /* 1 still holds what is left of its first lot */
+        others = queue_next(queue, 2, 2e-3, lot);
+        for (uint32_t i = 0; i < others; i++)
+            assert_true(queue_finish(queue, 2, lot[i].id, 2e-3, 1e-6));
+    } while (others > 0 && queue_count(queue).repeated == 0);
+    while (queue_unfinished(queue, &next, &tile))
+        if (queue_held(queue, 1, tile.id, &tile)) queue_finish(queue, 1, tile.id, 2e-3, 1e-6);
+    while (queue_recall(queue, &renderer, &id)) {
+    }
+    uint32_t holds = queue_holds(queue, 0);
+    uint32_t count = queue_next(queue, 3, 2e-3, stolen), told = 0;
+    assert_true(holds >= 4 && count >= 2 && count <= holds / 2);
+    for (uint32_t i = 0; i < count; i++) {
+        assert_true(stolen[i].id != first);
+        assert_true(queue_recalled(queue, 0, stolen[i].id));
+    }
+    for (; queue_recall(queue, &renderer, &id); told++)
+        assert_int_equal(renderer, 0);
+    assert_int_equal(told, count);
+    queue_destroy(queue);
+}
+
 static void test_too_many_tiles(void **state)
 {
     (void)state;
@@ -451,7 +489,7 @@ static void test_auto_edge(void **state)
     assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 1920, 1080, 2), 64);
     assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 1, 1, 100), 8);
     assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 65535, 65535, 44), 64);
-    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 2), 32);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 2), 16);
     assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 44), 8);
 }
 
@@ -547,6 +585,7 @@ int main(void)
         cmocka_unit_test(test_silent),
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_answers_are_checked),
+        cmocka_unit_test(test_idle_take_unbegun),
         cmocka_unit_test(test_too_many_tiles),
         cmocka_unit_test(test_auto_edge),
         cmocka_unit_test(test_auto_probe_edge),

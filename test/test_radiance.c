@@ -1,34 +1,12 @@
 /* How bright a ray can be: of surfaces, of rays, and what a pruned picture claims because of it. */
 #include "test/scene_fixture.h"
 
+#include "test/view_fixture.h"
 #include "worker/radiance.h"
 #include "worker/render.h"
 #include "worker/shade.h"
 
-static void must(const char *problem)
-{
-    if (problem) fail_msg("%s", problem);
-}
-
 #define EDGE 6u
-
-static struct view view_of(void)
-{
-    return (struct view){.camera = {.eye = {0, 0, 6},
-                                    .forward = {0, 0, -1},
-                                    .right = {0.5, 0, 0},
-                                    .down = {0, -0.5, 0}},
-                         .background_bottom = {0.1, 0.2, 0.3},
-                         .background_top = {0.4, 0.5, 0.6},
-                         .background_up = {0, 1, 0},
-                         .width = EDGE,
-                         .height = EDGE,
-                         .region_w = EDGE,
-                         .region_h = EDGE,
-                         .max_depth = 20,
-                         .shadows = 1,
-                         .min_samples = 1, .max_samples = 1};
-}
 
 static struct vec3 random_color(uint64_t *random)
 {
@@ -53,7 +31,7 @@ static void test_shown(void **state)
         struct builder *builder = builder_create();
         for (int k = (int)random_below(&random, 5); k >= 0; k--) {
             struct light light = {random_vector(&random, 4), random_color(&random)};
-            must(builder_add_light(builder, &light));
+            assert_added(builder_add_light(builder, &light));
         }
         struct material material = {.color = random_color(&random),
                                     .ambient = 0.1,
@@ -62,10 +40,10 @@ static void test_shown(void **state)
                                     .shininess = i % 5 ? random_between(&random, 0, 50) : 0.5,
                                     .ior = 1};
         uint32_t index;
-        must(builder_add_material(builder, &material, &index));
+        assert_added(builder_add_material(builder, &material, &index));
         struct sphere sphere = {{0, 0, 0}, 1, index, 0};
-        must(builder_add_sphere(builder, &sphere));
-        struct view view = view_of();
+        assert_added(builder_add_sphere(builder, &sphere));
+        struct view view = small_view(EDGE);
         struct scene *scene = finish(builder, &view);
         struct vec3 a = random_vector(&random, 1);
         double size = i % 4 ? 0.2 : 3;
@@ -99,14 +77,14 @@ static void test_opposite_lights(void **state)
     struct builder *builder = builder_create();
     for (int i = -1; i < 2; i += 2) {
         struct light light = {{0, 1e6 * i, 0}, {1, 1, 1}};
-        must(builder_add_light(builder, &light));
+        assert_added(builder_add_light(builder, &light));
     }
     struct material matte = {.color = {1, 1, 1}, .diffuse = 1, .ior = 1};
     uint32_t index;
-    must(builder_add_material(builder, &matte, &index));
+    assert_added(builder_add_material(builder, &matte, &index));
     struct sphere sphere = {{0, 0, 0}, 1, index, 0};
-    must(builder_add_sphere(builder, &sphere));
-    struct view view = view_of();
+    assert_added(builder_add_sphere(builder, &sphere));
+    struct view view = small_view(EDGE);
     struct scene *scene = finish(builder, &view);
     struct bounds box = {{-1, -1, -1}, {1, 1, 1}};
     struct vec3 most = radiance_shown(scene, &matte, &box);
@@ -124,10 +102,10 @@ static void test_rays(void **state)
     struct builder *builder = builder_create();
     struct material mirror = {.color = {1, 1, 1}, .ambient = 0.25, .reflection = 0.5, .ior = 1};
     uint32_t index;
-    must(builder_add_material(builder, &mirror, &index));
+    assert_added(builder_add_material(builder, &mirror, &index));
     struct sphere sphere = {{0, 0, 0}, 1, index, 0};
-    must(builder_add_sphere(builder, &sphere));
-    struct view view = view_of();
+    assert_added(builder_add_sphere(builder, &sphere));
+    struct view view = small_view(EDGE);
     view.background_bottom = view.background_top = vec3(0.75, 0.75, 0.75);
     struct scene *scene = finish(builder, &view);
     struct radiance radiance;
@@ -164,7 +142,7 @@ static uint32_t random_material(struct builder *builder, uint64_t *random, int f
         m.color = vec3(1, 1, 1);
         m.transmission = 1 - m.reflection;
     }
-    must(builder_add_material(builder, &m, &index));
+    assert_added(builder_add_material(builder, &m, &index));
     return index;
 }
 
@@ -173,25 +151,25 @@ static struct scene *random_scene(uint64_t *random, int family)
     struct builder *builder = builder_create();
     uint32_t matte, kinds[3];
     struct material m = {.color = random_color(random), .ambient = 0.2, .diffuse = 0.7, .ior = 1};
-    must(builder_add_material(builder, &m, &matte));
+    assert_added(builder_add_material(builder, &m, &matte));
     for (int i = 0; i < 3; i++)
         kinds[i] = random_material(builder, random, family);
     for (int i = 0; i < 7; i++) {
         struct sphere sphere = {.center = random_vector(random, 2),
                                 .radius = random_between(random, 0.2, 0.8),
                                 .material = i < 2 ? matte : kinds[i % 3]};
-        must(builder_add_sphere(builder, &sphere));
+        assert_added(builder_add_sphere(builder, &sphere));
     }
     struct vec3 a = random_vector(random, 1.5);
     struct box box = {a, {a.x + 0.8, a.y + 0.5, a.z + 0.6}, kinds[0], 0};
-    must(builder_add_box(builder, &box));
+    assert_added(builder_add_box(builder, &box));
     struct plane floor = {{0, -2, 0}, {0, 1, 0}, family == 1 ? kinds[1] : matte, 0};
-    must(builder_add_plane(builder, &floor));
+    assert_added(builder_add_plane(builder, &floor));
     for (int i = 0; i < 3; i++) {
         struct light light = {random_vector(random, 6), random_color(random)};
-        must(builder_add_light(builder, &light));
+        assert_added(builder_add_light(builder, &light));
     }
-    struct view view = view_of();
+    struct view view = small_view(EDGE);
     return finish(builder, &view);
 }
 
@@ -277,12 +255,12 @@ static void test_growing_light(void **state)
     struct material glass = {
         .color = {1.5, 1, 1}, .ambient = 0.1, .reflection = 0.5, .transmission = 1, .ior = 1.5};
     uint32_t index;
-    must(builder_add_material(builder, &glass, &index));
+    assert_added(builder_add_material(builder, &glass, &index));
     for (int i = 0; i < 2; i++) {
         struct sphere sphere = {{2 * i, 0, 0}, 0.9, index, 0};
-        must(builder_add_sphere(builder, &sphere));
+        assert_added(builder_add_sphere(builder, &sphere));
     }
-    struct view view = view_of();
+    struct view view = small_view(EDGE);
     view.max_depth = 4;
     view.cutoff = 0.125;
     struct scene *scene = finish(builder, &view);

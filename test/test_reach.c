@@ -36,7 +36,7 @@ static void outside(void **state, const char *text, const char *where, const cha
     struct job job;
     scratch_write("scene/scene.ini", text);
     snprintf(line, sizeof line,
-             "%s: %s lies outside of the scene's folder %s/scene, expected a file in it "
+             "%s: '%s' lies outside of the scene's folder %s/scene, expected a file in it "
              "(farm --allow-outside reads any)",
              where, path, s->folder);
     scratch_refused(s, "scene/scene.ini", NULL, line);
@@ -103,7 +103,7 @@ static void test_arguments(void **state)
     scratch_write("scenery/up.ini", "[include]\nfile = ../ball.ini\n");
     char line[512];
     snprintf(line, sizeof line,
-             "scenery/up.ini:2: [include]: scenery/../ball.ini lies outside of the scene's folder "
+             "scenery/up.ini:2: [include]: 'scenery/../ball.ini' lies outside of the scene's folder "
              "%s/scenery, expected a file in it (farm --allow-outside reads any)",
              s->folder);
     scratch_refused(s, "scene/scene.ini", "include p.file=scenery/up.ini", line);

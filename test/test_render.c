@@ -9,30 +9,11 @@
 #include <cmocka.h>
 
 #include "master/builder.h"
+#include "test/view_fixture.h"
 #include "worker/color_sum.h"
 #include "worker/render.h"
 
 #define SIZE 24u
-
-static struct view small_view(void)
-{
-    return (struct view){.camera = {.eye = {0, 0, 6},
-                                    .forward = {0, 0, -1},
-                                    .right = {0.5, 0, 0},
-                                    .down = {0, -0.5, 0}},
-                         .background_bottom = {0.1, 0.2, 0.3},
-                         .background_top = {0.4, 0.5, 0.6},
-                         .background_up = {0, 1, 0},
-                         .cutoff = 0,
-                         .width = SIZE,
-                         .height = SIZE,
-                         .region_w = SIZE,
-                         .region_h = SIZE,
-                         .max_depth = 20,
-                         .shadows = 1,
-                         .min_samples = 1,
-                         .max_samples = 1};
-}
 
 static void must(const char *problem)
 {
@@ -121,7 +102,7 @@ static void test_empty_scene_is_background(void **state)
 {
     (void)state;
     static struct picture picture;
-    struct view view = small_view();
+    struct view view = small_view(SIZE);
     render_scene(builder_create(), &view, SIZE, SIZE, &picture);
     assert_int_equal(picture.counts.rays[RAY_PRIMARY], SIZE * SIZE);
     assert_int_equal(picture.counts.rays[RAY_SHADOW], 0);
@@ -134,7 +115,7 @@ static void test_tiles_do_not_matter(void **state)
 {
     (void)state;
     static struct picture whole, part;
-    struct view view = small_view();
+    struct view view = small_view(SIZE);
     view.min_samples = view.max_samples = 3;
     view.cutoff = 1.0 / 512;
     render_scene(cluster(), &view, SIZE, SIZE, &whole);
@@ -162,7 +143,7 @@ static void test_cutoff_keeps_its_bound(void **state)
 {
     (void)state;
     static struct picture exact, pruned;
-    struct view view = small_view();
+    struct view view = small_view(SIZE);
     view.max_depth = 12;
     render_scene(cluster(), &view, SIZE, SIZE, &exact);
     uint64_t before = render_counts_rays(&exact.counts);
@@ -185,7 +166,7 @@ static void test_depth_bound(void **state)
 {
     (void)state;
     static struct picture deep, shallow;
-    struct view view = small_view();
+    struct view view = small_view(SIZE);
     view.max_depth = 14;
     render_scene(cluster(), &view, SIZE, SIZE, &deep);
     for (uint32_t depth = 0; depth < 5; depth++) {
@@ -210,7 +191,7 @@ static void test_facing_mirrors(void **state)
     struct plane back = {.point = {0, 0, 7}, .normal = {0, 0, -1}, .material = mirror};
     must(builder_add_plane(builder, &front));
     must(builder_add_plane(builder, &back));
-    struct view view = small_view();
+    struct view view = small_view(SIZE);
     view.max_depth = 10000;
     view.region_x = view.region_y = SIZE / 2;
     struct scene *scene = builder_finish(builder, &view);
@@ -241,7 +222,7 @@ static void test_filtered_shadow(void **state)
         must(builder_add_plane(builder, &plane));
         add_light(builder, 0, 0, 50);
         if (i > 0) add_sphere(builder, 0, 0, 20, 8, i == 1 ? glass : wall);
-        struct view view = small_view();
+        struct view view = small_view(SIZE);
         render_scene(builder, &view, SIZE, SIZE, pictures[i]);
     }
     size_t middle = (SIZE / 2 * SIZE + SIZE / 2) * 3;
@@ -260,7 +241,7 @@ static void test_shadows_can_be_left_out(void **state)
 {
     (void)state;
     static struct picture picture;
-    struct view view = small_view();
+    struct view view = small_view(SIZE);
     view.shadows = 0;
     render_scene(cluster(), &view, SIZE, SIZE, &picture);
     assert_int_equal(picture.counts.rays[RAY_SHADOW], 0);
@@ -282,7 +263,7 @@ static void test_rays_are_bounded(void **state)
         must(builder_add_material(builder, &glass, &index));
         for (int k = 0; k < 27; k++)
             add_sphere(builder, k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1, 0.499, index);
-        struct view view = small_view();
+        struct view view = small_view(SIZE);
         view.max_depth = 30;
         view.cutoff = 1.0 / 64;
         view.background_bottom = view.background_top = vec3(1, 1, 1);
@@ -316,7 +297,7 @@ static void test_eye_inside_glass(void **state)
     add_sphere(builder, 0, 0, 6.2, 1, glass);
     add_sphere(builder, 0, 0, 5, 3, glass);
     add_sphere(builder, 2, 0, 1, 2.5, glass);
-    struct view view = small_view();
+    struct view view = small_view(SIZE);
     view.cutoff = 1.0 / 4096;
     render_scene(builder, &view, SIZE, SIZE, &picture);
     assert_int_equal(picture.counts.unmatched_media, 0);
@@ -336,7 +317,7 @@ static void test_equal_media_are_one(void **state)
         must(builder_add_material(builder, &clear, &glass));
         add_sphere(builder, 0, 0, 0, 2, glass);
         if (i > 0) add_sphere(builder, 0.3, 0.2, 0.5, 1, glass);
-        struct view view = small_view();
+        struct view view = small_view(SIZE);
         view.formulas = i == 2 ? FORMULAS_PAPER : FORMULAS_EXACT;
         render_scene(builder, &view, SIZE, SIZE, &pictures[i]);
     }
@@ -358,7 +339,7 @@ static void test_bad_samples_are_told(void **state)
             struct light light = {.position = {0, 0, 9}, .color = {1.7e308, 1, 1}};
             must(builder_add_light(builder, &light));
         }
-        struct view view = small_view();
+        struct view view = small_view(SIZE);
         view.min_samples = view.max_samples = 2;
         view.region_w = view.region_h = SIZE;
         render_scene(builder, &view, i ? 3 : SIZE, i ? 8 : SIZE, i ? &part : &whole);
@@ -380,7 +361,7 @@ static void test_too_bright_for_floats(void **state)
 {
     (void)state;
     static struct picture picture;
-    struct view view = small_view();
+    struct view view = small_view(SIZE);
     view.background_bottom = view.background_top = vec3(0, 1e39, 0);
     render_scene(builder_create(), &view, SIZE, SIZE, &picture);
     assert_int_equal(picture.counts.nonfinite, SIZE * SIZE);
@@ -419,7 +400,7 @@ static void test_light_on_a_surface(void **state)
         double x = 0.3, y = -0.7, z = 3.1, radius = 0.37;
         if (i == 0) add_sphere(builder, x, y, z, radius, wall);
         add_light(builder, x, y, z - radius);
-        struct view view = small_view();
+        struct view view = small_view(SIZE);
         view.camera.eye.z = 2.5; /* in front of the lamp */
         render_scene(builder, &view, SIZE, SIZE, i ? &bare : &lit);
     }
@@ -435,7 +416,7 @@ static void test_passes_add_up(void **state)
     enum { PIXELS = SIZE * SIZE };
     static float whole[2][PIXELS * 3], part[2][PIXELS * 3], sum[2][PIXELS * 3];
     static struct refinement refinements[PIXELS];
-    struct view view = small_view();
+    struct view view = small_view(SIZE);
     view.min_samples = 2;
     view.max_samples = 16;
     struct builder *builders[] = {cluster(), cluster()};

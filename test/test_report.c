@@ -329,6 +329,11 @@ static void test_table(void **state)
     assert_has(text, "picture lantern.png\n");
     assert_null(strstr(text, "NaN"));
     assert_null(strstr(text, "node"));
+    assert_null(strstr(text, "CPU"));
+    free(text);
+    renderers[3].cpu_s = 0;
+    text = table_text(&report, 80);
+    assert_has(text, "\nCPU time is 75 % of busy time, as cores were shared\n");
     free(text);
 }
 

@@ -1,0 +1,131 @@
+/* The master of the simulated farm: serves results, one at a time, and hands out lots. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "bench/balance_sim_state.h"
+#include "common/message.h"
+#include "common/nap.h"
+
+static double service_time(const struct sim *sim, const struct part *parts)
+{
+    const struct message_costs *costs = &sim->machine->messages;
+    double span = costs->service_s;
+    for (const struct part *part = parts; part; part = part->next)
+        span += costs->service_tile_s +
+                (part->dropped ? 0 : tile_pixels(&part->tile) * costs->service_pixel_s);
+    return span;
+}
+
+static void serve(struct sim *sim, double span)
+{
+    sim->outcome->master_s += span;
+    if (sim->machine->master_renders && !sim->machine->cores && sim->renderers[0].count > 0)
+        sim->renderers[0].debt_s += span;
+}
+
+/* Renderers hear what others have taken from them; rank 0's own looks itself. */
+static void tell_recalls(struct sim *sim, double time)
+{
+    uint32_t renderer, id;
+    while (queue_recall(sim->queue, &renderer, &id)) {
+        struct event drop = {.time = time + sim->machine->messages.latency_s,
+                             .kind = EVENT_DROP,
+                             .who = renderer,
+                             .number = id};
+        if (!is_own(sim, renderer)) events_add(&sim->wall, &drop);
+    }
+}
+
+/* Whether the renderer got anything. */
+static bool hand_out(struct sim *sim, uint32_t who, double time)
+{
+    const struct message_costs *costs = &sim->machine->messages;
+    double arrival = time + costs->latency_s; /* messages do not overtake each other */
+    bool any = false;
+    for (struct lot *lot; (lot = next_lot(sim, who)); any = true) {
+        arrival += lot->count * sizeof(struct tile) * costs->byte_s;
+        sim_at(sim, arrival, EVENT_LOT, who, lot);
+    }
+    sim->renderers[who].asks = queue_holds(sim->queue, who) == 0;
+    tell_recalls(sim, time);
+    return any;
+}
+
+void hand_out_to(struct sim *sim, bool all)
+{
+    const struct message_costs *costs = &sim->machine->messages;
+    double time = sim->now;
+    for (uint32_t who = sim->machine->master_renders; who < sim->machine->renderers; who++)
+        if ((all || sim->renderers[who].asks) && hand_out(sim, who, time))
+            time += costs->service_s / 2;
+    serve(sim, time - sim->now);
+    sim->idle_since = time;
+}
+
+/* As the master does whenever it has looked for messages. */
+static void hand_out_to_idle(struct sim *sim)
+{
+    uint64_t news = queue_news(sim->queue);
+    bool all = news != sim->news;
+    bool late = sim->now >= queue_wake(sim->queue);
+    if (late) queue_look(sim->queue, sim->now);
+    if (all || late) hand_out_to(sim, all);
+    sim->news = news;
+    /* A wake-up that changed nothing comes again with the next long nap. */
+    double wake = queue_wake(sim->queue);
+    if (wake <= sim->now) wake = sim->now + NAP_LONGEST;
+    if (wake < sim->check) sim_at(sim, sim->check = wake, EVENT_CHECK, 0, NULL);
+}
+
+static void keep_letter(struct sim *sim, const struct event *letter)
+{
+    if (sim->letter_count == sim->letter_room) {
+        size_t room = sim->letter_room ? 2 * sim->letter_room : 64;
+        struct event *letters = allocate(room, sizeof *letters);
+        for (size_t i = 0; i < sim->letter_count; i++)
+            letters[i] = sim->letters[(sim->first + i) % sim->letter_room];
+        free(sim->letters);
+        sim->letters = letters, sim->letter_room = room, sim->first = 0;
+    }
+    sim->letters[(sim->first + sim->letter_count++) % sim->letter_room] = *letter;
+}
+
+static void serve_next(struct sim *sim, double from)
+{
+    double span = service_time(sim, sim->letters[sim->first].what);
+    sim->serving = true;
+    serve(sim, span);
+    sim_at(sim, from + span, EVENT_SERVED, 0, NULL);
+}
+
+void result_arrives(struct sim *sim, const struct event *letter)
+{
+    keep_letter(sim, letter);
+    sim->outcome->messages++;
+    if (!sim->serving) serve_next(sim, next_look(sim, sim->idle_since, sim->now));
+}
+
+void result_served(struct sim *sim)
+{
+    struct event letter = sim->letters[sim->first];
+    struct part *next = letter.what;
+    sim->first = (sim->first + 1) % sim->letter_room;
+    sim->letter_count--;
+    queue_served(sim->queue, service_time(sim, next));
+    for (struct part *part; (part = next);) {
+        next = part->next;
+        accept_part(sim, letter.who, part);
+        forget_part(sim, part->lot);
+    }
+    sim->serving = false;
+    sim->idle_since = sim->now;
+    if (!queue_over(sim->queue, letter.who)) hand_out(sim, letter.who, sim->now);
+    hand_out_to_idle(sim);
+    if (sim->letter_count > 0) serve_next(sim, sim->now);
+}
+
+void sim_check(struct sim *sim)
+{
+    sim->check = HUGE_VAL;
+    if (!sim->serving) hand_out_to_idle(sim);
+}

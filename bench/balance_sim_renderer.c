@@ -1,0 +1,230 @@
+/* A renderer of the simulated farm: works off its lots and sends results. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "bench/balance_sim_state.h"
+#include "common/message.h"
+#include "common/nap.h"
+#include "common/protocol.h"
+
+static double speed_of(const struct sim *sim, uint32_t who)
+{
+    return sim->machine->speeds ? sim->machine->speeds[who] : 1;
+}
+
+bool is_own(const struct sim *sim, uint32_t who)
+{
+    return who == 0 && sim->machine->master_renders;
+}
+
+static void begin_part(struct sim *sim, uint32_t who, struct part *part)
+{
+    double cost = costs_of(sim->costs, &part->tile);
+    struct event done = {
+        .time = sim->shared_now + cost / speed_of(sim, who), .who = who, .what = part};
+    sim->outcome->work_s += cost;
+    if (part->tile.pass == TILE_PROBE) sim->outcome->probe_s += cost;
+    part->begun_s = sim->now;
+    sim->renderers[who].working++;
+    sim->working++;
+    events_add(&sim->done, &done);
+}
+
+static void end_part(struct sim *sim, uint32_t who, struct part *part);
+
+/* The next part of a lot is begun, unless others have it now. */
+static void begin_next(struct sim *sim, uint32_t who, struct lot *lot)
+{
+    struct part *part = &lot->parts[lot->begun];
+    if (lot->begun++ == 0) lot->answered = sim->now;
+    if (is_own(sim, who)) part->dropped = queue_recalled(sim->queue, who, part->tile.id);
+    if (part->dropped)
+        end_part(sim, who, part);
+    else
+        begin_part(sim, who, part);
+}
+
+/* The oldest lot of which something is left to begin. */
+static struct lot *lot_to_go_on(const struct renderer *renderer)
+{
+    for (unsigned i = 0; i < renderer->count; i++)
+        if (renderer->held[i]->begun < renderer->held[i]->count) return renderer->held[i];
+    return NULL;
+}
+
+/* Its idle cores begin what it holds. */
+static void go_on(struct sim *sim, uint32_t who)
+{
+    struct renderer *renderer = &sim->renderers[who];
+    struct lot *lot;
+    while (renderer->working < sim->machine->node_cores && (lot = lot_to_go_on(renderer)))
+        begin_next(sim, who, lot);
+}
+
+void sim_hold(struct sim *sim, uint32_t who, struct lot *lot)
+{
+    struct renderer *renderer = &sim->renderers[who];
+    if (renderer->count == HELD) fatal("the queue gives a renderer more than %d lots", HELD);
+    renderer->held[renderer->count++] = lot;
+    go_on(sim, who);
+}
+
+struct lot *next_lot(struct sim *sim, uint32_t who)
+{
+    struct tile tiles[LOT_TILES];
+    uint32_t count = queue_next(sim->queue, who, sim->now, tiles);
+    if (count == 0) return NULL;
+    struct lot *lot = allocate(1, sizeof *lot + count * sizeof *lot->parts);
+    *lot = (struct lot){
+        .after = sim->lots, .count = count, .answer_s = queue_answer_after(sim->queue)};
+    if (sim->lots) sim->lots->before = lot;
+    sim->lots = lot;
+    lot->last = &lot->ready;
+    for (uint32_t i = 0; i < count; i++)
+        lot->parts[i] = (struct part){.tile = tiles[i], .lot = lot};
+    return lot;
+}
+
+void forget_part(struct sim *sim, struct lot *lot)
+{
+    if (++lot->accepted < lot->count) return;
+    if (lot->before)
+        lot->before->after = lot->after;
+    else
+        sim->lots = lot->after;
+    if (lot->after) lot->after->before = lot->before;
+    free(lot);
+}
+
+void take_own(struct sim *sim)
+{
+    if (sim->renderers[0].count > 0) return;
+    struct lot *lot = next_lot(sim, 0);
+    if (lot) {
+        sim->own_nap = NAP_SHORTEST;
+        sim_hold(sim, 0, lot);
+    } else if (!queue_over(sim->queue, 0)) {
+        sim_at(sim, sim->now + sim->own_nap + fmax(0, sim->machine->messages.nap_s), EVENT_OWN, 0,
+               NULL);
+        sim->own_nap = fmin(2 * sim->own_nap, NAP_LONGEST);
+    }
+}
+
+static void tell_probes(struct sim *sim, const struct tile *tile)
+{
+    uint32_t pixels = tile_pixels(tile);
+    float *seconds = allocate(pixels, sizeof *seconds);
+    for (uint32_t k = 0; k < pixels; k++) {
+        uint32_t x, y;
+        tile_pixel(tile, k, &x, &y);
+        seconds[k] = (float)costs_of_probe(sim->costs, x, y);
+    }
+    queue_probed(sim->queue, tile, seconds);
+    free(seconds);
+}
+
+void accept_part(struct sim *sim, uint32_t who, struct part *part)
+{
+    bool probes = part->tile.pass == TILE_PROBE;
+    if (part->dropped) {
+        queue_drop(sim->queue, who, part->tile.id, sim->now);
+        return;
+    }
+    if (probes) tell_probes(sim, &part->tile);
+    /* A node of many cores is a renderer of many times the speed. */
+    double seconds = part->seconds / sim->machine->node_cores;
+    bool first = queue_finish(sim->queue, who, part->tile.id, sim->now, seconds);
+    if (first) sim->outcome->render_s = sim->now;
+    if (!first && !probes) sim->outcome->wasted_s += part->seconds * speed_of(sim, who);
+}
+
+static size_t part_bytes(const struct part *part)
+{
+    return part->dropped ? sizeof(struct result_header)
+                         : result_bytes(&part->tile, tile_pixels(&part->tile), false);
+}
+
+/* What is ready of a lot. */
+static void send_result(struct sim *sim, uint32_t who, struct lot *lot)
+{
+    const struct message_costs *costs = &sim->machine->messages;
+    double bytes = 0;
+    for (const struct part *part = lot->ready; part; part = part->next)
+        bytes += (double)part_bytes(part);
+    double span = costs->send_s + costs->latency_s + bytes * costs->byte_s;
+    sim->outcome->renderers[who].send_s += span;
+    sim_at(sim, sim->now + span, EVENT_RESULT, who, lot->ready);
+    lot->ready = NULL;
+    lot->last = &lot->ready;
+    lot->answered = sim->now;
+}
+
+static void account(struct sim *sim, uint32_t who, struct part *part)
+{
+    struct sim_renderer *sum = &sim->outcome->renderers[who];
+    part->seconds = sim->now - part->begun_s;
+    sum->busy_s += part->seconds;
+    if (part->tile.pass == TILE_PROBE) return;
+    sum->tiles++;
+    sum->pixels += tile_pixels(&part->tile);
+    sum->finish_s = sim->now;
+}
+
+/* Nothing more is to be done for a lot that the renderer holds. */
+static void put_away(struct renderer *renderer, const struct lot *lot)
+{
+    unsigned i = 0;
+    while (renderer->held[i] != lot)
+        i++;
+    for (renderer->count--; i < renderer->count; i++)
+        renderer->held[i] = renderer->held[i + 1];
+}
+
+/* A part is finished, or dropped. Rank 0's are handed in one by one. */
+static void end_part(struct sim *sim, uint32_t who, struct part *part)
+{
+    struct lot *lot = part->lot;
+    bool all = ++lot->finished == lot->count;
+    if (all) put_away(&sim->renderers[who], lot);
+    if (is_own(sim, who)) {
+        accept_part(sim, who, part);
+        forget_part(sim, lot);
+        return;
+    }
+    *lot->last = part;
+    lot->last = &part->next;
+    if (all || sim->now >= lot->answered + lot->answer_s) send_result(sim, who, lot);
+}
+
+void finish_part(struct sim *sim, uint32_t who, struct part *part)
+{
+    struct renderer *renderer = &sim->renderers[who];
+    sim->working--;
+    renderer->working--;
+    account(sim, who, part);
+    end_part(sim, who, part);
+    go_on(sim, who);
+    if (renderer->working == 0) renderer->idle_since = sim->now;
+    if (is_own(sim, who)) take_own(sim);
+}
+
+void sim_drop(struct sim *sim, uint32_t who, uint32_t id)
+{
+    struct renderer *renderer = &sim->renderers[who];
+    for (unsigned i = 0; i < renderer->count; i++) {
+        struct lot *lot = renderer->held[i];
+        for (uint32_t k = lot->begun; k < lot->count; k++)
+            if (lot->parts[k].tile.id == id) lot->parts[k].dropped = true;
+    }
+}
+
+bool pays_debt(struct sim *sim, const struct event *done)
+{
+    struct renderer *renderer = &sim->renderers[done->who];
+    if (renderer->debt_s <= 0) return false;
+    struct event later = *done;
+    later.time += renderer->debt_s;
+    renderer->debt_s = 0;
+    events_add(&sim->done, &later);
+    return true;
+}

@@ -1,0 +1,121 @@
+/* Between the files of the simulated farm: its state, and what renderers and master do with it. */
+#ifndef FARM_BENCH_BALANCE_SIM_STATE_H
+#define FARM_BENCH_BALANCE_SIM_STATE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "bench/balance_events.h"
+#include "bench/balance_sim.h"
+
+/* More lots than the queue lets a renderer hold. */
+#define HELD 4
+
+enum { EVENT_RESULT, EVENT_SERVED, EVENT_LOT, EVENT_SEEN, EVENT_DROP, EVENT_CHECK, EVENT_OWN };
+
+struct part {
+    struct tile tile;
+    struct lot *lot;
+    struct part *next;       /* of those that go into the same answer */
+    double begun_s, seconds; /* when it was begun, and what it took */
+    bool dropped;            /* others have it now */
+};
+
+struct lot {
+    struct lot *before, *after;      /* all lots that there are */
+    uint32_t count, begun, finished; /* parts */
+    uint32_t accepted;               /* parts, by the master */
+    double answer_s, answered;       /* when an answer is due, and when the last one was given */
+    struct part *ready, **last;      /* what goes into the next one */
+    struct part parts[];             /* [count] */
+};
+
+/* A rank, or a node whose first rank hands out to the others. */
+struct renderer {
+    struct lot *held[HELD];
+    unsigned count;
+    uint32_t working; /* of its cores */
+    double idle_since;
+    double debt_s; /* rank 0: what serving has taken from the tile in work */
+    bool asks;     /* the master has found nothing for it */
+};
+
+struct sim {
+    const struct machine *machine;
+    struct queue *queue;
+    const struct picture_costs *costs;
+    struct sim_outcome *outcome;
+    struct renderer *renderers;
+    double now;
+
+    /* Renderers that share cores advance at the same rate: the moment at which each is done is known
+     * on a clock of its own, which runs at that rate. */
+    double shared_now;
+    uint32_t working;
+    struct events done; /* times on that clock */
+
+    struct events wall; /* everything else */
+    double own_nap;     /* of rank 0's renderer, the next one */
+    struct lot *lots;   /* all that are not accepted yet */
+
+    /* The master. */
+    bool serving;
+    double idle_since;
+    uint64_t news;
+    double check;          /* when the next EVENT_CHECK comes; HUGE_VAL: none */
+    struct event *letters; /* results that have arrived and wait, a ring */
+    size_t first, letter_count, letter_room;
+};
+
+/* ---- clocks: balance_sim.c ---- */
+
+/* When somebody who has nothing to do since then looks again, at `time` or behind it. */
+double next_look(const struct sim *sim, double idle_since, double time);
+
+/* An event on the wall clock. */
+void sim_at(struct sim *sim, double time, uint32_t kind, uint32_t who, void *what);
+
+/* ---- a renderer: balance_sim_renderer.c ---- */
+
+/* Whether it is rank 0's own. */
+bool is_own(const struct sim *sim, uint32_t who);
+
+/* The next lot of the queue; NULL: nothing now. */
+struct lot *next_lot(struct sim *sim, uint32_t who);
+
+/* The renderer has got a lot. */
+void sim_hold(struct sim *sim, uint32_t who, struct lot *lot);
+
+/* The second thread of rank 0: straight from the queue, with naps while there is nothing. */
+void take_own(struct sim *sim);
+
+/* Its part is rendered. */
+void finish_part(struct sim *sim, uint32_t who, struct part *part);
+
+/* Whether serving has taken time from the tile that rank 0 renders, which is then done later. */
+bool pays_debt(struct sim *sim, const struct event *done);
+
+/* Others have a tile that the renderer may not have begun. */
+void sim_drop(struct sim *sim, uint32_t who, uint32_t id);
+
+/* The queue gets a part that was finished or dropped. */
+void accept_part(struct sim *sim, uint32_t who, struct part *part);
+
+/* A part has been accepted; with the last one the lot is gone. */
+void forget_part(struct sim *sim, struct lot *lot);
+
+/* ---- the master: balance_sim_master.c ---- */
+
+/* Lots for those who have asked in vain, or for all. To each that gets something it takes half of what
+ * a result and its answer take. */
+void hand_out_to(struct sim *sim, bool all);
+
+/* A result has come; it is served when the master has looked and has done what came before. */
+void result_arrives(struct sim *sim, const struct event *letter);
+void result_served(struct sim *sim);
+
+/* Time to look whether tiles are late. */
+void sim_check(struct sim *sim);
+
+#endif

@@ -1,0 +1,45 @@
+/* What the rows about spheres share: the oracle, and how a row is run. */
+#ifndef FARM_BENCH_STABILITY_SPHERE_H
+#define FARM_BENCH_STABILITY_SPHERE_H
+
+#include "bench/oracle.h"
+#include "bench/stability.h"
+
+enum { F, D = F + 3, A = D + 3, B, C, DISC, ROOT, T0, T1, PART, SPHERE_REALS };
+
+/* The first crossing at t > 0 of the exact line through the exact sphere. */
+struct sphere_truth {
+    mpfr_t real[SPHERE_REALS];
+    int first; /* 0 or 1: the root T0 or T1; -1: none */
+};
+
+/* A, B, C and the discriminant without rounding, so that their signs are those of the inputs. */
+void solve_exactly(mpfr_t *real, const struct sphere *sphere, const struct ray *ray);
+
+/* For a ray that starts on no surface that it names. */
+void solve_sphere(struct sphere_truth *truth, const struct sphere *sphere, const struct ray *ray);
+
+/* compare_both() with the truth that was solved. */
+void compare_to_truth(const struct stage *stage, const struct ray *ray, struct sphere_truth *truth,
+                      double (*error)(double, mpfr_t), struct tally *tally, uint64_t sample);
+
+struct stage sphere_stage(const struct sphere *sphere);
+
+/* Of a size and place that are stiff in no way. */
+struct sphere any_sphere(struct random *random);
+
+/* Spheres, and rays that are aimed at them. */
+struct sphere_row {
+    int number;
+    struct sphere (*draw)(struct random *random);
+    struct ray (*aim)(struct random *random, const struct sphere *sphere);
+    double (*error)(double value, mpfr_t truth);
+    const char *unit;
+    double limit;
+};
+
+/* The row's rays through the kernel and the oracle. */
+void run_sphere_row(const struct budget *budget, struct case_result *result,
+                    const struct sphere_row *row);
+
+#endif

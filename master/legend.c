@@ -1,0 +1,104 @@
+#include "master/legend.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+
+/* The ten digits side by side, three dots wide each, with a gap of one dot behind it. */
+enum { DIGIT_WIDTH = 4, DIGIT_HEIGHT = 5 };
+/* clang-format off */
+static const char *const digits[DIGIT_HEIGHT] = {
+    "### .#. ### ### #.# ### ### ### ### ### ",
+    "#.# ##. ..# ..# #.# #.. #.. ..# #.# #.# ",
+    "#.# .#. ### .## ### ### ### ..# ### ### ",
+    "#.# .#. #.. ..# ..# ..# #.# ..# #.# ..# ",
+    "### ### ### ### ..# ### ### ..# ### ### ",
+};
+/* clang-format on */
+
+/* An entry, in dots: a square of its colour as high as a digit, a gap, its number, a gap. */
+enum { GAP = 2, SQUARE = DIGIT_HEIGHT, ROW_HEIGHT = DIGIT_HEIGHT + 3 };
+
+/* A dot is two pixels wide and high in a picture of 640 x 480, and more in larger ones. */
+#define DOTS_ACROSS 320
+
+/* Grey levels that no rank has; black is what nobody has rendered. */
+static const float paper = 0.15f, ink = 0.95f;
+
+struct layout {
+    uint32_t dot;   /* pixels, its edge */
+    uint32_t entry; /* dots, its width */
+    uint32_t columns, rows;
+};
+
+static struct layout lay_out(uint32_t width, const struct legend_entry *entries, uint32_t count)
+{
+    uint32_t largest = 0, places = 1;
+    for (uint32_t i = 0; i < count; i++)
+        if (entries[i].number > largest) largest = entries[i].number;
+    for (; largest > 9; largest /= 10)
+        places++;
+    struct layout layout = {.dot = width / DOTS_ACROSS > 1 ? width / DOTS_ACROSS : 1,
+                            .entry = SQUARE + GAP + places * DIGIT_WIDTH + GAP};
+    uint32_t dots = width / layout.dot;
+    layout.columns = dots > GAP ? (dots - GAP) / layout.entry : 0;
+    if (layout.columns > 0) layout.rows = (count + layout.columns - 1) / layout.columns;
+    return layout;
+}
+
+uint32_t legend_height(uint32_t width, uint32_t height, const struct legend_entry *entries,
+                       uint32_t count)
+{
+    struct layout layout = lay_out(width, entries, count);
+    uint64_t rows = (uint64_t)layout.rows * ROW_HEIGHT * layout.dot;
+    bool room = rows <= height && (uint64_t)width * height <= UINT64_C(1) << 27;
+    return room ? (uint32_t)rows : 0;
+}
+
+static void put(struct canvas *canvas, uint32_t x, uint32_t y, const float rgb[3])
+{
+    float *pixel = canvas->rgb + 3 * ((size_t)y * canvas->width + x);
+    for (int c = 0; c < 3; c++)
+        pixel[c] = rgb[c];
+}
+
+/* A rectangle of w x h dots whose corner is x, y dots from the strip's. */
+static void fill(struct canvas *canvas, uint32_t top, uint32_t dot, const uint32_t at[2],
+                 uint32_t w, uint32_t h, const float rgb[3])
+{
+    for (uint32_t y = 0; y < h * dot; y++)
+        for (uint32_t x = 0; x < w * dot; x++)
+            put(canvas, at[0] * dot + x, top + at[1] * dot + y, rgb);
+}
+
+static void put_number(struct canvas *canvas, uint32_t top, uint32_t dot, const uint32_t at[2],
+                       uint32_t number)
+{
+    const float white[3] = {ink, ink, ink};
+    char text[11];
+    int places = snprintf(text, sizeof text, "%u", number);
+    for (int i = 0; i < places; i++) {
+        for (uint32_t k = 0; k < DIGIT_WIDTH * DIGIT_HEIGHT; k++) {
+            uint32_t x = k % DIGIT_WIDTH, y = k / DIGIT_WIDTH;
+            uint32_t place[2] = {at[0] + (uint32_t)i * DIGIT_WIDTH + x, at[1] + y};
+            if (digits[y][(text[i] - '0') * DIGIT_WIDTH + (int)x] == '#')
+                fill(canvas, top, dot, place, 1, 1, white);
+        }
+    }
+}
+
+void legend_draw(struct canvas *canvas, uint32_t top, const struct legend_entry *entries,
+                 uint32_t count)
+{
+    const float grey[3] = {paper, paper, paper};
+    struct layout layout = lay_out(canvas->width, entries, count);
+    for (uint32_t y = top; y < canvas->height; y++)
+        for (uint32_t x = 0; x < canvas->width; x++)
+            put(canvas, x, y, grey);
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t at[2] = {GAP + i % layout.columns * layout.entry,
+                          GAP + i / layout.columns * ROW_HEIGHT};
+        uint32_t number[2] = {at[0] + SQUARE + GAP, at[1]};
+        fill(canvas, top, layout.dot, at, SQUARE, SQUARE, entries[i].rgb);
+        put_number(canvas, top, layout.dot, number, entries[i].number);
+    }
+}

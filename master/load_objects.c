@@ -1,0 +1,175 @@
+#include "master/load_objects.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "common/message.h"
+#include "master/nearest_name.h"
+#include "master/placement.h"
+#include "master/sections.h"
+
+/* ---- complaints ---- */
+
+bool refuse_section_key(const struct reading *at, const char *key, const char *why)
+{
+    struct ini_place place = place_of(at->ini, at->section, key);
+    char *title = section_title(at->section);
+    user_error(place.file, place.line, "%s: %s", title, why);
+    free(title);
+    return false;
+}
+
+bool accept_object(const struct reading *at, const char *why)
+{
+    return !why || refuse_section_key(at, "", why);
+}
+
+/* ---- materials ---- */
+
+bool resolve_material(const struct reading *at, const struct object *object, uint32_t *index)
+{
+    if (!object->material) {
+        *index = default_material(at->part->loader);
+        return true;
+    }
+    if (find_material(at->part, object->material, index)) return true;
+    struct nearest_name search = {.name = object->material};
+    for (const struct part *part = at->part; part; part = part->outer)
+        for (size_t i = 0; i < part->material_count; i++)
+            nearest_name_try(&search, part->materials[i].name);
+    char *hint = nearest_name_hint(&search);
+    char *text = format_text("there is no [material %s]%s", object->material,
+                             *hint ? hint : ", expected the name of one");
+    refuse_section_key(at, "material", text);
+    free(text);
+    free(hint);
+    return false;
+}
+
+/* ---- lights and objects ---- */
+
+bool load_light(const struct reading *at, void *data)
+{
+    struct light *light = data;
+    light->position = place_point(&at->part->placement, light->position);
+    return accept_object(at, builder_add_light(at->part->loader->builder, light));
+}
+
+bool load_sphere(const struct reading *at, void *data)
+{
+    struct sphere_section *s = data;
+    const struct placement *placement = &at->part->placement;
+    s->sphere.center = place_point(placement, s->sphere.center);
+    s->sphere.radius *= placement->scale;
+    return resolve_material(at, &s->object, &s->sphere.material) &&
+           accept_object(at, builder_add_sphere(at->part->loader->builder, &s->sphere));
+}
+
+bool load_plane(const struct reading *at, void *data)
+{
+    struct plane_section *s = data;
+    const struct placement *placement = &at->part->placement;
+    s->plane.point = place_point(placement, s->plane.point);
+    s->plane.normal = place_direction(placement, s->plane.normal);
+    return resolve_material(at, &s->object, &s->plane.material) &&
+           accept_object(at, builder_add_plane(at->part->loader->builder, &s->plane));
+}
+
+bool load_disc(const struct reading *at, void *data)
+{
+    struct disc_section *s = data;
+    const struct placement *placement = &at->part->placement;
+    s->disc.center = place_point(placement, s->disc.center);
+    s->disc.normal = place_direction(placement, s->disc.normal);
+    s->disc.radius *= placement->scale;
+    return resolve_material(at, &s->object, &s->disc.material) &&
+           accept_object(at, builder_add_disc(at->part->loader->builder, &s->disc));
+}
+
+bool load_triangle(const struct reading *at, void *data)
+{
+    struct triangle_section *s = data;
+    struct builder *builder = at->part->loader->builder;
+    struct triangle triangle;
+    if (!resolve_material(at, &s->object, &triangle.material)) return false;
+    struct vec3 ab = vec_sub(s->corner[1], s->corner[0]), ac = vec_sub(s->corner[2], s->corner[0]);
+    if (vec_is_zero(ab) || vec_is_zero(ac) ||
+        vec_is_zero(vec_cross(vec_normalize(ab), vec_normalize(ac))))
+        return refuse_section_key(at, "",
+                                  "the corners lie on a line, expected a triangle with an area");
+    for (int i = 0; i < 3; i++) {
+        struct vec3 corner = place_point(&at->part->placement, s->corner[i]);
+        if (!accept_object(at, builder_add_vertex(builder, corner, &triangle.vertex[i])))
+            return false;
+    }
+    return accept_object(at, builder_add_triangle(builder, &triangle));
+}
+
+/* The faces as two triangles each; corner i has max.x where bit 0 is set, max.y bit 1, max.z bit 2.
+ */
+static const char *add_turned_box(struct builder *builder, const struct placement *placement,
+                                  const struct box *box)
+{
+    static const unsigned char faces[12][3] = {
+        {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}, {0, 1, 5}, {0, 5, 4},
+        {2, 6, 7}, {2, 7, 3}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6},
+    };
+    uint32_t vertex[8];
+    for (int i = 0; i < 8; i++) {
+        struct vec3 corner = vec3(i & 1 ? box->max.x : box->min.x, i & 2 ? box->max.y : box->min.y,
+                                  i & 4 ? box->max.z : box->min.z);
+        const char *why = builder_add_vertex(builder, place_point(placement, corner), &vertex[i]);
+        if (why) return why;
+    }
+    for (int i = 0; i < 12; i++) {
+        struct triangle triangle = {{vertex[faces[i][0]], vertex[faces[i][1]], vertex[faces[i][2]]},
+                                    box->material};
+        const char *why = builder_add_triangle(builder, &triangle);
+        if (why) return why;
+    }
+    return NULL;
+}
+
+bool load_box(const struct reading *at, void *data)
+{
+    struct box_section *s = data;
+    struct box *box = &s->box;
+    struct builder *builder = at->part->loader->builder;
+    const struct placement *placement = &at->part->placement;
+    if (!resolve_material(at, &s->object, &box->material)) return false;
+    if (!(box->min.x < box->max.x && box->min.y < box->max.y && box->min.z < box->max.z))
+        return refuse_section_key(at, "",
+                                  "the box has no volume, expected min < max in every component");
+    if (!placement_keeps_axes(placement))
+        return accept_object(at, add_turned_box(builder, placement, box));
+    struct vec3 a = place_point(placement, box->min), b = place_point(placement, box->max);
+    box->min = vec3(fmin(a.x, b.x), fmin(a.y, b.y), fmin(a.z, b.z));
+    box->max = vec3(fmax(a.x, b.x), fmax(a.y, b.y), fmax(a.z, b.z));
+    return accept_object(at, builder_add_box(builder, box));
+}
+
+static bool add_cone(const struct reading *at, const struct object *object, struct cone *cone)
+{
+    const struct placement *placement = &at->part->placement;
+    cone->base = place_point(placement, cone->base);
+    cone->apex = place_point(placement, cone->apex);
+    cone->base_radius *= placement->scale;
+    cone->apex_radius *= placement->scale;
+    cone->capped = 1;
+    return resolve_material(at, object, &cone->material) &&
+           accept_object(at, builder_add_cone(at->part->loader->builder, cone));
+}
+
+bool load_cylinder(const struct reading *at, void *data)
+{
+    struct cylinder_section *s = data;
+    struct cone cone = {
+        .base = s->base, .apex = s->apex, .base_radius = s->radius, .apex_radius = s->radius};
+    return add_cone(at, &s->object, &cone);
+}
+
+bool load_cone(const struct reading *at, void *data)
+{
+    struct cone_section *s = data;
+    return add_cone(at, &s->object, &s->cone);
+}

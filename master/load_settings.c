@@ -1,0 +1,225 @@
+/* The settings of CONFIG, and the arguments that take their place (declared in loader.h). */
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+#include "master/loader.h"
+#include "master/nearest_name.h"
+#include "master/scene_sections.h"
+#include "master/sections.h"
+#include "master/text_file.h"
+
+size_t setting_index(const char *section, const char *name)
+{
+    size_t i = 0;
+    while (strcmp(settings_keys[i].section, section) != 0 ||
+           strcmp(settings_keys[i].name, name) != 0)
+        if (++i == SETTINGS_KEYS) fatal("no setting is called %s.%s", section, name);
+    return i;
+}
+
+const struct origin *setting_origin(const struct loader *loader, const char *section,
+                                    const char *name)
+{
+    return &loader->origins[setting_index(section, name)];
+}
+
+bool setting_is_set(const struct loader *loader, const char *section, const char *name)
+{
+    return setting_origin(loader, section, name)->file != NULL;
+}
+
+/* ---- the sections of CONFIG ---- */
+
+bool is_settings_section(const char *kind)
+{
+    for (size_t i = 0; i < SETTINGS_KEYS; i++)
+        if (strcmp(settings_keys[i].section, kind) == 0) return true;
+    return false;
+}
+
+char *section_hint(const char *kind)
+{
+    struct nearest_name search = {.name = kind};
+    for (size_t i = 0; i < SETTINGS_KEYS; i++)
+        nearest_name_try(&search, settings_keys[i].section);
+    for (size_t i = 0; scene_section_kind(i); i++)
+        nearest_name_try(&search, scene_section_kind(i)->name);
+    char *hint = nearest_name_hint(&search);
+    if (*hint) return hint;
+    free(hint);
+    return copy_text(", expected one that 'farm --help' lists");
+}
+
+/* The keys of a section stand together in the table. */
+static const struct key *settings_of(const char *kind, size_t *count)
+{
+    size_t first = 0;
+    while (strcmp(settings_keys[first].section, kind) != 0)
+        first++;
+    size_t end = first;
+    while (end < SETTINGS_KEYS && strcmp(settings_keys[end].section, kind) == 0)
+        end++;
+    *count = end - first;
+    return &settings_keys[first];
+}
+
+static bool set_setting(struct loader *loader, const struct ini_section *section,
+                        const struct ini_entry *entry)
+{
+    size_t count;
+    const struct key *keys = settings_of(section->kind, &count);
+    const struct key *key = find_key(keys, count, entry->key);
+    if (!key) {
+        refuse_key(section, entry, keys, count);
+        return false;
+    }
+    struct ini_entry local = *entry;
+    bool is_path = key->type == VALUE_TEXT && *entry->value;
+    if (is_path) local.value = path_in(entry->folder, entry->value);
+    bool good = read_entry(section, &local, key, loader->settings);
+    if (is_path) free(local.value);
+    if (!good) return false;
+    loader->origins[key - settings_keys] = (struct origin){entry->file, entry->line};
+    if (strcmp(section->kind, "background") == 0) loader->background_set = true;
+    return true;
+}
+
+static bool read_settings_section(struct loader *loader, const struct ini *ini,
+                                  const struct ini_section *section)
+{
+    if (*section->name) {
+        user_error(ini->file, section->line, "[%s] takes no name, expected [%s]", section->kind,
+                   section->kind);
+        return false;
+    }
+    for (size_t i = 0; i < section->count; i++)
+        if (!set_setting(loader, section, &section->entries[i])) return false;
+    if (strcmp(section->kind, "background") != 0 || !ini_entry(section, "color")) return true;
+    if (!ini_entry(section, "bottom") && !ini_entry(section, "top")) return true;
+    struct ini_place place = place_of(ini, section, "color");
+    user_error(place.file, place.line,
+               "[background] has a color as well as bottom or top, expected one or the other");
+    return false;
+}
+
+bool read_settings(struct loader *loader, const struct ini *ini)
+{
+    bool seen[SETTINGS_KEYS] = {false};
+    for (size_t i = 0; i < ini->count; i++) {
+        const struct ini_section *section = &ini->sections[i];
+        if (!is_settings_section(section->kind)) continue;
+        size_t count;
+        size_t which = (size_t)(settings_of(section->kind, &count) - settings_keys);
+        if (seen[which]) {
+            user_error(ini->file, section->line, "a second [%s], expected one", section->kind);
+            return false;
+        }
+        seen[which] = true;
+        if (!read_settings_section(loader, ini, section)) return false;
+    }
+    return true;
+}
+
+/* ---- overrides ---- */
+
+/* "material glass.ior=1.3" taken apart; the pieces point into one copy. */
+struct override {
+    const char *argument;
+    char *copy;
+    char *kind, *name, *key, *value;
+};
+
+static char *trim(char *text)
+{
+    text += strspn(text, " \t");
+    size_t length = strlen(text);
+    while (length && strchr(" \t", text[length - 1]))
+        text[--length] = '\0';
+    return text;
+}
+
+static bool take_apart(const char *argument, struct override *override)
+{
+    *override = (struct override){.argument = argument, .copy = copy_text(argument)};
+    char *equals = strchr(override->copy, '=');
+    if (equals) *equals = '\0';
+    char *dot = equals ? strrchr(override->copy, '.') : NULL;
+    if (dot) {
+        *dot = '\0';
+        override->value = trim(equals + 1);
+        override->key = trim(dot + 1);
+        override->kind = trim(override->copy);
+        size_t length = strcspn(override->kind, " \t");
+        override->name = trim(override->kind + length);
+        override->kind[length] = '\0';
+        if (*override->key && *override->kind) return true;
+    }
+    user_error(argument, 0, "is no setting, expected SECTION.KEY=VALUE");
+    free(override->copy);
+    return false;
+}
+
+static bool refuse_override_section(const struct override *override)
+{
+    char *hint = section_hint(override->kind);
+    user_error(override->argument, 0, "unknown section '%s'%s", override->kind, hint);
+    free(hint);
+    return false;
+}
+
+/* The one section that an override names. */
+static struct ini_section *overridden_section(const struct ini *ini,
+                                              const struct override *override)
+{
+    struct nearest_name search = {.name = override->name};
+    struct ini_section *found = NULL;
+    size_t matches = 0;
+    for (size_t i = 0; i < ini->count; i++) {
+        struct ini_section *section = &ini->sections[i];
+        if (strcmp(section->kind, override->kind) != 0) continue;
+        nearest_name_try(&search, section->name);
+        if (strcmp(section->name, override->name) != 0) continue;
+        found = section;
+        matches++;
+    }
+    if (matches == 1) return found;
+    if (matches > 1) {
+        user_error(override->argument, 0,
+                   "there are %zu sections [%s], expected one that has a name", matches,
+                   override->kind);
+        return NULL;
+    }
+    char *hint = nearest_name_hint(&search);
+    user_error(override->argument, 0, "%s has no section [%s%s%s]%s", ini->file, override->kind,
+               *override->name ? " " : "", override->name, hint);
+    free(hint);
+    return NULL;
+}
+
+static bool apply(struct loader *loader, struct ini *ini, const struct override *override)
+{
+    struct ini_entry entry = {
+        .key = override->key, .value = override->value, .file = override->argument, .folder = ""};
+    if (is_settings_section(override->kind) && !*override->name) {
+        struct ini_section section = {.kind = override->kind, .name = override->name};
+        return set_setting(loader, &section, &entry);
+    }
+    if (!is_scene_section(override->kind)) return refuse_override_section(override);
+    struct ini_section *section = overridden_section(ini, override);
+    if (!section) return false;
+    ini_set(section, override->key, override->value, &entry);
+    return true;
+}
+
+bool apply_overrides(struct loader *loader, struct ini *ini, char *const *overrides, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        struct override override;
+        if (!take_apart(overrides[i], &override)) return false;
+        bool good = apply(loader, ini, &override);
+        free(override.copy);
+        if (!good) return false;
+    }
+    return true;
+}

@@ -1,0 +1,48 @@
+/* Naps end when they should. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "common/nap.h"
+
+#ifdef __linux__
+#include <sys/prctl.h>
+#endif
+
+static void test_sharpen(void **state)
+{
+    (void)state;
+#ifdef __linux__
+    /* What is left of the 50 us that a process begins with must not count beside the shortest nap. */
+    nap_sharpen();
+    assert_true(prctl(PR_GET_TIMERSLACK) * 1e-9 <= NAP_SHORTEST / 10);
+#else
+    skip();
+#endif
+}
+
+/* From the shortest to the longest, and back with nap_reset(). */
+static void test_lengths(void **state)
+{
+    (void)state;
+    struct nap nap = {0};
+    nap_take(&nap);
+    assert_true(nap.seconds == 2 * NAP_SHORTEST);
+    for (int i = 0; i < 7; i++)
+        nap_take(&nap);
+    assert_true(nap.seconds == NAP_LONGEST);
+    nap_reset(&nap);
+    assert_true(nap.seconds == NAP_SHORTEST);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_sharpen),
+        cmocka_unit_test(test_lengths),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
