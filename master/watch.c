@@ -13,7 +13,7 @@
 #define ROW_FACTOR 1.25
 
 /* What share of the rays later passes have when they tell what a ray takes. */
-#define LATER_RAYS 0.1
+#define LATER_RAYS 0.3
 
 static uint64_t pixel_count(const struct watch *watch)
 {
