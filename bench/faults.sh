@@ -2,6 +2,8 @@
 #
 #   rank, master, mpiexec, alone   kill -9 of a rank, of rank 0, of mpiexec, of a run without it
 #   stop       SIGSTOP of a rank: the picture has to be finished without it
+#   moment     the same at a certain step, from before it has the scene to its last one (FAULTS_STOP,
+#              loaded in front of the C library); before it has reported for work, status 75
 #   signal     SIGTERM, SIGINT or SIGUSR1: status 75
 #   torn, flipped                  mpiexec killed, then the journal cut, or a bit of it turned
 #   full       a file system that is too small, then one with room (only where one can be mounted)
@@ -9,23 +11,24 @@
 #   none       start and finish, nothing else
 #
 # After the fault the same picture is asked for again, on another number of processes, with another
-# schedule and tile size. FARM, MPIEXEC, FAULTS_JOURNAL and FAULTS_SLOW say where the programs are;
-# FAULTS_KINDS chooses kinds. Status 1 if anything was lost, differed, hung or was left behind.
+# schedule and tile size. FARM, MPIEXEC, FAULTS_JOURNAL, FAULTS_SLOW and FAULTS_STOP say where the programs
+# are; FAULTS_KINDS chooses kinds, FAULTS_LIMIT is how many seconds a run may take. Status 1 if anything was lost, differed, hung or was left behind.
 set -u
 runs=${1:-300} state=${2:-1} out=${3:-}
 FARM=$(realpath "${FARM:-./farm}")
 MPIEXEC=${MPIEXEC:-mpiexec}
 JOURNAL=$(realpath "${FAULTS_JOURNAL:-build/bench/faults_journal}")
 SLOW=$(realpath "${FAULTS_SLOW:-build/bench/faults_slow.so}")
+STOP=$(realpath "${FAULTS_STOP:-build/bench/faults_stop.so}")
 SCENE=$(realpath test/data/everything.ini)
 SIZE=${FAULTS_SIZE:-image.width=256 image.height=256 sampling.samples=16}
-kinds=${FAULTS_KINDS:-rank stop master none mpiexec signal torn alone flipped none full slow}
+kinds=${FAULTS_KINDS:-rank stop master none mpiexec signal torn alone flipped moment full slow}
 T=$(mktemp -d)
 trap 'umount "$T/small" 2>/dev/null; rm -rf "$T"' EXIT
 trap 'exit 1' INT TERM
 [ -z "$out" ] || out=$(realpath "$out")
 cd "$T" || exit 1
-LIMIT=120 # seconds until a run counts as hung
+LIMIT=${FAULTS_LIMIT:-120} # seconds until a run counts as hung
 JOURNAL_START=24 # bytes of a journal before its first tile
 
 # Pseudorandom numbers below $1, the same for the same seed (C. E. Haynes' multiplier).
@@ -112,12 +115,16 @@ while [ $run -lt "$runs" ]; do
     set -- $kinds
     shift $(((run - 1) % $#)); kind=$1
     [ "$kind" = full ] && [ -z "$small" ] && kind=torn
-    rm -f a.* a-*.journal o e; other_way; PRELOAD=
+    rm -f a.* a-*.journal o e note; other_way; PRELOAD=
     pick $((span * 3 / 4)); when=$((span / 4 + number))
     expected= target=a.pfm
     case $kind in
     alone) n=0 ;;
-    stop) way=farm.schedule=dynamic ;; # the others give no tile to anybody else
+    stop) way="$way farm.patience=10" ;;
+    moment) PRELOAD=$STOP way="$way farm.patience=10"
+        pick 6; set -- share ready result stats finalize exit; shift $number
+        export FAULTS_STOP_AT=$1 FAULTS_STOP_NOTE=note
+        pick $((n - 1)); export FAULTS_STOP_RANK=$((number + 1)) ;;
     slow) PRELOAD=$SLOW ;;
     full) pick 60; mount -t tmpfs -o size=$((40 + 20 * number))k none small; target=small/a.pfm ;;
     esac
@@ -126,12 +133,14 @@ while [ $run -lt "$runs" ]; do
     start $n output.image=$target $way
     first_way=$way processes=$n
     case $kind in
-    none | full) ;;
+    none | full | moment) ;;
     *)  nap "$when"; injected=$((injected + 1)) ;;
     esac
     case $kind in
     none) expected=0 ;;
     full) injected=$((injected + 1)) ;;
+    moment) injected=$((injected + 1)) expected=0
+        [ "$FAULTS_STOP_AT" != share ] || expected=75 ;;
     rank | stop)
         pick $((n - 1)); victim=$((number + 1)) i=0
         # The ranks have begun to render when the journal has a first tile.
@@ -146,6 +155,7 @@ while [ $run -lt "$runs" ]; do
     esac
     finish
     first=$status
+    unset FAULTS_STOP_AT FAULTS_STOP_RANK
     # A rank that is killed while it starts cannot remove what it has just made, nor can anybody tell
     # whose it was: such segments are counted apart.
     number=$(orphans | wc -l)

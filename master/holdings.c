@@ -54,7 +54,7 @@ void holdings_give(struct holdings *holdings, uint32_t renderer, uint32_t id, do
     else
         holdings->holds[holder->last].next = hold;
     holder->last = hold;
-    holder->count++;
+    if (holder->count++ == 0) holdings->busy++;
     if (may_pass) set_open(holdings, renderer, holder->open + 1);
 }
 
@@ -109,7 +109,7 @@ struct hold holdings_take(struct holdings *holdings, uint32_t renderer, uint32_t
     else
         holdings->holds[before].next = was.next;
     if (holder->last == hold) holder->last = before;
-    holder->count--;
+    if (--holder->count == 0) holdings->busy--;
     if (was.may_pass && !was.passed_on) set_open(holdings, renderer, holder->open - 1);
     if (lot_is_over(holdings, holder, was.lot)) holder->lots--;
     holdings->holds[hold].next = holdings->free;

@@ -34,6 +34,7 @@ struct holdings {
     struct holder *holders;
     struct hold *holds;
     uint32_t hold_count, free; /* free: a list of holds not in use */
+    uint32_t busy;             /* renderers that have something */
     struct heap stocked;       /* renderers with two open tiles or more, who has most on top */
 };
 

@@ -1,5 +1,6 @@
 #include "master/legend.h"
 
+#include <assert.h>
 #include <stdbool.h>
 #include <stdio.h>
 
@@ -77,11 +78,12 @@ static void put_number(struct canvas *canvas, uint32_t top, uint32_t dot, const 
     char text[11];
     int places = snprintf(text, sizeof text, "%u", number);
     for (int i = 0; i < places; i++) {
+        const uint32_t first = (uint32_t)(text[i] - '0') * DIGIT_WIDTH;
         for (uint32_t k = 0; k < DIGIT_WIDTH * DIGIT_HEIGHT; k++) {
             uint32_t x = k % DIGIT_WIDTH, y = k / DIGIT_WIDTH;
-            uint32_t place[2] = {at[0] + (uint32_t)i * DIGIT_WIDTH + x, at[1] + y};
-            if (digits[y][(text[i] - '0') * DIGIT_WIDTH + (int)x] == '#')
-                fill(canvas, top, dot, place, 1, 1, white);
+            if (digits[y][first + x] != '#') continue;
+            fill(canvas, top, dot, (uint32_t[2]){at[0] + (uint32_t)i * DIGIT_WIDTH + x, at[1] + y},
+                 1, 1, white);
         }
     }
 }
@@ -91,6 +93,7 @@ void legend_draw(struct canvas *canvas, uint32_t top, const struct legend_entry 
 {
     const float grey[3] = {paper, paper, paper};
     struct layout layout = lay_out(canvas->width, entries, count);
+    assert(layout.columns > 0); /* or there is no strip */
     for (uint32_t y = top; y < canvas->height; y++)
         for (uint32_t x = 0; x < canvas->width; x++)
             put(canvas, x, y, grey);

@@ -94,6 +94,7 @@ static void withdraw(struct pace *pace, const struct pace_renderer *r)
     if (r->lost) return;
     pace->speed -= r->speed;
     if (!r->holds) return;
+    pace->holders--;
     pace->holding -= r->speed;
     pace->holding_until -= r->speed * r->free_at;
 }
@@ -116,6 +117,7 @@ static void enter(struct pace *pace, uint32_t renderer)
         pace_overlook(pace, renderer);
         return;
     }
+    pace->holders++;
     pace->holding += r->speed;
     pace->holding_until += r->speed * r->free_at;
     heap_put(&pace->last, renderer, r->free_at);
@@ -130,6 +132,7 @@ void pace_restart(struct pace *pace)
         *r = (struct pace_renderer){.speed = r->speed};
     }
     pace->speed = pace->holding = pace->holding_until = 0;
+    pace->holders = 0;
     for (uint32_t i = 0; i < pace->count; i++)
         enter(pace, i);
     pace->work = pace->busy = pace->given = pace->lots = pace->scale = 0;

@@ -25,6 +25,7 @@ struct pace {
     struct pace_renderer *renderers;
     uint32_t count;
     double speed;                  /* of all together but the lost */
+    uint32_t holders;              /* that have work, but the lost */
     double holding, holding_until; /* of those that have work: sums of speed, of speed * free_at */
     double total;                  /* work that there is to do, answered or not */
     double work, busy;             /* answered, all together */

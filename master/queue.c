@@ -82,7 +82,7 @@ void queue_foresee(struct queue *queue, uint32_t id)
 {
     const struct item *item = &queue->items[id];
     double work = (double)item->work;
-    if (item->pass == TILE_PROBE) return;
+    if (!pieces_count(queue, item)) return;
     if (item->skipped)
         outlook_skip(&queue->outlook, work, area(item));
     else if (item->finished)
@@ -364,6 +364,7 @@ static bool mark_finished(struct queue *queue, uint32_t id, double seconds)
     struct item *item = &queue->items[id];
     item->copies--;
     if (item->finished) return false;
+    pieces_answered(queue, id);
     queue_unforesee(queue, id);
     item->finished = true;
     item->seconds = (float)seconds;

@@ -73,6 +73,7 @@ void dynamic_split(struct queue *queue, uint32_t id)
 bool dynamic_can_split(const struct queue *queue, uint32_t id)
 {
     const struct item *item = &queue->items[id];
+    if (item->is_piece) return false; /* its whole knows how many there are */
     return (item->w > SPLIT_EDGE || item->h > SPLIT_EDGE) && queue->count.tiles < QUEUE_MAX_TILES;
 }
 
@@ -111,37 +112,56 @@ static uint32_t take_tiles(struct queue *queue, uint32_t renderer, double now, s
 /*
  * The last tile in the renderer's list that nobody has finished, that has not been handed on and that
  * the asker does not hold himself: of all that it holds the least likely to be begun. With spare the
- * first one, which it has begun if any, is left to it; without, who is not lost keeps what others
- * have, too.
+ * first one, which it has begun if any, is left to it.
  */
 static struct hold *last_to_pass_on(struct queue *queue, uint32_t renderer, uint32_t asker,
                                     bool spare)
 {
     struct holdings *holdings = &queue->holdings;
-    bool lost = queue->pace.renderers[renderer].lost;
     struct hold *found = NULL;
     uint32_t first = holdings->holders[renderer].first, i = first;
     while (i != HOLD_NONE) {
         struct hold *hold = &holdings->holds[i];
-        const struct item *item = &queue->items[hold->id];
-        bool open = hold->may_pass && !item->finished && !hold->passed_on;
-        open = open && (spare ? i != first : lost || item->copies == 1);
-        if (open && !holdings_find(holdings, asker, hold->id)) found = hold;
+        bool open = hold->may_pass && !hold->passed_on && !queue->items[hold->id].finished;
+        if (open && !(spare && i == first) && !holdings_find(holdings, asker, hold->id))
+            found = hold;
         i = hold->next;
     }
     return found;
 }
 
-/* The tile goes to the asker, too; who has it may leave it to him. */
-static void pass_on(struct queue *queue, uint32_t renderer, uint32_t asker, struct hold *hold)
+/* Who has the tile hears that he may leave it to others. */
+static void recall(struct queue *queue, uint32_t renderer, struct hold *hold)
+{
+    holdings_pass_on(&queue->holdings, renderer, hold);
+    queue->recalls = grow(queue->recalls, queue->recall_count, sizeof *queue->recalls);
+    queue->recalls[queue->recall_count++] = (struct recall){renderer, hold->id};
+    queue->count.repeated++;
+}
+
+/* The tile goes to the asker, too. */
+static struct tile pass_on(struct queue *queue, uint32_t renderer, uint32_t asker,
+                           struct hold *hold)
 {
     uint32_t id = hold->id;
     double work = hold->work;
-    holdings_pass_on(&queue->holdings, renderer, hold);
-    queue->recalls = grow(queue->recalls, queue->recall_count, sizeof *queue->recalls);
-    queue->recalls[queue->recall_count++] = (struct recall){renderer, id};
-    queue->count.repeated++;
+    recall(queue, renderer, hold);
     queue_give(queue, asker, id, work);
+    return queue_tile_of(queue, id);
+}
+
+/* What the one who is longest overdue has not begun, before all that waits: it is behind what was
+ * dearer than predicted. */
+static uint32_t take_from_late(struct queue *queue, uint32_t asker, double now, struct tile *tiles)
+{
+    uint32_t renderer = heap_top(&queue->pace.lost);
+    if (renderer == HEAP_ABSENT) return 0;
+    struct hold *hold = last_to_pass_on(queue, renderer, asker, true);
+    if (!hold) return 0;
+    double work = hold->work;
+    tiles[0] = pass_on(queue, renderer, asker, hold);
+    pace_given(&queue->pace, asker, now, work);
+    return 1;
 }
 
 /*
@@ -164,64 +184,78 @@ static uint32_t take_unbegun(struct queue *queue, uint32_t asker, double now, st
         pixels += area(&queue->items[hold->id]);
         if (count > 0 && pixels > LOT_PIXELS) break;
         sum += hold->work;
-        tiles[count++] = queue_tile_of(queue, hold->id);
-        pass_on(queue, renderer, asker, hold);
+        tiles[count++] = pass_on(queue, renderer, asker, hold);
     }
     if (count > 0) pace_given(&queue->pace, asker, now, sum);
     return count;
 }
 
-/* Whether it pays that the asker does what this renderer has, too: nobody counts on the lost. */
+/* Whether it pays that the asker does so much of what this renderer has, too: it is expected to be done
+ * before, or nobody knows what to expect, because the renderer is overdue. */
 static bool repeat_pays(const struct queue *queue, uint32_t renderer, uint32_t asker, double now,
                         double work)
 {
     const struct pace *pace = &queue->pace;
     const struct pace_renderer *r = &pace->renderers[renderer];
-    return r->lost || now + pace_seconds(pace, asker, work) + pace_least(pace) < r->free_at;
+    double least = pace_least(pace);
+    return r->lost || now > r->free_at + least ||
+           now + pace_seconds(pace, asker, work) + least < r->free_at;
 }
 
-/* Tiles of the renderer on top of the heap, as many as make up the work of a lot, if that pays;
- * renderers that have none are taken off. */
-static uint32_t repeat_from(struct queue *queue, struct heap *heap, uint32_t asker, double now,
-                            double work, struct tile *tiles)
+/* Pieces for each idle renderer: they may be unlike each other, and smaller ones end more evenly. */
+#define PIECES_EACH 2
+
+/*
+ * What the renderer has begun: in pieces if two or more stand idle, who are done sooner than somebody
+ * who has taken long already is expected to be. One alone does all of it, unless somebody else is to be
+ * idle soon. HEAP_ABSENT: nobody.
+ */
+static uint32_t take_begun(struct queue *queue, uint32_t renderer, uint32_t asker, double now,
+                           struct tile *tiles)
 {
-    bool spare = queue->waiting.count > 0;
-    uint32_t count = 0;
-    uint64_t pixels = 0;
-    double sum = 0;
-    while (heap->count > 0 && count < LOT_TILES) {
-        uint32_t renderer = heap_top(heap);
-        struct hold *hold = last_to_pass_on(queue, renderer, asker, spare);
-        if (!hold) {
-            if (count > 0 || spare) break;
-            heap_remove(heap, renderer);
-            continue;
-        }
-        pixels += area(&queue->items[hold->id]);
-        if (count > 0 && (sum + hold->work > work || pixels > LOT_PIXELS)) break;
-        if (!repeat_pays(queue, renderer, asker, now, sum + hold->work)) break;
-        sum += hold->work;
-        tiles[count++] = queue_tile_of(queue, hold->id);
-        pass_on(queue, renderer, asker, hold);
+    if (renderer == HEAP_ABSENT) return 0;
+    struct hold *hold = last_to_pass_on(queue, renderer, asker, false);
+    if (!hold) return 0;
+    bool lost = queue->pace.renderers[renderer].lost;
+    uint32_t idle = queue->config.renderers - queue->holdings.busy;
+    if (idle < 2 && queue->pace.holders > (lost ? 0 : 1)) return 0;
+    double work = hold->work;
+    if (!repeat_pays(queue, renderer, asker, now, work / idle)) return 0;
+    if (idle >= 2 && pieces_make(queue, hold->id, PIECES_EACH * idle)) {
+        recall(queue, renderer, hold);
+        return take_tiles(queue, asker, now, pace_lot(&queue->pace, asker, now, work), tiles);
     }
-    if (count > 0) pace_given(&queue->pace, asker, now, sum);
-    return count;
+    if (!lost && queue->items[hold->id].copies > 1) return 0;
+    tiles[0] = pass_on(queue, renderer, asker, hold);
+    pace_given(&queue->pace, asker, now, work);
+    return 1;
 }
 
-/* What the late have not begun before all that waits: it is behind what was dearer than predicted.
- * What they have begun, and what others will be last with, when nothing waits. */
-static uint32_t next_repeat(struct queue *queue, uint32_t renderer, double now, double work,
-                            struct tile *tiles)
+/* The renderer on top of the heap that has something to pass on; those that have not are taken off. */
+static uint32_t top_of(struct queue *queue, struct heap *heap, uint32_t asker)
 {
-    if (queue->pace.renderers[renderer].lost) return 0;
-    bool waits = queue->waiting.count > 0, holds = queue->holdings.holders[renderer].count > 0;
-    uint32_t count = 0;
-    if (waits || !holds)
-        count = repeat_from(queue, &queue->pace.lost, renderer, now, waits ? 0 : work, tiles);
-    if (count > 0 || waits || holds) return count;
-    count = take_unbegun(queue, renderer, now, tiles);
-    if (count > 0) return count;
-    return repeat_from(queue, &queue->pace.last, renderer, now, 0, tiles);
+    uint32_t renderer;
+    while ((renderer = heap_top(heap)) != HEAP_ABSENT &&
+           !last_to_pass_on(queue, renderer, asker, false))
+        heap_remove(heap, renderer);
+    return renderer;
+}
+
+/* What others have, if the renderer had better do that. */
+static uint32_t next_repeat(struct queue *queue, uint32_t renderer, double now, struct tile *tiles)
+{
+    struct pace *pace = &queue->pace;
+    if (pace->renderers[renderer].lost) return 0;
+    if (queue->waiting.count > 0) return take_from_late(queue, renderer, now, tiles);
+    if (queue->holdings.holders[renderer].count > 0) return 0;
+    uint32_t count = take_unbegun(queue, renderer, now, tiles);
+    if (count == 0)
+        count = take_begun(queue, top_of(queue, &pace->lost, renderer), renderer, now, tiles);
+    /* Nobody is taken off here: it is where those are found who have stopped. */
+    if (count == 0) count = take_begun(queue, heap_top(&pace->late), renderer, now, tiles);
+    if (count == 0)
+        count = take_begun(queue, top_of(queue, &pace->last, renderer), renderer, now, tiles);
+    return count;
 }
 
 /* ---- dynamic ---- */
@@ -238,7 +272,7 @@ static void predict(struct queue *queue, uint32_t id, double ratio)
     struct cost cost = cost_predict(&queue->map, item->x, item->y, item->w, item->h);
     item->work = (float)(cost.work * ratio);
     item->worst = (float)(fmax(cost.worst, cost.work) * ratio);
-    queue->pace.total += (double)item->work;
+    if (pieces_count(queue, item)) queue->pace.total += (double)item->work;
     queue_foresee(queue, id);
     if (!heap_has(&queue->waiting, id)) return;
     queue->waiting_work += (double)item->work;
@@ -303,7 +337,7 @@ uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
     /* It may have stopped: messages to it would pile up. */
     if (queue->pace.renderers[renderer].lost) return 0;
     struct pace_lot lot = pace_lot(&queue->pace, renderer, now, queue->waiting_work);
-    uint32_t repeats = next_repeat(queue, renderer, now, lot.work, tiles);
+    uint32_t repeats = next_repeat(queue, renderer, now, tiles);
     if (repeats > 0) return repeats;
     return lot.work > 0 ? take_tiles(queue, renderer, now, lot, tiles) : 0;
 }

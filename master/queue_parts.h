@@ -27,6 +27,12 @@ struct item {
     uint32_t copies; /* renderers that have it */
     bool finished;
     bool skipped; /* by an earlier run */
+
+    /* See queue_pieces.c. */
+    uint32_t first_piece, pieces; /* ids of its pieces, if it has any */
+    uint32_t whole;               /* the id of what it is a piece of */
+    bool is_piece;
+    bool replaced; /* by its pieces, which count in its place */
 };
 
 /* A renderer need not render this tile any more. */
@@ -110,5 +116,16 @@ void dynamic_probed(struct queue *queue, double now);
 /* A tile is back that took the renderer so long; predicted: its work. */
 void dynamic_learn(struct queue *queue, uint32_t renderer, const struct tile *tile, double seconds,
                    double predicted);
+
+/* ---- pieces of a tile that somebody has ---- */
+
+/* Breaks the tile into pieces that wait, about so many; false: it is too small, or has some. */
+bool pieces_make(struct queue *queue, uint32_t id, uint32_t wanted);
+
+/* The first answer for this tile has come: its pieces are of no use, or what it is a piece of. */
+void pieces_answered(struct queue *queue, uint32_t id);
+
+/* Whether the picture is to be put together of this tile, as things are. */
+bool pieces_count(const struct queue *queue, const struct item *item);
 
 #endif

@@ -373,6 +373,7 @@ void save_start(struct save *save, uint32_t tiles, uint64_t pixels)
         pthread_create(&save->thread, NULL, write_tiles, save) != 0)
         fatal("cannot start the thread that writes the journal");
     pthread_condattr_destroy(&monotonic);
+    pthread_setname_np(save->thread, "journal");
     save->is_started = true;
 }
 

@@ -21,8 +21,13 @@ bool server_is_through(struct server *server, uint32_t renderer)
     return over && (server->last_pass || server->service->ending);
 }
 
-static void show_progress(struct server *server)
+/* Seconds from one look at the progress to the next: the bar moves ten times a second. */
+#define SHOW_EVERY 0.05
+
+static void show_progress(struct server *server, double now)
 {
+    if (now < server->next_show) return;
+    server->next_show = now + SHOW_EVERY;
     const struct queue *queue = server->service->queue;
     double pixels = (double)server->service->canvas->width * server->service->canvas->height;
     pthread_mutex_lock(&server->lock);
@@ -36,9 +41,9 @@ static void show_progress(struct server *server)
         .pass = server->service->adaptive ? adaptive_passes(server->service->adaptive) : 0,
         .rays = server->rays,
     };
-    watch_look(server->service->watch, clock_wall());
+    watch_look(server->service->watch, now);
     pthread_mutex_unlock(&server->lock);
-    progress_update(server->service->progress, &state, clock_wall());
+    progress_update(server->service->progress, &state, now);
 }
 
 static bool all_left(struct server *server)
@@ -105,7 +110,7 @@ static void serve_until_done(struct server *server)
         if (!server->service->ending) end_when_over(server, now);
         hand_out_to_idle(server);
         tell_recalls(server);
-        show_progress(server);
+        show_progress(server, now);
         if (busy)
             nap_reset(&nap);
         else

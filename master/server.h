@@ -55,6 +55,7 @@ struct server {
     double awake;             /* seconds of the loop; of a pause in which rank 0 itself was stopped
                                * next to none count, for nobody is to blame for it */
     double woken;             /* clock_wall() at the last look at it */
+    double next_show;         /* when the progress is to be looked at */
     uint64_t news;            /* of the queue, when the idle were last asked */
     double polled;            /* when messages were last looked for */
 };

@@ -1,4 +1,4 @@
-# A few injected faults of each kind: make bench-faults has hundreds.
+# A few injected faults of each kind: make bench-faults has hundreds. And whether it would notice.
 . test/lib.sh
 # Each kind once, those that kill most often first; small pictures.
 faults() {
@@ -7,4 +7,44 @@ faults() {
 }
 [ -x "${FAULTS_JOURNAL:-}" ] || { echo "ok 1 # SKIP without bench/faults_journal"; exit 0; }
 check "13 faults end in 13 identical pictures" faults
+
+# A farm that does one thing wrong, and an mpiexec of one process.
+cat >"$T/mpiexec" <<'EOF'
+#!/bin/sh
+shift 2
+exec "$@"
+EOF
+cat >"$T/farm" <<'EOF'
+#!/bin/sh
+for a in "$@"; do case $a in output.image=*) image=${a#*=} ;; esac; done
+[ "$image" = ref.pfm ] || case $WRONG in
+picture) echo other >"$image"; exit 0 ;;
+process) sleep 60 >/dev/null 2>&1 & ;;
+segment) echo >"/dev/shm/farm-test-$$" ;;
+status) echo same >"$image"; exit 9 ;;
+hang) sleep 60 ;;
+esac
+echo same >"$image"
+EOF
+chmod +x "$T/mpiexec" "$T/farm"
+
+# notices WRONG COLUMN-OF-THE-TABLE: one run without a fault fails, with a 1 there and nowhere else.
+notices() {
+    WRONG=$1 MPIEXEC=$T/mpiexec FARM=$T/farm FAULTS_KINDS=none FAULTS_LIMIT=2 \
+        sh bench/faults.sh 1 1 >"$T/table" 2>&1
+    status=$?
+    rm -f /dev/shm/farm-test-*
+    cat "$T/table"
+    [ $status -eq 1 ] || return 1
+    awk -F'|' -v column="$2" '/^. [0-9]/ { for (i = 4; i <= 10; i++) if ($i + 0 != (i == column)) bad = 1 }
+        END { exit bad }' "$T/table"
+}
+check "the bench sees a picture that differs" notices picture 5
+check "the bench sees a process that is left" notices process 7
+check "the bench sees a segment that is left" notices segment 8
+check "the bench sees another status" notices status 10
+hung() { notices hang 6; [ "$(awk -F'|' '/^. [0-9]/ { print $6 + 0; exit }' "$T/table")" -ge 1 ]; }
+check "the bench sees a hang" hung
+nothing() { WRONG='' MPIEXEC=$T/mpiexec FARM=$T/farm FAULTS_KINDS=none sh bench/faults.sh 1 1; }
+check "and sees nothing where nothing is wrong" nothing
 finish

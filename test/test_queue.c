@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "master/queue.h"
+#include "master/queue_parts.h"
 
 /* A small generator of our own, so that a failure repeats. */
 static uint32_t random_below(uint64_t *state, uint32_t bound)
@@ -45,8 +45,9 @@ static void answer_probe(struct queue *queue, const struct tile *probe, uint64_t
 
 /*
  * Renderers chosen at random ask for lots and finish tiles, in no time that has to do with any
- * prediction, until nothing moves any more. Every pixel is rendered once, and once more when it is
- * handed out again; the first answer counts.
+ * prediction, until nothing moves any more; renderer 0 likes to keep others waiting, and what others
+ * have taken over is dropped or not. Every pixel is rendered once, and once more when it is handed out
+ * again; the first answer counts.
  */
 static void drive(const struct queue_config *config, uint64_t seed)
 {
@@ -71,7 +72,12 @@ static void drive(const struct queue_config *config, uint64_t seed)
         if (tiles > 0 || count == 0) continue;
         uint32_t i = random_below(&seed, count);
         struct held back = held[i];
+        if (back.renderer == 0 && random_below(&seed, 10) > 0) continue;
         held[i] = held[--count];
+        if (queue_recalled(queue, back.renderer, back.id) && random_below(&seed, 2)) {
+            queue_drop(queue, back.renderer, back.id, now);
+            continue;
+        }
         assert_true(queue_held(queue, back.renderer, back.id, &tile));
         if (tile.pass == TILE_PROBE) answer_probe(queue, &tile, &seed);
         bool first = queue_finish(queue, back.renderer, back.id, now, 1e-3);
@@ -105,7 +111,8 @@ static void test_every_pixel_once(void **state)
             config.probe_edge = probe_edges[(s + 2 * r) % 4];
             for (int schedule = 0; schedule < SCHEDULES; schedule++) {
                 config.schedule = (enum schedule)schedule;
-                drive(&config, 1 + s * 100 + r);
+                for (uint64_t seed = 1 + s * 100 + r; seed < 20000; seed += 1000)
+                    drive(&config, seed);
             }
         }
     }
@@ -474,6 +481,82 @@ static void test_idle_take_unbegun(void **state)
     queue_destroy(queue);
 }
 
+/* All is done but one tile, which renderer 0 has begun; 2 and 3 stand idle. Returns the number of its
+ * pieces that 2 got, or the others if it got none. */
+static uint32_t break_last(struct queue *queue, struct tile *last, struct tile *pieces)
+{
+    struct tile lot[LOT_TILES];
+    double now = 1e-3;
+    uint32_t count = queue_next(queue, 0, now, lot);
+    *last = lot[0];
+    for (uint32_t i = 1; i < count; i++)
+        assert_true(queue_finish(queue, 0, lot[i].id, now, 1e-4));
+    while ((count = queue_next(queue, 1, now, lot)) > 0 && !queue_count(queue).repeated)
+        for (uint32_t i = 0; i < count; i++, now += 1e-4)
+            assert_true(queue_finish(queue, 1, lot[i].id, now, 1e-4));
+    assert_int_equal(queue_count(queue).finished, queue_count(queue).tiles - 1);
+    now += 100; /* overdue by far */
+    queue_look(queue, now);
+    if (count == 0) count = queue_next(queue, 2, now, lot);
+    memcpy(pieces, lot, sizeof lot);
+    return count;
+}
+
+static const struct queue_config four = {
+    .width = 64, .height = 48, .renderers = 4, .tile_edge = 16};
+
+static void test_pieces_replace(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&four);
+    struct tile last, lot[LOT_TILES];
+    unsigned char seen[64 * 48] = {0};
+    uint32_t count = break_last(queue, &last, lot), renderer = queue_holds(queue, 2) > 0 ? 2 : 1;
+    assert_true(count > 0 && tile_pixels(&lot[0]) < tile_pixels(&last));
+    do {
+        for (uint32_t i = 0; i < count; i++) {
+            assert_true(queue_finish(queue, renderer, lot[i].id, 101, 1e-4));
+            mark(seen, &four, &lot[i]); /* no pixel twice */
+        }
+        count = queue_next(queue, renderer, 101, lot);
+    } while (count > 0);
+    assert_true(queue_complete(queue));
+    assert_int_equal(queue_count(queue).pixels_finished, 64 * 48);
+    assert_true(queue_count(queue).share_finished == 1);
+    for (uint32_t k = 0; k < tile_pixels(&last); k++) {
+        uint32_t x, y;
+        tile_pixel(&last, k, &x, &y);
+        assert_int_equal(seen[y * 64 + x], 1);
+    }
+    assert_false(queue_finish(queue, 0, last.id, 102, 1));
+    assert_int_equal(queue_count(queue).pixels_finished, 64 * 48);
+    queue_destroy(queue);
+}
+
+static void test_whole_before_pieces(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&four);
+    struct tile last, lot[LOT_TILES], tile;
+    uint32_t next = 0, count = break_last(queue, &last, lot), tiles = queue_count(queue).tiles;
+    uint32_t renderer = queue_holds(queue, 2) > 0 ? 2 : 1;
+    assert_true(count > 0 && tile_pixels(&lot[0]) < tile_pixels(&last));
+    /* Nor are pieces split like other tiles: the whole one counts on as many as it has. */
+    for (uint32_t i = 0; i < count; i++) {
+        assert_true(queue->items[lot[i].id].is_piece);
+        assert_false(dynamic_can_split(queue, lot[i].id));
+    }
+    assert_true(queue_finish(queue, 0, last.id, 101, 1));
+    assert_true(queue_complete(queue));
+    assert_int_equal(queue_count(queue).tiles, tiles);
+    assert_int_equal(queue_count(queue).pixels_finished, 64 * 48);
+    assert_false(queue_unfinished(queue, &next, &tile));
+    for (uint32_t i = 0; i < count; i++)
+        assert_false(queue_finish(queue, renderer, lot[i].id, 102, 1e-4));
+    assert_int_equal(queue_next(queue, 3, 103, lot), 0);
+    queue_destroy(queue);
+}
+
 static void test_too_many_tiles(void **state)
 {
     (void)state;
@@ -586,6 +669,8 @@ int main(void)
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_answers_are_checked),
         cmocka_unit_test(test_idle_take_unbegun),
+        cmocka_unit_test(test_pieces_replace),
+        cmocka_unit_test(test_whole_before_pieces),
         cmocka_unit_test(test_too_many_tiles),
         cmocka_unit_test(test_auto_edge),
         cmocka_unit_test(test_auto_probe_edge),

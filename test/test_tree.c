@@ -10,9 +10,7 @@
 
 static void push(struct tree *tree, double bound, uint32_t depth)
 {
-    struct branch *branch = tree_add(tree);
-    branch->bound = bound;
-    branch->depth = depth;
+    (void)tree_add(tree, bound, depth);
 }
 
 static void test_most_important_first(void **state)

@@ -13,16 +13,10 @@ struct floats {
     __m256 v;
 };
 
-#define FLOATS_2(name, operation)                                                                  \
-    static inline struct floats name(struct floats a, struct floats b)                             \
-    {                                                                                              \
-        return (struct floats){operation(a.v, b.v)};                                               \
-    }
-
-FLOATS_2(floats_sub, _mm256_sub_ps)
-FLOATS_2(floats_mul, _mm256_mul_ps)
-FLOATS_2(floats_larger, _mm256_max_ps)
-FLOATS_2(floats_smaller, _mm256_min_ps)
+REGISTER_2(floats, floats_sub, _mm256_sub_ps)
+REGISTER_2(floats, floats_mul, _mm256_mul_ps)
+REGISTER_2(floats, floats_larger, _mm256_max_ps)
+REGISTER_2(floats, floats_smaller, _mm256_min_ps)
 
 static inline struct floats floats_of(float a)
 {
@@ -81,18 +75,12 @@ struct floats {
     float at[LANES];
 };
 
-#define FLOATS_2(name, expression)                                                                 \
-    static inline struct floats name(struct floats a, struct floats b)                             \
-    {                                                                                              \
-        for (unsigned i = 0; i < LANES; i++)                                                       \
-            a.at[i] = expression;                                                                  \
-        return a;                                                                                  \
-    }
-
-FLOATS_2(floats_sub, a.at[i] - b.at[i])
-FLOATS_2(floats_mul, a.at[i] * b.at[i])
-FLOATS_2(floats_larger, a.at[i] > b.at[i] ? a.at[i] : b.at[i])
-FLOATS_2(floats_smaller, a.at[i] < b.at[i] ? a.at[i] : b.at[i])
+LOOP_2(floats, floats_sub, a.at[i] - b.at[i])
+LOOP_2(floats, floats_mul, a.at[i] * b.at[i])
+LOOP_2(floats, floats_larger, a.at[i] > b.at[i] ? a.at[i] : b.at[i])
+LOOP_2(floats, floats_smaller, a.at[i] < b.at[i] ? a.at[i] : b.at[i])
+LOOP_COMPARE(floats, floats_less, <)
+LOOP_COMPARE(floats, floats_at_most, <=)
 
 static inline struct floats floats_of(float a)
 {
@@ -116,22 +104,6 @@ static inline void floats_store(float *to, struct floats a)
 {
     for (unsigned i = 0; i < LANES; i++)
         to[i] = a.at[i];
-}
-
-static inline lane_set floats_less(struct floats a, struct floats b)
-{
-    lane_set set = 0;
-    for (unsigned i = 0; i < LANES; i++)
-        set |= (lane_set)(a.at[i] < b.at[i]) << i;
-    return set;
-}
-
-static inline lane_set floats_at_most(struct floats a, struct floats b)
-{
-    lane_set set = 0;
-    for (unsigned i = 0; i < LANES; i++)
-        set |= (lane_set)(a.at[i] <= b.at[i]) << i;
-    return set;
 }
 
 #endif

@@ -10,14 +10,13 @@
 #include <stdint.h>
 
 #include "worker/inlined.h"
+#include "worker/quad.h"
+#include "worker/wide.h"
 
 #define LANES 8
 
 /* In front of a short loop over an array that is to be kept in registers. */
 #define UNROLLED _Pragma("GCC unroll 8")
-
-/* A bit for each lane, the lowest for lane 0. */
-typedef uint32_t lane_set;
 
 #define ALL_LANES ((lane_set)0xff)
 
@@ -38,9 +37,19 @@ static inline lane_set first_lanes(uint32_t n)
     return n < LANES ? (UINT32_C(1) << n) - 1 : ALL_LANES;
 }
 
+/* How many of a set come before one of its lanes in order of some distances, of equal ones the lower
+ * lane; the lanes with a smaller and those with no larger distance are told. */
+static inline unsigned lanes_before(lane_set set, unsigned lane, lane_set smaller,
+                                    lane_set no_larger)
+{
+    lane_set before = smaller | (no_larger & first_lanes(lane));
+    return (unsigned)__builtin_popcount(before & set);
+}
+
 #if defined(__AVX512F__) && defined(__AVX512VL__) && defined(__AVX512DQ__)
 
 #define LANES_IN_SIMD 1
+#define LANES_IN_ONE  1 /* register */
 
 #include <immintrin.h>
 
@@ -48,26 +57,22 @@ struct lanes {
     __m512d v;
 };
 
-#define LANES_1(name, expression)                                                                  \
-    static inline struct lanes name(struct lanes a)                                                \
-    {                                                                                              \
-        return (struct lanes){expression};                                                         \
-    }
+REGISTER_2(lanes, lanes_add, _mm512_add_pd)
+REGISTER_2(lanes, lanes_sub, _mm512_sub_pd)
+REGISTER_2(lanes, lanes_mul, _mm512_mul_pd)
+REGISTER_2(lanes, lanes_div, _mm512_div_pd)
+REGISTER_2(lanes, lanes_larger, _mm512_max_pd)
+REGISTER_2(lanes, lanes_smaller, _mm512_min_pd)
 
-#define LANES_2(name, expression)                                                                  \
-    static inline struct lanes name(struct lanes a, struct lanes b)                                \
-    {                                                                                              \
-        return (struct lanes){expression};                                                         \
-    }
+static inline struct lanes lanes_abs(struct lanes a)
+{
+    return (struct lanes){_mm512_abs_pd(a.v)};
+}
 
-LANES_1(lanes_abs, _mm512_abs_pd(a.v))
-LANES_1(lanes_sqrt, _mm512_sqrt_pd(a.v))
-LANES_2(lanes_add, _mm512_add_pd(a.v, b.v))
-LANES_2(lanes_sub, _mm512_sub_pd(a.v, b.v))
-LANES_2(lanes_mul, _mm512_mul_pd(a.v, b.v))
-LANES_2(lanes_div, _mm512_div_pd(a.v, b.v))
-LANES_2(lanes_larger, _mm512_max_pd(a.v, b.v))
-LANES_2(lanes_smaller, _mm512_min_pd(a.v, b.v))
+static inline struct lanes lanes_sqrt(struct lanes a)
+{
+    return (struct lanes){_mm512_sqrt_pd(a.v)};
+}
 
 static inline struct lanes lanes_of(double a)
 {
@@ -158,8 +163,6 @@ static inline lane_set lanes_at_most(struct lanes a, struct lanes b)
 
 #include <immintrin.h>
 
-#include "worker/quad.h"
-
 struct lanes {
     __m256d low, high;
 };
@@ -213,24 +216,9 @@ static inline struct lanes lanes_fma(struct lanes a, struct lanes b, struct lane
                           _mm256_fmadd_pd(a.high, b.high, c.high)};
 }
 
-struct axis_order {
-    struct quad_order quads;
-};
-
-static inline struct axis_order axis_order(unsigned first, unsigned second, unsigned third)
+static inline struct lanes lanes_of_quads(struct quad low, struct quad high)
 {
-    return (struct axis_order){quad_order(first, second, third)};
-}
-
-static INLINED void lanes_transpose(const double *const at[LANES], const struct axis_order *order,
-                                    struct lanes out[3])
-{
-    struct quad low[3], high[3];
-    quad_transpose(at, &order->quads, low);
-    quad_transpose(at + QUAD, &order->quads, high);
-    out[0] = (struct lanes){low[0].v, high[0].v};
-    out[1] = (struct lanes){low[1].v, high[1].v};
-    out[2] = (struct lanes){low[2].v, high[2].v};
+    return (struct lanes){low.v, high.v};
 }
 
 static inline double lanes_lowest(struct lanes a)
@@ -285,30 +273,16 @@ struct lanes {
     double at[LANES];
 };
 
-#define LANES_1(name, expression)                                                                  \
-    static inline struct lanes name(struct lanes a)                                                \
-    {                                                                                              \
-        for (unsigned i = 0; i < LANES; i++)                                                       \
-            a.at[i] = expression(a.at[i]);                                                         \
-        return a;                                                                                  \
-    }
-
-#define LANES_2(name, expression)                                                                  \
-    static inline struct lanes name(struct lanes a, struct lanes b)                                \
-    {                                                                                              \
-        for (unsigned i = 0; i < LANES; i++)                                                       \
-            a.at[i] = expression;                                                                  \
-        return a;                                                                                  \
-    }
-
-LANES_1(lanes_abs, fabs)
-LANES_1(lanes_sqrt, sqrt)
-LANES_2(lanes_add, a.at[i] + b.at[i])
-LANES_2(lanes_sub, a.at[i] - b.at[i])
-LANES_2(lanes_mul, a.at[i] * b.at[i])
-LANES_2(lanes_div, a.at[i] / b.at[i])
-LANES_2(lanes_larger, a.at[i] > b.at[i] ? a.at[i] : b.at[i])
-LANES_2(lanes_smaller, a.at[i] < b.at[i] ? a.at[i] : b.at[i])
+LOOP_1(lanes, lanes_abs, fabs)
+LOOP_1(lanes, lanes_sqrt, sqrt)
+LOOP_2(lanes, lanes_add, a.at[i] + b.at[i])
+LOOP_2(lanes, lanes_sub, a.at[i] - b.at[i])
+LOOP_2(lanes, lanes_mul, a.at[i] * b.at[i])
+LOOP_2(lanes, lanes_div, a.at[i] / b.at[i])
+LOOP_2(lanes, lanes_larger, a.at[i] > b.at[i] ? a.at[i] : b.at[i])
+LOOP_2(lanes, lanes_smaller, a.at[i] < b.at[i] ? a.at[i] : b.at[i])
+LOOP_COMPARE(lanes, lanes_less, <)
+LOOP_COMPARE(lanes, lanes_at_most, <=)
 
 static inline struct lanes lanes_of(double a)
 {
@@ -341,21 +315,14 @@ static inline struct lanes lanes_fma(struct lanes a, struct lanes b, struct lane
     return a;
 }
 
-struct axis_order {
-    unsigned axis[3];
-};
-
-static inline struct axis_order axis_order(unsigned first, unsigned second, unsigned third)
+static inline struct lanes lanes_of_quads(struct quad low, struct quad high)
 {
-    return (struct axis_order){{first, second, third}};
-}
-
-static inline void lanes_transpose(const double *const at[LANES], const struct axis_order *order,
-                                   struct lanes out[3])
-{
-    for (unsigned i = 0; i < LANES; i++)
-        for (unsigned k = 0; k < 3; k++)
-            out[k].at[i] = at[i][order->axis[k]];
+    struct lanes lanes;
+    for (unsigned i = 0; i < QUAD; i++) {
+        lanes.at[i] = low.at[i];
+        lanes.at[QUAD + i] = high.at[i];
+    }
+    return lanes;
 }
 
 static inline double lanes_lowest(struct lanes a)
@@ -381,20 +348,27 @@ static inline struct lanes lanes_choose(lane_set set, struct lanes a, struct lan
     return b;
 }
 
-static inline lane_set lanes_less(struct lanes a, struct lanes b)
+#endif
+
+#ifndef LANES_IN_ONE
+
+struct axis_order {
+    struct quad_order quads;
+};
+
+static inline struct axis_order axis_order(unsigned first, unsigned second, unsigned third)
 {
-    lane_set set = 0;
-    for (unsigned i = 0; i < LANES; i++)
-        set |= (lane_set)(a.at[i] < b.at[i]) << i;
-    return set;
+    return (struct axis_order){quad_order(first, second, third)};
 }
 
-static inline lane_set lanes_at_most(struct lanes a, struct lanes b)
+static INLINED void lanes_transpose(const double *const at[LANES], const struct axis_order *order,
+                                    struct lanes out[3])
 {
-    lane_set set = 0;
-    for (unsigned i = 0; i < LANES; i++)
-        set |= (lane_set)(a.at[i] <= b.at[i]) << i;
-    return set;
+    struct quad low[3], high[3];
+    quad_transpose(at, &order->quads, low);
+    quad_transpose(at + QUAD, &order->quads, high);
+    for (unsigned k = 0; k < 3; k++)
+        out[k] = lanes_of_quads(low[k], high[k]);
 }
 
 #endif

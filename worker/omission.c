@@ -30,17 +30,15 @@ void omission_free(struct omission *omission)
 
 void omission_take(struct omission *omission, const struct radiance *radiance, struct tree *tree)
 {
-    for (uint32_t i = 0; i < tree->count; i++) {
-        const struct branch *left = &tree->pending[i];
-        struct branch *branch = omission_add(omission);
-        uint32_t order = branch->order;
-        *branch = *left;
-        branch->order = order;
-        if (!radiance->levels && left->depth < radiance->scene->view.max_depth) continue;
-        branch->bound = radiance_roughly(radiance, left->weight, left->depth, false);
+    struct tree *all = &omission->pending;
+    uint32_t own = all->count;
+    tree_take(all, tree);
+    for (uint32_t i = own; i < all->count; i++) {
+        struct branch *branch = &all->pending[i];
+        if (!radiance->levels && branch->depth < radiance->scene->view.max_depth) continue;
+        tree_rate(all, branch, radiance_roughly(radiance, branch->weight, branch->depth, false));
         branch->rough = true;
     }
-    tree_clear(tree);
 }
 
 /* The largest component of all that was found. Each term is computed as it would have been to be
@@ -55,12 +53,13 @@ static double largest_found(const struct omission *omission)
 bool omission_next(struct omission *omission, const struct radiance *radiance,
                    struct branch *branch)
 {
+    if (omission->pending.count == 0) return false;
     double times = radiance->levels ? LOOK_CUTOFFS_LOSSLESS : LOOK_CUTOFFS;
     double least = fmax(times * radiance->scene->view.cutoff, LOOK_LEAST);
     double tolerance = fmax(least, largest_found(omission) * LOOK_SHARE);
     struct tree *tree = &omission->pending;
     struct branch *next;
-    while ((next = tree->count > 0 ? tree_next(tree, tolerance) : NULL) != NULL && next->rough)
+    while ((next = tree_next(tree, tolerance)) != NULL && next->rough)
         tree_rate(tree, next, radiance_of(radiance, &next->ray, next->weight, next->depth, false));
     if (!next || omission->rays >= LOOK_RAYS) return false;
     omission->rays++;

@@ -24,11 +24,11 @@ struct omission {
 void omission_clear(struct omission *omission);
 void omission_free(struct omission *omission);
 
-/* A ray that is not to be shown, to be filled in by the caller, all but its order; its bound is one
+/* A ray that is not to be shown, to be filled in by the caller as after tree_add(); its bound is one
  * of a picture of any depth. */
-static inline struct branch *omission_add(struct omission *omission)
+static inline struct branch *omission_add(struct omission *omission, double bound, uint32_t depth)
 {
-    return tree_add(&omission->pending);
+    return tree_add(&omission->pending, bound, depth);
 }
 
 /* Takes over all that is left in the tree of what is shown, with all that it could bring. */

@@ -1,6 +1,6 @@
 /*
  * The arithmetic of optics.h as functions to be inlined, without branches where they are not needed:
- * one at a time in optics.c, many at once in points.c.
+ * one at a time in optics.c, many at once in points_light.c.
  */
 #ifndef FARM_WORKER_OPTICS_BODY_H
 #define FARM_WORKER_OPTICS_BODY_H

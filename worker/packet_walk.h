@@ -194,10 +194,9 @@ static INLINED unsigned push_for_packet(struct packet_pending *stack, unsigned t
     for (lane_set rest = set; rest; rest = without_lowest(rest)) {
         unsigned slot = lowest_lane(rest);
         struct floats here = floats_of(at[slot]);
-        lane_set nearer = floats_less(enter, here);
-        nearer |= floats_at_most(enter, here) & ((UINT32_C(1) << slot) - 1);
-        stack[end - 1 - (unsigned)__builtin_popcount(nearer & set)] =
-            (struct packet_pending){node, slot, at[slot]};
+        unsigned nearer =
+            lanes_before(set, slot, floats_less(enter, here), floats_at_most(enter, here));
+        stack[end - 1 - nearer] = (struct packet_pending){node, slot, at[slot]};
     }
     return end;
 }

@@ -6,9 +6,9 @@
 #define FARM_WORKER_QUAD_H
 
 #include <math.h>
-#include <stdint.h>
 
 #include "worker/inlined.h"
+#include "worker/wide.h"
 
 #define QUAD 4
 
@@ -20,17 +20,11 @@ struct quad {
     __m256d v;
 };
 
-#define QUAD_2(name, operation)                                                                    \
-    static inline struct quad name(struct quad a, struct quad b)                                   \
-    {                                                                                              \
-        return (struct quad){operation(a.v, b.v)};                                                 \
-    }
-
-QUAD_2(quad_add, _mm256_add_pd)
-QUAD_2(quad_sub, _mm256_sub_pd)
-QUAD_2(quad_mul, _mm256_mul_pd)
-QUAD_2(quad_larger, _mm256_max_pd)
-QUAD_2(quad_smaller, _mm256_min_pd)
+REGISTER_2(quad, quad_add, _mm256_add_pd)
+REGISTER_2(quad, quad_sub, _mm256_sub_pd)
+REGISTER_2(quad, quad_mul, _mm256_mul_pd)
+REGISTER_2(quad, quad_larger, _mm256_max_pd)
+REGISTER_2(quad, quad_smaller, _mm256_min_pd)
 
 static inline struct quad quad_of(double a)
 {
@@ -42,9 +36,9 @@ static inline struct quad quad_abs(struct quad a)
     return (struct quad){_mm256_andnot_pd(_mm256_set1_pd(-0.0), a.v)};
 }
 
-static inline uint32_t quad_less(struct quad a, struct quad b)
+static inline lane_set quad_less(struct quad a, struct quad b)
 {
-    return (uint32_t)_mm256_movemask_pd(_mm256_cmp_pd(a.v, b.v, _CMP_LT_OQ));
+    return (lane_set)_mm256_movemask_pd(_mm256_cmp_pd(a.v, b.v, _CMP_LT_OQ));
 }
 
 struct quad_order {
@@ -81,38 +75,17 @@ struct quad {
     double at[QUAD];
 };
 
-#define QUAD_2(name, expression)                                                                   \
-    static inline struct quad name(struct quad a, struct quad b)                                   \
-    {                                                                                              \
-        for (unsigned i = 0; i < QUAD; i++)                                                        \
-            a.at[i] = expression;                                                                  \
-        return a;                                                                                  \
-    }
-
-QUAD_2(quad_add, a.at[i] + b.at[i])
-QUAD_2(quad_sub, a.at[i] - b.at[i])
-QUAD_2(quad_mul, a.at[i] * b.at[i])
-QUAD_2(quad_larger, a.at[i] > b.at[i] ? a.at[i] : b.at[i])
-QUAD_2(quad_smaller, a.at[i] < b.at[i] ? a.at[i] : b.at[i])
+LOOP_1(quad, quad_abs, fabs)
+LOOP_2(quad, quad_add, a.at[i] + b.at[i])
+LOOP_2(quad, quad_sub, a.at[i] - b.at[i])
+LOOP_2(quad, quad_mul, a.at[i] * b.at[i])
+LOOP_2(quad, quad_larger, a.at[i] > b.at[i] ? a.at[i] : b.at[i])
+LOOP_2(quad, quad_smaller, a.at[i] < b.at[i] ? a.at[i] : b.at[i])
+LOOP_COMPARE(quad, quad_less, <)
 
 static inline struct quad quad_of(double a)
 {
     return (struct quad){{a, a, a, a}};
-}
-
-static inline struct quad quad_abs(struct quad a)
-{
-    for (unsigned i = 0; i < QUAD; i++)
-        a.at[i] = fabs(a.at[i]);
-    return a;
-}
-
-static inline uint32_t quad_less(struct quad a, struct quad b)
-{
-    uint32_t set = 0;
-    for (unsigned i = 0; i < QUAD; i++)
-        set |= (uint32_t)(a.at[i] < b.at[i]) << i;
-    return set;
 }
 
 struct quad_order {
@@ -135,7 +108,6 @@ static inline void quad_transpose(const double *const at[QUAD], const struct qua
 #endif
 
 /* quad_larger(), quad_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses.
- * quad_less(): a bit for each, the lowest for the first.
  * quad_transpose(): of three doubles for each of four points those that the order names first,
  * second and third; what lies behind them is not touched. */
 

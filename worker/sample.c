@@ -126,6 +126,11 @@ void sample_rays(const struct view *view, struct sample_lanes *lanes, uint32_t c
         struct vec3 unit = lane(&lanes->direction, i);
         if (lanes->sure[i] == 0)
             unit = vec_normalize(direction_through(view, lanes->x[i], lanes->y[i]));
-        rays[i] = eye_ray(view, unit);
+        struct ray *ray = &rays[i]; /* field by field: no copy of a whole one */
+        ray->origin = view->camera.eye;
+        ray->direction = unit;
+        ray->t_max = HUGE_VAL;
+        ray->from = PRIMITIVE_NONE;
+        ray->from_part = 0;
     }
 }

@@ -30,6 +30,7 @@ struct task {
 struct task_cursor {
     uint32_t pixel, sample;
     uint32_t begin, end; /* the pixel's samples in this task */
+    uint32_t pixels;     /* of the tile */
 };
 
 /* Sums of the samples of one pixel, in their order. */
@@ -57,8 +58,7 @@ static inline void cursor_enter(struct task_cursor *cursor, const struct task *t
 static inline void cursor_settle(struct task_cursor *cursor, const struct task *task,
                                  const struct view *view)
 {
-    uint32_t pixels = tile_pixels(task->tile);
-    while (cursor->pixel < pixels) {
+    while (cursor->pixel < cursor->pixels) {
         cursor_enter(cursor, task, view);
         if (cursor->sample < cursor->end) break;
         cursor->pixel++;

@@ -24,10 +24,9 @@ static INLINED unsigned push_nearest_last(struct pending *stack, unsigned top,
     for (lane_set rest = set; rest; rest = without_lowest(rest)) {
         unsigned lane = lowest_lane(rest);
         struct lanes here = lanes_of(at[lane]);
-        lane_set nearer = lanes_less(enter, here);
-        nearer |= lanes_at_most(enter, here) & ((UINT32_C(1) << lane) - 1);
-        stack[end - 1 - (unsigned)__builtin_popcount(nearer & set)] =
-            pending_child(node, lane, at[lane]);
+        unsigned nearer =
+            lanes_before(set, lane, lanes_less(enter, here), lanes_at_most(enter, here));
+        stack[end - 1 - nearer] = pending_child(node, lane, at[lane]);
     }
     return end;
 }

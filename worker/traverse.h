@@ -51,10 +51,9 @@ static INLINED unsigned push_floats(struct float_pending *stack, unsigned top,
     for (rest = set; rest; rest = without_lowest(rest)) {
         unsigned lane = lowest_lane(rest);
         struct floats here = floats_of(at[lane]);
-        lane_set nearer = floats_less(enter, here);
-        nearer |= floats_at_most(enter, here) & ((UINT32_C(1) << lane) - 1);
-        stack[end - 1 - (unsigned)__builtin_popcount(nearer & set)] =
-            float_pending_child(node, lane, at[lane]);
+        unsigned nearer =
+            lanes_before(set, lane, floats_less(enter, here), floats_at_most(enter, here));
+        stack[end - 1 - nearer] = float_pending_child(node, lane, at[lane]);
     }
     return end;
 }

@@ -8,24 +8,45 @@
 void tree_free(struct tree *tree)
 {
     free(tree->pending);
+    free(tree->keys);
     free(tree->blocks);
     *tree = (struct tree){0};
 }
 
-struct branch *tree_add(struct tree *tree)
+static void make_room(struct tree *tree)
 {
-    if (tree->count == tree->capacity) {
-        tree->capacity = tree->capacity ? 2 * tree->capacity : TREE_BLOCK;
-        tree->pending = reallocate(tree->pending, tree->capacity, sizeof *tree->pending);
-        tree->blocks = reallocate(tree->blocks, tree->capacity / TREE_BLOCK, sizeof *tree->blocks);
-    }
+    tree->capacity = tree->capacity ? 2 * tree->capacity : TREE_BLOCK;
+    tree->pending = reallocate(tree->pending, tree->capacity, sizeof *tree->pending);
+    tree->keys = reallocate(tree->keys, tree->capacity, sizeof *tree->keys);
+    tree->blocks = reallocate(tree->blocks, tree->capacity / TREE_BLOCK, sizeof *tree->blocks);
+}
+
+struct branch *tree_add(struct tree *tree, double bound, uint32_t depth)
+{
+    if (tree->count == tree->capacity) make_room(tree);
     tree->blocks[tree->count / TREE_BLOCK].known = false;
+    tree->keys[tree->count] = (struct tree_key){bound, depth, tree->added++};
     struct branch *branch = &tree->pending[tree->count++];
-    branch->order = tree->added++;
+    branch->bound = bound;
+    branch->depth = depth;
     return branch;
 }
 
-static bool more_important(const struct branch *a, const struct branch *b, bool deepest_first)
+void tree_take(struct tree *tree, struct tree *from)
+{
+    if (tree->count == 0) {
+        struct tree empty = *tree;
+        *tree = *from;
+        *from = empty;
+    }
+    for (uint32_t i = 0; i < from->count; i++) {
+        const struct branch *branch = &from->pending[i];
+        *tree_add(tree, branch->bound, branch->depth) = *branch;
+    }
+    tree_clear(from);
+}
+
+static bool more_important(const struct tree_key *a, const struct tree_key *b, bool deepest_first)
 {
     if (deepest_first && a->depth != b->depth) return a->depth > b->depth;
     if (a->bound != b->bound) return a->bound > b->bound;
@@ -52,10 +73,9 @@ static void judge_block(const struct tree *tree, uint32_t b)
     block->first = begin;
     block->known = true;
     for (uint32_t i = begin; i < end; i++) {
-        const struct branch *branch = &tree->pending[i];
-        block->sum += branch->bound;
-        if (more_important(branch, &tree->pending[block->first], tree->deepest_first))
-            block->first = i;
+        const struct tree_key *key = &tree->keys[i];
+        block->sum += key->bound;
+        if (more_important(key, &tree->keys[block->first], tree->deepest_first)) block->first = i;
     }
 }
 
@@ -71,7 +91,7 @@ static double judge(struct tree *tree, uint32_t *first)
         struct tree_block *block = &tree->blocks[b];
         if (changed || !block->known) judge_block(tree, b);
         sum += block->sum;
-        if (more_important(&tree->pending[block->first], &tree->pending[*first], deepest_first))
+        if (more_important(&tree->keys[block->first], &tree->keys[*first], deepest_first))
             *first = block->first;
     }
     return round_up(sum, tree->count);
@@ -81,7 +101,7 @@ double tree_sum(const struct tree *tree)
 {
     double sum = 0;
     for (uint32_t i = 0; i < tree->count; i++)
-        sum += tree->pending[i].bound;
+        sum += tree->keys[i].bound;
     return round_up(sum, tree->count);
 }
 
@@ -101,17 +121,18 @@ static void forget_block(struct tree *tree, const struct branch *pending)
 
 void tree_rate(struct tree *tree, struct branch *pending, double bound)
 {
-    pending->bound = bound;
+    pending->bound = tree->keys[pending - tree->pending].bound = bound;
     pending->rough = false;
     forget_block(tree, pending);
 }
 
 void tree_remove(struct tree *tree, const struct branch *pending, struct branch *branch)
 {
-    struct branch *place = &tree->pending[pending - tree->pending];
-    struct branch *last = &tree->pending[--tree->count];
-    *branch = *place;
-    forget_block(tree, place);
-    forget_block(tree, last);
-    if (place != last) *place = *last;
+    size_t place = (size_t)(pending - tree->pending), last = --tree->count;
+    *branch = *pending;
+    forget_block(tree, pending);
+    forget_block(tree, &tree->pending[last]);
+    if (place == last) return;
+    tree->pending[place] = tree->pending[last];
+    tree->keys[place] = tree->keys[last];
 }

@@ -17,9 +17,14 @@ struct branch {
     double bound;       /* largest component that it can add to the sample; may be infinite */
     uint32_t depth;     /* reflections and refractions on the way from the eye */
     uint32_t media;     /* the stack that it is in: worker/medium.h */
-    uint32_t order;     /* when it was added: decides between equal bounds */
     enum ray_kind kind;
     bool rough; /* the boxes of the scene may tell a lower bound: worker/radiance.h */
+};
+
+/* What the order of the branches follows from, beside each other so that little is read. */
+struct tree_key {
+    double bound;
+    uint32_t depth, order;
 };
 
 /*
@@ -36,9 +41,10 @@ struct tree_block {
 
 struct tree {
     struct branch *pending;    /* owned */
+    struct tree_key *keys;     /* owned; one for each branch: equal bounds go by when they came */
     struct tree_block *blocks; /* owned; one for every TREE_BLOCK of the capacity */
     uint32_t count, capacity;
-    uint32_t added;     /* so far; the next branch's order */
+    uint32_t added;     /* so far; the next key's order */
     bool deepest_first; /* how the known blocks were judged */
 };
 
@@ -57,8 +63,11 @@ static inline void tree_clear(struct tree *tree)
 
 void tree_free(struct tree *tree);
 
-/* Adds a branch, to be filled in by the caller, all but its order. */
-struct branch *tree_add(struct tree *tree);
+/* Adds a branch, to be filled in by the caller, all but its bound and depth. */
+struct branch *tree_add(struct tree *tree, double bound, uint32_t depth);
+
+/* Moves all branches of another tree to this one. */
+void tree_take(struct tree *tree, struct tree *from);
 
 /*
  * The next ray, until the tree is changed; NULL when there is none, or when all pending rays together

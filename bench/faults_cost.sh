@@ -1,0 +1,58 @@
+# What the journal costs: faults_cost.sh PAIRS [FOLDER FOR TABLES]
+#
+# Runs with and without output.journal in turn on one process, in each pair the other one first; the
+# medians over the pairs of CPU time (of the whole process, reading and writing included) and of render
+# wall time, with against without. Both tell something on a quiet machine only; in one run more, the CPU
+# time of the thread that writes the journal is looked at, which nobody else disturbs. FARM, COST_SCENE
+# and COST_SIZE choose what is rendered.
+set -u
+pairs=${1:-7} out=${2:-}
+FARM=$(realpath "${FARM:-./farm}")
+SCENE=$(realpath "${COST_SCENE:-config/lantern.ini}")
+SIZE=${COST_SIZE:-sampling.samples=25}
+[ -z "$out" ] || out=$(realpath "$out")
+T=$(mktemp -d)
+trap 'rm -rf "$T"' EXIT
+trap 'exit 1' INT TERM
+cd "$T" || exit 1
+
+# one NAME JOURNAL: appends "CPU-seconds render-seconds" to NAME
+one() {
+    # The second line that times prints: user and system time of what has run.
+    # shellcheck disable=SC2086 # a list of settings
+    cpu=$(
+        "$FARM" "$SCENE" $SIZE output.image=a.pfm output.report=a.json output.journal="$2" \
+            >/dev/null 2>e || { cat e >&2; exit 1; }
+        times >t # of this shell, which a pipe would not be
+        awk 'NR == 2 { for (i = 1; i <= 2; i++) { split($i, t, /[ms]/); s += 60 * t[1] + t[2] } print s }' t
+    ) || exit 1
+    echo "$cpu $(sed -n 's/.*"render_s": \([0-9.]*\).*/\1/p' a.json | head -n 1)" >>"$1"
+}
+
+for i in $(seq "$pairs"); do
+    if [ $((i % 2)) -eq 0 ]; then one with a.journal; one without ""; else one without ""; one with a.journal; fi
+done
+
+# Nanoseconds of the thread's CPU time so far, as long as it is there.
+"$FARM" "$SCENE" $SIZE output.image=a.pfm output.report=a.json output.journal=a.journal >/dev/null 2>&1 &
+farm=$!
+while kill -0 $farm 2>/dev/null; do
+    for task in /proc/$farm/task/*; do
+        { [ "$(cat "$task/comm")" = journal ] && cat "$task/schedstat" >now && [ -s now ] && mv now spent; } 2>/dev/null
+    done
+    sleep 0.1
+done
+wait $farm || exit 1
+busy=$(sed -n '/"workers"/,/\]/s/.*"busy_s": \([0-9.]*\).*/\1/p' a.json | head -n 1)
+
+median() { sort -n | awk '{ v[NR] = $1 } END { m = int((NR + 1) / 2); print NR % 2 ? v[m] : (v[m] + v[m + 1]) / 2 }'; }
+ratio() { paste -d ' ' with without | awk -v c="$1" '{ print $c / $(c + 2) }' | median; }
+{
+    echo "| journal's cost, $pairs pairs | without, s | with, s | ratio, median of pairs |"
+    echo "|---|---|---|---|"
+    echo "| CPU time of the run | $(cut -d ' ' -f 1 without | median) | $(cut -d ' ' -f 1 with | median) | $(ratio 1) |"
+    echo "| render wall time | $(cut -d ' ' -f 2 without | median) | $(cut -d ' ' -f 2 with | median) | $(ratio 2) |"
+    awk -v busy="$busy" '{ printf "| CPU time of its thread, against all of rendering | %s | %.4f | %.5f |\n", busy, $1 / 1e9, $1 / 1e9 / busy }' spent
+} >cost.md
+cat cost.md
+[ -z "$out" ] || cp cost.md "$out/faults_cost.md"

@@ -1,0 +1,86 @@
+/* The pixels of a task, of the samples in their order. */
+#include "worker/exact.h"
+#include "worker/renderer.h"
+
+static void put_color(float *rgb, struct vec3 color)
+{
+    rgb[0] = (float)color.x;
+    rgb[1] = (float)color.y;
+    rgb[2] = (float)color.z;
+}
+
+static struct vec3 divided(struct vec3 v, double by)
+{
+    return vec3(v.x / by, v.y / by, v.z / by);
+}
+
+/* What the two halves of the pixel's sum differ by, each divided by its number of samples. */
+static struct vec3 halves_difference(const struct renderer *renderer, double evens, double odds)
+{
+    if (evens == 0 || odds == 0) return vec3(0, 0, 0);
+    const struct pixel_sum *sum = &renderer->progress.sum;
+    struct vec3 even = divided(finished_sum(renderer, &sum->half[0]), evens);
+    return vec_sub(even, divided(finished_sum(renderer, &sum->half[1]), odds));
+}
+
+/*
+ * The pixel is p A + q B, p and q the halves' shares of its samples. With errors of the halves that
+ * are as large as those of random samples would be, or with halves of equal size and whatever
+ * errors, p q (A - B)^2 is on average the square of its own error.
+ */
+static void add_error(struct error_sum *sum, struct vec3 difference, double evens, double odds)
+{
+    double share = evens * odds / ((evens + odds) * (evens + odds));
+    double square = vec_dot(difference, difference) / 3 * share;
+    if (!(square < HUGE_VAL)) return; /* counted as not finite */
+    sum->squares += square;
+    sum->fourths += square * square;
+}
+
+/* A pixel's mean of so many samples, and what its halves differ by. */
+static void put_pixel(struct renderer *renderer, uint32_t pixel, uint32_t begin, uint32_t end)
+{
+    struct progress *progress = &renderer->progress;
+    const struct task *task = &progress->task;
+    /* Only pixels that get samples are handed over. */
+    uint32_t place = task->refinements ? progress->put++ : pixel;
+    struct vec3 even = finished_sum(renderer, &progress->sum.half[0]);
+    struct vec3 odd = finished_sum(renderer, &progress->sum.half[1]);
+    double samples = end - begin, evens = (end + 1) / 2 - (begin + 1) / 2;
+    struct vec3 difference = halves_difference(renderer, evens, samples - evens);
+    struct vec3 sum = vec_add(even, odd);
+    put_color(task->mean + 3 * (size_t)place, samples == 1 ? sum : divided(sum, samples));
+    if (samples > 1) add_error(&renderer->counts.sampling, difference, evens, samples - evens);
+    if (task->difference) put_color(task->difference + 3 * (size_t)place, difference);
+    if (task->rays) task->rays[place] = (float)((double)progress->sum.rays / samples);
+}
+
+static void finish_pixel(struct renderer *renderer, uint32_t pixel, uint32_t begin, uint32_t end)
+{
+    struct progress *progress = &renderer->progress;
+    double samples = end - begin;
+    put_pixel(renderer, pixel, begin, end);
+    /* An upper bound, like its parts: so many sums, and a quotient. The means of several passes
+     * lie between those of each, and so do their bounds. */
+    double truncation = progress->sum.truncation;
+    if (truncation != 0) truncation = truncation / samples * (1 + (samples + 2) * UNIT_ROUNDOFF);
+    renderer->counts.truncation = max_number(renderer->counts.truncation, truncation);
+    progress->sum = (struct pixel_sum){0};
+}
+
+void add_sample(struct renderer *renderer, uint32_t pixel, struct vec3 color, double truncation,
+                uint32_t rays)
+{
+    struct progress *progress = &renderer->progress;
+    struct task_cursor *adds = &progress->adds;
+    color_sum_add(&progress->sum.half[adds->sample & 1], color);
+    progress->sum.truncation += truncation;
+    progress->sum.rays += rays;
+    progress->added++;
+    uint32_t begin = adds->begin, end = adds->end, so_far = adds->sample + 1 - begin;
+    if (so_far == progress->halfway)
+        add_error(&renderer->counts.halfway, halves_difference(renderer, so_far / 2, so_far / 2),
+                  so_far / 2, so_far / 2);
+    if (cursor_advance(adds, &progress->task, &renderer->scene->view))
+        finish_pixel(renderer, pixel, begin, end);
+}

@@ -1,0 +1,197 @@
+/* How points are lit, and where rays go on from them. */
+#include "worker/optics_body.h"
+#include "worker/points.h"
+
+/* ---- light ---- */
+
+/*
+ * Where the shadow ray from p to a light at l ends: short of 1 by what the light's own place and
+ * the ray's direction are uncertain by. l - p is rounded by u |l - p|; p lies within some 4 u |p|
+ * of its surface, and l within as much as its coordinates' u of a surface that is meant to carry
+ * it. Without this, a light on a lamp's surface would be shaded by it or not as rounding falls; so
+ * it shines on its own side. A light as close as that to the point is not shaded at all.
+ */
+#define SHADOW_ROUNDOFF (8 * UNIT_ROUNDOFF)
+
+static inline double shadow_end(struct vec3 point, struct vec3 light, struct vec3 to_light)
+{
+    double reach = largest_component(point) + largest_component(light);
+    double end = 1 - SHADOW_ROUNDOFF * (reach / largest_component(to_light));
+    return end > 0 ? end : 0;
+}
+
+FLATTENED void points_face(const struct points *points, const struct light *light,
+                           struct faced *faced)
+{
+    struct vec3 position = light->position;
+    bool paper = points->formulas == FORMULAS_PAPER;
+    OVER_LANES
+    for (uint32_t i = 0; i < points->count; i++) {
+        struct vec3 point = lane(&points->point, i), to_light = vec_sub(position, point);
+        bool front = vec_dot(to_light, lane(&points->geometric, i)) > 0;
+        bool lit = vec_dot(to_light, lane(&points->normal, i)) > 0;
+        double end = shadow_end(point, position, to_light);
+        set_lane(&faced->to_light, i, to_light);
+        faced->end[i] = paper ? 1 : end;
+        faced->faces[i] = truth(front & lit);
+    }
+}
+
+static void gather_lit(const struct points *points, struct lit *lit)
+{
+    for (uint32_t i = 0; i < lit->count; i++) {
+        uint32_t point = lit->point[i];
+        const struct material *material = points->material[point];
+        set_lane(&lit->view, i, lane(&points->view, point));
+        set_lane(&lit->normal, i, lane(&points->normal, point));
+        set_lane(&lit->surface, i, material->color);
+        lit->diffuse[i] = material->diffuse;
+        lit->specular[i] = material->specular;
+        lit->shininess[i] = material->shininess;
+    }
+}
+
+static inline void light_diffuse_lane(struct lit *lit, uint32_t i)
+{
+    bool sure = true;
+    struct vec3 unit = plain_unit(lane(&lit->to_light, i), &sure);
+    double cos_a = vec_dot(unit, lane(&lit->normal, i));
+    struct vec3 color = vec_mul(lane(&lit->strength, i), lane(&lit->surface, i));
+    set_lane(&lit->color, i, vec_scale(color, lit->diffuse[i] * cos_a));
+    lit->sure[i] = truth(sure);
+}
+
+static FLATTENED void light_diffuse(struct lit *lit)
+{
+    OVER_LANES
+    for (uint32_t i = 0; i < lit->count; i++)
+        light_diffuse_lane(lit, i);
+}
+
+static inline void add_highlight(struct lit *lit, uint32_t i)
+{
+    struct vec3 to_light = lane(&lit->to_light, i), color = lane(&lit->color, i);
+    struct lobe terms = lobe_of(lane(&lit->view, i), lane(&lit->normal, i), to_light);
+    double power = lobe_power(&terms, 0, lit->shininess[i]), p = terms.p.high;
+    double value = p > 0 ? power : 0, specular = lit->specular[i];
+    bool sure = is_in_range(to_light) & ((p >= LOBE_P_MIN) | (p <= 0));
+    struct vec3 bright = vec_add_scaled(color, lane(&lit->strength, i), specular * value);
+    set_lane(&lit->color, i, choose(specular > 0, bright, color));
+    lit->sure[i] = truth((lit->sure[i] != 0) & (sure | !(specular > 0)));
+}
+
+static FLATTENED void add_highlights(struct lit *lit)
+{
+    OVER_LANES
+    for (uint32_t i = 0; i < lit->count; i++)
+        add_highlight(lit, i);
+}
+
+static bool any_specular(const struct lit *lit)
+{
+    for (uint32_t i = 0; i < lit->count; i++)
+        if (lit->specular[i] > 0) return true;
+    return false;
+}
+
+void points_light(const struct points *points, struct lit *lit)
+{
+    bool exact = points->formulas == FORMULAS_EXACT;
+    if (exact) {
+        gather_lit(points, lit);
+        light_diffuse(lit);
+        if (any_specular(lit)) add_highlights(lit);
+    }
+    for (uint32_t i = 0; i < lit->count; i++) {
+        if (exact && lit->sure[i] != 0) continue;
+        struct shading_point at = points_get(points, lit->point[i]);
+        set_lane(&lit->color, i,
+                 shade_light(&at, lane(&lit->to_light, i), lane(&lit->strength, i)));
+    }
+}
+
+/* ---- where rays go on ---- */
+
+static void gather_onward(const struct points *points, struct onward *onward)
+{
+    for (uint32_t i = 0; i < onward->count; i++) {
+        uint32_t point = onward->point[i];
+        set_lane(&onward->view, i, lane(&points->view, point));
+        set_lane(&onward->normal, i, lane(&points->normal, point));
+        set_lane(&onward->geometric, i, lane(&points->geometric, point));
+    }
+}
+
+static inline void reflect_lane(struct onward *onward, uint32_t i)
+{
+    struct vec3 geometric = lane(&onward->geometric, i);
+    double v_n;
+    struct vec3 out = mirrored_view(lane(&onward->view, i), lane(&onward->normal, i), &v_n);
+    set_lane(&onward->direction, i, out);
+    bool sure = vec_dot(out, geometric) > 0;
+    sure &= !mirror_may_enter(v_n);
+    onward->sure[i] = truth(sure);
+}
+
+static FLATTENED void reflect_lanes(struct onward *onward)
+{
+    OVER_LANES
+    for (uint32_t i = 0; i < onward->count; i++)
+        reflect_lane(onward, i);
+}
+
+void points_reflect(const struct points *points, struct onward *onward)
+{
+    bool exact = points->formulas == FORMULAS_EXACT;
+    if (exact) {
+        gather_onward(points, onward);
+        reflect_lanes(onward);
+    }
+    for (uint32_t i = 0; i < onward->count; i++) {
+        if (exact && onward->sure[i] != 0) continue;
+        struct shading_point at = points_get(points, onward->point[i]);
+        set_lane(&onward->direction, i, reflect(&at));
+    }
+}
+
+/* refract() by the shading normal, where that is all it takes. */
+static inline void refract_lane(struct onward *onward, uint32_t i)
+{
+    struct vec3 view = lane(&onward->view, i), normal = lane(&onward->normal, i);
+    double from = onward->from[i], to = onward->to[i], e, d;
+    bool plain, facing = vec_dot(view, normal) < 0;
+    struct passage at = passage_from(from, to, cosine_in(view, normal, &e, &d), &plain);
+    bool passes = (at.k.high >= 0) & (to >= N2_MIN);
+    double root = sqrt(at.k.high), rest = fma(-root, root, at.k.high) + at.k.low;
+    struct dd cos_t = sum_of_ordered(root, rest / (2 * root));
+    struct vec3 out = passed_view(view, normal, &at, cos_t, e, d);
+    bool through = vec_dot(out, lane(&onward->geometric, i)) < 0;
+    set_lane(&onward->direction, i, out);
+    onward->passes[i] = truth(passes);
+    through &= at.k.high > 0;
+    plain &= is_plain_index(larger(from, to));
+    onward->sure[i] = truth(plain & (from != to) & facing & (through | !passes));
+}
+
+static FLATTENED void refract_lanes(struct onward *onward)
+{
+    OVER_LANES
+    for (uint32_t i = 0; i < onward->count; i++)
+        refract_lane(onward, i);
+}
+
+void points_refract(const struct points *points, struct onward *onward)
+{
+    bool exact = points->formulas == FORMULAS_EXACT;
+    if (exact) {
+        gather_onward(points, onward);
+        refract_lanes(onward);
+    }
+    for (uint32_t i = 0; i < onward->count; i++) {
+        if (exact && onward->sure[i] != 0) continue;
+        struct shading_point at = points_get(points, onward->point[i]);
+        struct vec3 direction = at.view;
+        onward->passes[i] = refract(&at, onward->from[i], onward->to[i], &direction);
+        set_lane(&onward->direction, i, direction);
+    }
+}

@@ -1,0 +1,127 @@
+/*
+ * What a renderer (worker/render.h) holds while it works. render.c starts samples and takes them
+ * through their trees wave by wave, trace.c looks at the rays of one wave, pixels.c makes pixels of
+ * finished samples.
+ */
+#ifndef FARM_WORKER_RENDERER_H
+#define FARM_WORKER_RENDERER_H
+
+#include "worker/color_sum.h"
+#include "worker/medium.h"
+#include "worker/omission.h"
+#include "worker/points.h"
+#include "worker/render.h"
+#include "worker/sample.h"
+#include "worker/task.h"
+#include "worker/tree.h"
+
+/* Samples that wait for earlier ones of the tile before they are added to their pixel. */
+#define WINDOW (4 * WAVE)
+
+/* One sample on its way. All there is of one that is a single ray comes first. */
+struct path {
+    struct color_sum color;
+    uint32_t pixel;  /* of the tile */
+    uint32_t sample; /* of the pixel */
+    uint32_t traced; /* rays of all kinds, to be shown or not */
+    bool bad;        /* counted as not finite */
+    bool bounding;   /* all that is shown is traced; the rest goes into the bound */
+    uint64_t rays;   /* traced so far to be shown, without shadow rays */
+    uint64_t index;  /* of the tile's samples */
+    struct tree tree;
+    struct omission omission;
+};
+
+/* A sample that is done. */
+struct finished {
+    struct vec3 color;
+    double truncation;
+    uint32_t pixel;  /* of the tile */
+    uint32_t traced; /* as of the path */
+    bool waits;
+};
+
+/* A point of the wave, and a light on its lit side. */
+struct facing {
+    uint32_t point, light;
+};
+
+/* A task in work. */
+struct progress {
+    struct task task;
+    uint64_t samples; /* of the task */
+    uint64_t started, added;
+    struct task_cursor next;   /* to start, in the order of block_place() */
+    uint32_t band, band_begin; /* rows of blocks that it is in, and their first pixel */
+    uint32_t place;            /* which pixel of the tile that is */
+    uint32_t x, y;             /* its place in the whole picture */
+    struct task_cursor adds;   /* to be added next */
+    struct pixel_sum sum;      /* of that pixel */
+    uint32_t put;              /* pixels handed over, where only some get samples */
+    uint32_t halfway;          /* samples of it after which an error is told, too; 0: none */
+};
+
+struct renderer {
+    const struct scene *scene;
+    const struct bvh *bvh;
+    struct radiance radiance;
+    uint64_t ray_budget; /* of a sample */
+    bool flat;           /* nothing reflects or refracts */
+    struct media *media;
+    uint32_t eye_media; /* the stack that the eye is in */
+    struct progress progress;
+    struct render_counts counts;
+    renderer_interrupted *interrupted;
+    void *context;
+
+    struct path paths[WAVE];
+    uint32_t idle[WAVE]; /* paths without a sample */
+    uint32_t idle_count;
+    struct finished finished[WINDOW]; /* by index modulo WINDOW */
+
+    /* The current wave: slot i traces branches[i] for path owner[i]. */
+    uint32_t count;
+    uint32_t bounding; /* so many of them only count for the bound */
+    uint32_t owner[WAVE];
+    struct branch branches[WAVE];
+    struct ray rays[WAVE];
+    struct hit hits[WAVE];
+    struct points points;
+    struct sample_lanes samples;
+
+    /* Points that face lights, and the shadow rays to those, light by light. */
+    struct faced faced;
+    struct facing facing[WAVE];
+    uint32_t facing_count;
+    struct lit lit;
+    struct ray shadow_rays[WAVE];
+    struct vec3 transmittance[WAVE];
+
+    struct onward onward;
+    uint32_t behind[WAVE];      /* the stacks of media that onward->point's refracted rays are in */
+    struct vec3 mirrored[WAVE]; /* share of each point's mirror ray */
+};
+
+/* Whether the ray in a slot of the wave only counts for the bound. */
+static inline bool is_bounding(const struct renderer *renderer, uint32_t slot)
+{
+    return renderer->paths[renderer->owner[slot]].bounding;
+}
+
+static inline struct vec3 finished_sum(const struct renderer *renderer, const struct color_sum *sum)
+{
+    return renderer->scene->view.formulas == FORMULAS_PAPER ? sum->plain : color_sum_value(sum);
+}
+
+/* The hits of a wave become colour and further rays. */
+void trace_wave(struct renderer *renderer);
+
+/* The same where the scene is flat. */
+void trace_flat_wave(struct renderer *renderer);
+
+/* Adds the task's next sample, in their order, to its pixel, that one of the tile; hands the pixel
+ * over behind the last one. rays: that the sample has taken. */
+void add_sample(struct renderer *renderer, uint32_t pixel, struct vec3 color, double truncation,
+                uint32_t rays);
+
+#endif

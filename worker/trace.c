@@ -1,0 +1,292 @@
+/* What becomes of the rays of a wave: colour, shadow rays and further rays. */
+#include <float.h>
+
+#include "common/clock.h"
+#include "worker/inlined.h"
+#include "worker/renderer.h"
+#include "worker/shade.h"
+
+/*
+ * The functions below that take `flat` are compiled twice: true for a scene in which nothing
+ * reflects or refracts. Every sample is one ray then, of weight 1, so that there are no trees, no
+ * media and no waiting for other samples.
+ */
+
+/* ---- further rays ---- */
+
+/* Adds the next ray of the tree, unless it carries nothing. */
+static void spawn(struct renderer *renderer, uint32_t point, struct vec3 direction,
+                  struct vec3 share, enum ray_kind kind, uint32_t media)
+{
+    uint32_t slot = renderer->points.slot[point];
+    const struct branch *parent = &renderer->branches[slot];
+    struct path *path = &renderer->paths[renderer->owner[slot]];
+    struct vec3 weight = vec_mul(parent->weight, share);
+    if (!(vec_max(weight) > 0)) return;
+    uint32_t depth = parent->depth + 1;
+    bool beyond = path->bounding || depth > renderer->scene->view.max_depth;
+    double bound = radiance_roughly(&renderer->radiance, weight, depth, !beyond);
+    struct branch *child =
+        beyond ? omission_add(&path->omission, bound, depth) : tree_add(&path->tree, bound, depth);
+    struct ray *ray = &child->ray;
+    ray->origin = lane(&renderer->points.point, point);
+    ray->direction = direction;
+    ray->t_max = HUGE_VAL;
+    ray->from = renderer->hits[slot].primitive;
+    ray->from_part = renderer->hits[slot].part;
+    child->weight = weight;
+    child->rough = true;
+    child->media = media;
+    child->kind = kind;
+}
+
+static struct crossing_media cross_surface(struct renderer *renderer, uint32_t point)
+{
+    uint32_t slot = renderer->points.slot[point];
+    uint32_t primitive = renderer->hits[slot].primitive;
+    bool entering = renderer->points.entering[point] != 0;
+    if (renderer->scene->view.formulas == FORMULAS_PAPER)
+        return media_by_side(renderer->scene, primitive, entering);
+    return media_cross(renderer->media, renderer->branches[slot].media, primitive, entering);
+}
+
+/* Refraction; what cannot leave a denser medium is mirrored. */
+static void spawn_refracted(struct renderer *renderer)
+{
+    const struct points *points = &renderer->points;
+    struct onward *onward = &renderer->onward;
+    onward->count = 0;
+    for (uint32_t i = 0; i < points->count; i++) {
+        if (!(points->material[i]->transmission > 0)) continue;
+        struct crossing_media crossing = cross_surface(renderer, i);
+        if (crossing.unmatched && !is_bounding(renderer, points->slot[i]))
+            renderer->counts.unmatched_media++;
+        uint32_t k = onward->count++;
+        onward->point[k] = i;
+        onward->from[k] = crossing.from;
+        onward->to[k] = crossing.to;
+        renderer->behind[k] = crossing.stack;
+    }
+    points_refract(points, onward);
+    for (uint32_t k = 0; k < onward->count; k++) {
+        uint32_t i = onward->point[k];
+        const struct material *material = points->material[i];
+        struct vec3 passed = vec_scale(material->color, material->transmission);
+        if (onward->passes[k] != 0)
+            spawn(renderer, i, lane(&onward->direction, k), passed, RAY_REFRACTION,
+                  renderer->behind[k]);
+        else
+            renderer->mirrored[i] = vec_add(renderer->mirrored[i], passed);
+    }
+}
+
+static void spawn_mirrored(struct renderer *renderer)
+{
+    struct onward *onward = &renderer->onward;
+    onward->count = 0;
+    for (uint32_t i = 0; i < renderer->points.count; i++)
+        if (vec_max(renderer->mirrored[i]) > 0) onward->point[onward->count++] = i;
+    points_reflect(&renderer->points, onward);
+    for (uint32_t k = 0; k < onward->count; k++) {
+        uint32_t i = onward->point[k];
+        spawn(renderer, i, lane(&onward->direction, k), renderer->mirrored[i], RAY_REFLECTION,
+              renderer->branches[renderer->points.slot[i]].media);
+    }
+}
+
+static void spawn_children(struct renderer *renderer)
+{
+    const struct points *points = &renderer->points;
+    bool refracts = false, reflects = false;
+    for (uint32_t i = 0; i < points->count; i++) {
+        double kr = points->material[i]->reflection;
+        renderer->mirrored[i] = vec3(kr, kr, kr);
+        reflects |= kr > 0;
+        refracts |= points->material[i]->transmission > 0;
+    }
+    if (refracts) spawn_refracted(renderer);
+    if (refracts || reflects) spawn_mirrored(renderer);
+}
+
+/* ---- light ---- */
+
+static INLINED void add_color(struct renderer *renderer, uint32_t slot, struct vec3 color,
+                              bool flat)
+{
+    uint32_t p = flat ? slot : renderer->owner[slot];
+    if (!flat) color = vec_mul(color, renderer->branches[slot].weight);
+    color_sum_add(&renderer->paths[p].color, color);
+}
+
+/* What bound rays have found, in place of add_color(). */
+static void add_found(struct renderer *renderer)
+{
+    const struct points *points = &renderer->points;
+    for (uint32_t i = 0; i < points->count; i++) {
+        uint32_t slot = points->slot[i];
+        if (!is_bounding(renderer, slot)) continue;
+        struct shading_point at = points_get(points, i);
+        omission_found_point(&renderer->paths[renderer->owner[slot]].omission, &renderer->radiance,
+                             renderer->branches[slot].weight, &at);
+    }
+}
+
+/* The points that some light gets through to, of those that were gathered. */
+static void gather_reached(struct renderer *renderer)
+{
+    const struct light *lights = scene_lights(renderer->scene);
+    bool shadows = renderer->scene->view.shadows;
+    struct lit *lit = &renderer->lit;
+    lit->count = 0;
+    for (uint32_t i = 0; i < renderer->facing_count; i++) {
+        struct vec3 through = shadows ? renderer->transmittance[i] : vec3(1, 1, 1);
+        if (vec_is_zero(through)) continue;
+        lit->point[lit->count] = renderer->facing[i].point;
+        set_lane(&lit->to_light, lit->count, renderer->shadow_rays[i].direction);
+        set_lane(&lit->strength, lit->count,
+                 vec_mul(lights[renderer->facing[i].light].color, through));
+        lit->count++;
+    }
+}
+
+/* Traces the gathered shadow rays as one batch and adds what comes through. */
+static INLINED void flush_lit(struct renderer *renderer, bool flat)
+{
+    struct lit *lit = &renderer->lit;
+    uint32_t count = renderer->facing_count;
+    if (count > 0 && renderer->scene->view.shadows) {
+        double start = clock_wall();
+        occluded(renderer->scene, renderer->bvh, renderer->shadow_rays, count,
+                 renderer->transmittance, &renderer->counts.exact_fallbacks);
+        renderer->counts.intersect_s += clock_wall() - start;
+        renderer->counts.rays[RAY_SHADOW] += count;
+    }
+    gather_reached(renderer);
+    points_light(&renderer->points, lit);
+    for (uint32_t i = 0; i < lit->count; i++)
+        add_color(renderer, renderer->points.slot[lit->point[i]], lane(&lit->color, i), flat);
+    renderer->facing_count = 0;
+}
+
+static INLINED void add_facing(struct renderer *renderer, uint32_t point, uint32_t light, bool flat)
+{
+    uint32_t slot = renderer->points.slot[point], i = renderer->facing_count++;
+    renderer->paths[flat ? slot : renderer->owner[slot]].traced++;
+    renderer->facing[i] = (struct facing){point, light};
+    /* Field by field: a whole ray would be copied from where it has only just been put together. */
+    struct ray *ray = &renderer->shadow_rays[i];
+    ray->origin = lane(&renderer->points.point, point);
+    ray->direction = lane(&renderer->faced.to_light, point);
+    ray->t_max = renderer->faced.end[point];
+    ray->from = renderer->hits[slot].primitive;
+    ray->from_part = renderer->hits[slot].part;
+}
+
+/* Whether light matters at a point. */
+static INLINED bool is_shown(const struct renderer *renderer, uint32_t point, bool flat)
+{
+    const struct points *points = &renderer->points;
+    if (!material_shows_light(points->material[point])) return false;
+    return flat || !is_bounding(renderer, points->slot[point]);
+}
+
+/* Light by light, so that the shadow rays of a batch keep together. A surface that shows no light
+ * needs none. */
+static INLINED void light_points(struct renderer *renderer, bool flat)
+{
+    const struct light *lights = scene_lights(renderer->scene);
+    const struct points *points = &renderer->points;
+    if (points->count == 0) return;
+    for (uint32_t k = 0; k < renderer->scene->lights.count; k++) {
+        if (renderer->facing_count + points->count > WAVE) flush_lit(renderer, flat);
+        points_face(points, &lights[k], &renderer->faced);
+        for (uint32_t i = 0; i < points->count; i++)
+            if (renderer->faced.faces[i] != 0 && is_shown(renderer, i, flat))
+                add_facing(renderer, i, k, flat);
+    }
+    flush_lit(renderer, flat);
+}
+
+/* ---- the wave ---- */
+
+/* A number that a picture of floats can hold. */
+static bool is_good(double value)
+{
+    return fabs(value) <= (double)FLT_MAX;
+}
+
+/* The first ray that spoils its sample is told. A miss from a place that is not finite is no sky.
+ */
+static void tell_bad(struct renderer *renderer, struct path *path, const struct ray *ray,
+                     uint32_t depth)
+{
+    path->bad = true;
+    struct bad_sample bad = {
+        .sample = path->sample, .depth = depth, .origin = ray->origin, .direction = ray->direction};
+    tile_pixel(renderer->progress.task.tile, path->pixel, &bad.x, &bad.y);
+    bad.x += renderer->scene->view.region_x;
+    bad.y += renderer->scene->view.region_y;
+    render_counts_bad(&renderer->counts, &bad);
+}
+
+/* Looks at every sample after one of its rays. */
+static INLINED void check_paths(struct renderer *renderer, bool flat)
+{
+    for (uint32_t i = 0; i < renderer->count; i++) {
+        struct path *path = &renderer->paths[flat ? i : renderer->owner[i]];
+        const struct ray *ray = &renderer->rays[i];
+        struct vec3 sum = path->color.plain;
+        if (!flat && path->bounding) continue;
+        bool good = is_good(sum.x) && is_good(sum.y) && is_good(sum.z);
+        if (good && vec_is_finite(ray->origin)) continue;
+        if (!path->bad) tell_bad(renderer, path, ray, flat ? 0 : renderer->branches[i].depth);
+    }
+}
+
+static INLINED void add_background(struct renderer *renderer, uint32_t slot, bool flat)
+{
+    struct vec3 color = background(&renderer->scene->view, renderer->rays[slot].direction);
+    if (!flat && is_bounding(renderer, slot)) {
+        omission_found(&renderer->paths[renderer->owner[slot]].omission,
+                       renderer->branches[slot].weight, color);
+        return;
+    }
+    if (!flat && renderer->branches[slot].media != MEDIUM_OUTSIDE) renderer->counts.open_media++;
+    add_color(renderer, slot, color, flat);
+}
+
+/* What is there without any light: the background, and ambient. */
+static INLINED void add_unlit(struct renderer *renderer, bool flat)
+{
+    const struct points *points = &renderer->points;
+    for (uint32_t i = 0; i < renderer->count; i++)
+        if (renderer->hits[i].primitive == PRIMITIVE_NONE) add_background(renderer, i, flat);
+    for (uint32_t i = 0; i < points->count; i++)
+        if (points->material[i]->ambient > 0 && (flat || !is_bounding(renderer, points->slot[i])))
+            add_color(renderer, points->slot[i], shade_ambient(points->material[i]), flat);
+}
+
+static INLINED void trace_rays(struct renderer *renderer, bool flat)
+{
+    double start = clock_wall();
+    nearest(renderer->scene, renderer->bvh, renderer->rays, renderer->count, renderer->hits,
+            &renderer->counts.exact_fallbacks);
+    renderer->counts.intersect_s += clock_wall() - start;
+    points_find(renderer->scene, renderer->rays, renderer->hits, renderer->count,
+                &renderer->points);
+    add_unlit(renderer, flat);
+    light_points(renderer, flat);
+    if (!flat && renderer->bounding > 0) add_found(renderer);
+    check_paths(renderer, flat);
+    if (!flat) spawn_children(renderer);
+}
+
+void trace_wave(struct renderer *renderer)
+{
+    trace_rays(renderer, false);
+}
+
+void trace_flat_wave(struct renderer *renderer)
+{
+    trace_rays(renderer, true);
+}
