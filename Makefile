@@ -148,8 +148,8 @@ $(BUILD)/bench/error_truncation: $(BUILD)/bench/error_truncation.o $(filter-out 
 # Some minutes; SCENES=FOLDER for the scene files of another folder as well.
 bench-error-truncation: $(BUILD)/bench/error_truncation all
 	@mkdir -p bench/out
-	$(BUILD)/bench/error_truncation --csv bench/out/error_truncation.csv \
-	    --markdown bench/out/error_truncation.md $(ERROR_TRUNCATION_OPTIONS)
+	$(BUILD)/bench/error_truncation --csv bench/out/error_claims.csv \
+	    --markdown bench/out/error_claims.md $(ERROR_TRUNCATION_OPTIONS)
 
 # The kernel beside Embree, Tachyon and POV-Ray, on one thread each; some quarter of an hour.
 # KERNEL_OPTIONS="--scenes balls,million --repeat 3 --programs farm,embree" for less.
@@ -177,9 +177,10 @@ bench-kernel: bench-deps $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
 	    --folder $(BUILD)/bench/kernel.out --csv bench/out/kernel.csv \
 	    --markdown bench/out/kernel.md --montage bench/out/kernel.png $(KERNEL_OPTIONS)
 
-# Error against run time, beside POV-Ray and Tachyon; about a quarter of an hour of two idle cores.
-# ERROR_SECTIONS="sampling forecast" and ERROR_SCENES="lantern" for less.
-ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/kernel_export.c \
+# Error against run time, beside POV-Ray and Tachyon; about half an hour of two idle cores. What was
+# measured is kept: ended, it goes on where it was. ERROR_SECTIONS="sampling forecast" and
+# ERROR_SCENES="lantern" for less, ERROR_SIZE=640x480 for more; bench/error.sh has all of them.
+ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/error_allocation.c bench/kernel_export.c \
               bench/kernel_picture.c bench/kernel_scenes.c)
 
 $(BUILD)/bench/error_tool: $(ERROR_TOOL) $(LIBRARY)
@@ -189,7 +190,7 @@ $(BUILD)/bench/error_tool: $(ERROR_TOOL) $(LIBRARY)
 bench-error: bench-deps $(BUILD)/bench/error_tool all
 	@mkdir -p bench/out
 	FARM=$(abspath $(FARM)) TOOL=$(abspath $(BUILD)/bench/error_tool) WORK=$(BUILD)/bench/error.out \
-	    sh bench/error.sh $(ERROR_SECTIONS)
+	    MPIEXEC="$(MPIEXEC)" sh bench/error.sh $(ERROR_SECTIONS)
 
 $(BUILD)/bench/omit: $(BUILD)/bench/omit.o $(BUILD)/bench/report_values.o $(BUILD)/common/message.o $(BUILD)/common/memory.o
 	$(say)  link $@
@@ -347,4 +348,4 @@ format:
 	clang-format -i $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] \
 	    test/*.[ch] test/fuzz/*.[ch] bench/*.[ch])
 
--include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/omit.d $(BALANCE:.o=.d) $(BUILD)/bench/error_tool.d $(BUILD)/bench/error_truncation.d $(wildcard $(BUILD)/test/fuzz/*.d)
+-include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/omit.d $(BALANCE:.o=.d) $(BUILD)/bench/error_tool.d $(BUILD)/bench/error_allocation.d $(BUILD)/bench/error_truncation.d $(wildcard $(BUILD)/test/fuzz/*.d)

@@ -1,25 +1,46 @@
 # Error against run time. Sections, all of them unless named as arguments:
 #
+#   allocation  what the best allocation of samples to pixels could gain over the same for all
 #   sampling  uniform and adaptive sampling of four scenes, against a reference with 64 times the
 #             samples of the finest uniform picture: Pareto front, equal error, equal time
 #   truncation  max_depth from 0 to 20 and cutoff from 1/16 to 1/65536: error, claimed bound
 #   formulas  the paper's formulas against the exact ones
-#   peers     POV-Ray's and Tachyon's antialiasing, each against its own converged picture
 #   forecast  what a run says that half of its error will cost, and what it does
 #   coverage  how often intervals hold, over pictures with different random numbers
+#   peers     POV-Ray's and Tachyon's antialiasing, each against its own converged picture
 #
-# Times are CPU seconds of rendering. FARM and TOOL are the programs, WORK a folder for pictures,
-# ERROR_SCENES and ERROR_SIZE (320x240) can be set. Tables and plots go to bench/out/.
+# Times are CPU seconds of rendering. FARM and TOOL are the programs, WORK a folder for pictures;
+# MPIEXEC starts references on all cores. ERROR_SCENES, ERROR_SIZE (320x240), ERROR_PEERS_SIZE (160x120)
+# and ERROR_FINEST (16: uniform samples per pixel, at most) can be set. Tables and plots go to bench/out/.
+#
+# What was measured stays in the CSV files: a bench that was ended goes on there, row by row, with the
+# same sizes and the same program; otherwise it begins anew.
 set -u
 export LC_ALL=C
-SECTIONS=${*:-sampling truncation formulas peers forecast coverage}
+SECTIONS=${*:-allocation sampling truncation formulas forecast coverage peers}
 SCENES=${ERROR_SCENES:-lantern garden ground balls}
-SIZE=${ERROR_SIZE:-320x240}
-W=${SIZE%x*} H=${SIZE#*x}
-OUT=bench/out
-FINEST=16                    # uniform samples per pixel, at most
+SIZE=${ERROR_SIZE:-320x240} PEERS_SIZE=${ERROR_PEERS_SIZE:-160x120}
+FINEST=${ERROR_FINEST:-16}
 MANY=$((64 * FINEST))        # of a reference
+OUT=bench/out
+set_size() { W=${1%x*} H=${1#*x}; }
+set_size "$SIZE"
 mkdir -p "$WORK" "$OUT"
+
+# Rows and references of another program or size are worth nothing.
+state="$SIZE $PEERS_SIZE $FINEST $(cksum <"$FARM")"
+if [ "$(cat "$WORK/state" 2>/dev/null)" != "$state" ]; then
+    rm -f "$WORK"/*
+    for section in sampling truncation formulas forecast coverage peers; do
+        rm -f "$OUT/error_$section.csv"
+    done
+    echo "$state" >"$WORK/state"
+fi
+
+# The CSV file of a section: csv NAMES-OF-COLUMNS
+begin_csv() { [ -e "$csv" ] || echo "$1" >"$csv"; }
+# Whether a row that begins like this is there.
+known() { grep -qF "$1," "$csv"; }
 
 config_of() {
     case $1 in
@@ -31,6 +52,8 @@ config_of() {
 
 # A number of a report.
 value() { sed -n "s/.*\"$2\": \"\\{0,1\\}\\([^\",}]*\\).*/\\1/p" "$1" | "${3:-tail}" -n 1; }
+# The same of one of its objects: of FILE OBJECT KEY
+of() { sed -n "/^  \"$2\": {/,/^  }/s/.*\"$3\": \"\{0,1\}\([^\",}]*\).*/\1/p" "$1" | head -n 1; }
 cpu_of() { sed -n 's/.*"cpu_s": \([0-9.]*\), "wait_s".*/\1/p' "$1" | awk '{ s += $1 } END { print s }'; }
 
 # farm NAME SCENE OVERRIDE...: renders to $WORK/NAME.pfm and .json
@@ -41,26 +64,54 @@ farm() {
         { cat "$WORK/$name.log" >&2; exit 1; }
 }
 
+# On all cores: its time is nobody's business.
 reference_of() {
-    [ -e "$WORK/ref_$1.pfm" ] && return
-    farm "ref_$1" "$1" image.width=$((W + 2000)) "image.region=1000 0 $W $H" sampling.samples=$MANY
+    reference=ref_${W}x${H}_$1
+    [ -e "$WORK/$reference.pfm" ] && return
+    "$MPIEXEC" -n "$(nproc)" "$FARM" "$(config_of "$1")" image.width=$((W + 2000)) image.height=$H \
+        "image.region=1000 0 $W $H" sampling.samples=$MANY output.image="$WORK/$reference.pfm" \
+        output.report="$WORK/$reference.json" output.journal= >"$WORK/$reference.log" 2>&1 ||
+        { cat "$WORK/$reference.log" >&2; exit 1; }
+}
+
+# ---- allocation ----
+
+allocation() {
+    md=$OUT/error_allocation.md
+    {
+        echo "# What the best allocation of samples could gain, $W x $H"
+        echo
+        echo "For the RMSE that so many samples in every pixel leave: how many times the CPU time of the best"
+        echo "allocation of samples to pixels they take. By the formula, whatever share of a sample a pixel"
+        echo "is given; and with 2, 4, 8, ... samples, at least 2 and at least 4, chosen by half of 16 pictures"
+        echo "and told by the other half. Not even that is to be had: who renders one picture knows less."
+        echo
+        echo "| scene | samples | RMSE | slope p of the squared error | by the formula | from 2 samples on | from 4 on |"
+        echo "|---|---|---|---|---|---|---|"
+        for scene in $SCENES; do
+            "$TOOL" allocation "$scene" "$(config_of "$scene")" image.width=$W image.height=$H || exit 1
+        done
+    } >"$md"
+    cat "$md"
 }
 
 # ---- sampling ----
 
 sampling() {
     csv=$OUT/error_sampling.csv
-    echo "scene,method,setting,samples,cpu_s,rmse,max,p999,estimated,low,high" >"$csv"
+    begin_csv "scene,method,setting,samples,cpu_s,rmse,max,p999,estimated,low,high"
     for scene in $SCENES; do
         reference_of "$scene"
-        for n in 2 4 6 8 12 $FINEST; do
-            farm run "$scene" sampling.samples=$n sampling.reference="$WORK/ref_$scene.pfm"
+        for n in $(awk "BEGIN { for (n = 2; n < $FINEST; n *= 2) print n; print $FINEST }"); do
+            known "$scene,uniform,$n" && continue
+            farm run "$scene" sampling.samples=$n sampling.reference="$WORK/$reference.pfm"
             add_row "$scene" uniform $n
         done
-        # Targets: what the uniform pictures came to.
+        # Targets: what the uniform pictures came to, from 4 samples on.
         for target in $(awk -F, -v s="$scene" '$1 == s && $2 == "uniform" && $3 > 2 { print $6 }' "$csv"); do
+            known "$scene,adaptive,$target" && continue
             farm run "$scene" sampling.target_error="$target" \
-                sampling.reference="$WORK/ref_$scene.pfm"
+                sampling.reference="$WORK/$reference.pfm"
             add_row "$scene" adaptive "$target"
         done
     done
@@ -71,7 +122,7 @@ sampling() {
 
 add_row() {
     r=$WORK/run.json
-    echo "$1,$2,$3,$(value "$r" samples_per_pixel),$(cpu_of "$r"),$(value "$r" rmse),$(value "$r" max),$(value "$r" p999),$(value "$r" estimated_rmse),$(value "$r" estimated_low),$(value "$r" estimated_high)" >>"$csv"
+    echo "$1,$2,$3,$(value "$r" samples_per_pixel),$(cpu_of "$r"),$(of "$r" reference rmse),$(of "$r" reference max),$(of "$r" reference p999),$(value "$r" estimated_rmse),$(value "$r" estimated_low),$(value "$r" estimated_high)" >>"$csv"
 }
 
 sampling_tables() {
@@ -79,7 +130,7 @@ sampling_tables() {
     echo
     echo "References have $MANY samples per pixel. Their own RMSE, estimated:"
     for scene in $SCENES; do
-        echo "$scene $(value "$WORK/ref_$scene.json" estimated_rmse)"
+        echo "$scene $(value "$WORK/ref_${W}x${H}_$scene.json" estimated_rmse)"
     done | awk '{ printf "%s%s %.2g", (NR > 1 ? ", " : ""), $1, $2 } END { print "." }'
     echo
     echo "Pareto front (no other setting has less of both error and time), slope of RMSE against CPU time:"
@@ -128,9 +179,9 @@ END
 # One sample in the middle of each pixel, so that nothing but truncation differs.
 truncation() {
     csv=$OUT/error_truncation.csv
-    echo "scene,knob,setting,cpu_s,rmse,max,claimed,held" >"$csv"
+    begin_csv "scene,knob,setting,cpu_s,rmse,max,claimed,held"
     for scene in $SCENES; do
-        farm deep "$scene" render.max_depth=40 render.cutoff=1e-7
+        [ -e "$WORK/deep_$scene.pfm" ] || farm "deep_$scene" "$scene" sampling.samples=1 render.max_depth=40 render.cutoff=1e-7
         for depth in 0 1 2 3 4 6 8 12 16 20; do
             one_truncation "$scene" depth $depth render.max_depth=$depth render.cutoff=1e-7
         done
@@ -151,11 +202,12 @@ truncation() {
 
 one_truncation() {
     scene=$1 knob=$2 setting=$3; shift 3
-    farm run "$scene" sampling.reference="$WORK/deep.pfm" "$@"
+    known "$scene,$knob,$setting" && return
+    farm run "$scene" sampling.samples=1 sampling.reference="$WORK/deep_$scene.pfm" "$@"
     r=$WORK/run.json
     # The reference has an error of its own, and both are floats.
-    awk -v s="$scene" -v k="$knob" -v n="$setting" -v t="$(cpu_of "$r")" -v e="$(value "$r" rmse)" \
-        -v m="$(value "$r" max)" -v b="$(value "$r" truncation)" 'BEGIN {
+    awk -v s="$scene" -v k="$knob" -v n="$setting" -v t="$(cpu_of "$r")" -v e="$(of "$r" reference rmse)" \
+        -v m="$(of "$r" reference max)" -v b="$(of "$r" bound truncation)" 'BEGIN {
         held = b == "null" || m <= b + 1e-6 ? "yes" : "NO"
         printf "%s,%s,%s,%s,%s,%s,%s,%s\n", s, k, n, t, e, m, b, held }' >>"$csv"
 }
@@ -164,11 +216,12 @@ one_truncation() {
 
 formulas() {
     csv=$OUT/error_formulas.csv
-    echo "scene,exact_s,paper_s,rmse,max" >"$csv"
+    begin_csv "scene,exact_s,paper_s,rmse,max"
     for scene in $SCENES distant shells slab; do
+        known "$scene" && continue
         farm exact "$scene" sampling.samples=4
         farm run "$scene" sampling.samples=4 render.formulas=paper sampling.reference="$WORK/exact.pfm"
-        echo "$scene,$(cpu_of "$WORK/exact.json"),$(cpu_of "$WORK/run.json"),$(value "$WORK/run.json" rmse),$(value "$WORK/run.json" max)" >>"$csv"
+        echo "$scene,$(cpu_of "$WORK/exact.json"),$(cpu_of "$WORK/run.json"),$(of "$WORK/run.json" reference rmse),$(of "$WORK/run.json" reference max)" >>"$csv"
     done
     {
         echo "# The paper's formulas against the exact ones, same samples"
@@ -198,7 +251,8 @@ tachyon_to() {
 
 peers() {
     csv=$OUT/error_peers.csv
-    echo "scene,program,setting,cpu_s,rmse" >"$csv"
+    begin_csv "scene,program,setting,cpu_s,rmse"
+    set_size "$PEERS_SIZE"
     for scene in $SCENES; do
         config=$(config_of "$scene")
         for kind in pov dat; do
@@ -206,23 +260,26 @@ peers() {
         done
         # Loading is not what is compared: the same scene at a few pixels.
         load=$(W=4 H=3 povray_to "$WORK/t.ppm" -A)
-        povray_to "$WORK/pov_ref.ppm" +A0.0 +AM1 +R16 -J >/dev/null
+        [ -s "$WORK/pov_$scene.ppm" ] || povray_to "$WORK/pov_$scene.ppm" +A0.0 +AM1 +R16 -J >/dev/null
         for setting in "-A" "+A0.3 +AM1 +R3" "+A0.1 +AM1 +R3" "+A0.03 +AM1 +R4" "+A0.3 +AM2 +R3" \
                        "+A0.1 +AM2 +R3" "+A0.03 +AM2 +R4" "+A0.01 +AM2 +R5"; do
+            known "$scene,POV-Ray,$setting" && continue
             # shellcheck disable=SC2086
             t=$(povray_to "$WORK/t.ppm" $setting)
-            echo "$scene,POV-Ray,$setting,$(awk "BEGIN { print $t - $load }"),$("$TOOL" compare "$WORK/t.ppm" "$WORK/pov_ref.ppm")" >>"$csv"
+            echo "$scene,POV-Ray,$setting,$(awk "BEGIN { print $t - $load }"),$("$TOOL" compare "$WORK/t.ppm" "$WORK/pov_$scene.ppm")" >>"$csv"
         done
-        tachyon_to "$WORK/dat_ref.ppm" -aasamples 1023 >/dev/null
+        [ -s "$WORK/dat_$scene.ppm" ] || tachyon_to "$WORK/dat_$scene.ppm" -aasamples 255 >/dev/null
         for n in 0 3 8 15 31; do
+            known "$scene,Tachyon,-aasamples $n" && continue
             t=$(tachyon_to "$WORK/t.ppm" -aasamples $n)
             t=$(sed -n 's/.*Ray Tracing Time: *\([0-9.]*\).*/\1/p' "$WORK/peer.log" | tail -n 1)
-            echo "$scene,Tachyon,-aasamples $n,${t:-0},$("$TOOL" compare "$WORK/t.ppm" "$WORK/dat_ref.ppm")" >>"$csv"
+            echo "$scene,Tachyon,-aasamples $n,${t:-0},$("$TOOL" compare "$WORK/t.ppm" "$WORK/dat_$scene.ppm")" >>"$csv"
         done
         reference_of "$scene"
-        for target in 0.05 0.03 0.02 0.01 0.006 0.004 0.002; do
-            farm run "$scene" sampling.target_error=$target
-            echo "$scene,farm,$target,$(cpu_of "$WORK/run.json"),$("$TOOL" compare "$WORK/run.pfm" "$WORK/ref_$scene.pfm")" >>"$csv"
+        for target in 0.1 0.06 0.04 0.025 0.016 0.01 0.006 0.004; do
+            known "$scene,farm,$target" && continue
+            farm run "$scene" sampling.target_error=$target sampling.min_samples=2
+            echo "$scene,farm,$target,$(cpu_of "$WORK/run.json"),$("$TOOL" compare "$WORK/run.pfm" "$WORK/$reference.pfm")" >>"$csv"
         done
     done
     {
@@ -245,6 +302,7 @@ peers() {
     } >"$OUT/error_peers.md"
     for scene in $SCENES; do plot_peers "$scene"; done
     cat "$OUT/error_peers.md"
+    set_size "$SIZE"
 }
 
 plot_peers() {
@@ -266,31 +324,39 @@ END
 
 # ---- forecast ----
 
-# A run's slope foretells what its goal costs; a run to that goal tells.
+# A run says what its goal costs; a run to that error tells. CPU seconds: the share that the run had of
+# the wall time is the same in both figures.
 forecast() {
     csv=$OUT/error_forecast.csv
-    echo "scene,method,rmse,cpu_s,goal,foretold_s,took_s,off" >"$csv"
+    begin_csv "scene,method,rmse,cpu_s,goal,foretold_s,low_s,high_s,took_s,off"
     for scene in $SCENES; do
-        for setting in sampling.samples=16 sampling.target_error=0.004; do
-            farm first "$scene" "$setting"
+        for setting in samples=4 samples=8 samples=16 target_error=0.02 target_error=0.012 target_error=0.007; do
+            known "$scene,$setting" && continue
+            farm first "$scene" "sampling.$setting"
             r=$WORK/first.json
             grep -q '"forecast": null' "$r" && continue
+            goal=$(of "$r" forecast rmse) slope=$(of "$r" forecast slope)
             case $setting in
-            *samples=*) farm run "$scene" sampling.samples=64 ;;
-            *) farm run "$scene" sampling.target_error=0.002 ;;
+            samples=*) # as many as that law asks for
+                farm run "$scene" sampling.samples="$(awk -v n="${setting#*=}" -v e="$(value "$r" estimated_rmse)" \
+                    -v g="$goal" -v b="$slope" 'BEGIN { printf "%d", 2 * int(n * (e / g) ^ (-1 / b) / 2 + 0.5) }')" ;;
+            *) farm run "$scene" sampling.target_error="$goal" ;;
             esac
-            awk -v s="$scene" -v m="${setting#sampling.}" -v e="$(value "$r" estimated_rmse)" \
-                -v t="$(cpu_of "$r")" -v b="$(value "$r" slope)" -v g="$(value "$WORK/run.json" estimated_rmse)" \
-                -v took="$(cpu_of "$WORK/run.json")" 'BEGIN { will = t * (e / g) ^ (-1 / b)
-                printf "%s,%s,%s,%s,%s,%.3f,%s,%.3f\n", s, m, e, t, g, will, took, will / took - 1 }' >>"$csv"
+            # The law carries the forecast from the goal to what the later run came to.
+            awk -v s="$scene" -v m="$setting" -v e="$(value "$r" estimated_rmse)" -v t="$(cpu_of "$r")" \
+                -v b="$slope" -v d="$(of "$r" forecast slope_spread)" -v g="$(value "$WORK/run.json" estimated_rmse)" \
+                -v took="$(cpu_of "$WORK/run.json")" 'function at(b) { return t * (e / g) ^ (-1 / b) } BEGIN {
+                printf "%s,%s,%s,%s,%s,%.3f,%.3f,%.3f,%s,%.3f\n", s, m, e, t, g, at(b), at(b - d), at(b + d), took, at(b) / took - 1 }' >>"$csv"
         done
     done
     {
-        echo "# Forecasts: CPU seconds to a lower error"
+        echo "# Forecasts: CPU seconds to a lower error, $W x $H"
         echo
-        echo "| scene | run | RMSE | CPU s | later RMSE | foretold s | took s | off by |"
-        echo "|---|---|---|---|---|---|---|---|"
-        awk -F, 'NR > 1 { printf "| %s | %s | %.3g | %.2f | %.3g | %.2f | %.2f | %+.0f %% |\n", $1, $2, $3, $4, $5, $6, $7, 100 * $8 }' "$csv"
+        echo "| scene | run | RMSE | CPU s | later RMSE | foretold s | interval of a standard deviation | took s | off by |"
+        echo "|---|---|---|---|---|---|---|---|---|"
+        awk -F, 'NR > 1 { printf "| %s | %s | %.3g | %.2f | %.3g | %.2f | %.2f to %.2f | %.2f | %+.0f %% |\n", $1, $2, $3, $4, $5, $6, $7, $8, $9, 100 * $10
+                n++; hit += $10 < 0.2 && $10 > -0.2; in1 += $7 <= $9 && $9 <= $8; s += log(1 + $10) ^ 2 }
+            END { if (n) printf "\nWithin 20 %%: %d of %d. In their interval: %d. Off by, root mean square: %.0f %%.\n", hit, n, in1, 100 * sqrt(s / n) }' "$csv"
     } >"$OUT/error_forecast.md"
     cat "$OUT/error_forecast.md"
 }
@@ -299,14 +365,15 @@ forecast() {
 
 coverage() {
     csv=$OUT/error_coverage.csv
-    echo "scene,method,run,rows,held" >"$csv"
+    begin_csv "scene,method,run,rows,held"
     for scene in $SCENES; do
         reference_of "$scene"
         for setting in sampling.samples=8 sampling.target_error=0.006; do
             for run in 1 2 3 4 5 6 7 8 9 10; do
+                known "$scene,${setting#sampling.},$run" && continue
                 farm run "$scene" image.width=$((W + 200 * run)) "image.region=$((100 * run)) 0 $W $H" \
-                    "$setting" sampling.reference="$WORK/ref_$scene.pfm"
-                echo "$scene,${setting#sampling.},$run,$(value "$WORK/run.json" rows),$(value "$WORK/run.json" rows_held)" >>"$csv"
+                    "$setting" sampling.reference="$WORK/$reference.pfm"
+                echo "$scene,${setting#sampling.},$run,$(of "$WORK/run.json" reference rows),$(of "$WORK/run.json" reference rows_held)" >>"$csv"
             done
         done
     done
@@ -323,7 +390,7 @@ coverage() {
 
 for section in $SECTIONS; do
     case $section in
-    sampling | truncation | formulas | peers | forecast | coverage) "$section" ;;
+    allocation | sampling | truncation | formulas | forecast | coverage | peers) "$section" ;;
     *) echo "error.sh: there is no section $section" >&2; exit 2 ;;
     esac
 done

@@ -5,11 +5,14 @@
  *   error_tool scene FOLDER NAME         FOLDER/NAME.ini: a scene of bench/kernel_scenes.h
  *   error_tool export CONFIG OUT [KEY=VALUE ...]
  *                                        the scene for Tachyon (OUT ends with .dat) or POV-Ray
+ *   error_tool allocation NAME CONFIG [KEY=VALUE ...]
+ *                                        what the best allocation of samples to pixels could gain
  */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "bench/error_allocation.h"
 #include "bench/kernel_export.h"
 #include "bench/kernel_picture.h"
 #include "bench/kernel_scenes.h"
@@ -41,6 +44,18 @@ static int export(const char *config, const char *out, char **overrides, size_t 
     return EXIT_SUCCESS;
 }
 
+static int allocation(const char *name, const char *config, char **overrides, size_t count)
+{
+    struct job job;
+    if (!load_job(config, overrides, count, REACH_ANYWHERE, &job)) return EXIT_FAILURE;
+    struct view view = settings_view(&job.settings);
+    struct scene *scene = builder_finish(job.builder, &view);
+    allocation_measure(scene, name, 0);
+    free(scene);
+    job_free(&job);
+    return EXIT_SUCCESS;
+}
+
 int main(int argc, char **argv)
 {
     if (argc == 4 && !strcmp(argv[1], "compare")) return compare(argv[2], argv[3]);
@@ -48,7 +63,10 @@ int main(int argc, char **argv)
         return kernel_scene_write(argv[2], argv[3], 1) ? EXIT_SUCCESS : EXIT_FAILURE;
     if (argc >= 4 && !strcmp(argv[1], "export"))
         return export(argv[2], argv[3], argv + 4, (size_t)argc - 4);
-    fputs("usage: error_tool compare A B | scene FOLDER NAME | export CONFIG OUT [KEY=VALUE ...]\n",
+    if (argc >= 4 && !strcmp(argv[1], "allocation"))
+        return allocation(argv[2], argv[3], argv + 4, (size_t)argc - 4);
+    fputs("usage: error_tool compare A B | scene FOLDER NAME | export CONFIG OUT [KEY=VALUE ...] | "
+          "allocation NAME CONFIG [KEY=VALUE ...]\n",
           stderr);
     return 2;
 }

@@ -13,8 +13,8 @@
  *   RESULT    renderer -> master   a lot or a part of it: for each of its tiles in their order struct
  *                                  result_header, then 3 floats (linear RGB) per pixel in the
  *                                  tile's pixel order; where sampling is adaptive those per pixel
- *                                  that got samples, then 3 more for each (worker/task.h); behind
- *                                  those of a probe (TILE_PROBE) one float per pixel, the CPU
+ *                                  that got samples, then 3 more for each, then one, the rays per
+ *                                  sample of each (worker/task.h); behind those of a probe (TILE_PROBE) one float per pixel, the CPU
  *                                  seconds that it took; filled up to
  *                                  result_bytes(). A tile that is dropped is a header alone, with
  *                                  RESULT_DROPPED.
@@ -166,10 +166,13 @@ _Static_assert(sizeof(struct result_header) == 224,
 _Static_assert(sizeof(struct renderer_stats) == 328,
                "struct renderer_stats goes over the wire as it is");
 
+/* Floats that are sent of a pixel where sampling is adaptive. */
+#define REFINED_FLOATS 7
+
 /* Floats that are sent of a pixel; halves: sampling is adaptive. */
 static inline size_t result_floats(const struct tile *tile, bool halves)
 {
-    return tile->pass == TILE_PROBE ? 4 : halves ? 6 : 3;
+    return tile->pass == TILE_PROBE ? 4 : halves ? REFINED_FLOATS : 3;
 }
 
 /* Bytes of a tile's part of a RESULT message with so many pixels: a multiple of 8, so that what
@@ -205,7 +208,7 @@ static inline size_t tile_part_bytes(const struct tile *tile)
 struct tile_renderer {
     void *state;
     bool (*render)(void *state, const struct tile *tile, const struct refinement *refinements,
-                   float *mean, float *difference, struct render_counts *counts);
+                   float *mean, float *difference, float *rays, struct render_counts *counts);
     bool (*probe)(void *state, const struct tile *tile, float *rgb, float *seconds);
 };
 

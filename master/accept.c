@@ -39,7 +39,8 @@ void accept_tile(struct server *server, uint32_t renderer, const struct tile *ti
     if (service->adaptive) {
         if (!is_as_asked(server, tile, header))
             fatal("renderer %u sent other pixels than it was asked for", renderer);
-        adaptive_put(service->adaptive, tile, rgb, rgb + 3 * (size_t)header->pixels);
+        save_part(service->save, tile, header->busy_s, &header->counts, rgb);
+        adaptive_put(service->adaptive, tile, rgb);
     } else {
         canvas_put(service->canvas, tile, rgb);
         save_tile(service->save, tile, header->busy_s, &header->counts);

@@ -5,7 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/hash.h"
 #include "common/message.h"
+#include "master/allocation.h"
 
 /* In one pass a pixel goes up this many levels at most: what is known of it is not enough for more. */
 #define LEVELS_PER_PASS 2
@@ -37,14 +39,19 @@ struct adaptive {
     struct canvas *canvas; /* the means */
     double target;
     unsigned passes;
-    bool met;          /* the target */
-    uint32_t last;     /* level of max_samples */
-    float *difference; /* 3 per pixel: A - B */
-    uint8_t *level;    /* of each pixel */
-    uint8_t *next;     /* which the pass brings it to */
-    float *error;      /* expected squared error of each pixel, when the pass was planned */
-    double *surprise;  /* of each block: the variance that nothing has warned of, per pixel */
-    double *variance;  /* one row and REACH zeros on either side */
+    bool met;         /* the target */
+    uint64_t missing; /* pixels of the pass that are to come */
+    double before;    /* the sum of squared errors when the pass was planned, as told by halves */
+    double promised;  /* the share of it that the plan expected to be left */
+    double log_promised, log_kept; /* of these shares and what came of them: sums over passes */
+    uint32_t last;                 /* level of max_samples */
+    float *difference;             /* 3 per pixel: A - B */
+    float *rays;                   /* of each pixel, per sample: what it costs */
+    uint8_t *level;                /* of each pixel */
+    uint8_t *next;                 /* which the pass brings it to */
+    float *error;     /* expected squared error of each pixel, when the pass was planned */
+    double *surprise; /* of each block: the variance that nothing has warned of, per pixel */
+    double *variance; /* one row and REACH zeros on either side */
     struct filtered rows[2 * REACH + 1]; /* of row y at y mod (2 REACH + 1) */
 };
 
@@ -90,11 +97,13 @@ struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas,
     assert(view->min_samples % 2 == 0 && view->max_samples % 2 == 0);
     size_t pixels = pixel_count(adaptive);
     adaptive->difference = allocate_zeroed(pixels, 3 * sizeof *adaptive->difference);
+    adaptive->rays = allocate_zeroed(pixels, sizeof *adaptive->rays);
     adaptive->level = allocate_zeroed(pixels, 1);
     adaptive->next = allocate(pixels, 1);
     adaptive->error = allocate_zeroed(pixels, sizeof *adaptive->error);
     memset(adaptive->next, 1, pixels);
     adaptive->passes = 1;
+    adaptive->missing = pixels;
     size_t width = canvas->width;
     adaptive->surprise = allocate_zeroed(block_count(canvas), sizeof *adaptive->surprise);
     adaptive->variance = allocate_zeroed(width + 2 * REACH, sizeof *adaptive->variance);
@@ -117,6 +126,7 @@ void adaptive_destroy(struct adaptive *adaptive)
     free(adaptive->error);
     free(adaptive->next);
     free(adaptive->level);
+    free(adaptive->rays);
     free(adaptive->difference);
     free(adaptive);
 }
@@ -255,113 +265,74 @@ static void expect_errors(struct adaptive *adaptive)
     expect_surprises(adaptive);
 }
 
-/* ---- the limit ---- */
+/* ---- what they cost ---- */
 
-/*
- * e / n of the pixels, in bins of an eighth of a power of two: of each bin and number of levels
- * that its pixels can still go up, the sum of e. Beyond the ends lies what no picture has.
- */
-enum { BINS_PER_OCTAVE = 8, OCTAVE_MIN = -120, OCTAVE_MAX = 100 };
-enum { BINS = (OCTAVE_MAX - OCTAVE_MIN) * BINS_PER_OCTAVE };
-
-struct histogram {
-    double sums[BINS][LEVEL_MAX + 1];
-    bool used[BINS];
-};
-
-/* The bin's upper end: all in it is below. */
-static double bin_end(int bin)
+/* Rays of all of the pixel's samples. */
+static double cost_of(const struct adaptive *adaptive, size_t pixel)
 {
-    int octave = bin / BINS_PER_OCTAVE, part = bin % BINS_PER_OCTAVE + 1;
-    return ldexp(1 + (double)part / BINS_PER_OCTAVE, octave + OCTAVE_MIN);
-}
-
-static int bin_of(double gain)
-{
-    int exponent;
-    double mantissa = 2 * frexp(gain, &exponent) - 1; /* 0 .. 1 */
-    exponent--;
-    if (!(gain > 0) || exponent < OCTAVE_MIN) return 0;
-    if (exponent >= OCTAVE_MAX) return BINS - 1;
-    return (exponent - OCTAVE_MIN) * BINS_PER_OCTAVE + (int)(mantissa * BINS_PER_OCTAVE);
+    return (double)adaptive->rays[pixel] * samples_of(adaptive, adaptive->level[pixel]);
 }
 
 static double gain_of(const struct adaptive *adaptive, size_t pixel)
 {
-    return (double)adaptive->error[pixel] / samples_of(adaptive, adaptive->level[pixel]);
+    return (double)adaptive->error[pixel] / cost_of(adaptive, pixel);
 }
 
-static double fill_histogram(const struct adaptive *adaptive, struct histogram *histogram)
+/* All pixels that have an error. */
+static struct allocation *allocate_all(const struct adaptive *adaptive)
 {
-    double sum = 0;
+    struct allocation *allocation = allocation_create();
     size_t pixels = pixel_count(adaptive);
     for (size_t i = 0; i < pixels; i++) {
         double error = (double)adaptive->error[i];
-        if (!(error > 0 && error < HUGE_VAL)) continue;
-        int bin = bin_of(gain_of(adaptive, i));
-        histogram->sums[bin][adaptive->last - adaptive->level[i]] += error;
-        histogram->used[bin] = true;
-        sum += error;
+        if (error > 0 && error < HUGE_VAL)
+            allocation_add(allocation, error, cost_of(adaptive, i),
+                           adaptive->last - adaptive->level[i]);
     }
-    return sum;
-}
-
-/* Doublings until gain, which goes down by 2^5/2 each time, is at most the limit. */
-static unsigned doublings(double gain, double limit, unsigned most)
-{
-    unsigned count = 0;
-    while (count < most && gain > limit) {
-        gain *= 0.17677669529663687;
-        count++;
-    }
-    return count;
-}
-
-/* The sum of the squared errors that is left under this limit. */
-static double left_under(const struct histogram *histogram, double limit)
-{
-    double sum = 0;
-    for (int bin = 0; bin < BINS; bin++) {
-        if (!histogram->used[bin]) continue;
-        unsigned most = doublings(bin_end(bin), limit, LEVEL_MAX);
-        double factor = 1;
-        for (unsigned k = 0; k <= LEVEL_MAX; k++) {
-            sum += factor * histogram->sums[bin][k];
-            if (k < most) factor *= 0.35355339059327379;
-        }
-    }
-    return sum;
-}
-
-/* The highest limit, of the ends of bins, that leaves at most so much. */
-static double find_limit(const struct histogram *histogram, double goal)
-{
-    int low = -1, high = BINS - 1; /* low leaves little enough (or nothing does), high too much */
-    while (high - low > 1) {
-        int middle = low + (high - low) / 2;
-        if (left_under(histogram, bin_end(middle)) <= goal)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low < 0 ? 0 : bin_end(low);
+    return allocation;
 }
 
 /* ---- the plan ---- */
 
+/* What the last pass has kept of its promise. */
+static void learn(struct adaptive *adaptive, double squares)
+{
+    if (!(adaptive->promised > 0 && adaptive->promised < 1 && squares > 0)) return;
+    adaptive->log_promised += log(adaptive->promised);
+    adaptive->log_kept += log(squares / adaptive->before);
+    adaptive->promised = 0;
+}
+
+/* What the plan that was just made expects to be left. */
+static void promise(struct adaptive *adaptive, double squares)
+{
+    double expected = 0, left = 0;
+    size_t pixels = pixel_count(adaptive);
+    for (size_t i = 0; i < pixels; i++) {
+        double error = (double)adaptive->error[i];
+        if (!(error > 0 && error < HUGE_VAL)) continue;
+        double before = samples_of(adaptive, adaptive->level[i]);
+        double after = samples_of(adaptive, adaptive->next[i]);
+        expected += error;
+        left += error * power(before / after);
+    }
+    adaptive->promised = expected > 0 ? left / expected : 0;
+    adaptive->before = squares;
+}
+
 /* Every pixel's next level; returns whether any goes up. */
 static bool assign_levels(struct adaptive *adaptive, double limit)
 {
-    bool any = false;
+    assert(adaptive->missing == 0);
     size_t pixels = pixel_count(adaptive);
     for (size_t i = 0; i < pixels; i++) {
         unsigned most = adaptive->last - adaptive->level[i];
         if (most > LEVELS_PER_PASS) most = LEVELS_PER_PASS;
-        unsigned up = doublings(gain_of(adaptive, i), limit, most);
+        unsigned up = allocation_doublings(gain_of(adaptive, i), limit, most);
         adaptive->next[i] = (uint8_t)(adaptive->level[i] + up);
-        any |= up > 0;
+        adaptive->missing += up > 0;
     }
-    return any;
+    return adaptive->missing > 0;
 }
 
 bool adaptive_plan(struct adaptive *adaptive)
@@ -369,17 +340,18 @@ bool adaptive_plan(struct adaptive *adaptive)
     uint64_t pixels, samples;
     struct error_sum told = adaptive_errors(adaptive, &pixels, &samples);
     struct error_estimate estimate = error_estimate(&told, pixels, adaptive->passes);
+    learn(adaptive, told.squares);
     adaptive->met = adaptive->target > 0 && estimate.high <= adaptive->target;
     if (adaptive->met) return false;
     expect_errors(adaptive);
-    struct histogram *histogram = allocate_zeroed(1, sizeof *histogram);
-    double expected = fill_histogram(adaptive, histogram);
+    struct allocation *allocation = allocate_all(adaptive);
     /* The expected errors say where the error is; how much it is, the pixels' own halves say. */
     double share = fmax(PASS_AIM_MIN, adaptive->target / estimate.high);
     if (share > PASS_AIM_MAX) share = PASS_AIM_MAX;
-    double limit = find_limit(histogram, share * share * expected);
-    free(histogram);
+    double limit = allocation_limit(allocation, share * share * allocation_error(allocation));
+    allocation_destroy(allocation);
     if (!assign_levels(adaptive, limit)) return false;
+    promise(adaptive, told.squares);
     adaptive->passes++;
     return true;
 }
@@ -387,6 +359,44 @@ bool adaptive_plan(struct adaptive *adaptive)
 bool adaptive_is_met(const struct adaptive *adaptive)
 {
     return adaptive->met;
+}
+
+double adaptive_rays(const struct adaptive *adaptive)
+{
+    double sum = 0;
+    size_t pixels = pixel_count(adaptive);
+    for (size_t i = 0; i < pixels; i++)
+        if (adaptive->level[i] > 0) sum += cost_of(adaptive, i);
+    return sum;
+}
+
+double adaptive_foresee(struct adaptive *adaptive, double rmse)
+{
+    uint64_t pixels, samples;
+    struct error_sum told = adaptive_errors(adaptive, &pixels, &samples);
+    if (pixels < pixel_count(adaptive) || !(told.squares > 0)) return HUGE_VAL;
+    /* A pass that promised to leave a share s left s^exponent. */
+    double exponent = 1;
+    if (adaptive->log_promised < 0) exponent = adaptive->log_kept / adaptive->log_promised;
+    if (!(exponent > 0)) return HUGE_VAL;
+    double share = pow(rmse * rmse * (double)pixels / told.squares, 1 / exponent);
+    if (share >= 1) return 0;
+    expect_errors(adaptive);
+    struct allocation *allocation = allocate_all(adaptive);
+    double limit = allocation_limit(allocation, share * allocation_error(allocation));
+    double cost = limit > 0 ? allocation_under(allocation, limit).cost : HUGE_VAL;
+    allocation_destroy(allocation);
+    return cost;
+}
+
+bool adaptive_is_complete(const struct adaptive *adaptive)
+{
+    return adaptive->missing == 0;
+}
+
+double adaptive_target(const struct adaptive *adaptive)
+{
+    return adaptive->target;
 }
 
 unsigned adaptive_passes(const struct adaptive *adaptive)
@@ -417,6 +427,8 @@ struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct
         work.samples += (uint64_t)(after - before);
         work.removed += (double)adaptive->error[i] * (1 - power(before / after));
     }
+    /* Pass 0 takes tiles as a whole. */
+    if (adaptive->passes == 1) work.pixels = pixels;
     return work;
 }
 
@@ -430,6 +442,18 @@ void adaptive_take(const struct adaptive *adaptive, const struct tile *tile,
     }
 }
 
+uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *tile)
+{
+    uint64_t hash = adaptive->passes;
+    uint32_t pixels = tile_pixels(tile);
+    for (uint32_t k = 0; k < pixels; k++) {
+        size_t i = pixel_at(adaptive, tile, k);
+        const uint8_t levels[2] = {adaptive->level[i], adaptive->next[i]};
+        hash = hash64(levels, sizeof levels, hash);
+    }
+    return hash;
+}
+
 /* What so many samples and so many more come to together. */
 static float combined(float mean, double samples, float more, double count)
 {
@@ -437,20 +461,33 @@ static float combined(float mean, double samples, float more, double count)
     return (float)((samples * (double)mean + count * (double)more) / (samples + count));
 }
 
-void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *mean,
-                  const float *difference)
+/* Rays per sample as they came in: a sample is one ray at least. */
+static double rays_of(float rays)
 {
-    uint32_t pixels = tile_pixels(tile);
+    return rays >= 1 && rays < HUGE_VALF ? (double)rays : 1;
+}
+
+void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part)
+{
+    uint32_t pixels = tile_pixels(tile), in = adaptive_work(adaptive, tile).pixels;
+    const float *mean = part, *difference = mean + 3 * (size_t)in,
+                *rays = difference + 3 * (size_t)in;
     for (uint32_t k = 0; k < pixels; k++) {
         size_t i = pixel_at(adaptive, tile, k);
         double before = samples_of(adaptive, adaptive->level[i]);
         double more = samples_of(adaptive, adaptive->next[i]) - before;
-        if (!(more > 0)) continue;
+        if (!(more > 0)) {
+            if (adaptive->passes > 1) continue;
+            mean += 3, difference += 3, rays++;
+            continue;
+        }
+        adaptive->missing--;
         for (size_t c = 3 * i; c < 3 * i + 3; c++) {
             adaptive->canvas->rgb[c] = combined(adaptive->canvas->rgb[c], before, *mean++, more);
             adaptive->difference[c] =
                 combined(adaptive->difference[c], before, *difference++, more);
         }
+        adaptive->rays[i] = combined(adaptive->rays[i], before, (float)rays_of(*rays++), more);
         adaptive->level[i] = adaptive->next[i];
     }
 }

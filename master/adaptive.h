@@ -18,12 +18,13 @@
  *        mean square of the components): about 1/n of a pixel's area can be of the neighbour's
  *        colour without having been hit by one of n samples.
  *
- * The samples of the pixel are doubled as long as e / n, what the squared error goes down by per
- * sample up to a factor, is above a limit. The limit is the same for all pixels of the picture, which
- * makes the sum of squared errors the least for so many samples (as J. Neyman's allocation does, J.
- * R. Stat. Soc. 97, 1934), and such that the picture is expected to reach the pass's aim: the
- * target, or half of the present error if that is more. Nothing is doubled more than twice in a
- * pass.
+ * The samples of the pixel are doubled as long as e / (n c), what the squared error goes down by per
+ * ray up to a factor, is above a limit; c are its rays per sample, shadow rays too: what a pixel
+ * costs, but the same on every machine, as seconds would not be. The limit is the same for all
+ * pixels of the picture, which makes the sum of squared errors the least for so many rays (as J.
+ * Neyman's allocation does, J. R. Stat. Soc. 97, 1934), and such that the picture is expected to
+ * reach the pass's aim: the target, or half of the present error if that is more. Nothing is doubled
+ * more than twice in a pass.
  *
  * So a thin wire that few first samples have met is followed from there, two pixels further in each
  * pass. What no sample has met, and no neighbour's, is not known and not looked for.
@@ -59,10 +60,10 @@ bool adaptive_plan(struct adaptive *adaptive);
 /* Whether the last adaptive_plan() found that the target is met. */
 bool adaptive_is_met(const struct adaptive *adaptive);
 
-/* What the pass adds in a tile. */
+/* What is still to come of the pass in a tile. */
 struct adaptive_work {
     uint64_t samples;
-    uint32_t pixels; /* that get some */
+    uint32_t pixels; /* that get some; in pass 0 all of them, also where only some are to come */
     double removed;  /* from the sum of the pixels' squared errors, expected; 0 in pass 0 */
 };
 struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct tile *tile);
@@ -72,11 +73,30 @@ void adaptive_take(const struct adaptive *adaptive, const struct tile *tile,
                    struct refinement *refinements);
 
 /*
- * The tile's pixels that get samples in this pass have come in, in the tile's order: the means of
- * these samples and the differences of their halves, 3 floats each. Once per pass and pixel.
+ * The tile's pixels that get samples in this pass, adaptive_work(), have come in, in the tile's order:
+ * 3 floats for each, the means of these samples, then 3 for each, the differences of their halves,
+ * then one for each, its rays per sample. What the pass has brought to a pixel already stays.
  */
-void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *mean,
-                  const float *difference);
+void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part);
+
+/* Rays that the samples so far have taken, as they came in. */
+double adaptive_rays(const struct adaptive *adaptive);
+
+/*
+ * How many rays more will lower the error to rmse: by the same rule as passes are planned, taken as
+ * good as passes so far have kept what they promised. HUGE_VAL: max_samples are too few for that, or
+ * there are pixels without samples yet. Passes are not changed.
+ */
+double adaptive_foresee(struct adaptive *adaptive, double rmse);
+
+/* Whether all pixels of the last planned pass are in. */
+bool adaptive_is_complete(const struct adaptive *adaptive);
+
+/* A hash of what is to be done in a tile: the same plan for the same pixels still to come. */
+uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *tile);
+
+/* As it was given to adaptive_create(). */
+double adaptive_target(const struct adaptive *adaptive);
 
 /* Errors of all pixels that have samples; their number; samples of all. */
 struct error_sum adaptive_errors(const struct adaptive *adaptive, uint64_t *pixels,

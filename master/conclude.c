@@ -44,6 +44,7 @@ static void fill_report(struct run *run, const struct service *service)
     report->repeated_tiles = count.repeated;
     report->wasted_s = count.wasted_s;
     report->time.render = service->render_s;
+    report->quantisation = image_quantisation(report->image_file, &run->canvas);
     report->renderers = service->stats;
     report->picture = service->counts;
     report->renderer_count = (int)run->renderers;

@@ -124,6 +124,20 @@ struct error_forecast error_forecast(const struct error_point *points, size_t co
     return forecast;
 }
 
+struct error_forecast error_forecast_to(const struct error_point *now, double goal, double more)
+{
+    struct error_forecast forecast = {.rmse = now->rmse, .seconds = now->seconds};
+    double times = log1p(more / now->seconds);
+    if (!(goal < now->rmse && times > 0 && times < HUGE_VAL)) return forecast;
+    forecast.slope = log(now->rmse / goal) / times;
+    /* Uncertain is what is to come, and where it begins. */
+    double spread =
+        hypot(FORECAST_SPREAD * more / (now->seconds + more), now->spread / forecast.slope);
+    forecast.slope_spread = forecast.slope * spread / times;
+    forecast.known = true;
+    return forecast;
+}
+
 static double seconds_at(const struct error_forecast *forecast, double rmse, double slope)
 {
     if (!(slope > 0)) return HUGE_VAL;

@@ -71,6 +71,14 @@ struct error_forecast {
 #define FORECAST_POINTS 4
 struct error_forecast error_forecast(const struct error_point *points, size_t count);
 
+/*
+ * That so many seconds more lower the error from a point to goal, below it; HUGE_VAL: nobody knows. The
+ * slope is that between the two. FORECAST_SPREAD is the standard deviation that such foresight had,
+ * relative, where it was measured (make bench-error, section forecast).
+ */
+#define FORECAST_SPREAD 0.1
+struct error_forecast error_forecast_to(const struct error_point *now, double goal, double more);
+
 /* Seconds of rendering until the error is rmse; *low and *high: +- one standard deviation of the
  * slope. */
 double forecast_seconds(const struct error_forecast *forecast, double rmse, double *low,

@@ -3,6 +3,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -225,6 +226,51 @@ static void encode(enum format format, const struct canvas *canvas, struct outpu
         hdr_encode(canvas, output_sink, output);
     else
         pfm_encode(canvas, output);
+}
+
+/* What a reader of the file has for a pixel. */
+static void read_back(enum format format, const float *rgb, float *back)
+{
+    if (format == FORMAT_HDR) {
+        hdr_read_back(rgb, back);
+        return;
+    }
+    for (int c = 0; c < 3; c++)
+        back[c] = format == FORMAT_PNG ? png_read_back(rgb[c]) : rgb[c];
+}
+
+/* Whether the format has room for the value. */
+static bool has_room(enum format format, float value)
+{
+    if (format == FORMAT_PFM) return true;
+    return value >= 0 && value <= (format == FORMAT_PNG ? 1 : 0x1.fep126f);
+}
+
+struct quantisation image_quantisation(const char *path, const struct canvas *canvas)
+{
+    enum format format = image_format(path);
+    struct quantisation result = {0};
+    double squares = 0, cut = 0;
+    uint64_t rounded = 0, pixels = (uint64_t)canvas->width * canvas->height;
+    for (uint64_t i = 0; i < pixels; i++) {
+        const float *rgb = canvas->rgb + 3 * i;
+        float back[3];
+        bool clipped = false;
+        read_back(format, rgb, back);
+        for (int c = 0; c < 3; c++) {
+            double miss = fabs((double)rgb[c] - (double)back[c]);
+            bool room = has_room(format, rgb[c]);
+            clipped |= !room;
+            if (!(miss < HUGE_VAL)) continue;
+            *(room ? &squares : &cut) += miss * miss;
+            rounded += room;
+            if (room && miss > result.most) result.most = miss;
+        }
+        result.clipped += clipped;
+    }
+    if (rounded > 0) result.rmse = sqrt(squares / (double)rounded);
+    result.clipped_rmse = sqrt(cut / (3 * (double)pixels));
+    return result;
 }
 
 bool image_write_for(const char *key, const char *path, const struct canvas *canvas)

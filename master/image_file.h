@@ -33,6 +33,19 @@ bool image_size_writable(const char *path, uint32_t width, uint32_t height);
  */
 bool output_writable(const char *path, const char *key);
 
+/*
+ * What a picture loses in a file of path's format. Of components that the format has room for (.png: 0
+ * to 1) the rounding: root of the mean square, and the largest. The others are clipped: in so many pixels,
+ * and the root of the mean, over all components of the picture, of the squares of what is cut off; what is
+ * not finite is clipped, too, but in no mean.
+ */
+struct quantisation {
+    double rmse, most;
+    uint64_t clipped;
+    double clipped_rmse;
+};
+struct quantisation image_quantisation(const char *path, const struct canvas *canvas);
+
 /* false, after saying why (disk full, ...), when the picture could not be written. */
 bool image_write(const char *path, const struct canvas *canvas);
 

@@ -48,8 +48,11 @@ static void resume(struct run *run)
         snprintf(again, sizeof again,
                  ", of which %.1f %% are rendered again (tiles of another cut)",
                  per_cent(run, found->pixels - count.pixels_finished));
-    fprintf(stderr, "farm: going on with %s: %.1f %% of the pixels%s, %.1f s of rendering saved\n",
-            run->job.settings.output.journal, per_cent(run, found->pixels), again,
+    char pass[40] = "";
+    if (run->adaptive) snprintf(pass, sizeof pass, " in pass %u", adaptive_passes(run->adaptive));
+    fprintf(stderr,
+            "farm: going on with %s%s: %.1f %% of the pixels%s, %.1f s of rendering saved\n",
+            run->job.settings.output.journal, pass, per_cent(run, found->pixels), again,
             resumed->seconds);
 }
 
@@ -68,9 +71,8 @@ uint64_t pixels_left(const struct run *run)
 bool open_save(struct run *run, const struct scene *scene)
 {
     const char *path = run->job.settings.output.journal;
-    /* The journal holds finished tiles: adaptive ones are not before the last pass. */
-    if (!*path || settings_adaptive(&run->job.settings)) return true;
-    run->save = save_open(path, scene, &run->canvas);
+    if (!*path) return true;
+    run->save = save_open(path, scene, &run->canvas, run->adaptive);
     if (!run->save) return false;
     resume(run);
     if (save_has_room(run->save, tiles_left(run), pixels_left(run))) return true;
@@ -85,9 +87,7 @@ bool open_save(struct run *run, const struct scene *scene)
 bool keep(struct run *run, const char *then)
 {
     if (!run->save) {
-        user_error(NULL, 0, "nothing is kept for another run, because %s",
-                   run->adaptive ? "adaptive sampling keeps no journal"
-                                 : "output.journal is empty");
+        user_error(NULL, 0, "nothing is kept for another run, because output.journal is empty");
         return false;
     }
     struct save_kept kept = save_keep(run->save);
@@ -95,7 +95,10 @@ bool keep(struct run *run, const char *then)
     char *journal = kept.moved ? format_text("output.journal=%s", kept.path) : NULL;
     char *command = command_line(run->arguments, run->processes, journal);
     struct queue_count count = queue_count(run->queue);
-    double saved = per_cent(run, count.pixels_finished - kept.lost_pixels);
+    /* In later passes tiles come once more, and only for some of their pixels. */
+    double saved = run->adaptive && adaptive_passes(run->adaptive) > 1
+                       ? 100
+                       : per_cent(run, count.pixels_finished - kept.lost_pixels);
     if (kept.lost)
         user_error(NULL, 0, "%llu finished tiles (%.1f s of rendering) could be saved nowhere",
                    (unsigned long long)kept.lost, kept.lost_s);

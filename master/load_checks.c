@@ -113,11 +113,28 @@ static bool kernel_good(const struct loader *loader, const char *config)
     return good;
 }
 
+/*
+ * Whether `samples` would be set for nothing: how many a pixel gets is settled by adaptive sampling. An
+ * argument may make the picture of a file with `samples` adaptive, as it may override any setting.
+ */
+static bool samples_are_idle(const struct loader *loader)
+{
+    const struct settings *s = loader->settings;
+    const struct origin *samples = setting_origin(loader, "sampling", "samples");
+    const char *end = s->sampling.target_error > 0 ? "target_error" : "time_limit";
+    bool overridden = samples->line > 0 && setting_origin(loader, "sampling", end)->line == 0;
+    return samples->file && !overridden;
+}
+
 /* An adaptive pixel's halves are of equal size. */
 static bool sampling_good(const struct loader *loader, const char *config)
 {
     const struct settings *s = loader->settings;
     if (!settings_adaptive(s)) return true;
+    if (samples_are_idle(loader))
+        return refuse_setting(loader, config, "sampling", "samples",
+                              "samples is not used beside target_error or time_limit, expected one "
+                              "of them (target_error = 0 and time_limit = 0 switch them off)");
     uint32_t min = s->sampling.min_samples, max = s->sampling.max_samples;
     if (min % 2)
         return refuse_setting(loader, config, "sampling", "min_samples",

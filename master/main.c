@@ -28,10 +28,13 @@ static void end_job(int status)
 
 static bool render_own_tile(void *state, const struct tile *tile,
                             const struct refinement *refinements, float *mean, float *difference,
-                            struct render_counts *counts)
+                            float *rays, struct render_counts *counts)
 {
-    struct task task = {
-        .tile = tile, .refinements = refinements, .mean = mean, .difference = difference};
+    struct task task = {.tile = tile,
+                        .refinements = refinements,
+                        .mean = mean,
+                        .difference = difference,
+                        .rays = rays};
     return renderer_task(state, &task, counts);
 }
 
@@ -68,8 +71,6 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     struct progress progress;
     struct tile_renderer own = {
         .state = renderer, .render = render_own_tile, .probe = probe_own_tile};
-    if (settings_adaptive(settings))
-        run->adaptive = adaptive_create(view, &run->canvas, settings->sampling.target_error);
     run->watch = (struct watch){
         .canvas = &run->canvas,
         .reference = run->reference.rgb ? &run->reference : NULL,

@@ -41,7 +41,7 @@ static bool own_keeps(struct server *server, const struct tile *tile)
 
 /* Memory for the pixels of a tile. */
 struct own_memory {
-    float *rgb;                     /* 6 each */
+    float *rgb;                     /* REFINED_FLOATS each */
     struct refinement *refinements; /* NULL: not adaptive */
 };
 
@@ -70,7 +70,8 @@ static bool render_one(struct server *server, const struct tile *tile,
     double begin = server_elapsed(server), cpu = clock_thread_cpu();
     if (probes ? !own->probe(own->state, tile, rgb, behind)
                : !own->render(own->state, tile, refinements, rgb,
-                              memory->refinements ? behind : NULL, &counts))
+                              memory->refinements ? behind : NULL,
+                              memory->refinements ? behind + 3 * (size_t)pixels : NULL, &counts))
         return false;
     double end = server_elapsed(server);
     stats->busy_s += end - begin;
@@ -98,7 +99,7 @@ void *render_own(void *argument)
     struct server *server = argument;
     struct service *service = server->service;
     uint32_t largest = queue_largest_lot(service->queue);
-    struct own_memory memory = {.rgb = allocate(largest, 6 * sizeof *memory.rgb)};
+    struct own_memory memory = {.rgb = allocate(largest, REFINED_FLOATS * sizeof *memory.rgb)};
     if (service->adaptive) memory.refinements = allocate(largest, sizeof *memory.refinements);
     double cpu = clock_thread_cpu();
     struct tile tiles[LOT_TILES];

@@ -19,12 +19,14 @@ static void add_work(struct server *server, struct tile tile)
     queue_add(service->queue, &tile, cost, work.removed / fmax(cost, 1e-300));
 }
 
-/* The next pass, or the end of passes; the lock is held. */
+/* The next pass, or what is left of this one, or the end of passes; the lock is held. */
 static void begin_pass(struct server *server)
 {
     struct service *service = server->service;
     const struct canvas *canvas = service->canvas;
-    server->last_pass = !adaptive_plan(service->adaptive);
+    /* One that an earlier run has left is there already. */
+    if (adaptive_is_complete(service->adaptive))
+        server->last_pass = !adaptive_plan(service->adaptive);
     if (server->last_pass) return;
     uint32_t edge = PASS_EDGE, largest = queue_largest_lot(service->queue);
     while (edge * edge > largest)

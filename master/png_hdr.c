@@ -1,5 +1,6 @@
 #include "master/png_hdr.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "common/message.h"
@@ -34,6 +35,11 @@ static unsigned char png_value(float value)
     return scaled >= 255 ? 255 : (unsigned char)scaled;
 }
 
+float png_read_back(float value)
+{
+    return (float)png_value(value) / 255;
+}
+
 void png_encode(const struct canvas *canvas, byte_sink *sink, void *context)
 {
     size_t values = (size_t)canvas->width * canvas->height * 3;
@@ -63,4 +69,13 @@ void hdr_encode(const struct canvas *canvas, byte_sink *sink, void *context)
     if (!stbi_write_hdr_to_func(sink, context, (int)canvas->width, (int)canvas->height, 3, rgb))
         fatal("cannot encode the Radiance picture");
     free(rgb);
+}
+
+void hdr_read_back(const float *rgb, float *back)
+{
+    float value[3] = {hdr_value(rgb[0]), hdr_value(rgb[1]), hdr_value(rgb[2])};
+    unsigned char bytes[4];
+    stbiw__linear_to_rgbe(bytes, value);
+    for (int c = 0; c < 3; c++)
+        back[c] = ldexpf(bytes[c], bytes[3] - (128 + 8));
 }

@@ -7,6 +7,10 @@
 /* Takes the next bytes of the file; remembers its own errors. */
 typedef void byte_sink(void *context, void *data, int bytes);
 
+/* What a reader makes of the bytes of a value; of the four bytes of three. */
+float png_read_back(float value);
+void hdr_read_back(const float *rgb, float *back);
+
 /* The largest sizes are image_size_writable()'s. */
 void png_encode(const struct canvas *canvas, byte_sink *sink, void *context);
 void hdr_encode(const struct canvas *canvas, byte_sink *sink, void *context);

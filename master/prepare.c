@@ -125,6 +125,9 @@ int prepare(struct run *run, struct scene **block)
         return print_check(run);
     }
     canvas_init(&run->canvas, view.region_w, view.region_h);
+    const struct settings *settings = &run->job.settings;
+    if (settings_adaptive(settings))
+        run->adaptive = adaptive_create(&view, &run->canvas, settings->sampling.target_error);
     if (open_save(run, *block)) return -1;
     discard(block);
     return STATUS_INPUT;

@@ -31,6 +31,9 @@ static void print_entry(struct printing *to, const char *key, const char *value)
 static bool is_printed(const struct settings *settings, const struct key *key)
 {
     if (key->type == VALUE_COLORS) return false; /* bottom and top say the same */
+    if (settings_adaptive(settings) &&
+        (const char *)settings + key->offset == (const char *)&settings->sampling.samples)
+        return false; /* it is not used */
     return key->type != VALUE_REGION || settings->image.region[2];
 }
 

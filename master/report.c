@@ -343,6 +343,16 @@ static void put_reference(struct json *json, const struct report *report)
     json_close(json, '}');
 }
 
+static void put_quantisation(struct json *json, const struct quantisation *quantisation)
+{
+    json_open(json, "quantisation", '{');
+    json_number(json, "rmse", quantisation->rmse);
+    json_number(json, "max", quantisation->most);
+    json_count(json, "clipped_pixels", quantisation->clipped);
+    json_number(json, "clipped_rmse", quantisation->clipped_rmse);
+    json_close(json, '}');
+}
+
 static void put_quality(struct json *json, const struct report *report)
 {
     struct render_counts counts = report_picture_counts(report);
@@ -354,6 +364,9 @@ static void put_quality(struct json *json, const struct report *report)
     json_number(json, "truncation", counts.truncation);
     json_count(json, "rays", counts.bound_rays);
     json_close(json, '}');
+    put_quantisation(json, &report->quantisation);
+    /* Nothing in a run knows it: that takes the same picture in more digits. */
+    json_null(json, "arithmetic");
     put_numerics(json, report, &counts);
     json_open(json, "resumed", '{');
     json_count(json, "tiles", report->resumed.tiles);

@@ -7,6 +7,7 @@
 #include "common/protocol.h"
 #include "common/settings.h"
 #include "master/error.h"
+#include "master/image_file.h"
 #include "master/timeline.h"
 #include "master/truth.h"
 
@@ -51,8 +52,9 @@ struct report {
     unsigned passes;                   /* of adaptive sampling; 0: it was not */
     const char *ended;                 /* "samples", "target", "max_samples" or "time" */
     bool has_reference;
-    struct truth truth;  /* against the reference */
-    double master_cpu_s; /* of serving, not of rendering */
+    struct truth truth;               /* against the reference */
+    struct quantisation quantisation; /* of the picture's file */
+    double master_cpu_s;              /* of serving, not of rendering */
     uint64_t master_messages;
     struct resumed resumed;
     struct heat_range heat;                   /* of the heat map; 0 and 0: none */

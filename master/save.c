@@ -26,14 +26,19 @@
 /* Seconds until a disk that was full, or a folder that was gone, is tried again. */
 #define RETRY 1.0
 
-/* The only pass: every sample of a pixel is taken at once. */
-#define PASS 0
-
-/* A finished tile that is not in the file; its pixels are in the canvas. */
+/* A finished tile that is not in the file. */
 struct finished {
     struct tile tile;
     double seconds;
     struct render_counts counts;
+    struct part_head *part; /* owned; NULL: its pixels are in the canvas */
+    size_t bytes;           /* of the part */
+};
+
+/* What the payload of a part begins with; the floats of adaptive_put() follow. */
+struct part_head {
+    struct render_counts counts;
+    uint64_t plan; /* adaptive_plan_hash() before it came in */
 };
 
 /* A list that grows. */
@@ -45,8 +50,9 @@ struct finished_list {
 struct save {
     struct journal *journal;
     struct canvas *canvas;
+    struct adaptive *adaptive; /* NULL: all samples of a pixel are taken at once */
     struct save_found found;
-    struct coverage coverage; /* of what was found; until the start */
+    struct coverage coverage; /* of what was found, in pass 0; until the start */
 
     /* Shared by all threads, under lock. */
     pthread_mutex_t lock;
@@ -65,7 +71,7 @@ struct save {
     size_t room; /* of payload, bytes */
 };
 
-/* ---- what a record holds: the counts, then 3 floats per pixel ---- */
+/* ---- what a record holds: the counts, then 3 floats per pixel; or struct part_head, then 7 ---- */
 
 static size_t payload_bytes(const struct tile *tile)
 {
@@ -76,7 +82,7 @@ static bool record_valid(const struct canvas *canvas, const struct journal_recor
                          struct render_counts *counts)
 {
     const struct tile *tile = &record->tile;
-    if (record->pass != PASS || tile->pass != PASS ||
+    if (record->pass != 0 || tile->pass != 0 ||
         !tile_message_valid(tile, sizeof *tile, canvas->width, canvas->height) ||
         record->bytes != payload_bytes(tile))
         return false;
@@ -84,11 +90,56 @@ static bool record_valid(const struct canvas *canvas, const struct journal_recor
     return render_counts_valid(counts);
 }
 
+/* Plans the next pass when it is this one that comes and all before it are there. */
+static bool follow_pass(struct adaptive *adaptive, uint32_t pass)
+{
+    if (pass != adaptive_passes(adaptive) || !adaptive_is_complete(adaptive))
+        return pass + 1 == adaptive_passes(adaptive);
+    return adaptive_plan(adaptive);
+}
+
+static size_t part_bytes(uint32_t pixels)
+{
+    return sizeof(struct part_head) + (size_t)pixels * REFINED_FLOATS * sizeof(float);
+}
+
+static bool part_valid(struct save *save, const struct journal_record *record,
+                       struct part_head *head)
+{
+    const struct tile *tile = &record->tile;
+    const struct canvas *canvas = save->canvas;
+    if (record->pass != tile->pass || record->bytes < sizeof *head ||
+        !tile_message_valid(tile, sizeof *tile, canvas->width, canvas->height) ||
+        !follow_pass(save->adaptive, tile->pass) ||
+        record->bytes != part_bytes(adaptive_work(save->adaptive, tile).pixels))
+        return false;
+    memcpy(head, record->payload, sizeof *head);
+    return head->plan == adaptive_plan_hash(save->adaptive, tile) &&
+           render_counts_valid(&head->counts);
+}
+
+static bool take_part(struct save *save, const struct journal_record *record)
+{
+    struct part_head head;
+    if (!part_valid(save, record, &head)) return false;
+    save->found.records++;
+    uint32_t pixels = record->pass > 0 ? 0 : coverage_add(&save->coverage, &record->tile);
+    if (record->pass == 0 && !pixels) return true;
+    adaptive_put(save->adaptive, &record->tile,
+                 (const void *)((const char *)record->payload + sizeof head));
+    save->found.tiles++;
+    save->found.pixels += pixels;
+    save->found.seconds += record->seconds;
+    render_counts_add(&save->found.counts, &head.counts);
+    return true;
+}
+
 /* A tile that brings nothing new is not counted: it was written twice. */
 static bool take_record(void *state, const struct journal_record *record)
 {
     struct save *save = state;
     struct render_counts counts;
+    if (save->adaptive) return take_part(save, record);
     if (!record_valid(save->canvas, record, &counts)) return false;
     save->found.records++;
     uint32_t pixels = coverage_add(&save->coverage, &record->tile);
@@ -105,6 +156,11 @@ static bool take_record(void *state, const struct journal_record *record)
 static bool append(struct save *save, const struct finished *finished)
 {
     const struct tile *tile = &finished->tile;
+    if (finished->part) {
+        struct journal_record part = {*tile, tile->pass, finished->seconds, finished->part,
+                                      finished->bytes};
+        return journal_append(save->journal, &part);
+    }
     size_t bytes = payload_bytes(tile);
     if (bytes > save->room) {
         save->payload = reallocate(save->payload, bytes, 1);
@@ -112,7 +168,7 @@ static bool append(struct save *save, const struct finished *finished)
     }
     memcpy(save->payload, &finished->counts, sizeof finished->counts);
     canvas_get(save->canvas, tile, (void *)(save->payload + sizeof finished->counts));
-    struct journal_record record = {*tile, PASS, finished->seconds, save->payload, bytes};
+    struct journal_record record = {*tile, 0, finished->seconds, save->payload, bytes};
     return journal_append(save->journal, &record);
 }
 
@@ -131,6 +187,8 @@ static void list_append(struct finished_list *list, const struct finished *items
 /* Takes the first ones away. */
 static void list_drop(struct finished_list *list, size_t count)
 {
+    for (size_t i = 0; i < count; i++)
+        free(list->items[i].part);
     list->count -= count;
     if (count) memmove(list->items, list->items + count, list->count * sizeof *list->items);
 }
@@ -198,15 +256,31 @@ static void *write_tiles(void *argument)
     return NULL;
 }
 
+static void come_in(struct save *save, const struct finished *finished)
+{
+    pthread_mutex_lock(&save->lock);
+    list_append(&save->come, finished, 1);
+    if (save->idle) pthread_cond_signal(&save->changed);
+    pthread_mutex_unlock(&save->lock);
+}
+
 void save_tile(struct save *save, const struct tile *tile, double seconds,
                const struct render_counts *counts)
 {
+    if (save)
+        come_in(save, &(struct finished){.tile = *tile, .seconds = seconds, .counts = *counts});
+}
+
+void save_part(struct save *save, const struct tile *tile, double seconds,
+               const struct render_counts *counts, const float *part)
+{
     if (!save) return;
-    struct finished finished = {*tile, seconds, *counts};
-    pthread_mutex_lock(&save->lock);
-    list_append(&save->come, &finished, 1);
-    if (save->idle) pthread_cond_signal(&save->changed);
-    pthread_mutex_unlock(&save->lock);
+    struct finished finished = {.tile = *tile, .seconds = seconds};
+    finished.bytes = part_bytes(adaptive_work(save->adaptive, tile).pixels);
+    finished.part = allocate(finished.bytes, 1);
+    *finished.part = (struct part_head){*counts, adaptive_plan_hash(save->adaptive, tile)};
+    memcpy(finished.part + 1, part, finished.bytes - sizeof *finished.part);
+    come_in(save, &finished);
 }
 
 /* ---- from open to end ---- */
@@ -230,17 +304,28 @@ static uint64_t program_hash(void)
     return hash;
 }
 
-struct save *save_open(const char *path, const struct scene *scene, struct canvas *canvas)
+/* Passes follow from the target, too. */
+static uint64_t picture_hash(const struct scene *scene, const struct adaptive *adaptive)
+{
+    uint64_t program = program_hash();
+    double target = adaptive ? adaptive_target(adaptive) : 0;
+    if (adaptive) program = hash64(&target, sizeof target, program);
+    return journal_picture(scene, program);
+}
+
+struct save *save_open(const char *path, const struct scene *scene, struct canvas *canvas,
+                       struct adaptive *adaptive)
 {
     struct save *save = allocate_zeroed(1, sizeof *save);
     save->canvas = canvas;
+    save->adaptive = adaptive;
     coverage_init(&save->coverage, canvas->width, canvas->height);
     struct journal_reader reader = {
         .take = take_record,
         .state = save,
-        .largest = sizeof(struct render_counts) + (size_t)TILE_MAX_PIXELS * 3 * sizeof(float),
+        .largest = part_bytes(TILE_MAX_PIXELS),
     };
-    save->journal = journal_open(path, journal_picture(scene, program_hash()), &reader);
+    save->journal = journal_open(path, picture_hash(scene, adaptive), &reader);
     if (save->journal) return save;
     coverage_free(&save->coverage);
     free(save);
@@ -257,16 +342,17 @@ uint32_t save_holds(const struct save *save, const struct tile *tile)
     return coverage_count(&save->coverage, tile);
 }
 
-/* The queue may split tiles: four times as many are a lot. */
-static uint64_t bytes_to_come(uint64_t tiles, uint64_t pixels)
+/* The queue may split tiles: four times as many are a lot. What passes there will be behind the one
+ * in work nobody knows. */
+static uint64_t bytes_to_come(const struct save *save, uint64_t tiles, uint64_t pixels)
 {
-    return 4 * tiles * journal_record_bytes(sizeof(struct render_counts)) +
-           pixels * 3 * sizeof(float);
+    return 4 * tiles * journal_record_bytes(sizeof(struct part_head)) +
+           pixels * (save->adaptive ? REFINED_FLOATS : 3) * sizeof(float);
 }
 
 bool save_has_room(const struct save *save, uint32_t tiles, uint64_t pixels)
 {
-    uint64_t bytes = bytes_to_come(tiles, pixels), room = journal_room(save->journal);
+    uint64_t bytes = bytes_to_come(save, tiles, pixels), room = journal_room(save->journal);
     if (bytes <= room) return true;
     user_error(journal_path(save->journal), 0,
                "the journal takes up to %.1f MB, but the disk has only %.1f MB left: free some "
@@ -279,7 +365,7 @@ void save_start(struct save *save, uint32_t tiles, uint64_t pixels)
 {
     pthread_condattr_t monotonic;
     coverage_free(&save->coverage);
-    save->reserve = tiles ? bytes_to_come(tiles, pixels) : 0;
+    save->reserve = tiles ? bytes_to_come(save, tiles, pixels) : 0;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
     if (pthread_mutex_init(&save->lock, NULL) != 0 ||
@@ -308,6 +394,7 @@ static void end_thread(struct save *save)
 static void destroy(struct save *save)
 {
     coverage_free(&save->coverage);
+    list_drop(&save->waiting, save->waiting.count);
     free(save->come.items);
     free(save->waiting.items);
     free(save->payload);
@@ -330,7 +417,7 @@ static uint64_t pixels_waiting(const struct save *save)
 /* A copy in another folder, with all that belongs to it. */
 static bool move_to(struct save *save, const char *folder, const char *name)
 {
-    uint64_t more = bytes_to_come(save->waiting.count, pixels_waiting(save));
+    uint64_t more = bytes_to_come(save, save->waiting.count, pixels_waiting(save));
     char *path = format_text("%s/%s-%ld.journal", folder, name, (long)getpid());
     bool moved = journal_move(save->journal, path, more) && is_safe(save);
     free(path);

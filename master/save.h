@@ -18,6 +18,7 @@
 
 #include "common/protocol.h"
 #include "common/scene.h"
+#include "master/adaptive.h"
 #include "master/canvas.h"
 
 /* What an earlier run has left. */
@@ -33,9 +34,12 @@ struct save;
 
 /*
  * Opens the journal at path for this scene and puts what it holds into the canvas, which outlives the
- * result. NULL after user_error() (journal_open()).
+ * result, or, where sampling is adaptive, through adaptive_put() pass by pass: each pass is planned
+ * again from the one before, and a record counts if it has just what that plan asks for. NULL
+ * after user_error() (journal_open()).
  */
-struct save *save_open(const char *path, const struct scene *scene, struct canvas *canvas);
+struct save *save_open(const char *path, const struct scene *scene, struct canvas *canvas,
+                       struct adaptive *adaptive);
 
 const struct save_found *save_found(const struct save *save);
 
@@ -54,6 +58,13 @@ void save_start(struct save *save, uint32_t tiles, uint64_t pixels);
  */
 void save_tile(struct save *save, const struct tile *tile, double seconds,
                const struct render_counts *counts);
+
+/*
+ * The same where sampling is adaptive, before adaptive_put() with the same part, which is copied: later
+ * passes change the canvas.
+ */
+void save_part(struct save *save, const struct tile *tile, double seconds,
+               const struct render_counts *counts, const float *part);
 
 /* What save_keep() has made of it. */
 struct save_kept {

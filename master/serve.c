@@ -150,7 +150,7 @@ static void end_server(struct server *server)
 /* Of any message from a renderer. */
 static size_t largest_message(const struct service *service)
 {
-    size_t floats = service->adaptive ? 6 : 4;
+    size_t floats = service->adaptive ? REFINED_FLOATS : 4;
     size_t bytes = LOT_TILES * (sizeof(struct result_header) + 8) +
                    queue_largest_lot(service->queue) * floats * sizeof(float);
     _Static_assert(sizeof(struct ready) <= sizeof(struct renderer_stats), "has room, too");

@@ -12,6 +12,9 @@
 #define FIRST_ROW  0.5
 #define ROW_FACTOR 1.25
 
+/* What share of the rays later passes have when they tell what a ray takes. */
+#define LATER_RAYS 0.3
+
 static uint64_t pixel_count(const struct watch *watch)
 {
     return (uint64_t)watch->canvas->width * watch->canvas->height;
@@ -81,40 +84,53 @@ void watch_look(struct watch *watch, double now)
     watch->next = watch->begin + (now - watch->begin) * ROW_FACTOR;
 }
 
-/* For the forecast, which takes the last few. */
-static void add_point(struct watch *watch, const struct error_sum *sum, uint64_t pixels,
-                      double seconds)
-{
-    struct error_point point;
-    if (!error_point(sum, pixels, seconds, &point)) return;
-    if (watch->point_count == FORECAST_POINTS) {
-        memmove(watch->points, watch->points + 1, (FORECAST_POINTS - 1) * sizeof point);
-        watch->point_count--;
-    }
-    watch->points[watch->point_count++] = point;
-}
-
 void watch_pass(struct watch *watch, double now)
 {
-    struct look look = look_at(watch);
     add_row(watch, now);
-    add_point(watch, &look.sum, look.pixels, watch->work_s);
+    if (watch->first_rays > 0) return;
+    watch->first_rays = adaptive_rays(watch->adaptive);
+    watch->first_s = watch->work_s;
 }
 
 /* Where there is one pass, its middle is known, too. */
-static void add_middle(struct watch *watch)
+static struct error_forecast forecast_by_middle(const struct watch *watch)
 {
+    struct error_point points[2];
     uint32_t half = samples_halfway(watch->samples);
-    if (half > 0)
-        add_point(watch, &watch->halfway, watch->finished, watch->work_s * half / watch->samples);
-    add_point(watch, &watch->sampling, watch->finished, watch->work_s);
+    if (half == 0 ||
+        !error_point(&watch->halfway, watch->finished, watch->work_s * half / watch->samples,
+                     &points[0]) ||
+        !error_point(&watch->sampling, watch->finished, watch->work_s, &points[1]))
+        return (struct error_forecast){0};
+    return error_forecast(points, 2);
+}
+
+/* CPU seconds that a ray of a later pass takes: other pixels than in the first one, fewer together. */
+static double seconds_per_ray(const struct watch *watch)
+{
+    double rays = adaptive_rays(watch->adaptive), later = rays - watch->first_rays;
+    if (watch->first_rays > 0 && later > LATER_RAYS * rays)
+        return (watch->work_s - watch->first_s) / later;
+    return watch->work_s / rays;
+}
+
+static struct error_forecast forecast_by_plan(const struct watch *watch)
+{
+    struct error_point now;
+    struct look look = look_at(watch);
+    if (!error_point(&look.sum, look.pixels, watch->work_s, &now))
+        return (struct error_forecast){0};
+    double goal = forecast_goal(now.rmse);
+    double more = adaptive_foresee(watch->adaptive, goal) * seconds_per_ray(watch);
+    return error_forecast_to(&now, goal, more);
 }
 
 /* In the CPU time of rendering, which other programs do not stretch, then as a share of the wall
  * time that this run had for it. */
 static struct error_forecast forecast_of(const struct watch *watch, double render_s)
 {
-    struct error_forecast forecast = error_forecast(watch->points, watch->point_count);
+    struct error_forecast forecast =
+        watch->adaptive ? forecast_by_plan(watch) : forecast_by_middle(watch);
     if (watch->work_s > 0) forecast.seconds *= render_s / watch->work_s;
     return forecast;
 }
@@ -127,7 +143,6 @@ bool watch_end(struct watch *watch, double now, double render_s, struct error_fo
         (double)look_at(watch).samples >
             watch->log.rows[rows - 1].samples * (double)pixel_count(watch))
         add_row(watch, now);
-    if (!watch->adaptive) add_middle(watch);
     *forecast = forecast_of(watch, render_s);
     if (!watch->csv) return true;
     bool written = !ferror(watch->csv);

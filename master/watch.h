@@ -16,8 +16,8 @@
 struct watch {
     /* Filled in before watch_start(). */
     const struct canvas *canvas;
-    const struct canvas *reference;  /* of the same size; NULL: none */
-    const struct adaptive *adaptive; /* NULL: every pixel gets so many samples: */
+    const struct canvas *reference; /* of the same size; NULL: none */
+    struct adaptive *adaptive;      /* NULL: every pixel gets so many samples: */
     uint32_t samples;
     double begin;             /* start of the program, a time of common/clock.h */
     struct snapshot snapshot; /* the picture so far: path, and seconds from one to the next */
@@ -28,9 +28,8 @@ struct watch {
     uint64_t finished; /* pixels */
     double work_s;     /* CPU seconds of rendering, of all renderers */
     struct error_log log;
-    struct error_point points[FORECAST_POINTS]; /* of the last passes */
-    size_t point_count;
-    double next; /* when the next row is due */
+    double first_rays, first_s; /* rays so far and work_s, when the first pass was complete */
+    double next;                /* when the next row is due */
 };
 
 /* csv: path of the CSV file, empty for none. false, after saying why: it cannot be written. */

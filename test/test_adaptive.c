@@ -78,9 +78,10 @@ static void render_tile(struct adaptive *adaptive, const struct view *view, scen
 {
     uint32_t pixels = tile_pixels(tile), in = 0;
     struct refinement *refinements = allocate(pixels, sizeof *refinements);
-    float *mean = allocate(pixels, 3 * sizeof *mean),
-          *difference = allocate(pixels, 3 * sizeof *mean);
+    float *mean = allocate(pixels, 7 * sizeof *mean);
     adaptive_take(adaptive, tile, refinements);
+    uint32_t work = adaptive_work(adaptive, tile).pixels;
+    float *difference = mean + 3 * (size_t)work, *rays = difference + 3 * (size_t)work;
     for (uint32_t k = 0; k < pixels; k++) {
         uint32_t begin = level_samples(view, refinements[k].from), x, y;
         uint32_t end = level_samples(view, refinements[k].to);
@@ -96,11 +97,11 @@ static void render_tile(struct adaptive *adaptive, const struct view *view, scen
             mean[3 * in + c] = (float)((sum[0] + sum[1]) / (2 * half));
             difference[3 * in + c] = (float)((sum[0] - sum[1]) / half);
         }
+        rays[in] = 1;
         in++;
     }
-    adaptive_put(adaptive, tile, mean, difference);
+    adaptive_put(adaptive, tile, mean);
     free(mean);
-    free(difference);
     free(refinements);
 }
 
@@ -254,6 +255,28 @@ static void test_wire_is_followed(void **state)
     drop(&result);
 }
 
+/* What a run foresees for a lower error is what a run to that takes: where the error is in many pixels. */
+static void test_rays_are_foreseen(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 4096);
+    struct result coarse, fine;
+    run(&fine, balls, &view, 0.01, 32, false);
+    run(&coarse, balls, &view, 0.02, 32, false);
+    double before = adaptive_rays(coarse.adaptive), took = adaptive_rays(fine.adaptive);
+    double foreseen = before + adaptive_foresee(coarse.adaptive, fine.estimated);
+    assert_true(before < 0.7 * took);
+    if (!(fabs(foreseen / took - 1) < 0.2)) fail_msg("%g rays foreseen, %g", foreseen, took);
+    assert_true(adaptive_foresee(coarse.adaptive, 1) == 0);
+    drop(&fine);
+    drop(&coarse);
+    /* Not with so few. */
+    view.max_samples = 8;
+    run(&coarse, ball, &view, 0.006, 32, false);
+    assert_true(adaptive_foresee(coarse.adaptive, 1e-5) == HUGE_VAL);
+    drop(&coarse);
+}
+
 static void test_max_samples_end_it(void **state)
 {
     (void)state;
@@ -296,6 +319,7 @@ int main(void)
         cmocka_unit_test(test_flat_needs_one_pass), cmocka_unit_test(test_tiles_do_not_matter),
         cmocka_unit_test(test_targets_are_met),     cmocka_unit_test(test_wire_is_followed),
         cmocka_unit_test(test_max_samples_end_it),  cmocka_unit_test(test_not_finite),
+        cmocka_unit_test(test_rays_are_foreseen),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

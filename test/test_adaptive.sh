@@ -78,6 +78,16 @@ refused() { # TEXT OVERRIDE...
     run 2 farm_n 0 "$SCENE" output.image=no.png "$@" && [ "$(lines "$err")" -eq 1 ] &&
         case $err in *"$text"*) ! [ -e no.png ] ;; *) echo "# $err"; return 1 ;; esac
 }
+check "samples beside a target" refused "samples is not used" sampling.target_error=0.1 sampling.samples=4
+check "samples beside a limit" refused "samples is not used" sampling.time_limit=1 sampling.samples=4
+printf '[sampling]\nsamples = 4\n[sphere a]\ncenter = 0 0 0\nradius = 1\n[light a]\nposition = 0 9 9\n' >both.ini
+sed 's/samples = 4/&\ntarget_error = 0.1/' both.ini >twice.ini
+beside() {
+    run 2 "$FARM" twice.ini && case $err in twice.ini:2:*"samples is not used"*) ;; *) echo "$err"; return 1 ;; esac
+    run 0 "$FARM" --print-config both.ini sampling.target_error=0.1 && echo "$out" >again.ini &&
+        run 0 "$FARM" --check again.ini && ! grep -q '^samples' again.ini
+}
+check "an argument takes the place of samples in a file" beside
 check "odd min_samples" refused "min_samples is odd" sampling.target_error=0.1 sampling.min_samples=5
 check "odd max_samples" refused "max_samples is odd" sampling.target_error=0.1 sampling.max_samples=15
 check "no room between them" refused "max_samples is not above" sampling.time_limit=1 \

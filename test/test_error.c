@@ -86,6 +86,20 @@ static void test_intervals_hold(void **state)
     assert_true(missed <= RUNS * (1 - ERROR_CONFIDENCE));
 }
 
+static void test_forecast_to_a_goal(void **state)
+{
+    (void)state;
+    struct error_point now = {.seconds = 4, .rmse = 0.01, .spread = 0.01};
+    struct error_forecast forecast = error_forecast_to(&now, 0.005, 8);
+    double low, high;
+    assert_true(forecast.known);
+    assert_close(forecast.slope, log(2) / log(3), 1e-12);
+    assert_close(forecast_seconds(&forecast, 0.005, &low, &high), 12, 1e-9);
+    assert_true(low < 12 && 10.5 < low && high > 12 && high < 13.5);
+    assert_false(error_forecast_to(&now, 0.005, HUGE_VAL).known);
+    assert_false(error_forecast_to(&now, 0.02, 1).known);
+}
+
 static void test_forecast_of_a_power_law(void **state)
 {
     (void)state;
@@ -151,6 +165,7 @@ int main(void)
         cmocka_unit_test(test_nothing_is_no_error),
         cmocka_unit_test(test_interval_widens_with_every_look),
         cmocka_unit_test(test_intervals_hold),
+        cmocka_unit_test(test_forecast_to_a_goal),
         cmocka_unit_test(test_forecast_of_a_power_law),
         cmocka_unit_test(test_no_forecast),
         cmocka_unit_test(test_goals_are_round),

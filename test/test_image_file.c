@@ -442,11 +442,45 @@ static void test_read_only(void **state)
 
 #define TEST(name) cmocka_unit_test_setup_teardown(name, enter_folder, leave_folder)
 
+/* What files lose, as it is read back from them. */
+static void test_quantisation(void **state)
+{
+    (void)state;
+    struct canvas canvas;
+    canvas_init(&canvas, 40, 3);
+    for (int i = 0; i < 360; i++)
+        canvas.rgb[i] = (float)i / 363 + 0.0003f;
+    struct quantisation png = image_quantisation("a.png", &canvas);
+    assert_true(png.clipped == 0 && png.clipped_rmse == 0);
+    /* Half a step at most, and evenly spread below that. */
+    assert_true(png.most <= 0.5 / 255 + 1e-7 && png.most > 0.45 / 255);
+    assert_true(fabs(png.rmse * 255 * sqrt(12) - 1) < 0.1);
+    struct quantisation pfm = image_quantisation("a.pfm", &canvas);
+    assert_true(pfm.rmse == 0 && pfm.most == 0 && pfm.clipped == 0);
+    assert_true(image_write("a.hdr", &canvas));
+    int width, height, channels;
+    float *back = stbi_loadf("a.hdr", &width, &height, &channels, 3);
+    double most = 0;
+    for (int i = 0; i < 360; i++)
+        most = fmax(most, fabs((double)canvas.rgb[i] - (double)back[i]));
+    stbi_image_free(back);
+    struct quantisation hdr = image_quantisation("a.hdr", &canvas);
+    assert_true(hdr.most == most && hdr.rmse < most && hdr.rmse > 0 && hdr.clipped == 0);
+    canvas.rgb[3] = 2;
+    canvas.rgb[5] = 5;
+    canvas.rgb[7] = NAN;
+    png = image_quantisation("a.png", &canvas);
+    assert_true(png.clipped == 2 && png.most <= 0.5 / 255 + 1e-7);
+    assert_true(fabs(png.clipped_rmse - sqrt((1 + 16) / 360.0)) < 1e-12);
+    canvas_free(&canvas);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         TEST(test_extensions),
         TEST(test_png_values),
+        TEST(test_quantisation),
         TEST(test_png_all_values),
         TEST(test_hdr),
         TEST(test_hdr_extremes),

@@ -434,7 +434,7 @@ static void test_passes_add_up(void **state)
     assert_true(renderer_task(renderer, &task, &all));
     renderer_destroy(renderer);
     renderer = renderer_create(scene, bvh);
-    task = (struct task){&tile, refinements, 0, part[0], part[1]};
+    task = (struct task){&tile, refinements, 0, part[0], part[1], NULL};
     for (uint8_t pass = 0; pass < 4; pass++) {
         uint32_t in = 0;
         for (uint32_t k = 0; k < PIXELS; k++) {

@@ -110,6 +110,8 @@ static void test_json(void **state)
     assert_has(text, "\"repeated_tiles\": 3,\n    \"wasted_s\": 0.062500\n");
     assert_has(text, "\"error\": [],");
     assert_has(text, "\"truncation\": 0.001,\n    \"rays\": 10\n");
+    assert_has(text, "\"arithmetic\": null,");
+    assert_has(text, "\"quantisation\": {\n    \"rmse\": 0,\n    \"max\": 0,\n");
     assert_has(text, "\"nonfinite\": 0,\n    \"first\": null,\n    \"exact_fallbacks\": 14,\n"
                      "    \"unmatched_media\": 0,\n    \"open_media\": 0\n  },");
     assert_has(text, "\"seconds_saved\": 0.000000,\n    \"seconds_repeated\": 0.000000\n  }\n}\n");

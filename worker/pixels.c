@@ -52,6 +52,7 @@ static void put_pixel(struct renderer *renderer, uint32_t pixel, uint32_t begin,
     put_color(task->mean + 3 * (size_t)place, samples == 1 ? sum : divided(sum, samples));
     if (samples > 1) add_error(&renderer->counts.sampling, difference, evens, samples - evens);
     if (task->difference) put_color(task->difference + 3 * (size_t)place, difference);
+    if (task->rays) task->rays[place] = (float)((double)progress->sum.rays / samples);
 }
 
 static void finish_pixel(struct renderer *renderer, uint32_t pixel, uint32_t begin, uint32_t end)
@@ -67,12 +68,14 @@ static void finish_pixel(struct renderer *renderer, uint32_t pixel, uint32_t beg
     progress->sum = (struct pixel_sum){0};
 }
 
-void add_sample(struct renderer *renderer, uint32_t pixel, struct vec3 color, double truncation)
+void add_sample(struct renderer *renderer, uint32_t pixel, struct vec3 color, double truncation,
+                uint32_t rays)
 {
     struct progress *progress = &renderer->progress;
     struct task_cursor *adds = &progress->adds;
     color_sum_add(&progress->sum.half[adds->sample & 1], color);
     progress->sum.truncation += truncation;
+    progress->sum.rays += rays;
     progress->added++;
     uint32_t begin = adds->begin, end = adds->end, so_far = adds->sample + 1 - begin;
     if (so_far == progress->halfway)

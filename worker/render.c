@@ -86,8 +86,9 @@ const struct scene *renderer_scene(const struct renderer *renderer)
 static void finish_path(struct renderer *renderer, uint32_t p)
 {
     const struct path *path = &renderer->paths[p];
-    renderer->finished[path->index % WINDOW] = (struct finished){
-        finished_sum(renderer, &path->color), omission_bound(&path->omission), path->pixel, true};
+    renderer->finished[path->index % WINDOW] =
+        (struct finished){finished_sum(renderer, &path->color), omission_bound(&path->omission),
+                          path->pixel, path->traced, true};
     renderer->idle[renderer->idle_count++] = p;
 }
 
@@ -115,6 +116,7 @@ static bool next_branch(struct renderer *renderer, struct path *path, struct bra
     if (!path->bounding) {
         if (path->rays < renderer->ray_budget && next_shown(renderer, &path->tree, branch)) {
             path->rays++;
+            path->traced++;
             renderer->counts.rays[branch->kind]++;
             return true;
         }
@@ -125,6 +127,7 @@ static bool next_branch(struct renderer *renderer, struct path *path, struct bra
     if (renderer->progress.task.first > 0 ||
         !omission_next(&path->omission, &renderer->radiance, branch))
         return false;
+    path->traced++;
     renderer->counts.bound_rays++;
     renderer->bounding++;
     return true;
@@ -212,6 +215,7 @@ static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool fl
     path->pixel = progress->place;
     path->sample = progress->next.sample;
     path->bad = false;
+    path->traced = 1;
     progress->started++;
     if (flat) return;
     tree_clear(&path->tree);
@@ -263,7 +267,7 @@ static void add_finished(struct renderer *renderer)
         struct finished *next = &renderer->finished[progress->added % WINDOW];
         if (!next->waits) break;
         next->waits = false;
-        add_sample(renderer, next->pixel, next->color, next->truncation);
+        add_sample(renderer, next->pixel, next->color, next->truncation, next->traced);
     }
 }
 
@@ -296,7 +300,8 @@ static bool trace_flat(struct renderer *renderer)
         trace_flat_wave(renderer);
         for (uint32_t i = 0; i < renderer->count; i++) {
             const struct path *path = &renderer->paths[i];
-            add_sample(renderer, path->pixel, finished_sum(renderer, &path->color), 0);
+            add_sample(renderer, path->pixel, finished_sum(renderer, &path->color), 0,
+                       path->traced);
         }
     }
     return true;

@@ -23,6 +23,7 @@ struct path {
     struct color_sum color;
     uint32_t pixel;  /* of the tile */
     uint32_t sample; /* of the pixel */
+    uint32_t traced; /* rays of all kinds, to be shown or not */
     bool bad;        /* counted as not finite */
     bool bounding;   /* all that is shown is traced; the rest goes into the bound */
     uint64_t rays;   /* traced so far to be shown, without shadow rays */
@@ -35,7 +36,8 @@ struct path {
 struct finished {
     struct vec3 color;
     double truncation;
-    uint32_t pixel; /* of the tile */
+    uint32_t pixel;  /* of the tile */
+    uint32_t traced; /* as of the path */
     bool waits;
 };
 
@@ -118,7 +120,8 @@ void trace_wave(struct renderer *renderer);
 void trace_flat_wave(struct renderer *renderer);
 
 /* Adds the task's next sample, in their order, to its pixel, that one of the tile; hands the pixel
- * over behind the last one. */
-void add_sample(struct renderer *renderer, uint32_t pixel, struct vec3 color, double truncation);
+ * over behind the last one. rays: that the sample has taken. */
+void add_sample(struct renderer *renderer, uint32_t pixel, struct vec3 color, double truncation,
+                uint32_t rays);
 
 #endif

@@ -23,6 +23,7 @@ struct task {
     uint32_t first;    /* not 0: instead of that the first so many samples of every pixel */
     float *mean;       /* 3 per pixel that gets samples, linear RGB: the mean of these samples */
     float *difference; /* the same of A - B, 0 where one of them is empty; NULL: not wanted */
+    float *rays;       /* 1 per such pixel: rays of all kinds per sample; NULL: not wanted */
 };
 
 /* A place in the order of the task's samples. */
@@ -36,6 +37,7 @@ struct task_cursor {
 struct pixel_sum {
     struct color_sum half[2];
     double truncation;
+    uint64_t rays; /* of all kinds */
 };
 
 static inline void cursor_enter(struct task_cursor *cursor, const struct task *task,

@@ -168,9 +168,10 @@ static INLINED void flush_lit(struct renderer *renderer, bool flat)
     renderer->facing_count = 0;
 }
 
-static void add_facing(struct renderer *renderer, uint32_t point, uint32_t light)
+static INLINED void add_facing(struct renderer *renderer, uint32_t point, uint32_t light, bool flat)
 {
     uint32_t slot = renderer->points.slot[point], i = renderer->facing_count++;
+    renderer->paths[flat ? slot : renderer->owner[slot]].traced++;
     renderer->facing[i] = (struct facing){point, light};
     /* Field by field: a whole ray would be copied from where it has only just been put together. */
     struct ray *ray = &renderer->shadow_rays[i];
@@ -201,7 +202,7 @@ static INLINED void light_points(struct renderer *renderer, bool flat)
         points_face(points, &lights[k], &renderer->faced);
         for (uint32_t i = 0; i < points->count; i++)
             if (renderer->faced.faces[i] != 0 && is_shown(renderer, i, flat))
-                add_facing(renderer, i, k);
+                add_facing(renderer, i, k, flat);
     }
     flush_lit(renderer, flat);
 }

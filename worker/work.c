@@ -407,7 +407,8 @@ static bool render_pixels(struct worker *worker, const struct tile *tile,
     struct task task = {.tile = tile,
                         .refinements = refinements,
                         .mean = rgb,
-                        .difference = worker->adaptive ? behind : NULL};
+                        .difference = worker->adaptive ? behind : NULL,
+                        .rays = worker->adaptive ? behind + 3 * (size_t)pixels : NULL};
     return renderer_task(worker->renderer, &task, counts);
 }
 

@@ -1,0 +1,245 @@
+#include "bench/error_allocation.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/clock.h"
+#include "common/message.h"
+#include "worker/render.h"
+
+/*
+ * Let n samples of pixel i cost c_i n and leave a squared error of v_i n^-p. Least error for a given
+ * cost is where all pixels' error goes down by the same amount per second,
+ *
+ *   p v_i n_i^(-p-1) / c_i = lambda,
+ *
+ * which leaves sum v_i n_i^-p = S^(p+1) C^-p, S = sum v_i^(1/(p+1)) c_i^(p/(p+1)), for a cost of C. The
+ * same n for all of them leaves V n^-p, V = sum v_i, for n sum c_i. For the same error uniform sampling
+ * takes so many times as long:
+ *
+ *   sum(c) V^(1/p) / S^((p+1)/p).
+ *
+ * That allows any n, down to fractions of a sample, and one p for all pixels. So the same is also
+ * done with what was measured, for the numbers of samples that the farm has: each pixel takes that of
+ * 2, 4, 8, ... samples for which e_i(n) + lambda c_i n is least. What an error is in truth nobody
+ * knows who chooses; here it is chosen by the errors of one half of the runs, and what comes out is
+ * told by the other half, so that no pixel is chosen for its luck.
+ */
+
+#define BLOCK_W 4u
+#define BLOCK_H 2u
+#define LEVELS  8u /* 2 .. 256 samples */
+
+#define HALF_RUNS (ALLOCATION_RUNS / 2)
+
+struct pixel {
+    double error[2][LEVELS]; /* squared, mean of components: of either half of the runs */
+    double cost;             /* CPU seconds of a sample */
+};
+
+struct block {
+    uint32_t x, y;
+    double seconds;                            /* of the highest level, all runs */
+    float mean[ALLOCATION_RUNS][LEVELS][8][3]; /* of all samples up to a level */
+};
+
+struct lattice {
+    struct block *blocks;
+    uint32_t count, stride; /* in blocks, along both axes */
+};
+
+static double samples_of(uint32_t level)
+{
+    return ldexp(2, (int)level);
+}
+
+static struct lattice make_lattice(const struct view *view, uint32_t pixels)
+{
+    uint32_t columns = view->region_w / BLOCK_W, rows = view->region_h / BLOCK_H;
+    double all = (double)columns * rows * BLOCK_W * BLOCK_H;
+    struct lattice lattice = {.stride = (uint32_t)fmax(1, round(sqrt(all / pixels)))};
+    lattice.blocks = allocate((size_t)columns * rows, sizeof *lattice.blocks);
+    for (uint32_t y = lattice.stride / 2; y < rows; y += lattice.stride)
+        for (uint32_t x = lattice.stride / 2; x < columns; x += lattice.stride)
+            lattice.blocks[lattice.count++] = (struct block){.x = x * BLOCK_W, .y = y * BLOCK_H};
+    return lattice;
+}
+
+/* All levels of a block, in the run-th run. */
+static void render_block(struct renderer *renderer, struct block *block, uint32_t run)
+{
+    struct tile tile = {.x = block->x, .y = block->y, .w = BLOCK_W, .h = BLOCK_H, .step = 1};
+    struct refinement refinements[8];
+    float mean[8][3], difference[8][3];
+    for (uint32_t level = 0; level < LEVELS; level++) {
+        for (uint32_t k = 0; k < 8; k++)
+            refinements[k] = (struct refinement){(uint8_t)level, (uint8_t)(level + 1)};
+        struct render_counts counts;
+        struct task task = {.tile = &tile,
+                            .refinements = refinements,
+                            .mean = mean[0],
+                            .difference = difference[0]};
+        double start = clock_thread_cpu();
+        renderer_task(renderer, &task, &counts);
+        if (level + 1 == LEVELS) block->seconds += clock_thread_cpu() - start;
+        for (uint32_t i = 0; i < 24; i++) {
+            float new = mean[i / 3][i % 3];
+            block->mean[run][level][i / 3][i % 3] =
+                level == 0 ? new : (block->mean[run][level - 1][i / 3][i % 3] + new) / 2;
+        }
+    }
+}
+
+/* Each run is the same part of a picture that is wider by another amount: other random numbers. */
+static void render_runs(struct scene *scene, const struct bvh *bvh, const struct lattice *lattice)
+{
+    scene->view.min_samples = 2;
+    scene->view.max_samples = (uint32_t)samples_of(LEVELS - 1);
+    for (uint32_t run = 0; run < ALLOCATION_RUNS; run++) {
+        scene->view.width += 2 * scene->view.region_w;
+        scene->view.region_x += scene->view.region_w;
+        struct renderer *renderer = renderer_create(scene, bvh);
+        for (uint32_t i = 0; i < lattice->count; i++)
+            render_block(renderer, &lattice->blocks[i], run);
+        renderer_destroy(renderer);
+    }
+}
+
+/* The variance of what HALF_RUNS runs gave for a pixel. */
+static double variance(const struct block *block, uint32_t first, uint32_t level, uint32_t k)
+{
+    double squares = 0;
+    for (uint32_t c = 0; c < 3; c++) {
+        double sum = 0;
+        for (uint32_t run = first; run < first + HALF_RUNS; run++)
+            sum += (double)block->mean[run][level][k][c];
+        for (uint32_t run = first; run < first + HALF_RUNS; run++) {
+            double miss = (double)block->mean[run][level][k][c] - sum / HALF_RUNS;
+            squares += miss * miss;
+        }
+    }
+    return squares / (3 * (HALF_RUNS - 1));
+}
+
+static struct pixel *measure_pixels(const struct lattice *lattice)
+{
+    struct pixel *pixels = allocate((size_t)lattice->count * 8, sizeof *pixels);
+    double samples = ALLOCATION_RUNS * samples_of(LEVELS - 2) * 8;
+    for (uint32_t i = 0; i < 8 * lattice->count; i++) {
+        const struct block *block = &lattice->blocks[i / 8];
+        pixels[i].cost = block->seconds / samples;
+        for (uint32_t half = 0; half < 2; half++)
+            for (uint32_t level = 0; level < LEVELS; level++)
+                pixels[i].error[half][level] = variance(block, half * HALF_RUNS, level, i % 8);
+    }
+    return pixels;
+}
+
+/* ---- what can be had for what ---- */
+
+/* Sums over pixels: squared error, CPU seconds, samples. */
+struct total {
+    double error, cost, samples;
+};
+
+static struct total uniform(const struct pixel *pixels, uint32_t count, uint32_t level)
+{
+    struct total total = {0, 0, 0};
+    for (uint32_t i = 0; i < count; i++) {
+        total.error += (pixels[i].error[0][level] + pixels[i].error[1][level]) / 2;
+        total.cost += pixels[i].cost * samples_of(level);
+        total.samples += samples_of(level);
+    }
+    return total;
+}
+
+/* The level of least error + lambda cost, from the lowest that is allowed on, told by one half. */
+static uint32_t choose(const struct pixel *pixel, uint32_t half, uint32_t lowest, double lambda,
+                       double cost)
+{
+    uint32_t best = lowest;
+    double least = HUGE_VAL;
+    for (uint32_t level = lowest; level < LEVELS; level++) {
+        double sum = pixel->error[half][level] + lambda * cost * samples_of(level);
+        if (sum < least) {
+            least = sum;
+            best = level;
+        }
+    }
+    return best;
+}
+
+static struct total allocated(const struct pixel *pixels, uint32_t count, uint32_t lowest,
+                              double lambda)
+{
+    struct total total = {0, 0, 0};
+    for (uint32_t i = 0; i < count; i++) {
+        for (uint32_t half = 0; half < 2; half++) {
+            uint32_t level = choose(&pixels[i], half, lowest, lambda, pixels[i].cost);
+            total.error += pixels[i].error[1 - half][level] / 2;
+            total.cost += pixels[i].cost * samples_of(level) / 2;
+            total.samples += samples_of(level) / 2;
+        }
+    }
+    return total;
+}
+
+/* The allocation that leaves so much. */
+static struct total allocated_to(const struct pixel *pixels, uint32_t count, uint32_t lowest,
+                                 double error)
+{
+    double low = -120, high = 60; /* of log2(lambda); low leaves little */
+    for (int i = 0; i < 30; i++) {
+        double middle = (low + high) / 2;
+        if (allocated(pixels, count, lowest, exp2(middle)).error <= error)
+            low = middle;
+        else
+            high = middle;
+    }
+    return allocated(pixels, count, lowest, exp2(low));
+}
+
+/* The gain by the formula, for errors v n^-p. */
+static double formula(const struct pixel *pixels, uint32_t count, uint32_t level, double p)
+{
+    double costs = 0, errors = 0, roots = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        double error = (pixels[i].error[0][level] + pixels[i].error[1][level]) / 2;
+        costs += pixels[i].cost;
+        errors += error;
+        roots += pow(error, 1 / (p + 1)) * pow(pixels[i].cost, p / (p + 1));
+    }
+    return costs * pow(errors, 1 / p) / pow(roots, (p + 1) / p);
+}
+
+/* A row: what uniform sampling of one level leaves, and what less would have left it. */
+static void put_row(const char *name, const struct pixel *pixels, uint32_t count, uint32_t level)
+{
+    struct total even = uniform(pixels, count, level);
+    struct total more = uniform(pixels, count, level + 1);
+    double p = log2(even.error / more.error);
+    printf("| %s | %.0f | %.3g | %.2f | %.2f |", name, samples_of(level), sqrt(even.error / count),
+           p, formula(pixels, count, level, p));
+    for (uint32_t lowest = 0; lowest <= 1; lowest++) {
+        struct total best = allocated_to(pixels, count, lowest, even.error);
+        printf(" %.2f (%.1f samples) |", even.cost / best.cost, best.samples / count);
+    }
+    putchar('\n');
+}
+
+void allocation_measure(struct scene *scene, const char *name, uint32_t count)
+{
+    void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
+    if (!memory) fatal("no memory for a tree");
+    struct bvh *bvh = bvh_build(scene, memory);
+    struct lattice lattice = make_lattice(&scene->view, count ? count : ALLOCATION_PIXELS);
+    render_runs(scene, bvh, &lattice);
+    struct pixel *pixels = measure_pixels(&lattice);
+    for (uint32_t level = 1; level + 2 < LEVELS; level++)
+        put_row(name, pixels, 8 * lattice.count, level);
+    free(pixels);
+    free(lattice.blocks);
+    free(memory);
+}

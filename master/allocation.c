@@ -1,0 +1,104 @@
+#include "master/allocation.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+
+#include "common/message.h"
+
+/*
+ * e / cost of the pixels, in bins of an eighth of a power of two: of each bin and number of levels
+ * that its pixels can still go up, the sums of e and of the cost. Beyond the ends lies what no picture
+ * has.
+ */
+enum { BINS_PER_OCTAVE = 8, OCTAVE_MIN = -120, OCTAVE_MAX = 100 };
+enum { BINS = (OCTAVE_MAX - OCTAVE_MIN) * BINS_PER_OCTAVE };
+
+struct allocation {
+    double errors[BINS][LEVEL_MAX + 1];
+    double costs[BINS][LEVEL_MAX + 1];
+    bool used[BINS];
+    double error;
+};
+
+struct allocation *allocation_create(void)
+{
+    return allocate_zeroed(1, sizeof(struct allocation));
+}
+
+void allocation_destroy(struct allocation *allocation)
+{
+    free(allocation);
+}
+
+/* The bin's upper end: all in it is below. */
+static double bin_end(int bin)
+{
+    int octave = bin / BINS_PER_OCTAVE, part = bin % BINS_PER_OCTAVE + 1;
+    return ldexp(1 + (double)part / BINS_PER_OCTAVE, octave + OCTAVE_MIN);
+}
+
+static int bin_of(double gain)
+{
+    int exponent;
+    double mantissa = 2 * frexp(gain, &exponent) - 1; /* 0 .. 1 */
+    exponent--;
+    if (!(gain > 0) || exponent < OCTAVE_MIN) return 0;
+    if (exponent >= OCTAVE_MAX) return BINS - 1;
+    return (exponent - OCTAVE_MIN) * BINS_PER_OCTAVE + (int)(mantissa * BINS_PER_OCTAVE);
+}
+
+void allocation_add(struct allocation *allocation, double error, double cost, unsigned most)
+{
+    int bin = bin_of(error / cost);
+    allocation->errors[bin][most] += error;
+    allocation->costs[bin][most] += cost;
+    allocation->used[bin] = true;
+    allocation->error += error;
+}
+
+double allocation_error(const struct allocation *allocation)
+{
+    return allocation->error;
+}
+
+unsigned allocation_doublings(double gain, double limit, unsigned most)
+{
+    unsigned count = 0;
+    while (count < most && gain > limit) {
+        gain *= 0.17677669529663687;
+        count++;
+    }
+    return count;
+}
+
+struct allocation_outcome allocation_under(const struct allocation *allocation, double limit)
+{
+    struct allocation_outcome sum = {0, 0};
+    for (int bin = 0; bin < BINS; bin++) {
+        if (!allocation->used[bin]) continue;
+        unsigned most = allocation_doublings(bin_end(bin), limit, LEVEL_MAX);
+        double factor = 1, more = 0;
+        for (unsigned k = 0; k <= LEVEL_MAX; k++) {
+            sum.left += factor * allocation->errors[bin][k];
+            sum.cost += more * allocation->costs[bin][k];
+            if (k >= most) continue;
+            factor *= 0.35355339059327379;
+            more = 2 * more + 1;
+        }
+    }
+    return sum;
+}
+
+double allocation_limit(const struct allocation *allocation, double goal)
+{
+    int low = -1, high = BINS - 1; /* low leaves little enough (or nothing does), high too much */
+    while (high - low > 1) {
+        int middle = low + (high - low) / 2;
+        if (allocation_under(allocation, bin_end(middle)).left <= goal)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low < 0 ? 0 : bin_end(low);
+}

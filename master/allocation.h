@@ -1,0 +1,36 @@
+/*
+ * Which pixels are worth more samples: pixels by what their next samples remove from the squared error
+ * per cost, and the limit above which that is worth while (master/adaptive.h has the rule).
+ *
+ * Of a pixel its expected squared error e and the cost of the samples that it has count. Twice as many
+ * samples leave 2^-3/2 of e for twice the cost; so e / cost goes down by 2^5/2 with each doubling.
+ */
+#ifndef FARM_MASTER_ALLOCATION_H
+#define FARM_MASTER_ALLOCATION_H
+
+#include "common/refinement.h"
+
+struct allocation;
+
+struct allocation *allocation_create(void);
+void allocation_destroy(struct allocation *allocation);
+
+/* A pixel, that can be doubled so often; error > 0, cost > 0, finite. most <= LEVEL_MAX. */
+void allocation_add(struct allocation *allocation, double error, double cost, unsigned most);
+
+/* Of all pixels that were added. */
+double allocation_error(const struct allocation *allocation);
+
+/* What a limit comes to: the sum of errors that it leaves, and the cost of the samples to come. */
+struct allocation_outcome {
+    double left, cost;
+};
+struct allocation_outcome allocation_under(const struct allocation *allocation, double limit);
+
+/* The highest limit, up to an eighth, that leaves at most so much; 0: none does. */
+double allocation_limit(const struct allocation *allocation, double goal);
+
+/* How often a pixel is doubled until e / cost is at most the limit. */
+unsigned allocation_doublings(double gain, double limit, unsigned most);
+
+#endif
