@@ -54,7 +54,7 @@ void section_messages(bool quick)
         out,
         "Measured between two ranks of this machine, medians of %u runs. Naps between two looks "
         "are %.0f to %.0f us long, and that much too long:\n\n| | seconds |\n|---|---|\n",
-        runs, 1e6 * NAP_SHORTEST, 1e6 * NAP_LONGEST);
+        runs, 1e6 * NAP_SHORTEST, 1e6 * NAP_SELDOM);
     for (size_t i = 0; i < MESSAGE_VALUES; i++) {
         double value = median_of(samples[i], runs);
         value_set(value, "%s", message_values[i].name);

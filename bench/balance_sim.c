@@ -18,10 +18,12 @@ static double shared_rate(const struct sim *sim)
 double next_look(const struct sim *sim, double idle_since, double time)
 {
     double overshoot = sim->machine->messages.nap_s, nap = NAP_SHORTEST, look = idle_since;
+    double waited = 0;
     if (overshoot < 0) return fmax(time, idle_since);
-    while (look < time && nap < NAP_LONGEST) {
+    while (look < time && nap < NAP_SELDOM) {
         look += nap + overshoot;
-        nap = 2 * nap < NAP_LONGEST ? 2 * nap : NAP_LONGEST;
+        waited += nap;
+        nap = nap_after(waited, nap);
     }
     if (look >= time) return look;
     return look + ceil((time - look) / (nap + overshoot)) * (nap + overshoot);
@@ -114,7 +116,7 @@ void simulate(const struct machine *machine, struct queue *queue, const struct p
                       .queue = queue,
                       .costs = costs,
                       .outcome = outcome,
-                      .own_nap = NAP_SHORTEST,
+                      .own_nap = {.seconds = NAP_SHORTEST},
                       .check = HUGE_VAL,
                       .news = queue_news(queue)};
     *outcome = (struct sim_outcome){0};

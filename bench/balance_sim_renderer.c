@@ -101,12 +101,13 @@ void take_own(struct sim *sim)
     if (sim->renderers[0].count > 0) return;
     struct lot *lot = next_lot(sim, 0);
     if (lot) {
-        sim->own_nap = NAP_SHORTEST;
+        nap_reset(&sim->own_nap);
         sim_hold(sim, 0, lot);
     } else if (!queue_over(sim->queue, 0)) {
-        sim_at(sim, sim->now + sim->own_nap + fmax(0, sim->machine->messages.nap_s), EVENT_OWN, 0,
-               NULL);
-        sim->own_nap = fmin(2 * sim->own_nap, NAP_LONGEST);
+        sim_at(sim, sim->now + sim->own_nap.seconds + fmax(0, sim->machine->messages.nap_s),
+               EVENT_OWN, 0, NULL);
+        sim->own_nap.waited += sim->own_nap.seconds;
+        sim->own_nap.seconds = nap_after(sim->own_nap.waited, sim->own_nap.seconds);
     }
 }
 

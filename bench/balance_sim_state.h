@@ -8,6 +8,7 @@
 
 #include "bench/balance_events.h"
 #include "bench/balance_sim.h"
+#include "common/nap.h"
 
 /* More lots than the queue lets a renderer hold. */
 #define HELD 4
@@ -56,7 +57,7 @@ struct sim {
     struct events done; /* times on that clock */
 
     struct events wall; /* everything else */
-    double own_nap;     /* of rank 0's renderer, the next one */
+    struct nap own_nap; /* of rank 0's renderer */
     struct lot *lots;   /* all that are not accepted yet */
 
     /* The master. */

@@ -35,7 +35,11 @@ static void test_lengths(void **state)
         nap_take(&nap);
     assert_true(nap.seconds == NAP_LONGEST);
     nap_reset(&nap);
-    assert_true(nap.seconds == NAP_SHORTEST);
+    assert_true(nap.seconds == NAP_SHORTEST && nap.waited == 0);
+    /* Who has waited long looks seldom. */
+    assert_true(nap_after(2 * NAP_LONGEST / NAP_PART, NAP_LONGEST) == 2 * NAP_LONGEST);
+    assert_true(nap_after(1.5 * NAP_LONGEST / NAP_PART, NAP_LONGEST) == 1.5 * NAP_LONGEST);
+    assert_true(nap_after(100, NAP_SELDOM) == NAP_SELDOM);
 }
 
 int main(void)
