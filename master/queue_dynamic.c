@@ -218,7 +218,9 @@ static uint32_t take_begun(struct queue *queue, uint32_t renderer, uint32_t aske
     if (!hold) return 0;
     bool lost = queue->pace.renderers[renderer].lost;
     uint32_t idle = queue->config.renderers - queue->holdings.busy;
-    if (idle < 2 && queue->pace.holders > (lost ? 0 : 1)) return 0;
+    /* Before a first answer nobody is given up for late: no use waiting for that. */
+    bool known = queue->pace.scale > 0;
+    if (known && idle < 2 && queue->pace.holders > (lost ? 0 : 1)) return 0;
     double work = hold->work;
     if (!repeat_pays(queue, renderer, asker, now, work / idle)) return 0;
     if (idle >= 2 && pieces_make(queue, hold->id, PIECES_EACH * idle)) {
