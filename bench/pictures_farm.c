@@ -65,7 +65,7 @@ void run_processes(const struct budget *budget, struct case_result *result)
         {5, "farm.schedule=cyclic farm.tile=33"},
         {8, "farm.tile=auto"},
     };
-    char folder[] = "/tmp/farm-bench-XXXXXX", command[64];
+    char folder[] = "/tmp/farm-pictures-XXXXXX", command[64];
     uint64_t count = budget->quick ? 3 : sizeof trials / sizeof *trials, wrong = 0;
     if (!mkdtemp(folder)) fatal("cannot make a folder for pictures: %s", strerror(errno));
     for (uint64_t i = 0; i < count; i++) {
