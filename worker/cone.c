@@ -15,6 +15,7 @@
 #include <float.h>
 
 #include "worker/cone_line.h"
+#include "worker/inlined.h"
 
 /* A cone and a ray with lengths divided by 2^length and the direction by 2^speed, as for a sphere:
  * six lengths or directions are multiplied. */
@@ -59,7 +60,7 @@ static double closest_approach(const struct scaled *it, struct dd3 w, struct dd3
 }
 
 /* a x - b y, rounded once. */
-static struct dd exact_minor(double a, struct dd x, double b, struct dd y)
+RARE static struct dd exact_minor(double a, struct dd x, double b, struct dd y)
 {
     struct accumulator minor;
     int exponent;
@@ -80,7 +81,7 @@ static struct dd3 across_axis(const struct scaled *it, struct dd3 w)
                         exact_minor(d.x, w.y, d.y, w.x)};
 }
 
-static struct cone_line line_of(const struct scaled *it, bool from_origin)
+SHARED static struct cone_line line_of(const struct scaled *it, bool from_origin)
 {
     struct dd3 w = exact_difference3(it->cone.apex, it->cone.base);
     struct dd3 f = exact_difference3(it->origin, it->cone.base);
@@ -97,7 +98,7 @@ static struct dd component(const struct dd3 *v, unsigned i)
 }
 
 /* W */
-static void exact_W(struct accumulator *W, const struct cone_line *line)
+RARE static void exact_W(struct accumulator *W, const struct cone_line *line)
 {
     accumulator_clear(W);
     for (unsigned i = 0; i < 3; i++)
@@ -105,7 +106,7 @@ static void exact_W(struct accumulator *W, const struct cone_line *line)
 }
 
 /* W A = W |d x w|^2 - (r1 - r0)^2 (d.w)^2, rounded once. */
-static struct dd exact_A(const struct scaled *it, const struct cone_line *line)
+RARE static struct dd exact_A(const struct scaled *it, const struct cone_line *line)
 {
     struct accumulator sum, W, D, speed;
     exact_W(&W, line);
@@ -128,8 +129,8 @@ static struct dd exact_A(const struct scaled *it, const struct cone_line *line)
 }
 
 /* f.(d x w) */
-static void exact_volume(struct accumulator *P, const struct scaled *it,
-                         const struct cone_line *line)
+RARE static void exact_volume(struct accumulator *P, const struct scaled *it,
+                              const struct cone_line *line)
 {
     accumulator_clear(P);
     for (unsigned i = 0; i < 3; i++) {
@@ -141,8 +142,8 @@ static void exact_volume(struct accumulator *P, const struct scaled *it,
 }
 
 /* += sign (r0 w_i + (r1 - r0) f_i) d_j */
-static void add_slanted(struct accumulator *sum, int sign, const struct scaled *it,
-                        const struct cone_line *line, unsigned i, unsigned j)
+RARE static void add_slanted(struct accumulator *sum, int sign, const struct scaled *it,
+                             const struct cone_line *line, unsigned i, unsigned j)
 {
     struct dd d = dd(vec_component(&it->direction, j));
     accumulator_add_dd(sum, sign, dd(it->cone.base_radius), component(&line->w, i), d);
@@ -150,7 +151,7 @@ static void add_slanted(struct accumulator *sum, int sign, const struct scaled *
 }
 
 /* B^2 - A C as in the file's head, rounded once. */
-static struct dd exact_discriminant(const struct scaled *it, const struct cone_line *line)
+RARE static struct dd exact_discriminant(const struct scaled *it, const struct cone_line *line)
 {
     struct accumulator sum, W, cross, P;
     exact_W(&W, line);
@@ -243,7 +244,7 @@ static double distances(const struct scaled *it)
 #define SAME_PLACE 0x1p-88
 
 /* W C = W F.F - (r0 W + (r1 - r0) f.w)^2 at the origin, rounded once. */
-static struct dd exact_C(const struct scaled *it, const struct cone_line *line)
+RARE static struct dd exact_C(const struct scaled *it, const struct cone_line *line)
 {
     struct accumulator sum, W, F, rho;
     struct dd r = dd(it->cone.base_radius);
@@ -267,8 +268,8 @@ static struct dd exact_C(const struct scaled *it, const struct cone_line *line)
 }
 
 /* The roots with the parameter counted from the origin; the discriminant is the same there. */
-static void roots_from_origin(const struct scaled *it, const struct cone_line *line, struct dd root,
-                              struct dd roots[2])
+SHARED static void roots_from_origin(const struct scaled *it, const struct cone_line *line,
+                                     struct dd root, struct dd roots[2])
 {
     struct cone_line from = line_of(it, true);
     double S = from.radial;
