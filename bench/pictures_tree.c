@@ -35,6 +35,19 @@ static struct bvh_leaf *leaves_of(struct bvh *tree)
     return (void *)((char *)tree + tree->leaves_offset);
 }
 
+/* The entries of all leaves of a tree, one behind the other; the own trees have no more. */
+static void copy_entries(const struct bvh *model, struct bvh_leaf *entries)
+{
+    const struct bvh_node *nodes = bvh_nodes(model);
+    for (uint64_t n = 0; n < model->node_count; n++) {
+        for (unsigned slot = 0; slot < BVH_WIDTH; slot++) {
+            uint32_t count = nodes[n].count[slot];
+            memcpy(entries, bvh_leaves(model) + nodes[n].child[slot], count * sizeof *entries);
+            entries += count;
+        }
+    }
+}
+
 static int by_id(const void *a, const void *b)
 {
     uint32_t p = ((const struct bvh_leaf *)a)->id, q = ((const struct bvh_leaf *)b)->id;
@@ -76,7 +89,7 @@ static struct bvh *one_leaf(const struct bvh *model)
     set_slot(nodes_of(tree), 0, &everything);
     nodes_of(tree)->count[0] = (uint32_t)model->leaf_count;
     struct bvh_leaf *leaves = leaves_of(tree);
-    memcpy(leaves, bvh_leaves(model), model->leaf_count * sizeof *leaves);
+    copy_entries(model, leaves);
     qsort(leaves, model->leaf_count, sizeof *leaves, by_id);
     return tree;
 }
@@ -166,7 +179,9 @@ static struct bvh *median_tree(const struct scene *scene, const struct bvh *mode
     uint32_t count = (uint32_t)model->leaf_count;
     struct bvh *tree = allocate_tree(model, count);
     struct box3 *bounds = allocate(count, sizeof *bounds);
-    struct median median = {.model = bvh_leaves(model),
+    struct bvh_leaf *entries = allocate(count, sizeof *entries);
+    copy_entries(model, entries);
+    struct median median = {.model = entries,
                             .bounds = bounds,
                             .nodes = nodes_of(tree),
                             .leaves = leaves_of(tree),
@@ -183,6 +198,7 @@ static struct bvh *median_tree(const struct scene *scene, const struct bvh *mode
     memcpy(tree->max, all.max, sizeof tree->max);
     tree->node_count = median.used;
     free(median.places);
+    free(entries);
     free(bounds);
     return tree;
 }

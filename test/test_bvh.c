@@ -14,33 +14,58 @@ struct survey {
     const struct scene *scene;
     const struct bvh *bvh;
     uint64_t nodes, entries, primitives;
-    unsigned depth; /* of nodes */
+    uint64_t places; /* of all leaves, in entries' bytes */
+    unsigned depth;  /* of nodes */
     uint32_t largest_leaf;
-    struct piece *pieces; /* per entry of the list of leaves; id is NONE until it is seen */
+    struct piece *pieces; /* per entry of the leaves, in the order in which they are seen */
 };
+
+/* The corners of a leaf's triangles are where they are told to be, within half a unit and what
+ * doubles are rounded by. */
+static void check_corners(const struct survey *survey, const struct bvh_leaf *leaves,
+                          uint32_t count, uint32_t triangles)
+{
+    const struct bvh_corners *corners = bvh_corners(leaves, count);
+    double unit = 1 / (double)corners->inverse, error = 0.501 * unit;
+    if (isnan(unit)) return;
+    assert_true(frexp(unit, &(int){0}) == 0.5);
+    for (uint32_t i = 0; i < triangles; i++) {
+        const uint32_t *vertex = corner_indices(survey->scene, leaves[i].id);
+        for (unsigned row = 0; row < CORNER_ROWS; row++) {
+            const struct vec3 *at = &scene_vertices(survey->scene)[vertex[row % 3]];
+            double base = (double)corners->base[row / 3] + survey->bvh->center[row / 3];
+            double place = base + corners->place[row * triangles + i] * unit;
+            assert_true(fabs(place - vec_component(at, row / 3)) <= error);
+        }
+    }
+}
 
 static void check_leaf(struct survey *survey, const struct bvh_node *node, unsigned slot)
 {
-    uint32_t first = node->child[slot], count = node->count[slot];
+    uint32_t count = node->count[slot], triangles = 0;
+    const struct bvh_leaf *leaves = bvh_leaves(survey->bvh) + node->child[slot];
     if (count > survey->largest_leaf) survey->largest_leaf = count;
-    for (uint32_t entry = first; entry < first + count; entry++) {
-        assert_true(entry < survey->bvh->leaf_count);
-        const struct bvh_leaf *leaf = &bvh_leaves(survey->bvh)[entry];
+    for (uint32_t i = 0; i < count; i++) {
+        assert_true(survey->entries < survey->bvh->leaf_count);
+        const struct bvh_leaf *leaf = &leaves[i];
         struct bvh_leaf expected = bvh_leaf_of(survey->scene, leaf->id);
         assert_memory_equal(leaf, &expected, sizeof expected);
-        assert_true(entry == first || leaf[-1].id < leaf->id);
+        assert_true(i == 0 || leaf[-1].id < leaf->id);
         uint32_t material = primitive_material(survey->scene, leaf->id);
         bool transmits = scene_materials(survey->scene)[material].transmission > 0;
         assert_int_equal(leaf->transparent, transmits);
-        struct piece *piece = &survey->pieces[entry];
-        assert_int_equal(piece->id, PRIMITIVE_NONE);
+        triangles += is_triangle(leaf->id);
+        struct piece *piece = &survey->pieces[survey->entries++];
         piece->id = leaf->id;
         for (unsigned axis = 0; axis < 3; axis++) {
             piece->min[axis] = node->min[axis][slot];
             piece->max[axis] = node->max[axis][slot];
         }
-        survey->entries++;
     }
+    survey->places += count;
+    if (triangles == 0) return;
+    check_corners(survey, leaves, count, triangles);
+    survey->places += corner_entries(triangles);
 }
 
 static int by_id(const void *a, const void *b)
@@ -134,16 +159,19 @@ static void check_node(struct survey *survey, uint32_t index, const float min[3]
     survey->nodes++;
     unsigned slot = 0;
     for (; slot < BVH_WIDTH && !is_empty(node, slot); slot++) {
+        for (unsigned axis = 0; axis < 3; axis++) {
+            assert_true(node->min[axis][slot] >= min[axis]);
+            assert_true(node->max[axis][slot] <= max[axis]);
+        }
+        if (node->count[slot] > 0) check_leaf(survey, node, slot);
+    }
+    for (unsigned i = 0; i < slot; i++) {
         float below[3], above[3];
         for (unsigned axis = 0; axis < 3; axis++) {
-            below[axis] = node->min[axis][slot];
-            above[axis] = node->max[axis][slot];
-            assert_true(below[axis] >= min[axis] && above[axis] <= max[axis]);
+            below[axis] = node->min[axis][i];
+            above[axis] = node->max[axis][i];
         }
-        if (node->count[slot] > 0)
-            check_leaf(survey, node, slot);
-        else
-            check_node(survey, node->child[slot], below, above, depth + 1);
+        if (node->count[i] == 0) check_node(survey, node->child[i], below, above, depth + 1);
     }
     check_empty(node, slot);
 }
@@ -154,11 +182,13 @@ static struct survey check_tree(struct scene *scene)
     struct bvh *bvh = build_tree(scene);
     struct survey survey = {.scene = scene, .bvh = bvh};
     assert_true(bvh->bytes <= bvh_bytes_bound(scene));
+    assert_int_equal(bvh->has_corners, bvh->node_count > 0);
     survey.pieces = malloc((bvh->leaf_count + 1) * sizeof *survey.pieces);
     assert_non_null(survey.pieces);
     memset(survey.pieces, 0xff, (bvh->leaf_count + 1) * sizeof *survey.pieces);
     if (bvh->node_count > 0) check_node(&survey, 0, bvh->min, bvh->max, 1);
     assert_int_equal(survey.entries, bvh->leaf_count);
+    assert_true(bvh->leaves_offset + survey.places * sizeof(struct bvh_leaf) <= bvh->bytes);
     check_pieces(&survey);
     assert_int_equal(survey.nodes, bvh->node_count);
     uint64_t planes = scene->primitives[PRIMITIVE_PLANE].count;

@@ -26,6 +26,9 @@
 
 #define ALIGNMENT 64
 
+/* Behind the last leaf: who loads a row of places loads eight of them. */
+#define ROW_END (BVH_WIDTH * sizeof(uint16_t))
+
 struct build {
     struct whole whole;
     struct bvh_node *nodes;
@@ -77,10 +80,18 @@ static uint64_t node_bound(const struct scene *scene)
     return weight == 0 ? 0 : weight / (BVH_WIDTH - 1) + 1;
 }
 
+/* As if each primitive had a leaf to itself. */
+static size_t leaf_bytes_bound(const struct scene *scene)
+{
+    uint64_t triangles = scene->primitives[PRIMITIVE_TRIANGLE].count +
+                         scene->primitives[PRIMITIVE_PATCH].count + room_for_pieces(scene);
+    return (size_t)(leaf_bound(scene) + triangles * corner_entries(1)) * sizeof(struct bvh_leaf);
+}
+
 size_t bvh_bytes_bound(const struct scene *scene)
 {
     return align_up(sizeof(struct bvh)) + (size_t)node_bound(scene) * sizeof(struct bvh_node) +
-           align_up((size_t)leaf_bound(scene) * sizeof(struct bvh_leaf));
+           align_up(leaf_bytes_bound(scene) + ROW_END);
 }
 
 /* ---- primitives ---- */
@@ -269,13 +280,6 @@ static void build_node(struct build *build, uint32_t index, const struct range *
 
 /* ---- leaves ---- */
 
-struct bvh_leaf bvh_leaf_of(const struct scene *scene, uint32_t id)
-{
-    struct bvh_leaf leaf = {.id = id & INT32_MAX, .transparent = transmits(scene, id)};
-    if (is_triangle(id)) memcpy(leaf.vertex, corner_indices(scene, id), sizeof leaf.vertex);
-    return leaf;
-}
-
 static void sort_by_id(struct item *items, uint32_t count)
 {
     for (uint32_t i = 1; i < count; i++) {
@@ -287,8 +291,8 @@ static void sort_by_id(struct item *items, uint32_t count)
     }
 }
 
-/* Writes one leaf, in which pieces of the same triangle are one; returns how many entries it has.
- */
+/* Writes the entries of one leaf, in which pieces of the same triangle are one; returns how many it
+ * has. */
 static uint32_t write_leaf(const struct whole *whole, struct item *items, uint32_t count,
                            struct bvh_leaf *leaves)
 {
@@ -300,22 +304,24 @@ static uint32_t write_leaf(const struct whole *whole, struct item *items, uint32
     return written;
 }
 
-/* Moves the leaves from the items, where there is room between them, to a list without gaps. */
-static uint32_t write_leaves(const struct build *build, struct bvh_leaf *leaves)
+/* Writes the leaves in order of their nodes; returns how much room they take, in entries. */
+static uint64_t write_leaves(const struct build *build, struct bvh *bvh, struct bvh_leaf *leaves)
 {
-    uint32_t written = 0;
+    uint64_t place = 0;
     for (uint32_t n = 0; n < build->node_count; n++) {
         struct bvh_node *node = &build->nodes[n];
         for (unsigned slot = 0; slot < BVH_WIDTH; slot++) {
             if (node->count[slot] == 0) continue;
             struct item *items = build->whole.items + node->child[slot];
-            node->child[slot] = written;
-            node->count[slot] =
-                write_leaf(&build->whole, items, node->count[slot], leaves + written);
-            written += node->count[slot];
+            struct bvh_leaf *leaf = leaves + place;
+            uint32_t count = write_leaf(&build->whole, items, node->count[slot], leaf);
+            node->child[slot] = (uint32_t)place;
+            node->count[slot] = count;
+            bvh->leaf_count += count;
+            place += count + bvh_write_corners(build->whole.scene, bvh->center, leaf, count);
         }
     }
-    return written;
+    return place;
 }
 
 /* ---- the tree ---- */
@@ -349,11 +355,11 @@ struct bvh *bvh_build(const struct scene *scene, void *memory)
     bvh->node_count = build.node_count;
     bvh->leaves_offset += build.node_count * sizeof(struct bvh_node);
     struct bvh_leaf *leaves = (void *)((char *)memory + bvh->leaves_offset);
-    bvh->leaf_count = write_leaves(&build, leaves);
-    size_t leaf_bytes = (size_t)bvh->leaf_count * sizeof *leaves;
-    bvh->bytes = bvh->leaves_offset + align_up(leaf_bytes);
+    bvh->has_corners = 1;
+    size_t leaf_bytes = (size_t)write_leaves(&build, bvh, leaves) * sizeof *leaves;
+    bvh->bytes = bvh->leaves_offset + align_up(leaf_bytes + ROW_END);
     /* The same scene gives the same bytes, gaps too. */
-    memset((char *)leaves + leaf_bytes, 0, align_up(leaf_bytes) - leaf_bytes);
+    memset((char *)leaves + leaf_bytes, 0, bvh->bytes - bvh->leaves_offset - leaf_bytes);
     free(build.whole.items);
     return bvh;
 }

@@ -21,23 +21,37 @@
 struct bvh_node {
     alignas(64) float min[3][BVH_WIDTH];
     float max[3][BVH_WIDTH];
-    uint32_t child[BVH_WIDTH]; /* an inner node's index; a leaf's first entry of the list */
+    uint32_t child[BVH_WIDTH]; /* an inner node's index; a leaf's place in bvh_leaves() */
     uint32_t count[BVH_WIDTH]; /* entries of a leaf; 0: an inner node, or empty */
 };
 
 _Static_assert(sizeof(struct bvh_node) == 256, "four cache lines");
 
-/* What a leaf needs of a primitive. Those of a leaf are in the order of their ids: triangles and
- * patches come first. */
+/*
+ * What a leaf needs of a primitive. Those of a leaf are in the order of their ids: triangles and
+ * patches come first.
+ */
 struct bvh_leaf {
     uint32_t id : 31;
     uint32_t transparent : 1; /* 1: its material lets light through; here for shadow rays, which
                                * need nothing else of what is opaque */
-    uint32_t vertex[3];       /* of a triangle or patch; else 0 */
 };
 
-_Static_assert(sizeof(struct bvh_leaf) == 16, "four to a cache line");
+_Static_assert(sizeof(struct bvh_leaf) == 4, "sixteen to a cache line");
 _Static_assert(PRIMITIVE_KINDS <= 8, "an id has 31 bits");
+
+/*
+ * Where a leaf's triangles are, roughly, for worker/rough_triangles.h; it stands behind the leaf's
+ * entries. In each axis a corner is at base + place * unit from the tree's centre, rounded to the
+ * nearest place. Row axis * 3 + corner has a place for each of the leaf's triangles.
+ */
+struct bvh_corners {
+    float base[3];
+    float inverse; /* of the unit, which is a power of two; NaN: such places say nothing */
+    uint16_t place[];
+};
+
+#define CORNER_ROWS 9
 
 /*
  * Nodes on the longest way from the root to a leaf, both ends counted: a walk that descends into
@@ -49,7 +63,9 @@ _Static_assert(PRIMITIVE_KINDS <= 8, "an id has 31 bits");
 struct bvh {
     uint64_t bytes; /* in use */
     uint64_t node_count;
-    uint64_t leaf_count;    /* entries of the list */
+    uint64_t leaf_count;    /* entries of all leaves */
+    uint64_t has_corners;   /* 1: struct bvh_corners stand behind the entries of each leaf with
+                             * triangles; else 0 */
     uint64_t transparent;   /* 1: some material of the scene lets light through; else 0 */
     uint64_t nodes_offset;  /* struct bvh_node; the root is node 0 (absent when node_count is 0) */
     uint64_t leaves_offset; /* struct bvh_leaf */
@@ -70,6 +86,23 @@ static inline const struct bvh_leaf *bvh_leaves(const struct bvh *bvh)
 
 /* Of any primitive, planes too. */
 struct bvh_leaf bvh_leaf_of(const struct scene *scene, uint32_t id);
+
+/* Behind `count` entries of a leaf, of which the first so many are triangles. */
+static inline const struct bvh_corners *bvh_corners(const struct bvh_leaf *leaves, uint32_t count)
+{
+    return (const void *)(leaves + count);
+}
+
+/* So many entries' bytes are what the corners of some triangles take. */
+static inline uint32_t corner_entries(uint32_t triangles)
+{
+    size_t bytes = sizeof(struct bvh_corners) + triangles * CORNER_ROWS * sizeof(uint16_t);
+    return (uint32_t)((bytes + sizeof(struct bvh_leaf) - 1) / sizeof(struct bvh_leaf));
+}
+
+/* Writes what stands behind `count` entries of a leaf; returns how many entries' bytes that takes. */
+uint32_t bvh_write_corners(const struct scene *scene, const double center[3],
+                           struct bvh_leaf *leaves, uint32_t count);
 
 /* Bytes that bvh_build() may need for this scene. */
 size_t bvh_bytes_bound(const struct scene *scene);

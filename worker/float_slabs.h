@@ -13,20 +13,32 @@
 #define FLOAT_ROUNDOFF 0x1p-24
 
 /*
- * A distance to a plane, (bound - origin) * (1 / d), is rounded three times, in the difference, the
- * inverse and the product, beside the inverse's rounding in double: by less than this in all. The
- * far one is enlarged by twice that, as in worker/slabs.h; 6 roundings of 8 are used.
+ * A distance to a plane, (bound - origin) / d, is bound I - C with I = 1 / d and C = origin / d, both
+ * rounded from double, in one fused operation or two. Of the roundings of I, C and the product each
+ * is as if bound or origin were off by FLOAT_ROUNDOFF of themselves: together less than 2
+ * FLOAT_ROUNDOFF of the size that worker/slabs.h takes a margin of. The boxes grow by twice that.
+ * What is left is the rounding of the result, one in each of two distances that are compared, and
+ * that of the limit: the far one is enlarged by this.
  */
-#define FLOAT_GAMMA    (4 * FLOAT_ROUNDOFF / (1 - 4 * FLOAT_ROUNDOFF))
-#define FLOAT_WIDENING (1 + 2 * FLOAT_GAMMA)
+#define FLOAT_MARGIN   (4 * FLOAT_ROUNDOFF)
+#define FLOAT_WIDENING (1 + 8 * FLOAT_ROUNDOFF)
 
 /*
- * Where neither overflow nor underflow matters. The margin of worker/slabs.h is at least 2^-97 then,
- * and 2^-137 in units of t; a product that is rounded to a subnormal number errs by 2^-150. Distances
- * along an axis that the ray hardly follows are below 2^62 / 2^-60.
+ * An axis that the ray hardly goes along is treated as if it went by this part of its largest
+ * component. Up to the last box, at t = size / largest, that makes less than 2^-29 of the size, an
+ * eighth of what the boxes grow by: a ray that is in a slab comes in before 0. As it is inside by
+ * almost half of what the boxes grow by then, it goes out at no less than 2 FLOAT_ROUNDOFF size * 2^30
+ * / largest, which is beyond the last box.
+ */
+#define FLOAT_SLANT_MIN 0x1p-30
+
+/*
+ * Where neither overflow nor underflow matters. The boxes grow by 2^-72 at least then, and by 2^-112
+ * in units of t; a result that is rounded to a subnormal number errs by 2^-150. bound I and C are
+ * less than 2^50 2^70, and twice that.
  */
 #define FLOAT_SIZE_MIN      0x1p-50
-#define FLOAT_SIZE_MAX      0x1p60
+#define FLOAT_SIZE_MAX      0x1p50
 #define FLOAT_DIRECTION_MIN 0x1p-40
 #define FLOAT_DIRECTION_MAX 0x1p40
 #define FLOAT_COMPONENT_MIN 0x1p-60
@@ -63,39 +75,31 @@ static INLINED struct floats floats_below(struct lanes x)
     return floats_of_lanes(lanes_sub(x, lanes_mul(lanes_of(FLOAT_OUTWARD), lanes_abs(x))));
 }
 
-/* Between the two planes of an axis. */
+/* Between the two planes of an axis: distances are plane * inverse - origin. */
 struct float_slab {
     size_t near_plane, far_plane; /* offsets in struct bvh_node */
-    float near_origin, far_origin;
-    float near_inverse, far_inverse;
+    struct floats near_origin, far_origin, inverse;
 };
 
 struct float_slabs {
     struct float_slab x, y, z;
 };
 
-/* 1 / d; NaN, so that the axis decides nothing, where the ray hardly goes along it. */
-static inline double float_slab_inverse(double d)
-{
-    return fabs(d) < FLOAT_COMPONENT_MIN && d != 0 ? (double)NAN : 1 / d;
-}
-
 static INLINED struct float_slab float_slab_of(const struct bvh *bvh, const struct ray *ray,
-                                               unsigned axis, double margin)
+                                               unsigned axis, double margin, double least)
 {
     double origin = vec_component(&ray->origin, axis) - bvh->center[axis];
     double direction = vec_component(&ray->direction, axis);
-    double inverse = float_slab_inverse(direction);
+    double inverse = 1 / copysign(larger(fabs(direction), least), direction);
     size_t min = offsetof(struct bvh_node, min) + axis * BVH_WIDTH * sizeof(float);
     size_t max = offsetof(struct bvh_node, max) + axis * BVH_WIDTH * sizeof(float);
     bool down = signbit(direction);
-    float low = float_below(origin - margin), high = float_above(origin + margin);
+    double at = origin * inverse, outward = margin * fabs(inverse);
     return (struct float_slab){.near_plane = down ? max : min,
                                .far_plane = down ? min : max,
-                               .near_origin = down ? low : high,
-                               .far_origin = down ? high : low,
-                               .near_inverse = (float)inverse,
-                               .far_inverse = (float)(inverse * FLOAT_WIDENING)};
+                               .near_origin = floats_of((float)(at + outward)),
+                               .far_origin = floats_of((float)(at - outward)),
+                               .inverse = floats_of((float)inverse)};
 }
 
 /* Whether float does for a ray, or for some that are not larger. */
@@ -114,9 +118,11 @@ static INLINED bool float_slabs_of(const struct bvh *bvh, const struct ray *ray,
     double origin = largest_component(ray->origin), margin = slab_margin(bvh, origin);
     double direction = largest_component(ray->direction);
     if (!float_slabs_do(origin, direction, margin, root_reach(bvh))) return false;
-    *slabs =
-        (struct float_slabs){float_slab_of(bvh, ray, 0, margin), float_slab_of(bvh, ray, 1, margin),
-                             float_slab_of(bvh, ray, 2, margin)};
+    double least = FLOAT_SLANT_MIN * direction;
+    margin *= 1 + FLOAT_MARGIN / TEST_ERROR;
+    slabs->x = float_slab_of(bvh, ray, 0, margin, least);
+    slabs->y = float_slab_of(bvh, ray, 1, margin, least);
+    slabs->z = float_slab_of(bvh, ray, 2, margin, least);
     return true;
 }
 
@@ -135,16 +141,13 @@ static inline struct floats node_floats(const struct bvh_node *node, size_t offs
 static INLINED struct floats float_slab_in(const struct float_slab *slab,
                                            const struct bvh_node *node)
 {
-    struct floats way =
-        floats_sub(node_floats(node, slab->near_plane), floats_of(slab->near_origin));
-    return floats_mul(way, floats_of(slab->near_inverse));
+    return floats_mul_sub(node_floats(node, slab->near_plane), slab->inverse, slab->near_origin);
 }
 
 static INLINED struct floats float_slab_out(const struct float_slab *slab,
                                             const struct bvh_node *node)
 {
-    struct floats way = floats_sub(node_floats(node, slab->far_plane), floats_of(slab->far_origin));
-    return floats_mul(way, floats_of(slab->far_inverse));
+    return floats_mul_sub(node_floats(node, slab->far_plane), slab->inverse, slab->far_origin);
 }
 
 /* slabs_meet(), of a float_slab_limit(). */
@@ -159,7 +162,7 @@ static INLINED lane_set float_slabs_meet(const struct float_slabs *slabs,
     near = floats_larger(float_slab_in(&slabs->z, node), near);
     far = floats_smaller(float_slab_out(&slabs->z, node), far);
     *enter = near;
-    return floats_at_most(near, far);
+    return floats_at_most(near, floats_mul(far, floats_of((float)FLOAT_WIDENING)));
 }
 
 #endif

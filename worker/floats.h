@@ -13,6 +13,7 @@ struct floats {
     __m256 v;
 };
 
+REGISTER_2(floats, floats_add, _mm256_add_ps)
 REGISTER_2(floats, floats_sub, _mm256_sub_ps)
 REGISTER_2(floats, floats_mul, _mm256_mul_ps)
 REGISTER_2(floats, floats_larger, _mm256_max_ps)
@@ -28,9 +29,25 @@ static inline struct floats floats_load(const float *a)
     return (struct floats){_mm256_loadu_ps(a)};
 }
 
+static inline struct floats floats_load_shorts(const uint16_t *a)
+{
+    __m128i shorts = _mm_loadu_si128((const void *)a);
+    return (struct floats){_mm256_cvtepi32_ps(_mm256_cvtepu16_epi32(shorts))};
+}
+
 static inline void floats_store(float *to, struct floats a)
 {
     _mm256_storeu_ps(to, a.v);
+}
+
+static inline struct floats floats_mul_sub(struct floats a, struct floats b, struct floats c)
+{
+    return (struct floats){_mm256_fmsub_ps(a.v, b.v, c.v)};
+}
+
+static inline struct floats floats_sub_mul(struct floats a, struct floats b, struct floats c)
+{
+    return (struct floats){_mm256_fnmadd_ps(b.v, c.v, a.v)};
 }
 
 #ifdef __AVX512VL__
@@ -75,6 +92,7 @@ struct floats {
     float at[LANES];
 };
 
+LOOP_2(floats, floats_add, a.at[i] + b.at[i])
 LOOP_2(floats, floats_sub, a.at[i] - b.at[i])
 LOOP_2(floats, floats_mul, a.at[i] * b.at[i])
 LOOP_2(floats, floats_larger, a.at[i] > b.at[i] ? a.at[i] : b.at[i])
@@ -90,6 +108,21 @@ static inline struct floats floats_of(float a)
 static inline struct floats floats_load(const float *a)
 {
     return (struct floats){{a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7]}};
+}
+
+static inline struct floats floats_load_shorts(const uint16_t *a)
+{
+    return (struct floats){{a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7]}};
+}
+
+static inline struct floats floats_mul_sub(struct floats a, struct floats b, struct floats c)
+{
+    return floats_sub(floats_mul(a, b), c);
+}
+
+static inline struct floats floats_sub_mul(struct floats a, struct floats b, struct floats c)
+{
+    return floats_sub(a, floats_mul(b, c));
 }
 
 static inline struct floats floats_of_lanes(struct lanes a)
@@ -109,6 +142,7 @@ static inline void floats_store(float *to, struct floats a)
 #endif
 
 /* floats_of_lanes(): rounded to nearest.
+ * floats_mul_sub(): a b - c; floats_sub_mul(): a - b c; rounded once or twice.
  * floats_larger(), floats_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses. */
 
 #endif

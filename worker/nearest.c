@@ -5,11 +5,13 @@
 #include "worker/nearest_walk.h"
 #include "worker/packet.h"
 
+/* The triangles of a leaf with `count` entries. */
 static INLINED void nearest_triangles(struct nearest_walk *walk, const struct bvh_leaf *leaves,
-                                      uint32_t count, bool naive)
+                                      uint32_t count, uint32_t triangles, bool naive)
 {
-    for (uint32_t i = 0; i < count; i += triangles_at_once(naive)) {
-        lane_set set = probe_triangles(&walk->probe, leaves + i, count - i, NULL, naive).maybe;
+    for (uint32_t i = 0; i < triangles; i += LANES) {
+        lane_set set =
+            probe_triangles(&walk->probe, leaves, count, triangles, i, NULL, naive).maybe;
         for (; set; set = without_lowest(set)) {
             const struct bvh_leaf *leaf = &leaves[i + lowest_lane(set)];
             struct crossings found = probe_triangle(&walk->probe, leaf, naive);
@@ -22,7 +24,7 @@ static INLINED bool nearest_in(struct nearest_walk *walk, const struct bvh_leaf 
                                uint32_t count, double *limit, bool naive)
 {
     uint32_t triangles = triangles_of(leaves, count);
-    nearest_triangles(walk, leaves, triangles, naive);
+    nearest_triangles(walk, leaves, count, triangles, naive);
     nearest_solids(walk, leaves + triangles, count - triangles, naive);
     *limit = walk->probe.purpose.farthest;
     return true;
@@ -45,6 +47,7 @@ static INLINED struct hit nearest_hit(const struct scene *scene, const struct bv
 {
     struct nearest_walk walk = nearest_walk_of(scene, ray, exact);
     if (!ray_is_finite(ray)) return walk.hit;
+    probe_leaves(&walk.probe, bvh);
     nearest_planes(&walk, naive);
     visit_leaf *visit = naive ? naive_nearest_leaf : nearest_leaf;
     traverse(bvh, ray, walk.probe.purpose.farthest, true, visit, &walk);

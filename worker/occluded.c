@@ -23,6 +23,7 @@ static INLINED bool is_blocked(const struct scene *scene, const struct bvh *bvh,
 {
     struct occlusion_walk walk = occlusion_walk_of(scene, ray, passages, exact);
     if (!ray_is_finite(ray)) return false;
+    probe_leaves(&walk.probe, bvh);
     if (!occlusion_planes(&walk, naive)) return true;
     visit_leaf *visit = naive ? naive_occlusion_leaf : occlusion_leaf;
     traverse(bvh, ray, ray->t_max, false, visit, &walk);

@@ -143,12 +143,13 @@ static INLINED bool occlusion_triangle(struct occlusion_walk *walk, const struct
     return occlusion_of(walk, &found, leaf);
 }
 
+/* The triangles of a leaf with `count` entries. */
 static INLINED bool occlusion_triangles(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
-                                        uint32_t count, bool naive)
+                                        uint32_t count, uint32_t triangles, bool naive)
 {
-    for (uint32_t i = 0; i < count; i += triangles_at_once(naive)) {
+    for (uint32_t i = 0; i < triangles; i += LANES) {
         struct triangle_sets sets =
-            probe_triangles(&walk->probe, leaves + i, count - i, &walk->reach, naive);
+            probe_triangles(&walk->probe, leaves, count, triangles, i, &walk->reach, naive);
         for (lane_set set = sets.maybe; set; set = without_lowest(set)) {
             unsigned lane = lowest_lane(set);
             if (!occlusion_triangle(walk, &leaves[i + lane], sets.certain >> lane & 1, naive))
@@ -203,7 +204,7 @@ static INLINED bool occlusion_in(struct occlusion_walk *walk, const struct bvh_l
                                  uint32_t count, bool naive)
 {
     uint32_t triangles = triangles_of(leaves, count);
-    if (!occlusion_triangles(walk, leaves, triangles, naive)) return false;
+    if (!occlusion_triangles(walk, leaves, count, triangles, naive)) return false;
     return occlusion_solids(walk, leaves + triangles, count - triangles, naive);
 }
 

@@ -8,6 +8,7 @@
 
 #include "worker/nearest_walk.h"
 #include "worker/packet_triangle.h"
+#include "worker/rough_packet.h"
 
 /* A triangle that may be a ray's nearest. */
 struct candidate {
@@ -68,19 +69,17 @@ static INLINED void keep(struct nearest_packet *it, unsigned lane, const struct 
 
 /* Keeps what the rays may meet first. What certainly counts brings the limit down to what may yet
  * be as near by worker/order.h. */
-static void packet_candidates(struct nearest_packet *it, const struct bvh_leaf *leaf,
-                              const struct packet_view *view, lane_set set)
+static void packet_candidates(struct nearest_packet *it, const struct bvh_leaf *leaf, lane_set set,
+                              lane_set certain, struct lanes nearest, struct lanes farthest)
 {
-    struct lanes nearest, farthest;
     double from[LANES], to[LANES];
-    packet_distances(&it->packet, view, &nearest, &farthest);
     lanes_store(from, nearest);
     lanes_store(to, farthest);
     for (; set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set);
         const struct ray *ray = &it->rays[lane];
         if (leaf->id == ray->from) continue;
-        if (!(view->certain >> lane & 1)) {
+        if (!(certain >> lane & 1)) {
             keep(it, lane, leaf, -INFINITE);
             continue;
         }
@@ -127,6 +126,37 @@ static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *l
     test_each(it, leaf->id, set & ~told);
 }
 
+/* A triangle that may be crossed by some rays. */
+static void one_triangle(struct nearest_packet *it, const struct bvh_leaf *leaf, lane_set rays)
+{
+    struct packet_view view = packet_view(&it->packet, it->scene, leaf);
+    struct lanes from, to;
+    if (!(rays & view.maybe)) return;
+    packet_distances(&it->packet, &view, &from, &to);
+    packet_candidates(it, leaf, rays & view.maybe, view.certain, from, to);
+}
+
+static INLINED void triangles_for_packet(struct nearest_packet *it, const struct bvh_leaf *leaves,
+                                         uint32_t count, uint32_t triangles, lane_set rays)
+{
+    struct rough_leaf rough;
+    lane_set beyond = rough_leaf_of(&it->packet, leaves, count, triangles, &rough);
+    for (uint32_t i = 0; i < triangles; i++) {
+        lane_set others = rays;
+        if (beyond != ALL_LANES) {
+            struct rough_view view = rough_view(&rough, i);
+            lane_set set = rays & ~beyond & view.sets.crossed;
+            others = rays & (beyond | ~(view.sets.missed | view.sets.crossed));
+            if (set) {
+                struct lanes from, to;
+                rough_distances(&it->packet, &rough, &view, &from, &to);
+                packet_candidates(it, &leaves[i], set, set, from, to);
+            }
+        }
+        if (others) one_triangle(it, &leaves[i], others);
+    }
+}
+
 static INLINED void visit_by_packet(void *context, const struct bvh_node *node, unsigned slot,
                                     double *limit)
 {
@@ -136,14 +166,8 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
     if (it->given_up) *limit = -INFINITE; /* ends the walk */
     if (!rays || it->given_up) return;
     const struct bvh_leaf *leaves = bvh_leaves(it->packet.bvh) + node->child[slot];
-    const struct vec3 *vertices = scene_vertices(it->scene);
     uint32_t count = node->count[slot], triangles = triangles_of(leaves, count);
-    prefetch_corners(vertices, leaves, triangles);
-    for (uint32_t i = 0; i < triangles; i++) {
-        struct packet_view view = packet_view(&it->packet, vertices, &leaves[i]);
-        lane_set set = rays & view.maybe;
-        if (set) packet_candidates(it, &leaves[i], &view, set);
-    }
+    if (triangles > 0) triangles_for_packet(it, leaves, count, triangles, rays);
     for (uint32_t i = triangles; i < count; i++) {
         if (has_spans(leaves[i].id))
             solid_candidates(it, &leaves[i], rays);
@@ -199,8 +223,7 @@ static lane_set settle_together(const struct nearest_packet *it, struct hit *hit
     if (!set) return 0;
     for (unsigned lane = 0; lane < LANES; lane++)
         if (!leaves[lane]) leaves[lane] = leaves[lowest_lane(set)];
-    struct packet_crossings found =
-        packet_crossings(&it->packet, scene_vertices(it->scene), leaves);
+    struct packet_crossings found = packet_crossings(&it->packet, it->scene, leaves);
     double t[LANES], u[LANES], v[LANES];
     lanes_store(t, found.t);
     lanes_store(u, found.u);

@@ -8,6 +8,7 @@
 
 #include "worker/occlusion_walk.h"
 #include "worker/packet_triangle.h"
+#include "worker/rough_packet.h"
 
 struct occlusion_packet {
     struct packet packet;
@@ -62,15 +63,13 @@ static lane_set rays_from(const struct occlusion_packet *it, uint32_t id)
 }
 
 static void triangle_in_the_way(struct occlusion_packet *it, const struct bvh_leaf *leaf,
-                                const struct packet_view *view, lane_set set)
+                                lane_set set, lane_set certain, struct lanes from, struct lanes to)
 {
-    struct lanes from, to;
-    packet_distances(&it->packet, view, &from, &to);
     set &= ~rays_from(it, leaf->id);
     lane_set beyond = lanes_less(it->t_max, from) | lanes_less(to, lanes_of(0));
     lane_set within = lanes_less(it->least, from) & lanes_less(to, it->t_max);
-    certain_crossings(it, leaf, set & view->certain & within, 1);
-    for (set &= ~(view->certain & (within | beyond)); set; set = without_lowest(set)) {
+    certain_crossings(it, leaf, set & certain & within, 1);
+    for (set &= ~(certain & (within | beyond)); set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set);
         note(it, lane, occlusion_triangle(walk_of(it, lane), leaf, false, false));
     }
@@ -99,6 +98,37 @@ static void solid_in_the_way(struct occlusion_packet *it, const struct bvh_leaf 
     test_each(it, leaf, set & ~(told & (certain.once | certain.twice)));
 }
 
+/* A triangle that may be crossed by some rays. */
+static void one_triangle(struct occlusion_packet *it, const struct bvh_leaf *leaf, lane_set rays)
+{
+    struct packet_view view = packet_view(&it->packet, it->scene, leaf);
+    struct lanes from, to;
+    if (!(rays & view.maybe)) return;
+    packet_distances(&it->packet, &view, &from, &to);
+    triangle_in_the_way(it, leaf, rays & view.maybe, view.certain, from, to);
+}
+
+static INLINED void triangles_for_packet(struct occlusion_packet *it, const struct bvh_leaf *leaves,
+                                         uint32_t count, uint32_t triangles, lane_set rays)
+{
+    struct rough_leaf rough;
+    lane_set beyond = rough_leaf_of(&it->packet, leaves, count, triangles, &rough);
+    for (uint32_t i = 0; i < triangles && (rays & it->open); i++) {
+        lane_set others = rays & it->open;
+        if (beyond != ALL_LANES) {
+            struct rough_view view = rough_view(&rough, i);
+            lane_set set = others & ~beyond & view.sets.crossed;
+            others &= beyond | ~(view.sets.missed | view.sets.crossed);
+            if (set) {
+                struct lanes from, to;
+                rough_distances(&it->packet, &rough, &view, &from, &to);
+                triangle_in_the_way(it, &leaves[i], set, set, from, to);
+            }
+        }
+        if (others) one_triangle(it, &leaves[i], others);
+    }
+}
+
 static INLINED void visit_by_packet(void *context, const struct bvh_node *node, unsigned slot,
                                     double *limit)
 {
@@ -108,14 +138,8 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
     if (it->given_up) *limit = -INFINITE; /* ends the walk */
     if (!rays || it->given_up) return;
     const struct bvh_leaf *leaves = bvh_leaves(it->packet.bvh) + node->child[slot];
-    const struct vec3 *vertices = scene_vertices(it->scene);
     uint32_t count = node->count[slot], triangles = triangles_of(leaves, count);
-    prefetch_corners(vertices, leaves, triangles);
-    for (uint32_t i = 0; i < triangles && (rays & it->open); i++) {
-        struct packet_view view = packet_view(&it->packet, vertices, &leaves[i]);
-        lane_set set = rays & it->open & view.maybe;
-        if (set) triangle_in_the_way(it, &leaves[i], &view, set);
-    }
+    if (triangles > 0) triangles_for_packet(it, leaves, count, triangles, rays);
     for (uint32_t i = triangles; i < count && (rays & it->open); i++) {
         if (has_spans(leaves[i].id))
             solid_in_the_way(it, &leaves[i], rays & it->open);

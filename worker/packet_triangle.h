@@ -5,14 +5,6 @@
 #include "worker/lanes_dd.h"
 #include "worker/packet_walk.h"
 
-static INLINED void prefetch_corners(const struct vec3 *vertices, const struct bvh_leaf *leaves,
-                                     uint32_t count)
-{
-    for (uint32_t i = 0; i < count; i++)
-        for (unsigned k = 0; k < 3; k++)
-            __builtin_prefetch(&vertices[leaves[i].vertex[k]]);
-}
-
 /* ---- one triangle ---- */
 
 /* As all rays see it, by the filter of triangle_crossings(). */
@@ -58,12 +50,14 @@ static INLINED void decide(struct packet_view *view)
 }
 
 static INLINED struct packet_view
-packet_view(const struct packet *packet, const struct vec3 *vertices, const struct bvh_leaf *leaf)
+packet_view(const struct packet *packet, const struct scene *scene, const struct bvh_leaf *leaf)
 {
+    const struct vec3 *vertices = scene_vertices(scene);
+    const uint32_t *corner = corner_indices(scene, leaf->id);
     struct packet_view view;
-    view.p = shear_for_packet(packet, &vertices[leaf->vertex[0]]);
-    view.q = shear_for_packet(packet, &vertices[leaf->vertex[1]]);
-    view.r = shear_for_packet(packet, &vertices[leaf->vertex[2]]);
+    view.p = shear_for_packet(packet, &vertices[corner[0]]);
+    view.q = shear_for_packet(packet, &vertices[corner[1]]);
+    view.r = shear_for_packet(packet, &vertices[corner[2]]);
     decide(&view);
     return view;
 }
@@ -186,7 +180,7 @@ struct packet_crossings {
     struct lanes t, u, v;
 };
 
-static INLINED struct lanes3 gather(const struct vec3 *vertices,
+static INLINED struct lanes3 gather(const struct scene *scene,
                                     const struct bvh_leaf *const leaves[LANES], unsigned corner)
 {
     const double *at[LANES];
@@ -194,7 +188,7 @@ static INLINED struct lanes3 gather(const struct vec3 *vertices,
     struct lanes out[3];
     UNROLLED
     for (unsigned i = 0; i < LANES; i++)
-        at[i] = &vertices[leaves[i]->vertex[corner]].x;
+        at[i] = &scene_vertices(scene)[corner_indices(scene, leaves[i]->id)[corner]].x;
     lanes_transpose(at, &xyz, out);
     return (struct lanes3){out[0], out[1], out[2]};
 }
@@ -207,11 +201,11 @@ static INLINED struct sheared_lanes shear_each(const struct packet *packet, stru
 }
 
 static INLINED struct packet_crossings packet_crossings(const struct packet *packet,
-                                                        const struct vec3 *vertices,
+                                                        const struct scene *scene,
                                                         const struct bvh_leaf *const leaves[LANES])
 {
-    const struct lanes3 corner[3] = {gather(vertices, leaves, 0), gather(vertices, leaves, 1),
-                                     gather(vertices, leaves, 2)};
+    const struct lanes3 corner[3] = {gather(scene, leaves, 0), gather(scene, leaves, 1),
+                                     gather(scene, leaves, 2)};
     struct packet_view view = {.p = shear_each(packet, corner[0]),
                                .q = shear_each(packet, corner[1]),
                                .r = shear_each(packet, corner[2])};

@@ -10,8 +10,11 @@
 /* Leaves after which a packet may turn out not to be worth it. */
 #define LEAVES_ON_TRIAL 16
 
-/* One axis for all rays; roundings as in worker/float_slabs.h, but that the far distances are
- * enlarged in the end, by a product: 7 roundings of 8. */
+/*
+ * One axis for all rays. A distance, (bound - origin) * (1 / d), is rounded three times, in the
+ * difference, the inverse and the product: the far one is enlarged in the end by FLOAT_WIDENING, of
+ * whose 8 roundings 7 are used.
+ */
 struct range_slab {
     size_t near_plane, far_plane;
     struct floats in_origin, out_origin; /* the ends of the ranges that count */

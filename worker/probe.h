@@ -3,14 +3,14 @@
 #define FARM_WORKER_PROBE_H
 
 #include "worker/primitive.h"
+#include "worker/rough_triangles.h"
 #include "worker/traverse.h"
-#include "worker/triangle_lanes.h"
 
 struct probe {
     const struct scene *scene;
     const struct ray *ray;
     struct shear shear;
-    struct shear_quad shear_quad;
+    struct rough_ray rough; /* of probe_leaves() */
     struct purpose purpose;
     uint64_t *exact;
 };
@@ -18,9 +18,19 @@ struct probe {
 static INLINED struct probe probe_of(const struct scene *scene, const struct ray *ray, bool any,
                                      uint64_t *exact)
 {
-    struct shear shear = shear_of(&ray->direction);
-    return (struct probe){scene, ray, shear, shear_quad_of(&shear, &ray->origin), {any, ray->t_max},
-                          exact};
+    struct probe probe; /* no initializer: that would clear what is not used */
+    probe.scene = scene;
+    probe.ray = ray;
+    probe.shear = shear_of(&ray->direction);
+    probe.purpose = (struct purpose){any, ray->t_max};
+    probe.exact = exact;
+    return probe;
+}
+
+/* For probe_triangles() in leaves of this tree. */
+static INLINED void probe_leaves(struct probe *probe, const struct bvh *bvh)
+{
+    probe->rough = rough_ray_of(bvh, probe->ray, &probe->shear);
 }
 
 static inline bool ray_is_finite(const struct ray *ray)
@@ -45,9 +55,11 @@ static INLINED struct crossings probe_crossings(const struct probe *probe, uint3
 static INLINED struct crossings probe_triangle(const struct probe *probe,
                                                const struct bvh_leaf *leaf, bool naive)
 {
-    if (naive) return naive_corner_crossings(probe->scene, leaf->vertex, probe->ray);
-    return corner_crossings(probe->scene, leaf->id, leaf->vertex, probe->ray, &probe->shear,
-                            &probe->purpose, probe->exact);
+    if (naive)
+        return naive_corner_crossings(probe->scene, corner_indices(probe->scene, leaf->id),
+                                      probe->ray);
+    return corner_crossings(probe->scene, leaf->id, corner_indices(probe->scene, leaf->id),
+                            probe->ray, &probe->shear, &probe->purpose, probe->exact);
 }
 
 /* How many of the primitives of a leaf are triangles; they come first. */
@@ -60,25 +72,42 @@ static inline uint32_t triangles_of(const struct bvh_leaf *leaves, uint32_t coun
     return triangles;
 }
 
-/* How many triangles probe_triangles() looks at. */
-static INLINED uint32_t triangles_at_once(bool naive)
+/* The same of up to LANES triangles by the filter of double, a few at a time. */
+static lane_set __attribute__((noinline))
+sort_in_double(const struct probe *probe, const struct bvh_leaf *leaves, uint32_t count,
+               const struct reach *reach, lane_set *certain)
 {
-    return naive ? LANES : QUAD;
+    struct shear_quad shear = shear_quad_of(&probe->shear, &probe->ray->origin);
+    lane_set maybe = 0;
+    *certain = 0;
+    for (uint32_t i = 0; i < count && i < LANES; i += QUAD) {
+        struct triangle_sets sets =
+            sort_triangles(probe->scene, leaves + i, count - i, &shear, reach);
+        maybe |= sets.maybe << i;
+        *certain |= sets.certain << i;
+    }
+    return maybe;
 }
 
-/* Of `count` triangles, of the first of them, those that may be crossed, and those that certainly
- * are. */
+/*
+ * Of the `triangles` of a leaf with `count` entries, LANES from the first one that is told, those
+ * that may be crossed, and those that certainly are.
+ */
 static INLINED struct triangle_sets probe_triangles(const struct probe *probe,
                                                     const struct bvh_leaf *leaves, uint32_t count,
+                                                    uint32_t triangles, uint32_t first,
                                                     const struct reach *reach, bool naive)
 {
-    const struct vec3 *vertices = scene_vertices(probe->scene);
-    if (!LANES_IN_SIMD) {
-        uint32_t most = triangles_at_once(naive);
-        return (struct triangle_sets){first_lanes(count < most ? count : most), 0};
+    struct triangle_sets sets = {first_lanes(triangles - first), 0};
+    if (!LANES_IN_SIMD) return sets;
+    if (naive) {
+        sets.maybe = naive_crossed(probe->scene, leaves + first, triangles - first, probe->ray);
+        return sets;
     }
-    if (naive) return (struct triangle_sets){naive_crossed(vertices, leaves, count, probe->ray), 0};
-    return sort_triangles(vertices, leaves, count, &probe->shear_quad, reach);
+    if (!sort_rough_triangles(bvh_corners(leaves, count), triangles, first, &probe->rough, reach,
+                              &sets))
+        sets.maybe = sort_in_double(probe, leaves + first, triangles - first, reach, &sets.certain);
+    return sets;
 }
 
 static inline bool crossing_counts(const struct ray *ray, double t)

@@ -52,12 +52,14 @@ struct slabs {
 /* The largest coordinate of the root's box. */
 static inline double root_reach(const struct bvh *bvh)
 {
-    double reach = 0;
+    float reach = 0;
+    UNROLLED
     for (unsigned axis = 0; axis < 3; axis++) {
-        reach = larger(reach, fabs((double)bvh->min[axis]));
-        reach = larger(reach, fabs((double)bvh->max[axis]));
+        float min = fabsf(bvh->min[axis]), max = fabsf(bvh->max[axis]);
+        reach = reach > min ? reach : min;
+        reach = reach > max ? reach : max;
     }
-    return reach;
+    return (double)reach;
 }
 
 /* 1 / d; NaN, so that the axis decides nothing, when that overflows although d is not zero. */

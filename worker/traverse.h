@@ -21,31 +21,63 @@ void traverse_in_double(const struct bvh *bvh, const struct ray *ray, double lim
 
 /* A child that the walk has left for later. */
 struct float_pending {
-    uint32_t child, count; /* as in struct bvh_node */
+    const void *at; /* struct bvh_node, or the entries of a leaf */
+    uint32_t count; /* as in struct bvh_node */
     float enter;
 };
 
-static inline struct float_pending float_pending_child(const struct bvh_node *node, unsigned lane,
-                                                       float enter)
+/* Where nodes and leaves are, and how many bytes to a place, by whether it is a leaf's. */
+struct child_places {
+    const char *base[2];
+    unsigned shift[2];
+};
+
+static INLINED struct child_places child_places(const struct bvh *bvh)
 {
-    return (struct float_pending){node->child[lane], node->count[lane], enter};
+    _Static_assert(sizeof(struct bvh_node) == 1 << 8 && sizeof(struct bvh_leaf) == 1 << 2, "");
+    return (struct child_places){{(const void *)bvh_nodes(bvh), (const void *)bvh_leaves(bvh)},
+                                 {8, 2}};
 }
 
-/* Puts the children of a set of at least two on the stack, the nearest last. */
+/* Without a branch, which would often be taken for the wrong one. */
+static INLINED struct float_pending float_pending_child(const struct child_places *places,
+                                                        const struct bvh_node *node, unsigned slot,
+                                                        float enter)
+{
+    uint32_t count = node->count[slot];
+    unsigned leaf = count > 0;
+    size_t offset = (size_t)node->child[slot] << places->shift[leaf];
+    return (struct float_pending){places->base[leaf] + offset, count, enter};
+}
+
+/* A node; most leaves are hardly smaller. */
+static INLINED void prefetch_child(const void *child)
+{
+    for (unsigned i = 0; i < sizeof(struct bvh_node); i += 64)
+        __builtin_prefetch((const char *)child + i);
+}
+
+/* Keeps the children of a set, which is not empty, on the stack, but for the nearest one. */
 static INLINED unsigned push_floats(struct float_pending *stack, unsigned top,
-                                    const struct bvh_node *node, lane_set set, struct floats enter)
+                                    const struct child_places *places, const struct bvh_node *node,
+                                    lane_set set, struct floats enter, struct float_pending *now)
 {
     float at[LANES];
-    floats_store(at, enter);
     unsigned a = lowest_lane(set);
     lane_set rest = without_lowest(set);
+    if (!rest) {
+        *now = float_pending_child(places, node, a, 0);
+        return top;
+    }
+    floats_store(at, enter);
     unsigned b = lowest_lane(rest);
     if (!without_lowest(rest)) {
         bool swapped = at[b] < at[a];
         unsigned near = swapped ? b : a, far = swapped ? a : b;
-        stack[top] = float_pending_child(node, far, at[far]);
-        stack[top + 1] = float_pending_child(node, near, at[near]);
-        return top + 2;
+        stack[top] = float_pending_child(places, node, far, at[far]);
+        prefetch_child(stack[top].at);
+        *now = float_pending_child(places, node, near, at[near]);
+        return top + 1;
     }
     unsigned end = top + (unsigned)__builtin_popcount(set);
     for (rest = set; rest; rest = without_lowest(rest)) {
@@ -53,33 +85,35 @@ static INLINED unsigned push_floats(struct float_pending *stack, unsigned top,
         struct floats here = floats_of(at[lane]);
         unsigned nearer =
             lanes_before(set, lane, floats_less(enter, here), floats_at_most(enter, here));
-        stack[end - 1 - nearer] = float_pending_child(node, lane, at[lane]);
+        struct float_pending child = float_pending_child(places, node, lane, at[lane]);
+        prefetch_child(child.at);
+        stack[end - 1 - nearer] = child;
     }
-    return end;
+    *now = stack[end - 1];
+    return end - 1;
 }
 
+/* Likewise, but for the last one. */
 static INLINED unsigned push_floats_unordered(struct float_pending *stack, unsigned top,
-                                              const struct bvh_node *node, lane_set set)
+                                              const struct child_places *places,
+                                              const struct bvh_node *node, lane_set set,
+                                              struct float_pending *now)
 {
-    for (; set; set = without_lowest(set))
-        stack[top++] = float_pending_child(node, lowest_lane(set), 0);
+    *now = float_pending_child(places, node, lowest_lane(set), 0);
+    while ((set = without_lowest(set))) {
+        prefetch_child(now->at);
+        stack[top++] = *now;
+        *now = float_pending_child(places, node, lowest_lane(set), 0);
+    }
     return top;
 }
 
 static INLINED void prefetch_children(const struct bvh *bvh, const struct bvh_node *node,
                                       lane_set set)
 {
-    for (; set; set = without_lowest(set)) {
-        unsigned slot = lowest_lane(set);
-        bool leaf = node->count[slot] > 0;
-        const char *child = leaf ? (const void *)(bvh_leaves(bvh) + node->child[slot])
-                                 : (const void *)(bvh_nodes(bvh) + node->child[slot]);
-        __builtin_prefetch(child);
-        __builtin_prefetch(child + 64);
-        if (leaf) continue; /* most have no more */
-        __builtin_prefetch(child + 128);
-        __builtin_prefetch(child + 192);
-    }
+    struct child_places places = child_places(bvh);
+    for (; set; set = without_lowest(set))
+        prefetch_child(float_pending_child(&places, node, lowest_lane(set), 0).at);
 }
 
 /* traverse_in_double() in float where that does. */
@@ -87,33 +121,26 @@ static INLINED void traverse(const struct bvh *bvh, const struct ray *ray, doubl
                              bool ordered, visit_leaf *visit, void *context)
 {
     if (bvh->node_count == 0) return;
-    const struct bvh_node *nodes = bvh_nodes(bvh);
-    const struct bvh_leaf *leaves = bvh_leaves(bvh);
     struct float_slabs slabs;
     if (!float_slabs_of(bvh, ray, &slabs)) {
         traverse_in_double(bvh, ray, limit, ordered, visit, context);
         return;
     }
-    struct float_pending stack[BVH_STACK + BVH_WIDTH], now = {0, 0, 0};
+    const struct child_places places = child_places(bvh);
+    struct float_pending stack[BVH_STACK + BVH_WIDTH], now = {bvh_nodes(bvh), 0, 0};
     unsigned top = 0;
     float float_limit = float_slab_limit(limit);
     for (;;) {
         if (now.count > 0) {
-            if (!visit(context, leaves + now.child, now.count, &limit)) return;
+            if (!visit(context, now.at, now.count, &limit)) return;
             if (ordered) float_limit = float_slab_limit(limit);
         } else {
-            const struct bvh_node *node = &nodes[now.child];
+            const struct bvh_node *node = now.at;
             struct floats enter;
             lane_set set = float_slabs_meet(&slabs, node, float_limit, &enter);
-            if (set && !without_lowest(set)) {
-                now = float_pending_child(node, lowest_lane(set), 0);
-                continue;
-            }
             if (set) {
-                prefetch_children(bvh, node, set);
-                top = ordered ? push_floats(stack, top, node, set, enter)
-                              : push_floats_unordered(stack, top, node, set);
-                now = stack[--top];
+                top = ordered ? push_floats(stack, top, &places, node, set, enter, &now)
+                              : push_floats_unordered(stack, top, &places, node, set, &now);
                 continue;
             }
         }

@@ -4,8 +4,8 @@
 
 #include "worker/bvh.h"
 #include "worker/lanes.h"
+#include "worker/primitive.h"
 #include "worker/quad.h"
-#include "worker/triangle.h"
 
 #define WIDE lanes
 #include "worker/sheared_edges.h"
@@ -29,15 +29,16 @@ static INLINED struct shear_quad shear_quad_of(const struct shear *shear, const 
 
 /* Vertex k of each of `count` triangles; those behind the last one repeat the first. */
 static INLINED struct sheared_quad shear_vertices(const struct shear_quad *shear,
-                                                  const struct vec3 *vertices,
+                                                  const struct scene *scene,
                                                   const struct bvh_leaf *leaves, uint32_t count,
                                                   unsigned k)
 {
+    const struct vec3 *vertices = scene_vertices(scene);
     const double *at[QUAD];
     struct quad p[3];
     UNROLLED
     for (uint32_t i = 0; i < QUAD; i++)
-        at[i] = &vertices[leaves[i < count ? i : 0].vertex[k]].x;
+        at[i] = &vertices[corner_indices(scene, leaves[i < count ? i : 0].id)[k]].x;
     quad_transpose(at, &shear->order, p);
     struct quad z = quad_sub(p[2], quad_of(shear->origin[2]));
     struct quad x = quad_sub(p[0], quad_of(shear->origin[0]));
@@ -75,14 +76,14 @@ static INLINED struct reach reach_of(const struct ray *ray, const struct shear *
 
 /* Of `count` triangles the first QUAD. Without a reach nothing is certain. The same operations as
  * those of triangle_crossings(), in the same order. */
-static INLINED struct triangle_sets sort_triangles(const struct vec3 *vertices,
+static INLINED struct triangle_sets sort_triangles(const struct scene *scene,
                                                    const struct bvh_leaf *leaves, uint32_t count,
                                                    const struct shear_quad *shear,
                                                    const struct reach *reach)
 {
-    struct sheared_quad p = shear_vertices(shear, vertices, leaves, count, 0);
-    struct sheared_quad q = shear_vertices(shear, vertices, leaves, count, 1);
-    struct sheared_quad r = shear_vertices(shear, vertices, leaves, count, 2);
+    struct sheared_quad p = shear_vertices(shear, scene, leaves, count, 0);
+    struct sheared_quad q = shear_vertices(shear, scene, leaves, count, 1);
+    struct sheared_quad r = shear_vertices(shear, scene, leaves, count, 2);
     struct quad e0 = quad_edge(&q, &r), e1 = quad_edge(&r, &p), e2 = quad_edge(&p, &q);
     struct quad low = quad_least(e0, e1, e2), high = quad_largest(e0, e1, e2);
     struct quad error = quad_edge_error(&p, &q, &r), zero = quad_of(0);
@@ -132,28 +133,28 @@ static INLINED struct lanes lanes_dot(struct vec3_lanes a, struct vec3_lanes b)
 }
 
 /* Vertex k of each of `count` triangles; lanes behind the last one repeat the first. */
-static INLINED struct vec3_lanes naive_vertices(const struct vec3 *vertices,
-                                                const struct bvh_leaf *leaves, uint32_t count,
-                                                unsigned k)
+static INLINED struct vec3_lanes
+naive_vertices(const struct scene *scene, const struct bvh_leaf *leaves, uint32_t count, unsigned k)
 {
+    const struct vec3 *vertices = scene_vertices(scene);
     const double *at[LANES];
     struct axis_order order = axis_order(0, 1, 2);
     struct lanes p[3];
     UNROLLED
     for (uint32_t i = 0; i < LANES; i++)
-        at[i] = &vertices[leaves[i < count ? i : 0].vertex[k]].x;
+        at[i] = &vertices[corner_indices(scene, leaves[i < count ? i : 0].id)[k]].x;
     lanes_transpose(at, &order, p);
     return (struct vec3_lanes){p[0], p[1], p[2]};
 }
 
 /* Of `count` triangles, 8 at most, those that naive_triangle() finds crossed: the same operations
  * in the same order. */
-static INLINED lane_set naive_crossed(const struct vec3 *vertices, const struct bvh_leaf *leaves,
+static INLINED lane_set naive_crossed(const struct scene *scene, const struct bvh_leaf *leaves,
                                       uint32_t count, const struct ray *ray)
 {
-    struct vec3_lanes a = naive_vertices(vertices, leaves, count, 0);
-    struct vec3_lanes e1 = lanes_vec_sub(naive_vertices(vertices, leaves, count, 1), a);
-    struct vec3_lanes e2 = lanes_vec_sub(naive_vertices(vertices, leaves, count, 2), a);
+    struct vec3_lanes a = naive_vertices(scene, leaves, count, 0);
+    struct vec3_lanes e1 = lanes_vec_sub(naive_vertices(scene, leaves, count, 1), a);
+    struct vec3_lanes e2 = lanes_vec_sub(naive_vertices(scene, leaves, count, 2), a);
     struct vec3_lanes d = lanes_vec(ray->direction), s = lanes_vec_sub(lanes_vec(ray->origin), a);
     struct vec3_lanes p = lanes_cross(d, e2), q = lanes_cross(s, e1);
     struct lanes determinant = lanes_dot(e1, p), zero = lanes_of(0), one = lanes_of(1);

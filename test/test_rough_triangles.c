@@ -1,0 +1,147 @@
+/* Triangles in float, of rounded corners: what is told of them is so, whatever the sizes. */
+#include "scene_fixture.h"
+
+#include "worker/rough_triangles.h"
+
+#define SCENES 4000
+#define RAYS   40
+
+static int random_exponent(uint64_t *random, int low, int high)
+{
+    return low + (int)random_below(random, (uint32_t)(high - low + 1));
+}
+
+/* Triangles of any sizes about a place that may be far from the origin; some share corners. */
+static struct scene *random_scene(uint64_t *random)
+{
+    struct builder *builder = builder_create();
+    uint32_t grey = add_material(builder, vec3(1, 1, 1), 0), count = 1 + random_below(random, 8);
+    int exponent = random_below(random, 3) > 0 ? 0 : random_exponent(random, -130, 130);
+    double size = ldexp(1, exponent);
+    struct vec3 at = random_vector(random, ldexp(size, random_exponent(random, -4, 45)));
+    struct vec3 corner = vec_add(at, random_vector(random, size));
+    for (uint32_t i = 0; i < count; i++) {
+        double edge = ldexp(size, -(int)random_below(random, 6));
+        struct vec3 b = vec_add(corner, random_vector(random, edge));
+        struct vec3 c = vec_add(corner, random_vector(random, edge));
+        add_triangle(builder, corner, b, c, grey);
+        corner = random_below(random, 2) > 0 ? b : vec_add(at, random_vector(random, size));
+    }
+    return finish_scene(builder);
+}
+
+/* Towards a corner, an edge or the inside of a triangle, or past it, from near or far. */
+static struct ray random_ray(uint64_t *random, const struct scene *scene)
+{
+    uint32_t count = (uint32_t)scene->primitives[PRIMITIVE_TRIANGLE].count;
+    const uint32_t *vertex = scene_triangles(scene)[random_below(random, count)].vertex;
+    const struct vec3 *at = scene_vertices(scene);
+    struct vec3 a = at[vertex[0]], e1 = vec_sub(at[vertex[1]], a), e2 = vec_sub(at[vertex[2]], a);
+    double u = random_between(random, -0.5, 1), v = random_between(random, -0.5, 1);
+    if (random_below(random, 4) == 0) u = 0;
+    if (random_below(random, 8) == 0) v = 0;
+    struct vec3 target = vec_add_scaled(vec_add_scaled(a, e1, u), e2, v);
+    double size = largest_component(e1) + largest_component(e2);
+    struct vec3 origin = random_vector(random, ldexp(size, random_exponent(random, -3, 30)));
+    struct ray ray = ray_to(vec_add(target, origin), target);
+    if (random_below(random, 2) > 0)
+        ray.t_max = random_between(random, 0, 2 * largest_component(origin)) /
+                    largest_component(ray.direction);
+    return ray;
+}
+
+struct told {
+    uint64_t tested, missed, certain, open;
+};
+
+static void check_ray(const struct scene *scene, const struct bvh *bvh,
+                      const struct bvh_leaf *leaves, uint32_t count, const struct ray *ray,
+                      struct told *told)
+{
+    struct shear shear = shear_of(&ray->direction);
+    struct rough_ray rough = rough_ray_of(bvh, ray, &shear);
+    struct reach reach = reach_of(ray, &shear);
+    struct purpose purpose = {true, ray->t_max};
+    struct triangle_sets sets;
+    if (!sort_rough_triangles(bvh_corners(leaves, count), count, 0, &rough, &reach, &sets)) return;
+    assert_int_equal(sets.maybe & ~first_lanes(count), 0);
+    assert_int_equal(sets.certain & ~sets.maybe, 0);
+    for (uint32_t i = 0; i < count; i++) {
+        uint64_t exact = 0;
+        struct crossings found =
+            primitive_crossings(scene, leaves[i].id, ray, &shear, &purpose, &exact);
+        bool crossed = found.t[0] < INFINITE && found.t[0] > -INFINITE;
+        bool counts = found.t[0] > 0 && found.t[0] < ray->t_max;
+        bool maybe = sets.maybe >> i & 1, certain = sets.certain >> i & 1;
+        assert_true(maybe || !crossed);
+        assert_true(!certain || counts);
+        assert_true(!exact || !certain);
+        told->tested++;
+        told->missed += !maybe;
+        told->certain += certain;
+        told->open += maybe && !crossed;
+    }
+}
+
+static void test_tells_the_truth(void **state)
+{
+    (void)state;
+    uint64_t random = 1;
+    struct told told = {0};
+    for (int i = 0; i < SCENES; i++) {
+        struct scene *scene = random_scene(&random);
+        struct bvh *bvh = build_tree(scene);
+        const struct bvh_node *root = bvh_nodes(bvh);
+        for (unsigned slot = 0; slot < BVH_WIDTH; slot++)
+            for (int k = 0; root->count[slot] > 0 && k < RAYS; k++) {
+                struct ray ray = random_ray(&random, scene);
+                if (!vec_is_finite(ray.direction) || vec_is_zero(ray.direction)) continue;
+                const struct bvh_leaf *leaves = bvh_leaves(bvh) + root->child[slot];
+                check_ray(scene, bvh, leaves, root->count[slot], &ray, &told);
+            }
+        free(bvh);
+        free(scene);
+    }
+    /* Most is told, of misses and of crossings. */
+    assert_true(told.tested > UINT64_C(10) * SCENES);
+    assert_true(told.missed > told.tested / 4);
+    assert_true(told.certain > told.tested / 40);
+    assert_true(told.open < told.missed / 4);
+}
+
+/* Where places mean nothing, or the leaf is too far away or aside, nothing is told. */
+static void test_leaves_open(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    uint32_t grey = add_material(builder, vec3(1, 1, 1), 0);
+    add_triangle(builder, vec3(-1, -1, 0), vec3(1, -1, 0), vec3(0, 1, 0), grey);
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    const struct bvh_leaf *leaf = bvh_leaves(bvh);
+    struct ray ray = ray_along(vec3(0, 0, 2), vec3(0, 0, -1));
+    struct shear shear = shear_of(&ray.direction);
+    struct rough_ray rough = rough_ray_of(bvh, &ray, &shear);
+    struct triangle_sets sets;
+    assert_true(sort_rough_triangles(bvh_corners(leaf, 1), 1, 0, &rough, NULL, &sets));
+    assert_int_equal(sets.maybe, 1);
+    rough.origin[0] = 0x1p10;
+    assert_false(sort_rough_triangles(bvh_corners(leaf, 1), 1, 0, &rough, NULL, &sets));
+    rough.origin[0] = 0;
+    rough.origin[2] = 0x1p40;
+    assert_false(sort_rough_triangles(bvh_corners(leaf, 1), 1, 0, &rough, NULL, &sets));
+    rough = rough_ray_of(bvh, &ray, &shear);
+    ((struct bvh_corners *)(uintptr_t)bvh_corners(leaf, 1))->inverse = NAN;
+    assert_false(sort_rough_triangles(bvh_corners(leaf, 1), 1, 0, &rough, NULL, &sets));
+    free(bvh);
+    free(scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_tells_the_truth),
+        cmocka_unit_test(test_leaves_open),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,116 @@
+/* worker/rough_triangles.h for a packet of rays and one triangle after the other. */
+#ifndef FARM_WORKER_ROUGH_PACKET_H
+#define FARM_WORKER_ROUGH_PACKET_H
+
+#include "worker/packet_walk.h"
+#include "worker/rough_triangles.h"
+
+/* A leaf's triangles and, a lane for each ray, X, Y and Z. */
+struct rough_leaf {
+    const uint16_t *x, *y, *z;
+    uint32_t triangles;
+    struct floats base_x, base_y, sx, sy;
+    struct lanes base_z;
+    double unit;
+};
+
+static INLINED struct lanes rough_way(const struct packet *packet,
+                                      const struct bvh_corners *corners, unsigned i)
+{
+    unsigned axis = packet->axes[i];
+    double base = (double)corners->base[axis] + packet->bvh->center[axis];
+    return lanes_sub(lanes_of(base), packet->origin[i]);
+}
+
+/*
+ * Returns the rays that nothing can be told of, for which the errors are greater; if those are all of
+ * them, nothing else is. Base and centre, which are both less than 2^40 units, are added up here
+ * before the origin is subtracted: that is no more rounding than for a single ray.
+ */
+static INLINED lane_set rough_leaf_of(const struct packet *packet, const struct bvh_leaf *leaves,
+                                      uint32_t count, uint32_t triangles, struct rough_leaf *leaf)
+{
+    const struct bvh_corners *corners = bvh_corners(leaves, count);
+    if (!packet->bvh->has_corners) {
+        *leaf = (struct rough_leaf){.triangles = 0};
+        return ALL_LANES;
+    }
+    struct lanes inverse = lanes_of((double)corners->inverse);
+    struct lanes z = rough_way(packet, corners, 2);
+    struct lanes x = lanes_sub(rough_way(packet, corners, 0), lanes_mul(packet->sx, z));
+    struct lanes y = lanes_sub(rough_way(packet, corners, 1), lanes_mul(packet->sy, z));
+    x = lanes_mul(x, inverse);
+    y = lanes_mul(y, inverse);
+    z = lanes_mul(z, inverse);
+    struct lanes aside = lanes_larger(lanes_abs(x), lanes_abs(y));
+    lane_set within =
+        lanes_less(aside, lanes_of(ASIDE_MAX)) & lanes_less(lanes_abs(z), lanes_of(AHEAD_MAX));
+    const uint16_t *place = corners->place;
+    leaf->x = place + 3 * packet->axes[0] * triangles;
+    leaf->y = place + 3 * packet->axes[1] * triangles;
+    leaf->z = place + 3 * packet->axes[2] * triangles;
+    leaf->triangles = triangles;
+    leaf->base_x = floats_of_lanes(x);
+    leaf->base_y = floats_of_lanes(y);
+    leaf->base_z = z;
+    leaf->unit = 1 / (double)corners->inverse;
+    leaf->sx = floats_of_lanes(packet->sx);
+    leaf->sy = floats_of_lanes(packet->sy);
+    return ALL_LANES & ~within;
+}
+
+/* Triangle i as the rays see it; nothing is told of those that are beyond. */
+struct rough_view {
+    struct rough_corners corner[3];
+    struct rough_sets sets;
+};
+
+static INLINED struct rough_view rough_view(const struct rough_leaf *leaf, uint32_t i)
+{
+    struct rough_view view;
+    UNROLLED
+    for (unsigned k = 0; k < 3; k++) {
+        uint32_t at = k * leaf->triangles + i;
+        view.corner[k] = rough_shear(floats_of((float)leaf->x[at]), floats_of((float)leaf->y[at]),
+                                     floats_of((float)leaf->z[at]), leaf->base_x, leaf->base_y,
+                                     leaf->sx, leaf->sy);
+    }
+    view.sets = rough_sets(view.corner);
+    return view;
+}
+
+static INLINED struct lanes lanes_of_floats(struct floats a)
+{
+    float at[LANES];
+    floats_store(at, a);
+    return lanes_load_floats(at);
+}
+
+/*
+ * packet_distances() of the rays that certainly cross the triangle. The edges' values are off by
+ * ROUGH_ERROR each, and that goes in there in the same way; places by a half; and all other roundings
+ * are less than 16 FLOAT_ROUNDOFF of 2^16, and 64 UNIT_ROUNDOFF of AHEAD_MAX.
+ */
+static INLINED void rough_distances(const struct packet *packet, const struct rough_leaf *leaf,
+                                    const struct rough_view *view, struct lanes *from,
+                                    struct lanes *to)
+{
+    const struct rough_sets *sets = &view->sets;
+    struct lanes p = lanes_of_floats(view->corner[0].z), q = lanes_of_floats(view->corner[1].z);
+    struct lanes r = lanes_of_floats(view->corner[2].z);
+    struct lanes e0 = lanes_of_floats(sets->e0), e1 = lanes_of_floats(sets->e1);
+    struct lanes e2 = lanes_of_floats(sets->e2);
+    struct lanes inverse = lanes_div(lanes_of(1), lanes_add(lanes_add(e0, e1), e2));
+    struct lanes mean = lanes_add(lanes_mul(e0, p), lanes_mul(e1, q));
+    mean = lanes_mul(lanes_add(mean, lanes_mul(e2, r)), inverse);
+    struct lanes range = lanes_sub(lanes_largest(p, q, r), lanes_least(p, q, r));
+    struct lanes share = lanes_mul(lanes_of(6 * ROUGH_ERROR), lanes_abs(inverse));
+    struct lanes doubt = lanes_mul(lanes_smaller(share, lanes_of(1)), range);
+    struct lanes scale = lanes_mul(lanes_of(leaf->unit), packet->inverse_dz);
+    doubt = lanes_mul(lanes_add(doubt, lanes_of(1)), lanes_abs(scale));
+    struct lanes t = lanes_mul(lanes_add(mean, leaf->base_z), scale);
+    *from = lanes_sub(t, doubt);
+    *to = lanes_add(t, doubt);
+}
+
+#endif

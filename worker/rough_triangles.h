@@ -1,0 +1,166 @@
+/*
+ * Triangles of a leaf against a ray, in float and from corners that are rounded to 16 bits (struct
+ * bvh_corners): a quarter of the work of worker/triangle_lanes.h and of the memory. Tells which
+ * triangles are certainly missed and which certainly crossed; the others are for exact tests.
+ *
+ * The places are sheared as in worker/triangle.h, in units of the leaf's: a corner c of places q
+ * has x' = q.x - sx q.z + X, where X = ((base.x - o.x) - sx (base.z - o.z)) / unit and Z = (base.z -
+ * o.z) / unit are found in double for each leaf. How far the leaf is from the origin therefore
+ * matters to double alone.
+ */
+#ifndef FARM_WORKER_ROUGH_TRIANGLES_H
+#define FARM_WORKER_ROUGH_TRIANGLES_H
+
+#include "worker/float_slabs.h"
+#include "worker/triangle_lanes.h"
+
+/*
+ * What x' is off by, in units, with q.x, q.z < 2^16, |sx| <= 1, |X| < ASIDE_MAX and |Z| < AHEAD_MAX:
+ * the places 1/2 each, and a thousandth where the corner itself was rounded (bvh_leaf.c): 1.002 in
+ * x' for both. In double, origin and base from the tree's centre, their difference and its part in X
+ * err by less than 16 u 2^41, as base is at most 2^40; X - sx Z, rounded, by u 2^41 more: together
+ * less than 2^-7. In float, of v = 2^-24: sx by v, in x' 2^16 v; X by 2^18 v; q.x + X by 1.25 2^18
+ * v; the product by 2^16 v and the sum by 1.5 2^18 v; together less than 2^20 v = 2^-4.
+ */
+#define ASIDE_MAX   0x1p18
+#define AHEAD_MAX   0x1p40
+#define PLACE_ERROR 1.08
+
+/*
+ * |x'| is less than 2^16 + 2^16 + 2^18 = SHEARED_MAX. An edge's value p.x q.y - p.y q.x is off by
+ * PLACE_ERROR of each factor times the other, four times in all, by its square twice, and by
+ * roundings of the products and of the difference, less than 4 v SHEARED_MAX^2: all together by less
+ * than this.
+ */
+#define SHEARED_MAX (1.5 * ASIDE_MAX)
+#define ROUGH_ERROR                                                                                \
+    (4.1 * PLACE_ERROR * SHEARED_MAX + 4 * FLOAT_ROUNDOFF * SHEARED_MAX * SHEARED_MAX)
+
+/* What a ray needs for that. */
+struct rough_ray {
+    unsigned x, y, z; /* of its shear */
+    double origin[3]; /* from the tree's centre, in the shear's order */
+    double sx, sy;
+    bool has_corners;
+};
+
+static INLINED struct rough_ray rough_ray_of(const struct bvh *bvh, const struct ray *ray,
+                                             const struct shear *shear)
+{
+    const double *center = bvh->center;
+    return (struct rough_ray){shear->x,
+                              shear->y,
+                              shear->z,
+                              {vec_component(&ray->origin, shear->x) - center[shear->x],
+                               vec_component(&ray->origin, shear->y) - center[shear->y],
+                               vec_component(&ray->origin, shear->z) - center[shear->z]},
+                              shear->sx,
+                              shear->sy,
+                              bvh->has_corners != 0};
+}
+
+/* X, Y and Z of a leaf. */
+struct rough_base {
+    double x, y, z;
+};
+
+static INLINED struct rough_base rough_base_of(const struct rough_ray *ray,
+                                               const struct bvh_corners *corners)
+{
+    double inverse = (double)corners->inverse;
+    double x = (double)corners->base[ray->x] - ray->origin[0];
+    double y = (double)corners->base[ray->y] - ray->origin[1];
+    double z = (double)corners->base[ray->z] - ray->origin[2];
+    return (struct rough_base){(x - ray->sx * z) * inverse, (y - ray->sy * z) * inverse,
+                               z * inverse};
+}
+
+/* Whether the errors are as above; not for NaN. */
+static INLINED bool is_rough_enough(const struct rough_base *base)
+{
+    return (fabs(base->x) < ASIDE_MAX) & (fabs(base->y) < ASIDE_MAX) & (fabs(base->z) < AHEAD_MAX);
+}
+
+/* Corner k of eight triangles as the ray sees them, but for z, which is counted from the base. */
+struct rough_corners {
+    struct floats x, y, z;
+};
+
+static INLINED struct rough_corners rough_shear(struct floats x, struct floats y, struct floats z,
+                                                struct floats base_x, struct floats base_y,
+                                                struct floats sx, struct floats sy)
+{
+    return (struct rough_corners){floats_sub_mul(floats_add(x, base_x), sx, z),
+                                  floats_sub_mul(floats_add(y, base_y), sy, z), z};
+}
+
+static INLINED struct floats rough_edge(const struct rough_corners *p,
+                                        const struct rough_corners *q)
+{
+    return floats_mul_sub(p->x, q->y, floats_mul(p->y, q->x));
+}
+
+/* Which are certainly missed, and which certainly crossed by the ray's line; the edges' values. */
+struct rough_sets {
+    lane_set missed, crossed;
+    struct floats e0, e1, e2;
+};
+
+static INLINED struct rough_sets rough_sets(const struct rough_corners corner[3])
+{
+    struct floats e0 = rough_edge(&corner[1], &corner[2]);
+    struct floats e1 = rough_edge(&corner[2], &corner[0]);
+    struct floats e2 = rough_edge(&corner[0], &corner[1]);
+    struct floats low = floats_smaller(floats_smaller(e0, e1), e2);
+    struct floats high = floats_larger(floats_larger(e0, e1), e2);
+    struct floats below = floats_of((float)-ROUGH_ERROR), above = floats_of((float)ROUGH_ERROR);
+    return (struct rough_sets){floats_less(low, below) & floats_less(above, high),
+                               floats_less(above, low) | floats_less(high, below), e0, e1, e2};
+}
+
+/*
+ * Those with all corners between from and to, see struct reach. Places are less than 2^16, and off
+ * by less than one: so is the difference of from / unit and Z, but for 2^-24 of it.
+ */
+static INLINED lane_set rough_within(const struct rough_corners corner[3],
+                                     const struct reach *reach, double base_z, double inverse)
+{
+    struct floats first = floats_smaller(floats_smaller(corner[0].z, corner[1].z), corner[2].z);
+    struct floats last = floats_larger(floats_larger(corner[0].z, corner[1].z), corner[2].z);
+    float from = (float)(reach->from * inverse - base_z + 1);
+    float to = (float)(reach->to * inverse - base_z - 1);
+    return floats_less(floats_of(from), first) & floats_less(last, floats_of(to));
+}
+
+/*
+ * The first LANES of a leaf's triangles from `first` on; as sort_triangles(). false: nothing is told
+ * by places.
+ */
+static INLINED bool sort_rough_triangles(const struct bvh_corners *corners, uint32_t triangles,
+                                         uint32_t first, const struct rough_ray *ray,
+                                         const struct reach *reach, struct triangle_sets *sets)
+{
+    if (!ray->has_corners) return false;
+    struct rough_base base = rough_base_of(ray, corners);
+    if (!is_rough_enough(&base)) return false;
+    const uint16_t *x = corners->place + 3 * ray->x * triangles + first;
+    const uint16_t *y = corners->place + 3 * ray->y * triangles + first;
+    const uint16_t *z = corners->place + 3 * ray->z * triangles + first;
+    struct floats base_x = floats_of((float)base.x), base_y = floats_of((float)base.y);
+    struct floats sx = floats_of((float)ray->sx), sy = floats_of((float)ray->sy);
+    struct rough_corners corner[3];
+    UNROLLED
+    for (unsigned k = 0; k < 3; k++)
+        corner[k] = rough_shear(floats_load_shorts(x + k * triangles),
+                                floats_load_shorts(y + k * triangles),
+                                floats_load_shorts(z + k * triangles), base_x, base_y, sx, sy);
+    struct rough_sets found = rough_sets(corner);
+    sets->maybe = ~found.missed & first_lanes(triangles - first);
+    sets->certain = 0;
+    if (!reach || !(sets->maybe & found.crossed)) return true;
+    sets->certain =
+        sets->maybe & found.crossed & rough_within(corner, reach, base.z, (double)corners->inverse);
+    return true;
+}
+
+#endif
