@@ -307,16 +307,17 @@ valgrind: all
 	@$(call install_missing,valgrind)
 	@FARM=./$(FARM) MPIEXEC="$(MPIEXEC)" sh test/valgrind.sh
 
-# What is looked at, and how a compiler that is not mpicc finds mpi.h.
-LINT_IN  ?= common master test/fuzz
-LINTED    = $(wildcard $(LINT_IN:%=%/*.c))
-MPI_FLAGS = $(filter -I%,$(shell $(MPICC) -show))
+# What is looked at, and how a compiler that is not mpicc finds mpi.h. In lanes the kernel is another
+# program than without: it is looked at twice.
+LINT_IN   ?= common master worker test/fuzz config/models
+MPI_FLAGS  = $(filter -I%,$(shell $(MPICC) -show))
+tidy = printf '%s\n' $(1) | xargs -P $$(nproc) -I FILE clang-tidy --quiet FILE -- -std=c17 \
+    -D_GNU_SOURCE -I. $(MPI_FLAGS) -DFARM_VERSION='"$(VERSION)"' $(2) 2>/dev/null
 
 lint:
 	@$(call install_missing,clang-tidy cppcheck)
-	@failed=0; for file in $(LINTED); do echo "  tidy $$file"; clang-tidy --quiet $$file -- -std=c17 \
-	    -D_GNU_SOURCE -I. $(MPI_FLAGS) -DFARM_VERSION='"$(VERSION)"' 2>/dev/null || failed=1; \
-	    done; exit $$failed
+	@$(call tidy,$(wildcard $(LINT_IN:%=%/*.c)))
+	@$(call tidy,$(filter $(LINT_IN:%=%/%),$(KERNEL)),$(FLAGS_$(lastword $(LEVELS))))
 	cppcheck --quiet --std=c11 --enable=warning,style,performance,portability --error-exitcode=1 \
 	    --inline-suppr --suppressions-list=.cppcheck -I. -D_GNU_SOURCE -DFARM_VERSION='"$(VERSION)"' $(LINT_IN)
 

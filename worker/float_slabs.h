@@ -86,8 +86,8 @@ static INLINED struct float_slab float_slab_of(const struct bvh *bvh, const stru
     double origin = vec_component(&ray->origin, axis) - bvh->center[axis];
     double direction = vec_component(&ray->direction, axis);
     double inverse = float_slab_inverse(direction);
-    size_t min = offsetof(struct bvh_node, min) + axis * BVH_WIDTH * sizeof(float);
-    size_t max = offsetof(struct bvh_node, max) + axis * BVH_WIDTH * sizeof(float);
+    size_t min = offsetof(struct bvh_node, min) + axis * (BVH_WIDTH * sizeof(float));
+    size_t max = offsetof(struct bvh_node, max) + axis * (BVH_WIDTH * sizeof(float));
     bool down = signbit(direction);
     float low = float_below(origin - margin), high = float_above(origin + margin);
     return (struct float_slab){.near_plane = down ? max : min,

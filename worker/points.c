@@ -360,7 +360,7 @@ static void turn_singly(const struct scene *scene, const struct ray *rays, struc
     }
 }
 
-static void doubt(struct points *points, uint32_t begin)
+static void doubt_from(struct points *points, uint32_t begin)
 {
     for (uint32_t i = begin; i < points->count; i++)
         points->sure[i] = 0;
@@ -376,12 +376,12 @@ void points_find(const struct scene *scene, const struct ray *rays, const struct
     gather_materials(scene, hits, points);
     bool exact = points->formulas == FORMULAS_EXACT;
     if (exact) find_groups(scene, rays, hits, first, points);
-    doubt(points, exact ? first[GROUP_OTHERS] : 0);
+    doubt_from(points, exact ? first[GROUP_OTHERS] : 0);
     find_singly(scene, rays, hits, points);
     if (exact)
         turn_normals(points);
     else
-        doubt(points, 0);
+        doubt_from(points, 0);
     turn_singly(scene, rays, points);
 }
 

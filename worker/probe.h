@@ -72,11 +72,11 @@ static INLINED struct triangle_sets probe_triangles(const struct probe *probe,
                                                     const struct bvh_leaf *leaves, uint32_t count,
                                                     const struct reach *reach, bool naive)
 {
-    const struct vec3 *vertices = scene_vertices(probe->scene);
     if (!LANES_IN_SIMD) {
         uint32_t most = triangles_at_once(naive);
         return (struct triangle_sets){first_lanes(count < most ? count : most), 0};
     }
+    const struct vec3 *vertices = scene_vertices(probe->scene);
     if (naive) return (struct triangle_sets){naive_crossed(vertices, leaves, count, probe->ray), 0};
     return sort_triangles(vertices, leaves, count, &probe->shear_quad, reach);
 }

@@ -59,7 +59,7 @@ int agree_on_status(MPI_Comm comm, int status)
  *
  *   window  | offset | ... | scene | ... | BVH |      offset and BVH are multiples of a cache line
  */
-#define CACHE_LINE 64
+#define CACHE_LINE ((size_t)64)
 
 static size_t round_up(size_t bytes)
 {
