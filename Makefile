@@ -28,9 +28,9 @@ ifeq ($(MAKELEVEL)$(word 2,$(filter-out deps bench-deps,$(MAKECMDGOALS))),0)
 MAKEFLAGS += -j$(shell nproc)
 endif
 
-# What a fresh Debian or Ubuntu lacks.
+# What a fresh Debian or Ubuntu lacks; from cmocka on, the tests' own: pgrep, ip.
 PACKAGES := gcc binutils libc6-dev mpich libmpich-dev libinih-dev libstb-dev libcmocka-dev \
-            libgmp-dev libmpfr-dev
+            libgmp-dev libmpfr-dev procps iproute2
 
 # What the bench beside the peers needs beyond that.
 BENCH_PACKAGES := tachyon-bin-nox povray libembree-dev gnuplot-nox
