@@ -102,7 +102,7 @@ void result_arrives(struct sim *sim, const struct event *letter)
 {
     keep_letter(sim, letter);
     sim->outcome->messages++;
-    if (!sim->serving) serve_next(sim, next_look(sim, sim->idle_since, sim->now));
+    if (!sim->serving) serve_next(sim, next_look(sim, sim->idle_since, sim->nap.seconds, sim->now));
 }
 
 void result_served(struct sim *sim)
@@ -119,6 +119,7 @@ void result_served(struct sim *sim)
     }
     sim->serving = false;
     sim->idle_since = sim->now;
+    nap_heard(&sim->nap, sim->now);
     if (!queue_over(sim->queue, letter.who)) hand_out(sim, letter.who, sim->now);
     hand_out_to_idle(sim);
     if (sim->letter_count > 0) serve_next(sim, sim->now);
