@@ -19,7 +19,9 @@ static double service_time(const struct sim *sim, const struct part *parts)
 static void serve(struct sim *sim, double span)
 {
     sim->outcome->master_s += span;
-    if (sim->machine->master_renders && !sim->machine->cores && sim->renderers[0].count > 0)
+    uint32_t cores = sim->machine->cores;
+    if (cores > 0 && sim->working >= cores) sim->shared_now -= span / sim->working; /* from all */
+    if (sim->machine->master_renders && cores == 0 && sim->renderers[0].count > 0)
         sim->renderers[0].debt_s += span;
 }
 
