@@ -9,7 +9,7 @@
 /* A solid that the ray certainly meets, and nothing is known but about where. */
 struct waiting {
     uint32_t id;
-    double from; /* no nearer than this */
+    double from, to; /* between these; to is infinite where the part that is met is not known */
 };
 
 #define WAITING_MAX 6
@@ -36,6 +36,13 @@ static bool precedes(const struct nearest_walk *walk, const struct crossing *cro
     return order < 0 || (order == 0 && crossing->primitive < hit->primitive);
 }
 
+/* Of the distance to a crossing, as worker/order.h tells. */
+static INLINED double crossing_error(const struct nearest_walk *walk, uint32_t id, double t)
+{
+    double error = walk->origin_error + ORDER_ERROR * t;
+    return id == walk->probe.ray->from ? error + WAY_OUT_ERROR * t : error;
+}
+
 static INLINED void nearest_crossing(struct nearest_walk *walk, const struct crossings *found,
                                      unsigned i, uint32_t id, bool naive)
 {
@@ -43,10 +50,7 @@ static INLINED void nearest_crossing(struct nearest_walk *walk, const struct cro
     double t = crossing.t, error = 0;
     if (!crossing_counts(walk->probe.ray, t)) return;
     if (id == walk->hit.primitive) return; /* a triangle of which there are several pieces */
-    if (!naive) {
-        error = walk->origin_error + ORDER_ERROR * t;
-        if (id == walk->probe.ray->from) error += WAY_OUT_ERROR * t;
-    }
+    if (!naive) error = crossing_error(walk, id, t);
     if (t > walk->hit.t + (walk->hit_error + error)) return;
     if (!(t < walk->hit.t - (walk->hit_error + error)) && !naive && !precedes(walk, &crossing))
         return;
@@ -95,16 +99,58 @@ static inline void nearest_waiting(struct nearest_walk *walk)
     walk->waiting_count = 0;
 }
 
+/* The hit at a place that is told by plain arithmetic alone. */
+static inline struct hit rough_hit(uint32_t id, double from, double to)
+{
+    return (struct hit){.t = from / 2 + to / 2, .u = to - from, .primitive = id, .part = CONE_SIDE};
+}
+
+/* Whether a crossing that is no farther than this comes before the hit, whatever is rounded. */
+static INLINED bool clearly_precedes(const struct nearest_walk *walk, uint32_t id, double to)
+{
+    return to < walk->probe.ray->t_max &&
+           to < walk->hit.t - (walk->hit_error + crossing_error(walk, id, to));
+}
+
+/* Takes the one that waits for the hit, if that is all there is to say of it. */
+static inline bool nearest_is_told(struct nearest_walk *walk)
+{
+    const struct waiting *only = NULL;
+    for (uint32_t i = 0; i < walk->waiting_count; i++) {
+        const struct waiting *waiting = &walk->waiting[i];
+        if (!(waiting->from <= walk->probe.purpose.farthest)) continue;
+        if (only && waiting->id != only->id) return false;
+        only = waiting;
+    }
+    if (!only) return true;
+    if (!clearly_precedes(walk, only->id, only->to)) return false;
+    walk->hit = rough_hit(only->id, only->from, only->to);
+    return true;
+}
+
 /* Keeps one that is met between from and to: before anything else is, perhaps. What is farther than
- * that by more than the errors of both, see worker/order.h, is of no interest. */
-static INLINED void nearest_waits(struct nearest_walk *walk, uint32_t id, double from, double to)
+ * that by more than the errors of both, see worker/order.h, is of no interest. on_side: and not on
+ * a cap. */
+static INLINED void nearest_waits(struct nearest_walk *walk, uint32_t id, double from, double to,
+                                  bool on_side)
 {
     struct purpose *purpose = &walk->probe.purpose;
     if (walk->waiting_count == WAITING_MAX) nearest_waiting(walk);
-    walk->waiting[walk->waiting_count++] = (struct waiting){id, from};
+    walk->waiting[walk->waiting_count++] = (struct waiting){id, from, on_side ? to : INFINITE};
     if (!(to < walk->probe.ray->t_max)) return;
-    purpose->farthest =
-        smaller(to + 2 * (walk->origin_error + ORDER_ERROR * to), purpose->farthest);
+    purpose->farthest = smaller(to + 2 * crossing_error(walk, id, to), purpose->farthest);
+}
+
+/* A solid that the ray starts on. */
+static INLINED void nearest_way_out(struct nearest_walk *walk, uint32_t id)
+{
+    struct sphere_span span;
+    const struct probe *probe = &walk->probe;
+    if (primitive_kind(id) == PRIMITIVE_SPHERE && is_told_solid(probe->scene, id) &&
+        sphere_way_out_span(&scene_spheres(probe->scene)[primitive_index(id)], probe->ray, &span))
+        nearest_waits(walk, id, span.low, span.high, true);
+    else
+        nearest_primitive(walk, id, false);
 }
 
 /* `count` solids of one kind, 8 at most. */
@@ -123,9 +169,10 @@ static INLINED void nearest_spans(struct nearest_walk *walk, const struct bvh_le
     for (set |= leaving; set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set);
         uint32_t id = leaves[lane].id;
-        bool told = (first.told & ~leaving) >> lane & 1;
-        if (told && is_told_solid(probe->scene, id))
-            nearest_waits(walk, id, from[lane], to[lane]);
+        if (leaving >> lane & 1)
+            nearest_way_out(walk, id);
+        else if ((first.told >> lane & 1) && is_told_solid(probe->scene, id))
+            nearest_waits(walk, id, from[lane], to[lane], first.on_side >> lane & 1);
         else
             nearest_primitive(walk, id, false);
     }

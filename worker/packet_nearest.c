@@ -9,10 +9,11 @@
 #include "worker/nearest_walk.h"
 #include "worker/packet_triangle.h"
 
-/* A triangle that may be a ray's nearest. */
+/* A primitive that may be a ray's nearest. */
 struct candidate {
     const struct bvh_leaf *leaf;
     double from; /* no nearer than this */
+    double to;   /* of a solid: as in struct waiting */
 };
 
 #define CANDIDATES 6
@@ -60,10 +61,10 @@ static void settle(struct nearest_packet *it, unsigned lane)
 }
 
 static INLINED void keep(struct nearest_packet *it, unsigned lane, const struct bvh_leaf *leaf,
-                         double from)
+                         double from, double to)
 {
     if (it->count[lane] == CANDIDATES) settle(it, lane);
-    it->candidates[lane][it->count[lane]++] = (struct candidate){leaf, from};
+    it->candidates[lane][it->count[lane]++] = (struct candidate){leaf, from, to};
 }
 
 /* Keeps what the rays may meet first. What certainly counts brings the limit down to what may yet
@@ -81,11 +82,11 @@ static void packet_candidates(struct nearest_packet *it, const struct bvh_leaf *
         const struct ray *ray = &it->rays[lane];
         if (leaf->id == ray->from) continue;
         if (!(view->certain >> lane & 1)) {
-            keep(it, lane, leaf, -INFINITE);
+            keep(it, lane, leaf, -INFINITE, INFINITE);
             continue;
         }
         if (from[lane] > it->limit[lane] || to[lane] < 0) continue;
-        keep(it, lane, leaf, from[lane]);
+        keep(it, lane, leaf, from[lane], INFINITE);
         if (!(from[lane] > it->least[lane] && to[lane] < ray->t_max)) continue;
         double limit = to[lane] + 2 * (it->origin_error[lane] + ORDER_ERROR * to[lane]);
         it->limit[lane] = smaller(limit, it->limit[lane]);
@@ -119,7 +120,7 @@ static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *l
     lanes_store(to, first.to);
     for (lane_set rest = told; rest; rest = without_lowest(rest)) {
         unsigned lane = lowest_lane(rest);
-        keep(it, lane, leaf, from[lane]);
+        keep(it, lane, leaf, from[lane], first.on_side >> lane & 1 ? to[lane] : INFINITE);
         if (!(to[lane] < it->rays[lane].t_max)) continue;
         double limit = to[lane] + 2 * (it->origin_error[lane] + ORDER_ERROR * to[lane]);
         it->limit[lane] = smaller(limit, it->limit[lane]);
@@ -216,8 +217,26 @@ static lane_set settle_together(const struct nearest_packet *it, struct hit *hit
     return set;
 }
 
+/* Takes the one solid that a ray meets first for its hit, if that is all there is to say of it. */
+static bool settle_roughly(struct nearest_packet *it, unsigned lane, struct hit *hit)
+{
+    const struct candidate *only = NULL;
+    for (unsigned i = 0; i < it->count[lane]; i++) {
+        const struct candidate *candidate = &it->candidates[lane][i];
+        if (candidate->from > it->limit[lane]) continue;
+        if (only && candidate->leaf->id != only->leaf->id) return false;
+        only = candidate;
+    }
+    if (!only || !(only->to < it->rays[lane].t_max)) return false;
+    uint32_t id = only->leaf->id;
+    if ((it->walking >> lane & 1) && !clearly_precedes(&it->walks[lane], id, only->to))
+        return false;
+    *hit = rough_hit(id, only->from, only->to);
+    return true;
+}
+
 bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    struct hit *hits, uint64_t *exact)
+                    struct hit *hits, uint64_t *exact, bool rough)
 {
     struct nearest_packet it;
     if (!packet_of(bvh, rays, &it.packet)) return false;
@@ -233,6 +252,7 @@ bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const stru
     lane_set settled = settle_together(&it, hits);
     for (unsigned lane = 0; lane < LANES; lane++) {
         if (settled >> lane & 1) continue;
+        if (rough && settle_roughly(&it, lane, &hits[lane])) continue;
         hits[lane] = (struct hit){.t = INFINITE, .primitive = PRIMITIVE_NONE};
         if (it.count[lane] > 0) settle(&it, lane);
         if (it.walking >> lane & 1) hits[lane] = it.walks[lane].hit;
@@ -243,13 +263,14 @@ bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const stru
 #else
 
 bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    struct hit *hits, uint64_t *exact)
+                    struct hit *hits, uint64_t *exact, bool rough)
 {
     (void)scene;
     (void)bvh;
     (void)rays;
     (void)hits;
     (void)exact;
+    (void)rough;
     return false; /* none is worth it */
 }
 

@@ -57,6 +57,8 @@ struct cone_lanes {
  */
 struct solid_spans {
     lane_set missed, told;
+    lane_set enter_side,
+        leave_side; /* of those told: where a cone's side, or a sphere, is crossed */
     struct lanes enter_low, enter_high, leave_low, leave_high;
 };
 
@@ -118,6 +120,7 @@ static INLINED struct solid_spans sphere_spans(const struct sphere_lanes *sphere
     struct solid_spans spans;
     spans.missed = ordinary & lanes_less(lanes_square(outer), ll);
     spans.told = ordinary & lanes_less(lanes_times(4, square_error), square);
+    spans.enter_side = spans.leave_side = ALL_LANES;
     spans.enter_high = lanes_add(lanes_sub(t0, half), slack);
     spans.leave_low = lanes_sub(lanes_add(t0, half), slack);
     struct lanes most = lanes_choose(spans.told, lanes_add(half, slack), whole);
@@ -259,6 +262,9 @@ static INLINED struct solid_spans cone_spans(const struct cone_lanes *cone,
         lanes_smaller(lanes_sub(slab.high, slab.error), lanes_sub(side.high, side.error));
     spans.enter_high = lanes_add(line.t0, entered);
     spans.leave_low = lanes_add(line.t0, left);
+    spans.enter_side = lanes_less(lanes_add(slab.low, slab.error), lanes_sub(side.low, side.error));
+    spans.leave_side =
+        lanes_less(lanes_add(side.high, side.error), lanes_sub(slab.high, slab.error));
     spans.missed = ordinary & (spans.missed | lanes_less(spans.leave_high, spans.enter_low));
     spans.told = side.told & slab.told & lanes_less(spans.enter_high, spans.leave_low);
     return spans;
@@ -376,6 +382,7 @@ static INLINED struct solid_spans spans_of_rays(const struct scene *scene, uint3
 /* Where a ray meets the solid first, ahead of its origin, if that is told. */
 struct first_crossing {
     lane_set told;
+    lane_set on_side; /* of those told: certainly not on a cap */
     struct lanes from, to;
 };
 
@@ -386,6 +393,7 @@ static INLINED struct first_crossing first_crossing(const struct solid_spans *sp
     lane_set inside = lanes_less(spans->enter_high, zero) & lanes_less(zero, spans->leave_low);
     return (struct first_crossing){
         spans->told & (outside | inside),
+        (outside & spans->enter_side) | (inside & spans->leave_side),
         lanes_choose(outside, spans->enter_low, spans->leave_low),
         lanes_choose(outside, spans->enter_high, spans->leave_high),
     };
