@@ -184,7 +184,7 @@ static INLINED void nearest_solids(struct nearest_walk *walk, const struct bvh_l
 {
     for (uint32_t i = 0; i < count;) {
         uint32_t run = run_of_kind(leaves + i, count - i);
-        if (LANES_IN_SIMD && !naive && are_for_lanes(leaves + i, run)) {
+        if (LANES_IN_SIMD && !naive && has_spans(leaves[i].id)) {
             nearest_spans(walk, leaves + i, run);
             i += run;
         } else {

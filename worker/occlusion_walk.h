@@ -188,7 +188,7 @@ static INLINED bool occlusion_solids(struct occlusion_walk *walk, const struct b
 {
     for (uint32_t i = 0; i < count;) {
         uint32_t run = run_of_kind(leaves + i, count - i);
-        if (LANES_IN_SIMD && !naive && are_for_lanes(leaves + i, run)) {
+        if (LANES_IN_SIMD && !naive && has_spans(leaves[i].id)) {
             if (!occlusion_spans(walk, leaves + i, run)) return false;
             i += run;
         } else {

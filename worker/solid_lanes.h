@@ -272,6 +272,25 @@ static INLINED struct solid_spans cone_spans(const struct cone_lanes *cone,
 
 /* ---- what there is in a leaf ---- */
 
+static INLINED struct lanes3 point_in_lanes(struct vec3 p)
+{
+    return (struct lanes3){lanes_of(p.x), lanes_of(p.y), lanes_of(p.z)};
+}
+
+/* Eight times the same. */
+static INLINED struct sphere_lanes sphere_in_lanes(const struct scene *scene, uint32_t id)
+{
+    const struct sphere *it = &scene_spheres(scene)[primitive_index(id)];
+    return (struct sphere_lanes){point_in_lanes(it->center), lanes_of(it->radius)};
+}
+
+static INLINED struct cone_lanes cone_in_lanes(const struct scene *scene, uint32_t id)
+{
+    const struct cone *it = &scene_cones(scene)[primitive_index(id)];
+    return (struct cone_lanes){point_in_lanes(it->base), point_in_lanes(it->apex),
+                               lanes_of(it->base_radius), lanes_of(it->apex_radius)};
+}
+
 static INLINED struct sphere_lanes spheres_in_lanes(const struct scene *scene,
                                                     const struct bvh_leaf *leaves, uint32_t count)
 {
@@ -311,11 +330,6 @@ static INLINED struct cone_lanes cones_in_lanes(const struct scene *scene,
         {base[0], base[1], base[2]}, {apex[0], apex[1], apex[2]}, radius[0], radius[1]};
 }
 
-static INLINED struct lanes3 point_in_lanes(struct vec3 p)
-{
-    return (struct lanes3){lanes_of(p.x), lanes_of(p.y), lanes_of(p.z)};
-}
-
 /* Whether it is a solid of the kinds above, seen from both sides: whose spans may be told. */
 static inline bool is_told_solid(const struct scene *scene, uint32_t id)
 {
@@ -338,16 +352,6 @@ static inline uint32_t run_of_kind(const struct bvh_leaf *leaves, uint32_t count
     return run;
 }
 
-/* Whether the first `count` of a leaf, of one kind, are better looked at together: a few spheres
- * are told as soon one by one. */
-#define SPHERES_MIN 3
-
-static inline bool are_for_lanes(const struct bvh_leaf *leaves, uint32_t count)
-{
-    enum primitive_kind kind = primitive_kind(leaves->id);
-    return kind == PRIMITIVE_CONE || (kind == PRIMITIVE_SPHERE && count >= SPHERES_MIN);
-}
-
 /* `count` of one kind, 8 at most, and one ray. */
 static INLINED struct solid_spans spans_of_leaf(const struct scene *scene,
                                                 const struct bvh_leaf *leaves, uint32_t count,
@@ -355,10 +359,12 @@ static INLINED struct solid_spans spans_of_leaf(const struct scene *scene,
 {
     struct ray_lanes rays = ray_lanes_of(ray);
     if (primitive_kind(leaves->id) == PRIMITIVE_CONE) {
-        struct cone_lanes cones = cones_in_lanes(scene, leaves, count);
+        struct cone_lanes cones =
+            count == 1 ? cone_in_lanes(scene, leaves->id) : cones_in_lanes(scene, leaves, count);
         return cone_spans(&cones, &rays);
     }
-    struct sphere_lanes spheres = spheres_in_lanes(scene, leaves, count);
+    struct sphere_lanes spheres =
+        count == 1 ? sphere_in_lanes(scene, leaves->id) : spheres_in_lanes(scene, leaves, count);
     return sphere_spans(&spheres, &rays);
 }
 
@@ -367,13 +373,10 @@ static INLINED struct solid_spans spans_of_rays(const struct scene *scene, uint3
                                                 const struct ray_lanes *rays)
 {
     if (primitive_kind(id) == PRIMITIVE_CONE) {
-        const struct cone *it = &scene_cones(scene)[primitive_index(id)];
-        struct cone_lanes cone = {point_in_lanes(it->base), point_in_lanes(it->apex),
-                                  lanes_of(it->base_radius), lanes_of(it->apex_radius)};
+        struct cone_lanes cone = cone_in_lanes(scene, id);
         return cone_spans(&cone, rays);
     }
-    const struct sphere *it = &scene_spheres(scene)[primitive_index(id)];
-    struct sphere_lanes sphere = {point_in_lanes(it->center), lanes_of(it->radius)};
+    struct sphere_lanes sphere = sphere_in_lanes(scene, id);
     return sphere_spans(&sphere, rays);
 }
 

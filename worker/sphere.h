@@ -120,10 +120,17 @@ static inline struct crossings sphere_crossings(const struct sphere *sphere, con
                                                 bool leaving, const struct purpose *purpose,
                                                 uint64_t *exact)
 {
-    if (leaving) return sphere_is_left(sphere, ray) ? NO_CROSSINGS : sphere_way_out(sphere, ray);
+    struct sphere_span span;
+    if (leaving) {
+        if (sphere_is_left(sphere, ray)) return NO_CROSSINGS;
+        if (purpose->any && sphere_way_out_span(sphere, ray, &span) &&
+            span.high < purpose->farthest)
+            return (struct crossings){.t = {NOT_CROSSED, span.high}};
+        return sphere_way_out(sphere, ray);
+    }
     struct sphere_approach near = sphere_approach(sphere, ray);
     if (sphere_is_missed(sphere, &near)) return NO_CROSSINGS;
-    struct sphere_span span = sphere_span(sphere, &near);
+    span = sphere_span(sphere, &near);
     if (span.high < 0 || span.low > purpose->farthest) return NO_CROSSINGS;
     if (purpose->any && span.low > 0 && span.high < purpose->farthest &&
         sphere_is_met(sphere, &near))
