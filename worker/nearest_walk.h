@@ -153,16 +153,35 @@ static INLINED void nearest_way_out(struct nearest_walk *walk, uint32_t id)
         nearest_primitive(walk, id, false);
 }
 
+static INLINED void nearest_span(struct nearest_walk *walk, const struct bvh_leaf *leaf)
+{
+    const struct probe *probe = &walk->probe;
+    if (leaf->id == probe->ray->from) {
+        nearest_way_out(walk, leaf->id);
+        return;
+    }
+    struct ray_one ray = ray_in_one(probe->ray);
+    struct spans_one span = spans_of_one(probe->scene, leaf->id, &ray);
+    if (!may_be_crossed_one(&span, probe->purpose.farthest)) return;
+    struct first_crossing_one first = first_crossing_one(&span);
+    if (first.told && is_told_solid(probe->scene, leaf->id))
+        nearest_waits(walk, leaf->id, first.from, first.to, first.on_side);
+    else
+        nearest_primitive(walk, leaf->id, false);
+}
+
 /* `count` solids of one kind, 8 at most. */
 static INLINED void nearest_spans(struct nearest_walk *walk, const struct bvh_leaf *leaves,
                                   uint32_t count)
 {
     const struct probe *probe = &walk->probe;
-    struct solid_spans spans = spans_of_leaf(probe->scene, leaves, count, probe->ray);
-    lane_set set = may_be_crossed(&spans, lanes_of(probe->purpose.farthest)) & first_lanes(count);
+    struct ray_one ray = ray_in_one(probe->ray);
+    struct spans_lanes spans = spans_of_leaf(probe->scene, leaves, count, &ray);
+    lane_set set =
+        may_be_crossed_lanes(&spans, lanes_of(probe->purpose.farthest)) & first_lanes(count);
     lane_set leaving = lane_of_id(leaves, count, probe->ray->from);
     if (!(set | leaving)) return;
-    struct first_crossing first = first_crossing(&spans);
+    struct first_crossing_lanes first = first_crossing_lanes(&spans);
     double from[LANES], to[LANES];
     lanes_store(from, first.from);
     lanes_store(to, first.to);
@@ -185,7 +204,10 @@ static INLINED void nearest_solids(struct nearest_walk *walk, const struct bvh_l
     for (uint32_t i = 0; i < count;) {
         uint32_t run = run_of_kind(leaves + i, count - i);
         if (LANES_IN_SIMD && !naive && has_spans(leaves[i].id)) {
-            nearest_spans(walk, leaves + i, run);
+            if (run == 1)
+                nearest_span(walk, leaves + i);
+            else
+                nearest_spans(walk, leaves + i, run);
             i += run;
         } else {
             for (uint32_t end = i + run; i < end; i++)

@@ -158,17 +158,31 @@ static INLINED bool occlusion_triangles(struct occlusion_walk *walk, const struc
     return true;
 }
 
+static INLINED bool occlusion_span(struct occlusion_walk *walk, const struct bvh_leaf *leaf)
+{
+    const struct probe *probe = &walk->probe;
+    if (leaf->id == probe->ray->from) return occlusion_primitive(walk, leaf, false);
+    struct ray_one ray = ray_in_one(probe->ray);
+    struct spans_one span = spans_of_one(probe->scene, leaf->id, &ray);
+    if (!may_be_crossed_one(&span, probe->ray->t_max)) return true;
+    struct crossing_sets_one certain = crossing_sets_one(&span, probe->ray->t_max);
+    if ((certain.once | certain.twice) && is_told_solid(probe->scene, leaf->id))
+        return occlusion_by(walk, leaf, certain.twice ? 2 : 1);
+    return occlusion_primitive(walk, leaf, false);
+}
+
 /* `count` solids of one kind, 8 at most. */
 static INLINED bool occlusion_spans(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
                                     uint32_t count)
 {
     const struct probe *probe = &walk->probe;
-    struct solid_spans spans = spans_of_leaf(probe->scene, leaves, count, probe->ray);
+    struct ray_one ray = ray_in_one(probe->ray);
+    struct spans_lanes spans = spans_of_leaf(probe->scene, leaves, count, &ray);
     struct lanes t_max = lanes_of(probe->ray->t_max);
-    lane_set set = may_be_crossed(&spans, t_max) & first_lanes(count);
+    lane_set set = may_be_crossed_lanes(&spans, t_max) & first_lanes(count);
     lane_set leaving = lane_of_id(leaves, count, probe->ray->from);
     if (!(set | leaving)) return true;
-    struct crossing_sets certain = crossing_sets(&spans, t_max);
+    struct crossing_sets_lanes certain = crossing_sets_lanes(&spans, t_max);
     for (set |= leaving; set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set), twice = certain.twice >> lane & 1;
         const struct bvh_leaf *leaf = &leaves[lane];
@@ -189,7 +203,9 @@ static INLINED bool occlusion_solids(struct occlusion_walk *walk, const struct b
     for (uint32_t i = 0; i < count;) {
         uint32_t run = run_of_kind(leaves + i, count - i);
         if (LANES_IN_SIMD && !naive && has_spans(leaves[i].id)) {
-            if (!occlusion_spans(walk, leaves + i, run)) return false;
+            if (!(run == 1 ? occlusion_span(walk, leaves + i)
+                           : occlusion_spans(walk, leaves + i, run)))
+                return false;
             i += run;
         } else {
             for (uint32_t end = i + run; i < end; i++)

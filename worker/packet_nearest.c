@@ -107,13 +107,13 @@ static void test_each(struct nearest_packet *it, uint32_t id, lane_set set)
 /* The same as packet_candidates(), for a solid that has spans. */
 static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *leaf, lane_set rays)
 {
-    struct solid_spans spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
+    struct spans_lanes spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
     lane_set leaving = 0;
     for (unsigned lane = 0; lane < LANES; lane++)
         leaving |= (lane_set)(it->rays[lane].from == leaf->id) << lane;
-    lane_set set = rays & (leaving | may_be_crossed(&spans, lanes_load(it->limit)));
+    lane_set set = rays & (leaving | may_be_crossed_lanes(&spans, lanes_load(it->limit)));
     if (!set) return;
-    struct first_crossing first = first_crossing(&spans);
+    struct first_crossing_lanes first = first_crossing_lanes(&spans);
     lane_set told = is_told_solid(it->scene, leaf->id) ? set & first.told & ~leaving : 0;
     double from[LANES], to[LANES];
     lanes_store(from, first.from);
