@@ -44,7 +44,8 @@ static INLINED struct hit nearest_hit(const struct scene *scene, const struct bv
                                       const struct ray *ray, uint64_t *exact, bool rough,
                                       bool naive)
 {
-    struct nearest_walk walk = nearest_walk_of(scene, ray, exact);
+    struct nearest_walk walk;
+    nearest_begin(&walk, scene, ray, exact);
     if (!ray_is_finite(ray)) return walk.hit;
     nearest_planes(&walk, naive);
     visit_leaf *visit = naive ? naive_nearest_leaf : nearest_leaf;
@@ -56,7 +57,8 @@ static INLINED struct hit nearest_hit(const struct scene *scene, const struct bv
 struct hit settled_hit(const struct scene *scene, const struct ray *ray, const struct hit *hit)
 {
     uint64_t ignored = 0;
-    struct nearest_walk walk = nearest_walk_of(scene, ray, &ignored);
+    struct nearest_walk walk;
+    nearest_begin(&walk, scene, ray, &ignored);
     nearest_primitive(&walk, hit->primitive, false);
     return walk.hit;
 }

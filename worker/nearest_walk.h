@@ -4,7 +4,6 @@
 
 #include "worker/order.h"
 #include "worker/probe.h"
-#include "worker/solid_lanes.h"
 
 /* A solid that the ray certainly meets, and nothing is known but about where. */
 struct waiting {
@@ -69,16 +68,14 @@ static INLINED void nearest_primitive(struct nearest_walk *walk, uint32_t id, bo
     nearest_crossing(walk, &found, first, id, naive);
 }
 
-static INLINED struct nearest_walk nearest_walk_of(const struct scene *scene, const struct ray *ray,
-                                                   uint64_t *exact)
+static INLINED void nearest_begin(struct nearest_walk *walk, const struct scene *scene,
+                                  const struct ray *ray, uint64_t *exact)
 {
-    struct nearest_walk walk; /* no initializer: that would clear all of it for every ray */
-    walk.probe = probe_of(scene, ray, false, exact);
-    walk.origin_error = order_error_of_origin(ray);
-    walk.hit = (struct hit){.t = INFINITE, .primitive = PRIMITIVE_NONE};
-    walk.hit_error = 0;
-    walk.waiting_count = 0;
-    return walk;
+    probe_begin(&walk->probe, scene, ray, false, exact);
+    walk->origin_error = order_error_of_origin(ray);
+    walk->hit = (struct hit){.t = INFINITE, .primitive = PRIMITIVE_NONE};
+    walk->hit_error = 0;
+    walk->waiting_count = 0;
 }
 
 static INLINED void nearest_planes(struct nearest_walk *walk, bool naive)
@@ -160,8 +157,7 @@ static INLINED void nearest_span(struct nearest_walk *walk, const struct bvh_lea
         nearest_way_out(walk, leaf->id);
         return;
     }
-    struct ray_one ray = ray_in_one(probe->ray);
-    struct spans_one span = spans_of_one(probe->scene, leaf->id, &ray);
+    struct spans_one span = spans_of_one(probe->scene, leaf->id, &probe->line);
     if (!may_be_crossed_one(&span, probe->purpose.farthest)) return;
     struct first_crossing_one first = first_crossing_one(&span);
     if (first.told && is_told_solid(probe->scene, leaf->id))
@@ -175,8 +171,7 @@ static INLINED void nearest_spans(struct nearest_walk *walk, const struct bvh_le
                                   uint32_t count)
 {
     const struct probe *probe = &walk->probe;
-    struct ray_one ray = ray_in_one(probe->ray);
-    struct spans_lanes spans = spans_of_leaf(probe->scene, leaves, count, &ray);
+    struct spans_lanes spans = spans_of_leaf(probe->scene, leaves, count, &probe->line);
     lane_set set =
         may_be_crossed_lanes(&spans, lanes_of(probe->purpose.farthest)) & first_lanes(count);
     lane_set leaving = lane_of_id(leaves, count, probe->ray->from);

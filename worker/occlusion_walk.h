@@ -7,7 +7,6 @@
 
 #include "common/message.h"
 #include "worker/probe.h"
-#include "worker/solid_lanes.h"
 
 /* How often a ray crossed the surface of a transparent primitive. */
 struct passage {
@@ -162,8 +161,7 @@ static INLINED bool occlusion_span(struct occlusion_walk *walk, const struct bvh
 {
     const struct probe *probe = &walk->probe;
     if (leaf->id == probe->ray->from) return occlusion_primitive(walk, leaf, false);
-    struct ray_one ray = ray_in_one(probe->ray);
-    struct spans_one span = spans_of_one(probe->scene, leaf->id, &ray);
+    struct spans_one span = spans_of_one(probe->scene, leaf->id, &probe->line);
     if (!may_be_crossed_one(&span, probe->ray->t_max)) return true;
     struct crossing_sets_one certain = crossing_sets_one(&span, probe->ray->t_max);
     if ((certain.once | certain.twice) && is_told_solid(probe->scene, leaf->id))
@@ -176,8 +174,7 @@ static INLINED bool occlusion_spans(struct occlusion_walk *walk, const struct bv
                                     uint32_t count)
 {
     const struct probe *probe = &walk->probe;
-    struct ray_one ray = ray_in_one(probe->ray);
-    struct spans_lanes spans = spans_of_leaf(probe->scene, leaves, count, &ray);
+    struct spans_lanes spans = spans_of_leaf(probe->scene, leaves, count, &probe->line);
     struct lanes t_max = lanes_of(probe->ray->t_max);
     lane_set set = may_be_crossed_lanes(&spans, t_max) & first_lanes(count);
     lane_set leaving = lane_of_id(leaves, count, probe->ray->from);
@@ -223,16 +220,14 @@ static INLINED bool occlusion_in(struct occlusion_walk *walk, const struct bvh_l
     return occlusion_solids(walk, leaves + triangles, count - triangles, naive);
 }
 
-static INLINED struct occlusion_walk occlusion_walk_of(const struct scene *scene,
-                                                       const struct ray *ray,
-                                                       struct passages *passages, uint64_t *exact)
+static INLINED void occlusion_begin(struct occlusion_walk *walk, const struct scene *scene,
+                                    const struct ray *ray, struct passages *passages,
+                                    uint64_t *exact)
 {
-    struct occlusion_walk walk; /* no initializer: that would clear all of it for every ray */
-    walk.probe = probe_of(scene, ray, true, exact);
-    walk.reach = reach_of(ray, &walk.probe.shear);
-    walk.passages = passages;
-    walk.blocked = false;
-    return walk;
+    probe_begin(&walk->probe, scene, ray, true, exact);
+    if (has_triangles(scene)) walk->reach = reach_of(ray, &walk->probe.shear);
+    walk->passages = passages;
+    walk->blocked = false;
 }
 
 /* false: a plane is in the way. */

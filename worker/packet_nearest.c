@@ -37,7 +37,7 @@ struct nearest_packet {
 static struct nearest_walk *walk_of(struct nearest_packet *it, unsigned lane)
 {
     struct nearest_walk *walk = &it->walks[lane];
-    if (!(it->walking >> lane & 1)) *walk = nearest_walk_of(it->scene, &it->rays[lane], it->exact);
+    if (!(it->walking >> lane & 1)) nearest_begin(walk, it->scene, &it->rays[lane], it->exact);
     it->walking |= UINT32_C(1) << lane;
     return walk;
 }

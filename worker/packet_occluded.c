@@ -28,8 +28,8 @@ static struct occlusion_walk *walk_of(struct occlusion_packet *it, unsigned lane
 {
     struct occlusion_walk *walk = &it->walks[lane];
     if (!(it->walking >> lane & 1))
-        *walk = occlusion_walk_of(it->scene, &it->rays[lane],
-                                  it->passages ? &it->passages[lane] : NULL, it->exact);
+        occlusion_begin(walk, it->scene, &it->rays[lane], it->passages ? &it->passages[lane] : NULL,
+                        it->exact);
     it->walking |= UINT32_C(1) << lane;
     return walk;
 }
