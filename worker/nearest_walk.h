@@ -166,49 +166,15 @@ static INLINED void nearest_span(struct nearest_walk *walk, const struct bvh_lea
         nearest_primitive(walk, leaf->id, false);
 }
 
-/* `count` solids of one kind, 8 at most. */
-static INLINED void nearest_spans(struct nearest_walk *walk, const struct bvh_leaf *leaves,
-                                  uint32_t count)
-{
-    const struct probe *probe = &walk->probe;
-    struct spans_lanes spans = spans_of_leaf(probe->scene, leaves, count, &probe->line);
-    lane_set set =
-        may_be_crossed_lanes(&spans, lanes_of(probe->purpose.farthest)) & first_lanes(count);
-    lane_set leaving = lane_of_id(leaves, count, probe->ray->from);
-    if (!(set | leaving)) return;
-    struct first_crossing_lanes first = first_crossing_lanes(&spans);
-    double from[LANES], to[LANES];
-    lanes_store(from, first.from);
-    lanes_store(to, first.to);
-    for (set |= leaving; set; set = without_lowest(set)) {
-        unsigned lane = lowest_lane(set);
-        uint32_t id = leaves[lane].id;
-        if (leaving >> lane & 1)
-            nearest_way_out(walk, id);
-        else if ((first.told >> lane & 1) && is_told_solid(probe->scene, id))
-            nearest_waits(walk, id, from[lane], to[lane], first.on_side >> lane & 1);
-        else
-            nearest_primitive(walk, id, false);
-    }
-}
-
 /* What is in a leaf besides triangles. */
 static INLINED void nearest_solids(struct nearest_walk *walk, const struct bvh_leaf *leaves,
                                    uint32_t count, bool naive)
 {
-    for (uint32_t i = 0; i < count;) {
-        uint32_t run = run_of_kind(leaves + i, count - i);
-        if (LANES_IN_SIMD && !naive && has_spans(leaves[i].id)) {
-            if (run == 1)
-                nearest_span(walk, leaves + i);
-            else
-                nearest_spans(walk, leaves + i, run);
-            i += run;
-        } else {
-            for (uint32_t end = i + run; i < end; i++)
-                nearest_primitive(walk, leaves[i].id, naive);
-        }
-    }
+    for (uint32_t i = 0; i < count; i++)
+        if (LANES_IN_SIMD && !naive && has_spans(leaves[i].id))
+            nearest_span(walk, &leaves[i]);
+        else
+            nearest_primitive(walk, leaves[i].id, naive);
 }
 
 #endif

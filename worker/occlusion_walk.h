@@ -169,46 +169,15 @@ static INLINED bool occlusion_span(struct occlusion_walk *walk, const struct bvh
     return occlusion_primitive(walk, leaf, false);
 }
 
-/* `count` solids of one kind, 8 at most. */
-static INLINED bool occlusion_spans(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
-                                    uint32_t count)
-{
-    const struct probe *probe = &walk->probe;
-    struct spans_lanes spans = spans_of_leaf(probe->scene, leaves, count, &probe->line);
-    struct lanes t_max = lanes_of(probe->ray->t_max);
-    lane_set set = may_be_crossed_lanes(&spans, t_max) & first_lanes(count);
-    lane_set leaving = lane_of_id(leaves, count, probe->ray->from);
-    if (!(set | leaving)) return true;
-    struct crossing_sets_lanes certain = crossing_sets_lanes(&spans, t_max);
-    for (set |= leaving; set; set = without_lowest(set)) {
-        unsigned lane = lowest_lane(set), twice = certain.twice >> lane & 1;
-        const struct bvh_leaf *leaf = &leaves[lane];
-        bool told = ((certain.once | certain.twice) & ~leaving) >> lane & 1;
-        if (told && is_told_solid(probe->scene, leaf->id)) {
-            if (!occlusion_by(walk, leaf, 1 + twice)) return false;
-        } else if (!occlusion_primitive(walk, leaf, false)) {
-            return false;
-        }
-    }
-    return true;
-}
-
 /* What is in a leaf besides triangles. */
 static INLINED bool occlusion_solids(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
                                      uint32_t count, bool naive)
 {
-    for (uint32_t i = 0; i < count;) {
-        uint32_t run = run_of_kind(leaves + i, count - i);
-        if (LANES_IN_SIMD && !naive && has_spans(leaves[i].id)) {
-            if (!(run == 1 ? occlusion_span(walk, leaves + i)
-                           : occlusion_spans(walk, leaves + i, run)))
-                return false;
-            i += run;
-        } else {
-            for (uint32_t end = i + run; i < end; i++)
-                if (!occlusion_primitive(walk, &leaves[i], naive)) return false;
-        }
-    }
+    for (uint32_t i = 0; i < count; i++)
+        if (!(LANES_IN_SIMD && !naive && has_spans(leaves[i].id)
+                  ? occlusion_span(walk, &leaves[i])
+                  : occlusion_primitive(walk, &leaves[i], naive)))
+            return false;
     return true;
 }
 

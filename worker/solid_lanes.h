@@ -1,7 +1,9 @@
 /*
  * A ray and a sphere, cylinder, cone or frustum, in plain arithmetic, eight pairs of them or one:
  * between which distances the ray comes in and goes out, or that it does not. Where rounding leaves
- * that open, and for the distances themselves, worker/sphere.h and cone.h are asked.
+ * that open, and for the distances themselves, worker/sphere.h and cone.h are asked. Eight rays of a
+ * packet meet one solid; the few solids of a leaf are told one by one to a ray on its own, as what is
+ * missed is told before any root.
  *
  * Both kinds look at the line from its point closest to the solid, o + t0 d, where t0 is a double
  * like any other and not rounded any more: what is left to be computed is of the size of the solid.
@@ -88,13 +90,6 @@ static INLINED struct ray_one ray_in_one(const struct ray *ray)
     return (struct ray_one){ray->origin, d, sum_of_sizes(d), 1 / vec_dot(d, d)};
 }
 
-/* Eight times the same. */
-static INLINED struct ray_lanes ray_in_lanes(const struct ray_one *ray)
-{
-    return (struct ray_lanes){point_in_lanes(ray->o), point_in_lanes(ray->d), lanes_of(ray->speed),
-                              lanes_of(ray->inverse2)};
-}
-
 static INLINED struct ray_lanes rays_in_lanes(const struct lanes o[3], const struct lanes d[3])
 {
     struct ray_lanes rays = {.o = {o[0], o[1], o[2]}, .d = {d[0], d[1], d[2]}};
@@ -103,7 +98,7 @@ static INLINED struct ray_lanes rays_in_lanes(const struct lanes o[3], const str
     return rays;
 }
 
-/* ---- what there is in a leaf ---- */
+/* ---- what there is in a scene ---- */
 
 /* Eight times the same. */
 static INLINED struct sphere_lanes sphere_in_lanes(const struct scene *scene, uint32_t id)
@@ -119,45 +114,6 @@ static INLINED struct cone_lanes cone_in_lanes(const struct scene *scene, uint32
                                lanes_of(it->base_radius), lanes_of(it->apex_radius)};
 }
 
-static INLINED struct sphere_lanes spheres_in_lanes(const struct scene *scene,
-                                                    const struct bvh_leaf *leaves, uint32_t count)
-{
-    const struct axis_order xyz = axis_order(0, 1, 2);
-    const double *first[LANES], *last[LANES];
-    struct lanes center[3], rest[3];
-    UNROLLED
-    for (uint32_t i = 0; i < LANES; i++) {
-        uint32_t index = primitive_index(leaves[i < count ? i : 0].id);
-        const struct sphere *sphere = &scene_spheres(scene)[index];
-        first[i] = &sphere->center.x;
-        last[i] = &sphere->center.z; /* z, radius, and no number */
-    }
-    lanes_transpose(first, &xyz, center);
-    lanes_transpose(last, &xyz, rest);
-    return (struct sphere_lanes){{center[0], center[1], center[2]}, rest[1]};
-}
-
-static INLINED struct cone_lanes cones_in_lanes(const struct scene *scene,
-                                                const struct bvh_leaf *leaves, uint32_t count)
-{
-    const struct axis_order xyz = axis_order(0, 1, 2);
-    const double *bases[LANES], *apexes[LANES], *radii[LANES];
-    struct lanes base[3], apex[3], radius[3];
-    UNROLLED
-    for (uint32_t i = 0; i < LANES; i++) {
-        uint32_t index = primitive_index(leaves[i < count ? i : 0].id);
-        const struct cone *cone = &scene_cones(scene)[index];
-        bases[i] = &cone->base.x;
-        apexes[i] = &cone->apex.x;
-        radii[i] = &cone->base_radius; /* both, and no number */
-    }
-    lanes_transpose(bases, &xyz, base);
-    lanes_transpose(apexes, &xyz, apex);
-    lanes_transpose(radii, &xyz, radius);
-    return (struct cone_lanes){
-        {base[0], base[1], base[2]}, {apex[0], apex[1], apex[2]}, radius[0], radius[1]};
-}
-
 /* Whether it is a solid of the kinds above, seen from both sides: whose spans may be told. */
 static inline bool is_told_solid(const struct scene *scene, uint32_t id)
 {
@@ -168,16 +124,6 @@ static inline bool is_told_solid(const struct scene *scene, uint32_t id)
 static inline bool has_spans(uint32_t id)
 {
     return primitive_kind(id) == PRIMITIVE_SPHERE || primitive_kind(id) == PRIMITIVE_CONE;
-}
-
-/* How many of one kind come first; 8 at most. */
-static inline uint32_t run_of_kind(const struct bvh_leaf *leaves, uint32_t count)
-{
-    uint32_t run = 1;
-    while (run < count && run < LANES &&
-           primitive_kind(leaves[run].id) == primitive_kind(leaves->id))
-        run++;
-    return run;
 }
 
 /* One solid and one ray. */
@@ -194,20 +140,6 @@ static INLINED struct spans_one spans_of_one(const struct scene *scene, uint32_t
     return sphere_spans_one(&sphere, ray);
 }
 
-/* `count` of one kind, 8 at most, and one ray. */
-static INLINED struct spans_lanes spans_of_leaf(const struct scene *scene,
-                                                const struct bvh_leaf *leaves, uint32_t count,
-                                                const struct ray_one *ray)
-{
-    struct ray_lanes rays = ray_in_lanes(ray);
-    if (primitive_kind(leaves->id) == PRIMITIVE_CONE) {
-        struct cone_lanes cones = cones_in_lanes(scene, leaves, count);
-        return cone_spans_lanes(&cones, &rays);
-    }
-    struct sphere_lanes spheres = spheres_in_lanes(scene, leaves, count);
-    return sphere_spans_lanes(&spheres, &rays);
-}
-
 /* One of them and eight rays. */
 static INLINED struct spans_lanes spans_of_rays(const struct scene *scene, uint32_t id,
                                                 const struct ray_lanes *rays)
@@ -218,16 +150,6 @@ static INLINED struct spans_lanes spans_of_rays(const struct scene *scene, uint3
     }
     struct sphere_lanes sphere = sphere_in_lanes(scene, id);
     return sphere_spans_lanes(&sphere, rays);
-}
-
-/* Of `count` of a leaf the one that the ray starts on. Its spans say nothing: the ray's origin is
- * next to its surface, on either side. */
-static INLINED lane_set lane_of_id(const struct bvh_leaf *leaves, uint32_t count, uint32_t id)
-{
-    lane_set set = 0;
-    for (uint32_t i = 0; i < count; i++)
-        set |= (lane_set)(leaves[i].id == id) << i;
-    return set;
 }
 
 #endif
