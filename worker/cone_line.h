@@ -139,9 +139,9 @@ static inline double cone_distances(const struct cone *cone, struct vec3 origin,
 #define CONE_ROOT_CANCELLED 0x1p-10
 
 /*
- * cone_parameter() of a hit at t, within `off`, on the side, of a ray that does not start on this cone, where *sure
- * stays true: of an ordinary cone whose two roots are well apart, from each other and from the caps'
- * planes.
+ * cone_parameter() of a hit at t, which may be off by so much, on the side, of a ray that does not
+ * start on this cone, where *sure stays true: of an ordinary cone whose two roots are well apart,
+ * from each other and from the caps' planes.
  */
 static inline struct dd cone_side_parameter(const struct cone *cone, struct vec3 o, struct vec3 d,
                                             double t, double off, bool *sure)
