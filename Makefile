@@ -97,7 +97,7 @@ FLAGS_avx2   := $(AVX2)
 FLAGS_avx512 := $(AVX2) -mavx512f -mavx512vl -mavx512dq
 
 # Called from outside: worker/kernel.c has functions of these names, which choose the level.
-ENTRIES := nearest occluded surface_at renderer_task
+ENTRIES := nearest nearest_rough occluded surface_at renderer_task
 HIDE_portable := $(ENTRIES:%=--localize-symbol=%)
 HIDE_avx2     := --keep-global-symbol=kernel_avx2
 HIDE_avx512   := --keep-global-symbol=kernel_avx512

@@ -3,24 +3,44 @@
 #define FARM_WORKER_PROBE_H
 
 #include "worker/primitive.h"
+#include "worker/solid_lanes.h"
 #include "worker/traverse.h"
 #include "worker/triangle_lanes.h"
 
 struct probe {
     const struct scene *scene;
     const struct ray *ray;
-    struct shear shear;
+    struct shear shear; /* of scenes with triangles */
     struct shear_quad shear_quad;
+    struct ray_one line; /* of scenes with spheres or cones */
     struct purpose purpose;
     uint64_t *exact;
 };
 
-static INLINED struct probe probe_of(const struct scene *scene, const struct ray *ray, bool any,
-                                     uint64_t *exact)
+static INLINED bool has_triangles(const struct scene *scene)
 {
-    struct shear shear = shear_of(&ray->direction);
-    return (struct probe){scene, ray, shear, shear_quad_of(&shear, &ray->origin), {any, ray->t_max},
-                          exact};
+    return scene->primitives[PRIMITIVE_TRIANGLE].count + scene->primitives[PRIMITIVE_PATCH].count >
+           0;
+}
+
+static INLINED bool has_solids(const struct scene *scene)
+{
+    return scene->primitives[PRIMITIVE_SPHERE].count + scene->primitives[PRIMITIVE_CONE].count > 0;
+}
+
+/* Member by member: as a whole it would be put together in one place and copied to another. */
+static INLINED void probe_begin(struct probe *probe, const struct scene *scene,
+                                const struct ray *ray, bool any, uint64_t *exact)
+{
+    probe->scene = scene;
+    probe->ray = ray;
+    probe->purpose = (struct purpose){any, ray->t_max};
+    probe->exact = exact;
+    if (has_triangles(scene)) {
+        probe->shear = shear_of(&ray->direction);
+        probe->shear_quad = shear_quad_of(&probe->shear, &ray->origin);
+    }
+    if (has_solids(scene)) probe->line = ray_in_one(ray);
 }
 
 static inline bool ray_is_finite(const struct ray *ray)
