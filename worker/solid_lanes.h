@@ -46,7 +46,7 @@ static INLINED struct lanes3 point_in_lanes(struct vec3 p)
 
 ONE_2(add, a + b)
 ONE_2(sub, a - b)
-ONE_2(mul, a *b)
+ONE_2(mul, (a * b))
 ONE_2(div, a / b)
 ONE_2(larger, a > b ? a : b)
 ONE_2(smaller, a < b ? a : b)
