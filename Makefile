@@ -20,12 +20,49 @@
 #   make install     PREFIX=/usr/local DESTDIR=
 
 VERSION := 0.1.0
+.DEFAULT_GOAL := all
 
 # All processors compile, unless make is told how many. Several goals are made one after the other:
 # what cleans or measures has the machine to itself.
 ifeq ($(MAKELEVEL)$(word 2,$(filter-out deps bench-deps,$(MAKECMDGOALS))),0)
 MAKEFLAGS += -j$(shell nproc)
 endif
+
+# What a fresh Debian or Ubuntu lacks; from cmocka on, the tests' own: pgrep, ip.
+PACKAGES := gcc binutils libc6-dev mpich libmpich-dev libinih-dev libstb-dev libcmocka-dev \
+            libgmp-dev libmpfr-dev procps iproute2
+
+# What the bench beside the peers needs beyond that.
+BENCH_PACKAGES := tachyon-bin-nox povray libembree-dev gnuplot-nox
+
+# The shell commands that install those of these packages that are not there.
+install_missing = missing=""; for p in $(1); do \
+	    dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q '^install ok installed' \
+	        || missing="$$missing $$p"; done; \
+	if [ -n "$$missing" ]; then \
+	    if [ "$$(id -u)" = 0 ]; then root=""; else root=sudo; fi; \
+	    echo "installing:$$missing"; \
+	    $$root apt-get update -q && \
+	    $$root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y \
+	        --no-install-recommends $$missing; \
+	fi
+
+deps:
+	@$(call install_missing,$(PACKAGES))
+
+bench-deps:
+	@$(call install_missing,$(PACKAGES) $(BENCH_PACKAGES))
+
+# How all else is built depends on what is installed: with `make deps run`, a make of its own reads that
+# afterwards.
+INSTALLED := $(filter deps bench-deps,$(MAKECMDGOALS))
+AFTERWARDS := $(if $(INSTALLED),$(filter-out $(INSTALLED),$(MAKECMDGOALS)))
+.PHONY: deps bench-deps $(AFTERWARDS)
+ifneq ($(AFTERWARDS),)
+.NOTPARALLEL:
+$(AFTERWARDS): $(INSTALLED)
+	@$(MAKE) --no-print-directory $@
+else
 
 # MPICH by its own name, where several MPIs are installed side by side.
 MPICC   = $(firstword $(shell command -v mpicc.mpich mpicc) mpicc)
@@ -60,7 +97,7 @@ FLAGS_avx2   := $(AVX2)
 FLAGS_avx512 := $(AVX2) -mavx512f -mavx512vl -mavx512dq
 
 # Called from outside: worker/kernel.c has functions of these names, which choose the level.
-ENTRIES := nearest occluded surface_at renderer_task
+ENTRIES := nearest nearest_rough occluded surface_at renderer_task
 HIDE_portable := $(ENTRIES:%=--localize-symbol=%)
 HIDE_avx2     := --keep-global-symbol=kernel_avx2
 HIDE_avx512   := --keep-global-symbol=kernel_avx512
@@ -78,7 +115,7 @@ say   := $(if $(V),@:,@echo)
 
 FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
 
-.PHONY: all deps bench-deps run test asan valgrind lint fuzz fuzz-deps bench-stability bench-kernel \
+.PHONY: all run test asan valgrind lint fuzz fuzz-deps bench-stability bench-kernel \
         bench-balance bench-error bench-error-truncation bench-faults bench-omit scenes install clean \
         format
 .SECONDARY:
@@ -89,15 +126,14 @@ $(FARM): $(OBJECTS)
 	$(say)  link $@
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
 
-# With `make -j deps run`, nothing is compiled before all is installed.
-$(BUILD)/%.o: %.c Makefile | $(filter deps,$(MAKECMDGOALS))
+$(BUILD)/%.o: %.c Makefile
 	@mkdir -p $(@D)
 	$(say)  compile $<
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) -c $< -o $@
 
 # $(BUILD)/avx2/worker/nearest.o and so on, and $(BUILD)/kernel_avx2.o of them.
 define level_rules
-$(BUILD)/$(1)/%.o: %.c Makefile | $(filter deps,$(MAKECMDGOALS))
+$(BUILD)/$(1)/%.o: %.c Makefile
 	@mkdir -p $$(@D)
 	$$(say)  compile $$< \($(1)\)
 	$$(quiet)$$(MPICC) $$(FLAGS) $$(CFLAGS) $$(FLAGS_$(1)) -DKERNEL_TABLE=kernel_$(1) -c $$< -o $$@
@@ -251,31 +287,6 @@ bench-balance: $(BUILD)/bench/balance $(BUILD)/bench/balance_messages all
 	FARM=$(abspath $(FARM)) MPIEXEC="$(MPIEXEC)" MESSAGES=$(BUILD)/bench/balance_messages \
 	    $(BUILD)/bench/balance $(BALANCE_OPTIONS)
 
-# What a fresh Debian or Ubuntu lacks.
-PACKAGES := gcc binutils libc6-dev mpich libmpich-dev libinih-dev libstb-dev libcmocka-dev \
-            libgmp-dev libmpfr-dev
-
-# What the bench beside the peers needs beyond that.
-BENCH_PACKAGES := tachyon-bin-nox povray libembree-dev gnuplot-nox
-
-# The shell commands that install those of these packages that are not there.
-install_missing = missing=""; for p in $(1); do \
-	    dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q '^install ok installed' \
-	        || missing="$$missing $$p"; done; \
-	if [ -n "$$missing" ]; then \
-	    if [ "$$(id -u)" = 0 ]; then root=""; else root=sudo; fi; \
-	    echo "installing:$$missing"; \
-	    $$root apt-get update -q && \
-	    $$root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y \
-	        --no-install-recommends $$missing; \
-	fi
-
-deps:
-	@$(call install_missing,$(PACKAGES))
-
-bench-deps:
-	@$(call install_missing,$(PACKAGES) $(BENCH_PACKAGES))
-
 run: all
 	$(MPIEXEC) -n $$(nproc) ./$(FARM) config/lantern.ini
 
@@ -296,16 +307,17 @@ valgrind: all
 	@$(call install_missing,valgrind)
 	@FARM=./$(FARM) MPIEXEC="$(MPIEXEC)" sh test/valgrind.sh
 
-# What is looked at, and how a compiler that is not mpicc finds mpi.h.
-LINT_IN  ?= common master test/fuzz
-LINTED    = $(wildcard $(LINT_IN:%=%/*.c))
-MPI_FLAGS = $(filter -I%,$(shell $(MPICC) -show))
+# What is looked at, and how a compiler that is not mpicc finds mpi.h. In lanes the kernel is another
+# program than without: it is looked at twice.
+LINT_IN   ?= common master worker test/fuzz config/models
+MPI_FLAGS  = $(filter -I%,$(shell $(MPICC) -show))
+tidy = printf '%s\n' $(1) | xargs -P $$(nproc) -I FILE clang-tidy --quiet FILE -- -std=c17 \
+    -D_GNU_SOURCE -I. $(MPI_FLAGS) -DFARM_VERSION='"$(VERSION)"' $(2) 2>/dev/null
 
 lint:
 	@$(call install_missing,clang-tidy cppcheck)
-	@failed=0; for file in $(LINTED); do echo "  tidy $$file"; clang-tidy --quiet $$file -- -std=c17 \
-	    -D_GNU_SOURCE -I. $(MPI_FLAGS) -DFARM_VERSION='"$(VERSION)"' 2>/dev/null || failed=1; \
-	    done; exit $$failed
+	@$(call tidy,$(wildcard $(LINT_IN:%=%/*.c)))
+	@$(call tidy,$(filter $(LINT_IN:%=%/%),$(KERNEL)),$(FLAGS_$(lastword $(LEVELS))))
 	cppcheck --quiet --std=c11 --enable=warning,style,performance,portability --error-exitcode=1 \
 	    --inline-suppr --suppressions-list=.cppcheck -I. -D_GNU_SOURCE -DFARM_VERSION='"$(VERSION)"' $(LINT_IN)
 
@@ -356,3 +368,5 @@ format:
 	    test/*.[ch] test/fuzz/*.[ch] bench/*.[ch])
 
 -include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/omit.d $(BALANCE:.o=.d) $(BUILD)/bench/error_tool.d $(BUILD)/bench/error_allocation.d $(BUILD)/bench/error_truncation.d $(wildcard $(BUILD)/test/fuzz/*.d)
+
+endif # AFTERWARDS

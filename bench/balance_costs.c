@@ -197,20 +197,58 @@ static struct scene *load_scene(const char *config, uint32_t width, uint32_t hei
 /* What bvh_build() asks for, a multiple of which aligned_alloc() wants. */
 #define BVH_ALIGNMENT 64
 
+/* A renderer of the scene as it is to be measured, and what it needs. */
+struct cost_stage {
+    struct scene *scene;
+    void *bvh;
+    struct renderer *renderer;
+};
+
+static void open_stage(struct cost_stage *stage, const char *config, uint32_t width,
+                       uint32_t height, uint32_t samples)
+{
+    stage->scene = load_scene(config, width, height, samples);
+    size_t bytes = bvh_bytes_bound(stage->scene);
+    stage->bvh = aligned_alloc(BVH_ALIGNMENT, (bytes / BVH_ALIGNMENT + 1) * BVH_ALIGNMENT);
+    if (!stage->bvh) fatal("out of memory");
+    bvh_build(stage->scene, stage->bvh);
+    stage->renderer = renderer_create(stage->scene, stage->bvh);
+}
+
+static void close_stage(struct cost_stage *stage)
+{
+    renderer_destroy(stage->renderer);
+    free(stage->bvh);
+    free(stage->scene);
+}
+
+double costs_at_present(const char *config, uint32_t width, uint32_t height, uint32_t samples,
+                        unsigned level)
+{
+    struct cost_stage stage;
+    struct tile_costs map = {.width = width, .height = height, .samples = samples};
+    struct rounds rounds = {.count = 1, .clock = clock_cost()};
+    double sum = 0;
+    open_stage(&stage, config, width, height, samples);
+    struct cost_target target = {&map, stage.renderer};
+    rounds.all[level] = allocate(tiles_of(&map, level), sizeof(float));
+    for (size_t i = 0; i < tiles_of(&map, level); i++) {
+        measure_tile(&target, &rounds, level, i);
+        sum += (double)rounds.all[level][i];
+    }
+    free(rounds.all[level]);
+    close_stage(&stage);
+    return sum;
+}
+
 void costs_measure(struct tile_costs *map, const char *config, uint32_t width, uint32_t height,
                    uint32_t samples, unsigned rounds)
 {
-    struct scene *scene = load_scene(config, width, height, samples);
-    size_t bytes = bvh_bytes_bound(scene);
-    void *bvh = aligned_alloc(BVH_ALIGNMENT, (bytes / BVH_ALIGNMENT + 1) * BVH_ALIGNMENT);
-    if (!bvh) fatal("out of memory");
-    bvh_build(scene, bvh);
-    struct renderer *renderer = renderer_create(scene, bvh);
+    struct cost_stage stage;
+    open_stage(&stage, config, width, height, samples);
     *map = (struct tile_costs){.width = width, .height = height, .samples = samples};
-    measure_levels(&(struct cost_target){map, renderer}, rounds);
-    renderer_destroy(renderer);
-    free(bvh);
-    free(scene);
+    measure_levels(&(struct cost_target){map, stage.renderer}, rounds);
+    close_stage(&stage);
     costs_derive(map);
 }
 

@@ -37,6 +37,11 @@ void costs_measure(struct tile_costs *map, const char *config, uint32_t width, u
                    uint32_t samples, unsigned rounds);
 void costs_free(struct tile_costs *map);
 
+/* CPU seconds that the picture takes right now in this process, in tiles of 1 << level pixels one by one:
+ * beside totals[level] it tells how fast the machine is today. */
+double costs_at_present(const char *config, uint32_t width, uint32_t height, uint32_t samples,
+                        unsigned level);
+
 /* All that follows from width, height, samples and levels, which are set. */
 void costs_derive(struct tile_costs *map);
 

@@ -150,14 +150,22 @@ static void put_plot(FILE *out, const char *scene, const char *what, const char 
     fputc('\n', out);
 }
 
+/* A figure with one plot for each scene. */
+static void draw_scenes(const char *name, const char *settings, const char *what, const char *kind)
+{
+    FILE *out = open_plot(name, 1, 2);
+    fputs(settings, out);
+    for (unsigned s = 0; s < SCENES; s++)
+        put_plot(out, bench_scenes[s].name, what, kind);
+    close_plot(out, name);
+}
+
 static void draw_times(void)
 {
-    FILE *out = open_plot("fig10", 1, 2);
-    fprintf(out, "set key top right\nset xlabel 'processors'\nset ylabel 'render time, s'\n"
-                 "set logscale y\nset xrange [0:45]\n");
-    for (unsigned s = 0; s < SCENES; s++)
-        put_plot(out, bench_scenes[s].name, ": time", "time");
-    close_plot(out, "fig10");
+    draw_scenes("fig10",
+                "set key top right\nset xlabel 'processors'\nset ylabel 'render time, s'\n"
+                "set logscale y\nset xrange [0:45]\n",
+                ": time", "time");
 }
 
 static void draw_speedups(void)
@@ -200,12 +208,10 @@ static void draw_finishes(void)
 
 static void draw_sends(void)
 {
-    FILE *out = open_plot("fig13", 1, 2);
-    fprintf(out, "set xlabel 'rank'\nset ylabel 'sending, ms'\nset yrange [0:*]\n"
-                 "set key outside bottom center horizontal\n");
-    for (unsigned s = 0; s < SCENES; s++)
-        put_plot(out, bench_scenes[s].name, ", 16 processors", "send_16");
-    close_plot(out, "fig13");
+    draw_scenes("fig13",
+                "set xlabel 'rank'\nset ylabel 'sending, ms'\nset yrange [0:*]\n"
+                "set key outside bottom center horizontal\n",
+                ", 16 processors", "send_16");
 }
 
 /* ---- the section ---- */

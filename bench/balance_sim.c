@@ -15,10 +15,9 @@ static double shared_rate(const struct sim *sim)
     return cores && sim->working > cores ? (double)cores / sim->working : 1;
 }
 
-double next_look(const struct sim *sim, double idle_since, double time)
+double next_look(const struct sim *sim, double idle_since, double nap, double time)
 {
-    double overshoot = sim->machine->messages.nap_s, nap = NAP_SHORTEST, look = idle_since;
-    double waited = 0;
+    double overshoot = sim->machine->messages.nap_s, look = idle_since, waited = 0;
     if (overshoot < 0) return fmax(time, idle_since);
     while (look < time && nap < NAP_SELDOM) {
         look += nap + overshoot;
@@ -41,7 +40,7 @@ static void lot_arrives(struct sim *sim, const struct event *event)
 {
     struct renderer *renderer = &sim->renderers[event->who];
     double look = sim->now;
-    if (renderer->working == 0) look = next_look(sim, renderer->idle_since, sim->now);
+    if (renderer->working == 0) look = next_look(sim, renderer->idle_since, NAP_SHORTEST, sim->now);
     sim_at(sim, look, EVENT_SEEN, event->who, event->what);
 }
 
@@ -117,6 +116,7 @@ void simulate(const struct machine *machine, struct queue *queue, const struct p
                       .costs = costs,
                       .outcome = outcome,
                       .own_nap = {.seconds = NAP_SHORTEST},
+                      .nap = {.seconds = NAP_SHORTEST},
                       .check = HUGE_VAL,
                       .news = queue_news(queue)};
     *outcome = (struct sim_outcome){0};

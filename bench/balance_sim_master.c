@@ -19,7 +19,9 @@ static double service_time(const struct sim *sim, const struct part *parts)
 static void serve(struct sim *sim, double span)
 {
     sim->outcome->master_s += span;
-    if (sim->machine->master_renders && !sim->machine->cores && sim->renderers[0].count > 0)
+    uint32_t cores = sim->machine->cores;
+    if (cores > 0 && sim->working >= cores) sim->shared_now -= span / sim->working; /* from all */
+    if (sim->machine->master_renders && cores == 0 && sim->renderers[0].count > 0)
         sim->renderers[0].debt_s += span;
 }
 
@@ -102,7 +104,7 @@ void result_arrives(struct sim *sim, const struct event *letter)
 {
     keep_letter(sim, letter);
     sim->outcome->messages++;
-    if (!sim->serving) serve_next(sim, next_look(sim, sim->idle_since, sim->now));
+    if (!sim->serving) serve_next(sim, next_look(sim, sim->idle_since, sim->nap.seconds, sim->now));
 }
 
 void result_served(struct sim *sim)
@@ -119,6 +121,7 @@ void result_served(struct sim *sim)
     }
     sim->serving = false;
     sim->idle_since = sim->now;
+    nap_heard(&sim->nap, sim->now);
     if (!queue_over(sim->queue, letter.who)) hand_out(sim, letter.who, sim->now);
     hand_out_to_idle(sim);
     if (sim->letter_count > 0) serve_next(sim, sim->now);

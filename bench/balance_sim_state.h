@@ -63,6 +63,7 @@ struct sim {
     /* The master. */
     bool serving;
     double idle_since;
+    struct nap nap; /* its first one since then */
     uint64_t news;
     double check;          /* when the next EVENT_CHECK comes; HUGE_VAL: none */
     struct event *letters; /* results that have arrived and wait, a ring */
@@ -71,8 +72,9 @@ struct sim {
 
 /* ---- clocks: balance_sim.c ---- */
 
-/* When somebody who has nothing to do since then looks again, at `time` or behind it. */
-double next_look(const struct sim *sim, double idle_since, double time);
+/* When somebody who has nothing to do since then, and whose first nap takes so many seconds, looks again,
+ * at `time` or behind it. */
+double next_look(const struct sim *sim, double idle_since, double nap, double time);
 
 /* An event on the wall clock. */
 void sim_at(struct sim *sim, double time, uint32_t kind, uint32_t who, void *what);

@@ -129,13 +129,15 @@ static struct ray aim_at_box(struct random *random, const struct box *box)
     }
 }
 
-static struct stage box_stage(const struct box *box)
+/* Puts any box in place of what is on the stage. */
+static void change_box(struct stage *stage, struct random *random)
 {
+    stage_free(stage);
     struct builder *builder = builder_create();
-    struct box solid = *box;
+    struct box solid = any_box(random);
     solid.material = stage_material(builder);
     expect_added(builder_add_box(builder, &solid));
-    return stage_finish(builder, NULL);
+    *stage = stage_finish(builder, NULL);
 }
 
 static void box_block(struct block *block, const void *context)
@@ -145,11 +147,7 @@ static void box_block(struct block *block, const void *context)
     struct box_truth truth;
     box_truth_init(&truth);
     for (uint64_t i = 0; i < block->count; i++) {
-        if (i % RAYS_PER_SCENE == 0) {
-            stage_free(&stage);
-            struct box box = any_box(&block->random);
-            stage = box_stage(&box);
-        }
+        if (i % RAYS_PER_SCENE == 0) change_box(&stage, &block->random);
         const struct box *box = scene_boxes(stage.ours);
         struct ray ray = aim_at_box(&block->random, box);
         solve_box(&truth, box, &ray);
@@ -219,9 +217,7 @@ static void sheet_block(struct block *block, const void *context)
     box_truth_init(&truth);
     for (uint64_t i = 0; i < block->count; i++) {
         if (i % RAYS_PER_SCENE == 0) {
-            stage_free(&stage);
-            struct box box = any_box(&block->random);
-            stage = box_stage(&box);
+            change_box(&stage, &block->random);
             flatten(&stage, (unsigned)random_below(&block->random, 3));
         }
         const struct box *box = scene_boxes(stage.ours);

@@ -27,8 +27,10 @@ static inline double nap_after(double waited, double last)
 }
 
 struct nap {
-    double seconds; /* of the next one */
-    double waited;  /* in those before it */
+    double seconds;  /* of the next one */
+    double waited;   /* in those before it */
+    double heard;    /* see nap_heard(): when that was last */
+    double interval; /* and how long from time to time */
 };
 
 /*
@@ -40,7 +42,23 @@ void nap_sharpen(void);
 /* Something happened: the next nap is short again. */
 static inline void nap_reset(struct nap *nap)
 {
-    *nap = (struct nap){.seconds = NAP_SHORTEST};
+    nap->seconds = NAP_SHORTEST;
+    nap->waited = 0;
+}
+
+/* How fast the estimate of intervals follows, and the first nap as part of one: naps that grew from the
+ * shortest one would be as long by then, after many more wake-ups. */
+#define NAP_INTERVAL_NEW  (1.0 / 8)
+#define NAP_INTERVAL_PART (1.0 / 2)
+
+/* The same for one to whom something happens time and again, and has now; seconds, of any clock. */
+static inline void nap_heard(struct nap *nap, double now)
+{
+    nap_reset(nap);
+    nap->interval += NAP_INTERVAL_NEW * (now - nap->heard - nap->interval);
+    nap->heard = now;
+    double first = nap->interval * NAP_INTERVAL_PART;
+    if (first > NAP_SHORTEST) nap->seconds = first < NAP_LONGEST ? first : NAP_LONGEST;
 }
 
 static inline void nap_take(struct nap *nap)

@@ -375,9 +375,11 @@ double adaptive_foresee(struct adaptive *adaptive, double rmse)
     uint64_t pixels, samples;
     struct error_sum told = adaptive_errors(adaptive, &pixels, &samples);
     if (pixels < pixel_count(adaptive) || !(told.squares > 0)) return HUGE_VAL;
-    /* A pass that promised to leave a share s left s^exponent. */
-    double exponent = 1;
-    if (adaptive->log_promised < 0) exponent = adaptive->log_kept / adaptive->log_promised;
+    /* A pass that promised to leave a share s left s^exponent. A whole pass tells the exponent to a
+     * tenth or so, one of a few pixels hardly at all: as if one whole pass had kept its promise
+     * before them. */
+    double whole = 2 * log(PASS_AIM_MIN);
+    double exponent = (adaptive->log_kept + whole) / (adaptive->log_promised + whole);
     if (!(exponent > 0)) return HUGE_VAL;
     double share = pow(rmse * rmse * (double)pixels / told.squares, 1 / exponent);
     if (share >= 1) return 0;

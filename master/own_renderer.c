@@ -68,18 +68,17 @@ static bool render_one(struct server *server, const struct tile *tile,
     bool probes = tile->pass == TILE_PROBE;
     const struct refinement *refinements = tile_is_refined(tile) ? memory->refinements : NULL;
     double begin = server_elapsed(server), cpu = clock_thread_cpu();
-    if (probes ? !own->probe(own->state, tile, rgb, behind)
-               : !own->render(own->state, tile, refinements, rgb,
-                              memory->refinements ? behind : NULL,
-                              memory->refinements ? behind + 3 * (size_t)pixels : NULL, &counts))
+    if (probes
+            ? !own->probe(own->state, tile, rgb, behind)
+            : !own->render(own->state, tile, refinements, rgb, memory->refinements ? behind : NULL,
+                           memory->refinements ? behind + 3 * (size_t)pixels : NULL, &counts))
         return false;
+    /* In this order: see render_part() of worker/work.c. */
+    cpu = clock_thread_cpu() - cpu;
     double end = server_elapsed(server);
     stats->busy_s += end - begin;
-    struct result_header header = {.pixels = pixels,
-                                   .start_s = begin,
-                                   .busy_s = end - begin,
-                                   .cpu_s = clock_thread_cpu() - cpu,
-                                   .counts = counts};
+    struct result_header header = {
+        .pixels = pixels, .start_s = begin, .busy_s = end - begin, .cpu_s = cpu, .counts = counts};
     pthread_mutex_lock(&server->lock);
     if (probes)
         accept_probes(server, 0, tile, rgb, &header);

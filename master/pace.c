@@ -226,8 +226,7 @@ void pace_served(struct pace *pace, double seconds)
     pace->service_s += SERVICE_NEW * (seconds - pace->service_s);
 }
 
-/* Seconds from now until all are done, when they end together. */
-static double even_end(const struct pace *pace, double now, double waiting)
+double pace_even_end(const struct pace *pace, double now, double waiting)
 {
     double out = fmax(pace->holding_until - now * pace->holding, 0);
     return (waiting * pace->scale + out) / fmax(pace->speed, LEAST_SPEED);
@@ -259,7 +258,7 @@ struct pace_lot pace_lot(const struct pace *pace, uint32_t renderer, double now,
     double longest = fmax(LONGEST_S, pace->count * pace->service_s / SERVICE_EASY);
     double lot = fmax(fmin(seconds * SHARE_PART, longest), least);
     double ahead = r->holds ? fmax(r->free_at - now, 0) : 0;
-    double until_end = even_end(pace, now, waiting) - ahead;
+    double until_end = pace_even_end(pace, now, waiting) - ahead;
     if (r->holds && until_end < lot) return none;
     if (until_end < lot * (1 + REST_PART)) lot = fmax(until_end, least * REST_PART);
     double worst = fmax(WORST_LEAST * least * unit, share * WORST_PART);

@@ -74,6 +74,9 @@ struct pace_lot {
 /* How much work to give to a renderer when so much waits; 0: none now, for it has enough. */
 struct pace_lot pace_lot(const struct pace *pace, uint32_t renderer, double now, double waiting);
 
+/* Seconds from now until all have done what they have and what waits, when they end together. */
+double pace_even_end(const struct pace *pace, double now, double waiting);
+
 /* Seconds that a renderer takes for so much work; 0 while nothing is known. */
 double pace_seconds(const struct pace *pace, uint32_t renderer, double work);
 

@@ -130,6 +130,16 @@ static struct hold *last_to_pass_on(struct queue *queue, uint32_t renderer, uint
     return found;
 }
 
+/* The renderer on top of the heap that has something to pass on; those that have not are taken off. */
+static uint32_t top_of(struct queue *queue, struct heap *heap, uint32_t asker)
+{
+    uint32_t renderer;
+    while ((renderer = heap_top(heap)) != HEAP_ABSENT &&
+           !last_to_pass_on(queue, renderer, asker, false))
+        heap_remove(heap, renderer);
+    return renderer;
+}
+
 /* Who has the tile hears that he may leave it to others. */
 static void recall(struct queue *queue, uint32_t renderer, struct hold *hold)
 {
@@ -162,6 +172,36 @@ static uint32_t take_from_late(struct queue *queue, uint32_t asker, double now, 
     tiles[0] = pass_on(queue, renderer, asker, hold);
     pace_given(&queue->pace, asker, now, work);
     return 1;
+}
+
+/* Pieces of a tile that has taken long: if the whole takes as long again, each takes a least lot at most.
+ * More than a tile of 32 x 32 has pixels would be of no use. */
+static uint32_t pieces_wanted(const struct queue *queue, double seconds)
+{
+    return (uint32_t)fmax(2, fmin(2 * seconds / pace_least(&queue->pace), 1024));
+}
+
+/*
+ * What takes a renderer far longer than predicted may do so for as long again: a tile that has taken E
+ * seconds beyond what was predicted is taken to be back within R more with a chance of R / E. Broken up
+ * in vain it wastes E for one of P renderers, on average R / P of the time of all. When that is less than
+ * this part of E, R being the rest of the run, a tile is broken into pieces while others still have work,
+ * and not when all stand idle, when its dearest pixel would begin last.
+ */
+#define BREAK_LOSS (1.0 / 700)
+
+static void break_overdue(struct queue *queue, uint32_t asker, double now)
+{
+    struct pace *pace = &queue->pace;
+    uint32_t renderer = top_of(queue, &pace->lost, asker);
+    if (renderer == HEAP_ABSENT) return;
+    uint32_t id = last_to_pass_on(queue, renderer, asker, false)->id;
+    double overdue = now - pace->renderers[renderer].free_at;
+    double loss = pace_even_end(pace, now, queue->waiting_work) / queue->config.renderers;
+    if (loss > BREAK_LOSS * overdue) return;
+    double known = overdue / pace_seconds(pace, renderer, 1);
+    if (!pieces_make(queue, id, pieces_wanted(queue, overdue), known)) return;
+    recall(queue, renderer, holdings_find(&queue->holdings, renderer, id));
 }
 
 /*
@@ -223,7 +263,7 @@ static uint32_t take_begun(struct queue *queue, uint32_t renderer, uint32_t aske
     if (known && idle < 2 && queue->pace.holders > (lost ? 0 : 1)) return 0;
     double work = hold->work;
     if (!repeat_pays(queue, renderer, asker, now, work / idle)) return 0;
-    if (idle >= 2 && pieces_make(queue, hold->id, PIECES_EACH * idle)) {
+    if (idle >= 2 && pieces_make(queue, hold->id, PIECES_EACH * idle, 0)) {
         recall(queue, renderer, hold);
         return take_tiles(queue, asker, now, pace_lot(&queue->pace, asker, now, work), tiles);
     }
@@ -233,22 +273,16 @@ static uint32_t take_begun(struct queue *queue, uint32_t renderer, uint32_t aske
     return 1;
 }
 
-/* The renderer on top of the heap that has something to pass on; those that have not are taken off. */
-static uint32_t top_of(struct queue *queue, struct heap *heap, uint32_t asker)
-{
-    uint32_t renderer;
-    while ((renderer = heap_top(heap)) != HEAP_ABSENT &&
-           !last_to_pass_on(queue, renderer, asker, false))
-        heap_remove(heap, renderer);
-    return renderer;
-}
-
 /* What others have, if the renderer had better do that. */
 static uint32_t next_repeat(struct queue *queue, uint32_t renderer, double now, struct tile *tiles)
 {
     struct pace *pace = &queue->pace;
     if (pace->renderers[renderer].lost) return 0;
-    if (queue->waiting.count > 0) return take_from_late(queue, renderer, now, tiles);
+    if (queue->waiting.count > 0) {
+        uint32_t count = take_from_late(queue, renderer, now, tiles);
+        if (count == 0) break_overdue(queue, renderer, now);
+        return count;
+    }
     if (queue->holdings.holders[renderer].count > 0) return 0;
     uint32_t count = take_unbegun(queue, renderer, now, tiles);
     if (count == 0)

@@ -119,8 +119,9 @@ void dynamic_learn(struct queue *queue, uint32_t renderer, const struct tile *ti
 
 /* ---- pieces of a tile that somebody has ---- */
 
-/* Breaks the tile into pieces that wait, about so many; false: it is too small, or has some. */
-bool pieces_make(struct queue *queue, uint32_t id, uint32_t wanted);
+/* Breaks the tile into pieces that wait, about so many, which have at least so much work together;
+ * false: it is too small, or has some. */
+bool pieces_make(struct queue *queue, uint32_t id, uint32_t wanted, double work);
 
 /* The first answer for this tile has come: its pieces are of no use, or what it is a piece of. */
 void pieces_answered(struct queue *queue, uint32_t id);

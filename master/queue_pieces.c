@@ -3,6 +3,8 @@
  * yet answer: then its pieces are of no use. With the first piece that comes back the pieces count in
  * place of the tile, and its answer will be of no use. So every pixel is in one tile that counts.
  */
+#include <math.h>
+
 #include "master/queue_parts.h"
 
 bool pieces_count(const struct queue *queue, const struct item *item)
@@ -11,7 +13,7 @@ bool pieces_count(const struct queue *queue, const struct item *item)
     return !item->is_piece || queue->items[item->whole].replaced;
 }
 
-bool pieces_make(struct queue *queue, uint32_t id, uint32_t wanted)
+bool pieces_make(struct queue *queue, uint32_t id, uint32_t wanted, double work)
 {
     const struct item whole = queue->items[id];
     uint32_t w = whole.w, h = whole.h;
@@ -25,11 +27,12 @@ bool pieces_make(struct queue *queue, uint32_t id, uint32_t wanted)
     uint32_t columns = divide_up(whole.w, w), pieces = columns * divide_up(whole.h, h);
     if (pieces < 2 || whole.pieces > 0 || queue->count.tiles + pieces > QUEUE_MAX_TILES)
         return false;
+    double all = fmax((double)whole.work, work), density = all / (double)area(&whole);
     queue->items[id].first_piece = queue->item_count;
     queue->items[id].pieces = pieces;
     for (uint32_t i = 0; i < pieces; i++) {
         struct item piece = {.pass = whole.pass,
-                             .priority = whole.priority,
+                             .priority = fmax(whole.priority, density),
                              .whole = id,
                              .is_piece = true,
                              .x = whole.x + i % columns * w,
@@ -37,8 +40,8 @@ bool pieces_make(struct queue *queue, uint32_t id, uint32_t wanted)
         piece.w = smaller(w, whole.x + whole.w - piece.x);
         piece.h = smaller(h, whole.y + whole.h - piece.y);
         float part = (float)area(&piece) / (float)area(&whole);
-        piece.work = whole.work * part;
-        piece.worst = whole.worst * part;
+        piece.work = (float)all * part;
+        piece.worst = fmaxf(whole.worst, (float)all) * part;
         queue_set_waiting(queue, queue_new_item(queue, &piece));
     }
     queue->news++;

@@ -101,7 +101,7 @@ static void end_when_over(struct server *server, double now)
 
 static void serve_until_done(struct server *server)
 {
-    struct nap nap = {0};
+    struct nap nap = {.heard = server->start};
     while (!all_left(server) && !is_out_of_patience(server)) {
         bool busy = take_in(server);
         double now = clock_wall();
@@ -112,7 +112,7 @@ static void serve_until_done(struct server *server)
         tell_recalls(server);
         show_progress(server, now);
         if (busy)
-            nap_reset(&nap);
+            nap_heard(&nap, now);
         else
             nap_take(&nap);
     }

@@ -160,6 +160,19 @@ static inline void assert_same_hit(const struct hit *hit, const struct hit *expe
     assert_memory_equal(&hit->v, &expected->v, sizeof hit->v);
 }
 
+/* What nearest_rough() tells of a ray's hit. */
+static inline void assert_rough_hit(const struct scene *scene, const struct ray *ray,
+                                    const struct hit *rough, const struct hit *hit)
+{
+    struct hit settled = *rough;
+    assert_int_equal(rough->primitive, hit->primitive);
+    if (is_rough_hit(rough)) {
+        assert_true(fabs(rough->t - hit->t) <= rough->u);
+        settled = settled_hit(scene, ray, rough);
+    }
+    assert_same_hit(&settled, hit);
+}
+
 /* The same bits from the kernels of all levels that this processor has. */
 static inline struct hit nearest_of(const struct scene *scene, const struct bvh *bvh,
                                     const struct ray *ray)
@@ -171,6 +184,8 @@ static inline struct hit nearest_of(const struct scene *scene, const struct bvh 
         if (!processor_has(level)) continue;
         kernel_at(level)->nearest(scene, bvh, ray, 1, &other, &exact);
         assert_same_hit(&other, &hit);
+        kernel_at(level)->nearest_rough(scene, bvh, ray, 1, &other, &exact);
+        assert_rough_hit(scene, ray, &other, &hit);
     }
     return hit;
 }

@@ -42,11 +42,30 @@ static void test_lengths(void **state)
     assert_true(nap_after(100, NAP_SELDOM) == NAP_SELDOM);
 }
 
+/* One who hears something every 0.4 ms looks at half of that first; who does all the time, at once. */
+static void test_heard(void **state)
+{
+    (void)state;
+    struct nap nap = {0};
+    double now = 0;
+    for (int i = 0; i < 100; i++)
+        nap_heard(&nap, now += 4e-4);
+    assert_true(nap.seconds > 1.9e-4 && nap.seconds < 2.1e-4 && nap.waited == 0);
+    nap_reset(&nap);
+    assert_true(nap.seconds == NAP_SHORTEST);
+    nap_heard(&nap, now += 10);
+    assert_true(nap.seconds == NAP_LONGEST);
+    for (int i = 0; i < 100; i++)
+        nap_heard(&nap, now += 1e-6);
+    assert_true(nap.seconds == NAP_SHORTEST);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sharpen),
         cmocka_unit_test(test_lengths),
+        cmocka_unit_test(test_heard),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

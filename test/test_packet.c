@@ -60,6 +60,13 @@ static void check_nearest(const struct scene *scene, const struct bvh *bvh,
         struct hit alone = nearest_of(scene, bvh, &rays[i]);
         assert_memory_equal(&hits[i], &alone, sizeof alone);
     }
+    for (enum processor_level level = PROCESSOR_PORTABLE; level < PROCESSOR_LEVELS; level++) {
+        struct hit rough[RAYS];
+        if (!processor_has(level)) continue;
+        kernel_at(level)->nearest_rough(scene, bvh, rays, RAYS, rough, &exact);
+        for (int i = 0; i < RAYS; i++)
+            assert_rough_hit(scene, &rays[i], &rough[i], &hits[i]);
+    }
 }
 
 static void check_occluded(const struct scene *scene, const struct bvh *bvh,

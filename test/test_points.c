@@ -185,7 +185,7 @@ static uint32_t compare_waves(const struct recipe *recipe, const struct scene *s
     static struct points points;
     static struct onward onward;
     struct ray rays[WAVE];
-    struct hit hits[WAVE];
+    struct hit hits[WAVE], rough[WAVE];
     uint32_t count = WAVE - random_below(recipe->random, 20), found = 0;
     uint64_t exact = 0;
     for (uint32_t i = 0; i < count; i++)
@@ -193,6 +193,10 @@ static uint32_t compare_waves(const struct recipe *recipe, const struct scene *s
     for (int wave = 0; wave < 3 && count > 0; wave++) {
         nearest(scene, bvh, rays, count, hits, &exact);
         points_find(scene, rays, hits, count, &points);
+        for (uint32_t i = 0; i < points.count; i++)
+            compare_point(scene, &rays[points.slot[i]], &hits[points.slot[i]], &points, i);
+        nearest_rough(scene, bvh, rays, count, rough, &exact);
+        points_find(scene, rays, rough, count, &points);
         for (uint32_t i = 0; i < points.count; i++)
             compare_point(scene, &rays[points.slot[i]], &hits[points.slot[i]], &points, i);
         if (points.count == 0) break;

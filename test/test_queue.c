@@ -492,7 +492,7 @@ static uint32_t break_last(struct queue *queue, struct tile *last, struct tile *
     for (uint32_t i = 1; i < count; i++)
         assert_true(queue_finish(queue, 0, lot[i].id, now, 1e-4));
     while ((count = queue_next(queue, 1, now, lot)) > 0 && !queue_count(queue).repeated)
-        for (uint32_t i = 0; i < count; i++, now += 1e-4)
+        for (uint32_t i = 0; i < count; i++, now += 1e-5)
             assert_true(queue_finish(queue, 1, lot[i].id, now, 1e-4));
     assert_int_equal(queue_count(queue).finished, queue_count(queue).tiles - 1);
     now += 100; /* overdue by far */
@@ -530,6 +530,32 @@ static void test_pieces_replace(void **state)
     }
     assert_false(queue_finish(queue, 0, last.id, 102, 1));
     assert_int_equal(queue_count(queue).pixels_finished, 64 * 48);
+    queue_destroy(queue);
+}
+
+/* A tile that takes far too long is broken up while others still wait, but not early in the run. */
+static void test_overdue_is_broken_up(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&four);
+    struct tile first, lot[LOT_TILES];
+    uint32_t count = queue_next(queue, 0, 0, lot);
+    first = lot[0];
+    for (uint32_t i = 1; i < count; i++)
+        assert_true(queue_finish(queue, 0, lot[i].id, 1e-3, 1e-3));
+    count = queue_next(queue, 1, 1e-3, lot);
+    for (uint32_t i = 0; i < count; i++)
+        assert_true(queue_finish(queue, 1, lot[i].id, 2e-3, 1e-3));
+    assert_true(queue->waiting.count > 0 && queue_holds(queue, 0) == 1);
+    queue_look(queue, 0.1); /* overdue, but most of the run is to come */
+    assert_true(queue_next(queue, 1, 0.1, lot) > 0);
+    assert_int_equal(queue->items[first.id].pieces, 0);
+    queue_look(queue, 100);
+    count = queue_next(queue, 2, 100, lot);
+    assert_true(count > 0 && queue->waiting.count > 0);
+    assert_true(queue->items[first.id].pieces > 1);
+    assert_true(queue->items[lot[0].id].is_piece);
+    assert_int_equal(queue->items[lot[0].id].whole, first.id);
     queue_destroy(queue);
 }
 
@@ -670,6 +696,7 @@ int main(void)
         cmocka_unit_test(test_answers_are_checked),
         cmocka_unit_test(test_idle_take_unbegun),
         cmocka_unit_test(test_pieces_replace),
+        cmocka_unit_test(test_overdue_is_broken_up),
         cmocka_unit_test(test_whole_before_pieces),
         cmocka_unit_test(test_too_many_tiles),
         cmocka_unit_test(test_auto_edge),

@@ -1,36 +1,16 @@
 # The journal in a run: whatever ended it, the same command goes on, with the same picture in the end.
-. test/lib.sh
-cd "$T" || exit 1
-SCENE=$DATA/everything.ini
+. test/resume.sh
 SIZE="image.width=320 image.height=320 sampling.samples=16 farm.tile=16"
+whole
 
-farm_n 0 "$SCENE" $SIZE output.image=whole.pfm output.report=whole.json >/dev/null 2>&1
-finished() { cmp whole.pfm a.pfm && [ ! -e a.journal ]; }
-
-
-# A journal of a good part of the picture (1.3 MB): the run is killed when it has grown so far.
-broken_off() { # PROCESSES ARGUMENT...
-    processes=$1; shift
-    rm -f a.*
-    if [ "$processes" -eq 0 ]; then "$FARM" "$SCENE" $SIZE output.image=a.pfm "$@" >o 2>e &
-    else "$MPIEXEC" -n "$processes" "$FARM" "$SCENE" $SIZE output.image=a.pfm "$@" >o 2>e & fi
-    pid=$!
-    i=0
-    while [ "$(stat -c %s a.journal 2>/dev/null || echo 0)" -lt 1100000 ] && [ $i -lt 600 ]; do
-        sleep 0.05; i=$((i + 1))
-    done
-    kill -9 $pid; wait $pid 2>/dev/null
-    # mpiexec's processes end when they see that it has gone.
-    i=0
-    while ! flock -n a.journal true && [ $i -lt 100 ]; do sleep 0.05; i=$((i + 1)); done
-    [ -s a.journal ] && [ ! -e a.pfm ]
-}
-cp_journal() { broken_off 0 && cp a.journal kept; }
+# A journal of a good part of the picture (1.3 MB).
+killed() { broken_off 9 1100000 "$@" && [ ! -e a.pfm ]; } # PROCESSES ARGUMENT...
+cp_journal() { killed 0 && cp a.journal kept; }
 check "a run that was killed leaves a journal" cp_journal
 
 goes_on() { # PROCESSES ARGUMENT...
     n=$1; shift
-    rm -f a.*; cp kept a.journal
+    resume_from kept
     run 0 farm_n "$n" "$SCENE" $SIZE output.image=a.pfm "$@" && cat "$T/err" &&
         grep -q 'going on with a.journal: [1-9]' "$T/err" && finished &&
         grep -A 1 '"resumed"' a.json | grep -q '"tiles": [1-9]'
@@ -53,31 +33,16 @@ error_once() {
 check "the error counts each pixel once" error_once
 check "with other instructions" goes_on 0 farm.kernel=portable farm.variant=full
 
-mpiexec_goes_on() { broken_off 2 farm.master_renders=no &&
+mpiexec_goes_on() { killed 2 farm.master_renders=no &&
     run 0 farm_n 2 "$SCENE" $SIZE output.image=a.pfm && finished; }
 check "mpiexec was killed" mpiexec_goes_on
 
-cut_tail() { # BYTES
-    rm -f a.*; cp kept a.journal; truncate -s -"$1" a.journal
-    run 0 farm_n 0 "$SCENE" $SIZE output.image=a.pfm && echo "$err" | grep -q 'bytes of the journal are damaged' &&
-        finished
-}
-check "a cut tail" cut_tail 100
-flipped() {
-    rm -f a.*; cp kept a.journal; printf '\377\0\1' | dd of=a.journal bs=1 seek=100000 conv=notrunc 2>/dev/null
-    run 0 farm_n 0 "$SCENE" $SIZE output.image=a.pfm && echo "$err" | grep -q damaged && finished
-}
-check "damage in the middle" flipped
-all_saved() { # a run whose picture cannot be written, then one that has nothing to render
-    rm -f a.*; cp kept a.journal
-    run 1 farm_n 0 "$SCENE" $SIZE output.image=a.pfm output.report=/dev/full || return 1
-    rm a.pfm
-    run 0 farm_n 3 "$SCENE" $SIZE output.image=a.pfm && finished && grep -q '"primary": 0,' a.json
-}
-check "nothing left to render" all_saved
+check "a cut tail" cut_tail 100 kept
+check "damage in the middle" flipped 100000 0 kept
+check "nothing left to render" all_saved kept
 
 other() { # ARGUMENT...: another picture's journal is set aside
-    rm -f a.*; cp kept a.journal
+    resume_from kept
     run 0 farm_n 0 "$SCENE" $SIZE output.image=a.pfm "$@" && echo "$err" | grep -q 'is now called a.journal.1' &&
         cmp kept a.journal.1 && [ ! -e a.journal ] && ! cmp -s whole.pfm a.pfm
 }

@@ -266,33 +266,55 @@ struct counts {
     unsigned missed, told, open;
 };
 
-static void check_spans(const struct solid_spans *spans, unsigned lane, const struct truth *truth,
-                        struct counts *counts)
+static void check_span(const struct spans_one *span, const struct truth *truth,
+                       struct counts *counts)
 {
-    double enter_low[LANES], enter_high[LANES], leave_low[LANES], leave_high[LANES];
-    lanes_store(enter_low, spans->enter_low);
-    lanes_store(enter_high, spans->enter_high);
-    lanes_store(leave_low, spans->leave_low);
-    lanes_store(leave_high, spans->leave_high);
-    if (spans->missed >> lane & 1) {
+    if (span->missed) {
         counts->missed++;
         assert_false(truth->met);
         return;
     }
     if (truth->met) {
-        assert_true(mpfr_cmp_d(truth->enter, enter_low[lane]) >= 0);
-        assert_true(mpfr_cmp_d(truth->leave, leave_high[lane]) <= 0);
+        assert_true(mpfr_cmp_d(truth->enter, span->enter_low) >= 0);
+        assert_true(mpfr_cmp_d(truth->leave, span->leave_high) <= 0);
     }
-    if (spans->told >> lane & 1) {
+    if (span->told) {
         counts->told++;
-        assert_true(truth->met && mpfr_cmp_d(truth->enter, enter_high[lane]) <= 0);
-        assert_true(mpfr_cmp_d(truth->leave, leave_low[lane]) >= 0);
+        assert_true(truth->met && mpfr_cmp_d(truth->enter, span->enter_high) <= 0);
+        assert_true(mpfr_cmp_d(truth->leave, span->leave_low) >= 0);
         /* What counts are the distances that are rounded to double. */
-        assert_true(mpfr_get_d(truth->enter, MPFR_RNDN) >= enter_low[lane]);
-        assert_true(mpfr_get_d(truth->enter, MPFR_RNDN) <= enter_high[lane]);
+        assert_true(mpfr_get_d(truth->enter, MPFR_RNDN) >= span->enter_low);
+        assert_true(mpfr_get_d(truth->enter, MPFR_RNDN) <= span->enter_high);
     } else {
         counts->open++;
     }
+}
+
+static double lane_at(struct lanes lanes, unsigned lane)
+{
+    double at[LANES];
+    lanes_store(at, lanes);
+    return at[lane];
+}
+
+static void assert_same_number(double value, double expected)
+{
+    assert_memory_equal(&value, &expected, sizeof value);
+}
+
+/* One pair has the bits of a lane. */
+static void check_lane(const struct spans_lanes *spans, unsigned lane, const struct spans_one *one)
+{
+    assert_int_equal(spans->missed >> lane & 1, one->missed);
+    if (one->missed) return;
+    assert_int_equal(spans->told >> lane & 1, one->told);
+    assert_same_number(lane_at(spans->enter_low, lane), one->enter_low);
+    assert_same_number(lane_at(spans->leave_high, lane), one->leave_high);
+    if (!one->told) return;
+    assert_int_equal(spans->enter_side >> lane & 1, one->enter_side);
+    assert_int_equal(spans->leave_side >> lane & 1, one->leave_side);
+    assert_same_number(lane_at(spans->enter_high, lane), one->enter_high);
+    assert_same_number(lane_at(spans->leave_low, lane), one->leave_low);
 }
 
 static struct lanes3 column(double at[3][LANES])
@@ -329,14 +351,22 @@ static void check_lanes(uint64_t *random, double spread, bool spheres, struct tr
     struct cone_lanes cone = {column(base), column(apex), lanes_load(radius[0]),
                               lanes_load(radius[1])};
     struct sphere_lanes sphere = {column(base), lanes_load(radius[0])};
-    struct solid_spans spans = spheres ? sphere_spans(&sphere, &ray) : cone_spans(&cone, &ray);
+    struct spans_lanes spans =
+        spheres ? sphere_spans_lanes(&sphere, &ray) : cone_spans_lanes(&cone, &ray);
     for (unsigned i = 0; i < LANES; i++) {
-        struct sphere ball = {.center = cones[i].base, .radius = cones[i].base_radius};
+        const struct cone *it = &cones[i];
+        struct sphere ball = {.center = it->base, .radius = it->base_radius};
+        struct sphere_one sphere_one = {it->base, it->base_radius};
+        struct cone_one cone_one = {it->base, it->apex, it->base_radius, it->apex_radius};
+        struct ray_one ray_one = ray_in_one(&rays[i]);
+        struct spans_one one =
+            spheres ? sphere_spans_one(&sphere_one, &ray_one) : cone_spans_one(&cone_one, &ray_one);
         if (spheres)
             sphere_truth(&ball, &rays[i], truth);
         else
-            cone_truth(&cones[i], &rays[i], truth);
-        check_spans(&spans, i, truth, counts);
+            cone_truth(it, &rays[i], truth);
+        check_span(&one, truth, counts);
+        check_lane(&spans, i, &one);
     }
 }
 

@@ -67,7 +67,8 @@ void range_add(struct range *range, const struct item *item);
 /* Of items of this weight together, as a leaf. */
 static inline double cost_of(uint32_t weight)
 {
-    return LEAF_COST + (weight + PACK - 1) / PACK;
+    uint32_t packs = (weight + PACK - 1) / PACK;
+    return LEAF_COST + packs;
 }
 
 /* One float below x, or -FLT_MAX: also covers the roundings of bounds. */

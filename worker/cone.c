@@ -428,7 +428,7 @@ static struct spans both_spans(const struct scaled *it, struct interval side,
 static struct spans way_out(const struct scaled *it, uint32_t from_part)
 {
     struct slab slab = cone_slab(it);
-    struct interval side = INTERVAL_ALL;
+    struct interval side;
     uint64_t ignored = 0;
     if (from_part == CONE_SIDE) {
         struct cone_line line = line_of(it, true);
@@ -491,14 +491,14 @@ FLATTENED struct dd cone_parameter(const struct cone *cone, const struct ray *ra
                                    uint32_t part, bool leaving)
 {
     struct scaled it = scaled_of(cone, ray);
-    struct dd way_out = parameter_at(&it, ray, t, part, leaving);
+    struct dd found = parameter_at(&it, ray, t, part, leaving);
     if (leaving && part == CONE_SIDE) {
         uint64_t ignored = 0;
         struct dd root = cone_side(&it, &ignored).leave;
-        double apart = fabs(root.high - way_out.high);
-        if (apart <= WAY_OUT_ERROR * way_out.high) way_out = root;
+        double apart = fabs(root.high - found.high);
+        if (apart <= WAY_OUT_ERROR * found.high) found = root;
     }
-    return dd_ldexp(way_out, it.length - it.speed);
+    return dd_ldexp(found, it.length - it.speed);
 }
 
 FLATTENED struct dd3 cone_point(const struct cone *cone, const struct ray *ray, double t,

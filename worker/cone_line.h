@@ -139,12 +139,12 @@ static inline double cone_distances(const struct cone *cone, struct vec3 origin,
 #define CONE_ROOT_CANCELLED 0x1p-10
 
 /*
- * cone_parameter() of a hit at t on the side, of a ray that does not start on this cone, where *sure
- * stays true: of an ordinary cone whose two roots are well apart, from each other and from the caps'
- * planes.
+ * cone_parameter() of a hit at t, which may be off by so much, on the side, of a ray that does not
+ * start on this cone, where *sure stays true: of an ordinary cone whose two roots are well apart,
+ * from each other and from the caps' planes.
  */
 static inline struct dd cone_side_parameter(const struct cone *cone, struct vec3 o, struct vec3 d,
-                                            double t, bool *sure)
+                                            double t, double off, bool *sure)
 {
     struct dd3 w = exact_difference3(cone->apex, cone->base), f = exact_difference3(o, cone->base);
     struct dd3 F = dd3_cross(f, w), D = dd3_cross(dd3_of(d), w);
@@ -163,13 +163,14 @@ static inline struct dd cone_side_parameter(const struct cone *cone, struct vec3
     double reach = cone_distances(cone, o, d) + fabs(line.t);
     *sure &= fabs(first.high) >= CONE_ROOT_CANCELLED * reach;
     *sure &= fabs(second.high) >= CONE_ROOT_CANCELLED * reach;
-    *sure &= (first.high == t) != (second.high == t);
+    bool is_first = fabs(first.high - t) <= off, is_second = fabs(second.high - t) <= off;
+    *sure &= is_first != is_second;
     /* The distances to the caps' planes err by 2^-30 of the reach at most. */
     double rise = vec_dot(d, dd3_round(w)), height = vec_dot(dd3_round(f), dd3_round(w));
     double to_base = -height / rise, to_apex = (line.W.high - height) / rise;
     *sure &= fabs(rise) > 0x1p-20 * speed * width;
-    *sure &= (fabs(to_base - t) > 0x1p-20 * reach) & (fabs(to_apex - t) > 0x1p-20 * reach);
-    bool is_first = first.high == t;
+    double near = 0x1p-20 * reach + off;
+    *sure &= (fabs(to_base - t) > near) & (fabs(to_apex - t) > near);
     return (struct dd){is_first ? first.high : second.high, is_first ? first.low : second.low};
 }
 

@@ -91,8 +91,8 @@ static INLINED struct float_slab float_slab_of(const struct bvh *bvh, const stru
     double origin = vec_component(&ray->origin, axis) - bvh->center[axis];
     double direction = vec_component(&ray->direction, axis);
     double inverse = 1 / copysign(larger(fabs(direction), least), direction);
-    size_t min = offsetof(struct bvh_node, min) + axis * BVH_WIDTH * sizeof(float);
-    size_t max = offsetof(struct bvh_node, max) + axis * BVH_WIDTH * sizeof(float);
+    size_t min = offsetof(struct bvh_node, min) + axis * (BVH_WIDTH * sizeof(float));
+    size_t max = offsetof(struct bvh_node, max) + axis * (BVH_WIDTH * sizeof(float));
     bool down = signbit(direction);
     double at = origin * inverse, outward = margin * fabs(inverse);
     return (struct float_slab){.near_plane = down ? max : min,

@@ -25,6 +25,12 @@ void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray 
     kernel_of(scene)->nearest(scene, bvh, rays, count, hits, exact_fallbacks);
 }
 
+void nearest_rough(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                   size_t count, struct hit *hits, uint64_t *exact_fallbacks)
+{
+    kernel_of(scene)->nearest_rough(scene, bvh, rays, count, hits, exact_fallbacks);
+}
+
 void occluded(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
               size_t count, struct vec3 *transmittance, uint64_t *exact_fallbacks)
 {

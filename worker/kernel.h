@@ -14,6 +14,7 @@
  * name for each, which calls that of the level that the scene asks for. */
 struct kernel {
     __typeof__(nearest) *nearest;
+    __typeof__(nearest_rough) *nearest_rough;
     __typeof__(occluded) *occluded;
     __typeof__(surface_at) *surface_at;
     __typeof__(renderer_task) *renderer_task;

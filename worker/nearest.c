@@ -43,35 +43,60 @@ static INLINED bool naive_nearest_leaf(void *context, const struct bvh_leaf *lea
 }
 
 static INLINED struct hit nearest_hit(const struct scene *scene, const struct bvh *bvh,
-                                      const struct ray *ray, uint64_t *exact, bool naive)
+                                      const struct ray *ray, uint64_t *exact, bool rough,
+                                      bool naive)
 {
-    struct nearest_walk walk = nearest_walk_of(scene, ray, exact);
+    struct nearest_walk walk;
+    nearest_begin(&walk, scene, ray, exact);
     if (!ray_is_finite(ray)) return walk.hit;
     probe_leaves(&walk.probe, bvh);
     nearest_planes(&walk, naive);
     visit_leaf *visit = naive ? naive_nearest_leaf : nearest_leaf;
     traverse(bvh, ray, walk.probe.purpose.farthest, true, visit, &walk);
-    if (!naive) nearest_waiting(&walk);
+    if (!naive && !(rough && nearest_is_told(&walk))) nearest_waiting(&walk);
     return walk.hit;
 }
 
-void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays, size_t count,
-             struct hit *hits, uint64_t *exact_fallbacks)
+struct hit settled_hit(const struct scene *scene, const struct ray *ray, const struct hit *hit)
+{
+    uint64_t ignored = 0;
+    struct nearest_walk walk;
+    nearest_begin(&walk, scene, ray, &ignored);
+    nearest_primitive(&walk, hit->primitive, false);
+    return walk.hit;
+}
+
+static SHARED void nearest_of_rays(const struct scene *scene, const struct bvh *bvh,
+                                   const struct ray *rays, size_t count, struct hit *hits,
+                                   uint64_t *exact_fallbacks, bool rough)
 {
     if (scene->view.formulas == FORMULAS_PAPER) {
         for (size_t i = 0; i < count; i++)
-            hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, true);
+            hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, false, true);
         return;
     }
     struct packet_trust trust = {0, 0};
     for (size_t i = 0; i < count;) {
         if (LANES_IN_SIMD && count - i >= LANES && packet_is_due(&trust) &&
-            packet_was(&trust, nearest_packet(scene, bvh, rays + i, hits + i, exact_fallbacks))) {
+            packet_was(&trust,
+                       nearest_packet(scene, bvh, rays + i, hits + i, exact_fallbacks, rough))) {
             i += LANES;
             continue;
         }
         size_t end = count - i < LANES ? count : i + LANES;
         for (; i < end; i++)
-            hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, false);
+            hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, rough, false);
     }
+}
+
+void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays, size_t count,
+             struct hit *hits, uint64_t *exact_fallbacks)
+{
+    nearest_of_rays(scene, bvh, rays, count, hits, exact_fallbacks, false);
+}
+
+void nearest_rough(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                   size_t count, struct hit *hits, uint64_t *exact_fallbacks)
+{
+    nearest_of_rays(scene, bvh, rays, count, hits, exact_fallbacks, true);
 }

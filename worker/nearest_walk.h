@@ -4,12 +4,11 @@
 
 #include "worker/order.h"
 #include "worker/probe.h"
-#include "worker/solid_lanes.h"
 
 /* A solid that the ray certainly meets, and nothing is known but about where. */
 struct waiting {
     uint32_t id;
-    double from; /* no nearer than this */
+    double from, to; /* between these; to is infinite where the part that is met is not known */
 };
 
 #define WAITING_MAX 6
@@ -36,6 +35,13 @@ static bool precedes(const struct nearest_walk *walk, const struct crossing *cro
     return order < 0 || (order == 0 && crossing->primitive < hit->primitive);
 }
 
+/* Of the distance to a crossing, as worker/order.h tells. */
+static INLINED double crossing_error(const struct nearest_walk *walk, uint32_t id, double t)
+{
+    double error = walk->origin_error + ORDER_ERROR * t;
+    return id == walk->probe.ray->from ? error + WAY_OUT_ERROR * t : error;
+}
+
 static INLINED void nearest_crossing(struct nearest_walk *walk, const struct crossings *found,
                                      unsigned i, uint32_t id, bool naive)
 {
@@ -43,10 +49,7 @@ static INLINED void nearest_crossing(struct nearest_walk *walk, const struct cro
     double t = crossing.t, error = 0;
     if (!crossing_counts(walk->probe.ray, t)) return;
     if (id == walk->hit.primitive) return; /* a triangle of which there are several pieces */
-    if (!naive) {
-        error = walk->origin_error + ORDER_ERROR * t;
-        if (id == walk->probe.ray->from) error += WAY_OUT_ERROR * t;
-    }
+    if (!naive) error = crossing_error(walk, id, t);
     if (t > walk->hit.t + (walk->hit_error + error)) return;
     if (!(t < walk->hit.t - (walk->hit_error + error)) && !naive && !precedes(walk, &crossing))
         return;
@@ -65,16 +68,14 @@ static INLINED void nearest_primitive(struct nearest_walk *walk, uint32_t id, bo
     nearest_crossing(walk, &found, first, id, naive);
 }
 
-static INLINED struct nearest_walk nearest_walk_of(const struct scene *scene, const struct ray *ray,
-                                                   uint64_t *exact)
+static INLINED void nearest_begin(struct nearest_walk *walk, const struct scene *scene,
+                                  const struct ray *ray, uint64_t *exact)
 {
-    struct nearest_walk walk; /* no initializer: that would clear all of it for every ray */
-    walk.probe = probe_of(scene, ray, false, exact);
-    walk.origin_error = order_error_of_origin(ray);
-    walk.hit = (struct hit){.t = INFINITE, .primitive = PRIMITIVE_NONE};
-    walk.hit_error = 0;
-    walk.waiting_count = 0;
-    return walk;
+    probe_begin(&walk->probe, scene, ray, false, exact);
+    walk->origin_error = order_error_of_origin(ray);
+    walk->hit = (struct hit){.t = INFINITE, .primitive = PRIMITIVE_NONE};
+    walk->hit_error = 0;
+    walk->waiting_count = 0;
 }
 
 static INLINED void nearest_planes(struct nearest_walk *walk, bool naive)
@@ -95,56 +96,85 @@ static inline void nearest_waiting(struct nearest_walk *walk)
     walk->waiting_count = 0;
 }
 
+/* The hit at a place that is told by plain arithmetic alone. */
+static inline struct hit rough_hit(uint32_t id, double from, double to)
+{
+    return (struct hit){.t = from / 2 + to / 2, .u = to - from, .primitive = id, .part = CONE_SIDE};
+}
+
+/* Whether a crossing that is no farther than this comes before the hit, whatever is rounded. */
+static INLINED bool clearly_precedes(const struct nearest_walk *walk, uint32_t id, double to)
+{
+    return to < walk->probe.ray->t_max &&
+           to < walk->hit.t - (walk->hit_error + crossing_error(walk, id, to));
+}
+
+/* Takes the one that waits for the hit, if that is all there is to say of it. */
+static inline bool nearest_is_told(struct nearest_walk *walk)
+{
+    const struct waiting *only = NULL;
+    for (uint32_t i = 0; i < walk->waiting_count; i++) {
+        const struct waiting *waiting = &walk->waiting[i];
+        if (!(waiting->from <= walk->probe.purpose.farthest)) continue;
+        if (only && waiting->id != only->id) return false;
+        only = waiting;
+    }
+    if (!only) return true;
+    if (!clearly_precedes(walk, only->id, only->to)) return false;
+    walk->hit = rough_hit(only->id, only->from, only->to);
+    return true;
+}
+
 /* Keeps one that is met between from and to: before anything else is, perhaps. What is farther than
- * that by more than the errors of both, see worker/order.h, is of no interest. */
-static INLINED void nearest_waits(struct nearest_walk *walk, uint32_t id, double from, double to)
+ * that by more than the errors of both, see worker/order.h, is of no interest. on_side: and not on
+ * a cap. */
+static INLINED void nearest_waits(struct nearest_walk *walk, uint32_t id, double from, double to,
+                                  bool on_side)
 {
     struct purpose *purpose = &walk->probe.purpose;
     if (walk->waiting_count == WAITING_MAX) nearest_waiting(walk);
-    walk->waiting[walk->waiting_count++] = (struct waiting){id, from};
+    walk->waiting[walk->waiting_count++] = (struct waiting){id, from, on_side ? to : INFINITE};
     if (!(to < walk->probe.ray->t_max)) return;
-    purpose->farthest =
-        smaller(to + 2 * (walk->origin_error + ORDER_ERROR * to), purpose->farthest);
+    purpose->farthest = smaller(to + 2 * crossing_error(walk, id, to), purpose->farthest);
 }
 
-/* `count` solids of one kind, 8 at most. */
-static INLINED void nearest_spans(struct nearest_walk *walk, const struct bvh_leaf *leaves,
-                                  uint32_t count)
+/* A solid that the ray starts on. */
+static INLINED void nearest_way_out(struct nearest_walk *walk, uint32_t id)
+{
+    struct sphere_span span;
+    const struct probe *probe = &walk->probe;
+    if (primitive_kind(id) == PRIMITIVE_SPHERE && is_told_solid(probe->scene, id) &&
+        sphere_way_out_span(&scene_spheres(probe->scene)[primitive_index(id)], probe->ray, &span))
+        nearest_waits(walk, id, span.low, span.high, true);
+    else
+        nearest_primitive(walk, id, false);
+}
+
+static INLINED void nearest_span(struct nearest_walk *walk, const struct bvh_leaf *leaf)
 {
     const struct probe *probe = &walk->probe;
-    struct solid_spans spans = spans_of_leaf(probe->scene, leaves, count, probe->ray);
-    lane_set set = may_be_crossed(&spans, lanes_of(probe->purpose.farthest)) & first_lanes(count);
-    lane_set leaving = lane_of_id(leaves, count, probe->ray->from);
-    if (!(set | leaving)) return;
-    struct first_crossing first = first_crossing(&spans);
-    double from[LANES], to[LANES];
-    lanes_store(from, first.from);
-    lanes_store(to, first.to);
-    for (set |= leaving; set; set = without_lowest(set)) {
-        unsigned lane = lowest_lane(set);
-        uint32_t id = leaves[lane].id;
-        bool told = (first.told & ~leaving) >> lane & 1;
-        if (told && is_told_solid(probe->scene, id))
-            nearest_waits(walk, id, from[lane], to[lane]);
-        else
-            nearest_primitive(walk, id, false);
+    if (leaf->id == probe->ray->from) {
+        nearest_way_out(walk, leaf->id);
+        return;
     }
+    struct spans_one span = spans_of_one(probe->scene, leaf->id, &probe->line);
+    if (!may_be_crossed_one(&span, probe->purpose.farthest)) return;
+    struct first_crossing_one first = first_crossing_one(&span);
+    if (first.told && is_told_solid(probe->scene, leaf->id))
+        nearest_waits(walk, leaf->id, first.from, first.to, first.on_side);
+    else
+        nearest_primitive(walk, leaf->id, false);
 }
 
 /* What is in a leaf besides triangles. */
 static INLINED void nearest_solids(struct nearest_walk *walk, const struct bvh_leaf *leaves,
                                    uint32_t count, bool naive)
 {
-    for (uint32_t i = 0; i < count;) {
-        uint32_t run = run_of_kind(leaves + i, count - i);
-        if (LANES_IN_SIMD && !naive && are_for_lanes(leaves + i, run)) {
-            nearest_spans(walk, leaves + i, run);
-            i += run;
-        } else {
-            for (uint32_t end = i + run; i < end; i++)
-                nearest_primitive(walk, leaves[i].id, naive);
-        }
-    }
+    for (uint32_t i = 0; i < count; i++)
+        if (LANES_IN_SIMD && !naive && has_spans(leaves[i].id))
+            nearest_span(walk, &leaves[i]);
+        else
+            nearest_primitive(walk, leaves[i].id, naive);
 }
 
 #endif

@@ -21,7 +21,8 @@ static INLINED bool is_blocked(const struct scene *scene, const struct bvh *bvh,
                                const struct ray *ray, struct passages *passages, uint64_t *exact,
                                bool naive)
 {
-    struct occlusion_walk walk = occlusion_walk_of(scene, ray, passages, exact);
+    struct occlusion_walk walk;
+    occlusion_begin(&walk, scene, ray, passages, exact);
     if (!ray_is_finite(ray)) return false;
     probe_leaves(&walk.probe, bvh);
     if (!occlusion_planes(&walk, naive)) return true;

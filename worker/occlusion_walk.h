@@ -7,7 +7,6 @@
 
 #include "common/message.h"
 #include "worker/probe.h"
-#include "worker/solid_lanes.h"
 
 /* How often a ray crossed the surface of a transparent primitive. */
 struct passage {
@@ -159,44 +158,27 @@ static INLINED bool occlusion_triangles(struct occlusion_walk *walk, const struc
     return true;
 }
 
-/* `count` solids of one kind, 8 at most. */
-static INLINED bool occlusion_spans(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
-                                    uint32_t count)
+static INLINED bool occlusion_span(struct occlusion_walk *walk, const struct bvh_leaf *leaf)
 {
     const struct probe *probe = &walk->probe;
-    struct solid_spans spans = spans_of_leaf(probe->scene, leaves, count, probe->ray);
-    struct lanes t_max = lanes_of(probe->ray->t_max);
-    lane_set set = may_be_crossed(&spans, t_max) & first_lanes(count);
-    lane_set leaving = lane_of_id(leaves, count, probe->ray->from);
-    if (!(set | leaving)) return true;
-    struct crossing_sets certain = crossing_sets(&spans, t_max);
-    for (set |= leaving; set; set = without_lowest(set)) {
-        unsigned lane = lowest_lane(set), twice = certain.twice >> lane & 1;
-        const struct bvh_leaf *leaf = &leaves[lane];
-        bool told = ((certain.once | certain.twice) & ~leaving) >> lane & 1;
-        if (told && is_told_solid(probe->scene, leaf->id)) {
-            if (!occlusion_by(walk, leaf, 1 + twice)) return false;
-        } else if (!occlusion_primitive(walk, leaf, false)) {
-            return false;
-        }
-    }
-    return true;
+    if (leaf->id == probe->ray->from) return occlusion_primitive(walk, leaf, false);
+    struct spans_one span = spans_of_one(probe->scene, leaf->id, &probe->line);
+    if (!may_be_crossed_one(&span, probe->ray->t_max)) return true;
+    struct crossing_sets_one certain = crossing_sets_one(&span, probe->ray->t_max);
+    if ((certain.once | certain.twice) && is_told_solid(probe->scene, leaf->id))
+        return occlusion_by(walk, leaf, certain.twice ? 2 : 1);
+    return occlusion_primitive(walk, leaf, false);
 }
 
 /* What is in a leaf besides triangles. */
 static INLINED bool occlusion_solids(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
                                      uint32_t count, bool naive)
 {
-    for (uint32_t i = 0; i < count;) {
-        uint32_t run = run_of_kind(leaves + i, count - i);
-        if (LANES_IN_SIMD && !naive && are_for_lanes(leaves + i, run)) {
-            if (!occlusion_spans(walk, leaves + i, run)) return false;
-            i += run;
-        } else {
-            for (uint32_t end = i + run; i < end; i++)
-                if (!occlusion_primitive(walk, &leaves[i], naive)) return false;
-        }
-    }
+    for (uint32_t i = 0; i < count; i++)
+        if (!(LANES_IN_SIMD && !naive && has_spans(leaves[i].id)
+                  ? occlusion_span(walk, &leaves[i])
+                  : occlusion_primitive(walk, &leaves[i], naive)))
+            return false;
     return true;
 }
 
@@ -208,16 +190,14 @@ static INLINED bool occlusion_in(struct occlusion_walk *walk, const struct bvh_l
     return occlusion_solids(walk, leaves + triangles, count - triangles, naive);
 }
 
-static INLINED struct occlusion_walk occlusion_walk_of(const struct scene *scene,
-                                                       const struct ray *ray,
-                                                       struct passages *passages, uint64_t *exact)
+static INLINED void occlusion_begin(struct occlusion_walk *walk, const struct scene *scene,
+                                    const struct ray *ray, struct passages *passages,
+                                    uint64_t *exact)
 {
-    struct occlusion_walk walk; /* no initializer: that would clear all of it for every ray */
-    walk.probe = probe_of(scene, ray, true, exact);
-    walk.reach = reach_of(ray, &walk.probe.shear);
-    walk.passages = passages;
-    walk.blocked = false;
-    return walk;
+    probe_begin(&walk->probe, scene, ray, true, exact);
+    if (has_triangles(scene)) walk->reach = reach_of(ray, &walk->probe.shear);
+    walk->passages = passages;
+    walk->blocked = false;
 }
 
 /* false: a plane is in the way. */

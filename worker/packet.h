@@ -39,9 +39,10 @@ static inline bool packet_was(struct packet_trust *trust, bool worth_it)
     return worth_it;
 }
 
-/* nearest() of LANES rays. false, and nothing done, when they are too different. */
+/* nearest(), or nearest_rough(), of LANES rays. false, and nothing done, when they are too
+ * different. */
 bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    struct hit *hits, uint64_t *exact);
+                    struct hit *hits, uint64_t *exact, bool rough);
 
 /* occluded() of LANES rays, likewise. passages: a list for each of them; NULL where nothing is
  * transparent. */

@@ -10,10 +10,11 @@
 #include "worker/packet_triangle.h"
 #include "worker/rough_packet.h"
 
-/* A triangle that may be a ray's nearest. */
+/* A primitive that may be a ray's nearest. */
 struct candidate {
     const struct bvh_leaf *leaf;
     double from; /* no nearer than this */
+    double to;   /* of a solid: as in struct waiting */
 };
 
 #define CANDIDATES 6
@@ -37,7 +38,7 @@ struct nearest_packet {
 static struct nearest_walk *walk_of(struct nearest_packet *it, unsigned lane)
 {
     struct nearest_walk *walk = &it->walks[lane];
-    if (!(it->walking >> lane & 1)) *walk = nearest_walk_of(it->scene, &it->rays[lane], it->exact);
+    if (!(it->walking >> lane & 1)) nearest_begin(walk, it->scene, &it->rays[lane], it->exact);
     it->walking |= UINT32_C(1) << lane;
     return walk;
 }
@@ -61,10 +62,10 @@ static void settle(struct nearest_packet *it, unsigned lane)
 }
 
 static INLINED void keep(struct nearest_packet *it, unsigned lane, const struct bvh_leaf *leaf,
-                         double from)
+                         double from, double to)
 {
     if (it->count[lane] == CANDIDATES) settle(it, lane);
-    it->candidates[lane][it->count[lane]++] = (struct candidate){leaf, from};
+    it->candidates[lane][it->count[lane]++] = (struct candidate){leaf, from, to};
 }
 
 /* Keeps what the rays may meet first. What certainly counts brings the limit down to what may yet
@@ -80,11 +81,11 @@ static void packet_candidates(struct nearest_packet *it, const struct bvh_leaf *
         const struct ray *ray = &it->rays[lane];
         if (leaf->id == ray->from) continue;
         if (!(certain >> lane & 1)) {
-            keep(it, lane, leaf, -INFINITE);
+            keep(it, lane, leaf, -INFINITE, INFINITE);
             continue;
         }
         if (from[lane] > it->limit[lane] || to[lane] < 0) continue;
-        keep(it, lane, leaf, from[lane]);
+        keep(it, lane, leaf, from[lane], INFINITE);
         if (!(from[lane] > it->least[lane] && to[lane] < ray->t_max)) continue;
         double limit = to[lane] + 2 * (it->origin_error[lane] + ORDER_ERROR * to[lane]);
         it->limit[lane] = smaller(limit, it->limit[lane]);
@@ -105,20 +106,20 @@ static void test_each(struct nearest_packet *it, uint32_t id, lane_set set)
 /* The same as packet_candidates(), for a solid that has spans. */
 static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *leaf, lane_set rays)
 {
-    struct solid_spans spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
+    struct spans_lanes spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
     lane_set leaving = 0;
     for (unsigned lane = 0; lane < LANES; lane++)
         leaving |= (lane_set)(it->rays[lane].from == leaf->id) << lane;
-    lane_set set = rays & (leaving | may_be_crossed(&spans, lanes_load(it->limit)));
+    lane_set set = rays & (leaving | may_be_crossed_lanes(&spans, lanes_load(it->limit)));
     if (!set) return;
-    struct first_crossing first = first_crossing(&spans);
+    struct first_crossing_lanes first = first_crossing_lanes(&spans);
     lane_set told = is_told_solid(it->scene, leaf->id) ? set & first.told & ~leaving : 0;
     double from[LANES], to[LANES];
     lanes_store(from, first.from);
     lanes_store(to, first.to);
     for (lane_set rest = told; rest; rest = without_lowest(rest)) {
         unsigned lane = lowest_lane(rest);
-        keep(it, lane, leaf, from[lane]);
+        keep(it, lane, leaf, from[lane], first.on_side >> lane & 1 ? to[lane] : INFINITE);
         if (!(to[lane] < it->rays[lane].t_max)) continue;
         double limit = to[lane] + 2 * (it->origin_error[lane] + ORDER_ERROR * to[lane]);
         it->limit[lane] = smaller(limit, it->limit[lane]);
@@ -239,8 +240,26 @@ static lane_set settle_together(const struct nearest_packet *it, struct hit *hit
     return set;
 }
 
+/* Takes the one solid that a ray meets first for its hit, if that is all there is to say of it. */
+static bool settle_roughly(struct nearest_packet *it, unsigned lane, struct hit *hit)
+{
+    const struct candidate *only = NULL;
+    for (unsigned i = 0; i < it->count[lane]; i++) {
+        const struct candidate *candidate = &it->candidates[lane][i];
+        if (candidate->from > it->limit[lane]) continue;
+        if (only && candidate->leaf->id != only->leaf->id) return false;
+        only = candidate;
+    }
+    if (!only || !(only->to < it->rays[lane].t_max)) return false;
+    uint32_t id = only->leaf->id;
+    if ((it->walking >> lane & 1) && !clearly_precedes(&it->walks[lane], id, only->to))
+        return false;
+    *hit = rough_hit(id, only->from, only->to);
+    return true;
+}
+
 bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    struct hit *hits, uint64_t *exact)
+                    struct hit *hits, uint64_t *exact, bool rough)
 {
     struct nearest_packet it;
     if (!packet_of(bvh, rays, &it.packet)) return false;
@@ -256,6 +275,7 @@ bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const stru
     lane_set settled = settle_together(&it, hits);
     for (unsigned lane = 0; lane < LANES; lane++) {
         if (settled >> lane & 1) continue;
+        if (rough && settle_roughly(&it, lane, &hits[lane])) continue;
         hits[lane] = (struct hit){.t = INFINITE, .primitive = PRIMITIVE_NONE};
         if (it.count[lane] > 0) settle(&it, lane);
         if (it.walking >> lane & 1) hits[lane] = it.walks[lane].hit;
@@ -266,13 +286,14 @@ bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const stru
 #else
 
 bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    struct hit *hits, uint64_t *exact)
+                    struct hit *hits, uint64_t *exact, bool rough)
 {
     (void)scene;
     (void)bvh;
     (void)rays;
     (void)hits;
     (void)exact;
+    (void)rough;
     return false; /* none is worth it */
 }
 

@@ -29,8 +29,8 @@ static struct occlusion_walk *walk_of(struct occlusion_packet *it, unsigned lane
 {
     struct occlusion_walk *walk = &it->walks[lane];
     if (!(it->walking >> lane & 1))
-        *walk = occlusion_walk_of(it->scene, &it->rays[lane],
-                                  it->passages ? &it->passages[lane] : NULL, it->exact);
+        occlusion_begin(walk, it->scene, &it->rays[lane], it->passages ? &it->passages[lane] : NULL,
+                        it->exact);
     it->walking |= UINT32_C(1) << lane;
     return walk;
 }
@@ -87,11 +87,11 @@ static void test_each(struct occlusion_packet *it, const struct bvh_leaf *leaf, 
 static void solid_in_the_way(struct occlusion_packet *it, const struct bvh_leaf *leaf,
                              lane_set rays)
 {
-    struct solid_spans spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
+    struct spans_lanes spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
     lane_set leaving = rays_from(it, leaf->id);
-    lane_set set = rays & (leaving | may_be_crossed(&spans, it->t_max));
+    lane_set set = rays & (leaving | may_be_crossed_lanes(&spans, it->t_max));
     if (!set) return;
-    struct crossing_sets certain = crossing_sets(&spans, it->t_max);
+    struct crossing_sets_lanes certain = crossing_sets_lanes(&spans, it->t_max);
     lane_set told = is_told_solid(it->scene, leaf->id) ? set & ~leaving : 0;
     certain_crossings(it, leaf, told & certain.once, 1);
     certain_crossings(it, leaf, told & certain.twice, 2);

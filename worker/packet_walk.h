@@ -63,8 +63,8 @@ static INLINED bool have_one_shear(struct packet *packet, const struct vec3 *fir
 /* The slabs of one axis; false: the rays do not all go up, or all down, by what float can take. */
 static INLINED bool set_slab(struct packet *packet, unsigned axis, double margin)
 {
-    size_t min = offsetof(struct bvh_node, min) + axis * BVH_WIDTH * sizeof(float);
-    size_t max = offsetof(struct bvh_node, max) + axis * BVH_WIDTH * sizeof(float);
+    size_t min = offsetof(struct bvh_node, min) + axis * (BVH_WIDTH * sizeof(float));
+    size_t max = offsetof(struct bvh_node, max) + axis * (BVH_WIDTH * sizeof(float));
     struct lanes direction = packet->d[axis];
     bool down = lanes_less(direction, lanes_of(-FLOAT_COMPONENT_MIN)) == ALL_LANES;
     if (!down && lanes_less(lanes_of(FLOAT_COMPONENT_MIN), direction) != ALL_LANES) return false;

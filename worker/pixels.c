@@ -46,7 +46,8 @@ static void put_pixel(struct renderer *renderer, uint32_t pixel, uint32_t begin,
     uint32_t place = task->refinements ? progress->put++ : pixel;
     struct vec3 even = finished_sum(renderer, &progress->sum.half[0]);
     struct vec3 odd = finished_sum(renderer, &progress->sum.half[1]);
-    double samples = end - begin, evens = (end + 1) / 2 - (begin + 1) / 2;
+    uint32_t even_samples = (end + 1) / 2 - (begin + 1) / 2;
+    double samples = end - begin, evens = even_samples;
     struct vec3 difference = halves_difference(renderer, evens, samples - evens);
     struct vec3 sum = vec_add(even, odd);
     put_color(task->mean + 3 * (size_t)place, samples == 1 ? sum : divided(sum, samples));
@@ -78,9 +79,10 @@ void add_sample(struct renderer *renderer, uint32_t pixel, struct vec3 color, do
     progress->sum.rays += rays;
     progress->added++;
     uint32_t begin = adds->begin, end = adds->end, so_far = adds->sample + 1 - begin;
-    if (so_far == progress->halfway)
-        add_error(&renderer->counts.halfway, halves_difference(renderer, so_far / 2, so_far / 2),
-                  so_far / 2, so_far / 2);
+    if (so_far == progress->halfway) {
+        uint32_t half = so_far / 2;
+        add_error(&renderer->counts.halfway, halves_difference(renderer, half, half), half, half);
+    }
     if (cursor_advance(adds, &progress->task, &renderer->scene->view))
         finish_pixel(renderer, pixel, begin, end);
 }

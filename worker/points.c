@@ -146,7 +146,7 @@ static inline struct place sphere_place(const struct points *points, uint32_t i,
     double rest = fma(-root, root, line.discriminant.high) + line.discriminant.low;
     line.half = sum_of_ordered(root, rest / (2 * root));
     double behind = sphere_line_behind(&line, t);
-    *sure &= fabs(behind) > sphere_line_behind_error(&line, d, r);
+    *sure &= fabs(behind) > sphere_line_behind_error(&line, d, r) + points->u[i];
     bool second = (behind > 0) | (points->only[i] != 0);
     struct dd s = sphere_line_root(&line, second);
     return (struct place){center, dd3_add(line.p, dd3_scale(d, s))};
@@ -265,7 +265,7 @@ static inline void find_side(struct points *points, uint32_t i)
                         .base_radius = points->c.x[i],
                         .apex_radius = points->c.y[i]};
     bool sure = points->only[i] == 0;
-    struct dd t = cone_side_parameter(&cone, o, d, points->t[i], &sure);
+    struct dd t = cone_side_parameter(&cone, o, d, points->t[i], points->u[i], &sure);
     struct place place = {cone.base, dd3_add(exact_difference3(o, cone.base), dd3_scale(d, t))};
     struct vec3 normal = plain_unit(cone_side_gradient(&cone, place.offset, &sure), &sure);
     put_surface(points, i, &place, normal, sure);
@@ -340,8 +340,11 @@ static void find_singly(const struct scene *scene, const struct ray *rays, const
 {
     for (uint32_t i = 0; i < points->count; i++) {
         if (points->sure[i] != 0) continue;
+        const struct ray *ray = &rays[points->slot[i]];
+        struct hit hit = hits[points->slot[i]];
         struct surface surface;
-        surface_at(scene, &rays[points->slot[i]], &hits[points->slot[i]], &surface);
+        if (is_rough_hit(&hit)) hit = settled_hit(scene, ray, &hit);
+        surface_at(scene, ray, &hit, &surface);
         set_lane(&points->point, i, surface.point);
         set_lane(&points->geometric, i, surface.geometric);
         set_lane(&points->normal, i, surface.shading);
@@ -360,7 +363,7 @@ static void turn_singly(const struct scene *scene, const struct ray *rays, struc
     }
 }
 
-static void doubt(struct points *points, uint32_t begin)
+static void doubt_from(struct points *points, uint32_t begin)
 {
     for (uint32_t i = begin; i < points->count; i++)
         points->sure[i] = 0;
@@ -376,12 +379,12 @@ void points_find(const struct scene *scene, const struct ray *rays, const struct
     gather_materials(scene, hits, points);
     bool exact = points->formulas == FORMULAS_EXACT;
     if (exact) find_groups(scene, rays, hits, first, points);
-    doubt(points, exact ? first[GROUP_OTHERS] : 0);
+    doubt_from(points, exact ? first[GROUP_OTHERS] : 0);
     find_singly(scene, rays, hits, points);
     if (exact)
         turn_normals(points);
     else
-        doubt(points, 0);
+        doubt_from(points, 0);
     turn_singly(scene, rays, points);
 }
 

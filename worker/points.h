@@ -24,7 +24,7 @@ struct points {
     lane_row sure;                 /* 1 or 0 */
 };
 
-/* The points of the rays that have met something; count <= WAVE. */
+/* The points of the rays that have met something, by nearest_rough() or nearest(); count <= WAVE. */
 void points_find(const struct scene *scene, const struct ray *rays, const struct hit *hits,
                  uint32_t count, struct points *points);
 

@@ -4,33 +4,46 @@
 
 #include "worker/primitive.h"
 #include "worker/rough_triangles.h"
+#include "worker/solid_lanes.h"
 #include "worker/traverse.h"
 
 struct probe {
     const struct scene *scene;
     const struct ray *ray;
-    struct shear shear;
+    struct shear shear;     /* of scenes with triangles */
     struct rough_ray rough; /* of probe_leaves() */
+    struct ray_one line;    /* of scenes with spheres or cones */
     struct purpose purpose;
     uint64_t *exact;
 };
 
-static INLINED struct probe probe_of(const struct scene *scene, const struct ray *ray, bool any,
-                                     uint64_t *exact)
+static INLINED bool has_triangles(const struct scene *scene)
 {
-    struct probe probe; /* no initializer: that would clear what is not used */
-    probe.scene = scene;
-    probe.ray = ray;
-    probe.shear = shear_of(&ray->direction);
-    probe.purpose = (struct purpose){any, ray->t_max};
-    probe.exact = exact;
-    return probe;
+    return scene->primitives[PRIMITIVE_TRIANGLE].count + scene->primitives[PRIMITIVE_PATCH].count >
+           0;
+}
+
+static INLINED bool has_solids(const struct scene *scene)
+{
+    return scene->primitives[PRIMITIVE_SPHERE].count + scene->primitives[PRIMITIVE_CONE].count > 0;
+}
+
+/* Member by member: as a whole it would be put together in one place and copied to another. */
+static INLINED void probe_begin(struct probe *probe, const struct scene *scene,
+                                const struct ray *ray, bool any, uint64_t *exact)
+{
+    probe->scene = scene;
+    probe->ray = ray;
+    probe->purpose = (struct purpose){any, ray->t_max};
+    probe->exact = exact;
+    if (has_triangles(scene)) probe->shear = shear_of(&ray->direction);
+    if (has_solids(scene)) probe->line = ray_in_one(ray);
 }
 
 /* For probe_triangles() in leaves of this tree. */
 static INLINED void probe_leaves(struct probe *probe, const struct bvh *bvh)
 {
-    probe->rough = rough_ray_of(bvh, probe->ray, &probe->shear);
+    if (has_triangles(probe->scene)) probe->rough = rough_ray_of(bvh, probe->ray, &probe->shear);
 }
 
 static inline bool ray_is_finite(const struct ray *ray)

@@ -329,7 +329,7 @@ void radiance_free(struct radiance *radiance)
 /* ---- one ray ---- */
 
 /* 1 / d; a direction too small for that counts as none. A zero is positive: see meet(). */
-static inline double inverse(double d)
+static inline double inverse_along(double d)
 {
     return fabs(d) < 0x1p-1000 ? HUGE_VAL : 1 / d;
 }
@@ -343,8 +343,8 @@ static FLATTENED void meet(const struct radiance *radiance, const struct ray *ra
 {
     const double early = 1 - 8 * UNIT_ROUNDOFF, late = 1 + 8 * UNIT_ROUNDOFF;
     double ox = ray->origin.x, oy = ray->origin.y, oz = ray->origin.z;
-    double ix = inverse(ray->direction.x), iy = inverse(ray->direction.y);
-    double iz = inverse(ray->direction.z);
+    double ix = inverse_along(ray->direction.x), iy = inverse_along(ray->direction.y);
+    double iz = inverse_along(ray->direction.z);
     const double *x0 = radiance->min[0], *y0 = radiance->min[1], *z0 = radiance->min[2];
     const double *x1 = radiance->max[0], *y1 = radiance->max[1], *z1 = radiance->max[2];
     OVER_LANES
@@ -393,7 +393,7 @@ static bool leaves(const struct scene *scene, const struct ray *ray)
 }
 
 /* A group that is only the primitive that the ray leaves. */
-static void leave(const struct radiance *radiance, const struct ray *ray, group_row met)
+static void drop_left(const struct radiance *radiance, const struct ray *ray, group_row met)
 {
     for (uint32_t g = 0; g < radiance->groups; g++)
         if (radiance->only[g] == ray->from && leaves(radiance->scene, ray)) met[g] = 0;
@@ -406,15 +406,15 @@ static void meet_all(const struct radiance *radiance, group_row met)
 }
 
 /* 0 where nothing is passed on, even of what has no bound. */
-static inline double product(double share, double of)
+static inline double passed_of(double share, double of)
 {
     return share > 0 ? share * of : 0;
 }
 
 double radiance_share(struct vec3 weight, struct vec3 color)
 {
-    double x = product(weight.x, color.x), y = product(weight.y, color.y);
-    double z = product(weight.z, color.z);
+    double x = passed_of(weight.x, color.x), y = passed_of(weight.y, color.y);
+    double z = passed_of(weight.z, color.z);
     return max_number(x, max_number(y, z)) * BOUND_SLACK;
 }
 
@@ -431,9 +431,9 @@ static inline void raise_by_met(const struct radiance *radiance, const group_row
     const group_row *shown = radiance->shown, *passed = radiance->passed;
     for (uint32_t g = 0; g < radiance->groups; g++) {
         if (met[g] == 0) continue;
-        most->x = max_number(most->x, shown[0][g] + product(passed[0][g], next.x));
-        most->y = max_number(most->y, shown[1][g] + product(passed[1][g], next.y));
-        most->z = max_number(most->z, shown[2][g] + product(passed[2][g], next.z));
+        most->x = max_number(most->x, shown[0][g] + passed_of(passed[0][g], next.x));
+        most->y = max_number(most->y, shown[1][g] + passed_of(passed[1][g], next.y));
+        most->z = max_number(most->z, shown[2][g] + passed_of(passed[2][g], next.z));
     }
 }
 
@@ -465,7 +465,7 @@ double radiance_of(const struct radiance *radiance, const struct ray *ray, struc
         meet(radiance, ray, met);
     else
         meet_all(radiance, met);
-    if (good && radiance->single && ray->from != PRIMITIVE_NONE) leave(radiance, ray, met);
+    if (good && radiance->single && ray->from != PRIMITIVE_NONE) drop_left(radiance, ray, met);
     struct vec3 most = good ? background(view, ray->direction) : sky_of(view);
     raise_by_met(radiance, met, next, &most);
     return radiance_share(weight, most) * BOUND_SLACK;

@@ -140,7 +140,7 @@ static double most_diffuse(const struct beams *beams, unsigned c)
 }
 
 /* base^exponent, 0 <= base <= 1, rounded up. */
-static double power(double base, uint32_t exponent)
+static double power_above(double base, uint32_t exponent)
 {
     double product = 1;
     for (; exponent; exponent >>= 1) {
@@ -164,7 +164,7 @@ static double most_specular(const struct beams *beams, double shininess, unsigne
         double sum = 0;
         for (uint32_t j = 0; j < n; j++)
             sum += vec_component(&beams->share[j], c) *
-                   power((1 + beams->cosine[i * n + j]) / 2, squares);
+                   power_above((1 + beams->cosine[i * n + j]) / 2, squares);
         most = fmax(most, sum);
     }
     most *= vec_component(&beams->strongest, c) * (1 + (n + 8) * UNIT_ROUNDOFF);

@@ -34,7 +34,8 @@ struct ray {
 
 struct hit {
     double t;           /* of the nearest hit; infinite when there is none */
-    double u, v;        /* triangle, patch: weights of vertex 1 and 2; else 0 */
+    double u, v;        /* triangle, patch: weights of vertex 1 and 2; else 0, but that of a rough
+                         * hit u is what t may be off by: see nearest_rough() */
     uint32_t primitive; /* PRIMITIVE_NONE: the ray meets nothing */
     uint32_t part;
 };

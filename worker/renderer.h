@@ -16,7 +16,7 @@
 #include "worker/tree.h"
 
 /* Samples that wait for earlier ones of the tile before they are added to their pixel. */
-#define WINDOW (4 * WAVE)
+#define WINDOW (UINT64_C(4) * WAVE)
 
 /* One sample on its way. All there is of one that is a single ray comes first. */
 struct path {

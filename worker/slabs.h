@@ -74,8 +74,8 @@ static INLINED struct slab slab_of(const struct bvh *bvh, const struct ray *ray,
 {
     double origin = vec_component(&ray->origin, axis) - bvh->center[axis];
     double direction = vec_component(&ray->direction, axis), inverse = slab_inverse(direction);
-    size_t min = offsetof(struct bvh_node, min) + axis * BVH_WIDTH * sizeof(float);
-    size_t max = offsetof(struct bvh_node, max) + axis * BVH_WIDTH * sizeof(float);
+    size_t min = offsetof(struct bvh_node, min) + axis * (BVH_WIDTH * sizeof(float));
+    size_t max = offsetof(struct bvh_node, max) + axis * (BVH_WIDTH * sizeof(float));
     bool down = signbit(direction);
     double outward = down ? -margin : margin;
     return (struct slab){.near_plane = down ? max : min,

@@ -164,13 +164,13 @@ static unsigned root_at(const struct sphere *sphere, const struct dd roots[2], d
 /* The parameter of the crossing at t, counted from line->t. */
 static struct dd offset_at(const struct scaled *it, struct sphere_line *line, double t)
 {
-    struct dd roots[2];
     double scaled_t = it->length == it->speed ? t : ldexp(t, it->speed - it->length);
     if (!line_meets(it, line)) return dd_div(dd_negate(line->along), line->a);
     double behind = sphere_line_behind(line, scaled_t);
     bool second = it->sphere.inside_only || behind > 0;
     /* Only next to the middle it takes the roots themselves to tell. */
     if (!(fabs(behind) > sphere_line_behind_error(line, it->direction, it->sphere.radius))) {
+        struct dd roots[2];
         both_roots(it, line, roots);
         second = root_at(&it->sphere, roots, scaled_t);
     }

@@ -269,8 +269,8 @@ static INLINED void add_unlit(struct renderer *renderer, bool flat)
 static INLINED void trace_rays(struct renderer *renderer, bool flat)
 {
     double start = clock_wall();
-    nearest(renderer->scene, renderer->bvh, renderer->rays, renderer->count, renderer->hits,
-            &renderer->counts.exact_fallbacks);
+    nearest_rough(renderer->scene, renderer->bvh, renderer->rays, renderer->count, renderer->hits,
+                  &renderer->counts.exact_fallbacks);
     renderer->counts.intersect_s += clock_wall() - start;
     points_find(renderer->scene, renderer->rays, renderer->hits, renderer->count,
                 &renderer->points);

@@ -59,7 +59,7 @@ int agree_on_status(MPI_Comm comm, int status)
  *
  *   window  | offset | ... | scene | ... | BVH |      offset and BVH are multiples of a cache line
  */
-#define CACHE_LINE 64
+#define CACHE_LINE ((size_t)64)
 
 static size_t round_up(size_t bytes)
 {
@@ -423,12 +423,15 @@ static size_t render_part(struct worker *worker, const struct tile *tile,
     float *rgb = (void *)(part + sizeof(struct result_header));
     double begin = clock_wall(), cpu = clock_thread_cpu();
     if (!render_pixels(worker, tile, refinements, pixels, rgb, &counts)) return 0;
+    /* Reading the CPU clock is a system call, at which the kernel likes to let another process run: the
+     * wall clock is read around it, for that is time of this tile. */
+    cpu = clock_thread_cpu() - cpu;
     double end = clock_wall();
     struct result_header header = {.tile_id = tile->id,
                                    .pixels = pixels,
                                    .start_s = begin - worker->start,
                                    .busy_s = end - begin,
-                                   .cpu_s = clock_thread_cpu() - cpu,
+                                   .cpu_s = cpu,
                                    .counts = counts};
     memcpy(part, &header, sizeof header);
     stats->busy_s += end - begin;

@@ -149,7 +149,7 @@ static double window_edge(enum window window, double dx, double dy)
 {
     if (window == WINDOW_ROUND) return 0.090;
     /* a box with round shoulders and, on top, the point of an ogee arch */
-    double half_width = 0.100, bottom = 0.150, top = 0.125;
+    const double half_width = 0.100, bottom = 0.150, top = 0.125;
     double flat = half_width / fmax(fabs(dx), 1e-9);
     if (dy < 0) return fmin(flat, bottom / -dy);
     double arch = 1 / pow(pow(fabs(dx) / half_width, 3) + pow(dy / top, 3), 1.0 / 3);

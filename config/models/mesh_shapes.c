@@ -71,8 +71,8 @@ void mesh_grid(struct mesh *mesh, size_t columns, size_t rows, bool wrap_u, bool
                         surface(context, (double)i / (double)columns, (double)j / (double)rows));
     for (size_t j = 0; j < rows; j++)
         for (size_t i = 0; i < columns; i++) {
-            size_t low = first + j * across, high = first + (j + 1) % up * across;
-            size_t next = (i + 1) % across;
+            size_t above = j + 1 < up ? j + 1 : 0, next = i + 1 < across ? i + 1 : 0;
+            size_t low = first + j * across, high = first + above * across;
             mesh_quad(mesh, (uint32_t)(low + i), (uint32_t)(low + next), (uint32_t)(high + next),
                       (uint32_t)(high + i));
         }
@@ -199,14 +199,15 @@ void mesh_tube(struct mesh *mesh, const struct vec3 *path, const double *radii, 
 void mesh_box(struct mesh *mesh, struct vec3 min, struct vec3 max, double bevel)
 {
     double b = bevel;
-    struct point2 sharp[4] = {{min.x, min.z}, {max.x, min.z}, {max.x, max.z}, {min.x, max.z}};
-    struct point2 cut[8] = {{min.x + b, min.z}, {max.x - b, min.z}, {max.x, min.z + b},
-                            {max.x, max.z - b}, {max.x - b, max.z}, {min.x + b, max.z},
-                            {min.x, max.z - b}, {min.x, min.z + b}};
-    if (bevel > 0)
-        mesh_extrude(mesh, cut, 8, min.y, max.y, bevel);
-    else
+    if (b > 0) {
+        struct point2 cut[8] = {{min.x + b, min.z}, {max.x - b, min.z}, {max.x, min.z + b},
+                                {max.x, max.z - b}, {max.x - b, max.z}, {min.x + b, max.z},
+                                {min.x, max.z - b}, {min.x, min.z + b}};
+        mesh_extrude(mesh, cut, 8, min.y, max.y, b);
+    } else {
+        struct point2 sharp[4] = {{min.x, min.z}, {max.x, min.z}, {max.x, max.z}, {min.x, max.z}};
         mesh_extrude(mesh, sharp, 4, min.y, max.y, 0);
+    }
 }
 
 struct ball_face {

@@ -244,7 +244,8 @@ static void divide(struct mesh *mesh, size_t i, const uint32_t *middle)
     for (int k = 0; k < 3; k++)
         count += middle[k] != UINT32_MAX;
     /* turned so that one middle is on edge 0, two on edges 0 and 1 */
-    while (middle[first] == UINT32_MAX || (count == 2 && middle[(first + 1) % 3] == UINT32_MAX))
+    while (first < 2 &&
+           (middle[first] == UINT32_MAX || (count == 2 && middle[(first + 1) % 3] == UINT32_MAX)))
         first++;
     uint32_t a = whole.vertex[first], b = whole.vertex[(first + 1) % 3];
     uint32_t c = whole.vertex[(first + 2) % 3];

@@ -1,0 +1,44 @@
+# For the test scripts that end a run and start it again: sourced, in place of lib.sh. SCENE and SIZE, its
+# arguments, say which picture; journals that are kept are KEPT, what every try leaves is a.*.
+. test/lib.sh
+cd "$T" || exit 1
+SCENE=$DATA/everything.ini
+
+whole() { farm_n 0 "$SCENE" $SIZE output.image=whole.pfm output.report=whole.json >/dev/null 2>&1; }
+finished() { cmp whole.pfm a.pfm && [ ! -e a.journal ]; }
+resume_from() { rm -f a.*; cp "$1" a.journal; } # KEPT
+
+# Ended when its journal has grown so far: SIGNAL BYTES PROCESSES ARGUMENT...
+broken_off() {
+    signal=$1 bytes=$2 processes=$3; shift 3
+    rm -f a.*
+    if [ "$processes" -eq 0 ]; then "$FARM" "$SCENE" $SIZE output.image=a.pfm "$@" >o 2>e &
+    else "$MPIEXEC" -n "$processes" "$FARM" "$SCENE" $SIZE output.image=a.pfm "$@" >o 2>e & fi
+    pid=$!
+    i=0
+    while [ "$(stat -c %s a.journal 2>/dev/null || echo 0)" -lt "$bytes" ] && [ $i -lt 600 ]; do
+        sleep 0.05; i=$((i + 1))
+    done
+    kill -"$signal" $pid; wait $pid 2>/dev/null
+    status=$?
+    # mpiexec's processes end when they see that it has gone.
+    i=0
+    while ! flock -n a.journal true && [ $i -lt 100 ]; do sleep 0.05; i=$((i + 1)); done
+    [ -s a.journal ]
+}
+
+cut_tail() { # BYTES KEPT
+    resume_from "$2"; truncate -s -"$1" a.journal
+    run 0 farm_n 0 "$SCENE" $SIZE output.image=a.pfm &&
+        echo "$err" | grep -q 'bytes of the journal are damaged' && finished
+}
+flipped() { # OFFSET PROCESSES KEPT
+    resume_from "$3"; printf '\377\0\1' | dd of=a.journal bs=1 seek="$1" conv=notrunc 2>/dev/null
+    run 0 farm_n "$2" "$SCENE" $SIZE output.image=a.pfm && echo "$err" | grep -q damaged && finished
+}
+all_saved() { # KEPT: a run whose picture cannot be written, then one that has nothing to render
+    resume_from "$1"
+    run 1 farm_n 0 "$SCENE" $SIZE output.image=a.pfm output.report=/dev/full || return 1
+    rm a.pfm
+    run 0 farm_n 3 "$SCENE" $SIZE output.image=a.pfm && finished && grep -q '"primary": 0,' a.json
+}
