@@ -34,6 +34,7 @@ PACKAGES := gcc binutils libc6-dev mpich libmpich-dev libinih-dev libstb-dev lib
 
 # What the bench beside the peers needs beyond that.
 BENCH_PACKAGES := tachyon-bin-nox povray libembree-dev gnuplot-nox
+BESIDE_PEERS   := bench-kernel bench-error
 
 # The shell commands that install those of these packages that are not there.
 install_missing = missing=""; for p in $(1); do \
@@ -56,12 +57,17 @@ bench-deps:
 # How all else is built depends on what is installed: with `make deps run`, a make of its own reads that
 # afterwards.
 INSTALLED := $(filter deps bench-deps,$(MAKECMDGOALS))
-AFTERWARDS := $(if $(INSTALLED),$(filter-out $(INSTALLED),$(MAKECMDGOALS)))
+ifndef INSTALLED_BEFORE
+INSTALLED += $(if $(filter $(BESIDE_PEERS),$(MAKECMDGOALS)),bench-deps)
+endif
+AFTERWARDS := $(if $(strip $(INSTALLED)),$(filter-out $(INSTALLED),$(MAKECMDGOALS)))
 .PHONY: deps bench-deps $(AFTERWARDS)
-ifneq ($(AFTERWARDS),)
+ifneq ($(strip $(INSTALLED)),)
 .NOTPARALLEL:
+endif
+ifneq ($(AFTERWARDS),)
 $(AFTERWARDS): $(INSTALLED)
-	@$(MAKE) --no-print-directory $@
+	@$(MAKE) --no-print-directory INSTALLED_BEFORE=yes $@
 else
 
 # MPICH by its own name, where several MPIs are installed side by side.
@@ -204,7 +210,6 @@ EMBREE_LIBRARY = $(shell test -e /usr/include/embree4/rtcore.h && echo -lembree4
 # The peer has all that the compiler can do for it.
 $(EMBREE): OPTIMISE := -O3 -g -march=native
 $(EMBREE): FLOAT := -ffast-math -fno-finite-math-only
-$(EMBREE): | bench-deps
 
 $(BUILD)/bench/kernel: $(BENCH_KERNEL) $(LIBRARY)
 	$(say)  link $@
@@ -214,7 +219,7 @@ $(BUILD)/bench/kernel_embree: $(EMBREE) $(LIBRARY)
 	$(say)  link $@
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) $(EMBREE_LIBRARY) -o $@
 
-bench-kernel: bench-deps $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
+bench-kernel: $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
 	@mkdir -p bench/out
 	$(BUILD)/bench/kernel --farm ./$(FARM) --embree $(BUILD)/bench/kernel_embree \
 	    --folder $(BUILD)/bench/kernel.out --csv bench/out/kernel.csv \
@@ -230,7 +235,7 @@ $(BUILD)/bench/error_tool: $(ERROR_TOOL) $(LIBRARY)
 	$(say)  link $@
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
 
-bench-error: bench-deps $(BUILD)/bench/error_tool all
+bench-error: $(BUILD)/bench/error_tool all
 	@mkdir -p bench/out
 	FARM=$(abspath $(FARM)) TOOL=$(abspath $(BUILD)/bench/error_tool) WORK=$(BUILD)/bench/error.out \
 	    MPIEXEC="$(MPIEXEC)" sh bench/error.sh $(ERROR_SECTIONS)

@@ -111,8 +111,8 @@ static uint32_t take_tiles(struct queue *queue, uint32_t renderer, double now, s
 
 /*
  * The last tile in the renderer's list that nobody has finished, that has not been handed on and that
- * the asker does not hold himself: of all that it holds the least likely to be begun. With spare the
- * first one, which it has begun if any, is left to it.
+ * the asker (HOLD_NONE: whoever has nothing) does not hold himself: of all that it holds the least
+ * likely to be begun. With spare the first one, which it has begun if any, is left to it.
  */
 static struct hold *last_to_pass_on(struct queue *queue, uint32_t renderer, uint32_t asker,
                                     bool spare)
@@ -123,19 +123,20 @@ static struct hold *last_to_pass_on(struct queue *queue, uint32_t renderer, uint
     while (i != HOLD_NONE) {
         struct hold *hold = &holdings->holds[i];
         bool open = hold->may_pass && !hold->passed_on && !queue->items[hold->id].finished;
-        if (open && !(spare && i == first) && !holdings_find(holdings, asker, hold->id))
-            found = hold;
+        bool own = asker != HOLD_NONE && holdings_find(holdings, asker, hold->id);
+        if (open && !(spare && i == first) && !own) found = hold;
         i = hold->next;
     }
     return found;
 }
 
-/* The renderer on top of the heap that has something to pass on; those that have not are taken off. */
-static uint32_t top_of(struct queue *queue, struct heap *heap, uint32_t asker)
+/* The renderer on top of the heap that has something to pass on, whoever asks; those that have not are
+ * taken off. */
+static uint32_t top_of(struct queue *queue, struct heap *heap)
 {
     uint32_t renderer;
     while ((renderer = heap_top(heap)) != HEAP_ABSENT &&
-           !last_to_pass_on(queue, renderer, asker, false))
+           !last_to_pass_on(queue, renderer, HOLD_NONE, false))
         heap_remove(heap, renderer);
     return renderer;
 }
@@ -164,7 +165,7 @@ static struct tile pass_on(struct queue *queue, uint32_t renderer, uint32_t aske
  * dearer than predicted. */
 static uint32_t take_from_late(struct queue *queue, uint32_t asker, double now, struct tile *tiles)
 {
-    uint32_t renderer = heap_top(&queue->pace.lost);
+    uint32_t renderer = top_of(queue, &queue->pace.lost);
     if (renderer == HEAP_ABSENT) return 0;
     struct hold *hold = last_to_pass_on(queue, renderer, asker, true);
     if (!hold) return 0;
@@ -190,12 +191,15 @@ static uint32_t pieces_wanted(const struct queue *queue, double seconds)
  */
 #define BREAK_LOSS (1.0 / 700)
 
+/* The one that is longest overdue has begun all that take_from_late() leaves to it. */
 static void break_overdue(struct queue *queue, uint32_t asker, double now)
 {
     struct pace *pace = &queue->pace;
-    uint32_t renderer = top_of(queue, &pace->lost, asker);
+    uint32_t renderer = top_of(queue, &pace->lost);
     if (renderer == HEAP_ABSENT) return;
-    uint32_t id = last_to_pass_on(queue, renderer, asker, false)->id;
+    struct hold *hold = last_to_pass_on(queue, renderer, asker, false);
+    if (!hold) return;
+    uint32_t id = hold->id;
     double overdue = now - pace->renderers[renderer].free_at;
     double loss = pace_even_end(pace, now, queue->waiting_work) / queue->config.renderers;
     if (loss > BREAK_LOSS * overdue) return;
@@ -285,12 +289,10 @@ static uint32_t next_repeat(struct queue *queue, uint32_t renderer, double now, 
     }
     if (queue->holdings.holders[renderer].count > 0) return 0;
     uint32_t count = take_unbegun(queue, renderer, now, tiles);
-    if (count == 0)
-        count = take_begun(queue, top_of(queue, &pace->lost, renderer), renderer, now, tiles);
+    if (count == 0) count = take_begun(queue, top_of(queue, &pace->lost), renderer, now, tiles);
     /* Nobody is taken off here: it is where those are found who have stopped. */
     if (count == 0) count = take_begun(queue, heap_top(&pace->late), renderer, now, tiles);
-    if (count == 0)
-        count = take_begun(queue, top_of(queue, &pace->last, renderer), renderer, now, tiles);
+    if (count == 0) count = take_begun(queue, top_of(queue, &pace->last), renderer, now, tiles);
     return count;
 }
 

@@ -25,7 +25,7 @@ bool pieces_make(struct queue *queue, uint32_t id, uint32_t wanted, double work)
             h = divide_up(h, 2);
     }
     uint32_t columns = divide_up(whole.w, w), pieces = columns * divide_up(whole.h, h);
-    if (pieces < 2 || whole.pieces > 0 || queue->count.tiles + pieces > QUEUE_MAX_TILES)
+    if (pieces < 2 || whole.pieces > 0 || queue->item_count + pieces > QUEUE_MAX_TILES)
         return false;
     double all = fmax((double)whole.work, work), density = all / (double)area(&whole);
     queue->items[id].first_piece = queue->item_count;

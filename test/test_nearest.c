@@ -1,5 +1,6 @@
 #include "scene_fixture.h"
 
+#include "common/processor.h"
 #include "worker/order.h"
 #include "worker/primitive.h"
 
@@ -238,6 +239,47 @@ static void test_scattered(void **state)
     (void)state;
     uint64_t random = 13;
     compare_scenes((struct recipe){&random, SCATTERED, 10, {0, 0, 0}}, 16, 80, 5000);
+}
+
+/*
+ * A ray starts next to a sphere's surface, outside by some u, and goes through it: 2 b / a, which tells
+ * its way out by plain arithmetic, is off by more than a face errs that lies between that and the root.
+ */
+static void test_face_before_a_way_out(void **state)
+{
+    (void)state;
+    for (unsigned form = 0; form < 2; form++) {
+        double b = 0x1p-10, off, y = sqrt(1 - b * b);
+        do {
+            y = nextafter(y, 2);
+            off = fma(y, y, b * b - 1); /* b^2 - 1 is exact */
+        } while (!(off >= 2 * UNIT_ROUNDOFF));
+        double root = b + sqrt(b * b - off), told = 2 * b;
+        double x = root + 0.3 * (told - root) - b;
+        struct builder *builder = builder_create();
+        uint32_t material = add_material(builder, vec3(1, 1, 1), 0.5);
+        add_sphere(builder, vec3(0, 0, 0), 1, material);
+        if (form == 0)
+            add_triangle(builder, vec3(x, -5, -5), vec3(x, 9, -5), vec3(x, 2, 9), material);
+        else
+            add_box(builder, vec3(x, -5, -5), vec3(x + 1, 5, 5), material);
+        struct scene *scene = finish_scene(builder);
+        struct bvh *bvh = build_tree(scene);
+        struct ray ray = {vec3(-b, y, 0), vec3(1, 0, 0), HUGE_VAL,
+                          primitive_id(PRIMITIVE_SPHERE, 0), 0};
+        for (enum processor_level level = PROCESSOR_PORTABLE; level < PROCESSOR_LEVELS; level++) {
+            if (!processor_has(level)) continue;
+            struct hit hit;
+            uint64_t exact = 0;
+            scene->view.processor = level;
+            nearest(scene, bvh, &ray, 1, &hit, &exact);
+            assert_int_equal(hit.primitive, ray.from);
+            nearest_rough(scene, bvh, &ray, 1, &hit, &exact);
+            assert_int_equal(hit.primitive, ray.from);
+        }
+        free(bvh);
+        free(scene);
+    }
 }
 
 static void test_lattice(void **state)
@@ -488,6 +530,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_scattered),
+        cmocka_unit_test(test_face_before_a_way_out),
         cmocka_unit_test(test_lattice),
         cmocka_unit_test(test_meshes),
         cmocka_unit_test(test_tiny_and_far_away),

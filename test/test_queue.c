@@ -559,6 +559,79 @@ static void test_overdue_is_broken_up(void **state)
     queue_destroy(queue);
 }
 
+static const struct queue_config many = {
+    .width = 256, .height = 256, .renderers = 4, .tile_edge = 4};
+
+/* Answers a part of a lot. */
+static void finish_part(struct queue *queue, uint32_t renderer, const struct tile *lot,
+                        uint32_t from, uint32_t to)
+{
+    for (uint32_t i = from; i < to; i++)
+        assert_true(queue_finish(queue, renderer, lot[i].id, 1e-3, 1e-3));
+}
+
+/* What nobody has begun is passed on as it is, whoever else is overdue. */
+static void test_unbegun_is_not_broken_up(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&many);
+    struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
+    uint32_t counts[4];
+    for (uint32_t i = 0; i < 4; i++)
+        counts[i] = queue_next(queue, i, 0, lots[i]);
+    assert_true(counts[1] >= 4);
+    finish_part(queue, 0, lots[0], 1, counts[0]);
+    finish_part(queue, 1, lots[1], 4, counts[1]);
+    finish_part(queue, 2, lots[2], 0, counts[2]);
+    finish_part(queue, 3, lots[3], 0, counts[3]);
+    queue_look(queue, 0.02);
+    queue_look(queue, 1000);
+    double now = 1000;
+    for (uint32_t ask = 0; ask < 4; ask++) {
+        uint32_t asker = 2 + ask % 2, count = queue_next(queue, asker, now, tiles);
+        for (uint32_t i = 1; i < 4; i++)
+            assert_int_equal(queue->items[lots[1][i].id].pieces, 0);
+        for (uint32_t i = 0; i < count; i++)
+            assert_true(queue_finish(queue, asker, tiles[i].id, now += 1e-4, 1e-3));
+    }
+    queue_destroy(queue);
+}
+
+/* One who has stopped is not forgotten because somebody has asked who had the tile, too. */
+static void test_stopped_behind_a_late_one(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&many);
+    struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
+    uint32_t counts[4];
+    for (uint32_t i = 0; i < 4; i++)
+        counts[i] = queue_next(queue, i, 0, lots[i]);
+    uint32_t kept = lots[0][counts[0] - 2].id, taken = lots[0][counts[0] - 1].id, most = 0;
+    finish_part(queue, 0, lots[0], 0, counts[0] - 2);
+    for (uint32_t i = 1; i < 4; i++)
+        finish_part(queue, i, lots[i], 0, counts[i]);
+    queue_look(queue, 0.1);
+    assert_int_equal(queue_next(queue, 1, 0.1, tiles), 1);
+    assert_int_equal(tiles[0].id, taken); /* and 1 stops */
+    queue_look(queue, 0.2);
+    assert_true(queue_finish(queue, 0, kept, 0.21, 0.2));
+    uint32_t count = queue_next(queue, 0, 0.21, tiles);
+    queue_drop(queue, 0, taken, 0.21);
+    for (uint32_t i = 0; i < count; i++)
+        queue_finish(queue, 0, tiles[i].id, 0.22, 1e-3);
+    for (double now = 0.3; !queue_complete(queue) && most < 100000; now += 1e-3, most++) {
+        queue_look(queue, now);
+        for (uint32_t renderer = 0; renderer < 4; renderer++) {
+            if (renderer == 1) continue;
+            count = queue_next(queue, renderer, now, tiles);
+            for (uint32_t i = 0; i < count; i++)
+                queue_finish(queue, renderer, tiles[i].id, now, 1e-3);
+        }
+    }
+    assert_true(queue_complete(queue));
+    queue_destroy(queue);
+}
+
 static void test_whole_before_pieces(void **state)
 {
     (void)state;
@@ -697,6 +770,8 @@ int main(void)
         cmocka_unit_test(test_idle_take_unbegun),
         cmocka_unit_test(test_pieces_replace),
         cmocka_unit_test(test_overdue_is_broken_up),
+        cmocka_unit_test(test_unbegun_is_not_broken_up),
+        cmocka_unit_test(test_stopped_behind_a_late_one),
         cmocka_unit_test(test_whole_before_pieces),
         cmocka_unit_test(test_too_many_tiles),
         cmocka_unit_test(test_auto_edge),

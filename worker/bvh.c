@@ -312,6 +312,7 @@ static uint64_t write_leaves(const struct build *build, struct bvh *bvh, struct 
         struct bvh_node *node = &build->nodes[n];
         for (unsigned slot = 0; slot < BVH_WIDTH; slot++) {
             if (node->count[slot] == 0) continue;
+            if (place > UINT32_MAX) fatal("the scene has more triangles than a tree can hold");
             struct item *items = build->whole.items + node->child[slot];
             struct bvh_leaf *leaf = leaves + place;
             uint32_t count = write_leaf(&build->whole, items, node->count[slot], leaf);

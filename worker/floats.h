@@ -1,5 +1,6 @@
 /*
- * Eight floats at once, for what need not be exact: which boxes a ray may be in. A register of AVX,
+ * Eight floats at once, for what need not be exact: which boxes and triangles a ray may meet, with
+ * bounds of the errors. A register of AVX,
  * or a loop. Rounded as scalar operations are; what follows from them is no part of a picture.
  */
 #ifndef FARM_WORKER_FLOATS_H

@@ -87,11 +87,21 @@ static INLINED void nearest_planes(struct nearest_walk *walk, bool naive)
 
 /* ---- solids ---- */
 
+/* Whether one that waits may still be the nearest. What is farther than `farthest` is so by the errors
+ * of both, if they are alike; a ray's way out errs by more. */
+static INLINED bool may_precede(const struct nearest_walk *walk, const struct waiting *waiting)
+{
+    double from = waiting->from;
+    if (waiting->id == walk->probe.ray->from)
+        from -= crossing_error(walk, waiting->id, waiting->to);
+    return from <= walk->probe.purpose.farthest;
+}
+
 /* Tests those that wait and may still be the nearest. */
 static inline void nearest_waiting(struct nearest_walk *walk)
 {
     for (uint32_t i = 0; i < walk->waiting_count; i++)
-        if (walk->waiting[i].from <= walk->probe.purpose.farthest)
+        if (may_precede(walk, &walk->waiting[i]))
             nearest_primitive(walk, walk->waiting[i].id, false);
     walk->waiting_count = 0;
 }
@@ -115,7 +125,7 @@ static inline bool nearest_is_told(struct nearest_walk *walk)
     const struct waiting *only = NULL;
     for (uint32_t i = 0; i < walk->waiting_count; i++) {
         const struct waiting *waiting = &walk->waiting[i];
-        if (!(waiting->from <= walk->probe.purpose.farthest)) continue;
+        if (!may_precede(walk, waiting)) continue;
         if (only && waiting->id != only->id) return false;
         only = waiting;
     }

@@ -20,7 +20,8 @@
  * x' for both. In double, origin and base from the tree's centre, their difference and its part in X
  * err by less than 16 u 2^41, as base is at most 2^40; X - sx Z, rounded, by u 2^41 more: together
  * less than 2^-7. In float, of v = 2^-24: sx by v, in x' 2^16 v; X by 2^18 v; q.x + X by 1.25 2^18
- * v; the product by 2^16 v and the sum by 1.5 2^18 v; together less than 2^20 v = 2^-4.
+ * v; the product by 2^16 v and the sum by 1.5 2^18 v; together 17/16 2^20 v < 0.067. The sum of all
+ * is less than 1.077.
  */
 #define ASIDE_MAX   0x1p18
 #define AHEAD_MAX   0x1p40
