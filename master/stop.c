@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "common/clock.h"
@@ -86,9 +87,14 @@ bool stop_has_launcher(void)
     return launcher >= 0;
 }
 
+/* What was said last is on its way through another pipe, which the launcher does not empty once it has
+ * been told to end. */
+static const struct timespec last_words = {.tv_nsec = 250000000};
+
 void stop_job(int status, void (*end)(int status))
 {
     if (launcher >= 0) {
+        (void)nanosleep(&last_words, NULL);
         say(launcher, "cmd=abort exitcode=", (unsigned)status, "\n");
         sleep(LONGEST_END); /* to be ended */
     } else if (end) {
