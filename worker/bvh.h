@@ -96,7 +96,7 @@ static inline const struct bvh_corners *bvh_corners(const struct bvh_leaf *leave
 /* So many entries' bytes are what the corners of some triangles take. */
 static inline uint32_t corner_entries(uint32_t triangles)
 {
-    size_t bytes = sizeof(struct bvh_corners) + triangles * CORNER_ROWS * sizeof(uint16_t);
+    size_t bytes = sizeof(struct bvh_corners) + (size_t)triangles * CORNER_ROWS * sizeof(uint16_t);
     return (uint32_t)((bytes + sizeof(struct bvh_leaf) - 1) / sizeof(struct bvh_leaf));
 }
 

@@ -59,6 +59,7 @@ static INLINED struct hit nearest_hit(const struct scene *scene, const struct bv
 
 struct hit settled_hit(const struct scene *scene, const struct ray *ray, const struct hit *hit)
 {
+    if (!is_rough_hit(hit)) return *hit;
     uint64_t ignored = 0;
     struct nearest_walk walk;
     nearest_begin(&walk, scene, ray, &ignored);

@@ -46,9 +46,10 @@ static INLINED lane_set rough_leaf_of(const struct packet *packet, const struct 
     lane_set within =
         lanes_less(aside, lanes_of(ASIDE_MAX)) & lanes_less(lanes_abs(z), lanes_of(AHEAD_MAX));
     const uint16_t *place = corners->place;
-    leaf->x = place + 3 * packet->axes[0] * triangles;
-    leaf->y = place + 3 * packet->axes[1] * triangles;
-    leaf->z = place + 3 * packet->axes[2] * triangles;
+    size_t axis = 3 * (size_t)triangles;
+    leaf->x = place + packet->axes[0] * axis;
+    leaf->y = place + packet->axes[1] * axis;
+    leaf->z = place + packet->axes[2] * axis;
     leaf->triangles = triangles;
     leaf->base_x = floats_of_lanes(x);
     leaf->base_y = floats_of_lanes(y);

@@ -144,17 +144,17 @@ static INLINED bool sort_rough_triangles(const struct bvh_corners *corners, uint
     if (!ray->has_corners) return false;
     struct rough_base base = rough_base_of(ray, corners);
     if (!is_rough_enough(&base)) return false;
-    const uint16_t *x = corners->place + 3 * ray->x * triangles + first;
-    const uint16_t *y = corners->place + 3 * ray->y * triangles + first;
-    const uint16_t *z = corners->place + 3 * ray->z * triangles + first;
+    size_t row = triangles, axis = 3 * row;
+    const uint16_t *x = corners->place + ray->x * axis + first;
+    const uint16_t *y = corners->place + ray->y * axis + first;
+    const uint16_t *z = corners->place + ray->z * axis + first;
     struct floats base_x = floats_of((float)base.x), base_y = floats_of((float)base.y);
     struct floats sx = floats_of((float)ray->sx), sy = floats_of((float)ray->sy);
     struct rough_corners corner[3];
     UNROLLED
     for (unsigned k = 0; k < 3; k++)
-        corner[k] = rough_shear(floats_load_shorts(x + k * triangles),
-                                floats_load_shorts(y + k * triangles),
-                                floats_load_shorts(z + k * triangles), base_x, base_y, sx, sy);
+        corner[k] = rough_shear(floats_load_shorts(x + k * row), floats_load_shorts(y + k * row),
+                                floats_load_shorts(z + k * row), base_x, base_y, sx, sy);
     struct rough_sets found = rough_sets(corner);
     sets->maybe = ~found.missed & first_lanes(triangles - first);
     sets->certain = 0;
