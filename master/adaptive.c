@@ -19,6 +19,7 @@
 
 /* The weights of the 5 x 5 pixels around one are products of these, of both axes: a binomial. */
 #define REACH 2
+#define ROWS  (2 * (int64_t)REACH + 1) /* that a filtered value is made of */
 static const double weights[2 * REACH + 1] = {1, 4, 6, 4, 1};
 
 /*
@@ -52,7 +53,7 @@ struct adaptive {
     float *error;     /* expected squared error of each pixel, when the pass was planned */
     double *surprise; /* of each block: the variance that nothing has warned of, per pixel */
     double *variance; /* one row and REACH zeros on either side */
-    struct filtered rows[2 * REACH + 1]; /* of row y at y mod (2 REACH + 1) */
+    struct filtered rows[ROWS]; /* of row y at y mod ROWS */
 };
 
 static size_t pixel_count(const struct adaptive *adaptive)
@@ -106,7 +107,7 @@ struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas,
     adaptive->missing = pixels;
     size_t width = canvas->width;
     adaptive->surprise = allocate_zeroed(block_count(canvas), sizeof *adaptive->surprise);
-    adaptive->variance = allocate_zeroed(width + 2 * REACH, sizeof *adaptive->variance);
+    adaptive->variance = allocate_zeroed(width + 2 * (size_t)REACH, sizeof *adaptive->variance);
     for (int i = 0; i <= 2 * REACH; i++) {
         adaptive->rows[i].with = allocate_zeroed(width, sizeof(double));
         adaptive->rows[i].without = allocate_zeroed(width, sizeof(double));
@@ -163,7 +164,7 @@ struct error_sum adaptive_errors(const struct adaptive *adaptive, uint64_t *pixe
 /* Row y of the variances, filtered; rows outside of the picture are 0. */
 static void filter_row(struct adaptive *adaptive, int64_t y)
 {
-    struct filtered *row = &adaptive->rows[(y + 2 * REACH + 1) % (2 * REACH + 1)];
+    struct filtered *row = &adaptive->rows[(y + ROWS) % ROWS];
     uint32_t width = adaptive->canvas->width;
     double *variance = adaptive->variance + REACH;
     bool inside = y >= 0 && y < adaptive->canvas->height;

@@ -43,7 +43,7 @@ void canvas_put(struct canvas *canvas, const struct tile *tile, const float *rgb
     assert_inside(canvas, tile);
     for (uint32_t k = 0; k < pixels; k += stretch) {
         float *there = stretch_at(canvas, tile, k, &stretch);
-        memcpy(there, rgb + 3 * (size_t)k, stretch * 3 * sizeof *rgb);
+        memcpy(there, rgb + 3 * (size_t)k, 3 * (size_t)stretch * sizeof *rgb);
     }
 }
 
@@ -53,6 +53,6 @@ void canvas_get(const struct canvas *canvas, const struct tile *tile, float *rgb
     assert_inside(canvas, tile);
     for (uint32_t k = 0; k < pixels; k += stretch) {
         const float *there = stretch_at(canvas, tile, k, &stretch);
-        memcpy(rgb + 3 * (size_t)k, there, stretch * 3 * sizeof *rgb);
+        memcpy(rgb + 3 * (size_t)k, there, 3 * (size_t)stretch * sizeof *rgb);
     }
 }

@@ -65,12 +65,11 @@ void hand_out(struct server *server, uint32_t renderer)
     struct queue *queue = server->service->queue;
     struct tile tiles[LOT_TILES];
     uint32_t count;
-    size_t bytes;
     bool over;
     do {
         pthread_mutex_lock(&server->lock);
         count = queue_next(queue, renderer, server_elapsed(server), tiles);
-        bytes = put_lot(server, tiles, count, server->message);
+        size_t bytes = put_lot(server, tiles, count, server->message);
         over = server_is_through(server, renderer);
         server->contacts[renderer].is_idle = queue_holds(queue, renderer) == 0;
         pthread_mutex_unlock(&server->lock);

@@ -262,5 +262,6 @@ struct pace_lot pace_lot(const struct pace *pace, uint32_t renderer, double now,
     if (r->holds && until_end < lot) return none;
     if (until_end < lot * (1 + REST_PART)) lot = fmax(until_end, least * REST_PART);
     double worst = fmax(WORST_LEAST * least * unit, share * WORST_PART);
-    return (struct pace_lot){lot * unit, fmax(lot * unit, worst)};
+    worst = fmax(lot * unit, worst);
+    return (struct pace_lot){lot * unit, worst};
 }

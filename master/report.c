@@ -53,7 +53,9 @@ static const struct renderer_stats *finder(const struct report *report,
 {
     for (int i = 0; i < report->renderer_count; i++) {
         const struct render_counts *counts = &report->renderers[i].counts;
-        if (counts->nonfinite && memcmp(&counts->first, bad, sizeof *bad) == 0)
+        const struct bad_sample *first = &counts->first;
+        if (counts->nonfinite && first->x == bad->x && first->y == bad->y &&
+            first->sample == bad->sample && first->depth == bad->depth)
             return &report->renderers[i];
     }
     return NULL;

@@ -108,9 +108,9 @@ bool take_in(struct server *server);
 
 /* ---- own_renderer.c ---- */
 
-/* The second thread of rank 0: takes the server, renders what the queue gives to renderer 0 until
+/* The second thread of rank 0: takes the struct server, renders what the queue gives to renderer 0 until
  * nothing is left for it, and never calls MPI. */
-void *render_own(void *server);
+void *render_own(void *argument);
 
 /* ---- silence.c ---- */
 

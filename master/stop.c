@@ -40,7 +40,7 @@ static void act(int number, void (*handler)(int))
 static void find_launcher(void)
 {
     const char *line = getenv("PMI_FD");
-    if (line && getenv("HYDI_CONTROL_FD")) launcher = atoi(line);
+    if (line && getenv("HYDI_CONTROL_FD")) launcher = (int)strtol(line, NULL, 10);
 }
 
 void stop_install(int rank)
