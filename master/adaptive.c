@@ -376,9 +376,9 @@ double adaptive_foresee(struct adaptive *adaptive, double rmse)
     uint64_t pixels, samples;
     struct error_sum told = adaptive_errors(adaptive, &pixels, &samples);
     if (pixels < pixel_count(adaptive) || !(told.squares > 0)) return HUGE_VAL;
-    /* A pass that promised to leave a share s left s^exponent. A whole pass tells the exponent to a
-     * tenth or so, one of a few pixels hardly at all: as if one whole pass had kept its promise
-     * before them. */
+    /* A pass that promised to leave a share s left s^exponent: 0.87 to 1.43 after the first whole
+     * pass of eleven scenes, 0.86 to 1.32 after more; one of a few pixels tells hardly anything.
+     * So: as if one whole pass had kept its promise before them. */
     double whole = 2 * log(PASS_AIM_MIN);
     double exponent = (adaptive->log_kept + whole) / (adaptive->log_promised + whole);
     if (!(exponent > 0)) return HUGE_VAL;

@@ -187,7 +187,9 @@ static uint32_t pieces_wanted(const struct queue *queue, double seconds)
  * seconds beyond what was predicted is taken to be back within R more with a chance of R / E. Broken up
  * in vain it wastes E for one of P renderers, on average R / P of the time of all. When that is less than
  * this part of E, R being the rest of the run, a tile is broken into pieces while others still have work,
- * and not when all stand idle, when its dearest pixel would begin last.
+ * and not when all stand idle, when its dearest pixel would begin last. Of simulated runs of lantern and
+ * garden on 2 to 44 processors: with a larger part, few processors lose up to 3 % by what is broken up
+ * in vain.
  */
 #define BREAK_LOSS (1.0 / 700)
 

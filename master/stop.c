@@ -88,7 +88,8 @@ bool stop_has_launcher(void)
 }
 
 /* What was said last is on its way through another pipe, which the launcher does not empty once it has
- * been told to end. */
+ * been told to end. A quarter of a second: many time slices even for a launcher that shares its core
+ * with ten others, and nothing beside what went before. */
 static const struct timespec last_words = {.tv_nsec = 250000000};
 
 void stop_job(int status, void (*end)(int status))

@@ -562,6 +562,15 @@ static void test_overdue_is_broken_up(void **state)
 static const struct queue_config many = {
     .width = 256, .height = 256, .renderers = 4, .tile_edge = 4};
 
+/* All four get their first lots. */
+static struct queue *begin_many(struct tile lots[4][LOT_TILES], uint32_t counts[4])
+{
+    struct queue *queue = queue_create(&many);
+    for (uint32_t i = 0; i < 4; i++)
+        counts[i] = queue_next(queue, i, 0, lots[i]);
+    return queue;
+}
+
 /* Answers a part of a lot. */
 static void finish_part(struct queue *queue, uint32_t renderer, const struct tile *lot,
                         uint32_t from, uint32_t to)
@@ -574,11 +583,9 @@ static void finish_part(struct queue *queue, uint32_t renderer, const struct til
 static void test_unbegun_is_not_broken_up(void **state)
 {
     (void)state;
-    struct queue *queue = queue_create(&many);
     struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
     uint32_t counts[4];
-    for (uint32_t i = 0; i < 4; i++)
-        counts[i] = queue_next(queue, i, 0, lots[i]);
+    struct queue *queue = begin_many(lots, counts);
     assert_true(counts[1] >= 4);
     finish_part(queue, 0, lots[0], 1, counts[0]);
     finish_part(queue, 1, lots[1], 4, counts[1]);
@@ -601,11 +608,9 @@ static void test_unbegun_is_not_broken_up(void **state)
 static void test_stopped_behind_a_late_one(void **state)
 {
     (void)state;
-    struct queue *queue = queue_create(&many);
     struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
     uint32_t counts[4];
-    for (uint32_t i = 0; i < 4; i++)
-        counts[i] = queue_next(queue, i, 0, lots[i]);
+    struct queue *queue = begin_many(lots, counts);
     uint32_t kept = lots[0][counts[0] - 2].id, taken = lots[0][counts[0] - 1].id, most = 0;
     finish_part(queue, 0, lots[0], 0, counts[0] - 2);
     for (uint32_t i = 1; i < 4; i++)

@@ -1,7 +1,7 @@
 /*
  * Eight floats at once, for what need not be exact: which boxes and triangles a ray may meet, with
- * bounds of the errors. A register of AVX,
- * or a loop. Rounded as scalar operations are; what follows from them is no part of a picture.
+ * bounds of the errors. A register of AVX, or a loop. Rounded as scalar operations are, but for the
+ * fused ones; what follows from them is no part of a picture.
  */
 #ifndef FARM_WORKER_FLOATS_H
 #define FARM_WORKER_FLOATS_H

@@ -31,12 +31,6 @@ static INLINED struct lanes3 point_in_lanes(struct vec3 p)
 #define VECTOR    struct lanes3
 #define ALL       ALL_LANES
 #include "worker/solid_spans.h"
-#undef OF
-#undef OP
-#undef OP3
-#undef NUMBER
-#undef VECTOR
-#undef ALL
 
 #define ONE_2(name, expression)                                                                    \
     static INLINED double one_##name(double a, double b)                                           \
@@ -75,12 +69,6 @@ static INLINED double one_choose(lane_set set, double a, double b)
 #define one3_sub          vec_sub
 #define one3_sum_of_sizes sum_of_sizes
 #include "worker/solid_spans.h"
-#undef OF
-#undef OP
-#undef OP3
-#undef NUMBER
-#undef VECTOR
-#undef ALL
 
 /* ---- rays ---- */
 

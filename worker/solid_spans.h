@@ -1,7 +1,7 @@
 /*
  * The arithmetic of worker/solid_lanes.h, which includes this twice: for eight pairs of a ray and a
  * solid, and for one. NUMBER and VECTOR are what it is done in, OP() and OP3() the operations on
- * them; OF() makes names, and ALL is the set of all pairs.
+ * them; OF() makes names, and ALL is the set of all pairs. They are undefined at the end.
  */
 
 struct OF(ray) {
@@ -284,3 +284,10 @@ static INLINED lane_set OF(may_be_crossed)(const struct OF(spans) * spans, NUMBE
     return ALL & ~(spans->missed | OP(less)(spans->leave_high, OP(of)(0)) |
                    OP(less)(limit, spans->enter_low));
 }
+
+#undef OF
+#undef OP
+#undef OP3
+#undef NUMBER
+#undef VECTOR
+#undef ALL

@@ -34,7 +34,8 @@ struct child_places {
 
 static INLINED struct child_places child_places(const struct bvh *bvh)
 {
-    _Static_assert(sizeof(struct bvh_node) == 1 << 8 && sizeof(struct bvh_leaf) == 1 << 2, "");
+    _Static_assert(sizeof(struct bvh_node) == 1 << 8 && sizeof(struct bvh_leaf) == 1 << 2,
+                   "the shifts below");
     return (struct child_places){{(const void *)bvh_nodes(bvh), (const void *)bvh_leaves(bvh)},
                                  {8, 2}};
 }
