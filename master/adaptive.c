@@ -205,22 +205,49 @@ static double variance_around(const struct adaptive *adaptive, uint32_t x, uint3
     return weight > 0 ? sum / weight : 0;
 }
 
-/* C^2 of the pixel */
-static double contrast_squared(const struct canvas *canvas, uint32_t x, uint32_t y)
+/* Squares of differences between colours, as means of the components. */
+struct contrast {
+    double largest; /* C^2 */
+    double across;  /* P */
+};
+
+/* there - here; false: it is not finite. */
+static bool difference_to(const struct canvas *canvas, size_t here, size_t there, double by[3])
 {
-    const float *here = canvas->rgb + 3 * ((size_t)y * canvas->width + x);
-    float most = 0;
-    uint32_t left = x > 0 ? x - 1 : x, right = x + 1 < canvas->width ? x + 1 : x;
+    double square = 0;
+    for (size_t c = 0; c < 3; c++) {
+        by[c] = (double)canvas->rgb[3 * there + c] - (double)canvas->rgb[3 * here + c];
+        square += by[c] * by[c];
+    }
+    return square < HUGE_VAL;
+}
+
+static double product(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* Of a pixel to its neighbours. */
+static struct contrast contrast_of(const struct canvas *canvas, uint32_t x, uint32_t y)
+{
+    size_t width = canvas->width, here = (size_t)y * width + x;
+    double by[8][3];
+    unsigned count = 0, far = 0;
+    uint32_t left = x > 0 ? x - 1 : x, right = x + 1 < width ? x + 1 : x;
     uint32_t above = y > 0 ? y - 1 : y, below = y + 1 < canvas->height ? y + 1 : y;
     for (uint32_t v = above; v <= below; v++) {
         for (uint32_t u = left; u <= right; u++) {
-            const float *there = canvas->rgb + 3 * ((size_t)v * canvas->width + u);
-            float r = here[0] - there[0], g = here[1] - there[1], b = here[2] - there[2];
-            float square = r * r + g * g + b * b;
-            if (square > most && square < HUGE_VALF) most = square;
+            size_t there = (size_t)v * width + u;
+            if (there == here || !difference_to(canvas, here, there, by[count])) continue;
+            if (product(by[count], by[count]) > product(by[far], by[far])) far = count;
+            count++;
         }
     }
-    return (double)most / 3;
+    if (count == 0) return (struct contrast){0, 0};
+    double across = 0;
+    for (unsigned k = 0; k < count; k++)
+        across = fmax(across, -product(by[far], by[k]));
+    return (struct contrast){product(by[far], by[far]) / 3, across / 3};
 }
 
 static void expect_row(struct adaptive *adaptive, uint32_t y)
@@ -232,11 +259,12 @@ static void expect_row(struct adaptive *adaptive, uint32_t y)
         double samples = samples_of(adaptive, adaptive->level[i]);
         double row_weight = weight_inside(x, canvas->width);
         double around = variance_around(adaptive, x, y, row_weight, column_weight);
-        double missed = contrast_squared(canvas, x, y) / (samples * samples);
+        struct contrast contrast = contrast_of(canvas, x, y);
+        double missed = (contrast.largest + contrast.across) / (samples * samples);
         double own = own_error(adaptive, i) * power(samples);
         if (own > SURPRISE * around)
             *surprise_at(adaptive, x, y) += own / (BLOCK_EDGE * BLOCK_EDGE);
-        adaptive->error[i] = (float)(around / power(samples) + missed);
+        adaptive->error[i] = (float)((around + contrast.across) / power(samples) + missed);
     }
 }
 
