@@ -228,7 +228,7 @@ bench-kernel: $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
 # Error against run time, beside POV-Ray and Tachyon; about half an hour of two idle cores. What was
 # measured is kept: ended, it goes on where it was. ERROR_SECTIONS="sampling forecast" and
 # ERROR_SCENES="lantern" for less, ERROR_SIZE=640x480 for more; bench/error.sh has all of them.
-ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/error_allocation.c bench/kernel_export.c \
+ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/error_allocation.c bench/error_scale.c bench/kernel_export.c \
               bench/kernel_picture.c bench/kernel_scenes.c)
 
 $(BUILD)/bench/error_tool: $(ERROR_TOOL) $(LIBRARY)
@@ -372,6 +372,6 @@ format:
 	clang-format -i $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] \
 	    test/*.[ch] test/fuzz/*.[ch] bench/*.[ch])
 
--include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/omit.d $(BALANCE:.o=.d) $(BUILD)/bench/error_tool.d $(BUILD)/bench/error_allocation.d $(BUILD)/bench/error_truncation.d $(wildcard $(BUILD)/test/fuzz/*.d)
+-include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/omit.d $(BALANCE:.o=.d) $(ERROR_TOOL:.o=.d) $(BUILD)/bench/error_truncation.d $(wildcard $(BUILD)/test/fuzz/*.d)
 
 endif # AFTERWARDS

@@ -287,6 +287,9 @@ tachyon_to() {
     timed tachyon -numthreads 1 -fullshade -shade_phong -format PPM48 -o "$to" "$WORK/$scene.dat" "$@"
 }
 
+# The median of what a command prints, REPEAT times.
+repeated() { for _ in $(seq "$REPEAT"); do eval "$1"; done | median; }
+
 peers() {
     csv=$OUT/error_peers.csv
     begin_csv "scene,program,setting,cpu_s,rmse"
@@ -297,33 +300,42 @@ peers() {
             "$TOOL" export "$config" "$WORK/$scene.$kind" image.width=$W image.height=$H
         done
         # Loading is not what is compared: the same scene at a few pixels.
-        load=$(W=4 H=3 povray_to "$WORK/t.ppm" -A)
+        load=$(repeated "W=4 H=3 povray_to $WORK/t.ppm -A")
         [ -s "$WORK/pov_$scene.ppm" ] || povray_to "$WORK/pov_$scene.ppm" +A0.0 +AM1 +R16 -J >/dev/null
         for setting in "-A" "+A0.3 +AM1 +R3" "+A0.1 +AM1 +R3" "+A0.03 +AM1 +R4" "+A0.3 +AM2 +R3" \
                        "+A0.1 +AM2 +R3" "+A0.03 +AM2 +R4" "+A0.01 +AM2 +R5"; do
             known "$scene,POV-Ray,$setting" && continue
-            # shellcheck disable=SC2086
-            t=$(povray_to "$WORK/t.ppm" $setting)
+            t=$(repeated "povray_to $WORK/t.ppm $setting")
             echo "$scene,POV-Ray,$setting,$(awk "BEGIN { print $t - $load }"),$("$TOOL" compare "$WORK/t.ppm" "$WORK/pov_$scene.ppm")" >>"$csv"
         done
         [ -s "$WORK/dat_$scene.ppm" ] || tachyon_to "$WORK/dat_$scene.ppm" -aasamples 255 >/dev/null
+        load=$(repeated "tachyon_to $WORK/t.ppm -res 4 3")
         for n in 0 3 8 15 31; do
             known "$scene,Tachyon,-aasamples $n" && continue
-            t=$(tachyon_to "$WORK/t.ppm" -aasamples $n)
-            t=$(sed -n 's/.*Ray Tracing Time: *\([0-9.]*\).*/\1/p' "$WORK/peer.log" | tail -n 1)
-            echo "$scene,Tachyon,-aasamples $n,${t:-0},$("$TOOL" compare "$WORK/t.ppm" "$WORK/dat_$scene.ppm")" >>"$csv"
+            t=$(repeated "tachyon_to $WORK/t.ppm -aasamples $n")
+            echo "$scene,Tachyon,-aasamples $n,$(awk "BEGIN { print $t - $load }"),$("$TOOL" compare "$WORK/t.ppm" "$WORK/dat_$scene.ppm")" >>"$csv"
         done
         reference_of "$scene"
-        for target in 0.1 0.06 0.04 0.025 0.016 0.01 0.006 0.004; do
+        # One ray through the middle of each pixel is a picture, too.
+        for target in one 0.1 0.06 0.04 0.025 0.016 0.01 0.006 0.004; do
             known "$scene,farm,$target" && continue
-            farm run "$scene" sampling.target_error=$target sampling.min_samples=2
-            echo "$scene,farm,$target,$(cpu_of "$WORK/run.json"),$("$TOOL" compare "$WORK/run.pfm" "$WORK/$reference.pfm")" >>"$csv"
+            if [ "$target" = one ]; then
+                farm_repeated run "$scene" sampling.samples=1
+            else
+                farm_repeated run "$scene" sampling.target_error=$target sampling.min_samples=2
+            fi
+            echo "$scene,farm,$target,$cpu,$("$TOOL" compare "$WORK/run.pfm" "$WORK/$reference.pfm")" >>"$csv"
         done
     done
     {
         echo "# Antialiasing beside POV-Ray and Tachyon, $W x $H, each against its own converged picture"
         echo
-        echo "Components clamped to 0..1, as the peers store them. The farm's time for the same RMSE is interpolated on logarithmic axes between its own pictures (<: its coarsest is better already)."
+        echo "Components clamped to 0..1, as the peers store them. The farm's time for the same RMSE is interpolated on logarithmic axes between its own pictures (<: its coarsest is better already). Peers get the scenes enlarged so that their tolerances do no harm; what their converged pictures differ from the farm's by, RMSE:"
+        for scene in $SCENES; do
+            for peer in pov dat; do
+                "$TOOL" compare "$WORK/${peer}_$scene.ppm" "$WORK/ref_${W}x${H}_$scene.pfm"
+            done | awk -v s="$scene" '{ d[NR] = $1 } END { printf "%s POV-Ray %.2g, Tachyon %.2g\n", s, d[1], d[2] }'
+        done | awk '{ printf "%s%s", (NR > 1 ? "; " : ""), $0 } END { print "." }'
         echo
         echo "| scene | program | setting | CPU s | RMSE | farm, CPU s | ratio |"
         echo "|---|---|---|---|---|---|---|"

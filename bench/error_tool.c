@@ -4,7 +4,8 @@
  *   error_tool compare A B               the RMSE of two pictures (PFM, PPM), clamped to 0..1
  *   error_tool scene FOLDER NAME         FOLDER/NAME.ini: a scene of bench/kernel_scenes.h
  *   error_tool export CONFIG OUT [KEY=VALUE ...]
- *                                        the scene for Tachyon (OUT ends with .dat) or POV-Ray
+ *                                        the scene for Tachyon (OUT ends with .dat) or POV-Ray, as large as
+ *                                        they need it (error_scale.h)
  *   error_tool allocation NAME CONFIG [KEY=VALUE ...]
  *                                        what the best allocation of samples to pixels could gain
  */
@@ -13,6 +14,7 @@
 #include <string.h>
 
 #include "bench/error_allocation.h"
+#include "bench/error_scale.h"
 #include "bench/kernel_export.h"
 #include "bench/kernel_picture.h"
 #include "bench/kernel_scenes.h"
@@ -34,6 +36,7 @@ static int export(const char *config, const char *out, char **overrides, size_t 
     if (!load_job(config, overrides, count, REACH_ANYWHERE, &job)) return EXIT_FAILURE;
     struct view view = settings_view(&job.settings);
     struct scene *scene = builder_finish(job.builder, &view);
+    scale_for_peers(scene);
     size_t length = strlen(out);
     if (length > 4 && !strcmp(out + length - 4, ".dat"))
         export_tachyon(out, scene);
