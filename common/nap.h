@@ -26,6 +26,15 @@ static inline double nap_after(double waited, double last)
     return 2 * last < most ? 2 * last : most;
 }
 
+/* One who expects nothing for so many seconds sleeps for this part of them at once. */
+#define NAP_CALM_PART (1.0 / 2)
+
+static inline double nap_calm(double seconds)
+{
+    double part = NAP_CALM_PART * seconds;
+    return part < NAP_SELDOM ? part : NAP_SELDOM;
+}
+
 struct nap {
     double seconds;  /* of the next one */
     double waited;   /* in those before it */
@@ -67,6 +76,15 @@ static inline void nap_take(struct nap *nap)
     clock_sleep(nap->seconds);
     nap->waited += nap->seconds;
     nap->seconds = nap_after(nap->waited, nap->seconds);
+}
+
+/* The same for one who expects nothing for so many seconds. */
+static inline void nap_take_calm(struct nap *nap, double calm)
+{
+    if (nap_calm(calm) > nap->seconds)
+        clock_sleep(nap_calm(calm));
+    else
+        nap_take(nap);
 }
 
 #endif

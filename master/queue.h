@@ -97,6 +97,10 @@ bool queue_over(struct queue *queue, uint32_t renderer);
 uint64_t queue_news(const struct queue *queue);
 double queue_wake(const struct queue *queue);
 
+/* For so many seconds no renderer should run out of what it has, so that answers can wait so long; 0: one
+ * has, or nothing is known. */
+double queue_calm(const struct queue *queue, double now);
+
 /* Tiles that this renderer holds. */
 uint32_t queue_holds(const struct queue *queue, uint32_t renderer);
 
@@ -114,19 +118,25 @@ bool queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, double no
 double queue_answer_after(const struct queue *queue);
 
 /*
- * A tile that its renderer need not render any more, because somebody else has it now: to be told to
- * it after each queue_next(), until this returns false. It may render it all the same, or answer that
- * it has dropped it: queue_drop(), of what queue_recalled() says.
+ * A tile that its renderer need not render any more: to be told to it after each queue_next() and
+ * queue_finish(), until this returns false. It may render it all the same, or answer that it has dropped
+ * it, after so many seconds of rendering: queue_drop(), of what queue_recalled() says.
  */
-bool queue_recall(struct queue *queue, uint32_t *renderer, uint32_t *id);
+struct recall {
+    uint32_t renderer, id;
+    bool
+        finished; /* by somebody else: even if it has begun it, its answer is of no use. false: somebody
+                    * else has it, too */
+};
+bool queue_recall(struct queue *queue, struct recall *recall);
 bool queue_recalled(const struct queue *queue, uint32_t renderer, uint32_t id);
-void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now);
+void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now, double seconds);
 
 /* What each pixel of a probe took, CPU seconds; before queue_finish() of that tile. */
 void queue_probed(struct queue *queue, const struct tile *probe, const float *seconds);
 
-/* How long the master works on an answer, once more. */
-void queue_served(struct queue *queue, double seconds);
+/* How long the master has worked on an answer of so many pixels. */
+void queue_served(struct queue *queue, double seconds, double pixels);
 
 /*
  * Puts in one more tile (x, y, w, h and pass of it count; dynamic only) while the queue runs. work:
@@ -158,7 +168,7 @@ struct queue_count {
     double share_finished;    /* of the seconds that all is expected to take, 0..1 */
     double share_skipped;     /* of that: by an earlier run */
     uint32_t repeated;        /* handed out a second time */
-    double wasted_s;          /* in answers that came second */
+    double wasted_s;          /* in answers that came second, and in what was dropped half done */
 };
 struct queue_count queue_count(const struct queue *queue);
 

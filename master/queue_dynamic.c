@@ -142,21 +142,18 @@ static uint32_t top_of(struct queue *queue, struct heap *heap)
 }
 
 /* Who has the tile hears that he may leave it to others. */
-static void recall(struct queue *queue, uint32_t renderer, struct hold *hold)
+static void recall(struct queue *queue, struct hold *hold)
 {
-    holdings_pass_on(&queue->holdings, renderer, hold);
-    queue->recalls = grow(queue->recalls, queue->recall_count, sizeof *queue->recalls);
-    queue->recalls[queue->recall_count++] = (struct recall){renderer, hold->id};
+    queue_tell(queue, hold, false);
     queue->count.repeated++;
 }
 
 /* The tile goes to the asker, too. */
-static struct tile pass_on(struct queue *queue, uint32_t renderer, uint32_t asker,
-                           struct hold *hold)
+static struct tile pass_on(struct queue *queue, uint32_t asker, struct hold *hold)
 {
     uint32_t id = hold->id;
     double work = hold->work;
-    recall(queue, renderer, hold);
+    recall(queue, hold);
     queue_give(queue, asker, id, work);
     return queue_tile_of(queue, id);
 }
@@ -170,7 +167,7 @@ static uint32_t take_from_late(struct queue *queue, uint32_t asker, double now, 
     struct hold *hold = last_to_pass_on(queue, renderer, asker, true);
     if (!hold) return 0;
     double work = hold->work;
-    tiles[0] = pass_on(queue, renderer, asker, hold);
+    tiles[0] = pass_on(queue, asker, hold);
     pace_given(&queue->pace, asker, now, work);
     return 1;
 }
@@ -207,7 +204,7 @@ static void break_overdue(struct queue *queue, uint32_t asker, double now)
     if (loss > BREAK_LOSS * overdue) return;
     double known = overdue / pace_seconds(pace, renderer, 1);
     if (!pieces_make(queue, id, pieces_wanted(queue, overdue), known)) return;
-    recall(queue, renderer, holdings_find(&queue->holdings, renderer, id));
+    recall(queue, holdings_find(&queue->holdings, renderer, id));
 }
 
 /*
@@ -230,7 +227,7 @@ static uint32_t take_unbegun(struct queue *queue, uint32_t asker, double now, st
         pixels += area(&queue->items[hold->id]);
         if (count > 0 && pixels > LOT_PIXELS) break;
         sum += hold->work;
-        tiles[count++] = pass_on(queue, renderer, asker, hold);
+        tiles[count++] = pass_on(queue, asker, hold);
     }
     if (count > 0) pace_given(&queue->pace, asker, now, sum);
     return count;
@@ -270,11 +267,11 @@ static uint32_t take_begun(struct queue *queue, uint32_t renderer, uint32_t aske
     double work = hold->work;
     if (!repeat_pays(queue, renderer, asker, now, work / idle)) return 0;
     if (idle >= 2 && pieces_make(queue, hold->id, PIECES_EACH * idle, 0)) {
-        recall(queue, renderer, hold);
+        recall(queue, hold);
         return take_tiles(queue, asker, now, pace_lot(&queue->pace, asker, now, work), tiles);
     }
     if (!lost && queue->items[hold->id].copies > 1) return 0;
-    tiles[0] = pass_on(queue, renderer, asker, hold);
+    tiles[0] = pass_on(queue, asker, hold);
     pace_given(&queue->pace, asker, now, work);
     return 1;
 }
