@@ -46,8 +46,9 @@ static void lot_arrives(struct sim *sim, const struct event *event)
 {
     struct renderer *renderer = &sim->renderers[event->who];
     double look = sim->now;
-    if (renderer->working == 0)
-        look = next_look(sim, renderer->idle_since, NAP_SHORTEST, 0, sim->now);
+    double spun = renderer->idle_since + NAP_SPIN;
+    if (renderer->working == 0 && sim->now > spun)
+        look = next_look(sim, spun, NAP_SHORTEST, 0, sim->now);
     sim_at(sim, look, EVENT_SEEN, event->who, event->what);
 }
 

@@ -35,8 +35,8 @@
 /* The master's seconds per answer until they are measured: some messages of MPICH and a copy. */
 #define SERVICE_GUESS_S 5e-6
 
-/* The same share for answers to a lot in parts. */
-#define SERVICE_PARTS 0.2
+/* The same share for answers to a lot in parts, of which nearly all say what is known already. */
+#define SERVICE_PARTS 0.02
 
 /* How fast the estimate of it follows; and the least part of what an answer takes that is taken to be
  * the same for all: measurements are rough. */
@@ -275,7 +275,7 @@ struct pace_lot pace_lot(const struct pace *pace, uint32_t renderer, double now,
     double share = waiting / fmax(pace->speed, LEAST_SPEED) * r->speed;
     if (pace->blind || !(pace->scale > 0)) {
         double part = share * fmin(BLIND_PART, BLIND_EACH * pace->count);
-        return r->holds ? none : (struct pace_lot){part, part};
+        return (struct pace_lot){part, part};
     }
     double unit = r->speed / pace->scale; /* work per second */
     double seconds = share / unit, least = pace_least(pace);

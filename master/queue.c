@@ -26,14 +26,22 @@ uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height
     return edge;
 }
 
-uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples)
+static uint64_t probes_at(uint32_t width, uint32_t height, uint32_t edge)
 {
-    const uint64_t samples_per_probe = 500, probes_least = 64;
+    return (uint64_t)(width / edge) * (height / edge);
+}
+
+uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples,
+                               uint32_t renderers)
+{
+    const uint64_t cheap = 500, dear = 125, probes_each = 25, probes_least = 64;
     uint32_t edge = 4;
-    while ((uint64_t)edge * edge * samples < samples_per_probe)
+    while ((uint64_t)edge * edge * samples < cheap)
         edge += 2;
-    uint64_t probes = (uint64_t)(width / edge) * (height / edge);
-    return probes < probes_least ? 0 : edge;
+    while (probes_at(width, height, edge) < probes_each * renderers && edge > 4 &&
+           (uint64_t)(edge - 2) * (edge - 2) * samples >= dear)
+        edge -= 2;
+    return probes_at(width, height, edge) < probes_least ? 0 : edge;
 }
 
 /* ---- what a tile is ---- */
@@ -56,12 +64,14 @@ void queue_set_waiting(struct queue *queue, uint32_t id)
 {
     heap_put(&queue->waiting, id, queue->items[id].priority);
     queue->waiting_work += (double)queue->items[id].work;
+    queue->waiting_pixels += area(&queue->items[id]);
 }
 
 void queue_unset_waiting(struct queue *queue, uint32_t id)
 {
     heap_remove(&queue->waiting, id);
     queue->waiting_work -= (double)queue->items[id].work;
+    queue->waiting_pixels -= area(&queue->items[id]);
     if (queue->waiting.count == 0) queue->waiting_work = 0;
 }
 

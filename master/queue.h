@@ -13,7 +13,8 @@
  * schedule     who gets what
  * dynamic      Whoever asks. A coarse pre-pass of probes (master/cost.h) predicts what tiles cost;
  *              dear ones go first, in lots that shrink with what is left and follow the renderer's
- *              speed (master/pace.h). What is larger than its lot is split. When nothing waits,
+ *              speed (master/pace.h), and cheap ones with them, so that pixels come in at an even
+ *              rate. What is larger than its lot is split. When nothing waits,
  *              tiles of those who are late, or will be, are handed out a second time to those who
  *              are idle; the first answer counts.
  * tiles        Whoever asks: square tiles row by row from the top, one at a time.
@@ -67,10 +68,13 @@ uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height
 
 /*
  * The distance of probes so that they take less than one percent of the time: a sample on its own was
- * measured at up to 5 times what one in a tile costs, so it is one of at least 500. 0: the picture is
- * too small to be worth it.
+ * measured at up to 5 times what one in a tile costs, so it is one of at least 500. Where that leaves
+ * fewer than 25 for each renderer, what the dearest spots of the picture keep one of many from ending
+ * with the others is more than that, and they may be one of 125. 0: the picture is too small to be worth
+ * it.
  */
-uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples);
+uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples,
+                               uint32_t renderers);
 
 /*
  * Before anything is handed out: how many pixels of a tile an earlier run has finished. Tiles that are

@@ -48,6 +48,8 @@ struct queue {
     bool settled;        /* the map predicts: all probes are back, or enough */
     struct heap waiting; /* items */
     double waiting_work;
+    uint64_t waiting_pixels;
+    uint32_t next_cheap;    /* id from which on cheap tiles are looked for */
     struct outlook outlook; /* dynamic */
     struct cost_map map;
     struct pace pace;

@@ -444,6 +444,57 @@ static void test_answers_are_checked(void **state)
     queue_destroy(queue);
 }
 
+/* Gives renderer 0 all the probes and answers them: the left half is a hundred times as dear. */
+static void settle_halves(struct queue *queue, uint32_t width)
+{
+    struct tile lot[LOT_TILES];
+    uint32_t count;
+    while ((count = queue_next(queue, 0, 0, lot)) > 0)
+        for (uint32_t i = 0; i < count; i++) {
+            float seconds[64];
+            if (lot[i].pass == TILE_PROBE) {
+                for (uint32_t k = 0; k < tile_pixels(&lot[i]); k++) {
+                    struct tile pixel = {.w = 1, .h = 1, .step = 1};
+                    tile_pixel(&lot[i], k, &pixel.x, &pixel.y);
+                    seconds[k] = pixel.x < width / 2 ? 1e-4f : 1e-6f;
+                }
+                queue_probed(queue, &lot[i], seconds);
+            }
+            queue_finish(queue, 0, lot[i].id, 1e-3, 1e-4);
+            if (queue->settled) return;
+        }
+}
+
+/* A lot begins with dear tiles, and cheap ones come with them: never so many that none are left for the
+ * end. */
+static void test_cheap_go_with_dear(void **state)
+{
+    (void)state;
+    struct queue_config config = {
+        .width = 640, .height = 320, .renderers = 1, .tile_edge = 8, .probe_edge = 8};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES];
+    settle_halves(queue, 640);
+    assert_true(queue->settled);
+    double now = 2e-3;
+    uint32_t with_both = 0, lots = 0;
+    while (queue->waiting_work > 0.1 * queue->pace.total) {
+        uint32_t count = queue_next(queue, 0, now, lot), cheap = 0;
+        for (uint32_t i = 0; i < count; i++) {
+            cheap += lot[i].x >= 320;
+            if (cheap == 0) assert_true(lot[i].x < 320);
+            now += lot[i].x < 320 ? 1e-4 : 1e-6;
+            queue_finish(queue, 0, lot[i].id, now, lot[i].x < 320 ? 1e-4 : 1e-6);
+        }
+        if (count > 0) assert_true(lot[0].x < 320);
+        with_both += cheap > 0 && cheap < count;
+        lots += count > 0;
+    }
+    assert_true(lots > 0 && 2 * with_both > lots);
+    assert_true(queue->waiting_pixels > 640 * 320 / 10);
+    queue_destroy(queue);
+}
+
 /* Renderer 0 sits on two lots, others have done all the rest at once: one who asks then gets half of
  * what 0 has not begun, the last ones, and 0 hears of every one of them. */
 static void test_idle_take_unbegun(void **state)
@@ -752,11 +803,16 @@ static void test_auto_edge(void **state)
 static void test_auto_probe_edge(void **state)
 {
     (void)state;
-    assert_int_equal(queue_auto_probe_edge(640, 480, 1), 24);
-    assert_int_equal(queue_auto_probe_edge(640, 480, 16), 6);
-    assert_int_equal(queue_auto_probe_edge(640, 480, 4096), 4);
-    assert_int_equal(queue_auto_probe_edge(64, 48, 1), 0);
-    assert_int_equal(queue_auto_probe_edge(1, 1, 65535), 0);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 1, 1), 24);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 16, 1), 6);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 4096, 1), 4);
+    assert_int_equal(queue_auto_probe_edge(64, 48, 1, 1), 0);
+    /* 25 for each, but never more than one in 125 samples. */
+    assert_int_equal(queue_auto_probe_edge(640, 480, 1, 20), 24);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 1, 44), 16);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 1, 1000), 12);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 16, 44), 6);
+    assert_int_equal(queue_auto_probe_edge(1, 1, 65535, 1), 0);
 }
 
 /* Three pixels of four are finished already, in squares of 16, which are no tiles of ours. */
@@ -841,6 +897,7 @@ int main(void)
         cmocka_unit_test(test_silent),
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_answers_are_checked),
+        cmocka_unit_test(test_cheap_go_with_dear),
         cmocka_unit_test(test_idle_take_unbegun),
         cmocka_unit_test(test_pieces_replace),
         cmocka_unit_test(test_finished_is_told),

@@ -536,7 +536,7 @@ void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene)
         if (worker.waiting > 0)
             render_next(&worker);
         else if (!heard && !worker.stopped)
-            nap_take(&nap);
+            nap_take_soon(&nap);
         if (heard || worker.waiting > 0) nap_reset(&nap);
     }
     for (int i = 0; i < 2; i++) {
