@@ -36,7 +36,7 @@
 #define SERVICE_GUESS_S 5e-6
 
 /* The same share for answers to a lot in parts, of which nearly all say what is known already. */
-#define SERVICE_PARTS 0.02
+#define SERVICE_PARTS 0.005
 
 /* How fast the estimate of it follows; and the least part of what an answer takes that is taken to be
  * the same for all: measurements are rough. */
