@@ -144,7 +144,7 @@ static void measure_waiting(FILE *out, bool quick)
 {
     const unsigned waiting = 3;
     struct idle_run less = run_idle(waiting + 1, 20),
-                    more = run_idle(waiting + 1, quick ? 40 : 2000);
+                    more = run_idle(waiting + 1, quick ? 40 : 20000);
     double span = more.render_s - less.render_s;
     double share = (more.cpu_s - less.cpu_s - (more.known_s - less.known_s)) / span / waiting;
     value_set(share, "waiting");
