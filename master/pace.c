@@ -56,11 +56,11 @@
 /* Of all together, when all are lost. */
 #define LEAST_SPEED 1e-3
 
-/* Before predictions are worth anything: this part of an even share, which is to last until the
+/* Before predictions are worth anything: this part of an even share, two of which are to last until the
  * master has heard from all. It takes the longer the more renderers there are: never more than the
  * first figure, and the second one for each. */
-#define BLIND_PART (1.0 / 10)
-#define BLIND_EACH (1.0 / 440)
+#define BLIND_PART (1.0 / 14)
+#define BLIND_EACH (1.0 / 616)
 
 void pace_init(struct pace *pace, uint32_t renderers)
 {

@@ -176,7 +176,7 @@ struct queue_count {
 };
 struct queue_count queue_count(const struct queue *queue);
 
-/* Looks for those who are late by now (queue_wake()). */
+/* Looks for those who are late by now; when queue_wake() has come. */
 void queue_look(struct queue *queue, double now);
 
 /* Whether every tile is finished. */
