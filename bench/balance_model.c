@@ -20,9 +20,10 @@ static unsigned cores(void)
 }
 
 /*
- * How fast this machine is now, with so many of its cores at work, beside when the tiles were measured:
- * that is hours ago, with one core at work, and the same instructions were seen to take 15 % more from
- * one hour to the next. As many processes render the picture tile by tile; no schedule, no messages.
+ * How fast this machine is now, with so many processes at work, beside when the tiles were measured: that
+ * is hours ago, with one at work, and the same instructions were seen to take 15 % more from one hour to
+ * the next, and more where processes share a core and its caches. As many processes render the picture
+ * tile by tile; no schedule, no messages.
  */
 static double speed_now(const struct bench_scene *scene, unsigned processes)
 {
@@ -80,7 +81,7 @@ static struct comparison measured(const struct bench_scene *scene, unsigned rank
         times[i] = run.render_s;
         farm_run_free(&run);
         free(options);
-        speeds[i] = speed_now(scene, ranks < cores() ? ranks : cores());
+        speeds[i] = speed_now(scene, ranks);
     }
     return (struct comparison){median_of(times, runs), median_of(speeds, runs)};
 }
@@ -93,8 +94,8 @@ void section_model(bool quick)
         out,
         "Render phase, wall seconds, %d samples, full schedule, %ld cores shared by all ranks. "
         "**Measured**: medians of %u runs. **Simulated**: the costs below, which were measured "
-        "before, not fitted, times how fast the machine is now: as many processes as cores at "
-        "work render the picture tile by tile, in turn with the runs.\n\n"
+        "before, not fitted, times how fast the machine is now: as many processes as ranks "
+        "render the picture tile by tile, in turn with the runs.\n\n"
         "| scene | ranks | measured | speed | simulated | off by |\n|---|---|---|---|---|---|\n",
         SAMPLES, sysconf(_SC_NPROCESSORS_ONLN), quick ? 1 : RUNS);
     double worst = 0;

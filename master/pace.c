@@ -36,27 +36,31 @@
 #define SERVICE_GUESS_S 5e-6
 
 /* The same share for answers to a lot in parts, of which nearly all say what is known already. */
-#define SERVICE_PARTS 0.02
+#define SERVICE_PARTS 0.005
 
 /* How fast the estimate of it follows; and the least part of what an answer takes that is taken to be
  * the same for all: measurements are rough. */
 #define SERVICE_NEW  0.05
 #define SERVICE_PART (1.0 / 8)
 
-/* Less of a last lot would be left than this part of one: it is taken along. */
+/* Less of a last lot would be left than this part of one: it is taken along; and nobody who has something
+ * gets so little. */
 #define REST_PART 0.5
+
+/* How fast the estimate of it follows; and the least lot as part of it, up to this part of the whole time:
+ * in less time than that nobody hears of it. */
+#define DELAY_NEW   0.05
+#define DELAY_LEAST 0.5
+#define LEAST_MOST  0.02
 
 /* Of all together, when all are lost. */
 #define LEAST_SPEED 1e-3
 
-/* Before predictions are worth anything: this part of an even share, which is to last until the
+/* Before predictions are worth anything: this part of an even share, two of which are to last until the
  * master has heard from all. It takes the longer the more renderers there are: never more than the
  * first figure, and the second one for each. */
-#define BLIND_PART (1.0 / 10)
-#define BLIND_EACH (1.0 / 440)
-
-/* While all that waits is so many least lots for each, a renderer has one in reserve. */
-#define RESERVE_LOTS 2
+#define BLIND_PART (1.0 / 14)
+#define BLIND_EACH (1.0 / 616)
 
 void pace_init(struct pace *pace, uint32_t renderers)
 {
@@ -184,6 +188,10 @@ void pace_given(struct pace *pace, uint32_t renderer, double now, double work)
     struct pace_renderer *r = &pace->renderers[renderer];
     withdraw(pace, r);
     double start = r->holds ? fmax(r->free_at, now) : now;
+    if (!r->holds) {
+        r->since = now;
+        r->rendered = 0;
+    }
     r->holds = true;
     r->held += work;
     r->free_at = start + pace_seconds(pace, renderer, work);
@@ -206,6 +214,17 @@ static void measure_speed(const struct pace *pace, struct pace_renderer *r, doub
     if (lot > 0) r->speed = (lot + r->work * pace->scale) / (lot + r->busy);
 }
 
+/* All that a renderer did not render of the time from when it got something to when it had nothing left
+ * was on the way. */
+static void measure_delay(struct pace *pace, struct pace_renderer *r, double now, double busy,
+                          bool holds)
+{
+    r->rendered += busy;
+    if (holds || pace->blind) return;
+    double delay = fmax(now - r->since - r->rendered, 0);
+    pace->delay_s += DELAY_NEW * (delay - pace->delay_s);
+}
+
 void pace_answered(struct pace *pace, uint32_t renderer, double now, double work, double busy,
                    bool holds)
 {
@@ -216,6 +235,7 @@ void pace_answered(struct pace *pace, uint32_t renderer, double now, double work
     pace->busy += busy;
     if (pace->work > 0) pace->scale = pace->busy / pace->work;
     measure_speed(pace, r, now, work, busy);
+    measure_delay(pace, r, now, busy, holds);
     r->held = fmax(r->held - work, 0);
     r->holds = holds;
     r->free_at = now + pace_seconds(pace, renderer, r->held);
@@ -265,7 +285,8 @@ double pace_answer_after(const struct pace *pace)
 double pace_least(const struct pace *pace)
 {
     double whole = pace->total * pace->scale / fmax(pace->speed, LEAST_SPEED);
-    return fmax(pace->count * pace->service_s / SERVICE_MOST, LEAST_PART * whole);
+    double longer = fmin(DELAY_LEAST * pace->delay_s, LEAST_MOST * whole);
+    return fmax(fmax(pace->count * pace->service_s / SERVICE_MOST, LEAST_PART * whole), longer);
 }
 
 struct pace_lot pace_lot(const struct pace *pace, uint32_t renderer, double now, double waiting)
@@ -279,12 +300,11 @@ struct pace_lot pace_lot(const struct pace *pace, uint32_t renderer, double now,
     }
     double unit = r->speed / pace->scale; /* work per second */
     double seconds = share / unit, least = pace_least(pace);
-    if (r->holds && seconds < RESERVE_LOTS * least) return none;
     double longest = fmax(LONGEST_S, pace->count * pace->service_s / SERVICE_EASY);
     double lot = fmax(fmin(seconds * SHARE_PART, longest), least);
     double ahead = r->holds ? fmax(r->free_at - now, 0) : 0;
     double until_end = pace_even_end(pace, now, waiting) - ahead;
-    if (r->holds && until_end < lot) return none;
+    if (r->holds && until_end < lot * REST_PART) return none;
     if (until_end < lot * (1 + REST_PART)) lot = fmax(until_end, least * REST_PART);
     double worst = fmax(WORST_LEAST * least * unit, share * WORST_PART);
     worst = fmax(lot * unit, worst);

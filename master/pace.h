@@ -17,6 +17,8 @@ struct pace_renderer {
     double work, busy; /* answered: predicted work, measured seconds; the past fades */
     double held;       /* work that it has */
     double free_at;    /* when that should be done; of use while it has some */
+    double since;      /* when it got some after it had none */
+    double rendered;   /* seconds that it has told of since then */
     bool holds;        /* it has some */
     bool lost;         /* it is late with that: nobody counts on it until it answers */
 };
@@ -41,7 +43,8 @@ struct pace {
     double scale;                  /* seconds per work */
     bool blind;                    /* predictions are not worth much yet */
     struct pace_service service;   /* of the master */
-    double service_s;              /* of it per answer, beside what goes with its pixels */
+    double delay_s;   /* of a lot and its answer on their way, and of looking for them */
+    double service_s; /* of it per answer, beside what goes with its pixels */
     struct heap last; /* renderers that have work, the one that will have done it last on top */
     struct heap soon; /* the same, the one that will have done it first on top */
     struct heap late; /* the same, the one that is to be given up for late first on top */

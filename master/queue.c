@@ -212,6 +212,7 @@ struct queue *queue_create(const struct queue_config *config)
 {
     struct queue *queue = allocate_zeroed(1, sizeof *queue);
     queue->config = *config;
+    queue->retry = HUGE_VAL;
     queue->shared = config->schedule != SCHEDULE_DYNAMIC && config->schedule != SCHEDULE_TILES;
     queue->silent = allocate_zeroed(config->renderers, sizeof *queue->silent);
     holdings_init(&queue->holdings, config->renderers);
@@ -521,6 +522,7 @@ void queue_set_silent(struct queue *queue, uint32_t renderer, bool silent)
 void queue_look(struct queue *queue, double now)
 {
     if (queue->config.schedule == SCHEDULE_DYNAMIC) pace_check(&queue->pace, now);
+    if (now >= queue->retry) queue->retry = HUGE_VAL;
 }
 
 void queue_stop(struct queue *queue)
@@ -547,7 +549,7 @@ uint64_t queue_news(const struct queue *queue)
 double queue_wake(const struct queue *queue)
 {
     if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->stopped) return HUGE_VAL;
-    return pace_next_late(&queue->pace);
+    return fmin(pace_next_late(&queue->pace), queue->retry);
 }
 
 double queue_calm(const struct queue *queue, double now)

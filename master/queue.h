@@ -8,7 +8,7 @@
  *   waiting --queue_next()--> out (with one renderer, or two) --queue_finish()--> finished
  *
  * Tiles are handed out in lots, which are answered as a whole. A renderer holds two lots, so that it
- * never waits for the next one, and near the end one.
+ * never waits for the next one.
  *
  * schedule     who gets what
  * dynamic      Whoever asks. A coarse pre-pass of probes (master/cost.h) predicts what tiles cost;
@@ -176,7 +176,7 @@ struct queue_count {
 };
 struct queue_count queue_count(const struct queue *queue);
 
-/* Looks for those who are late by now (queue_wake()). */
+/* Looks for those who are late by now; when queue_wake() has come. */
 void queue_look(struct queue *queue, double now);
 
 /* Whether every tile is finished. */

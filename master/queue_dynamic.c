@@ -327,7 +327,11 @@ static uint32_t take_begun(struct queue *queue, uint32_t renderer, uint32_t aske
     bool known = queue->pace.scale > 0;
     if (known && idle < 2 && queue->pace.holders > (lost ? 0 : 1)) return 0;
     double work = hold->work;
-    if (!repeat_pays(queue, renderer, asker, now, work / idle)) return 0;
+    if (!repeat_pays(queue, renderer, asker, now, work / idle)) {
+        double overdue = queue->pace.renderers[renderer].free_at + pace_least(&queue->pace);
+        queue->retry = fmin(queue->retry, nextafter(overdue, HUGE_VAL));
+        return 0;
+    }
     if (idle >= 2 && pieces_make(queue, hold->id, PIECES_EACH * idle, 0)) {
         recall(queue, hold);
         return take_tiles(queue, asker, now, pace_lot(&queue->pace, asker, now, work), tiles);

@@ -62,6 +62,7 @@ struct queue {
     bool stopped;
     uint64_t pixels_skipped; /* finished by an earlier run */
     uint64_t news;
+    double retry; /* when somebody idle had better ask again; HUGE_VAL: nobody */
     struct queue_count count;
     uint32_t largest;
 };

@@ -653,6 +653,36 @@ static void test_finished_copy_is_told(void **state)
     }
 }
 
+/* Who has nothing to do and had better not take what another one is about to finish asks again when that
+ * is overdue, long before it is given up for late. */
+static void test_idle_ask_again(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&four);
+    struct tile lot[LOT_TILES], last;
+    uint32_t count = queue_next(queue, 0, 0, lot);
+    last = lot[0];
+    for (int i = 0; i < 100; i++)
+        queue_served(queue, 1e-4, 0); /* an answer is dear: so is a short lot */
+    for (uint32_t i = 1; i < count; i++)
+        assert_true(queue_finish(queue, 0, lot[i].id, 1e-3, 1e-4));
+    while (queue_count(queue).finished < queue_count(queue).tiles - 1) {
+        count = queue_next(queue, 1, 1e-3, lot);
+        assert_true(count > 0);
+        for (uint32_t i = 0; i < count; i++)
+            assert_true(queue_finish(queue, 1, lot[i].id, 1e-3, 1e-4));
+    }
+    assert_true(queue_holds(queue, 0) == 1 && queue_holds(queue, 1) == 0);
+    assert_int_equal(queue_next(queue, 2, 1e-3, lot), 0);
+    double wake = queue_wake(queue);
+    assert_true(wake > 1e-3 && wake < pace_next_late(&queue->pace));
+    queue_look(queue, wake);
+    assert_true(queue_wake(queue) > wake);
+    assert_true(queue_next(queue, 2, wake, lot) > 0);
+    assert_true(queue_recalled(queue, 0, last.id));
+    queue_destroy(queue);
+}
+
 /* A tile that takes far too long is broken up while others still wait, but not early in the run. */
 static void test_overdue_is_broken_up(void **state)
 {
@@ -903,6 +933,7 @@ int main(void)
         cmocka_unit_test(test_finished_is_told),
         cmocka_unit_test(test_finished_copy_is_told),
         cmocka_unit_test(test_overdue_is_broken_up),
+        cmocka_unit_test(test_idle_ask_again),
         cmocka_unit_test(test_unbegun_is_not_broken_up),
         cmocka_unit_test(test_stopped_behind_a_late_one),
         cmocka_unit_test(test_whole_before_pieces),

@@ -1,0 +1,104 @@
+/* How fast renderers are, how much they get, and what the master may rely on. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "master/pace.h"
+
+static void assert_near(double value, double expected, double share)
+{
+    if (!(fabs(value - expected) <= share * fabs(expected)))
+        fail_msg("%g instead of %g", value, expected);
+}
+
+/* What answers cost beside their pixels, when these cost 4 ns each; and when nothing can be told, because
+ * all have as many. */
+static void test_service(void **state)
+{
+    (void)state;
+    struct pace pace;
+    pace_init(&pace, 44);
+    for (int i = 0; i < 200; i++) {
+        double pixels = 64 * (1 + i * 7 % 30);
+        pace_served(&pace, 1e-6 + 4e-9 * pixels, pixels);
+    }
+    assert_near(pace.service_s, 1e-6, 0.01);
+    for (int i = 0; i < 400; i++)
+        pace_served(&pace, 5e-6, 1000);
+    assert_true(pace.service_s > 0 && pace.service_s <= 5e-6 * 1.001);
+    pace_free(&pace);
+    pace_init(&pace, 44);
+    for (int i = 0; i < 50; i++)
+        pace_served(&pace, 5e-6, 1000);
+    assert_near(pace.service_s, 5e-6, 1e-6);
+    pace_free(&pace);
+}
+
+/* A lot of one second of work, of which all is answered after so long a time beside rendering it. */
+static void work_once(struct pace *pace, double *now, double delay)
+{
+    pace_given(pace, 0, *now, 1);
+    *now += 1 + delay;
+    pace_answered(pace, 0, *now, 1, 1, false);
+}
+
+/* No lot is shorter than what is known of it is old, but none is long beside the whole run. */
+static void test_delay(void **state)
+{
+    (void)state;
+    struct pace pace;
+    double now = 0;
+    pace_init(&pace, 1);
+    pace.total = 1000; /* seconds, as it will turn out */
+    for (int i = 0; i < 200; i++)
+        work_once(&pace, &now, 1e-6);
+    double least = pace_least(&pace);
+    assert_near(pace.delay_s, 1e-6, 0.01);
+    for (int i = 0; i < 200; i++)
+        work_once(&pace, &now, 16);
+    assert_near(pace.delay_s, 16, 0.01);
+    assert_near(pace_least(&pace), 8, 0.01);
+    assert_true(least < 8);
+    for (int i = 0; i < 200; i++)
+        work_once(&pace, &now, 1000);
+    assert_true(pace_least(&pace) < 0.05 * 1000);
+    pace_free(&pace);
+}
+
+/* Calm is until the first one of those who work is done, one who is late being no matter. */
+static void test_calm(void **state)
+{
+    (void)state;
+    struct pace pace;
+    pace_init(&pace, 2);
+    assert_true(pace_calm(&pace, 0) == 0);
+    pace_given(&pace, 0, 0, 1);
+    assert_true(pace_calm(&pace, 0) == 0); /* nobody knows how long that takes */
+    pace_answered(&pace, 0, 2, 1, 2, false);
+    assert_true(pace_calm(&pace, 2) == 0);
+    pace_given(&pace, 0, 2, 4);
+    double alone = pace_calm(&pace, 2);
+    assert_true(alone > 4 && alone < 10);
+    pace_given(&pace, 1, 2, 1);
+    double both = pace_calm(&pace, 2);
+    assert_true(both > 0 && both < alone);
+    assert_near(pace_calm(&pace, 2.5), both - 0.5, 1e-9);
+    assert_true(pace_calm(&pace, 2 + 1.001 * both) == 0);
+    pace_check(&pace, 1000);
+    assert_true(pace_calm(&pace, 2) == 0);
+    pace_free(&pace);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_service),
+        cmocka_unit_test(test_delay),
+        cmocka_unit_test(test_calm),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
