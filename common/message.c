@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 #include "common/memory.h"
 
@@ -140,6 +141,19 @@ void *reallocate(void *old, size_t count, size_t size)
     size_t bytes = block_bytes(count, size);
     void *block = realloc(old, bytes);
     if (!block) fatal("out of memory: %zu bytes were needed", bytes);
+    return block;
+}
+
+/* Of x86-64, and of AArch64 with pages of 4 KiB. */
+#define HUGE_PAGE ((size_t)2 << 20)
+
+void *allocate_large(size_t bytes)
+{
+    if (bytes < HUGE_PAGE) return allocate(bytes, 1);
+    size_t whole = block_bytes(bytes / HUGE_PAGE + (bytes % HUGE_PAGE > 0), HUGE_PAGE);
+    void *block = aligned_alloc(HUGE_PAGE, whole);
+    if (!block) fatal("out of memory: %zu bytes were needed", whole);
+    (void)madvise(block, whole, MADV_HUGEPAGE); /* refused: small ones do */
     return block;
 }
 

@@ -43,6 +43,13 @@ void *allocate_zeroed(size_t count, size_t size) __attribute__((alloc_size(1, 2)
 void *reallocate(void *old, size_t count, size_t size)
     __attribute__((alloc_size(2, 3), returns_nonnull));
 
+/*
+ * The same for one large block that is read all over: in huge pages where the system grants them, so
+ * that the processor seldom has to look up where a page is. A small block has a part of a page only,
+ * and is as from allocate().
+ */
+void *allocate_large(size_t bytes) __attribute__((alloc_size(1), returns_nonnull));
+
 /* Room for one more element behind count: the array is made twice as long when count is a power of
  * two. For arrays that only ever grow, one by one, by this. */
 void *grow(void *items, size_t count, size_t size) __attribute__((returns_nonnull));

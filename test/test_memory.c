@@ -103,12 +103,27 @@ static void test_blocks(void **state)
     check_fatal(huge, 4, expected);
 }
 
+/* In whole huge pages from one of them on, all of it to be written. */
+static void test_large(void **state)
+{
+    (void)state;
+    const size_t page = (size_t)2 << 20, sizes[] = {1, page - 1, page, 3 * page + 1};
+    for (unsigned i = 0; i < 4; i++) {
+        char *block = allocate_large(sizes[i]);
+        memset(block, 1, sizes[i]);
+        assert_true(sizes[i] < page || (uintptr_t)block % page == 0);
+        assert_int_equal(block[0] + block[sizes[i] - 1], 2);
+        free(block);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_limit),
         cmocka_unit_test(test_refused),
         cmocka_unit_test(test_blocks),
+        cmocka_unit_test(test_large),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
 }

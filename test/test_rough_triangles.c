@@ -59,10 +59,11 @@ static void check_ray(const struct scene *scene, const struct bvh *bvh,
                       struct told *told)
 {
     struct shear shear = shear_of(&ray->direction);
-    struct rough_ray rough = rough_ray_of(bvh, ray, &shear);
+    struct rough_ray rough;
+    rough_ray_begin(&rough, bvh, ray, &shear);
     struct reach reach = reach_of(ray, &shear);
     struct purpose purpose = {true, ray->t_max};
-    struct triangle_sets sets;
+    struct triangle_sets sets = {first_lanes(count), 0};
     if (!sort_rough_triangles(bvh_corners(leaves, count), count, 0, &rough, &reach, &sets)) return;
     assert_int_equal(sets.maybe & ~first_lanes(count), 0);
     assert_int_equal(sets.certain & ~sets.maybe, 0);
@@ -121,16 +122,16 @@ static void test_leaves_open(void **state)
     const struct bvh_leaf *leaf = bvh_leaves(bvh);
     struct ray ray = ray_along(vec3(0, 0, 2), vec3(0, 0, -1));
     struct shear shear = shear_of(&ray.direction);
-    struct rough_ray rough = rough_ray_of(bvh, &ray, &shear);
-    struct triangle_sets sets;
+    struct rough_ray rough;
+    rough_ray_begin(&rough, bvh, &ray, &shear);
+    struct triangle_sets sets = {1, 0};
     assert_true(sort_rough_triangles(bvh_corners(leaf, 1), 1, 0, &rough, NULL, &sets));
     assert_int_equal(sets.maybe, 1);
-    rough.origin[0] = 0x1p10;
+    rough.origin = quad_row(0x1p10, 0, 2, 0);
     assert_false(sort_rough_triangles(bvh_corners(leaf, 1), 1, 0, &rough, NULL, &sets));
-    rough.origin[0] = 0;
-    rough.origin[2] = 0x1p40;
+    rough.origin = quad_row(0, 0, 0x1p40, 0);
     assert_false(sort_rough_triangles(bvh_corners(leaf, 1), 1, 0, &rough, NULL, &sets));
-    rough = rough_ray_of(bvh, &ray, &shear);
+    rough_ray_begin(&rough, bvh, &ray, &shear);
     ((struct bvh_corners *)(uintptr_t)bvh_corners(leaf, 1))->inverse = NAN;
     assert_false(sort_rough_triangles(bvh_corners(leaf, 1), 1, 0, &rough, NULL, &sets));
     free(bvh);

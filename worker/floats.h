@@ -25,6 +25,14 @@ static inline struct floats floats_of(float a)
     return (struct floats){_mm256_set1_ps(a)};
 }
 
+/* The first and the second of a quad, each everywhere. */
+static inline void floats_of_two(struct quad a, struct floats *first, struct floats *second)
+{
+    __m128 rounded = _mm256_cvtpd_ps(a.v);
+    first->v = _mm256_broadcastss_ps(rounded);
+    second->v = _mm256_broadcastss_ps(_mm_movehdup_ps(rounded));
+}
+
 static inline struct floats floats_load(const float *a)
 {
     return (struct floats){_mm256_loadu_ps(a)};
@@ -39,6 +47,13 @@ static inline struct floats floats_load_shorts(const uint16_t *a)
 static inline void floats_store(float *to, struct floats a)
 {
     _mm256_storeu_ps(to, a.v);
+}
+
+static inline lane_set same_31(const uint32_t *a, uint32_t b)
+{
+    __m256i found = _mm256_slli_epi32(_mm256_loadu_si256((const void *)a), 1);
+    __m256i same = _mm256_cmpeq_epi32(found, _mm256_set1_epi32((int)(b << 1)));
+    return (lane_set)_mm256_movemask_ps(_mm256_castsi256_ps(same));
 }
 
 static inline struct floats floats_mul_sub(struct floats a, struct floats b, struct floats c)
@@ -106,6 +121,12 @@ static inline struct floats floats_of(float a)
     return (struct floats){{a, a, a, a, a, a, a, a}};
 }
 
+static inline void floats_of_two(struct quad a, struct floats *first, struct floats *second)
+{
+    *first = floats_of((float)a.at[0]);
+    *second = floats_of((float)a.at[1]);
+}
+
 static inline struct floats floats_load(const float *a)
 {
     return (struct floats){{a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7]}};
@@ -134,6 +155,14 @@ static inline struct floats floats_of_lanes(struct lanes a)
     return floats;
 }
 
+static inline lane_set same_31(const uint32_t *a, uint32_t b)
+{
+    lane_set set = 0;
+    for (unsigned i = 0; i < LANES; i++)
+        set |= (lane_set)(a[i] << 1 == b << 1) << i;
+    return set;
+}
+
 static inline void floats_store(float *to, struct floats a)
 {
     for (unsigned i = 0; i < LANES; i++)
@@ -144,6 +173,7 @@ static inline void floats_store(float *to, struct floats a)
 
 /* floats_of_lanes(): rounded to nearest.
  * floats_mul_sub(): a b - c; floats_sub_mul(): a - b c; rounded once or twice.
+ * same_31(): of eight numbers those whose lower 31 bits are those of b.
  * floats_larger(), floats_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses. */
 
 #endif

@@ -1,5 +1,6 @@
 /* The pixels of a task, of the samples in their order. */
 #include "worker/exact.h"
+#include "worker/inlined.h"
 #include "worker/renderer.h"
 
 static void put_color(float *rgb, struct vec3 color)
@@ -37,52 +38,84 @@ static void add_error(struct error_sum *sum, struct vec3 difference, double even
     sum->fourths += square * square;
 }
 
-/* A pixel's mean of so many samples, and what its halves differ by. */
-static void put_pixel(struct renderer *renderer, uint32_t pixel, uint32_t begin, uint32_t end)
+/* Hands a pixel over: the mean of its samples, what its halves differ by, and all rays of so many
+ * samples. */
+static INLINED void put_pixel(struct renderer *renderer, uint32_t pixel, struct vec3 mean,
+                              struct vec3 difference, uint64_t rays, double samples)
 {
     struct progress *progress = &renderer->progress;
     const struct task *task = &progress->task;
     /* Only pixels that get samples are handed over. */
     uint32_t place = task->refinements ? progress->put++ : pixel;
-    struct vec3 even = finished_sum(renderer, &progress->sum.half[0]);
-    struct vec3 odd = finished_sum(renderer, &progress->sum.half[1]);
-    uint32_t even_samples = (end + 1) / 2 - (begin + 1) / 2;
-    double samples = end - begin, evens = even_samples;
-    struct vec3 difference = halves_difference(renderer, evens, samples - evens);
-    struct vec3 sum = vec_add(even, odd);
-    put_color(task->mean + 3 * (size_t)place, samples == 1 ? sum : divided(sum, samples));
-    if (samples > 1) add_error(&renderer->counts.sampling, difference, evens, samples - evens);
+    put_color(task->mean + 3 * (size_t)place, mean);
     if (task->difference) put_color(task->difference + 3 * (size_t)place, difference);
-    if (task->rays) task->rays[place] = (float)((double)progress->sum.rays / samples);
+    if (task->rays) task->rays[place] = (float)((double)rays / samples);
+}
+
+/* An upper bound, like its parts: so many sums, and a quotient. The means of several passes lie
+ * between those of each, and so do their bounds. */
+static INLINED void note_truncation(struct renderer *renderer, double sum, double samples)
+{
+    if (sum != 0) sum = sum / samples * (1 + (samples + 2) * UNIT_ROUNDOFF);
+    renderer->counts.truncation = max_number(renderer->counts.truncation, sum);
 }
 
 static void finish_pixel(struct renderer *renderer, uint32_t pixel, uint32_t begin, uint32_t end)
 {
     struct progress *progress = &renderer->progress;
-    double samples = end - begin;
-    put_pixel(renderer, pixel, begin, end);
-    /* An upper bound, like its parts: so many sums, and a quotient. The means of several passes
-     * lie between those of each, and so do their bounds. */
-    double truncation = progress->sum.truncation;
-    if (truncation != 0) truncation = truncation / samples * (1 + (samples + 2) * UNIT_ROUNDOFF);
-    renderer->counts.truncation = max_number(renderer->counts.truncation, truncation);
+    struct vec3 even = finished_sum(renderer, &progress->sum.half[0]);
+    struct vec3 odd = finished_sum(renderer, &progress->sum.half[1]);
+    uint32_t even_samples = (end + 1) / 2 - (begin + 1) / 2;
+    double samples = end - begin, evens = even_samples;
+    struct vec3 difference = halves_difference(renderer, evens, samples - evens);
+    struct vec3 mean = divided(vec_add(even, odd), samples);
+    put_pixel(renderer, pixel, mean, difference, progress->sum.rays, samples);
+    add_error(&renderer->counts.sampling, difference, evens, samples - evens);
+    note_truncation(renderer, progress->sum.truncation, samples);
     progress->sum = (struct pixel_sum){0};
 }
 
-void add_sample(struct renderer *renderer, uint32_t pixel, struct vec3 color, double truncation,
-                uint32_t rays)
+/* A pixel's only sample: there are no halves, and no sum but that with 0. */
+static INLINED void finish_only(struct renderer *renderer, uint32_t pixel, struct vec3 color,
+                                double truncation, uint32_t rays)
+{
+    const struct vec3 none = {0, 0, 0};
+    put_pixel(renderer, pixel, vec_add(color, none), none, rays, 1);
+    note_truncation(renderer, truncation, 1);
+}
+
+static INLINED void add(struct renderer *renderer, uint32_t pixel, struct vec3 color,
+                        double truncation, uint32_t rays)
 {
     struct progress *progress = &renderer->progress;
     struct task_cursor *adds = &progress->adds;
+    uint32_t begin = adds->begin, end = adds->end, so_far = adds->sample + 1 - begin;
+    progress->added++;
+    if (end - begin == 1) {
+        finish_only(renderer, pixel, color, truncation, rays);
+        cursor_advance(adds, &progress->task, &renderer->scene->view);
+        return;
+    }
     color_sum_add(&progress->sum.half[adds->sample & 1], color);
     progress->sum.truncation += truncation;
     progress->sum.rays += rays;
-    progress->added++;
-    uint32_t begin = adds->begin, end = adds->end, so_far = adds->sample + 1 - begin;
     if (so_far == progress->halfway) {
         uint32_t half = so_far / 2;
         add_error(&renderer->counts.halfway, halves_difference(renderer, half, half), half, half);
     }
     if (cursor_advance(adds, &progress->task, &renderer->scene->view))
         finish_pixel(renderer, pixel, begin, end);
+}
+
+void add_sample(struct renderer *renderer, const struct finished *sample)
+{
+    add(renderer, sample->pixel, sample->color, sample->truncation, sample->traced);
+}
+
+void add_flat_wave(struct renderer *renderer)
+{
+    for (uint32_t i = 0; i < renderer->count; i++) {
+        const struct path *path = &renderer->paths[i];
+        add(renderer, path->pixel, finished_sum(renderer, &path->color), 0, path->traced);
+    }
 }

@@ -43,7 +43,7 @@ static INLINED void probe_begin(struct probe *probe, const struct scene *scene,
 /* For probe_triangles() in leaves of this tree. */
 static INLINED void probe_leaves(struct probe *probe, const struct bvh *bvh)
 {
-    if (has_triangles(probe->scene)) probe->rough = rough_ray_of(bvh, probe->ray, &probe->shear);
+    if (has_triangles(probe->scene)) rough_ray_begin(&probe->rough, bvh, probe->ray, &probe->shear);
 }
 
 static inline bool ray_is_finite(const struct ray *ray)
@@ -104,7 +104,7 @@ sort_in_double(const struct probe *probe, const struct bvh_leaf *leaves, uint32_
 
 /*
  * Of the `triangles` of a leaf with `count` entries, LANES from the first one that is told, those
- * that may be crossed, and those that certainly are.
+ * that may be crossed, and those that certainly are. The one that the ray starts on is not.
  */
 static INLINED struct triangle_sets probe_triangles(const struct probe *probe,
                                                     const struct bvh_leaf *leaves, uint32_t count,
@@ -117,9 +117,11 @@ static INLINED struct triangle_sets probe_triangles(const struct probe *probe,
         sets.maybe = naive_crossed(probe->scene, leaves + first, triangles - first, probe->ray);
         return sets;
     }
+    sets.maybe &= ~entries_of(leaves + first, probe->ray->from);
     if (!sort_rough_triangles(bvh_corners(leaves, count), triangles, first, &probe->rough, reach,
                               &sets))
-        sets.maybe = sort_in_double(probe, leaves + first, triangles - first, reach, &sets.certain);
+        sets.maybe &=
+            sort_in_double(probe, leaves + first, triangles - first, reach, &sets.certain);
     return sets;
 }
 

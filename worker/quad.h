@@ -31,6 +31,31 @@ static inline struct quad quad_of(double a)
     return (struct quad){_mm256_set1_pd(a)};
 }
 
+static inline struct quad quad_row(double a, double b, double c, double d)
+{
+    return (struct quad){_mm256_setr_pd(a, b, c, d)};
+}
+
+static inline void quad_store(double *to, struct quad a)
+{
+    _mm256_storeu_pd(to, a.v);
+}
+
+static inline struct quad quad_sub_mul(struct quad a, struct quad b, struct quad c)
+{
+    return (struct quad){_mm256_fnmadd_pd(b.v, c.v, a.v)};
+}
+
+static inline struct quad quad_third(struct quad a)
+{
+    return (struct quad){_mm256_permute4x64_pd(a.v, 0xaa)};
+}
+
+static inline struct quad quad_fourth(struct quad a)
+{
+    return (struct quad){_mm256_permute4x64_pd(a.v, 0xff)};
+}
+
 static inline struct quad quad_abs(struct quad a)
 {
     return (struct quad){_mm256_andnot_pd(_mm256_set1_pd(-0.0), a.v)};
@@ -47,14 +72,30 @@ struct quad_order {
 
 static inline struct quad_order quad_order(unsigned first, unsigned second, unsigned third)
 {
-    int x = 2 * (int)first, y = 2 * (int)second, z = 2 * (int)third;
-    return (struct quad_order){_mm256_setr_epi32(x, x + 1, y, y + 1, z, z + 1, 6, 7)};
+    __m256i doubles = _mm256_setr_epi64x(first, second, third, 3);
+    doubles = _mm256_add_epi64(doubles, doubles);
+    __m256i both = _mm256_or_si256(doubles, _mm256_slli_epi64(doubles, 32));
+    return (struct quad_order){_mm256_add_epi32(both, _mm256_set1_epi64x(INT64_C(1) << 32))};
+}
+
+static inline __m256d in_order(__m256d p, const struct quad_order *order)
+{
+    return _mm256_castps_pd(_mm256_permutevar8x32_ps(_mm256_castpd_ps(p), order->floats));
 }
 
 static inline __m256d point_in_order(const double *at, const struct quad_order *order)
 {
-    __m256d p = _mm256_maskload_pd(at, _mm256_setr_epi64x(-1, -1, -1, 0));
-    return _mm256_castps_pd(_mm256_permutevar8x32_ps(_mm256_castpd_ps(p), order->floats));
+    return in_order(_mm256_maskload_pd(at, _mm256_setr_epi64x(-1, -1, -1, 0)), order);
+}
+
+static inline struct quad quad_point(const double *at, const struct quad_order *order)
+{
+    return (struct quad){point_in_order(at, order)};
+}
+
+static inline struct quad quad_floats(const float *at, const struct quad_order *order)
+{
+    return (struct quad){in_order(_mm256_cvtps_pd(_mm_loadu_ps(at)), order)};
 }
 
 static INLINED void quad_transpose(const double *const at[QUAD], const struct quad_order *order,
@@ -83,9 +124,35 @@ LOOP_2(quad, quad_larger, a.at[i] > b.at[i] ? a.at[i] : b.at[i])
 LOOP_2(quad, quad_smaller, a.at[i] < b.at[i] ? a.at[i] : b.at[i])
 LOOP_COMPARE(quad, quad_less, <)
 
+static inline struct quad quad_row(double a, double b, double c, double d)
+{
+    return (struct quad){{a, b, c, d}};
+}
+
 static inline struct quad quad_of(double a)
 {
-    return (struct quad){{a, a, a, a}};
+    return quad_row(a, a, a, a);
+}
+
+static inline void quad_store(double *to, struct quad a)
+{
+    for (unsigned i = 0; i < QUAD; i++)
+        to[i] = a.at[i];
+}
+
+static inline struct quad quad_sub_mul(struct quad a, struct quad b, struct quad c)
+{
+    return quad_sub(a, quad_mul(b, c));
+}
+
+static inline struct quad quad_third(struct quad a)
+{
+    return quad_of(a.at[2]);
+}
+
+static inline struct quad quad_fourth(struct quad a)
+{
+    return quad_of(a.at[3]);
 }
 
 struct quad_order {
@@ -95,6 +162,18 @@ struct quad_order {
 static inline struct quad_order quad_order(unsigned first, unsigned second, unsigned third)
 {
     return (struct quad_order){{first, second, third}};
+}
+
+static inline struct quad quad_point(const double *at, const struct quad_order *order)
+{
+    const unsigned *axis = order->axis;
+    return quad_row(at[axis[0]], at[axis[1]], at[axis[2]], 0);
+}
+
+static inline struct quad quad_floats(const float *at, const struct quad_order *order)
+{
+    const unsigned *axis = order->axis;
+    return quad_row((double)at[axis[0]], (double)at[axis[1]], (double)at[axis[2]], (double)at[3]);
 }
 
 static inline void quad_transpose(const double *const at[QUAD], const struct quad_order *order,
@@ -108,6 +187,9 @@ static inline void quad_transpose(const double *const at[QUAD], const struct qua
 #endif
 
 /* quad_larger(), quad_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses.
+ * quad_sub_mul(): a - b c; rounded once or twice.
+ * quad_point(), quad_floats(): those that the order names first, second and third; the fourth is 0
+ * of a point, and where it was of floats.
  * quad_transpose(): of three doubles for each of four points those that the order names first,
  * second and third; what lies behind them is not touched. */
 

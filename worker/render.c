@@ -267,7 +267,7 @@ static void add_finished(struct renderer *renderer)
         struct finished *next = &renderer->finished[progress->added % WINDOW];
         if (!next->waits) break;
         next->waits = false;
-        add_sample(renderer, next->pixel, next->color, next->truncation, next->traced);
+        add_sample(renderer, next);
     }
 }
 
@@ -298,11 +298,7 @@ static bool trace_flat(struct renderer *renderer)
         start_paths(renderer, left < WAVE ? (uint32_t)left : WAVE, true);
         if (is_interrupted(renderer)) return false;
         trace_flat_wave(renderer);
-        for (uint32_t i = 0; i < renderer->count; i++) {
-            const struct path *path = &renderer->paths[i];
-            add_sample(renderer, path->pixel, finished_sum(renderer, &path->color), 0,
-                       path->traced);
-        }
+        add_flat_wave(renderer);
     }
     return true;
 }

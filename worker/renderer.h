@@ -120,8 +120,10 @@ void trace_wave(struct renderer *renderer);
 void trace_flat_wave(struct renderer *renderer);
 
 /* Adds the task's next sample, in their order, to its pixel, that one of the tile; hands the pixel
- * over behind the last one. rays: that the sample has taken. */
-void add_sample(struct renderer *renderer, uint32_t pixel, struct vec3 color, double truncation,
-                uint32_t rays);
+ * over behind the last one. */
+void add_sample(struct renderer *renderer, const struct finished *sample);
+
+/* The same for all samples of a wave, where the scene is flat. */
+void add_flat_wave(struct renderer *renderer);
 
 #endif

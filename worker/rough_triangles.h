@@ -39,47 +39,45 @@
 
 /* What a ray needs for that. */
 struct rough_ray {
-    unsigned x, y, z; /* of its shear */
-    double origin[3]; /* from the tree's centre, in the shear's order */
-    double sx, sy;
+    unsigned x, y, z;        /* of its shear */
+    struct quad_order order; /* the same */
+    struct quad origin;      /* from the tree's centre, in this order */
+    struct quad slant;       /* sx, sy, 0, 0 */
+    struct floats sx, sy;
     bool has_corners;
 };
 
-static INLINED struct rough_ray rough_ray_of(const struct bvh *bvh, const struct ray *ray,
-                                             const struct shear *shear)
+/* Member by member, as probe_begin(). */
+static INLINED void rough_ray_begin(struct rough_ray *rough, const struct bvh *bvh,
+                                    const struct ray *ray, const struct shear *shear)
 {
-    const double *center = bvh->center;
-    return (struct rough_ray){shear->x,
-                              shear->y,
-                              shear->z,
-                              {vec_component(&ray->origin, shear->x) - center[shear->x],
-                               vec_component(&ray->origin, shear->y) - center[shear->y],
-                               vec_component(&ray->origin, shear->z) - center[shear->z]},
-                              shear->sx,
-                              shear->sy,
-                              bvh->has_corners != 0};
+    rough->x = shear->x;
+    rough->y = shear->y;
+    rough->z = shear->z;
+    rough->order = quad_order(shear->x, shear->y, shear->z);
+    rough->origin =
+        quad_sub(quad_point(&ray->origin.x, &rough->order), quad_point(bvh->center, &rough->order));
+    rough->slant = quad_row(shear->sx, shear->sy, 0, 0);
+    rough->sx = floats_of((float)shear->sx);
+    rough->sy = floats_of((float)shear->sy);
+    rough->has_corners = bvh->has_corners != 0;
 }
 
 /* X, Y and Z of a leaf. */
-struct rough_base {
-    double x, y, z;
-};
-
-static INLINED struct rough_base rough_base_of(const struct rough_ray *ray,
-                                               const struct bvh_corners *corners)
+static INLINED struct quad rough_base_of(const struct rough_ray *ray,
+                                         const struct bvh_corners *corners)
 {
-    double inverse = (double)corners->inverse;
-    double x = (double)corners->base[ray->x] - ray->origin[0];
-    double y = (double)corners->base[ray->y] - ray->origin[1];
-    double z = (double)corners->base[ray->z] - ray->origin[2];
-    return (struct rough_base){(x - ray->sx * z) * inverse, (y - ray->sy * z) * inverse,
-                               z * inverse};
+    _Static_assert(offsetof(struct bvh_corners, inverse) == 3 * sizeof(float), "the fourth");
+    struct quad base = quad_floats(corners->base, &ray->order), inverse = quad_fourth(base);
+    base = quad_sub(base, ray->origin);
+    return quad_mul(quad_sub_mul(base, ray->slant, quad_third(base)), inverse);
 }
 
 /* Whether the errors are as above; not for NaN. */
-static INLINED bool is_rough_enough(const struct rough_base *base)
+static INLINED bool is_rough_enough(struct quad base)
 {
-    return (fabs(base->x) < ASIDE_MAX) & (fabs(base->y) < ASIDE_MAX) & (fabs(base->z) < AHEAD_MAX);
+    struct quad most = quad_row(ASIDE_MAX, ASIDE_MAX, AHEAD_MAX, 0);
+    return (quad_less(quad_abs(base), most) & 7u) == 7;
 }
 
 /* Corner k of eight triangles as the ray sees them, but for z, which is counted from the base. */
@@ -134,33 +132,47 @@ static INLINED lane_set rough_within(const struct rough_corners corner[3],
 }
 
 /*
- * The first LANES of a leaf's triangles from `first` on; as sort_triangles(). false: nothing is told
- * by places.
+ * Of the LANES entries from this triangle's on those of one primitive. Where fewer are left, what is
+ * read behind them is of their corners, which take more room than that.
+ */
+static INLINED lane_set entries_of(const struct bvh_leaf *leaves, uint32_t id)
+{
+    _Static_assert(sizeof *leaves + sizeof(struct bvh_corners) + CORNER_ROWS * sizeof(uint16_t) >=
+                       LANES * sizeof *leaves,
+                   "an entry and its corners");
+    return same_31((const void *)leaves, id);
+}
+
+/*
+ * The first LANES of a leaf's triangles from `first` on; as sort_triangles(), but that only those are
+ * looked at which may be crossed by what is known before. false: nothing is told by places.
  */
 static INLINED bool sort_rough_triangles(const struct bvh_corners *corners, uint32_t triangles,
                                          uint32_t first, const struct rough_ray *ray,
                                          const struct reach *reach, struct triangle_sets *sets)
 {
     if (!ray->has_corners) return false;
-    struct rough_base base = rough_base_of(ray, corners);
-    if (!is_rough_enough(&base)) return false;
+    struct quad base = rough_base_of(ray, corners);
+    if (!is_rough_enough(base)) return false;
     size_t row = triangles, axis = 3 * row;
     const uint16_t *x = corners->place + ray->x * axis + first;
     const uint16_t *y = corners->place + ray->y * axis + first;
     const uint16_t *z = corners->place + ray->z * axis + first;
-    struct floats base_x = floats_of((float)base.x), base_y = floats_of((float)base.y);
-    struct floats sx = floats_of((float)ray->sx), sy = floats_of((float)ray->sy);
+    struct floats base_x, base_y;
     struct rough_corners corner[3];
+    floats_of_two(base, &base_x, &base_y);
     UNROLLED
     for (unsigned k = 0; k < 3; k++)
         corner[k] = rough_shear(floats_load_shorts(x + k * row), floats_load_shorts(y + k * row),
-                                floats_load_shorts(z + k * row), base_x, base_y, sx, sy);
+                                floats_load_shorts(z + k * row), base_x, base_y, ray->sx, ray->sy);
     struct rough_sets found = rough_sets(corner);
-    sets->maybe = ~found.missed & first_lanes(triangles - first);
+    sets->maybe &= ~found.missed;
     sets->certain = 0;
     if (!reach || !(sets->maybe & found.crossed)) return true;
+    double at[QUAD];
+    quad_store(at, base);
     sets->certain =
-        sets->maybe & found.crossed & rough_within(corner, reach, base.z, (double)corners->inverse);
+        sets->maybe & found.crossed & rough_within(corner, reach, at[2], (double)corners->inverse);
     return true;
 }
 

@@ -65,13 +65,15 @@ static inline void cursor_settle(struct task_cursor *cursor, const struct task *
     }
 }
 
-/* Behind the current sample; true: it was the pixel's last. */
+/* Behind the current sample; true: it was the pixel's last. Without refinements the next pixel gets
+ * as many. */
 static inline bool cursor_advance(struct task_cursor *cursor, const struct task *task,
                                   const struct view *view)
 {
     if (++cursor->sample < cursor->end) return false;
     cursor->pixel++;
-    cursor_settle(cursor, task, view);
+    cursor->sample = cursor->begin;
+    if (task->refinements && !task->first) cursor_settle(cursor, task, view);
     return true;
 }
 

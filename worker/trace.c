@@ -209,10 +209,11 @@ static INLINED void light_points(struct renderer *renderer, bool flat)
 
 /* ---- the wave ---- */
 
-/* A number that a picture of floats can hold. */
-static bool is_good(double value)
+/* Numbers that a picture of floats can hold. */
+static INLINED bool is_good(struct vec3 sum)
 {
-    return fabs(value) <= (double)FLT_MAX;
+    const double most = (double)FLT_MAX;
+    return (fabs(sum.x) <= most) & (fabs(sum.y) <= most) & (fabs(sum.z) <= most);
 }
 
 /* The first ray that spoils its sample is told. A miss from a place that is not finite is no sky.
@@ -229,16 +230,14 @@ static void tell_bad(struct renderer *renderer, struct path *path, const struct 
     render_counts_bad(&renderer->counts, &bad);
 }
 
-/* Looks at every sample after one of its rays. */
+/* Looks at every sample after one of its rays, of which the first starts at the eye: a finite place. */
 static INLINED void check_paths(struct renderer *renderer, bool flat)
 {
     for (uint32_t i = 0; i < renderer->count; i++) {
         struct path *path = &renderer->paths[flat ? i : renderer->owner[i]];
         const struct ray *ray = &renderer->rays[i];
-        struct vec3 sum = path->color.plain;
         if (!flat && path->bounding) continue;
-        bool good = is_good(sum.x) && is_good(sum.y) && is_good(sum.z);
-        if (good && vec_is_finite(ray->origin)) continue;
+        if (is_good(path->color.plain) && (flat || vec_is_finite(ray->origin))) continue;
         if (!path->bad) tell_bad(renderer, path, ray, flat ? 0 : renderer->branches[i].depth);
     }
 }

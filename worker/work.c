@@ -92,7 +92,7 @@ static char *allocate_window(struct node_scene *shared, size_t bytes)
     MPI_Comm_size(shared->node, &node_size);
     shared->window = MPI_WIN_NULL;
     shared->own_memory = NULL;
-    if (node_size == 1) return shared->own_memory = allocate(bytes, 1);
+    if (node_size == 1) return shared->own_memory = allocate_large(bytes);
     if (shared->leads) check_room(bytes);
     MPI_Win_allocate_shared(shared->leads ? (MPI_Aint)bytes : 0, 1, MPI_INFO_NULL, shared->node,
                             &memory, &shared->window);
