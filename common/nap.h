@@ -89,7 +89,8 @@ static inline void nap_take(struct nap *nap)
  */
 #define NAP_SPIN 50e-6
 
-/* The same for him. Others who wait for this processor get it meanwhile. */
+/* A nap of one who is to hear something soon; for NAP_SPIN he does not sleep. Others who wait for this
+ * processor get it meanwhile. */
 static inline void nap_take_soon(struct nap *nap)
 {
     double now = clock_wall();

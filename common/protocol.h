@@ -211,7 +211,8 @@ static inline size_t tile_part_bytes(const struct tile *tile)
 
 /*
  * How the master renders tiles of its own without knowing a renderer: see worker/render.h and
- * worker/survey.h. Both return false when they gave up, because the run is stopped.
+ * worker/survey.h. Both return false when they gave up, because the run is stopped or others
+ * have finished the tile.
  */
 struct tile_renderer {
     void *state;

@@ -4,8 +4,8 @@
 
 #include "master/server.h"
 
-/* DROP messages to a renderer that does not answer: two for each tile that it may have, when somebody
- * else has got it and when that one has finished it. */
+/* DROP messages to a renderer that does not answer: two for each tile of the two lots
+ * that it may have, when somebody else has got it and when that one has finished it. */
 #define DROPS_MOST (4 * LOT_TILES)
 
 static void send(struct server *server, uint32_t renderer, enum message_tag tag, const void *bytes,

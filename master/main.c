@@ -43,7 +43,7 @@ static bool probe_own_tile(void *state, const struct tile *tile, float *rgb, flo
     return survey(state, tile, rgb, seconds);
 }
 
-static bool is_over(void *state)
+static bool gives_up(void *state)
 {
     const struct service *service = state;
     return *stop_signal() != 0 || service->ending || service->given_up;
@@ -100,7 +100,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
                               .patience = settings->farm.patience,
                               .stats = run->stats};
     progress_start(&progress, stderr, clock_wall());
-    renderer_on_wave(renderer, is_over, &service);
+    renderer_on_wave(renderer, gives_up, &service);
     stop_is_served();
     if (run->save) save_start(run->save, tiles_left(run), pixels_left(run));
     bool complete = serve(&service);

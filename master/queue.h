@@ -172,7 +172,8 @@ struct queue_count {
     double share_finished;    /* of the seconds that all is expected to take, 0..1 */
     double share_skipped;     /* of that: by an earlier run */
     uint32_t repeated;        /* handed out a second time */
-    double wasted_s;          /* in answers that came second, and in what was dropped half done */
+    double wasted_s; /* in answers that came second, and in what was dropped half done before the
+                                 end of the run */
 };
 struct queue_count queue_count(const struct queue *queue);
 

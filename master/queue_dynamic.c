@@ -133,13 +133,13 @@ static void take_dear(struct queue *queue, struct draft *draft, struct pace_lot 
 #define CHEAP_OVER 1.25
 
 /* The next tile in the order of the picture that waits and is not dearer than this, per pixel, or
- * HEAP_ABSENT. */
+ * HEAP_ABSENT. None of adaptive passes, which send sampled pixels alone, most useful ones first. */
 static uint32_t next_cheap(struct queue *queue, double density)
 {
     for (; queue->next_cheap < queue->item_count; queue->next_cheap++) {
         uint32_t id = queue->next_cheap;
         const struct item *item = &queue->items[id];
-        bool cheap = (double)item->work <= density * (double)area(item);
+        bool cheap = item->pass == 0 && (double)item->work <= density * (double)area(item);
         if (cheap && heap_has(&queue->waiting, id)) return id;
     }
     return HEAP_ABSENT;

@@ -62,7 +62,9 @@ struct report {
     struct heat_range heat;                   /* of the heat map; 0 and 0: none */
     double answer_wait_s, answer_wait_most_s; /* until an answer was looked at: mean, most */
     uint32_t repeated_tiles;                  /* handed out a second time */
-    double wasted_s;                          /* of rendering, in answers that came second */
+    double
+        wasted_s; /* of rendering, in answers that came second and in tiles given up half done, but for
+                      * those at the end of the run */
 };
 
 /* Figures that follow from a report. */

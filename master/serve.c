@@ -128,12 +128,18 @@ static void serve_until_done(struct server *server)
     count_silent(server);
 }
 
-/* What is left of the render phase after rendering and sending is waiting. */
+/* Whoever still rendered when the last tile came in hears of it late, or much later if he was stopped:
+ * what he did since then is behind the render phase. What is left of that after rendering and sending
+ * is waiting. */
 static void fill_waits(struct server *server)
 {
+    double render_s = server->service->render_s;
     for (uint32_t i = 0; i < server->renderers; i++) {
         struct renderer_stats *stats = &server->service->stats[i];
-        stats->wait_s = fmax(0, server->service->render_s - stats->busy_s - stats->send_s);
+        double behind = fmax(0, stats->finish_s - render_s);
+        stats->finish_s -= behind;
+        stats->busy_s = fmax(0, stats->busy_s - behind);
+        stats->wait_s = fmax(0, render_s - stats->busy_s - stats->send_s);
     }
 }
 

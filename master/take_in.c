@@ -28,6 +28,7 @@ static size_t take_dropped(struct server *server, uint32_t renderer, const struc
     struct renderer_stats *stats = &server->service->stats[renderer];
     stats->busy_s += header->busy_s;
     stats->cpu_s += header->cpu_s;
+    if (header->busy_s > 0) stats->finish_s = header->start_s + header->busy_s;
     return sizeof *header;
 }
 

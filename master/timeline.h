@@ -17,7 +17,7 @@
 enum lot_kind {
     LOT_TILE,    /* its pixels are in the picture */
     LOT_PREPASS, /* a few samples that tell what the tiles will cost */
-    LOT_WASTED,  /* rendered twice, the other answer came first */
+    LOT_WASTED,  /* others came first: their answer, or word of it while the tile was half done */
     LOT_KINDS
 };
 

@@ -389,11 +389,18 @@ static void send_result(struct worker *worker, const char *message, size_t bytes
     worker->stats.bytes += bytes;
 }
 
+/* Takes in what has arrived. */
+static void hear_all(struct worker *worker)
+{
+    while (hear(worker)) {
+    }
+}
+
 /* Between waves: lets MPI move what is under way, and hears whether to give up the tile. */
-static bool hear_stop(void *context)
+static bool hear_whether_to_give_up(void *context)
 {
     struct worker *worker = context;
-    hear(worker);
+    hear_all(worker);
     return worker->stopped || worker->given_up;
 }
 
@@ -461,7 +468,8 @@ static size_t render_part(struct worker *worker, const struct tile *tile,
 }
 
 /* Renders tiles of the current lot, from the first one on, with the refinements that are next, until
- * an answer is due; returns the number of the next tile, 0: the master has said STOP. */
+ * an answer is due; returns the number of the next tile, 0: the master has said STOP. What was finished
+ * until then is sent. */
 static uint32_t render_some(struct worker *worker, uint32_t first,
                             const struct refinement **refinements)
 {
@@ -469,9 +477,10 @@ static uint32_t render_some(struct worker *worker, uint32_t first,
     char *message = take_buffer(worker, lot_bytes(worker, lot, first)), *part = message;
     double begin = clock_wall();
     uint32_t i = first;
+    bool stopped;
     do {
         worker->rendering = i;
-        hear(worker);
+        hear_all(worker);
         worker->given_up = false;
         const struct tile *tile = &lot->tiles[i];
         const struct refinement *refined = tile_is_refined(tile) ? *refinements : NULL;
@@ -479,11 +488,11 @@ static uint32_t render_some(struct worker *worker, uint32_t first,
         size_t bytes = lot->dropped[i]
                            ? put_dropped(&(struct result_header){.tile_id = tile->id}, part)
                            : render_part(worker, tile, refined, part);
-        if (bytes == 0) return 0;
+        stopped = bytes == 0;
         part += bytes;
-    } while (++i < lot->count && clock_wall() < begin + lot->answer_s);
-    send_result(worker, message, (size_t)(part - message));
-    return i;
+    } while (!stopped && ++i < lot->count && clock_wall() < begin + lot->answer_s);
+    if (part > message) send_result(worker, message, (size_t)(part - message));
+    return stopped ? 0 : i;
 }
 
 static void render_next(struct worker *worker)
@@ -530,7 +539,7 @@ void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene)
     start_worker(&worker, comm, renderer, scene);
     double cpu = clock_thread_cpu();
     struct nap nap = {0};
-    renderer_on_wave(renderer, hear_stop, &worker);
+    renderer_on_wave(renderer, hear_whether_to_give_up, &worker);
     while (!worker.stopped) {
         bool heard = hear(&worker);
         if (worker.waiting > 0)

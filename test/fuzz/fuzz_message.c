@@ -145,11 +145,42 @@ static void check_welcome(const uint8_t *data, size_t size)
     free(welcome);
 }
 
+static void check_lot(const uint8_t *data, size_t size)
+{
+    struct lot_header good = {.answer_s = 0.5};
+    size_t bytes = sizeof good;
+    struct lot_header *lot = damaged(data, size, &good, &bytes);
+    /* Its length is compared before. */
+    if (bytes == sizeof good && lot_header_valid(lot)) PROMISE(lot->answer_s >= 0);
+    free(lot);
+}
+
+static void check_drop(const uint8_t *data, size_t size)
+{
+    struct drop good = {.tile_id = 3, .finished = 1};
+    size_t bytes = sizeof good;
+    struct drop *drop = damaged(data, size, &good, &bytes);
+    if (drop_message_valid(drop, bytes)) PROMISE(drop->finished <= 1);
+    free(drop);
+}
+
+static void check_dropped(const uint8_t *data, size_t size)
+{
+    struct result_header good = {.tile_id = 3, .pixels = RESULT_DROPPED, .busy_s = 0.5};
+    size_t bytes = sizeof good;
+    struct result_header *header = damaged(data, size, &good, &bytes);
+    /* Its length is compared before. */
+    if (bytes == sizeof good && dropped_valid(header))
+        PROMISE(isfinite(header->start_s) && isfinite(header->busy_s) && header->busy_s >= 0 &&
+                isfinite(header->cpu_s));
+    free(header);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     static void (*const checks[])(const uint8_t *data, size_t size) = {
-        check_tile,  check_result, check_stats,       check_welcome,
-        check_ready, check_start,  check_pass,        check_refinements};
+        check_tile, check_result,      check_stats, check_welcome, check_ready,  check_start,
+        check_pass, check_refinements, check_lot,   check_drop,    check_dropped};
     if (size) checks[data[0] % (sizeof checks / sizeof *checks)](data + 1, size - 1);
     return 0;
 }
