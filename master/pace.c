@@ -191,7 +191,9 @@ void pace_given(struct pace *pace, uint32_t renderer, double now, double work)
     if (!r->holds) {
         r->since = now;
         r->rendered = 0;
+        r->lots = 0;
     }
+    r->lots++;
     r->holds = true;
     r->held += work;
     r->free_at = start + pace_seconds(pace, renderer, work);
@@ -214,14 +216,14 @@ static void measure_speed(const struct pace *pace, struct pace_renderer *r, doub
     if (lot > 0) r->speed = (lot + r->work * pace->scale) / (lot + r->busy);
 }
 
-/* All that a renderer did not render of the time from when it got something to when it had nothing left
- * was on the way. */
+/* What a renderer did not render of the time from when it got something to when it had nothing left, its
+ * lots were on the way. Nobody knows since when one has had what it had before a restart. */
 static void measure_delay(struct pace *pace, struct pace_renderer *r, double now, double busy,
                           bool holds)
 {
     r->rendered += busy;
-    if (holds || pace->blind) return;
-    double delay = fmax(now - r->since - r->rendered, 0);
+    if (holds || pace->blind || r->lots == 0) return;
+    double delay = fmax(now - r->since - r->rendered, 0) / r->lots;
     pace->delay_s += DELAY_NEW * (delay - pace->delay_s);
 }
 
@@ -243,10 +245,12 @@ void pace_answered(struct pace *pace, uint32_t renderer, double now, double work
     if (first && pace->scale > 0) date_unknown(pace, now);
 }
 
-void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work, bool holds)
+void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work, double busy,
+                  bool holds)
 {
     struct pace_renderer *r = &pace->renderers[renderer];
     withdraw(pace, r);
+    r->rendered += busy;
     r->held = fmax(r->held - work, 0);
     r->holds = holds;
     r->free_at = now + pace_seconds(pace, renderer, r->held);

@@ -19,6 +19,7 @@ struct pace_renderer {
     double free_at;    /* when that should be done; of use while it has some */
     double since;      /* when it got some after it had none */
     double rendered;   /* seconds that it has told of since then */
+    uint32_t lots;     /* that it has got since then */
     bool holds;        /* it has some */
     bool lost;         /* it is late with that: nobody counts on it until it answers */
 };
@@ -43,7 +44,8 @@ struct pace {
     double scale;                  /* seconds per work */
     bool blind;                    /* predictions are not worth much yet */
     struct pace_service service;   /* of the master */
-    double delay_s;   /* of a lot and its answer on their way, and of looking for them */
+    double delay_s; /* of a lot and its answer on their way, and of looking for them: mean of those
+                       * between two times without work */
     double service_s; /* of it per answer, beside what goes with its pixels */
     struct heap last; /* renderers that have work, the one that will have done it last on top */
     struct heap soon; /* the same, the one that will have done it first on top */
@@ -64,8 +66,9 @@ void pace_given(struct pace *pace, uint32_t renderer, double now, double work);
 void pace_answered(struct pace *pace, uint32_t renderer, double now, double work, double busy,
                    bool holds);
 
-/* The same for work that it leaves to others. */
-void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work, bool holds);
+/* The same for work that it leaves to others, busy seconds having gone into it. */
+void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work, double busy,
+                  bool holds);
 
 /* Nobody is to look in the heaps for what this renderer has until it is given more. */
 void pace_overlook(struct pace *pace, uint32_t renderer);

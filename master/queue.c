@@ -462,7 +462,7 @@ void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now,
     assert(hold.passed_on);
     queue->count.wasted_s += seconds;
     if (queue->config.schedule != SCHEDULE_DYNAMIC) return;
-    pace_dropped(&queue->pace, renderer, now, hold.work,
+    pace_dropped(&queue->pace, renderer, now, hold.work, seconds,
                  queue->holdings.holders[renderer].count > 0);
 }
 
@@ -555,8 +555,9 @@ double queue_wake(const struct queue *queue)
 double queue_calm(const struct queue *queue, double now)
 {
     if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->stopped) return 0;
-    /* Any answer, or what rank 0's own renderer does, may be something to do for them. */
-    if (queue->holdings.busy < queue->config.renderers) return 0;
+    /* Any answer, or what rank 0's own renderer does, may be something to do for those who have nothing;
+     * when one who has probes alone is done with them, nobody knows. */
+    if (queue->pace.soon.count + queue->pace.lost.count < queue->config.renderers) return 0;
     return pace_calm(&queue->pace, now);
 }
 

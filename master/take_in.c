@@ -133,14 +133,15 @@ bool take_in(struct server *server)
     struct letter letters[POST_RECEIVES];
     double looked = clock_wall(), cpu = clock_thread_cpu();
     uint64_t pixels = server->pixels;
-    int count = post_collect(server->post, letters);
+    int count = post_collect(server->post, letters), results = 0;
     for (int i = 0; i < count; i++) {
         note_wait(server, looked);
+        results += letters[i].tag == TAG_RENDERER_TO_MASTER_RESULT;
         take_letter(server, &letters[i]);
         post_release(server->post, &letters[i]);
     }
     server->polled = looked;
-    if (count == 0) return false;
+    if (results < count || count == 0) return count > 0;
     pthread_mutex_lock(&server->lock);
     queue_served(server->service->queue, (clock_thread_cpu() - cpu) / count,
                  (double)(server->pixels - pixels) / count);

@@ -69,6 +69,31 @@ static void test_delay(void **state)
     pace_free(&pace);
 }
 
+/* The delay is that of one lot, whether others are in reserve or not; what was rendered in vain is none. */
+static void test_delay_of_a_lot(void **state)
+{
+    (void)state;
+    struct pace pace;
+    double now = 0;
+    pace_init(&pace, 1);
+    pace.total = 1000;
+    for (int i = 0; i < 200; i++) {
+        pace_given(&pace, 0, now, 1);
+        for (int k = 0; k < 8; k++) {
+            pace_given(&pace, 0, now, 1);
+            now += 1 + 1e-3;
+            if (k % 2)
+                pace_dropped(&pace, 0, now, 1, 1, true);
+            else
+                pace_answered(&pace, 0, now, 1, 1, true);
+        }
+        now += 1 + 1e-3;
+        pace_answered(&pace, 0, now, 1, 1, false);
+    }
+    assert_near(pace.delay_s, 1e-3, 0.01);
+    pace_free(&pace);
+}
+
 /* Calm is until the first one of those who work is done, one who is late being no matter. */
 static void test_calm(void **state)
 {
@@ -98,6 +123,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_service),
         cmocka_unit_test(test_delay),
+        cmocka_unit_test(test_delay_of_a_lot),
         cmocka_unit_test(test_calm),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
