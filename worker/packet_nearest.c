@@ -7,7 +7,6 @@
 #if LANES_IN_SIMD
 
 #include "worker/nearest_walk.h"
-#include "worker/packet_triangle.h"
 #include "worker/rough_packet.h"
 
 /* A primitive that may be a ray's nearest. */
@@ -70,17 +69,18 @@ static INLINED void keep(struct nearest_packet *it, unsigned lane, const struct 
 
 /* Keeps what the rays may meet first. What certainly counts brings the limit down to what may yet
  * be as near by worker/order.h. */
-static void packet_candidates(struct nearest_packet *it, const struct bvh_leaf *leaf, lane_set set,
-                              lane_set certain, struct lanes nearest, struct lanes farthest)
+static INLINED lane_set triangle_candidates(void *context, const struct bvh_leaf *leaf,
+                                            const struct rough_crossings *found)
 {
+    struct nearest_packet *it = context;
     double from[LANES], to[LANES];
-    lanes_store(from, nearest);
-    lanes_store(to, farthest);
-    for (; set; set = without_lowest(set)) {
+    lanes_store(from, found->from);
+    lanes_store(to, found->to);
+    for (lane_set set = found->maybe; set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set);
         const struct ray *ray = &it->rays[lane];
         if (leaf->id == ray->from) continue;
-        if (!(certain >> lane & 1)) {
+        if (!(found->certain >> lane & 1)) {
             keep(it, lane, leaf, -INFINITE, INFINITE);
             continue;
         }
@@ -90,6 +90,7 @@ static void packet_candidates(struct nearest_packet *it, const struct bvh_leaf *
         double limit = to[lane] + 2 * (it->origin_error[lane] + ORDER_ERROR * to[lane]);
         it->limit[lane] = smaller(limit, it->limit[lane]);
     }
+    return ALL_LANES;
 }
 
 /* Tests rays with a primitive, one by one. */
@@ -103,7 +104,7 @@ static void test_each(struct nearest_packet *it, uint32_t id, lane_set set)
     }
 }
 
-/* The same as packet_candidates(), for a solid that has spans. */
+/* The same as triangle_candidates(), for a solid that has spans. */
 static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *leaf, lane_set rays)
 {
     struct spans_lanes spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
@@ -127,37 +128,6 @@ static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *l
     test_each(it, leaf->id, set & ~told);
 }
 
-/* A triangle that may be crossed by some rays. */
-static void one_triangle(struct nearest_packet *it, const struct bvh_leaf *leaf, lane_set rays)
-{
-    struct packet_view view = packet_view(&it->packet, it->scene, leaf);
-    struct lanes from, to;
-    if (!(rays & view.maybe)) return;
-    packet_distances(&it->packet, &view, &from, &to);
-    packet_candidates(it, leaf, rays & view.maybe, view.certain, from, to);
-}
-
-static INLINED void triangles_for_packet(struct nearest_packet *it, const struct bvh_leaf *leaves,
-                                         uint32_t count, uint32_t triangles, lane_set rays)
-{
-    struct rough_leaf rough;
-    lane_set beyond = rough_leaf_of(&it->packet, leaves, count, triangles, &rough);
-    for (uint32_t i = 0; i < triangles; i++) {
-        lane_set others = rays;
-        if (beyond != ALL_LANES) {
-            struct rough_view view = rough_view(&rough, i);
-            lane_set set = rays & ~beyond & view.sets.crossed;
-            others = rays & (beyond | ~(view.sets.missed | view.sets.crossed));
-            if (set) {
-                struct lanes from, to;
-                rough_distances(&it->packet, &rough, &view, &from, &to);
-                packet_candidates(it, &leaves[i], set, set, from, to);
-            }
-        }
-        if (others) one_triangle(it, &leaves[i], others);
-    }
-}
-
 static INLINED void visit_by_packet(void *context, const struct bvh_node *node, unsigned slot,
                                     double *limit)
 {
@@ -168,7 +138,9 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
     if (!rays || it->given_up) return;
     const struct bvh_leaf *leaves = bvh_leaves(it->packet.bvh) + node->child[slot];
     uint32_t count = node->count[slot], triangles = triangles_of(leaves, count);
-    if (triangles > 0) triangles_for_packet(it, leaves, count, triangles, rays);
+    if (triangles > 0)
+        packet_triangles(&it->packet, it->scene, leaves, count, triangles, rays,
+                         triangle_candidates, it);
     for (uint32_t i = triangles; i < count; i++) {
         if (has_spans(leaves[i].id))
             solid_candidates(it, &leaves[i], rays);

@@ -7,7 +7,6 @@
 #if LANES_IN_SIMD
 
 #include "worker/occlusion_walk.h"
-#include "worker/packet_triangle.h"
 #include "worker/rough_packet.h"
 
 struct occlusion_packet {
@@ -62,17 +61,19 @@ static lane_set rays_from(const struct occlusion_packet *it, uint32_t id)
     return set;
 }
 
-static void triangle_in_the_way(struct occlusion_packet *it, const struct bvh_leaf *leaf,
-                                lane_set set, lane_set certain, struct lanes from, struct lanes to)
+static INLINED lane_set triangle_in_the_way(void *context, const struct bvh_leaf *leaf,
+                                            const struct rough_crossings *found)
 {
-    set &= ~rays_from(it, leaf->id);
-    lane_set beyond = lanes_less(it->t_max, from) | lanes_less(to, lanes_of(0));
-    lane_set within = lanes_less(it->least, from) & lanes_less(to, it->t_max);
+    struct occlusion_packet *it = context;
+    lane_set set = found->maybe & ~rays_from(it, leaf->id), certain = found->certain;
+    lane_set beyond = lanes_less(it->t_max, found->from) | lanes_less(found->to, lanes_of(0));
+    lane_set within = lanes_less(it->least, found->from) & lanes_less(found->to, it->t_max);
     certain_crossings(it, leaf, set & certain & within, 1);
     for (set &= ~(certain & (within | beyond)); set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set);
         note(it, lane, occlusion_triangle(walk_of(it, lane), leaf, false, false));
     }
+    return it->open;
 }
 
 /* Tests rays with a primitive, one by one. */
@@ -98,37 +99,6 @@ static void solid_in_the_way(struct occlusion_packet *it, const struct bvh_leaf 
     test_each(it, leaf, set & ~(told & (certain.once | certain.twice)));
 }
 
-/* A triangle that may be crossed by some rays. */
-static void one_triangle(struct occlusion_packet *it, const struct bvh_leaf *leaf, lane_set rays)
-{
-    struct packet_view view = packet_view(&it->packet, it->scene, leaf);
-    struct lanes from, to;
-    if (!(rays & view.maybe)) return;
-    packet_distances(&it->packet, &view, &from, &to);
-    triangle_in_the_way(it, leaf, rays & view.maybe, view.certain, from, to);
-}
-
-static INLINED void triangles_for_packet(struct occlusion_packet *it, const struct bvh_leaf *leaves,
-                                         uint32_t count, uint32_t triangles, lane_set rays)
-{
-    struct rough_leaf rough;
-    lane_set beyond = rough_leaf_of(&it->packet, leaves, count, triangles, &rough);
-    for (uint32_t i = 0; i < triangles && (rays & it->open); i++) {
-        lane_set others = rays & it->open;
-        if (beyond != ALL_LANES) {
-            struct rough_view view = rough_view(&rough, i);
-            lane_set set = others & ~beyond & view.sets.crossed;
-            others &= beyond | ~(view.sets.missed | view.sets.crossed);
-            if (set) {
-                struct lanes from, to;
-                rough_distances(&it->packet, &rough, &view, &from, &to);
-                triangle_in_the_way(it, &leaves[i], set, set, from, to);
-            }
-        }
-        if (others) one_triangle(it, &leaves[i], others);
-    }
-}
-
 static INLINED void visit_by_packet(void *context, const struct bvh_node *node, unsigned slot,
                                     double *limit)
 {
@@ -139,7 +109,9 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
     if (!rays || it->given_up) return;
     const struct bvh_leaf *leaves = bvh_leaves(it->packet.bvh) + node->child[slot];
     uint32_t count = node->count[slot], triangles = triangles_of(leaves, count);
-    if (triangles > 0) triangles_for_packet(it, leaves, count, triangles, rays);
+    if (triangles > 0)
+        packet_triangles(&it->packet, it->scene, leaves, count, triangles, rays,
+                         triangle_in_the_way, it);
     for (uint32_t i = triangles; i < count && (rays & it->open); i++) {
         if (has_spans(leaves[i].id))
             solid_in_the_way(it, &leaves[i], rays & it->open);

@@ -62,30 +62,44 @@ packet_view(const struct packet *packet, const struct scene *scene, const struct
     return view;
 }
 
+/* A mean of the vertices' z, and by how much it is off because of its weights. */
+struct mean_lanes {
+    struct lanes z, doubt;
+};
+
+/*
+ * With weights e of one sign that are off by `error` each, the mean is off by twice the share of
+ * three errors in the sum of the weights, in units of the range of z, if that share is not above a
+ * half; and never by more than the range.
+ */
+static INLINED struct mean_lanes mean_of_vertices(const struct lanes z[3], struct lanes e0,
+                                                  struct lanes e1, struct lanes e2,
+                                                  struct lanes error)
+{
+    struct lanes inverse = lanes_div(lanes_of(1), lanes_add(lanes_add(e0, e1), e2));
+    struct lanes sum = lanes_add(lanes_mul(e0, z[0]), lanes_mul(e1, z[1]));
+    sum = lanes_add(sum, lanes_mul(e2, z[2]));
+    struct lanes range = lanes_sub(lanes_largest(z[0], z[1], z[2]), lanes_least(z[0], z[1], z[2]));
+    struct lanes share = lanes_mul(lanes_mul(lanes_of(6), error), lanes_abs(inverse));
+    return (struct mean_lanes){lanes_mul(sum, inverse),
+                               lanes_mul(lanes_smaller(share, lanes_of(1)), range)};
+}
+
 /*
  * Where the rays that certainly cross a triangle do so, within bounds. The exact crossing lies at a
- * mean z of the vertices with weights e, of which each is off by `error` at most: the mean by twice
- * the share of three errors in the sum of the weights, in units of the range of z, if that share is
- * not above a half; and never by more than the range. All other roundings, of z, of the mean and of
- * the quotients, and what t is off by when it is computed in the end, are less than 64 u of the
- * largest z.
+ * mean z of the vertices with the edges' values for weights. All other roundings, of z, of the mean
+ * and of the quotients, and what t is off by when it is computed in the end, are less than 64 u of
+ * the largest z.
  */
 static INLINED void packet_distances(const struct packet *packet, const struct packet_view *view,
                                      struct lanes *from, struct lanes *to)
 {
-    struct lanes sum = lanes_add(lanes_add(view->e0, view->e1), view->e2);
-    struct lanes inverse = lanes_div(lanes_of(1), sum);
-    struct lanes mean = lanes_add(lanes_mul(view->e0, view->p.z), lanes_mul(view->e1, view->q.z));
-    mean = lanes_mul(lanes_add(mean, lanes_mul(view->e2, view->r.z)), inverse);
-    struct lanes low = lanes_smaller(lanes_smaller(view->p.z, view->q.z), view->r.z);
-    struct lanes high = lanes_larger(lanes_larger(view->p.z, view->q.z), view->r.z);
-    struct lanes share = lanes_mul(lanes_mul(lanes_of(6), view->error), lanes_abs(inverse));
-    struct lanes doubt = lanes_mul(lanes_smaller(share, lanes_of(1)), lanes_sub(high, low));
-    struct lanes size = lanes_larger(lanes_abs(low), lanes_abs(high));
-    doubt = lanes_add(doubt, lanes_mul(lanes_of(64 * UNIT_ROUNDOFF), size));
-    struct lanes inverse_dz = packet->inverse_dz;
-    doubt = lanes_mul(doubt, lanes_abs(inverse_dz));
-    struct lanes t = lanes_mul(mean, inverse_dz);
+    const struct lanes z[3] = {view->p.z, view->q.z, view->r.z};
+    struct mean_lanes mean = mean_of_vertices(z, view->e0, view->e1, view->e2, view->error);
+    struct lanes size = lanes_largest(lanes_abs(z[0]), lanes_abs(z[1]), lanes_abs(z[2]));
+    struct lanes doubt = lanes_add(mean.doubt, lanes_mul(lanes_of(64 * UNIT_ROUNDOFF), size));
+    doubt = lanes_mul(doubt, lanes_abs(packet->inverse_dz));
+    struct lanes t = lanes_mul(mean.z, packet->inverse_dz);
     *from = lanes_sub(t, doubt);
     *to = lanes_add(t, doubt);
 }

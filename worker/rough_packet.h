@@ -2,7 +2,7 @@
 #ifndef FARM_WORKER_ROUGH_PACKET_H
 #define FARM_WORKER_ROUGH_PACKET_H
 
-#include "worker/packet_walk.h"
+#include "worker/packet_triangle.h"
 #include "worker/rough_triangles.h"
 
 /* A leaf's triangles and, a lane for each ray, X, Y and Z. */
@@ -89,29 +89,72 @@ static INLINED struct lanes lanes_of_floats(struct floats a)
 
 /*
  * packet_distances() of the rays that certainly cross the triangle. The edges' values are off by
- * ROUGH_ERROR each, and that goes in there in the same way; places by a half; and all other roundings
- * are less than 16 FLOAT_ROUNDOFF of 2^16, and 64 UNIT_ROUNDOFF of AHEAD_MAX.
+ * ROUGH_ERROR each; places by a half; and all other roundings are less than 16 FLOAT_ROUNDOFF of
+ * 2^16, and 64 UNIT_ROUNDOFF of AHEAD_MAX.
  */
 static INLINED void rough_distances(const struct packet *packet, const struct rough_leaf *leaf,
                                     const struct rough_view *view, struct lanes *from,
                                     struct lanes *to)
 {
+    const struct rough_corners *corner = view->corner;
     const struct rough_sets *sets = &view->sets;
-    struct lanes p = lanes_of_floats(view->corner[0].z), q = lanes_of_floats(view->corner[1].z);
-    struct lanes r = lanes_of_floats(view->corner[2].z);
-    struct lanes e0 = lanes_of_floats(sets->e0), e1 = lanes_of_floats(sets->e1);
-    struct lanes e2 = lanes_of_floats(sets->e2);
-    struct lanes inverse = lanes_div(lanes_of(1), lanes_add(lanes_add(e0, e1), e2));
-    struct lanes mean = lanes_add(lanes_mul(e0, p), lanes_mul(e1, q));
-    mean = lanes_mul(lanes_add(mean, lanes_mul(e2, r)), inverse);
-    struct lanes range = lanes_sub(lanes_largest(p, q, r), lanes_least(p, q, r));
-    struct lanes share = lanes_mul(lanes_of(6 * ROUGH_ERROR), lanes_abs(inverse));
-    struct lanes doubt = lanes_mul(lanes_smaller(share, lanes_of(1)), range);
+    const struct lanes z[3] = {lanes_of_floats(corner[0].z), lanes_of_floats(corner[1].z),
+                               lanes_of_floats(corner[2].z)};
+    struct mean_lanes mean =
+        mean_of_vertices(z, lanes_of_floats(sets->e0), lanes_of_floats(sets->e1),
+                         lanes_of_floats(sets->e2), lanes_of(ROUGH_ERROR));
     struct lanes scale = lanes_mul(lanes_of(leaf->unit), packet->inverse_dz);
-    doubt = lanes_mul(lanes_add(doubt, lanes_of(1)), lanes_abs(scale));
-    struct lanes t = lanes_mul(lanes_add(mean, leaf->base_z), scale);
+    struct lanes doubt = lanes_mul(lanes_add(mean.doubt, lanes_of(1)), lanes_abs(scale));
+    struct lanes t = lanes_mul(lanes_add(mean.z, leaf->base_z), scale);
     *from = lanes_sub(t, doubt);
     *to = lanes_add(t, doubt);
+}
+
+/* Rays that may cross a triangle; the certain ones do so between from and to. */
+struct rough_crossings {
+    lane_set maybe, certain;
+    struct lanes from, to;
+};
+
+/* By the filter of double. */
+static inline struct rough_crossings crossings_in_double(const struct packet *packet,
+                                                         const struct scene *scene,
+                                                         const struct bvh_leaf *leaf, lane_set rays)
+{
+    struct packet_view view = packet_view(packet, scene, leaf);
+    struct rough_crossings found = {.maybe = rays & view.maybe, .certain = view.certain};
+    if (found.maybe) packet_distances(packet, &view, &found.from, &found.to);
+    return found;
+}
+
+/* Of a triangle that some rays may cross; returns the rays that look for more. */
+typedef lane_set visit_triangle(void *context, const struct bvh_leaf *leaf,
+                                const struct rough_crossings *found);
+
+/* The triangles of a leaf with `count` entries: in float, and in double what is open then. */
+static INLINED void packet_triangles(const struct packet *packet, const struct scene *scene,
+                                     const struct bvh_leaf *leaves, uint32_t count,
+                                     uint32_t triangles, lane_set rays, visit_triangle *visit,
+                                     void *context)
+{
+    struct rough_leaf rough;
+    lane_set beyond = rough_leaf_of(packet, leaves, count, triangles, &rough);
+    for (uint32_t i = 0; i < triangles && rays; i++) {
+        struct rough_crossings found;
+        lane_set open = rays;
+        if (beyond != ALL_LANES) {
+            struct rough_view view = rough_view(&rough, i);
+            found.maybe = found.certain = rays & ~beyond & view.sets.crossed;
+            open = rays & (beyond | ~(view.sets.missed | view.sets.crossed));
+            if (found.maybe) {
+                rough_distances(packet, &rough, &view, &found.from, &found.to);
+                rays &= visit(context, &leaves[i], &found);
+            }
+        }
+        if (!open) continue;
+        found = crossings_in_double(packet, scene, &leaves[i], open);
+        if (found.maybe) rays &= visit(context, &leaves[i], &found);
+    }
 }
 
 #endif
