@@ -58,6 +58,11 @@ static inline struct floats floats_of_lanes(struct lanes a)
     return (struct floats){_mm512_cvtpd_ps(a.v)};
 }
 
+static inline struct lanes lanes_of_floats(struct floats a)
+{
+    return (struct lanes){_mm512_cvtps_pd(a.v)};
+}
+
 static inline lane_set floats_less(struct floats a, struct floats b)
 {
     return _mm256_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ);
@@ -73,6 +78,12 @@ static inline lane_set floats_at_most(struct floats a, struct floats b)
 static inline struct floats floats_of_lanes(struct lanes a)
 {
     return (struct floats){_mm256_set_m128(_mm256_cvtpd_ps(a.high), _mm256_cvtpd_ps(a.low))};
+}
+
+static inline struct lanes lanes_of_floats(struct floats a)
+{
+    return (struct lanes){_mm256_cvtps_pd(_mm256_castps256_ps128(a.v)),
+                          _mm256_cvtps_pd(_mm256_extractf128_ps(a.v, 1))};
 }
 
 static inline lane_set floats_less(struct floats a, struct floats b)
@@ -132,6 +143,11 @@ static inline struct floats floats_of_lanes(struct lanes a)
     for (unsigned i = 0; i < LANES; i++)
         floats.at[i] = (float)a.at[i];
     return floats;
+}
+
+static inline struct lanes lanes_of_floats(struct floats a)
+{
+    return lanes_load_floats(a.at);
 }
 
 static inline void floats_store(float *to, struct floats a)
