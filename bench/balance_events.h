@@ -29,4 +29,7 @@ void events_add(struct events *events, const struct event *event);
 const struct event *events_first(const struct events *events);
 struct event events_take(struct events *events);
 
+/* Takes out the one for this what; there is one (asserted). O(n). */
+void events_remove(struct events *events, const void *what);
+
 #endif

@@ -1,5 +1,6 @@
 #include "bench/balance_run.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -92,6 +93,14 @@ void farm_run_slow(struct farm_run *run, const char *config, const char *picture
     run_command(run, launch, picture);
     free(launch);
     free(arguments);
+}
+
+double most_cpu(const struct farm_run *run)
+{
+    double most = 0;
+    for (unsigned i = 0; i < run->renderers; i++)
+        most = fmax(most, run->workers[i].cpu_s);
+    return most;
 }
 
 void farm_run_free(struct farm_run *run)

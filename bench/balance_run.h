@@ -29,6 +29,9 @@ void farm_run(struct farm_run *run, unsigned ranks, const char *config, const ch
 void farm_run_slow(struct farm_run *run, const char *config, const char *picture,
                    const char *options);
 
+/* CPU seconds of rendering, of the rank that needs most. */
+double most_cpu(const struct farm_run *run);
+
 void farm_run_free(struct farm_run *run);
 
 #endif

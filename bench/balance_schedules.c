@@ -24,7 +24,7 @@ struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t height,
         .schedule = schedules[schedule], .width = width, .height = height, .renderers = renderers};
     if (!bench_schedules[schedule].is_static)
         config.tile_edge = queue_auto_edge(config.schedule, width, height, renderers * cores);
-    config.probe_edge = queue_auto_probe_edge(width, height, samples);
+    config.probe_edge = queue_auto_probe_edge(width, height, samples, renderers * cores);
     struct queue *queue = queue_create(&config);
     if (!queue) fatal("the picture has too many tiles");
     return queue;

@@ -15,11 +15,17 @@ static double shared_rate(const struct sim *sim)
     return cores && sim->working > cores ? (double)cores / sim->working : 1;
 }
 
-double next_look(const struct sim *sim, double idle_since, double nap, double time)
+double next_look(const struct sim *sim, double idle_since, double nap, double calm_until,
+                 double time)
 {
     double overshoot = sim->machine->messages.nap_s, look = idle_since, waited = 0;
     if (overshoot < 0) return fmax(time, idle_since);
     while (look < time && nap < NAP_SELDOM) {
+        double calm = nap_calm(calm_until - look);
+        if (calm > nap) {
+            look += calm + overshoot;
+            continue;
+        }
         look += nap + overshoot;
         waited += nap;
         nap = nap_after(waited, nap);
@@ -40,7 +46,9 @@ static void lot_arrives(struct sim *sim, const struct event *event)
 {
     struct renderer *renderer = &sim->renderers[event->who];
     double look = sim->now;
-    if (renderer->working == 0) look = next_look(sim, renderer->idle_since, NAP_SHORTEST, sim->now);
+    double spun = renderer->idle_since + NAP_SPIN;
+    if (renderer->working == 0 && sim->now > spun)
+        look = next_look(sim, spun, NAP_SHORTEST, 0, sim->now);
     sim_at(sim, look, EVENT_SEEN, event->who, event->what);
 }
 
@@ -67,6 +75,9 @@ static void happen(struct sim *sim, const struct event *event)
         break;
     case EVENT_DROP:
         sim_drop(sim, event->who, event->number);
+        break;
+    case EVENT_GIVE_UP:
+        sim_give_up(sim, event->who, event->number);
         break;
     case EVENT_CHECK:
         sim_check(sim);
@@ -98,6 +109,8 @@ static bool step(struct sim *sim)
 /* What was under way when the last tile came in. */
 static void give_up(struct sim *sim)
 {
+    for (uint32_t i = 0; i < sim->machine->renderers; i++)
+        sim_stop(sim, i);
     for (struct lot *lot = sim->lots, *after; lot; lot = after) {
         after = lot->after;
         free(lot);

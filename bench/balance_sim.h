@@ -38,7 +38,7 @@ struct sim_renderer {
     uint32_t tiles;
     uint64_t pixels;
     double busy_s;   /* wall seconds of rendering and probing */
-    double finish_s; /* when its last tile was finished */
+    double finish_s; /* when it rendered for the last time, in vain or not */
     double send_s;   /* in sending its results: to the last byte at the master */
 };
 
@@ -46,7 +46,7 @@ struct sim_outcome {
     double render_s;                /* until the last tile is in the picture */
     double work_s;                  /* of all tiles that were begun, by a processor of speed 1 */
     double probe_s;                 /* of that, in probes */
-    double wasted_s;                /* of that, in tiles that somebody else finished first */
+    double wasted_s;                /* of that, for tiles that somebody else finished first */
     double master_s;                /* seconds that the master was serving */
     uint64_t messages;              /* results that came by message */
     uint32_t tiles, repeated;       /* see struct queue_count */

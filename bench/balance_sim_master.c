@@ -6,13 +6,20 @@
 #include "common/message.h"
 #include "common/nap.h"
 
+static double pixels_of(const struct part *parts)
+{
+    double pixels = 0;
+    for (const struct part *part = parts; part; part = part->next)
+        if (!part->dropped) pixels += tile_pixels(&part->tile);
+    return pixels;
+}
+
 static double service_time(const struct sim *sim, const struct part *parts)
 {
     const struct message_costs *costs = &sim->machine->messages;
-    double span = costs->service_s;
+    double span = costs->service_s + pixels_of(parts) * costs->service_pixel_s;
     for (const struct part *part = parts; part; part = part->next)
-        span += costs->service_tile_s +
-                (part->dropped ? 0 : tile_pixels(&part->tile) * costs->service_pixel_s);
+        span += costs->service_tile_s;
     return span;
 }
 
@@ -25,16 +32,17 @@ static void serve(struct sim *sim, double span)
         sim->renderers[0].debt_s += span;
 }
 
-/* Renderers hear what others have taken from them; rank 0's own looks itself. */
-static void tell_recalls(struct sim *sim, double time)
+/* Rank 0's own renderer looks itself for what it has not begun. */
+void sim_tell_recalls(struct sim *sim, double time)
 {
-    uint32_t renderer, id;
-    while (queue_recall(sim->queue, &renderer, &id)) {
-        struct event drop = {.time = time + sim->machine->messages.latency_s,
-                             .kind = EVENT_DROP,
-                             .who = renderer,
-                             .number = id};
-        if (!is_own(sim, renderer)) events_add(&sim->wall, &drop);
+    struct recall recall;
+    while (queue_recall(sim->queue, &recall)) {
+        bool own = is_own(sim, recall.renderer);
+        struct event drop = {.time = time + (own ? 0 : sim->machine->messages.latency_s),
+                             .kind = recall.finished ? EVENT_GIVE_UP : EVENT_DROP,
+                             .who = recall.renderer,
+                             .number = recall.id};
+        if (!own || recall.finished) events_add(&sim->wall, &drop);
     }
 }
 
@@ -49,8 +57,15 @@ static bool hand_out(struct sim *sim, uint32_t who, double time)
         sim_at(sim, arrival, EVENT_LOT, who, lot);
     }
     sim->renderers[who].asks = queue_holds(sim->queue, who) == 0;
-    tell_recalls(sim, time);
+    sim_tell_recalls(sim, time);
     return any;
+}
+
+/* The master has nothing to do from this time on. */
+static void begin_idling(struct sim *sim, double time)
+{
+    sim->idle_since = time;
+    sim->calm_until = time + queue_calm(sim->queue, time);
 }
 
 void hand_out_to(struct sim *sim, bool all)
@@ -61,7 +76,7 @@ void hand_out_to(struct sim *sim, bool all)
         if ((all || sim->renderers[who].asks) && hand_out(sim, who, time))
             time += costs->service_s / 2;
     serve(sim, time - sim->now);
-    sim->idle_since = time;
+    begin_idling(sim, time);
 }
 
 /* As the master does whenever it has looked for messages. */
@@ -100,11 +115,17 @@ static void serve_next(struct sim *sim, double from)
     sim_at(sim, from + span, EVENT_SERVED, 0, NULL);
 }
 
+double sim_master_looks(const struct sim *sim)
+{
+    if (sim->serving) return sim->now;
+    return next_look(sim, sim->idle_since, sim->nap.seconds, sim->calm_until, sim->now);
+}
+
 void result_arrives(struct sim *sim, const struct event *letter)
 {
     keep_letter(sim, letter);
     sim->outcome->messages++;
-    if (!sim->serving) serve_next(sim, next_look(sim, sim->idle_since, sim->nap.seconds, sim->now));
+    if (!sim->serving) serve_next(sim, sim_master_looks(sim));
 }
 
 void result_served(struct sim *sim)
@@ -113,16 +134,17 @@ void result_served(struct sim *sim)
     struct part *next = letter.what;
     sim->first = (sim->first + 1) % sim->letter_room;
     sim->letter_count--;
-    queue_served(sim->queue, service_time(sim, next));
+    queue_served(sim->queue, service_time(sim, next), pixels_of(next));
     for (struct part *part; (part = next);) {
         next = part->next;
         accept_part(sim, letter.who, part);
         forget_part(sim, part->lot);
     }
     sim->serving = false;
-    sim->idle_since = sim->now;
     nap_heard(&sim->nap, sim->now);
     if (!queue_over(sim->queue, letter.who)) hand_out(sim, letter.who, sim->now);
+    sim_tell_recalls(sim, sim->now);
+    begin_idling(sim, sim->now);
     hand_out_to_idle(sim);
     if (sim->letter_count > 0) serve_next(sim, sim->now);
 }

@@ -25,6 +25,7 @@ static void begin_part(struct sim *sim, uint32_t who, struct part *part)
     sim->outcome->work_s += cost;
     if (part->tile.pass == TILE_PROBE) sim->outcome->probe_s += cost;
     part->begun_s = sim->now;
+    part->working = true;
     sim->renderers[who].working++;
     sim->working++;
     events_add(&sim->done, &done);
@@ -100,6 +101,7 @@ void take_own(struct sim *sim)
 {
     if (sim->renderers[0].count > 0) return;
     struct lot *lot = next_lot(sim, 0);
+    sim_tell_recalls(sim, sim_master_looks(sim));
     if (lot) {
         nap_reset(&sim->own_nap);
         sim_hold(sim, 0, lot);
@@ -127,13 +129,14 @@ static void tell_probes(struct sim *sim, const struct tile *tile)
 void accept_part(struct sim *sim, uint32_t who, struct part *part)
 {
     bool probes = part->tile.pass == TILE_PROBE;
+    /* A node of many cores is a renderer of many times the speed. */
+    double seconds = part->seconds / sim->machine->node_cores;
     if (part->dropped) {
-        queue_drop(sim->queue, who, part->tile.id, sim->now);
+        queue_drop(sim->queue, who, part->tile.id, sim->now, seconds);
+        sim->outcome->wasted_s += part->seconds * speed_of(sim, who);
         return;
     }
     if (probes) tell_probes(sim, &part->tile);
-    /* A node of many cores is a renderer of many times the speed. */
-    double seconds = part->seconds / sim->machine->node_cores;
     bool first = queue_finish(sim->queue, who, part->tile.id, sim->now, seconds);
     if (first) sim->outcome->render_s = sim->now;
     if (!first && !probes) sim->outcome->wasted_s += part->seconds * speed_of(sim, who);
@@ -165,10 +168,12 @@ static void account(struct sim *sim, uint32_t who, struct part *part)
     struct sim_renderer *sum = &sim->outcome->renderers[who];
     part->seconds = sim->now - part->begun_s;
     sum->busy_s += part->seconds;
+    part->working = false;
     if (part->tile.pass == TILE_PROBE) return;
+    sum->finish_s = sim->now;
+    if (part->dropped) return;
     sum->tiles++;
     sum->pixels += tile_pixels(&part->tile);
-    sum->finish_s = sim->now;
 }
 
 /* Nothing more is to be done for a lot that the renderer holds. */
@@ -189,6 +194,7 @@ static void end_part(struct sim *sim, uint32_t who, struct part *part)
     if (all) put_away(&sim->renderers[who], lot);
     if (is_own(sim, who)) {
         accept_part(sim, who, part);
+        sim_tell_recalls(sim, sim_master_looks(sim));
         forget_part(sim, lot);
         return;
     }
@@ -216,6 +222,42 @@ void sim_drop(struct sim *sim, uint32_t who, uint32_t id)
         struct lot *lot = renderer->held[i];
         for (uint32_t k = lot->begun; k < lot->count; k++)
             if (lot->parts[k].tile.id == id) lot->parts[k].dropped = true;
+    }
+}
+
+/* The part that is being rendered; NULL: it is not. */
+static struct part *find_working(const struct renderer *renderer, uint32_t id)
+{
+    for (unsigned i = 0; i < renderer->count; i++) {
+        struct lot *lot = renderer->held[i];
+        for (uint32_t k = 0; k < lot->begun; k++)
+            if (lot->parts[k].working && lot->parts[k].tile.id == id) return &lot->parts[k];
+    }
+    return NULL;
+}
+
+void sim_give_up(struct sim *sim, uint32_t who, uint32_t id)
+{
+    struct part *part = find_working(&sim->renderers[who], id);
+    sim_drop(sim, who, id);
+    if (!part) return;
+    part->dropped = true;
+    events_remove(&sim->done, part);
+    finish_part(sim, who, part);
+}
+
+void sim_stop(struct sim *sim, uint32_t who)
+{
+    struct renderer *renderer = &sim->renderers[who];
+    for (unsigned i = 0; i < renderer->count; i++) {
+        struct lot *lot = renderer->held[i];
+        for (uint32_t k = 0; k < lot->begun; k++) {
+            struct part *part = &lot->parts[k];
+            if (!part->working) continue;
+            part->dropped = true;
+            account(sim, who, part);
+            sim->outcome->wasted_s += part->seconds * speed_of(sim, who);
+        }
     }
 }
 

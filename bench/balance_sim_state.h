@@ -13,14 +13,24 @@
 /* More lots than the queue lets a renderer hold. */
 #define HELD 4
 
-enum { EVENT_RESULT, EVENT_SERVED, EVENT_LOT, EVENT_SEEN, EVENT_DROP, EVENT_CHECK, EVENT_OWN };
+enum {
+    EVENT_RESULT,
+    EVENT_SERVED,
+    EVENT_LOT,
+    EVENT_SEEN,
+    EVENT_DROP,
+    EVENT_GIVE_UP,
+    EVENT_CHECK,
+    EVENT_OWN
+};
 
 struct part {
     struct tile tile;
     struct lot *lot;
     struct part *next;       /* of those that go into the same answer */
     double begun_s, seconds; /* when it was begun, and what it took */
-    bool dropped;            /* others have it now */
+    bool working;            /* it is being rendered */
+    bool dropped;            /* others have it now, or have finished it */
 };
 
 struct lot {
@@ -62,7 +72,7 @@ struct sim {
 
     /* The master. */
     bool serving;
-    double idle_since;
+    double idle_since, calm_until;
     struct nap nap; /* its first one since then */
     uint64_t news;
     double check;          /* when the next EVENT_CHECK comes; HUGE_VAL: none */
@@ -72,9 +82,10 @@ struct sim {
 
 /* ---- clocks: balance_sim.c ---- */
 
-/* When somebody who has nothing to do since then, and whose first nap takes so many seconds, looks again,
- * at `time` or behind it. */
-double next_look(const struct sim *sim, double idle_since, double nap, double time);
+/* When somebody who has nothing to do since then, whose first nap takes so many seconds and who expects
+ * nothing until calm_until, looks again, at `time` or behind it. */
+double next_look(const struct sim *sim, double idle_since, double nap, double calm_until,
+                 double time);
 
 /* An event on the wall clock. */
 void sim_at(struct sim *sim, double time, uint32_t kind, uint32_t who, void *what);
@@ -102,6 +113,12 @@ bool pays_debt(struct sim *sim, const struct event *done);
 /* Others have a tile that the renderer may not have begun. */
 void sim_drop(struct sim *sim, uint32_t who, uint32_t id);
 
+/* Others have finished a tile that the renderer may be rendering, and gives up then. */
+void sim_give_up(struct sim *sim, uint32_t who, uint32_t id);
+
+/* It gives up all that it renders. */
+void sim_stop(struct sim *sim, uint32_t who);
+
 /* The queue gets a part that was finished or dropped. */
 void accept_part(struct sim *sim, uint32_t who, struct part *part);
 
@@ -113,6 +130,12 @@ void forget_part(struct sim *sim, struct lot *lot);
 /* Lots for those who have asked in vain, or for all. To each that gets something it takes half of what
  * a result and its answer take. */
 void hand_out_to(struct sim *sim, bool all);
+
+/* The renderers hear, from this time on, what others have taken from them or finished. */
+void sim_tell_recalls(struct sim *sim, double time);
+
+/* When the master looks next, if it is not serving anyhow. */
+double sim_master_looks(const struct sim *sim);
 
 /* A result has come; it is served when the master has looked and has done what came before. */
 void result_arrives(struct sim *sim, const struct event *letter);

@@ -11,14 +11,6 @@
 #define SAMPLES 16
 #define PICTURE KEPT_FOLDER "/static.pfm"
 
-static double most_cpu(const struct farm_run *run)
-{
-    double most = 0;
-    for (unsigned i = 0; i < run->renderers; i++)
-        most = fmax(most, run->workers[i].cpu_s);
-    return most;
-}
-
 static double cpu_of(const struct bench_scene *scene, unsigned processors, const char *options)
 {
     struct farm_run run;

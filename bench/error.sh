@@ -9,9 +9,10 @@
 #   coverage  how often intervals hold, over pictures with different random numbers
 #   peers     POV-Ray's and Tachyon's antialiasing, each against its own converged picture
 #
-# Times are CPU seconds of rendering. FARM and TOOL are the programs, WORK a folder for pictures;
-# MPIEXEC starts references on all cores. ERROR_SCENES, ERROR_SIZE (320x240), ERROR_PEERS_SIZE (160x120)
-# and ERROR_FINEST (16: uniform samples per pixel, at most) can be set. Tables and plots go to bench/out/.
+# Times are CPU seconds of rendering, where runs are short the median of ERROR_REPEAT (3) of them. FARM
+# and TOOL are the programs, WORK a folder for pictures; MPIEXEC starts references on all cores.
+# ERROR_SCENES, ERROR_SIZE (320x240), ERROR_PEERS_SIZE (160x120) and ERROR_FINEST (16: uniform samples per
+# pixel, at most) can be set. Tables and plots go to bench/out/.
 #
 # What was measured stays in the CSV files: a bench that was ended goes on there, row by row, with the
 # same sizes and the same program; otherwise it begins anew.
@@ -20,7 +21,7 @@ export LC_ALL=C
 SECTIONS=${*:-allocation sampling truncation formulas forecast coverage peers}
 SCENES=${ERROR_SCENES:-lantern garden ground balls}
 SIZE=${ERROR_SIZE:-320x240} PEERS_SIZE=${ERROR_PEERS_SIZE:-160x120}
-FINEST=${ERROR_FINEST:-16}
+FINEST=${ERROR_FINEST:-16} REPEAT=${ERROR_REPEAT:-3}
 MANY=$((64 * FINEST))        # of a reference
 OUT=bench/out
 set_size() { W=${1%x*} H=${1#*x}; }
@@ -62,6 +63,18 @@ farm() {
     "$FARM" "$config" image.width=$W image.height=$H output.image="$WORK/$name.pfm" \
         output.report="$WORK/$name.json" output.journal= "$@" >"$WORK/$name.log" 2>&1 ||
         { cat "$WORK/$name.log" >&2; exit 1; }
+}
+
+# The median of numbers, one a line.
+median() { sort -n | awk '{ v[NR] = $1 } END { print (v[int((NR + 1) / 2)] + v[int(NR / 2) + 1]) / 2 }'; }
+# farm() REPEAT times: sets cpu to the median of its CPU seconds.
+farm_repeated() {
+    times=
+    for _ in $(seq "$REPEAT"); do
+        farm "$@"
+        times="$times $(cpu_of "$WORK/$1.json")"
+    done
+    cpu=$(for t in $times; do echo "$t"; done | median)
 }
 
 # On all cores: its time is nobody's business.
@@ -197,19 +210,43 @@ truncation() {
         echo "|---|---|---|---|---|---|---|---|"
         awk -F, 'NR > 1 { printf "| %s | %s | %s | %.3f | %.3g | %.3g | %s | %s |\n", $1, $2, $3, $4, $5, $6, $7 == "null" ? "none" : sprintf("%.3g", $7), $8 }' "$csv"
     } >"$OUT/error_truncation.md"
+    for scene in $SCENES; do plot_truncation "$scene"; done
     cat "$OUT/error_truncation.md"
 }
 
 one_truncation() {
     scene=$1 knob=$2 setting=$3; shift 3
     known "$scene,$knob,$setting" && return
-    farm run "$scene" sampling.samples=1 sampling.reference="$WORK/deep_$scene.pfm" "$@"
+    farm_repeated run "$scene" sampling.samples=1 sampling.reference="$WORK/deep_$scene.pfm" "$@"
     r=$WORK/run.json
     # The reference has an error of its own, and both are floats.
-    awk -v s="$scene" -v k="$knob" -v n="$setting" -v t="$(cpu_of "$r")" -v e="$(of "$r" reference rmse)" \
+    awk -v s="$scene" -v k="$knob" -v n="$setting" -v t="$cpu" -v e="$(of "$r" reference rmse)" \
         -v m="$(of "$r" reference max)" -v b="$(of "$r" bound truncation)" 'BEGIN {
         held = b == "null" || m <= b + 1e-6 ? "yes" : "NO"
         printf "%s,%s,%s,%s,%s,%s,%s,%s\n", s, k, n, t, e, m, b, held }' >>"$csv"
+}
+
+# What has no error at all, or no bound, has no place in it.
+plot_truncation() {
+    gnuplot <<END
+set terminal svg size 640,480 background "white"
+set output "$OUT/error_truncation_$1.svg"
+set datafile separator ","
+set logscale xy
+set xlabel "CPU seconds"
+set ylabel "error"
+set format y "%g"
+set grid
+set key outside below
+set title "$1, $W x $H: depth 0 to 20, cutoff 1/16 to 1/65536"
+some(x) = x > 0 ? x : NaN
+plot "< grep '^$1,depth' $csv" using 4:(some(\$5)) with linespoints lc 1 pt 7 title "depth: RMSE", \
+     "" using 4:(some(\$6)) with points lc 1 pt 6 title "largest", \
+     "" using 4:(some(\$7)) with points lc 1 pt 1 title "claimed", \
+     "< grep '^$1,cutoff' $csv" using 4:(some(\$5)) with linespoints lc 2 pt 5 title "cutoff: RMSE", \
+     "" using 4:(some(\$6)) with points lc 2 pt 4 title "largest", \
+     "" using 4:(some(\$7)) with points lc 2 pt 2 title "claimed"
+END
 }
 
 # ---- formulas ----
@@ -219,9 +256,10 @@ formulas() {
     begin_csv "scene,exact_s,paper_s,rmse,max"
     for scene in $SCENES distant shells slab; do
         known "$scene" && continue
-        farm exact "$scene" sampling.samples=4
-        farm run "$scene" sampling.samples=4 render.formulas=paper sampling.reference="$WORK/exact.pfm"
-        echo "$scene,$(cpu_of "$WORK/exact.json"),$(cpu_of "$WORK/run.json"),$(of "$WORK/run.json" reference rmse),$(of "$WORK/run.json" reference max)" >>"$csv"
+        farm_repeated exact "$scene" sampling.samples=4
+        exact_s=$cpu
+        farm_repeated run "$scene" sampling.samples=4 render.formulas=paper sampling.reference="$WORK/exact.pfm"
+        echo "$scene,$exact_s,$cpu,$(of "$WORK/run.json" reference rmse),$(of "$WORK/run.json" reference max)" >>"$csv"
     done
     {
         echo "# The paper's formulas against the exact ones, same samples"
@@ -358,7 +396,24 @@ forecast() {
                 n++; hit += $10 < 0.2 && $10 > -0.2; in1 += $7 <= $9 && $9 <= $8; s += log(1 + $10) ^ 2 }
             END { if (n) printf "\nWithin 20 %%: %d of %d. In their interval: %d. Off by, root mean square: %.0f %%.\n", hit, n, in1, 100 * sqrt(s / n) }' "$csv"
     } >"$OUT/error_forecast.md"
+    plot_forecast
     cat "$OUT/error_forecast.md"
+}
+
+plot_forecast() {
+    gnuplot <<END
+set terminal svg size 640,480 background "white"
+set output "$OUT/error_forecast.svg"
+set datafile separator ","
+set logscale xy
+set xlabel "CPU seconds that it took"
+set ylabel "foretold, +- a standard deviation"
+set grid
+set key left top
+set title "Forecasts, $W x $H; the lines: as foretold, and 20 % off"
+plot for [scene in "$SCENES"] sprintf("< grep '^%s,' $csv", scene) using 9:6:7:8 with yerrorbars pt 7 title scene, \
+     x with lines lc 0 notitle, 0.8 * x with lines lc 0 dt 2 notitle, 1.2 * x with lines lc 0 dt 2 notitle
+END
 }
 
 # ---- coverage ----

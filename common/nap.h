@@ -5,6 +5,8 @@
 #ifndef FARM_COMMON_NAP_H
 #define FARM_COMMON_NAP_H
 
+#include <sched.h>
+
 #include "common/clock.h"
 
 /*
@@ -26,11 +28,21 @@ static inline double nap_after(double waited, double last)
     return 2 * last < most ? 2 * last : most;
 }
 
+/* One who expects nothing for so many seconds sleeps for this part of them at once. */
+#define NAP_CALM_PART (1.0 / 4)
+
+static inline double nap_calm(double seconds)
+{
+    double part = NAP_CALM_PART * seconds;
+    return part < NAP_SELDOM ? part : NAP_SELDOM;
+}
+
 struct nap {
     double seconds;  /* of the next one */
     double waited;   /* in those before it */
     double heard;    /* see nap_heard(): when that was last */
     double interval; /* and how long from time to time */
+    double begun;    /* see nap_take_soon(): when the wait began; 0: it has not */
 };
 
 /*
@@ -44,6 +56,7 @@ static inline void nap_reset(struct nap *nap)
 {
     nap->seconds = NAP_SHORTEST;
     nap->waited = 0;
+    nap->begun = 0;
 }
 
 /* How fast the estimate of intervals follows, and the first nap as part of one: naps that grew from the
@@ -67,6 +80,33 @@ static inline void nap_take(struct nap *nap)
     clock_sleep(nap->seconds);
     nap->waited += nap->seconds;
     nap->seconds = nap_after(nap->waited, nap->seconds);
+}
+
+/*
+ * Seconds for which one who is to hear something soon looks without sleeping: what the first nap and its
+ * wake-up take, so that it costs him at most twice what he would have spent had he known (A. Karlin et
+ * al., Competitive snoopy caching, Algorithmica 3, 1988).
+ */
+#define NAP_SPIN 50e-6
+
+/* The same for him. Others who wait for this processor get it meanwhile. */
+static inline void nap_take_soon(struct nap *nap)
+{
+    double now = clock_wall();
+    if (nap->begun == 0) nap->begun = now;
+    if (now < nap->begun + NAP_SPIN)
+        sched_yield();
+    else
+        nap_take(nap);
+}
+
+/* The same for one who expects nothing for so many seconds. */
+static inline void nap_take_calm(struct nap *nap, double calm)
+{
+    if (nap_calm(calm) > nap->seconds)
+        clock_sleep(nap_calm(calm));
+    else
+        nap_take(nap);
 }
 
 #endif

@@ -95,6 +95,22 @@ bool refinements_valid(const struct refinement *refinements, uint32_t count, uin
     return true;
 }
 
+bool drop_message_valid(const struct drop *drop, size_t bytes)
+{
+    return bytes == sizeof *drop && drop->finished <= 1;
+}
+
+static bool times_valid(const struct result_header *header)
+{
+    return seconds_valid(header->start_s) && seconds_valid(header->busy_s) &&
+           seconds_valid(header->cpu_s);
+}
+
+bool dropped_valid(const struct result_header *header)
+{
+    return header->pixels == RESULT_DROPPED && times_valid(header);
+}
+
 bool result_message_valid(const struct result_header *header, size_t bytes, const struct tile *tile,
                           bool halves)
 {
@@ -102,8 +118,7 @@ bool result_message_valid(const struct result_header *header, size_t bytes, cons
     if (bytes < sizeof *header || header->tile_id != tile->id) return false;
     uint32_t pixels = tile_pixels(tile);
     if (tile_is_refined(tile) ? header->pixels > pixels : header->pixels != pixels) return false;
-    return bytes >= result_bytes(tile, header->pixels, halves) && seconds_valid(header->start_s) &&
-           seconds_valid(header->busy_s) && seconds_valid(header->cpu_s) &&
+    return bytes >= result_bytes(tile, header->pixels, halves) && times_valid(header) &&
            render_counts_valid(&header->counts);
 }
 

@@ -8,8 +8,8 @@
  *                                  these; up to two lots are under way at a time. From pass 1 on,
  *                                  each is followed by a struct refinement per pixel, filled up to
  *                                  tile_part_bytes()
- *   DROP      master -> renderer   uint32_t, the id of a tile that need not be rendered any more; it
- *                                  may be too late
+ *   DROP      master -> renderer   struct drop: a tile that need not be rendered any more; it may be
+ *                                  too late
  *   RESULT    renderer -> master   a lot or a part of it: for each of its tiles in their order struct
  *                                  result_header, then 3 floats (linear RGB) per pixel in the
  *                                  tile's pixel order; where sampling is adaptive those per pixel
@@ -17,7 +17,7 @@
  *                                  sample of each (worker/task.h); behind those of a probe (TILE_PROBE) one float per pixel, the CPU
  *                                  seconds that it took; filled up to
  *                                  result_bytes(). A tile that is dropped is a header alone, with
- *                                  RESULT_DROPPED.
+ *                                  RESULT_DROPPED and the time that it has taken.
  *   PING      master -> renderer   empty: a sign of life is asked for. Comes when nothing has been
  *                                  heard for a while, and not again before something is
  *   PONG      renderer -> master   empty: the answer, in the midst of a tile, too
@@ -73,6 +73,13 @@ struct welcome {
 
 struct lot_header {
     double answer_s; /* answer with what is finished after so long; may be infinite */
+};
+
+struct drop {
+    uint32_t tile_id;
+    uint32_t
+        finished; /* 1: by somebody else, so that it is to be given up even when it is begun; 0:
+                        * somebody else has it, too */
 };
 
 struct ready {
@@ -146,19 +153,20 @@ struct renderer_stats {
     uint32_t silent;   /* 1: it answered no more; filled in by the master, 0 in messages */
     uint32_t reserved; /* 0 */
     uint64_t pixels;
-    double busy_s; /* wall seconds of rendering */
-    double cpu_s;  /* CPU seconds of the rendering thread from the first wait to the last send */
-    double wait_s; /* the rest of the render phase; filled in by the master */
-    double send_s; /* wall seconds in handing over results */
-    double
-        finish_s; /* when the last tile was finished, seconds after the start of the render phase */
-    uint64_t bytes; /* of pixel messages */
+    double busy_s;   /* wall seconds of rendering */
+    double cpu_s;    /* CPU seconds of the rendering thread from the first wait to the last send */
+    double wait_s;   /* the rest of the render phase; filled in by the master */
+    double send_s;   /* wall seconds in handing over results */
+    double finish_s; /* when it rendered for the last time, for what was of no use in the end, too:
+                      * seconds after the start of the render phase */
+    uint64_t bytes;  /* of pixel messages */
     struct render_counts counts;
     char host[HOST_NAME_SIZE]; /* NUL-terminated */
 };
 
 _Static_assert(sizeof(struct welcome) == 64, "struct welcome goes over the wire as it is");
 _Static_assert(sizeof(struct lot_header) == 8, "struct lot_header goes over the wire as it is");
+_Static_assert(sizeof(struct drop) == 8, "struct drop goes over the wire as it is");
 _Static_assert(sizeof(struct ready) == 72, "struct ready goes over the wire as it is");
 _Static_assert(sizeof(struct start) == 8, "struct start goes over the wire as it is");
 _Static_assert(sizeof(struct result_header) == 224,
@@ -234,12 +242,18 @@ static inline uint64_t render_counts_rays(const struct render_counts *counts)
 /* Counts that came from elsewhere, or from a file. */
 bool render_counts_valid(const struct render_counts *counts);
 
+/* The header in place of a tile that was dropped. */
+bool dropped_valid(const struct result_header *header);
+
 /* A READY message of so many bytes from rank; a START message. */
 bool ready_message_valid(const struct ready *ready, size_t bytes, int rank);
 bool start_message_valid(const struct start *start, size_t bytes);
 
 /* What a TILES message begins with. */
 bool lot_header_valid(const struct lot_header *header);
+
+/* A DROP message of so many bytes. */
+bool drop_message_valid(const struct drop *drop, size_t bytes);
 
 /* A tile of so many bytes in a TILES message, for a region of width x height pixels. */
 bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, uint32_t height);

@@ -51,6 +51,13 @@ void accept_tile(struct server *server, uint32_t renderer, const struct tile *ti
     server->finished = server->start + now;
 }
 
+void accept_dropped(struct server *server, uint32_t renderer, const struct tile *tile,
+                    const struct result_header *header)
+{
+    if (header->busy_s > 0) note_lot(server->service, LOT_WASTED, renderer, tile, header);
+    queue_drop(server->service->queue, renderer, tile->id, server_elapsed(server), header->busy_s);
+}
+
 void accept_probes(struct server *server, uint32_t renderer, const struct tile *tile,
                    const float *rgb, const struct result_header *header)
 {

@@ -4,8 +4,9 @@
 
 #include "master/server.h"
 
-/* DROP messages to a renderer that does not answer: as many as it may have tiles. */
-#define DROPS_MOST (2 * LOT_TILES)
+/* DROP messages to a renderer that does not answer: two for each tile that it may have, when somebody
+ * else has got it and when that one has finished it. */
+#define DROPS_MOST (4 * LOT_TILES)
 
 static void send(struct server *server, uint32_t renderer, enum message_tag tag, const void *bytes,
                  size_t size)
@@ -29,17 +30,20 @@ void ask_for_sign(struct server *server, uint32_t renderer)
 /* One who does not answer hears no more of it: his messages would pile up. */
 void tell_recalls(struct server *server)
 {
-    uint32_t renderer, id;
+    struct recall recall;
     for (;;) {
         pthread_mutex_lock(&server->lock);
-        bool more = queue_recall(server->service->queue, &renderer, &id);
+        bool more = queue_recall(server->service->queue, &recall);
+        bool own = more && recall.renderer < server->first_remote;
+        if (own && recall.finished && recall.id == server->own_tile)
+            server->service->given_up = true;
         pthread_mutex_unlock(&server->lock);
         if (!more) return;
-        struct contact *contact = &server->contacts[renderer];
-        if (renderer < server->first_remote || contact->is_told || contact->drops == DROPS_MOST)
-            continue;
+        struct contact *contact = &server->contacts[recall.renderer];
+        if (own || contact->is_told || contact->drops == DROPS_MOST) continue;
         contact->drops++;
-        send(server, renderer, TAG_MASTER_TO_RENDERER_DROP, &id, sizeof id);
+        struct drop drop = {recall.id, recall.finished};
+        send(server, recall.renderer, TAG_MASTER_TO_RENDERER_DROP, &drop, sizeof drop);
     }
 }
 

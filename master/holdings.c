@@ -42,13 +42,37 @@ static void set_open(struct holdings *holdings, uint32_t renderer, uint32_t open
         heap_remove(&holdings->stocked, renderer);
 }
 
-void holdings_give(struct holdings *holdings, uint32_t renderer, uint32_t id, double work,
-                   bool may_pass)
+/* Puts the hold into the ring of another one on the same tile. */
+static void join_ring(struct holdings *holdings, uint32_t hold, uint32_t other)
+{
+    struct hold *holds = holdings->holds;
+    holds[hold].other = other == HOLD_NONE ? hold : holds[other].other;
+    if (other != HOLD_NONE) holds[other].other = hold;
+}
+
+/* Takes it out; returns another one of the ring, or HOLD_NONE. A ring has one or two as a rule. */
+static uint32_t leave_ring(struct holdings *holdings, uint32_t hold)
+{
+    struct hold *holds = holdings->holds;
+    uint32_t before = hold;
+    while (holds[before].other != hold)
+        before = holds[before].other;
+    holds[before].other = holds[hold].other;
+    return before == hold ? HOLD_NONE : before;
+}
+
+uint32_t holdings_give(struct holdings *holdings, uint32_t renderer, uint32_t id, double work,
+                       bool may_pass, uint32_t other)
 {
     struct holder *holder = &holdings->holders[renderer];
     uint32_t hold = new_hold(holdings);
-    holdings->holds[hold] = (struct hold){
-        .id = id, .next = HOLD_NONE, .lot = holder->lots_given, .may_pass = may_pass, .work = work};
+    holdings->holds[hold] = (struct hold){.id = id,
+                                          .next = HOLD_NONE,
+                                          .lot = holder->lots_given,
+                                          .renderer = renderer,
+                                          .may_pass = may_pass,
+                                          .work = work};
+    join_ring(holdings, hold, other);
     if (holder->last == HOLD_NONE)
         holder->first = hold;
     else
@@ -56,6 +80,7 @@ void holdings_give(struct holdings *holdings, uint32_t renderer, uint32_t id, do
     holder->last = hold;
     if (holder->count++ == 0) holdings->busy++;
     if (may_pass) set_open(holdings, renderer, holder->open + 1);
+    return hold;
 }
 
 void holdings_end_lot(struct holdings *holdings, uint32_t renderer)
@@ -104,6 +129,7 @@ struct hold holdings_take(struct holdings *holdings, uint32_t renderer, uint32_t
     uint32_t before, hold = find(holdings, renderer, id, &before);
     assert(hold != HOLD_NONE);
     struct hold was = holdings->holds[hold];
+    was.other = leave_ring(holdings, hold);
     if (before == HOLD_NONE)
         holder->first = was.next;
     else

@@ -14,9 +14,11 @@
 
 /* A tile that a renderer has. */
 struct hold {
-    uint32_t id;    /* of the tile */
-    uint32_t next;  /* in its list, or HOLD_NONE */
-    uint32_t lot;   /* of this renderer, by number */
+    uint32_t id;   /* of the tile */
+    uint32_t next; /* in its list, or HOLD_NONE */
+    uint32_t lot;  /* of this renderer, by number */
+    uint32_t renderer;
+    uint32_t other; /* the next hold on the same tile, in a ring of all of them */
     bool may_pass;  /* may be passed on */
     bool passed_on; /* handed out to somebody else, too */
     double work;    /* predicted */
@@ -41,9 +43,10 @@ struct holdings {
 void holdings_init(struct holdings *holdings, uint32_t renderers);
 void holdings_free(struct holdings *holdings);
 
-/* The renderer gets this tile as part of the lot that it is getting, and the lot is complete. */
-void holdings_give(struct holdings *holdings, uint32_t renderer, uint32_t id, double work,
-                   bool may_pass);
+/* The renderer gets this tile as part of the lot that it is getting, and the lot is complete. other: a
+ * hold that somebody has on the tile already, or HOLD_NONE. Returns the index of the hold. */
+uint32_t holdings_give(struct holdings *holdings, uint32_t renderer, uint32_t id, double work,
+                       bool may_pass, uint32_t other);
 void holdings_end_lot(struct holdings *holdings, uint32_t renderer);
 
 /* The renderer's hold on a tile; NULL: it has no such tile. */
@@ -52,7 +55,8 @@ struct hold *holdings_find(const struct holdings *holdings, uint32_t renderer, u
 /* Somebody else gets the tile that the renderer has here. */
 void holdings_pass_on(struct holdings *holdings, uint32_t renderer, struct hold *hold);
 
-/* It has it no longer: returns what it was. The renderer has the tile (asserted). */
+/* It has it no longer: returns what it was, with a hold of somebody else in other, or HOLD_NONE. The
+ * renderer has the tile (asserted). */
 struct hold holdings_take(struct holdings *holdings, uint32_t renderer, uint32_t id);
 
 #endif

@@ -43,9 +43,10 @@ static bool probe_own_tile(void *state, const struct tile *tile, float *rgb, flo
     return survey(state, tile, rgb, seconds);
 }
 
-static bool is_over(void *service)
+static bool is_over(void *state)
 {
-    return *stop_signal() != 0 || ((struct service *)service)->ending;
+    const struct service *service = state;
+    return *stop_signal() != 0 || service->ending || service->given_up;
 }
 
 /* When sampling.time_limit is over. */

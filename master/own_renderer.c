@@ -27,14 +27,16 @@ static void own_leave(struct server *server)
     pthread_mutex_unlock(&server->lock);
 }
 
-/* Whether the tile is still to be rendered by this renderer. */
+/* Whether the tile is still to be rendered by this renderer, which begins it then. */
 static bool own_keeps(struct server *server, const struct tile *tile)
 {
     struct queue *queue = server->service->queue;
     pthread_mutex_lock(&server->lock);
     bool dropped = queue_recalled(queue, 0, tile->id);
-    if (dropped) queue_drop(queue, 0, tile->id, server_elapsed(server));
+    if (dropped) queue_drop(queue, 0, tile->id, server_elapsed(server), 0);
     bool over = server_is_through(server, 0);
+    server->own_tile = tile->id;
+    server->service->given_up = false;
     pthread_mutex_unlock(&server->lock);
     return !dropped && !over;
 }
@@ -56,6 +58,20 @@ static uint32_t own_refinements(struct server *server, const struct tile *tile,
     return pixels;
 }
 
+/* Hands in a tile, or that it was given up. */
+static void own_answer(struct server *server, const struct tile *tile, const float *rgb,
+                       const struct result_header *header, bool whole)
+{
+    pthread_mutex_lock(&server->lock);
+    if (!whole)
+        accept_dropped(server, 0, tile, header);
+    else if (tile->pass == TILE_PROBE)
+        accept_probes(server, 0, tile, rgb, header);
+    else
+        accept_tile(server, 0, tile, rgb, header);
+    pthread_mutex_unlock(&server->lock);
+}
+
 /* Renders or probes a tile and hands it in; false: the run is stopped. */
 static bool render_one(struct server *server, const struct tile *tile,
                        const struct own_memory *memory)
@@ -68,25 +84,24 @@ static bool render_one(struct server *server, const struct tile *tile,
     bool probes = tile->pass == TILE_PROBE;
     const struct refinement *refinements = tile_is_refined(tile) ? memory->refinements : NULL;
     double begin = server_elapsed(server), cpu = clock_thread_cpu();
-    if (probes
-            ? !own->probe(own->state, tile, rgb, behind)
-            : !own->render(own->state, tile, refinements, rgb, memory->refinements ? behind : NULL,
-                           memory->refinements ? behind + 3 * (size_t)pixels : NULL, &counts))
-        return false;
+    bool whole =
+        probes
+            ? own->probe(own->state, tile, rgb, behind)
+            : own->render(own->state, tile, refinements, rgb, memory->refinements ? behind : NULL,
+                          memory->refinements ? behind + 3 * (size_t)pixels : NULL, &counts);
     /* In this order: see render_part() of worker/work.c. */
     cpu = clock_thread_cpu() - cpu;
     double end = server_elapsed(server);
     stats->busy_s += end - begin;
-    struct result_header header = {
-        .pixels = pixels, .start_s = begin, .busy_s = end - begin, .cpu_s = cpu, .counts = counts};
-    pthread_mutex_lock(&server->lock);
-    if (probes)
-        accept_probes(server, 0, tile, rgb, &header);
-    else
-        accept_tile(server, 0, tile, rgb, &header);
-    pthread_mutex_unlock(&server->lock);
-    if (probes) return true;
-    stats->finish_s = end;
+    if (!probes) stats->finish_s = end;
+    if (!whole && !server->service->given_up) return false;
+    struct result_header header = {.pixels = whole ? pixels : RESULT_DROPPED,
+                                   .start_s = begin,
+                                   .busy_s = end - begin,
+                                   .cpu_s = cpu,
+                                   .counts = counts};
+    own_answer(server, tile, rgb, &header, whole);
+    if (probes || !whole) return true;
     stats->tiles++;
     stats->pixels += pixels;
     render_counts_add(&stats->counts, &counts);

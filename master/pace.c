@@ -35,11 +35,13 @@
 /* The master's seconds per answer until they are measured: some messages of MPICH and a copy. */
 #define SERVICE_GUESS_S 5e-6
 
-/* The same share for answers to a lot in parts. */
-#define SERVICE_PARTS 0.2
+/* The same share for answers to a lot in parts, of which nearly all say what is known already. */
+#define SERVICE_PARTS 0.02
 
-/* How fast an estimate of service_s follows. */
-#define SERVICE_NEW 0.05
+/* How fast the estimate of it follows; and the least part of what an answer takes that is taken to be
+ * the same for all: measurements are rough. */
+#define SERVICE_NEW  0.05
+#define SERVICE_PART (1.0 / 8)
 
 /* Less of a last lot would be left than this part of one: it is taken along. */
 #define REST_PART 0.5
@@ -63,6 +65,7 @@ void pace_init(struct pace *pace, uint32_t renderers)
     for (uint32_t i = 0; i < renderers; i++)
         pace->renderers[i].speed = 1;
     heap_reserve(&pace->last, renderers);
+    heap_reserve(&pace->soon, renderers);
     heap_reserve(&pace->late, renderers);
     heap_reserve(&pace->lost, renderers);
 }
@@ -71,6 +74,7 @@ void pace_free(struct pace *pace)
 {
     free(pace->renderers);
     heap_free(&pace->last);
+    heap_free(&pace->soon);
     heap_free(&pace->late);
     heap_free(&pace->lost);
 }
@@ -102,6 +106,7 @@ static void withdraw(struct pace *pace, const struct pace_renderer *r)
 void pace_overlook(struct pace *pace, uint32_t renderer)
 {
     heap_remove(&pace->last, renderer);
+    heap_remove(&pace->soon, renderer);
     heap_remove(&pace->late, renderer);
     heap_remove(&pace->lost, renderer);
 }
@@ -121,6 +126,7 @@ static void enter(struct pace *pace, uint32_t renderer)
     pace->holding += r->speed;
     pace->holding_until += r->speed * r->free_at;
     heap_put(&pace->last, renderer, r->free_at);
+    heap_put(&pace->soon, renderer, -r->free_at);
     heap_put(&pace->late, renderer, -late_at(pace, renderer));
 }
 
@@ -148,6 +154,12 @@ static void date_unknown(struct pace *pace, double now)
         r->free_at = now + pace_seconds(pace, i, r->held);
         enter(pace, i);
     }
+}
+
+double pace_calm(const struct pace *pace, double now)
+{
+    if (!pace->soon.count || !(pace->scale > 0)) return 0;
+    return fmax(-pace->soon.entries[0].key - now, 0);
 }
 
 double pace_next_late(const struct pace *pace)
@@ -221,9 +233,22 @@ void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work,
     enter(pace, renderer);
 }
 
-void pace_served(struct pace *pace, double seconds)
+/*
+ * The picture has as many pixels in whatever lots they come, so that only what an answer takes beside
+ * them bounds how short lots may be: where the line of least squares through the last answers begins.
+ */
+void pace_served(struct pace *pace, double seconds, double pixels)
 {
-    pace->service_s += SERVICE_NEW * (seconds - pace->service_s);
+    struct pace_service *service = &pace->service;
+    double part = fmax(SERVICE_NEW, 1 / ++service->answers);
+    double more_s = seconds - service->seconds, more = pixels - service->pixels;
+    service->seconds += part * more_s;
+    service->pixels += part * more;
+    service->covariance = (1 - part) * (service->covariance + part * more * more_s);
+    service->variance = (1 - part) * (service->variance + part * more * more);
+    double slope = service->variance > 0 ? service->covariance / service->variance : 0;
+    double begin = service->seconds - fmax(slope, 0) * service->pixels;
+    pace->service_s = fmax(begin, SERVICE_PART * service->seconds);
 }
 
 double pace_even_end(const struct pace *pace, double now, double waiting)
@@ -250,7 +275,7 @@ struct pace_lot pace_lot(const struct pace *pace, uint32_t renderer, double now,
     double share = waiting / fmax(pace->speed, LEAST_SPEED) * r->speed;
     if (pace->blind || !(pace->scale > 0)) {
         double part = share * fmin(BLIND_PART, BLIND_EACH * pace->count);
-        return r->holds ? none : (struct pace_lot){part, part};
+        return (struct pace_lot){part, part};
     }
     double unit = r->speed / pace->scale; /* work per second */
     double seconds = share / unit, least = pace_least(pace);

@@ -21,6 +21,14 @@ struct pace_renderer {
     bool lost;         /* it is late with that: nobody counts on it until it answers */
 };
 
+/* How long answers take the master, and how many pixels they have: means, and how they go together, of
+ * the last ones. */
+struct pace_service {
+    double answers; /* that there were */
+    double seconds, pixels;
+    double covariance, variance; /* of both; of pixels */
+};
+
 struct pace {
     struct pace_renderer *renderers;
     uint32_t count;
@@ -32,8 +40,10 @@ struct pace {
     double given, lots;            /* work, in so many lots */
     double scale;                  /* seconds per work */
     bool blind;                    /* predictions are not worth much yet */
-    double service_s;              /* of the master, per answer */
+    struct pace_service service;   /* of the master */
+    double service_s;              /* of it per answer, beside what goes with its pixels */
     struct heap last; /* renderers that have work, the one that will have done it last on top */
+    struct heap soon; /* the same, the one that will have done it first on top */
     struct heap late; /* the same, the one that is to be given up for late first on top */
     struct heap lost; /* those that were, the longest overdue on top */
 };
@@ -57,14 +67,17 @@ void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work,
 /* Nobody is to look in the heaps for what this renderer has until it is given more. */
 void pace_overlook(struct pace *pace, uint32_t renderer);
 
+/* Seconds for which all that have work have enough of it, as predicted; 0: nothing is known. */
+double pace_calm(const struct pace *pace, double now);
+
 /* Gives up all that are late by now. */
 void pace_check(struct pace *pace, double now);
 
 /* When the next one will be given up for late; HUGE_VAL: there is none. */
 double pace_next_late(const struct pace *pace);
 
-/* The master took so long for an answer: reading it, and sending more. */
-void pace_served(struct pace *pace, double seconds);
+/* The master took so long for an answer of so many pixels: reading it, and sending more. */
+void pace_served(struct pace *pace, double seconds, double pixels);
 
 struct pace_lot {
     double work;  /* predicted */

@@ -39,7 +39,8 @@ static bool make_queue(struct run *run, const struct view *view)
                                   .height = view->region_h,
                                   .renderers = run->renderers,
                                   .tile_edge = tile_edge(settings, view, run->renderers)};
-    config.probe_edge = queue_auto_probe_edge(view->region_w, view->region_h, view->min_samples);
+    config.probe_edge =
+        queue_auto_probe_edge(view->region_w, view->region_h, view->min_samples, run->renderers);
     run->queue = queue_create(&config);
     if (run->queue) {
         run->report.tile_edge = config.tile_edge;

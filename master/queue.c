@@ -26,14 +26,22 @@ uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height
     return edge;
 }
 
-uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples)
+static uint64_t probes_at(uint32_t width, uint32_t height, uint32_t edge)
 {
-    const uint64_t samples_per_probe = 500, probes_least = 64;
+    return (uint64_t)(width / edge) * (height / edge);
+}
+
+uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples,
+                               uint32_t renderers)
+{
+    const uint64_t cheap = 500, dear = 125, probes_each = 25, probes_least = 64;
     uint32_t edge = 4;
-    while ((uint64_t)edge * edge * samples < samples_per_probe)
+    while ((uint64_t)edge * edge * samples < cheap)
         edge += 2;
-    uint64_t probes = (uint64_t)(width / edge) * (height / edge);
-    return probes < probes_least ? 0 : edge;
+    while (probes_at(width, height, edge) < probes_each * renderers && edge > 4 &&
+           (uint64_t)(edge - 2) * (edge - 2) * samples >= dear)
+        edge -= 2;
+    return probes_at(width, height, edge) < probes_least ? 0 : edge;
 }
 
 /* ---- what a tile is ---- */
@@ -56,12 +64,14 @@ void queue_set_waiting(struct queue *queue, uint32_t id)
 {
     heap_put(&queue->waiting, id, queue->items[id].priority);
     queue->waiting_work += (double)queue->items[id].work;
+    queue->waiting_pixels += area(&queue->items[id]);
 }
 
 void queue_unset_waiting(struct queue *queue, uint32_t id)
 {
     heap_remove(&queue->waiting, id);
     queue->waiting_work -= (double)queue->items[id].work;
+    queue->waiting_pixels -= area(&queue->items[id]);
     if (queue->waiting.count == 0) queue->waiting_work = 0;
 }
 
@@ -74,6 +84,7 @@ uint32_t queue_new_item(struct queue *queue, const struct item *item)
     }
     uint32_t id = queue->item_count++;
     queue->items[id] = *item;
+    queue->items[id].hold = HOLD_NONE;
     queue_foresee(queue, id);
     return id;
 }
@@ -265,8 +276,22 @@ void queue_give(struct queue *queue, uint32_t renderer, uint32_t id, double work
 {
     bool may_pass =
         queue->config.schedule == SCHEDULE_DYNAMIC && queue->items[id].pass != TILE_PROBE;
-    holdings_give(&queue->holdings, renderer, id, work, may_pass);
-    if (!queue->shared) queue->items[id].copies++;
+    struct item *item = queue->shared ? NULL : &queue->items[id];
+    uint32_t hold = holdings_give(&queue->holdings, renderer, id, work, may_pass,
+                                  item ? item->hold : HOLD_NONE);
+    if (!item) return;
+    item->copies++;
+    item->hold = hold;
+}
+
+/* The renderer has the tile no longer; returns how it had it. */
+static struct hold take_back(struct queue *queue, uint32_t renderer, uint32_t id)
+{
+    struct hold hold = holdings_take(&queue->holdings, renderer, id);
+    if (queue->shared) return hold;
+    queue->items[id].copies--;
+    queue->items[id].hold = hold.other;
+    return hold;
 }
 
 /* The next tile that a silent renderer has and nobody else; with static schedules of its share, too. */
@@ -362,8 +387,8 @@ static bool mark_finished(struct queue *queue, uint32_t id, double seconds)
         return first;
     }
     struct item *item = &queue->items[id];
-    item->copies--;
     if (item->finished) return false;
+    queue_tell_finished(queue, id);
     pieces_answered(queue, id);
     queue_unforesee(queue, id);
     item->finished = true;
@@ -375,7 +400,7 @@ static bool mark_finished(struct queue *queue, uint32_t id, double seconds)
 bool queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, double now, double seconds)
 {
     struct tile tile = queue_tile_of(queue, id);
-    struct hold hold = holdings_take(&queue->holdings, renderer, id);
+    struct hold hold = take_back(queue, renderer, id);
     bool holds = queue->holdings.holders[renderer].count > 0;
     if (tile.pass == TILE_PROBE) {
         dynamic_probed(queue, now);
@@ -394,14 +419,30 @@ bool queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, double no
     return true;
 }
 
-bool queue_recall(struct queue *queue, uint32_t *renderer, uint32_t *id)
+void queue_tell(struct queue *queue, struct hold *hold, bool finished)
+{
+    if (!hold->passed_on) holdings_pass_on(&queue->holdings, hold->renderer, hold);
+    queue->recalls = grow(queue->recalls, queue->recall_count, sizeof *queue->recalls);
+    queue->recalls[queue->recall_count++] = (struct recall){hold->renderer, hold->id, finished};
+}
+
+void queue_tell_finished(struct queue *queue, uint32_t id)
+{
+    uint32_t first = queue->items[id].hold, i = first;
+    if (first == HOLD_NONE) return;
+    do {
+        struct hold *hold = &queue->holdings.holds[i];
+        if (hold->may_pass) queue_tell(queue, hold, true);
+        i = hold->other;
+    } while (i != first);
+}
+
+bool queue_recall(struct queue *queue, struct recall *recall)
 {
     while (queue->recall_count > 0) {
-        struct recall recall = queue->recalls[--queue->recall_count];
-        *renderer = recall.renderer;
-        *id = recall.id;
+        *recall = queue->recalls[--queue->recall_count];
         /* It may have come back in the meantime. */
-        if (holdings_find(&queue->holdings, *renderer, *id)) return true;
+        if (holdings_find(&queue->holdings, recall->renderer, recall->id)) return true;
     }
     free(queue->recalls);
     queue->recalls = NULL;
@@ -414,11 +455,11 @@ bool queue_recalled(const struct queue *queue, uint32_t renderer, uint32_t id)
     return hold && hold->passed_on;
 }
 
-void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now)
+void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now, double seconds)
 {
-    struct hold hold = holdings_take(&queue->holdings, renderer, id);
+    struct hold hold = take_back(queue, renderer, id);
     assert(hold.passed_on);
-    if (!queue->shared) queue->items[id].copies--;
+    queue->count.wasted_s += seconds;
     if (queue->config.schedule != SCHEDULE_DYNAMIC) return;
     pace_dropped(&queue->pace, renderer, now, hold.work,
                  queue->holdings.holders[renderer].count > 0);
@@ -430,9 +471,9 @@ double queue_answer_after(const struct queue *queue)
     return pace_answer_after(&queue->pace);
 }
 
-void queue_served(struct queue *queue, double seconds)
+void queue_served(struct queue *queue, double seconds, double pixels)
 {
-    if (queue->config.schedule == SCHEDULE_DYNAMIC) pace_served(&queue->pace, seconds);
+    if (queue->config.schedule == SCHEDULE_DYNAMIC) pace_served(&queue->pace, seconds, pixels);
 }
 
 /* ---- from outside ---- */
@@ -507,6 +548,14 @@ double queue_wake(const struct queue *queue)
 {
     if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->stopped) return HUGE_VAL;
     return pace_next_late(&queue->pace);
+}
+
+double queue_calm(const struct queue *queue, double now)
+{
+    if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->stopped) return 0;
+    /* Any answer, or what rank 0's own renderer does, may be something to do for them. */
+    if (queue->holdings.busy < queue->config.renderers) return 0;
+    return pace_calm(&queue->pace, now);
 }
 
 struct queue_count queue_count(const struct queue *queue)

@@ -13,7 +13,8 @@
  * schedule     who gets what
  * dynamic      Whoever asks. A coarse pre-pass of probes (master/cost.h) predicts what tiles cost;
  *              dear ones go first, in lots that shrink with what is left and follow the renderer's
- *              speed (master/pace.h). What is larger than its lot is split. When nothing waits,
+ *              speed (master/pace.h), and cheap ones with them, so that pixels come in at an even
+ *              rate. What is larger than its lot is split. When nothing waits,
  *              tiles of those who are late, or will be, are handed out a second time to those who
  *              are idle; the first answer counts.
  * tiles        Whoever asks: square tiles row by row from the top, one at a time.
@@ -67,10 +68,13 @@ uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height
 
 /*
  * The distance of probes so that they take less than one percent of the time: a sample on its own was
- * measured at up to 5 times what one in a tile costs, so it is one of at least 500. 0: the picture is
- * too small to be worth it.
+ * measured at up to 5 times what one in a tile costs, so it is one of at least 500. Where that leaves
+ * fewer than 25 for each renderer, what the dearest spots of the picture keep one of many from ending
+ * with the others is more than that, and they may be one of 125. 0: the picture is too small to be worth
+ * it.
  */
-uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples);
+uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples,
+                               uint32_t renderers);
 
 /*
  * Before anything is handed out: how many pixels of a tile an earlier run has finished. Tiles that are
@@ -97,6 +101,10 @@ bool queue_over(struct queue *queue, uint32_t renderer);
 uint64_t queue_news(const struct queue *queue);
 double queue_wake(const struct queue *queue);
 
+/* For so many seconds no renderer should run out of what it has, so that answers can wait so long; 0: one
+ * has, or nothing is known. */
+double queue_calm(const struct queue *queue, double now);
+
 /* Tiles that this renderer holds. */
 uint32_t queue_holds(const struct queue *queue, uint32_t renderer);
 
@@ -114,19 +122,25 @@ bool queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, double no
 double queue_answer_after(const struct queue *queue);
 
 /*
- * A tile that its renderer need not render any more, because somebody else has it now: to be told to
- * it after each queue_next(), until this returns false. It may render it all the same, or answer that
- * it has dropped it: queue_drop(), of what queue_recalled() says.
+ * A tile that its renderer need not render any more: to be told to it after each queue_next() and
+ * queue_finish(), until this returns false. It may render it all the same, or answer that it has dropped
+ * it, after so many seconds of rendering: queue_drop(), of what queue_recalled() says.
  */
-bool queue_recall(struct queue *queue, uint32_t *renderer, uint32_t *id);
+struct recall {
+    uint32_t renderer, id;
+    bool
+        finished; /* by somebody else: even if it has begun it, its answer is of no use. false: somebody
+                    * else has it, too */
+};
+bool queue_recall(struct queue *queue, struct recall *recall);
 bool queue_recalled(const struct queue *queue, uint32_t renderer, uint32_t id);
-void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now);
+void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now, double seconds);
 
 /* What each pixel of a probe took, CPU seconds; before queue_finish() of that tile. */
 void queue_probed(struct queue *queue, const struct tile *probe, const float *seconds);
 
-/* How long the master works on an answer, once more. */
-void queue_served(struct queue *queue, double seconds);
+/* How long the master has worked on an answer of so many pixels. */
+void queue_served(struct queue *queue, double seconds, double pixels);
 
 /*
  * Puts in one more tile (x, y, w, h and pass of it count; dynamic only) while the queue runs. work:
@@ -158,7 +172,7 @@ struct queue_count {
     double share_finished;    /* of the seconds that all is expected to take, 0..1 */
     double share_skipped;     /* of that: by an earlier run */
     uint32_t repeated;        /* handed out a second time */
-    double wasted_s;          /* in answers that came second */
+    double wasted_s;          /* in answers that came second, and in what was dropped half done */
 };
 struct queue_count queue_count(const struct queue *queue);
 

@@ -77,34 +77,96 @@ bool dynamic_can_split(const struct queue *queue, uint32_t id)
     return (item->w > SPLIT_EDGE || item->h > SPLIT_EDGE) && queue->count.tiles < QUEUE_MAX_TILES;
 }
 
-/* The dearest tiles, so many that they make up a lot. */
-static uint32_t take_tiles(struct queue *queue, uint32_t renderer, double now, struct pace_lot lot,
-                           struct tile *tiles)
+/* A lot as it grows. */
+struct draft {
+    uint32_t renderer;
+    struct tile *tiles;
+    uint32_t count;
+    uint64_t pixels;
+    double work, worst;
+};
+
+static bool has_room(const struct queue *queue, const struct draft *draft, uint32_t id,
+                     struct pace_lot lot)
 {
-    uint32_t count = 0;
-    uint64_t pixels = 0;
-    double sum = 0, worst = 0;
-    while (count < LOT_TILES && queue->waiting.count > 0) {
+    const struct item *item = &queue->items[id];
+    return draft->work + (double)item->work <= lot.work &&
+           draft->worst + (double)item->worst <= lot.worst &&
+           draft->pixels + area(item) <= LOT_PIXELS;
+}
+
+static void take_tile(struct queue *queue, struct draft *draft, uint32_t id)
+{
+    const struct item *item = &queue->items[id];
+    draft->work += (double)item->work;
+    draft->worst += (double)item->worst;
+    draft->pixels += area(item);
+    queue_unset_waiting(queue, id);
+    draft->tiles[draft->count++] = queue_tile_of(queue, id);
+    queue_give(queue, draft->renderer, id, (double)item->work);
+}
+
+/* The dearest tiles, so many that they make up a lot. */
+static void take_dear(struct queue *queue, struct draft *draft, struct pace_lot lot)
+{
+    while (draft->count < LOT_TILES && queue->waiting.count > 0) {
         uint32_t id = heap_top(&queue->waiting);
         const struct item *item = &queue->items[id];
-        double more = (double)item->work;
-        double bad = (double)item->worst;
-        bool large = more > SPLIT_FROM * lot.work || bad > SPLIT_FROM * lot.worst;
-        if (count == 0 && large && dynamic_can_split(queue, id)) {
+        bool large = (double)item->work > SPLIT_FROM * lot.work ||
+                     (double)item->worst > SPLIT_FROM * lot.worst;
+        if (draft->count == 0 && large && dynamic_can_split(queue, id)) {
             dynamic_split(queue, id);
             continue;
         }
-        bool fits = sum + more <= lot.work && worst + bad <= lot.worst;
-        if (count > 0 && (!fits || pixels + area(item) > LOT_PIXELS)) break;
-        sum += more;
-        worst += bad;
-        pixels += area(item);
-        queue_unset_waiting(queue, id);
-        tiles[count++] = queue_tile_of(queue, id);
-        queue_give(queue, renderer, id, more);
+        if (draft->count > 0 && !has_room(queue, draft, id, lot)) break;
+        take_tile(queue, draft, id);
     }
-    if (count > 0) pace_given(&queue->pace, renderer, now, sum);
-    return count;
+}
+
+/*
+ * Pixels cost the master the same whatever is in them. If the cheap ones all came last, they would come
+ * faster than it can take them in: so with each part of the work that is left goes this much of the same
+ * part of the pixels. With the last 5 % of the work come sqrt(0.05) = 22 % of the pixels: cheap tiles to
+ * end evenly with. For them a lot may be longer by the second factor.
+ */
+#define CHEAP_PART 0.5
+#define CHEAP_OVER 1.25
+
+/* The next tile in the order of the picture that waits and is not dearer than this, per pixel, or
+ * HEAP_ABSENT. */
+static uint32_t next_cheap(struct queue *queue, double density)
+{
+    for (; queue->next_cheap < queue->item_count; queue->next_cheap++) {
+        uint32_t id = queue->next_cheap;
+        const struct item *item = &queue->items[id];
+        bool cheap = (double)item->work <= density * (double)area(item);
+        if (cheap && heap_has(&queue->waiting, id)) return id;
+    }
+    return HEAP_ABSENT;
+}
+
+/* Cheap tiles join those that were taken. */
+static void take_cheap(struct queue *queue, struct draft *draft, struct pace_lot lot, double pixels,
+                       double density)
+{
+    struct pace_lot longer = {CHEAP_OVER * lot.work, CHEAP_OVER * lot.worst};
+    while (draft->count < LOT_TILES && (double)draft->pixels < pixels) {
+        uint32_t id = next_cheap(queue, density);
+        if (id == HEAP_ABSENT || !has_room(queue, draft, id, longer)) break;
+        take_tile(queue, draft, id);
+    }
+}
+
+static uint32_t take_tiles(struct queue *queue, uint32_t renderer, double now, struct pace_lot lot,
+                           struct tile *tiles)
+{
+    struct draft draft = {.renderer = renderer, .tiles = tiles};
+    double waiting = (double)queue->waiting_pixels, work = queue->waiting_work;
+    take_dear(queue, &draft, lot);
+    if (draft.count > 0 && queue->settled)
+        take_cheap(queue, &draft, lot, CHEAP_PART * waiting * lot.work / work, work / waiting);
+    if (draft.count > 0) pace_given(&queue->pace, renderer, now, draft.work);
+    return draft.count;
 }
 
 /* ---- a second time ---- */
@@ -142,21 +204,18 @@ static uint32_t top_of(struct queue *queue, struct heap *heap)
 }
 
 /* Who has the tile hears that he may leave it to others. */
-static void recall(struct queue *queue, uint32_t renderer, struct hold *hold)
+static void recall(struct queue *queue, struct hold *hold)
 {
-    holdings_pass_on(&queue->holdings, renderer, hold);
-    queue->recalls = grow(queue->recalls, queue->recall_count, sizeof *queue->recalls);
-    queue->recalls[queue->recall_count++] = (struct recall){renderer, hold->id};
+    queue_tell(queue, hold, false);
     queue->count.repeated++;
 }
 
 /* The tile goes to the asker, too. */
-static struct tile pass_on(struct queue *queue, uint32_t renderer, uint32_t asker,
-                           struct hold *hold)
+static struct tile pass_on(struct queue *queue, uint32_t asker, struct hold *hold)
 {
     uint32_t id = hold->id;
     double work = hold->work;
-    recall(queue, renderer, hold);
+    recall(queue, hold);
     queue_give(queue, asker, id, work);
     return queue_tile_of(queue, id);
 }
@@ -170,7 +229,7 @@ static uint32_t take_from_late(struct queue *queue, uint32_t asker, double now, 
     struct hold *hold = last_to_pass_on(queue, renderer, asker, true);
     if (!hold) return 0;
     double work = hold->work;
-    tiles[0] = pass_on(queue, renderer, asker, hold);
+    tiles[0] = pass_on(queue, asker, hold);
     pace_given(&queue->pace, asker, now, work);
     return 1;
 }
@@ -207,7 +266,7 @@ static void break_overdue(struct queue *queue, uint32_t asker, double now)
     if (loss > BREAK_LOSS * overdue) return;
     double known = overdue / pace_seconds(pace, renderer, 1);
     if (!pieces_make(queue, id, pieces_wanted(queue, overdue), known)) return;
-    recall(queue, renderer, holdings_find(&queue->holdings, renderer, id));
+    recall(queue, holdings_find(&queue->holdings, renderer, id));
 }
 
 /*
@@ -230,7 +289,7 @@ static uint32_t take_unbegun(struct queue *queue, uint32_t asker, double now, st
         pixels += area(&queue->items[hold->id]);
         if (count > 0 && pixels > LOT_PIXELS) break;
         sum += hold->work;
-        tiles[count++] = pass_on(queue, renderer, asker, hold);
+        tiles[count++] = pass_on(queue, asker, hold);
     }
     if (count > 0) pace_given(&queue->pace, asker, now, sum);
     return count;
@@ -270,11 +329,11 @@ static uint32_t take_begun(struct queue *queue, uint32_t renderer, uint32_t aske
     double work = hold->work;
     if (!repeat_pays(queue, renderer, asker, now, work / idle)) return 0;
     if (idle >= 2 && pieces_make(queue, hold->id, PIECES_EACH * idle, 0)) {
-        recall(queue, renderer, hold);
+        recall(queue, hold);
         return take_tiles(queue, asker, now, pace_lot(&queue->pace, asker, now, work), tiles);
     }
     if (!lost && queue->items[hold->id].copies > 1) return 0;
-    tiles[0] = pass_on(queue, renderer, asker, hold);
+    tiles[0] = pass_on(queue, asker, hold);
     pace_given(&queue->pace, asker, now, work);
     return 1;
 }
@@ -353,6 +412,7 @@ static void settle(struct queue *queue, double now)
     free(ratios);
     if (!queue->settled) predict_held(queue, now);
     queue->settled = true;
+    queue->next_cheap = 0;
     queue->pace.blind = false;
     queue->news++;
 }

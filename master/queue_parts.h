@@ -25,6 +25,7 @@ struct item {
     float seconds; /* that it took, when it is finished */
     double priority;
     uint32_t copies; /* renderers that have it */
+    uint32_t hold;   /* of one of them (master/holdings.h), or HOLD_NONE */
     bool finished;
     bool skipped; /* by an earlier run */
 
@@ -33,11 +34,6 @@ struct item {
     uint32_t whole;               /* the id of what it is a piece of */
     bool is_piece;
     bool replaced; /* by its pieces, which count in its place */
-};
-
-/* A renderer need not render this tile any more. */
-struct recall {
-    uint32_t renderer, id;
 };
 
 struct queue {
@@ -52,6 +48,8 @@ struct queue {
     bool settled;        /* the map predicts: all probes are back, or enough */
     struct heap waiting; /* items */
     double waiting_work;
+    uint64_t waiting_pixels;
+    uint32_t next_cheap;    /* id from which on cheap tiles are looked for */
     struct outlook outlook; /* dynamic */
     struct cost_map map;
     struct pace pace;
@@ -99,6 +97,13 @@ void queue_unforesee(struct queue *queue, uint32_t id);
 
 /* The tile is part of the lot that the renderer is getting. */
 void queue_give(struct queue *queue, uint32_t renderer, uint32_t id, double work);
+
+/* The one who has this hold is to hear that it need not render its tile, or, when that is finished, that
+ * its answer is of no use. */
+void queue_tell(struct queue *queue, struct hold *hold, bool finished);
+
+/* All who have the tile are to hear that it is finished. */
+void queue_tell_finished(struct queue *queue, uint32_t id);
 
 /* ---- the dynamic schedule ---- */
 

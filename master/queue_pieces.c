@@ -54,6 +54,7 @@ static void drop_pieces(struct queue *queue, const struct item *whole)
     for (uint32_t id = whole->first_piece; id < whole->first_piece + whole->pieces; id++) {
         struct item *piece = &queue->items[id];
         if (heap_has(&queue->waiting, id)) queue_unset_waiting(queue, id);
+        if (!piece->finished) queue_tell_finished(queue, id);
         piece->finished = true;
         drop_pieces(queue, piece);
     }
@@ -65,6 +66,7 @@ static void replace(struct queue *queue, uint32_t id)
     if (item->replaced) return;
     if (item->is_piece) replace(queue, item->whole);
     queue_unforesee(queue, id);
+    queue_tell_finished(queue, id);
     item->finished = item->replaced = true;
     queue->count.tiles += item->pieces - 1;
     for (uint32_t piece = item->first_piece; piece < item->first_piece + item->pieces; piece++)

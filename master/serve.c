@@ -99,6 +99,15 @@ static void end_when_over(struct server *server, double now)
     end_all(server);
 }
 
+/* Until a message comes, or until one may be late with it. */
+static void take_nap(struct server *server, struct nap *nap)
+{
+    pthread_mutex_lock(&server->lock);
+    double calm = queue_calm(server->service->queue, server_elapsed(server));
+    pthread_mutex_unlock(&server->lock);
+    nap_take_calm(nap, calm);
+}
+
 static void serve_until_done(struct server *server)
 {
     struct nap nap = {.heard = server->start};
@@ -114,7 +123,7 @@ static void serve_until_done(struct server *server)
         if (busy)
             nap_heard(&nap, now);
         else
-            nap_take(&nap);
+            take_nap(server, &nap);
     }
     count_silent(server);
 }

@@ -33,6 +33,8 @@ struct service {
     double patience; /* seconds without a sign of life: others get what a renderer has */
     /* Set as soon as nothing of what is in work matters any more: own gives up, too. */
     atomic_bool ending;
+    /* What own renders is of no use any more: it gives up this tile, not the run. */
+    atomic_bool given_up;
 
     /* Results. */
     struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */

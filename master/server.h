@@ -43,6 +43,8 @@ struct server {
     uint32_t *sampled; /* of each refined tile that has been handed out: pixels that get samples */
     uint32_t sampled_room;
     bool own_done;
+    uint32_t own_tile; /* the id of what rank 0 itself renders; its own renderer looks for what it
+                        * has not begun */
 
     /* Main thread only. */
     struct post *post;
@@ -58,6 +60,7 @@ struct server {
     double next_show;         /* when the progress is to be looked at */
     uint64_t news;            /* of the queue, when the idle were last asked */
     double polled;            /* when messages were last looked for */
+    uint64_t pixels;          /* that have come in messages */
 };
 
 /* Seconds since the start of the render phase. */
@@ -77,6 +80,10 @@ uint32_t take_refinements(struct server *server, const struct tile *tile,
 void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,
                  const float *rgb, const struct result_header *header);
 
+/* A tile that the renderer has left to others; it may (queue_recalled()). */
+void accept_dropped(struct server *server, uint32_t renderer, const struct tile *tile,
+                    const struct result_header *header);
+
 /* Probes go into the preview, and what they cost to the queue. */
 void accept_probes(struct server *server, uint32_t renderer, const struct tile *tile,
                    const float *rgb, const struct result_header *header);
@@ -92,7 +99,8 @@ void hand_out(struct server *server, uint32_t renderer);
 /* The same for those who have nothing to do, when there may be something. */
 void hand_out_to_idle(struct server *server);
 
-/* Tells renderers what others have taken from them. The master's own renderer looks itself. */
+/* Tells renderers what others have taken from them, or finished for them. Of what it has not begun the
+ * master's own renderer looks itself. */
 void tell_recalls(struct server *server);
 
 /* Asks for a sign of life. */

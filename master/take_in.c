@@ -5,15 +5,6 @@
 #include "common/message.h"
 #include "master/server.h"
 
-/* A tile that the renderer has left to others; 0: nobody asked it to. The lock is held. */
-static size_t take_dropped(struct server *server, uint32_t renderer, uint32_t id)
-{
-    struct queue *queue = server->service->queue;
-    if (!queue_recalled(queue, renderer, id)) return 0;
-    queue_drop(queue, renderer, id, server_elapsed(server));
-    return sizeof(struct result_header);
-}
-
 /* What is known of a remote renderer before its last message, or if that never comes. */
 static void count_part(struct renderer_stats *stats, const struct tile *tile,
                        const struct result_header *header)
@@ -27,6 +18,19 @@ static void count_part(struct renderer_stats *stats, const struct tile *tile,
     render_counts_add(&stats->counts, &header->counts);
 }
 
+/* A tile that the renderer has left to others; 0: nobody asked it to. The lock is held. */
+static size_t take_dropped(struct server *server, uint32_t renderer, const struct tile *tile,
+                           const struct result_header *header)
+{
+    if (!queue_recalled(server->service->queue, renderer, tile->id) || !dropped_valid(header))
+        return 0;
+    accept_dropped(server, renderer, tile, header);
+    struct renderer_stats *stats = &server->service->stats[renderer];
+    stats->busy_s += header->busy_s;
+    stats->cpu_s += header->cpu_s;
+    return sizeof *header;
+}
+
 /* Takes in the first part of so many bytes of a RESULT; returns its length, 0: it is not valid. The
  * lock is held. */
 static size_t take_part(struct server *server, uint32_t renderer, const char *part, size_t bytes)
@@ -35,8 +39,8 @@ static size_t take_part(struct server *server, uint32_t renderer, const char *pa
     struct tile tile;
     if (bytes < sizeof header) return 0;
     memcpy(&header, part, sizeof header);
-    if (header.pixels == RESULT_DROPPED) return take_dropped(server, renderer, header.tile_id);
     if (!queue_held(server->service->queue, renderer, header.tile_id, &tile)) return 0;
+    if (header.pixels == RESULT_DROPPED) return take_dropped(server, renderer, &tile, &header);
     bool halves = server->service->adaptive != NULL;
     if (!result_message_valid(&header, bytes, &tile, halves)) return 0;
     /* Behind the header, which is a multiple of 8 bytes long like all parts, in an allocated block:
@@ -47,6 +51,7 @@ static size_t take_part(struct server *server, uint32_t renderer, const char *pa
     else
         accept_tile(server, renderer, &tile, rgb, &header);
     count_part(&server->service->stats[renderer], &tile, &header);
+    server->pixels += header.pixels;
     return result_bytes(&tile, header.pixels, halves);
 }
 
@@ -126,6 +131,7 @@ bool take_in(struct server *server)
 {
     struct letter letters[POST_RECEIVES];
     double looked = clock_wall(), cpu = clock_thread_cpu();
+    uint64_t pixels = server->pixels;
     int count = post_collect(server->post, letters);
     for (int i = 0; i < count; i++) {
         note_wait(server, looked);
@@ -135,7 +141,8 @@ bool take_in(struct server *server)
     server->polled = looked;
     if (count == 0) return false;
     pthread_mutex_lock(&server->lock);
-    queue_served(server->service->queue, (clock_thread_cpu() - cpu) / count);
+    queue_served(server->service->queue, (clock_thread_cpu() - cpu) / count,
+                 (double)(server->pixels - pixels) / count);
     pthread_mutex_unlock(&server->lock);
     return true;
 }

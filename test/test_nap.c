@@ -60,12 +60,32 @@ static void test_heard(void **state)
     assert_true(nap.seconds == NAP_SHORTEST);
 }
 
+/* One who is to hear soon looks for as long as a nap takes before the first one; who expects nothing
+ * sleeps for a part of that at once, but not for long. */
+static void test_soon_and_calm(void **state)
+{
+    (void)state;
+    struct nap nap = {0};
+    double begin = clock_wall();
+    while (nap.waited == 0)
+        nap_take_soon(&nap);
+    assert_true(clock_wall() - begin >= NAP_SPIN);
+    nap_reset(&nap);
+    nap_take_calm(&nap, 1e-3);
+    assert_true(nap.waited == 0 && nap.seconds == NAP_SHORTEST);
+    nap_take_calm(&nap, 0);
+    assert_true(nap.waited == NAP_SHORTEST);
+    assert_true(nap_calm(4e-3) == 4e-3 * NAP_CALM_PART && nap_calm(1e9) == NAP_SELDOM);
+    assert_true(nap_calm(-1) <= 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sharpen),
         cmocka_unit_test(test_lengths),
         cmocka_unit_test(test_heard),
+        cmocka_unit_test(test_soon_and_calm),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

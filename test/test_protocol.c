@@ -325,17 +325,48 @@ static void test_silent_is_not_sent(void **state)
     assert_false(stats_message_valid(&stats, sizeof stats, 1));
 }
 
+static void test_drop(void **state)
+{
+    (void)state;
+    struct drop drop = {.tile_id = 7};
+    assert_true(drop_message_valid(&drop, sizeof drop));
+    assert_false(drop_message_valid(&drop, sizeof drop - 1));
+    drop.finished = 1;
+    assert_true(drop_message_valid(&drop, sizeof drop));
+    drop.finished = 2;
+    assert_false(drop_message_valid(&drop, sizeof drop));
+    struct result_header header = {.pixels = RESULT_DROPPED, .busy_s = 0.1, .cpu_s = 0.1};
+    assert_true(dropped_valid(&header));
+    header.busy_s = -1;
+    assert_false(dropped_valid(&header));
+    header.busy_s = 0;
+    header.cpu_s = NAN;
+    assert_false(dropped_valid(&header));
+    header.cpu_s = 0;
+    header.pixels = 1;
+    assert_false(dropped_valid(&header));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_first_bad_sample), cmocka_unit_test(test_counts_add),
-        cmocka_unit_test(test_tile_good),        cmocka_unit_test(test_tile_outside),
-        cmocka_unit_test(test_tile_size),        cmocka_unit_test(test_tile_order),
-        cmocka_unit_test(test_tile_bytes),       cmocka_unit_test(test_result),
-        cmocka_unit_test(test_ready_and_start),  cmocka_unit_test(test_silent_is_not_sent),
-        cmocka_unit_test(test_result_of_share),  cmocka_unit_test(test_result_of_pass),
-        cmocka_unit_test(test_refinements),      cmocka_unit_test(test_stats),
-        cmocka_unit_test(test_stats_numbers),    cmocka_unit_test(test_welcome),
+        cmocka_unit_test(test_first_bad_sample),
+        cmocka_unit_test(test_counts_add),
+        cmocka_unit_test(test_tile_good),
+        cmocka_unit_test(test_tile_outside),
+        cmocka_unit_test(test_tile_size),
+        cmocka_unit_test(test_tile_order),
+        cmocka_unit_test(test_tile_bytes),
+        cmocka_unit_test(test_result),
+        cmocka_unit_test(test_ready_and_start),
+        cmocka_unit_test(test_silent_is_not_sent),
+        cmocka_unit_test(test_result_of_share),
+        cmocka_unit_test(test_result_of_pass),
+        cmocka_unit_test(test_refinements),
+        cmocka_unit_test(test_stats),
+        cmocka_unit_test(test_drop),
+        cmocka_unit_test(test_stats_numbers),
+        cmocka_unit_test(test_welcome),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -75,7 +75,7 @@ static void drive(const struct queue_config *config, uint64_t seed)
         if (back.renderer == 0 && random_below(&seed, 10) > 0) continue;
         held[i] = held[--count];
         if (queue_recalled(queue, back.renderer, back.id) && random_below(&seed, 2)) {
-            queue_drop(queue, back.renderer, back.id, now);
+            queue_drop(queue, back.renderer, back.id, now, 0);
             continue;
         }
         assert_true(queue_held(queue, back.renderer, back.id, &tile));
@@ -398,7 +398,7 @@ static void test_silent(void **state)
         queue_set_silent(queue, 1, false);
         assert_false(queue_finish(queue, 1, first.id, 0, 0));
         assert_true(queue_recalled(queue, 1, second.id));
-        queue_drop(queue, 1, second.id, 0);
+        queue_drop(queue, 1, second.id, 0, 0);
         assert_false(queue_held(queue, 1, second.id, &tile));
         queue_destroy(queue);
     }
@@ -444,6 +444,57 @@ static void test_answers_are_checked(void **state)
     queue_destroy(queue);
 }
 
+/* Gives renderer 0 all the probes and answers them: the left half is a hundred times as dear. */
+static void settle_halves(struct queue *queue, uint32_t width)
+{
+    struct tile lot[LOT_TILES];
+    uint32_t count;
+    while ((count = queue_next(queue, 0, 0, lot)) > 0)
+        for (uint32_t i = 0; i < count; i++) {
+            float seconds[64];
+            if (lot[i].pass == TILE_PROBE) {
+                for (uint32_t k = 0; k < tile_pixels(&lot[i]); k++) {
+                    struct tile pixel = {.w = 1, .h = 1, .step = 1};
+                    tile_pixel(&lot[i], k, &pixel.x, &pixel.y);
+                    seconds[k] = pixel.x < width / 2 ? 1e-4f : 1e-6f;
+                }
+                queue_probed(queue, &lot[i], seconds);
+            }
+            queue_finish(queue, 0, lot[i].id, 1e-3, 1e-4);
+            if (queue->settled) return;
+        }
+}
+
+/* A lot begins with dear tiles, and cheap ones come with them: never so many that none are left for the
+ * end. */
+static void test_cheap_go_with_dear(void **state)
+{
+    (void)state;
+    struct queue_config config = {
+        .width = 640, .height = 320, .renderers = 1, .tile_edge = 8, .probe_edge = 8};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES];
+    settle_halves(queue, 640);
+    assert_true(queue->settled);
+    double now = 2e-3;
+    uint32_t with_both = 0, lots = 0;
+    while (queue->waiting_work > 0.1 * queue->pace.total) {
+        uint32_t count = queue_next(queue, 0, now, lot), cheap = 0;
+        for (uint32_t i = 0; i < count; i++) {
+            cheap += lot[i].x >= 320;
+            if (cheap == 0) assert_true(lot[i].x < 320);
+            now += lot[i].x < 320 ? 1e-4 : 1e-6;
+            queue_finish(queue, 0, lot[i].id, now, lot[i].x < 320 ? 1e-4 : 1e-6);
+        }
+        if (count > 0) assert_true(lot[0].x < 320);
+        with_both += cheap > 0 && cheap < count;
+        lots += count > 0;
+    }
+    assert_true(lots > 0 && 2 * with_both > lots);
+    assert_true(queue->waiting_pixels > 640 * 320 / 10);
+    queue_destroy(queue);
+}
+
 /* Renderer 0 sits on two lots, others have done all the rest at once: one who asks then gets half of
  * what 0 has not begun, the last ones, and 0 hears of every one of them. */
 static void test_idle_take_unbegun(void **state)
@@ -458,7 +509,8 @@ static void test_idle_take_unbegun(void **state)
     had += queue_next(queue, 0, 1e-3, lot);
     assert_true(had >= 5);
     struct tile tile;
-    uint32_t others, renderer, id, next = 0;
+    struct recall recall;
+    uint32_t others, next = 0;
     do { /* 1 still holds what is left of its first lot */
         others = queue_next(queue, 2, 2e-3, lot);
         for (uint32_t i = 0; i < others; i++)
@@ -466,7 +518,7 @@ static void test_idle_take_unbegun(void **state)
     } while (others > 0 && queue_count(queue).repeated == 0);
     while (queue_unfinished(queue, &next, &tile))
         if (queue_held(queue, 1, tile.id, &tile)) queue_finish(queue, 1, tile.id, 2e-3, 1e-6);
-    while (queue_recall(queue, &renderer, &id)) {
+    while (queue_recall(queue, &recall)) {
     }
     uint32_t holds = queue_holds(queue, 0);
     uint32_t count = queue_next(queue, 3, 2e-3, stolen), told = 0;
@@ -475,8 +527,8 @@ static void test_idle_take_unbegun(void **state)
         assert_true(stolen[i].id != first);
         assert_true(queue_recalled(queue, 0, stolen[i].id));
     }
-    for (; queue_recall(queue, &renderer, &id); told++)
-        assert_int_equal(renderer, 0);
+    for (; queue_recall(queue, &recall); told++)
+        assert_true(recall.renderer == 0 && !recall.finished);
     assert_int_equal(told, count);
     queue_destroy(queue);
 }
@@ -531,6 +583,74 @@ static void test_pieces_replace(void **state)
     assert_false(queue_finish(queue, 0, last.id, 102, 1));
     assert_int_equal(queue_count(queue).pixels_finished, 64 * 48);
     queue_destroy(queue);
+}
+
+/* Forgets what renderers are to be told; returns how much of it says that this renderer's tile is
+ * finished. */
+static uint32_t told_finished(struct queue *queue, uint32_t renderer, uint32_t id)
+{
+    struct recall recall;
+    uint32_t count = 0;
+    while (queue_recall(queue, &recall))
+        count += recall.finished && recall.renderer == renderer && recall.id == id;
+    return count;
+}
+
+/* Who still renders what others have finished hears of it, once, and may leave it half done: the whole
+ * when a piece has come, pieces when the whole has. */
+static void test_finished_is_told(void **state)
+{
+    (void)state;
+    for (int whole = 0; whole < 2; whole++) {
+        struct queue *queue = queue_create(&four);
+        struct tile last, lot[LOT_TILES];
+        uint32_t count = break_last(queue, &last, lot),
+                 renderer = queue_holds(queue, 2) > 0 ? 2 : 1;
+        assert_true(count > 0 && queue_recalled(queue, 0, last.id));
+        assert_int_equal(told_finished(queue, 0, last.id), 0); /* that others have it, yes */
+        const struct tile *late = whole ? &lot[0] : &last, *early = whole ? &last : &lot[0];
+        uint32_t loser = whole ? renderer : 0, winner = whole ? 0 : renderer;
+        assert_int_equal(queue_recalled(queue, loser, late->id), !whole);
+        assert_true(queue_finish(queue, winner, early->id, 101, 1e-4));
+        assert_true(queue_recalled(queue, loser, late->id));
+        assert_int_equal(told_finished(queue, loser, late->id), 1);
+        assert_int_equal(told_finished(queue, loser, late->id), 0);
+        double wasted = queue_count(queue).wasted_s;
+        queue_drop(queue, loser, late->id, 102, 0.5);
+        struct tile tile;
+        assert_false(queue_held(queue, loser, late->id, &tile));
+        assert_true(fabs(queue_count(queue).wasted_s - wasted - 0.5) < 1e-9);
+        queue_destroy(queue);
+    }
+}
+
+/* The same of a tile that was passed on as it is: whoever is second hears of it. */
+static void test_finished_copy_is_told(void **state)
+{
+    (void)state;
+    for (int original = 0; original < 2; original++) {
+        struct queue_config config = {.width = 160, .height = 80, .renderers = 4, .tile_edge = 8};
+        struct queue *queue = queue_create(&config);
+        struct tile lot[LOT_TILES], stolen[LOT_TILES];
+        uint32_t others = queue_next(queue, 1, 0, lot);
+        assert_true(others > 0 && queue_finish(queue, 1, lot[0].id, 1e-3, 1e-3));
+        for (uint32_t i = 1; i < others; i++)
+            assert_true(queue_finish(queue, 1, lot[i].id, 1e-3, 1e-3));
+        assert_true(queue_next(queue, 0, 1e-3, lot) >= 4);
+        do {
+            others = queue_next(queue, 1, 1e-3, stolen);
+            for (uint32_t i = 0; i < others && queue_count(queue).repeated == 0; i++)
+                assert_true(queue_finish(queue, 1, stolen[i].id, 1e-3, 1e-4));
+        } while (others > 0 && queue_count(queue).repeated == 0);
+        assert_true(others > 0);
+        uint32_t winner = original ? 0 : 1, id = stolen[0].id;
+        assert_int_equal(told_finished(queue, 1 - winner, id), 0);
+        assert_true(queue_finish(queue, winner, id, 2e-3, 1e-4));
+        assert_int_equal(told_finished(queue, 1 - winner, id), 1);
+        queue_drop(queue, 1 - winner, id, 3e-3, 1e-4);
+        assert_false(queue_recalled(queue, 1 - winner, id));
+        queue_destroy(queue);
+    }
 }
 
 /* A tile that takes far too long is broken up while others still wait, but not early in the run. */
@@ -621,7 +741,7 @@ static void test_stopped_behind_a_late_one(void **state)
     queue_look(queue, 0.2);
     assert_true(queue_finish(queue, 0, kept, 0.21, 0.2));
     uint32_t count = queue_next(queue, 0, 0.21, tiles);
-    queue_drop(queue, 0, taken, 0.21);
+    queue_drop(queue, 0, taken, 0.21, 0);
     for (uint32_t i = 0; i < count; i++)
         queue_finish(queue, 0, tiles[i].id, 0.22, 1e-3);
     for (double now = 0.3; !queue_complete(queue) && most < 100000; now += 1e-3, most++) {
@@ -683,11 +803,16 @@ static void test_auto_edge(void **state)
 static void test_auto_probe_edge(void **state)
 {
     (void)state;
-    assert_int_equal(queue_auto_probe_edge(640, 480, 1), 24);
-    assert_int_equal(queue_auto_probe_edge(640, 480, 16), 6);
-    assert_int_equal(queue_auto_probe_edge(640, 480, 4096), 4);
-    assert_int_equal(queue_auto_probe_edge(64, 48, 1), 0);
-    assert_int_equal(queue_auto_probe_edge(1, 1, 65535), 0);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 1, 1), 24);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 16, 1), 6);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 4096, 1), 4);
+    assert_int_equal(queue_auto_probe_edge(64, 48, 1, 1), 0);
+    /* 25 for each, but never more than one in 125 samples. */
+    assert_int_equal(queue_auto_probe_edge(640, 480, 1, 20), 24);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 1, 44), 16);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 1, 1000), 12);
+    assert_int_equal(queue_auto_probe_edge(640, 480, 16, 44), 6);
+    assert_int_equal(queue_auto_probe_edge(1, 1, 65535, 1), 0);
 }
 
 /* Three pixels of four are finished already, in squares of 16, which are no tiles of ours. */
@@ -772,8 +897,11 @@ int main(void)
         cmocka_unit_test(test_silent),
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_answers_are_checked),
+        cmocka_unit_test(test_cheap_go_with_dear),
         cmocka_unit_test(test_idle_take_unbegun),
         cmocka_unit_test(test_pieces_replace),
+        cmocka_unit_test(test_finished_is_told),
+        cmocka_unit_test(test_finished_copy_is_told),
         cmocka_unit_test(test_overdue_is_broken_up),
         cmocka_unit_test(test_unbegun_is_not_broken_up),
         cmocka_unit_test(test_stopped_behind_a_late_one),

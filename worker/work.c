@@ -226,12 +226,14 @@ struct worker {
 
     union {
         char tiles[TILES_MAX_BYTES];
-        uint32_t dropped; /* id */
+        struct drop drop;
         struct start start;
     } * incoming;
     MPI_Request receive;
     bool started;                /* the master has said START */
     struct lot current;          /* in work */
+    uint32_t rendering;          /* the tile of it */
+    bool given_up;               /* that tile: somebody else has finished it */
     struct lot lots[LOTS_AHEAD]; /* received, not rendered; the oldest first */
     int waiting;
     bool stopped; /* the master has said STOP */
@@ -305,11 +307,16 @@ static void drop_from(struct lot *lot, uint32_t id)
 
 static void take_drop(struct worker *worker, size_t bytes)
 {
-    uint32_t id = worker->incoming->dropped;
-    if (bytes != sizeof id) fatal("the master sent an id of %zu bytes", bytes);
-    drop_from(&worker->current, id);
+    const struct drop *drop = &worker->incoming->drop;
+    struct lot *current = &worker->current;
+    if (!drop_message_valid(drop, bytes))
+        fatal("the master asked to drop a tile in a way that makes no sense");
+    if (drop->finished && current->count > 0 &&
+        current->tiles[worker->rendering].id == drop->tile_id)
+        worker->given_up = true;
+    drop_from(current, drop->tile_id);
     for (int i = 0; i < worker->waiting; i++)
-        drop_from(&worker->lots[i], id);
+        drop_from(&worker->lots[i], drop->tile_id);
 }
 
 /* The master asks again only when it has heard something: the last answer is sent. */
@@ -382,12 +389,12 @@ static void send_result(struct worker *worker, const char *message, size_t bytes
     worker->stats.bytes += bytes;
 }
 
-/* Between waves: lets MPI move what is under way, and hears a STOP. */
+/* Between waves: lets MPI move what is under way, and hears whether to give up the tile. */
 static bool hear_stop(void *context)
 {
     struct worker *worker = context;
     hear(worker);
-    return worker->stopped;
+    return worker->stopped || worker->given_up;
 }
 
 /* Pixels of a tile that get samples. */
@@ -397,7 +404,7 @@ static uint32_t sampled_pixels(const struct tile *tile, const struct refinement 
     return refinements ? refinements_sampled(refinements, pixels) : pixels;
 }
 
-/* Renders a tile, or probes, into pixels; false: the master has said STOP. */
+/* Renders a tile, or probes, into pixels; false: it was given up. */
 static bool render_pixels(struct worker *worker, const struct tile *tile,
                           const struct refinement *refinements, uint32_t pixels, float *rgb,
                           struct render_counts *counts)
@@ -412,7 +419,15 @@ static bool render_pixels(struct worker *worker, const struct tile *tile,
     return renderer_task(worker->renderer, &task, counts);
 }
 
-/* The same into its part of a result; returns the length of that, 0: the master has said STOP. */
+/* A header alone in place of a tile; returns its length. */
+static size_t put_dropped(struct result_header *header, char *part)
+{
+    header->pixels = RESULT_DROPPED;
+    memcpy(part, header, sizeof *header);
+    return sizeof *header;
+}
+
+/* Renders a tile into its part of a result; returns the length of that, 0: the master has said STOP. */
 static size_t render_part(struct worker *worker, const struct tile *tile,
                           const struct refinement *refinements, char *part)
 {
@@ -422,7 +437,7 @@ static size_t render_part(struct worker *worker, const struct tile *tile,
     /* Behind the header, a multiple of 8 bytes long like all parts, in an allocated block: aligned. */
     float *rgb = (void *)(part + sizeof(struct result_header));
     double begin = clock_wall(), cpu = clock_thread_cpu();
-    if (!render_pixels(worker, tile, refinements, pixels, rgb, &counts)) return 0;
+    bool whole = render_pixels(worker, tile, refinements, pixels, rgb, &counts);
     /* Reading the CPU clock is a system call, at which the kernel likes to let another process run: the
      * wall clock is read around it, for that is time of this tile. */
     cpu = clock_thread_cpu() - cpu;
@@ -433,23 +448,16 @@ static size_t render_part(struct worker *worker, const struct tile *tile,
                                    .busy_s = end - begin,
                                    .cpu_s = cpu,
                                    .counts = counts};
-    memcpy(part, &header, sizeof header);
     stats->busy_s += end - begin;
+    if (tile->pass != TILE_PROBE) stats->finish_s = end - worker->start;
+    if (!whole) return worker->stopped ? 0 : put_dropped(&header, part);
+    memcpy(part, &header, sizeof header);
     size_t bytes = result_bytes(tile, pixels, worker->adaptive);
     if (tile->pass == TILE_PROBE) return bytes;
-    stats->finish_s = end - worker->start;
     stats->tiles++;
     stats->pixels += pixels;
     render_counts_add(&stats->counts, &counts);
     return bytes;
-}
-
-/* A tile that others have now: a header alone. */
-static size_t put_dropped(const struct tile *tile, char *part)
-{
-    struct result_header header = {.tile_id = tile->id, .pixels = RESULT_DROPPED};
-    memcpy(part, &header, sizeof header);
-    return sizeof header;
 }
 
 /* Renders tiles of the current lot, from the first one on, with the refinements that are next, until
@@ -462,12 +470,15 @@ static uint32_t render_some(struct worker *worker, uint32_t first,
     double begin = clock_wall();
     uint32_t i = first;
     do {
+        worker->rendering = i;
         hear(worker);
+        worker->given_up = false;
         const struct tile *tile = &lot->tiles[i];
         const struct refinement *refined = tile_is_refined(tile) ? *refinements : NULL;
         if (refined) *refinements += tile_pixels(tile);
-        size_t bytes =
-            lot->dropped[i] ? put_dropped(tile, part) : render_part(worker, tile, refined, part);
+        size_t bytes = lot->dropped[i]
+                           ? put_dropped(&(struct result_header){.tile_id = tile->id}, part)
+                           : render_part(worker, tile, refined, part);
         if (bytes == 0) return 0;
         part += bytes;
     } while (++i < lot->count && clock_wall() < begin + lot->answer_s);
@@ -525,7 +536,7 @@ void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene)
         if (worker.waiting > 0)
             render_next(&worker);
         else if (!heard && !worker.stopped)
-            nap_take(&nap);
+            nap_take_soon(&nap);
         if (heard || worker.waiting > 0) nap_reset(&nap);
     }
     for (int i = 0; i < 2; i++) {
