@@ -136,7 +136,13 @@ static void make_folder(const char *path)
     if (mkdir(path, 0777) && errno != EEXIST) fatal("%s: %s", path, strerror(errno));
 }
 
-/* The scene as --print-config gives it, without its lights. */
+/* What makes rays of its own: the farm traces some below the last level, too, for its bound. */
+static bool makes_rays(const char *line)
+{
+    return !strncmp(line, "reflection =", 12) || !strncmp(line, "transmission =", 14);
+}
+
+/* The scene as --print-config gives it, without its lights, mirrors and glass. */
 static void write_dark(const struct bench *bench, const struct kernel_scene *scene)
 {
     char *command = format_text("'%s' --print-config '%s'", bench->farm, scene->config),
@@ -147,7 +153,7 @@ static void write_dark(const struct bench *bench, const struct kernel_scene *sce
     if (!in || !out) fatal("%s cannot be written: %s", scene->dark, strerror(errno));
     while (getline(&line, &room, in) > 0) {
         if (line[0] == '[') keep = strncmp(line, "[light", 6) != 0;
-        if (keep) fputs(line, out);
+        if (keep && !makes_rays(line)) fputs(line, out);
     }
     if (pclose(in) || fclose(out)) fatal("%s cannot be made from %s", scene->dark, scene->config);
     free(line);

@@ -55,7 +55,7 @@ struct bench {
 struct kernel_scene {
     const char *name;
     char *config;  /* INI file */
-    char *dark;    /* the same without lights */
+    char *dark;    /* the same without lights, mirrors and glass */
     bool has_mesh; /* most of it is triangles */
 };
 

@@ -38,13 +38,13 @@ static struct ray flock_ray(const struct flock *flock, const struct scene *scene
     return ray_to(vec_scale(eye, flock->size), vec_scale(target, flock->target ? 1 : flock->size));
 }
 
-/* Neighbours of neighbours: groups of 8 near each other. */
+/* Neighbours of neighbours: packets and whole bundles near each other. */
 static void make_rays(const struct flock *flock, const struct scene *scene, uint64_t *random,
                       struct ray rays[RAYS])
 {
     struct vec3 middle = vec3(0, 0, 0);
     for (int i = 0; i < RAYS; i++) {
-        if (i % 8 == 0) middle = random_vector(random, 3);
+        if (i % (i < RAYS / 2 ? 8 : 32) == 0) middle = random_vector(random, 3);
         rays[i] = flock_ray(flock, scene, middle, random);
         if (i % 16 >= 8) rays[i].t_max = random_between(random, 0.5, 1.5);
     }

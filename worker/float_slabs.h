@@ -18,7 +18,7 @@
  * is as if bound or origin were off by FLOAT_ROUNDOFF of themselves: together less than 2
  * FLOAT_ROUNDOFF of the size that worker/slabs.h takes a margin of. The boxes grow by twice that.
  * What is left is the rounding of the result, one in each of two distances that are compared, and
- * that of the limit: the far one is enlarged by this. Packets take (bound - origin) I, with three
+ * that of the limit: the far one is enlarged by this. Bundles take (bound - origin) I, with three
  * roundings in each of the two distances and one in the enlarging: 7 of these 8.
  */
 #define FLOAT_MARGIN   (4 * FLOAT_ROUNDOFF)
@@ -36,7 +36,7 @@
 /*
  * Where neither overflow nor underflow matters. The boxes grow by 2^-72 at least then, and by 2^-112
  * in units of t; a result that is rounded to a subnormal number errs by 2^-150. bound I and C are
- * less than 2^50 2^70, and twice that; in packets, which no axis of less than the last of these is
+ * less than 2^50 2^70, and twice that; in bundles, which no axis of less than the last of these is
  * for, distances are less than 2^52 2^60.
  */
 #define FLOAT_SIZE_MIN      0x1p-50

@@ -73,6 +73,11 @@ static inline struct floats floats_of_lanes(struct lanes a)
     return (struct floats){_mm512_cvtpd_ps(a.v)};
 }
 
+static inline struct lanes lanes_of_floats(struct floats a)
+{
+    return (struct lanes){_mm512_cvtps_pd(a.v)};
+}
+
 static inline lane_set floats_less(struct floats a, struct floats b)
 {
     return _mm256_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ);
@@ -88,6 +93,12 @@ static inline lane_set floats_at_most(struct floats a, struct floats b)
 static inline struct floats floats_of_lanes(struct lanes a)
 {
     return (struct floats){_mm256_set_m128(_mm256_cvtpd_ps(a.high), _mm256_cvtpd_ps(a.low))};
+}
+
+static inline struct lanes lanes_of_floats(struct floats a)
+{
+    return (struct lanes){_mm256_cvtps_pd(_mm256_castps256_ps128(a.v)),
+                          _mm256_cvtps_pd(_mm256_extractf128_ps(a.v, 1))};
 }
 
 static inline lane_set floats_less(struct floats a, struct floats b)
@@ -161,6 +172,11 @@ static inline lane_set same_31(const uint32_t *a, uint32_t b)
     for (unsigned i = 0; i < LANES; i++)
         set |= (lane_set)(a[i] << 1 == b << 1) << i;
     return set;
+}
+
+static inline struct lanes lanes_of_floats(struct floats a)
+{
+    return lanes_load_floats(a.at);
 }
 
 static inline void floats_store(float *to, struct floats a)

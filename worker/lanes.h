@@ -147,6 +147,17 @@ static inline struct lanes lanes_choose(lane_set set, struct lanes a, struct lan
     return (struct lanes){_mm512_mask_blend_pd((__mmask8)set, b.v, a.v)};
 }
 
+static inline lane_set equal_ids(const uint32_t ids[LANES], uint32_t id)
+{
+    return _mm256_cmpeq_epi32_mask(_mm256_loadu_si256((const void *)ids),
+                                   _mm256_set1_epi32((int)id));
+}
+
+static inline void put_ids(uint32_t ids[LANES], lane_set set, uint32_t id)
+{
+    _mm256_mask_storeu_epi32(ids, (__mmask8)set, _mm256_set1_epi32((int)id));
+}
+
 static inline lane_set lanes_less(struct lanes a, struct lanes b)
 {
     return _mm512_cmp_pd_mask(a.v, b.v, _CMP_LT_OQ);
@@ -253,6 +264,22 @@ static inline lane_set lane_set_of(__m256d low, __m256d high)
     return (lane_set)_mm256_movemask_pd(low) | (lane_set)_mm256_movemask_pd(high) << 4;
 }
 
+static inline lane_set equal_ids(const uint32_t ids[LANES], uint32_t id)
+{
+    __m256i eight = _mm256_loadu_si256((const void *)ids);
+    __m256i equal = _mm256_cmpeq_epi32(eight, _mm256_set1_epi32((int)id));
+    return (lane_set)_mm256_movemask_ps(_mm256_castsi256_ps(equal));
+}
+
+static inline void put_ids(uint32_t ids[LANES], lane_set set, uint32_t id)
+{
+    const __m256i bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+    __m256i chosen = _mm256_and_si256(_mm256_set1_epi32((int)set), bits);
+    __m256i here = _mm256_cmpeq_epi32(chosen, bits), old = _mm256_loadu_si256((const void *)ids);
+    __m256i put = _mm256_blendv_epi8(old, _mm256_set1_epi32((int)id), here);
+    _mm256_storeu_si256((void *)ids, put);
+}
+
 static inline lane_set lanes_less(struct lanes a, struct lanes b)
 {
     return lane_set_of(_mm256_cmp_pd(a.low, b.low, _CMP_LT_OQ),
@@ -315,6 +342,20 @@ static inline struct lanes lanes_fma(struct lanes a, struct lanes b, struct lane
     return a;
 }
 
+static inline lane_set equal_ids(const uint32_t ids[LANES], uint32_t id)
+{
+    lane_set set = 0;
+    for (unsigned i = 0; i < LANES; i++)
+        set |= (lane_set)(ids[i] == id) << i;
+    return set;
+}
+
+static inline void put_ids(uint32_t ids[LANES], lane_set set, uint32_t id)
+{
+    for (unsigned i = 0; i < LANES; i++)
+        ids[i] = set >> i & 1 ? id : ids[i];
+}
+
 static inline struct lanes lanes_of_quads(struct quad low, struct quad high)
 {
     struct lanes lanes;
@@ -375,6 +416,7 @@ static INLINED void lanes_transpose(const double *const at[LANES], const struct 
 
 /* lanes_lowest(), lanes_highest(): of all lanes, none of which is NaN.
  * lanes_choose(): a in the lanes of the set, b in the others.
+ * equal_ids(): the lanes that have this id; put_ids(): gives it to those of the set.
  * lanes_larger(), lanes_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses.
  * lanes_transpose(): of three doubles for each lane those that the order names first, second and
  * third; what lies behind them is not touched. */

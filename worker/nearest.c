@@ -76,17 +76,21 @@ static SHARED void nearest_of_rays(const struct scene *scene, const struct bvh *
             hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, false, true);
         return;
     }
-    struct packet_trust trust = {0, 0};
+    struct packet_trust bundles = {0, 0}, packets = {0, 0};
     for (size_t i = 0; i < count;) {
-        if (LANES_IN_SIMD && count - i >= LANES && packet_is_due(&trust) &&
-            packet_was(&trust,
-                       nearest_packet(scene, bvh, rays + i, hits + i, exact_fallbacks, rough))) {
+        size_t left = (count - i) / LANES, many = left < BUNDLE ? left : BUNDLE;
+        size_t end = left == 0 ? count : i + LANES;
+        if (LANES_IN_SIMD && many > 1 && packet_is_due(&bundles) &&
+            packet_was(&bundles, nearest_bundle(scene, bvh, rays + i, (unsigned)many, hits + i,
+                                                exact_fallbacks, rough)))
+            i += many * LANES;
+        else if (LANES_IN_SIMD && left > 0 && packet_is_due(&packets) &&
+                 packet_was(&packets, nearest_bundle(scene, bvh, rays + i, 1, hits + i,
+                                                     exact_fallbacks, rough)))
             i += LANES;
-            continue;
-        }
-        size_t end = count - i < LANES ? count : i + LANES;
-        for (; i < end; i++)
-            hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, rough, false);
+        else
+            for (; i < end; i++)
+                hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, rough, false);
     }
 }
 

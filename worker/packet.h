@@ -1,10 +1,11 @@
 /*
- * Rays that go much the same way, walked through the tree together. A node is looked at once for
- * all of them, by interval arithmetic: what a ray's slab distances may be lies between products of
- * the ends of the packet's ranges, and as rounding is monotonic that holds for the rounded
- * distances, too. Only leaves, and the triangles in them, are tested ray by ray, one to a lane.
+ * Rays that go much the same way, walked through the tree together: some packets of LANES rays, a
+ * bundle. A node is looked at once for all of them, by interval arithmetic: what a ray's slab distances
+ * may be lies between products of the ends of the bundle's ranges, and as rounding is monotonic that
+ * holds for the rounded distances, too. Only leaves, and the triangles in them, are tested ray by ray,
+ * one to a lane, packet after packet.
  *
- * Hits have the same bits as those of rays on their own: a packet only decides which primitives a
+ * Hits have the same bits as those of rays on their own: a bundle only decides which primitives a
  * ray is tested with.
  */
 #ifndef FARM_WORKER_PACKET_H
@@ -15,8 +16,8 @@
 struct passages;
 
 /*
- * Where packets have not been worth it, the next rays are taken one by one: 1, 3, 7, ... groups of
- * LANES after failures in a row. Says nothing about hits.
+ * Where bundles have not been worth it, the next rays are taken packet by packet or one by one: 1, 3,
+ * 7, ... packets after failures in a row. Says nothing about hits.
  */
 struct packet_trust {
     unsigned failures, wait;
@@ -39,10 +40,13 @@ static inline bool packet_was(struct packet_trust *trust, bool worth_it)
     return worth_it;
 }
 
-/* nearest(), or nearest_rough(), of LANES rays. false, and nothing done, when they are too
- * different. */
-bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    struct hit *hits, uint64_t *exact, bool rough);
+/* Packets of a bundle, at most. */
+#define BUNDLE 4
+
+/* nearest(), or nearest_rough(), of so many times LANES rays. false, and nothing done, when they are
+ * too different. */
+bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                    unsigned packets, struct hit *hits, uint64_t *exact, bool rough);
 
 /* occluded() of LANES rays, likewise. passages: a list for each of them; NULL where nothing is
  * transparent. */

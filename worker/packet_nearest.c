@@ -1,5 +1,7 @@
 #include "worker/packet.h"
 
+#include <string.h>
+
 #include "worker/lanes.h"
 
 /* Without SIMD nobody asks for packets (worker/nearest.c, occluded.c), and eight times the scalar code
@@ -11,7 +13,7 @@
 
 /* A primitive that may be a ray's nearest. */
 struct candidate {
-    const struct bvh_leaf *leaf;
+    uint32_t id;
     double from; /* no nearer than this */
     double to;   /* of a solid: as in struct waiting */
 };
@@ -24,10 +26,16 @@ struct nearest_packet {
     const struct scene *scene;
     const struct ray *rays;
     uint64_t *exact;
-    bool given_up;
-    double limit[LANES]; /* nothing beyond is of interest to the ray */
-    double least[LANES]; /* what is nearer may be a passage through the triangle it starts on */
-    double origin_error[LANES];
+    double limit[LANES];       /* nothing beyond is of interest to the ray */
+    struct floats float_limit; /* ray_limits() */
+    double farthest;           /* of the limits */
+    struct lanes t_max;        /* limits when the walk began */
+    struct lanes least; /* what is nearer may be a passage through the triangle it starts on */
+    struct lanes origin_error;
+    /* A triangle that is certainly crossed before what was known when it was found; most rays have
+     * no other candidate. */
+    uint32_t first[LANES];
+    struct lanes first_from; /* as in struct candidate; infinite: there is none */
     struct candidate candidates[LANES][CANDIDATES];
     unsigned count[LANES];
     lane_set walking; /* rays that have a walk */
@@ -48,48 +56,50 @@ static void settle(struct nearest_packet *it, unsigned lane)
     struct nearest_walk *walk = walk_of(it, lane);
     for (unsigned i = 0; i < it->count[lane]; i++) {
         const struct candidate *candidate = &it->candidates[lane][i];
-        if (candidate->from > it->limit[lane]) continue;
-        if (!is_triangle(candidate->leaf->id)) {
-            nearest_primitive(walk, candidate->leaf->id, false);
-            continue;
-        }
-        struct crossings found = probe_triangle(&walk->probe, candidate->leaf, false);
-        nearest_crossing(walk, &found, 0, candidate->leaf->id, false);
+        if (candidate->from <= it->limit[lane]) nearest_primitive(walk, candidate->id, false);
     }
     it->count[lane] = 0;
     it->limit[lane] = smaller(it->limit[lane], walk->probe.purpose.farthest);
 }
 
-static INLINED void keep(struct nearest_packet *it, unsigned lane, const struct bvh_leaf *leaf,
-                         double from, double to)
+static INLINED void keep(struct nearest_packet *it, unsigned lane, uint32_t id, double from,
+                         double to)
 {
     if (it->count[lane] == CANDIDATES) settle(it, lane);
-    it->candidates[lane][it->count[lane]++] = (struct candidate){leaf, from, to};
+    it->candidates[lane][it->count[lane]++] = (struct candidate){id, from, to};
 }
 
-/* Keeps what the rays may meet first. What certainly counts brings the limit down to what may yet
- * be as near by worker/order.h. */
+/* Rays that certainly meet something by `to` are not interested in what is beyond by more than may
+ * yet be as near by worker/order.h. */
+static INLINED void lower_limits(struct nearest_packet *it, lane_set rays, struct lanes to)
+{
+    struct lanes error = lanes_add(it->origin_error, lanes_mul(lanes_of(ORDER_ERROR), to));
+    struct lanes now = lanes_load(it->limit);
+    struct lanes limit = lanes_smaller(lanes_add(to, lanes_mul(lanes_of(2), error)), now);
+    lanes_store(it->limit, lanes_choose(rays & lanes_less(to, it->t_max), limit, now));
+}
+
+/* Keeps what the rays may meet first. */
 static INLINED lane_set triangle_candidates(void *context, const struct bvh_leaf *leaf,
                                             const struct rough_crossings *found)
 {
     struct nearest_packet *it = context;
-    double from[LANES], to[LANES];
+    lane_set set = found->maybe & ~rays_from(&it->packet, leaf->id);
+    for (lane_set rest = set & ~found->certain; rest; rest = without_lowest(rest))
+        keep(it, lowest_lane(rest), leaf->id, -INFINITE, INFINITE);
+    lane_set beyond = lanes_less(lanes_load(it->limit), found->from);
+    set &= found->certain & ~(beyond | lanes_less(found->to, lanes_of(0)));
+    if (!set) return ALL_LANES;
+    lower_limits(it, set & lanes_less(it->least, found->from), found->to);
+    lane_set nearer = set & lanes_less(lanes_load(it->limit), it->first_from);
+    set &= ~(nearer | equal_ids(it->first, leaf->id)); /* the latter: other pieces of it */
+    it->first_from = lanes_choose(nearer, found->from, it->first_from);
+    put_ids(it->first, nearer, leaf->id);
+    if (!set) return ALL_LANES;
+    double from[LANES];
     lanes_store(from, found->from);
-    lanes_store(to, found->to);
-    for (lane_set set = found->maybe; set; set = without_lowest(set)) {
-        unsigned lane = lowest_lane(set);
-        const struct ray *ray = &it->rays[lane];
-        if (leaf->id == ray->from) continue;
-        if (!(found->certain >> lane & 1)) {
-            keep(it, lane, leaf, -INFINITE, INFINITE);
-            continue;
-        }
-        if (from[lane] > it->limit[lane] || to[lane] < 0) continue;
-        keep(it, lane, leaf, from[lane], INFINITE);
-        if (!(from[lane] > it->least[lane] && to[lane] < ray->t_max)) continue;
-        double limit = to[lane] + 2 * (it->origin_error[lane] + ORDER_ERROR * to[lane]);
-        it->limit[lane] = smaller(limit, it->limit[lane]);
-    }
+    for (; set; set = without_lowest(set))
+        keep(it, lowest_lane(set), leaf->id, from[lowest_lane(set)], INFINITE);
     return ALL_LANES;
 }
 
@@ -108,9 +118,7 @@ static void test_each(struct nearest_packet *it, uint32_t id, lane_set set)
 static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *leaf, lane_set rays)
 {
     struct spans_lanes spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
-    lane_set leaving = 0;
-    for (unsigned lane = 0; lane < LANES; lane++)
-        leaving |= (lane_set)(it->rays[lane].from == leaf->id) << lane;
+    lane_set leaving = rays_from(&it->packet, leaf->id);
     lane_set set = rays & (leaving | may_be_crossed_lanes(&spans, lanes_load(it->limit)));
     if (!set) return;
     struct first_crossing_lanes first = first_crossing_lanes(&spans);
@@ -120,24 +128,38 @@ static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *l
     lanes_store(to, first.to);
     for (lane_set rest = told; rest; rest = without_lowest(rest)) {
         unsigned lane = lowest_lane(rest);
-        keep(it, lane, leaf, from[lane], first.on_side >> lane & 1 ? to[lane] : INFINITE);
-        if (!(to[lane] < it->rays[lane].t_max)) continue;
-        double limit = to[lane] + 2 * (it->origin_error[lane] + ORDER_ERROR * to[lane]);
-        it->limit[lane] = smaller(limit, it->limit[lane]);
+        keep(it, lane, leaf->id, from[lane], first.on_side >> lane & 1 ? to[lane] : INFINITE);
     }
+    lower_limits(it, told, first.to);
     test_each(it, leaf->id, set & ~told);
 }
 
-static INLINED void visit_by_packet(void *context, const struct bvh_node *node, unsigned slot,
-                                    double *limit)
+/* Packets that are walked through the tree together. */
+struct nearest_bundle {
+    struct bundle bundle;
+    const struct bvh_leaf *leaves;
+    bool given_up;
+    struct nearest_packet packets[BUNDLE];
+};
+
+/* Before the first leaf. */
+static void nearest_prepare(struct nearest_packet *it, const struct bundle *bundle)
 {
-    struct nearest_packet *it = context;
-    lane_set rays = rays_meet(&it->packet, node, slot, ray_limits(lanes_load(it->limit)));
-    it->given_up = !is_worth_it(&it->packet, rays);
-    if (it->given_up) *limit = -INFINITE; /* ends the walk */
-    if (!rays || it->given_up) return;
-    const struct bvh_leaf *leaves = bvh_leaves(it->packet.bvh) + node->child[slot];
-    uint32_t count = node->count[slot], triangles = triangles_of(leaves, count);
+    packet_prepare(&it->packet, bundle);
+    if (has_solids(it->scene)) it->ray_lanes = rays_in_lanes(it->packet.o, it->packet.d);
+    struct lanes way = lanes_mul(largest_of(it->packet.o), lanes_abs(it->packet.inverse_dz));
+    it->origin_error = lanes_mul(lanes_of(ORDER_ERROR), way);
+    it->least = lanes_mul(lanes_of(PASSAGE_REACH), way);
+    it->t_max = lanes_load(it->limit);
+    it->float_limit = ray_limits(it->t_max);
+    it->first_from = lanes_of(INFINITE);
+    memset(it->first, 0xff, sizeof it->first);
+}
+
+static INLINED void nearest_in_leaf(struct nearest_packet *it, const struct bvh_leaf *leaves,
+                                    uint32_t count, lane_set rays)
+{
+    uint32_t triangles = triangles_of(leaves, count);
     if (triangles > 0)
         packet_triangles(&it->packet, it->scene, leaves, count, triangles, rays,
                          triangle_candidates, it);
@@ -147,67 +169,95 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
         else
             test_each(it, leaves[i].id, rays);
     }
-    *limit = lanes_highest(lanes_load(it->limit));
+    it->farthest = lanes_highest(lanes_load(it->limit));
+    it->float_limit = ray_limits(lanes_load(it->limit));
 }
 
-/* Where rays start, and what is in front of the tree. */
-static void begin_rays(struct nearest_packet *it)
+static INLINED void visit_by_bundle(void *context, const struct bvh_node *node, unsigned slot,
+                                    double *limit)
 {
-    const struct packet *packet = &it->packet;
-    struct lanes way = lanes_div(largest_of(packet->o), lanes_abs(packet->d[packet->axes[2]]));
-    lanes_store(it->origin_error, lanes_mul(lanes_of(ORDER_ERROR), way));
-    lanes_store(it->least, lanes_mul(lanes_of(PASSAGE_REACH), way));
+    struct nearest_bundle *it = context;
+    const struct bvh_leaf *leaves = it->leaves + node->child[slot];
+    struct packet_box box = packet_box(&it->bundle, node, slot);
+    double farthest = -INFINITE;
+    unsigned met = 0;
+    for (unsigned i = 0; i < it->bundle.count; i++) {
+        struct nearest_packet *packet = &it->packets[i];
+        if (!packet->packet.prepared) nearest_prepare(packet, &it->bundle);
+        lane_set rays = rays_meet(&packet->packet, &box, packet->float_limit);
+        met += (unsigned)__builtin_popcount(rays);
+        if (rays) nearest_in_leaf(packet, leaves, node->count[slot], rays);
+        farthest = larger(packet->farthest, farthest);
+    }
+    it->given_up = !is_worth_it(&it->bundle, met);
+    *limit = it->given_up ? -INFINITE : farthest; /* which ends the walk */
+}
+
+/* With the planes, which are no part of the tree. */
+static void nearest_packet_begin(struct nearest_packet *it, const struct scene *scene,
+                                 const struct ray *rays, uint64_t *exact)
+{
+    it->scene = scene;
+    it->rays = rays;
+    it->exact = exact;
+    it->walking = 0;
+    it->farthest = -INFINITE;
     for (unsigned lane = 0; lane < LANES; lane++) {
-        const struct ray *ray = &it->rays[lane];
-        it->limit[lane] = ray->t_max;
+        it->limit[lane] = rays[lane].t_max;
         it->count[lane] = 0;
-        if (it->scene->primitives[PRIMITIVE_PLANE].count == 0) continue;
-        struct nearest_walk *walk = walk_of(it, lane);
-        nearest_planes(walk, false);
-        it->limit[lane] = walk->probe.purpose.farthest;
+        if (scene->primitives[PRIMITIVE_PLANE].count > 0) {
+            struct nearest_walk *walk = walk_of(it, lane);
+            nearest_planes(walk, false);
+            it->limit[lane] = walk->probe.purpose.farthest;
+        }
+        it->farthest = larger(it->limit[lane], it->farthest);
     }
 }
 
-/* The one triangle that a ray without a walk can hit first; NULL: there is none, or it is not
- * certain. */
-static const struct bvh_leaf *only_candidate(const struct nearest_packet *it, unsigned lane)
+/* Whether something else than its first may be a ray's nearest. */
+static bool has_another(const struct nearest_packet *it, unsigned lane)
 {
-    const struct bvh_leaf *only = NULL;
-    if (it->walking >> lane & 1) return NULL;
     for (unsigned i = 0; i < it->count[lane]; i++) {
         const struct candidate *candidate = &it->candidates[lane][i];
-        if (candidate->from > it->limit[lane]) continue;
-        if (only && candidate->leaf->id == only->id) continue; /* another piece of it */
-        if (only || candidate->from <= 0 || !is_triangle(candidate->leaf->id)) return NULL;
-        only = candidate->leaf;
+        if (candidate->from <= it->limit[lane] && candidate->id != it->first[lane]) return true;
     }
-    return only;
+    return false;
 }
 
-/* The hits of rays with one candidate, for all together; returns whose they are. */
-static lane_set settle_together(const struct nearest_packet *it, struct hit *hits)
+/* Of rays that meet their first one first, as far as that is simple; returns whose hits those are. */
+static lane_set hits_of_firsts(const struct nearest_packet *it, lane_set set, struct hit *hits)
 {
-    const struct bvh_leaf *leaves[LANES];
-    lane_set set = 0;
-    for (unsigned lane = 0; lane < LANES; lane++) {
-        leaves[lane] = only_candidate(it, lane);
-        if (leaves[lane]) set |= UINT32_C(1) << lane;
-    }
-    if (!set) return 0;
+    uint32_t ids[LANES];
     for (unsigned lane = 0; lane < LANES; lane++)
-        if (!leaves[lane]) leaves[lane] = leaves[lowest_lane(set)];
-    struct packet_crossings found = packet_crossings(&it->packet, it->scene, leaves);
+        ids[lane] = it->first[set >> lane & 1 ? lane : lowest_lane(set)];
+    struct packet_crossings found = packet_crossings(&it->packet, it->scene, ids);
     double t[LANES], u[LANES], v[LANES];
     lanes_store(t, found.t);
     lanes_store(u, found.u);
     lanes_store(v, found.v);
-    set &= found.good;
+    set &= found.good & lanes_less(it->least, found.t) & lanes_less(found.t, it->t_max);
     for (lane_set rest = set; rest; rest = without_lowest(rest)) {
         unsigned lane = lowest_lane(rest);
-        if (t[lane] > it->least[lane] && t[lane] < it->rays[lane].t_max)
-            hits[lane] = (struct hit){t[lane], u[lane], v[lane], leaves[lane]->id, 0};
-        else
-            set &= ~(UINT32_C(1) << lane);
+        hits[lane] = (struct hit){t[lane], u[lane], v[lane], ids[lane], 0};
+    }
+    return set;
+}
+
+/* The hits of rays whose first is the only one, for all together; returns whose they are. The firsts
+ * of the others join their candidates. */
+static lane_set settle_together(struct nearest_packet *it, struct hit *hits)
+{
+    lane_set firsts = lanes_less(it->first_from, lanes_of(INFINITE)) &
+                      lanes_at_most(it->first_from, lanes_load(it->limit));
+    lane_set set = firsts & lanes_less(lanes_of(0), it->first_from) & ~it->walking;
+    for (lane_set rest = set; rest; rest = without_lowest(rest))
+        if (has_another(it, lowest_lane(rest))) set &= ~(UINT32_C(1) << lowest_lane(rest));
+    if (set) set = hits_of_firsts(it, set, hits);
+    double from[LANES];
+    lanes_store(from, it->first_from);
+    for (lane_set rest = firsts & ~set; rest; rest = without_lowest(rest)) {
+        unsigned lane = lowest_lane(rest);
+        keep(it, lane, it->first[lane], from[lane], INFINITE);
     }
     return set;
 }
@@ -219,50 +269,67 @@ static bool settle_roughly(struct nearest_packet *it, unsigned lane, struct hit 
     for (unsigned i = 0; i < it->count[lane]; i++) {
         const struct candidate *candidate = &it->candidates[lane][i];
         if (candidate->from > it->limit[lane]) continue;
-        if (only && candidate->leaf->id != only->leaf->id) return false;
+        if (only && candidate->id != only->id) return false;
         only = candidate;
     }
     if (!only || !(only->to < it->rays[lane].t_max)) return false;
-    uint32_t id = only->leaf->id;
-    if ((it->walking >> lane & 1) && !clearly_precedes(&it->walks[lane], id, only->to))
+    if ((it->walking >> lane & 1) && !clearly_precedes(&it->walks[lane], only->id, only->to))
         return false;
-    *hit = rough_hit(id, only->from, only->to);
+    *hit = rough_hit(only->id, only->from, only->to);
     return true;
 }
 
-bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    struct hit *hits, uint64_t *exact, bool rough)
+/* The hit of a ray on its own. */
+static void settle_alone(struct nearest_packet *it, unsigned lane, bool rough, struct hit *hit)
 {
-    struct nearest_packet it;
-    if (!packet_of(bvh, rays, &it.packet)) return false;
-    it.ray_lanes = rays_in_lanes(it.packet.o, it.packet.d);
-    it.scene = scene;
-    it.rays = rays;
-    it.exact = exact;
-    it.walking = 0;
-    it.given_up = false;
-    begin_rays(&it);
-    packet_traverse(bvh, &it.packet, lanes_highest(lanes_load(it.limit)), visit_by_packet, &it);
-    if (it.given_up) return false;
-    lane_set settled = settle_together(&it, hits);
-    for (unsigned lane = 0; lane < LANES; lane++) {
-        if (settled >> lane & 1) continue;
-        if (rough && settle_roughly(&it, lane, &hits[lane])) continue;
-        hits[lane] = (struct hit){.t = INFINITE, .primitive = PRIMITIVE_NONE};
-        if (it.count[lane] > 0) settle(&it, lane);
-        if (it.walking >> lane & 1) hits[lane] = it.walks[lane].hit;
+    if (it->count[lane] > 0) {
+        if (rough && settle_roughly(it, lane, hit)) return;
+        settle(it, lane);
     }
+    if (it->walking >> lane & 1) *hit = it->walks[lane].hit;
+}
+
+static void nearest_packet_end(struct nearest_packet *it, struct hit *hits, bool rough)
+{
+    for (unsigned lane = 0; lane < LANES; lane++)
+        hits[lane] = (struct hit){.t = INFINITE, .primitive = PRIMITIVE_NONE};
+    lane_set alone = it->walking;
+    if (it->packet.prepared) alone = ALL_LANES & ~settle_together(it, hits);
+    for (; alone; alone = without_lowest(alone))
+        settle_alone(it, lowest_lane(alone), rough, &hits[lowest_lane(alone)]);
+}
+
+bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                    unsigned packets, struct hit *hits, uint64_t *exact, bool rough)
+{
+    struct nearest_bundle it;
+    it.bundle.count = packets;
+    for (unsigned i = 0; i < packets; i++)
+        it.bundle.packets[i] = &it.packets[i].packet;
+    if (!bundle_of(bvh, rays, &it.bundle)) return false;
+    it.leaves = bvh_leaves(bvh);
+    it.given_up = false;
+    double farthest = -INFINITE;
+    for (unsigned i = 0; i < packets; i++) {
+        nearest_packet_begin(&it.packets[i], scene, rays + (size_t)i * LANES, exact);
+        farthest = larger(it.packets[i].farthest, farthest);
+    }
+    bundle_traverse(bvh, &it.bundle, farthest, visit_by_bundle, &it);
+    if (it.given_up) return false;
+    for (unsigned i = 0; i < packets; i++)
+        nearest_packet_end(&it.packets[i], hits + (size_t)i * LANES, rough);
     return true;
 }
 
 #else
 
-bool nearest_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    struct hit *hits, uint64_t *exact, bool rough)
+bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                    unsigned packets, struct hit *hits, uint64_t *exact, bool rough)
 {
     (void)scene;
     (void)bvh;
     (void)rays;
+    (void)packets;
     (void)hits;
     (void)exact;
     (void)rough;

@@ -10,6 +10,7 @@
 #include "worker/rough_packet.h"
 
 struct occlusion_packet {
+    struct bundle bundle;
     struct packet packet;
     struct ray_lanes ray_lanes;
     const struct scene *scene;
@@ -53,19 +54,11 @@ static void certain_crossings(struct occlusion_packet *it, const struct bvh_leaf
     }
 }
 
-static lane_set rays_from(const struct occlusion_packet *it, uint32_t id)
-{
-    lane_set set = 0;
-    for (unsigned lane = 0; lane < LANES; lane++)
-        set |= (lane_set)(it->rays[lane].from == id) << lane;
-    return set;
-}
-
 static INLINED lane_set triangle_in_the_way(void *context, const struct bvh_leaf *leaf,
                                             const struct rough_crossings *found)
 {
     struct occlusion_packet *it = context;
-    lane_set set = found->maybe & ~rays_from(it, leaf->id), certain = found->certain;
+    lane_set set = found->maybe & ~rays_from(&it->packet, leaf->id), certain = found->certain;
     lane_set beyond = lanes_less(it->t_max, found->from) | lanes_less(found->to, lanes_of(0));
     lane_set within = lanes_less(it->least, found->from) & lanes_less(found->to, it->t_max);
     certain_crossings(it, leaf, set & certain & within, 1);
@@ -89,7 +82,7 @@ static void solid_in_the_way(struct occlusion_packet *it, const struct bvh_leaf 
                              lane_set rays)
 {
     struct spans_lanes spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
-    lane_set leaving = rays_from(it, leaf->id);
+    lane_set leaving = rays_from(&it->packet, leaf->id);
     lane_set set = rays & (leaving | may_be_crossed_lanes(&spans, it->t_max));
     if (!set) return;
     struct crossing_sets_lanes certain = crossing_sets_lanes(&spans, it->t_max);
@@ -103,8 +96,9 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
                                     double *limit)
 {
     struct occlusion_packet *it = context;
-    lane_set rays = it->open & rays_meet(&it->packet, node, slot, ray_limits(it->t_max));
-    it->given_up = !is_worth_it(&it->packet, rays);
+    struct packet_box box = packet_box(&it->bundle, node, slot);
+    lane_set rays = it->open & rays_meet(&it->packet, &box, ray_limits(it->t_max));
+    it->given_up = !is_worth_it(&it->bundle, (unsigned)__builtin_popcount(rays));
     if (it->given_up) *limit = -INFINITE; /* ends the walk */
     if (!rays || it->given_up) return;
     const struct bvh_leaf *leaves = bvh_leaves(it->packet.bvh) + node->child[slot];
@@ -124,7 +118,7 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
 static void begin_rays(struct occlusion_packet *it)
 {
     const struct packet *packet = &it->packet;
-    struct lanes way = lanes_div(largest_of(packet->o), lanes_abs(packet->d[packet->axes[2]]));
+    struct lanes way = lanes_mul(largest_of(packet->o), lanes_abs(packet->inverse_dz));
     double t_max[LANES];
     it->least = lanes_mul(lanes_of(PASSAGE_REACH), way);
     for (unsigned lane = 0; lane < LANES; lane++) {
@@ -140,8 +134,11 @@ bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const str
                      struct passages *passages, struct vec3 *transmittance, uint64_t *exact)
 {
     struct occlusion_packet it;
-    if (!packet_of(bvh, rays, &it.packet)) return false;
-    it.ray_lanes = rays_in_lanes(it.packet.o, it.packet.d);
+    it.bundle.count = 1;
+    it.bundle.packets[0] = &it.packet;
+    if (!bundle_of(bvh, rays, &it.bundle)) return false;
+    packet_prepare(&it.packet, &it.bundle);
+    if (has_solids(scene)) it.ray_lanes = rays_in_lanes(it.packet.o, it.packet.d);
     it.scene = scene;
     it.rays = rays;
     it.exact = exact;
@@ -150,7 +147,7 @@ bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const str
     it.walking = 0;
     it.given_up = false;
     begin_rays(&it);
-    if (it.open) packet_traverse(bvh, &it.packet, lanes_highest(it.t_max), visit_by_packet, &it);
+    if (it.open) bundle_traverse(bvh, &it.bundle, lanes_highest(it.t_max), visit_by_packet, &it);
     if (it.given_up) return false;
     for (unsigned lane = 0; lane < LANES; lane++)
         transmittance[lane] =

@@ -194,15 +194,15 @@ struct packet_crossings {
     struct lanes t, u, v;
 };
 
-static INLINED struct lanes3 gather(const struct scene *scene,
-                                    const struct bvh_leaf *const leaves[LANES], unsigned corner)
+static INLINED struct lanes3 gather(const struct scene *scene, const uint32_t ids[LANES],
+                                    unsigned corner)
 {
     const double *at[LANES];
     const struct axis_order xyz = axis_order(0, 1, 2);
     struct lanes out[3];
     UNROLLED
     for (unsigned i = 0; i < LANES; i++)
-        at[i] = &scene_vertices(scene)[corner_indices(scene, leaves[i]->id)[corner]].x;
+        at[i] = &scene_vertices(scene)[corner_indices(scene, ids[i])[corner]].x;
     lanes_transpose(at, &xyz, out);
     return (struct lanes3){out[0], out[1], out[2]};
 }
@@ -214,12 +214,11 @@ static INLINED struct sheared_lanes shear_each(const struct packet *packet, stru
     return packet_shear(packet, at[axes[0]], at[axes[1]], at[axes[2]]);
 }
 
-static INLINED struct packet_crossings packet_crossings(const struct packet *packet,
-                                                        const struct scene *scene,
-                                                        const struct bvh_leaf *const leaves[LANES])
+static INLINED struct packet_crossings
+packet_crossings(const struct packet *packet, const struct scene *scene, const uint32_t ids[LANES])
 {
-    const struct lanes3 corner[3] = {gather(scene, leaves, 0), gather(scene, leaves, 1),
-                                     gather(scene, leaves, 2)};
+    const struct lanes3 corner[3] = {gather(scene, ids, 0), gather(scene, ids, 1),
+                                     gather(scene, ids, 2)};
     struct packet_view view = {.p = shear_each(packet, corner[0]),
                                .q = shear_each(packet, corner[1]),
                                .r = shear_each(packet, corner[2])};

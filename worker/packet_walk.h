@@ -1,9 +1,11 @@
-/* The walk of a packet of rays through the tree; see worker/packet.h. */
+/* The walk of packets of rays through the tree; see worker/packet.h. */
 #ifndef FARM_WORKER_PACKET_WALK_H
 #define FARM_WORKER_PACKET_WALK_H
 
 #include <float.h>
 
+#include "worker/lanes_dd.h"
+#include "worker/packet.h"
 #include "worker/traverse.h"
 #include "worker/triangle_lanes.h"
 
@@ -21,21 +23,35 @@ struct range_slab {
     struct floats inverse_low, inverse_high;
 };
 
-/* The same, a lane for each ray. */
+/* struct float_slab of each ray. */
 struct lane_slab {
     struct floats near_origin, far_origin, inverse;
 };
 
+/* LANES rays, one to a lane. */
 struct packet {
     const struct bvh *bvh;
-    unsigned leaves, visits; /* leaves looked at; rays that were in them */
-    struct range_slab ranges[3];
-    /* A lane for each ray: */
-    struct lane_slab slabs[3];
+    uint32_t from[LANES]; /* what the rays start on, as in struct ray */
     struct lanes o[3], d[3];
+
+    /* What only tests of leaves need; see packet_prepare(). */
+    bool prepared;
+    unsigned axes[3]; /* x, y and z of the shear */
+    struct lane_slab slabs[3];
     struct lanes origin[3], sx, sy; /* origin: in the order of the shear's axes */
     struct lanes inverse_dz;        /* of the shear's z */
-    unsigned axes[3];               /* x, y and z of the shear */
+    struct floats float_sx, float_sy;
+};
+
+/* Packets that are walked through the tree together. */
+struct bundle {
+    const struct bvh *bvh;
+    unsigned count;
+    struct packet *packets[BUNDLE];
+    unsigned leaves, visits; /* leaves looked at; rays that were in them */
+    unsigned axes[3];        /* x, y and z of the shear, the same for all rays */
+    double margin;
+    struct range_slab ranges[3];
 };
 
 static INLINED struct lanes largest_of(const struct lanes v[3])
@@ -48,87 +64,146 @@ static INLINED struct lanes sum_of(const struct lanes v[3])
     return lanes_add(lanes_add(lanes_abs(v[0]), lanes_abs(v[1])), lanes_abs(v[2]));
 }
 
-/* Which axis is z is certain, and the same, for all rays. */
-static INLINED bool have_one_shear(struct packet *packet, const struct vec3 *first)
+static INLINED void load_packet(struct packet *packet, const struct bvh *bvh,
+                                const struct ray *rays)
 {
-    const struct lanes *d = packet->d;
-    unsigned z = shear_of(first).z, x = (z + 1) % 3, y = (z + 2) % 3;
-    packet->axes[0] = x;
-    packet->axes[1] = y;
-    packet->axes[2] = z;
-    struct lanes size = lanes_abs(d[z]);
-    return (lanes_less(lanes_abs(d[x]), size) & lanes_less(lanes_abs(d[y]), size)) == ALL_LANES;
-}
-
-/* The slabs of one axis; false: the rays do not all go up, or all down, by what float can take. */
-static INLINED bool set_slab(struct packet *packet, unsigned axis, double margin)
-{
-    size_t min = offsetof(struct bvh_node, min) + axis * (BVH_WIDTH * sizeof(float));
-    size_t max = offsetof(struct bvh_node, max) + axis * (BVH_WIDTH * sizeof(float));
-    struct lanes direction = packet->d[axis];
-    bool down = lanes_less(direction, lanes_of(-FLOAT_COMPONENT_MIN)) == ALL_LANES;
-    if (!down && lanes_less(lanes_of(FLOAT_COMPONENT_MIN), direction) != ALL_LANES) return false;
-    struct lanes origin = lanes_sub(packet->o[axis], lanes_of(packet->bvh->center[axis]));
-    float low = float_below(lanes_lowest(origin) - margin);
-    float high = float_above(lanes_highest(origin) + margin);
-    double first = 1 / lanes_highest(direction), last = 1 / lanes_lowest(direction);
-    packet->ranges[axis] = (struct range_slab){down ? max : min,
-                                               down ? min : max,
-                                               floats_of(down ? low : high),
-                                               floats_of(down ? high : low),
-                                               floats_of((float)first),
-                                               floats_of((float)last)};
-    struct floats below = floats_below(lanes_sub(origin, lanes_of(margin)));
-    struct floats above = floats_above(lanes_add(origin, lanes_of(margin)));
-    packet->slabs[axis] = (struct lane_slab){down ? below : above, down ? above : below,
-                                             floats_of_lanes(lanes_div(lanes_of(1), direction))};
-    return true;
-}
-
-/* Nothing of it is infinite or NaN, nor overflows. */
-static INLINED bool packet_is_finite(const struct packet *packet, double margin)
-{
-    struct lanes sum = lanes_add(sum_of(packet->o), sum_of(packet->d));
-    return lanes_at_most(lanes_add(sum, lanes_of(margin)), lanes_of(DBL_MAX)) == ALL_LANES;
-}
-
-/* Whether float does for all of them. */
-static INLINED bool packet_fits_floats(const struct packet *packet, double largest_origin,
-                                       double margin)
-{
-    struct lanes largest = lanes_abs(packet->d[packet->axes[2]]);
-    return float_slabs_do(largest_origin, lanes_lowest(largest), margin, root_reach(packet->bvh)) &&
-           lanes_highest(largest) < FLOAT_DIRECTION_MAX;
-}
-
-/* false: the rays are not alike. */
-static INLINED bool packet_of(const struct bvh *bvh, const struct ray *rays, struct packet *packet)
-{
-    packet->bvh = bvh;
-    packet->leaves = packet->visits = 0;
     const struct axis_order xyz = axis_order(0, 1, 2);
     const double *origins[LANES], *directions[LANES];
+    packet->bvh = bvh;
+    packet->prepared = false;
     UNROLLED
     for (unsigned i = 0; i < LANES; i++) {
         origins[i] = &rays[i].origin.x;
         directions[i] = &rays[i].direction.x;
+        packet->from[i] = rays[i].from;
     }
     lanes_transpose(directions, &xyz, packet->d);
-    if (!have_one_shear(packet, &rays[0].direction)) return false;
     lanes_transpose(origins, &xyz, packet->o);
-    double largest_origin = lanes_highest(largest_of(packet->o));
-    double margin = slab_margin(bvh, largest_origin);
-    if (!packet_is_finite(packet, margin)) return false;
-    if (!packet_fits_floats(packet, largest_origin, margin)) return false;
+}
+
+/* Between what the rays of all packets lie, lane by lane. */
+struct bundle_ends {
+    struct lanes o_low[3], o_high[3], d_low[3], d_high[3];
+    struct lanes sum; /* of all magnitudes: not finite if one of them is not */
+};
+
+static INLINED void widen(struct bundle_ends *ends, const struct packet *packet)
+{
+    UNROLLED
+    for (unsigned axis = 0; axis < 3; axis++) {
+        ends->o_low[axis] = lanes_smaller(packet->o[axis], ends->o_low[axis]);
+        ends->o_high[axis] = lanes_larger(packet->o[axis], ends->o_high[axis]);
+        ends->d_low[axis] = lanes_smaller(packet->d[axis], ends->d_low[axis]);
+        ends->d_high[axis] = lanes_larger(packet->d[axis], ends->d_high[axis]);
+    }
+    ends->sum = lanes_add(ends->sum, lanes_add(sum_of(packet->o), sum_of(packet->d)));
+}
+
+/* Whether z is certainly the longest axis of all directions, which do not change its sign. */
+static INLINED bool have_one_shear(const struct bundle *bundle, const struct bundle_ends *ends)
+{
+    const unsigned *axes = bundle->axes;
+    struct lanes low = ends->d_low[axes[2]], high = ends->d_high[axes[2]];
+    struct lanes size = lanes_larger(low, lanes_negate(high)); /* the least of them */
+    struct lanes x =
+        lanes_larger(lanes_abs(ends->d_low[axes[0]]), lanes_abs(ends->d_high[axes[0]]));
+    struct lanes y =
+        lanes_larger(lanes_abs(ends->d_low[axes[1]]), lanes_abs(ends->d_high[axes[1]]));
+    return (lanes_less(x, size) & lanes_less(y, size)) == ALL_LANES;
+}
+
+/* The slabs of one axis; false: the rays do not all go up, or all down, by what float can take. */
+static INLINED bool set_range(struct bundle *bundle, const struct bundle_ends *ends, unsigned axis)
+{
+    size_t min = offsetof(struct bvh_node, min) + axis * (BVH_WIDTH * sizeof(float));
+    size_t max = offsetof(struct bvh_node, max) + axis * (BVH_WIDTH * sizeof(float));
+    double least = lanes_lowest(ends->d_low[axis]), most = lanes_highest(ends->d_high[axis]);
+    bool down = most < -FLOAT_COMPONENT_MIN;
+    if (!down && !(least > FLOAT_COMPONENT_MIN)) return false;
+    double center = bundle->bvh->center[axis];
+    float low = float_below(lanes_lowest(ends->o_low[axis]) - center - bundle->margin);
+    float high = float_above(lanes_highest(ends->o_high[axis]) - center + bundle->margin);
+    bundle->ranges[axis] = (struct range_slab){down ? max : min,
+                                               down ? min : max,
+                                               floats_of(down ? low : high),
+                                               floats_of(down ? high : low),
+                                               floats_of((float)(1 / most)),
+                                               floats_of((float)(1 / least))};
+    return true;
+}
+
+/* Whether float does for all of them. */
+static INLINED bool bundle_fits_floats(const struct bundle *bundle, const struct bundle_ends *ends,
+                                       double largest_origin)
+{
+    struct lanes low = ends->d_low[bundle->axes[2]], high = ends->d_high[bundle->axes[2]];
+    double least = lanes_lowest(lanes_larger(low, lanes_negate(high)));
+    double most = lanes_highest(lanes_larger(high, lanes_negate(low)));
+    return float_slabs_do(largest_origin, least, bundle->margin, root_reach(bundle->bvh)) &&
+           most < FLOAT_DIRECTION_MAX;
+}
+
+/* Of the rays of bundle->count packets, for which there is room at bundle->packets. false: they are
+ * not alike. */
+static INLINED bool bundle_of(const struct bvh *bvh, const struct ray *rays, struct bundle *bundle)
+{
+    bundle->bvh = bvh;
+    bundle->leaves = bundle->visits = 0;
+    unsigned z = shear_of(&rays[0].direction).z;
+    bundle->axes[0] = (z + 1) % 3;
+    bundle->axes[1] = (z + 2) % 3;
+    bundle->axes[2] = z;
+    struct lanes all = lanes_of(INFINITE), none = lanes_of(-INFINITE);
+    struct bundle_ends ends = {.o_low = {all, all, all},
+                               .o_high = {none, none, none},
+                               .d_low = {all, all, all},
+                               .d_high = {none, none, none},
+                               .sum = lanes_of(0)};
+    for (unsigned i = 0; i < bundle->count; i++) {
+        load_packet(bundle->packets[i], bvh, rays + (size_t)i * LANES);
+        widen(&ends, bundle->packets[i]);
+    }
+    if (!have_one_shear(bundle, &ends)) return false;
+    double largest_origin =
+        lanes_highest(lanes_larger(largest_of(ends.o_low), largest_of(ends.o_high)));
+    bundle->margin = slab_margin(bvh, largest_origin);
+    lane_set finite =
+        lanes_at_most(lanes_add(ends.sum, lanes_of(bundle->margin)), lanes_of(DBL_MAX));
+    if (finite != ALL_LANES) return false;
+    if (!bundle_fits_floats(bundle, &ends, largest_origin)) return false;
     for (unsigned axis = 0; axis < 3; axis++)
-        if (!set_slab(packet, axis, margin)) return false;
-    const unsigned *axes = packet->axes;
-    for (unsigned i = 0; i < 3; i++)
+        if (!set_range(bundle, &ends, axis)) return false;
+    return true;
+}
+
+/* For tests of leaves, of which many packets meet none. As for a single ray, see float_slab_of(). */
+static INLINED void packet_prepare(struct packet *packet, const struct bundle *bundle)
+{
+    const unsigned *axes = bundle->axes;
+    struct lanes margin = lanes_of(bundle->margin * (1 + FLOAT_MARGIN / TEST_ERROR)), inverse[3];
+    packet->prepared = true;
+    for (unsigned i = 0; i < 3; i++) {
+        packet->axes[i] = axes[i];
         packet->origin[i] = packet->o[axes[i]];
+        inverse[i] = lanes_div(lanes_of(1), packet->d[i]);
+        struct lanes origin = lanes_sub(packet->o[i], lanes_of(bundle->bvh->center[i]));
+        struct lanes at = lanes_mul(origin, inverse[i]);
+        struct lanes outward = lanes_mul(margin, lanes_abs(inverse[i]));
+        packet->slabs[i] = (struct lane_slab){floats_of_lanes(lanes_add(at, outward)),
+                                              floats_of_lanes(lanes_sub(at, outward)),
+                                              floats_of_lanes(inverse[i])};
+    }
     packet->sx = lanes_div(packet->d[axes[0]], packet->d[axes[2]]);
     packet->sy = lanes_div(packet->d[axes[1]], packet->d[axes[2]]);
-    packet->inverse_dz = lanes_div(lanes_of(1), packet->d[axes[2]]);
-    return true;
+    packet->inverse_dz = inverse[axes[2]];
+    packet->float_sx = floats_of_lanes(packet->sx);
+    packet->float_sy = floats_of_lanes(packet->sy);
+}
+
+/* The rays that start on a primitive. */
+static INLINED lane_set rays_from(const struct packet *packet, uint32_t id)
+{
+    return equal_ids(packet->from, id);
 }
 
 static INLINED void range_cut(const struct range_slab *range, const struct bvh_node *node,
@@ -144,13 +219,13 @@ static INLINED void range_cut(const struct range_slab *range, const struct bvh_n
 
 /* Of a node's boxes those that some ray may be in at 0 <= t <= limit, a float_slab_limit(), and from
  * where on. */
-static INLINED lane_set ranges_meet(const struct packet *packet, const struct bvh_node *node,
+static INLINED lane_set ranges_meet(const struct bundle *bundle, const struct bvh_node *node,
                                     float limit, struct floats *enter)
 {
     struct floats near = floats_of(0), far = floats_of(limit);
-    range_cut(&packet->ranges[0], node, &near, &far);
-    range_cut(&packet->ranges[1], node, &near, &far);
-    range_cut(&packet->ranges[2], node, &near, &far);
+    range_cut(&bundle->ranges[0], node, &near, &far);
+    range_cut(&bundle->ranges[1], node, &near, &far);
+    range_cut(&bundle->ranges[2], node, &near, &far);
     *enter = near;
     return floats_at_most(near, floats_mul(far, floats_of((float)FLOAT_WIDENING)));
 }
@@ -166,18 +241,35 @@ static INLINED struct floats ray_limits(struct lanes limit)
     return floats_of_lanes(lanes_mul(limit, lanes_of(FLOAT_WIDENING)));
 }
 
-/* The rays that are in one box at 0 <= t <= limit, of ray_limits(). */
-static INLINED lane_set rays_meet(const struct packet *packet, const struct bvh_node *node,
-                                  unsigned slot, struct floats limit)
+/* One of a node's boxes, as the rays come to its planes. */
+struct packet_box {
+    struct floats near[3], far[3];
+};
+
+static INLINED struct packet_box packet_box(const struct bundle *bundle,
+                                            const struct bvh_node *node, unsigned slot)
+{
+    struct packet_box box;
+    UNROLLED
+    for (unsigned axis = 0; axis < 3; axis++) {
+        box.near[axis] = one_plane(node, bundle->ranges[axis].near_plane, slot);
+        box.far[axis] = one_plane(node, bundle->ranges[axis].far_plane, slot);
+    }
+    return box;
+}
+
+/* The rays that are in a box at 0 <= t <= limit, of ray_limits(). */
+static INLINED lane_set rays_meet(const struct packet *packet, const struct packet_box *box,
+                                  struct floats limit)
 {
     struct floats near = floats_of(0), far = limit;
+    UNROLLED
     for (unsigned axis = 0; axis < 3; axis++) {
         const struct lane_slab *slab = &packet->slabs[axis];
-        const struct range_slab *range = &packet->ranges[axis];
-        struct floats in = floats_sub(one_plane(node, range->near_plane, slot), slab->near_origin);
-        struct floats out = floats_sub(one_plane(node, range->far_plane, slot), slab->far_origin);
-        near = floats_larger(floats_mul(in, slab->inverse), near);
-        far = floats_smaller(floats_mul(out, slab->inverse), far);
+        struct floats in = floats_mul_sub(box->near[axis], slab->inverse, slab->near_origin);
+        struct floats out = floats_mul_sub(box->far[axis], slab->inverse, slab->far_origin);
+        near = floats_larger(in, near);
+        far = floats_smaller(out, far);
     }
     return floats_at_most(near, floats_mul(far, floats_of((float)FLOAT_WIDENING)));
 }
@@ -206,18 +298,18 @@ static INLINED unsigned push_for_packet(struct packet_pending *stack, unsigned t
 
 /* Counts a leaf and its rays. false: most leaves that the ranges meet are met by no ray, and the
  * rays are better off on their own. */
-static INLINED bool is_worth_it(struct packet *packet, lane_set rays)
+static INLINED bool is_worth_it(struct bundle *bundle, unsigned rays)
 {
-    packet->leaves++;
-    packet->visits += (unsigned)__builtin_popcount(rays);
-    return packet->leaves < LEAVES_ON_TRIAL || 2 * packet->visits > packet->leaves;
+    bundle->leaves++;
+    bundle->visits += rays;
+    return bundle->leaves < LEAVES_ON_TRIAL || 2 * bundle->visits > bundle->leaves;
 }
 
 /* Looks at a leaf; may lower *limit, the farthest that is of interest to any ray. */
 typedef void visit_leaf_by_packet(void *context, const struct bvh_node *node, unsigned slot,
                                   double *limit);
 
-static INLINED void packet_traverse(const struct bvh *bvh, const struct packet *packet,
+static INLINED void bundle_traverse(const struct bvh *bvh, const struct bundle *bundle,
                                     double limit, visit_leaf_by_packet *visit, void *context)
 {
     if (bvh->node_count == 0) return;
@@ -228,7 +320,7 @@ static INLINED void packet_traverse(const struct bvh *bvh, const struct packet *
     float float_limit = float_slab_limit(limit);
     for (;;) {
         struct floats enter;
-        lane_set set = ranges_meet(packet, &nodes[now], float_limit, &enter);
+        lane_set set = ranges_meet(bundle, &nodes[now], float_limit, &enter);
         top = push_for_packet(stack, top, now, set, enter);
         prefetch_children(bvh, &nodes[now], set);
         for (;;) {

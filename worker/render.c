@@ -152,13 +152,16 @@ static void continue_paths(struct renderer *renderer)
 }
 
 /*
- * Of a rectangle the pixels are rendered in blocks of BLOCK_W x BLOCK_H, one packet of rays each
- * (worker/packet.h): what is near in both directions stays together longer than what is in a row. A
- * band is a row of blocks. What does not fill a block comes row by row, and so does all of a tile
- * with steps, and of a task in which only some pixels get samples.
+ * Of a rectangle the pixels are rendered in blocks of BLOCK_W x BLOCK_H, one bundle of rays each, and
+ * in these by PART_W x PART_H, one packet each (worker/packet.h): what is near in both directions
+ * stays together longer than what is in a row. A band is a row of blocks. What does not fill a block
+ * comes row by row, and so does all of a tile with steps, and of a task in which only some pixels
+ * get samples.
  */
-#define BLOCK_W 4
-#define BLOCK_H 2
+#define BLOCK_W 8
+#define BLOCK_H 4
+#define PART_W  4
+#define PART_H  2
 
 /* In a band whose first pixel is the begin-th: where the k-th lies. */
 static inline void block_place(uint32_t w, uint32_t band, uint32_t begin, uint32_t k, uint32_t *x,
@@ -166,8 +169,9 @@ static inline void block_place(uint32_t w, uint32_t band, uint32_t begin, uint32
 {
     uint32_t i = k - begin, whole = w / BLOCK_W * BLOCK_W;
     if (i < whole * BLOCK_H) {
-        *x = i / (BLOCK_W * BLOCK_H) * BLOCK_W + i % BLOCK_W;
-        *y = band * BLOCK_H + i / BLOCK_W % BLOCK_H;
+        uint32_t part = i / (PART_W * PART_H) % (BLOCK_W * BLOCK_H / (PART_W * PART_H));
+        *x = i / (BLOCK_W * BLOCK_H) * BLOCK_W + part % (BLOCK_W / PART_W) * PART_W + i % PART_W;
+        *y = band * BLOCK_H + part / (BLOCK_W / PART_W) * PART_H + i / PART_W % PART_H;
     } else {
         i -= whole * BLOCK_H;
         *x = whole + i % (w - whole);

@@ -5,11 +5,9 @@
 #include "worker/packet_triangle.h"
 #include "worker/rough_triangles.h"
 
-/* A leaf's triangles and, a lane for each ray, X, Y and Z. */
+/* A leaf as the rays see it: X, Y and Z. */
 struct rough_leaf {
-    const uint16_t *x, *y, *z;
-    uint32_t triangles;
-    struct floats base_x, base_y, sx, sy;
+    struct floats base_x, base_y;
     struct lanes base_z;
     double unit;
 };
@@ -27,14 +25,9 @@ static INLINED struct lanes rough_way(const struct packet *packet,
  * them, nothing else is. Base and centre, which are both less than 2^40 units, are added up here
  * before the origin is subtracted: that is no more rounding than for a single ray.
  */
-static INLINED lane_set rough_leaf_of(const struct packet *packet, const struct bvh_leaf *leaves,
-                                      uint32_t count, uint32_t triangles, struct rough_leaf *leaf)
+static INLINED lane_set rough_leaf_of(const struct packet *packet,
+                                      const struct bvh_corners *corners, struct rough_leaf *leaf)
 {
-    const struct bvh_corners *corners = bvh_corners(leaves, count);
-    if (!packet->bvh->has_corners) {
-        *leaf = (struct rough_leaf){.triangles = 0};
-        return ALL_LANES;
-    }
     struct lanes inverse = lanes_of((double)corners->inverse);
     struct lanes z = rough_way(packet, corners, 2);
     struct lanes x = lanes_sub(rough_way(packet, corners, 0), lanes_mul(packet->sx, z));
@@ -45,46 +38,56 @@ static INLINED lane_set rough_leaf_of(const struct packet *packet, const struct 
     struct lanes aside = lanes_larger(lanes_abs(x), lanes_abs(y));
     lane_set within =
         lanes_less(aside, lanes_of(ASIDE_MAX)) & lanes_less(lanes_abs(z), lanes_of(AHEAD_MAX));
-    const uint16_t *place = corners->place;
-    size_t axis = 3 * (size_t)triangles;
-    leaf->x = place + packet->axes[0] * axis;
-    leaf->y = place + packet->axes[1] * axis;
-    leaf->z = place + packet->axes[2] * axis;
-    leaf->triangles = triangles;
     leaf->base_x = floats_of_lanes(x);
     leaf->base_y = floats_of_lanes(y);
     leaf->base_z = z;
     leaf->unit = 1 / (double)corners->inverse;
-    leaf->sx = floats_of_lanes(packet->sx);
-    leaf->sy = floats_of_lanes(packet->sy);
     return ALL_LANES & ~within;
 }
 
-/* Triangle i as the rays see it; nothing is told of those that are beyond. */
+/* Corner k of LANES triangles: x, y and z in at[0][k], at[1][k] and at[2][k]. */
+struct rough_places {
+    struct floats at[3][3];
+};
+
+static INLINED struct rough_places rough_places(const struct packet *packet,
+                                                const struct bvh_corners *corners,
+                                                uint32_t triangles, uint32_t first)
+{
+    struct rough_places places;
+    UNROLLED
+    for (unsigned axis = 0; axis < 3; axis++) {
+        const uint16_t *row = corners->place + packet->axes[axis] * (3 * (size_t)triangles) + first;
+        UNROLLED
+        for (unsigned k = 0; k < 3; k++)
+            places.at[axis][k] = floats_load_shorts(row + k * (size_t)triangles);
+    }
+    return places;
+}
+
+/* A triangle as the rays see it; nothing is told of those that are beyond. */
 struct rough_view {
     struct rough_corners corner[3];
     struct rough_sets sets;
 };
 
-static INLINED struct rough_view rough_view(const struct rough_leaf *leaf, uint32_t i)
+static INLINED struct floats place_of(const struct floats *row, unsigned i)
+{
+    return floats_of(((const float *)(const void *)row)[i]);
+}
+
+static INLINED struct rough_view rough_view(const struct packet *packet,
+                                            const struct rough_leaf *leaf,
+                                            const struct rough_places *places, unsigned i)
 {
     struct rough_view view;
     UNROLLED
-    for (unsigned k = 0; k < 3; k++) {
-        uint32_t at = k * leaf->triangles + i;
-        view.corner[k] = rough_shear(floats_of((float)leaf->x[at]), floats_of((float)leaf->y[at]),
-                                     floats_of((float)leaf->z[at]), leaf->base_x, leaf->base_y,
-                                     leaf->sx, leaf->sy);
-    }
+    for (unsigned k = 0; k < 3; k++)
+        view.corner[k] = rough_shear(place_of(&places->at[0][k], i), place_of(&places->at[1][k], i),
+                                     place_of(&places->at[2][k], i), leaf->base_x, leaf->base_y,
+                                     packet->float_sx, packet->float_sy);
     view.sets = rough_sets(view.corner);
     return view;
-}
-
-static INLINED struct lanes lanes_of_floats(struct floats a)
-{
-    float at[LANES];
-    floats_store(at, a);
-    return lanes_load_floats(at);
 }
 
 /*
@@ -117,7 +120,7 @@ struct rough_crossings {
 };
 
 /* By the filter of double. */
-static inline struct rough_crossings crossings_in_double(const struct packet *packet,
+static SHARED struct rough_crossings crossings_in_double(const struct packet *packet,
                                                          const struct scene *scene,
                                                          const struct bvh_leaf *leaf, lane_set rays)
 {
@@ -131,26 +134,37 @@ static inline struct rough_crossings crossings_in_double(const struct packet *pa
 typedef lane_set visit_triangle(void *context, const struct bvh_leaf *leaf,
                                 const struct rough_crossings *found);
 
+/* Triangle i of a leaf's LANES: the rays that certainly cross it; *open: those that may. */
+static INLINED struct rough_crossings crossings_in_float(const struct packet *packet,
+                                                         const struct rough_leaf *leaf,
+                                                         const struct rough_places *places,
+                                                         unsigned i, lane_set rays, lane_set *open)
+{
+    struct rough_view view = rough_view(packet, leaf, places, i);
+    lane_set crossed = rays & view.sets.crossed;
+    struct rough_crossings found = {.maybe = crossed, .certain = crossed};
+    if (crossed) rough_distances(packet, leaf, &view, &found.from, &found.to);
+    *open = rays & ~(view.sets.missed | view.sets.crossed);
+    return found;
+}
+
 /* The triangles of a leaf with `count` entries: in float, and in double what is open then. */
 static INLINED void packet_triangles(const struct packet *packet, const struct scene *scene,
                                      const struct bvh_leaf *leaves, uint32_t count,
                                      uint32_t triangles, lane_set rays, visit_triangle *visit,
                                      void *context)
 {
+    const struct bvh_corners *corners = bvh_corners(leaves, count);
     struct rough_leaf rough;
-    lane_set beyond = rough_leaf_of(packet, leaves, count, triangles, &rough);
+    struct rough_places places;
+    lane_set beyond = rough_leaf_of(packet, corners, &rough);
     for (uint32_t i = 0; i < triangles && rays; i++) {
-        struct rough_crossings found;
-        lane_set open = rays;
-        if (beyond != ALL_LANES) {
-            struct rough_view view = rough_view(&rough, i);
-            found.maybe = found.certain = rays & ~beyond & view.sets.crossed;
-            open = rays & (beyond | ~(view.sets.missed | view.sets.crossed));
-            if (found.maybe) {
-                rough_distances(packet, &rough, &view, &found.from, &found.to);
-                rays &= visit(context, &leaves[i], &found);
-            }
-        }
+        if (i % LANES == 0) places = rough_places(packet, corners, triangles, i);
+        lane_set open;
+        struct rough_crossings found =
+            crossings_in_float(packet, &rough, &places, i % LANES, rays & ~beyond, &open);
+        if (found.maybe) rays &= visit(context, &leaves[i], &found);
+        open |= rays & beyond;
         if (!open) continue;
         found = crossings_in_double(packet, scene, &leaves[i], open);
         if (found.maybe) rays &= visit(context, &leaves[i], &found);
