@@ -97,7 +97,7 @@ static INLINED bool packet_fits_floats(const struct packet *packet, double large
                                        double margin)
 {
     struct lanes largest = lanes_abs(packet->d[packet->axes[2]]);
-    return float_slabs_do(largest_origin, lanes_lowest(largest), margin, root_reach(packet->bvh)) &&
+    return float_slabs_do(largest_origin, lanes_lowest(largest), margin, packet->bvh->reach) &&
            lanes_highest(largest) < FLOAT_DIRECTION_MAX;
 }
 
