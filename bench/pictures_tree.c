@@ -196,6 +196,10 @@ static struct bvh *median_tree(const struct scene *scene, const struct bvh *mode
     struct box3 all = bounds_around(&median, 0, count);
     memcpy(tree->min, all.min, sizeof tree->min);
     memcpy(tree->max, all.max, sizeof tree->max);
+    for (unsigned axis = 0; axis < 3; axis++) {
+        double far = fmax(fabs((double)all.min[axis]), fabs((double)all.max[axis]));
+        tree->reach = tree->size = fmax(tree->reach, far);
+    }
     tree->node_count = median.used;
     free(median.places);
     free(entries);

@@ -176,6 +176,17 @@ static void check_node(struct survey *survey, uint32_t index, const float min[3]
     check_empty(node, slot);
 }
 
+/* What rays' errors are told by. */
+static void check_size(const struct bvh *bvh)
+{
+    double center = 0, reach = 0;
+    for (unsigned axis = 0; axis < 3 && bvh->node_count > 0; axis++) {
+        center = fmax(center, fabs(bvh->center[axis]));
+        reach = fmax(reach, fmax(fabs((double)bvh->min[axis]), fabs((double)bvh->max[axis])));
+    }
+    assert_true(bvh->reach == reach && bvh->size == reach + center);
+}
+
 /* Every bounded primitive is in a leaf, and so in all boxes above it; frees the tree and the scene. */
 static struct survey check_tree(struct scene *scene)
 {
@@ -187,6 +198,7 @@ static struct survey check_tree(struct scene *scene)
     assert_non_null(survey.pieces);
     memset(survey.pieces, 0xff, (bvh->leaf_count + 1) * sizeof *survey.pieces);
     if (bvh->node_count > 0) check_node(&survey, 0, bvh->min, bvh->max, 1);
+    check_size(bvh);
     assert_int_equal(survey.entries, bvh->leaf_count);
     assert_true(bvh->leaves_offset + survey.places * sizeof(struct bvh_leaf) <= bvh->bytes);
     check_pieces(&survey);
@@ -344,7 +356,7 @@ static void test_pieces_count_once(void **state)
 /* A tree of this size around the origin, as the slabs see it. */
 static struct bvh bvh_of_size(float size)
 {
-    return (struct bvh){.min = {-size, -size, -size}, .max = {size, size, size}};
+    return (struct bvh){.reach = (double)size, .size = (double)size};
 }
 
 static struct bvh_node empty_node(void)

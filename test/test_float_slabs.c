@@ -90,7 +90,7 @@ static void test_no_box_is_lost(void **state)
         struct sizes sizes = random_sizes(&random);
         double size = ldexp(1, sizes.scene);
         float reach = (float)size;
-        const struct bvh bvh = {.min = {-reach, -reach, -reach}, .max = {reach, reach, reach}};
+        const struct bvh bvh = {.reach = (double)reach, .size = (double)reach};
         struct vec3 origin = random_parts(&random, ldexp(1, sizes.origin));
         struct bvh_node node = {.child = {0}};
         fill_node(&random, size, &origin, &node);
@@ -143,9 +143,9 @@ static void test_rounds_outward(void **state)
 static void test_left_to_double(void **state)
 {
     (void)state;
-    const struct bvh bvh = {.min = {-1, -1, -1}, .max = {1, 1, 1}};
-    const struct bvh vast = {.min = {-0x1p70f, -1, -1}, .max = {1, 1, 1}};
-    const struct bvh open = {.min = {-INFINITY, -1, -1}, .max = {1, 1, 1}};
+    const struct bvh bvh = {.reach = 1, .size = 1};
+    const struct bvh vast = {.reach = 0x1p70, .size = 0x1p70};
+    const struct bvh open = {.reach = INFINITE, .size = INFINITE};
     struct float_slabs slabs;
     struct ray ray = ray_along(vec3(0, 0, 2), vec3(0, 0, -1));
     assert_true(float_slabs_of(&bvh, &ray, &slabs));

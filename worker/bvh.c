@@ -329,10 +329,15 @@ static uint64_t write_leaves(const struct build *build, struct bvh *bvh, struct 
 
 static void write_bounds(struct bvh *bvh, const struct extent *extent)
 {
+    double center = 0;
     for (unsigned axis = 0; axis < 3; axis++) {
         bvh->min[axis] = open_below(extent->min[axis]);
         bvh->max[axis] = open_above(extent->max[axis]);
+        double far = larger(fabs((double)bvh->min[axis]), fabs((double)bvh->max[axis]));
+        bvh->reach = larger(bvh->reach, far);
+        center = larger(center, fabs(bvh->center[axis]));
     }
+    bvh->size = bvh->reach + center;
 }
 
 struct bvh *bvh_build(const struct scene *scene, void *memory)

@@ -72,6 +72,9 @@ struct bvh {
     double center[3];     /* 0 unless the scene is small and far from the origin: a float's spacing
                            * is 64 at 1e9 */
     float min[3], max[3]; /* of the root, like a node's */
+    double reach;         /* the largest coordinate of these */
+    double size; /* the same, and the centre's largest coordinate: no coordinate of the scene
+                           * is larger but by rounding */
 };
 
 static inline const struct bvh_node *bvh_nodes(const struct bvh *bvh)

@@ -119,7 +119,7 @@ static INLINED bool float_slabs_of(const struct bvh *bvh, const struct ray *ray,
 {
     double origin = largest_component(ray->origin), margin = slab_margin(bvh, origin);
     double direction = largest_component(ray->direction);
-    if (!float_slabs_do(origin, direction, margin, root_reach(bvh))) return false;
+    if (!float_slabs_do(origin, direction, margin, bvh->reach)) return false;
     double least = FLOAT_SLANT_MIN * direction;
     margin *= 1 + FLOAT_MARGIN / TEST_ERROR;
     slabs->x = float_slab_of(bvh, ray, 0, margin, least);

@@ -137,7 +137,7 @@ static INLINED bool occlusion_primitive(struct occlusion_walk *walk, const struc
 static INLINED bool occlusion_triangle(struct occlusion_walk *walk, const struct bvh_leaf *leaf,
                                        bool certain, bool naive)
 {
-    if (certain) return occlusion_by(walk, leaf, 1);
+    if (certain) return leaf->id == walk->probe.ray->from || occlusion_by(walk, leaf, 1);
     struct crossings found = probe_triangle(&walk->probe, leaf, naive);
     return occlusion_of(walk, &found, leaf);
 }

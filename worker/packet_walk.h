@@ -139,7 +139,7 @@ static INLINED bool bundle_fits_floats(const struct bundle *bundle, const struct
     struct lanes low = ends->d_low[bundle->axes[2]], high = ends->d_high[bundle->axes[2]];
     double least = lanes_lowest(lanes_larger(low, lanes_negate(high)));
     double most = lanes_highest(lanes_larger(high, lanes_negate(low)));
-    return float_slabs_do(largest_origin, least, bundle->margin, root_reach(bundle->bvh)) &&
+    return float_slabs_do(largest_origin, least, bundle->margin, bundle->bvh->reach) &&
            most < FLOAT_DIRECTION_MAX;
 }
 

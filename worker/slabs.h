@@ -49,19 +49,6 @@ struct slabs {
     bool blind; /* nothing is decided: by none, or the margin is infinite */
 };
 
-/* The largest coordinate of the root's box. */
-static inline double root_reach(const struct bvh *bvh)
-{
-    float reach = 0;
-    UNROLLED
-    for (unsigned axis = 0; axis < 3; axis++) {
-        float min = fabsf(bvh->min[axis]), max = fabsf(bvh->max[axis]);
-        reach = reach > min ? reach : min;
-        reach = reach > max ? reach : max;
-    }
-    return (double)reach;
-}
-
 /* 1 / d; NaN, so that the axis decides nothing, when that overflows although d is not zero. */
 static inline double slab_inverse(double d)
 {
@@ -89,9 +76,7 @@ static INLINED struct slab slab_of(const struct bvh *bvh, const struct ray *ray,
 /* By how much the boxes grow for rays whose origins' coordinates are not larger than this. */
 static INLINED double slab_margin(const struct bvh *bvh, double largest_origin)
 {
-    const double *center = bvh->center;
-    double size = larger(fabs(center[0]), larger(fabs(center[1]), fabs(center[2])));
-    return TEST_ERROR * (largest_origin + size + root_reach(bvh));
+    return TEST_ERROR * (largest_origin + bvh->size);
 }
 
 static INLINED struct slabs slabs_of(const struct bvh *bvh, const struct ray *ray)
