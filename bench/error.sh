@@ -51,6 +51,10 @@ config_of() {
     esac
 }
 
+# For gnuplot: tics of 1, 2 and 5 along the seconds, of which a picture has an octave or two.
+TICS='set for [e=-3:4] xtics add (sprintf("%g", 10.0 ** e) 10.0 ** e, sprintf("%g", 2 * 10.0 ** e) 2 * 10.0 ** e, \
+    sprintf("%g", 5 * 10.0 ** e) 5 * 10.0 ** e)'
+
 # A number of a report.
 value() { sed -n "s/.*\"$2\": \"\\{0,1\\}\\([^\",}]*\\).*/\\1/p" "$1" | "${3:-tail}" -n 1; }
 # The same of one of its objects: of FILE OBJECT KEY
@@ -177,6 +181,10 @@ set terminal svg size 640,480 background "white"
 set output "$OUT/error_sampling_$1.svg"
 set datafile separator ","
 set logscale xy
+$TICS
+set autoscale xfix
+set offsets graph 0.05, graph 0.05
+set rmargin 4
 set xlabel "CPU seconds"
 set ylabel "RMSE"
 set format y "%g"
@@ -233,6 +241,10 @@ set terminal svg size 640,480 background "white"
 set output "$OUT/error_truncation_$1.svg"
 set datafile separator ","
 set logscale xy
+$TICS
+set autoscale xfix
+set offsets graph 0.05, graph 0.05
+set rmargin 4
 set xlabel "CPU seconds"
 set ylabel "error"
 set format y "%g"
@@ -241,11 +253,11 @@ set key outside below
 set title "$1, $W x $H: depth 0 to 20, cutoff 1/16 to 1/65536"
 some(x) = x > 0 ? x : NaN
 plot "< grep '^$1,depth' $csv" using 4:(some(\$5)) with linespoints lc 1 pt 7 title "depth: RMSE", \
-     "" using 4:(some(\$6)) with points lc 1 pt 6 title "largest", \
-     "" using 4:(some(\$7)) with points lc 1 pt 1 title "claimed", \
+     "" using 4:(some(\$6)) with points lc 1 pt 6 title "depth: largest", \
+     "" using 4:(some(\$7)) with points lc 1 pt 1 title "depth: claimed", \
      "< grep '^$1,cutoff' $csv" using 4:(some(\$5)) with linespoints lc 2 pt 5 title "cutoff: RMSE", \
-     "" using 4:(some(\$6)) with points lc 2 pt 4 title "largest", \
-     "" using 4:(some(\$7)) with points lc 2 pt 2 title "claimed"
+     "" using 4:(some(\$6)) with points lc 2 pt 4 title "cutoff: largest", \
+     "" using 4:(some(\$7)) with points lc 2 pt 2 title "cutoff: claimed"
 END
 }
 
@@ -317,7 +329,7 @@ peers() {
         done
         reference_of "$scene"
         # One ray through the middle of each pixel is a picture, too.
-        for target in one 0.1 0.06 0.04 0.025 0.016 0.01 0.006 0.004; do
+        for target in one 0.1 0.06 0.04 0.025 0.016 0.01 0.006 0.004 0.0025 0.0016; do
             known "$scene,farm,$target" && continue
             if [ "$target" = one ]; then
                 farm_repeated run "$scene" sampling.samples=1
@@ -341,12 +353,13 @@ peers() {
         echo "|---|---|---|---|---|---|---|"
         awk -F, 'NR > 1 { n++; for (i = 1; i <= 5; i++) f[n, i] = $i }
             END { for (k = 1; k <= n; k++) { if (f[k, 2] == "farm") continue
-                lo = 0; hi = 0
-                for (j = 1; j <= n; j++) if (f[j, 1] == f[k, 1] && f[j, 2] == "farm") {
-                    if (f[j, 5] <= f[k, 5] && (!lo || f[j, 5] > f[lo, 5])) lo = j
-                    if (f[j, 5] >= f[k, 5] && (!hi || f[j, 5] < f[hi, 5])) hi = j }
+                lo = 0; hi = 0 # the quickest that is as good, and the best of what is quicker still
+                for (j = 1; j <= n; j++) if (f[j, 1] == f[k, 1] && f[j, 2] == "farm" &&
+                    f[j, 5] <= f[k, 5] && (!lo || f[j, 4] < f[lo, 4])) lo = j
+                for (j = 1; j <= n && lo; j++) if (f[j, 1] == f[k, 1] && f[j, 2] == "farm" &&
+                    f[j, 5] > f[k, 5] && f[j, 4] < f[lo, 4] && (!hi || f[j, 5] < f[hi, 5])) hi = j
                 less = ""
-                if (!lo) { t = -1 } else if (!hi || lo == hi) { t = f[lo, 4]; less = hi ? "" : "<" }
+                if (!lo) { t = -1 } else if (!hi) { t = f[lo, 4]; less = "<" }
                 else t = exp(log(f[lo, 4]) + (log(f[k, 5]) - log(f[lo, 5])) * (log(f[hi, 4]) - log(f[lo, 4])) / (log(f[hi, 5]) - log(f[lo, 5])))
                 printf "| %s | %s | %s | %.2f | %.3g | %s | %s |\n", f[k, 1], f[k, 2], f[k, 3], f[k, 4], f[k, 5], t < 0 ? "-" : sprintf("%s%.2f", less, t), t < 0 ? "-" : sprintf("%s%.1f", less ? ">" : "", f[k, 4] / t) } }' "$csv"
     } >"$OUT/error_peers.md"
@@ -361,6 +374,10 @@ set terminal svg size 640,480 background "white"
 set output "$OUT/error_peers_$1.svg"
 set datafile separator ","
 set logscale xy
+$TICS
+set autoscale xfix
+set offsets graph 0.05, graph 0.05
+set rmargin 4
 set xlabel "CPU seconds"
 set ylabel "RMSE"
 set format y "%g"
@@ -418,6 +435,10 @@ set terminal svg size 640,480 background "white"
 set output "$OUT/error_forecast.svg"
 set datafile separator ","
 set logscale xy
+$TICS
+set autoscale xfix
+set offsets graph 0.05, graph 0.05
+set rmargin 4
 set xlabel "CPU seconds that it took"
 set ylabel "foretold, +- a standard deviation"
 set grid

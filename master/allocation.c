@@ -8,17 +8,17 @@
 
 /*
  * e / cost of the pixels, in bins of an eighth of a power of two: of each bin and number of levels
- * that its pixels can still go up, the sums of e and of the cost. Beyond the ends lies what no picture
+ * that its pixels can still go up, the sums of what their halves tell and of the cost. Beyond the ends lies what no picture
  * has.
  */
 enum { BINS_PER_OCTAVE = 8, OCTAVE_MIN = -120, OCTAVE_MAX = 100 };
 enum { BINS = (OCTAVE_MAX - OCTAVE_MIN) * BINS_PER_OCTAVE };
 
 struct allocation {
-    double errors[BINS][LEVEL_MAX + 1];
+    double told[BINS][LEVEL_MAX + 1];
     double costs[BINS][LEVEL_MAX + 1];
     bool used[BINS];
-    double error;
+    double all_told;
 };
 
 struct allocation *allocation_create(void)
@@ -48,18 +48,19 @@ static int bin_of(double gain)
     return (exponent - OCTAVE_MIN) * BINS_PER_OCTAVE + (int)(mantissa * BINS_PER_OCTAVE);
 }
 
-void allocation_add(struct allocation *allocation, double error, double cost, unsigned most)
+void allocation_add(struct allocation *allocation, double error, double told, double cost,
+                    unsigned most)
 {
     int bin = bin_of(error / cost);
-    allocation->errors[bin][most] += error;
+    allocation->told[bin][most] += told;
     allocation->costs[bin][most] += cost;
     allocation->used[bin] = true;
-    allocation->error += error;
+    allocation->all_told += told;
 }
 
-double allocation_error(const struct allocation *allocation)
+double allocation_told(const struct allocation *allocation)
 {
-    return allocation->error;
+    return allocation->all_told;
 }
 
 unsigned allocation_doublings(double gain, double limit, unsigned most)
@@ -80,7 +81,7 @@ struct allocation_outcome allocation_under(const struct allocation *allocation, 
         unsigned most = allocation_doublings(bin_end(bin), limit, LEVEL_MAX);
         double factor = 1, more = 0;
         for (unsigned k = 0; k <= LEVEL_MAX; k++) {
-            sum.left += factor * allocation->errors[bin][k];
+            sum.left += factor * allocation->told[bin][k];
             sum.cost += more * allocation->costs[bin][k];
             if (k >= most) continue;
             factor *= 0.35355339059327379;

@@ -3,7 +3,9 @@
  * per cost, and the limit above which that is worth while (master/adaptive.h has the rule).
  *
  * Of a pixel its expected squared error e and the cost of the samples that it has count. Twice as many
- * samples leave 2^-3/2 of e for twice the cost; so e / cost goes down by 2^5/2 with each doubling.
+ * samples leave 2^-3/2 of e for twice the cost; so e / cost goes down by 2^5/2 with each doubling. What
+ * an allocation leaves of the picture's error is reckoned from what the pixels' halves tell: e says
+ * which pixels are alike, and over many alike their halves say what error they have.
  */
 #ifndef FARM_MASTER_ALLOCATION_H
 #define FARM_MASTER_ALLOCATION_H
@@ -15,13 +17,15 @@ struct allocation;
 struct allocation *allocation_create(void);
 void allocation_destroy(struct allocation *allocation);
 
-/* A pixel, that can be doubled so often; error > 0, cost > 0, finite. most <= LEVEL_MAX. */
-void allocation_add(struct allocation *allocation, double error, double cost, unsigned most);
+/* A pixel, that can be doubled so often: e >= 0, what its halves tell, >= 0, and its cost, > 0; finite.
+ * most <= LEVEL_MAX. */
+void allocation_add(struct allocation *allocation, double error, double told, double cost,
+                    unsigned most);
 
-/* Of all pixels that were added. */
-double allocation_error(const struct allocation *allocation);
+/* What the halves of all pixels that were added tell. */
+double allocation_told(const struct allocation *allocation);
 
-/* What a limit comes to: the sum of errors that it leaves, and the cost of the samples to come. */
+/* What a limit comes to: the sum that it leaves of these errors, and the cost of the samples to come. */
 struct allocation_outcome {
     double left, cost;
 };

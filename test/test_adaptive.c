@@ -190,6 +190,22 @@ static void test_flat_needs_one_pass(void **state)
     drop(&result);
 }
 
+/* Squares of whole pixels: no halves differ, and yet there might be something between them. */
+static double squares(double x, double y)
+{
+    return fmod(floor(x / 6) + floor(y / 6), 2);
+}
+
+static void test_contrast_is_looked_into(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 16);
+    struct result result;
+    run(&result, squares, &view, 0, 16, false);
+    assert_true(result.passes > 1 && result.samples > 4 && result.estimated == 0);
+    drop(&result);
+}
+
 /* How the passes are cut into tiles, and in what order these come back, changes no bit. */
 static void test_tiles_do_not_matter(void **state)
 {
@@ -352,10 +368,11 @@ static void test_not_finite(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_flat_needs_one_pass), cmocka_unit_test(test_tiles_do_not_matter),
-        cmocka_unit_test(test_targets_are_met),     cmocka_unit_test(test_wire_is_followed),
-        cmocka_unit_test(test_max_samples_end_it),  cmocka_unit_test(test_not_finite),
-        cmocka_unit_test(test_rays_are_foreseen),   cmocka_unit_test(test_luck_does_not_matter),
+        cmocka_unit_test(test_flat_needs_one_pass),     cmocka_unit_test(test_tiles_do_not_matter),
+        cmocka_unit_test(test_targets_are_met),         cmocka_unit_test(test_wire_is_followed),
+        cmocka_unit_test(test_max_samples_end_it),      cmocka_unit_test(test_not_finite),
+        cmocka_unit_test(test_rays_are_foreseen),       cmocka_unit_test(test_luck_does_not_matter),
+        cmocka_unit_test(test_contrast_is_looked_into),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
