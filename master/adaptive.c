@@ -25,8 +25,8 @@ static const double weights[2 * REACH + 1] = {1, 4, 6, 4, 1};
 
 /*
  * What nothing around a pixel has warned of: its own variance is SURPRISE times what it was expected to
- * be. Edges, of which about 5 of the 24 pixels around one are part, hardly ever surprise. Such things are counted
- * by blocks of this many pixels.
+ * be. Edges, of which about 5 of the 24 pixels around one are part, hardly ever surprise. Such things are
+ * counted by blocks of this many pixels.
  */
 #define SURPRISE   8
 #define BLOCK_EDGE 32u

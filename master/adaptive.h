@@ -12,8 +12,8 @@
  *   v  = the mean over the 24 pixels around it, nearer ones counting more, of what their halves
  *        tell (worker/task.h): (A - B)^2 / 4 n^3/2. Its own halves are left out of it. A pixel that
  *        stopped because its halves agreed by chance would make the estimate of the error too
- *        small; so the halves of a pixel never decide about its own samples, and their mean stays
- *        unbiased.
+ *        small; so what its halves differ by does not decide about its own samples, but as one of some
+ *        thousand pixels of a surprise (master/adaptive.c). Their mean does, by C and P.
  *   P  = the most that -(c - m) . (c' - m) / 3 is for its own mean m, that neighbour's mean c of the 8
  *        which differs most from it, and any other one's, c': the variance of a single sample where
  *        an edge between the two colours runs through the pixel, and about 0 beside the edge, where
@@ -22,7 +22,8 @@
  *        mean square of the components): about 1/n of a pixel's area can be of the neighbour's
  *        colour without having been hit by one of n samples. C alone is largest where all samples
  *        of an edge's pixel fell on one side of it, and its halves agree; with P beside it, on
- *        average over edges, such luck makes no difference to what the pixel gets. Without it the
+ *        average over edges and while samples are few, such luck makes no difference to what the
+ *        pixel gets. Without it the
  *        estimate of the error came out up to 10 % too large, with more of P up to 10 % too small.
  *
  * The samples of the pixel are doubled as long as e / (n c), what the squared error goes down by per

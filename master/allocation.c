@@ -8,8 +8,8 @@
 
 /*
  * e / cost of the pixels, in bins of an eighth of a power of two: of each bin and number of levels
- * that its pixels can still go up, the sums of what their halves tell and of the cost. Beyond the ends lies what no picture
- * has.
+ * that its pixels can still go up, the sums of what their halves tell and of the cost. Beyond the ends
+ * lies what no picture has.
  */
 enum { BINS_PER_OCTAVE = 8, OCTAVE_MIN = -120, OCTAVE_MAX = 100 };
 enum { BINS = (OCTAVE_MAX - OCTAVE_MIN) * BINS_PER_OCTAVE };

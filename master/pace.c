@@ -191,15 +191,21 @@ void pace_given(struct pace *pace, uint32_t renderer, double now, double work)
     if (!r->holds) {
         r->since = now;
         r->rendered = 0;
-        r->lots = 0;
+        r->ways = 0;
     }
-    r->lots++;
+    if (!r->holds || r->free_at <= now) r->ways++;
     r->holds = true;
     r->held += work;
     r->free_at = start + pace_seconds(pace, renderer, work);
     pace->given += work;
     pace->lots++;
     enter(pace, renderer);
+}
+
+void pace_has(struct pace *pace, uint32_t renderer, double now, double work)
+{
+    pace_given(pace, renderer, now, work);
+    pace->renderers[renderer].since = NAN;
 }
 
 /*
@@ -216,14 +222,14 @@ static void measure_speed(const struct pace *pace, struct pace_renderer *r, doub
     if (lot > 0) r->speed = (lot + r->work * pace->scale) / (lot + r->busy);
 }
 
-/* What a renderer did not render of the time from when it got something to when it had nothing left, its
- * lots were on the way. Nobody knows since when one has had what it had before a restart. */
+/* What a renderer did not render of the time from when it got something to when it had nothing left, lots
+ * were on the way that it waited for. */
 static void measure_delay(struct pace *pace, struct pace_renderer *r, double now, double busy,
                           bool holds)
 {
     r->rendered += busy;
-    if (holds || pace->blind || r->lots == 0) return;
-    double delay = fmax(now - r->since - r->rendered, 0) / r->lots;
+    if (holds || pace->blind || isnan(r->since)) return;
+    double delay = fmax(now - r->since - r->rendered, 0) / r->ways;
     pace->delay_s += DELAY_NEW * (delay - pace->delay_s);
 }
 

@@ -17,9 +17,9 @@ struct pace_renderer {
     double work, busy; /* answered: predicted work, measured seconds; the past fades */
     double held;       /* work that it has */
     double free_at;    /* when that should be done; of use while it has some */
-    double since;      /* when it got some after it had none */
+    double since;      /* when it got some after it had none; NAN: nobody knows */
     double rendered;   /* seconds that it has told of since then */
-    uint32_t lots;     /* that it has got since then */
+    uint32_t ways;     /* lots that it has got since then when it should have had none left */
     bool holds;        /* it has some */
     bool lost;         /* it is late with that: nobody counts on it until it answers */
 };
@@ -61,6 +61,9 @@ void pace_restart(struct pace *pace);
 
 /* The renderer has been given so much work. */
 void pace_given(struct pace *pace, uint32_t renderer, double now, double work);
+
+/* After a restart: it has had so much work for some time. */
+void pace_has(struct pace *pace, uint32_t renderer, double now, double work);
 
 /* It has answered for so much of it, which took it busy seconds, and holds more or not. */
 void pace_answered(struct pace *pace, uint32_t renderer, double now, double work, double busy,

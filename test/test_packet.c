@@ -44,7 +44,7 @@ static void make_rays(const struct flock *flock, const struct scene *scene, uint
 {
     struct vec3 middle = vec3(0, 0, 0);
     for (int i = 0; i < RAYS; i++) {
-        if (i % (i < RAYS / 2 ? 8 : 32) == 0) middle = random_vector(random, 3);
+        if (i % (i < RAYS / 2 ? 32 : 8) == 0) middle = random_vector(random, 3);
         rays[i] = flock_ray(flock, scene, middle, random);
         if (i % 16 >= 8) rays[i].t_max = random_between(random, 0.5, 1.5);
     }

@@ -36,8 +36,9 @@
 /*
  * Where neither overflow nor underflow matters. The boxes grow by 2^-72 at least then, and by 2^-112
  * in units of t; a result that is rounded to a subnormal number errs by 2^-150. bound I and C are
- * less than 2^50 2^70, and twice that; in bundles, which no axis of less than the last of these is
- * for, distances are less than 2^52 2^60.
+ * less than 2^50 2^70, and twice that. In bundles, which no axis of less than the last of these is
+ * for, distances are less than 2^52 2^60, and boxes grow by 2^-97 at least, and by 2^-137 in units of
+ * t: the margin alone.
  */
 #define FLOAT_SIZE_MIN      0x1p-50
 #define FLOAT_SIZE_MAX      0x1p50
@@ -65,16 +66,6 @@ static inline float float_above(double x)
 static inline float float_below(double x)
 {
     return (float)(x - FLOAT_OUTWARD * fabs(x));
-}
-
-static INLINED struct floats floats_above(struct lanes x)
-{
-    return floats_of_lanes(lanes_add(x, lanes_mul(lanes_of(FLOAT_OUTWARD), lanes_abs(x))));
-}
-
-static INLINED struct floats floats_below(struct lanes x)
-{
-    return floats_of_lanes(lanes_sub(x, lanes_mul(lanes_of(FLOAT_OUTWARD), lanes_abs(x))));
 }
 
 /* Between the two planes of an axis: distances are plane * inverse - origin. */

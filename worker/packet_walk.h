@@ -147,6 +147,7 @@ static INLINED bool bundle_fits_floats(const struct bundle *bundle, const struct
  * not alike. */
 static INLINED bool bundle_of(const struct bvh *bvh, const struct ray *rays, struct bundle *bundle)
 {
+    if (!bvh->has_corners) return false;
     bundle->bvh = bvh;
     bundle->leaves = bundle->visits = 0;
     unsigned z = shear_of(&rays[0].direction).z;

@@ -21,9 +21,9 @@ static INLINED struct lanes rough_way(const struct packet *packet,
 }
 
 /*
- * Returns the rays that nothing can be told of, for which the errors are greater; if those are all of
- * them, nothing else is. Base and centre, which are both less than 2^40 units, are added up here
- * before the origin is subtracted: that is no more rounding than for a single ray.
+ * Returns the rays that nothing can be told of, for which the errors are greater. Base and centre,
+ * which are both less than 2^40 units, are added up here before the origin is subtracted: that is no
+ * more rounding than for a single ray.
  */
 static INLINED lane_set rough_leaf_of(const struct packet *packet,
                                       const struct bvh_corners *corners, struct rough_leaf *leaf)
@@ -92,8 +92,8 @@ static INLINED struct rough_view rough_view(const struct packet *packet,
 
 /*
  * packet_distances() of the rays that certainly cross the triangle. The edges' values are off by
- * ROUGH_ERROR each; places by a half; and all other roundings are less than 16 FLOAT_ROUNDOFF of
- * 2^16, and 64 UNIT_ROUNDOFF of AHEAD_MAX.
+ * ROUGH_ERROR each; places by a half; and all other roundings, of double, are less than 64
+ * UNIT_ROUNDOFF of AHEAD_MAX: together less than one place.
  */
 static INLINED void rough_distances(const struct packet *packet, const struct rough_leaf *leaf,
                                     const struct rough_view *view, struct lanes *from,

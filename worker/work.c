@@ -324,8 +324,9 @@ static void take_ping(struct worker *worker, size_t bytes)
 {
     int done;
     MPI_Test(&worker->pong, &done, MPI_STATUS_IGNORE);
-    if (bytes != 0 || !done)
-        fatal("the master asked for a sign of life in a way that makes no sense");
+    if (bytes != 0) fatal("the master asked for a sign of life in a way that makes no sense");
+    /* One is still under way. */
+    if (!done) return;
     MPI_Isend(NULL, 0, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_PONG, worker->comm, &worker->pong);
 }
 
@@ -481,6 +482,7 @@ static uint32_t render_some(struct worker *worker, uint32_t first,
     do {
         worker->rendering = i;
         hear_all(worker);
+        if ((stopped = worker->stopped)) break;
         worker->given_up = false;
         const struct tile *tile = &lot->tiles[i];
         const struct refinement *refined = tile_is_refined(tile) ? *refinements : NULL;
