@@ -77,14 +77,15 @@ static SHARED void nearest_of_rays(const struct scene *scene, const struct bvh *
         return;
     }
     struct packet_trust bundles = {0, 0}, packets = {0, 0};
+    const size_t most = LANES_IN_SIMD ? BUNDLE : 0;
     for (size_t i = 0; i < count;) {
-        size_t left = (count - i) / LANES, many = left < BUNDLE ? left : BUNDLE;
+        size_t left = (count - i) / LANES, many = left < most ? left : most;
         size_t end = left == 0 ? count : i + LANES;
-        if (LANES_IN_SIMD && many > 1 && packet_is_due(&bundles) &&
+        if (many > 1 && packet_is_due(&bundles) &&
             packet_was(&bundles, nearest_bundle(scene, bvh, rays + i, (unsigned)many, hits + i,
                                                 exact_fallbacks, rough)))
             i += many * LANES;
-        else if (LANES_IN_SIMD && left > 0 && packet_is_due(&packets) &&
+        else if (many > 0 && packet_is_due(&packets) &&
                  packet_was(&packets, nearest_bundle(scene, bvh, rays + i, 1, hits + i,
                                                      exact_fallbacks, rough)))
             i += LANES;
