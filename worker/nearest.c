@@ -76,16 +76,20 @@ static SHARED void nearest_of_rays(const struct scene *scene, const struct bvh *
             hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, false, true);
         return;
     }
+    if (!LANES_IN_SIMD) {
+        for (size_t i = 0; i < count; i++)
+            hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, rough, false);
+        return;
+    }
     struct packet_trust bundles = {0, 0}, packets = {0, 0};
-    const size_t most = LANES_IN_SIMD ? BUNDLE : 0;
     for (size_t i = 0; i < count;) {
-        size_t left = (count - i) / LANES, many = left < most ? left : most;
+        size_t left = (count - i) / LANES, many = left < BUNDLE ? left : BUNDLE;
         size_t end = left == 0 ? count : i + LANES;
-        if (many > 1 && packet_is_due(&bundles) &&
+        if (left > 1 && packet_is_due(&bundles) &&
             packet_was(&bundles, nearest_bundle(scene, bvh, rays + i, (unsigned)many, hits + i,
                                                 exact_fallbacks, rough)))
             i += many * LANES;
-        else if (many > 0 && packet_is_due(&packets) &&
+        else if (left > 0 && packet_is_due(&packets) &&
                  packet_was(&packets, nearest_bundle(scene, bvh, rays + i, 1, hits + i,
                                                      exact_fallbacks, rough)))
             i += LANES;
