@@ -39,7 +39,7 @@ true_error() {
         test "$(value t rows)" -gt 2 && test "$(value t rows)" = "$(value t rows_held)"
 }
 check "the true error is as estimated" true_error
-check "rows as they came" test "$(wc -l <rows.csv)" -eq $(($(value t rows) + 1))
+check "rows as they came" test "$(wc -l <rows.csv)" -gt "$(value t rows)"
 uniform() {
     render t.pfm 2 sampling.samples=8 sampling.reference=many.pfm &&
         test "$(value t rows)" = "$(value t rows_held)" && test "$(value t ended)" = samples
