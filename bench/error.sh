@@ -51,9 +51,17 @@ config_of() {
     esac
 }
 
-# For gnuplot: tics of 1, 2 and 5 along the seconds, of which a picture has an octave or two.
-TICS='set for [e=-3:4] xtics add (sprintf("%g", 10.0 ** e) 10.0 ** e, sprintf("%g", 2 * 10.0 ** e) 2 * 10.0 ** e, \
-    sprintf("%g", 5 * 10.0 ** e) 5 * 10.0 ** e)'
+# For gnuplot: axes of all plots, with tics of 1, 2 and 5 along the seconds, of which a picture has an octave or
+# two.
+LOGLOG='set terminal svg size 640,480 background "white"
+set datafile separator ","
+set logscale xy
+set for [e=-3:4] xtics add (sprintf("%g", 10.0 ** e) 10.0 ** e, sprintf("%g", 2 * 10.0 ** e) 2 * 10.0 ** e, \
+    sprintf("%g", 5 * 10.0 ** e) 5 * 10.0 ** e)
+set autoscale xfix
+set offsets graph 0.05, graph 0.05
+set rmargin 4
+set grid'
 
 # A number of a report.
 value() { sed -n "s/.*\"$2\": \"\\{0,1\\}\\([^\",}]*\\).*/\\1/p" "$1" | "${3:-tail}" -n 1; }
@@ -177,18 +185,11 @@ sampling_tables() {
 
 plot_sampling() {
     gnuplot <<END
-set terminal svg size 640,480 background "white"
+$LOGLOG
 set output "$OUT/error_sampling_$1.svg"
-set datafile separator ","
-set logscale xy
-$TICS
-set autoscale xfix
-set offsets graph 0.05, graph 0.05
-set rmargin 4
 set xlabel "CPU seconds"
 set ylabel "RMSE"
 set format y "%g"
-set grid
 set title "$1, $W x $H"
 plot "< grep '^$1,uniform' $csv" using 5:6 with linespoints pt 7 title "uniform", \
      "< grep '^$1,adaptive' $csv" using 5:6 with linespoints pt 5 title "adaptive"
@@ -237,18 +238,11 @@ one_truncation() {
 # What has no error at all, or no bound, has no place in it.
 plot_truncation() {
     gnuplot <<END
-set terminal svg size 640,480 background "white"
+$LOGLOG
 set output "$OUT/error_truncation_$1.svg"
-set datafile separator ","
-set logscale xy
-$TICS
-set autoscale xfix
-set offsets graph 0.05, graph 0.05
-set rmargin 4
 set xlabel "CPU seconds"
 set ylabel "error"
 set format y "%g"
-set grid
 set key outside below
 set title "$1, $W x $H: depth 0 to 20, cutoff 1/16 to 1/65536"
 some(x) = x > 0 ? x : NaN
@@ -370,18 +364,11 @@ peers() {
 
 plot_peers() {
     gnuplot <<END
-set terminal svg size 640,480 background "white"
+$LOGLOG
 set output "$OUT/error_peers_$1.svg"
-set datafile separator ","
-set logscale xy
-$TICS
-set autoscale xfix
-set offsets graph 0.05, graph 0.05
-set rmargin 4
 set xlabel "CPU seconds"
 set ylabel "RMSE"
 set format y "%g"
-set grid
 set title "$1, $W x $H, each against its own converged picture"
 plot "< grep '^$1,farm' $csv" using 4:5 with linespoints pt 7 title "farm", \
      "< grep '^$1,POV-Ray' $csv" using 4:5 with points pt 5 title "POV-Ray", \
@@ -431,17 +418,10 @@ forecast() {
 
 plot_forecast() {
     gnuplot <<END
-set terminal svg size 640,480 background "white"
+$LOGLOG
 set output "$OUT/error_forecast.svg"
-set datafile separator ","
-set logscale xy
-$TICS
-set autoscale xfix
-set offsets graph 0.05, graph 0.05
-set rmargin 4
 set xlabel "CPU seconds that it took"
 set ylabel "foretold, +- a standard deviation"
-set grid
 set key left top
 set title "Forecasts, $W x $H; the lines: as foretold, and 20 % off"
 plot for [scene in "$SCENES"] sprintf("< grep '^%s,' $csv", scene) using 9:6:7:8 with yerrorbars pt 7 title scene, \
