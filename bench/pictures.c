@@ -32,7 +32,7 @@ const struct stability_case picture_cases[] = {
     {49, "eta 1+1e-7, 1e+-3, critical +-1e-12", "MPFR", "k <= 1e-15; total reflection exact",
      run_snell},
     {50, "reflection at grazing 1e-12", "MPFR", "r.n >= 0, |r| - 1 <= 2 u", run_grazing},
-    {51, "1000 and 10000 plane mirrors", "closed form", "series <= D 2 u; 64 kB stack",
+    {51, "1000 and 10000 plane mirrors", "closed form", "series <= D 2 u; 128 kB stack",
      run_mirrors},
     {52, "mirror balls, depth 20", "MPFR", "<= u x amplification", run_mirror_balls},
     {53, "cutoff sweep", "deep run", "error <= bound in every pixel", run_cutoff},
