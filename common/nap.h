@@ -28,7 +28,8 @@ static inline double nap_after(double waited, double last)
     return 2 * last < most ? 2 * last : most;
 }
 
-/* One who expects nothing for so many seconds sleeps for this part of them at once. */
+/* One who expects nothing for so many seconds sleeps for this part of them at once: in time still for who
+ * takes a quarter of what was predicted. */
 #define NAP_CALM_PART (1.0 / 4)
 
 static inline double nap_calm(double seconds)

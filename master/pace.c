@@ -35,7 +35,8 @@
 /* The master's seconds per answer until they are measured: some messages of MPICH and a copy. */
 #define SERVICE_GUESS_S 5e-6
 
-/* The same share for answers to a lot in parts, of which nearly all say what is known already. */
+/* The same share for answers to a lot in parts, of which nearly all say what is known already: half of the
+ * hundredth of a core that the master is to take. */
 #define SERVICE_PARTS 0.005
 
 /* How fast the estimate of it follows; and the least part of what an answer takes that is taken to be
@@ -47,8 +48,8 @@
  * gets so little. */
 #define REST_PART 0.5
 
-/* How fast the estimate of it follows; and the least lot as part of it, up to this part of the whole time:
- * in less time than that nobody hears of it. */
+/* How fast the estimate of it follows; and the least lot as part of it: a half, as a renderer has two. Up
+ * to this part of the whole time, which is what is lost if the last answer is so much later. */
 #define DELAY_NEW   0.05
 #define DELAY_LEAST 0.5
 #define LEAST_MOST  0.02
@@ -139,7 +140,7 @@ void pace_restart(struct pace *pace)
     for (uint32_t i = 0; i < pace->count; i++) {
         struct pace_renderer *r = &pace->renderers[i];
         pace_overlook(pace, i);
-        *r = (struct pace_renderer){.speed = r->speed};
+        *r = (struct pace_renderer){.speed = r->speed, .since = NAN};
     }
     pace->speed = pace->holding = pace->holding_until = 0;
     pace->holders = 0;

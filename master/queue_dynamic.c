@@ -127,7 +127,9 @@ static void take_dear(struct queue *queue, struct draft *draft, struct pace_lot 
  * Pixels cost the master the same whatever is in them. If the cheap ones all came last, they would come
  * faster than it can take them in: so with each part of the work that is left goes this much of the same
  * part of the pixels. With the last 5 % of the work come sqrt(0.05) = 22 % of the pixels: cheap tiles to
- * end evenly with. For them a lot may be longer by the second factor.
+ * end evenly with. For them a lot may be longer by the second factor. Found in simulated runs of lantern
+ * and garden; 0.65 in place of 0.5 is 1.5 % faster for the lantern's single samples on 44 processors, with
+ * longer tails.
  */
 #define CHEAP_PART 0.5
 #define CHEAP_OVER 1.25

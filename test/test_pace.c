@@ -92,7 +92,10 @@ static void test_delay_of_a_lot(void **state)
         pace_answered(&pace, 0, now, 1, 1, false);
     }
     assert_near(pace.delay_s, 1e-3, 0.01);
-    /* Nobody knows for how long it has had this. */
+    /* Nobody knows for how long it has had what it has, nothing by the new prediction or this much. */
+    pace_restart(&pace);
+    pace_answered(&pace, 0, now, 0, 1, false);
+    assert_near(pace.delay_s, 1e-3, 0.01);
     pace_restart(&pace);
     pace_has(&pace, 0, now, 1);
     pace_answered(&pace, 0, now + 1, 1, 9, false);
