@@ -96,9 +96,10 @@ static double simulated(unsigned scene, const struct farm_run *run, const struct
 }
 
 /* Of one run: wall seconds of rendering, as they were, as the simulated farm has them, and as they would
- * be if nobody ever waited and nothing but tiles took any time. */
+ * be if nobody ever waited and nothing but tiles took any time; and the part of a core that ranks had
+ * while they rendered, on average. */
 struct comparison {
-    double measured, simulated, ideal;
+    double measured, simulated, ideal, share;
 };
 
 static struct comparison compare(unsigned scene, unsigned ranks, const struct surroundings *around)
@@ -111,6 +112,8 @@ static struct comparison compare(unsigned scene, unsigned ranks, const struct su
     struct comparison both = {.measured = run.render_s,
                               .simulated = simulated(scene, &run, &trace, around),
                               .ideal = trace_cpu(&trace) / fmin(ranks, cores())};
+    for (unsigned i = 0; i < ranks; i++)
+        both.share += trace_share(&trace, i) / ranks;
     trace_free(&trace);
     farm_run_free(&run);
     free(options);
@@ -121,42 +124,48 @@ static struct comparison compare(unsigned scene, unsigned ranks, const struct su
 static double put_row(FILE *out, unsigned scene, unsigned ranks, unsigned runs,
                       const struct surroundings *around)
 {
-    double times[RUNS], models[RUNS], ideals[RUNS], offs[RUNS];
+    double times[RUNS], models[RUNS], ideals[RUNS], shares[RUNS], offs[RUNS];
     for (unsigned i = 0; i < runs; i++) {
         struct comparison both = compare(scene, ranks, around);
         times[i] = both.measured;
         models[i] = both.simulated;
         ideals[i] = both.ideal;
+        shares[i] = both.share;
         offs[i] = both.simulated / both.measured - 1;
     }
     double off = median_of(offs, runs);
-    fprintf(out, "| %s | %u | %.3f | %.3f | %.3f | %+.1f %% | %+.1f to %+.1f %% |\n",
-            bench_scenes[scene].name, ranks, median_of(ideals, runs), median_of(times, runs),
-            median_of(models, runs), 100 * off, 100 * offs[0], 100 * offs[runs - 1]);
+    fprintf(out, "| %s | %u | %.3f | %.3f | %.3f | %.3f | %+.1f %% | %+.1f to %+.1f %% |\n",
+            bench_scenes[scene].name, ranks, median_of(shares, runs), median_of(ideals, runs),
+            median_of(times, runs), median_of(models, runs), 100 * off, 100 * offs[0],
+            100 * offs[runs - 1]);
     fflush(out);
     return off;
 }
 
 static void put_heading(FILE *out, unsigned runs, const struct surroundings *around)
 {
-    fprintf(out,
-            "Render phase, wall seconds, %d samples, full schedule, %u cores shared by all ranks; "
-            "medians of %u runs. The speed of a machine changes by tenths from one minute to the "
-            "next, so every run is compared with itself.\n\n"
-            "* **Measured**: `render_s` of the run's report.\n"
-            "* **Simulated**: the real queue in virtual time. It is given the CPU seconds of each "
-            "tile of that run (`output.trace`) and what its master and renderers spent beside "
-            "tiles (its report), both without any waiting; when each rank began; and what was "
-            "measured just before: messages, naps (%.0f us too long), slices of a core that "
-            "ranks share (%.1f ms), a renderer's start (%.0f and %.0f ms of CPU time). Who gets "
-            "which tile, in what order and lots, who waits, what is rendered in vain and how the "
-            "run ends is the model's own.\n"
-            "* **Tiles alone**: CPU seconds of all bars of the trace / processors at work: "
-            "what a model would say that knows no waiting.\n\n"
-            "| scene | ranks | tiles alone | measured | simulated | off by, median | from, to |\n"
-            "|---|---|---|---|---|---|---|\n",
-            SAMPLES, cores(), runs, 1e6 * around->messages.nap_s, 1e3 * around->slice_s,
-            1e3 * around->start_s[0], 1e3 * around->start_s[1]);
+    fprintf(
+        out,
+        "Render phase, wall seconds, %d samples, full schedule, %u cores shared by all ranks; "
+        "medians of %u runs. The speed of a machine changes by tenths from one minute to the "
+        "next, so every run is compared with itself.\n\n"
+        "* **Measured**: `render_s` of the run's report.\n"
+        "* **Simulated**: the real queue in virtual time. It is given the CPU seconds of each "
+        "tile of that run (`output.trace`) and what its master and renderers spent beside "
+        "tiles (its report), both without any waiting; when each rank began; and what was "
+        "measured just before: messages, naps (%.0f us too long), slices of a core that "
+        "ranks share (%.1f ms), a renderer's start (%.0f and %.0f ms of CPU time). Who gets "
+        "which tile, in what order and lots, who waits, what is rendered in vain and how the "
+        "run ends is the model's own.\n"
+        "* **Tiles alone**: CPU seconds of all bars of the trace / processors at work: "
+        "what a model would say that knows no waiting.\n"
+        "* **Of a core**: CPU seconds of bars / their wall seconds, mean of the ranks. Where no "
+        "two ranks share a core, what is missing to 1 others took, and is missing in the "
+        "simulated time.\n\n"
+        "| scene | ranks | of a core | tiles alone | measured | simulated | off by, median | "
+        "from, to |\n|---|---|---|---|---|---|---|---|\n",
+        SAMPLES, cores(), runs, 1e6 * around->messages.nap_s, 1e3 * around->slice_s,
+        1e3 * around->start_s[0], 1e3 * around->start_s[1]);
 }
 
 void section_model(bool quick)
