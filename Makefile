@@ -112,7 +112,14 @@ SOURCES := $(filter-out $(KERNEL),$(wildcard common/*.c master/*.c worker/*.c))
 OBJECTS := $(SOURCES:%.c=$(BUILD)/%.o) $(LEVELS:%=$(BUILD)/kernel_%.o)
 LIBRARY := $(filter-out $(BUILD)/master/main.o,$(OBJECTS))
 MODELS  := $(patsubst %.c,$(BUILD)/%.o,$(wildcard config/models/*.c))
-UNITS   := $(patsubst test/%.c,$(BUILD)/test/%,$(wildcard test/test_*.c))
+UNITS   := $(patsubst test/%.c,$(BUILD)/test/%,$(filter-out test/test_bundles.c,$(wildcard test/test_*.c)))
+
+# Tests of what is inside of the kernel are run as AVX2 has it, too, where the processor does: linked with
+# the level's single files.
+INSIDE := $(if $(shell grep -m1 avx2 /proc/cpuinfo 2>/dev/null),$(addprefix $(BUILD)/avx2/test/, \
+    test_bundles test_float_slabs test_pinhole test_rough_triangles))
+UNITS  += $(INSIDE)
+INSIDE_KERNEL := $(patsubst %.c,$(BUILD)/avx2/%.o,$(filter-out worker/kernel_table.c,$(KERNEL)))
 STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/stability_*.c bench/pictures*.c test/reference*.c))
 
 # `make V=1` shows the whole commands.
@@ -169,6 +176,12 @@ $(BUILD)/models: $(MODELS) $(BUILD)/common/message.o $(BUILD)/common/memory.o
 $(BUILD)/test/%: $(BUILD)/test/%.o $(LIBRARY) $(filter-out $(BUILD)/config/models/main.o,$(MODELS))
 	$(say)  link $@
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lcmocka $(ORACLE) -o $@
+
+$(INSIDE): %: %.o $(INSIDE_KERNEL) $(filter-out $(BUILD)/kernel_%.o $(BUILD)/worker/kernel.o,$(LIBRARY))
+	$(say)  link $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $(WRAPPED) $^ $(LIBS) -lcmocka -o $@
+
+$(BUILD)/avx2/test/test_bundles: WRAPPED := -Wl,--wrap=nearest_bundle,--wrap=occluded_packet
 
 # The simulated farm of bench-balance.
 $(BUILD)/test/test_simulate: $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/balance_sim*.c)) \

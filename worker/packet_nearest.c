@@ -42,6 +42,7 @@ struct nearest_packet {
     struct lanes first_from; /* as in struct candidate; infinite: there is none */
     struct candidate candidates[LANES][CANDIDATES];
     unsigned count[LANES];
+    lane_set keeping; /* rays that have had candidates */
     lane_set walking; /* rays that have a walk */
     struct nearest_walk walks[LANES];
 };
@@ -70,6 +71,7 @@ static INLINED void keep(struct nearest_packet *it, unsigned lane, uint32_t id, 
                          double to)
 {
     if (it->count[lane] == CANDIDATES) settle(it, lane);
+    it->keeping |= UINT32_C(1) << lane;
     it->candidates[lane][it->count[lane]++] = (struct candidate){id, from, to};
 }
 
@@ -264,25 +266,29 @@ static INLINED void visit_by_bundle(void *context, const struct bvh_node *node, 
     *limit = it->given_up ? -INFINITE : farthest; /* which ends the walk */
 }
 
-/* With the planes, which are no part of the tree. */
-static void nearest_packet_begin(struct nearest_packet *it, const struct scene *scene,
-                                 const struct ray *rays, uint64_t *exact)
+/* The planes, which are no part of the tree. */
+static void test_planes(struct nearest_packet *it)
+{
+    for (unsigned lane = 0; lane < LANES; lane++) {
+        struct nearest_walk *walk = walk_of(it, lane);
+        nearest_planes(walk, false);
+        it->limit[lane] = walk->probe.purpose.farthest;
+    }
+}
+
+static INLINED void nearest_packet_begin(struct nearest_packet *it, const struct scene *scene,
+                                         const struct ray *rays, uint64_t *exact)
 {
     it->scene = scene;
     it->rays = rays;
     it->exact = exact;
-    it->walking = 0;
-    it->farthest = -INFINITE;
-    for (unsigned lane = 0; lane < LANES; lane++) {
+    it->keeping = it->walking = 0;
+    memset(it->count, 0, sizeof it->count);
+    UNROLLED
+    for (unsigned lane = 0; lane < LANES; lane++)
         it->limit[lane] = rays[lane].t_max;
-        it->count[lane] = 0;
-        if (scene->primitives[PRIMITIVE_PLANE].count > 0) {
-            struct nearest_walk *walk = walk_of(it, lane);
-            nearest_planes(walk, false);
-            it->limit[lane] = walk->probe.purpose.farthest;
-        }
-        it->farthest = larger(it->limit[lane], it->farthest);
-    }
+    if (scene->primitives[PRIMITIVE_PLANE].count > 0) test_planes(it);
+    it->farthest = lanes_highest(lanes_load(it->limit));
 }
 
 /* Whether something else than its first may be a ray's nearest. */
@@ -321,9 +327,10 @@ static lane_set settle_together(struct nearest_packet *it, struct hit *hits)
     lane_set firsts = lanes_less(it->first_from, lanes_of(INFINITE)) &
                       lanes_at_most(it->first_from, lanes_load(it->limit));
     lane_set set = firsts & lanes_less(lanes_of(0), it->first_from) & ~it->walking;
-    for (lane_set rest = set; rest; rest = without_lowest(rest))
+    for (lane_set rest = set & it->keeping; rest; rest = without_lowest(rest))
         if (has_another(it, lowest_lane(rest))) set &= ~(UINT32_C(1) << lowest_lane(rest));
     if (set) set = hits_of_firsts(it, set, hits);
+    if (firsts == set) return set;
     double from[LANES];
     lanes_store(from, it->first_from);
     for (lane_set rest = firsts & ~set; rest; rest = without_lowest(rest)) {
@@ -364,8 +371,8 @@ static void nearest_packet_end(struct nearest_packet *it, struct hit *hits, bool
 {
     for (unsigned lane = 0; lane < LANES; lane++)
         hits[lane] = (struct hit){.t = INFINITE, .primitive = PRIMITIVE_NONE};
-    lane_set alone = it->walking;
-    if (it->packet.prepared) alone = ALL_LANES & ~settle_together(it, hits);
+    lane_set together = it->packet.prepared ? settle_together(it, hits) : 0;
+    lane_set alone = (it->walking | it->keeping) & ~together;
     for (; alone; alone = without_lowest(alone))
         settle_alone(it, lowest_lane(alone), rough, &hits[lowest_lane(alone)]);
 }

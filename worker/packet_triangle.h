@@ -194,15 +194,16 @@ struct packet_crossings {
     struct lanes t, u, v;
 };
 
-static INLINED struct lanes3 gather(const struct scene *scene, const uint32_t ids[LANES],
-                                    unsigned corner)
+/* Corner k of each lane's triangle. */
+static INLINED struct lanes3 gather(const struct vec3 *vertices,
+                                    const uint32_t *const corners[LANES], unsigned k)
 {
     const double *at[LANES];
     const struct axis_order xyz = axis_order(0, 1, 2);
     struct lanes out[3];
     UNROLLED
     for (unsigned i = 0; i < LANES; i++)
-        at[i] = &scene_vertices(scene)[corner_indices(scene, ids[i])[corner]].x;
+        at[i] = &vertices[corners[i][k]].x;
     lanes_transpose(at, &xyz, out);
     return (struct lanes3){out[0], out[1], out[2]};
 }
@@ -217,8 +218,13 @@ static INLINED struct sheared_lanes shear_each(const struct packet *packet, stru
 static INLINED struct packet_crossings
 packet_crossings(const struct packet *packet, const struct scene *scene, const uint32_t ids[LANES])
 {
-    const struct lanes3 corner[3] = {gather(scene, ids, 0), gather(scene, ids, 1),
-                                     gather(scene, ids, 2)};
+    const struct vec3 *vertices = scene_vertices(scene);
+    const uint32_t *corners[LANES];
+    UNROLLED
+    for (unsigned i = 0; i < LANES; i++)
+        corners[i] = corner_indices(scene, ids[i]);
+    const struct lanes3 corner[3] = {gather(vertices, corners, 0), gather(vertices, corners, 1),
+                                     gather(vertices, corners, 2)};
     struct packet_view view = {.p = shear_each(packet, corner[0]),
                                .q = shear_each(packet, corner[1]),
                                .r = shear_each(packet, corner[2])};
