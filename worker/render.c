@@ -70,8 +70,8 @@ void renderer_destroy(struct renderer *renderer)
 {
     if (!renderer) return;
     for (uint32_t i = 0; i < WAVE; i++) {
-        tree_free(&renderer->paths[i].tree);
-        omission_free(&renderer->paths[i].omission);
+        tree_free(&renderer->further[i].tree);
+        omission_free(&renderer->further[i].omission);
     }
     media_destroy(renderer->media);
     radiance_free(&renderer->radiance);
@@ -86,9 +86,9 @@ const struct scene *renderer_scene(const struct renderer *renderer)
 static void finish_path(struct renderer *renderer, uint32_t p)
 {
     const struct path *path = &renderer->paths[p];
-    renderer->finished[path->index % WINDOW] =
-        (struct finished){finished_sum(renderer, &path->color), omission_bound(&path->omission),
-                          path->pixel, path->traced, true};
+    double truncation = path->branched ? omission_bound(&renderer->further[p].omission) : 0;
+    renderer->finished[path->index % WINDOW] = (struct finished){
+        finished_sum(renderer, &path->color), truncation, path->pixel, path->traced, true};
     renderer->idle[renderer->idle_count++] = p;
 }
 
@@ -111,21 +111,24 @@ static bool next_shown(const struct renderer *renderer, struct tree *tree, struc
 }
 
 /* The next ray of a sample; false: it is done. */
-static bool next_branch(struct renderer *renderer, struct path *path, struct branch *branch)
+static bool next_branch(struct renderer *renderer, uint32_t p, struct branch *branch)
 {
+    struct path *path = &renderer->paths[p];
+    struct further *further = &renderer->further[p];
+    if (!path->branched) return false;
     if (!path->bounding) {
-        if (path->rays < renderer->ray_budget && next_shown(renderer, &path->tree, branch)) {
+        if (path->rays < renderer->ray_budget && next_shown(renderer, &further->tree, branch)) {
             path->rays++;
             path->traced++;
             renderer->counts.rays[branch->kind]++;
             return true;
         }
         path->bounding = true;
-        omission_take(&path->omission, &renderer->radiance, &path->tree);
+        omission_take(&further->omission, &renderer->radiance, &further->tree);
     }
     /* What a survey leaves out is nobody's business: it is no part of the picture. */
     if (renderer->progress.task.first > 0 ||
-        !omission_next(&path->omission, &renderer->radiance, branch))
+        !omission_next(&further->omission, &renderer->radiance, branch))
         return false;
     path->traced++;
     renderer->counts.bound_rays++;
@@ -141,7 +144,7 @@ static void continue_paths(struct renderer *renderer)
     for (uint32_t i = 0; i < paths; i++) {
         uint32_t p = renderer->owner[i], slot = renderer->count;
         struct branch *branch = &renderer->branches[slot];
-        if (!next_branch(renderer, &renderer->paths[p], branch)) {
+        if (!next_branch(renderer, p, branch)) {
             finish_path(renderer, p);
             continue;
         }
@@ -222,9 +225,7 @@ static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool fl
     path->traced = 1;
     progress->started++;
     if (flat) return;
-    tree_clear(&path->tree);
-    omission_clear(&path->omission);
-    path->bounding = false;
+    path->bounding = path->branched = false;
     path->rays = 1;
     path->index = progress->started - 1;
     struct branch *primary = &renderer->branches[slot];
@@ -313,6 +314,13 @@ void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupt
     renderer->context = context;
 }
 
+/* Finished samples of a task that was interrupted. */
+static void forget_finished(struct renderer *renderer)
+{
+    for (uint32_t i = 0; i < WINDOW; i++)
+        renderer->finished[i].waits = false;
+}
+
 /* Stacks kept from earlier tiles save nothing but time: many of them go. */
 #define MEDIA_KEPT 65536u
 
@@ -331,8 +339,6 @@ static void begin_task(struct renderer *renderer, const struct task *task)
     renderer->idle_count = WAVE;
     for (uint32_t i = 0; i < WAVE; i++)
         renderer->idle[i] = WAVE - 1 - i;
-    for (uint32_t i = 0; i < WINDOW; i++)
-        renderer->finished[i].waits = false;
     if (media_count(renderer->media) > MEDIA_KEPT) begin_media(renderer);
 }
 
@@ -340,7 +346,10 @@ bool renderer_task(struct renderer *renderer, const struct task *task, struct re
 {
     double start = clock_wall();
     begin_task(renderer, task);
-    if (!(renderer->flat ? trace_flat(renderer) : trace_trees(renderer))) return false;
+    if (!(renderer->flat ? trace_flat(renderer) : trace_trees(renderer))) {
+        forget_finished(renderer);
+        return false;
+    }
     renderer->counts.shade_s = clock_wall() - start - renderer->counts.intersect_s;
     *counts = renderer->counts;
     return true;

@@ -26,8 +26,13 @@ struct path {
     uint32_t traced; /* rays of all kinds, to be shown or not */
     bool bad;        /* counted as not finite */
     bool bounding;   /* all that is shown is traced; the rest goes into the bound */
+    bool branched;   /* it has more than its first ray */
     uint64_t rays;   /* traced so far to be shown, without shadow rays */
     uint64_t index;  /* of the tile's samples */
+};
+
+/* The further rays of a sample that has branched; most samples of many pictures never do. */
+struct further {
     struct tree tree;
     struct omission omission;
 };
@@ -75,7 +80,8 @@ struct renderer {
     void *context;
 
     struct path paths[WAVE];
-    uint32_t idle[WAVE]; /* paths without a sample */
+    struct further further[WAVE]; /* of each path */
+    uint32_t idle[WAVE];          /* paths without a sample */
     uint32_t idle_count;
     struct finished finished[WINDOW]; /* by index modulo WINDOW */
 

@@ -14,20 +14,32 @@
 
 /* ---- further rays ---- */
 
+/* What holds the further rays of a path, empty before the first one. */
+static struct further *further_of(struct renderer *renderer, uint32_t p)
+{
+    struct further *further = &renderer->further[p];
+    if (renderer->paths[p].branched) return further;
+    renderer->paths[p].branched = true;
+    tree_clear(&further->tree);
+    omission_clear(&further->omission);
+    return further;
+}
+
 /* Adds the next ray of the tree, unless it carries nothing. */
 static void spawn(struct renderer *renderer, uint32_t point, struct vec3 direction,
                   struct vec3 share, enum ray_kind kind, uint32_t media)
 {
     uint32_t slot = renderer->points.slot[point];
     const struct branch *parent = &renderer->branches[slot];
-    struct path *path = &renderer->paths[renderer->owner[slot]];
+    uint32_t p = renderer->owner[slot];
     struct vec3 weight = vec_mul(parent->weight, share);
     if (!(vec_max(weight) > 0)) return;
     uint32_t depth = parent->depth + 1;
-    bool beyond = path->bounding || depth > renderer->scene->view.max_depth;
+    bool beyond = renderer->paths[p].bounding || depth > renderer->scene->view.max_depth;
     double bound = radiance_roughly(&renderer->radiance, weight, depth, !beyond);
-    struct branch *child =
-        beyond ? omission_add(&path->omission, bound, depth) : tree_add(&path->tree, bound, depth);
+    struct further *further = further_of(renderer, p);
+    struct branch *child = beyond ? omission_add(&further->omission, bound, depth)
+                                  : tree_add(&further->tree, bound, depth);
     struct ray *ray = &child->ray;
     ray->origin = lane(&renderer->points.point, point);
     ray->direction = direction;
@@ -126,8 +138,8 @@ static void add_found(struct renderer *renderer)
         uint32_t slot = points->slot[i];
         if (!is_bounding(renderer, slot)) continue;
         struct shading_point at = points_get(points, i);
-        omission_found_point(&renderer->paths[renderer->owner[slot]].omission, &renderer->radiance,
-                             renderer->branches[slot].weight, &at);
+        omission_found_point(&renderer->further[renderer->owner[slot]].omission,
+                             &renderer->radiance, renderer->branches[slot].weight, &at);
     }
 }
 
@@ -246,7 +258,7 @@ static INLINED void add_background(struct renderer *renderer, uint32_t slot, boo
 {
     struct vec3 color = background(&renderer->scene->view, renderer->rays[slot].direction);
     if (!flat && is_bounding(renderer, slot)) {
-        omission_found(&renderer->paths[renderer->owner[slot]].omission,
+        omission_found(&renderer->further[renderer->owner[slot]].omission,
                        renderer->branches[slot].weight, color);
         return;
     }
