@@ -6,6 +6,7 @@
 
 #include "bench/report_values.h"
 #include "common/message.h"
+#include "common/scene.h"
 
 #define NO_OWNER UINT32_MAX
 
@@ -25,20 +26,29 @@ static bool read_kind(const char *line, enum traced_kind *kind)
     return false;
 }
 
+/* A number of a bar, from 0 to most. */
+static double number(const char *line, const char *key, double most)
+{
+    double value = report_number(line, key);
+    if (!(value >= 0 && value <= most))
+        fatal("a trace has a %s of %g, expected 0 to %g", key, value, most);
+    return value;
+}
+
 static struct traced read_bar(const char *line, enum traced_kind kind)
 {
     const double micro = 1e-6;
-    return (struct traced){.tile = {.x = (uint32_t)report_number(line, "x"),
-                                    .y = (uint32_t)report_number(line, "y"),
-                                    .w = (uint32_t)report_number(line, "w"),
-                                    .h = (uint32_t)report_number(line, "h"),
+    return (struct traced){.tile = {.x = (uint32_t)number(line, "x", PICTURE_MAX_EDGE),
+                                    .y = (uint32_t)number(line, "y", PICTURE_MAX_EDGE),
+                                    .w = (uint32_t)number(line, "w", PICTURE_MAX_EDGE),
+                                    .h = (uint32_t)number(line, "h", PICTURE_MAX_EDGE),
                                     .step = 1,
                                     .pass = kind == TRACED_PROBES ? TILE_PROBE : 0},
                            .kind = kind,
-                           .rank = (uint32_t)report_number(line, "tid"),
-                           .start_s = micro * report_number(line, "ts"),
-                           .busy_s = micro * report_number(line, "dur"),
-                           .cpu_s = micro * report_number(line, "cpu_us")};
+                           .rank = (uint32_t)number(line, "tid", UINT32_MAX),
+                           .start_s = micro * number(line, "ts", 1e15),
+                           .busy_s = micro * number(line, "dur", 1e15),
+                           .cpu_s = micro * number(line, "cpu_us", 1e15)};
 }
 
 void trace_read(struct trace *trace, const char *path)

@@ -300,6 +300,13 @@ tachyon_to() {
 
 # A peer's converged picture of an exported scene, which takes minutes and is the same whatever the farm does.
 converged_of() { echo "$WORK/peers/${W}x${H}_$(cksum <"$1" | tr ' ' _).ppm"; }
+# converge PICTURE COMMAND OPTION...: makes it, unless it is there; it is there as a whole or not at all.
+converge() {
+    picture=$1 peer=$2; shift 2
+    [ -s "$picture" ] && return
+    "$peer" "$picture.part.ppm" "$@" >/dev/null
+    mv "$picture.part.ppm" "$picture"
+}
 
 # The median of what a command prints, REPEAT times.
 repeated() { for _ in $(seq "$REPEAT"); do eval "$1"; done | median; }
@@ -316,7 +323,7 @@ peers() {
         # Loading is not what is compared: the same scene at a few pixels.
         load=$(repeated "W=4 H=3 povray_to $WORK/t.ppm -A")
         converged=$(converged_of "$WORK/$scene.pov")
-        [ -s "$converged" ] || povray_to "$converged" +A0.0 +AM1 +R16 -J >/dev/null
+        converge "$converged" povray_to +A0.0 +AM1 +R16 -J
         for setting in "-A" "+A0.3 +AM1 +R3" "+A0.1 +AM1 +R3" "+A0.03 +AM1 +R4" "+A0.3 +AM2 +R3" \
                        "+A0.1 +AM2 +R3" "+A0.03 +AM2 +R4" "+A0.01 +AM2 +R5"; do
             known "$scene,POV-Ray,$setting" && continue
@@ -324,7 +331,7 @@ peers() {
             echo "$scene,POV-Ray,$setting,$(awk "BEGIN { print $t - $load }"),$("$TOOL" compare "$WORK/t.ppm" "$converged")" >>"$csv"
         done
         converged=$(converged_of "$WORK/$scene.dat")
-        [ -s "$converged" ] || tachyon_to "$converged" -aasamples 255 >/dev/null
+        converge "$converged" tachyon_to -aasamples 255
         load=$(repeated "tachyon_to $WORK/t.ppm -res 4 3")
         for n in 0 3 8 15 31; do
             known "$scene,Tachyon,-aasamples $n" && continue

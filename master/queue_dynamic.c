@@ -94,11 +94,11 @@ static bool has_room(const struct queue *queue, const struct draft *draft, uint3
            draft->pixels + area(item) <= LOT_PIXELS;
 }
 
-/* The tile is part of the lot. */
-static void note_taken(const struct queue *queue, struct draft *draft, uint32_t id)
+/* The tile, of so much work, is part of the lot. */
+static void note_taken(const struct queue *queue, struct draft *draft, uint32_t id, double work)
 {
     const struct item *item = &queue->items[id];
-    draft->work += (double)item->work;
+    draft->work += work;
     draft->worst += (double)item->worst;
     draft->pixels += area(item);
 }
@@ -106,7 +106,7 @@ static void note_taken(const struct queue *queue, struct draft *draft, uint32_t 
 static void take_tile(struct queue *queue, struct draft *draft, uint32_t id)
 {
     const struct item *item = &queue->items[id];
-    note_taken(queue, draft, id);
+    note_taken(queue, draft, id, (double)item->work);
     queue_unset_waiting(queue, id);
     draft->tiles[draft->count++] = queue_tile_of(queue, id);
     queue_give(queue, draft->renderer, id, (double)item->work);
@@ -229,8 +229,9 @@ static struct tile pass_on(struct queue *queue, uint32_t asker, struct hold *hol
     return queue_tile_of(queue, id);
 }
 
-/* What those who are overdue have not begun, before all that waits: it is behind what was dearer than
- * predicted. The longest overdue first; at least a tile, and not more than a lot. */
+/* What the one who is longest overdue has not begun, before all that waits: it is behind what was dearer
+ * than predicted. At least a tile, and not more than a lot. Its work is what it was when it was given
+ * out first, which the answer takes off. */
 static void take_from_late(struct queue *queue, struct draft *draft, struct pace_lot lot)
 {
     struct hold *hold;
@@ -239,7 +240,7 @@ static void take_from_late(struct queue *queue, struct draft *draft, struct pace
         if (renderer == HEAP_ABSENT) return;
         hold = last_to_pass_on(queue, renderer, draft->renderer, true);
         if (!hold || (draft->count > 0 && !has_room(queue, draft, hold->id, lot))) return;
-        note_taken(queue, draft, hold->id);
+        note_taken(queue, draft, hold->id, hold->work);
         draft->tiles[draft->count++] = pass_on(queue, draft->renderer, hold);
     } while (draft->count < LOT_TILES);
 }

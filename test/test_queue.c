@@ -168,6 +168,9 @@ static void answer(struct queue *queue, struct virtual *v, uint32_t i, double no
         if (tile->pass == TILE_PROBE) queue_probed(queue, tile, seconds);
         queue_finish(queue, i, tile->id, now, cost_of(tile) / v->speed);
     }
+    /* What was given out is taken off again, whatever was learnt of it meanwhile. */
+    if (queue_holds(queue, i) == 0)
+        assert_true(queue->pace.renderers[i].held <= 1e-9 * queue->pace.total);
     memcpy(v->lots[0], v->lots[1], sizeof v->lots[0]);
     v->counts[0] = v->counts[1];
     v->lots_held--;
