@@ -3,7 +3,8 @@
  * bundle. A node is looked at once for all of them, by interval arithmetic: what a ray's slab distances
  * may be lies between products of the ends of the bundle's ranges, and as rounding is monotonic that
  * holds for the rounded distances, too. Only leaves, and the triangles in them, are tested ray by ray,
- * one to a lane, packet after packet.
+ * one to a lane, packet after packet; where the rays have one origin, with what all of them have in
+ * common (worker/pinhole.h).
  *
  * Hits have the same bits as those of rays on their own: a bundle only decides which primitives a
  * ray is tested with.
