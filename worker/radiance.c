@@ -39,8 +39,8 @@ static const struct bounds everywhere = {{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL},
 static void include(struct bounds *box, const struct bounds *more)
 {
     for (int axis = 0; axis < 3; axis++) {
-        box->min[axis] = fmin(box->min[axis], more->min[axis]);
-        box->max[axis] = fmax(box->max[axis], more->max[axis]);
+        if (more->min[axis] < box->min[axis]) box->min[axis] = more->min[axis];
+        if (more->max[axis] > box->max[axis]) box->max[axis] = more->max[axis];
     }
 }
 
@@ -66,9 +66,13 @@ static enum passing passing_of(const struct material *material)
     return vec_max(passed_by(material)) < 1 - LITTLE_LOSS ? PASSES_LESS : PASSES_ALL;
 }
 
-static const struct material *material_of(const struct scene *scene, uint32_t id)
+/* Of each material whether its surfaces are of this kind; the caller frees it. */
+static bool *materials_of(const struct scene *scene, enum passing passing)
 {
-    return &scene_materials(scene)[primitive_material(scene, id)];
+    bool *wanted = allocate_zeroed((size_t)scene->materials.count, sizeof *wanted);
+    for (uint32_t i = 0; i < scene->materials.count; i++)
+        wanted[i] = passing_of(&scene_materials(scene)[i]) == passing;
+    return wanted;
 }
 
 static struct bounds bounds_of(const struct scene *scene, uint32_t id)
@@ -107,18 +111,21 @@ static bool split(const struct scene *scene, uint32_t *ids, struct cluster *clus
     unsigned axis = longest_axis(&cluster->box);
     double middle = cluster->box.min[axis] / 2 + cluster->box.max[axis] / 2;
     uint32_t below = 0, *id = ids + cluster->first;
+    struct bounds parts[2] = {nothing, nothing};
     for (uint32_t i = 0; i < cluster->count; i++) {
         struct bounds box = bounds_of(scene, id[i]);
-        if (!(box.min[axis] / 2 + box.max[axis] / 2 < middle)) continue;
+        bool is_below = box.min[axis] / 2 + box.max[axis] / 2 < middle;
+        include(&parts[!is_below], &box);
+        if (!is_below) continue;
         uint32_t other = id[below];
         id[below++] = id[i];
         id[i] = other;
     }
     if (below == 0 || below == cluster->count) return false;
-    *rest = (struct cluster){.first = cluster->first + below, .count = cluster->count - below};
+    *rest = (struct cluster){
+        .first = cluster->first + below, .count = cluster->count - below, .box = parts[1]};
     cluster->count = below;
-    measure(scene, ids, cluster);
-    measure(scene, ids, rest);
+    cluster->box = parts[0];
     return true;
 }
 
@@ -152,13 +159,16 @@ static uint32_t *ids_of(const struct scene *scene, enum passing passing, bool bo
                         uint32_t *count)
 {
     uint32_t *ids = allocate((size_t)scene_primitive_count(scene), sizeof *ids);
+    bool *wanted = materials_of(scene, passing);
     *count = 0;
-    for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
+    for (int kind = 0; kind < PRIMITIVE_KINDS; kind++) {
+        if ((kind != PRIMITIVE_PLANE) != bounded) continue;
         for (uint32_t i = 0; i < scene->primitives[kind].count; i++) {
             uint32_t id = primitive_id((enum primitive_kind)kind, i);
-            if ((kind != PRIMITIVE_PLANE) != bounded) continue;
-            if (passing_of(material_of(scene, id)) == passing) ids[(*count)++] = id;
+            if (wanted[primitive_material(scene, id)]) ids[(*count)++] = id;
         }
+    }
+    free(wanted);
     return ids;
 }
 
