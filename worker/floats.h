@@ -17,6 +17,7 @@ struct floats {
 REGISTER_2(floats, floats_add, _mm256_add_ps)
 REGISTER_2(floats, floats_sub, _mm256_sub_ps)
 REGISTER_2(floats, floats_mul, _mm256_mul_ps)
+REGISTER_2(floats, floats_div, _mm256_div_ps)
 REGISTER_2(floats, floats_larger, _mm256_max_ps)
 REGISTER_2(floats, floats_smaller, _mm256_min_ps)
 
@@ -56,6 +57,21 @@ static inline lane_set same_31(const uint32_t *a, uint32_t b)
     return (lane_set)_mm256_movemask_ps(_mm256_castsi256_ps(same));
 }
 
+static inline struct floats floats_abs(struct floats a)
+{
+    return (struct floats){_mm256_andnot_ps(_mm256_set1_ps(-0.0f), a.v)};
+}
+
+static inline struct floats floats_flip(struct floats a, struct floats b)
+{
+    return (struct floats){_mm256_xor_ps(a.v, _mm256_and_ps(_mm256_set1_ps(-0.0f), b.v))};
+}
+
+static inline struct floats floats_mul_add(struct floats a, struct floats b, struct floats c)
+{
+    return (struct floats){_mm256_fmadd_ps(a.v, b.v, c.v)};
+}
+
 static inline struct floats floats_mul_sub(struct floats a, struct floats b, struct floats c)
 {
     return (struct floats){_mm256_fmsub_ps(a.v, b.v, c.v)};
@@ -76,6 +92,11 @@ static inline struct floats floats_of_lanes(struct lanes a)
 static inline struct lanes lanes_of_floats(struct floats a)
 {
     return (struct lanes){_mm512_cvtps_pd(a.v)};
+}
+
+static inline struct floats floats_choose(lane_set set, struct floats a, struct floats b)
+{
+    return (struct floats){_mm256_mask_mov_ps(b.v, (__mmask8)set, a.v)};
 }
 
 static inline lane_set floats_less(struct floats a, struct floats b)
@@ -101,6 +122,14 @@ static inline struct lanes lanes_of_floats(struct floats a)
                           _mm256_cvtps_pd(_mm256_extractf128_ps(a.v, 1))};
 }
 
+static inline struct floats floats_choose(lane_set set, struct floats a, struct floats b)
+{
+    const __m256i bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+    __m256i chosen = _mm256_and_si256(_mm256_set1_epi32((int)set), bits);
+    __m256i here = _mm256_cmpeq_epi32(chosen, bits);
+    return (struct floats){_mm256_blendv_ps(b.v, a.v, _mm256_castsi256_ps(here))};
+}
+
 static inline lane_set floats_less(struct floats a, struct floats b)
 {
     return (lane_set)_mm256_movemask_ps(_mm256_cmp_ps(a.v, b.v, _CMP_LT_OQ));
@@ -122,8 +151,11 @@ struct floats {
 LOOP_2(floats, floats_add, a.at[i] + b.at[i])
 LOOP_2(floats, floats_sub, a.at[i] - b.at[i])
 LOOP_2(floats, floats_mul, a.at[i] * b.at[i])
+LOOP_2(floats, floats_div, a.at[i] / b.at[i])
+LOOP_2(floats, floats_flip, signbit(b.at[i]) ? -a.at[i] : a.at[i])
 LOOP_2(floats, floats_larger, a.at[i] > b.at[i] ? a.at[i] : b.at[i])
 LOOP_2(floats, floats_smaller, a.at[i] < b.at[i] ? a.at[i] : b.at[i])
+LOOP_1(floats, floats_abs, fabsf)
 LOOP_COMPARE(floats, floats_less, <)
 LOOP_COMPARE(floats, floats_at_most, <=)
 
@@ -148,6 +180,11 @@ static inline struct floats floats_load_shorts(const uint16_t *a)
     return (struct floats){{a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7]}};
 }
 
+static inline struct floats floats_mul_add(struct floats a, struct floats b, struct floats c)
+{
+    return floats_add(floats_mul(a, b), c);
+}
+
 static inline struct floats floats_mul_sub(struct floats a, struct floats b, struct floats c)
 {
     return floats_sub(floats_mul(a, b), c);
@@ -164,6 +201,13 @@ static inline struct floats floats_of_lanes(struct lanes a)
     for (unsigned i = 0; i < LANES; i++)
         floats.at[i] = (float)a.at[i];
     return floats;
+}
+
+static inline struct floats floats_choose(lane_set set, struct floats a, struct floats b)
+{
+    for (unsigned i = 0; i < LANES; i++)
+        a.at[i] = set >> i & 1 ? a.at[i] : b.at[i];
+    return a;
 }
 
 static inline lane_set same_31(const uint32_t *a, uint32_t b)
@@ -188,7 +232,8 @@ static inline void floats_store(float *to, struct floats a)
 #endif
 
 /* floats_of_lanes(): rounded to nearest.
- * floats_mul_sub(): a b - c; floats_sub_mul(): a - b c; rounded once or twice.
+ * floats_choose(): a in the lanes of the set, b in the others. floats_flip(): -a where b is negative.
+ * floats_mul_add(): a b + c; floats_mul_sub(): a b - c; floats_sub_mul(): a - b c; rounded once or twice.
  * same_31(): of eight numbers those whose lower 31 bits are those of b.
  * floats_larger(), floats_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses. */
 

@@ -9,7 +9,7 @@
 #if LANES_IN_SIMD
 
 #include "worker/nearest_walk.h"
-#include "worker/rough_packet.h"
+#include "worker/pinhole.h"
 
 /* A primitive that may be a ray's nearest. */
 struct candidate {
@@ -20,8 +20,12 @@ struct candidate {
 
 #define CANDIDATES 6
 
+/* Where fewer packets meet a leaf, what is computed for a bundle is not worth it. */
+#define TOGETHER_MIN 2
+
 struct nearest_packet {
     struct packet packet;
+    struct pinhole_rays through; /* where all rays have one origin */
     struct ray_lanes ray_lanes;
     const struct scene *scene;
     const struct ray *rays;
@@ -138,11 +142,11 @@ static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *l
 struct nearest_bundle {
     struct bundle bundle;
     const struct bvh_leaf *leaves;
-    bool given_up;
+    bool given_up, prepared;
+    struct pinhole eye;
     struct nearest_packet packets[BUNDLE];
 };
 
-/* Before the first leaf. */
 static void nearest_prepare(struct nearest_packet *it, const struct bundle *bundle)
 {
     packet_prepare(&it->packet, bundle);
@@ -156,21 +160,74 @@ static void nearest_prepare(struct nearest_packet *it, const struct bundle *bund
     memset(it->first, 0xff, sizeof it->first);
 }
 
-static INLINED void nearest_in_leaf(struct nearest_packet *it, const struct bvh_leaf *leaves,
-                                    uint32_t count, lane_set rays)
+/* Before the first leaf. */
+static void bundle_prepare(struct nearest_bundle *it)
 {
-    uint32_t triangles = triangles_of(leaves, count);
-    if (triangles > 0)
-        packet_triangles(&it->packet, it->scene, leaves, count, triangles, rays,
-                         triangle_candidates, it);
-    for (uint32_t i = triangles; i < count; i++) {
+    const struct bundle *bundle = &it->bundle;
+    it->prepared = true;
+    for (unsigned i = 0; i < bundle->count; i++)
+        nearest_prepare(&it->packets[i], bundle);
+    if (!bundle->one_origin) return;
+    it->eye = pinhole_of(bundle);
+    for (unsigned i = 0; i < bundle->count; i++)
+        it->packets[i].through = pinhole_rays_of(&it->eye, &it->packets[i].packet);
+}
+
+static INLINED void solids_in_leaf(struct nearest_packet *it, const struct bvh_leaf *leaves,
+                                   uint32_t count, lane_set rays)
+{
+    for (uint32_t i = 0; i < count; i++) {
         if (has_spans(leaves[i].id))
             solid_candidates(it, &leaves[i], rays);
         else
             test_each(it, leaves[i].id, rays);
     }
+}
+
+static INLINED void note_limits(struct nearest_packet *it)
+{
     it->farthest = lanes_highest(lanes_load(it->limit));
     it->float_limit = ray_limits(lanes_load(it->limit));
+}
+
+/* Rays with some of LANES triangles, from the leaf's first of them on. */
+static INLINED void look_at_triangles(struct nearest_packet *it, const struct bvh_leaf *leaves,
+                                      const struct pinhole_leaf *leaf,
+                                      const struct pinhole_triangles *seen, lane_set set,
+                                      lane_set rays)
+{
+    struct pinhole_rays through = rays_at_leaf(&it->through, leaf);
+    for (set &= in_window(seen, &through.window, leaf->error); set; set = without_lowest(set)) {
+        lane_set open;
+        unsigned i = lowest_lane(set);
+        struct rough_crossings found =
+            pinhole_crossings(&it->packet, leaf, seen, i, &through, rays, &open);
+        if (found.maybe) triangle_candidates(it, &leaves[i], &found);
+        if (!open) continue;
+        found = crossings_in_double(&it->packet, it->scene, &leaves[i], open);
+        if (found.maybe) triangle_candidates(it, &leaves[i], &found);
+    }
+}
+
+/* Rays of all packets with the triangles of a leaf with `count` entries; false: they are to be tested
+ * packet by packet. */
+static INLINED bool look_at_leaf(struct nearest_bundle *it, const struct bvh_leaf *leaves,
+                                 uint32_t count, uint32_t triangles, const lane_set rays[BUNDLE])
+{
+    const struct bvh_corners *corners = bvh_corners(leaves, count);
+    struct pinhole_leaf leaf;
+    struct pinhole_triangles seen;
+    if (!pinhole_leaf_of(&it->eye, it->bundle.axes, corners, &leaf)) return false;
+    for (uint32_t first = 0; first < triangles; first += LANES) {
+        struct rough_places places =
+            rough_places(&it->packets[0].packet, corners, triangles, first);
+        lane_set set = pinhole_triangles(&it->eye, &leaf, &places, &seen);
+        set &= first_lanes(triangles - first);
+        for (unsigned i = 0; i < it->bundle.count && set; i++)
+            if (rays[i])
+                look_at_triangles(&it->packets[i], leaves + first, &leaf, &seen, set, rays[i]);
+    }
+    return true;
 }
 
 static INLINED void visit_by_bundle(void *context, const struct bvh_node *node, unsigned slot,
@@ -178,15 +235,29 @@ static INLINED void visit_by_bundle(void *context, const struct bvh_node *node, 
 {
     struct nearest_bundle *it = context;
     const struct bvh_leaf *leaves = it->leaves + node->child[slot];
+    uint32_t count = node->count[slot], triangles = triangles_of(leaves, count);
+    if (!it->prepared) bundle_prepare(it);
     struct packet_box box = packet_box(&it->bundle, node, slot);
+    lane_set rays[BUNDLE];
+    unsigned met = 0, packets = 0;
+    for (unsigned i = 0; i < it->bundle.count; i++) {
+        const struct nearest_packet *packet = &it->packets[i];
+        rays[i] = rays_meet(&packet->packet, &box, packet->float_limit);
+        met += (unsigned)__builtin_popcount(rays[i]);
+        packets += rays[i] != 0;
+    }
+    bool together = it->bundle.one_origin && packets >= TOGETHER_MIN && triangles > 0 &&
+                    look_at_leaf(it, leaves, count, triangles, rays);
     double farthest = -INFINITE;
-    unsigned met = 0;
     for (unsigned i = 0; i < it->bundle.count; i++) {
         struct nearest_packet *packet = &it->packets[i];
-        if (!packet->packet.prepared) nearest_prepare(packet, &it->bundle);
-        lane_set rays = rays_meet(&packet->packet, &box, packet->float_limit);
-        met += (unsigned)__builtin_popcount(rays);
-        if (rays) nearest_in_leaf(packet, leaves, node->count[slot], rays);
+        if (rays[i]) {
+            if (!together && triangles > 0)
+                packet_triangles(&packet->packet, packet->scene, leaves, count, triangles, rays[i],
+                                 triangle_candidates, packet);
+            solids_in_leaf(packet, leaves + triangles, count - triangles, rays[i]);
+            note_limits(packet);
+        }
         farthest = larger(packet->farthest, farthest);
     }
     it->given_up = !is_worth_it(&it->bundle, met);
@@ -308,7 +379,7 @@ bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const stru
         it.bundle.packets[i] = &it.packets[i].packet;
     if (!bundle_of(bvh, rays, &it.bundle)) return false;
     it.leaves = bvh_leaves(bvh);
-    it.given_up = false;
+    it.given_up = it.prepared = false;
     double farthest = -INFINITE;
     for (unsigned i = 0; i < packets; i++) {
         nearest_packet_begin(&it.packets[i], scene, rays + (size_t)i * LANES, exact);

@@ -16,9 +16,13 @@
  * One axis for all rays. A distance, (bound - origin) * (1 / d), is rounded three times, in the
  * difference, the inverse and the product: the far one is enlarged in the end by FLOAT_WIDENING, of
  * whose 8 roundings 7 are used.
+ *
+ * Where rays go both ways, those that go up most are the first in a box above them, and those that go
+ * down most in one below; nothing tells when they leave it.
  */
 struct range_slab {
-    size_t near_plane, far_plane;
+    bool both_ways;
+    size_t near_plane, far_plane;        /* both ways: as for rays that go up */
     struct floats in_origin, out_origin; /* the ends of the ranges that count */
     struct floats inverse_low, inverse_high;
 };
@@ -52,6 +56,7 @@ struct bundle {
     unsigned axes[3];        /* x, y and z of the shear, the same for all rays */
     double margin;
     struct range_slab ranges[3];
+    bool one_origin; /* of all rays */
 };
 
 static INLINED struct lanes largest_of(const struct lanes v[3])
@@ -99,7 +104,7 @@ static INLINED void widen(struct bundle_ends *ends, const struct packet *packet)
     ends->sum = lanes_add(ends->sum, lanes_add(sum_of(packet->o), sum_of(packet->d)));
 }
 
-/* Whether z is certainly the longest axis of all directions, which do not change its sign. */
+/* Whether z is certainly the longest axis of all directions. */
 static INLINED bool have_one_shear(const struct bundle *bundle, const struct bundle_ends *ends)
 {
     const unsigned *axes = bundle->axes;
@@ -112,24 +117,28 @@ static INLINED bool have_one_shear(const struct bundle *bundle, const struct bun
     return (lanes_less(x, size) & lanes_less(y, size)) == ALL_LANES;
 }
 
-/* The slabs of one axis; false: the rays do not all go up, or all down, by what float can take. */
-static INLINED bool set_range(struct bundle *bundle, const struct bundle_ends *ends, unsigned axis)
+/* The slabs of one axis. Ranges that are wider than what float can take the inverse of do no harm. */
+static INLINED void set_range(struct bundle *bundle, const struct bundle_ends *ends, unsigned axis)
 {
+    struct range_slab *range = &bundle->ranges[axis];
     size_t min = offsetof(struct bvh_node, min) + axis * (BVH_WIDTH * sizeof(float));
     size_t max = offsetof(struct bvh_node, max) + axis * (BVH_WIDTH * sizeof(float));
     double least = lanes_lowest(ends->d_low[axis]), most = lanes_highest(ends->d_high[axis]);
-    bool down = most < -FLOAT_COMPONENT_MIN;
-    if (!down && !(least > FLOAT_COMPONENT_MIN)) return false;
     double center = bundle->bvh->center[axis];
     float low = float_below(lanes_lowest(ends->o_low[axis]) - center - bundle->margin);
     float high = float_above(lanes_highest(ends->o_high[axis]) - center + bundle->margin);
-    bundle->ranges[axis] = (struct range_slab){down ? max : min,
-                                               down ? min : max,
-                                               floats_of(down ? low : high),
-                                               floats_of(down ? high : low),
-                                               floats_of((float)(1 / most)),
-                                               floats_of((float)(1 / least))};
-    return true;
+    bool down = most < -FLOAT_COMPONENT_MIN;
+    range->both_ways = !down && !(least > FLOAT_COMPONENT_MIN);
+    if (range->both_ways) {
+        least = smaller(least, -FLOAT_COMPONENT_MIN);
+        most = larger(most, FLOAT_COMPONENT_MIN);
+    }
+    range->near_plane = down ? max : min;
+    range->far_plane = down ? min : max;
+    range->in_origin = floats_of(down ? low : high);
+    range->out_origin = floats_of(down ? high : low);
+    range->inverse_low = floats_of((float)(1 / most));
+    range->inverse_high = floats_of((float)(1 / least));
 }
 
 /* Whether float does for all of them. */
@@ -141,6 +150,15 @@ static INLINED bool bundle_fits_floats(const struct bundle *bundle, const struct
     double most = lanes_highest(lanes_larger(high, lanes_negate(low)));
     return float_slabs_do(largest_origin, least, bundle->margin, bundle->bvh->reach) &&
            most < FLOAT_DIRECTION_MAX;
+}
+
+static INLINED bool have_one_origin(const struct bundle_ends *ends)
+{
+    bool one = true;
+    UNROLLED
+    for (unsigned axis = 0; axis < 3; axis++)
+        one &= !(lanes_lowest(ends->o_low[axis]) < lanes_highest(ends->o_high[axis]));
+    return one;
 }
 
 /* Of the rays of bundle->count packets, for which there is room at bundle->packets. false: they are
@@ -173,8 +191,17 @@ static INLINED bool bundle_of(const struct bvh *bvh, const struct ray *rays, str
     if (finite != ALL_LANES) return false;
     if (!bundle_fits_floats(bundle, &ends, largest_origin)) return false;
     for (unsigned axis = 0; axis < 3; axis++)
-        if (!set_range(bundle, &ends, axis)) return false;
-    return true;
+        set_range(bundle, &ends, axis);
+    bundle->one_origin = have_one_origin(&ends);
+    return !bundle->ranges[z].both_ways; /* of which an empty box would be no end */
+}
+
+/* A component of rays whose largest is told: no less than FLOAT_SLANT_MIN of that. */
+static INLINED struct lanes not_too_slow(struct lanes d, struct lanes largest)
+{
+    struct lanes least = lanes_mul(lanes_of(FLOAT_SLANT_MIN), lanes_abs(largest));
+    struct lanes size = lanes_larger(lanes_abs(d), least);
+    return lanes_choose(lanes_less(d, lanes_of(0)), lanes_negate(size), size);
 }
 
 /* For tests of leaves, of which many packets meet none. As for a single ray, see float_slab_of(). */
@@ -186,7 +213,9 @@ static INLINED void packet_prepare(struct packet *packet, const struct bundle *b
     for (unsigned i = 0; i < 3; i++) {
         packet->axes[i] = axes[i];
         packet->origin[i] = packet->o[axes[i]];
-        inverse[i] = lanes_div(lanes_of(1), packet->d[i]);
+        struct lanes way = packet->d[i];
+        if (bundle->ranges[i].both_ways) way = not_too_slow(way, packet->d[axes[2]]);
+        inverse[i] = lanes_div(lanes_of(1), way);
         struct lanes origin = lanes_sub(packet->o[i], lanes_of(bundle->bvh->center[i]));
         struct lanes at = lanes_mul(origin, inverse[i]);
         struct lanes outward = lanes_mul(margin, lanes_abs(inverse[i]));
@@ -212,8 +241,14 @@ static INLINED void range_cut(const struct range_slab *range, const struct bvh_n
 {
     struct floats in = floats_sub(node_floats(node, range->near_plane), range->in_origin);
     struct floats out = floats_sub(node_floats(node, range->far_plane), range->out_origin);
-    in = floats_smaller(floats_mul(in, range->inverse_low), floats_mul(in, range->inverse_high));
-    out = floats_larger(floats_mul(out, range->inverse_low), floats_mul(out, range->inverse_high));
+    struct floats in_low = floats_mul(in, range->inverse_low);
+    struct floats out_high = floats_mul(out, range->inverse_high);
+    if (range->both_ways) {
+        *near = floats_larger(floats_larger(in_low, out_high), *near);
+        return;
+    }
+    in = floats_smaller(in_low, floats_mul(in, range->inverse_high));
+    out = floats_larger(floats_mul(out, range->inverse_low), out_high);
     *near = floats_larger(in, *near);
     *far = floats_smaller(out, *far);
 }
@@ -244,6 +279,7 @@ static INLINED struct floats ray_limits(struct lanes limit)
 
 /* One of a node's boxes, as the rays come to its planes. */
 struct packet_box {
+    bool both_ways[3];
     struct floats near[3], far[3];
 };
 
@@ -253,10 +289,20 @@ static INLINED struct packet_box packet_box(const struct bundle *bundle,
     struct packet_box box;
     UNROLLED
     for (unsigned axis = 0; axis < 3; axis++) {
+        box.both_ways[axis] = bundle->ranges[axis].both_ways;
         box.near[axis] = one_plane(node, bundle->ranges[axis].near_plane, slot);
         box.far[axis] = one_plane(node, bundle->ranges[axis].far_plane, slot);
     }
     return box;
+}
+
+/* Of two planes the one that each ray comes to first, by the sign of its inverse. */
+static INLINED void order_by_way(struct floats inverse, struct floats *first, struct floats *last)
+{
+    lane_set down = floats_less(inverse, floats_of(0));
+    struct floats min = *first, max = *last;
+    *first = floats_choose(down, max, min);
+    *last = floats_choose(down, min, max);
 }
 
 /* The rays that are in a box at 0 <= t <= limit, of ray_limits(). */
@@ -267,8 +313,10 @@ static INLINED lane_set rays_meet(const struct packet *packet, const struct pack
     UNROLLED
     for (unsigned axis = 0; axis < 3; axis++) {
         const struct lane_slab *slab = &packet->slabs[axis];
-        struct floats in = floats_mul_sub(box->near[axis], slab->inverse, slab->near_origin);
-        struct floats out = floats_mul_sub(box->far[axis], slab->inverse, slab->far_origin);
+        struct floats first = box->near[axis], last = box->far[axis];
+        if (box->both_ways[axis]) order_by_way(slab->inverse, &first, &last);
+        struct floats in = floats_mul_sub(first, slab->inverse, slab->near_origin);
+        struct floats out = floats_mul_sub(last, slab->inverse, slab->far_origin);
         near = floats_larger(in, near);
         far = floats_smaller(out, far);
     }

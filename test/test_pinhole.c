@@ -1,0 +1,194 @@
+/* Triangles as a bundle of rays from one point sees them: what is told of them is so. */
+#include "scene_fixture.h"
+
+#include "worker/pinhole.h"
+
+#define SCENES 3000
+#define LOOKS  12
+
+static int random_exponent(uint64_t *random, int low, int high)
+{
+    return low + (int)random_below(random, (uint32_t)(high - low + 1));
+}
+
+/* Triangles of any sizes about a place that may be far from the origin; some share corners. */
+static struct scene *random_scene(uint64_t *random)
+{
+    struct builder *builder = builder_create();
+    uint32_t grey = add_material(builder, vec3(1, 1, 1), 0), count = 1 + random_below(random, 8);
+    double size = ldexp(1, random_below(random, 3) > 0 ? 0 : random_exponent(random, -40, 40));
+    struct vec3 at = random_vector(random, ldexp(size, random_exponent(random, -4, 30)));
+    struct vec3 corner = vec_add(at, random_vector(random, size));
+    for (uint32_t i = 0; i < count; i++) {
+        double edge = ldexp(size, -(int)random_below(random, 6));
+        struct vec3 b = vec_add(corner, random_vector(random, edge));
+        struct vec3 c = vec_add(corner, random_vector(random, edge));
+        add_triangle(builder, corner, b, c, grey);
+        corner = random_below(random, 2) > 0 ? b : vec_add(at, random_vector(random, size));
+    }
+    return finish_scene(builder);
+}
+
+/* From one point towards corners, edges and insides of triangles; the second packet keeps nearer
+ * together than the first. */
+static void random_rays(uint64_t *random, const struct scene *scene, struct ray rays[2 * LANES])
+{
+    const struct vec3 *at = scene_vertices(scene);
+    uint32_t count = (uint32_t)scene->primitives[PRIMITIVE_TRIANGLE].count;
+    const uint32_t *vertex = scene_triangles(scene)[random_below(random, count)].vertex;
+    struct vec3 a = at[vertex[0]], e1 = vec_sub(at[vertex[1]], a), e2 = vec_sub(at[vertex[2]], a);
+    double size = largest_component(e1) + largest_component(e2);
+    double spread = ldexp(1, -(int)random_below(random, 10));
+    double u = random_between(random, -0.25, 1), v = random_between(random, -0.25, 1);
+    if (random_below(random, 2) > 0) u = 0;
+    struct vec3 eye = random_vector(random, ldexp(size, random_exponent(random, 1, 25)));
+    eye = vec_add(a, eye);
+    for (unsigned i = 0; i < 2 * LANES; i++) {
+        struct vec3 target = vec_add_scaled(vec_add_scaled(a, e1, u), e2, v);
+        target = vec_add(target, random_vector(random, spread * size));
+        rays[i] = ray_to(eye, target);
+        if (i == LANES) spread /= 8;
+    }
+}
+
+struct told {
+    uint64_t tested, passed_by, missed, crossed, open;
+};
+
+/* What is told of one triangle, of which `maybe` says whether the window has it. */
+static void check_triangle(const struct scene *scene, uint32_t id, const struct ray *rays,
+                           bool maybe, const struct rough_crossings *found, lane_set open,
+                           struct told *told)
+{
+    double from[LANES], to[LANES];
+    lanes_store(from, found->from);
+    lanes_store(to, found->to);
+    for (unsigned lane = 0; lane < LANES; lane++) {
+        uint64_t exact = 0;
+        struct shear shear = shear_of(&rays[lane].direction);
+        struct purpose purpose = {true, INFINITE};
+        struct crossings is = primitive_crossings(scene, id, &rays[lane], &shear, &purpose, &exact);
+        bool crosses = is.t[0] < INFINITE && is.t[0] > -INFINITE;
+        bool certain = maybe && (found->certain >> lane & 1), doubt = open >> lane & 1;
+        assert_true(maybe || !crosses);
+        assert_true(certain || doubt || !crosses);
+        assert_true(!certain || (crosses && from[lane] <= is.t[0] && is.t[0] <= to[lane]));
+        told->tested++;
+        told->passed_by += !maybe;
+        told->missed += !certain && !(maybe && doubt);
+        told->crossed += certain;
+        told->open += maybe && doubt;
+    }
+}
+
+static void check_leaf(const struct scene *scene, const struct bundle *bundle,
+                       const struct bvh_leaf *leaves, uint32_t count, const struct ray *rays,
+                       struct told *told)
+{
+    const struct bvh_corners *corners = bvh_corners(leaves, count);
+    const struct pinhole eye = pinhole_of(bundle);
+    struct pinhole_leaf leaf;
+    struct pinhole_triangles seen;
+    if (!pinhole_leaf_of(&eye, bundle->axes, corners, &leaf)) return;
+    struct rough_places places = rough_places(bundle->packets[0], corners, count, 0);
+    lane_set all = pinhole_triangles(&eye, &leaf, &places, &seen);
+    for (unsigned p = 0; p < bundle->count; p++) {
+        const struct packet *packet = bundle->packets[p];
+        struct pinhole_rays through = pinhole_rays_of(&eye, packet);
+        through = rays_at_leaf(&through, &leaf);
+        lane_set set = all & in_window(&seen, &through.window, leaf.error);
+        for (uint32_t i = 0; i < count; i++) {
+            lane_set open;
+            struct rough_crossings found = {.from = lanes_of(0), .to = lanes_of(0)};
+            struct rough_crossings is =
+                pinhole_crossings(packet, &leaf, &seen, i, &through, ALL_LANES, &open);
+            if (is.certain) found = is;
+            check_triangle(scene, leaves[i].id, rays + (size_t)p * LANES, set >> i & 1, &found,
+                           open, told);
+        }
+    }
+}
+
+static void check_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                         struct told *told)
+{
+    struct packet packets[2];
+    struct bundle bundle = {.count = 2, .packets = {&packets[0], &packets[1]}};
+    const struct bvh_node *root = bvh_nodes(bvh);
+    if (!bundle_of(bvh, rays, &bundle)) return;
+    assert_true(bundle.one_origin);
+    for (unsigned i = 0; i < bundle.count; i++)
+        packet_prepare(&packets[i], &bundle);
+    for (unsigned slot = 0; slot < BVH_WIDTH; slot++)
+        if (root->count[slot] > 0)
+            check_leaf(scene, &bundle, bvh_leaves(bvh) + root->child[slot], root->count[slot], rays,
+                       told);
+}
+
+static void test_tells_the_truth(void **state)
+{
+    (void)state;
+    uint64_t random = 1;
+    struct told told = {0};
+    for (int i = 0; i < SCENES; i++) {
+        struct scene *scene = random_scene(&random);
+        struct bvh *bvh = build_tree(scene);
+        for (int k = 0; k < LOOKS; k++) {
+            struct ray rays[2 * LANES];
+            random_rays(&random, scene, rays);
+            check_bundle(scene, bvh, rays, &told);
+        }
+        free(bvh);
+        free(scene);
+    }
+    /* Most is told, much of it by the window. */
+    assert_true(told.tested > UINT64_C(20) * SCENES);
+    assert_true(told.passed_by > told.tested / 4);
+    assert_true(told.crossed > told.tested / 40);
+    assert_true(told.open < told.tested / 8);
+}
+
+/* Where a leaf is about the eye, behind it, too far away or too far aside, nothing is. */
+static void test_leaves_open(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    uint32_t grey = add_material(builder, vec3(1, 1, 1), 0);
+    add_triangle(builder, vec3(-1, -1, 0), vec3(1, -1, 0), vec3(0, 1, 0.5), grey);
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    const struct bvh_corners *corners = bvh_corners(bvh_leaves(bvh), 1);
+    const unsigned axes[3] = {0, 1, 2};
+    const struct pinhole eye = {.from_center = {0, 0, 10}, .wide = 0.01, .down = true};
+    struct pinhole_leaf leaf;
+    assert_true(pinhole_leaf_of(&eye, axes, corners, &leaf));
+    struct pinhole other = eye;
+    other.down = false;
+    assert_false(pinhole_leaf_of(&other, axes, corners, &leaf));
+    other = eye;
+    other.from_center[2] = 0.7;
+    assert_false(pinhole_leaf_of(&other, axes, corners, &leaf));
+    other.from_center[2] = 0x1p30;
+    assert_false(pinhole_leaf_of(&other, axes, corners, &leaf));
+    other = eye;
+    other.from_center[2] = 20;
+    assert_true(pinhole_leaf_of(&other, axes, corners, &leaf));
+    other.sx = 0.9;
+    assert_false(pinhole_leaf_of(&other, axes, corners, &leaf));
+    other.sx = 0;
+    other.wide = 0.9;
+    assert_false(pinhole_leaf_of(&other, axes, corners, &leaf));
+    ((struct bvh_corners *)(uintptr_t)corners)->inverse = NAN;
+    assert_false(pinhole_leaf_of(&eye, axes, corners, &leaf));
+    free(bvh);
+    free(scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_tells_the_truth),
+        cmocka_unit_test(test_leaves_open),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
