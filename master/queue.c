@@ -8,11 +8,7 @@
 /* A probe tile has at most so many probes: a lot of probes is spread over the picture. */
 #define PROBE_BLOCKS 8
 
-/* The dynamic schedule sends tiles in lots, so that they may be small: rays of 16 x 16 pixels find
- * more of the scene in the cache than those of more (1 to 10 % less CPU time for lantern and garden than
- * 32 x 32), and of smaller tiles the overhead begins to show at one sample per pixel. */
-#define DYNAMIC_EDGE 16u
-#define TILES_EDGE   64u
+#define TILES_EDGE 64u
 
 uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height,
                          uint32_t renderers)

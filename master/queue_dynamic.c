@@ -421,7 +421,10 @@ static void settle(struct queue *queue, double now)
     for (uint32_t id = 0; id < queue->item_count; id++)
         if (queue->items[id].pass != TILE_PROBE) predict(queue, id, (double)ratios[id]);
     free(ratios);
-    if (!queue->settled) predict_held(queue, now);
+    if (!queue->settled) {
+        predict_held(queue, now);
+        queue_join(queue);
+    }
     queue->settled = true;
     queue->next_cheap = 0;
     queue->pace.blind = false;

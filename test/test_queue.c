@@ -780,6 +780,47 @@ static void test_late_in_one_lot(void **state)
     queue_destroy(queue);
 }
 
+/* Where probes say that tiles are cheap beside what there is to do, they are joined; those that somebody has
+ * are not, nor dear ones. */
+static void test_cheap_are_joined(void **state)
+{
+    (void)state;
+    const struct queue_config config = {
+        .width = 200, .height = 136, .renderers = 2, .tile_edge = 8, .probe_edge = 8};
+    struct queue *queue = queue_create(&config);
+    struct tile tiles[LOT_TILES];
+    unsigned char *seen = calloc(config.width, config.height);
+    uint32_t count, joined = 0, dear = 0;
+    double now = 0;
+    while (!queue->settled || !queue_complete(queue)) {
+        for (uint32_t renderer = 0; renderer < 2; renderer++) {
+            count = queue_next(queue, renderer, now, tiles);
+            for (uint32_t i = 0; i < count; i++) {
+                /* The right quarter is a hundred times as dear. */
+                bool is_dear = tiles[i].x >= 150;
+                double seconds = 1e-6 * tile_pixels(&tiles[i]) * (is_dear ? 100 : 1);
+                float probed[LOT_TILES];
+                if (tiles[i].pass == TILE_PROBE) {
+                    for (uint32_t k = 0; k < tile_pixels(&tiles[i]); k++)
+                        probed[k] = tiles[i].x + 8 * k >= 150 ? 1e-4f : 1e-6f;
+                    queue_probed(queue, &tiles[i], probed);
+                } else {
+                    mark(seen, &config, &tiles[i]);
+                    joined += tiles[i].w > 8 || tiles[i].h > 8;
+                    dear += is_dear && (tiles[i].w > 8 || tiles[i].h > 8);
+                }
+                queue_finish(queue, renderer, tiles[i].id, now += seconds, seconds);
+            }
+        }
+    }
+    for (uint32_t i = 0; i < config.width * config.height; i++)
+        assert_int_equal(seen[i], 1);
+    assert_true(joined > 20 && dear == 0);
+    assert_int_equal(queue_count(queue).pixels_finished, config.width * config.height);
+    free(seen);
+    queue_destroy(queue);
+}
+
 /* One who has stopped is not forgotten because somebody has asked who had the tile, too. */
 static void test_stopped_behind_a_late_one(void **state)
 {
@@ -962,6 +1003,7 @@ int main(void)
         cmocka_unit_test(test_idle_ask_again),
         cmocka_unit_test(test_unbegun_is_not_broken_up),
         cmocka_unit_test(test_late_in_one_lot),
+        cmocka_unit_test(test_cheap_are_joined),
         cmocka_unit_test(test_stopped_behind_a_late_one),
         cmocka_unit_test(test_whole_before_pieces),
         cmocka_unit_test(test_too_many_tiles),

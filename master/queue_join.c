@@ -1,0 +1,67 @@
+/* Where many renderers share few pixels, tiles are smaller than they had better be, for the dear ones' sake.
+ * Cheap ones side by side become one: what the master and a renderer do for a tile whatever is in it is then
+ * done for fewer. */
+#include <math.h>
+
+#include "master/queue_parts.h"
+
+/*
+ * A joined tile is predicted to be at most this part of an even share of all, and, if it is as dear as it
+ * may be, twice as much: some of the least lots, into which it is split again at the end. Of the tiles of
+ * lantern and garden on 44 processors it leaves 75 and 88 %; simulated runs of five scenes are as fast with
+ * it as without.
+ */
+#define JOINED_MOST  0.01
+#define JOINED_WORST 0.02
+
+/* Whether nobody has had the tile, and it has this size. */
+static bool is_untouched(const struct queue *queue, uint32_t id, uint32_t w, uint32_t h)
+{
+    const struct item *item = &queue->items[id];
+    return heap_has(&queue->waiting, id) && item->pieces == 0 && item->w == w && item->h == h;
+}
+
+/* The second tile, beside the first one or below it, is part of that from now on. */
+static void join(struct queue *queue, uint32_t id, uint32_t other)
+{
+    struct item *whole = &queue->items[id], *part = &queue->items[other];
+    queue_unset_waiting(queue, id);
+    queue_unset_waiting(queue, other);
+    queue_unforesee(queue, id);
+    queue_unforesee(queue, other);
+    if (part->y == whole->y)
+        whole->w += part->w;
+    else
+        whole->h += part->h;
+    whole->work += part->work;
+    whole->worst += part->worst;
+    whole->priority = fmax(whole->priority, part->priority);
+    part->finished = part->replaced = true;
+    queue->count.tiles--;
+    queue_foresee(queue, id);
+    queue_set_waiting(queue, id);
+}
+
+/* Joins two tiles of this size if they are cheap. */
+static void join_cheap(struct queue *queue, uint32_t id, uint32_t other, uint32_t w, uint32_t h)
+{
+    double share = queue->pace.total / queue->config.renderers;
+    if (!is_untouched(queue, id, w, h) || !is_untouched(queue, other, w, h)) return;
+    const struct item *a = &queue->items[id], *b = &queue->items[other];
+    bool cheap = (double)a->work + (double)b->work <= JOINED_MOST * share &&
+                 (double)a->worst + (double)b->worst <= JOINED_WORST * share;
+    if (cheap) join(queue, id, other);
+}
+
+void queue_join(struct queue *queue)
+{
+    uint32_t edge = queue->config.tile_edge, columns = divide_up(queue->config.width, edge);
+    uint32_t rows = divide_up(queue->config.height, edge);
+    if (2 * edge > DYNAMIC_EDGE) return;
+    for (uint32_t y = 0; y < rows; y++)
+        for (uint32_t x = 0; x + 1 < columns; x += 2)
+            join_cheap(queue, y * columns + x, y * columns + x + 1, edge, edge);
+    for (uint32_t y = 0; y + 1 < rows; y += 2)
+        for (uint32_t x = 0; x < columns; x += 2)
+            join_cheap(queue, y * columns + x, (y + 1) * columns + x, 2 * edge, edge);
+}
