@@ -185,7 +185,8 @@ $(BUILD)/avx2/test/test_bundles: WRAPPED := -Wl,--wrap=nearest_bundle,--wrap=occ
 
 # The simulated farm of bench-balance.
 $(BUILD)/test/test_simulate: $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/balance_sim*.c)) \
-    $(BUILD)/bench/balance_events.o $(BUILD)/bench/balance_costs.o
+    $(BUILD)/bench/balance_events.o $(BUILD)/bench/balance_costs.o $(BUILD)/bench/balance_trace.o \
+    $(BUILD)/bench/report_values.o
 
 # What is tested against numbers of any precision.
 $(BUILD)/test/test_exact $(BUILD)/test/test_optics $(BUILD)/test/test_solids: ORACLE := -lmpfr -lgmp

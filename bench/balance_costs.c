@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bench/balance_trace.h"
 #include "common/clock.h"
 #include "common/message.h"
 #include "master/load.h"
@@ -150,7 +151,7 @@ static void share_among_pixels(struct tile_costs *map, size_t block)
     }
 }
 
-static void integrate(struct tile_costs *map)
+void costs_integrate(struct tile_costs *map)
 {
     size_t row = (size_t)map->width + 1;
     map->sums = allocate_zeroed(row * (map->height + 1), sizeof *map->sums);
@@ -174,7 +175,7 @@ void costs_derive(struct tile_costs *map)
     map->base = allocate((size_t)map->width * map->height, sizeof *map->base);
     for (size_t block = 0; block < tiles_of(map, COST_BASE); block++)
         share_among_pixels(map, block);
-    integrate(map);
+    costs_integrate(map);
 }
 
 /* The scene at this size; the caller frees it. */
@@ -222,23 +223,16 @@ static void close_stage(struct cost_stage *stage)
     free(stage->scene);
 }
 
-double costs_at_present(const char *config, uint32_t width, uint32_t height, uint32_t samples,
-                        unsigned level)
+double costs_of_start(const char *config, uint32_t width, uint32_t height, uint32_t samples)
 {
     struct cost_stage stage;
-    struct tile_costs map = {.width = width, .height = height, .samples = samples};
-    struct rounds rounds = {.count = 1, .clock = clock_cost()};
-    double sum = 0;
     open_stage(&stage, config, width, height, samples);
-    struct cost_target target = {&map, stage.renderer};
-    rounds.all[level] = allocate(tiles_of(&map, level), sizeof(float));
-    for (size_t i = 0; i < tiles_of(&map, level); i++) {
-        measure_tile(&target, &rounds, level, i);
-        sum += (double)rounds.all[level][i];
-    }
-    free(rounds.all[level]);
+    renderer_destroy(stage.renderer);
+    double start = clock_thread_cpu();
+    stage.renderer = renderer_create(stage.scene, stage.bvh);
+    double seconds = clock_thread_cpu() - start;
     close_stage(&stage);
-    return sum;
+    return seconds;
 }
 
 void costs_measure(struct tile_costs *map, const char *config, uint32_t width, uint32_t height,
@@ -341,7 +335,7 @@ static double base_of_pixels(const struct picture_costs *view, const struct tile
 }
 
 /* Linear in the logarithm of the samples between the sizes that were measured. */
-static double spread_at(const struct tile_costs *map, double samples)
+double costs_spread(const struct tile_costs *map, double samples)
 {
     double level = log2(samples / map->samples) / 2;
     if (level <= 0) return map->spread[0];
@@ -387,14 +381,16 @@ static double cost_of_probes(const struct picture_costs *view, const struct tile
 double costs_of(const struct picture_costs *view, const struct tile *tile)
 {
     const struct tile_costs *map = view->map;
+    double seen = view->run ? run_costs_of(view->run, tile) : -1;
+    if (seen >= 0) return seen;
     if (tile->pass == TILE_PROBE) return cost_of_probes(view, tile);
-    if (view->scale == 1 && view->samples == map->samples && view->top == 0) {
+    if (!view->run && view->scale == 1 && view->samples == map->samples && view->top == 0) {
         double cost = measured(map, tile);
         if (cost >= 0) return cost;
     }
     double base = tile->step == 1 ? base_of_rectangle(view, tile) : base_of_pixels(view, tile);
     double samples = (double)tile_pixels(tile) * view->samples;
-    return map->fixed + spread_at(map, samples) * base * growth(view);
+    return map->fixed + costs_spread(map, samples) * base * growth(view);
 }
 
 uint32_t costs_width(const struct picture_costs *view)

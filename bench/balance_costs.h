@@ -37,13 +37,17 @@ void costs_measure(struct tile_costs *map, const char *config, uint32_t width, u
                    uint32_t samples, unsigned rounds);
 void costs_free(struct tile_costs *map);
 
-/* CPU seconds that the picture takes right now in this process, in tiles of 1 << level pixels one by one:
- * beside totals[level] it tells how fast the machine is today. */
-double costs_at_present(const char *config, uint32_t width, uint32_t height, uint32_t samples,
-                        unsigned level);
+/* CPU seconds that a renderer of this picture needs until it can begin. */
+double costs_of_start(const char *config, uint32_t width, uint32_t height, uint32_t samples);
 
 /* All that follows from width, height, samples and levels, which are set. */
 void costs_derive(struct tile_costs *map);
+
+/* Of that the sums, from base. */
+void costs_integrate(struct tile_costs *map);
+
+/* How much dearer the same pixels are in tiles of so many samples; see above. */
+double costs_spread(const struct tile_costs *map, double samples);
 
 /* Keeps a measurement in a file, and reads it back; false when there is none of this kind. */
 void costs_save(const struct tile_costs *map, const char *path);
@@ -53,11 +57,14 @@ bool costs_read(struct tile_costs *map, const char *path);
  * A picture of `scale` times the width and height of the map, in samples per pixel of its own: every
  * measured pixel stands for scale x scale of them. scale 1 and the measured samples: the map itself.
  */
+struct run_costs;
 struct picture_costs {
     const struct tile_costs *map;
     const struct tile_costs *single; /* the same picture with one sample per pixel: for probes */
     uint32_t scale, samples;
     uint32_t top; /* rows of the map that are left out above, and as many below */
+    /* Not NULL: as in this run, whose map it is then; scale is 1, top 0. */
+    const struct run_costs *run;
 };
 
 /* Seconds that a processor of speed 1 needs for the tile, which may be one of probes. */

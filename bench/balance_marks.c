@@ -45,8 +45,8 @@ static void mark_scene(const struct bench_scene *scene)
             0.01, false);
     mark_of(name, "more time than its missing share, one of 44 four times slower", "simulated",
             value_get("%s.slow.44", name), 0.02, false);
-    mark_of(name, "the same, rank 1 of 2", "measured", value_get("%s.real.slow", name), 0.02,
-            false);
+    mark_of(name, "the same, rank 1 of 2 beside -n 2 at full speed", "measured",
+            value_get("%s.real.slow", name), 0.02, false);
     mark_of(name, "-n 44 has the bits of -n 1", "measured", value_get("%s.real.same.44", name), 1,
             true);
 }
@@ -60,7 +60,7 @@ void section_marks(bool quick)
     for (unsigned s = 0; s < SCENES; s++)
         mark_scene(&bench_scenes[s]);
     mark("a rank that waits, of a core", "measured", value_get("waiting"), 0.01, false);
-    mark("simulated against measured, -n 1, 2, 4, 8: off by", "both", value_get("model.worst"),
+    mark("simulated against measured, -n 1, 2, 4, 8, 44: off by", "both", value_get("model.worst"),
          0.03, false);
     mark("efficiency of 10,000 renderers, 7680 x 4320", "simulated",
          value_get("plan.garden.10000.4096.10"), 0.9, true);

@@ -43,12 +43,34 @@ static void run_messages(double samples[MESSAGE_VALUES][MESSAGE_RUNS], unsigned 
     free(command);
 }
 
-void section_messages(bool quick)
+/* The values in their order. */
+static void measure_values(double values[MESSAGE_VALUES], unsigned runs)
 {
     double samples[MESSAGE_VALUES][MESSAGE_RUNS];
-    unsigned runs = quick ? 1 : MESSAGE_RUNS;
     for (unsigned round = 0; round < runs; round++)
         run_messages(samples, round);
+    for (size_t i = 0; i < MESSAGE_VALUES; i++)
+        values[i] = median_of(samples[i], runs);
+}
+
+struct message_costs measure_messages(void)
+{
+    double values[MESSAGE_VALUES];
+    measure_values(values, MESSAGE_RUNS);
+    return (struct message_costs){.latency_s = values[0],
+                                  .byte_s = values[1],
+                                  .service_s = values[2],
+                                  .service_tile_s = values[3],
+                                  .service_pixel_s = values[4],
+                                  .send_s = values[5],
+                                  .nap_s = values[6]};
+}
+
+void section_messages(bool quick)
+{
+    double values[MESSAGE_VALUES];
+    unsigned runs = quick ? 1 : MESSAGE_RUNS;
+    measure_values(values, runs);
     FILE *out = open_section("messages", "What a message costs");
     fprintf(
         out,
@@ -56,9 +78,8 @@ void section_messages(bool quick)
         "are %.0f to %.0f us long, and that much too long:\n\n| | seconds |\n|---|---|\n",
         runs, 1e6 * NAP_SHORTEST, 1e6 * NAP_SELDOM);
     for (size_t i = 0; i < MESSAGE_VALUES; i++) {
-        double value = median_of(samples[i], runs);
-        value_set(value, "%s", message_values[i].name);
-        fprintf(out, "| %s | %.2e |\n", message_values[i].what, value);
+        value_set(values[i], "%s", message_values[i].name);
+        fprintf(out, "| %s | %.2e |\n", message_values[i].what, values[i]);
     }
     fclose(out);
 }

@@ -1,113 +1,184 @@
 /* The section "model": what the simulated farm says against what was measured. */
 #include <math.h>
 #include <stdlib.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "bench/balance.h"
 #include "bench/balance_run.h"
 #include "bench/balance_schedules.h"
+#include "bench/balance_trace.h"
 #include "common/message.h"
 
 #define SAMPLES 16
-#define RUNS    3
-#define LEVEL   4 /* tiles of 16 x 16, as the farm's for a few ranks */
+#define RUNS    5
 #define PICTURE KEPT_FOLDER "/model.pfm"
+#define TRACE   KEPT_FOLDER "/model.trace.json"
+
+/* READY and STATS of every renderer that sends messages are no answers. */
+static double answers_of(const struct farm_run *run)
+{
+    return fmax(0, run->messages - 2.0 * (run->renderers - 1));
+}
+
+/*
+ * What a message costs in a run: the way of it as between two ranks that do nothing else, the CPU time of
+ * master and renderers as that run tells. Between two answers the caches forget the master, who then
+ * takes some times longer than where answers are all that there is; how that is shared out between
+ * answers, tiles and pixels is as it is there.
+ */
+static struct message_costs messages_of(const struct farm_run *run, const struct trace *trace,
+                                        const struct message_costs *alone)
+{
+    struct message_costs costs = *alone;
+    double answers = answers_of(run), serving = run->service_s * answers, expected, cpu = 0;
+    expected = answers * costs.service_s;
+    for (unsigned i = 0; i < run->renderers; i++) {
+        cpu += run->workers[i].cpu_s;
+        if (i == 0) continue;
+        expected += run->workers[i].tiles * costs.service_tile_s;
+        expected += run->workers[i].pixels * costs.service_pixel_s;
+    }
+    double factor = expected > 0 ? serving / expected : 1;
+    costs.service_s *= factor;
+    costs.service_tile_s *= factor;
+    costs.service_pixel_s *= factor;
+    costs.tile_s = fmax(0, cpu - trace_cpu(trace)) / (double)trace->count;
+    costs.looks = fmax(0, run->master_cpu_s - serving) / run->render_s;
+    return costs;
+}
+
+/* What is measured once for all rows, in the same minutes. */
+struct surroundings {
+    struct message_costs messages;
+    double slice_s;
+    double start_s[SCENES]; /* of a renderer's start */
+};
+
+static struct surroundings look_around(void)
+{
+    struct surroundings around = {.messages = measure_messages(), .slice_s = measure_slice()};
+    for (unsigned s = 0; s < SCENES; s++)
+        around.start_s[s] =
+            costs_of_start(bench_scenes[s].config, PAPER_WIDTH, PAPER_HEIGHT, SAMPLES);
+    return around;
+}
 
 static unsigned cores(void)
 {
     return (unsigned)sysconf(_SC_NPROCESSORS_ONLN);
 }
 
-/*
- * How fast this machine is now, with so many processes at work, beside when the tiles were measured: that
- * is hours ago, with one at work, and the same instructions were seen to take 15 % more from one hour to
- * the next, and more where processes share a core and its caches. As many processes render the picture
- * tile by tile; no schedule, no messages.
- */
-static double speed_now(const struct bench_scene *scene, unsigned processes)
+static double simulated(unsigned scene, const struct farm_run *run, const struct trace *trace,
+                        const struct surroundings *around)
 {
-    double sum = 0, seconds;
-    int ends[2];
-    if (pipe(ends) != 0) fatal("cannot open a pipe");
-    for (unsigned i = 0; i < processes; i++) {
-        pid_t child = fork();
-        if (child < 0) fatal("cannot start a process");
-        if (child > 0) continue;
-        seconds = costs_at_present(scene->config, PAPER_WIDTH, PAPER_HEIGHT, SAMPLES, LEVEL);
-        _exit(write(ends[1], &seconds, sizeof seconds) != sizeof seconds);
-    }
-    for (unsigned i = 0; i < processes; i++) {
-        int status;
-        if (wait(&status) < 0 || status != 0 ||
-            read(ends[0], &seconds, sizeof seconds) != sizeof seconds)
-            fatal("cannot measure how fast this machine is");
-        sum += seconds;
-    }
-    close(ends[0]);
-    close(ends[1]);
-    return scene_costs(scene, SAMPLES).map->totals[LEVEL] * processes / sum;
-}
-
-static double simulated(const struct bench_scene *scene, unsigned ranks, double speed)
-{
-    struct picture_costs costs = scene_costs(scene, SAMPLES);
-    struct machine machine = plain_machine(ranks);
+    struct picture_costs costs = scene_costs(&bench_scenes[scene], SAMPLES);
+    struct machine machine = {.renderers = run->renderers,
+                              .node_cores = 1,
+                              .cores = cores(),
+                              .slice_s = around->slice_s,
+                              .start_s = around->start_s[scene],
+                              .master_renders = true,
+                              .messages = messages_of(run, trace, &around->messages)};
+    struct run_costs own;
     struct sim_outcome outcome;
-    double *speeds = allocate(ranks, sizeof *speeds);
-    for (unsigned i = 0; i < ranks; i++)
-        speeds[i] = speed;
-    machine.speeds = speeds;
-    machine.cores = cores();
+    double *starts = allocate(run->renderers, sizeof *starts);
+    run_costs_init(&own, trace, costs.map);
+    costs.map = &own.map;
+    costs.run = &own;
+    trace_starts(trace, run->renderers, starts);
+    machine.starts = starts;
     schedule_simulate(FULL, &machine, &costs, &outcome);
     double seconds = outcome.render_s;
     sim_outcome_free(&outcome);
-    free(speeds);
+    run_costs_free(&own);
+    free(starts);
     return seconds;
 }
 
-/* Render phase, and the machine's speed, in turns: the medians. */
+/* Of one run: wall seconds of rendering, as they were, as the simulated farm has them, and as they would
+ * be if nobody ever waited and nothing but tiles took any time; and the part of a core that ranks had
+ * while they rendered, on average. */
 struct comparison {
-    double render_s, speed;
+    double measured, simulated, ideal, share;
 };
 
-static struct comparison measured(const struct bench_scene *scene, unsigned ranks, unsigned runs)
+static struct comparison compare(unsigned scene, unsigned ranks, const struct surroundings *around)
 {
-    double times[RUNS], speeds[RUNS];
+    struct farm_run run;
+    struct trace trace;
+    char *options = format_text("sampling.samples=%d output.trace=" TRACE, SAMPLES);
+    farm_run(&run, ranks, bench_scenes[scene].config, PICTURE, options);
+    trace_read(&trace, TRACE);
+    struct comparison both = {.measured = run.render_s,
+                              .simulated = simulated(scene, &run, &trace, around),
+                              .ideal = trace_cpu(&trace) / fmin(ranks, cores())};
+    for (unsigned i = 0; i < ranks; i++)
+        both.share += trace_share(&trace, i) / ranks;
+    trace_free(&trace);
+    farm_run_free(&run);
+    free(options);
+    return both;
+}
+
+/* A row of the table; returns by how much the simulated farm is off. */
+static double put_row(FILE *out, unsigned scene, unsigned ranks, unsigned runs,
+                      const struct surroundings *around)
+{
+    double times[RUNS], models[RUNS], ideals[RUNS], shares[RUNS], offs[RUNS];
     for (unsigned i = 0; i < runs; i++) {
-        struct farm_run run;
-        char *options = format_text("sampling.samples=%d", SAMPLES);
-        farm_run(&run, ranks, scene->config, PICTURE, options);
-        times[i] = run.render_s;
-        farm_run_free(&run);
-        free(options);
-        speeds[i] = speed_now(scene, ranks);
+        struct comparison both = compare(scene, ranks, around);
+        times[i] = both.measured;
+        models[i] = both.simulated;
+        ideals[i] = both.ideal;
+        shares[i] = both.share;
+        offs[i] = both.simulated / both.measured - 1;
     }
-    return (struct comparison){median_of(times, runs), median_of(speeds, runs)};
+    double off = median_of(offs, runs);
+    fprintf(out, "| %s | %u | %.3f | %.3f | %.3f | %.3f | %+.1f %% | %+.1f to %+.1f %% |\n",
+            bench_scenes[scene].name, ranks, median_of(shares, runs), median_of(ideals, runs),
+            median_of(times, runs), median_of(models, runs), 100 * off, 100 * offs[0],
+            100 * offs[runs - 1]);
+    fflush(out);
+    return off;
+}
+
+static void put_heading(FILE *out, unsigned runs, const struct surroundings *around)
+{
+    fprintf(
+        out,
+        "Render phase, wall seconds, %d samples, full schedule, %u cores shared by all ranks; "
+        "medians of %u runs. The speed of a machine changes by tenths from one minute to the "
+        "next, so every run is compared with itself.\n\n"
+        "* **Measured**: `render_s` of the run's report.\n"
+        "* **Simulated**: the real queue in virtual time. It is given the CPU seconds of each "
+        "tile of that run (`output.trace`) and what its master and renderers spent beside "
+        "tiles (its report), both without any waiting; when each rank began; and what was "
+        "measured just before: messages, naps (%.0f us too long), slices of a core that "
+        "ranks share (%.1f ms), a renderer's start (%.0f and %.0f ms of CPU time). Who gets "
+        "which tile, in what order and lots, who waits, what is rendered in vain and how the "
+        "run ends is the model's own.\n"
+        "* **Tiles alone**: CPU seconds of all bars of the trace / processors at work: "
+        "what a model would say that knows no waiting.\n"
+        "* **Of a core**: CPU seconds of bars / their wall seconds, mean of the ranks. Where no "
+        "two ranks share a core, what is missing to 1 others took, and is missing in the "
+        "simulated time.\n\n"
+        "| scene | ranks | of a core | tiles alone | measured | simulated | off by, median | "
+        "from, to |\n|---|---|---|---|---|---|---|---|\n",
+        SAMPLES, cores(), runs, 1e6 * around->messages.nap_s, 1e3 * around->slice_s,
+        1e3 * around->start_s[0], 1e3 * around->start_s[1]);
 }
 
 void section_model(bool quick)
 {
-    static const unsigned ranks[] = {1, 2, 4, 8};
+    static const unsigned ranks[] = {1, 2, 4, 8, PAPER_PROCESSORS};
+    const unsigned rows = quick ? 2 : sizeof ranks / sizeof *ranks, runs = quick ? 1 : RUNS;
+    struct surroundings around = look_around();
     FILE *out = open_section("model", "The simulated farm against the real one");
-    fprintf(
-        out,
-        "Render phase, wall seconds, %d samples, full schedule, %ld cores shared by all ranks. "
-        "**Measured**: medians of %u runs. **Simulated**: the costs below, which were measured "
-        "before, not fitted, times how fast the machine is now: as many processes as ranks "
-        "render the picture tile by tile, in turn with the runs.\n\n"
-        "| scene | ranks | measured | speed | simulated | off by |\n|---|---|---|---|---|---|\n",
-        SAMPLES, sysconf(_SC_NPROCESSORS_ONLN), quick ? 1 : RUNS);
+    put_heading(out, runs, &around);
     double worst = 0;
     for (unsigned s = 0; s < SCENES; s++)
-        for (unsigned i = 0; i < (quick ? 1 : 4); i++) {
-            struct comparison real = measured(&bench_scenes[s], ranks[i], quick ? 1 : RUNS);
-            double model = simulated(&bench_scenes[s], ranks[i], real.speed);
-            double off = model / real.render_s - 1;
-            worst = fmax(worst, fabs(off));
-            fprintf(out, "| %s | %u | %.3f | %.3f | %.3f | %+.1f %% |\n", bench_scenes[s].name,
-                    ranks[i], real.render_s, real.speed, model, 100 * off);
-        }
+        for (unsigned i = 0; i < rows; i++)
+            worst = fmax(worst, fabs(put_row(out, s, ranks[i], runs, &around)));
     value_set(worst, "model.worst");
     fclose(out);
 }

@@ -44,6 +44,7 @@ static void read_report(struct farm_run *run, const char *text)
                              .write_s = report_number(text, "write_s"),
                              .master_cpu_s = report_number(master, "cpu_s"),
                              .messages = report_number(master, "messages"),
+                             .service_s = report_number(master, "service_s"),
                              .tail_s = report_number(text, "tail_s"),
                              .efficiency = report_number(text, "efficiency"),
                              .tiles = report_number(text, "tiles"),

@@ -10,7 +10,7 @@ struct run_worker {
 
 struct farm_run {
     double total_s, init_s, load_s, broadcast_s, build_s, render_s, write_s;
-    double master_cpu_s, messages, tail_s, efficiency, tiles;
+    double master_cpu_s, messages, service_s, tail_s, efficiency, tiles;
     unsigned renderers;
     struct run_worker *workers; /* owned */
 };

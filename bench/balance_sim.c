@@ -9,12 +9,6 @@
 
 /* ---- clocks ---- */
 
-static double shared_rate(const struct sim *sim)
-{
-    uint32_t cores = sim->machine->cores;
-    return cores && sim->working > cores ? (double)cores / sim->working : 1;
-}
-
 double next_look(const struct sim *sim, double idle_since, double nap, double calm_until,
                  double time)
 {
@@ -52,15 +46,15 @@ static void lot_arrives(struct sim *sim, const struct event *event)
     sim_at(sim, look, EVENT_SEEN, event->who, event->what);
 }
 
-static void advance(struct sim *sim, double time)
-{
-    sim->shared_now += (time - sim->now) * shared_rate(sim);
-    sim->now = time;
-}
-
 static void happen(struct sim *sim, const struct event *event)
 {
     switch (event->kind) {
+    case EVENT_BEGIN:
+        cores_start(sim, event->who);
+        break;
+    case EVENT_READY:
+        sim_ready(sim, event->who);
+        break;
     case EVENT_RESULT:
         result_arrives(sim, event);
         break;
@@ -82,6 +76,9 @@ static void happen(struct sim *sim, const struct event *event)
     case EVENT_CHECK:
         sim_check(sim);
         break;
+    case EVENT_CORE:
+        cores_look(sim, event->who, event->number);
+        break;
     default:
         take_own(sim);
     }
@@ -91,17 +88,14 @@ static bool step(struct sim *sim)
 {
     const struct event *done = events_first(&sim->done), *next = events_first(&sim->wall);
     if ((!done && !next) || queue_complete(sim->queue)) return false;
-    double ready = HUGE_VAL;
-    if (done) ready = sim->now + fmax(0, done->time - sim->shared_now) / shared_rate(sim);
-    if (next && next->time <= ready) {
+    if (next && (!done || next->time <= done->time)) {
         struct event event = events_take(&sim->wall);
-        advance(sim, event.time);
+        sim->now = event.time;
         happen(sim, &event);
         return true;
     }
     struct event event = events_take(&sim->done);
-    advance(sim, ready);
-    sim->shared_now = event.time; /* without rounding */
+    sim->now = event.time;
     if (!pays_debt(sim, &event)) finish_part(sim, event.who, event.what);
     return true;
 }
@@ -119,6 +113,31 @@ static void give_up(struct sim *sim)
     events_free(&sim->wall);
     free(sim->letters);
     free(sim->renderers);
+    cores_free(sim);
+}
+
+/* They wait for each other in naps, which end at any time. */
+static void begin_late(struct sim *sim, uint32_t who)
+{
+    const struct machine *machine = sim->machine;
+    if (machine->start_s > 0)
+        sim_at(sim, NAP_SELDOM * who / machine->renderers, EVENT_BEGIN, who, NULL);
+    else
+        sim_at(sim, machine->starts[who], EVENT_READY, who, NULL);
+}
+
+/* Rank 0's renderer takes what it gets before the others. */
+static void begin(struct sim *sim)
+{
+    const struct machine *machine = sim->machine;
+    for (uint32_t i = 0; i < machine->renderers; i++)
+        if (machine->starts)
+            begin_late(sim, i);
+        else
+            sim->renderers[i].ready = true;
+    if (machine->starts) return;
+    if (machine->master_renders) take_own(sim);
+    hand_out_to(sim, true);
 }
 
 void simulate(const struct machine *machine, struct queue *queue, const struct picture_costs *costs,
@@ -135,8 +154,8 @@ void simulate(const struct machine *machine, struct queue *queue, const struct p
     *outcome = (struct sim_outcome){0};
     outcome->renderers = allocate_zeroed(machine->renderers, sizeof *outcome->renderers);
     sim.renderers = allocate_zeroed(machine->renderers, sizeof *sim.renderers);
-    if (machine->master_renders) take_own(&sim);
-    hand_out_to(&sim, true);
+    cores_init(&sim);
+    begin(&sim);
     while (step(&sim))
         ;
     if (!queue_complete(queue)) fatal("the simulated farm got stuck");

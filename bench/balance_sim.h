@@ -22,15 +22,21 @@ struct message_costs {
     double latency_s, byte_s;
     double service_s, service_tile_s, service_pixel_s;
     double send_s;
-    double nap_s; /* by how much a nap is too long; negative: nobody naps, all look all the time */
+    double tile_s; /* of a renderer for every tile, beside rendering it */
+    double looks;  /* of the master in looking for messages: part of a core, all the time */
+    double nap_s;  /* by how much a nap is too long; negative: nobody naps, all look all the time */
 };
 
 struct machine {
     uint32_t renderers;
     uint32_t node_cores;  /* of each renderer, which is a node when there are several */
     const double *speeds; /* per renderer, of each of its cores, 1: as measured; NULL: all 1 */
-    uint32_t cores;       /* that the renderers share evenly; 0: one for each */
+    uint32_t cores;       /* that the renderers share; 0: one for each, or node_cores */
+    double slice_s;       /* for so long a core goes on with one when others wait for it; > 0 */
     bool master_renders;  /* renderer 0 is rank 0's own */
+    const double *starts; /* per renderer, when it reports for work; NULL: all at once */
+    double start_s;       /* of a shared core, which each takes before that: all begin together but
+                           * for a nap, and time is 0 when rank 0 is done with it */
     struct message_costs messages;
 };
 
@@ -46,7 +52,7 @@ struct sim_outcome {
     double render_s;                /* until the last tile is in the picture */
     double work_s;                  /* of all tiles that were begun, by a processor of speed 1 */
     double probe_s;                 /* of that, in probes */
-    double wasted_s;                /* of that, for tiles that somebody else finished first */
+    double wasted_s;                /* wall seconds of tiles that somebody else finished first */
     double master_s;                /* seconds that the master was serving */
     uint64_t messages;              /* results that came by message */
     uint32_t tiles, repeated;       /* see struct queue_count */

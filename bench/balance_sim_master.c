@@ -26,9 +26,9 @@ static double service_time(const struct sim *sim, const struct part *parts)
 static void serve(struct sim *sim, double span)
 {
     sim->outcome->master_s += span;
-    uint32_t cores = sim->machine->cores;
-    if (cores > 0 && sim->working >= cores) sim->shared_now -= span / sim->working; /* from all */
-    if (sim->machine->master_renders && cores == 0 && sim->renderers[0].count > 0)
+    if (sim->machine->cores > 0)
+        cores_serve(sim, span);
+    else if (sim->machine->master_renders && sim->renderers[0].count > 0)
         sim->renderers[0].debt_s += span;
 }
 
@@ -73,10 +73,24 @@ void hand_out_to(struct sim *sim, bool all)
     const struct message_costs *costs = &sim->machine->messages;
     double time = sim->now;
     for (uint32_t who = sim->machine->master_renders; who < sim->machine->renderers; who++)
-        if ((all || sim->renderers[who].asks) && hand_out(sim, who, time))
+        if (sim->renderers[who].ready && (all || sim->renderers[who].asks) &&
+            hand_out(sim, who, time))
             time += costs->service_s / 2;
     serve(sim, time - sim->now);
     begin_idling(sim, time);
+}
+
+void sim_ready(struct sim *sim, uint32_t who)
+{
+    sim->renderers[who].ready = true;
+    sim->renderers[who].idle_since = sim->now;
+    if (is_own(sim, who)) {
+        take_own(sim);
+        return;
+    }
+    nap_heard(&sim->nap, sim->now);
+    hand_out(sim, who, sim->now);
+    begin_idling(sim, sim->now);
 }
 
 /* As the master does whenever it has looked for messages. */

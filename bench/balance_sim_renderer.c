@@ -17,18 +17,27 @@ bool is_own(const struct sim *sim, uint32_t who)
     return who == 0 && sim->machine->master_renders;
 }
 
+/* When it begins is given: then it has a core. */
+static bool is_just_starting(const struct sim *sim, uint32_t who)
+{
+    return sim->machine->starts && sim->outcome->renderers[who].busy_s == 0;
+}
+
 static void begin_part(struct sim *sim, uint32_t who, struct part *part)
 {
     double cost = costs_of(sim->costs, &part->tile);
-    struct event done = {
-        .time = sim->shared_now + cost / speed_of(sim, who), .who = who, .what = part};
+    double span = (cost + sim->machine->messages.tile_s) / speed_of(sim, who);
+    struct event done = {.time = sim->now + span, .who = who, .what = part};
     sim->outcome->work_s += cost;
     if (part->tile.pass == TILE_PROBE) sim->outcome->probe_s += cost;
-    part->begun_s = sim->now;
+    part->begun_s = sim->cores ? (double)NAN : sim->now;
     part->working = true;
+    part->left_s = span;
     sim->renderers[who].working++;
-    sim->working++;
-    events_add(&sim->done, &done);
+    if (sim->cores)
+        cores_begin(sim, who, part, is_just_starting(sim, who));
+    else
+        events_add(&sim->done, &done);
 }
 
 static void end_part(struct sim *sim, uint32_t who, struct part *part);
@@ -166,7 +175,7 @@ static void send_result(struct sim *sim, uint32_t who, struct lot *lot)
 static void account(struct sim *sim, uint32_t who, struct part *part)
 {
     struct sim_renderer *sum = &sim->outcome->renderers[who];
-    part->seconds = sim->now - part->begun_s;
+    part->seconds = isnan(part->begun_s) ? 0 : sim->now - part->begun_s;
     sum->busy_s += part->seconds;
     part->working = false;
     if (part->tile.pass == TILE_PROBE) return;
@@ -206,23 +215,13 @@ static void end_part(struct sim *sim, uint32_t who, struct part *part)
 void finish_part(struct sim *sim, uint32_t who, struct part *part)
 {
     struct renderer *renderer = &sim->renderers[who];
-    sim->working--;
     renderer->working--;
     account(sim, who, part);
     end_part(sim, who, part);
     go_on(sim, who);
     if (renderer->working == 0) renderer->idle_since = sim->now;
     if (is_own(sim, who)) take_own(sim);
-}
-
-void sim_drop(struct sim *sim, uint32_t who, uint32_t id)
-{
-    struct renderer *renderer = &sim->renderers[who];
-    for (unsigned i = 0; i < renderer->count; i++) {
-        struct lot *lot = renderer->held[i];
-        for (uint32_t k = lot->begun; k < lot->count; k++)
-            if (lot->parts[k].tile.id == id) lot->parts[k].dropped = true;
-    }
+    if (sim->cores) cores_ended(sim, who);
 }
 
 /* The part that is being rendered; NULL: it is not. */
@@ -236,13 +235,28 @@ static struct part *find_working(const struct renderer *renderer, uint32_t id)
     return NULL;
 }
 
+void sim_drop(struct sim *sim, uint32_t who, uint32_t id)
+{
+    struct renderer *renderer = &sim->renderers[who];
+    struct part *part = find_working(renderer, id);
+    if (part && isnan(part->begun_s)) part->dropped = true, part->left_s = 0;
+    for (unsigned i = 0; i < renderer->count; i++) {
+        struct lot *lot = renderer->held[i];
+        for (uint32_t k = lot->begun; k < lot->count; k++)
+            if (lot->parts[k].tile.id == id) lot->parts[k].dropped = true;
+    }
+}
+
 void sim_give_up(struct sim *sim, uint32_t who, uint32_t id)
 {
     struct part *part = find_working(&sim->renderers[who], id);
     sim_drop(sim, who, id);
     if (!part) return;
     part->dropped = true;
-    events_remove(&sim->done, part);
+    part->left_s = 0;
+    /* One who waits for a core cannot know yet. */
+    if (sim->cores && sim->renderers[who].core == NO_CORE) return;
+    if (!sim->cores) events_remove(&sim->done, part);
     finish_part(sim, who, part);
 }
 

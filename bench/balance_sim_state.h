@@ -14,6 +14,8 @@
 #define HELD 4
 
 enum {
+    EVENT_BEGIN,
+    EVENT_READY,
     EVENT_RESULT,
     EVENT_SERVED,
     EVENT_LOT,
@@ -21,14 +23,16 @@ enum {
     EVENT_DROP,
     EVENT_GIVE_UP,
     EVENT_CHECK,
+    EVENT_CORE,
     EVENT_OWN
 };
 
 struct part {
     struct tile tile;
-    struct lot *lot;
+    struct lot *lot;         /* NULL: what a renderer does before it reports for work */
     struct part *next;       /* of those that go into the same answer */
-    double begun_s, seconds; /* when it was begun, and what it took */
+    double begun_s, seconds; /* when it was begun (NAN: it has no core yet), and what it took */
+    double left_s;           /* of shared cores: what it will take of one */
     bool working;            /* it is being rendered */
     bool dropped;            /* others have it now, or have finished it */
 };
@@ -42,6 +46,9 @@ struct lot {
     struct part parts[];             /* [count] */
 };
 
+#define NO_CORE UINT32_MAX
+#define NOBODY  UINT32_MAX
+
 /* A rank, or a node whose first rank hands out to the others. */
 struct renderer {
     struct lot *held[HELD];
@@ -49,7 +56,20 @@ struct renderer {
     uint32_t working; /* of its cores */
     double idle_since;
     double debt_s; /* rank 0: what serving has taken from the tile in work */
-    bool asks;     /* the master has found nothing for it */
+    /* With shared cores, of which it gets one: what it works on, where (NO_CORE: it waits for one),
+     * and who is behind it in the queue for them. */
+    struct part *part, start;
+    uint32_t core, behind;
+    bool ready; /* it has reported for work */
+    bool asks;  /* the master has found nothing for it */
+};
+
+/* One of the shared cores. */
+struct core {
+    uint32_t who;        /* NOBODY: idle */
+    double since, until; /* seconds: accounted for until then; the end of its slice */
+    double rate;         /* of that, what the renderer gets */
+    uint32_t turn;       /* of its last event; earlier ones are void */
 };
 
 struct sim {
@@ -60,15 +80,12 @@ struct sim {
     struct renderer *renderers;
     double now;
 
-    /* Renderers that share cores advance at the same rate: the moment at which each is done is known
-     * on a clock of its own, which runs at that rate. */
-    double shared_now;
-    uint32_t working;
-    struct events done; /* times on that clock */
-
-    struct events wall; /* everything else */
-    struct nap own_nap; /* of rank 0's renderer */
-    struct lot *lots;   /* all that are not accepted yet */
+    struct core *cores;   /* that are shared */
+    uint32_t front, back; /* of those who wait for one; NOBODY: none */
+    struct events done;   /* parts, where they are not */
+    struct events wall;   /* everything else */
+    struct nap own_nap;   /* of rank 0's renderer */
+    struct lot *lots;     /* all that are not accepted yet */
 
     /* The master. */
     bool serving;
@@ -89,6 +106,26 @@ double next_look(const struct sim *sim, double idle_since, double nap, double ca
 
 /* An event on the wall clock. */
 void sim_at(struct sim *sim, double time, uint32_t kind, uint32_t who, void *what);
+
+/* ---- shared cores: balance_sim_cores.c ---- */
+
+void cores_init(struct sim *sim);
+void cores_free(struct sim *sim);
+
+/* The renderer has this part to do; first: it gets a core before all others who wait. */
+void cores_begin(struct sim *sim, uint32_t who, struct part *part, bool first);
+
+/* It does what it has to do before it reports for work. */
+void cores_start(struct sim *sim, uint32_t who);
+
+/* It has finished that or given it up, and has begun another one or not. */
+void cores_ended(struct sim *sim, uint32_t who);
+
+/* Time for the core to look who is done, and who is next. */
+void cores_look(struct sim *sim, uint32_t core, uint32_t turn);
+
+/* The master takes so many seconds of a core, from renderers if none is idle. */
+void cores_serve(struct sim *sim, double span);
 
 /* ---- a renderer: balance_sim_renderer.c ---- */
 
@@ -126,6 +163,9 @@ void accept_part(struct sim *sim, uint32_t who, struct part *part);
 void forget_part(struct sim *sim, struct lot *lot);
 
 /* ---- the master: balance_sim_master.c ---- */
+
+/* A renderer reports for work. */
+void sim_ready(struct sim *sim, uint32_t who);
 
 /* Lots for those who have asked in vain, or for all. To each that gets something it takes half of what
  * a result and its answer take. */

@@ -12,13 +12,15 @@
 # Times are CPU seconds of rendering, where runs are short the median of ERROR_REPEAT (3) of them. FARM
 # and TOOL are the programs, WORK a folder for pictures; MPIEXEC starts references on all cores.
 # ERROR_SCENES, ERROR_SIZE (320x240), ERROR_PEERS_SIZE (160x120) and ERROR_FINEST (16: uniform samples per
-# pixel, at most) can be set. Tables and plots go to bench/out/.
+# pixel, at most) can be set, and SCENES, a folder whose scene files are then among the names, without
+# their endings. Tables and plots go to bench/out/.
 #
 # What was measured stays in the CSV files: a bench that was ended goes on there, row by row, with the
 # same sizes and the same program; otherwise it begins anew.
 set -u
 export LC_ALL=C
 SECTIONS=${*:-allocation sampling truncation formulas forecast coverage peers}
+FOLDER=${SCENES:-}
 SCENES=${ERROR_SCENES:-lantern garden ground balls}
 SIZE=${ERROR_SIZE:-320x240} PEERS_SIZE=${ERROR_PEERS_SIZE:-160x120}
 FINEST=${ERROR_FINEST:-16} REPEAT=${ERROR_REPEAT:-3}
@@ -26,12 +28,12 @@ MANY=$((64 * FINEST))        # of a reference
 OUT=bench/out
 set_size() { W=${1%x*} H=${1#*x}; }
 set_size "$SIZE"
-mkdir -p "$WORK" "$OUT"
+mkdir -p "$WORK/peers" "$OUT"
 
 # Rows and references of another program or size are worth nothing.
-state="$SIZE $PEERS_SIZE $FINEST $(cksum <"$FARM")"
+state="$SIZE $PEERS_SIZE $FINEST $FOLDER $(cksum <"$FARM")"
 if [ "$(cat "$WORK/state" 2>/dev/null)" != "$state" ]; then
-    rm -f "$WORK"/*
+    find "$WORK" -maxdepth 1 -type f -delete
     for section in sampling truncation formulas forecast coverage peers; do
         rm -f "$OUT/error_$section.csv"
     done
@@ -44,6 +46,9 @@ begin_csv() { [ -e "$csv" ] || echo "$1" >"$csv"; }
 known() { grep -qF "$1," "$csv"; }
 
 config_of() {
+    for ending in ini nff obj; do
+        [ -n "$FOLDER" ] && [ -e "$FOLDER/$1.$ending" ] && echo "$FOLDER/$1.$ending" && return
+    done
     case $1 in
     lantern | garden) echo "config/$1.ini" ;;
     balls) [ -e "$WORK/balls.ini" ] || "$TOOL" scene "$WORK" balls; echo "$WORK/balls.ini" ;;
@@ -293,6 +298,9 @@ tachyon_to() {
     timed tachyon -numthreads 1 -fullshade -shade_phong -format PPM48 -o "$to" "$WORK/$scene.dat" "$@"
 }
 
+# A peer's converged picture of an exported scene, which takes minutes and is the same whatever the farm does.
+converged_of() { echo "$WORK/peers/${W}x${H}_$(cksum <"$1" | tr ' ' _).ppm"; }
+
 # The median of what a command prints, REPEAT times.
 repeated() { for _ in $(seq "$REPEAT"); do eval "$1"; done | median; }
 
@@ -307,19 +315,21 @@ peers() {
         done
         # Loading is not what is compared: the same scene at a few pixels.
         load=$(repeated "W=4 H=3 povray_to $WORK/t.ppm -A")
-        [ -s "$WORK/pov_$scene.ppm" ] || povray_to "$WORK/pov_$scene.ppm" +A0.0 +AM1 +R16 -J >/dev/null
+        converged=$(converged_of "$WORK/$scene.pov")
+        [ -s "$converged" ] || povray_to "$converged" +A0.0 +AM1 +R16 -J >/dev/null
         for setting in "-A" "+A0.3 +AM1 +R3" "+A0.1 +AM1 +R3" "+A0.03 +AM1 +R4" "+A0.3 +AM2 +R3" \
                        "+A0.1 +AM2 +R3" "+A0.03 +AM2 +R4" "+A0.01 +AM2 +R5"; do
             known "$scene,POV-Ray,$setting" && continue
             t=$(repeated "povray_to $WORK/t.ppm $setting")
-            echo "$scene,POV-Ray,$setting,$(awk "BEGIN { print $t - $load }"),$("$TOOL" compare "$WORK/t.ppm" "$WORK/pov_$scene.ppm")" >>"$csv"
+            echo "$scene,POV-Ray,$setting,$(awk "BEGIN { print $t - $load }"),$("$TOOL" compare "$WORK/t.ppm" "$converged")" >>"$csv"
         done
-        [ -s "$WORK/dat_$scene.ppm" ] || tachyon_to "$WORK/dat_$scene.ppm" -aasamples 255 >/dev/null
+        converged=$(converged_of "$WORK/$scene.dat")
+        [ -s "$converged" ] || tachyon_to "$converged" -aasamples 255 >/dev/null
         load=$(repeated "tachyon_to $WORK/t.ppm -res 4 3")
         for n in 0 3 8 15 31; do
             known "$scene,Tachyon,-aasamples $n" && continue
             t=$(repeated "tachyon_to $WORK/t.ppm -aasamples $n")
-            echo "$scene,Tachyon,-aasamples $n,$(awk "BEGIN { print $t - $load }"),$("$TOOL" compare "$WORK/t.ppm" "$WORK/dat_$scene.ppm")" >>"$csv"
+            echo "$scene,Tachyon,-aasamples $n,$(awk "BEGIN { print $t - $load }"),$("$TOOL" compare "$WORK/t.ppm" "$converged")" >>"$csv"
         done
         reference_of "$scene"
         # One ray through the middle of each pixel is a picture, too.
@@ -338,8 +348,8 @@ peers() {
         echo
         echo "Components clamped to 0..1, as the peers store them. The farm's time for the same RMSE is interpolated on logarithmic axes between its own pictures (<: its coarsest is better already). Peers get the scenes enlarged so that their tolerances do no harm; what their converged pictures differ from the farm's by, RMSE:"
         for scene in $SCENES; do
-            for peer in pov dat; do
-                "$TOOL" compare "$WORK/${peer}_$scene.ppm" "$WORK/ref_${W}x${H}_$scene.pfm"
+            for kind in pov dat; do
+                "$TOOL" compare "$(converged_of "$WORK/$scene.$kind")" "$WORK/ref_${W}x${H}_$scene.pfm"
             done | awk -v s="$scene" '{ d[NR] = $1 } END { printf "%s POV-Ray %.2g, Tachyon %.2g\n", s, d[1], d[2] }'
         done | awk '{ printf "%s%s", (NR > 1 ? "; " : ""), $0 } END { print "." }'
         echo

@@ -44,7 +44,7 @@ void *reallocate(void *old, size_t count, size_t size)
     __attribute__((alloc_size(2, 3), returns_nonnull));
 
 /*
- * The same for one large block that is read all over: in huge pages where the system grants them, so
+ * The same for one large block that is used all over: in huge pages where the system grants them, so
  * that the processor seldom has to look up where a page is. A small block has a part of a page only,
  * and is as from allocate().
  */

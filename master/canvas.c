@@ -10,7 +10,10 @@ void canvas_init(struct canvas *canvas, uint32_t width, uint32_t height)
 {
     canvas->width = width;
     canvas->height = height;
-    canvas->rgb = allocate_zeroed((size_t)width * height, 3 * sizeof(float));
+    /* Cleared here and not by the system, page by page, when the first tiles come in. */
+    size_t bytes = (size_t)width * height * 3 * sizeof(float);
+    canvas->rgb = allocate_large(bytes);
+    memset(canvas->rgb, 0, bytes);
 }
 
 void canvas_free(struct canvas *canvas)

@@ -50,6 +50,7 @@ static void fill_report(struct run *run, const struct service *service)
     report->renderer_count = (int)run->renderers;
     report->master_cpu_s = service->master_cpu_s;
     report->master_messages = service->messages;
+    report->service_s = service->answers ? service->service_cpu_s / (double)service->answers : 0;
     report->answer_wait_s =
         service->messages ? service->answer_wait_s / (double)service->messages : 0;
     report->answer_wait_most_s = service->answer_wait_most_s;

@@ -35,9 +35,12 @@
 /* The master's seconds per answer until they are measured: some messages of MPICH and a copy. */
 #define SERVICE_GUESS_S 5e-6
 
-/* The same share for answers to a lot in parts, of which nearly all say what is known already: half of the
- * hundredth of a core that the master is to take. */
-#define SERVICE_PARTS 0.005
+/* The same share for answers to a lot in parts, of which nearly all say what is known already: a fifth of the
+ * hundredth of a core that the master is to take, but half of it rather than that they come less often than
+ * progress is to show. In simulated runs of five scenes on 41 to 47 processors a half made up to a third
+ * more messages, and none of them faster. */
+#define SERVICE_SELDOM 0.002
+#define SERVICE_OFTEN  0.005
 
 /* How fast the estimate of it follows; and the least part of what an answer takes that is taken to be
  * the same for all: measurements are rough. */
@@ -290,7 +293,8 @@ double pace_even_end(const struct pace *pace, double now, double waiting)
 
 double pace_answer_after(const struct pace *pace)
 {
-    return pace->count * pace->service_s / SERVICE_PARTS;
+    double service_s = pace->count * pace->service_s;
+    return fmax(fmin(service_s / SERVICE_SELDOM, LONGEST_S), service_s / SERVICE_OFTEN);
 }
 
 double pace_least(const struct pace *pace)

@@ -7,10 +7,14 @@
 #include "common/message.h"
 #include "common/nap.h"
 
+/* Of each buffer: a cache line. */
+#define BUFFER_ALIGN ((size_t)64)
+
 struct post {
     size_t largest;
     int receives;
     MPI_Request incoming[POST_RECEIVES];
+    char *block; /* of all buffers */
     char *buffers[POST_RECEIVES];
     uint64_t turns[POST_RECEIVES]; /* the number of the receive: they are met in this order */
     uint64_t posted;
@@ -41,8 +45,11 @@ struct post *post_open(size_t largest)
     int others = post_ranks() - 1;
     post->largest = largest;
     post->receives = others < POST_RECEIVES ? others : POST_RECEIVES;
+    /* Of a long message's pages each is a page fault the first time: huge ones make them few. */
+    size_t stride = (largest + BUFFER_ALIGN - 1) / BUFFER_ALIGN * BUFFER_ALIGN;
+    post->block = allocate_large((size_t)post->receives * stride);
     for (int i = 0; i < post->receives; i++) {
-        post->buffers[i] = allocate(largest, 1);
+        post->buffers[i] = post->block + (size_t)i * stride;
         post_receive(post, i);
     }
     return post;
@@ -143,8 +150,8 @@ void post_close(struct post *post, bool all_left)
     for (int i = 0; i < post->receives; i++) {
         MPI_Cancel(&post->incoming[i]);
         MPI_Wait(&post->incoming[i], MPI_STATUS_IGNORE);
-        free(post->buffers[i]);
     }
+    free(post->block);
     free(post->outgoing);
     free(post->copies);
     free(post);

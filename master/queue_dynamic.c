@@ -21,10 +21,9 @@
 
 /* Tiles of like cost keep the order of the picture, in which neighbours are near each other: steps
  * of half an octave. */
-static double priority_of(const struct queue *queue, const struct item *item)
+static double priority_of(const struct item *item, struct cost cost)
 {
-    struct cost cost = cost_predict(&queue->map, item->x, item->y, item->w, item->h);
-    double worst = cost.worst / ((double)item->w * item->h);
+    double worst = cost.worst / (double)area(item);
     return worst > 0 ? exp2(floor(2 * log2(worst)) / 2) : 0;
 }
 
@@ -95,12 +94,19 @@ static bool has_room(const struct queue *queue, const struct draft *draft, uint3
            draft->pixels + area(item) <= LOT_PIXELS;
 }
 
-static void take_tile(struct queue *queue, struct draft *draft, uint32_t id)
+/* The tile is part of the lot. */
+static void note_taken(const struct queue *queue, struct draft *draft, uint32_t id)
 {
     const struct item *item = &queue->items[id];
     draft->work += (double)item->work;
     draft->worst += (double)item->worst;
     draft->pixels += area(item);
+}
+
+static void take_tile(struct queue *queue, struct draft *draft, uint32_t id)
+{
+    const struct item *item = &queue->items[id];
+    note_taken(queue, draft, id);
     queue_unset_waiting(queue, id);
     draft->tiles[draft->count++] = queue_tile_of(queue, id);
     queue_give(queue, draft->renderer, id, (double)item->work);
@@ -159,16 +165,17 @@ static void take_cheap(struct queue *queue, struct draft *draft, struct pace_lot
     }
 }
 
-static uint32_t take_tiles(struct queue *queue, uint32_t renderer, double now, struct pace_lot lot,
-                           struct tile *tiles)
+/* What waits, behind what the draft has; returns how many tiles the lot has, which is given out. */
+static uint32_t take_tiles(struct queue *queue, struct draft *draft, double now,
+                           struct pace_lot lot)
 {
-    struct draft draft = {.renderer = renderer, .tiles = tiles};
     double waiting = (double)queue->waiting_pixels, work = queue->waiting_work;
-    take_dear(queue, &draft, lot);
-    if (draft.count > 0 && queue->settled)
-        take_cheap(queue, &draft, lot, CHEAP_PART * waiting * lot.work / work, work / waiting);
-    if (draft.count > 0) pace_given(&queue->pace, renderer, now, draft.work);
-    return draft.count;
+    uint32_t before = draft->count;
+    if (lot.work > 0) take_dear(queue, draft, lot);
+    if (draft->count > before && queue->settled)
+        take_cheap(queue, draft, lot, CHEAP_PART * waiting * lot.work / work, work / waiting);
+    if (draft->count > 0) pace_given(&queue->pace, draft->renderer, now, draft->work);
+    return draft->count;
 }
 
 /* ---- a second time ---- */
@@ -222,18 +229,19 @@ static struct tile pass_on(struct queue *queue, uint32_t asker, struct hold *hol
     return queue_tile_of(queue, id);
 }
 
-/* What the one who is longest overdue has not begun, before all that waits: it is behind what was
- * dearer than predicted. */
-static uint32_t take_from_late(struct queue *queue, uint32_t asker, double now, struct tile *tiles)
+/* What those who are overdue have not begun, before all that waits: it is behind what was dearer than
+ * predicted. The longest overdue first; at least a tile, and not more than a lot. */
+static void take_from_late(struct queue *queue, struct draft *draft, struct pace_lot lot)
 {
-    uint32_t renderer = top_of(queue, &queue->pace.lost);
-    if (renderer == HEAP_ABSENT) return 0;
-    struct hold *hold = last_to_pass_on(queue, renderer, asker, true);
-    if (!hold) return 0;
-    double work = hold->work;
-    tiles[0] = pass_on(queue, asker, hold);
-    pace_given(&queue->pace, asker, now, work);
-    return 1;
+    struct hold *hold;
+    do {
+        uint32_t renderer = top_of(queue, &queue->pace.lost);
+        if (renderer == HEAP_ABSENT) return;
+        hold = last_to_pass_on(queue, renderer, draft->renderer, true);
+        if (!hold || (draft->count > 0 && !has_room(queue, draft, hold->id, lot))) return;
+        note_taken(queue, draft, hold->id);
+        draft->tiles[draft->count++] = pass_on(queue, draft->renderer, hold);
+    } while (draft->count < LOT_TILES);
 }
 
 /* Pieces of a tile that has taken long: if the whole takes as long again, each takes a least lot at most.
@@ -336,7 +344,8 @@ static uint32_t take_begun(struct queue *queue, uint32_t renderer, uint32_t aske
     }
     if (idle >= 2 && pieces_make(queue, hold->id, PIECES_EACH * idle, 0)) {
         recall(queue, hold);
-        return take_tiles(queue, asker, now, pace_lot(&queue->pace, asker, now, work), tiles);
+        struct draft draft = {.renderer = asker, .tiles = tiles};
+        return take_tiles(queue, &draft, now, pace_lot(&queue->pace, asker, now, work));
     }
     if (!lost && queue->items[hold->id].copies > 1) return 0;
     tiles[0] = pass_on(queue, asker, hold);
@@ -344,16 +353,10 @@ static uint32_t take_begun(struct queue *queue, uint32_t renderer, uint32_t aske
     return 1;
 }
 
-/* What others have, if the renderer had better do that. */
+/* What others have, when nothing waits, if the renderer had better do that. */
 static uint32_t next_repeat(struct queue *queue, uint32_t renderer, double now, struct tile *tiles)
 {
     struct pace *pace = &queue->pace;
-    if (pace->renderers[renderer].lost) return 0;
-    if (queue->waiting.count > 0) {
-        uint32_t count = take_from_late(queue, renderer, now, tiles);
-        if (count == 0) break_overdue(queue, renderer, now);
-        return count;
-    }
     if (queue->holdings.holders[renderer].count > 0) return 0;
     uint32_t count = take_unbegun(queue, renderer, now, tiles);
     if (count == 0) count = take_begun(queue, top_of(queue, &pace->lost), renderer, now, tiles);
@@ -365,9 +368,10 @@ static uint32_t next_repeat(struct queue *queue, uint32_t renderer, double now, 
 
 /* ---- dynamic ---- */
 
-/* What of its work does not depend on the map. */
+/* What of its work does not depend on the map, which says 1 for every pixel until it is settled. */
 static double work_ratio(const struct queue *queue, const struct item *item)
 {
+    if (!queue->settled) return (double)item->work / (double)area(item);
     return (double)item->work / cost_predict(&queue->map, item->x, item->y, item->w, item->h).work;
 }
 
@@ -381,7 +385,7 @@ static void predict(struct queue *queue, uint32_t id, double ratio)
     queue_foresee(queue, id);
     if (!heap_has(&queue->waiting, id)) return;
     queue->waiting_work += (double)item->work;
-    item->priority = priority_of(queue, item);
+    item->priority = priority_of(item, cost);
     heap_put(&queue->waiting, id, item->priority);
 }
 
@@ -443,9 +447,11 @@ uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
     /* It may have stopped: messages to it would pile up. */
     if (queue->pace.renderers[renderer].lost) return 0;
     struct pace_lot lot = pace_lot(&queue->pace, renderer, now, queue->waiting_work);
-    uint32_t repeats = next_repeat(queue, renderer, now, tiles);
-    if (repeats > 0) return repeats;
-    return lot.work > 0 ? take_tiles(queue, renderer, now, lot, tiles) : 0;
+    if (queue->waiting.count == 0) return next_repeat(queue, renderer, now, tiles);
+    struct draft draft = {.renderer = renderer, .tiles = tiles};
+    take_from_late(queue, &draft, lot);
+    if (draft.count == 0) break_overdue(queue, renderer, now);
+    return take_tiles(queue, &draft, now, lot);
 }
 
 /* ---- what comes back ---- */

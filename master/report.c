@@ -191,6 +191,7 @@ static void put_master(struct json *json, const struct report *report)
     json_open(json, "master", '{');
     json_seconds(json, "cpu_s", report->master_cpu_s);
     json_count(json, "messages", report->master_messages);
+    json_fixed(json, "service_s", report->service_s, 9);
     json_seconds(json, "answer_wait_s", report->answer_wait_s);
     json_seconds(json, "answer_wait_most_s", report->answer_wait_most_s);
     json_close(json, '}');

@@ -44,6 +44,8 @@ struct service {
     double render_s;              /* wall seconds until the last tile was in the picture */
     double master_cpu_s;          /* CPU seconds of serving */
     uint64_t messages;            /* received */
+    uint64_t answers;             /* those that are in service_cpu_s */
+    double service_cpu_s;         /* of that, for answers: taking them in, sending more work */
     double answer_wait_s;         /* of all answers until they were looked at, at most */
     double answer_wait_most_s;    /* of one */
     double probe_s;               /* of the pre-pass, wall seconds of all renderers together */

@@ -142,9 +142,11 @@ bool take_in(struct server *server)
     }
     server->polled = looked;
     if (results < count || count == 0) return count > 0;
+    cpu = clock_thread_cpu() - cpu;
+    server->service->answers += (uint64_t)results;
+    server->service->service_cpu_s += cpu;
     pthread_mutex_lock(&server->lock);
-    queue_served(server->service->queue, (clock_thread_cpu() - cpu) / count,
-                 (double)(server->pixels - pixels) / count);
+    queue_served(server->service->queue, cpu / count, (double)(server->pixels - pixels) / count);
     pthread_mutex_unlock(&server->lock);
     return true;
 }

@@ -4,11 +4,14 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
 #include "bench/balance_sim.h"
+#include "bench/balance_trace.h"
 #include "common/message.h"
 
 enum { WIDTH = 64, HEIGHT = 64 };
@@ -95,10 +98,130 @@ static void test_shared_cores(void **state)
     (void)state;
     struct machine machine = machine_of(8);
     machine.cores = 2;
+    machine.slice_s = 1e-5;
     struct sim_outcome outcome = run(SCHEDULE_STRIPS, &machine);
     assert_near(outcome.render_s, all_s / 2, 0.02);
     assert_near(outcome.renderers[7].busy_s, all_s / 2, 0.02);
     sim_outcome_free(&outcome);
+    /* Longer slices than there is work: four after each other on each core. */
+    machine.slice_s = 1;
+    outcome = run(SCHEDULE_STRIPS, &machine);
+    assert_near(outcome.render_s, all_s / 2, 0.02);
+    assert_near(outcome.renderers[0].busy_s, all_s / 8, 0.02);
+    assert_near(outcome.renderers[7].busy_s, all_s / 8, 0.02);
+    assert_near(outcome.renderers[7].finish_s, all_s / 2, 0.02);
+    sim_outcome_free(&outcome);
+}
+
+/* What the others do before they report for work takes the core from the one who has begun; who reports
+ * late finds less to do. */
+static void test_starts(void **state)
+{
+    (void)state;
+    const double starts[] = {0, all_s / 2};
+    struct machine machine = machine_of(2);
+    machine.starts = starts;
+    struct sim_outcome outcome = run(SCHEDULE_TILES, &machine);
+    assert_near(outcome.render_s, all_s * 3 / 4, 0.02);
+    assert_true(outcome.renderers[0].pixels > 2 * outcome.renderers[1].pixels);
+    sim_outcome_free(&outcome);
+    const double together[] = {0, 0};
+    machine.starts = together;
+    machine.cores = 1;
+    machine.slice_s = 1e-5;
+    machine.start_s = all_s / 4;
+    outcome = run(SCHEDULE_TILES, &machine);
+    assert_true(outcome.render_s > all_s && outcome.render_s < all_s * 5 / 4);
+    sim_outcome_free(&outcome);
+}
+
+/* Looking for messages takes a part of one core, and what is beside a tile some time of each. */
+static void test_beside_tiles(void **state)
+{
+    (void)state;
+    struct machine machine = machine_of(2);
+    machine.cores = 1;
+    machine.slice_s = 1e-4;
+    machine.messages.looks = 0.1;
+    struct sim_outcome outcome = run(SCHEDULE_TILES, &machine);
+    assert_near(outcome.render_s, all_s / 0.9, 0.02);
+    uint32_t tiles = outcome.tiles;
+    sim_outcome_free(&outcome);
+    machine.messages.looks = 0;
+    machine.messages.tile_s = PIXEL_S;
+    outcome = run(SCHEDULE_TILES, &machine);
+    assert_near(outcome.render_s, all_s + tiles * PIXEL_S, 0.02);
+    sim_outcome_free(&outcome);
+}
+
+/* ---- the costs of one run ---- */
+
+/* A trace as the farm writes it: one bar a line; two halves of the picture, of which the lower one has
+ * been done twice, and probes. */
+static void write_trace(const char *path)
+{
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    const struct {
+        const char *kind;
+        unsigned rank, x, y, w, h;
+        double start, busy, cpu;
+    } bars[] = {{"pre-pass", 0, 0, 3, 48, 1, 10, 50, 40},
+                {"tile", 0, 0, 0, 64, 32, 100, 5000, 4000},
+                {"wasted", 0, 0, 32, 64, 32, 5100, 70, 60},
+                {"tile", 1, 0, 32, 64, 32, 200, 3000, 2000}};
+    fprintf(file, "{\n\"traceEvents\": [\n{\"name\": \"waiting\", \"cat\": \"waiting\"},\n");
+    for (size_t i = 0; i < sizeof bars / sizeof *bars; i++)
+        fprintf(file,
+                "{\"name\": \"%s %u,%u\", \"ph\": \"X\", \"tid\": %u, \"cat\": \"%s\", "
+                "\"ts\": %g, \"dur\": %g, \"args\": {\"x\": %u, \"y\": %u, \"w\": %u, "
+                "\"h\": %u, \"pixels\": 8, \"cpu_us\": %g, \"cpu_us_per_pixel\": 1}},\n",
+                bars[i].kind, bars[i].x, bars[i].y, bars[i].rank, bars[i].kind, bars[i].start,
+                bars[i].busy, bars[i].x, bars[i].y, bars[i].w, bars[i].h, bars[i].cpu);
+    fprintf(file, "]}\n");
+    fclose(file);
+}
+
+static void test_run_costs(void **state)
+{
+    (void)state;
+    char path[] = "/tmp/test_simulate_XXXXXX";
+    int descriptor = mkstemp(path);
+    assert_true(descriptor >= 0);
+    close(descriptor);
+    write_trace(path);
+    struct trace trace;
+    double starts[3];
+    trace_read(&trace, path);
+    remove(path);
+    assert_int_equal(trace.count, 4);
+    assert_near(trace_cpu(&trace), 6100e-6, 1e-9);
+    assert_near(trace_work(&trace), 6040e-6, 1e-9);
+    assert_near(trace_share(&trace, 0), 4100.0 / 5120, 1e-9);
+    trace_starts(&trace, 3, starts);
+    assert_near(starts[0], 10e-6, 1e-9);
+    assert_near(starts[1], 200e-6, 1e-9);
+    assert_true(starts[2] == 0);
+    struct tile_costs map = even_costs();
+    struct run_costs run;
+    run_costs_init(&run, &trace, &map);
+    struct picture_costs costs = {
+        .map = &run.map, .single = &map, .scale = 1, .samples = 1, .run = &run};
+    struct tile upper = {.w = 64, .h = 32, .step = 1}, lower = upper, part = upper, both = upper;
+    lower.y = 32;
+    part.x = 8, part.w = 16;
+    both.y = 16;
+    assert_near(costs_of(&costs, &upper), 4000e-6, 1e-9);
+    assert_near(costs_of(&costs, &lower), 2000e-6, 1e-9);
+    assert_near(costs_of(&costs, &part), 1000e-6, 0.02);
+    assert_near(costs_of(&costs, &both), 3000e-6, 0.02);
+    struct tile probes = {.y = 3, .w = 48, .h = 1, .step = 6, .pass = TILE_PROBE}, others = probes;
+    others.y = 9;
+    assert_near(costs_of(&costs, &probes), 40e-6, 1e-9);
+    assert_near(costs_of(&costs, &others), 8 * PIXEL_S, 1e-6);
+    run_costs_free(&run);
+    costs_free(&map);
+    trace_free(&trace);
 }
 
 /* Strips wait for the slow one; who asks for tiles does not. */
@@ -183,6 +306,8 @@ int main(void)
         cmocka_unit_test(test_shared_cores), cmocka_unit_test(test_speeds),
         cmocka_unit_test(test_messages),     cmocka_unit_test(test_naps),
         cmocka_unit_test(test_nodes),        cmocka_unit_test(test_scaled_costs),
+        cmocka_unit_test(test_starts),       cmocka_unit_test(test_beside_tiles),
+        cmocka_unit_test(test_run_costs),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -18,14 +18,19 @@ static INLINED bool naive_occlusion_leaf(void *context, const struct bvh_leaf *l
 
 /* Whether an opaque surface is in the way; passages gets the transparent ones otherwise. */
 static INLINED bool is_blocked(const struct scene *scene, const struct bvh *bvh,
-                               const struct ray *ray, struct passages *passages, uint64_t *exact,
-                               bool naive)
+                               const struct ray *ray, struct passages *passages,
+                               struct blocker *blocker, uint64_t *exact, bool naive)
 {
     struct occlusion_walk walk;
     occlusion_begin(&walk, scene, ray, passages, exact);
     if (!ray_is_finite(ray)) return false;
     probe_leaves(&walk.probe, bvh);
     if (!occlusion_planes(&walk, naive)) return true;
+    walk.blocker = blocker;
+    if (LANES_IN_SIMD && !naive && blocker->count > 0) {
+        if (occlusion_by_blocker(&walk)) return true;
+        blocker->count = 0;
+    }
     visit_leaf *visit = naive ? naive_occlusion_leaf : occlusion_leaf;
     traverse(bvh, ray, ray->t_max, false, visit, &walk);
     return walk.blocked;
@@ -33,14 +38,15 @@ static INLINED bool is_blocked(const struct scene *scene, const struct bvh *bvh,
 
 /* One after the other. */
 static void occluded_singly(const struct scene *scene, const struct bvh *bvh,
-                            const struct ray *rays, size_t count, struct passages *passages,
-                            struct vec3 *transmittance, uint64_t *exact)
+                            const struct ray *rays, lane_set set, struct passages *passages,
+                            struct blocker *blocker, struct vec3 *transmittance, uint64_t *exact)
 {
-    for (size_t i = 0; i < count; i++) {
+    for (; set; set = without_lowest(set)) {
+        unsigned i = lowest_lane(set);
         if (passages) passages->count = 0;
         bool blocked = scene->view.formulas == FORMULAS_PAPER
-                           ? is_blocked(scene, bvh, &rays[i], passages, exact, true)
-                           : is_blocked(scene, bvh, &rays[i], passages, exact, false);
+                           ? is_blocked(scene, bvh, &rays[i], passages, blocker, exact, true)
+                           : is_blocked(scene, bvh, &rays[i], passages, blocker, exact, false);
         transmittance[i] = transmittance_of(scene, passages, blocked);
     }
 }
@@ -52,15 +58,17 @@ void occluded(const struct scene *scene, const struct bvh *bvh, const struct ray
     struct passages *transparent = bvh->transparent ? passages : NULL;
     bool packets = LANES_IN_SIMD && scene->view.formulas != FORMULAS_PAPER;
     struct packet_trust trust = {0, 0};
+    struct blocker blocker = {NULL, 0};
     for (unsigned lane = 0; lane < LANES; lane++)
         passages_begin(&passages[lane]);
     for (size_t i = 0; i < count; i += LANES) {
         size_t n = count - i < LANES ? count - i : LANES;
-        if (!packets || n < LANES || !packet_is_due(&trust) ||
-            !packet_was(&trust, occluded_packet(scene, bvh, rays + i, transparent,
-                                                transmittance + i, exact_fallbacks)))
-            occluded_singly(scene, bvh, rays + i, n, transparent, transmittance + i,
-                            exact_fallbacks);
+        lane_set open = first_lanes((uint32_t)n);
+        if (packets && n == LANES && packet_is_due(&trust))
+            (void)packet_was(&trust, occluded_packet(scene, bvh, rays + i, transparent, &blocker,
+                                                     transmittance + i, exact_fallbacks, &open));
+        occluded_singly(scene, bvh, rays + i, open, transparent, &blocker, transmittance + i,
+                        exact_fallbacks);
     }
     for (unsigned lane = 0; lane < LANES; lane++)
         passages_end(&passages[lane]);

@@ -91,7 +91,17 @@ static inline struct vec3 transmittance_of(const struct scene *scene, struct pas
     return passages ? passages_filter(passages, scene_materials(scene)) : vec3(1, 1, 1);
 }
 
+/*
+ * What has blocked a ray, for its neighbours are often blocked by the same: a leaf of triangles, which
+ * are quickest tested together, or a single other primitive. count 0: nothing has.
+ */
+struct blocker {
+    const struct bvh_leaf *leaves;
+    uint32_t count;
+};
+
 struct occlusion_walk {
+    struct blocker *blocker;
     struct probe probe;
     struct reach reach;
     struct passages *passages;
@@ -170,6 +180,13 @@ static INLINED bool occlusion_span(struct occlusion_walk *walk, const struct bvh
     return occlusion_primitive(walk, leaf, false);
 }
 
+static INLINED bool is_in_the_way(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
+                                  uint32_t count)
+{
+    *walk->blocker = (struct blocker){leaves, count};
+    return false;
+}
+
 /* What is in a leaf besides triangles. */
 static INLINED bool occlusion_solids(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
                                      uint32_t count, bool naive)
@@ -178,7 +195,7 @@ static INLINED bool occlusion_solids(struct occlusion_walk *walk, const struct b
         if (!(LANES_IN_SIMD && !naive && has_spans(leaves[i].id)
                   ? occlusion_span(walk, &leaves[i])
                   : occlusion_primitive(walk, &leaves[i], naive)))
-            return false;
+            return is_in_the_way(walk, &leaves[i], 1);
     return true;
 }
 
@@ -186,8 +203,29 @@ static INLINED bool occlusion_in(struct occlusion_walk *walk, const struct bvh_l
                                  uint32_t count, bool naive)
 {
     uint32_t triangles = triangles_of(leaves, count);
-    if (!occlusion_triangles(walk, leaves, count, triangles, naive)) return false;
+    if (!occlusion_triangles(walk, leaves, count, triangles, naive))
+        return is_in_the_way(walk, leaves, count);
     return occlusion_solids(walk, leaves + triangles, count - triangles, naive);
+}
+
+/* Whether the ray is blocked by what has blocked the one before it, where that is quickly told. */
+static INLINED bool occlusion_by_blocker(struct occlusion_walk *walk)
+{
+    const struct bvh_leaf *leaves = walk->blocker->leaves;
+    const struct probe *probe = &walk->probe;
+    uint32_t count = walk->blocker->count, triangles = triangles_of(leaves, count);
+    if (triangles == 0) return has_spans(leaves->id) && !occlusion_span(walk, leaves);
+    if (!probe->rough.has_corners) return false;
+    for (uint32_t i = 0; i < triangles; i += LANES) {
+        lane_set others = first_lanes(triangles - i) & ~entries_of(leaves + i, probe->ray->from);
+        struct triangle_sets sets = {others, 0};
+        if (!sort_rough_triangles(bvh_corners(leaves, count), triangles, i, &probe->rough,
+                                  &walk->reach, &sets))
+            return false;
+        for (lane_set set = sets.certain; set; set = without_lowest(set))
+            if (is_opaque(walk->passages, &leaves[i + lowest_lane(set)])) return true;
+    }
+    return false;
 }
 
 static INLINED void occlusion_begin(struct occlusion_walk *walk, const struct scene *scene,

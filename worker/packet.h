@@ -13,8 +13,10 @@
 #define FARM_WORKER_PACKET_H
 
 #include "worker/nearest.h"
+#include "worker/wide.h"
 
 struct passages;
+struct blocker;
 
 /*
  * Where bundles have not been worth it, the next rays are taken packet by packet or one by one: 1, 3,
@@ -50,9 +52,13 @@ static inline bool packet_was(struct packet_trust *trust, bool worth_it)
 bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                     unsigned packets, struct hit *hits, uint64_t *exact, bool rough);
 
-/* occluded() of LANES rays, likewise. passages: a list for each of them; NULL where nothing is
- * transparent. */
+/*
+ * occluded() of LANES rays, likewise; what is found before they turn out to be too different is kept:
+ * *open are those that are yet to be traced. passages: a list for each of them; NULL where nothing is
+ * transparent. blocker: what has blocked rays before these, and is what blocks these afterwards.
+ */
 bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                     struct passages *passages, struct vec3 *transmittance, uint64_t *exact);
+                     struct passages *passages, struct blocker *blocker, struct vec3 *transmittance,
+                     uint64_t *exact, lane_set *open);
 
 #endif

@@ -16,6 +16,7 @@ struct occlusion_packet {
     const struct scene *scene;
     const struct ray *rays;
     uint64_t *exact;
+    struct blocker *blocker;
     bool given_up;
     struct passages *passages; /* NULL: nothing is transparent */
     lane_set open;             /* rays that nothing has blocked yet */
@@ -78,8 +79,8 @@ static void test_each(struct occlusion_packet *it, const struct bvh_leaf *leaf, 
     }
 }
 
-static void solid_in_the_way(struct occlusion_packet *it, const struct bvh_leaf *leaf,
-                             lane_set rays)
+static SHARED void solid_in_the_way(struct occlusion_packet *it, const struct bvh_leaf *leaf,
+                                    lane_set rays)
 {
     struct spans_lanes spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
     lane_set leaving = rays_from(&it->packet, leaf->id);
@@ -92,6 +93,26 @@ static void solid_in_the_way(struct occlusion_packet *it, const struct bvh_leaf 
     test_each(it, leaf, set & ~(told & (certain.once | certain.twice)));
 }
 
+/* Keeps the other primitive that has blocked a ray, or the leaf of triangles. */
+static SHARED void look_in_leaf(struct occlusion_packet *it, const struct bvh_leaf *leaves,
+                                uint32_t count, lane_set rays)
+{
+    uint32_t triangles = triangles_of(leaves, count);
+    lane_set before = it->open;
+    if (triangles > 0)
+        packet_triangles(&it->packet, it->scene, leaves, count, triangles, rays,
+                         triangle_in_the_way, it);
+    if (it->open != before) *it->blocker = (struct blocker){leaves, count};
+    for (uint32_t i = triangles; i < count && (rays & it->open); i++) {
+        before = it->open;
+        if (has_spans(leaves[i].id))
+            solid_in_the_way(it, &leaves[i], rays & it->open);
+        else
+            test_each(it, &leaves[i], rays & it->open);
+        if (it->open != before) *it->blocker = (struct blocker){&leaves[i], 1};
+    }
+}
+
 static INLINED void visit_by_packet(void *context, const struct bvh_node *node, unsigned slot,
                                     double *limit)
 {
@@ -101,18 +122,34 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
     it->given_up = !is_worth_it(&it->bundle, (unsigned)__builtin_popcount(rays));
     if (it->given_up) *limit = -INFINITE; /* ends the walk */
     if (!rays || it->given_up) return;
-    const struct bvh_leaf *leaves = bvh_leaves(it->packet.bvh) + node->child[slot];
-    uint32_t count = node->count[slot], triangles = triangles_of(leaves, count);
-    if (triangles > 0)
-        packet_triangles(&it->packet, it->scene, leaves, count, triangles, rays,
-                         triangle_in_the_way, it);
-    for (uint32_t i = triangles; i < count && (rays & it->open); i++) {
-        if (has_spans(leaves[i].id))
-            solid_in_the_way(it, &leaves[i], rays & it->open);
-        else
-            test_each(it, &leaves[i], rays & it->open);
-    }
+    look_in_leaf(it, bvh_leaves(it->packet.bvh) + node->child[slot], node->count[slot], rays);
     if (!it->open) *limit = -INFINITE; /* that is all */
+}
+
+/* The triangles of the leaf that has blocked the rays before these, where that is quickly told. */
+static void look_in_last_leaf(struct occlusion_packet *it, const struct blocker *last)
+{
+    const struct bvh_corners *corners = bvh_corners(last->leaves, last->count);
+    uint32_t triangles = triangles_of(last->leaves, last->count);
+    struct rough_leaf rough;
+    struct rough_places places;
+    lane_set rays = it->open & ~rough_leaf_of(&it->packet, corners, &rough), open;
+    for (uint32_t i = 0; i < triangles && rays; i++) {
+        if (i % LANES == 0) places = rough_places(&it->packet, corners, triangles, i);
+        struct rough_crossings found =
+            crossings_in_float(&it->packet, &rough, &places, i % LANES, rays, &open);
+        if (found.maybe) rays &= triangle_in_the_way(it, &last->leaves[i], &found);
+    }
+}
+
+static void look_at_blocker(struct occlusion_packet *it)
+{
+    struct blocker last = *it->blocker;
+    if (last.count == 0 || !it->open) return;
+    if (is_triangle(last.leaves->id))
+        look_in_last_leaf(it, &last);
+    else if (has_spans(last.leaves->id))
+        solid_in_the_way(it, last.leaves, it->open);
 }
 
 static void begin_rays(struct occlusion_packet *it)
@@ -131,11 +168,13 @@ static void begin_rays(struct occlusion_packet *it)
 }
 
 bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                     struct passages *passages, struct vec3 *transmittance, uint64_t *exact)
+                     struct passages *passages, struct blocker *blocker, struct vec3 *transmittance,
+                     uint64_t *exact, lane_set *open)
 {
     struct occlusion_packet it;
     it.bundle.count = 1;
     it.bundle.packets[0] = &it.packet;
+    *open = ALL_LANES;
     if (!bundle_of(bvh, rays, &it.bundle)) return false;
     packet_prepare(&it.packet, &it.bundle);
     if (has_solids(scene)) it.ray_lanes = rays_in_lanes(it.packet.o, it.packet.d);
@@ -146,26 +185,33 @@ bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const str
     it.open = ALL_LANES;
     it.walking = 0;
     it.given_up = false;
+    it.blocker = blocker;
     begin_rays(&it);
+    look_at_blocker(&it);
     if (it.open) bundle_traverse(bvh, &it.bundle, lanes_highest(it.t_max), visit_by_packet, &it);
-    if (it.given_up) return false;
+    if (it.open && !it.given_up) blocker->count = 0; /* as a rule */
+    *open = it.given_up ? it.open : 0;
     for (unsigned lane = 0; lane < LANES; lane++)
-        transmittance[lane] =
-            transmittance_of(scene, passages ? &passages[lane] : NULL, !(it.open >> lane & 1));
-    return true;
+        if (!(*open >> lane & 1))
+            transmittance[lane] =
+                transmittance_of(scene, passages ? &passages[lane] : NULL, !(it.open >> lane & 1));
+    return !it.given_up;
 }
 
 #else
 
 bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                     struct passages *passages, struct vec3 *transmittance, uint64_t *exact)
+                     struct passages *passages, struct blocker *blocker, struct vec3 *transmittance,
+                     uint64_t *exact, lane_set *open)
 {
     (void)scene;
     (void)bvh;
     (void)rays;
     (void)passages;
+    (void)blocker;
     (void)transmittance;
     (void)exact;
+    *open = ALL_LANES;
     return false; /* none is worth it */
 }
 

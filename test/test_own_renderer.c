@@ -1,0 +1,101 @@
+/* Rank 0's own renderer gives up a tile that somebody else has finished, and only that. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "common/clock.h"
+#include "master/server.h"
+
+/* Renderer 0 is rank 0's own, 1 answers at once. */
+#define RENDERERS 2
+
+/* What the own renderer meets. */
+struct scene_of_test {
+    struct server server;
+    struct service service;
+    unsigned begun; /* tiles, by the own renderer */
+};
+
+/* Seconds by which everything is overdue. */
+#define LONG_AFTER 1e3
+
+/* Renderer 1 does one lot; returns whether it got any. */
+static bool other_goes_on(struct queue *queue, double now)
+{
+    struct tile lot[LOT_TILES];
+    uint32_t count = queue_next(queue, 1, now, lot);
+    for (uint32_t i = 0; i < count; i++)
+        queue_finish(queue, 1, lot[i].id, now, 1e-4);
+    return count > 0;
+}
+
+/* While the own renderer is at its first tile, the other one does all else, and then this one. */
+static bool render(void *state, const struct tile *tile, const struct refinement *refinements,
+                   float *mean, float *difference, float *rays, struct render_counts *counts)
+{
+    struct scene_of_test *test = state;
+    struct server *server = &test->server;
+    struct queue *queue = test->service.queue;
+    (void)refinements, (void)mean, (void)difference, (void)rays, (void)counts;
+    assert_int_equal(test->begun++, 0);
+    assert_false(test->service.given_up);
+    assert_true(other_goes_on(queue, server_elapsed(server)));
+    tell_recalls(server);
+    assert_false(queue_recalled(queue, 0, tile->id) || test->service.given_up);
+    server->start -= LONG_AFTER;
+    queue_look(queue, server_elapsed(server));
+    for (int lots = 0; lots < 100 && !queue_complete(queue); lots++)
+        other_goes_on(queue, server_elapsed(server));
+    assert_true(queue_recalled(queue, 0, tile->id) && queue_complete(queue));
+    tell_recalls(server);
+    assert_true(test->service.given_up);
+    return false;
+}
+
+static bool probe(void *state, const struct tile *tile, float *rgb, float *seconds)
+{
+    (void)state, (void)tile, (void)rgb, (void)seconds;
+    fail();
+    return false;
+}
+
+static void test_gives_up_what_is_finished(void **state)
+{
+    (void)state;
+    static const struct queue_config config = {
+        .width = 64, .height = 48, .renderers = RENDERERS, .tile_edge = 16};
+    struct renderer_stats stats[RENDERERS] = {{0}};
+    struct contact contacts[RENDERERS] = {{0}};
+    struct scene_of_test test = {.service = {.queue = queue_create(&config), .stats = stats}};
+    struct tile_renderer own = {.state = &test, .render = render, .probe = probe};
+    contacts[1].is_told = true; /* no messages to it */
+    test.service.own = &own;
+    test.server = (struct server){.service = &test.service,
+                                  .start = clock_wall(),
+                                  .last_pass = true,
+                                  .first_remote = 1,
+                                  .renderers = RENDERERS,
+                                  .contacts = contacts};
+    assert_int_equal(pthread_mutex_init(&test.server.lock, NULL), 0);
+    render_own(&test.server);
+    assert_int_equal(test.begun, 1);
+    assert_true(test.server.own_done);
+    /* It has told the queue so, and has not left as after a stop. */
+    assert_int_equal(queue_holds(test.service.queue, 0), 0);
+    assert_int_equal(stats[0].tiles, 0);
+    assert_true(queue_count(test.service.queue).wasted_s > 0);
+    pthread_mutex_destroy(&test.server.lock);
+    queue_destroy(test.service.queue);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_gives_up_what_is_finished),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,220 @@
+/* What a renderer on another rank does with the master's messages: MPI is played by this file. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "master/builder.h"
+#include "test/view_fixture.h"
+#include "worker/render.h"
+#include "worker/work.h"
+
+#define EDGE 8u
+
+/* What the master says, in this order, one at each look for a message; a tag of 0: nothing yet. */
+struct line {
+    int tag;
+    const void *bytes;
+    size_t size;
+};
+
+static struct {
+    const struct line *lines;
+    size_t count, said;
+    void *buffer; /* of the posted receive */
+    int heard;    /* bytes of the last message */
+    char result[4096];
+    size_t result_bytes;
+    unsigned results, stats;
+} master;
+
+/* ---- the calls of worker/work.c ---- */
+
+/* Any two that are not MPI_REQUEST_NULL. */
+#define RECEIVE ((MPI_Request)0x77000001)
+#define SEND    ((MPI_Request)0x77000002)
+
+int MPI_Comm_rank(MPI_Comm comm, int *rank)
+{
+    (void)comm;
+    *rank = 1;
+    return MPI_SUCCESS;
+}
+
+int MPI_Irecv(void *buffer, int count, MPI_Datatype type, int source, int tag, MPI_Comm comm,
+              MPI_Request *request)
+{
+    (void)count, (void)type, (void)source, (void)tag, (void)comm;
+    master.buffer = buffer;
+    *request = RECEIVE;
+    return MPI_SUCCESS;
+}
+
+int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int tag, MPI_Comm comm,
+              MPI_Request *request)
+{
+    (void)type, (void)rank, (void)comm;
+    *request = SEND;
+    master.stats += tag == TAG_RENDERER_TO_MASTER_STATS;
+    if (tag != TAG_RENDERER_TO_MASTER_RESULT) return MPI_SUCCESS;
+    assert_true((size_t)count <= sizeof master.result);
+    memcpy(master.result, buffer, (size_t)count);
+    master.result_bytes = (size_t)count;
+    master.results++;
+    return MPI_SUCCESS;
+}
+
+int MPI_Test(MPI_Request *request, int *done, MPI_Status *status)
+{
+    *done = 1;
+    if (*request != RECEIVE) {
+        *request = MPI_REQUEST_NULL;
+        return MPI_SUCCESS;
+    }
+    assert_true(master.said < master.count);
+    const struct line *line = &master.lines[master.said];
+    bool stop = line->tag == TAG_MASTER_TO_RENDERER_STOP;
+    if (stop && master.results == 0) {
+        *done = 0;
+        return MPI_SUCCESS;
+    }
+    master.said++;
+    *done = line->tag != 0;
+    if (!*done) return MPI_SUCCESS;
+    if (line->size) memcpy(master.buffer, line->bytes, line->size);
+    master.heard = (int)line->size;
+    status->MPI_TAG = line->tag;
+    status->MPI_SOURCE = 0;
+    *request = MPI_REQUEST_NULL;
+    return MPI_SUCCESS;
+}
+
+int MPI_Get_count(const MPI_Status *status, MPI_Datatype type, int *count)
+{
+    (void)status, (void)type;
+    *count = master.heard;
+    return MPI_SUCCESS;
+}
+
+/* ---- the tests ---- */
+
+/* A renderer of an empty scene, two tiles high, works until the master says STOP. */
+static void follow(const struct line *lines, size_t count)
+{
+    struct view view = small_view(EDGE);
+    struct builder *builder = builder_create();
+    struct scene *scene = builder_finish(builder, &view);
+    builder_destroy(builder);
+    void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
+    struct renderer *renderer = renderer_create(scene, bvh_build(scene, memory));
+    memset(&master, 0, sizeof master);
+    master.lines = lines;
+    master.count = count;
+    work(MPI_COMM_WORLD, renderer, scene);
+    renderer_destroy(renderer);
+    free(memory);
+    free(scene);
+}
+
+struct lot_of_two {
+    struct lot_header header;
+    struct tile tiles[2];
+};
+
+static const struct start start = {.elapsed_s = 0};
+static const struct lot_of_two lot = {
+    .header = {.answer_s = 1e9},
+    .tiles = {{.id = 5, .w = EDGE, .h = EDGE / 2, .step = 1},
+              {.id = 9, .y = EDGE / 2, .w = EDGE, .h = EDGE / 2, .step = 1}}};
+
+#define NOTHING                                                                                    \
+    {                                                                                              \
+        0, NULL, 0                                                                                 \
+    }
+#define BEGIN                                                                                      \
+    {TAG_MASTER_TO_RENDERER_START, &start, sizeof start},                                          \
+    {                                                                                              \
+        TAG_MASTER_TO_RENDERER_TILES, &lot, sizeof lot                                             \
+    }
+#define DROP(drop)                                                                                 \
+    {                                                                                              \
+        TAG_MASTER_TO_RENDERER_DROP, &drop, sizeof drop                                            \
+    }
+#define STOP                                                                                       \
+    {                                                                                              \
+        TAG_MASTER_TO_RENDERER_STOP, NULL, 0                                                       \
+    }
+
+static struct result_header header_at(size_t byte)
+{
+    struct result_header header;
+    assert_true(byte + sizeof header <= master.result_bytes);
+    memcpy(&header, master.result + byte, sizeof header);
+    return header;
+}
+
+/* The result has the first tile dropped or not, the second one whole, and no more. */
+static void check_result(bool dropped, bool begun)
+{
+    struct result_header first = header_at(0);
+    size_t bytes = dropped ? sizeof first : result_bytes(&lot.tiles[0], first.pixels, false);
+    struct result_header second = header_at(bytes);
+    assert_int_equal(master.results, 1);
+    assert_int_equal(master.stats, 1);
+    assert_int_equal(first.tile_id, lot.tiles[0].id);
+    assert_int_equal(first.pixels, dropped ? RESULT_DROPPED : tile_pixels(&lot.tiles[0]));
+    assert_int_equal(first.busy_s > 0, begun);
+    assert_int_equal(second.tile_id, lot.tiles[1].id);
+    assert_int_equal(second.pixels, tile_pixels(&lot.tiles[1]));
+    assert_int_equal(master.result_bytes,
+                     bytes + result_bytes(&lot.tiles[1], second.pixels, false));
+}
+
+/* The tile in work is given up when it is finished elsewhere; the next one is not. */
+static void test_gives_up_what_is_finished(void **state)
+{
+    (void)state;
+    static const struct drop drop = {.tile_id = 5, .finished = 1};
+    static const struct line lines[] = {BEGIN,      NOTHING, /* before the first tile */
+                                        DROP(drop),          /* in it */
+                                        NOTHING,    NOTHING, NOTHING, STOP};
+    follow(lines, sizeof lines / sizeof *lines);
+    check_result(true, true);
+}
+
+/* It is finished when somebody else has it, too. */
+static void test_keeps_what_others_have(void **state)
+{
+    (void)state;
+    static const struct drop drop = {.tile_id = 5, .finished = 0};
+    static const struct line lines[] = {BEGIN,   NOTHING, DROP(drop), NOTHING,
+                                        NOTHING, NOTHING, STOP};
+    follow(lines, sizeof lines / sizeof *lines);
+    check_result(false, true);
+}
+
+/* What it has not begun it leaves out, for either reason. */
+static void test_drops_what_is_not_begun(void **state)
+{
+    (void)state;
+    for (uint32_t finished = 0; finished <= 1; finished++) {
+        const struct drop drop = {.tile_id = 5, .finished = finished};
+        const struct line lines[] = {BEGIN, DROP(drop), NOTHING, NOTHING, NOTHING, STOP};
+        follow(lines, sizeof lines / sizeof *lines);
+        check_result(true, false);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_gives_up_what_is_finished),
+        cmocka_unit_test(test_keeps_what_others_have),
+        cmocka_unit_test(test_drops_what_is_not_begun),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
