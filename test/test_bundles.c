@@ -15,10 +15,12 @@ bool __wrap_nearest_bundle(const struct scene *scene, const struct bvh *bvh, con
                            unsigned packets, struct hit *hits, uint64_t *exact, bool rough);
 bool __real_occluded_packet(const struct scene *scene, const struct bvh *bvh,
                             const struct ray *rays, struct passages *passages,
-                            struct vec3 *transmittance, uint64_t *exact);
+                            struct blocker *blocker, struct vec3 *transmittance, uint64_t *exact,
+                            lane_set *open);
 bool __wrap_occluded_packet(const struct scene *scene, const struct bvh *bvh,
                             const struct ray *rays, struct passages *passages,
-                            struct vec3 *transmittance, uint64_t *exact);
+                            struct blocker *blocker, struct vec3 *transmittance, uint64_t *exact,
+                            lane_set *open);
 
 static bool count(bool worth_it, unsigned rays)
 {
@@ -35,9 +37,12 @@ bool __wrap_nearest_bundle(const struct scene *scene, const struct bvh *bvh, con
 
 bool __wrap_occluded_packet(const struct scene *scene, const struct bvh *bvh,
                             const struct ray *rays, struct passages *passages,
-                            struct vec3 *transmittance, uint64_t *exact)
+                            struct blocker *blocker, struct vec3 *transmittance, uint64_t *exact,
+                            lane_set *open)
 {
-    return count(__real_occluded_packet(scene, bvh, rays, passages, transmittance, exact), LANES);
+    return count(
+        __real_occluded_packet(scene, bvh, rays, passages, blocker, transmittance, exact, open),
+        LANES);
 }
 
 /* A bumpy sheet of 32 x 32 x 2 triangles from -4 to 4. */
