@@ -36,9 +36,10 @@
 /*
  * Where neither overflow nor underflow matters. The boxes grow by 2^-72 at least then, and by 2^-112
  * in units of t; a result that is rounded to a subnormal number errs by 2^-150. bound I and C are
- * less than 2^50 2^70, and twice that. In bundles, which no axis of less than the last of these is
- * for, distances are less than 2^52 2^60, and boxes grow by 2^-97 at least, and by 2^-137 in units of
- * t: the margin alone.
+ * less than 2^50 2^70, and twice that. In bundles an axis has a range of components that ends at no
+ * less than the last of these, or is widened to that where rays go both ways (set_range()): distances
+ * are less than 2^52 2^60, and boxes grow by 2^-97 at least, and by 2^-137 in units of t: the margin
+ * alone.
  */
 #define FLOAT_SIZE_MIN      0x1p-50
 #define FLOAT_SIZE_MAX      0x1p50

@@ -180,8 +180,9 @@ static INLINED bool occlusion_span(struct occlusion_walk *walk, const struct bvh
     return occlusion_primitive(walk, leaf, false);
 }
 
-static INLINED bool is_in_the_way(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
-                                  uint32_t count)
+/* Ends a walk, by false, and keeps what has blocked the ray for the next one. */
+static INLINED bool end_at_blocker(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
+                                   uint32_t count)
 {
     *walk->blocker = (struct blocker){leaves, count};
     return false;
@@ -195,7 +196,7 @@ static INLINED bool occlusion_solids(struct occlusion_walk *walk, const struct b
         if (!(LANES_IN_SIMD && !naive && has_spans(leaves[i].id)
                   ? occlusion_span(walk, &leaves[i])
                   : occlusion_primitive(walk, &leaves[i], naive)))
-            return is_in_the_way(walk, &leaves[i], 1);
+            return end_at_blocker(walk, &leaves[i], 1);
     return true;
 }
 
@@ -204,7 +205,7 @@ static INLINED bool occlusion_in(struct occlusion_walk *walk, const struct bvh_l
 {
     uint32_t triangles = triangles_of(leaves, count);
     if (!occlusion_triangles(walk, leaves, count, triangles, naive))
-        return is_in_the_way(walk, leaves, count);
+        return end_at_blocker(walk, leaves, count);
     return occlusion_solids(walk, leaves + triangles, count - triangles, naive);
 }
 

@@ -55,7 +55,8 @@ bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const stru
 /*
  * occluded() of LANES rays, likewise; what is found before they turn out to be too different is kept:
  * *open are those that are yet to be traced. passages: a list for each of them; NULL where nothing is
- * transparent. blocker: what has blocked rays before these, and is what blocks these afterwards.
+ * transparent. blocker: what has blocked rays before these; afterwards what has blocked these, or
+ * nothing where one of them came through.
  */
 bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                      struct passages *passages, struct blocker *blocker, struct vec3 *transmittance,

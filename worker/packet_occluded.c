@@ -126,18 +126,19 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
     if (!it->open) *limit = -INFINITE; /* that is all */
 }
 
-/* The triangles of the leaf that has blocked the rays before these, where that is quickly told. */
+/* The triangles of the leaf that has blocked the rays before these, where that is quickly told: the
+ * walk comes to what is not. */
 static void look_in_last_leaf(struct occlusion_packet *it, const struct blocker *last)
 {
     const struct bvh_corners *corners = bvh_corners(last->leaves, last->count);
     uint32_t triangles = triangles_of(last->leaves, last->count);
     struct rough_leaf rough;
     struct rough_places places;
-    lane_set rays = it->open & ~rough_leaf_of(&it->packet, corners, &rough), open;
+    lane_set rays = it->open & ~rough_leaf_of(&it->packet, corners, &rough), untold;
     for (uint32_t i = 0; i < triangles && rays; i++) {
         if (i % LANES == 0) places = rough_places(&it->packet, corners, triangles, i);
         struct rough_crossings found =
-            crossings_in_float(&it->packet, &rough, &places, i % LANES, rays, &open);
+            crossings_in_float(&it->packet, &rough, &places, i % LANES, rays, &untold);
         if (found.maybe) rays &= triangle_in_the_way(it, &last->leaves[i], &found);
     }
 }
@@ -189,7 +190,9 @@ bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const str
     begin_rays(&it);
     look_at_blocker(&it);
     if (it.open) bundle_traverse(bvh, &it.bundle, lanes_highest(it.t_max), visit_by_packet, &it);
-    if (it.open && !it.given_up) blocker->count = 0; /* as a rule */
+    /* A blocker spares a packet the walk only where it blocks all rays. Where one of these came through,
+     * some of the next are taken to do so, too: it is forgotten, however many it has blocked. */
+    if (it.open && !it.given_up) blocker->count = 0;
     *open = it.given_up ? it.open : 0;
     for (unsigned lane = 0; lane < LANES; lane++)
         if (!(*open >> lane & 1))

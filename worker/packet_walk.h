@@ -117,7 +117,10 @@ static INLINED bool have_one_shear(const struct bundle *bundle, const struct bun
     return (lanes_less(x, size) & lanes_less(y, size)) == ALL_LANES;
 }
 
-/* The slabs of one axis. Ranges that are wider than what float can take the inverse of do no harm. */
+/* The slabs of one axis. Where rays go both ways, the range is widened until float can take the inverse
+ * of both ends. That does no harm: it is as if there were faster rays, too, which come into a box
+ * before the others, and nothing is told of when they leave it; more boxes are met, none fewer. What a
+ * ray's own component counts for is not_too_slow(). */
 static INLINED void set_range(struct bundle *bundle, const struct bundle_ends *ends, unsigned axis)
 {
     struct range_slab *range = &bundle->ranges[axis];

@@ -21,7 +21,7 @@
 struct pinhole {
     double from_center[3]; /* the origin, in the order of the shear's axes */
     double sx, sy;         /* the middle of the rays' */
-    double wide;           /* those of no ray differ by more */
+    double wide;           /* those of no ray differ by more, but for the middle's rounding */
     bool down;             /* dz < 0 */
 };
 
@@ -39,7 +39,11 @@ struct pinhole_rays {
 /* Half, and what subtractions may be rounded by. */
 #define WINDOW_HALF (0.5 * (1 + 0x1p-10))
 
-/* Of a bundle that has one origin, whose packets are prepared. */
+/*
+ * Of a bundle that has one origin, whose packets are prepared. Where rays differ in the last bit alone,
+ * their middle is one end of them, and the other end differs by up to 2^-53 more than `wide`. With Z
+ * less than 2^40 and a depth of 3/2 that is 0.0002 places, of the 0.002 that PINHOLE_ERROR has left.
+ */
 static INLINED struct pinhole pinhole_of(const struct bundle *bundle)
 {
     const struct packet *packet = bundle->packets[0];
@@ -80,19 +84,28 @@ static INLINED struct pinhole_rays pinhole_rays_of(const struct pinhole *eye,
 /*
  * Nothing is nearer than this, in units: depths of corners are between 1/2 and 3/2 of Z.
  *
- * PLACE_ERROR is of x' for a ray on its own. To this are added, of v = 2^-24, for rays less than 2^18
- * aside: X is off by 2 2^18 v, twice rounded, times a depth of 3/2; a depth by 3 v, times 2^18:
- * together 6 2^18 v < 0.1.
+ * PLACE_ERROR, of which less than 1.0763 is used, is of x' for a ray on its own. To this are added, of
+ * v = 2^-24, for rays less than 2^18 aside: X is off by 3 2^18 v, as the ray's part, Z and their
+ * product are rounded, times a depth of 3/2; a depth by 2 v, times 2^18: to 1 something of at most 1/2
+ * is added, whose inverse and product make v / 2 each, and the sum v. Together 6.5 2^18 v < 0.1016, and
+ * with the former less than 1.178.
  */
 #define DEPTH_MIN     0x1p17
 #define PINHOLE_ERROR (PLACE_ERROR + 0.1)
 
 /*
  * With corners and rays that are less than `size` aside, an edge's value is off by 4 PINHOLE_ERROR
- * size and the square of that error twice because of the places; and, in units of v size^2, by 3 in
- * the first bracket, two products and their difference, 4.5 in each other one times X or Y, and 1 + 1
- * + 8 in their sum, or 3 + 3 more where products are rounded, too: less than 32. The same holds for
- * the largest value in a window.
+ * size and the square of that error twice because of the places. Roundings are, in units of v size^2,
+ * of a product and of the difference:
+ *
+ *  - 1 + 2 in the first bracket; 1.5 + 3 in each other one, as depths are at most 3/2, times X or Y;
+ *  - 2 in each sum of brackets: whatever is added first, it is the value for another ray of the
+ *    window, whose corners are less than `size` aside as well, and no more than 2 size^2. A ray's
+ *    value takes two such sums, the largest in a window four.
+ *
+ * Together 3 + 2 4.5 + 4 2 = 20. Where all products are rounded, that is 1 + 2 1.5 in the brackets, and
+ * 3 + 3 of the others with X and Y, which are both parts of a window at most: 30. The square takes 3
+ * of 0.1 PINHOLE_ERROR size > 2^13.
  */
 #define PINHOLE_EDGE_ERROR(size) ((4.1 * PINHOLE_ERROR + 32 * FLOAT_ROUNDOFF * (size)) * (size))
 
@@ -247,8 +260,8 @@ static INLINED struct floats edge_at(const struct pinhole_edge *edge, unsigned i
 
 /*
  * Triangle i: the rays that certainly cross it, and between what distances; *open: those that may.
- * As in rough_distances() the whole doubt is that of the weights and one place: of the six roundings
- * of the mean, 2^16 v each, that takes another 2^-5.
+ * As in rough_distances() the whole doubt is that of the weights and one place, which takes the nine
+ * roundings of the mean, too, seven where products are not rounded: 2^16 v each, less than 2^-4.
  */
 static INLINED struct rough_crossings
 pinhole_crossings(const struct packet *packet, const struct pinhole_leaf *leaf,
