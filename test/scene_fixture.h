@@ -33,6 +33,11 @@ static inline uint32_t random_below(uint64_t *state, uint32_t count)
     return (uint32_t)random_between(state, 0, count);
 }
 
+static inline int random_exponent(uint64_t *state, int low, int high)
+{
+    return low + (int)random_below(state, (uint32_t)(high - low + 1));
+}
+
 static inline struct vec3 random_vector(uint64_t *state, double reach)
 {
     double x = random_between(state, -reach, reach);

@@ -10,11 +10,6 @@ struct sizes {
     int scene, origin, direction;
 };
 
-static int random_exponent(uint64_t *random, int low, int high)
-{
-    return low + (int)random_below(random, (uint32_t)(high - low + 1));
-}
-
 static struct sizes random_sizes(uint64_t *random)
 {
     struct sizes sizes = {random_exponent(random, -60, 65), 0, random_exponent(random, -45, 45)};

@@ -128,6 +128,15 @@ static void check_scene(struct scene *scene, const struct flock *flock)
 static const struct flock from_afar = {.eye = {9, 11, 14}, .spread = 0.1, .size = 1};
 static const struct flock apart = {.eye = {9, 11, 14}, .spread = 0.5, .eye_spread = 0.2, .size = 1};
 
+/* Such that components of directions have both signs in a bundle, and some are 0. */
+static const struct flock both_ways[] = {
+    {.eye = {0, 0, 14}, .spread = 1, .size = 1},
+    {.eye = {0, 0, 14}, .spread = 1, .eye_spread = 0.2, .size = 1},
+    {.eye = {0.1, 0.2, 0.3}, .spread = 0.3, .size = 1},
+    {.eye = {0.1, 0.2, 0.3}, .spread = 0.3, .eye_spread = 0.2, .size = 1},
+    {.eye = {0, 14, 0}, .target = any_vertex, .size = 1},
+};
+
 static struct builder *triangles(double size, double edge, double transmission, int count)
 {
     uint64_t random = 41;
@@ -169,6 +178,16 @@ static void test_triangles(void **state)
     (void)state;
     check_scene(finish_scene(triangles(1, 0.3, 0.5, 2000)), &from_afar);
     check_scene(finish_scene(triangles(1, 6, 0.5, 300)), &apart);
+}
+
+static void test_both_ways(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < sizeof both_ways / sizeof *both_ways; i++) {
+        check_scene(finish_scene(triangles(1, 0.3, 0.5, 1000)), &both_ways[i]);
+        check_scene(finish_scene(triangles(1, 6, 0.5, 300)), &both_ways[i]);
+        check_scene(finish_scene(sheet()), &both_ways[i]);
+    }
 }
 
 /* Long ones, of which there are pieces in several leaves. */
@@ -275,7 +294,7 @@ int main(void)
         cmocka_unit_test(test_triangles),          cmocka_unit_test(test_pieces),
         cmocka_unit_test(test_vertices_and_edges), cmocka_unit_test(test_coplanar),
         cmocka_unit_test(test_all_kinds),          cmocka_unit_test(test_sizes),
-        cmocka_unit_test(test_odd_rays),
+        cmocka_unit_test(test_odd_rays),           cmocka_unit_test(test_both_ways),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

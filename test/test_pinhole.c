@@ -6,11 +6,6 @@
 #define SCENES 3000
 #define LOOKS  12
 
-static int random_exponent(uint64_t *random, int low, int high)
-{
-    return low + (int)random_below(random, (uint32_t)(high - low + 1));
-}
-
 /* Triangles of any sizes about a place that may be far from the origin; some share corners. */
 static struct scene *random_scene(uint64_t *random)
 {
