@@ -240,7 +240,7 @@ static INLINED void visit_by_bundle(void *context, const struct bvh_node *node, 
     uint32_t count = node->count[slot], triangles = triangles_of(leaves, count);
     if (!it->prepared) bundle_prepare(it);
     struct packet_box box = packet_box(&it->bundle, node, slot);
-    lane_set rays[BUNDLE];
+    lane_set rays[BUNDLE] = {0};
     unsigned met = 0, packets = 0;
     for (unsigned i = 0; i < it->bundle.count; i++) {
         const struct nearest_packet *packet = &it->packets[i];

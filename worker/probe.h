@@ -36,6 +36,7 @@ static INLINED void probe_begin(struct probe *probe, const struct scene *scene,
     probe->ray = ray;
     probe->purpose = (struct purpose){any, ray->t_max};
     probe->exact = exact;
+    probe->rough.has_corners = false;
     if (has_triangles(scene)) probe->shear = shear_of(&ray->direction);
     if (has_solids(scene)) probe->line = ray_in_one(ray);
 }
