@@ -234,15 +234,14 @@ static struct tile pass_on(struct queue *queue, uint32_t asker, struct hold *hol
  * out first, which the answer takes off. */
 static void take_from_late(struct queue *queue, struct draft *draft, struct pace_lot lot)
 {
-    struct hold *hold;
-    do {
+    while (draft->count < LOT_TILES) {
         uint32_t renderer = top_of(queue, &queue->pace.lost);
         if (renderer == HEAP_ABSENT) return;
-        hold = last_to_pass_on(queue, renderer, draft->renderer, true);
+        struct hold *hold = last_to_pass_on(queue, renderer, draft->renderer, true);
         if (!hold || (draft->count > 0 && !has_room(queue, draft, hold->id, lot))) return;
         note_taken(queue, draft, hold->id, hold->work);
         draft->tiles[draft->count++] = pass_on(queue, draft->renderer, hold);
-    } while (draft->count < LOT_TILES);
+    }
 }
 
 /* Pieces of a tile that has taken long: if the whole takes as long again, each takes a least lot at most.
