@@ -100,18 +100,6 @@ const struct tile_costs *kept_costs(const struct bench_scene *scene, uint32_t wi
     return &kept->map;
 }
 
-struct message_costs kept_messages(void)
-{
-    if (isnan(value_get("latency_s"))) section_messages(false);
-    return (struct message_costs){.latency_s = value_get("latency_s"),
-                                  .byte_s = value_get("byte_s"),
-                                  .service_s = value_get("service_s"),
-                                  .service_tile_s = value_get("service_tile_s"),
-                                  .service_pixel_s = value_get("service_pixel_s"),
-                                  .send_s = value_get("send_s"),
-                                  .nap_s = value_get("nap_s")};
-}
-
 static int ascending(const void *a, const void *b)
 {
     const double *x = a, *y = b;

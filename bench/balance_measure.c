@@ -1,4 +1,5 @@
 /* The sections "messages" and "costs": what the simulated farm is made of. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -53,10 +54,8 @@ static void measure_values(double values[MESSAGE_VALUES], unsigned runs)
         values[i] = median_of(samples[i], runs);
 }
 
-struct message_costs measure_messages(void)
+static struct message_costs costs_of_values(const double values[MESSAGE_VALUES])
 {
-    double values[MESSAGE_VALUES];
-    measure_values(values, MESSAGE_RUNS);
     return (struct message_costs){.latency_s = values[0],
                                   .byte_s = values[1],
                                   .service_s = values[2],
@@ -64,6 +63,22 @@ struct message_costs measure_messages(void)
                                   .service_pixel_s = values[4],
                                   .send_s = values[5],
                                   .nap_s = values[6]};
+}
+
+struct message_costs measure_messages(void)
+{
+    double values[MESSAGE_VALUES];
+    measure_values(values, MESSAGE_RUNS);
+    return costs_of_values(values);
+}
+
+struct message_costs kept_messages(void)
+{
+    double values[MESSAGE_VALUES];
+    if (isnan(value_get(message_values[0].name))) section_messages(false);
+    for (size_t i = 0; i < MESSAGE_VALUES; i++)
+        values[i] = value_get(message_values[i].name);
+    return costs_of_values(values);
 }
 
 void section_messages(bool quick)

@@ -194,12 +194,12 @@ static struct two_ranks run_two(const struct bench_scene *scene, bool slow)
 /* What the farm loses of the cores' time when rank 1 shares core 1 with three processes that do nothing
  * but use it, beside what it loses when nobody does. Each run against its own work: the machine's speed
  * varies by more than what is to be told from minute to minute. Beside it by the wall alone. */
-static void measure_slow(FILE *out, const struct bench_scene *scene, unsigned pairs)
+static void measure_slow(FILE *out, const struct bench_scene *scene)
 {
     struct two_ranks even, slow;
     double shares[PAIRS], times[PAIRS], best[PAIRS], lost[PAIRS], lost_evenly[PAIRS];
     double more[PAIRS], by_wall[PAIRS];
-    for (unsigned i = 0; i < pairs; i++) {
+    for (unsigned i = 0; i < PAIRS; i++) {
         even = run_two(scene, false);
         slow = run_two(scene, true);
         shares[i] = slow.share;
@@ -210,12 +210,12 @@ static void measure_slow(FILE *out, const struct bench_scene *scene, unsigned pa
         more[i] = (1 + lost[i]) / (1 + lost_evenly[i]) - 1;
         by_wall[i] = slow.render_s / (even.render_s * 2 / (1 + slow.share)) - 1;
     }
-    double worse = median_of(more, pairs);
+    double worse = median_of(more, PAIRS);
     value_set(worse, "%s.real.slow", scene->name);
     fprintf(out, "| %s | %.3f | %.3f | %.3f | %.2f %% | %.2f %% | %.2f %% | %.2f %% |\n",
-            scene->name, median_of(shares, pairs), median_of(times, pairs), median_of(best, pairs),
-            100 * median_of(lost, pairs), 100 * median_of(lost_evenly, pairs), 100 * worse,
-            100 * median_of(by_wall, pairs));
+            scene->name, median_of(shares, PAIRS), median_of(times, PAIRS), median_of(best, PAIRS),
+            100 * median_of(lost, PAIRS), 100 * median_of(lost_evenly, PAIRS), 100 * worse,
+            100 * median_of(by_wall, PAIRS));
 }
 
 static void put_slow(FILE *out)
@@ -233,7 +233,7 @@ static void put_slow(FILE *out)
         "by the wall |\n|---|---|---|---|---|---|---|---|\n",
         PAIRS);
     for (unsigned s = 0; s < SCENES; s++)
-        measure_slow(out, &bench_scenes[s], PAIRS);
+        measure_slow(out, &bench_scenes[s]);
 }
 
 void section_real(bool quick)

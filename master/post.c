@@ -7,7 +7,7 @@
 #include "common/message.h"
 #include "common/nap.h"
 
-/* Of each buffer: a cache line. */
+/* Buffers are so far apart that no two share a cache line, but for the ends of a small block. */
 #define BUFFER_ALIGN ((size_t)64)
 
 struct post {

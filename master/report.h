@@ -60,7 +60,8 @@ struct report {
     uint64_t master_messages;
     struct resumed resumed;
     struct heat_range heat; /* of the heat map; 0 and 0: none */
-    double service_s; /* CPU seconds of the master for an answer and more work in return, mean */
+    double service_s; /* CPU seconds of the master for an answer and more work in return: mean of
+                       * those that no other message came with */
     double answer_wait_s, answer_wait_most_s; /* until an answer was looked at: mean, most */
     uint32_t repeated_tiles;                  /* handed out a second time */
     double

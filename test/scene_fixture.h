@@ -131,6 +131,28 @@ static inline void add_box(struct builder *builder, struct vec3 min, struct vec3
     assert_added(builder_add_box(builder, &box));
 }
 
+/* A bumpy sheet of 32 x 32 x 2 triangles that share their vertices, from -4 to 4 along two axes and from 0
+ * to 1/4 along the third, which is `bumpy`. */
+static inline void add_sheet(struct builder *builder, unsigned bumpy, uint32_t material)
+{
+    uint64_t random = 42;
+    uint32_t corner[33][33];
+    for (int i = 0; i < 33; i++)
+        for (int k = 0; k < 33; k++) {
+            double x = i / 4.0 - 4, y = k / 4.0 - 4, bump = random_between(&random, 0, 0.25);
+            corner[i][k] = add_vertex(builder, bumpy == 2 ? vec3(x, y, bump) : vec3(x, bump, y));
+        }
+    for (int i = 0; i < 32; i++) {
+        for (int k = 0; k < 32; k++) {
+            struct triangle a = {{corner[i][k], corner[i + 1][k], corner[i][k + 1]}, material};
+            struct triangle b = {{corner[i + 1][k], corner[i + 1][k + 1], corner[i][k + 1]},
+                                 material};
+            assert_added(builder_add_triangle(builder, &a));
+            assert_added(builder_add_triangle(builder, &b));
+        }
+    }
+}
+
 static inline struct scene *finish_scene(struct builder *builder)
 {
     struct view view = {.camera = {.forward = {0, 0, 1}, .right = {1, 0, 0}, .down = {0, 1, 0}},
@@ -144,6 +166,28 @@ static inline struct scene *finish_scene(struct builder *builder)
     struct scene *scene = builder_finish(builder, &view);
     builder_destroy(builder);
     return scene;
+}
+
+/*
+ * Some triangles of any sizes about a place that may be far from the origin; some share corners. Of three
+ * scenes one has a size of 2^-`scale` to 2^`scale` in place of 1; the place is at most 2^`far` sizes away.
+ */
+static inline struct scene *random_triangles(uint64_t *random, int scale, int far)
+{
+    struct builder *builder = builder_create();
+    uint32_t grey = add_material(builder, vec3(1, 1, 1), 0), count = 1 + random_below(random, 8);
+    int exponent = random_below(random, 3) > 0 ? 0 : random_exponent(random, -scale, scale);
+    double size = ldexp(1, exponent);
+    struct vec3 at = random_vector(random, ldexp(size, random_exponent(random, -4, far)));
+    struct vec3 corner = vec_add(at, random_vector(random, size));
+    for (uint32_t i = 0; i < count; i++) {
+        double edge = ldexp(size, -(int)random_below(random, 6));
+        struct vec3 b = vec_add(corner, random_vector(random, edge));
+        struct vec3 c = vec_add(corner, random_vector(random, edge));
+        add_triangle(builder, corner, b, c, grey);
+        corner = random_below(random, 2) > 0 ? b : vec_add(at, random_vector(random, size));
+    }
+    return finish_scene(builder);
 }
 
 /* The caller frees it. The memory is dirty: the tree must not depend on what was there. */

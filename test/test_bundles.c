@@ -45,25 +45,10 @@ bool __wrap_occluded_packet(const struct scene *scene, const struct bvh *bvh,
         LANES);
 }
 
-/* A bumpy sheet of 32 x 32 x 2 triangles from -4 to 4. */
 static struct scene *sheet(void)
 {
     struct builder *builder = builder_create();
-    uint64_t random = 42;
-    uint32_t corner[33][33];
-    add_material(builder, vec3(1, 1, 1), 0);
-    for (int i = 0; i < 33; i++)
-        for (int k = 0; k < 33; k++)
-            corner[i][k] = add_vertex(
-                builder, vec3(i / 4.0 - 4, k / 4.0 - 4, random_between(&random, 0, 0.25)));
-    for (int i = 0; i < 32; i++) {
-        for (int k = 0; k < 32; k++) {
-            struct triangle a = {{corner[i][k], corner[i + 1][k], corner[i][k + 1]}, 0};
-            struct triangle b = {{corner[i + 1][k], corner[i + 1][k + 1], corner[i][k + 1]}, 0};
-            assert_added(builder_add_triangle(builder, &a));
-            assert_added(builder_add_triangle(builder, &b));
-        }
-    }
+    add_sheet(builder, 2, add_material(builder, vec3(1, 1, 1), 0));
     return finish_scene(builder);
 }
 

@@ -151,25 +151,10 @@ static struct builder *triangles(double size, double edge, double transmission, 
     return builder;
 }
 
-/* A bumpy sheet of triangles that share their vertices. */
 static struct builder *sheet(void)
 {
     struct builder *builder = builder_create();
-    uint64_t random = 42;
-    uint32_t corner[33][33];
-    add_material(builder, vec3(1, 1, 1), 0);
-    for (int i = 0; i < 33; i++)
-        for (int k = 0; k < 33; k++)
-            corner[i][k] = add_vertex(
-                builder, vec3(i / 4.0 - 4, random_between(&random, 0, 0.25), k / 4.0 - 4));
-    for (int i = 0; i < 32; i++) {
-        for (int k = 0; k < 32; k++) {
-            struct triangle a = {{corner[i][k], corner[i + 1][k], corner[i][k + 1]}, 0};
-            struct triangle b = {{corner[i + 1][k], corner[i + 1][k + 1], corner[i][k + 1]}, 0};
-            assert_added(builder_add_triangle(builder, &a));
-            assert_added(builder_add_triangle(builder, &b));
-        }
-    }
+    add_sheet(builder, 1, add_material(builder, vec3(1, 1, 1), 0));
     return builder;
 }
 

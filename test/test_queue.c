@@ -732,18 +732,25 @@ static void finish_part(struct queue *queue, uint32_t renderer, const struct til
         assert_true(queue_finish(queue, renderer, lot[i].id, 1e-3, 1e-3));
 }
 
+/* All are done with their first lots, but for so many tiles of 0, and four of 1. */
+static struct queue *begin_late(struct tile lots[4][LOT_TILES], uint32_t kept)
+{
+    uint32_t counts[4];
+    struct queue *queue = begin_many(lots, counts);
+    assert_true(counts[1] >= 4);
+    finish_part(queue, 0, lots[0], kept, counts[0]);
+    finish_part(queue, 1, lots[1], 4, counts[1]);
+    finish_part(queue, 2, lots[2], 0, counts[2]);
+    finish_part(queue, 3, lots[3], 0, counts[3]);
+    return queue;
+}
+
 /* What nobody has begun is passed on as it is, whoever else is overdue. */
 static void test_unbegun_is_not_broken_up(void **state)
 {
     (void)state;
     struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
-    uint32_t counts[4];
-    struct queue *queue = begin_many(lots, counts);
-    assert_true(counts[1] >= 4);
-    finish_part(queue, 0, lots[0], 1, counts[0]);
-    finish_part(queue, 1, lots[1], 4, counts[1]);
-    finish_part(queue, 2, lots[2], 0, counts[2]);
-    finish_part(queue, 3, lots[3], 0, counts[3]);
+    struct queue *queue = begin_late(lots, 1);
     queue_look(queue, 0.02);
     queue_look(queue, 1000);
     double now = 1000;
@@ -762,13 +769,7 @@ static void test_late_in_one_lot(void **state)
 {
     (void)state;
     struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
-    uint32_t counts[4];
-    struct queue *queue = begin_many(lots, counts);
-    assert_true(counts[1] >= 4);
-    finish_part(queue, 0, lots[0], 0, counts[0]);
-    finish_part(queue, 1, lots[1], 4, counts[1]);
-    finish_part(queue, 2, lots[2], 0, counts[2]);
-    finish_part(queue, 3, lots[3], 0, counts[3]);
+    struct queue *queue = begin_late(lots, 0);
     queue_look(queue, 0.5);
     assert_true(queue->waiting.count > 0);
     assert_true(queue_next(queue, 2, 0.5, tiles) > 3);

@@ -6,25 +6,6 @@
 #define SCENES 4000
 #define RAYS   40
 
-/* Triangles of any sizes about a place that may be far from the origin; some share corners. */
-static struct scene *random_scene(uint64_t *random)
-{
-    struct builder *builder = builder_create();
-    uint32_t grey = add_material(builder, vec3(1, 1, 1), 0), count = 1 + random_below(random, 8);
-    int exponent = random_below(random, 3) > 0 ? 0 : random_exponent(random, -130, 130);
-    double size = ldexp(1, exponent);
-    struct vec3 at = random_vector(random, ldexp(size, random_exponent(random, -4, 45)));
-    struct vec3 corner = vec_add(at, random_vector(random, size));
-    for (uint32_t i = 0; i < count; i++) {
-        double edge = ldexp(size, -(int)random_below(random, 6));
-        struct vec3 b = vec_add(corner, random_vector(random, edge));
-        struct vec3 c = vec_add(corner, random_vector(random, edge));
-        add_triangle(builder, corner, b, c, grey);
-        corner = random_below(random, 2) > 0 ? b : vec_add(at, random_vector(random, size));
-    }
-    return finish_scene(builder);
-}
-
 /* Towards a corner, an edge or the inside of a triangle, or past it, from near or far. */
 static struct ray random_ray(uint64_t *random, const struct scene *scene)
 {
@@ -85,7 +66,7 @@ static void test_tells_the_truth(void **state)
     uint64_t random = 1;
     struct told told = {0};
     for (int i = 0; i < SCENES; i++) {
-        struct scene *scene = random_scene(&random);
+        struct scene *scene = random_triangles(&random, 130, 45);
         struct bvh *bvh = build_tree(scene);
         const struct bvh_node *root = bvh_nodes(bvh);
         for (unsigned slot = 0; slot < BVH_WIDTH; slot++)
