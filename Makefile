@@ -197,7 +197,7 @@ $(BUILD)/bench/stability: $(STABILITY) $(LIBRARY)
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lmpfr -lgmp -o $@
 
 # Some 45 minutes of two idle cores: STABILITY_OPTIONS="--rays 100000" or "--rows 1-16" for less;
-# "--kernel avx2 --alike 32" for a level of the kernel and rays that go through the tree in bundles.
+# "--kernel avx2 --alike 33" for a level of the kernel and rays that go through the tree in bundles.
 bench-stability: $(BUILD)/bench/stability all
 	@mkdir -p bench/out
 	FARM=$(abspath $(FARM)) $(BUILD)/bench/stability --csv bench/out/stability.csv \

@@ -209,15 +209,17 @@ void conclude(struct case_result *result, const struct tally *tally, const char 
 /* Most cases make a scene once for so many rays. */
 #define RAYS_PER_SCENE 32
 
-/* How the kernel is asked in all rows. */
+/*
+ * How the kernel is asked, but for what is a reference itself. alike, 1 to ALIKE_MAX: each ray goes to it
+ * so many times at once, so that packets are tested, too. With one more than a packet or a bundle has, the
+ * last of them goes alone and is what the others are compared with.
+ */
 struct stage_way {
     enum processor_level kernel;
-    unsigned
-        alike; /* 1 to ALIKE_MAX: each ray goes to it beside so many of the same, so that packets
-                       and bundles are tested, too */
+    unsigned alike;
 };
 
-#define ALIKE_MAX 32 /* a bundle */
+#define ALIKE_MAX 33 /* a bundle, and one */
 
 /* Before the first scene; else it is the highest level, and each ray goes alone. */
 void stage_set_way(struct stage_way way);
@@ -250,8 +252,8 @@ struct bvh *stage_tree(const struct scene *scene);
 
 struct ray stage_ray(struct vec3 origin, struct vec3 direction);
 
-/* nearest() and occluded() of each ray, as stage_set_way() has it. That the same rays meet different
- * things is fatal. */
+/* nearest() and occluded() of each ray, as stage_set_way() has it; *fallbacks counts those of all copies.
+ * That the same rays meet different things, in any bit, is fatal. */
 void stage_hits(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                 size_t count, struct hit *hits, uint64_t *fallbacks);
 void stage_light(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
