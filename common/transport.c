@@ -2,9 +2,9 @@
 
 #include <stdlib.h>
 
-/* From 1 MB on: a lot of 32,768 pixels (master/queue_parts.h) has 0.9 MB when all of adaptive sampling's seven
- * floats travel. */
-#define RENDEZVOUS_FROM "1m"
+/* Ten thousand pixels. From about 150 KB on what is sent eagerly took the receiver as long as what it
+ * fetched, or longer, and it moves on only while both sides are in MPI. */
+#define RENDEZVOUS_FROM "128k"
 
 void transport_prefer_eager(void)
 {

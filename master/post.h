@@ -12,8 +12,8 @@
 
 #include "common/protocol.h"
 
-/* Receives posted ahead, so that results land without waiting for us and nothing piles up in MPI's
- * queue of unexpected messages. */
+/* Receives posted ahead, so that results land without waiting for us and little piles up in MPI's queue
+ * of unexpected messages. */
 #define POST_RECEIVES 16
 
 struct post;

@@ -14,7 +14,7 @@ static void test_results_are_eager(void **state)
     (void)state;
     unsetenv("UCX_RNDV_THRESH");
     transport_prefer_eager();
-    assert_string_equal(getenv("UCX_RNDV_THRESH"), "1m");
+    assert_string_equal(getenv("UCX_RNDV_THRESH"), "128k");
 }
 
 static void test_users_choice_stays(void **state)

@@ -111,6 +111,31 @@ static void test_without_cutoff_depth_first(void **state)
     tree_free(&tree);
 }
 
+/* Above TREE_BEST_FIRST_MAX the deepest goes first, of equally deep ones the brightest, of these the one
+ * that came first. */
+static void test_deepest_first(void **state)
+{
+    (void)state;
+    struct tree tree = {0};
+    struct branch branch;
+    enum { MANY = TREE_BEST_FIRST_MAX + 40 };
+    for (uint32_t i = 0; i < MANY; i++) {
+        struct branch *pending = tree_add(&tree, 1 + i % 3, i * 7 % 32);
+        pending->media = i;
+    }
+    struct branch before = {.depth = UINT32_MAX};
+    while (tree.count > TREE_BEST_FIRST_MAX) {
+        assert_true(tree_pop(&tree, 1e-3, &branch));
+        bool deeper = before.depth > branch.depth;
+        bool brighter = before.depth == branch.depth && before.bound > branch.bound;
+        bool earlier = before.depth == branch.depth && before.bound == branch.bound &&
+                       before.media < branch.media;
+        assert_true(deeper || brighter || earlier);
+        before = branch;
+    }
+    tree_free(&tree);
+}
+
 /* Any number of branches, of which some are equally bright, while others join and get other bounds. */
 static void test_order_of_many(void **state)
 {
@@ -184,6 +209,7 @@ int main(void)
         cmocka_unit_test(test_closer_bounds),
         cmocka_unit_test(test_sums_are_upper_bounds),
         cmocka_unit_test(test_without_cutoff_depth_first),
+        cmocka_unit_test(test_deepest_first),
         cmocka_unit_test(test_order_of_many),
         cmocka_unit_test(test_memory_stays_bounded),
     };

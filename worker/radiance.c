@@ -415,10 +415,10 @@ static void meet_all(const struct radiance *radiance, group_row met)
         met[g] = truth(g < radiance->groups);
 }
 
-/* 0 where nothing is passed on, even of what has no bound. */
+/* 0 where nothing is passed on, even of what has no bound, and where there is nothing to pass on. */
 static inline double passed_of(double share, double of)
 {
-    return share > 0 ? share * of : 0;
+    return share > 0 && of > 0 ? share * of : 0;
 }
 
 double radiance_share(struct vec3 weight, struct vec3 color)

@@ -1,5 +1,6 @@
 #include "worker/tree.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 #include "common/message.h"
@@ -30,6 +31,7 @@ static void make_room(struct tree *tree)
 
 struct branch *tree_add(struct tree *tree, double bound, uint32_t depth)
 {
+    assert(bound >= 0);
     if (tree->count == tree->capacity) make_room(tree);
     tree->blocks[tree->count / TREE_BLOCK].known = false;
     tree->bounds[tree->count] = bound;
@@ -94,7 +96,8 @@ static struct tree_block many_judged(const struct tree *tree, uint32_t begin, ui
     struct lanes most = lanes_of(lanes_highest(lanes_larger(low, high)));
     uint32_t all = UINT32_MAX >> (32 - (count < TREE_BLOCK ? count : TREE_BLOCK));
     uint32_t set = all & (lanes_at_most(most, low) | lanes_at_most(most, high) << LANES);
-    if (tree->deepest_first || !set) set = all; /* the latter: a bound is NaN */
+    if (tree->deepest_first) set = all;
+    
     struct tree_block block = {
         .sum = lanes_sum(lanes_add(low, high)), .first = begin + lowest_lane(set), .known = true};
     while ((set = without_lowest(set)))
@@ -151,6 +154,7 @@ static void forget_block(struct tree *tree, const struct branch *pending)
 
 void tree_rate(struct tree *tree, struct branch *pending, double bound)
 {
+    assert(bound >= 0);
     pending->bound = tree->bounds[pending - tree->pending] = bound;
     pending->rough = false;
     forget_block(tree, pending);

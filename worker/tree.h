@@ -14,9 +14,9 @@
 struct branch {
     struct ray ray;
     struct vec3 weight; /* share of what the ray brings that reaches the eye, per component */
-    double bound;       /* largest component that it can add to the sample; may be infinite */
-    uint32_t depth;     /* reflections and refractions on the way from the eye */
-    uint32_t media;     /* the stack that it is in: worker/medium.h */
+    double bound;   /* largest component that it can add to the sample: >= 0, perhaps infinite */
+    uint32_t depth; /* reflections and refractions on the way from the eye */
+    uint32_t media; /* the stack that it is in: worker/medium.h */
     enum ray_kind kind;
     bool rough; /* the boxes of the scene may tell a lower bound: worker/radiance.h */
 };
