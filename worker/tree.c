@@ -97,7 +97,6 @@ static struct tree_block many_judged(const struct tree *tree, uint32_t begin, ui
     uint32_t all = UINT32_MAX >> (32 - (count < TREE_BLOCK ? count : TREE_BLOCK));
     uint32_t set = all & (lanes_at_most(most, low) | lanes_at_most(most, high) << LANES);
     if (tree->deepest_first) set = all;
-    
     struct tree_block block = {
         .sum = lanes_sum(lanes_add(low, high)), .first = begin + lowest_lane(set), .known = true};
     while ((set = without_lowest(set)))
