@@ -31,11 +31,6 @@ struct shading_point shading_point(const struct scene *scene, const struct ray *
     return at;
 }
 
-struct vec3 shade_ambient(const struct material *material)
-{
-    return vec_scale(material->color, material->ambient);
-}
-
 bool light_faces(const struct shading_point *at, const struct light *light, struct vec3 *to_light)
 {
     *to_light = vec_sub(light->position, at->point);
@@ -90,11 +85,4 @@ bool refract(const struct shading_point *at, double from, double to, struct vec3
         if (vec_dot(*direction, at->geometric) < 0) return true;
     }
     return refracted(at, at->geometric, from, to, direction);
-}
-
-struct vec3 background(const struct view *view, struct vec3 direction)
-{
-    double up = 0.5 * (1 + vec_dot(direction, view->background_up));
-    struct vec3 bottom = vec_scale(view->background_bottom, 1 - up);
-    return vec_add_scaled(bottom, view->background_top, up);
 }

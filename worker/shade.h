@@ -26,8 +26,12 @@ struct shading_point {
 struct shading_point shading_point(const struct scene *scene, const struct ray *ray,
                                    const struct surface *surface);
 
-/* ke Cs: what is there without any light. Counted once, not once per light. */
-struct vec3 shade_ambient(const struct material *material);
+/* ke Cs: what is there without any light. Counted once, not once per light. This and background() are
+ * inlined: a colour that went through memory would be waited for. */
+static inline struct vec3 shade_ambient(const struct material *material)
+{
+    return vec_scale(material->color, material->ambient);
+}
 
 /*
  * Whether light from `light` can reach the lit side of the point at all; if so, *to_light is the
@@ -49,6 +53,11 @@ struct vec3 reflect(const struct shading_point *at);
 bool refract(const struct shading_point *at, double from, double to, struct vec3 *direction);
 
 /* Colour of the background in a direction. */
-struct vec3 background(const struct view *view, struct vec3 direction);
+static inline struct vec3 background(const struct view *view, struct vec3 direction)
+{
+    double up = 0.5 * (1 + vec_dot(direction, view->background_up));
+    struct vec3 bottom = vec_scale(view->background_bottom, 1 - up);
+    return vec_add_scaled(bottom, view->background_top, up);
+}
 
 #endif
