@@ -61,6 +61,7 @@ struct scene *picture_load(const char *path, const char *const *overrides)
         free(copies[i]);
     if (!loaded) return NULL;
     struct view view = settings_view(&job.settings);
+    view.processor = stage_kernel();
     struct scene *scene = builder_finish(job.builder, &view);
     job_free(&job);
     return scene;

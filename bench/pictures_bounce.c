@@ -18,7 +18,7 @@ static bool bounce(const struct scene *scene, const struct bvh *bvh, struct ray 
 {
     struct hit hit;
     uint64_t exact = 0;
-    nearest(scene, bvh, ray, 1, &hit, &exact);
+    stage_hits(scene, bvh, ray, 1, &hit, &exact);
     if (hit.primitive == PRIMITIVE_NONE) return false;
     surface_at(scene, ray, &hit, surface);
     struct shading_point at = shading_point(scene, ray, surface);

@@ -145,7 +145,7 @@ static struct sight sight_of(const struct sized *it, uint32_t x, uint32_t y)
     struct sight sight = {.hit = {.t = 0}};
     struct ray ray = sample_ray(&it->scene->view, x, y, 0);
     uint64_t exact = 0;
-    nearest(it->scene, it->bvh, &ray, 1, &sight.hit, &exact);
+    stage_hits(it->scene, it->bvh, &ray, 1, &sight.hit, &exact);
     if (sight.hit.primitive != PRIMITIVE_NONE)
         surface_at(it->scene, &ray, &sight.hit, &sight.surface);
     return sight;

@@ -248,7 +248,7 @@ static bool trees_agree(const struct forest *forest, const struct scene *scene,
     nearest(scene, forest->brute, ray, 1, &brute, fallbacks);
     for (int i = 0; i < TREES; i++) {
         uint64_t ignored = 0;
-        nearest(scene, forest->trees[i], ray, 1, &hit, &ignored);
+        stage_hits(scene, forest->trees[i], ray, 1, &hit, &ignored);
         if (!same_hit(&brute, &hit)) return false;
     }
     return true;

@@ -13,6 +13,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "common/processor.h"
 #include "common/scene.h"
 #include "master/builder.h"
 #include "worker/bvh.h"
@@ -208,6 +209,20 @@ void conclude(struct case_result *result, const struct tally *tally, const char 
 /* Most cases make a scene once for so many rays. */
 #define RAYS_PER_SCENE 32
 
+/* How the kernel is asked in all rows. */
+struct stage_way {
+    enum processor_level kernel;
+    unsigned
+        alike; /* 1 to ALIKE_MAX: each ray goes to it beside so many of the same, so that packets
+                       and bundles are tested, too */
+};
+
+#define ALIKE_MAX 32 /* a bundle */
+
+/* Before the first scene; else it is the highest level, and each ray goes alone. */
+void stage_set_way(struct stage_way way);
+enum processor_level stage_kernel(void);
+
 /* One scene with both sets of formulas, and its tree. */
 struct stage {
     struct scene *ours, *paper;
@@ -234,6 +249,13 @@ void stage_free(struct stage *stage);
 struct bvh *stage_tree(const struct scene *scene);
 
 struct ray stage_ray(struct vec3 origin, struct vec3 direction);
+
+/* nearest() and occluded() of each ray, as stage_set_way() has it. That the same rays meet different
+ * things is fatal. */
+void stage_hits(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                size_t count, struct hit *hits, uint64_t *fallbacks);
+void stage_light(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                 size_t count, struct vec3 *transmittance, uint64_t *fallbacks);
 
 /* The nearest hit with one of the stage's scenes. */
 struct hit stage_nearest(const struct stage *stage, const struct scene *scene,

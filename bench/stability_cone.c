@@ -463,7 +463,7 @@ static void check_solid(const struct stage *stage, const struct scene *scene,
     unsigned crossings[SOLID_RAYS];
     uint64_t fallbacks = 0;
     stage_crossings(stage, scene, rays->ray, rays->count, crossings, &fallbacks);
-    nearest(scene, stage->bvh, rays->ray, rays->count, hits, &fallbacks);
+    stage_hits(scene, stage->bvh, rays->ray, rays->count, hits, &fallbacks);
     for (size_t i = 0; i < rays->count; i++) {
         bool good = rays->inside[i] ? crossings[i] == 1 : crossings[i] == 0 || crossings[i] == 2;
         bool met = hits[i].primitive != PRIMITIVE_NONE;

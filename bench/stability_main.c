@@ -27,6 +27,7 @@ struct options {
     struct budget budget;
     bool chosen[LAST_ROW + 1];
     bool tap;
+    struct stage_way way;
     const char *csv, *markdown; /* files to write; NULL: none */
 };
 
@@ -35,7 +36,7 @@ static _Noreturn void usage(const char *why)
     fprintf(stderr,
             "stability: %s\n"
             "usage: stability [--rays N | --quick] [--rows 1,2,17-25] [--threads N] [--tap]\n"
-            "                 [--csv FILE] [--markdown FILE]\n",
+            "                 [--kernel LEVEL] [--alike N] [--csv FILE] [--markdown FILE]\n",
             why);
     exit(2);
 }
@@ -75,6 +76,16 @@ static void choose_rows(const char *text, bool chosen[LAST_ROW + 1])
     }
 }
 
+static enum processor_level parse_level(const char *text)
+{
+    for (enum processor_level level = PROCESSOR_AUTO; level < PROCESSOR_LEVELS; level++) {
+        if (strcmp(text, processor_level_name(level)) != 0) continue;
+        if (processor_has(processor_resolve(level))) return level;
+        usage("this processor lacks that level of the kernel");
+    }
+    usage("expected auto, portable, avx2 or avx512");
+}
+
 static unsigned processors(void)
 {
     long count = sysconf(_SC_NPROCESSORS_ONLN);
@@ -84,7 +95,8 @@ static unsigned processors(void)
 static struct options parse_options(int argc, char **argv)
 {
     struct options options = {
-        .budget = {.rays = FULL_RAYS, .many = FULL_MANY, .threads = processors()}};
+        .budget = {.rays = FULL_RAYS, .many = FULL_MANY, .threads = processors()},
+        .way = {PROCESSOR_AUTO, 1}};
     memset(options.chosen, 1, sizeof options.chosen);
     for (int i = 1; i < argc; i++) {
         const char *option = argv[i];
@@ -107,6 +119,10 @@ static struct options parse_options(int argc, char **argv)
             choose_rows(value, options.chosen);
         else if (strcmp(option, "--threads") == 0)
             options.budget.threads = (unsigned)whole_count(value, 1024);
+        else if (strcmp(option, "--kernel") == 0)
+            options.way.kernel = parse_level(value);
+        else if (strcmp(option, "--alike") == 0)
+            options.way.alike = (unsigned)whole_count(value, ALIKE_MAX);
         else if (strcmp(option, "--csv") == 0)
             options.csv = value;
         else if (strcmp(option, "--markdown") == 0)
@@ -156,14 +172,16 @@ static void write_markdown(FILE *file, const struct stability_case *c,
 }
 
 static void print_row(const struct stability_case *c, const struct case_result *result,
-                      double seconds, bool tap)
+                      double seconds, const struct options *options)
 {
     const char *verdict = verdict_names[result->verdict];
     const char *note = result->note;
-    if (tap) {
+    if (options->tap) {
         const char *ok = result->verdict == VERDICT_RED ? "not ok" : "ok";
-        printf("%s %d - %s: %s%s%s%s%s\n", ok, c->number, c->name, result->ours, *note ? " (" : "",
-               note, *note ? ")" : "", result->verdict == VERDICT_MARKED ? " # marked" : "");
+        printf("%s %d - %s (kernel = %s, %u alike): %s%s%s%s%s\n", ok, c->number, c->name,
+               processor_level_name(options->way.kernel), options->way.alike, result->ours,
+               *note ? " (" : "", note, *note ? ")" : "",
+               result->verdict == VERDICT_MARKED ? " # marked" : "");
     } else {
         printf("%2d %-6s %-46s %8.3g  paper: %-34s ours: %-30s %6.1f s%s%s\n", c->number, verdict,
                c->name, (double)result->samples, result->paper, result->ours, seconds,
@@ -175,6 +193,7 @@ static void print_row(const struct stability_case *c, const struct case_result *
 int main(int argc, char **argv)
 {
     struct options options = parse_options(argc, argv);
+    stage_set_way(options.way);
     FILE *csv = open_table(options.csv, "row,case,oracle,pass_mark,samples,paper,ours,worst,unit,"
                                         "wrong,exact_fallbacks,verdict,seconds,note\n");
     FILE *markdown =
@@ -190,7 +209,7 @@ int main(int argc, char **argv)
         c->run(&options.budget, &result);
         double seconds = clock_wall() - start;
         verdicts[result.verdict]++;
-        print_row(c, &result, seconds, options.tap);
+        print_row(c, &result, seconds, &options);
         if (csv) write_csv(csv, c, &result, seconds);
         if (markdown) write_markdown(markdown, c, &result);
     }

@@ -113,7 +113,7 @@ static void check_batch(const struct star *star, const struct scene *scene,
     unsigned crossings[BATCH];
     struct hit hits[BATCH];
     stage_crossings(&star->stage, scene, rays, count, crossings, &fallbacks);
-    nearest(scene, star->stage.bvh, rays, count, hits, &fallbacks);
+    stage_hits(scene, star->stage.bvh, rays, count, hits, &fallbacks);
     for (size_t i = 0; i < count; i++) {
         bool good = in_kernel[i] ? crossings[i] == 1 : crossings[i] % 2 == 1;
         if (!good || hits[i].primitive == PRIMITIVE_NONE) score_wrong(score, first + i);

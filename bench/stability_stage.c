@@ -146,6 +146,71 @@ void conclude(struct case_result *result, const struct tally *tally, const char 
                  (unsigned long long)tally->ours.worst_at);
 }
 
+/* ---- the kernel ---- */
+
+static struct stage_way the_way = {PROCESSOR_AUTO, 1};
+
+void stage_set_way(struct stage_way way)
+{
+    the_way = way;
+}
+
+enum processor_level stage_kernel(void)
+{
+    return the_way.kernel;
+}
+
+static bool same_hit(const struct hit *a, const struct hit *b)
+{
+    return a->primitive == b->primitive && a->part == b->part &&
+           memcmp(&a->t, &b->t, sizeof a->t) == 0 && memcmp(&a->u, &b->u, sizeof a->u) == 0 &&
+           memcmp(&a->v, &b->v, sizeof a->v) == 0;
+}
+
+static void repeat(struct ray rays[ALIKE_MAX], const struct ray *ray)
+{
+    for (unsigned i = 0; i < the_way.alike; i++)
+        rays[i] = *ray;
+}
+
+void stage_hits(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                size_t count, struct hit *hits, uint64_t *fallbacks)
+{
+    if (the_way.alike == 1) {
+        nearest(scene, bvh, rays, count, hits, fallbacks);
+        return;
+    }
+    struct ray same[ALIKE_MAX];
+    struct hit found[ALIKE_MAX];
+    for (size_t i = 0; i < count; i++) {
+        repeat(same, &rays[i]);
+        nearest(scene, bvh, same, the_way.alike, found, fallbacks);
+        for (unsigned k = 1; k < the_way.alike; k++)
+            if (!same_hit(&found[0], &found[k]))
+                fatal("a ray and its copies differ in what they hit");
+        hits[i] = found[0];
+    }
+}
+
+void stage_light(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                 size_t count, struct vec3 *transmittance, uint64_t *fallbacks)
+{
+    if (the_way.alike == 1) {
+        occluded(scene, bvh, rays, count, transmittance, fallbacks);
+        return;
+    }
+    struct ray same[ALIKE_MAX];
+    struct vec3 found[ALIKE_MAX];
+    for (size_t i = 0; i < count; i++) {
+        repeat(same, &rays[i]);
+        occluded(scene, bvh, same, the_way.alike, found, fallbacks);
+        for (unsigned k = 1; k < the_way.alike; k++)
+            if (memcmp(&found[0], &found[k], sizeof found[0]) != 0)
+                fatal("a ray and its copies differ in what blocks them");
+        transmittance[i] = found[0];
+    }
+}
+
 /* ---- scenes ---- */
 
 void expect_added(const char *why)
@@ -189,6 +254,7 @@ struct view stage_view(struct vec3 eye, struct vec3 look_at, double fov, uint32_
                          .background_bottom = {0.2, 0.3, 0.4},
                          .background_top = {0.6, 0.7, 0.9},
                          .background_up = {0, 1, 0},
+                         .processor = stage_kernel(),
                          .width = width,
                          .height = height,
                          .region_w = width,
@@ -239,8 +305,8 @@ struct hit stage_nearest(const struct stage *stage, const struct scene *scene,
 {
     struct hit hit;
     uint64_t other = 0;
-    nearest(scene, stage->bvh, ray, 1, &hit,
-            fallbacks && scene == stage->ours ? fallbacks : &other);
+    stage_hits(scene, stage->bvh, ray, 1, &hit,
+               fallbacks && scene == stage->ours ? fallbacks : &other);
     return hit;
 }
 
@@ -254,8 +320,8 @@ void stage_crossings(const struct stage *stage, const struct scene *scene, const
     uint64_t other = 0;
     for (size_t first = 0; first < count; first += BATCH) {
         size_t n = count - first < BATCH ? count - first : BATCH;
-        occluded(scene, stage->bvh, rays + first, n, light,
-                 fallbacks && scene == stage->ours ? fallbacks : &other);
+        stage_light(scene, stage->bvh, rays + first, n, light,
+                    fallbacks && scene == stage->ours ? fallbacks : &other);
         for (size_t i = 0; i < n; i++) {
             int exponent; /* light = 2^-crossings = 0.5 * 2^exponent */
             (void)frexp(light[i].x, &exponent);

@@ -142,6 +142,13 @@ static inline double lanes_highest(struct lanes a)
     return _mm512_reduce_max_pd(a.v);
 }
 
+static inline double lanes_sum(struct lanes a)
+{
+    __m256d four = _mm256_add_pd(_mm512_castpd512_pd256(a.v), _mm512_extractf64x4_pd(a.v, 1));
+    __m128d two = _mm_add_pd(_mm256_castpd256_pd128(four), _mm256_extractf128_pd(four, 1));
+    return _mm_cvtsd_f64(_mm_add_sd(two, _mm_unpackhi_pd(two, two)));
+}
+
 static inline struct lanes lanes_choose(lane_set set, struct lanes a, struct lanes b)
 {
     return (struct lanes){_mm512_mask_blend_pd((__mmask8)set, b.v, a.v)};
@@ -244,6 +251,13 @@ static inline double lanes_highest(struct lanes a)
     __m256d four = _mm256_max_pd(a.low, a.high);
     __m128d two = _mm_max_pd(_mm256_castpd256_pd128(four), _mm256_extractf128_pd(four, 1));
     return _mm_cvtsd_f64(_mm_max_sd(two, _mm_unpackhi_pd(two, two)));
+}
+
+static inline double lanes_sum(struct lanes a)
+{
+    __m256d four = _mm256_add_pd(a.low, a.high);
+    __m128d two = _mm_add_pd(_mm256_castpd256_pd128(four), _mm256_extractf128_pd(four, 1));
+    return _mm_cvtsd_f64(_mm_add_sd(two, _mm_unpackhi_pd(two, two)));
 }
 
 static inline __m256d mask_4(lane_set set)
@@ -382,6 +396,12 @@ static inline double lanes_highest(struct lanes a)
     return high;
 }
 
+static inline double lanes_sum(struct lanes a)
+{
+    const double *at = a.at;
+    return ((at[0] + at[4]) + (at[2] + at[6])) + ((at[1] + at[5]) + (at[3] + at[7]));
+}
+
 static inline struct lanes lanes_choose(lane_set set, struct lanes a, struct lanes b)
 {
     for (unsigned i = 0; i < LANES; i++)
@@ -415,6 +435,7 @@ static INLINED void lanes_transpose(const double *const at[LANES], const struct 
 #endif
 
 /* lanes_lowest(), lanes_highest(): of all lanes, none of which is NaN.
+ * lanes_sum(): of all lanes, added up in the same order on every level.
  * lanes_choose(): a in the lanes of the set, b in the others.
  * equal_ids(): the lanes that have this id; put_ids(): gives it to those of the set.
  * lanes_larger(), lanes_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses.
