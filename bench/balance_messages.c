@@ -20,6 +20,7 @@
 #include "common/message.h"
 #include "common/nap.h"
 #include "common/protocol.h"
+#include "common/transport.h"
 #include "master/canvas.h"
 #include "master/queue.h"
 
@@ -195,6 +196,7 @@ static double nap_overshoot(void)
 int main(void)
 {
     int rank, size;
+    transport_prefer_eager();
     MPI_Init(NULL, NULL);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     MPI_Comm_size(MPI_COMM_WORLD, &size);

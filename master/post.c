@@ -12,17 +12,18 @@
 
 struct post {
     size_t largest;
-    int receives;
-    MPI_Request incoming[POST_RECEIVES];
     char *block; /* of all buffers */
     char *buffers[POST_RECEIVES];
     uint64_t turns[POST_RECEIVES]; /* the number of the receive: they are met in this order */
     uint64_t posted;
 
-    /* Sent, not yet taken by its receiver. */
-    int sends, room;
-    MPI_Request *outgoing;
-    char **copies;
+    /* So many receives, and behind them what was sent and is not known to have been taken: one call of MPI
+     * looks for all. */
+    int receives, sends, room; /* room: for so many sends */
+    MPI_Request *requests;
+    int *slots; /* of requests that are done */
+    MPI_Status *statuses;
+    char **copies; /* per send: what it sends */
 };
 
 int post_ranks(void)
@@ -36,7 +37,17 @@ static void post_receive(struct post *post, int slot)
 {
     post->turns[slot] = post->posted++;
     MPI_Irecv(post->buffers[slot], (int)post->largest, MPI_BYTE, MPI_ANY_SOURCE, MPI_ANY_TAG,
-              MPI_COMM_WORLD, &post->incoming[slot]);
+              MPI_COMM_WORLD, &post->requests[slot]);
+}
+
+static void reserve_sends(struct post *post, int room)
+{
+    size_t requests = (size_t)(post->receives + room);
+    post->room = room;
+    post->requests = reallocate(post->requests, requests, sizeof *post->requests);
+    post->slots = reallocate(post->slots, requests, sizeof *post->slots);
+    post->statuses = reallocate(post->statuses, requests, sizeof *post->statuses);
+    post->copies = reallocate(post->copies, (size_t)room, sizeof *post->copies);
 }
 
 struct post *post_open(size_t largest)
@@ -45,6 +56,7 @@ struct post *post_open(size_t largest)
     int others = post_ranks() - 1;
     post->largest = largest;
     post->receives = others < POST_RECEIVES ? others : POST_RECEIVES;
+    reserve_sends(post, 2 * POST_RECEIVES);
     /* Of a long message's pages each is a page fault the first time: huge ones make them few. */
     size_t stride = (largest + BUFFER_ALIGN - 1) / BUFFER_ALIGN * BUFFER_ALIGN;
     post->block = allocate_large((size_t)post->receives * stride);
@@ -57,44 +69,27 @@ struct post *post_open(size_t largest)
 
 /* ---- sending ---- */
 
-static void keep_sending(struct post *post, MPI_Request request, char *copy)
+void post_send(struct post *post, int rank, enum message_tag tag, const void *bytes, size_t size)
 {
-    if (post->sends == post->room) {
-        post->room = post->room ? 2 * post->room : 16;
-        post->outgoing = reallocate(post->outgoing, (size_t)post->room, sizeof *post->outgoing);
-        post->copies = reallocate(post->copies, (size_t)post->room, sizeof *post->copies);
-    }
-    post->outgoing[post->sends] = request;
+    if (post->sends == post->room) reserve_sends(post, 2 * post->room);
+    char *copy = size ? allocate(size, 1) : NULL;
+    if (copy) memcpy(copy, bytes, size);
+    MPI_Isend(copy, (int)size, MPI_BYTE, rank, tag, MPI_COMM_WORLD,
+              &post->requests[post->receives + post->sends]);
     post->copies[post->sends++] = copy;
 }
 
-void post_send(struct post *post, int rank, enum message_tag tag, const void *bytes, size_t size)
+/* Gives back the memory of what has been taken. */
+static void forget_sends(struct post *post)
 {
-    MPI_Request request;
-    int done;
-    char *copy = size ? allocate(size, 1) : NULL;
-    if (copy) memcpy(copy, bytes, size);
-    MPI_Isend(copy, (int)size, MPI_BYTE, rank, tag, MPI_COMM_WORLD, &request);
-    /* As good as always: a short message is on its way as soon as it is sent. */
-    MPI_Test(&request, &done, MPI_STATUS_IGNORE);
-    if (done)
-        free(copy);
-    else
-        keep_sending(post, request, copy);
-}
-
-/* Gives back the memory of what has been taken meanwhile. */
-static void look_after_sends(struct post *post)
-{
-    if (post->sends == 0) return;
-    int done, kept = 0;
+    MPI_Request *requests = post->requests + post->receives;
+    int kept = 0;
     for (int i = 0; i < post->sends; i++) {
-        MPI_Test(&post->outgoing[i], &done, MPI_STATUS_IGNORE);
-        if (done) {
+        if (requests[i] == MPI_REQUEST_NULL) {
             free(post->copies[i]);
             continue;
         }
-        post->outgoing[kept] = post->outgoing[i];
+        requests[kept] = requests[i];
         post->copies[kept++] = post->copies[i];
     }
     post->sends = kept;
@@ -117,23 +112,25 @@ static void sort_letters(const struct post *post, struct letter *letters, int co
 
 int post_collect(struct post *post, struct letter letters[POST_RECEIVES])
 {
-    int slots[POST_RECEIVES], count = 0;
-    MPI_Status statuses[POST_RECEIVES];
-    look_after_sends(post);
-    if (post->receives == 0) return 0;
-    MPI_Testsome(post->receives, post->incoming, &count, slots, statuses);
-    for (int i = 0; i < count; i++) {
-        int bytes;
-        MPI_Get_count(&statuses[i], MPI_BYTE, &bytes);
-        if (bytes < 0) fatal("rank %d sent a message of no length", statuses[i].MPI_SOURCE);
-        letters[i] = (struct letter){.rank = statuses[i].MPI_SOURCE,
-                                     .tag = statuses[i].MPI_TAG,
-                                     .slot = slots[i],
-                                     .size = (size_t)bytes,
-                                     .bytes = post->buffers[slots[i]]};
+    int done = 0, count = 0;
+    if (post->receives + post->sends == 0) return 0;
+    MPI_Testsome(post->receives + post->sends, post->requests, &done, post->slots, post->statuses);
+    /* MPI_UNDEFINED is negative */
+    for (int i = 0; i < done; i++) {
+        int bytes, slot = post->slots[i];
+        const MPI_Status *status = &post->statuses[i];
+        if (slot >= post->receives) continue;
+        MPI_Get_count(status, MPI_BYTE, &bytes);
+        if (bytes < 0) fatal("rank %d sent a message of no length", status->MPI_SOURCE);
+        letters[count++] = (struct letter){.rank = status->MPI_SOURCE,
+                                           .tag = status->MPI_TAG,
+                                           .slot = slot,
+                                           .size = (size_t)bytes,
+                                           .bytes = post->buffers[slot]};
     }
+    if (done > count) forget_sends(post);
     sort_letters(post, letters, count);
-    return count < 0 ? 0 : count; /* MPI_UNDEFINED is negative */
+    return count;
 }
 
 void post_release(struct post *post, const struct letter *letter)
@@ -141,18 +138,31 @@ void post_release(struct post *post, const struct letter *letter)
     post_receive(post, letter->slot);
 }
 
+/* Until all that was sent has been taken. */
+static void wait_for_sends(struct post *post)
+{
+    struct nap nap = {0};
+    for (;;) {
+        int done;
+        MPI_Testall(post->sends, post->requests + post->receives, &done, post->statuses);
+        if (done) break;
+        nap_take(&nap);
+    }
+    forget_sends(post);
+}
+
 void post_close(struct post *post, bool all_left)
 {
     if (!all_left) return;
-    struct nap nap = {0};
-    for (look_after_sends(post); post->sends > 0; look_after_sends(post))
-        nap_take(&nap);
+    wait_for_sends(post);
     for (int i = 0; i < post->receives; i++) {
-        MPI_Cancel(&post->incoming[i]);
-        MPI_Wait(&post->incoming[i], MPI_STATUS_IGNORE);
+        MPI_Cancel(&post->requests[i]);
+        MPI_Wait(&post->requests[i], MPI_STATUS_IGNORE);
     }
     free(post->block);
-    free(post->outgoing);
+    free(post->requests);
+    free(post->slots);
+    free(post->statuses);
     free(post->copies);
     free(post);
 }
