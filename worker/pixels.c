@@ -43,10 +43,9 @@ static void add_error(struct error_sum *sum, struct vec3 difference, double even
 static INLINED void put_pixel(struct renderer *renderer, uint32_t pixel, struct vec3 mean,
                               struct vec3 difference, uint64_t rays, double samples)
 {
-    struct progress *progress = &renderer->progress;
-    const struct task *task = &progress->task;
+    const struct task *task = &renderer->progress.task;
     /* Only pixels that get samples are handed over. */
-    uint32_t place = task->refinements ? progress->put++ : pixel;
+    uint32_t place = task->refinements ? renderer->numbers[pixel] : pixel;
     put_color(task->mean + 3 * (size_t)place, mean);
     if (task->difference) put_color(task->difference + 3 * (size_t)place, difference);
     if (task->rays) task->rays[place] = (float)((double)rays / samples);

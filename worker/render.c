@@ -75,6 +75,8 @@ void renderer_destroy(struct renderer *renderer)
     }
     media_destroy(renderer->media);
     radiance_free(&renderer->radiance);
+    free(renderer->refinements);
+    free(renderer->numbers);
     free(renderer);
 }
 
@@ -158,8 +160,8 @@ static void continue_paths(struct renderer *renderer)
  * Of a rectangle the pixels are rendered in blocks of BLOCK_W x BLOCK_H, one bundle of rays each, and
  * in these by PART_W x PART_H, one packet each (worker/packet.h): what is near in both directions
  * stays together longer than what is in a row. A band is a row of blocks. What does not fill a block
- * comes row by row, and so does all of a tile with steps, and of a task in which only some pixels
- * get samples.
+ * comes row by row, and so does all of a tile with steps. Where only some pixels get samples, these come
+ * in the same order.
  */
 #define BLOCK_W 8
 #define BLOCK_H 4
@@ -182,35 +184,62 @@ static inline void block_place(uint32_t w, uint32_t band, uint32_t begin, uint32
     }
 }
 
-/* Whether the next pixel is in a whole band, which it enters if need be. */
-static bool is_in_band(struct progress *progress)
+/* Whether the k-th pixel is in a whole band, which it enters if need be; k never goes back. */
+static bool is_in_band(struct progress *progress, uint32_t k)
 {
     const struct tile *tile = progress->task.tile;
-    if (tile->step > 1 || progress->task.refinements) return false;
-    if (progress->next.pixel - progress->band_begin >= tile->w * BLOCK_H) {
-        progress->band = progress->next.pixel / (tile->w * BLOCK_H);
+    if (tile->step > 1) return false;
+    if (k - progress->band_begin >= tile->w * BLOCK_H) {
+        progress->band = k / (tile->w * BLOCK_H);
         progress->band_begin = progress->band * tile->w * BLOCK_H;
     }
     return (progress->band + 1) * BLOCK_H <= tile->h;
+}
+
+/* Which pixel of the tile is the k-th to be rendered, and where it lies in the rendered region. */
+static uint32_t place_of(struct progress *progress, uint32_t k, uint32_t *x, uint32_t *y)
+{
+    const struct tile *tile = progress->task.tile;
+    if (!is_in_band(progress, k)) {
+        tile_pixel(tile, k, x, y);
+        return k;
+    }
+    block_place(tile->w, progress->band, progress->band_begin, k, x, y);
+    uint32_t place = *y * tile->w + *x;
+    *x += tile->x;
+    *y += tile->y;
+    return place;
 }
 
 /* The place of the pixel whose samples come next. */
 static void locate_pixel(struct renderer *renderer)
 {
     struct progress *progress = &renderer->progress;
-    const struct tile *tile = progress->task.tile;
     uint32_t x, y;
-    if (is_in_band(progress)) {
-        block_place(tile->w, progress->band, progress->band_begin, progress->next.pixel, &x, &y);
-        progress->place = y * tile->w + x;
-        x += tile->x;
-        y += tile->y;
-    } else {
-        progress->place = progress->next.pixel;
-        tile_pixel(tile, progress->place, &x, &y);
-    }
+    progress->place = place_of(progress, progress->next.pixel, &x, &y);
     progress->x = x + renderer->scene->view.region_x;
     progress->y = y + renderer->scene->view.region_y;
+}
+
+/* The task's refinements in the order of its pixels, for the cursors. */
+static void arrange_refinements(struct renderer *renderer)
+{
+    struct progress *progress = &renderer->progress;
+    const struct refinement *given = progress->task.refinements;
+    uint32_t pixels = tile_pixels(progress->task.tile), number = 0, x, y;
+    if (pixels > renderer->refinements_room) {
+        size_t room = renderer->refinements_room = pixels;
+        renderer->refinements =
+            reallocate(renderer->refinements, room, sizeof *renderer->refinements);
+        renderer->numbers = reallocate(renderer->numbers, room, sizeof *renderer->numbers);
+    }
+    for (uint32_t k = 0; k < pixels; k++) {
+        renderer->refinements[k] = given[place_of(progress, k, &x, &y)];
+        renderer->numbers[k] = number;
+        number += given[k].to > given[k].from;
+    }
+    progress->task.refinements = renderer->refinements;
+    progress->band = progress->band_begin = 0;
 }
 
 static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool flat)
@@ -330,7 +359,8 @@ static void begin_task(struct renderer *renderer, const struct task *task)
     struct progress *progress = &renderer->progress;
     *progress = (struct progress){.task = *task, .samples = task_samples(task, view)};
     progress->next.pixels = tile_pixels(task->tile);
-    cursor_settle(&progress->next, task, view);
+    if (task->refinements) arrange_refinements(renderer);
+    cursor_settle(&progress->next, &progress->task, view);
     progress->adds = progress->next;
     if (!task->refinements && !task->first)
         progress->halfway = samples_halfway(level_samples(view, 1));

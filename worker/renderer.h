@@ -62,7 +62,6 @@ struct progress {
     uint32_t x, y;             /* its place in the whole picture */
     struct task_cursor adds;   /* to be added next */
     struct pixel_sum sum;      /* of that pixel */
-    uint32_t put;              /* pixels handed over, where only some get samples */
     uint32_t halfway;          /* samples of it after which an error is told, too; 0: none */
 };
 
@@ -75,6 +74,10 @@ struct renderer {
     struct media *media;
     uint32_t eye_media; /* the stack that the eye is in */
     struct progress progress;
+    /* Of a task in which only some pixels get samples, for as many as the largest so far had; owned. */
+    struct refinement *refinements; /* what they get, in the order in which they are rendered */
+    uint32_t *numbers;              /* of each pixel of the tile among those that get some */
+    uint32_t refinements_room;
     struct render_counts counts;
     renderer_interrupted *interrupted;
     void *context;
