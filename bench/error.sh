@@ -431,8 +431,9 @@ forecast() {
         echo "| scene | run | RMSE | CPU s | later RMSE | foretold s | interval of a standard deviation | took s | off by |"
         echo "|---|---|---|---|---|---|---|---|---|"
         awk -F, 'NR > 1 { printf "| %s | %s | %.3g | %.2f | %.3g | %.2f | %.2f to %.2f | %.2f | %+.0f %% |\n", $1, $2, $3, $4, $5, $6, $7, $8, $9, 100 * $10
-                n++; hit += $10 < 0.2 && $10 > -0.2; in1 += $7 <= $9 && $9 <= $8; s += log(1 + $10) ^ 2 }
-            END { if (n) printf "\nWithin 20 %%: %d of %d. In their interval: %d. Off by, root mean square: %.0f %%.\n", hit, n, in1, 100 * sqrt(s / n) }' "$csv"
+                n++; hit += $10 < 0.2 && $10 > -0.2; in1 += $7 <= $9 && $9 <= $8; s += log(1 + $10) ^ 2
+                if ($6 > $4 && $9 > $4) { more += log(($6 - $4) / ($9 - $4)) ^ 2; m++ } }
+            END { if (n) printf "\nWithin 20 %%: %d of %d. In their interval: %d. Off by, root mean square: %.0f %% of all, %.0f %% of what was still to come.\n", hit, n, in1, 100 * sqrt(s / n), 100 * sqrt(more / m) }' "$csv"
     } >"$OUT/error_forecast.md"
     plot_forecast
     cat "$OUT/error_forecast.md"

@@ -91,24 +91,29 @@ bool error_point(const struct error_sum *sum, uint64_t pixels, double seconds,
     return true;
 }
 
-/* The law to goal for so many seconds more, whose logarithm has the standard deviation spread. */
-static struct error_forecast forecast_between(const struct error_point *now, double goal,
-                                              double more, double spread)
+/* The law from now to goal: times and deviation are of the logarithm of time, how much it grows by and its
+ * standard deviation. */
+static struct error_forecast law_to(const struct error_point *now, double goal, double times,
+                                    double deviation)
 {
     struct error_forecast forecast = {.rmse = now->rmse, .seconds = now->seconds};
-    double times = log1p(more / now->seconds);
     if (!(goal < now->rmse && times > 0 && times < HUGE_VAL)) return forecast;
     forecast.slope = log(now->rmse / goal) / times;
-    /* Uncertain is what is to come, and where it begins. */
-    spread = hypot(spread * more / (now->seconds + more), now->spread / forecast.slope);
-    forecast.slope_spread = forecast.slope * spread / times;
+    forecast.slope_spread = forecast.slope * deviation / times;
     forecast.known = true;
     return forecast;
 }
 
+/* What FORECAST_SPREAD of what is still to come is of all. */
+static double foresight_spread(double times)
+{
+    return FORECAST_SPREAD * -expm1(-times);
+}
+
 struct error_forecast error_forecast_to(const struct error_point *now, double goal, double more)
 {
-    return forecast_between(now, goal, more, FORECAST_SPREAD);
+    double times = log1p(more / now->seconds), slope = log(now->rmse / goal) / times;
+    return law_to(now, goal, times, hypot(foresight_spread(times), now->spread / slope));
 }
 
 /*
@@ -132,20 +137,43 @@ static double times_samples(double ratio, double went, double left)
     return high;
 }
 
+/* What error_forecast() takes. */
+struct halfway {
+    const struct error_point *points;
+    double samples, goal;
+};
+
+/* By how much the logarithm of time grows up to the goal if the errors of the points are off by so much,
+ * in logarithms as well; HUGE_VAL: they do not go down. */
+static double times_if_off(const struct halfway *it, double part_off, double now_off)
+{
+    const struct error_point *points = it->points;
+    double part = points[0].rmse * exp(part_off), now = points[1].rmse * exp(now_off);
+    double went = pow(part / now, 2), left = pow(it->goal / now, 2);
+    if (!(went > 1)) return HUGE_VAL;
+    if (!(left < 1)) return 0;
+    double times = times_samples(points[1].seconds / points[0].seconds, went, left);
+    return log1p((times - 1) * it->samples / (it->samples + FIRST_SAMPLE));
+}
+
+/* What an error may be off by to both sides makes of `times`. Where one of them has no end, there is none:
+ * as much as all of it at least. */
+static double deviation(double up, double down, double times)
+{
+    if (isinf(up) || isinf(down)) return fmax(times - fmin(up, down), times);
+    return fabs(up - down) / 2;
+}
+
 struct error_forecast error_forecast(const struct error_point points[2], double samples,
                                      double goal)
 {
+    const struct halfway it = {points, samples, goal};
     const struct error_point *part = &points[0], *now = &points[1];
-    double ratio = now->seconds / part->seconds, went = pow(part->rmse / now->rmse, 2);
-    double left = pow(goal / now->rmse, 2);
-    if (!(ratio > 1 && went > 1 && left < 1)) return (struct error_forecast){0};
-    double times = times_samples(ratio, went, left);
-    /* Where both points may as well be: steeper and flatter by a standard deviation. */
-    double noise = exp(2 * hypot(part->spread, now->spread));
-    double most = went > noise ? times_samples(ratio, went / noise, left) : HUGE_VAL;
-    double spread = log(most / times_samples(ratio, went * noise, left)) / 2;
-    double more = now->seconds * (times - 1) * samples / (samples + FIRST_SAMPLE);
-    return forecast_between(now, goal, more, hypot(FORECAST_SPREAD, spread));
+    if (!(now->seconds > part->seconds)) return (struct error_forecast){0};
+    double times = times_if_off(&it, 0, 0), a = part->spread, b = now->spread;
+    double of_part = deviation(times_if_off(&it, a, 0), times_if_off(&it, -a, 0), times);
+    double of_now = deviation(times_if_off(&it, 0, b), times_if_off(&it, 0, -b), times);
+    return law_to(now, goal, times, hypot(foresight_spread(times), hypot(of_part, of_now)));
 }
 
 static double seconds_at(const struct error_forecast *forecast, double rmse, double slope)

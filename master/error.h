@@ -68,13 +68,16 @@ struct error_forecast {
 };
 
 /*
- * With the same number of samples everywhere, from how the error went down between a part of them and
- * all, the last of the two points. Samples of nets (worker/sample.h) leave a squared error of n^-3/2 where an edge
- * runs through a pixel and of n^-3 where it is smooth (A. Owen, "Scrambled net variance for integrals
- * of smooth functions", Ann. Stat. 25, 1997), of more where few samples do not resolve it. So what is
- * steeper than edges are will not stay so: it is reckoned as the sum of what goes down by FORECAST_EDGE and
- * by FORECAST_SMOOTH, the latter as it went down in pictures of 16 scenes; what is flatter goes on as it
- * is. samples: of a pixel, all; goal: below the last point's error.
+ * With the same number of samples everywhere, from how the error went down between a part of them and all,
+ * the last of the two points. n samples that are spread evenly (worker/sample.h) leave a squared error of
+ * n^-3/2 where an edge runs through a pixel (D. Mitchell, "Consequences of stratified sampling in
+ * graphics", SIGGRAPH 1996), of up to n^-3 where it is smooth (A. Owen, "Scrambled net variance for
+ * integrals of smooth functions", Ann. Stat. 25, 1997), and of n^-1 where detail is finer than they are. So
+ * what is steeper than edges are will not stay so: it is reckoned as the sum of what goes down by
+ * FORECAST_EDGE and by FORECAST_SMOOTH, the latter as it went down in pictures of 16 scenes; what is
+ * flatter goes on as it is. samples: of a pixel, all; goal: below the last point's error. The interval has
+ * what both errors may be off by, besides FORECAST_SPREAD; it has no upper end where one that is off by a
+ * standard deviation would not go down.
  */
 #define FORECAST_EDGE   1.5
 #define FORECAST_SMOOTH 2.5
@@ -90,8 +93,9 @@ struct error_forecast error_forecast(const struct error_point points[2], double 
 
 /*
  * That so many seconds more lower the error from a point to goal, below it; HUGE_VAL: nobody knows. The
- * slope is that between the two. FORECAST_SPREAD is the standard deviation that such foresight had,
- * relative, where it was measured (make bench-error, section forecast).
+ * slope is that between the two. FORECAST_SPREAD is what such foresight was off by, relative to what was
+ * still to come then (make bench-error, section forecast, prints it): all in all, so that an interval
+ * with what the errors are off by beside it is rather too wide.
  */
 #define FORECAST_SPREAD 0.2
 struct error_forecast error_forecast_to(const struct error_point *now, double goal, double more);

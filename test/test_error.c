@@ -138,7 +138,33 @@ static void test_forecast_of_even_samples(void **state)
     }
 }
 
-/* Where both errors may be the same, nobody knows how long it will take at most. */
+/* What the errors of both points make of forecasts is in their intervals. */
+static void test_forecasts_scatter_as_told(void **state)
+{
+    (void)state;
+    enum { RUNS = 4000 };
+    const double parts[3][3] = {{0, 1, 0}, {0, 1, 9}, {1, 0, 0}}, spread = 0.01;
+    for (int i = 0; i < 3; i++) {
+        double goal = error_of(parts[i], 40), sum = 0, squares = 0, low, high;
+        struct error_forecast told = forecast_at(parts[i], spread, 40);
+        double seconds = forecast_seconds(&told, goal, &low, &high), times = log(seconds / 2);
+        for (int run = 0; run < RUNS; run++) {
+            const struct error_point points[2] = {
+                {1, error_of(parts[i], 8) * exp(spread * normal()), spread},
+                {2, error_of(parts[i], 16) * exp(spread * normal()), spread}};
+            struct error_forecast forecast = error_forecast(points, 16, goal);
+            double off = log(forecast_seconds(&forecast, goal, &low, &high) / seconds);
+            sum += off;
+            squares += off * off;
+        }
+        double deviation = sqrt(squares / RUNS - pow(sum / RUNS, 2));
+        double all = hypot(deviation, FORECAST_SPREAD * (1 - 2 / seconds));
+        assert_close(told.slope_spread / told.slope * times / all, 1, 0.06);
+    }
+}
+
+/* Where both errors may be the same, nobody knows how long it will take at most; what it takes at least
+ * is known. */
 static void test_forecast_without_an_end(void **state)
 {
     (void)state;
@@ -147,7 +173,7 @@ static void test_forecast_without_an_end(void **state)
     double low, high;
     assert_true(forecast.known);
     assert_true(forecast_seconds(&forecast, 0.005, &low, &high) < HUGE_VAL);
-    assert_true(high == HUGE_VAL && low < 100);
+    assert_true(high == HUGE_VAL && low > 50); /* as where both are off to the steep side */
 }
 
 static void test_no_forecast(void **state)
@@ -199,6 +225,7 @@ int main(void)
         cmocka_unit_test(test_intervals_hold),
         cmocka_unit_test(test_forecast_to_a_goal),
         cmocka_unit_test(test_forecast_of_even_samples),
+        cmocka_unit_test(test_forecasts_scatter_as_told),
         cmocka_unit_test(test_forecast_without_an_end),
         cmocka_unit_test(test_no_forecast),
         cmocka_unit_test(test_goals_are_round),
