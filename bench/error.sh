@@ -84,6 +84,7 @@ farm() {
 
 # The median of numbers, one a line.
 median() { sort -n | awk '{ v[NR] = $1 } END { print (v[int((NR + 1) / 2)] + v[int(NR / 2) + 1]) / 2 }'; }
+median_of() { for t; do echo "$t"; done | median; }
 # farm() REPEAT times: sets cpu to the median of its CPU seconds.
 farm_repeated() {
     times=
@@ -91,7 +92,7 @@ farm_repeated() {
         farm "$@"
         times="$times $(cpu_of "$WORK/$1.json")"
     done
-    cpu=$(for t in $times; do echo "$t"; done | median)
+    cpu=$(median_of $times)
 }
 
 # On all cores: its time is nobody's business.
@@ -403,20 +404,24 @@ forecast() {
     for scene in $SCENES; do
         for setting in samples=4 samples=8 samples=16 target_error=0.02 target_error=0.012 target_error=0.007; do
             known "$scene,$setting" && continue
-            farm first "$scene" "sampling.$setting"
-            r=$WORK/first.json
-            grep -q '"forecast": null' "$r" && continue
-            goal=$(of "$r" forecast rmse) slope=$(of "$r" forecast slope)
-            case $setting in
-            samples=*) # as many as that law asks for
-                farm run "$scene" sampling.samples="$(awk -v n="${setting#*=}" -v e="$(value "$r" estimated_rmse)" \
-                    -v g="$goal" -v b="$slope" 'BEGIN { printf "%d", 2 * int(n * (e / g) ^ (-1 / b) / 2 + 0.5) }')" ;;
-            *) farm run "$scene" sampling.target_error="$goal" ;;
-            esac
+            foretold="" took="" r=$WORK/first.json
+            # In turns, so that a machine whose speed changes tells the same of both.
+            for _ in $(seq "$REPEAT"); do
+                farm first "$scene" "sampling.$setting"
+                grep -q '"forecast": null' "$r" && continue 2
+                goal=$(of "$r" forecast rmse) slope=$(of "$r" forecast slope)
+                case $setting in
+                samples=*) # as many as that law asks for
+                    farm run "$scene" sampling.samples="$(awk -v n="${setting#*=}" -v e="$(value "$r" estimated_rmse)" \
+                        -v g="$goal" -v b="$slope" 'BEGIN { printf "%d", 2 * int(n * (e / g) ^ (-1 / b) / 2 + 0.5) }')" ;;
+                *) farm run "$scene" sampling.target_error="$goal" ;;
+                esac
+                foretold="$foretold $(cpu_of "$r")" took="$took $(cpu_of "$WORK/run.json")"
+            done
             # The law carries the forecast from the goal to what the later run came to.
-            awk -v s="$scene" -v m="$setting" -v e="$(value "$r" estimated_rmse)" -v t="$(cpu_of "$r")" \
+            awk -v s="$scene" -v m="$setting" -v e="$(value "$r" estimated_rmse)" -v t="$(median_of $foretold)" \
                 -v b="$slope" -v d="$(of "$r" forecast slope_spread)" -v g="$(value "$WORK/run.json" estimated_rmse)" \
-                -v took="$(cpu_of "$WORK/run.json")" 'function at(b) { return t * (e / g) ^ (-1 / b) } BEGIN {
+                -v took="$(median_of $took)" 'function at(b) { return t * (e / g) ^ (-1 / b) } BEGIN {
                 printf "%s,%s,%s,%s,%s,%.3f,%.3f,%.3f,%s,%.3f\n", s, m, e, t, g, at(b), at(b - d), at(b + d), took, at(b) / took - 1 }' >>"$csv"
         done
     done

@@ -91,51 +91,61 @@ bool error_point(const struct error_sum *sum, uint64_t pixels, double seconds,
     return true;
 }
 
-struct error_forecast error_forecast(const struct error_point *points, size_t count)
-{
-    struct error_forecast forecast = {0};
-    if (count < 2) return forecast;
-    if (count > FORECAST_POINTS) {
-        points += count - FORECAST_POINTS;
-        count = FORECAST_POINTS;
-    }
-    /* Least squares of the logarithms, measured from the last point. */
-    const struct error_point *last = &points[count - 1];
-    double xx = 0, xy = 0, noise = 0;
-    for (size_t i = 0; i + 1 < count; i++) {
-        double x = log(last->seconds / points[i].seconds);
-        xx += x * x;
-        xy += x * log(points[i].rmse / last->rmse);
-        noise += x * x * (points[i].spread * points[i].spread + last->spread * last->spread);
-    }
-    if (!(xx > 0)) return forecast;
-    forecast.rmse = last->rmse;
-    forecast.seconds = last->seconds;
-    forecast.slope = xy / xx;
-    double rest = 0;
-    for (size_t i = 0; i + 1 < count; i++) {
-        double x = log(last->seconds / points[i].seconds);
-        double miss = log(points[i].rmse / last->rmse) - forecast.slope * x;
-        rest += miss * miss;
-    }
-    if (count > 2) rest /= (double)count - 2;
-    forecast.slope_spread = sqrt(noise / (xx * xx) + rest / xx);
-    forecast.known = forecast.slope > 0 && isfinite(forecast.slope);
-    return forecast;
-}
-
-struct error_forecast error_forecast_to(const struct error_point *now, double goal, double more)
+/* The law to goal for so many seconds more, whose logarithm has the standard deviation spread. */
+static struct error_forecast forecast_between(const struct error_point *now, double goal,
+                                              double more, double spread)
 {
     struct error_forecast forecast = {.rmse = now->rmse, .seconds = now->seconds};
     double times = log1p(more / now->seconds);
     if (!(goal < now->rmse && times > 0 && times < HUGE_VAL)) return forecast;
     forecast.slope = log(now->rmse / goal) / times;
     /* Uncertain is what is to come, and where it begins. */
-    double spread =
-        hypot(FORECAST_SPREAD * more / (now->seconds + more), now->spread / forecast.slope);
+    spread = hypot(spread * more / (now->seconds + more), now->spread / forecast.slope);
     forecast.slope_spread = forecast.slope * spread / times;
     forecast.known = true;
     return forecast;
+}
+
+struct error_forecast error_forecast_to(const struct error_point *now, double goal, double more)
+{
+    return forecast_between(now, goal, more, FORECAST_SPREAD);
+}
+
+/*
+ * How many times the samples leave so much of the squared error (0..1), after ratio times the samples left
+ * went^-1 of it; log(went) / log(ratio) is above 0.
+ */
+static double times_samples(double ratio, double went, double left)
+{
+    double edge = pow(ratio, FORECAST_EDGE), smooth = pow(ratio, FORECAST_SMOOTH);
+    if (went <= edge) return pow(left, -log(ratio) / log(went));
+    double share = fmin((went - edge) / (smooth - edge), 1); /* of what is smooth */
+    double low = 1, high = pow(left, -1 / FORECAST_EDGE);    /* as if all were edges */
+    for (int i = 0; i < 60; i++) {
+        double middle = (low + high) / 2;
+        if ((1 - share) * pow(middle, -FORECAST_EDGE) + share * pow(middle, -FORECAST_SMOOTH) >
+            left)
+            low = middle;
+        else
+            high = middle;
+    }
+    return high;
+}
+
+struct error_forecast error_forecast(const struct error_point points[2], double samples,
+                                     double goal)
+{
+    const struct error_point *part = &points[0], *now = &points[1];
+    double ratio = now->seconds / part->seconds, went = pow(part->rmse / now->rmse, 2);
+    double left = pow(goal / now->rmse, 2);
+    if (!(ratio > 1 && went > 1 && left < 1)) return (struct error_forecast){0};
+    double times = times_samples(ratio, went, left);
+    /* Where both points may as well be: steeper and flatter by a standard deviation. */
+    double noise = exp(2 * hypot(part->spread, now->spread));
+    double most = went > noise ? times_samples(ratio, went / noise, left) : HUGE_VAL;
+    double spread = log(most / times_samples(ratio, went * noise, left)) / 2;
+    double more = now->seconds * (times - 1) * samples / (samples + FIRST_SAMPLE);
+    return forecast_between(now, goal, more, hypot(FORECAST_SPREAD, spread));
 }
 
 static double seconds_at(const struct error_forecast *forecast, double rmse, double slope)

@@ -60,23 +60,40 @@ struct error_point {
 bool error_point(const struct error_sum *sum, uint64_t pixels, double seconds,
                  struct error_point *point);
 
-/* RMSE = rmse * (seconds of rendering / seconds)^-slope */
+/* RMSE = rmse * (seconds of rendering / seconds)^-slope, between now and what is asked for. */
 struct error_forecast {
-    bool known; /* at least two points, the error going down */
+    bool known;
     double rmse, seconds;
     double slope, slope_spread; /* and its standard deviation */
 };
 
-/* The power law that fits best to the last FORECAST_POINTS points, through the last of them. */
-#define FORECAST_POINTS 4
-struct error_forecast error_forecast(const struct error_point *points, size_t count);
+/*
+ * With the same number of samples everywhere, from how the error went down between a part of them and
+ * all, the last of the two points. Samples of nets (worker/sample.h) leave a squared error of n^-3/2 where an edge
+ * runs through a pixel and of n^-3 where it is smooth (A. Owen, "Scrambled net variance for integrals
+ * of smooth functions", Ann. Stat. 25, 1997), of more where few samples do not resolve it. So what is
+ * steeper than edges are will not stay so: it is reckoned as the sum of what goes down by FORECAST_EDGE and
+ * by FORECAST_SMOOTH, the latter as it went down in pictures of 16 scenes; what is flatter goes on as it
+ * is. samples: of a pixel, all; goal: below the last point's error.
+ */
+#define FORECAST_EDGE   1.5
+#define FORECAST_SMOOTH 2.5
+struct error_forecast error_forecast(const struct error_point points[2], double samples,
+                                     double goal);
+
+/*
+ * A pixel's first sample takes longer than further ones, whose rays find caches filled and go the same
+ * way together: so many samples longer, the mean over 12 scenes (from none to 1.4; CPU time of 4 and of 16
+ * samples).
+ */
+#define FIRST_SAMPLE 0.7
 
 /*
  * That so many seconds more lower the error from a point to goal, below it; HUGE_VAL: nobody knows. The
  * slope is that between the two. FORECAST_SPREAD is the standard deviation that such foresight had,
  * relative, where it was measured (make bench-error, section forecast).
  */
-#define FORECAST_SPREAD 0.1
+#define FORECAST_SPREAD 0.2
 struct error_forecast error_forecast_to(const struct error_point *now, double goal, double more);
 
 /* Seconds of rendering until the error is rmse; *low and *high: +- one standard deviation of the

@@ -12,9 +12,6 @@
 #define FIRST_ROW  0.5
 #define ROW_FACTOR 1.25
 
-/* What share of the rays later passes have when they tell what a ray takes. */
-#define LATER_RAYS 0.3
-
 static uint64_t pixel_count(const struct watch *watch)
 {
     return (uint64_t)watch->canvas->width * watch->canvas->height;
@@ -87,9 +84,6 @@ void watch_look(struct watch *watch, double now)
 void watch_pass(struct watch *watch, double now)
 {
     add_row(watch, now);
-    if (watch->first_rays > 0) return;
-    watch->first_rays = adaptive_rays(watch->adaptive);
-    watch->first_s = watch->work_s;
 }
 
 /* Where there is one pass, its middle is known, too. */
@@ -102,18 +96,11 @@ static struct error_forecast forecast_by_middle(const struct watch *watch)
                      &points[0]) ||
         !error_point(&watch->sampling, watch->finished, watch->work_s, &points[1]))
         return (struct error_forecast){0};
-    return error_forecast(points, 2);
+    return error_forecast(points, watch->samples, forecast_goal(points[1].rmse));
 }
 
-/* CPU seconds that a ray of a later pass takes: other pixels than in the first one, fewer together. */
-static double seconds_per_ray(const struct watch *watch)
-{
-    double rays = adaptive_rays(watch->adaptive), later = rays - watch->first_rays;
-    if (watch->first_rays > 0 && later > LATER_RAYS * rays)
-        return (watch->work_s - watch->first_s) / later;
-    return watch->work_s / rays;
-}
-
+/* A ray to come is taken to cost what rays have cost so far. Those of later passes alone, few pixels with
+ * few samples in each pass, cost up to twice as much as they do when there are more of them. */
 static struct error_forecast forecast_by_plan(const struct watch *watch)
 {
     struct error_point now;
@@ -121,7 +108,8 @@ static struct error_forecast forecast_by_plan(const struct watch *watch)
     if (!error_point(&look.sum, look.pixels, watch->work_s, &now))
         return (struct error_forecast){0};
     double goal = forecast_goal(now.rmse);
-    double more = adaptive_foresee(watch->adaptive, goal) * seconds_per_ray(watch);
+    double seconds_per_ray = watch->work_s / adaptive_rays(watch->adaptive);
+    double more = adaptive_foresee(watch->adaptive, goal) * seconds_per_ray;
     return error_forecast_to(&now, goal, more);
 }
 

@@ -28,8 +28,7 @@ struct watch {
     uint64_t finished; /* pixels */
     double work_s;     /* CPU seconds of rendering, of all renderers */
     struct error_log log;
-    double first_rays, first_s; /* rays so far and work_s, when the first pass was complete */
-    double next;                /* when the next row is due */
+    double next; /* when the next row is due */
 };
 
 /* csv: path of the CSV file, empty for none. false, after saying why: it cannot be written. */

@@ -111,6 +111,49 @@ static void test_without_cutoff_depth_first(void **state)
     tree_free(&tree);
 }
 
+/* Any number of branches, of which some are equally bright, while others join and get other bounds. */
+static void test_order_of_many(void **state)
+{
+    (void)state;
+    struct tree tree = {0};
+    struct branch branch;
+    uint32_t random = 1, added = 0, taken = 0;
+    double left[64]; /* by when they came, which is their depth here; taken: 0 */
+    for (uint32_t step = 0; step < 2000; step++) {
+        random = random * 1664525 + 1013904223;
+        uint32_t kind = random >> 30;
+        if (tree.count < 40 && kind < 2) {
+            if (added == 64) {
+                tree_clear(&tree);
+                added = 0;
+            }
+            left[added] = 1 + (random >> 20) % 8;
+            push(&tree, left[added], added);
+            added++;
+        } else if (tree.count > 0) {
+            uint32_t first = 0;
+            double sum = 0;
+            for (uint32_t i = 0; i < added; i++) {
+                sum += left[i];
+                if (left[i] > left[first]) first = i;
+            }
+            assert_null(tree_next(&tree, sum * (1 + 1e-12)));
+            struct branch *next = tree_next(&tree, sum * (1 - 1e-12));
+            assert_int_equal(next->depth, first);
+            if (kind == 2 && left[first] > 2) {
+                tree_rate(&tree, next, --left[first]);
+            } else {
+                tree_remove(&tree, next, &branch);
+                assert_true(branch.depth == first && branch.bound == left[first]);
+                left[first] = 0;
+                taken++;
+            }
+        }
+    }
+    assert_true(taken > 500);
+    tree_free(&tree);
+}
+
 /* Surfaces that give two full rays each: a full tree of depth 16 without 65,536 pending rays. */
 static void test_memory_stays_bounded(void **state)
 {
@@ -141,6 +184,7 @@ int main(void)
         cmocka_unit_test(test_closer_bounds),
         cmocka_unit_test(test_sums_are_upper_bounds),
         cmocka_unit_test(test_without_cutoff_depth_first),
+        cmocka_unit_test(test_order_of_many),
         cmocka_unit_test(test_memory_stays_bounded),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -132,6 +132,26 @@ static INLINED void lanes_transpose(const double *const at[LANES], const struct 
     out[2].v = _mm512_permutex2var_pd(z01, low, z23);
 }
 
+static INLINED __m512d two_rows(const double *low, const double *high)
+{
+    __m512d row = _mm512_castpd256_pd512(_mm256_loadu_pd(low));
+    return _mm512_insertf64x4(row, _mm256_loadu_pd(high), 1);
+}
+
+static INLINED void lanes_of_rows(const double *const at[LANES], struct lanes out[4])
+{
+    const __m512i low = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
+    const __m512i high = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
+    __m512d p04 = two_rows(at[0], at[4]), p15 = two_rows(at[1], at[5]);
+    __m512d p26 = two_rows(at[2], at[6]), p37 = two_rows(at[3], at[7]);
+    __m512d xz01 = _mm512_unpacklo_pd(p04, p15), xz23 = _mm512_unpacklo_pd(p26, p37);
+    __m512d yw01 = _mm512_unpackhi_pd(p04, p15), yw23 = _mm512_unpackhi_pd(p26, p37);
+    out[0].v = _mm512_permutex2var_pd(xz01, low, xz23);
+    out[1].v = _mm512_permutex2var_pd(yw01, low, yw23);
+    out[2].v = _mm512_permutex2var_pd(xz01, high, xz23);
+    out[3].v = _mm512_permutex2var_pd(yw01, high, yw23);
+}
+
 static inline double lanes_lowest(struct lanes a)
 {
     return _mm512_reduce_min_pd(a.v);
@@ -140,6 +160,13 @@ static inline double lanes_lowest(struct lanes a)
 static inline double lanes_highest(struct lanes a)
 {
     return _mm512_reduce_max_pd(a.v);
+}
+
+static inline double lanes_sum(struct lanes a)
+{
+    __m256d four = _mm256_add_pd(_mm512_castpd512_pd256(a.v), _mm512_extractf64x4_pd(a.v, 1));
+    __m128d two = _mm_add_pd(_mm256_castpd256_pd128(four), _mm256_extractf128_pd(four, 1));
+    return _mm_cvtsd_f64(_mm_add_sd(two, _mm_unpackhi_pd(two, two)));
 }
 
 static inline struct lanes lanes_choose(lane_set set, struct lanes a, struct lanes b)
@@ -244,6 +271,13 @@ static inline double lanes_highest(struct lanes a)
     __m256d four = _mm256_max_pd(a.low, a.high);
     __m128d two = _mm_max_pd(_mm256_castpd256_pd128(four), _mm256_extractf128_pd(four, 1));
     return _mm_cvtsd_f64(_mm_max_sd(two, _mm_unpackhi_pd(two, two)));
+}
+
+static inline double lanes_sum(struct lanes a)
+{
+    __m256d four = _mm256_add_pd(a.low, a.high);
+    __m128d two = _mm_add_pd(_mm256_castpd256_pd128(four), _mm256_extractf128_pd(four, 1));
+    return _mm_cvtsd_f64(_mm_add_sd(two, _mm_unpackhi_pd(two, two)));
 }
 
 static inline __m256d mask_4(lane_set set)
@@ -382,6 +416,12 @@ static inline double lanes_highest(struct lanes a)
     return high;
 }
 
+static inline double lanes_sum(struct lanes a)
+{
+    const double *at = a.at;
+    return ((at[0] + at[4]) + (at[2] + at[6])) + ((at[1] + at[5]) + (at[3] + at[7]));
+}
+
 static inline struct lanes lanes_choose(lane_set set, struct lanes a, struct lanes b)
 {
     for (unsigned i = 0; i < LANES; i++)
@@ -412,13 +452,24 @@ static INLINED void lanes_transpose(const double *const at[LANES], const struct 
         out[k] = lanes_of_quads(low[k], high[k]);
 }
 
+static INLINED void lanes_of_rows(const double *const at[LANES], struct lanes out[4])
+{
+    struct quad low[4], high[4];
+    quad_of_rows(at, low);
+    quad_of_rows(at + QUAD, high);
+    for (unsigned k = 0; k < 4; k++)
+        out[k] = lanes_of_quads(low[k], high[k]);
+}
+
 #endif
 
 /* lanes_lowest(), lanes_highest(): of all lanes, none of which is NaN.
+ * lanes_sum(): of all lanes, added up in the same order on every level.
  * lanes_choose(): a in the lanes of the set, b in the others.
  * equal_ids(): the lanes that have this id; put_ids(): gives it to those of the set.
  * lanes_larger(), lanes_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses.
  * lanes_transpose(): of three doubles for each lane those that the order names first, second and
- * third; what lies behind them is not touched. */
+ * third; what lies behind them is not touched. lanes_of_rows(): the first, second, ... of four doubles
+ * for each lane. */
 
 #endif

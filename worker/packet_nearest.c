@@ -32,7 +32,6 @@ struct nearest_packet {
     uint64_t *exact;
     double limit[LANES];       /* nothing beyond is of interest to the ray */
     struct floats float_limit; /* ray_limits() */
-    double farthest;           /* of the limits */
     struct lanes t_max;        /* limits when the walk began */
     struct lanes least; /* what is nearer may be a passage through the triangle it starts on */
     struct lanes origin_error;
@@ -101,6 +100,7 @@ static INLINED lane_set triangle_candidates(void *context, const struct bvh_leaf
     set &= ~(nearer | equal_ids(it->first, leaf->id)); /* the latter: other pieces of it */
     it->first_from = lanes_choose(nearer, found->from, it->first_from);
     put_ids(it->first, nearer, leaf->id);
+    __builtin_prefetch(corner_indices(it->scene, leaf->id)); /* for settle_together() */
     if (!set) return ALL_LANES;
     double from[LANES];
     lanes_store(from, found->from);
@@ -186,10 +186,12 @@ static INLINED void solids_in_leaf(struct nearest_packet *it, const struct bvh_l
     }
 }
 
-static INLINED void note_limits(struct nearest_packet *it)
+static INLINED double farthest_limit(const struct nearest_bundle *it)
 {
-    it->farthest = lanes_highest(lanes_load(it->limit));
-    it->float_limit = ray_limits(lanes_load(it->limit));
+    struct lanes farthest = lanes_load(it->packets[0].limit);
+    for (unsigned i = 1; i < it->bundle.count; i++)
+        farthest = lanes_larger(lanes_load(it->packets[i].limit), farthest);
+    return lanes_highest(farthest);
 }
 
 /* Rays with some of LANES triangles, from the leaf's first of them on. */
@@ -232,38 +234,56 @@ static INLINED bool look_at_leaf(struct nearest_bundle *it, const struct bvh_lea
     return true;
 }
 
+/* What each packet has in a box. */
+struct bundle_sets {
+    lane_set rays[BUNDLE];
+    unsigned met, packets; /* how many rays, and packets that have some */
+};
+
+static INLINED struct bundle_sets rays_in_box(const struct nearest_bundle *it,
+                                              const struct packet_box *box)
+{
+    struct bundle_sets sets = {.met = 0, .packets = 0};
+    for (unsigned i = 0; i < it->bundle.count; i++) {
+        const struct nearest_packet *packet = &it->packets[i];
+        sets.rays[i] = rays_meet(&packet->packet, box, packet->float_limit);
+        sets.met += (unsigned)__builtin_popcount(sets.rays[i]);
+        sets.packets += sets.rays[i] != 0;
+    }
+    return sets;
+}
+
+static INLINED void look_in_leaf(struct nearest_bundle *it, const struct bvh_leaf *leaves,
+                                 uint32_t count, const struct bundle_sets *sets)
+{
+    uint32_t triangles = triangles_of(leaves, count);
+    bool together = it->bundle.one_origin && sets->packets >= TOGETHER_MIN && triangles > 0 &&
+                    look_at_leaf(it, leaves, count, triangles, sets->rays);
+    for (unsigned i = 0; i < it->bundle.count; i++) {
+        struct nearest_packet *packet = &it->packets[i];
+        lane_set rays = sets->rays[i];
+        if (!rays) continue;
+        if (!together && triangles > 0)
+            packet_triangles(&packet->packet, packet->scene, leaves, count, triangles, rays,
+                             triangle_candidates, packet);
+        solids_in_leaf(packet, leaves + triangles, count - triangles, rays);
+        packet->float_limit = ray_limits(lanes_load(packet->limit));
+    }
+}
+
 static INLINED void visit_by_bundle(void *context, const struct bvh_node *node, unsigned slot,
                                     double *limit)
 {
     struct nearest_bundle *it = context;
-    const struct bvh_leaf *leaves = it->leaves + node->child[slot];
-    uint32_t count = node->count[slot], triangles = triangles_of(leaves, count);
     if (!it->prepared) bundle_prepare(it);
     struct packet_box box = packet_box(&it->bundle, node, slot);
-    lane_set rays[BUNDLE] = {0};
-    unsigned met = 0, packets = 0;
-    for (unsigned i = 0; i < it->bundle.count; i++) {
-        const struct nearest_packet *packet = &it->packets[i];
-        rays[i] = rays_meet(&packet->packet, &box, packet->float_limit);
-        met += (unsigned)__builtin_popcount(rays[i]);
-        packets += rays[i] != 0;
+    struct bundle_sets sets = rays_in_box(it, &box);
+    if (sets.met > 0) {
+        look_in_leaf(it, it->leaves + node->child[slot], node->count[slot], &sets);
+        *limit = farthest_limit(it);
     }
-    bool together = it->bundle.one_origin && packets >= TOGETHER_MIN && triangles > 0 &&
-                    look_at_leaf(it, leaves, count, triangles, rays);
-    double farthest = -INFINITE;
-    for (unsigned i = 0; i < it->bundle.count; i++) {
-        struct nearest_packet *packet = &it->packets[i];
-        if (rays[i]) {
-            if (!together && triangles > 0)
-                packet_triangles(&packet->packet, packet->scene, leaves, count, triangles, rays[i],
-                                 triangle_candidates, packet);
-            solids_in_leaf(packet, leaves + triangles, count - triangles, rays[i]);
-            note_limits(packet);
-        }
-        farthest = larger(packet->farthest, farthest);
-    }
-    it->given_up = !is_worth_it(&it->bundle, met);
-    *limit = it->given_up ? -INFINITE : farthest; /* which ends the walk */
+    it->given_up = !is_worth_it(&it->bundle, sets.met);
+    if (it->given_up) *limit = -INFINITE; /* which ends the walk */
 }
 
 /* The planes, which are no part of the tree. */
@@ -284,11 +304,8 @@ static INLINED void nearest_packet_begin(struct nearest_packet *it, const struct
     it->exact = exact;
     it->keeping = it->walking = 0;
     memset(it->count, 0, sizeof it->count);
-    UNROLLED
-    for (unsigned lane = 0; lane < LANES; lane++)
-        it->limit[lane] = rays[lane].t_max;
+    lanes_store(it->limit, it->packet.t_max);
     if (scene->primitives[PRIMITIVE_PLANE].count > 0) test_planes(it);
-    it->farthest = lanes_highest(lanes_load(it->limit));
 }
 
 /* Whether something else than its first may be a ray's nearest. */
@@ -318,6 +335,19 @@ static lane_set hits_of_firsts(const struct nearest_packet *it, lane_set set, st
         hits[lane] = (struct hit){t[lane], u[lane], v[lane], ids[lane], 0};
     }
     return set;
+}
+
+/* Before a bundle's packets are settled: in a large mesh, the corners of what they meet are in no near
+ * cache. */
+static INLINED void prefetch_firsts(const struct nearest_packet *it)
+{
+    const struct vec3 *vertices = scene_vertices(it->scene);
+    lane_set set = lanes_less(it->first_from, lanes_of(INFINITE));
+    for (; set; set = without_lowest(set)) {
+        const uint32_t *corner = corner_indices(it->scene, it->first[lowest_lane(set)]);
+        for (unsigned k = 0; k < 3; k++)
+            __builtin_prefetch(&vertices[corner[k]]);
+    }
 }
 
 /* The hits of rays whose first is the only one, for all together; returns whose they are. The firsts
@@ -387,13 +417,12 @@ bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const stru
     if (!bundle_of(bvh, rays, &it.bundle)) return false;
     it.leaves = bvh_leaves(bvh);
     it.given_up = it.prepared = false;
-    double farthest = -INFINITE;
-    for (unsigned i = 0; i < packets; i++) {
+    for (unsigned i = 0; i < packets; i++)
         nearest_packet_begin(&it.packets[i], scene, rays + (size_t)i * LANES, exact);
-        farthest = larger(it.packets[i].farthest, farthest);
-    }
-    bundle_traverse(bvh, &it.bundle, farthest, visit_by_bundle, &it);
+    bundle_traverse(bvh, &it.bundle, farthest_limit(&it), visit_by_bundle, &it);
     if (it.given_up) return false;
+    for (unsigned i = 0; i < packets && it.prepared; i++)
+        prefetch_firsts(&it.packets[i]);
     for (unsigned i = 0; i < packets; i++)
         nearest_packet_end(&it.packets[i], hits + (size_t)i * LANES, rough);
     return true;

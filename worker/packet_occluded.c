@@ -157,15 +157,13 @@ static void begin_rays(struct occlusion_packet *it)
 {
     const struct packet *packet = &it->packet;
     struct lanes way = lanes_mul(largest_of(packet->o), lanes_abs(packet->inverse_dz));
-    double t_max[LANES];
     it->least = lanes_mul(lanes_of(PASSAGE_REACH), way);
     for (unsigned lane = 0; lane < LANES; lane++) {
-        t_max[lane] = it->rays[lane].t_max;
         if (it->passages) it->passages[lane].count = 0;
         if (it->scene->primitives[PRIMITIVE_PLANE].count == 0) continue;
         note(it, lane, occlusion_planes(walk_of(it, lane), false));
     }
-    it->t_max = lanes_load(t_max);
+    it->t_max = packet->t_max;
 }
 
 bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,

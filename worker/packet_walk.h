@@ -2,8 +2,6 @@
 #ifndef FARM_WORKER_PACKET_WALK_H
 #define FARM_WORKER_PACKET_WALK_H
 
-#include <float.h>
-
 #include "worker/lanes_dd.h"
 #include "worker/packet.h"
 #include "worker/traverse.h"
@@ -36,7 +34,7 @@ struct lane_slab {
 struct packet {
     const struct bvh *bvh;
     uint32_t from[LANES]; /* what the rays start on, as in struct ray */
-    struct lanes o[3], d[3];
+    struct lanes o[3], d[3], t_max;
 
     /* What only tests of leaves need; see packet_prepare(). */
     bool prepared;
@@ -64,44 +62,67 @@ static INLINED struct lanes largest_of(const struct lanes v[3])
     return lanes_largest(lanes_abs(v[0]), lanes_abs(v[1]), lanes_abs(v[2]));
 }
 
-static INLINED struct lanes sum_of(const struct lanes v[3])
-{
-    return lanes_add(lanes_add(lanes_abs(v[0]), lanes_abs(v[1])), lanes_abs(v[2]));
-}
-
+/* origin: of all of them; NULL: each has its own. */
 static INLINED void load_packet(struct packet *packet, const struct bvh *bvh,
-                                const struct ray *rays)
+                                const struct ray *rays, const struct vec3 *origin)
 {
+    _Static_assert(offsetof(struct ray, t_max) ==
+                       offsetof(struct ray, direction) + sizeof(struct vec3),
+                   "four doubles");
     const struct axis_order xyz = axis_order(0, 1, 2);
-    const double *origins[LANES], *directions[LANES];
+    const double *origins[LANES], *ways[LANES];
+    struct lanes way[4];
     packet->bvh = bvh;
     packet->prepared = false;
     UNROLLED
     for (unsigned i = 0; i < LANES; i++) {
         origins[i] = &rays[i].origin.x;
-        directions[i] = &rays[i].direction.x;
+        ways[i] = &rays[i].direction.x;
         packet->from[i] = rays[i].from;
     }
-    lanes_transpose(directions, &xyz, packet->d);
-    lanes_transpose(origins, &xyz, packet->o);
+    lanes_of_rows(ways, way);
+    UNROLLED
+    for (unsigned axis = 0; axis < 3; axis++) {
+        packet->d[axis] = way[axis];
+        if (origin) packet->o[axis] = lanes_of(vec_component(origin, axis));
+    }
+    packet->t_max = way[3];
+    if (!origin) lanes_transpose(origins, &xyz, packet->o);
 }
 
 /* Between what the rays of all packets lie, lane by lane. */
 struct bundle_ends {
     struct lanes o_low[3], o_high[3], d_low[3], d_high[3];
-    struct lanes sum; /* of all magnitudes: not finite if one of them is not */
+    struct lanes zero; /* 0 times all of them, added up: NaN if one is not finite */
 };
 
-static INLINED void widen(struct bundle_ends *ends, const struct packet *packet)
+static INLINED void widen(struct lanes low[3], struct lanes high[3], struct lanes *zero,
+                          const struct lanes v[3])
 {
     UNROLLED
     for (unsigned axis = 0; axis < 3; axis++) {
-        ends->o_low[axis] = lanes_smaller(packet->o[axis], ends->o_low[axis]);
-        ends->o_high[axis] = lanes_larger(packet->o[axis], ends->o_high[axis]);
-        ends->d_low[axis] = lanes_smaller(packet->d[axis], ends->d_low[axis]);
-        ends->d_high[axis] = lanes_larger(packet->d[axis], ends->d_high[axis]);
+        low[axis] = lanes_smaller(v[axis], low[axis]);
+        high[axis] = lanes_larger(v[axis], high[axis]);
+        *zero = lanes_fma(v[axis], lanes_of(0), *zero);
     }
-    ends->sum = lanes_add(ends->sum, lanes_add(sum_of(packet->o), sum_of(packet->d)));
+}
+
+static INLINED struct bundle_ends load_bundle(struct bundle *bundle, const struct ray *rays)
+{
+    struct lanes all = lanes_of(INFINITE), none = lanes_of(-INFINITE);
+    struct bundle_ends ends = {.o_low = {all, all, all},
+                               .o_high = {none, none, none},
+                               .d_low = {all, all, all},
+                               .d_high = {none, none, none},
+                               .zero = lanes_of(0)};
+    const struct vec3 *origin = bundle->one_origin ? &rays[0].origin : NULL;
+    for (unsigned i = 0; i < bundle->count; i++) {
+        struct packet *packet = bundle->packets[i];
+        load_packet(packet, bundle->bvh, rays + (size_t)i * LANES, origin);
+        widen(ends.d_low, ends.d_high, &ends.zero, packet->d);
+        if (i == 0 || !origin) widen(ends.o_low, ends.o_high, &ends.zero, packet->o);
+    }
+    return ends;
 }
 
 /* Whether z is certainly the longest axis of all directions. */
@@ -155,13 +176,12 @@ static INLINED bool bundle_fits_floats(const struct bundle *bundle, const struct
            most < FLOAT_DIRECTION_MAX;
 }
 
-static INLINED bool have_one_origin(const struct bundle_ends *ends)
+static INLINED bool have_one_origin(const struct ray *rays, unsigned count)
 {
-    bool one = true;
-    UNROLLED
-    for (unsigned axis = 0; axis < 3; axis++)
-        one &= !(lanes_lowest(ends->o_low[axis]) < lanes_highest(ends->o_high[axis]));
-    return one;
+    lane_set same = 7;
+    for (unsigned i = 1; i < count; i++)
+        same &= quad_same(&rays[i].origin.x, &rays[0].origin.x);
+    return same == 7;
 }
 
 /* Of the rays of bundle->count packets, for which there is room at bundle->packets. false: they are
@@ -175,27 +195,16 @@ static INLINED bool bundle_of(const struct bvh *bvh, const struct ray *rays, str
     bundle->axes[0] = (z + 1) % 3;
     bundle->axes[1] = (z + 2) % 3;
     bundle->axes[2] = z;
-    struct lanes all = lanes_of(INFINITE), none = lanes_of(-INFINITE);
-    struct bundle_ends ends = {.o_low = {all, all, all},
-                               .o_high = {none, none, none},
-                               .d_low = {all, all, all},
-                               .d_high = {none, none, none},
-                               .sum = lanes_of(0)};
-    for (unsigned i = 0; i < bundle->count; i++) {
-        load_packet(bundle->packets[i], bvh, rays + (size_t)i * LANES);
-        widen(&ends, bundle->packets[i]);
-    }
+    bundle->one_origin = have_one_origin(rays, bundle->count * LANES);
+    struct bundle_ends ends = load_bundle(bundle, rays);
+    if (lanes_at_most(ends.zero, lanes_of(0)) != ALL_LANES) return false;
     if (!have_one_shear(bundle, &ends)) return false;
     double largest_origin =
         lanes_highest(lanes_larger(largest_of(ends.o_low), largest_of(ends.o_high)));
     bundle->margin = slab_margin(bvh, largest_origin);
-    lane_set finite =
-        lanes_at_most(lanes_add(ends.sum, lanes_of(bundle->margin)), lanes_of(DBL_MAX));
-    if (finite != ALL_LANES) return false;
     if (!bundle_fits_floats(bundle, &ends, largest_origin)) return false;
     for (unsigned axis = 0; axis < 3; axis++)
         set_range(bundle, &ends, axis);
-    bundle->one_origin = have_one_origin(&ends);
     return !bundle->ranges[z].both_ways; /* of which an empty box would be no end */
 }
 

@@ -66,6 +66,24 @@ static inline lane_set quad_less(struct quad a, struct quad b)
     return (lane_set)_mm256_movemask_pd(_mm256_cmp_pd(a.v, b.v, _CMP_LT_OQ));
 }
 
+static inline lane_set quad_same(const double *a, const double *b)
+{
+    __m256d same = _mm256_cmp_pd(_mm256_loadu_pd(a), _mm256_loadu_pd(b), _CMP_EQ_OQ);
+    return (lane_set)_mm256_movemask_pd(same);
+}
+
+static INLINED void quad_of_rows(const double *const at[QUAD], struct quad out[4])
+{
+    __m256d p0 = _mm256_loadu_pd(at[0]), p1 = _mm256_loadu_pd(at[1]);
+    __m256d p2 = _mm256_loadu_pd(at[2]), p3 = _mm256_loadu_pd(at[3]);
+    __m256d xz01 = _mm256_unpacklo_pd(p0, p1), xz23 = _mm256_unpacklo_pd(p2, p3);
+    __m256d yw01 = _mm256_unpackhi_pd(p0, p1), yw23 = _mm256_unpackhi_pd(p2, p3);
+    out[0].v = _mm256_permute2f128_pd(xz01, xz23, 0x20);
+    out[1].v = _mm256_permute2f128_pd(yw01, yw23, 0x20);
+    out[2].v = _mm256_permute2f128_pd(xz01, xz23, 0x31);
+    out[3].v = _mm256_permute2f128_pd(yw01, yw23, 0x31);
+}
+
 struct quad_order {
     __m256i floats; /* a double is two of them */
 };
@@ -155,6 +173,21 @@ static inline struct quad quad_fourth(struct quad a)
     return quad_of(a.at[3]);
 }
 
+static inline lane_set quad_same(const double *a, const double *b)
+{
+    lane_set set = 0;
+    for (unsigned i = 0; i < QUAD; i++)
+        set |= (lane_set)(a[i] == b[i]) << i;
+    return set;
+}
+
+static inline void quad_of_rows(const double *const at[QUAD], struct quad out[4])
+{
+    for (unsigned i = 0; i < QUAD; i++)
+        for (unsigned k = 0; k < 4; k++)
+            out[k].at[i] = at[i][k];
+}
+
 struct quad_order {
     unsigned axis[3];
 };
@@ -191,6 +224,8 @@ static inline void quad_transpose(const double *const at[QUAD], const struct qua
  * quad_point(), quad_floats(): those that the order names first, second and third; the fourth is 0
  * of a point, and where it was of floats.
  * quad_transpose(): of three doubles for each of four points those that the order names first,
- * second and third; what lies behind them is not touched. */
+ * second and third; what lies behind them is not touched.
+ * quad_of_rows(): the first, second, ... of four doubles for each of four points.
+ * quad_same(): of four doubles those that are equal. */
 
 #endif

@@ -4,10 +4,14 @@
 
 #include "common/message.h"
 #include "worker/exact.h"
+#include "worker/lanes.h"
+
+_Static_assert(TREE_BLOCK == 2 * LANES, "judge_block()");
 
 void tree_free(struct tree *tree)
 {
     free(tree->pending);
+    free(tree->bounds);
     free(tree->keys);
     free(tree->blocks);
     *tree = (struct tree){0};
@@ -17,6 +21,9 @@ static void make_room(struct tree *tree)
 {
     tree->capacity = tree->capacity ? 2 * tree->capacity : TREE_BLOCK;
     tree->pending = reallocate(tree->pending, tree->capacity, sizeof *tree->pending);
+    tree->bounds = reallocate(tree->bounds, tree->capacity, sizeof *tree->bounds);
+    for (uint32_t i = tree->count; i < tree->capacity; i++)
+        tree->bounds[i] = 0;
     tree->keys = reallocate(tree->keys, tree->capacity, sizeof *tree->keys);
     tree->blocks = reallocate(tree->blocks, tree->capacity / TREE_BLOCK, sizeof *tree->blocks);
 }
@@ -25,7 +32,8 @@ struct branch *tree_add(struct tree *tree, double bound, uint32_t depth)
 {
     if (tree->count == tree->capacity) make_room(tree);
     tree->blocks[tree->count / TREE_BLOCK].known = false;
-    tree->keys[tree->count] = (struct tree_key){bound, depth, tree->added++};
+    tree->bounds[tree->count] = bound;
+    tree->keys[tree->count] = (struct tree_key){depth, tree->added++};
     struct branch *branch = &tree->pending[tree->count++];
     branch->bound = bound;
     branch->depth = depth;
@@ -46,11 +54,13 @@ void tree_take(struct tree *tree, struct tree *from)
     tree_clear(from);
 }
 
-static bool more_important(const struct tree_key *a, const struct tree_key *b, bool deepest_first)
+/* Of two places. */
+static inline bool more_important(const struct tree *tree, uint32_t a, uint32_t b)
 {
-    if (deepest_first && a->depth != b->depth) return a->depth > b->depth;
-    if (a->bound != b->bound) return a->bound > b->bound;
-    return a->order < b->order;
+    const struct tree_key *keys = tree->keys;
+    if (tree->deepest_first && keys[a].depth != keys[b].depth) return keys[a].depth > keys[b].depth;
+    if (tree->bounds[a] != tree->bounds[b]) return tree->bounds[a] > tree->bounds[b];
+    return keys[a].order < keys[b].order;
 }
 
 /* A sum of n numbers >= 0 is too small by less than (n - 1) u / (1 - n u) of itself. */
@@ -64,19 +74,40 @@ static uint32_t block_count(const struct tree *tree)
     return (tree->count + TREE_BLOCK - 1) / TREE_BLOCK;
 }
 
+/* So few are judged one after the other. */
+#define FEW 4
+
+static struct tree_block few_judged(const struct tree *tree, uint32_t begin, uint32_t count)
+{
+    struct tree_block block = {.sum = tree->bounds[begin], .first = begin, .known = true};
+    for (uint32_t i = begin + 1; i < begin + count; i++) {
+        block.sum += tree->bounds[i];
+        if (more_important(tree, i, block.first)) block.first = i;
+    }
+    return block;
+}
+
+static struct tree_block many_judged(const struct tree *tree, uint32_t begin, uint32_t count)
+{
+    struct lanes low = lanes_load(tree->bounds + begin);
+    struct lanes high = lanes_load(tree->bounds + begin + LANES);
+    struct lanes most = lanes_of(lanes_highest(lanes_larger(low, high)));
+    uint32_t all = UINT32_MAX >> (32 - (count < TREE_BLOCK ? count : TREE_BLOCK));
+    uint32_t set = all & (lanes_at_most(most, low) | lanes_at_most(most, high) << LANES);
+    if (tree->deepest_first || !set) set = all; /* the latter: a bound is NaN */
+    struct tree_block block = {
+        .sum = lanes_sum(lanes_add(low, high)), .first = begin + lowest_lane(set), .known = true};
+    while ((set = without_lowest(set)))
+        if (more_important(tree, begin + lowest_lane(set), block.first))
+            block.first = begin + lowest_lane(set);
+    return block;
+}
+
 static void judge_block(const struct tree *tree, uint32_t b)
 {
-    struct tree_block *block = &tree->blocks[b];
-    uint32_t begin = b * TREE_BLOCK, end = begin + TREE_BLOCK;
-    if (end > tree->count) end = tree->count;
-    block->sum = 0;
-    block->first = begin;
-    block->known = true;
-    for (uint32_t i = begin; i < end; i++) {
-        const struct tree_key *key = &tree->keys[i];
-        block->sum += key->bound;
-        if (more_important(key, &tree->keys[block->first], tree->deepest_first)) block->first = i;
-    }
+    uint32_t begin = b * TREE_BLOCK, count = tree->count - begin;
+    tree->blocks[b] =
+        count <= FEW ? few_judged(tree, begin, count) : many_judged(tree, begin, count);
 }
 
 /* What all pending rays can add; *first is the next one's place. */
@@ -91,8 +122,7 @@ static double judge(struct tree *tree, uint32_t *first)
         struct tree_block *block = &tree->blocks[b];
         if (changed || !block->known) judge_block(tree, b);
         sum += block->sum;
-        if (more_important(&tree->keys[block->first], &tree->keys[*first], deepest_first))
-            *first = block->first;
+        if (more_important(tree, block->first, *first)) *first = block->first;
     }
     return round_up(sum, tree->count);
 }
@@ -101,7 +131,7 @@ double tree_sum(const struct tree *tree)
 {
     double sum = 0;
     for (uint32_t i = 0; i < tree->count; i++)
-        sum += tree->keys[i].bound;
+        sum += tree->bounds[i];
     return round_up(sum, tree->count);
 }
 
@@ -121,7 +151,7 @@ static void forget_block(struct tree *tree, const struct branch *pending)
 
 void tree_rate(struct tree *tree, struct branch *pending, double bound)
 {
-    pending->bound = tree->keys[pending - tree->pending].bound = bound;
+    pending->bound = tree->bounds[pending - tree->pending] = bound;
     pending->rough = false;
     forget_block(tree, pending);
 }
@@ -132,7 +162,10 @@ void tree_remove(struct tree *tree, const struct branch *pending, struct branch 
     *branch = *pending;
     forget_block(tree, pending);
     forget_block(tree, &tree->pending[last]);
-    if (place == last) return;
-    tree->pending[place] = tree->pending[last];
-    tree->keys[place] = tree->keys[last];
+    if (place != last) {
+        tree->pending[place] = tree->pending[last];
+        tree->bounds[place] = tree->bounds[last];
+        tree->keys[place] = tree->keys[last];
+    }
+    tree->bounds[last] = 0;
 }

@@ -21,10 +21,9 @@ struct branch {
     bool rough; /* the boxes of the scene may tell a lower bound: worker/radiance.h */
 };
 
-/* What the order of the branches follows from, beside each other so that little is read. */
+/* What the order of the branches follows from besides their bounds. */
 struct tree_key {
-    double bound;
-    uint32_t depth, order;
+    uint32_t depth, order; /* equal bounds go by when they came */
 };
 
 /*
@@ -40,12 +39,13 @@ struct tree_block {
 };
 
 struct tree {
-    struct branch *pending;    /* owned */
-    struct tree_key *keys;     /* owned; one for each branch: equal bounds go by when they came */
-    struct tree_block *blocks; /* owned; one for every TREE_BLOCK of the capacity */
-    uint32_t count, capacity;
-    uint32_t added;     /* so far; the next key's order */
-    bool deepest_first; /* how the known blocks were judged */
+    struct branch *pending;    /* owned, as all of these; so many as the capacity */
+    double *bounds;            /* of the branches, beside each other; 0 behind the last one */
+    struct tree_key *keys;     /* one for each branch */
+    struct tree_block *blocks; /* one for every TREE_BLOCK of the capacity */
+    uint32_t count, capacity;  /* the capacity is a multiple of TREE_BLOCK */
+    uint32_t added;            /* so far; the next key's order */
+    bool deepest_first;        /* how the known blocks were judged */
 };
 
 /*
@@ -58,6 +58,8 @@ struct tree {
 /* Empties the tree for the next sample, keeping its memory. */
 static inline void tree_clear(struct tree *tree)
 {
+    for (uint32_t i = 0; i < tree->count; i++)
+        tree->bounds[i] = 0;
     tree->count = tree->added = 0;
 }
 
