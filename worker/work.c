@@ -234,6 +234,7 @@ struct worker {
     struct lot current;          /* in work */
     uint32_t rendering;          /* the tile of it */
     bool given_up;               /* that tile: somebody else has finished it */
+    double looked;               /* when messages were last looked for between waves */
     struct lot lots[LOTS_AHEAD]; /* received, not rendered; the oldest first */
     int waiting;
     bool stopped; /* the master has said STOP */
@@ -397,11 +398,19 @@ static void hear_all(struct worker *worker)
     }
 }
 
+/* Seconds from one look at messages between waves to the next, which may be a few microseconds apart: with
+ * what a look takes, that is a hundredth of them. As long as one who waits looks before it sleeps. */
+#define LOOK_EVERY NAP_SPIN
+
 /* Between waves: lets MPI move what is under way, and hears whether to give up the tile. */
 static bool hear_whether_to_give_up(void *context)
 {
     struct worker *worker = context;
-    hear_all(worker);
+    double now = clock_wall();
+    if (now >= worker->looked + LOOK_EVERY) {
+        worker->looked = now;
+        hear_all(worker);
+    }
     return worker->stopped || worker->given_up;
 }
 
