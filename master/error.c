@@ -91,29 +91,24 @@ bool error_point(const struct error_sum *sum, uint64_t pixels, double seconds,
     return true;
 }
 
-/* The law from now to goal: times and deviation are of the logarithm of time, how much it grows by and its
- * standard deviation. */
+/* The law from now to goal, a logarithm of time of `times` later, as far as the errors are known. */
 static struct error_forecast law_to(const struct error_point *now, double goal, double times,
-                                    double deviation)
+                                    double slope_spread)
 {
     struct error_forecast forecast = {.rmse = now->rmse, .seconds = now->seconds};
     if (!(goal < now->rmse && times > 0 && times < HUGE_VAL)) return forecast;
     forecast.slope = log(now->rmse / goal) / times;
-    forecast.slope_spread = forecast.slope * deviation / times;
+    /* FORECAST_SPREAD of what is still to come is less of all. */
+    double foresight = FORECAST_SPREAD * -expm1(-times) * forecast.slope / times;
+    forecast.slope_spread = hypot(foresight, slope_spread);
     forecast.known = true;
     return forecast;
 }
 
-/* What FORECAST_SPREAD of what is still to come is of all. */
-static double foresight_spread(double times)
-{
-    return FORECAST_SPREAD * -expm1(-times);
-}
-
 struct error_forecast error_forecast_to(const struct error_point *now, double goal, double more)
 {
-    double times = log1p(more / now->seconds), slope = log(now->rmse / goal) / times;
-    return law_to(now, goal, times, hypot(foresight_spread(times), now->spread / slope));
+    double times = log1p(more / now->seconds);
+    return law_to(now, goal, times, now->spread / times);
 }
 
 /*
@@ -156,24 +151,21 @@ static double times_if_off(const struct halfway *it, double part_off, double now
     return log1p((times - 1) * it->samples / (it->samples + FIRST_SAMPLE));
 }
 
-/* What an error may be off by to both sides makes of `times`. Where one of them has no end, there is none:
- * as much as all of it at least. */
-static double deviation(double up, double down, double times)
+/* What a point's error that may be off to both sides makes of the slope. */
+static double slope_off(const struct halfway *it, double steep, double flat)
 {
-    if (isinf(up) || isinf(down)) return fmax(times - fmin(up, down), times);
-    return fabs(up - down) / 2;
+    return log(it->points[1].rmse / it->goal) * (1 / steep - 1 / flat) / 2;
 }
 
 struct error_forecast error_forecast(const struct error_point points[2], double samples,
                                      double goal)
 {
     const struct halfway it = {points, samples, goal};
-    const struct error_point *part = &points[0], *now = &points[1];
-    if (!(now->seconds > part->seconds)) return (struct error_forecast){0};
-    double times = times_if_off(&it, 0, 0), a = part->spread, b = now->spread;
-    double of_part = deviation(times_if_off(&it, a, 0), times_if_off(&it, -a, 0), times);
-    double of_now = deviation(times_if_off(&it, 0, b), times_if_off(&it, 0, -b), times);
-    return law_to(now, goal, times, hypot(foresight_spread(times), hypot(of_part, of_now)));
+    double a = points[0].spread, b = points[1].spread;
+    if (!(points[1].seconds > points[0].seconds)) return (struct error_forecast){0};
+    double of_part = slope_off(&it, times_if_off(&it, a, 0), times_if_off(&it, -a, 0));
+    double of_now = slope_off(&it, times_if_off(&it, 0, -b), times_if_off(&it, 0, b));
+    return law_to(&points[1], goal, times_if_off(&it, 0, 0), hypot(of_part, of_now));
 }
 
 static double seconds_at(const struct error_forecast *forecast, double rmse, double slope)
