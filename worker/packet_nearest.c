@@ -32,7 +32,7 @@ struct nearest_packet {
     uint64_t *exact;
     double limit[LANES];       /* nothing beyond is of interest to the ray */
     struct floats float_limit; /* ray_limits() */
-    struct lanes t_max;        /* limits when the walk began */
+    struct lanes first_limit;  /* when the walk began */
     struct lanes least; /* what is nearer may be a passage through the triangle it starts on */
     struct lanes origin_error;
     /* A triangle that is certainly crossed before what was known when it was found; most rays have
@@ -81,7 +81,7 @@ static INLINED void lower_limits(struct nearest_packet *it, lane_set rays, struc
     struct lanes error = lanes_add(it->origin_error, lanes_mul(lanes_of(ORDER_ERROR), to));
     struct lanes now = lanes_load(it->limit);
     struct lanes limit = lanes_smaller(lanes_add(to, lanes_mul(lanes_of(2), error)), now);
-    lanes_store(it->limit, lanes_choose(rays & lanes_less(to, it->t_max), limit, now));
+    lanes_store(it->limit, lanes_choose(rays & lanes_less(to, it->first_limit), limit, now));
 }
 
 /* Keeps what the rays may meet first. */
@@ -100,7 +100,7 @@ static INLINED lane_set triangle_candidates(void *context, const struct bvh_leaf
     set &= ~(nearer | equal_ids(it->first, leaf->id)); /* the latter: other pieces of it */
     it->first_from = lanes_choose(nearer, found->from, it->first_from);
     put_ids(it->first, nearer, leaf->id);
-    __builtin_prefetch(corner_indices(it->scene, leaf->id)); /* for settle_together() */
+    if (nearer) __builtin_prefetch(corner_indices(it->scene, leaf->id)); /* for settle_together() */
     if (!set) return ALL_LANES;
     double from[LANES];
     lanes_store(from, found->from);
@@ -156,8 +156,8 @@ static void nearest_prepare(struct nearest_packet *it, const struct bundle *bund
     struct lanes way = lanes_mul(largest_of(it->packet.o), lanes_abs(it->packet.inverse_dz));
     it->origin_error = lanes_mul(lanes_of(ORDER_ERROR), way);
     it->least = lanes_mul(lanes_of(PASSAGE_REACH), way);
-    it->t_max = lanes_load(it->limit);
-    it->float_limit = ray_limits(it->t_max);
+    it->first_limit = lanes_load(it->limit);
+    it->float_limit = ray_limits(it->first_limit);
     it->first_from = lanes_of(INFINITE);
     memset(it->first, 0xff, sizeof it->first);
 }
@@ -329,7 +329,7 @@ static lane_set hits_of_firsts(const struct nearest_packet *it, lane_set set, st
     lanes_store(t, found.t);
     lanes_store(u, found.u);
     lanes_store(v, found.v);
-    set &= found.good & lanes_less(it->least, found.t) & lanes_less(found.t, it->t_max);
+    set &= found.good & lanes_less(it->least, found.t) & lanes_less(found.t, it->first_limit);
     for (lane_set rest = set; rest; rest = without_lowest(rest)) {
         unsigned lane = lowest_lane(rest);
         hits[lane] = (struct hit){t[lane], u[lane], v[lane], ids[lane], 0};

@@ -21,8 +21,7 @@ struct occlusion_packet {
     struct passages *passages; /* NULL: nothing is transparent */
     lane_set open;             /* rays that nothing has blocked yet */
     struct lanes least;        /* what is nearer may be a passage through where the ray starts */
-    struct lanes t_max;
-    lane_set walking; /* rays that have a walk */
+    lane_set walking;          /* rays that have a walk */
     struct occlusion_walk walks[LANES];
 };
 
@@ -60,8 +59,9 @@ static INLINED lane_set triangle_in_the_way(void *context, const struct bvh_leaf
 {
     struct occlusion_packet *it = context;
     lane_set set = found->maybe & ~rays_from(&it->packet, leaf->id), certain = found->certain;
-    lane_set beyond = lanes_less(it->t_max, found->from) | lanes_less(found->to, lanes_of(0));
-    lane_set within = lanes_less(it->least, found->from) & lanes_less(found->to, it->t_max);
+    lane_set beyond =
+        lanes_less(it->packet.t_max, found->from) | lanes_less(found->to, lanes_of(0));
+    lane_set within = lanes_less(it->least, found->from) & lanes_less(found->to, it->packet.t_max);
     certain_crossings(it, leaf, set & certain & within, 1);
     for (set &= ~(certain & (within | beyond)); set; set = without_lowest(set)) {
         unsigned lane = lowest_lane(set);
@@ -84,9 +84,9 @@ static SHARED void solid_in_the_way(struct occlusion_packet *it, const struct bv
 {
     struct spans_lanes spans = spans_of_rays(it->scene, leaf->id, &it->ray_lanes);
     lane_set leaving = rays_from(&it->packet, leaf->id);
-    lane_set set = rays & (leaving | may_be_crossed_lanes(&spans, it->t_max));
+    lane_set set = rays & (leaving | may_be_crossed_lanes(&spans, it->packet.t_max));
     if (!set) return;
-    struct crossing_sets_lanes certain = crossing_sets_lanes(&spans, it->t_max);
+    struct crossing_sets_lanes certain = crossing_sets_lanes(&spans, it->packet.t_max);
     lane_set told = is_told_solid(it->scene, leaf->id) ? set & ~leaving : 0;
     certain_crossings(it, leaf, told & certain.once, 1);
     certain_crossings(it, leaf, told & certain.twice, 2);
@@ -118,7 +118,7 @@ static INLINED void visit_by_packet(void *context, const struct bvh_node *node, 
 {
     struct occlusion_packet *it = context;
     struct packet_box box = packet_box(&it->bundle, node, slot);
-    lane_set rays = it->open & rays_meet(&it->packet, &box, ray_limits(it->t_max));
+    lane_set rays = it->open & rays_meet(&it->packet, &box, ray_limits(it->packet.t_max));
     it->given_up = !is_worth_it(&it->bundle, (unsigned)__builtin_popcount(rays));
     if (it->given_up) *limit = -INFINITE; /* ends the walk */
     if (!rays || it->given_up) return;
@@ -163,7 +163,6 @@ static void begin_rays(struct occlusion_packet *it)
         if (it->scene->primitives[PRIMITIVE_PLANE].count == 0) continue;
         note(it, lane, occlusion_planes(walk_of(it, lane), false));
     }
-    it->t_max = packet->t_max;
 }
 
 bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
@@ -187,7 +186,8 @@ bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const str
     it.blocker = blocker;
     begin_rays(&it);
     look_at_blocker(&it);
-    if (it.open) bundle_traverse(bvh, &it.bundle, lanes_highest(it.t_max), visit_by_packet, &it);
+    if (it.open)
+        bundle_traverse(bvh, &it.bundle, lanes_highest(it.packet.t_max), visit_by_packet, &it);
     /* A blocker spares a packet the walk only where it blocks all rays. Where one of these came through,
      * some of the next are taken to do so, too: it is forgotten, however many it has blocked. */
     if (it.open && !it.given_up) blocker->count = 0;

@@ -178,6 +178,9 @@ static INLINED bool bundle_fits_floats(const struct bundle *bundle, const struct
 
 static INLINED bool have_one_origin(const struct ray *rays, unsigned count)
 {
+    _Static_assert(offsetof(struct ray, direction) >=
+                       offsetof(struct ray, origin) + sizeof(struct vec3),
+                   "a fourth double to be read");
     lane_set same = 7;
     for (unsigned i = 1; i < count; i++)
         same &= quad_same(&rays[i].origin.x, &rays[0].origin.x);

@@ -6,6 +6,7 @@
 #define FARM_WORKER_QUAD_H
 
 #include <math.h>
+#include <string.h>
 
 #include "worker/inlined.h"
 #include "worker/wide.h"
@@ -68,8 +69,9 @@ static inline lane_set quad_less(struct quad a, struct quad b)
 
 static inline lane_set quad_same(const double *a, const double *b)
 {
-    __m256d same = _mm256_cmp_pd(_mm256_loadu_pd(a), _mm256_loadu_pd(b), _CMP_EQ_OQ);
-    return (lane_set)_mm256_movemask_pd(same);
+    __m256i four = _mm256_castpd_si256(_mm256_loadu_pd(a));
+    __m256i same = _mm256_cmpeq_epi64(four, _mm256_castpd_si256(_mm256_loadu_pd(b)));
+    return (lane_set)_mm256_movemask_pd(_mm256_castsi256_pd(same));
 }
 
 static INLINED void quad_of_rows(const double *const at[QUAD], struct quad out[4])
@@ -177,7 +179,7 @@ static inline lane_set quad_same(const double *a, const double *b)
 {
     lane_set set = 0;
     for (unsigned i = 0; i < QUAD; i++)
-        set |= (lane_set)(a[i] == b[i]) << i;
+        set |= (lane_set)(memcmp(&a[i], &b[i], sizeof *a) == 0) << i;
     return set;
 }
 
@@ -226,6 +228,6 @@ static inline void quad_transpose(const double *const at[QUAD], const struct qua
  * quad_transpose(): of three doubles for each of four points those that the order names first,
  * second and third; what lies behind them is not touched.
  * quad_of_rows(): the first, second, ... of four doubles for each of four points.
- * quad_same(): of four doubles those that are equal. */
+ * quad_same(): of four doubles those that have the same bits. */
 
 #endif
