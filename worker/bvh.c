@@ -61,7 +61,7 @@ static uint64_t leaf_bound(const struct scene *scene)
     return bounded_count(scene) + room_for_pieces(scene);
 }
 
-/* Of the test of one primitive; triangles are tested PACK at a time. */
+/* Of the test of one primitive; PACK triangles are one test. */
 static uint32_t weight_of(enum primitive_kind kind)
 {
     return kind <= PRIMITIVE_PATCH ? 1 : PACK;
@@ -70,7 +70,8 @@ static uint32_t weight_of(enum primitive_kind kind)
 /*
  * A node either has eight children, or all of them are leaves and it holds more than
  * LEAF_WEIGHT_MAX in weight. With n nodes of the one sort and m of the other, n has 8 n = n + m - 1
- * + leaves, and the weight is at least leaves + 9 m: n + m is largest for m = 0, a seventh of it.
+ * + leaves, and the weight is at least leaves + 9 m, as LEAF_WEIGHT_MAX is no less than 8: n + m is
+ * largest for m = 0, a seventh of it.
  */
 static uint64_t node_bound(const struct scene *scene)
 {
