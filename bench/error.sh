@@ -420,9 +420,9 @@ forecast() {
             done
             # The law carries the forecast from the goal to what the later run came to.
             awk -v s="$scene" -v m="$setting" -v e="$(value "$r" estimated_rmse)" -v t="$(median_of $foretold)" \
-                -v b="$slope" -v d="$(of "$r" forecast slope_spread)" -v g="$(value "$WORK/run.json" estimated_rmse)" \
+                -v b="$slope" -v d="$(of "$r" forecast slope_spread | sed 's/null/1e300/')" -v g="$(value "$WORK/run.json" estimated_rmse)" \
                 -v took="$(median_of $took)" 'function at(b) { return t * (e / g) ^ (-1 / b) } BEGIN {
-                printf "%s,%s,%s,%s,%s,%.3f,%.3f,%.3f,%s,%.3f\n", s, m, e, t, g, at(b), at(b - d), at(b + d), took, at(b) / took - 1 }' >>"$csv"
+                printf "%s,%s,%s,%s,%s,%.3f,%.3f,%.3f,%s,%.3f\n", s, m, e, t, g, at(b), at(b - d), (b + d < 0 ? at(b + d) : 1e9), took, at(b) / took - 1 }' >>"$csv"
         done
     done
     {
@@ -433,7 +433,7 @@ forecast() {
         awk -F, 'NR > 1 { printf "| %s | %s | %.3g | %.2f | %.3g | %.2f | %.2f to %.2f | %.2f | %+.0f %% |\n", $1, $2, $3, $4, $5, $6, $7, $8, $9, 100 * $10
                 n++; hit += $10 < 0.2 && $10 > -0.2; in1 += $7 <= $9 && $9 <= $8; s += log(1 + $10) ^ 2
                 if ($6 > $4 && $9 > $4) { more += log(($6 - $4) / ($9 - $4)) ^ 2; m++ } }
-            END { if (n) printf "\nWithin 20 %%: %d of %d. In their interval: %d. Off by, root mean square: %.0f %% of all, %.0f %% of what was still to come.\n", hit, n, in1, 100 * sqrt(s / n), 100 * sqrt(more / m) }' "$csv"
+            END { if (n) printf "\nWithin 20 %%: %d of %d. In their interval: %d. Off by, root mean square: %.0f %% of all, %.0f %% of what was still to come (in %d of them; of the others nothing was, or nothing was foretold).\n", hit, n, in1, 100 * sqrt(s / n), m ? 100 * sqrt(more / m) : 0, m }' "$csv"
     } >"$OUT/error_forecast.md"
     plot_forecast
     cat "$OUT/error_forecast.md"

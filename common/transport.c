@@ -2,7 +2,7 @@
 
 #include <stdlib.h>
 
-/* Ten thousand pixels. From about 150 KB on what is sent eagerly took the receiver as long as what it
+/* Ten thousand pixels, or half as many of adaptive sampling. From about 150 KB on what is sent eagerly took the receiver as long as what it
  * fetched, or longer, and it moves on only while both sides are in MPI. */
 #define RENDEZVOUS_FROM "128k"
 

@@ -169,13 +169,13 @@ static inline struct scene *finish_scene(struct builder *builder)
 }
 
 /*
- * Some triangles of any sizes about a place that may be far from the origin; some share corners. Of three
+ * Some triangles, so few that they are one leaf, of any sizes about a place that may be far from the origin; some share corners. Of three
  * scenes one has a size of 2^-`scale` to 2^`scale` in place of 1; the place is at most 2^`far` sizes away.
  */
 static inline struct scene *random_triangles(uint64_t *random, int scale, int far)
 {
     struct builder *builder = builder_create();
-    uint32_t grey = add_material(builder, vec3(1, 1, 1), 0), count = 1 + random_below(random, 8);
+    uint32_t grey = add_material(builder, vec3(1, 1, 1), 0), count = 1 + random_below(random, 12);
     int exponent = random_below(random, 3) > 0 ? 0 : random_exponent(random, -scale, scale);
     double size = ldexp(1, exponent);
     struct vec3 at = random_vector(random, ldexp(size, random_exponent(random, -4, far)));

@@ -58,6 +58,23 @@ static void check_triangle(const struct scene *scene, uint32_t id, const struct 
     }
 }
 
+/* Rays of a packet with some of LANES triangles, of which `leaves` are the entries. */
+static void check_packet(const struct scene *scene, const struct packet *packet,
+                         const struct bvh_leaf *leaves, uint32_t count,
+                         const struct pinhole_leaf *leaf, const struct pinhole_triangles *seen,
+                         lane_set set, const struct pinhole_rays *through, const struct ray *rays,
+                         struct told *told)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        lane_set open;
+        struct rough_crossings found = {.from = lanes_of(0), .to = lanes_of(0)};
+        struct rough_crossings is =
+            pinhole_crossings(packet, leaf, seen, i, through, ALL_LANES, &open);
+        if (is.certain) found = is;
+        check_triangle(scene, leaves[i].id, rays, set >> i & 1, &found, open, told);
+    }
+}
+
 static void check_leaf(const struct scene *scene, const struct bundle *bundle,
                        const struct bvh_leaf *leaves, uint32_t count, const struct ray *rays,
                        struct told *told)
@@ -67,21 +84,16 @@ static void check_leaf(const struct scene *scene, const struct bundle *bundle,
     struct pinhole_leaf leaf;
     struct pinhole_triangles seen;
     if (!pinhole_leaf_of(&eye, bundle->axes, corners, &leaf)) return;
-    struct rough_places places = rough_places(bundle->packets[0], corners, count, 0);
-    lane_set all = pinhole_triangles(&eye, &leaf, &places, &seen);
-    for (unsigned p = 0; p < bundle->count; p++) {
-        const struct packet *packet = bundle->packets[p];
-        struct pinhole_rays through = pinhole_rays_of(&eye, packet);
-        through = rays_at_leaf(&through, &leaf);
-        lane_set set = all & in_window(&seen, &through.window, leaf.error);
-        for (uint32_t i = 0; i < count; i++) {
-            lane_set open;
-            struct rough_crossings found = {.from = lanes_of(0), .to = lanes_of(0)};
-            struct rough_crossings is =
-                pinhole_crossings(packet, &leaf, &seen, i, &through, ALL_LANES, &open);
-            if (is.certain) found = is;
-            check_triangle(scene, leaves[i].id, rays + (size_t)p * LANES, set >> i & 1, &found,
-                           open, told);
+    for (uint32_t first = 0; first < count; first += LANES) {
+        struct rough_places places = rough_places(bundle->packets[0], corners, count, first);
+        lane_set all = pinhole_triangles(&eye, &leaf, &places, &seen);
+        uint32_t some = count - first < LANES ? count - first : LANES;
+        for (unsigned p = 0; p < bundle->count; p++) {
+            struct pinhole_rays through = pinhole_rays_of(&eye, bundle->packets[p]);
+            through = rays_at_leaf(&through, &leaf);
+            check_packet(scene, bundle->packets[p], leaves + first, some, &leaf, &seen,
+                         all & in_window(&seen, &through.window, leaf.error), &through,
+                         rays + (size_t)p * LANES, told);
         }
     }
 }

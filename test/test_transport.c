@@ -9,7 +9,7 @@
 
 #include "common/transport.h"
 
-static void test_results_are_eager(void **state)
+static void test_what_is_short_is_eager(void **state)
 {
     (void)state;
     unsetenv("UCX_RNDV_THRESH");
@@ -28,7 +28,7 @@ static void test_users_choice_stays(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_results_are_eager),
+        cmocka_unit_test(test_what_is_short_is_eager),
         cmocka_unit_test(test_users_choice_stays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

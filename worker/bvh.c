@@ -23,6 +23,7 @@
 
 /* A leaf of more weight is always split, whatever the heuristic says. */
 #define LEAF_WEIGHT_MAX (2 * PACK)
+_Static_assert(LEAF_WEIGHT_MAX >= BVH_WIDTH, "node_bound()");
 
 #define ALIGNMENT 64
 

@@ -454,6 +454,7 @@ static struct vec3 this_level(const struct radiance *radiance, uint32_t depth, b
     if (shown && radiance->levels) return radiance->levels[last - depth];
     double left = fmax(0, radiance->deepest - depth);
     const double *base = radiance->base, *each = radiance->each;
+    if (left == 0) return vec3(base[0], base[1], base[2]); /* each may be infinite */
     return vec3(base[0] + left * each[0], base[1] + left * each[1], base[2] + left * each[2]);
 }
 

@@ -221,12 +221,12 @@ static void locate_pixel(struct renderer *renderer)
     progress->y = y + renderer->scene->view.region_y;
 }
 
-/* The task's refinements in the order of its pixels, for the cursors. */
+/* The task's refinements in the order in which its pixels are rendered, for the cursors. */
 static void arrange_refinements(struct renderer *renderer)
 {
-    struct progress *progress = &renderer->progress;
-    const struct refinement *given = progress->task.refinements;
-    uint32_t pixels = tile_pixels(progress->task.tile), number = 0, x, y;
+    struct progress order = renderer->progress; /* whose bands go on */
+    const struct refinement *given = order.task.refinements;
+    uint32_t pixels = tile_pixels(order.task.tile), number = 0, x, y;
     if (pixels > renderer->refinements_room) {
         size_t room = renderer->refinements_room = pixels;
         renderer->refinements =
@@ -234,12 +234,11 @@ static void arrange_refinements(struct renderer *renderer)
         renderer->numbers = reallocate(renderer->numbers, room, sizeof *renderer->numbers);
     }
     for (uint32_t k = 0; k < pixels; k++) {
-        renderer->refinements[k] = given[place_of(progress, k, &x, &y)];
+        renderer->refinements[k] = given[place_of(&order, k, &x, &y)];
         renderer->numbers[k] = number;
         number += given[k].to > given[k].from;
     }
-    progress->task.refinements = renderer->refinements;
-    progress->band = progress->band_begin = 0;
+    renderer->progress.task.refinements = renderer->refinements;
 }
 
 static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool flat)

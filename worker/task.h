@@ -1,6 +1,6 @@
 /*
- * What is to be rendered of a tile, sample by sample: pixel after pixel in the tile's order, in each
- * pixel the samples of its pass.
+ * What is to be rendered of a tile, sample by sample: pixel after pixel, in each pixel the samples of its
+ * pass.
  *
  * The samples of even and of odd number are a pixel's two halves, A and B. They are placed
  * independently of each other (worker/sample.h), so that the difference of the halves tells the

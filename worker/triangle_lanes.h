@@ -147,8 +147,8 @@ naive_vertices(const struct scene *scene, const struct bvh_leaf *leaves, uint32_
     return (struct vec3_lanes){p[0], p[1], p[2]};
 }
 
-/* Of `count` triangles, 8 at most, those that naive_triangle() finds crossed: the same operations
- * in the same order. */
+/* Of `count` triangles, or the first LANES of more, those that naive_triangle() finds crossed: the same
+ * operations in the same order. */
 static INLINED lane_set naive_crossed(const struct scene *scene, const struct bvh_leaf *leaves,
                                       uint32_t count, const struct ray *ray)
 {

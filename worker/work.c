@@ -398,9 +398,10 @@ static void hear_all(struct worker *worker)
     }
 }
 
-/* Seconds from one look at messages between waves to the next, which may be a few microseconds apart: with
- * what a look takes, that is a hundredth of them. As long as one who waits looks before it sleeps. */
-#define LOOK_EVERY NAP_SPIN
+/* Seconds from one look at messages between waves, which may be a few microseconds apart, to the next: to
+ * look after every wave took a hundredth of a renderer's instructions. So long is rendered in vain what
+ * somebody else has finished. */
+#define LOOK_EVERY 50e-6
 
 /* Between waves: lets MPI move what is under way, and hears whether to give up the tile. */
 static bool hear_whether_to_give_up(void *context)
