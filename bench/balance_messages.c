@@ -20,7 +20,6 @@
 #include "common/message.h"
 #include "common/nap.h"
 #include "common/protocol.h"
-#include "common/transport.h"
 #include "master/canvas.h"
 #include "master/queue.h"
 
@@ -196,7 +195,6 @@ static double nap_overshoot(void)
 int main(void)
 {
     int rank, size;
-    transport_prefer_eager();
     MPI_Init(NULL, NULL);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     MPI_Comm_size(MPI_COMM_WORLD, &size);

@@ -12,7 +12,6 @@
 #include "common/clock.h"
 #include "common/message.h"
 #include "common/nap.h"
-#include "common/transport.h"
 #include "master/run.h"
 #include "master/stop.h"
 #include "master/timeline_output.h"
@@ -241,7 +240,6 @@ int main(int argc, char **argv)
     if (status >= 0) return status;
     int rank, level;
     if (speaks_first()) stop_watch_the_start(LAUNCH_PATIENCE);
-    transport_prefer_eager();
     MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &level);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     MPI_Comm_size(MPI_COMM_WORLD, &run.processes);
