@@ -160,55 +160,60 @@ enum processor_level stage_kernel(void)
     return the_way.kernel;
 }
 
-static bool same_hit(const struct hit *a, const struct hit *b)
+/* nearest() or occluded(): an answer for each ray, all of one size and without padding. */
+typedef void ask_kernel(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                        size_t count, void *answers, uint64_t *fallbacks);
+
+static void ask_nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                        size_t count, void *answers, uint64_t *fallbacks)
 {
-    return a->primitive == b->primitive && a->part == b->part &&
-           memcmp(&a->t, &b->t, sizeof a->t) == 0 && memcmp(&a->u, &b->u, sizeof a->u) == 0 &&
-           memcmp(&a->v, &b->v, sizeof a->v) == 0;
+    nearest(scene, bvh, rays, count, answers, fallbacks);
 }
 
-static void repeat(struct ray rays[ALIKE_MAX], const struct ray *ray)
+static void ask_occluded(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                         size_t count, void *answers, uint64_t *fallbacks)
 {
-    for (unsigned i = 0; i < the_way.alike; i++)
-        rays[i] = *ray;
+    occluded(scene, bvh, rays, count, answers, fallbacks);
+}
+
+_Static_assert(sizeof(struct hit) == 3 * sizeof(double) + 2 * sizeof(uint32_t), "no padding");
+
+static void ask(ask_kernel *kernel, const struct scene *scene, const struct bvh *bvh,
+                const struct ray *rays, size_t count, void *answers, size_t size,
+                uint64_t *fallbacks)
+{
+    unsigned alike = the_way.alike;
+    if (alike == 1) {
+        kernel(scene, bvh, rays, count, answers, fallbacks);
+        return;
+    }
+    struct ray same[ALIKE_MAX];
+    union {
+        struct hit hits[ALIKE_MAX];
+        struct vec3 light[ALIKE_MAX];
+    } found;
+    const char *first = (const char *)&found;
+    for (size_t i = 0; i < count; i++) {
+        for (unsigned k = 0; k < alike; k++)
+            same[k] = rays[i];
+        kernel(scene, bvh, same, alike, &found, fallbacks);
+        for (unsigned k = 1; k < alike; k++)
+            if (memcmp(first, first + k * size, size) != 0)
+                fatal("a ray and its copies differ in what they meet");
+        memcpy((char *)answers + i * size, first, size);
+    }
 }
 
 void stage_hits(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                 size_t count, struct hit *hits, uint64_t *fallbacks)
 {
-    if (the_way.alike == 1) {
-        nearest(scene, bvh, rays, count, hits, fallbacks);
-        return;
-    }
-    struct ray same[ALIKE_MAX];
-    struct hit found[ALIKE_MAX];
-    for (size_t i = 0; i < count; i++) {
-        repeat(same, &rays[i]);
-        nearest(scene, bvh, same, the_way.alike, found, fallbacks);
-        for (unsigned k = 1; k < the_way.alike; k++)
-            if (!same_hit(&found[0], &found[k]))
-                fatal("a ray and its copies differ in what they hit");
-        hits[i] = found[0];
-    }
+    ask(ask_nearest, scene, bvh, rays, count, hits, sizeof *hits, fallbacks);
 }
 
 void stage_light(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                  size_t count, struct vec3 *transmittance, uint64_t *fallbacks)
 {
-    if (the_way.alike == 1) {
-        occluded(scene, bvh, rays, count, transmittance, fallbacks);
-        return;
-    }
-    struct ray same[ALIKE_MAX];
-    struct vec3 found[ALIKE_MAX];
-    for (size_t i = 0; i < count; i++) {
-        repeat(same, &rays[i]);
-        occluded(scene, bvh, same, the_way.alike, found, fallbacks);
-        for (unsigned k = 1; k < the_way.alike; k++)
-            if (memcmp(&found[0], &found[k], sizeof found[0]) != 0)
-                fatal("a ray and its copies differ in what blocks them");
-        transmittance[i] = found[0];
-    }
+    ask(ask_occluded, scene, bvh, rays, count, transmittance, sizeof *transmittance, fallbacks);
 }
 
 /* ---- scenes ---- */

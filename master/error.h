@@ -75,10 +75,10 @@ struct error_forecast {
  * integrals of smooth functions", Ann. Stat. 25, 1997), and of n^-1 where detail is finer than they are. So
  * what is steeper than edges are will not stay so: it is reckoned as the sum of what goes down by
  * FORECAST_EDGE and by FORECAST_SMOOTH, the latter as it went down in pictures of 16 scenes; what is
- * flatter goes on as it is. samples: of a pixel, all. The interval has
- * what both errors may be off by, besides FORECAST_SPREAD, as if one had nothing to do with the other: it is
- * rather too wide, as all samples are those of the part, too. It has no upper end where an error may as
- * well not go down. goal is to be below the last point's error by more than what that may be off by.
+ * flatter goes on as it is. The interval has what both errors may be off by, besides FORECAST_SPREAD, as if
+ * one had nothing to do with the other: it is rather too wide, as the part's samples are among all. It has
+ * no upper end where an error may as well not go down. samples: of a pixel, all; goal: below the last
+ * point's error by more than what that may be off by.
  */
 #define FORECAST_EDGE   1.5
 #define FORECAST_SMOOTH 2.5

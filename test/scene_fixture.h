@@ -169,8 +169,9 @@ static inline struct scene *finish_scene(struct builder *builder)
 }
 
 /*
- * Some triangles, so few that they are one leaf, of any sizes about a place that may be far from the origin; some share corners. Of three
- * scenes one has a size of 2^-`scale` to 2^`scale` in place of 1; the place is at most 2^`far` sizes away.
+ * Some triangles, so few that they are one leaf, of any sizes about a place that may be far from the
+ * origin; some share corners. Of three scenes one has a size of 2^-`scale` to 2^`scale` in place of 1; the
+ * place is at most 2^`far` sizes away.
  */
 static inline struct scene *random_triangles(uint64_t *random, int scale, int far)
 {

@@ -20,7 +20,8 @@ struct candidate {
 
 #define CANDIDATES 6
 
-/* Where fewer packets meet a leaf, what is computed for a bundle is not worth it. */
+/* Where fewer packets meet a leaf, what is computed for a bundle is not worth it: with one, primary rays
+ * of large meshes (bench-kernel's million, lantern) took longer. */
 #define TOGETHER_MIN 2
 
 struct nearest_packet {

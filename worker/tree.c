@@ -76,7 +76,8 @@ static uint32_t block_count(const struct tree *tree)
     return (tree->count + TREE_BLOCK - 1) / TREE_BLOCK;
 }
 
-/* So few are judged one after the other. */
+/* So few, as most trees have of a scene that only lets light through, are judged one after the other in
+ * less time than eight lanes need to find their largest one. */
 #define FEW 4
 
 static struct tree_block few_judged(const struct tree *tree, uint32_t begin, uint32_t count)
