@@ -258,6 +258,7 @@ static void test_sample_rays(void **state)
     (void)state;
     static struct sample_lanes lanes;
     const double widths[] = {1, 1e-9, 1e200, 3e307};
+    const uint32_t samples[] = {1, 2, 16, 1000000};
     struct ray rays[WAVE];
     for (unsigned w = 0; w < 4; w++) {
         struct view view = {.camera = {.eye = {1, 2, 3},
@@ -266,13 +267,13 @@ static void test_sample_rays(void **state)
                                        .down = {0, widths[w], 0}},
                             .width = 97,
                             .height = 33,
-                            .min_samples = 1 + w,
-                            .max_samples = 1 + w};
+                            .min_samples = samples[w],
+                            .max_samples = samples[w]};
         for (uint32_t i = 0; i < WAVE; i++)
-            sample_place(&view, i % 97, i / 97, i % view.max_samples, &lanes, i);
+            sample_put(&lanes, i, i % 97, i / 97, i * 3923 % samples[w]);
         sample_rays(&view, &lanes, WAVE, rays);
         for (uint32_t i = 0; i < WAVE; i++) {
-            struct ray ray = sample_ray(&view, i % 97, i / 97, i % view.max_samples);
+            struct ray ray = sample_ray(&view, i % 97, i / 97, i * 3923 % samples[w]);
             assert_same_vector(rays[i].origin, ray.origin);
             assert_same_vector(rays[i].direction, ray.direction);
             assert_int_equal(rays[i].from, PRIMITIVE_NONE);

@@ -272,7 +272,7 @@ static INLINED void start_paths(struct renderer *renderer, uint32_t fresh, bool 
     uint32_t first = renderer->count;
     for (uint32_t i = 0; i < fresh; i++) {
         if (progress->next.sample == progress->next.begin) locate_pixel(renderer);
-        sample_place(view, progress->x, progress->y, progress->next.sample, &renderer->samples, i);
+        sample_put(&renderer->samples, i, progress->x, progress->y, progress->next.sample);
         start_path(renderer, first + i, flat);
         cursor_advance(&progress->next, &progress->task, view);
     }

@@ -2,7 +2,7 @@
 
 /* A 64-bit mix in which every input bit reaches every output bit (the finaliser of SplitMix64,
  * G. Steele, D. Lea & C. Flood, "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014). */
-static uint64_t mix(uint64_t bits)
+static inline uint64_t mix(uint64_t bits)
 {
     bits += UINT64_C(0x9e3779b97f4a7c15);
     bits = (bits ^ bits >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
@@ -17,7 +17,7 @@ static uint64_t mix(uint64_t bits)
  * Kronecker power of [1 1; 0 1] and therefore done by halves, quarters and so on. Of 2^m samples, from
  * a multiple of 2^m on, one lies in each of the 2^m equal rectangles of any shape 2^-i x 2^(i-m).
  */
-static uint32_t sobol_second(uint32_t index)
+static inline uint32_t sobol_second(uint32_t index)
 {
     index ^= index >> 16;
     index ^= (index & 0xff00ff00u) >> 8;
@@ -35,7 +35,7 @@ static uint32_t sobol_second(uint32_t index)
  * later ones only. The sum with a random number makes every value of the digits as likely; the product
  * with another one, and constants of no meaning, make it depend on all digits before.
  */
-static uint32_t scramble(uint32_t digits, uint64_t seed)
+static inline uint32_t scramble(uint32_t digits, uint64_t seed)
 {
     digits += (uint32_t)seed;
     digits ^= digits * 0x9e3779b8u;
@@ -46,13 +46,30 @@ static uint32_t scramble(uint32_t digits, uint64_t seed)
     return digits;
 }
 
-static uint32_t reversed(uint32_t bits)
+static inline uint32_t reversed(uint32_t bits)
 {
     bits = bits >> 16 | bits << 16;
     bits = (bits & 0xff00ff00u) >> 8 | (bits & 0x00ff00ffu) << 8;
     bits = (bits & 0xf0f0f0f0u) >> 4 | (bits & 0x0f0f0f0fu) << 4;
     bits = (bits & 0xccccccccu) >> 2 | (bits & 0x33333333u) << 2;
     return (bits & 0xaaaaaaaau) >> 1 | (bits & 0x55555555u) << 1;
+}
+
+/* Each half of each pixel has chances of its own: neighbours do not share a pattern, and what error is
+ * left looks like fine grain instead of a repeating figure. */
+static inline uint64_t seed_of(uint32_t x, uint32_t y, uint32_t sample)
+{
+    return mix(mix((uint64_t)y << 32 | x) + (sample & 1));
+}
+
+static inline uint32_t first_digits(uint32_t sample, uint64_t seed)
+{
+    return reversed(scramble(sample >> 1, seed));
+}
+
+static inline uint32_t second_digits(uint32_t sample, uint64_t seed)
+{
+    return reversed(scramble(sobol_second(sample >> 1), mix(seed)));
 }
 
 void sample_position(const struct view *view, uint32_t x, uint32_t y, uint32_t sample,
@@ -62,12 +79,9 @@ void sample_position(const struct view *view, uint32_t x, uint32_t y, uint32_t s
         offset[0] = offset[1] = 0.5;
         return;
     }
-    /* Each half of each pixel has chances of its own: neighbours do not share a pattern, and what
-     * error is left looks like fine grain instead of a repeating figure. */
-    uint64_t seed = mix(mix((uint64_t)y << 32 | x) + (sample & 1));
-    uint32_t index = sample >> 1;
-    offset[0] = reversed(scramble(index, seed)) * 0x1p-32;
-    offset[1] = reversed(scramble(sobol_second(index), mix(seed))) * 0x1p-32;
+    uint64_t seed = seed_of(x, y, sample);
+    offset[0] = first_digits(sample, seed) * 0x1p-32;
+    offset[1] = second_digits(sample, seed) * 0x1p-32;
 }
 
 /* Through the point x, y of the picture, not normalised. */
@@ -94,13 +108,32 @@ struct ray sample_ray(const struct view *view, uint32_t x, uint32_t y, uint32_t 
     return eye_ray(view, vec_normalize(direction_through(view, x + offset[0], y + offset[1])));
 }
 
-void sample_place(const struct view *view, uint32_t x, uint32_t y, uint32_t sample,
-                  struct sample_lanes *lanes, uint32_t i)
+void sample_put(struct sample_lanes *lanes, uint32_t i, uint32_t x, uint32_t y, uint32_t sample)
 {
-    double offset[2];
-    sample_position(view, x, y, sample, offset);
-    lanes->x[i] = x + offset[0];
-    lanes->y[i] = y + offset[1];
+    lanes->pixel_x[i] = x;
+    lanes->pixel_y[i] = y;
+    lanes->sample[i] = sample;
+}
+
+/* sample_position() */
+static FLATTENED void place_lanes(const struct view *view, struct sample_lanes *lanes,
+                                  uint32_t count)
+{
+    const uint32_t *x = lanes->pixel_x, *y = lanes->pixel_y, *sample = lanes->sample;
+    if (view->max_samples == 1) {
+        OVER_LANES
+        for (uint32_t i = 0; i < count; i++) {
+            lanes->x[i] = x[i] + 0.5;
+            lanes->y[i] = y[i] + 0.5;
+        }
+        return;
+    }
+    OVER_LANES
+    for (uint32_t i = 0; i < count; i++) {
+        uint64_t seed = seed_of(x[i], y[i], sample[i]);
+        lanes->x[i] = x[i] + first_digits(sample[i], seed) * 0x1p-32;
+        lanes->y[i] = y[i] + second_digits(sample[i], seed) * 0x1p-32;
+    }
 }
 
 static inline void aim_lane(const struct view *view, struct sample_lanes *lanes, uint32_t i)
@@ -121,6 +154,7 @@ static FLATTENED void aim_lanes(const struct view *view, struct sample_lanes *la
 void sample_rays(const struct view *view, struct sample_lanes *lanes, uint32_t count,
                  struct ray *rays)
 {
+    place_lanes(view, lanes, count);
     aim_lanes(view, lanes, count);
     for (uint32_t i = 0; i < count; i++) {
         struct vec3 unit = lane(&lanes->direction, i);

@@ -20,14 +20,16 @@ void sample_position(const struct view *view, uint32_t x, uint32_t y, uint32_t s
 /* The ray from the eye through that position. */
 struct ray sample_ray(const struct view *view, uint32_t x, uint32_t y, uint32_t sample);
 
-/* The same for many samples. */
+/* The same for many samples, WAVE at most: each is put into a lane before. */
 struct sample_lanes {
+    uint32_t pixel_x[WAVE], pixel_y[WAVE], sample[WAVE];
+
+    /* Of sample_rays(). */
     lane_row x, y; /* in the whole picture, pixels from its top left corner */
     struct lanes3 direction;
     lane_row sure;
 };
-void sample_place(const struct view *view, uint32_t x, uint32_t y, uint32_t sample,
-                  struct sample_lanes *lanes, uint32_t i);
+void sample_put(struct sample_lanes *lanes, uint32_t i, uint32_t x, uint32_t y, uint32_t sample);
 void sample_rays(const struct view *view, struct sample_lanes *lanes, uint32_t count,
                  struct ray *rays);
 
