@@ -212,7 +212,7 @@ static void open_stage(struct cost_stage *stage, const char *config, uint32_t wi
     size_t bytes = bvh_bytes_bound(stage->scene);
     stage->bvh = aligned_alloc(BVH_ALIGNMENT, (bytes / BVH_ALIGNMENT + 1) * BVH_ALIGNMENT);
     if (!stage->bvh) fatal("out of memory");
-    bvh_build(stage->scene, stage->bvh);
+    bvh_build(stage->scene, stage->bvh, 1);
     stage->renderer = renderer_create(stage->scene, stage->bvh);
 }
 

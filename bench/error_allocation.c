@@ -233,7 +233,7 @@ void allocation_measure(struct scene *scene, const char *name, uint32_t count)
 {
     void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
     if (!memory) fatal("no memory for a tree");
-    struct bvh *bvh = bvh_build(scene, memory);
+    struct bvh *bvh = bvh_build(scene, memory, 1);
     struct lattice lattice = make_lattice(&scene->view, count ? count : ALLOCATION_PIXELS);
     render_runs(scene, bvh, &lattice);
     struct pixel *pixels = measure_pixels(&lattice);

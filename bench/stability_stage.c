@@ -275,7 +275,7 @@ struct bvh *stage_tree(const struct scene *scene)
     size_t bytes = (bvh_bytes_bound(scene) + 63) / 64 * 64;
     void *memory = aligned_alloc(64, bytes);
     if (!memory) fatal("no memory for a tree");
-    return bvh_build(scene, memory);
+    return bvh_build(scene, memory, 1);
 }
 
 struct stage stage_finish(struct builder *builder, const struct view *view)

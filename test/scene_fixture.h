@@ -192,13 +192,18 @@ static inline struct scene *random_triangles(uint64_t *random, int scale, int fa
 }
 
 /* The caller frees it. The memory is dirty: the tree must not depend on what was there. */
-static inline struct bvh *build_tree(const struct scene *scene)
+static inline struct bvh *build_tree_by(const struct scene *scene, unsigned threads)
 {
     size_t bytes = bvh_bytes_bound(scene);
     void *memory = aligned_alloc(64, bytes);
     assert_non_null(memory);
     memset(memory, 0xa5, bytes);
-    return bvh_build(scene, memory);
+    return bvh_build(scene, memory, threads);
+}
+
+static inline struct bvh *build_tree(const struct scene *scene)
+{
+    return build_tree_by(scene, 1);
 }
 
 static inline void assert_same_hit(const struct hit *hit, const struct hit *expected)

@@ -205,7 +205,7 @@ static struct survey check_tree(struct scene *scene)
     assert_int_equal(survey.nodes, bvh->node_count);
     uint64_t planes = scene->primitives[PRIMITIVE_PLANE].count;
     assert_int_equal(survey.primitives + planes, scene_primitive_count(scene));
-    struct bvh *again = build_tree(scene);
+    struct bvh *again = build_tree_by(scene, 3);
     assert_int_equal(again->bytes, bvh->bytes);
     assert_memory_equal(again, bvh, bvh->bytes);
     free(again);
@@ -325,6 +325,23 @@ static void test_spatial_splits(void **state)
     assert_int_equal(survey.primitives, 2001);
     assert_true(survey.entries > 2200);
     assert_true(survey.largest_leaf > 8 && survey.largest_leaf <= 12);
+}
+
+/* So many that every part of the tree is built by several threads: bins of the first ranges, in which
+ * the long triangles are cut, subtrees, and leaves. */
+static void test_large_scene(void **state)
+{
+    (void)state;
+    uint64_t random = 23;
+    struct builder *builder = long_triangles(0);
+    for (int i = 0; i < 50000; i++) {
+        struct vec3 p = random_vector(&random, 10);
+        add_triangle(builder, p, vec_add(p, random_vector(&random, 0.1)),
+                     vec_add(p, random_vector(&random, 0.1)), 0);
+    }
+    struct survey survey = check_tree(finish_scene(builder));
+    assert_int_equal(survey.primitives, 52001);
+    assert_true(survey.entries > 60000);
 }
 
 /* Rays that meet several pieces of a triangle count it once. */
@@ -451,6 +468,7 @@ int main(void)
         cmocka_unit_test(test_depth_cap),
         cmocka_unit_test(test_extreme_coordinates),
         cmocka_unit_test(test_spatial_splits),
+        cmocka_unit_test(test_large_scene),
         cmocka_unit_test(test_pieces_count_once),
         cmocka_unit_test(test_origin_in_a_slab_plane),
         cmocka_unit_test(test_tiny_direction),

@@ -221,7 +221,7 @@ static void test_claims(void **state)
             static double left[EDGE * EDGE];
             struct scene *scene = random_scene(&random, family);
             void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
-            struct bvh *bvh = bvh_build(scene, memory);
+            struct bvh *bvh = bvh_build(scene, memory, 1);
             struct render_counts counts;
             scene->view.max_depth = 30;
             scene->view.cutoff = 0x1p-11;
@@ -265,7 +265,7 @@ static void test_growing_light(void **state)
     view.cutoff = 0.125;
     struct scene *scene = finish(builder, &view);
     void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
-    struct renderer *renderer = renderer_create(scene, bvh_build(scene, memory));
+    struct renderer *renderer = renderer_create(scene, bvh_build(scene, memory, 1));
     float rgb[3];
     struct render_counts counts;
     double claim = render_pixel(renderer, EDGE / 2 * EDGE + EDGE / 2, rgb, &counts);

@@ -69,7 +69,7 @@ struct picture {
 static void render_tiles(const struct scene *scene, uint32_t w, uint32_t h, struct picture *picture)
 {
     void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
-    struct bvh *bvh = bvh_build(scene, memory);
+    struct bvh *bvh = bvh_build(scene, memory, 1);
     struct renderer *renderer = renderer_create(scene, bvh);
     float *rgb = malloc((size_t)w * h * 3 * sizeof *rgb);
     memset(picture, 0, sizeof *picture);
@@ -197,7 +197,7 @@ static void test_facing_mirrors(void **state)
     struct scene *scene = builder_finish(builder, &view);
     builder_destroy(builder);
     void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
-    struct renderer *renderer = renderer_create(scene, bvh_build(scene, memory));
+    struct renderer *renderer = renderer_create(scene, bvh_build(scene, memory, 1));
     struct tile tile = {.w = 1, .h = 1, .step = 1};
     renderer_tile(renderer, &tile, picture.rgb, &picture.counts);
     assert_int_equal(picture.counts.rays[RAY_REFLECTION], 10000);
@@ -270,7 +270,7 @@ static void test_rays_are_bounded(void **state)
         struct scene *scene = builder_finish(builder, &view);
         builder_destroy(builder);
         void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
-        struct renderer *renderer = renderer_create(scene, bvh_build(scene, memory));
+        struct renderer *renderer = renderer_create(scene, bvh_build(scene, memory, 1));
         for (uint32_t pixel = 0; pixel < SIZE * SIZE; pixel += 7) {
             struct tile tile = {.x = pixel % SIZE, .y = pixel / SIZE, .w = 1, .h = 1, .step = 1};
             renderer_tile(renderer, &tile, picture.rgb, &picture.counts);
@@ -426,7 +426,7 @@ static void test_passes_add_up(void **state)
     builder_destroy(builders[0]);
     builder_destroy(builders[1]);
     void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
-    struct bvh *bvh = bvh_build(scene, memory);
+    struct bvh *bvh = bvh_build(scene, memory, 1);
     struct renderer *renderer = renderer_create(at_once, bvh);
     struct tile tile = {.w = SIZE, .h = SIZE, .step = 1};
     struct render_counts all, counts;

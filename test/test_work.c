@@ -110,7 +110,7 @@ static void follow(const struct line *lines, size_t count)
     struct scene *scene = builder_finish(builder, &view);
     builder_destroy(builder);
     void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
-    struct renderer *renderer = renderer_create(scene, bvh_build(scene, memory));
+    struct renderer *renderer = renderer_create(scene, bvh_build(scene, memory, 1));
     memset(&master, 0, sizeof master);
     master.lines = lines;
     master.count = count;

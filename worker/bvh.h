@@ -103,14 +103,11 @@ static inline uint32_t corner_entries(uint32_t triangles)
     return (uint32_t)((bytes + sizeof(struct bvh_leaf) - 1) / sizeof(struct bvh_leaf));
 }
 
-/* Writes what stands behind `count` entries of a leaf; returns how many entries' bytes that takes. */
-uint32_t bvh_write_corners(const struct scene *scene, const double center[3],
-                           struct bvh_leaf *leaves, uint32_t count);
-
 /* Bytes that bvh_build() may need for this scene. */
 size_t bvh_bytes_bound(const struct scene *scene);
 
-/* Builds into memory of bvh_bytes_bound() bytes, aligned to 64. */
-struct bvh *bvh_build(const struct scene *scene, void *memory);
+/* Builds into memory of bvh_bytes_bound() bytes, aligned to 64, with at most so many threads, the
+ * calling one among them (>= 1), which make no difference to the bytes. */
+struct bvh *bvh_build(const struct scene *scene, void *memory, unsigned threads);
 
 #endif

@@ -1,9 +1,10 @@
-/* What stands in a leaf of the tree. */
+#include "worker/bvh_leaf.h"
+
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
-#include "worker/bvh.h"
-#include "worker/bvh_split.h"
+#include "common/message.h"
 #include "worker/primitive.h"
 
 struct bvh_leaf bvh_leaf_of(const struct scene *scene, uint32_t id)
@@ -64,8 +65,9 @@ static void write_places(const struct corner_reader *reader, uint32_t triangles,
     }
 }
 
-uint32_t bvh_write_corners(const struct scene *scene, const double center[3],
-                           struct bvh_leaf *leaves, uint32_t count)
+/* Writes what stands behind `count` entries of a leaf; returns how many entries' bytes that takes. */
+static uint32_t write_corners(const struct scene *scene, const double center[3],
+                              struct bvh_leaf *leaves, uint32_t count)
 {
     struct corner_reader reader = {scene, center, leaves};
     struct bvh_corners *corners = (void *)(leaves + count);
@@ -88,4 +90,109 @@ uint32_t bvh_write_corners(const struct scene *scene, const double center[3],
     corners->inverse = unit > 0 ? (float)(1 / unit) : NAN;
     if (unit > 0) write_places(&reader, triangles, unit, corners);
     return corner_entries(triangles);
+}
+
+/* ---- all leaves ---- */
+
+/* The leaves of some nodes in a row, written by one thread. */
+#define PART_NODES 256u
+
+struct leaf_part {
+    uint64_t entries;
+    uint64_t room; /* with what stands behind them, in entries */
+    uint64_t first;
+};
+
+struct leaf_writer {
+    const struct whole *whole;
+    struct bvh_node *nodes;
+    uint32_t node_count;
+    struct bvh_leaf *leaves;
+    struct leaf_part *parts;
+};
+
+static uint32_t part_end(const struct leaf_writer *writer, uint32_t part)
+{
+    uint32_t begin = part * PART_NODES, left = writer->node_count - begin;
+    return begin + (left < PART_NODES ? left : PART_NODES);
+}
+
+static void sort_by_id(struct item *items, uint32_t count)
+{
+    for (uint32_t i = 1; i < count; i++) {
+        struct item item = items[i];
+        uint32_t place = i;
+        for (; place > 0 && items[place - 1].id > item.id; place--)
+            items[place] = items[place - 1];
+        items[place] = item;
+    }
+}
+
+/* In order of their ids, pieces of the same triangle as one; returns how many are left. */
+static uint32_t join_pieces(struct item *items, uint32_t count)
+{
+    uint32_t left = 0;
+    sort_by_id(items, count);
+    for (uint32_t i = 0; i < count; i++)
+        if (i == 0 || items[i].id != items[i - 1].id) items[left++].id = items[i].id;
+    return left;
+}
+
+static void measure_part(void *context, uint32_t round)
+{
+    struct leaf_writer *writer = context;
+    struct leaf_part *part = &writer->parts[round];
+    *part = (struct leaf_part){0, 0, 0};
+    for (uint32_t n = round * PART_NODES; n < part_end(writer, round); n++) {
+        struct bvh_node *node = &writer->nodes[n];
+        for (unsigned slot = 0; slot < BVH_WIDTH; slot++) {
+            if (node->count[slot] == 0) continue;
+            struct item *items = writer->whole->items + node->child[slot];
+            uint32_t count = join_pieces(items, node->count[slot]), triangles = 0;
+            while (triangles < count && is_triangle(items[triangles].id))
+                triangles++;
+            node->count[slot] = count;
+            part->entries += count;
+            part->room += count + (triangles > 0 ? corner_entries(triangles) : 0);
+        }
+    }
+}
+
+static void write_part(void *context, uint32_t round)
+{
+    const struct leaf_writer *writer = context;
+    const struct whole *whole = writer->whole;
+    uint64_t place = writer->parts[round].first;
+    for (uint32_t n = round * PART_NODES; n < part_end(writer, round); n++) {
+        struct bvh_node *node = &writer->nodes[n];
+        for (unsigned slot = 0; slot < BVH_WIDTH; slot++) {
+            uint32_t count = node->count[slot];
+            if (count == 0) continue;
+            const struct item *items = whole->items + node->child[slot];
+            struct bvh_leaf *leaf = writer->leaves + place;
+            for (uint32_t i = 0; i < count; i++)
+                leaf[i] = bvh_leaf_of(whole->scene, items[i].id);
+            node->child[slot] = (uint32_t)place;
+            place += count + write_corners(whole->scene, whole->center, leaf, count);
+        }
+    }
+}
+
+struct leaf_room bvh_write_leaves(const struct whole *whole, struct bvh_node *nodes,
+                                  uint32_t node_count, struct bvh_leaf *leaves)
+{
+    uint32_t parts = (node_count + PART_NODES - 1) / PART_NODES;
+    struct leaf_writer writer = {whole, nodes, node_count, leaves,
+                                 allocate(parts, sizeof *writer.parts)};
+    struct leaf_room all = {0, 0};
+    crew_share(whole->crew, parts, measure_part, &writer);
+    for (uint32_t i = 0; i < parts; i++) {
+        writer.parts[i].first = all.room;
+        all.entries += writer.parts[i].entries;
+        all.room += writer.parts[i].room;
+    }
+    if (all.room > UINT32_MAX) fatal("the scene has more triangles than a tree can hold");
+    crew_share(whole->crew, parts, write_part, &writer);
+    free(writer.parts);
+    return all;
 }

@@ -1,8 +1,10 @@
 #include "worker/bvh_split.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "common/message.h"
 #include "worker/primitive.h"
 
 /* ---- items ---- */
@@ -65,6 +67,14 @@ void range_add(struct range *range, const struct item *item)
     add(range, item);
 }
 
+void range_append(struct range *range, const struct range *more)
+{
+    extend(&range->extent, &more->extent);
+    extend(&range->centers, &more->centers);
+    range->count += more->count;
+    range->weight += more->weight;
+}
+
 /* ---- bins ---- */
 
 /* Bins per axis; a few items need, and are worth, fewer: 8 up to twice that many. */
@@ -101,11 +111,13 @@ static void place_bins(struct binning *binning, uint32_t items, float4 low, floa
     binning->low[3] = binning->scale[3] = 0;
 }
 
-static void bin_by_center(struct binning *binning, const struct item *items, uint32_t count)
+static void bin_by_center(const struct whole *whole, struct binning *binning, uint32_t begin,
+                          uint32_t end)
 {
+    const struct item *items = whole->items;
     const float4 low = binning->low, scale = binning->scale;
     const float4 last = all4((float)(binning->count - 1));
-    for (uint32_t i = 0; i < count; i++) {
+    for (uint32_t i = begin; i < end; i++) {
         struct extent extent = item_extent(&items[i]);
         float4 place = min4((half_center(&extent) - low) * scale, last);
         for (unsigned axis = 0; axis < 3; axis++) {
@@ -114,6 +126,61 @@ static void bin_by_center(struct binning *binning, const struct item *items, uin
             binning->axes[axis].begin[b] += items[i].weight;
         }
     }
+}
+
+/* Adds the items of some in [begin, end) to bins. */
+typedef void bin_items(const struct whole *whole, struct binning *binning, uint32_t begin,
+                       uint32_t end);
+
+/* Bins that some of the crew fill, each with the items from round * PART on. */
+#define PART 16384u
+
+struct bin_parts {
+    const struct whole *whole;
+    uint32_t begin, end;
+    bin_items *bin;
+    struct binning *parts;
+};
+
+static void bin_part(void *context, uint32_t round)
+{
+    const struct bin_parts *all = context;
+    uint32_t begin = all->begin + round * PART;
+    uint32_t end = all->end - begin < PART ? all->end : begin + PART;
+    all->bin(all->whole, &all->parts[round], begin, end);
+}
+
+/* What is in a bin is least, largest and a sum of integers: the same however it is put together. */
+static void add_bins(struct binning *binning, const struct binning *more)
+{
+    for (unsigned axis = 0; axis < 3; axis++) {
+        struct bins *to = &binning->axes[axis];
+        const struct bins *from = &more->axes[axis];
+        for (unsigned b = 0; b < binning->count; b++) {
+            extend(&to->extent[b], &from->extent[b]);
+            to->begin[b] += from->begin[b];
+            to->end[b] += from->end[b];
+        }
+    }
+}
+
+/* All items of a range, into bins that are empty. */
+static void bin_range(const struct whole *whole, struct binning *binning, const struct range *range,
+                      bin_items *bin)
+{
+    uint32_t begin = range->first, end = begin + range->count,
+             parts = (end - begin + PART - 1) / PART;
+    if (!whole->crew || parts < 2) {
+        bin(whole, binning, begin, end);
+        return;
+    }
+    struct bin_parts all = {whole, begin, end, bin, allocate(parts, sizeof *all.parts)};
+    for (uint32_t i = 0; i < parts; i++)
+        all.parts[i] = *binning;
+    crew_share(whole->crew, parts, bin_part, &all);
+    for (uint32_t i = 0; i < parts; i++)
+        add_bins(binning, &all.parts[i]);
+    free(all.parts);
 }
 
 /* The cheapest border: it is the end of bin `last`; cost stays infinite if there is none. */
@@ -154,7 +221,7 @@ struct split find_object_split(const struct whole *whole, const struct range *ra
     struct binning binning;
     struct split best = {.cost = INFINITE, .overlap = INFINITE};
     place_bins(&binning, range->count, range->centers.min, range->centers.max);
-    bin_by_center(&binning, whole->items + range->first, range->count);
+    bin_range(whole, &binning, range, bin_by_center);
     for (unsigned axis = 0; axis < 3; axis++) {
         if (!(binning.scale[axis] > 0)) continue;
         const struct bins *bins = &binning.axes[axis];
@@ -248,8 +315,8 @@ static void bin_pieces(const struct corners *corners, struct binning *binning, u
     extend(&binning->axes[axis].extent[last], &rest);
 }
 
-static void bin_by_place(const struct whole *whole, struct binning *binning,
-                         const struct item *item)
+static void bin_item_by_place(const struct whole *whole, struct binning *binning,
+                              const struct item *item)
 {
     const float4 last_bin = all4((float)(binning->count - 1));
     struct extent extent = item_extent(item);
@@ -275,14 +342,20 @@ static void bin_by_place(const struct whole *whole, struct binning *binning,
     }
 }
 
+static void bin_by_place(const struct whole *whole, struct binning *binning, uint32_t begin,
+                         uint32_t end)
+{
+    for (uint32_t i = begin; i < end; i++)
+        bin_item_by_place(whole, binning, &whole->items[i]);
+}
+
 struct split find_spatial_split(const struct whole *whole, const struct range *range,
                                 const struct split *split)
 {
     struct binning binning;
     struct split best = *split;
     place_bins(&binning, range->count, range->extent.min, range->extent.max);
-    for (uint32_t i = range->first; i < range->first + range->count; i++)
-        bin_by_place(whole, &binning, &whole->items[i]);
+    bin_range(whole, &binning, range, bin_by_place);
     for (unsigned axis = 0; axis < 3; axis++) {
         if (!(binning.scale[axis] > 0)) continue;
         const struct bins *bins = &binning.axes[axis];

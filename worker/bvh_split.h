@@ -7,10 +7,12 @@
 #ifndef FARM_WORKER_BVH_SPLIT_H
 #define FARM_WORKER_BVH_SPLIT_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "common/scene.h"
+#include "worker/crew.h"
 #include "worker/extent.h"
 
 /*
@@ -61,10 +63,13 @@ struct whole {
     const struct scene *scene;
     const double *center; /* the tree's, [3] */
     struct item *items;
+    struct crew *crew; /* that looks at many items together; may be NULL */
 };
 
 struct range range_empty(uint32_t first);
 void range_add(struct range *range, const struct item *item);
+/* The items of another range, which stand behind those of the first one. */
+void range_append(struct range *range, const struct range *more);
 
 /* Of items of this weight together, as a leaf. */
 static inline double cost_of(uint32_t weight)
@@ -76,6 +81,17 @@ static inline double cost_of(uint32_t weight)
 /* One float below x, or -FLT_MAX: also covers the roundings of bounds. */
 float round_down(double x);
 float round_up(double x);
+
+/* What is at the end of all floats may be beyond. */
+static inline float open_below(float min)
+{
+    return min > -FLT_MAX ? min : -INFINITY;
+}
+
+static inline float open_above(float max)
+{
+    return max < FLT_MAX ? max : INFINITY;
+}
 
 struct split find_object_split(const struct whole *whole, const struct range *range);
 

@@ -9,6 +9,7 @@
 #include "common/message.h"
 #include "common/nap.h"
 #include "common/processor.h"
+#include "worker/cores.h"
 #include "worker/render.h"
 #include "worker/survey.h"
 
@@ -167,6 +168,15 @@ static void *distribute(MPI_Comm comm, const struct welcome *welcome, struct sce
     return window + *offset + round_up(bytes);
 }
 
+/* By the first rank of the node, on the cores of all of them: the others wait. */
+static void build_tree(const struct node_scene *shared, void *bvh)
+{
+    cpu_set_t own;
+    unsigned threads = cores_borrow(shared->processes, shared->process_count, &own);
+    bvh_build(shared->scene, bvh, threads);
+    cores_return(&own);
+}
+
 int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
                 struct node_scene *shared)
 {
@@ -180,7 +190,7 @@ int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *bloc
     void *bvh = distribute(comm, &heard, block, shared);
     double sent = clock_wall();
     shared->broadcast_s = sent - start;
-    if (shared->leads) bvh_build(shared->scene, bvh);
+    if (shared->leads) build_tree(shared, bvh);
     publish(shared);
     shared->bvh = bvh;
     shared->build_s = clock_wall() - sent;

@@ -1,0 +1,251 @@
+#include "worker/bvh_nodes.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+
+#include "common/message.h"
+#include "worker/exact.h"
+
+/* Of a step to a node, with tests of its eight boxes; see LEAF_COST. */
+#define STEP_COST 1.0
+
+/*
+ * A spatial split, which takes longer to find, is tried where the two sides of the best other one
+ * have a large part of the range's area in common, and one of the root's that rays will notice.
+ */
+#define OVERLAP         0.1
+#define OVERLAP_OF_ROOT 1e-3
+
+/*
+ * What is below a range of so many items, or of this share of all, is a subtree that one thread builds:
+ * a share that keeps many threads busy, as long as that is worth the effort. Where subtrees begin does
+ * not depend on how many threads there are, so that the same scene gives the same bytes.
+ */
+#define SUBTREE_ITEMS 4096u
+#define SUBTREE_SHARE 32
+
+/* Its root is child `slot` of node `parent`, unless that is the root of all; depth as in build_node(). */
+struct subtree {
+    struct range range;
+    uint32_t parent;
+    unsigned slot, depth;
+    struct bvh_node *nodes; /* owned; numbered from 0 */
+    uint32_t node_count;
+    uint32_t first; /* its number in the whole tree */
+};
+
+/* The top of the tree, or a subtree. */
+struct build {
+    struct whole whole;
+    struct bvh_node *nodes;
+    uint32_t node_count;
+    double area;            /* of the root of all */
+    uint32_t subtree_items; /* at most; 0 in a subtree */
+    struct subtree *subtrees;
+    uint32_t subtree_count;
+};
+
+/* ---- children ---- */
+
+/* A child of the node that is being built. */
+struct child {
+    struct range range;
+    struct split split; /* of one that may be a leaf */
+    double gain;        /* in cost, when it is divided; not positive: it is not to be */
+};
+
+static bool may_be_leaf(const struct range *range)
+{
+    return range->weight <= LEAF_WEIGHT_MAX;
+}
+
+static struct split find_split(const struct build *build, const struct range *range)
+{
+    struct split split = find_object_split(&build->whole, range);
+    double least = larger(OVERLAP_OF_ROOT * build->area, OVERLAP * extent_area(&range->extent));
+    if (range->room == 0 || !(split.overlap > least)) return split;
+    return find_spatial_split(&build->whole, range, &split);
+}
+
+/* Dividing a child that has a node of its own saves the step to that; dividing a leaf saves tests,
+ * for that there is room in the node. */
+static struct child new_child(const struct build *build, const struct range *range)
+{
+    struct child child = {.range = *range, .gain = 0};
+    double area = extent_area(&range->extent);
+    if (!may_be_leaf(range)) {
+        child.gain = STEP_COST * area;
+    } else if (range->count > 1) {
+        child.split = find_split(build, range);
+        child.gain = cost_of(range->weight) * area - child.split.cost;
+    }
+    return child;
+}
+
+/* Levels of nodes that come to leaves by halving alone, even of the heaviest items. */
+static unsigned halving_depth(uint32_t count)
+{
+    unsigned depth = 1;
+    for (; count > LEAF_WEIGHT_MAX / PACK; depth++)
+        count = (count - 1) / BVH_WIDTH + 1;
+    return depth;
+}
+
+/* The child that is most worth dividing, of equal ones that with more items; -1: none is. */
+static int choose_child(const struct child children[BVH_WIDTH], unsigned count, bool halving)
+{
+    int best = -1;
+    double most = -1;
+    uint32_t items = 0;
+    for (unsigned i = 0; i < count; i++) {
+        const struct child *child = &children[i];
+        if (may_be_leaf(&child->range) && (halving || !(child->gain > 0))) continue;
+        double worth = halving ? 0 : child->gain;
+        if (worth < most || (worth == most && child->range.count <= items)) continue;
+        most = worth;
+        items = child->range.count;
+        best = (int)i;
+    }
+    return best;
+}
+
+/* Divides range until there are BVH_WIDTH children, or leaves that are best left alone. */
+static unsigned find_children(struct build *build, const struct range *range, unsigned depth,
+                              struct child children[BVH_WIDTH])
+{
+    bool halving = depth + 1 + halving_depth(range->count) > BVH_MAX_DEPTH;
+    unsigned count = 1;
+    children[0] = new_child(build, range);
+    while (count < BVH_WIDTH) {
+        int chosen = choose_child(children, count, halving);
+        if (chosen < 0) break;
+        struct child *child = &children[chosen];
+        struct range left, right;
+        if (halving) {
+            halve_range(&build->whole, &child->range, &left, &right);
+        } else {
+            if (!may_be_leaf(&child->range)) child->split = find_split(build, &child->range);
+            split_range(&build->whole, &child->range, &child->split, &left, &right);
+        }
+        *child = new_child(build, &left);
+        children[count++] = new_child(build, &right);
+    }
+    return count;
+}
+
+static void fill_slot(struct bvh_node *node, unsigned slot, const struct range *range)
+{
+    for (unsigned axis = 0; axis < 3; axis++) {
+        node->min[axis][slot] = open_below(range->extent.min[axis]);
+        node->max[axis][slot] = open_above(range->extent.max[axis]);
+    }
+}
+
+static void empty_slot(struct bvh_node *node, unsigned slot)
+{
+    for (unsigned axis = 0; axis < 3; axis++) {
+        node->min[axis][slot] = INFINITY;
+        node->max[axis][slot] = -INFINITY;
+    }
+    node->child[slot] = node->count[slot] = 0;
+}
+
+/* ---- nodes ---- */
+
+static void leave_to_subtree(struct build *build, const struct range *range, uint32_t parent,
+                             unsigned slot, unsigned depth)
+{
+    build->subtrees = grow(build->subtrees, build->subtree_count, sizeof *build->subtrees);
+    build->subtrees[build->subtree_count++] =
+        (struct subtree){.range = *range, .parent = parent, .slot = slot, .depth = depth};
+}
+
+/* Fills in a node and all below it; depth is that of the node, the root's is 0. */
+static void build_node(struct build *build, uint32_t index, const struct range *range,
+                       unsigned depth)
+{
+    struct child children[BVH_WIDTH];
+    unsigned count = find_children(build, range, depth, children);
+    struct bvh_node *node = &build->nodes[index];
+    for (unsigned i = 0; i < BVH_WIDTH; i++)
+        empty_slot(node, i);
+    for (unsigned i = 0; i < count; i++) {
+        const struct range *part = &children[i].range;
+        fill_slot(node, i, part);
+        if (may_be_leaf(part)) {
+            node->child[i] = part->first;
+            node->count[i] = part->count;
+        } else if (part->count <= build->subtree_items) {
+            leave_to_subtree(build, part, index, i, depth + 1);
+        } else {
+            node->child[i] = build->node_count++;
+        }
+    }
+    for (unsigned i = 0; i < count; i++)
+        if (node->child[i] > 0 && node->count[i] == 0)
+            build_node(build, node->child[i], &children[i].range, depth + 1);
+}
+
+/* ---- subtrees ---- */
+
+static void build_subtree(void *context, uint32_t round)
+{
+    const struct build *top = context;
+    struct subtree *subtree = &top->subtrees[round];
+    const struct range *range = &subtree->range;
+    uint64_t bound = bvh_nodes_bound((uint64_t)range->weight + range->room);
+    subtree->nodes = aligned_alloc(_Alignof(struct bvh_node), bound * sizeof *subtree->nodes);
+    if (!subtree->nodes) fatal("out of memory: there is no room for a part of the tree");
+    struct build build = {
+        .whole = top->whole, .nodes = subtree->nodes, .node_count = 1, .area = top->area};
+    build.whole.crew = NULL;
+    build_node(&build, 0, range, subtree->depth);
+    subtree->node_count = build.node_count;
+}
+
+/* To its place in the tree. */
+static void move_subtree(void *context, uint32_t round)
+{
+    const struct build *top = context;
+    struct subtree *subtree = &top->subtrees[round];
+    for (uint32_t n = 0; n < subtree->node_count; n++) {
+        struct bvh_node *node = &top->nodes[subtree->first + n];
+        *node = subtree->nodes[n];
+        for (unsigned slot = 0; slot < BVH_WIDTH; slot++)
+            if (node->count[slot] == 0 && node->child[slot] > 0)
+                node->child[slot] += subtree->first;
+    }
+    free(subtree->nodes);
+}
+
+/* Behind the nodes of the top. */
+static void place_subtrees(struct build *top)
+{
+    for (uint32_t i = 0; i < top->subtree_count; i++) {
+        struct subtree *subtree = &top->subtrees[i];
+        subtree->first = top->node_count;
+        top->node_count += subtree->node_count;
+        if (subtree->first > 0) top->nodes[subtree->parent].child[subtree->slot] = subtree->first;
+    }
+}
+
+uint32_t bvh_build_nodes(const struct whole *whole, const struct range *all, struct bvh_node *nodes)
+{
+    struct build top = {.whole = *whole,
+                        .nodes = nodes,
+                        .area = extent_area(&all->extent),
+                        .subtree_items = all->count / SUBTREE_SHARE};
+    if (top.subtree_items < SUBTREE_ITEMS) top.subtree_items = SUBTREE_ITEMS;
+    if (all->count <= top.subtree_items) {
+        leave_to_subtree(&top, all, 0, 0, 0);
+    } else {
+        top.node_count = 1;
+        build_node(&top, 0, all, 0);
+    }
+    crew_share(whole->crew, top.subtree_count, build_subtree, &top);
+    place_subtrees(&top);
+    crew_share(whole->crew, top.subtree_count, move_subtree, &top);
+    free(top.subtrees);
+    return top.node_count;
+}

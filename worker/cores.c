@@ -1,0 +1,20 @@
+#include "worker/cores.h"
+
+unsigned cores_borrow(const int *processes, int count, cpu_set_t *own)
+{
+    cpu_set_t all, theirs;
+    CPU_ZERO(own);
+    if (sched_getaffinity(0, sizeof *own, own) != 0) return 1;
+    all = *own;
+    for (int i = 0; i < count; i++)
+        if (sched_getaffinity(processes[i], sizeof theirs, &theirs) == 0)
+            CPU_OR(&all, &all, &theirs);
+    if (sched_setaffinity(0, sizeof all, &all) != 0) all = *own;
+    int cores = CPU_COUNT(&all);
+    return (unsigned)(count < cores ? count : cores);
+}
+
+void cores_return(const cpu_set_t *own)
+{
+    if (CPU_COUNT(own) > 0) (void)sched_setaffinity(0, sizeof *own, own);
+}

@@ -1,0 +1,17 @@
+/* The cores that the processes of a node may run on. While the others wait, the first one may use all
+ * of them. */
+#ifndef FARM_WORKER_CORES_H
+#define FARM_WORKER_CORES_H
+
+#include <sched.h>
+
+/*
+ * Lets the calling thread, and those that it starts from now on, run wherever one of the processes (of
+ * this machine, by their pids) may; returns for how many threads there is room: one for each process
+ * at most, and one to a core. *own: for cores_return(). What the system does not tell or grant leaves
+ * the thread where it is.
+ */
+unsigned cores_borrow(const int *processes, int count, cpu_set_t *own);
+void cores_return(const cpu_set_t *own);
+
+#endif

@@ -1,0 +1,22 @@
+/* Threads that share out the rounds of a loop: for what is done once, while the cores have nothing
+ * else to do. */
+#ifndef FARM_WORKER_CREW_H
+#define FARM_WORKER_CREW_H
+
+#include <stdint.h>
+
+struct crew;
+
+/* A crew of so many, at least one, of which the caller is one; fewer where the system grants no more
+ * threads. Owned by the caller. */
+struct crew *crew_gather(unsigned members);
+void crew_dismiss(struct crew *crew);
+
+/* A round; those of one loop must not depend on each other. */
+typedef void crew_work(void *context, uint32_t round);
+
+/* The rounds 0 .. count - 1, in any order; returns when all are done. NULL: the caller alone does them.
+ * Not to be called from a round with the same crew. */
+void crew_share(struct crew *crew, uint32_t count, crew_work *work, void *context);
+
+#endif
