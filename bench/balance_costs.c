@@ -223,18 +223,6 @@ static void close_stage(struct cost_stage *stage)
     free(stage->scene);
 }
 
-double costs_of_start(const char *config, uint32_t width, uint32_t height, uint32_t samples)
-{
-    struct cost_stage stage;
-    open_stage(&stage, config, width, height, samples);
-    renderer_destroy(stage.renderer);
-    double start = clock_thread_cpu();
-    stage.renderer = renderer_create(stage.scene, stage.bvh);
-    double seconds = clock_thread_cpu() - start;
-    close_stage(&stage);
-    return seconds;
-}
-
 void costs_measure(struct tile_costs *map, const char *config, uint32_t width, uint32_t height,
                    uint32_t samples, unsigned rounds)
 {

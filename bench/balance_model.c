@@ -51,17 +51,7 @@ static struct message_costs messages_of(const struct farm_run *run, const struct
 struct surroundings {
     struct message_costs messages;
     double slice_s;
-    double start_s[SCENES]; /* of a renderer's start */
 };
-
-static struct surroundings look_around(void)
-{
-    struct surroundings around = {.messages = measure_messages(), .slice_s = measure_slice()};
-    for (unsigned s = 0; s < SCENES; s++)
-        around.start_s[s] =
-            costs_of_start(bench_scenes[s].config, PAPER_WIDTH, PAPER_HEIGHT, SAMPLES);
-    return around;
-}
 
 static unsigned cores(void)
 {
@@ -76,7 +66,6 @@ static double simulated(unsigned scene, unsigned schedule, const struct farm_run
                               .node_cores = 1,
                               .cores = cores(),
                               .slice_s = around->slice_s,
-                              .start_s = around->start_s[scene],
                               .master_renders = true,
                               .messages = messages_of(run, trace, &around->messages)};
     struct run_costs own;
@@ -162,8 +151,8 @@ static void put_heading(FILE *out, unsigned runs, const struct surroundings *aro
         "tile of that run (`output.trace`) and what its master and renderers spent beside "
         "tiles (its report); when each rank began its first tile; and what was "
         "measured just before: messages, naps (%.0f us too long), slices of a core that "
-        "ranks share (%.1f ms), a renderer's start (%.0f and %.0f ms of CPU time). Who gets "
-        "which tile, in what order and lots, who waits from then on, what is rendered in vain "
+        "ranks share (%.1f ms). Who gets which tile, in what order and lots, who waits from then "
+        "on, what is rendered in vain "
         "and how the run ends is the model's own. With more ranks than cores somebody always "
         "has work, so these rows test messages and shared cores; the order of tiles "
         "shows where shares are fixed or tiles large (strips, tiles).\n"
@@ -175,8 +164,7 @@ static void put_heading(FILE *out, unsigned runs, const struct surroundings *aro
         "| scene | schedule | ranks | of a core | tiles alone | measured | simulated | off by, "
         "median | "
         "from, to |\n|---|---|---|---|---|---|---|---|---|\n",
-        SAMPLES, cores(), runs, 1e6 * around->messages.nap_s, 1e3 * around->slice_s,
-        1e3 * around->start_s[0], 1e3 * around->start_s[1]);
+        SAMPLES, cores(), runs, 1e6 * around->messages.nap_s, 1e3 * around->slice_s);
 }
 
 void section_model(bool quick)
@@ -185,7 +173,7 @@ void section_model(bool quick)
         {FULL, 1},        {FULL, 2}, {STRIPS, 2}, {CYCLIC_ROWS, 2},
         {PLAIN_TILES, 2}, {FULL, 4}, {FULL, 8},   {FULL, PAPER_PROCESSORS}};
     const unsigned count = quick ? 3 : sizeof rows / sizeof *rows, runs = quick ? 1 : RUNS;
-    struct surroundings around = look_around();
+    struct surroundings around = {.messages = measure_messages(), .slice_s = measure_slice()};
     FILE *out = open_section("model", "The simulated farm against the real one");
     put_heading(out, runs, &around);
     double worst = 0;

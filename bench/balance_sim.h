@@ -35,8 +35,6 @@ struct machine {
     double slice_s;       /* for so long a core goes on with one when others wait for it; > 0 */
     bool master_renders;  /* renderer 0 is rank 0's own */
     const double *starts; /* per renderer, when it reports for work; NULL: all at once */
-    double start_s;       /* of a shared core, which each takes before that: all begin together but
-                           * for a nap, and time is 0 when rank 0 is done with it */
     struct message_costs messages;
 };
 

@@ -14,7 +14,6 @@
 #define HELD 4
 
 enum {
-    EVENT_BEGIN,
     EVENT_READY,
     EVENT_RESULT,
     EVENT_SERVED,
@@ -29,7 +28,7 @@ enum {
 
 struct part {
     struct tile tile;
-    struct lot *lot;         /* NULL: what a renderer does before it reports for work */
+    struct lot *lot;
     struct part *next;       /* of those that go into the same answer */
     double begun_s, seconds; /* when it was begun (NAN: it has no core yet), and what it took */
     double left_s;           /* of shared cores: what it will take of one */
@@ -58,7 +57,7 @@ struct renderer {
     double debt_s; /* rank 0: what serving has taken from the tile in work */
     /* With shared cores, of which it gets one: what it works on, where (NO_CORE: it waits for one),
      * and who is behind it in the queue for them. */
-    struct part *part, start;
+    struct part *part;
     uint32_t core, behind;
     bool ready; /* it has reported for work */
     bool asks;  /* the master has found nothing for it */
@@ -114,9 +113,6 @@ void cores_free(struct sim *sim);
 
 /* The renderer has this part to do; first: it gets a core before all others who wait. */
 void cores_begin(struct sim *sim, uint32_t who, struct part *part, bool first);
-
-/* It does what it has to do before it reports for work. */
-void cores_start(struct sim *sim, uint32_t who);
 
 /* It has finished that or given it up, and has begun another one or not. */
 void cores_ended(struct sim *sim, uint32_t who);

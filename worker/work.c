@@ -1,5 +1,7 @@
 #include "worker/work.h"
 
+#include <errno.h>
+#include <semaphore.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/statvfs.h>
@@ -54,12 +56,21 @@ int agree_on_status(MPI_Comm comm, int status)
 /* ---- one scene per node ---- */
 
 /*
- * One window per node: where the block begins, the scene block, the BVH. Collective calls are few,
- * because MPI's own wait spins, and on a machine with more ranks than cores that shows.
+ * One window per node: the head, the scene block, the BVH. Collective calls are few, because MPI's own
+ * wait spins, and on a machine with more ranks than cores that shows.
  *
- *   window  | offset | ... | scene | ... | BVH |      offset and BVH are multiples of a cache line
+ *   window  | head | ... | scene | ... | BVH |      scene and BVH at multiples of a cache line
  */
 #define CACHE_LINE ((size_t)64)
+
+struct window_head {
+    uint64_t offset; /* of the scene */
+    sem_t
+        built; /* posted for every other rank when the BVH is there: who waits for that sleeps, and
+                      * is there at once, which it would not be after naps as long as a BVH takes */
+};
+_Static_assert(sizeof(struct window_head) <= CACHE_LINE,
+               "the scene begins a line behind the start");
 
 static size_t round_up(size_t bytes)
 {
@@ -137,19 +148,20 @@ static void gather_processes(struct node_scene *shared)
     shared->processes = all;
 }
 
-/* Brings the scene into the window of every node; returns where its BVH is to be built. */
-static void *distribute(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
-                        struct node_scene *shared)
+/* Brings the scene into the window of every node. */
+static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
+                       struct node_scene *shared)
 {
     size_t bytes = welcome->scene_bytes;
     MPI_Comm leaders = split_nodes(comm, shared);
     gather_processes(shared);
     char *window = allocate_window(shared, 2 * CACHE_LINE + round_up(bytes) + welcome->bvh_bytes);
     /* MPI promises less than a cache line, and maybe not the same to every rank. */
-    uint64_t *offset = (void *)window;
+    struct window_head *head = (void *)window;
     if (shared->leads) {
-        *offset = CACHE_LINE + (-(uintptr_t)window % CACHE_LINE);
-        char *scene = window + *offset;
+        head->offset = CACHE_LINE + (-(uintptr_t)window % CACHE_LINE);
+        if (sem_init(&head->built, 1, 0) != 0) fatal("cannot create a semaphore");
+        char *scene = window + head->offset;
         if (block) memcpy(scene, block, bytes);
         free(block);
         if (leaders != MPI_COMM_NULL) broadcast(leaders, scene, bytes);
@@ -160,11 +172,13 @@ static void *distribute(MPI_Comm comm, const struct welcome *welcome, struct sce
     }
     if (leaders != MPI_COMM_NULL) MPI_Comm_free(&leaders);
     publish(shared);
-    shared->scene = (const void *)(window + *offset);
+    char *scene = window + head->offset;
+    shared->head = head;
+    shared->scene = (const void *)scene;
+    shared->bvh = (void *)(scene + round_up(bytes));
     enum processor_level level = shared->scene->view.processor;
     if (!processor_has(level))
         fatal("farm.kernel = %s is not for this processor", processor_level_name(level));
-    return window + *offset + round_up(bytes);
 }
 
 int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
@@ -177,14 +191,35 @@ int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *bloc
         fatal("this is farm %s, but rank 0 runs another version", FARM_VERSION);
     if (heard.scene_bytes == 0) return (int)heard.status;
     double start = clock_wall();
-    void *bvh = distribute(comm, &heard, block, shared);
-    double sent = clock_wall();
-    shared->broadcast_s = sent - start;
-    if (shared->leads) bvh_build(shared->scene, bvh);
-    publish(shared);
-    shared->bvh = bvh;
-    shared->build_s = clock_wall() - sent;
+    distribute(comm, &heard, block, shared);
+    shared->broadcast_s = clock_wall() - start;
     return -1;
+}
+
+/* By the first rank of the node, where the others will look for it. */
+static void build(struct node_scene *shared)
+{
+    bvh_build(shared->scene, shared->bvh);
+    if (shared->window != MPI_WIN_NULL) MPI_Win_sync(shared->window);
+    for (int i = 1; i < shared->process_count; i++)
+        sem_post(&shared->head->built);
+}
+
+static void wait_until_built(struct node_scene *shared)
+{
+    while (sem_wait(&shared->head->built) != 0)
+        if (errno != EINTR) fatal("cannot wait for the BVH: %s", strerror(errno));
+    MPI_Win_sync(shared->window);
+}
+
+void share_bvh(struct node_scene *shared)
+{
+    double start = clock_wall();
+    if (shared->leads)
+        build(shared);
+    else
+        wait_until_built(shared);
+    shared->build_s = clock_wall() - start;
 }
 
 void unshare_scene(struct node_scene *shared)
