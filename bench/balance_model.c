@@ -20,31 +20,32 @@ static double answers_of(const struct farm_run *run)
     return fmax(0, run->messages - 2.0 * (run->renderers - 1));
 }
 
-/*
- * What a message costs in a run: the way of it as between two ranks that do nothing else, the CPU time of
- * master and renderers as that run tells. Between two answers the caches forget the master, who then
- * takes some times longer than where answers are all that there is; how that is shared out between
- * answers, tiles and pixels is as it is there.
- */
+/* Seconds of the master in serving answers. */
+static double serving_of(const struct farm_run *run)
+{
+    return run->service_s * answers_of(run);
+}
+
+/* What a message costs in a run: the way of it as between two ranks that do nothing else, the CPU time
+ * beside tiles as that run tells. */
 static struct message_costs messages_of(const struct farm_run *run, const struct trace *trace,
                                         const struct message_costs *alone)
 {
     struct message_costs costs = *alone;
-    double answers = answers_of(run), serving = run->service_s * answers, expected, cpu = 0;
-    expected = answers * costs.service_s;
-    for (unsigned i = 0; i < run->renderers; i++) {
+    double cpu = 0;
+    for (unsigned i = 0; i < run->renderers; i++)
         cpu += run->workers[i].cpu_s;
-        if (i == 0) continue;
-        expected += run->workers[i].tiles * costs.service_tile_s;
-        expected += run->workers[i].pixels * costs.service_pixel_s;
-    }
-    double factor = expected > 0 ? serving / expected : 1;
-    costs.service_s *= factor;
-    costs.service_tile_s *= factor;
-    costs.service_pixel_s *= factor;
     costs.tile_s = fmax(0, cpu - trace_cpu(trace)) / (double)trace->count;
-    costs.looks = fmax(0, run->master_cpu_s - serving) / run->render_s;
+    costs.looks = fmax(0, run->master_cpu_s - serving_of(run)) / run->render_s;
     return costs;
+}
+
+static void scale_serving(struct message_costs *costs, double factor)
+{
+    costs->service_s *= factor;
+    costs->service_tile_s *= factor;
+    costs->service_pixel_s *= factor;
+    costs->fetch_s *= factor;
 }
 
 /* What is measured once for all rows, in the same minutes. */
@@ -76,6 +77,11 @@ static double simulated(unsigned scene, unsigned schedule, const struct farm_run
     costs.run = &own;
     trace_starts(trace, run->renderers, starts);
     machine.starts = starts;
+    schedule_simulate(schedule, &machine, &costs, &outcome);
+    /* Between two answers the caches forget the master, who then takes some times longer than where answers
+     * are all that there is: for all that he does, in the same proportions. */
+    if (outcome.master_s > 0) scale_serving(&machine.messages, serving_of(run) / outcome.master_s);
+    sim_outcome_free(&outcome);
     schedule_simulate(schedule, &machine, &costs, &outcome);
     double seconds = outcome.render_s;
     sim_outcome_free(&outcome);

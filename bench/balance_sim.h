@@ -21,6 +21,7 @@
 struct message_costs {
     double latency_s, byte_s;
     double service_s, service_tile_s, service_pixel_s;
+    double fetch_s; /* of the master beside that for a result of more than RESULT_SHORT bytes */
     double send_s;
     double tile_s; /* of a renderer for every tile, beside rendering it */
     double looks;  /* of the master in looking for messages: part of a core, all the time */

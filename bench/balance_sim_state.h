@@ -41,6 +41,7 @@ struct lot {
     uint32_t count, begun, finished; /* parts */
     uint32_t accepted;               /* parts, by the master */
     double answer_s, answered;       /* when an answer is due, and when the last one was given */
+    size_t whole;                    /* bytes of the result if all that is left goes into one */
     struct part *ready, **last;      /* what goes into the next one */
     struct part parts[];             /* [count] */
 };
@@ -154,6 +155,9 @@ void sim_stop(struct sim *sim, uint32_t who);
 
 /* The queue gets a part that was finished or dropped. */
 void accept_part(struct sim *sim, uint32_t who, struct part *part);
+
+/* Of a result of these parts. */
+size_t bytes_of(const struct part *parts);
 
 /* A part has been accepted; with the last one the lot is gone. */
 void forget_part(struct sim *sim, struct lot *lot);

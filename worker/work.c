@@ -408,12 +408,18 @@ static char *take_buffer(struct worker *worker, size_t bytes)
     return worker->buffers[turn];
 }
 
-/* Of the tiles from the first one on, at most: of refined tiles not all pixels get samples. */
+/* At most: of refined tiles not all pixels get samples. */
+static size_t tile_bytes(const struct worker *worker, const struct tile *tile)
+{
+    return result_bytes(tile, tile_pixels(tile), worker->adaptive);
+}
+
+/* Of the tiles from the first one on. */
 static size_t lot_bytes(const struct worker *worker, const struct lot *lot, uint32_t first)
 {
     size_t bytes = 0;
     for (uint32_t i = first; i < lot->count; i++)
-        bytes += result_bytes(&lot->tiles[i], tile_pixels(&lot->tiles[i]), worker->adaptive);
+        bytes += tile_bytes(worker, &lot->tiles[i]);
     return bytes;
 }
 
@@ -520,7 +526,8 @@ static uint32_t render_some(struct worker *worker, uint32_t first,
                             const struct refinement **refinements)
 {
     struct lot *lot = &worker->current;
-    char *message = take_buffer(worker, lot_bytes(worker, lot, first)), *part = message;
+    size_t whole = lot_bytes(worker, lot, first), done = 0;
+    char *message = take_buffer(worker, whole);
     double begin = clock_wall();
     uint32_t i = first;
     bool stopped;
@@ -532,13 +539,15 @@ static uint32_t render_some(struct worker *worker, uint32_t first,
         const struct tile *tile = &lot->tiles[i];
         const struct refinement *refined = tile_is_refined(tile) ? *refinements : NULL;
         if (refined) *refinements += tile_pixels(tile);
+        char *part = message + done;
         size_t bytes = lot->dropped[i]
                            ? put_dropped(&(struct result_header){.tile_id = tile->id}, part)
                            : render_part(worker, tile, refined, part);
         stopped = bytes == 0;
-        part += bytes;
-    } while (!stopped && ++i < lot->count && clock_wall() < begin + lot->answer_s);
-    if (part > message) send_result(worker, message, (size_t)(part - message));
+        done += bytes;
+    } while (!stopped && ++i < lot->count && clock_wall() < begin + lot->answer_s &&
+             !result_is_full(whole, done, done + tile_bytes(worker, &lot->tiles[i])));
+    if (done > 0) send_result(worker, message, done);
     return stopped ? 0 : i;
 }
 
