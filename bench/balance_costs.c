@@ -73,23 +73,29 @@ struct rounds {
     double clock; /* seconds that reading it takes */
 };
 
+static void render_tile(const struct cost_target *target, const struct tile *tile)
+{
+    static float rgb[3 << (2 * (COST_LEVELS - 1))];
+    struct render_counts counts;
+    renderer_tile(target->renderer, tile, rgb, &counts);
+}
+
 static void measure_tile(const struct cost_target *target, struct rounds *rounds, unsigned level,
                          size_t i)
 {
-    static float rgb[3 << (2 * (COST_LEVELS - 1))];
     struct tile tile = tile_at(target->map, level, i);
-    struct render_counts counts;
     double start = clock_thread_cpu();
-    renderer_tile(target->renderer, &tile, rgb, &counts);
+    render_tile(target, &tile);
     double seconds = fmax(0, clock_thread_cpu() - start - rounds->clock);
     rounds->all[level][i * rounds->count + rounds->round] = (float)seconds;
 }
 
 /* A block of the largest tiles, at all levels in turn: so what else the machine does meanwhile weighs
- * on all of them alike. */
+ * on all of them alike, and so do the caches, which know the block by then. */
 static void measure_block(const struct cost_target *target, struct rounds *rounds, size_t block)
 {
     struct tile area = tile_at(target->map, COST_LEVELS - 1, block);
+    render_tile(target, &area);
     for (unsigned level = COST_LEVELS; level-- > 0;) {
         uint32_t across = columns(target->map->width, level), edge = 1u << level;
         for (uint32_t y = area.y; y < area.y + area.h; y += edge)
@@ -221,18 +227,6 @@ static void close_stage(struct cost_stage *stage)
     renderer_destroy(stage->renderer);
     free(stage->bvh);
     free(stage->scene);
-}
-
-double costs_of_start(const char *config, uint32_t width, uint32_t height, uint32_t samples)
-{
-    struct cost_stage stage;
-    open_stage(&stage, config, width, height, samples);
-    renderer_destroy(stage.renderer);
-    double start = clock_thread_cpu();
-    stage.renderer = renderer_create(stage.scene, stage.bvh);
-    double seconds = clock_thread_cpu() - start;
-    close_stage(&stage);
-    return seconds;
 }
 
 void costs_measure(struct tile_costs *map, const char *config, uint32_t width, uint32_t height,

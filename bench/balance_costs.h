@@ -37,9 +37,6 @@ void costs_measure(struct tile_costs *map, const char *config, uint32_t width, u
                    uint32_t samples, unsigned rounds);
 void costs_free(struct tile_costs *map);
 
-/* CPU seconds that a renderer of this picture needs until it can begin. */
-double costs_of_start(const char *config, uint32_t width, uint32_t height, uint32_t samples);
-
 /* All that follows from width, height, samples and levels, which are set. */
 void costs_derive(struct tile_costs *map);
 

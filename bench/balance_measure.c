@@ -20,6 +20,7 @@ static const struct {
     {"service_s", "of the master for one result and its answer"},
     {"service_tile_s", "of that, for every tile of a lot"},
     {"service_pixel_s", "of that, for every pixel"},
+    {"fetch_s", "beside that, for a result that is fetched"},
     {"send_s", "of a renderer in handing over a result"},
     {"nap_s", "by how much a nap is longer than asked for"},
 };
@@ -61,8 +62,9 @@ static struct message_costs costs_of_values(const double values[MESSAGE_VALUES])
                                   .service_s = values[2],
                                   .service_tile_s = values[3],
                                   .service_pixel_s = values[4],
-                                  .send_s = values[5],
-                                  .nap_s = values[6]};
+                                  .fetch_s = values[5],
+                                  .send_s = values[6],
+                                  .nap_s = values[7]};
 }
 
 struct message_costs measure_messages(void)
@@ -75,7 +77,10 @@ struct message_costs measure_messages(void)
 struct message_costs kept_messages(void)
 {
     double values[MESSAGE_VALUES];
-    if (isnan(value_get(message_values[0].name))) section_messages(false);
+    bool known = true;
+    for (size_t i = 0; i < MESSAGE_VALUES; i++)
+        known = known && !isnan(value_get(message_values[i].name));
+    if (!known) section_messages(false);
     for (size_t i = 0; i < MESSAGE_VALUES; i++)
         values[i] = value_get(message_values[i].name);
     return costs_of_values(values);

@@ -8,6 +8,7 @@
  *                   receive, as in master/post.c
  *   service_tile_s  of the queue for every tile: handing out, finishing
  *   service_pixel_s for every pixel of the result: receiving, canvas
+ *   fetch_s         beside that for a result of more than RESULT_SHORT bytes
  *   send_s          of a renderer for one result
  *   nap_s           by how much a nap is longer than asked for
  */
@@ -192,6 +193,10 @@ static double nap_overshoot(void)
     return median(times, 200);
 }
 
+/* Of square tiles: below RESULT_SHORT bytes, and above. */
+#define WHOLE_EDGE 24
+#define LARGE_EDGE 32
+
 int main(void)
 {
     int rank, size;
@@ -201,18 +206,22 @@ int main(void)
     if (size != 2) fatal("start two of me: mpiexec -n 2");
     nap_sharpen();
     double empty = one_way(rank, 0), large = one_way(rank, 1 << 16);
-    double small_lot, large_lot;
+    double small_lot, whole_lot, large_lot;
     if (rank == 0) {
         small_lot = serve_flood(1);
-        large_lot = serve_flood(32);
-        double pixel = (large_lot - small_lot) / (32 * 32 - 1);
+        whole_lot = serve_flood(WHOLE_EDGE);
+        large_lot = serve_flood(LARGE_EDGE);
+        double pixel = (whole_lot - small_lot) / (WHOLE_EDGE * WHOLE_EDGE - 1);
+        double service = small_lot - pixel, large_s = service + pixel * LARGE_EDGE * LARGE_EDGE;
         printf("latency_s %.3e\nbyte_s %.3e\n", empty, (large - empty) / (1 << 16));
-        printf("service_s %.3e\nservice_pixel_s %.3e\n", small_lot - pixel, pixel);
+        printf("service_s %.3e\nservice_pixel_s %.3e\n", service, pixel);
+        printf("fetch_s %.3e\n", large_lot - large_s);
         printf("service_tile_s %.3e\n", queue_time());
         printf("nap_s %.3e\n", nap_overshoot());
     } else {
         small_lot = send_flood(1);
-        large_lot = send_flood(32);
+        send_flood(WHOLE_EDGE);
+        send_flood(LARGE_EDGE);
         printf("send_s %.3e\n", small_lot);
     }
     MPI_Finalize();

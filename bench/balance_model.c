@@ -20,48 +20,39 @@ static double answers_of(const struct farm_run *run)
     return fmax(0, run->messages - 2.0 * (run->renderers - 1));
 }
 
-/*
- * What a message costs in a run: the way of it as between two ranks that do nothing else, the CPU time of
- * master and renderers as that run tells. Between two answers the caches forget the master, who then
- * takes some times longer than where answers are all that there is; how that is shared out between
- * answers, tiles and pixels is as it is there.
- */
+/* Seconds of the master in serving answers. */
+static double serving_of(const struct farm_run *run)
+{
+    return run->service_s * answers_of(run);
+}
+
+/* What a message costs in a run: the way of it as between two ranks that do nothing else, the CPU time
+ * beside tiles as that run tells. */
 static struct message_costs messages_of(const struct farm_run *run, const struct trace *trace,
                                         const struct message_costs *alone)
 {
     struct message_costs costs = *alone;
-    double answers = answers_of(run), serving = run->service_s * answers, expected, cpu = 0;
-    expected = answers * costs.service_s;
-    for (unsigned i = 0; i < run->renderers; i++) {
+    double cpu = 0;
+    for (unsigned i = 0; i < run->renderers; i++)
         cpu += run->workers[i].cpu_s;
-        if (i == 0) continue;
-        expected += run->workers[i].tiles * costs.service_tile_s;
-        expected += run->workers[i].pixels * costs.service_pixel_s;
-    }
-    double factor = expected > 0 ? serving / expected : 1;
-    costs.service_s *= factor;
-    costs.service_tile_s *= factor;
-    costs.service_pixel_s *= factor;
     costs.tile_s = fmax(0, cpu - trace_cpu(trace)) / (double)trace->count;
-    costs.looks = fmax(0, run->master_cpu_s - serving) / run->render_s;
+    costs.looks = fmax(0, run->master_cpu_s - serving_of(run)) / run->render_s;
     return costs;
+}
+
+static void scale_serving(struct message_costs *costs, double factor)
+{
+    costs->service_s *= factor;
+    costs->service_tile_s *= factor;
+    costs->service_pixel_s *= factor;
+    costs->fetch_s *= factor;
 }
 
 /* What is measured once for all rows, in the same minutes. */
 struct surroundings {
     struct message_costs messages;
     double slice_s;
-    double start_s[SCENES]; /* of a renderer's start */
 };
-
-static struct surroundings look_around(void)
-{
-    struct surroundings around = {.messages = measure_messages(), .slice_s = measure_slice()};
-    for (unsigned s = 0; s < SCENES; s++)
-        around.start_s[s] =
-            costs_of_start(bench_scenes[s].config, PAPER_WIDTH, PAPER_HEIGHT, SAMPLES);
-    return around;
-}
 
 static unsigned cores(void)
 {
@@ -76,7 +67,6 @@ static double simulated(unsigned scene, unsigned schedule, const struct farm_run
                               .node_cores = 1,
                               .cores = cores(),
                               .slice_s = around->slice_s,
-                              .start_s = around->start_s[scene],
                               .master_renders = true,
                               .messages = messages_of(run, trace, &around->messages)};
     struct run_costs own;
@@ -87,6 +77,11 @@ static double simulated(unsigned scene, unsigned schedule, const struct farm_run
     costs.run = &own;
     trace_starts(trace, run->renderers, starts);
     machine.starts = starts;
+    schedule_simulate(schedule, &machine, &costs, &outcome);
+    /* Between two answers the caches forget the master, who then takes some times longer than where answers
+     * are all that there is: for all that he does, in the same proportions. */
+    if (outcome.master_s > 0) scale_serving(&machine.messages, serving_of(run) / outcome.master_s);
+    sim_outcome_free(&outcome);
     schedule_simulate(schedule, &machine, &costs, &outcome);
     double seconds = outcome.render_s;
     sim_outcome_free(&outcome);
@@ -162,8 +157,8 @@ static void put_heading(FILE *out, unsigned runs, const struct surroundings *aro
         "tile of that run (`output.trace`) and what its master and renderers spent beside "
         "tiles (its report); when each rank began its first tile; and what was "
         "measured just before: messages, naps (%.0f us too long), slices of a core that "
-        "ranks share (%.1f ms), a renderer's start (%.0f and %.0f ms of CPU time). Who gets "
-        "which tile, in what order and lots, who waits from then on, what is rendered in vain "
+        "ranks share (%.1f ms). Who gets which tile, in what order and lots, who waits from then "
+        "on, what is rendered in vain "
         "and how the run ends is the model's own. With more ranks than cores somebody always "
         "has work, so these rows test messages and shared cores; the order of tiles "
         "shows where shares are fixed or tiles large (strips, tiles).\n"
@@ -175,8 +170,7 @@ static void put_heading(FILE *out, unsigned runs, const struct surroundings *aro
         "| scene | schedule | ranks | of a core | tiles alone | measured | simulated | off by, "
         "median | "
         "from, to |\n|---|---|---|---|---|---|---|---|---|\n",
-        SAMPLES, cores(), runs, 1e6 * around->messages.nap_s, 1e3 * around->slice_s,
-        1e3 * around->start_s[0], 1e3 * around->start_s[1]);
+        SAMPLES, cores(), runs, 1e6 * around->messages.nap_s, 1e3 * around->slice_s);
 }
 
 void section_model(bool quick)
@@ -185,7 +179,7 @@ void section_model(bool quick)
         {FULL, 1},        {FULL, 2}, {STRIPS, 2}, {CYCLIC_ROWS, 2},
         {PLAIN_TILES, 2}, {FULL, 4}, {FULL, 8},   {FULL, PAPER_PROCESSORS}};
     const unsigned count = quick ? 3 : sizeof rows / sizeof *rows, runs = quick ? 1 : RUNS;
-    struct surroundings around = look_around();
+    struct surroundings around = {.messages = measure_messages(), .slice_s = measure_slice()};
     FILE *out = open_section("model", "The simulated farm against the real one");
     put_heading(out, runs, &around);
     double worst = 0;

@@ -49,9 +49,6 @@ static void lot_arrives(struct sim *sim, const struct event *event)
 static void happen(struct sim *sim, const struct event *event)
 {
     switch (event->kind) {
-    case EVENT_BEGIN:
-        cores_start(sim, event->who);
-        break;
     case EVENT_READY:
         sim_ready(sim, event->who);
         break;
@@ -116,23 +113,13 @@ static void give_up(struct sim *sim)
     cores_free(sim);
 }
 
-/* They wait for each other in naps, which end at any time. */
-static void begin_late(struct sim *sim, uint32_t who)
-{
-    const struct machine *machine = sim->machine;
-    if (machine->start_s > 0)
-        sim_at(sim, NAP_SELDOM * who / machine->renderers, EVENT_BEGIN, who, NULL);
-    else
-        sim_at(sim, machine->starts[who], EVENT_READY, who, NULL);
-}
-
 /* Rank 0's renderer takes what it gets before the others. */
 static void begin(struct sim *sim)
 {
     const struct machine *machine = sim->machine;
     for (uint32_t i = 0; i < machine->renderers; i++)
         if (machine->starts)
-            begin_late(sim, i);
+            sim_at(sim, machine->starts[i], EVENT_READY, i, NULL);
         else
             sim->renderers[i].ready = true;
     if (machine->starts) return;

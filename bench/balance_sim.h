@@ -21,6 +21,7 @@
 struct message_costs {
     double latency_s, byte_s;
     double service_s, service_tile_s, service_pixel_s;
+    double fetch_s; /* of the master beside that for a result of more than RESULT_SHORT bytes */
     double send_s;
     double tile_s; /* of a renderer for every tile, beside rendering it */
     double looks;  /* of the master in looking for messages: part of a core, all the time */
@@ -35,8 +36,6 @@ struct machine {
     double slice_s;       /* for so long a core goes on with one when others wait for it; > 0 */
     bool master_renders;  /* renderer 0 is rank 0's own */
     const double *starts; /* per renderer, when it reports for work; NULL: all at once */
-    double start_s;       /* of a shared core, which each takes before that: all begin together but
-                           * for a nap, and time is 0 when rank 0 is done with it */
     struct message_costs messages;
 };
 

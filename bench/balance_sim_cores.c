@@ -150,33 +150,6 @@ void cores_ended(struct sim *sim, uint32_t who)
     }
 }
 
-void cores_start(struct sim *sim, uint32_t who)
-{
-    struct renderer *renderer = &sim->renderers[who];
-    renderer->start = (struct part){.begun_s = NAN, .left_s = sim->machine->start_s};
-    cores_begin(sim, who, &renderer->start, false);
-}
-
-/* Time is 0 now. */
-static void set_clock(struct sim *sim)
-{
-    for (size_t i = 0; i < sim->wall.count; i++)
-        sim->wall.heap[i].time -= sim->now;
-    for (uint32_t i = 0; i < sim->machine->cores; i++) {
-        sim->cores[i].since -= sim->now;
-        sim->cores[i].until -= sim->now;
-    }
-    sim->now = 0;
-}
-
-/* It is ready, and has nothing to do yet. */
-static void end_start(struct sim *sim, uint32_t who)
-{
-    if (who == 0) set_clock(sim);
-    sim_at(sim, fmax(sim->now, sim->machine->starts[who]), EVENT_READY, who, NULL);
-    cores_ended(sim, who);
-}
-
 void cores_look(struct sim *sim, uint32_t index, uint32_t turn)
 {
     struct core *core = &sim->cores[index];
@@ -185,10 +158,7 @@ void cores_look(struct sim *sim, uint32_t index, uint32_t turn)
     account_for(sim, core);
     struct part *part = sim->renderers[who].part;
     if (part->left_s <= GRAIN) {
-        if (part->lot)
-            finish_part(sim, who, part);
-        else
-            end_start(sim, who);
+        finish_part(sim, who, part);
     } else if (sim->now < core->until - GRAIN) {
         go_on_with(sim, index);
     } else if (sim->front == NOBODY) {

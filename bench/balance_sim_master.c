@@ -20,6 +20,7 @@ static double service_time(const struct sim *sim, const struct part *parts)
     double span = costs->service_s + pixels_of(parts) * costs->service_pixel_s;
     for (const struct part *part = parts; part; part = part->next)
         span += costs->service_tile_s;
+    if (bytes_of(parts) > RESULT_SHORT) span += costs->fetch_s;
     return span;
 }
 

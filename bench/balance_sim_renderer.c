@@ -79,6 +79,29 @@ void sim_hold(struct sim *sim, uint32_t who, struct lot *lot)
     go_on(sim, who);
 }
 
+static size_t part_bytes(const struct part *part)
+{
+    return part->dropped ? sizeof(struct result_header)
+                         : result_bytes(&part->tile, tile_pixels(&part->tile), false);
+}
+
+size_t bytes_of(const struct part *parts)
+{
+    size_t bytes = 0;
+    for (const struct part *part = parts; part; part = part->next)
+        bytes += part_bytes(part);
+    return bytes;
+}
+
+/* Of all that is left of the lot. */
+static size_t whole_bytes(const struct lot *lot)
+{
+    size_t bytes = 0;
+    for (uint32_t i = lot->begun; i < lot->count; i++)
+        bytes += part_bytes(&lot->parts[i]);
+    return bytes;
+}
+
 struct lot *next_lot(struct sim *sim, uint32_t who)
 {
     struct tile tiles[LOT_TILES];
@@ -92,6 +115,7 @@ struct lot *next_lot(struct sim *sim, uint32_t who)
     lot->last = &lot->ready;
     for (uint32_t i = 0; i < count; i++)
         lot->parts[i] = (struct part){.tile = tiles[i], .lot = lot};
+    lot->whole = whole_bytes(lot);
     return lot;
 }
 
@@ -151,25 +175,17 @@ void accept_part(struct sim *sim, uint32_t who, struct part *part)
     if (!first && !probes) sim->outcome->wasted_s += part->seconds * speed_of(sim, who);
 }
 
-static size_t part_bytes(const struct part *part)
-{
-    return part->dropped ? sizeof(struct result_header)
-                         : result_bytes(&part->tile, tile_pixels(&part->tile), false);
-}
-
 /* What is ready of a lot. */
 static void send_result(struct sim *sim, uint32_t who, struct lot *lot)
 {
     const struct message_costs *costs = &sim->machine->messages;
-    double bytes = 0;
-    for (const struct part *part = lot->ready; part; part = part->next)
-        bytes += (double)part_bytes(part);
-    double span = costs->send_s + costs->latency_s + bytes * costs->byte_s;
+    double span = costs->send_s + costs->latency_s + (double)bytes_of(lot->ready) * costs->byte_s;
     sim->outcome->renderers[who].send_s += span;
     sim_at(sim, sim->now + span, EVENT_RESULT, who, lot->ready);
     lot->ready = NULL;
     lot->last = &lot->ready;
     lot->answered = sim->now;
+    lot->whole = whole_bytes(lot);
 }
 
 static void account(struct sim *sim, uint32_t who, struct part *part)
@@ -195,6 +211,15 @@ static void put_away(struct renderer *renderer, const struct lot *lot)
         renderer->held[i] = renderer->held[i + 1];
 }
 
+/* Whether what is ready of the lot is to be sent, of which something is left. */
+static bool answers(const struct sim *sim, const struct lot *lot)
+{
+    if (sim->now >= lot->answered + lot->answer_s) return true;
+    size_t ready = bytes_of(lot->ready);
+    return lot->begun < lot->count &&
+           result_is_full(lot->whole, ready, ready + part_bytes(&lot->parts[lot->begun]));
+}
+
 /* A part is finished, or dropped. Rank 0's are handed in one by one. */
 static void end_part(struct sim *sim, uint32_t who, struct part *part)
 {
@@ -209,7 +234,7 @@ static void end_part(struct sim *sim, uint32_t who, struct part *part)
     }
     *lot->last = part;
     lot->last = &part->next;
-    if (all || sim->now >= lot->answered + lot->answer_s) send_result(sim, who, lot);
+    if (all || answers(sim, lot)) send_result(sim, who, lot);
 }
 
 void finish_part(struct sim *sim, uint32_t who, struct part *part)

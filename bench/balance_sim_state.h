@@ -14,7 +14,6 @@
 #define HELD 4
 
 enum {
-    EVENT_BEGIN,
     EVENT_READY,
     EVENT_RESULT,
     EVENT_SERVED,
@@ -29,7 +28,7 @@ enum {
 
 struct part {
     struct tile tile;
-    struct lot *lot;         /* NULL: what a renderer does before it reports for work */
+    struct lot *lot;
     struct part *next;       /* of those that go into the same answer */
     double begun_s, seconds; /* when it was begun (NAN: it has no core yet), and what it took */
     double left_s;           /* of shared cores: what it will take of one */
@@ -42,6 +41,7 @@ struct lot {
     uint32_t count, begun, finished; /* parts */
     uint32_t accepted;               /* parts, by the master */
     double answer_s, answered;       /* when an answer is due, and when the last one was given */
+    size_t whole;                    /* bytes of the result if all that is left goes into one */
     struct part *ready, **last;      /* what goes into the next one */
     struct part parts[];             /* [count] */
 };
@@ -58,7 +58,7 @@ struct renderer {
     double debt_s; /* rank 0: what serving has taken from the tile in work */
     /* With shared cores, of which it gets one: what it works on, where (NO_CORE: it waits for one),
      * and who is behind it in the queue for them. */
-    struct part *part, start;
+    struct part *part;
     uint32_t core, behind;
     bool ready; /* it has reported for work */
     bool asks;  /* the master has found nothing for it */
@@ -115,9 +115,6 @@ void cores_free(struct sim *sim);
 /* The renderer has this part to do; first: it gets a core before all others who wait. */
 void cores_begin(struct sim *sim, uint32_t who, struct part *part, bool first);
 
-/* It does what it has to do before it reports for work. */
-void cores_start(struct sim *sim, uint32_t who);
-
 /* It has finished that or given it up, and has begun another one or not. */
 void cores_ended(struct sim *sim, uint32_t who);
 
@@ -158,6 +155,9 @@ void sim_stop(struct sim *sim, uint32_t who);
 
 /* The queue gets a part that was finished or dropped. */
 void accept_part(struct sim *sim, uint32_t who, struct part *part);
+
+/* Of a result of these parts. */
+size_t bytes_of(const struct part *parts);
 
 /* A part has been accepted; with the last one the lot is gone. */
 void forget_part(struct sim *sim, struct lot *lot);

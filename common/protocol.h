@@ -204,6 +204,21 @@ static inline size_t tile_part_bytes(const struct tile *tile)
     return sizeof *tile + (bytes + 7) / 8 * 8;
 }
 
+/*
+ * MPICH's transport (UCX) delivers a message of so many bytes within a node as it is; what is longer is
+ * announced, and fetched by who receives it, in a system call that takes as long as some messages. So what
+ * would be a few of these long is answered tile by tile, as many as fit.
+ */
+#define RESULT_SHORT ((size_t)8 << 10)
+#define RESULT_PARTS 4
+
+/* A result of a lot, or of the rest of one, that has so many bytes as a whole, is sent when it has `done`
+ * and would have `next` with the next tile; that answer being not due. */
+static inline bool result_is_full(size_t whole, size_t done, size_t next)
+{
+    return whole <= RESULT_PARTS * RESULT_SHORT && done > 0 && next > RESULT_SHORT;
+}
+
 /* A TILES message is never longer: the server keeps to that, and receivers have so much room. */
 #define TILES_MAX_BYTES                                                                            \
     (sizeof(struct lot_header) + LOT_TILES * (sizeof(struct tile) + 8) +                           \

@@ -118,16 +118,25 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     return status == STATUS_DONE && !watched ? STATUS_FAILED : status;
 }
 
+/* While the first rank of the node builds the BVH, the others do what needs none. */
+static struct renderer *start_renderer(struct node_scene *shared)
+{
+    struct renderer *renderer = shared->leads ? NULL : renderer_prepare(shared->scene);
+    share_bvh(shared);
+    if (!renderer) renderer = renderer_prepare(shared->scene);
+    renderer_begin(renderer, shared->bvh);
+    return renderer;
+}
+
 /* Returns the exit status; on ranks other than 0 that of a rank that has done its part. */
-static int render(struct run *run, int rank, const struct node_scene *shared)
+static int render(struct run *run, int rank, const struct node_scene *shared,
+                  struct renderer *renderer)
 {
     int status = STATUS_DONE;
-    struct renderer *renderer = renderer_create(shared->scene, shared->bvh);
     if (rank == 0)
         status = render_as_master(run, shared, renderer);
     else
         work(MPI_COMM_WORLD, renderer, shared->scene);
-    renderer_destroy(renderer);
     return status;
 }
 
@@ -166,10 +175,12 @@ static int run_rank(struct run *run, int rank)
     }
     int status = share_scene(MPI_COMM_WORLD, rank == 0 ? &welcome : NULL, block, &shared);
     if (status >= 0) return status;
+    struct renderer *renderer = start_renderer(&shared);
     if (rank == 0) stop_start_is_over();
     run->neighbours = shared.processes;
     run->neighbour_count = shared.process_count;
-    status = render(run, rank, &shared);
+    status = render(run, rank, &shared, renderer);
+    renderer_destroy(renderer);
     if (run->silent || (status == STATUS_RESUMABLE && stop_has_launcher())) {
         /* All is written, and MPI_Finalize would wait for a rank that answers no more. After a signal
          * that it has seen, too, mpiexec otherwise often returns 0 for one or two ranks (MPICH 4.0.2). */

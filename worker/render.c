@@ -51,18 +51,29 @@ static bool is_flat(const struct scene *scene)
     return scene->view.variant == VARIANT_AUTO && !(scene_features(scene) & spawning);
 }
 
-struct renderer *renderer_create(const struct scene *scene, const struct bvh *bvh)
+struct renderer *renderer_prepare(const struct scene *scene)
 {
     struct renderer *renderer = allocate_zeroed(1, sizeof *renderer);
     renderer->scene = scene;
-    renderer->bvh = bvh;
     renderer->flat = is_flat(scene);
     if (!renderer->flat) {
         radiance_init(&renderer->radiance, scene);
         renderer->ray_budget = ray_budget_of(renderer);
     }
     renderer->media = media_create(scene);
+    return renderer;
+}
+
+void renderer_begin(struct renderer *renderer, const struct bvh *bvh)
+{
+    renderer->bvh = bvh;
     begin_media(renderer);
+}
+
+struct renderer *renderer_create(const struct scene *scene, const struct bvh *bvh)
+{
+    struct renderer *renderer = renderer_prepare(scene);
+    renderer_begin(renderer, bvh);
     return renderer;
 }
 

@@ -21,6 +21,11 @@ struct renderer;
 
 /* scene and bvh must outlive the renderer. The caller frees it with renderer_destroy(). */
 struct renderer *renderer_create(const struct scene *scene, const struct bvh *bvh);
+
+/* The same in two steps: what takes longest needs no BVH. */
+struct renderer *renderer_prepare(const struct scene *scene);
+void renderer_begin(struct renderer *renderer, const struct bvh *bvh);
+
 void renderer_destroy(struct renderer *renderer);
 
 /* The scene that it was created for. */

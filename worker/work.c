@@ -1,5 +1,7 @@
 #include "worker/work.h"
 
+#include <errno.h>
+#include <semaphore.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/statvfs.h>
@@ -55,12 +57,21 @@ int agree_on_status(MPI_Comm comm, int status)
 /* ---- one scene per node ---- */
 
 /*
- * One window per node: where the block begins, the scene block, the BVH. Collective calls are few,
- * because MPI's own wait spins, and on a machine with more ranks than cores that shows.
+ * One window per node: the head, the scene block, the BVH. Collective calls are few, because MPI's own
+ * wait spins, and on a machine with more ranks than cores that shows.
  *
- *   window  | offset | ... | scene | ... | BVH |      offset and BVH are multiples of a cache line
+ *   window  | head | ... | scene | ... | BVH |      scene and BVH at multiples of a cache line
  */
 #define CACHE_LINE ((size_t)64)
+
+struct window_head {
+    uint64_t offset; /* of the scene */
+    sem_t
+        built; /* posted for every other rank when the BVH is there: who waits for that sleeps, and
+                      * is there at once, which it would not be after naps as long as a BVH takes */
+};
+_Static_assert(sizeof(struct window_head) <= CACHE_LINE,
+               "the scene begins a line behind the start");
 
 static size_t round_up(size_t bytes)
 {
@@ -138,19 +149,20 @@ static void gather_processes(struct node_scene *shared)
     shared->processes = all;
 }
 
-/* Brings the scene into the window of every node; returns where its BVH is to be built. */
-static void *distribute(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
-                        struct node_scene *shared)
+/* Brings the scene into the window of every node. */
+static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
+                       struct node_scene *shared)
 {
     size_t bytes = welcome->scene_bytes;
     MPI_Comm leaders = split_nodes(comm, shared);
     gather_processes(shared);
     char *window = allocate_window(shared, 2 * CACHE_LINE + round_up(bytes) + welcome->bvh_bytes);
     /* MPI promises less than a cache line, and maybe not the same to every rank. */
-    uint64_t *offset = (void *)window;
+    struct window_head *head = (void *)window;
     if (shared->leads) {
-        *offset = CACHE_LINE + (-(uintptr_t)window % CACHE_LINE);
-        char *scene = window + *offset;
+        head->offset = CACHE_LINE + (-(uintptr_t)window % CACHE_LINE);
+        if (sem_init(&head->built, 1, 0) != 0) fatal("cannot create a semaphore");
+        char *scene = window + head->offset;
         if (block) memcpy(scene, block, bytes);
         free(block);
         if (leaders != MPI_COMM_NULL) broadcast(leaders, scene, bytes);
@@ -161,20 +173,13 @@ static void *distribute(MPI_Comm comm, const struct welcome *welcome, struct sce
     }
     if (leaders != MPI_COMM_NULL) MPI_Comm_free(&leaders);
     publish(shared);
-    shared->scene = (const void *)(window + *offset);
+    char *scene = window + head->offset;
+    shared->head = head;
+    shared->scene = (const void *)scene;
+    shared->bvh = (void *)(scene + round_up(bytes));
     enum processor_level level = shared->scene->view.processor;
     if (!processor_has(level))
         fatal("farm.kernel = %s is not for this processor", processor_level_name(level));
-    return window + *offset + round_up(bytes);
-}
-
-/* By the first rank of the node, on the cores of all of them: the others wait. */
-static void build_tree(const struct node_scene *shared, void *bvh)
-{
-    cpu_set_t own;
-    unsigned threads = cores_borrow(shared->processes, shared->process_count, &own);
-    bvh_build(shared->scene, bvh, threads);
-    cores_return(&own);
 }
 
 int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
@@ -187,14 +192,39 @@ int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *bloc
         fatal("this is farm %s, but rank 0 runs another version", FARM_VERSION);
     if (heard.scene_bytes == 0) return (int)heard.status;
     double start = clock_wall();
-    void *bvh = distribute(comm, &heard, block, shared);
-    double sent = clock_wall();
-    shared->broadcast_s = sent - start;
-    if (shared->leads) build_tree(shared, bvh);
-    publish(shared);
-    shared->bvh = bvh;
-    shared->build_s = clock_wall() - sent;
+    distribute(comm, &heard, block, shared);
+    shared->broadcast_s = clock_wall() - start;
     return -1;
+}
+
+/* By the first rank of the node, where the others will look for it, and on the cores of all of them:
+ * they wait. */
+static void build(struct node_scene *shared)
+{
+    cpu_set_t own;
+    unsigned threads = cores_borrow(shared->processes, shared->process_count, &own);
+    bvh_build(shared->scene, shared->bvh, threads);
+    cores_return(&own);
+    if (shared->window != MPI_WIN_NULL) MPI_Win_sync(shared->window);
+    for (int i = 1; i < shared->process_count; i++)
+        sem_post(&shared->head->built);
+}
+
+static void wait_until_built(struct node_scene *shared)
+{
+    while (sem_wait(&shared->head->built) != 0)
+        if (errno != EINTR) fatal("cannot wait for the BVH: %s", strerror(errno));
+    MPI_Win_sync(shared->window);
+}
+
+void share_bvh(struct node_scene *shared)
+{
+    double start = clock_wall();
+    if (shared->leads)
+        build(shared);
+    else
+        wait_until_built(shared);
+    shared->build_s = clock_wall() - start;
 }
 
 void unshare_scene(struct node_scene *shared)
@@ -383,12 +413,18 @@ static char *take_buffer(struct worker *worker, size_t bytes)
     return worker->buffers[turn];
 }
 
-/* Of the tiles from the first one on, at most: of refined tiles not all pixels get samples. */
+/* At most: of refined tiles not all pixels get samples. */
+static size_t tile_bytes(const struct worker *worker, const struct tile *tile)
+{
+    return result_bytes(tile, tile_pixels(tile), worker->adaptive);
+}
+
+/* Of the tiles from the first one on. */
 static size_t lot_bytes(const struct worker *worker, const struct lot *lot, uint32_t first)
 {
     size_t bytes = 0;
     for (uint32_t i = first; i < lot->count; i++)
-        bytes += result_bytes(&lot->tiles[i], tile_pixels(&lot->tiles[i]), worker->adaptive);
+        bytes += tile_bytes(worker, &lot->tiles[i]);
     return bytes;
 }
 
@@ -495,7 +531,8 @@ static uint32_t render_some(struct worker *worker, uint32_t first,
                             const struct refinement **refinements)
 {
     struct lot *lot = &worker->current;
-    char *message = take_buffer(worker, lot_bytes(worker, lot, first)), *part = message;
+    size_t whole = lot_bytes(worker, lot, first), done = 0;
+    char *message = take_buffer(worker, whole);
     double begin = clock_wall();
     uint32_t i = first;
     bool stopped;
@@ -507,13 +544,15 @@ static uint32_t render_some(struct worker *worker, uint32_t first,
         const struct tile *tile = &lot->tiles[i];
         const struct refinement *refined = tile_is_refined(tile) ? *refinements : NULL;
         if (refined) *refinements += tile_pixels(tile);
+        char *part = message + done;
         size_t bytes = lot->dropped[i]
                            ? put_dropped(&(struct result_header){.tile_id = tile->id}, part)
                            : render_part(worker, tile, refined, part);
         stopped = bytes == 0;
-        part += bytes;
-    } while (!stopped && ++i < lot->count && clock_wall() < begin + lot->answer_s);
-    if (part > message) send_result(worker, message, (size_t)(part - message));
+        done += bytes;
+    } while (!stopped && ++i < lot->count && clock_wall() < begin + lot->answer_s &&
+             !result_is_full(whole, done, done + tile_bytes(worker, &lot->tiles[i])));
+    if (done > 0) send_result(worker, message, done);
     return stopped ? 0 : i;
 }
 
