@@ -223,7 +223,7 @@ struct bvh *bvh_build(const struct scene *scene, void *memory, unsigned threads)
     struct bvh *bvh = empty_tree(scene, memory);
     if (bounded_count(scene) == 0) return bvh;
     struct whole whole = {scene, bvh->center,
-                          allocate((size_t)leaf_bound(scene), sizeof *whole.items),
+                          allocate_large((size_t)leaf_bound(scene) * sizeof *whole.items),
                           threads > 1 ? crew_gather(threads) : NULL};
     build_tree(&whole, bvh);
     if (whole.crew) crew_dismiss(whole.crew);
