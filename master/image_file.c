@@ -7,22 +7,20 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "common/message.h"
 #include "master/png_hdr.h"
+#include "master/text_file.h"
 
 enum format { FORMAT_NONE, FORMAT_PNG, FORMAT_HDR, FORMAT_PFM };
 
 static enum format image_format(const char *path)
 {
-    const char *dot = strrchr(path, '.');
-    if (!dot) return FORMAT_NONE;
-    if (!strcasecmp(dot, ".png")) return FORMAT_PNG;
-    if (!strcasecmp(dot, ".hdr")) return FORMAT_HDR;
-    if (!strcasecmp(dot, ".pfm")) return FORMAT_PFM;
+    if (path_has_extension(path, ".png")) return FORMAT_PNG;
+    if (path_has_extension(path, ".hdr")) return FORMAT_HDR;
+    if (path_has_extension(path, ".pfm")) return FORMAT_PFM;
     return FORMAT_NONE;
 }
 
