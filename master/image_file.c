@@ -116,15 +116,10 @@ static int create_temporary(const char *temporary)
     return open(temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
 }
 
-static bool is_stdout(const char *path)
-{
-    return !strcmp(path, "/dev/stdout");
-}
-
 /* /dev/stdout is not opened again: of a regular file that would write over what is there. */
-static FILE *open_in_place(const char *path)
+FILE *open_in_place(const char *path)
 {
-    if (!is_stdout(path)) return fopen(path, "wb");
+    if (!path_is_stdout(path)) return fopen(path, "wb");
     fflush(stdout);
     int copy = dup(STDOUT_FILENO);
     return copy < 0 ? NULL : fdopen(copy, "wb");
@@ -150,7 +145,7 @@ static void output_open(struct output *output, const char *path)
     *output = (struct output){0};
     struct stat old;
     bool exists = stat(path, &old) == 0;
-    if (is_stdout(path) || (exists && !S_ISREG(old.st_mode)))
+    if (path_is_stdout(path) || (exists && !S_ISREG(old.st_mode)))
         output->file = open_in_place(path);
     else
         output->file = open_beside(output, path, exists ? &old : NULL);
@@ -369,7 +364,7 @@ bool output_writable(const char *path, const char *key)
         user_error(NULL, 0, "%s is empty, expected a file name", key);
         return false;
     }
-    if (is_stdout(path))
+    if (path_is_stdout(path))
         return fcntl(STDOUT_FILENO, F_GETFL) >= 0 || cannot_write(path, key, errno);
     if (stat(path, &old) == 0) {
         if (!old_file_writable(path, key, old.st_mode)) return false;

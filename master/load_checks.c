@@ -166,8 +166,9 @@ static bool kind_good(const struct named_file *file)
 static bool same_file(const char *a, const char *b)
 {
     struct stat first, second;
+    if (path_is_device(a)) return false;
     if (stat(a, &first) != 0 || stat(b, &second) != 0) return strcmp(a, b) == 0;
-    return S_ISREG(first.st_mode) && first.st_dev == second.st_dev && first.st_ino == second.st_ino;
+    return first.st_dev == second.st_dev && first.st_ino == second.st_ino;
 }
 
 /* What is wrong with the i-th name, for the caller to free; NULL: nothing. */

@@ -127,7 +127,7 @@ void options_help(FILE *out)
           "  mpiexec -n 8 farm scene.ini image.width=1920 image.height=1080\n"
           "  mpiexec -f hosts -n 44 farm scene.nff sampling.samples=16 output.image=out.hdr\n"
           "\n"
-          "exit status: 0 done, 1 failed while running, 2 the input is wrong, 75 stopped before the\n"
-          "end: the same command goes on\n",
+          "exit status: 0 done, 1 failed while running, 2 the input is wrong,\n"
+          "75 stopped before the end: the same command goes on\n",
           out);
 }

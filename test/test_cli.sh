@@ -34,6 +34,12 @@ for n in 0 2; do
     check "a report that is no .json, -n $n" wrong $n 'report has an unknown extension, expected .json' everything.ini \
         output.report=everything.ini
 done
+to_stdout() { # KEY: into a file, too, where the table does not write over it
+    "$FARM" everything.ini image.width=8 image.height=6 sampling.samples=2 \
+        output.image=table.png "output.$1=/dev/stdout" >table && grep -q "$2" table && grep -q 'Wall time of rank 0' table
+}
+check "the report on stdout" to_stdout report '"version"'
+check "the rows of error on stdout" to_stdout error 'elapsed_s,'
 check "an empty name of a scene" wrong 0 'no scene given' ''
 check "rows of error are .csv" wrong 0 'error has an unknown extension, expected .csv' everything.ini \
     output.error=everything.ini
