@@ -4,6 +4,7 @@
 #   make deps test   install what is missing, then all tests
 #   make             build ./farm and the generated parts of the sample scenes
 #   make asan        all tests under the address and undefined-behaviour sanitizers
+#   make bench       all benches below, one after the other, some three hours
 #   make bench-kernel      the kernel beside Embree, Tachyon and POV-Ray (installs them, as make
 #                    bench-deps does); tables to bench/out/
 #   make valgrind    whole runs on one to three processes under valgrind
@@ -128,7 +129,7 @@ say   := $(if $(V),@:,@echo)
 
 FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
 
-.PHONY: all run test asan valgrind lint fuzz fuzz-deps bench-stability bench-kernel \
+.PHONY: all run test asan valgrind lint fuzz fuzz-deps bench bench-stability bench-kernel \
         bench-balance bench-error bench-error-truncation bench-faults bench-omit scenes install clean \
         format
 .SECONDARY:
@@ -195,6 +196,15 @@ $(BUILD)/test/test_exact $(BUILD)/test/test_optics $(BUILD)/test/test_solids: OR
 $(BUILD)/bench/stability: $(STABILITY) $(LIBRARY)
 	$(say)  link $@
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lmpfr -lgmp -o $@
+
+# Each has the machine to itself, and the others are made when one fails.
+BENCHES := bench-kernel bench-omit bench-balance bench-error bench-error-truncation bench-stability \
+           bench-faults
+
+bench:
+	@failed=""; for bench in $(BENCHES); do \
+	    $(MAKE) --no-print-directory $$bench || failed="$$failed $$bench"; done; \
+	    [ -z "$$failed" ] || { echo "failed:$$failed"; exit 1; }
 
 # Some 45 minutes of two idle cores: STABILITY_OPTIONS="--rays 100000" or "--rows 1-16" for less;
 # "--kernel avx2 --alike 33" for a level of the kernel and rays that go through the tree in bundles.

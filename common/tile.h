@@ -1,10 +1,10 @@
 /*
  * A tile: the unit of work that is handed out.
  *
- * Pixels of a tile are numbered k = 0 .. tile_pixels() - 1 in the order in which they are rendered
- * and sent. With step 1 they are the rectangle, row by row from the top. With a larger step they
- * are every step-th pixel of that rectangle, beginning with the phase-th: a processor's share of a
- * band of rows under the cyclic schedule, or the probes of a row.
+ * Pixels of a tile are numbered k = 0 .. tile_pixels() - 1 in the order in which they are sent. With
+ * step 1 they are the rectangle, row by row from the top. With a larger step they are every step-th
+ * pixel of that rectangle, beginning with the phase-th: a processor's share of a band of rows under
+ * the cyclic schedule, or the probes of a row.
  */
 #ifndef FARM_COMMON_TILE_H
 #define FARM_COMMON_TILE_H
@@ -31,7 +31,7 @@ _Static_assert(sizeof(struct tile) == 32, "struct tile goes over the wire as it 
 
 static inline uint32_t tile_pixels(const struct tile *tile)
 {
-    assert(tile->step >= 1);
+    assert(tile->w >= 1 && tile->step >= 1);
     return (tile->w * tile->h - tile->phase + tile->step - 1) / tile->step;
 }
 

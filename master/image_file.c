@@ -7,22 +7,20 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "common/message.h"
 #include "master/png_hdr.h"
+#include "master/text_file.h"
 
 enum format { FORMAT_NONE, FORMAT_PNG, FORMAT_HDR, FORMAT_PFM };
 
 static enum format image_format(const char *path)
 {
-    const char *dot = strrchr(path, '.');
-    if (!dot) return FORMAT_NONE;
-    if (!strcasecmp(dot, ".png")) return FORMAT_PNG;
-    if (!strcasecmp(dot, ".hdr")) return FORMAT_HDR;
-    if (!strcasecmp(dot, ".pfm")) return FORMAT_PFM;
+    if (path_has_extension(path, ".png")) return FORMAT_PNG;
+    if (path_has_extension(path, ".hdr")) return FORMAT_HDR;
+    if (path_has_extension(path, ".pfm")) return FORMAT_PFM;
     return FORMAT_NONE;
 }
 
@@ -118,15 +116,10 @@ static int create_temporary(const char *temporary)
     return open(temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
 }
 
-static bool is_stdout(const char *path)
-{
-    return !strcmp(path, "/dev/stdout");
-}
-
 /* /dev/stdout is not opened again: of a regular file that would write over what is there. */
-static FILE *open_in_place(const char *path)
+FILE *open_in_place(const char *path)
 {
-    if (!is_stdout(path)) return fopen(path, "wb");
+    if (!path_is_stdout(path)) return fopen(path, "wb");
     fflush(stdout);
     int copy = dup(STDOUT_FILENO);
     return copy < 0 ? NULL : fdopen(copy, "wb");
@@ -152,7 +145,7 @@ static void output_open(struct output *output, const char *path)
     *output = (struct output){0};
     struct stat old;
     bool exists = stat(path, &old) == 0;
-    if (is_stdout(path) || (exists && !S_ISREG(old.st_mode)))
+    if (path_is_stdout(path) || (exists && !S_ISREG(old.st_mode)))
         output->file = open_in_place(path);
     else
         output->file = open_beside(output, path, exists ? &old : NULL);
@@ -371,7 +364,7 @@ bool output_writable(const char *path, const char *key)
         user_error(NULL, 0, "%s is empty, expected a file name", key);
         return false;
     }
-    if (is_stdout(path))
+    if (path_is_stdout(path))
         return fcntl(STDOUT_FILENO, F_GETFL) >= 0 || cannot_write(path, key, errno);
     if (stat(path, &old) == 0) {
         if (!old_file_writable(path, key, old.st_mode)) return false;

@@ -52,6 +52,9 @@ bool image_write(const char *path, const struct canvas *canvas);
 /* The same for a picture that another setting than output.image names. */
 bool image_write_for(const char *key, const char *path, const struct canvas *canvas);
 
+/* For writing as what is written comes; errno says why not. The caller closes it. */
+FILE *open_in_place(const char *path);
+
 /* The same way of writing for text, such as the report. */
 bool text_write(const char *path, const char *text, size_t bytes);
 

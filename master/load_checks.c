@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "common/memory.h"
 #include "common/message.h"
@@ -151,55 +152,61 @@ static bool sampling_good(const struct loader *loader, const char *config)
     return true;
 }
 
-/* A picture or trace that is asked for has a name of its kind, and no other output has it. */
-static bool extra_good(const struct loader *loader, const char *config, const char *key,
-                       const char *path, bool is_picture)
+/* A file that is named, and how its name has to end: NULL for one of a picture's kinds. */
+struct named_file {
+    const char *key, *path, *extension;
+};
+
+static bool kind_good(const struct named_file *file)
 {
-    if (!*path || path_is_device(path)) return true;
-    if (is_picture ? !image_extension_known(path) : !path_has_extension(path, ".json")) {
-        char *text = format_text("%s has an unknown extension, expected %s", key,
-                                 is_picture ? ".png, .hdr or .pfm" : ".json");
-        bool good = refuse_setting(loader, config, "output", key, text);
-        free(text);
-        return good;
-    }
-    const struct settings *settings = loader->settings;
-    const char *const all[] = {settings->output.image, settings->output.report,
-                               settings->output.trace, settings->output.heatmap,
-                               settings->output.ranks};
-    unsigned same = 0;
-    for (size_t i = 0; i < sizeof all / sizeof *all; i++)
-        same += strcmp(all[i], path) == 0;
-    if (same <= 1) return true;
-    char *text =
-        format_text("%s is also the name of another output, expected a file of its own", key);
-    bool good = refuse_setting(loader, config, "output", key, text);
-    free(text);
-    return good;
+    if (!file->extension) return image_extension_known(file->path);
+    return path_has_extension(file->path, file->extension) || path_is_device(file->path);
 }
 
+static bool same_file(const char *a, const char *b)
+{
+    struct stat first, second;
+    if (path_is_device(a)) return false;
+    if (stat(a, &first) != 0 || stat(b, &second) != 0) return strcmp(a, b) == 0;
+    return first.st_dev == second.st_dev && first.st_ino == second.st_ino;
+}
+
+/* What is wrong with the i-th name, for the caller to free; NULL: nothing. */
+static char *mistake_in_name(const struct named_file *files, size_t i)
+{
+    const struct named_file *file = &files[i];
+    if (!*file->path) return NULL;
+    if (!kind_good(file))
+        return format_text("%s has an unknown extension, expected %s", file->key,
+                           file->extension ? file->extension : ".png, .hdr or .pfm");
+    for (size_t k = 0; k < i; k++)
+        if (same_file(files[k].path, file->path))
+            return format_text("%s is also the name of the %s, expected a file of its own",
+                               file->key, files[k].key);
+    return NULL;
+}
+
+/* No two outputs are one file, nor is any the reference, and the kinds of their names keep them off
+ * the scene and its parts. */
 static bool output_good(const struct loader *loader, const char *config)
 {
-    const char *image = loader->settings->output.image;
-    if (!*image)
+    const struct settings *s = loader->settings;
+    const struct named_file files[] = {
+        {"reference", s->sampling.reference, ""}, {"image", s->output.image, NULL},
+        {"report", s->output.report, ".json"},    {"journal", s->output.journal, ".journal"},
+        {"error", s->output.error, ".csv"},       {"trace", s->output.trace, ".json"},
+        {"heatmap", s->output.heatmap, NULL},     {"ranks", s->output.ranks, NULL},
+    };
+    if (!*s->output.image)
         return refuse_setting(loader, config, "output", "image",
                               "image is empty, expected the name of a file");
-    if (!image_extension_known(image))
-        return refuse_setting(loader, config, "output", "image",
-                              "image has an unknown extension, expected .png, .hdr or .pfm");
-    /* So no output can fall on the picture, the scene or any part of it. */
-    const char *report = loader->settings->output.report;
-    if (*report && !path_has_extension(report, ".json") && !path_is_device(report))
-        return refuse_setting(loader, config, "output", "report",
-                              "the name of a report has to end with .json");
-    const char *journal = loader->settings->output.journal;
-    if (*journal && !path_has_extension(journal, ".journal"))
-        return refuse_setting(loader, config, "output", "journal",
-                              "the name of a journal has to end with .journal");
-    const struct settings *settings = loader->settings;
-    return extra_good(loader, config, "trace", settings->output.trace, false) &&
-           extra_good(loader, config, "heatmap", settings->output.heatmap, true) &&
-           extra_good(loader, config, "ranks", settings->output.ranks, true);
+    for (size_t i = 1; i < sizeof files / sizeof *files; i++) {
+        char *mistake = mistake_in_name(files, i);
+        bool good = !mistake || refuse_setting(loader, config, "output", files[i].key, mistake);
+        free(mistake);
+        if (!good) return false;
+    }
+    return true;
 }
 
 bool check_settings(const struct loader *loader, const char *config)

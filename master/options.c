@@ -77,7 +77,7 @@ bool options_parse(int argc, char **argv, struct options *options)
         }
     }
     options->override_count = overrides;
-    if (options->config) return true;
+    if (options->config && *options->config) return true;
     user_error(NULL, 0,
                "no scene given, expected: farm CONFIG [section.key=value ...] "
                "(farm --help tells more)");
@@ -127,6 +127,7 @@ void options_help(FILE *out)
           "  mpiexec -n 8 farm scene.ini image.width=1920 image.height=1080\n"
           "  mpiexec -f hosts -n 44 farm scene.nff sampling.samples=16 output.image=out.hdr\n"
           "\n"
-          "exit status: 0 done, 1 failed while running, 2 the input is wrong\n",
+          "exit status: 0 done, 1 failed while running, 2 the input is wrong,\n"
+          "75 stopped before the end: the same command goes on\n",
           out);
 }

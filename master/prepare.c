@@ -56,8 +56,7 @@ static bool outputs_writable(const struct settings *settings, const struct view 
 {
     if (!output_writable(settings->output.image, "output.image")) return false;
     if (!image_size_writable(settings->output.image, view->region_w, view->region_h)) return false;
-    if (settings->output.error && settings->output.error[0] &&
-        !output_writable(settings->output.error, "output.error"))
+    if (*settings->output.error && !output_writable(settings->output.error, "output.error"))
         return false;
     if (!timeline_writable(settings, view->region_w, view->region_h)) return false;
     return !wants_report(settings) || output_writable(settings->output.report, "output.report");

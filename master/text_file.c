@@ -161,8 +161,14 @@ bool path_has_extension(const char *path, const char *extension)
     return length > tail && strcasecmp(path + length - tail, extension) == 0;
 }
 
+bool path_is_stdout(const char *path)
+{
+    return !strcmp(path, "/dev/stdout");
+}
+
 bool path_is_device(const char *path)
 {
     struct stat status;
+    if (path_is_stdout(path)) return true;
     return stat(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
 }

@@ -38,7 +38,10 @@ bool path_is_within(const char *path, const char *folder);
 /* Whether path ends with this extension (".nff"), in any case. */
 bool path_has_extension(const char *path, const char *extension);
 
-/* Whether something other than a regular file or a folder stands there: /dev/stdout, a FIFO. */
+/* What is put there comes behind what was, whether that is a terminal, a pipe or a file. */
+bool path_is_stdout(const char *path);
+
+/* Whether something other than a regular file or a folder stands there: a FIFO; or /dev/stdout. */
 bool path_is_device(const char *path);
 
 #endif

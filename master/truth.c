@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "master/text_file.h"
 
 /* ---- reading ---- */
 
@@ -66,6 +67,10 @@ static bool read_rows(FILE *file, struct canvas *canvas, bool swapped)
 
 bool truth_read(const char *path, uint32_t width, uint32_t height, struct canvas *canvas)
 {
+    if (path_is_device(path)) { /* a pipe's writer may never come */
+        user_error(path, 0, "is not a regular file, expected one");
+        return false;
+    }
     FILE *file = fopen(path, "rb");
     if (!file) {
         user_error(path, 0, "cannot be opened: %s", strerror(errno));

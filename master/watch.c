@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "master/image_file.h"
 #include "master/truth.h"
 
 /* The first row comes this many seconds after the start, every further one when the time has grown
@@ -22,7 +23,7 @@ bool watch_start(struct watch *watch, const char *csv)
     watch->next = watch->begin + FIRST_ROW;
     watch->snapshot.due = watch->begin + watch->snapshot.seconds;
     if (!csv || !csv[0]) return true;
-    watch->csv = fopen(csv, "w");
+    watch->csv = open_in_place(csv);
     if (watch->csv) {
         error_names_csv(watch->csv);
         fflush(watch->csv);

@@ -31,9 +31,27 @@ for n in 0 2; do
     check "missing output folder, -n $n" wrong $n 'output.image' everything.ini \
         output.image=missing/folder/a.png
     check "unknown picture format, -n $n" wrong $n 'png' everything.ini output.image=a.jpeg
-    check "a report that is no .json, -n $n" wrong $n 'end with .json' everything.ini \
+    check "a report that is no .json, -n $n" wrong $n 'report has an unknown extension, expected .json' everything.ini \
         output.report=everything.ini
 done
+to_stdout() { # KEY: into a file, too, where the table does not write over it
+    "$FARM" everything.ini image.width=8 image.height=6 sampling.samples=2 \
+        output.image=table.png "output.$1=/dev/stdout" >table && grep -q "$2" table && grep -q 'Wall time of rank 0' table
+}
+check "the report on stdout" to_stdout report '"version"'
+check "the rows of error on stdout" to_stdout error 'elapsed_s,'
+check "an empty name of a scene" wrong 0 'no scene given' ''
+check "rows of error are .csv" wrong 0 'error has an unknown extension, expected .csv' everything.ini \
+    output.error=everything.ini
+check "an extension alone is no name" wrong 0 '^output.image=.png: image has' everything.ini \
+    output.image=.png
+over_reference() { # KEY: no output takes the reference's place, however it is written
+    head -c 500 "$FARM" >many.pfm
+    wrong 0 "^output.$1=./many.pfm: $1 is also the name of the reference" everything.ini \
+        sampling.reference=many.pfm "output.$1=./many.pfm" && [ "$(wc -c <many.pfm)" -eq 500 ]
+}
+check "no picture over the reference" over_reference image
+check "no heat map over the reference" over_reference heatmap
 check "a setting without its section" wrong 0 "'samples=4' is neither.*sampling.samples" \
     everything.ini samples=4
 check "--check tries the outputs, too" wrong 0 'output.report' --check everything.ini \

@@ -13,4 +13,13 @@ check "of master/, only main knows worker/" none '#include "worker/' \
     $(ls master/*.[ch] | grep -v '^master/main\.c$')
 check "the queue knows no MPI, no clock, no scene and no thread" none \
     'include.*(mpi|clock|nap|scene|settings|pthread|time)\.h' master/queue.c master/queue.h
+every_bench() {
+    listed=$(sed -n '/^BENCHES :=/,/[^\\]$/p' Makefile)
+    for target in $(sed -n 's/^\(bench-[a-z-]*\):.*/\1/p' Makefile); do
+        [ "$target" = bench-deps ] || echo "$listed" | grep -qw -e "$target" ||
+            { echo "$target is missing"; return 1; }
+    done
+    [ -n "$listed" ]
+}
+check "make bench makes every bench" every_bench
 finish

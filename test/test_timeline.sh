@@ -35,11 +35,11 @@ wrong() { # PATTERN ARGUMENT...
 }
 check "a trace is .json" wrong 'trace has an unknown extension' output.trace=t.txt
 check "a heat map is a picture" wrong 'heatmap has an unknown extension' output.heatmap=h.json
-check "no two outputs in one file" wrong 'also the name of another output' output.ranks=a.png \
+check "no two outputs in one file" wrong 'ranks is also the name of the heatmap' output.ranks=a.png \
     output.heatmap=a.png
-check "nor over the picture" wrong 'also the name of another output' output.image=a.png \
+check "nor over the picture" wrong 'ranks is also the name of the image' output.image=a.png \
     output.ranks=a.png
-check "nor over the report" wrong 'also the name of another output' output.report=a.json \
+check "nor over the report" wrong 'trace is also the name of the report' output.report=a.json \
     output.trace=a.json
 check "a folder that is missing" wrong 'output.ranks=FILE' output.ranks=missing/r.png
 

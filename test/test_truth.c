@@ -1,5 +1,6 @@
 #include <math.h>
 #include <stdio.h>
+#include <sys/stat.h>
 
 #include "master/image_file.h"
 #include "master/truth.h"
@@ -58,6 +59,24 @@ static void test_reading(void **state)
     assert_false(reads("PF\n2 2\n-1.0\n", values, 12));
 }
 
+/* It is not waited for who may write into a pipe, nor is a folder read. */
+static void test_no_file(void **state)
+{
+    (void)state;
+    static const char *const paths[] = {"pipe.pfm", "folder.pfm", "nothing.pfm"};
+    struct canvas canvas;
+    char why[512] = "";
+    assert_int_equal(mkfifo(paths[0], 0600), 0);
+    assert_int_equal(mkdir(paths[1], 0700), 0);
+    for (size_t i = 0; i < sizeof paths / sizeof *paths; i++) {
+        message_capture(why, sizeof why);
+        assert_false(truth_read(paths[i], 2, 2, &canvas));
+        message_capture(NULL, 0);
+        assert_true(strncmp(why, paths[i], strlen(paths[i])) == 0);
+        assert_true(strchr(why, '\n') == why + strlen(why) - 1);
+    }
+}
+
 static void test_other_byte_order(void **state)
 {
     (void)state;
@@ -103,9 +122,8 @@ static void test_differences(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_reading),
-        cmocka_unit_test(test_other_byte_order),
-        cmocka_unit_test(test_round_trip),
+        cmocka_unit_test(test_reading),          cmocka_unit_test(test_no_file),
+        cmocka_unit_test(test_other_byte_order), cmocka_unit_test(test_round_trip),
         cmocka_unit_test(test_differences),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);

@@ -6,6 +6,7 @@
 #define FARM_WORKER_QUAD_H
 
 #include <math.h>
+#include <stdint.h>
 #include <string.h>
 
 #include "worker/inlined.h"
@@ -177,9 +178,12 @@ static inline struct quad quad_fourth(struct quad a)
 
 static inline lane_set quad_same(const double *a, const double *b)
 {
+    uint64_t left[QUAD], right[QUAD];
     lane_set set = 0;
+    memcpy(left, a, sizeof left);
+    memcpy(right, b, sizeof right);
     for (unsigned i = 0; i < QUAD; i++)
-        set |= (lane_set)(memcmp(&a[i], &b[i], sizeof *a) == 0) << i;
+        set |= (lane_set)(left[i] == right[i]) << i;
     return set;
 }
 

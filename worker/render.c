@@ -200,9 +200,9 @@ static bool is_in_band(struct progress *progress, uint32_t k)
 {
     const struct tile *tile = progress->task.tile;
     if (tile->step > 1) return false;
-    if (k - progress->band_begin >= tile->w * BLOCK_H) {
-        progress->band = k / (tile->w * BLOCK_H);
-        progress->band_begin = progress->band * tile->w * BLOCK_H;
+    while (k - progress->band_begin >= tile->w * BLOCK_H) {
+        progress->band++;
+        progress->band_begin += tile->w * BLOCK_H;
     }
     return (progress->band + 1) * BLOCK_H <= tile->h;
 }

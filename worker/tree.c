@@ -95,7 +95,7 @@ static struct tree_block many_judged(const struct tree *tree, uint32_t begin, ui
     struct lanes low = lanes_load(tree->bounds + begin);
     struct lanes high = lanes_load(tree->bounds + begin + LANES);
     struct lanes most = lanes_of(lanes_highest(lanes_larger(low, high)));
-    uint32_t all = UINT32_MAX >> (32 - (count < TREE_BLOCK ? count : TREE_BLOCK));
+    uint32_t all = (1u << (count < TREE_BLOCK ? count : TREE_BLOCK)) - 1;
     uint32_t set = all & (lanes_at_most(most, low) | lanes_at_most(most, high) << LANES);
     if (tree->deepest_first) set = all;
     struct tree_block block = {
