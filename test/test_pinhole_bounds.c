@@ -2,6 +2,7 @@
  * that: edges' values, and how deep a triangle is crossed. */
 #include "scene_fixture.h"
 
+#include "worker/bvh_leaf.h"
 #include "worker/pinhole.h"
 
 #define SIGHTS 6000

@@ -65,9 +65,8 @@ static void write_places(const struct corner_reader *reader, uint32_t triangles,
     }
 }
 
-/* Writes what stands behind `count` entries of a leaf; returns how many entries' bytes that takes. */
-static uint32_t write_corners(const struct scene *scene, const double center[3],
-                              struct bvh_leaf *leaves, uint32_t count)
+uint32_t bvh_write_corners(const struct scene *scene, const double center[3],
+                           struct bvh_leaf *leaves, uint32_t count)
 {
     struct corner_reader reader = {scene, center, leaves};
     struct bvh_corners *corners = (void *)(leaves + count);
@@ -173,7 +172,7 @@ static void write_part(void *context, uint32_t round)
             for (uint32_t i = 0; i < count; i++)
                 leaf[i] = bvh_leaf_of(whole->scene, items[i].id);
             node->child[slot] = (uint32_t)place;
-            place += count + write_corners(whole->scene, whole->center, leaf, count);
+            place += count + bvh_write_corners(whole->scene, whole->center, leaf, count);
         }
     }
 }

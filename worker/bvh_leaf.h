@@ -5,6 +5,10 @@
 #include "worker/bvh.h"
 #include "worker/bvh_split.h"
 
+/* Writes what stands behind `count` entries of a leaf; returns how many entries' bytes that takes. */
+uint32_t bvh_write_corners(const struct scene *scene, const double center[3],
+                           struct bvh_leaf *leaves, uint32_t count);
+
 /* Entries of all leaves, and the room that they take with what stands behind them, in entries. */
 struct leaf_room {
     uint64_t entries, room;
