@@ -135,37 +135,53 @@ static double times_samples(double ratio, double went, double left)
 /* What error_forecast() takes. */
 struct halfway {
     const struct error_point *points;
-    double samples, goal;
+    double goal;
 };
 
-/* By how much the logarithm of time grows up to the goal if the errors of the points are off by so much,
- * in logarithms as well; HUGE_VAL: they do not go down. */
-static double times_if_off(const struct halfway *it, double part_off, double now_off)
+/* What is wrong, in logarithms: both points' errors, and the usual slope. */
+struct off {
+    double part, now, slope;
+};
+
+/* By how much the logarithm of time grows up to the goal if that is off; HUGE_VAL: errors do not go down. */
+static double times_if_off(const struct halfway *it, struct off off)
 {
     const struct error_point *points = it->points;
-    double part = points[0].rmse * exp(part_off), now = points[1].rmse * exp(now_off);
-    double went = pow(part / now, 2), left = pow(it->goal / now, 2);
+    double part = log(points[0].rmse) + off.part, now = log(points[1].rmse) + off.now;
+    double ratio = points[1].seconds / points[0].seconds, log_ratio = log(ratio);
+    /* Both errors are moved, each by its part of the variance, towards the usual slope. */
+    double part_variance = pow(points[0].spread, 2), now_variance = pow(points[1].spread, 2);
+    double scatter = pow(FORECAST_SLOPE_SPREAD * log_ratio, 2);
+    double too_steep = part - now - (FORECAST_SLOPE + off.slope) * log_ratio;
+    double step = too_steep / (part_variance + now_variance + scatter);
+    part -= step * part_variance;
+    now += step * now_variance;
+    double went = exp(2 * (part - now)), left = pow(it->goal, 2) * exp(-2 * now);
     if (!(went > 1)) return HUGE_VAL;
     if (!(left < 1)) return 0;
-    double times = times_samples(points[1].seconds / points[0].seconds, went, left);
-    return log1p((times - 1) * it->samples / (it->samples + FIRST_SAMPLE));
+    return FORECAST_TIME * log(times_samples(ratio, went, left));
 }
 
-/* What a point's error that may be off to both sides makes of the slope. */
+/* What an error that may be off to both sides makes of the slope. */
 static double slope_off(const struct halfway *it, double steep, double flat)
 {
     return log(it->points[1].rmse / it->goal) * (1 / steep - 1 / flat) / 2;
 }
 
-struct error_forecast error_forecast(const struct error_point points[2], double samples,
-                                     double goal)
+struct error_forecast error_forecast(const struct error_point points[2], double goal)
 {
-    const struct halfway it = {points, samples, goal};
+    const struct halfway it = {points, goal};
     double a = points[0].spread, b = points[1].spread;
     if (!(points[1].seconds > points[0].seconds)) return (struct error_forecast){0};
-    double of_part = slope_off(&it, times_if_off(&it, a, 0), times_if_off(&it, -a, 0));
-    double of_now = slope_off(&it, times_if_off(&it, 0, -b), times_if_off(&it, 0, b));
-    return law_to(&points[1], goal, times_if_off(&it, 0, 0), hypot(of_part, of_now));
+    double s = FORECAST_SLOPE_SPREAD;
+    double of_part = slope_off(&it, times_if_off(&it, (struct off){.part = a}),
+                               times_if_off(&it, (struct off){.part = -a}));
+    double of_now = slope_off(&it, times_if_off(&it, (struct off){.now = -b}),
+                              times_if_off(&it, (struct off){.now = b}));
+    double of_slope = slope_off(&it, times_if_off(&it, (struct off){.slope = s}),
+                                times_if_off(&it, (struct off){.slope = -s}));
+    return law_to(&points[1], goal, times_if_off(&it, (struct off){0}),
+                  hypot(hypot(of_part, of_now), of_slope));
 }
 
 static double seconds_at(const struct error_forecast *forecast, double rmse, double slope)
