@@ -91,12 +91,10 @@ static struct error_forecast forecast_by_middle(const struct watch *watch)
 {
     struct error_point points[2];
     uint32_t half = samples_halfway(watch->samples);
-    if (half == 0 ||
-        !error_point(&watch->halfway, watch->finished, watch->work_s * half / watch->samples,
-                     &points[0]) ||
+    if (half == 0 || !error_point(&watch->halfway, watch->finished, watch->work_s, &points[0]) ||
         !error_point(&watch->sampling, watch->finished, watch->work_s, &points[1]))
         return (struct error_forecast){0};
-    return error_forecast(points, forecast_goal(points[1].rmse));
+    return error_forecast(points, watch->samples, forecast_goal(points[1].rmse));
 }
 
 static struct error_forecast forecast_by_plan(const struct watch *watch)

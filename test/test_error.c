@@ -101,7 +101,10 @@ static void test_forecast_to_a_goal(void **state)
     assert_false(error_forecast_to(&now, 0.02, 1).known);
 }
 
-/* Half of 16 samples and all of them, of a picture whose squared error is flat n^-1 + edge n^-3/2 +
+/* So many that numbers beside powers of two are as good as any. */
+#define MANY (1u << 20)
+
+/* Half of MANY samples and all of them, in terms of 16, of a picture whose squared error is flat n^-1 + edge n^-3/2 +
  * smooth n^-FORECAST_SMOOTH. */
 static double error_of(const double parts[3], double n)
 {
@@ -112,7 +115,7 @@ static struct error_forecast forecast_at(const double parts[3], double spread, d
 {
     const struct error_point points[2] = {{1, error_of(parts, 8), spread},
                                           {2, error_of(parts, 16), spread}};
-    return error_forecast(points, error_of(parts, goal_at));
+    return error_forecast(points, MANY, error_of(parts, goal_at));
 }
 
 static void test_forecast_of_even_samples(void **state)
@@ -122,17 +125,38 @@ static void test_forecast_of_even_samples(void **state)
      * no sample resolves: all go on as they do, if that is known well. */
     const double parts[4][3] = {{0, 1, 0}, {0, 1, 9}, {0, 0, 1}, {1, 0, 0}};
     for (int i = 0; i < 4; i++) {
-        double low, high, goal = error_of(parts[i], 80);
-        struct error_forecast forecast = forecast_at(parts[i], 1e-4, 80);
+        double low, high, goal = error_of(parts[i], 63.9);
+        struct error_forecast forecast = forecast_at(parts[i], 1e-4, 63.9);
         assert_true(forecast.known);
-        double took = 2 * pow(80.0 / 16, FORECAST_TIME);
-        assert_close(forecast_seconds(&forecast, goal, &low, &high) / took, 1, 1e-3);
+        double took = 2 * pow(64.0 / 16, FORECAST_TIME);
+        assert_true(forecast.samples == 4.0 * MANY);
+        assert_close(forecast_seconds(&forecast, goal, &low, &high) / took, 1, 5e-3);
         assert_true(0.8 * took < low && low < 0.95 * took);
         assert_true(1.05 * took < high && high < 1.25 * took);
-        /* The less is known of the errors, the wider, unless the slope is an unusual one. */
-        if (i < 2)
-            assert_true(forecast_at(parts[i], 0.05, 80).slope_spread > forecast.slope_spread);
+        /* The less is known of the errors, the wider, unless its slope is an unusual one. */
+        if (i == 0)
+            assert_true(forecast_at(parts[i], 0.05, 64).slope_spread > forecast.slope_spread);
     }
+}
+
+/* Powers of two have less error than the numbers beside them: they are what reaches a goal soon after it,
+ * and where a run had another number, its error tells of that. */
+static void test_powers_of_two_are_better(void **state)
+{
+    (void)state;
+    const double edge[3] = {0, 1, 0}, worse = exp(FORECAST_UNEVEN);
+    const struct error_point even[2] = {{1, error_of(edge, 8), 1e-6},
+                                        {2, error_of(edge, 16), 1e-6}};
+    assert_true(error_forecast(even, 16, error_of(edge, 31)).samples == 32);
+    assert_true(error_forecast(even, 16, error_of(edge, 29)).samples == 32);
+    assert_true(error_forecast(even, 16, error_of(edge, 20)).samples == 24);
+    assert_true(error_forecast(even, 16, error_of(edge, 33)).samples == 40);
+    const struct error_point odd[2] = {{1, error_of(edge, 8), 1e-6},
+                                       {2, error_of(edge, 18) * worse, 1e-6}};
+    assert_true(error_forecast(odd, 18, error_of(edge, 31)).samples == 32);
+    /* 20 would be hardly better than these 18. */
+    struct error_forecast next = error_forecast(odd, 18, error_of(edge, 19.9) * worse);
+    assert_true(next.samples == 20);
 }
 
 /* What the errors of both points make of forecasts is in their intervals. */
@@ -149,7 +173,7 @@ static void test_forecasts_scatter_as_told(void **state)
             const struct error_point points[2] = {
                 {1, error_of(parts[i], 8) * exp(spread * normal()), spread},
                 {2, error_of(parts[i], 16) * exp(spread * normal()), spread}};
-            struct error_forecast forecast = error_forecast(points, goal);
+            struct error_forecast forecast = error_forecast(points, MANY, goal);
             double off = log(forecast_seconds(&forecast, goal, &low, &high) / seconds);
             sum += off;
             squares += off * off;
@@ -171,14 +195,14 @@ static void test_slopes_are_usual_until_known(void **state)
         for (int k = 0; k < 4; k++) {
             double spread = pow(10, k - 3);
             const struct error_point points[2] = {{1, seen, spread}, {2, 1, spread}};
-            struct error_forecast forecast = error_forecast(points, 0.25);
+            struct error_forecast forecast = error_forecast(points, 4, 0.25);
             seconds[k] = forecast_seconds(&forecast, 0.25, &low, &high);
             assert_true(k == 0 || (seconds[k - 1] > seconds[k]) == (slopes[i] < FORECAST_SLOPE));
         }
         /* Moved by the same, both errors end where the usual slope goes through. */
         double middle = sqrt(seen / usual);
         const struct error_point points[2] = {{1, usual * middle, 1e-6}, {2, middle, 1e-6}};
-        struct error_forecast forecast = error_forecast(points, 0.25);
+        struct error_forecast forecast = error_forecast(points, 4, 0.25);
         assert_close(seconds[3] / forecast_seconds(&forecast, 0.25, &low, &high), 1, 1e-2);
     }
 }
@@ -189,7 +213,7 @@ static void test_forecast_without_an_end(void **state)
 {
     (void)state;
     const struct error_point points[2] = {{1, 0.0097, 0.01}, {2, 0.01, 0.01}};
-    struct error_forecast forecast = error_forecast(points, 0.005);
+    struct error_forecast forecast = error_forecast(points, 4, 0.005);
     double low, high;
     assert_true(forecast.known);
     assert_true(forecast_seconds(&forecast, 0.005, &low, &high) < HUGE_VAL);
@@ -200,10 +224,10 @@ static void test_no_forecast(void **state)
 {
     (void)state;
     struct error_point points[2] = {{1, 0.1, 0.01}, {2, 0.2, 0.01}};
-    assert_false(error_forecast(points, 0.05).known); /* the error grows */
+    assert_false(error_forecast(points, 4, 0.05).known); /* the error grows */
     points[1].rmse = 0.05;
-    assert_false(error_forecast(points, 0.06).known); /* it is there already */
-    assert_true(error_forecast(points, 0.04).known);
+    assert_false(error_forecast(points, 4, 0.06).known); /* it is there already */
+    assert_true(error_forecast(points, 4, 0.04).known);
     struct error_sum none = {0, 0}, lost = {HUGE_VAL, HUGE_VAL};
     struct error_point point;
     assert_false(error_point(&none, 10, 1, &point));
@@ -245,6 +269,7 @@ int main(void)
         cmocka_unit_test(test_intervals_hold),
         cmocka_unit_test(test_forecast_to_a_goal),
         cmocka_unit_test(test_forecast_of_even_samples),
+        cmocka_unit_test(test_powers_of_two_are_better),
         cmocka_unit_test(test_forecasts_scatter_as_told),
         cmocka_unit_test(test_slopes_are_usual_until_known),
         cmocka_unit_test(test_forecast_without_an_end),
