@@ -411,9 +411,7 @@ forecast() {
                 grep -q '"forecast": null' "$r" && continue 2
                 goal=$(of "$r" forecast rmse) slope=$(of "$r" forecast slope)
                 case $setting in
-                samples=*) # as many as that law asks for
-                    farm run "$scene" sampling.samples="$(awk -v n="${setting#*=}" -v e="$(value "$r" estimated_rmse)" \
-                        -v g="$goal" -v b="$slope" 'BEGIN { printf "%d", 2 * int(n * (e / g) ^ (-1 / b) / 2 + 0.5) }')" ;;
+                samples=*) farm run "$scene" sampling.samples="$(of "$r" forecast samples)" ;;
                 *) farm run "$scene" sampling.target_error="$goal" ;;
                 esac
                 foretold="$foretold $(cpu_of "$r")" took="$took $(cpu_of "$WORK/run.json")"

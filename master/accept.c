@@ -40,7 +40,7 @@ void accept_tile(struct server *server, uint32_t renderer, const struct tile *ti
         if (!is_as_asked(server, tile, header))
             fatal("renderer %u sent other pixels than it was asked for", renderer);
         save_part(service->save, tile, header->busy_s, &header->counts, rgb);
-        adaptive_put(service->adaptive, tile, rgb);
+        adaptive_put(service->adaptive, tile, rgb, header->cpu_s);
     } else {
         canvas_put(service->canvas, tile, rgb);
         save_tile(service->save, tile, header->busy_s, &header->counts);

@@ -83,17 +83,19 @@ void adaptive_take(const struct adaptive *adaptive, const struct tile *tile,
 /*
  * The tile's pixels that get samples in this pass, adaptive_work(), have come in, in the tile's order:
  * 3 floats for each, the means of these samples, then 3 for each, the differences of their halves,
- * then one for each, its rays per sample. What the pass has brought to a pixel already stays.
+ * then one for each, its rays per sample. What the pass has brought to a pixel already stays. seconds: that
+ * they took to render; plans do not depend on them.
  */
-void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part);
+void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part,
+                  double seconds);
 
-/* Rays that the samples so far have taken, as they came in. */
-double adaptive_rays(const struct adaptive *adaptive);
+/* Seconds of rendering that the samples so far have taken, as they came in. */
+double adaptive_seconds(const struct adaptive *adaptive);
 
 /*
- * How many rays more will lower the error to rmse: by the same rule as passes are planned, taken as
- * good as passes so far have kept what they promised. HUGE_VAL: max_samples are too few for that, or
- * there are pixels without samples yet. Passes are not changed.
+ * How many seconds more will lower the error to rmse: by the same rule as passes are planned, taken as
+ * good as passes so far have kept what they promised, and as quick as they were. HUGE_VAL: max_samples are
+ * too few for that, or there are pixels without samples yet. Passes are not changed.
  */
 double adaptive_foresee(struct adaptive *adaptive, double rmse);
 

@@ -8,7 +8,7 @@
 
 /*
  * e / cost of the pixels, in bins of an eighth of a power of two: of each bin and number of levels
- * that its pixels can still go up, the sums of what their halves tell and of the cost. Beyond the ends
+ * that its pixels can still go up, the sums of what their halves tell and of the effort. Beyond the ends
  * lies what no picture has.
  */
 enum { BINS_PER_OCTAVE = 8, OCTAVE_MIN = -120, OCTAVE_MAX = 100 };
@@ -16,7 +16,7 @@ enum { BINS = (OCTAVE_MAX - OCTAVE_MIN) * BINS_PER_OCTAVE };
 
 struct allocation {
     double told[BINS][LEVEL_MAX + 1];
-    double costs[BINS][LEVEL_MAX + 1];
+    double efforts[BINS][LEVEL_MAX + 1];
     bool used[BINS];
     double all_told;
 };
@@ -48,12 +48,12 @@ static int bin_of(double gain)
     return (exponent - OCTAVE_MIN) * BINS_PER_OCTAVE + (int)(mantissa * BINS_PER_OCTAVE);
 }
 
-void allocation_add(struct allocation *allocation, double error, double told, double cost,
+void allocation_add(struct allocation *allocation, double gain, double told, double effort,
                     unsigned most)
 {
-    int bin = bin_of(error / cost);
+    int bin = bin_of(gain);
     allocation->told[bin][most] += told;
-    allocation->costs[bin][most] += cost;
+    allocation->efforts[bin][most] += effort;
     allocation->used[bin] = true;
     allocation->all_told += told;
 }
@@ -76,16 +76,17 @@ unsigned allocation_doublings(double gain, double limit, unsigned most)
 struct allocation_outcome allocation_under(const struct allocation *allocation, double limit)
 {
     struct allocation_outcome sum = {0, 0};
+    const double growth = exp2(EFFORT_POWER);
     for (int bin = 0; bin < BINS; bin++) {
         if (!allocation->used[bin]) continue;
         unsigned most = allocation_doublings(bin_end(bin), limit, LEVEL_MAX);
         double factor = 1, more = 0;
         for (unsigned k = 0; k <= LEVEL_MAX; k++) {
             sum.left += factor * allocation->told[bin][k];
-            sum.cost += more * allocation->costs[bin][k];
+            sum.effort += more * allocation->efforts[bin][k];
             if (k >= most) continue;
             factor *= 0.35355339059327379;
-            more = 2 * more + 1;
+            more = growth * more + 1;
         }
     }
     return sum;

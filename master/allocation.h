@@ -17,17 +17,25 @@ struct allocation;
 struct allocation *allocation_create(void);
 void allocation_destroy(struct allocation *allocation);
 
-/* A pixel, that can be doubled so often: e >= 0, what its halves tell, >= 0, and its cost, > 0; finite.
- * most <= LEVEL_MAX. */
-void allocation_add(struct allocation *allocation, double error, double told, double cost,
+/*
+ * What so many times the samples in a pass are in effort, as a power of them: the more a pixel gets at a
+ * time, the fewer seconds does each take. In seven scenes, from 5 to 77 samples per pixel and pass, seconds
+ * went by powers of 0.8 to 0.98 of them, 0.87 in the mean of passes after the first.
+ */
+#define EFFORT_POWER 0.88
+
+/* A pixel, that can be doubled so often: its gain e / cost, >= 0, what its halves tell, >= 0, and the
+ * effort of doubling it once; finite. most <= LEVEL_MAX. */
+void allocation_add(struct allocation *allocation, double gain, double told, double effort,
                     unsigned most);
 
 /* What the halves of all pixels that were added tell. */
 double allocation_told(const struct allocation *allocation);
 
-/* What a limit comes to: the sum that it leaves of these errors, and the cost of the samples to come. */
+/* What a limit comes to: the sum that it leaves of these errors, and the effort of the samples to come, of
+ * each doubling by itself. */
 struct allocation_outcome {
-    double left, cost;
+    double left, effort;
 };
 struct allocation_outcome allocation_under(const struct allocation *allocation, double limit);
 

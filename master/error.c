@@ -111,20 +111,34 @@ struct error_forecast error_forecast_to(const struct error_point *now, double go
     return law_to(now, goal, times, now->spread / times);
 }
 
-/*
- * How many times the samples leave so much of the squared error (0..1), after ratio times the samples left
- * went^-1 of it; log(went) / log(ratio) is above 0.
- */
-static double times_samples(double ratio, double went, double left)
+/* How the squared error goes down with samples: what edges leave, and a share of it that is smooth; or
+ * without any such share by a power below that of edges. */
+struct decline {
+    double power, share;
+};
+
+/* Whose squared error ratio times the samples have lowered `went` times, more than 1. */
+static struct decline decline_of(double ratio, double went)
 {
     double edge = pow(ratio, FORECAST_EDGE), smooth = pow(ratio, FORECAST_SMOOTH);
-    if (went <= edge) return pow(left, -log(ratio) / log(went));
-    double share = fmin((went - edge) / (smooth - edge), 1); /* of what is smooth */
-    double low = 1, high = pow(left, -1 / FORECAST_EDGE);    /* as if all were edges */
+    if (went <= edge) return (struct decline){log(went) / log(ratio), 0};
+    return (struct decline){FORECAST_EDGE, fmin((went - edge) / (smooth - edge), 1)};
+}
+
+/* What so many times the samples leave of the squared error. */
+static double left_after(const struct decline *decline, double times)
+{
+    return (1 - decline->share) * pow(times, -decline->power) +
+           decline->share * pow(times, -FORECAST_SMOOTH);
+}
+
+/* How many times the samples leave so much of it, below 1. */
+static double times_samples(const struct decline *decline, double left)
+{
+    double low = 1, high = pow(left, -1 / decline->power); /* as if nothing were smooth */
     for (int i = 0; i < 60; i++) {
         double middle = (low + high) / 2;
-        if ((1 - share) * pow(middle, -FORECAST_EDGE) + share * pow(middle, -FORECAST_SMOOTH) >
-            left)
+        if (left_after(decline, middle) > left)
             low = middle;
         else
             high = middle;
@@ -132,40 +146,91 @@ static double times_samples(double ratio, double went, double left)
     return high;
 }
 
+static bool is_power_of_two(uint32_t samples)
+{
+    return (samples & (samples - 1)) == 0;
+}
+
 /* What error_forecast() takes. */
 struct halfway {
     const struct error_point *points;
-    double samples, goal;
+    uint32_t samples;
+    double goal;
 };
 
-/* By how much the logarithm of time grows up to the goal if the errors of the points are off by so much,
- * in logarithms as well; HUGE_VAL: they do not go down. */
-static double times_if_off(const struct halfway *it, double part_off, double now_off)
+/* What is wrong, in logarithms: both points' errors, and the usual slope. */
+struct off {
+    double part, now, slope;
+};
+
+/* What is expected of a run with so many samples. */
+struct prospect {
+    double samples, rmse;
+};
+
+/* Of the fewest samples, even or a power of two, that reach the goal; HUGE_VAL of them: errors do not go
+ * down. */
+static struct prospect prospect_if_off(const struct halfway *it, struct off off)
 {
     const struct error_point *points = it->points;
-    double part = points[0].rmse * exp(part_off), now = points[1].rmse * exp(now_off);
-    double went = pow(part / now, 2), left = pow(it->goal / now, 2);
-    if (!(went > 1)) return HUGE_VAL;
-    if (!(left < 1)) return 0;
-    double times = times_samples(points[1].seconds / points[0].seconds, went, left);
-    return log1p((times - 1) * it->samples / (it->samples + FIRST_SAMPLE));
+    uint32_t half = samples_halfway(it->samples);
+    double part = log(points[0].rmse) + off.part, now = log(points[1].rmse) + off.now;
+    if (!is_power_of_two(half)) part -= FORECAST_UNEVEN;
+    if (!is_power_of_two(it->samples)) now -= FORECAST_UNEVEN;
+    double ratio = (double)it->samples / half, log_ratio = log(ratio);
+    /* Both errors are moved, each by its part of the variance, towards the usual slope. */
+    double part_variance = pow(points[0].spread, 2), now_variance = pow(points[1].spread, 2);
+    double scatter = pow(FORECAST_SLOPE_SPREAD * log_ratio, 2);
+    double too_steep = part - now - (FORECAST_SLOPE + off.slope) * log_ratio;
+    double step = too_steep / (part_variance + now_variance + scatter);
+    part -= step * part_variance;
+    now += step * now_variance;
+    if (!(part > now)) return (struct prospect){HUGE_VAL, 0};
+    struct decline decline = decline_of(ratio, exp(2 * (part - now)));
+    double left = pow(it->goal, 2) * exp(-2 * now), left_even = fmin(left, 1),
+           left_uneven = fmin(left * exp(-2 * FORECAST_UNEVEN), 1);
+    double uneven = it->samples * times_samples(&decline, left_uneven);
+    double even = exp2(ceil(log2(it->samples * times_samples(&decline, left_even)) - 1e-9));
+    double samples = fmin(2 * ceil(uneven / 2), even);
+    double above = samples < even ? FORECAST_UNEVEN : 0;
+    return (struct prospect){samples,
+                             exp(now + above) * sqrt(left_after(&decline, samples / it->samples))};
 }
 
-/* What a point's error that may be off to both sides makes of the slope. */
+/* By how much the logarithm of time grows up to the goal if that is off, along a straight line to what is
+ * expected; HUGE_VAL: errors do not go down. */
+static double times_if_off(const struct halfway *it, struct off off)
+{
+    struct prospect to = prospect_if_off(it, off);
+    double now = it->points[1].rmse;
+    if (!(to.samples < HUGE_VAL)) return HUGE_VAL;
+    if (!(it->goal < now && to.rmse < now && to.samples > it->samples)) return 0;
+    double times = FORECAST_TIME * log(to.samples / it->samples);
+    return times * log(now / it->goal) / log(now / to.rmse);
+}
+
+/* What an error that may be off to both sides makes of the slope. */
 static double slope_off(const struct halfway *it, double steep, double flat)
 {
     return log(it->points[1].rmse / it->goal) * (1 / steep - 1 / flat) / 2;
 }
 
-struct error_forecast error_forecast(const struct error_point points[2], double samples,
+struct error_forecast error_forecast(const struct error_point points[2], uint32_t samples,
                                      double goal)
 {
     const struct halfway it = {points, samples, goal};
     double a = points[0].spread, b = points[1].spread;
-    if (!(points[1].seconds > points[0].seconds)) return (struct error_forecast){0};
-    double of_part = slope_off(&it, times_if_off(&it, a, 0), times_if_off(&it, -a, 0));
-    double of_now = slope_off(&it, times_if_off(&it, 0, -b), times_if_off(&it, 0, b));
-    return law_to(&points[1], goal, times_if_off(&it, 0, 0), hypot(of_part, of_now));
+    double s = FORECAST_SLOPE_SPREAD;
+    double of_part = slope_off(&it, times_if_off(&it, (struct off){.part = a}),
+                               times_if_off(&it, (struct off){.part = -a}));
+    double of_now = slope_off(&it, times_if_off(&it, (struct off){.now = -b}),
+                              times_if_off(&it, (struct off){.now = b}));
+    double of_slope = slope_off(&it, times_if_off(&it, (struct off){.slope = s}),
+                                times_if_off(&it, (struct off){.slope = -s}));
+    struct error_forecast forecast = law_to(&points[1], goal, times_if_off(&it, (struct off){0}),
+                                            hypot(hypot(of_part, of_now), of_slope));
+    forecast.samples = prospect_if_off(&it, (struct off){0}).samples;
+    return forecast;
 }
 
 static double seconds_at(const struct error_forecast *forecast, double rmse, double slope)

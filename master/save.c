@@ -126,7 +126,7 @@ static bool take_part(struct save *save, const struct journal_record *record)
     uint32_t pixels = record->pass > 0 ? 0 : coverage_add(&save->coverage, &record->tile);
     if (record->pass == 0 && !pixels) return true;
     adaptive_put(save->adaptive, &record->tile,
-                 (const void *)((const char *)record->payload + sizeof head));
+                 (const void *)((const char *)record->payload + sizeof head), record->seconds);
     save->found.tiles++;
     save->found.pixels += pixels;
     save->found.seconds += record->seconds;

@@ -92,26 +92,20 @@ static struct error_forecast forecast_by_middle(const struct watch *watch)
 {
     struct error_point points[2];
     uint32_t half = samples_halfway(watch->samples);
-    if (half == 0 ||
-        !error_point(&watch->halfway, watch->finished, watch->work_s * half / watch->samples,
-                     &points[0]) ||
+    if (half == 0 || !error_point(&watch->halfway, watch->finished, watch->work_s, &points[0]) ||
         !error_point(&watch->sampling, watch->finished, watch->work_s, &points[1]))
         return (struct error_forecast){0};
     return error_forecast(points, watch->samples, forecast_goal(points[1].rmse));
 }
 
-/* A ray to come is taken to cost what rays have cost so far. Those of later passes alone, few pixels with
- * few samples in each pass, cost up to twice as much as they do when there are more of them. */
 static struct error_forecast forecast_by_plan(const struct watch *watch)
 {
     struct error_point now;
     struct look look = look_at(watch);
-    if (!error_point(&look.sum, look.pixels, watch->work_s, &now))
+    if (!error_point(&look.sum, look.pixels, adaptive_seconds(watch->adaptive), &now))
         return (struct error_forecast){0};
     double goal = forecast_goal(now.rmse);
-    double seconds_per_ray = watch->work_s / adaptive_rays(watch->adaptive);
-    double more = adaptive_foresee(watch->adaptive, goal) * seconds_per_ray;
-    return error_forecast_to(&now, goal, more);
+    return error_forecast_to(&now, goal, adaptive_foresee(watch->adaptive, goal));
 }
 
 /* In the CPU time of rendering, which other programs do not stretch, then as a share of the wall

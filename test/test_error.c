@@ -101,41 +101,62 @@ static void test_forecast_to_a_goal(void **state)
     assert_false(error_forecast_to(&now, 0.02, 1).known);
 }
 
-/* Half of 16 samples and all of them, of a picture whose squared error is flat n^-1 + edge n^-3/2 +
- * smooth n^-5/2. */
+/* So many that numbers beside powers of two are as good as any. */
+#define MANY (1u << 20)
+
+/* Half of MANY samples and all of them, in terms of 16, of a picture whose squared error is flat n^-1 + edge n^-3/2 +
+ * smooth n^-FORECAST_SMOOTH. */
 static double error_of(const double parts[3], double n)
 {
-    return sqrt(parts[0] / n + parts[1] * pow(n, -1.5) + parts[2] * pow(n, -2.5));
+    return sqrt(parts[0] / n + parts[1] * pow(n, -1.5) + parts[2] * pow(n, -FORECAST_SMOOTH));
 }
 
 static struct error_forecast forecast_at(const double parts[3], double spread, double goal_at)
 {
     const struct error_point points[2] = {{1, error_of(parts, 8), spread},
                                           {2, error_of(parts, 16), spread}};
-    return error_forecast(points, 16, error_of(parts, goal_at));
+    return error_forecast(points, MANY, error_of(parts, goal_at));
 }
 
 static void test_forecast_of_even_samples(void **state)
 {
     (void)state;
     /* Edges alone, then with what is smooth, which counts the less the more samples there are; and what
-     * no sample resolves: all go on as they do. */
+     * no sample resolves: all go on as they do, if that is known well. */
     const double parts[4][3] = {{0, 1, 0}, {0, 1, 9}, {0, 0, 1}, {1, 0, 0}};
     for (int i = 0; i < 4; i++) {
-        double low, high, goal = error_of(parts[i], 80);
-        struct error_forecast forecast = forecast_at(parts[i], 0.01, 80);
+        double low, high, goal = error_of(parts[i], 63.9);
+        struct error_forecast forecast = forecast_at(parts[i], 1e-4, 63.9);
         assert_true(forecast.known);
-        /* 64 samples more, the first of all having taken FIRST_SAMPLE longer. */
-        double took = 2 * (80 + FIRST_SAMPLE) / (16 + FIRST_SAMPLE);
-        assert_close(forecast_seconds(&forecast, goal, &low, &high), took, 1e-6);
+        double took = 2 * pow(64.0 / 16, FORECAST_TIME);
+        assert_true(forecast.samples == 4.0 * MANY);
+        assert_close(forecast_seconds(&forecast, goal, &low, &high) / took, 1, 5e-3);
         assert_true(0.8 * took < low && low < 0.95 * took);
         assert_true(1.05 * took < high && high < 1.25 * took);
-        /* The less is known of the errors, the wider. */
-        double lower, higher;
-        forecast = forecast_at(parts[i], 0.05, 80);
-        forecast_seconds(&forecast, goal, &lower, &higher);
-        assert_true(lower < low && high < higher);
+        /* The less is known of the errors, the wider, unless its slope is an unusual one. */
+        if (i == 0)
+            assert_true(forecast_at(parts[i], 0.05, 64).slope_spread > forecast.slope_spread);
     }
+}
+
+/* Powers of two have less error than the numbers beside them: they are what reaches a goal soon after it,
+ * and where a run had another number, its error tells of that. */
+static void test_powers_of_two_are_better(void **state)
+{
+    (void)state;
+    const double edge[3] = {0, 1, 0}, worse = exp(FORECAST_UNEVEN);
+    const struct error_point even[2] = {{1, error_of(edge, 8), 1e-6},
+                                        {2, error_of(edge, 16), 1e-6}};
+    assert_true(error_forecast(even, 16, error_of(edge, 31)).samples == 32);
+    assert_true(error_forecast(even, 16, error_of(edge, 29)).samples == 32);
+    assert_true(error_forecast(even, 16, error_of(edge, 20)).samples == 24);
+    assert_true(error_forecast(even, 16, error_of(edge, 33)).samples == 40);
+    const struct error_point odd[2] = {{1, error_of(edge, 8), 1e-6},
+                                       {2, error_of(edge, 18) * worse, 1e-6}};
+    assert_true(error_forecast(odd, 18, error_of(edge, 31)).samples == 32);
+    /* 20 would be hardly better than these 18. */
+    struct error_forecast next = error_forecast(odd, 18, error_of(edge, 19.9) * worse);
+    assert_true(next.samples == 20);
 }
 
 /* What the errors of both points make of forecasts is in their intervals. */
@@ -152,7 +173,7 @@ static void test_forecasts_scatter_as_told(void **state)
             const struct error_point points[2] = {
                 {1, error_of(parts[i], 8) * exp(spread * normal()), spread},
                 {2, error_of(parts[i], 16) * exp(spread * normal()), spread}};
-            struct error_forecast forecast = error_forecast(points, 16, goal);
+            struct error_forecast forecast = error_forecast(points, MANY, goal);
             double off = log(forecast_seconds(&forecast, goal, &low, &high) / seconds);
             sum += off;
             squares += off * off;
@@ -164,13 +185,35 @@ static void test_forecasts_scatter_as_told(void **state)
     }
 }
 
+/* A slope that nobody knows is what slopes are like; the more of it is known, the less. */
+static void test_slopes_are_usual_until_known(void **state)
+{
+    (void)state;
+    const double slopes[2] = {0.6, 0.9};
+    for (int i = 0; i < 2; i++) {
+        double usual = exp2(FORECAST_SLOPE), seen = exp2(slopes[i]), low, high, seconds[4];
+        for (int k = 0; k < 4; k++) {
+            double spread = pow(10, k - 3);
+            const struct error_point points[2] = {{1, seen, spread}, {2, 1, spread}};
+            struct error_forecast forecast = error_forecast(points, 4, 0.25);
+            seconds[k] = forecast_seconds(&forecast, 0.25, &low, &high);
+            assert_true(k == 0 || (seconds[k - 1] > seconds[k]) == (slopes[i] < FORECAST_SLOPE));
+        }
+        /* Moved by the same, both errors end where the usual slope goes through. */
+        double middle = sqrt(seen / usual);
+        const struct error_point points[2] = {{1, usual * middle, 1e-6}, {2, middle, 1e-6}};
+        struct error_forecast forecast = error_forecast(points, 4, 0.25);
+        assert_close(seconds[3] / forecast_seconds(&forecast, 0.25, &low, &high), 1, 1e-2);
+    }
+}
+
 /* Where both errors may be the same, nobody knows how long it will take at most; what it takes at least
  * is known. */
 static void test_forecast_without_an_end(void **state)
 {
     (void)state;
-    const struct error_point points[2] = {{1, 0.0105, 0.04}, {2, 0.01, 0.04}};
-    struct error_forecast forecast = error_forecast(points, 16, 0.005);
+    const struct error_point points[2] = {{1, 0.0097, 0.01}, {2, 0.01, 0.01}};
+    struct error_forecast forecast = error_forecast(points, 4, 0.005);
     double low, high;
     assert_true(forecast.known);
     assert_true(forecast_seconds(&forecast, 0.005, &low, &high) < HUGE_VAL);
@@ -226,7 +269,9 @@ int main(void)
         cmocka_unit_test(test_intervals_hold),
         cmocka_unit_test(test_forecast_to_a_goal),
         cmocka_unit_test(test_forecast_of_even_samples),
+        cmocka_unit_test(test_powers_of_two_are_better),
         cmocka_unit_test(test_forecasts_scatter_as_told),
+        cmocka_unit_test(test_slopes_are_usual_until_known),
         cmocka_unit_test(test_forecast_without_an_end),
         cmocka_unit_test(test_no_forecast),
         cmocka_unit_test(test_goals_are_round),
