@@ -5,7 +5,7 @@
 #endif
 
 /* ns; a wake-up itself takes some microseconds. */
-#define TIMER_SLACK 1000ul
+#define TIMER_SLACK 500ul
 
 void nap_sharpen(void)
 {

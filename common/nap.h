@@ -10,12 +10,13 @@
 #include "common/clock.h"
 
 /*
- * Seconds. The first nap is about what a wake-up costs. Naps double up to NAP_LONGEST, which bounds the
- * delay of an answer that a tile in reserve at the renderer hides, and after a while on to NAP_SELDOM:
- * never more than NAP_PART of what has been waited, so that the delay does not count beside that. A
+ * Seconds. The first nap is a part of what it is too long in any case, some 20 us of a wake-up: nobody
+ * hears much later than he can. Naps double up to NAP_LONGEST, which bounds the delay of an answer that a
+ * tile in reserve at the renderer hides, and after a while on to NAP_SELDOM: never more than NAP_PART of
+ * what has been waited, so that the delay does not count beside that. A
  * wake-up with its look for messages takes about 20 us: 0.2 % of a core in a long wait.
  */
-#define NAP_SHORTEST 20e-6
+#define NAP_SHORTEST 5e-6
 #define NAP_LONGEST  1e-3
 #define NAP_SELDOM   10e-3
 #define NAP_PART     (1.0 / 32)
@@ -84,8 +85,8 @@ static inline void nap_take(struct nap *nap)
 }
 
 /*
- * Seconds for which one who is to hear something soon looks without sleeping: what the first nap and its
- * wake-up take, so that it costs him at most twice what he would have spent had he known (A. Karlin et
+ * Seconds for which one who is to hear something soon looks without sleeping: what the first naps and their
+ * wake-ups take, so that it costs him at most twice what he would have spent had he known (A. Karlin et
  * al., Competitive snoopy caching, Algorithmica 3, 1988).
  */
 #define NAP_SPIN 50e-6

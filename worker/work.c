@@ -64,11 +64,11 @@ int agree_on_status(MPI_Comm comm, int status)
  */
 #define CACHE_LINE ((size_t)64)
 
+/* built is posted for every other rank when the BVH is there: who waits for that sleeps, and is there at
+ * once, which it would not be after naps as long as a BVH takes. */
 struct window_head {
     uint64_t offset; /* of the scene */
-    sem_t
-        built; /* posted for every other rank when the BVH is there: who waits for that sleeps, and
-                      * is there at once, which it would not be after naps as long as a BVH takes */
+    sem_t built;
 };
 _Static_assert(sizeof(struct window_head) <= CACHE_LINE,
                "the scene begins a line behind the start");
