@@ -381,7 +381,7 @@ static double seconds_per_effort(const struct adaptive *adaptive)
            (later + LATER_WEIGHT * first);
 }
 
-double adaptive_foresee(struct adaptive *adaptive, double rmse)
+double adaptive_foresee(struct adaptive *adaptive, double rmse, double power)
 {
     uint64_t pixels, samples;
     struct error_sum told = adaptive_errors(adaptive, &pixels, &samples);
@@ -391,6 +391,7 @@ double adaptive_foresee(struct adaptive *adaptive, double rmse)
      * So: as if one whole pass had kept its promise before them. */
     double whole = 2 * log(PASS_AIM_MIN);
     double exponent = (adaptive->log_kept + whole) / (adaptive->log_promised + whole);
+    if (adaptive->passes == 1) exponent = power / FORECAST_EDGE; /* promises are for edges */
     if (!(exponent > 0)) return HUGE_VAL;
     double share = pow(rmse * rmse * (double)pixels / told.squares, 1 / exponent);
     if (share >= 1) return 0;

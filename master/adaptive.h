@@ -94,10 +94,11 @@ double adaptive_seconds(const struct adaptive *adaptive);
 
 /*
  * How many seconds more will lower the error to rmse: by the same rule as passes are planned, taken as
- * good as passes so far have kept what they promised, and as quick as they were. HUGE_VAL: max_samples are
- * too few for that, or there are pixels without samples yet. Passes are not changed.
+ * good as passes so far have kept what they promised, and as quick as they were. power: of samples that the
+ * squared error is known to go down with while no pass after the first tells. HUGE_VAL: max_samples are too
+ * few for that, or there are pixels without samples yet. Passes are not changed.
  */
-double adaptive_foresee(struct adaptive *adaptive, double rmse);
+double adaptive_foresee(struct adaptive *adaptive, double rmse, double power);
 
 /* Whether all pixels of the last planned pass are in. */
 bool adaptive_is_complete(const struct adaptive *adaptive);

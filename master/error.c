@@ -168,9 +168,10 @@ struct prospect {
     double samples, rmse;
 };
 
-/* Of the fewest samples, even or a power of two, that reach the goal; HUGE_VAL of them: errors do not go
- * down. */
-static struct prospect prospect_if_off(const struct halfway *it, struct off off)
+/* How the error goes down from the last point on, whose logarithm is `now` at powers of two. false: it does
+ * not. */
+static bool decline_if_off(const struct halfway *it, struct off off, struct decline *decline,
+                           double *at)
 {
     const struct error_point *points = it->points;
     uint32_t half = samples_halfway(it->samples);
@@ -185,8 +186,19 @@ static struct prospect prospect_if_off(const struct halfway *it, struct off off)
     double step = too_steep / (part_variance + now_variance + scatter);
     part -= step * part_variance;
     now += step * now_variance;
-    if (!(part > now)) return (struct prospect){HUGE_VAL, 0};
-    struct decline decline = decline_of(ratio, exp(2 * (part - now)));
+    *at = now;
+    if (!(part > now)) return false;
+    *decline = decline_of(ratio, exp(2 * (part - now)));
+    return true;
+}
+
+/* Of the fewest samples, even or a power of two, that reach the goal; HUGE_VAL of them: errors do not go
+ * down. */
+static struct prospect prospect_if_off(const struct halfway *it, struct off off)
+{
+    struct decline decline;
+    double now;
+    if (!decline_if_off(it, off, &decline, &now)) return (struct prospect){HUGE_VAL, 0};
     double left = pow(it->goal, 2) * exp(-2 * now), left_even = fmin(left, 1),
            left_uneven = fmin(left * exp(-2 * FORECAST_UNEVEN), 1);
     double uneven = it->samples * times_samples(&decline, left_uneven);
@@ -231,6 +243,17 @@ struct error_forecast error_forecast(const struct error_point points[2], uint32_
                                             hypot(hypot(of_part, of_now), of_slope));
     forecast.samples = prospect_if_off(&it, (struct off){0}).samples;
     return forecast;
+}
+
+double error_power(const struct error_point points[2], uint32_t samples, double goal)
+{
+    const struct halfway it = {points, samples, goal};
+    struct decline decline;
+    double now;
+    if (!decline_if_off(&it, (struct off){0}, &decline, &now)) return FORECAST_EDGE;
+    double left = pow(goal, 2) * exp(-2 * now);
+    if (!(left < 1)) return FORECAST_EDGE;
+    return -log(left) / log(times_samples(&decline, left));
 }
 
 static double seconds_at(const struct error_forecast *forecast, double rmse, double slope)

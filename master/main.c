@@ -77,6 +77,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
         .reference = run->reference.rgb ? &run->reference : NULL,
         .adaptive = run->adaptive,
         .samples = view->max_samples,
+        .first_samples = view->min_samples,
         .begin = run->start,
         .snapshot = {.path = settings->output.image, .seconds = settings->output.preview}};
     if (!watch_start(&run->watch, settings->output.error)) end_job(STATUS_FAILED);

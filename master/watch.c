@@ -98,6 +98,16 @@ static struct error_forecast forecast_by_middle(const struct watch *watch)
     return error_forecast(points, watch->samples, forecast_goal(points[1].rmse));
 }
 
+/* By which power of samples the squared error goes down after the first pass, while that is all there is. */
+static double first_power(const struct watch *watch, double goal)
+{
+    struct error_point points[2];
+    if (!error_point(&watch->halfway, watch->finished, watch->work_s, &points[0]) ||
+        !error_point(&watch->sampling, watch->finished, watch->work_s, &points[1]))
+        return FORECAST_EDGE;
+    return error_power(points, watch->first_samples, goal);
+}
+
 static struct error_forecast forecast_by_plan(const struct watch *watch)
 {
     struct error_point now;
@@ -105,7 +115,8 @@ static struct error_forecast forecast_by_plan(const struct watch *watch)
     if (!error_point(&look.sum, look.pixels, adaptive_seconds(watch->adaptive), &now))
         return (struct error_forecast){0};
     double goal = forecast_goal(now.rmse);
-    return error_forecast_to(&now, goal, adaptive_foresee(watch->adaptive, goal));
+    return error_forecast_to(&now, goal,
+                             adaptive_foresee(watch->adaptive, goal, first_power(watch, goal)));
 }
 
 /* In the CPU time of rendering, which other programs do not stretch, then as a share of the wall

@@ -19,6 +19,7 @@ struct watch {
     const struct canvas *reference; /* of the same size; NULL: none */
     struct adaptive *adaptive;      /* NULL: every pixel gets so many samples: */
     uint32_t samples;
+    uint32_t first_samples;   /* of the first pass, where there are several */
     double begin;             /* start of the program, a time of common/clock.h */
     struct snapshot snapshot; /* the picture so far: path, and seconds from one to the next */
 

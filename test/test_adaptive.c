@@ -323,16 +323,25 @@ static void test_seconds_are_foreseen(void **state)
     run(&fine, balls, &view, 0.01, 32, false);
     run(&coarse, balls, &view, 0.02, 32, false);
     double before = adaptive_seconds(coarse.adaptive), took = adaptive_seconds(fine.adaptive);
-    double foreseen = before + adaptive_foresee(coarse.adaptive, fine.estimated);
+    double foreseen = before + adaptive_foresee(coarse.adaptive, fine.estimated, 1.5);
     assert_true(before < 0.7 * took);
+    /* What the first pass tells of the power counts as long as no other does. */
+    double told = before + adaptive_foresee(coarse.adaptive, fine.estimated, 2);
+    assert_true(fabs(told / foreseen - 1) < 1e-12);
+    struct result first;
+    run(&first, balls, &view, 1, 32, false);
+    assert_true(first.passes == 1);
+    assert_true(adaptive_foresee(first.adaptive, 0.02, 2) <
+                0.9 * adaptive_foresee(first.adaptive, 0.02, 1.5));
+    drop(&first);
     if (!(fabs(foreseen / took - 1) < 0.1)) fail_msg("%g s foreseen, %g", foreseen, took);
-    assert_true(adaptive_foresee(coarse.adaptive, 1) == 0);
+    assert_true(adaptive_foresee(coarse.adaptive, 1, 1.5) == 0);
     drop(&fine);
     drop(&coarse);
     /* Not with so few. */
     view.max_samples = 8;
     run(&coarse, ball, &view, 0.006, 32, false);
-    assert_true(adaptive_foresee(coarse.adaptive, 1e-5) == HUGE_VAL);
+    assert_true(adaptive_foresee(coarse.adaptive, 1e-5, 1.5) == HUGE_VAL);
     drop(&coarse);
 }
 

@@ -159,6 +159,21 @@ static void test_powers_of_two_are_better(void **state)
     assert_true(next.samples == 20);
 }
 
+static void test_power_of_samples(void **state)
+{
+    (void)state;
+    const double parts[3][3] = {{0, 1, 0}, {0, 1, 9}, {1, 0, 0}};
+    for (int i = 0; i < 3; i++) {
+        const struct error_point points[2] = {{1, error_of(parts[i], 8), 1e-6},
+                                              {1, error_of(parts[i], 16), 1e-6}};
+        double now = points[1].rmse, goal = error_of(parts[i], 64);
+        assert_close(error_power(points, 16, goal), 2 * log(now / goal) / log(4), 1e-4);
+        assert_close(error_power(points, 16, 2 * now), FORECAST_EDGE, 0); /* it is there */
+    }
+    const struct error_point grown[2] = {{1, 0.1, 0.01}, {1, 0.2, 0.01}};
+    assert_close(error_power(grown, 16, 0.05), FORECAST_EDGE, 0);
+}
+
 /* What the errors of both points make of forecasts is in their intervals. */
 static void test_forecasts_scatter_as_told(void **state)
 {
@@ -270,6 +285,7 @@ int main(void)
         cmocka_unit_test(test_forecast_to_a_goal),
         cmocka_unit_test(test_forecast_of_even_samples),
         cmocka_unit_test(test_powers_of_two_are_better),
+        cmocka_unit_test(test_power_of_samples),
         cmocka_unit_test(test_forecasts_scatter_as_told),
         cmocka_unit_test(test_slopes_are_usual_until_known),
         cmocka_unit_test(test_forecast_without_an_end),

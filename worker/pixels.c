@@ -98,7 +98,7 @@ static INLINED void add(struct renderer *renderer, uint32_t pixel, struct vec3 c
     color_sum_add(&progress->sum.half[adds->sample & 1], color);
     progress->sum.truncation += truncation;
     progress->sum.rays += rays;
-    if (so_far == progress->halfway) {
+    if (so_far == progress->halfway && begin == 0) {
         uint32_t half = so_far / 2;
         add_error(&renderer->counts.halfway, halves_difference(renderer, half, half), half, half);
     }

@@ -372,8 +372,7 @@ static void begin_task(struct renderer *renderer, const struct task *task)
     if (task->refinements) arrange_refinements(renderer);
     cursor_settle(&progress->next, &progress->task, view);
     progress->adds = progress->next;
-    if (!task->refinements && !task->first)
-        progress->halfway = samples_halfway(level_samples(view, 1));
+    if (!task->first) progress->halfway = samples_halfway(level_samples(view, 1));
     renderer->counts = (struct render_counts){0};
     renderer->count = renderer->facing_count = 0;
     renderer->idle_count = WAVE;

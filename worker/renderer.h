@@ -62,7 +62,7 @@ struct progress {
     uint32_t x, y;             /* its place in the whole picture */
     struct task_cursor adds;   /* to be added next */
     struct pixel_sum sum;      /* of that pixel */
-    uint32_t halfway;          /* samples of it after which an error is told, too; 0: none */
+    uint32_t halfway;          /* first samples of it after which an error is told, too; 0: none */
 };
 
 struct renderer {
