@@ -6,18 +6,16 @@
 #include "common/scene_check.h"
 
 static const struct {
-    const char *name;
     size_t size;
     size_t material_offset;
 } primitive_kinds[PRIMITIVE_KINDS] = {
-    [PRIMITIVE_TRIANGLE] = {"triangle", sizeof(struct triangle),
-                            offsetof(struct triangle, material)},
-    [PRIMITIVE_PATCH] = {"patch", sizeof(struct patch), offsetof(struct patch, material)},
-    [PRIMITIVE_SPHERE] = {"sphere", sizeof(struct sphere), offsetof(struct sphere, material)},
-    [PRIMITIVE_BOX] = {"box", sizeof(struct box), offsetof(struct box, material)},
-    [PRIMITIVE_CONE] = {"cone", sizeof(struct cone), offsetof(struct cone, material)},
-    [PRIMITIVE_DISC] = {"disc", sizeof(struct disc), offsetof(struct disc, material)},
-    [PRIMITIVE_PLANE] = {"plane", sizeof(struct plane), offsetof(struct plane, material)},
+    [PRIMITIVE_TRIANGLE] = {sizeof(struct triangle), offsetof(struct triangle, material)},
+    [PRIMITIVE_PATCH] = {sizeof(struct patch), offsetof(struct patch, material)},
+    [PRIMITIVE_SPHERE] = {sizeof(struct sphere), offsetof(struct sphere, material)},
+    [PRIMITIVE_BOX] = {sizeof(struct box), offsetof(struct box, material)},
+    [PRIMITIVE_CONE] = {sizeof(struct cone), offsetof(struct cone, material)},
+    [PRIMITIVE_DISC] = {sizeof(struct disc), offsetof(struct disc, material)},
+    [PRIMITIVE_PLANE] = {sizeof(struct plane), offsetof(struct plane, material)},
 };
 
 /* The block is hashed and sent as it is: no byte of it may be padding of unknown content. */
@@ -39,11 +37,6 @@ size_t primitive_size(enum primitive_kind kind)
 size_t primitive_material_offset(enum primitive_kind kind)
 {
     return primitive_kinds[kind].material_offset;
-}
-
-const char *primitive_name(enum primitive_kind kind)
-{
-    return primitive_kinds[kind].name;
 }
 
 uint32_t primitive_material(const struct scene *scene, uint32_t id)

@@ -232,9 +232,6 @@ SCENE_ACCESSOR(planes, plane, PRIMITIVE_PLANE)
 /* Bytes of one element of a kind's span. */
 size_t primitive_size(enum primitive_kind kind);
 
-/* "triangle", "patch", ...: for reports and messages. */
-const char *primitive_name(enum primitive_kind kind);
-
 /* The index of the primitive's material. */
 uint32_t primitive_material(const struct scene *scene, uint32_t id);
 

@@ -244,16 +244,11 @@ static void extend(struct bounds *bounds, struct vec3 point, struct vec3 reach)
         vec3(fmax(bounds->max.x, high.x), fmax(bounds->max.y, high.y), fmax(bounds->max.z, high.z));
 }
 
-static struct vec3 corner(const struct builder *builder, uint32_t index)
-{
-    return ((const struct vec3 *)builder->vertices.items)[index];
-}
-
 static void extend_by_corners(const struct builder *builder, const uint32_t vertex[3],
                               struct bounds *bounds)
 {
     for (int i = 0; i < 3; i++)
-        extend(bounds, corner(builder, vertex[i]), vec3(0, 0, 0));
+        extend(bounds, builder_vertex(builder, vertex[i]), vec3(0, 0, 0));
 }
 
 /* How far a circle of this radius and axis (unit) reaches from its middle along x, y and z. */

@@ -46,7 +46,7 @@ static void resume(struct run *run)
     char again[80] = "";
     if (count.pixels_finished < found->pixels)
         snprintf(again, sizeof again,
-                 ", of which %.1f %% are rendered again (tiles of another cut)",
+                 ", but %.1f %% of the pixels are rendered again (tiles of another cut)",
                  per_cent(run, found->pixels - count.pixels_finished));
     char pass[40] = "";
     if (run->adaptive) snprintf(pass, sizeof pass, " in pass %u", adaptive_passes(run->adaptive));

@@ -40,6 +40,11 @@ to_stdout() { # KEY: into a file, too, where the table does not write over it
 }
 check "the report on stdout" to_stdout report '"version"'
 check "the rows of error on stdout" to_stdout error 'elapsed_s,'
+print_stdout() {
+    run 0 "$FARM" --print-config everything.ini output.report=/dev/stdout &&
+        echo "$out" | grep -q '^report = /dev/stdout$'
+}
+check "--print-config keeps /dev/stdout" print_stdout
 check "an empty name of a scene" wrong 0 'no scene given' ''
 check "rows of error are .csv" wrong 0 'error has an unknown extension, expected .csv' everything.ini \
     output.error=everything.ini

@@ -25,11 +25,6 @@ struct scaled {
     int length, speed;
 };
 
-static struct vec3 vec_ldexp(struct vec3 v, int exponent)
-{
-    return vec3(ldexp(v.x, exponent), ldexp(v.y, exponent), ldexp(v.z, exponent));
-}
-
 static struct scaled scaled_of(const struct cone *cone, const struct ray *ray)
 {
     struct scaled it = {*cone, ray->origin, ray->direction, 0, 0};
@@ -40,12 +35,12 @@ static struct scaled scaled_of(const struct cone *cone, const struct ray *ray)
     if (cone_is_ordinary(cone, ray->origin, ray->direction)) return it;
     (void)frexp(reach, &it.length);
     (void)frexp(speed, &it.speed);
-    it.cone.base = vec_ldexp(cone->base, -it.length);
-    it.cone.apex = vec_ldexp(cone->apex, -it.length);
+    it.cone.base = vec_scale_exactly(cone->base, -it.length);
+    it.cone.apex = vec_scale_exactly(cone->apex, -it.length);
     it.cone.base_radius = ldexp(cone->base_radius, -it.length);
     it.cone.apex_radius = ldexp(cone->apex_radius, -it.length);
-    it.origin = vec_ldexp(ray->origin, -it.length);
-    it.direction = vec_ldexp(ray->direction, -it.speed);
+    it.origin = vec_scale_exactly(ray->origin, -it.length);
+    it.direction = vec_scale_exactly(ray->direction, -it.speed);
     return it;
 }
 

@@ -421,7 +421,8 @@ static inline double passed_of(double share, double of)
     return share > 0 && of > 0 ? share * of : 0;
 }
 
-double radiance_share(struct vec3 weight, struct vec3 color)
+/* The largest component of weight times color, which may be infinite, rounded up. */
+static double largest_share(struct vec3 weight, struct vec3 color)
 {
     double x = passed_of(weight.x, color.x), y = passed_of(weight.y, color.y);
     double z = passed_of(weight.z, color.z);
@@ -461,7 +462,7 @@ static struct vec3 this_level(const struct radiance *radiance, uint32_t depth, b
 double radiance_roughly(const struct radiance *radiance, struct vec3 weight, uint32_t depth,
                         bool shown)
 {
-    return radiance_share(weight, this_level(radiance, depth, shown)) * BOUND_SLACK;
+    return largest_share(weight, this_level(radiance, depth, shown)) * BOUND_SLACK;
 }
 
 double radiance_of(const struct radiance *radiance, const struct ray *ray, struct vec3 weight,
@@ -479,5 +480,5 @@ double radiance_of(const struct radiance *radiance, const struct ray *ray, struc
     if (good && radiance->single && ray->from != PRIMITIVE_NONE) drop_left(radiance, ray, met);
     struct vec3 most = good ? background(view, ray->direction) : sky_of(view);
     raise_by_met(radiance, met, next, &most);
-    return radiance_share(weight, most) * BOUND_SLACK;
+    return largest_share(weight, most) * BOUND_SLACK;
 }

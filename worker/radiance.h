@@ -62,9 +62,6 @@ double radiance_roughly(const struct radiance *radiance, struct vec3 weight, uin
 /* The largest component of R of a primary ray. */
 double radiance_most(const struct radiance *radiance);
 
-/* The largest component of weight times color, which may be infinite, rounded up. */
-double radiance_share(struct vec3 weight, struct vec3 color);
-
 /* Whether surfaces can pass on more light than falls on them: transmission * colour > 1. */
 bool radiance_light_grows(const struct scene *scene);
 

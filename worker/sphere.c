@@ -13,11 +13,6 @@ struct scaled {
     int length, speed;
 };
 
-static struct vec3 vec_ldexp(struct vec3 v, int exponent)
-{
-    return vec3(ldexp(v.x, exponent), ldexp(v.y, exponent), ldexp(v.z, exponent));
-}
-
 static struct scaled scaled_of(const struct sphere *sphere, const struct ray *ray)
 {
     struct scaled scaled = {*sphere, ray->origin, ray->direction, 0, 0};
@@ -27,10 +22,10 @@ static struct scaled scaled_of(const struct sphere *sphere, const struct ray *ra
         return scaled;
     (void)frexp(fmax(reach, sphere->radius), &scaled.length);
     (void)frexp(speed, &scaled.speed);
-    scaled.sphere.center = vec_ldexp(sphere->center, -scaled.length);
+    scaled.sphere.center = vec_scale_exactly(sphere->center, -scaled.length);
     scaled.sphere.radius = ldexp(sphere->radius, -scaled.length);
-    scaled.origin = vec_ldexp(ray->origin, -scaled.length);
-    scaled.direction = vec_ldexp(ray->direction, -scaled.speed);
+    scaled.origin = vec_scale_exactly(ray->origin, -scaled.length);
+    scaled.direction = vec_scale_exactly(ray->direction, -scaled.speed);
     return scaled;
 }
 

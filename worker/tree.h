@@ -84,14 +84,6 @@ void tree_rate(struct tree *tree, struct branch *pending, double bound);
 /* Takes out the ray that tree_next() has told. */
 void tree_remove(struct tree *tree, const struct branch *pending, struct branch *branch);
 
-/* Takes out the next ray; false: there is none, as above. */
-static inline bool tree_pop(struct tree *tree, double cutoff, struct branch *branch)
-{
-    struct branch *next = tree->count > 0 ? tree_next(tree, cutoff) : NULL;
-    if (next) tree_remove(tree, next, branch);
-    return next;
-}
-
 /* What all pending rays can add together; an upper bound as well. */
 double tree_sum(const struct tree *tree);
 
