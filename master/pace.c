@@ -143,7 +143,7 @@ void pace_restart(struct pace *pace)
     for (uint32_t i = 0; i < pace->count; i++) {
         struct pace_renderer *r = &pace->renderers[i];
         pace_overlook(pace, i);
-        *r = (struct pace_renderer){.speed = r->speed, .since = NAN};
+        *r = (struct pace_renderer){.speed = r->speed, .since = (double)NAN};
     }
     pace->speed = pace->holding = pace->holding_until = 0;
     pace->holders = 0;
@@ -209,7 +209,7 @@ void pace_given(struct pace *pace, uint32_t renderer, double now, double work)
 void pace_has(struct pace *pace, uint32_t renderer, double now, double work)
 {
     pace_given(pace, renderer, now, work);
-    pace->renderers[renderer].since = NAN;
+    pace->renderers[renderer].since = (double)NAN;
 }
 
 /*

@@ -42,7 +42,7 @@ static void post_receive(struct post *post, int slot)
 
 static void reserve_sends(struct post *post, int room)
 {
-    size_t requests = (size_t)(post->receives + room);
+    size_t requests = (size_t)post->receives + (size_t)room;
     post->room = room;
     post->requests = reallocate(post->requests, requests, sizeof *post->requests);
     post->slots = reallocate(post->slots, requests, sizeof *post->slots);

@@ -494,13 +494,6 @@ uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, do
     return id;
 }
 
-void queue_prioritize(struct queue *queue, uint32_t id, double priority)
-{
-    if (!heap_has(&queue->waiting, id)) return;
-    queue->items[id].priority = priority;
-    heap_put(&queue->waiting, id, priority);
-}
-
 double queue_work(const struct queue *queue, const struct tile *tile)
 {
     struct item item = {.x = tile->x, .y = tile->y, .w = tile->w, .h = tile->h};

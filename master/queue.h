@@ -150,9 +150,6 @@ void queue_served(struct queue *queue, double seconds, double pixels);
  */
 uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, double priority);
 
-/* Another priority for a tile that waits; nothing happens when it does not. */
-void queue_prioritize(struct queue *queue, uint32_t id, double priority);
-
 /* What pass 0 of this tile is predicted to cost, in units of the queue's own. */
 double queue_work(const struct queue *queue, const struct tile *tile);
 

@@ -83,13 +83,12 @@ static INLINED void finish_only(struct renderer *renderer, uint32_t pixel, struc
     note_truncation(renderer, truncation, 1);
 }
 
-static INLINED void add(struct renderer *renderer, uint32_t pixel, struct vec3 color,
-                        double truncation, uint32_t rays)
+static INLINED void add_sample(struct renderer *renderer, uint32_t pixel, struct vec3 color,
+                               double truncation, uint32_t rays)
 {
     struct progress *progress = &renderer->progress;
     struct task_cursor *adds = &progress->adds;
     uint32_t begin = adds->begin, end = adds->end, so_far = adds->sample + 1 - begin;
-    progress->added++;
     if (end - begin == 1) {
         finish_only(renderer, pixel, color, truncation, rays);
         cursor_advance(adds, &progress->task, &renderer->scene->view);
@@ -106,15 +105,12 @@ static INLINED void add(struct renderer *renderer, uint32_t pixel, struct vec3 c
         finish_pixel(renderer, pixel, begin, end);
 }
 
-void add_sample(struct renderer *renderer, const struct finished *sample)
+void add_samples(struct renderer *renderer, uint32_t count)
 {
-    add(renderer, sample->pixel, sample->color, sample->truncation, sample->traced);
-}
-
-void add_flat_wave(struct renderer *renderer)
-{
-    for (uint32_t i = 0; i < renderer->count; i++) {
-        const struct path *path = &renderer->paths[i];
-        add(renderer, path->pixel, finished_sum(renderer, &path->color), 0, path->traced);
+    for (uint32_t p = 0; p < count; p++) {
+        const struct path *path = &renderer->paths[p];
+        double truncation = path->branched ? omission_bound(&renderer->further[p].omission) : 0;
+        add_sample(renderer, path->pixel, finished_sum(renderer, &path->color), truncation,
+                   path->traced);
     }
 }

@@ -9,12 +9,9 @@
 
 /*
  * The functions below that take `flat` are compiled twice: true for a scene in which nothing
- * reflects or refracts. Every sample is one ray then, of weight 1, so that there are no trees, no
- * media and no waiting for other samples.
+ * reflects or refracts. Every sample is one ray then, of weight 1, so that there are no trees and no
+ * media.
  */
-
-/* A wave begins with so many new samples at least: neighbours, whose rays keep together. */
-#define FRESH_MIN 64
 
 /* What may bring more cutoffs than this is traced in any case, or nearly so. */
 #define COARSE_CUTOFFS 4
@@ -96,15 +93,6 @@ const struct scene *renderer_scene(const struct renderer *renderer)
     return renderer->scene;
 }
 
-static void finish_path(struct renderer *renderer, uint32_t p)
-{
-    const struct path *path = &renderer->paths[p];
-    double truncation = path->branched ? omission_bound(&renderer->further[p].omission) : 0;
-    renderer->finished[path->index % WINDOW] = (struct finished){
-        finished_sum(renderer, &path->color), truncation, path->pixel, path->traced, true};
-    renderer->idle[renderer->idle_count++] = p;
-}
-
 /*
  * The next ray that is shown. How bright it can be is looked at more closely when its turn comes,
  * not before: most of those that are never traced need not be.
@@ -157,10 +145,7 @@ static void continue_paths(struct renderer *renderer)
     for (uint32_t i = 0; i < paths; i++) {
         uint32_t p = renderer->owner[i], slot = renderer->count;
         struct branch *branch = &renderer->branches[slot];
-        if (!next_branch(renderer, p, branch)) {
-            finish_path(renderer, p);
-            continue;
-        }
+        if (!next_branch(renderer, p, branch)) continue;
         renderer->rays[slot] = branch->ray;
         renderer->owner[slot] = p;
         renderer->count++;
@@ -252,67 +237,44 @@ static void arrange_refinements(struct renderer *renderer)
     renderer->progress.task.refinements = renderer->refinements;
 }
 
-static INLINED void start_path(struct renderer *renderer, uint32_t slot, bool flat)
+static INLINED void start_path(struct renderer *renderer, uint32_t p, bool flat)
 {
-    struct progress *progress = &renderer->progress;
-    uint32_t p = flat ? slot : renderer->idle[--renderer->idle_count];
+    const struct progress *progress = &renderer->progress;
     struct path *path = &renderer->paths[p];
     path->color = (struct color_sum){{0, 0, 0}, {0, 0, 0}};
     path->pixel = progress->place;
     path->sample = progress->next.sample;
-    path->bad = false;
+    path->bad = path->bounding = path->branched = false;
     path->traced = 1;
-    progress->started++;
     if (flat) return;
-    path->bounding = path->branched = false;
     path->rays = 1;
-    path->index = progress->started - 1;
-    struct branch *primary = &renderer->branches[slot];
+    struct branch *primary = &renderer->branches[p];
     primary->weight = vec3(1, 1, 1);
     primary->depth = 0;
     primary->media = renderer->eye_media;
     primary->kind = RAY_PRIMARY;
-    renderer->owner[slot] = p;
+    renderer->owner[p] = p;
 }
 
-/* So many new samples join the wave. */
-static INLINED void start_paths(struct renderer *renderer, uint32_t fresh, bool flat)
+/* The first wave of the next samples, which are neighbours: their further rays keep together, too, as
+ * long as no others join them. */
+static INLINED void start_paths(struct renderer *renderer, bool flat)
 {
     const struct view *view = &renderer->scene->view;
     struct progress *progress = &renderer->progress;
-    uint32_t first = renderer->count;
-    for (uint32_t i = 0; i < fresh; i++) {
+    uint64_t left = progress->samples - progress->started;
+    uint32_t count = left < WAVE ? (uint32_t)left : WAVE;
+    for (uint32_t p = 0; p < count; p++) {
         if (progress->next.sample == progress->next.begin) locate_pixel(renderer);
-        sample_put(&renderer->samples, i, progress->x, progress->y, progress->next.sample);
-        start_path(renderer, first + i, flat);
+        sample_put(&renderer->samples, p, progress->x, progress->y, progress->next.sample);
+        start_path(renderer, p, flat);
         cursor_advance(&progress->next, &progress->task, view);
     }
-    sample_rays(view, &renderer->samples, fresh, renderer->rays + first);
-    renderer->counts.rays[RAY_PRIMARY] += fresh;
-    renderer->count += fresh;
-}
-
-/* New samples take the places of finished ones, many at a time. */
-static void refill_wave(struct renderer *renderer)
-{
-    const struct progress *progress = &renderer->progress;
-    uint64_t left = progress->samples - progress->started;
-    uint64_t room = WINDOW - (progress->started - progress->added);
-    uint64_t fresh = left < room ? left : room;
-    if (fresh > renderer->idle_count) fresh = renderer->idle_count;
-    if (fresh >= FRESH_MIN || fresh == left) start_paths(renderer, (uint32_t)fresh, false);
-}
-
-/* Adds the finished samples to their pixels, as far as none is missing before them. */
-static void add_finished(struct renderer *renderer)
-{
-    const struct progress *progress = &renderer->progress;
-    while (progress->added < progress->started) {
-        struct finished *next = &renderer->finished[progress->added % WINDOW];
-        if (!next->waits) break;
-        next->waits = false;
-        add_sample(renderer, next);
-    }
+    sample_rays(view, &renderer->samples, count, renderer->rays);
+    progress->started += count;
+    renderer->counts.rays[RAY_PRIMARY] += count;
+    renderer->count = count;
+    renderer->bounding = 0;
 }
 
 static bool is_interrupted(const struct renderer *renderer)
@@ -323,26 +285,27 @@ static bool is_interrupted(const struct renderer *renderer)
 /* false: interrupted */
 static bool trace_trees(struct renderer *renderer)
 {
-    for (;;) {
-        continue_paths(renderer);
-        add_finished(renderer);
-        refill_wave(renderer);
-        if (renderer->count == 0) return true;
-        if (is_interrupted(renderer)) return false;
-        trace_wave(renderer);
+    const struct progress *progress = &renderer->progress;
+    while (progress->started < progress->samples) {
+        start_paths(renderer, false);
+        uint32_t samples = renderer->count;
+        for (; renderer->count > 0; continue_paths(renderer)) {
+            if (is_interrupted(renderer)) return false;
+            trace_wave(renderer);
+        }
+        add_samples(renderer, samples);
     }
+    return true;
 }
 
 static bool trace_flat(struct renderer *renderer)
 {
     const struct progress *progress = &renderer->progress;
     while (progress->started < progress->samples) {
-        uint64_t left = progress->samples - progress->started;
-        renderer->count = 0;
-        start_paths(renderer, left < WAVE ? (uint32_t)left : WAVE, true);
+        start_paths(renderer, true);
         if (is_interrupted(renderer)) return false;
         trace_flat_wave(renderer);
-        add_flat_wave(renderer);
+        add_samples(renderer, renderer->count);
     }
     return true;
 }
@@ -351,13 +314,6 @@ void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupt
 {
     renderer->interrupted = interrupted;
     renderer->context = context;
-}
-
-/* Finished samples of a task that was interrupted. */
-static void forget_finished(struct renderer *renderer)
-{
-    for (uint32_t i = 0; i < WINDOW; i++)
-        renderer->finished[i].waits = false;
 }
 
 /* Stacks kept from earlier tiles save nothing but time: many of them go. */
@@ -375,9 +331,6 @@ static void begin_task(struct renderer *renderer, const struct task *task)
     if (!task->first) progress->halfway = samples_halfway(level_samples(view, 1));
     renderer->counts = (struct render_counts){0};
     renderer->count = renderer->facing_count = 0;
-    renderer->idle_count = WAVE;
-    for (uint32_t i = 0; i < WAVE; i++)
-        renderer->idle[i] = WAVE - 1 - i;
     if (media_count(renderer->media) > MEDIA_KEPT) begin_media(renderer);
 }
 
@@ -385,10 +338,7 @@ bool renderer_task(struct renderer *renderer, const struct task *task, struct re
 {
     double start = clock_wall();
     begin_task(renderer, task);
-    if (!(renderer->flat ? trace_flat(renderer) : trace_trees(renderer))) {
-        forget_finished(renderer);
-        return false;
-    }
+    if (!(renderer->flat ? trace_flat(renderer) : trace_trees(renderer))) return false;
     renderer->counts.shade_s = clock_wall() - start - renderer->counts.intersect_s;
     *counts = renderer->counts;
     return true;

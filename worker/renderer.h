@@ -15,9 +15,6 @@
 #include "worker/task.h"
 #include "worker/tree.h"
 
-/* Samples that wait for earlier ones of the tile before they are added to their pixel. */
-#define WINDOW (UINT64_C(4) * WAVE)
-
 /* One sample on its way. All there is of one that is a single ray comes first. */
 struct path {
     struct color_sum color;
@@ -28,22 +25,12 @@ struct path {
     bool bounding;   /* all that is shown is traced; the rest goes into the bound */
     bool branched;   /* it has more than its first ray */
     uint64_t rays;   /* traced so far to be shown, without shadow rays */
-    uint64_t index;  /* of the tile's samples */
 };
 
 /* The further rays of a sample that has branched; most samples of many pictures never do. */
 struct further {
     struct tree tree;
     struct omission omission;
-};
-
-/* A sample that is done. */
-struct finished {
-    struct vec3 color;
-    double truncation;
-    uint32_t pixel;  /* of the tile */
-    uint32_t traced; /* as of the path */
-    bool waits;
 };
 
 /* A point of the wave, and a light on its lit side. */
@@ -55,7 +42,7 @@ struct facing {
 struct progress {
     struct task task;
     uint64_t samples; /* of the task */
-    uint64_t started, added;
+    uint64_t started;
     struct task_cursor next;   /* to start, in the order of block_place() */
     uint32_t band, band_begin; /* rows of blocks that it is in, and their first pixel */
     uint32_t place;            /* which pixel of the tile that is */
@@ -84,9 +71,6 @@ struct renderer {
 
     struct path paths[WAVE];
     struct further further[WAVE]; /* of each path */
-    uint32_t idle[WAVE];          /* paths without a sample */
-    uint32_t idle_count;
-    struct finished finished[WINDOW]; /* by index modulo WINDOW */
 
     /* The current wave: slot i traces branches[i] for path owner[i]. */
     uint32_t count;
@@ -128,11 +112,8 @@ void trace_wave(struct renderer *renderer);
 /* The same where the scene is flat. */
 void trace_flat_wave(struct renderer *renderer);
 
-/* Adds the task's next sample, in their order, to its pixel, that one of the tile; hands the pixel
- * over behind the last one. */
-void add_sample(struct renderer *renderer, const struct finished *sample);
-
-/* The same for all samples of a wave, where the scene is flat. */
-void add_flat_wave(struct renderer *renderer);
+/* Adds the samples of the first so many paths, which are the task's next ones in their order, to their
+ * pixels; hands a pixel over behind its last one. */
+void add_samples(struct renderer *renderer, uint32_t count);
 
 #endif

@@ -8,8 +8,8 @@
 
 /*
  * The functions below that take `flat` are compiled twice: true for a scene in which nothing
- * reflects or refracts. Every sample is one ray then, of weight 1, so that there are no trees, no
- * media and no waiting for other samples.
+ * reflects or refracts. Every sample is one ray then, of weight 1, so that there are no trees and no
+ * media.
  */
 
 /* ---- further rays ---- */
