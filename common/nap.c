@@ -4,7 +4,7 @@
 #include <sys/prctl.h>
 #endif
 
-/* ns; a wake-up itself takes some microseconds. */
+/* ns: little beside what a wake-up is late by anyhow (common/nap.h). */
 #define TIMER_SLACK 500ul
 
 void nap_sharpen(void)

@@ -68,10 +68,16 @@ struct error_forecast {
     double samples;             /* of each pixel, to reach that; 0: they differ */
 };
 
+/* Whether there is a number of samples to ask for. */
+static inline bool forecast_tells_samples(const struct error_forecast *forecast)
+{
+    return forecast->samples > 0 && forecast->samples <= SAMPLES_MAX;
+}
+
 /*
- * With the same number of samples everywhere, from how the error went down between samples_halfway() of them
- * and all, the two points; the first one's seconds do not matter. n samples that are spread evenly (worker/sample.h) leave a squared error of n^-3/2 where an edge runs through a pixel
- * (D. Mitchell, "Consequences of stratified sampling in graphics", SIGGRAPH 1996), of up to n^-3 where it
+ * With the same number of samples everywhere, from how the error went down between samples_halfway() of
+ * them and all, the two points; the first one's seconds do not matter. n samples that are spread evenly
+ * (worker/sample.h) leave a squared error of n^-3/2 where an edge runs through a pixel (D. Mitchell, "Consequences of stratified sampling in graphics", SIGGRAPH 1996), of up to n^-3 where it
  * is smooth (A. Owen, "Scrambled net variance for integrals of smooth functions", Ann. Stat. 25, 1997), and
  * of n^-1 where detail is finer than they are. So what is steeper than edges are will not stay so: it is
  * reckoned as the sum of what goes down by FORECAST_EDGE and by FORECAST_SMOOTH, the latter as it went down

@@ -163,11 +163,30 @@ static bool kind_good(const struct named_file *file)
     return path_has_extension(file->path, file->extension) || path_is_device(file->path);
 }
 
+static const char *name_in_folder(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+/* Of a file that need not be there. */
+static bool stat_folder(const char *path, struct stat *status)
+{
+    int length = (int)(name_in_folder(path) - path);
+    char *folder = length > 0 ? format_text("%.*s", length, path) : copy_text(".");
+    bool found = stat(folder, status) == 0;
+    free(folder);
+    return found;
+}
+
 static bool same_file(const char *a, const char *b)
 {
     struct stat first, second;
     if (path_is_device(a)) return false;
-    if (stat(a, &first) != 0 || stat(b, &second) != 0) return strcmp(a, b) == 0;
+    if (stat(a, &first) != 0 || stat(b, &second) != 0) {
+        if (strcmp(name_in_folder(a), name_in_folder(b)) != 0) return false;
+        if (!stat_folder(a, &first) || !stat_folder(b, &second)) return strcmp(a, b) == 0;
+    }
     return first.st_dev == second.st_dev && first.st_ino == second.st_ino;
 }
 

@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <math.h>
 #include <mpi.h>
+#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -119,14 +120,31 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     return status == STATUS_DONE && !watched ? STATUS_FAILED : status;
 }
 
-/* While the first rank of the node builds the BVH, the others do what needs none. */
+struct preparation {
+    const struct scene *scene;
+    struct renderer *renderer;
+};
+
+static void *prepare_renderer(void *argument)
+{
+    struct preparation *it = argument;
+    it->renderer = renderer_prepare(it->scene);
+    return NULL;
+}
+
+/* What needs no BVH is done while that is built: by the first rank of the node in a thread beside, where
+ * others lend it their cores. */
 static struct renderer *start_renderer(struct node_scene *shared)
 {
-    struct renderer *renderer = shared->leads ? NULL : renderer_prepare(shared->scene);
+    pthread_t thread;
+    struct preparation it = {shared->scene, NULL};
+    bool beside = shared->leads && shared->process_count > 1 &&
+                  pthread_create(&thread, NULL, prepare_renderer, &it) == 0;
+    if (!beside) (void)prepare_renderer(&it);
     share_bvh(shared);
-    if (!renderer) renderer = renderer_prepare(shared->scene);
-    renderer_begin(renderer, shared->bvh);
-    return renderer;
+    if (beside) pthread_join(thread, NULL);
+    renderer_begin(it.renderer, shared->bvh);
+    return it.renderer;
 }
 
 /* Returns the exit status; on ranks other than 0 that of a rank that has done its part. */

@@ -16,7 +16,8 @@
 #define LEAST_PART 0.003
 
 /* Share of the master's time that answers take when all lots are of the least length; with N
- * renderers, s per answer and L per lot it is N s / L. Lots begin long, the average is far lower. */
+ * renderers, s per answer and L per lot it is N s / L; more where short results come in parts
+ * (common/protocol.h). Lots begin long, the average is far lower. */
 #define SERVICE_MOST 0.4
 
 /* If all its tiles are as dear as they may be, a lot is at most this part of an even share, or so

@@ -300,7 +300,7 @@ static void put_error(struct table *table, const struct report *report)
         double seconds = forecast_seconds(forecast, goal, &low, &high);
         flow(table, "%.2g would take about %.3g s (%.3g to %.3g)", goal, others + seconds,
              others + low, others + high);
-        if (forecast->samples > 0) flow(table, "with %.0f samples", forecast->samples);
+        if (forecast_tells_samples(forecast)) flow(table, "with %.0f samples", forecast->samples);
         flow(table, "slope %.2f +- %.2f", -forecast->slope, forecast->slope_spread);
     }
     end_flow(table);

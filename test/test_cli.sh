@@ -57,6 +57,9 @@ over_reference() { # KEY: no output takes the reference's place, however it is w
 }
 check "no picture over the reference" over_reference image
 check "no heat map over the reference" over_reference heatmap
+check "no output over another that is not there yet" wrong 0 \
+    '^output.heatmap=./new.png: heatmap is also the name of the image' everything.ini \
+    output.image=new.png output.heatmap=./new.png
 check "a setting without its section" wrong 0 "'samples=4' is neither.*sampling.samples" \
     everything.ini samples=4
 check "--check tries the outputs, too" wrong 0 'output.report' --check everything.ini \

@@ -104,8 +104,8 @@ static void test_forecast_to_a_goal(void **state)
 /* So many that numbers beside powers of two are as good as any. */
 #define MANY (1u << 20)
 
-/* Half of MANY samples and all of them, in terms of 16, of a picture whose squared error is flat n^-1 + edge n^-3/2 +
- * smooth n^-FORECAST_SMOOTH. */
+/* Half of MANY samples and all of them, in terms of 16, of a picture whose squared error is flat n^-1 +
+ * edge n^-3/2 + smooth n^-FORECAST_SMOOTH. */
 static double error_of(const double parts[3], double n)
 {
     return sqrt(parts[0] / n + parts[1] * pow(n, -1.5) + parts[2] * pow(n, -FORECAST_SMOOTH));

@@ -218,10 +218,14 @@ static void build_tree(const struct whole *whole, struct bvh *bvh)
     memset((char *)leaves + leaf_bytes, 0, bvh->bytes - bvh->leaves_offset - leaf_bytes);
 }
 
+/* The tree of fewer primitives is there before threads have started. */
+#define CREW_PRIMITIVES 4096
+
 struct bvh *bvh_build(const struct scene *scene, void *memory, unsigned threads)
 {
     struct bvh *bvh = empty_tree(scene, memory);
     if (bounded_count(scene) == 0) return bvh;
+    if (bounded_count(scene) < CREW_PRIMITIVES) threads = 1;
     struct whole whole = {scene, bvh->center,
                           allocate_large((size_t)leaf_bound(scene) * sizeof *whole.items),
                           threads > 1 ? crew_gather(threads) : NULL};

@@ -9,7 +9,9 @@ unsigned cores_borrow(const int *processes, int count, cpu_set_t *own)
     for (int i = 0; i < count; i++)
         if (sched_getaffinity(processes[i], sizeof theirs, &theirs) == 0)
             CPU_OR(&all, &all, &theirs);
-    if (sched_setaffinity(0, sizeof all, &all) != 0) all = *own;
+    (void)sched_setaffinity(0, sizeof all, &all);
+    /* The system may have granted a part of them (cpusets). */
+    if (sched_getaffinity(0, sizeof all, &all) != 0) return 1;
     int cores = CPU_COUNT(&all);
     return (unsigned)(count < cores ? count : cores);
 }

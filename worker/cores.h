@@ -1,5 +1,5 @@
-/* The cores that the processes of a node may run on. While the others wait, the first one may use all
- * of them. */
+/* The cores that the processes of a node may run on. While the others have nothing to do, or hardly
+ * anything, the first one may use all of them. */
 #ifndef FARM_WORKER_CORES_H
 #define FARM_WORKER_CORES_H
 

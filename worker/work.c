@@ -231,6 +231,7 @@ void unshare_scene(struct node_scene *shared)
 {
     if (shared->window != MPI_WIN_NULL) {
         wait_for_all(shared->node);
+        if (shared->leads) sem_destroy(&shared->head->built);
         MPI_Win_unlock_all(shared->window);
         MPI_Win_free(&shared->window);
     }
