@@ -77,11 +77,12 @@ static inline bool forecast_tells_samples(const struct error_forecast *forecast)
 /*
  * With the same number of samples everywhere, from how the error went down between samples_halfway() of
  * them and all, the two points; the first one's seconds do not matter. n samples that are spread evenly
- * (worker/sample.h) leave a squared error of n^-3/2 where an edge runs through a pixel (D. Mitchell, "Consequences of stratified sampling in graphics", SIGGRAPH 1996), of up to n^-3 where it
- * is smooth (A. Owen, "Scrambled net variance for integrals of smooth functions", Ann. Stat. 25, 1997), and
- * of n^-1 where detail is finer than they are. So what is steeper than edges are will not stay so: it is
- * reckoned as the sum of what goes down by FORECAST_EDGE and by FORECAST_SMOOTH, the latter as it went down
- * in pictures of 19 scenes; what is flatter goes on as it is.
+ * (worker/sample.h) leave a squared error of n^-3/2 where an edge runs through a pixel (D. Mitchell,
+ * "Consequences of stratified sampling in graphics", SIGGRAPH 1996), of up to n^-3 where it is smooth (A.
+ * Owen, "Scrambled net variance for integrals of smooth functions", Ann. Stat. 25, 1997), and of n^-1
+ * where detail is finer than they are. So what is steeper than edges are will not stay so: it is reckoned
+ * as the sum of what goes down by FORECAST_EDGE and by FORECAST_SMOOTH, the latter as it went down in
+ * pictures of 19 scenes; what is flatter goes on as it is.
  *
  * A slope between two errors that are not known well is worth less than what slopes are like elsewhere:
  * both errors are taken to be off by what is most likely if slopes scatter by FORECAST_SLOPE_SPREAD around
@@ -105,8 +106,8 @@ static inline bool forecast_tells_samples(const struct error_forecast *forecast)
 struct error_forecast error_forecast(const struct error_point points[2], uint32_t samples,
                                      double goal);
 
-/* The power of samples, by whole doublings, that the squared error goes down with from the last point to goal,
- * by the same law; FORECAST_EDGE where there is none. */
+/* The power of samples, by whole doublings, that the squared error goes down with from the last point to
+ * goal, by the same law; FORECAST_EDGE where there is none. */
 double error_power(const struct error_point points[2], uint32_t samples, double goal);
 
 /*

@@ -74,8 +74,6 @@ size_t bvh_bytes_bound(const struct scene *scene)
 /* ---- primitives ---- */
 
 /* Some primitives of one kind, in a row, which one thread looks at. */
-#define PART_PRIMITIVES 16384u
-
 struct part {
     enum primitive_kind kind;
     uint32_t begin, end; /* indices */
@@ -97,7 +95,7 @@ static struct collection parts_of(const struct whole *whole)
     for (enum primitive_kind kind = 0; kind < PRIMITIVE_PLANE; kind++) {
         uint32_t end = (uint32_t)whole->scene->primitives[kind].count;
         for (uint32_t begin = 0, next; begin < end; begin = next) {
-            next = end - begin < PART_PRIMITIVES ? end : begin + PART_PRIMITIVES;
+            next = end - begin < ROUND_ITEMS ? end : begin + ROUND_ITEMS;
             all.parts = grow(all.parts, all.count, sizeof *all.parts);
             all.parts[all.count++] =
                 (struct part){.kind = kind, .begin = begin, .end = next, .first = first};
@@ -218,14 +216,11 @@ static void build_tree(const struct whole *whole, struct bvh *bvh)
     memset((char *)leaves + leaf_bytes, 0, bvh->bytes - bvh->leaves_offset - leaf_bytes);
 }
 
-/* The tree of fewer primitives is there before threads have started. */
-#define CREW_PRIMITIVES 4096
-
 struct bvh *bvh_build(const struct scene *scene, void *memory, unsigned threads)
 {
     struct bvh *bvh = empty_tree(scene, memory);
     if (bounded_count(scene) == 0) return bvh;
-    if (bounded_count(scene) < CREW_PRIMITIVES) threads = 1;
+    if (bounded_count(scene) <= SUBTREE_ITEMS) threads = 1; /* there is nothing to share out */
     struct whole whole = {scene, bvh->center,
                           allocate_large((size_t)leaf_bound(scene) * sizeof *whole.items),
                           threads > 1 ? crew_gather(threads) : NULL};

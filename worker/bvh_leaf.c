@@ -93,7 +93,7 @@ uint32_t bvh_write_corners(const struct scene *scene, const double center[3],
 
 /* ---- all leaves ---- */
 
-/* The leaves of some nodes in a row, written by one thread. */
+/* The leaves of some nodes in a row, written by one thread: some thousand entries. */
 #define PART_NODES 256u
 
 struct leaf_part {

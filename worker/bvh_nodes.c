@@ -18,11 +18,10 @@
 #define OVERLAP_OF_ROOT 1e-3
 
 /*
- * What is below a range of so many items, or of this share of all, is a subtree that one thread builds:
+ * What is below a range of SUBTREE_ITEMS, or of this share of all items, is a subtree that one thread builds:
  * a share that keeps many threads busy, as long as that is worth the effort. Where subtrees begin does
  * not depend on how many threads there are, so that the same scene gives the same bytes.
  */
-#define SUBTREE_ITEMS 4096u
 #define SUBTREE_SHARE 32
 
 /* Its root is child `slot` of node `parent`, unless that is the root of all; depth as in build_node(). */

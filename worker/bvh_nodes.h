@@ -9,6 +9,9 @@
 #define LEAF_WEIGHT_MAX (2 * PACK)
 _Static_assert(LEAF_WEIGHT_MAX >= BVH_WIDTH, "bvh_nodes_bound()");
 
+/* All nodes over so many items are built by one thread: some milliseconds. */
+#define SUBTREE_ITEMS 4096u
+
 /*
  * Of items of so much weight, and as many pieces of triangles as there is room for, which weigh 1 each.
  * A node either has eight children, or all of them are leaves and it holds more than LEAF_WEIGHT_MAX in

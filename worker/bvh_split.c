@@ -132,8 +132,7 @@ static void bin_by_center(const struct whole *whole, struct binning *binning, ui
 typedef void bin_items(const struct whole *whole, struct binning *binning, uint32_t begin,
                        uint32_t end);
 
-/* Bins that some of the crew fill, each with the items from round * PART on. */
-#define PART 16384u
+/* Bins that some of the crew fill, each with the items of its round. */
 
 struct bin_parts {
     const struct whole *whole;
@@ -145,8 +144,8 @@ struct bin_parts {
 static void bin_part(void *context, uint32_t round)
 {
     const struct bin_parts *all = context;
-    uint32_t begin = all->begin + round * PART;
-    uint32_t end = all->end - begin < PART ? all->end : begin + PART;
+    uint32_t begin = all->begin + round * ROUND_ITEMS;
+    uint32_t end = all->end - begin < ROUND_ITEMS ? all->end : begin + ROUND_ITEMS;
     all->bin(all->whole, &all->parts[round], begin, end);
 }
 
@@ -169,7 +168,7 @@ static void bin_range(const struct whole *whole, struct binning *binning, const 
                       bin_items *bin)
 {
     uint32_t begin = range->first, end = begin + range->count,
-             parts = (end - begin + PART - 1) / PART;
+             parts = (end - begin + ROUND_ITEMS - 1) / ROUND_ITEMS;
     if (!whole->crew || parts < 2) {
         bin(whole, binning, begin, end);
         return;

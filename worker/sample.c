@@ -115,7 +115,7 @@ void sample_put(struct sample_lanes *lanes, uint32_t i, uint32_t x, uint32_t y, 
     lanes->sample[i] = sample;
 }
 
-/* sample_position() */
+/* sample_position() of all lanes. */
 static FLATTENED void place_lanes(const struct view *view, struct sample_lanes *lanes,
                                   uint32_t count)
 {
