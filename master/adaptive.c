@@ -8,7 +8,7 @@
 #include "common/hash.h"
 #include "common/message.h"
 #include "master/allocation.h"
-#include "master/contrast.h"
+#include "master/expect.h"
 
 /* In one pass a pixel goes up this many levels at most: what is known of it is not enough for more. */
 #define LEVELS_PER_PASS 2
@@ -24,27 +24,11 @@
 #define LATER_SECONDS 1.3
 #define LATER_WEIGHT  0.1
 
-/* The weights of the 5 x 5 pixels around one are products of these, of both axes: a binomial. */
-#define REACH 2
-#define ROWS  (2 * (int64_t)REACH + 1) /* that a filtered value is made of */
-static const double weights[2 * REACH + 1] = {1, 4, 6, 4, 1};
-
-/*
- * What nothing around a pixel has warned of: its own variance is SURPRISE times what it was expected to
- * be. Edges, of which about 5 of the 24 pixels around one are part, hardly ever surprise. Such things are
- * counted by blocks of this many pixels.
- */
-#define SURPRISE   8
-#define BLOCK_EDGE 32u
-
-/* A row of variances: filtered along it, with and without the pixel in the middle. */
-struct filtered {
-    double *with, *without;
-};
-
 struct adaptive {
     struct view view;
     struct canvas *canvas; /* the means */
+    struct crew *crew;     /* that plans; NULL: who calls does, alone */
+    struct levels levels;
     double target;
     unsigned passes;
     bool met;         /* the target */
@@ -59,10 +43,7 @@ struct adaptive {
     float *rays;                   /* of each pixel, per sample: what it costs */
     uint8_t *level;                /* of each pixel */
     uint8_t *next;                 /* which the pass brings it to */
-    float *error;     /* expected squared error of each pixel, when the pass was planned */
-    double *surprise; /* of each block: the variance that nothing has warned of, per pixel */
-    double *variance; /* one row and REACH zeros on either side */
-    struct filtered rows[ROWS]; /* of row y at y mod ROWS */
+    float *error; /* expected squared error of each pixel, when the pass was planned */
 };
 
 static size_t pixel_count(const struct adaptive *adaptive)
@@ -72,29 +53,13 @@ static size_t pixel_count(const struct adaptive *adaptive)
 
 static double samples_of(const struct adaptive *adaptive, uint32_t level)
 {
-    return level_samples(&adaptive->view, level);
+    return adaptive->levels.samples[level];
 }
 
 /* n^3/2 */
 static double power(double samples)
 {
     return samples * sqrt(samples);
-}
-
-static size_t blocks_along(uint32_t size)
-{
-    return (size + BLOCK_EDGE - 1) / BLOCK_EDGE;
-}
-
-static size_t block_count(const struct canvas *canvas)
-{
-    return blocks_along(canvas->width) * blocks_along(canvas->height);
-}
-
-static double *surprise_at(const struct adaptive *adaptive, uint32_t x, uint32_t y)
-{
-    size_t columns = blocks_along(adaptive->canvas->width);
-    return &adaptive->surprise[y / BLOCK_EDGE * columns + x / BLOCK_EDGE];
 }
 
 struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas, double target)
@@ -104,6 +69,7 @@ struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas,
     adaptive->canvas = canvas;
     adaptive->target = target;
     adaptive->last = level_last(view);
+    levels_init(&adaptive->levels, view);
     for (uint32_t level = 1; level <= LEVEL_MAX; level++)
         adaptive->efforts[level + 1] =
             adaptive->efforts[level] + pow(samples_of(adaptive, level), EFFORT_POWER);
@@ -117,25 +83,17 @@ struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas,
     memset(adaptive->next, 1, pixels);
     adaptive->passes = 1;
     adaptive->missing = pixels;
-    size_t width = canvas->width;
-    adaptive->surprise = allocate_zeroed(block_count(canvas), sizeof *adaptive->surprise);
-    adaptive->variance = allocate_zeroed(width + 2 * (size_t)REACH, sizeof *adaptive->variance);
-    for (int i = 0; i <= 2 * REACH; i++) {
-        adaptive->rows[i].with = allocate_zeroed(width, sizeof(double));
-        adaptive->rows[i].without = allocate_zeroed(width, sizeof(double));
-    }
     return adaptive;
+}
+
+void adaptive_lend(struct adaptive *adaptive, struct crew *crew)
+{
+    adaptive->crew = crew;
 }
 
 void adaptive_destroy(struct adaptive *adaptive)
 {
     if (!adaptive) return;
-    for (int i = 0; i <= 2 * REACH; i++) {
-        free(adaptive->rows[i].with);
-        free(adaptive->rows[i].without);
-    }
-    free(adaptive->variance);
-    free(adaptive->surprise);
     free(adaptive->error);
     free(adaptive->next);
     free(adaptive->level);
@@ -146,119 +104,76 @@ void adaptive_destroy(struct adaptive *adaptive)
 
 /* ---- what the pixels tell ---- */
 
-/* The squared error of a pixel as its own halves tell it; 0 where they are not finite. */
-static double own_error(const struct adaptive *adaptive, size_t pixel)
+/* Of a band of rows. */
+static size_t first_pixel(const struct adaptive *adaptive, uint32_t band)
 {
-    const float *difference = adaptive->difference + 3 * pixel;
-    double sum = 0;
-    for (int c = 0; c < 3; c++)
-        sum += (double)difference[c] * (double)difference[c];
-    return sum < HUGE_VAL ? sum / 12 : 0;
+    return (size_t)band_begin(adaptive->canvas, band) * adaptive->canvas->width;
+}
+
+static double error_of(const struct adaptive *adaptive, size_t pixel)
+{
+    return own_error(adaptive->difference + 3 * pixel);
+}
+
+/* Of a band of rows, or of all. */
+struct told {
+    struct error_sum errors;
+    uint64_t pixels, samples; /* pixels that have some */
+};
+
+struct telling {
+    const struct adaptive *adaptive;
+    struct told *bands;
+};
+
+static void sum_band(void *context, uint32_t band)
+{
+    const struct telling *it = context;
+    const struct adaptive *adaptive = it->adaptive;
+    size_t end = first_pixel(adaptive, band + 1);
+    struct told sum = {{0, 0}, 0, 0};
+    for (size_t i = first_pixel(adaptive, band); i < end; i++) {
+        if (adaptive->level[i] == 0) continue;
+        double square = error_of(adaptive, i);
+        sum.errors.squares += square;
+        sum.errors.fourths += square * square;
+        sum.pixels++;
+        sum.samples += level_samples(&adaptive->view, adaptive->level[i]);
+    }
+    it->bands[band] = sum;
+}
+
+static struct told sum_told(const struct adaptive *adaptive, struct crew *crew)
+{
+    uint32_t bands = band_count(adaptive->canvas);
+    struct told all = {{0, 0}, 0, 0};
+    struct telling it = {adaptive, allocate(bands, sizeof *it.bands)};
+    crew_share(crew, bands, sum_band, &it);
+    for (uint32_t k = 0; k < bands; k++) {
+        const struct told *band = &it.bands[k];
+        all.errors.squares += band->errors.squares;
+        all.errors.fourths += band->errors.fourths;
+        all.pixels += band->pixels;
+        all.samples += band->samples;
+    }
+    free(it.bands);
+    return all;
 }
 
 struct error_sum adaptive_errors(const struct adaptive *adaptive, uint64_t *pixels,
                                  uint64_t *samples)
 {
-    struct error_sum sum = {0, 0};
-    size_t count = pixel_count(adaptive);
-    *pixels = *samples = 0;
-    for (size_t i = 0; i < count; i++) {
-        if (adaptive->level[i] == 0) continue;
-        double square = own_error(adaptive, i);
-        sum.squares += square;
-        sum.fourths += square * square;
-        *pixels += 1;
-        *samples += level_samples(&adaptive->view, adaptive->level[i]);
-    }
-    return sum;
+    struct told told = sum_told(adaptive, NULL);
+    *pixels = told.pixels;
+    *samples = told.samples;
+    return told.errors;
 }
 
-/* Row y of the variances, filtered; rows outside of the picture are 0. */
-static void filter_row(struct adaptive *adaptive, int64_t y)
+static void expect(struct adaptive *adaptive)
 {
-    struct filtered *row = &adaptive->rows[(y + ROWS) % ROWS];
-    uint32_t width = adaptive->canvas->width;
-    double *variance = adaptive->variance + REACH;
-    bool inside = y >= 0 && y < adaptive->canvas->height;
-    for (uint32_t x = 0; x < width; x++) {
-        size_t i = (size_t)(inside ? y : 0) * width + x;
-        double samples = samples_of(adaptive, adaptive->level[i]);
-        variance[x] = inside ? own_error(adaptive, i) * power(samples) : 0;
-    }
-    for (uint32_t x = 0; x < width; x++) {
-        const double *at = adaptive->variance + x;
-        row->without[x] = weights[0] * (at[0] + at[4]) + weights[1] * (at[1] + at[3]);
-        row->with[x] = row->without[x] + weights[2] * at[2];
-    }
-}
-
-/* The sum of the weights that lie in the picture, along one axis. */
-static double weight_inside(uint32_t at, uint32_t size)
-{
-    double sum = 0;
-    for (int k = -REACH; k <= REACH; k++) {
-        int64_t there = (int64_t)at + k;
-        if (there >= 0 && there < size) sum += weights[k + REACH];
-    }
-    return sum;
-}
-
-/* v of the pixel; rows y - REACH .. y + REACH are filtered. */
-static double variance_around(const struct adaptive *adaptive, uint32_t x, uint32_t y,
-                              double row_weight, double column_weight)
-{
-    double sum = 0;
-    for (uint32_t k = 0; k <= 2 * REACH; k++) {
-        /* Row y + k - REACH, of any sign, modulo 2 REACH + 1. */
-        const struct filtered *row = &adaptive->rows[(y + k + REACH + 1) % (2 * REACH + 1)];
-        sum += weights[k] * (k == REACH ? row->without[x] : row->with[x]);
-    }
-    double weight = row_weight * column_weight - weights[REACH] * weights[REACH];
-    return weight > 0 ? sum / weight : 0;
-}
-
-static void expect_row(struct adaptive *adaptive, uint32_t y)
-{
-    const struct canvas *canvas = adaptive->canvas;
-    double column_weight = weight_inside(y, canvas->height);
-    for (uint32_t x = 0; x < canvas->width; x++) {
-        size_t i = (size_t)y * canvas->width + x;
-        double samples = samples_of(adaptive, adaptive->level[i]);
-        double row_weight = weight_inside(x, canvas->width);
-        double around = variance_around(adaptive, x, y, row_weight, column_weight);
-        struct contrast contrast = contrast_of(canvas, x, y);
-        double missed = (contrast.largest + contrast.across) / (samples * samples);
-        double own = own_error(adaptive, i) * power(samples);
-        if (own > SURPRISE * (around + contrast.across))
-            *surprise_at(adaptive, x, y) += own / (BLOCK_EDGE * BLOCK_EDGE);
-        adaptive->error[i] = (float)((around + contrast.across) / power(samples) + missed);
-    }
-}
-
-/* What surprises there may still be. */
-static void expect_surprises(struct adaptive *adaptive)
-{
-    const struct canvas *canvas = adaptive->canvas;
-    for (uint32_t y = 0; y < canvas->height; y++) {
-        for (uint32_t x = 0; x < canvas->width; x++) {
-            size_t i = (size_t)y * canvas->width + x;
-            double samples = samples_of(adaptive, adaptive->level[i]);
-            adaptive->error[i] += (float)(*surprise_at(adaptive, x, y) / power(samples));
-        }
-    }
-}
-
-/* e of every pixel */
-static void expect_errors(struct adaptive *adaptive)
-{
-    memset(adaptive->surprise, 0, block_count(adaptive->canvas) * sizeof *adaptive->surprise);
-    for (int64_t y = -REACH; y < REACH; y++)
-        filter_row(adaptive, y);
-    for (uint32_t y = 0; y < adaptive->canvas->height; y++) {
-        filter_row(adaptive, (int64_t)y + REACH);
-        expect_row(adaptive, y);
-    }
-    expect_surprises(adaptive);
+    struct sampled pixels = {adaptive->canvas, adaptive->difference, adaptive->level,
+                             &adaptive->levels};
+    expect_errors(&pixels, adaptive->crew, adaptive->error);
 }
 
 /* ---- what they cost ---- */
@@ -292,7 +207,7 @@ static struct allocation *allocate_all(const struct adaptive *adaptive, double t
         double error = (double)adaptive->error[i];
         if (error < HUGE_VAL)
             allocation_add(allocation, gain_of(adaptive, i),
-                           told > 0 ? own_error(adaptive, i) : error, effort_of(adaptive, i),
+                           told > 0 ? error_of(adaptive, i) : error, effort_of(adaptive, i),
                            adaptive->last - adaptive->level[i]);
     }
     return allocation;
@@ -309,51 +224,73 @@ static void learn(struct adaptive *adaptive, double squares)
     adaptive->promised = 0;
 }
 
-/* What the plan that was just made expects to be left, of pixels' errors as their halves tell them. */
-static void promise(struct adaptive *adaptive, double squares)
+/* Of a band: pixels that go up, and what is expected to be left of the errors as all of its halves tell
+ * them. */
+struct step {
+    uint64_t missing;
+    double left;
+};
+
+struct stepping {
+    struct adaptive *adaptive;
+    double limit;
+    struct step *bands;
+};
+
+/* Its pixels' next levels. */
+static void step_band(void *context, uint32_t band)
 {
-    double left = 0;
-    size_t pixels = pixel_count(adaptive);
-    for (size_t i = 0; i < pixels; i++) {
-        double before = samples_of(adaptive, adaptive->level[i]);
-        double after = samples_of(adaptive, adaptive->next[i]);
-        left += own_error(adaptive, i) * power(before / after);
+    const struct stepping *it = context;
+    struct adaptive *adaptive = it->adaptive;
+    size_t end = first_pixel(adaptive, band + 1);
+    struct step step = {0, 0};
+    for (size_t i = first_pixel(adaptive, band); i < end; i++) {
+        unsigned level = adaptive->level[i], most = adaptive->last - level;
+        if (most > LEVELS_PER_PASS) most = LEVELS_PER_PASS;
+        unsigned up = allocation_doublings(gain_of(adaptive, i), it->limit, most);
+        adaptive->next[i] = (uint8_t)(level + up);
+        step.missing += up > 0;
+        step.left += error_of(adaptive, i) *
+                     power(samples_of(adaptive, level) / samples_of(adaptive, level + up));
     }
-    adaptive->promised = squares > 0 ? left / squares : 0;
-    adaptive->before = squares;
+    it->bands[band] = step;
 }
 
-/* Every pixel's next level; returns whether any goes up. */
-static bool assign_levels(struct adaptive *adaptive, double limit)
+/* Every pixel's next level, and with them what the pass promises; returns whether any goes up. squares:
+ * the sum of what halves tell. */
+static bool assign_levels(struct adaptive *adaptive, double limit, double squares)
 {
     assert(adaptive->missing == 0);
-    size_t pixels = pixel_count(adaptive);
-    for (size_t i = 0; i < pixels; i++) {
-        unsigned most = adaptive->last - adaptive->level[i];
-        if (most > LEVELS_PER_PASS) most = LEVELS_PER_PASS;
-        unsigned up = allocation_doublings(gain_of(adaptive, i), limit, most);
-        adaptive->next[i] = (uint8_t)(adaptive->level[i] + up);
-        adaptive->missing += up > 0;
+    uint32_t bands = band_count(adaptive->canvas);
+    double left = 0;
+    struct stepping it = {adaptive, limit, allocate(bands, sizeof *it.bands)};
+    crew_share(adaptive->crew, bands, step_band, &it);
+    for (uint32_t k = 0; k < bands; k++) {
+        adaptive->missing += it.bands[k].missing;
+        left += it.bands[k].left;
     }
-    return adaptive->missing > 0;
+    free(it.bands);
+    if (adaptive->missing == 0) return false;
+    adaptive->promised = squares > 0 ? left / squares : 0;
+    adaptive->before = squares;
+    return true;
 }
 
 bool adaptive_plan(struct adaptive *adaptive)
 {
-    uint64_t pixels, samples;
-    struct error_sum told = adaptive_errors(adaptive, &pixels, &samples);
-    struct error_estimate estimate = error_estimate(&told, pixels, adaptive->passes);
-    learn(adaptive, told.squares);
+    struct told told = sum_told(adaptive, adaptive->crew);
+    double squares = told.errors.squares;
+    struct error_estimate estimate = error_estimate(&told.errors, told.pixels, adaptive->passes);
+    learn(adaptive, squares);
     adaptive->met = adaptive->target > 0 && estimate.high <= adaptive->target;
     if (adaptive->met) return false;
-    expect_errors(adaptive);
-    struct allocation *allocation = allocate_all(adaptive, told.squares);
+    expect(adaptive);
+    struct allocation *allocation = allocate_all(adaptive, squares);
     double share = fmax(PASS_AIM_MIN, adaptive->target / estimate.high);
     if (share > PASS_AIM_MAX) share = PASS_AIM_MAX;
     double limit = allocation_limit(allocation, share * share * allocation_told(allocation));
     allocation_destroy(allocation);
-    if (!assign_levels(adaptive, limit)) return false;
-    promise(adaptive, told.squares);
+    if (!assign_levels(adaptive, limit, squares)) return false;
     adaptive->passes++;
     return true;
 }
@@ -383,9 +320,9 @@ static double seconds_per_effort(const struct adaptive *adaptive)
 
 double adaptive_foresee(struct adaptive *adaptive, double rmse, double power)
 {
-    uint64_t pixels, samples;
-    struct error_sum told = adaptive_errors(adaptive, &pixels, &samples);
-    if (pixels < pixel_count(adaptive) || !(told.squares > 0)) return HUGE_VAL;
+    struct told told = sum_told(adaptive, adaptive->crew);
+    double squares = told.errors.squares;
+    if (told.pixels < pixel_count(adaptive) || !(squares > 0)) return HUGE_VAL;
     /* A pass that promised to leave a share s left s^exponent: 0.94 to 1.11 after the first whole
      * pass of four scenes, 0.92 to 1.08 after more; one of a few pixels tells hardly anything.
      * So: as if one whole pass had kept its promise before them. */
@@ -393,10 +330,10 @@ double adaptive_foresee(struct adaptive *adaptive, double rmse, double power)
     double exponent = (adaptive->log_kept + whole) / (adaptive->log_promised + whole);
     if (adaptive->passes == 1) exponent = power / FORECAST_EDGE; /* promises are for edges */
     if (!(exponent > 0)) return HUGE_VAL;
-    double share = pow(rmse * rmse * (double)pixels / told.squares, 1 / exponent);
+    double share = pow(rmse * rmse * (double)told.pixels / squares, 1 / exponent);
     if (share >= 1) return 0;
-    expect_errors(adaptive);
-    struct allocation *allocation = allocate_all(adaptive, told.squares);
+    expect(adaptive);
+    struct allocation *allocation = allocate_all(adaptive, squares);
     double limit = allocation_limit(allocation, share * allocation_told(allocation));
     double effort = limit > 0 ? allocation_under(allocation, limit).effort : HUGE_VAL;
     allocation_destroy(allocation);

@@ -13,7 +13,7 @@
  *        tell (worker/task.h): (A - B)^2 / 4 n^3/2. Its own halves are left out of it. A pixel that
  *        stopped because its halves agreed by chance would make the estimate of the error too
  *        small; so what its halves differ by does not decide about its own samples, but as one of some
- *        thousand pixels of a surprise (master/adaptive.c). Their mean does, by C and P.
+ *        thousand pixels of a surprise (master/expect.c). Their mean does, by C and P.
  *   P  = the most that -(c - m) . (c' - m) / 3 is for its own mean m, that neighbour's mean c of the 8
  *        which differs most from it, and any other one's, c': the variance of a single sample where
  *        an edge between the two colours runs through the pixel, and about 0 beside the edge, where
@@ -43,6 +43,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "common/crew.h"
 #include "common/refinement.h"
 #include "common/scene.h"
 #include "common/tile.h"
@@ -58,6 +59,10 @@ struct adaptive;
  */
 struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas, double target);
 void adaptive_destroy(struct adaptive *adaptive);
+
+/* Plans are from now on made by the crew, the caller's, which nobody else uses meanwhile; NULL: by the caller
+ * alone. They are the same. */
+void adaptive_lend(struct adaptive *adaptive, struct crew *crew);
 
 /*
  * Plans the next pass, all pixels of the last one being in. false: none is needed, as the target is

@@ -4,40 +4,114 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* there - here; false: it is not finite. */
-static bool difference_to(const struct canvas *canvas, size_t here, size_t there, double by[3])
+/* Pixels that are looked at together: what is known of them stays in the first-level cache. */
+#define CHUNK 128u
+
+/* Compiled to SIMD instructions: no pixel depends on another one. */
+#define OVER_PIXELS _Pragma("omp simd")
+
+void color_row_take(const struct color_row *row, const struct canvas *canvas, int64_t y)
 {
-    double square = 0;
-    for (size_t c = 0; c < 3; c++) {
-        by[c] = (double)canvas->rgb[3 * there + c] - (double)canvas->rgb[3 * here + c];
-        square += by[c] * by[c];
+    uint32_t width = canvas->width;
+    bool inside = y >= 0 && y < canvas->height;
+    const float *rgb = canvas->rgb + (inside ? 3 * (size_t)width * (size_t)y : 0);
+    for (unsigned c = 0; c < 3; c++) {
+        float *plane = row->plane[c];
+        plane[0] = plane[width + 1] = NAN;
+        for (uint32_t x = 0; x < width; x++)
+            plane[x + 1] = inside ? rgb[3 * (size_t)x + c] : NAN;
     }
-    return square < HUGE_VAL;
 }
 
-static double product(const double a[3], const double b[3])
+/* Differences of some pixels' colours, and their squares: of neighbours that do not count 0. */
+struct differences {
+    double x[CHUNK], y[CHUNK], z[CHUNK], square[CHUNK];
+};
+
+/* To the k-th of 3 x 3 neighbours, row by row. */
+static void find_differences(const struct color_row rows[3], uint32_t first, uint32_t count,
+                             unsigned k, struct differences *to)
 {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    const float *here[3], *there[3];
+    for (unsigned c = 0; c < 3; c++) {
+        here[c] = rows[1].plane[c] + first + 1;
+        there[c] = rows[k / 3].plane[c] + first + k % 3;
+    }
+    OVER_PIXELS
+    for (uint32_t i = 0; i < count; i++) {
+        double x = (double)there[0][i] - (double)here[0][i];
+        double y = (double)there[1][i] - (double)here[1][i];
+        double z = (double)there[2][i] - (double)here[2][i];
+        double square = x * x + y * y + z * z;
+        to->x[i] = x;
+        to->y[i] = y;
+        to->z[i] = z;
+        to->square[i] = square < HUGE_VAL ? square : 0;
+    }
 }
 
-struct contrast contrast_of(const struct canvas *canvas, uint32_t x, uint32_t y)
+/* Of whole chunks, one selection to a loop: so the compiler makes no branch of it. */
+static void select_farther(const double *restrict square, const double *restrict farthest,
+                           const double *restrict from, double *restrict to)
 {
-    size_t width = canvas->width, here = (size_t)y * width + x;
-    double by[8][3];
-    unsigned count = 0, far = 0;
-    uint32_t left = x > 0 ? x - 1 : x, right = x + 1 < width ? x + 1 : x;
-    uint32_t above = y > 0 ? y - 1 : y, below = y + 1 < canvas->height ? y + 1 : y;
-    for (uint32_t v = above; v <= below; v++) {
-        for (uint32_t u = left; u <= right; u++) {
-            size_t there = (size_t)v * width + u;
-            if (there == here || !difference_to(canvas, here, there, by[count])) continue;
-            if (product(by[count], by[count]) > product(by[far], by[far])) far = count;
-            count++;
-        }
+    OVER_PIXELS
+    for (uint32_t i = 0; i < CHUNK; i++) {
+        double now = from[i], before = to[i];
+        to[i] = square[i] > farthest[i] ? now : before;
     }
-    if (count == 0) return (struct contrast){0, 0};
-    double across = 0;
-    for (unsigned k = 0; k < count; k++)
-        across = fmax(across, -product(by[far], by[k]));
-    return (struct contrast){product(by[far], by[far]) / 3, across / 3};
+}
+
+static void take_farther(const struct differences *to, struct differences *farthest)
+{
+    select_farther(to->square, farthest->square, to->x, farthest->x);
+    select_farther(to->square, farthest->square, to->y, farthest->y);
+    select_farther(to->square, farthest->square, to->z, farthest->z);
+    OVER_PIXELS
+    for (uint32_t i = 0; i < CHUNK; i++) {
+        double square = to->square[i], before = farthest->square[i];
+        farthest->square[i] = square > before ? square : before;
+    }
+}
+
+static void take_opposite(const struct differences *restrict to,
+                          const struct differences *restrict farthest, double *restrict across)
+{
+    OVER_PIXELS
+    for (uint32_t i = 0; i < CHUNK; i++) {
+        double product = farthest->x[i] * to->x[i] + farthest->y[i] * to->y[i];
+        double opposite = -(product + farthest->z[i] * to->z[i]);
+        bool more = (opposite > across[i]) & (to->square[i] > 0);
+        across[i] = more ? opposite : across[i];
+    }
+}
+
+#define HERE 4 /* of the 3 x 3 */
+
+static void contrast_of_chunk(const struct color_row rows[3], uint32_t first, uint32_t count,
+                              double *largest, double *across)
+{
+    struct differences to = {0}, farthest = {0};
+    double opposite[CHUNK] = {0};
+    for (unsigned k = 0; k < 9; k++) {
+        if (k == HERE) continue;
+        find_differences(rows, first, count, k, &to);
+        take_farther(&to, &farthest);
+    }
+    for (unsigned k = 0; k < 9; k++) {
+        if (k == HERE) continue;
+        find_differences(rows, first, count, k, &to);
+        take_opposite(&to, &farthest, opposite);
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        largest[i] = farthest.square[i] / 3;
+        across[i] = opposite[i] / 3;
+    }
+}
+
+void contrast_of_row(const struct color_row rows[3], uint32_t width, double *largest,
+                     double *across)
+{
+    for (uint32_t first = 0; first < width; first += CHUNK)
+        contrast_of_chunk(rows, first, width - first < CHUNK ? width - first : CHUNK,
+                          largest + first, across + first);
 }

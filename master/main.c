@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "common/clock.h"
+#include "common/cores.h"
 #include "common/message.h"
 #include "common/nap.h"
 #include "master/run.h"
@@ -147,15 +148,31 @@ static struct renderer *start_renderer(struct node_scene *shared)
     return it.renderer;
 }
 
+/* Between the passes of adaptive sampling the whole node waits for the next plan: it is made on the cores
+ * of all. NULL: there is one core, or no plan. */
+static struct crew *gather_planners(const struct run *run, const struct node_scene *shared)
+{
+    cpu_set_t own;
+    if (!run->adaptive) return NULL;
+    unsigned threads = cores_borrow(shared->processes, shared->process_count, &own);
+    struct crew *crew = threads > 1 ? crew_gather(threads) : NULL;
+    cores_return(&own);
+    adaptive_lend(run->adaptive, crew);
+    return crew;
+}
+
 /* Returns the exit status; on ranks other than 0 that of a rank that has done its part. */
 static int render(struct run *run, int rank, const struct node_scene *shared,
                   struct renderer *renderer)
 {
     int status = STATUS_DONE;
-    if (rank == 0)
+    if (rank == 0) {
+        struct crew *planners = gather_planners(run, shared);
         status = render_as_master(run, shared, renderer);
-    else
+        if (planners) crew_dismiss(planners);
+    } else {
         work(MPI_COMM_WORLD, renderer, shared->scene);
+    }
     return status;
 }
 

@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "worker/cores.h"
+#include "common/cores.h"
 
 static cpu_set_t allowed(void)
 {

@@ -8,7 +8,7 @@
 
 #include <cmocka.h>
 
-#include "worker/crew.h"
+#include "common/crew.h"
 
 struct loop {
     uint32_t count;

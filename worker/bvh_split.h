@@ -12,7 +12,7 @@
 #include <stdint.h>
 
 #include "common/scene.h"
-#include "worker/crew.h"
+#include "common/crew.h"
 #include "worker/extent.h"
 
 /*

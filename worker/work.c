@@ -11,7 +11,7 @@
 #include "common/message.h"
 #include "common/nap.h"
 #include "common/processor.h"
-#include "worker/cores.h"
+#include "common/cores.h"
 #include "worker/render.h"
 #include "worker/survey.h"
 

@@ -1,4 +1,4 @@
-#include "worker/crew.h"
+#include "common/crew.h"
 
 #include <pthread.h>
 #include <stdatomic.h>

@@ -1,4 +1,4 @@
-#include "worker/cores.h"
+#include "common/cores.h"
 
 unsigned cores_borrow(const int *processes, int count, cpu_set_t *own)
 {

@@ -1,7 +1,7 @@
 /* The cores that the processes of a node may run on. While the others have nothing to do, or hardly
  * anything, the first one may use all of them. */
-#ifndef FARM_WORKER_CORES_H
-#define FARM_WORKER_CORES_H
+#ifndef FARM_COMMON_CORES_H
+#define FARM_COMMON_CORES_H
 
 #include <sched.h>
 

@@ -1,7 +1,7 @@
-/* Threads that share out the rounds of a loop: for what is done once, while the cores have nothing
- * else to do. */
-#ifndef FARM_WORKER_CREW_H
-#define FARM_WORKER_CREW_H
+/* Threads that share out the rounds of a loop: for what is done while all the renderers of a node wait for
+ * it. Between loops they sleep. */
+#ifndef FARM_COMMON_CREW_H
+#define FARM_COMMON_CREW_H
 
 #include <stdint.h>
 
