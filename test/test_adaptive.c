@@ -212,6 +212,28 @@ static void test_contrast_is_looked_into(void **state)
     drop(&result);
 }
 
+/* Whoever plans: the same, bit for bit. */
+static void test_crews_plan_the_same(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 1024);
+    struct result alone, together;
+    sample(&alone, ball, &view, 0.01, 16, false);
+    struct crew *crew = crew_gather(3);
+    canvas_init(&together.canvas, EDGE, EDGE);
+    together.adaptive = adaptive_create(&view, &together.canvas, 0.01);
+    adaptive_lend(together.adaptive, crew);
+    do
+        render_pass(together.adaptive, &view, ball, 16, false);
+    while (adaptive_plan(together.adaptive));
+    assert_int_equal(alone.passes, adaptive_passes(together.adaptive));
+    assert_true(alone.passes > 2);
+    assert_memory_equal(alone.canvas.rgb, together.canvas.rgb, 3 * PIXELS * sizeof(float));
+    crew_dismiss(crew);
+    drop(&alone);
+    drop(&together);
+}
+
 /* How the passes are cut into tiles, and in what order these come back, changes no bit. */
 static void test_tiles_do_not_matter(void **state)
 {
@@ -388,7 +410,7 @@ int main(void)
         cmocka_unit_test(test_targets_are_met),         cmocka_unit_test(test_wire_is_followed),
         cmocka_unit_test(test_max_samples_end_it),      cmocka_unit_test(test_not_finite),
         cmocka_unit_test(test_seconds_are_foreseen),    cmocka_unit_test(test_luck_does_not_matter),
-        cmocka_unit_test(test_contrast_is_looked_into),
+        cmocka_unit_test(test_contrast_is_looked_into), cmocka_unit_test(test_crews_plan_the_same),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

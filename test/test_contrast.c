@@ -1,0 +1,114 @@
+/* Contrasts of rows, many pixels at once, against each pixel on its own. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "common/message.h"
+#include "master/contrast.h"
+
+static uint64_t state_of_chance = 1;
+
+static double chance(void)
+{
+    state_of_chance = state_of_chance * 6364136223846793005u + 1442695040888963407u;
+    return (double)(state_of_chance >> 11) * 0x1p-53;
+}
+
+/* Few colours, so that some neighbours are equally far; and some that are no colours. */
+static float component(void)
+{
+    double at = chance();
+    if (at < 0.01) return NAN;
+    if (at < 0.02) return INFINITY;
+    return (float)floor(4 * chance());
+}
+
+struct differences {
+    double by[8][3], square[8];
+    unsigned count;
+};
+
+static double product(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* To the neighbours of pixel x, y that count. */
+static struct differences differences_of(const struct canvas *canvas, int64_t x, int64_t y)
+{
+    struct differences all = {.count = 0};
+    for (int64_t v = y - 1; v <= y + 1; v++) {
+        for (int64_t u = x - 1; u <= x + 1; u++) {
+            if ((u == x && v == y) || u < 0 || v < 0 || u >= canvas->width || v >= canvas->height)
+                continue;
+            double *by = all.by[all.count];
+            for (int64_t c = 0; c < 3; c++)
+                by[c] = (double)canvas->rgb[3 * (v * canvas->width + u) + c] -
+                        (double)canvas->rgb[3 * (y * canvas->width + x) + c];
+            all.square[all.count] = product(by, by);
+            if (all.square[all.count] < HUGE_VAL) all.count++;
+        }
+    }
+    return all;
+}
+
+static void check_pixel(const struct canvas *canvas, uint32_t x, uint32_t y, double largest,
+                        double across)
+{
+    struct differences all = differences_of(canvas, x, y);
+    unsigned far = 0;
+    double opposite = 0;
+    for (unsigned k = 1; k < all.count; k++)
+        if (all.square[k] > all.square[far]) far = k;
+    for (unsigned k = 0; k < all.count; k++)
+        opposite = fmax(opposite, -product(all.by[far], all.by[k]));
+    assert_true(largest == (all.count ? all.square[far] / 3 : 0));
+    assert_true(across == opposite / 3);
+}
+
+static void check_canvas(uint32_t width, uint32_t height)
+{
+    struct canvas canvas;
+    canvas_init(&canvas, width, height);
+    for (size_t i = 0; i < 3 * (size_t)width * height; i++)
+        canvas.rgb[i] = component();
+    float *floats = allocate(9 * ((size_t)width + 2), sizeof *floats);
+    double *largest = allocate(width, sizeof *largest), *across = allocate(width, sizeof *across);
+    struct color_row rows[3];
+    for (unsigned i = 0; i < 9; i++)
+        rows[i / 3].plane[i % 3] = floats + i * ((size_t)width + 2);
+    for (uint32_t y = 0; y < height; y++) {
+        for (unsigned k = 0; k < 3; k++)
+            color_row_take(&rows[k], &canvas, (int64_t)y + k - 1);
+        contrast_of_row(rows, width, largest, across);
+        for (uint32_t x = 0; x < width; x++)
+            check_pixel(&canvas, x, y, largest[x], across[x]);
+    }
+    free(across);
+    free(largest);
+    free(floats);
+    canvas_free(&canvas);
+}
+
+/* Rows of less than a chunk, of some whole ones, and of a pixel more. */
+static void test_rows(void **state)
+{
+    (void)state;
+    check_canvas(1, 1);
+    check_canvas(1, 5);
+    check_canvas(3, 2);
+    check_canvas(127, 4);
+    check_canvas(256, 9);
+    check_canvas(385, 7);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_rows)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
