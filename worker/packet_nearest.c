@@ -344,8 +344,10 @@ static INLINED void prefetch_firsts(const struct nearest_packet *it)
 {
     const struct vec3 *vertices = scene_vertices(it->scene);
     lane_set set = lanes_less(it->first_from, lanes_of(INFINITE));
-    for (; set; set = without_lowest(set)) {
-        const uint32_t *corner = corner_indices(it->scene, it->first[lowest_lane(set)]);
+    while (set) {
+        uint32_t id = it->first[lowest_lane(set)];
+        const uint32_t *corner = corner_indices(it->scene, id);
+        set &= ~equal_ids(it->first, id);
         for (unsigned k = 0; k < 3; k++)
             __builtin_prefetch(&vertices[corner[k]]);
     }
@@ -400,9 +402,9 @@ static void settle_alone(struct nearest_packet *it, unsigned lane, bool rough, s
 
 static void nearest_packet_end(struct nearest_packet *it, struct hit *hits, bool rough)
 {
-    for (unsigned lane = 0; lane < LANES; lane++)
-        hits[lane] = (struct hit){.t = INFINITE, .primitive = PRIMITIVE_NONE};
     lane_set together = it->packet.prepared ? settle_together(it, hits) : 0;
+    for (lane_set rest = ALL_LANES & ~together; rest; rest = without_lowest(rest))
+        hits[lowest_lane(rest)] = (struct hit){.t = INFINITE, .primitive = PRIMITIVE_NONE};
     lane_set alone = (it->walking | it->keeping) & ~together;
     for (; alone; alone = without_lowest(alone))
         settle_alone(it, lowest_lane(alone), rough, &hits[lowest_lane(alone)]);

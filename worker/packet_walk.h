@@ -7,8 +7,16 @@
 #include "worker/traverse.h"
 #include "worker/triangle_lanes.h"
 
-/* Leaves after which a packet may turn out not to be worth it. */
-#define LEAVES_ON_TRIAL 16
+/*
+ * Leaves after which a packet may turn out not to be worth it, and to how many of them at most some ray
+ * must have been in one. Rays from one point are given more: where triangles are as small as what
+ * lies between two rays (bench-kernel's million), leaves that none of them meets cost less than walks
+ * of their own.
+ */
+#define LEAVES_ON_TRIAL         16
+#define LEAVES_TO_A_RAY         2
+#define PINHOLE_ON_TRIAL        64
+#define PINHOLE_LEAVES_TO_A_RAY 8
 
 /*
  * One axis for all rays. A distance, (bound - origin) * (1 / d), is rounded three times, in the
@@ -371,13 +379,16 @@ static INLINED unsigned push_for_packet(struct packet_pending *stack, unsigned t
     return end;
 }
 
-/* Counts a leaf and its rays. false: most leaves that the ranges meet are met by no ray, and the
+/* Counts a leaf and its rays. false: too many leaves that the ranges meet are met by no ray, and the
  * rays are better off on their own. */
 static INLINED bool is_worth_it(struct bundle *bundle, unsigned rays)
 {
     bundle->leaves++;
     bundle->visits += rays;
-    return bundle->leaves < LEAVES_ON_TRIAL || 2 * bundle->visits > bundle->leaves;
+    if (bundle->one_origin)
+        return bundle->leaves < PINHOLE_ON_TRIAL ||
+               PINHOLE_LEAVES_TO_A_RAY * bundle->visits > bundle->leaves;
+    return bundle->leaves < LEAVES_ON_TRIAL || LEAVES_TO_A_RAY * bundle->visits > bundle->leaves;
 }
 
 /* Looks at a leaf; may lower *limit, the farthest that is of interest to any ray. */
