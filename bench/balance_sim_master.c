@@ -62,13 +62,6 @@ static bool hand_out(struct sim *sim, uint32_t who, double time)
     return any;
 }
 
-/* The master has nothing to do from this time on. */
-static void begin_idling(struct sim *sim, double time)
-{
-    sim->idle_since = time;
-    sim->calm_until = time + queue_calm(sim->queue, time);
-}
-
 void hand_out_to(struct sim *sim, bool all)
 {
     const struct message_costs *costs = &sim->machine->messages;
@@ -78,7 +71,7 @@ void hand_out_to(struct sim *sim, bool all)
             hand_out(sim, who, time))
             time += costs->service_s / 2;
     serve(sim, time - sim->now);
-    begin_idling(sim, time);
+    sim->idle_since = time;
 }
 
 void sim_ready(struct sim *sim, uint32_t who)
@@ -91,7 +84,7 @@ void sim_ready(struct sim *sim, uint32_t who)
     }
     nap_heard(&sim->nap, sim->now);
     hand_out(sim, who, sim->now);
-    begin_idling(sim, sim->now);
+    sim->idle_since = sim->now;
 }
 
 /* As the master does whenever it has looked for messages. */
@@ -133,7 +126,7 @@ static void serve_next(struct sim *sim, double from)
 double sim_master_looks(const struct sim *sim)
 {
     if (sim->serving) return sim->now;
-    return next_look(sim, sim->idle_since, sim->nap.seconds, sim->calm_until, sim->now);
+    return next_look(sim, sim->idle_since, sim->nap.seconds, sim->queue, sim->now);
 }
 
 void result_arrives(struct sim *sim, const struct event *letter)
@@ -159,7 +152,7 @@ void result_served(struct sim *sim)
     nap_heard(&sim->nap, sim->now);
     if (!queue_over(sim->queue, letter.who)) hand_out(sim, letter.who, sim->now);
     sim_tell_recalls(sim, sim->now);
-    begin_idling(sim, sim->now);
+    sim->idle_since = sim->now;
     hand_out_to_idle(sim);
     if (sim->letter_count > 0) serve_next(sim, sim->now);
 }

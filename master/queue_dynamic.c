@@ -375,6 +375,7 @@ static double work_ratio(const struct queue *queue, const struct item *item)
     return (double)item->work / cost_predict(&queue->map, item->x, item->y, item->w, item->h).work;
 }
 
+/* heap_order() of what waits is left to the caller. */
 static void predict(struct queue *queue, uint32_t id, double ratio)
 {
     struct item *item = &queue->items[id];
@@ -386,7 +387,7 @@ static void predict(struct queue *queue, uint32_t id, double ratio)
     if (!heap_has(&queue->waiting, id)) return;
     queue->waiting_work += (double)item->work;
     item->priority = priority_of(item, cost);
-    heap_put(&queue->waiting, id, item->priority);
+    heap_change(&queue->waiting, id, item->priority);
 }
 
 /* The work that renderers have was told in another unit. */
@@ -419,6 +420,7 @@ static void settle(struct queue *queue, double now)
     queue->outlook = (struct outlook){0};
     for (uint32_t id = 0; id < queue->item_count; id++)
         if (queue->items[id].pass != TILE_PROBE) predict(queue, id, (double)ratios[id]);
+    heap_order(&queue->waiting);
     free(ratios);
     if (!queue->settled) {
         predict_held(queue, now);

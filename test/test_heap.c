@@ -1,0 +1,94 @@
+/* The heap against a plain search through all keys. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "master/heap.h"
+
+#define IDS 150
+
+/* Numbers in no order (D. Knuth, TAOCP 2, 3.3.4). */
+static uint32_t draw(uint32_t *state, uint32_t below)
+{
+    *state = *state * 1664525 + 1013904223;
+    return (uint32_t)(((uint64_t)*state * below) >> 32);
+}
+
+/* What ought to be on top: the highest key, of equal ones the lowest id; key < 0: not in. */
+static uint32_t top_of(const double *keys)
+{
+    uint32_t top = HEAP_ABSENT;
+    for (uint32_t id = 0; id < IDS; id++)
+        if (keys[id] >= 0 && (top == HEAP_ABSENT || keys[id] > keys[top])) top = id;
+    return top;
+}
+
+static void assert_empties(struct heap *heap, double *keys)
+{
+    while (top_of(keys) != HEAP_ABSENT) {
+        uint32_t top = heap_top(heap);
+        assert_int_equal(top, top_of(keys));
+        heap_remove(heap, top);
+        keys[top] = -1;
+    }
+    assert_int_equal(heap->count, 0);
+    assert_int_equal(heap_top(heap), HEAP_ABSENT);
+}
+
+static void test_any_order(void **state)
+{
+    (void)state;
+    struct heap heap = {0};
+    double keys[IDS];
+    uint32_t random = 1;
+    heap_reserve(&heap, IDS);
+    for (uint32_t id = 0; id < IDS; id++)
+        keys[id] = -1;
+    for (int i = 0; i < 20000; i++) {
+        uint32_t id = draw(&random, IDS);
+        /* Few keys: many are equal. */
+        keys[id] = (double)draw(&random, 40) - 10;
+        if (keys[id] >= 0)
+            heap_put(&heap, id, keys[id]);
+        else
+            heap_remove(&heap, id);
+        assert_int_equal(heap_has(&heap, id), keys[id] >= 0);
+        assert_int_equal(heap_top(&heap), top_of(keys));
+    }
+    assert_empties(&heap, keys);
+    heap_free(&heap);
+}
+
+/* Of every number of entries, as the last ones' parents differ. */
+static void test_changed_at_once(void **state)
+{
+    (void)state;
+    uint32_t random = 2;
+    for (uint32_t count = 0; count < IDS; count++) {
+        struct heap heap = {0};
+        double keys[IDS];
+        heap_reserve(&heap, IDS);
+        for (uint32_t id = 0; id < IDS; id++) {
+            keys[id] = id < count ? (double)draw(&random, 1000) : -1;
+            if (id < count) heap_put(&heap, id, keys[id]);
+        }
+        for (uint32_t id = 0; id < count; id++)
+            heap_change(&heap, id, keys[id] = (double)draw(&random, 60));
+        heap_order(&heap);
+        assert_empties(&heap, keys);
+        heap_free(&heap);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_any_order),
+        cmocka_unit_test(test_changed_at_once),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
