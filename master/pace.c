@@ -8,10 +8,9 @@
 /*
  * A lot is this part of an even share of all that waits. Factoring (Hummel, Schonberg & Flynn 1992)
  * takes a half, which may be predicted too low by a factor of 2 and still ends with the others; a
- * renderer has two lots here, which makes it a quarter. In simulated runs of eight scenes on 36 to 52
- * processors 0.28 is as fast with a tenth less messages; with a third, one that is slow costs 1 % more.
+ * renderer has two lots here.
  */
-#define SHARE_PART 0.28
+#define SHARE_PART (1.0 / 4)
 
 /* The least lot, as part of the whole time: by so much may the last answers differ. */
 #define LEAST_PART 0.003
@@ -22,10 +21,9 @@
 #define SERVICE_MOST 0.4
 
 /* If all its tiles are as dear as they may be, a lot is at most this part of an even share, or so
- * many of the least lots. With an even share in place of a quarter the lantern takes 4 % longer; with 2 of the
- * least ones nobody is faster than with 4, and there are a twentieth more messages. */
+ * many of the least lots. */
 #define WORST_PART  (1.0 / 4)
-#define WORST_LEAST 4
+#define WORST_LEAST 2
 
 /* A renderer is late when the rest of what it has takes so many times longer than predicted. */
 #define LATE_FACTOR 3
