@@ -43,10 +43,6 @@
 #define SERVICE_SELDOM 0.002
 #define SERVICE_OFTEN  0.005
 
-/* Seconds: no more often than that. The master may sleep for half of it (NAP_SELDOM), and a renderer has two
- * buffers of long answers, which are free when he has looked. */
-#define ANSWER_LEAST_S 20e-3
-
 /* How fast the estimate of it follows; and the least part of what an answer takes that is taken to be
  * the same for all: measurements are rough. */
 #define SERVICE_NEW  0.05
@@ -182,7 +178,7 @@ static double dry_at(const struct pace *pace, uint32_t renderer, double now)
  * one stays there. */
 double pace_calm(struct pace *pace, double now)
 {
-    if (!pace->soon.count || !(pace->scale > 0) || pace->blind) return 0;
+    if (!pace->soon.count || !(pace->scale > 0)) return 0;
     for (;;) {
         uint32_t renderer = heap_top(&pace->soon);
         double dry = dry_at(pace, renderer, now);
@@ -326,8 +322,7 @@ double pace_even_end(const struct pace *pace, double now, double waiting)
 double pace_answer_after(const struct pace *pace)
 {
     double service_s = pace->count * pace->service_s;
-    double after = fmax(fmin(service_s / SERVICE_SELDOM, LONGEST_S), service_s / SERVICE_OFTEN);
-    return fmax(after, ANSWER_LEAST_S);
+    return fmax(fmin(service_s / SERVICE_SELDOM, LONGEST_S), service_s / SERVICE_OFTEN);
 }
 
 double pace_least(const struct pace *pace)

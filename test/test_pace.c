@@ -116,9 +116,6 @@ static void test_calm(void **state)
     assert_true(pace_calm(&pace, 2) == 0);
     pace_given(&pace, 0, 2, 4);
     double alone = pace_calm(&pace, 2);
-    pace.blind = true;
-    assert_true(pace_calm(&pace, 2) == 0);
-    pace.blind = false;
     assert_true(alone > 4 && alone < 10);
     pace_given(&pace, 1, 2, 1);
     double both = pace_calm(&pace, 2);
