@@ -11,7 +11,7 @@ const struct bench_schedule bench_schedules[SCHEDULES_COMPARED] = {
 };
 
 struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t height, uint32_t renderers,
-                             uint32_t cores, uint32_t samples, bool first_is_own)
+                             uint32_t cores, uint32_t samples)
 {
     static const enum schedule schedules[] = {
         [STRIPS] = SCHEDULE_STRIPS,
@@ -20,11 +20,8 @@ struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t height,
         [PLAIN_TILES] = SCHEDULE_TILES,
         [FULL] = SCHEDULE_DYNAMIC,
     };
-    struct queue_config config = {.schedule = schedules[schedule],
-                                  .width = width,
-                                  .height = height,
-                                  .renderers = renderers,
-                                  .first_is_own = first_is_own};
+    struct queue_config config = {
+        .schedule = schedules[schedule], .width = width, .height = height, .renderers = renderers};
     if (!bench_schedules[schedule].is_static)
         config.tile_edge = queue_auto_edge(config.schedule, width, height, renderers * cores);
     config.probe_edge = queue_auto_probe_edge(width, height, samples, renderers * cores);
@@ -36,9 +33,8 @@ struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t height,
 void schedule_simulate(unsigned schedule, const struct machine *machine,
                        const struct picture_costs *costs, struct sim_outcome *outcome)
 {
-    struct queue *queue =
-        schedule_queue(schedule, costs_width(costs), costs_height(costs), machine->renderers,
-                       machine->node_cores, costs->samples, machine->master_renders);
+    struct queue *queue = schedule_queue(schedule, costs_width(costs), costs_height(costs),
+                                         machine->renderers, machine->node_cores, costs->samples);
     simulate(machine, queue, costs, outcome);
     queue_destroy(queue);
 }

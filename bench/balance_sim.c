@@ -9,13 +9,13 @@
 
 /* ---- clocks ---- */
 
-double next_look(const struct sim *sim, double idle_since, double nap, struct queue *queue,
+double next_look(const struct sim *sim, double idle_since, double nap, double calm_until,
                  double time)
 {
     double overshoot = sim->machine->messages.nap_s, look = idle_since, waited = 0;
     if (overshoot < 0) return fmax(time, idle_since);
     while (look < time && nap < NAP_SELDOM) {
-        double calm = queue ? nap_calm(queue_calm(queue, look)) : 0;
+        double calm = nap_calm(calm_until - look);
         if (calm > nap) {
             look += calm + overshoot;
             continue;
@@ -42,7 +42,7 @@ static void lot_arrives(struct sim *sim, const struct event *event)
     double look = sim->now;
     double spun = renderer->idle_since + NAP_SPIN;
     if (renderer->working == 0 && sim->now > spun)
-        look = next_look(sim, spun, NAP_SHORTEST, NULL, sim->now);
+        look = next_look(sim, spun, NAP_SHORTEST, 0, sim->now);
     sim_at(sim, look, EVENT_SEEN, event->who, event->what);
 }
 

@@ -62,6 +62,13 @@ static bool hand_out(struct sim *sim, uint32_t who, double time)
     return any;
 }
 
+/* The master has nothing to do from this time on. */
+static void begin_idling(struct sim *sim, double time)
+{
+    sim->idle_since = time;
+    sim->calm_until = time + queue_calm(sim->queue, time);
+}
+
 void hand_out_to(struct sim *sim, bool all)
 {
     const struct message_costs *costs = &sim->machine->messages;
@@ -71,7 +78,7 @@ void hand_out_to(struct sim *sim, bool all)
             hand_out(sim, who, time))
             time += costs->service_s / 2;
     serve(sim, time - sim->now);
-    sim->idle_since = time;
+    begin_idling(sim, time);
 }
 
 void sim_ready(struct sim *sim, uint32_t who)
@@ -84,7 +91,7 @@ void sim_ready(struct sim *sim, uint32_t who)
     }
     nap_heard(&sim->nap, sim->now);
     hand_out(sim, who, sim->now);
-    sim->idle_since = sim->now;
+    begin_idling(sim, sim->now);
 }
 
 /* As the master does whenever it has looked for messages. */
@@ -126,7 +133,7 @@ static void serve_next(struct sim *sim, double from)
 double sim_master_looks(const struct sim *sim)
 {
     if (sim->serving) return sim->now;
-    return next_look(sim, sim->idle_since, sim->nap.seconds, sim->queue, sim->now);
+    return next_look(sim, sim->idle_since, sim->nap.seconds, sim->calm_until, sim->now);
 }
 
 void result_arrives(struct sim *sim, const struct event *letter)
@@ -152,7 +159,7 @@ void result_served(struct sim *sim)
     nap_heard(&sim->nap, sim->now);
     if (!queue_over(sim->queue, letter.who)) hand_out(sim, letter.who, sim->now);
     sim_tell_recalls(sim, sim->now);
-    sim->idle_since = sim->now;
+    begin_idling(sim, sim->now);
     hand_out_to_idle(sim);
     if (sim->letter_count > 0) serve_next(sim, sim->now);
 }

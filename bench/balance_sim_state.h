@@ -89,8 +89,8 @@ struct sim {
 
     /* The master. */
     bool serving;
-    double idle_since; /* nothing to do from then on */
-    struct nap nap;    /* its first one since then */
+    double idle_since, calm_until;
+    struct nap nap; /* its first one since then */
     uint64_t news;
     double check;          /* when the next EVENT_CHECK comes; HUGE_VAL: none */
     struct event *letters; /* results that have arrived and wait, a ring */
@@ -99,9 +99,9 @@ struct sim {
 
 /* ---- clocks: balance_sim.c ---- */
 
-/* When somebody who has nothing to do since then and whose first nap takes so many seconds looks again, at
- * `time` or behind it. queue: the master, who asks it before every nap; NULL: a renderer. */
-double next_look(const struct sim *sim, double idle_since, double nap, struct queue *queue,
+/* When somebody who has nothing to do since then, whose first nap takes so many seconds and who expects
+ * nothing until calm_until, looks again, at `time` or behind it. */
+double next_look(const struct sim *sim, double idle_since, double nap, double calm_until,
                  double time);
 
 /* An event on the wall clock. */

@@ -165,26 +165,10 @@ static void date_unknown(struct pace *pace, double now)
     }
 }
 
-/* When the renderer may have nothing left. Whoever has not answered for the first of two lots yet has all of
- * the second one before it, however late it is. */
-static double dry_at(const struct pace *pace, uint32_t renderer, double now)
-{
-    const struct pace_renderer *r = &pace->renderers[renderer];
-    if (renderer == 0 && pace->first_is_own) return HUGE_VAL;
-    return fmax(r->free_at, now + pace_seconds(pace, renderer, r->reserve));
-}
-
-/* That only becomes later while there is no answer: so those in the heap are looked at again until the first
- * one stays there. */
-double pace_calm(struct pace *pace, double now)
+double pace_calm(const struct pace *pace, double now)
 {
     if (!pace->soon.count || !(pace->scale > 0)) return 0;
-    for (;;) {
-        uint32_t renderer = heap_top(&pace->soon);
-        double dry = dry_at(pace, renderer, now);
-        if (dry <= -pace->soon.entries[0].key) return fmax(dry - now, 0);
-        heap_put(&pace->soon, renderer, -dry);
-    }
+    return fmax(-pace->soon.entries[0].key - now, 0);
 }
 
 double pace_next_late(const struct pace *pace)
@@ -215,7 +199,6 @@ void pace_given(struct pace *pace, uint32_t renderer, double now, double work)
         r->ways = 0;
     }
     if (!r->holds || r->free_at <= now) r->ways++;
-    r->reserve = r->holds ? work : 0;
     r->holds = true;
     r->held += work;
     r->free_at = start + pace_seconds(pace, renderer, work);
@@ -244,16 +227,6 @@ static void measure_speed(const struct pace *pace, struct pace_renderer *r, doub
     if (lot > 0) r->speed = (lot + r->work * pace->scale) / (lot + r->busy);
 }
 
-/* Rounding: so much more than its reserve is nothing. */
-#define HELD_GRAIN 1e-6
-
-/* It has done so much of what it holds. */
-static void take_off(struct pace_renderer *r, double work)
-{
-    r->held = fmax(r->held - work, 0);
-    if (r->held <= r->reserve * (1 + HELD_GRAIN)) r->reserve = 0;
-}
-
 /* What a renderer did not render of the time from when it got something to when it had nothing left, lots
  * were on the way that it waited for. */
 static void measure_delay(struct pace *pace, struct pace_renderer *r, double now, double busy,
@@ -276,7 +249,7 @@ void pace_answered(struct pace *pace, uint32_t renderer, double now, double work
     if (pace->work > 0) pace->scale = pace->busy / pace->work;
     measure_speed(pace, r, now, work, busy);
     measure_delay(pace, r, now, busy, holds);
-    take_off(r, work);
+    r->held = fmax(r->held - work, 0);
     r->holds = holds;
     r->free_at = now + pace_seconds(pace, renderer, r->held);
     enter(pace, renderer);
@@ -289,7 +262,7 @@ void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work,
     struct pace_renderer *r = &pace->renderers[renderer];
     withdraw(pace, r);
     r->rendered += busy;
-    take_off(r, work);
+    r->held = fmax(r->held - work, 0);
     r->holds = holds;
     r->free_at = now + pace_seconds(pace, renderer, r->held);
     enter(pace, renderer);

@@ -16,7 +16,6 @@ struct pace_renderer {
     double speed;
     double work, busy; /* answered: predicted work, measured seconds; the past fades */
     double held;       /* work that it has */
-    double reserve;    /* of that, in the lot behind the one that it does; 0: maybe none */
     double free_at;    /* when that should be done; of use while it has some */
     double since;      /* when it got some after it had none; NAN: nobody knows */
     double rendered;   /* seconds that it has told of since then */
@@ -44,15 +43,12 @@ struct pace {
     double given, lots;            /* work, in so many lots */
     double scale;                  /* seconds per work */
     bool blind;                    /* predictions are not worth much yet */
-    bool first_is_own;             /* see struct queue_config */
     struct pace_service service;   /* of the master */
     double delay_s; /* of a lot and its answer on their way, and of looking for them: mean of those
                        * between two times without work */
     double service_s; /* of it per answer, beside what goes with its pixels */
     struct heap last; /* renderers that have work, the one that will have done it last on top */
-    struct heap
-        soon; /* the same by the negative of when it may have nothing left, or of some time before
-                       * that */
+    struct heap soon; /* the same, the one that will have done it first on top */
     struct heap late; /* the same, the one that is to be given up for late first on top */
     struct heap lost; /* those that were, the longest overdue on top */
 };
@@ -80,9 +76,8 @@ void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work,
 /* Nobody is to look in the heaps for what this renderer has until it is given more. */
 void pace_overlook(struct pace *pace, uint32_t renderer);
 
-/* Seconds for which all that have work and need the master for more have enough of it, as predicted, when all
- * answers until now have been told; 0: nothing is known. HUGE_VAL: nobody needs him. */
-double pace_calm(struct pace *pace, double now);
+/* Seconds for which all that have work have enough of it, as predicted; 0: nothing is known. */
+double pace_calm(const struct pace *pace, double now);
 
 /* Gives up all that are late by now. */
 void pace_check(struct pace *pace, double now);

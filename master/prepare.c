@@ -38,7 +38,6 @@ static bool make_queue(struct run *run, const struct view *view)
                                   .width = view->region_w,
                                   .height = view->region_h,
                                   .renderers = run->renderers,
-                                  .first_is_own = settings->farm.master_renders,
                                   .tile_edge = tile_edge(settings, view, run->renderers)};
     config.probe_edge =
         queue_auto_probe_edge(view->region_w, view->region_h, view->min_samples, run->renderers);

@@ -179,7 +179,6 @@ static bool start_items(struct queue *queue)
     queue->settled = queue->probes == 0;
     pace_init(&queue->pace, config->renderers);
     queue->pace.blind = !queue->settled;
-    queue->pace.first_is_own = config->first_is_own;
     queue->pace.total = queue->waiting_work;
     return true;
 }
@@ -542,7 +541,7 @@ double queue_wake(const struct queue *queue)
     return fmin(pace_next_late(&queue->pace), queue->retry);
 }
 
-double queue_calm(struct queue *queue, double now)
+double queue_calm(const struct queue *queue, double now)
 {
     if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->stopped) return 0;
     /* Any answer, or what rank 0's own renderer does, may be something to do for those who have nothing;

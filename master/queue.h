@@ -42,7 +42,6 @@ struct queue_config {
     enum schedule schedule;
     uint32_t width, height; /* of the rendered region, pixels, at least 1 */
     uint32_t renderers;     /* at least 1 */
-    bool first_is_own;   /* renderer 0 asks for more by itself: nobody need look for its answers */
     uint32_t tile_edge;  /* dynamic, tiles: of a tile, pixels, at least 1; else: rows of a band, 0:
                           * auto */
     uint32_t probe_edge; /* dynamic: pixels from probe to probe; 0: no pre-pass */
@@ -103,9 +102,9 @@ bool queue_over(struct queue *queue, uint32_t renderer);
 uint64_t queue_news(const struct queue *queue);
 double queue_wake(const struct queue *queue);
 
-/* For so many seconds no renderer should run out of what it has, so that answers can wait so long, if all that
- * have come until now are in; 0: one has, or nothing is known. HUGE_VAL: nobody sends any. */
-double queue_calm(struct queue *queue, double now);
+/* For so many seconds no renderer should run out of what it has, so that answers can wait so long; 0: one
+ * has, or nothing is known. */
+double queue_calm(const struct queue *queue, double now);
 
 /* Tiles that this renderer holds. */
 uint32_t queue_holds(const struct queue *queue, uint32_t renderer);

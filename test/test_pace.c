@@ -127,58 +127,13 @@ static void test_calm(void **state)
     pace_free(&pace);
 }
 
-/* One with two lots has all of the second one before it until the first one is done, however late it is. */
-static void test_calm_in_reserve(void **state)
-{
-    (void)state;
-    struct pace pace;
-    pace_init(&pace, 2);
-    pace_given(&pace, 0, 0, 1);
-    pace_given(&pace, 1, 0, 1);
-    pace_answered(&pace, 0, 1, 1, 1, false);
-    pace_answered(&pace, 1, 1, 1, 1, false);
-    pace_given(&pace, 0, 1, 3);
-    pace_given(&pace, 0, 1, 2);
-    assert_near(pace_calm(&pace, 1), 5, 1e-9);
-    assert_near(pace_calm(&pace, 5.5), 2, 1e-9); /* late, but not given up for it */
-    assert_near(pace_calm(&pace, 6.5), 2, 1e-9);
-    /* Of the first one a part is done, and then the rest. */
-    pace_answered(&pace, 0, 6.5, 1.5, 1.5, true);
-    assert_near(pace_calm(&pace, 6.5), pace_seconds(&pace, 0, 3.5), 1e-9);
-    assert_near(pace_calm(&pace, 20), pace_seconds(&pace, 0, 2), 1e-9);
-    pace_answered(&pace, 0, 20, 1.5, 1.5, true);
-    assert_near(pace_calm(&pace, 20), pace_seconds(&pace, 0, 2), 1e-9);
-    assert_true(pace_calm(&pace, 30) == 0);
-    /* The other one has less. */
-    pace_given(&pace, 1, 30, 0.5);
-    pace_answered(&pace, 0, 30, 2, 2, false);
-    pace_given(&pace, 0, 30, 3);
-    assert_near(pace_calm(&pace, 30), pace_seconds(&pace, 1, 0.5), 1e-9);
-    pace_free(&pace);
-}
-
-/* Nobody need look for answers of the master's own renderer. */
-static void test_calm_of_own(void **state)
-{
-    (void)state;
-    struct pace pace;
-    pace_init(&pace, 2);
-    pace.first_is_own = true;
-    pace_given(&pace, 0, 0, 1);
-    pace_answered(&pace, 0, 1, 1, 1, false);
-    pace_given(&pace, 0, 1, 1);
-    assert_true(pace_calm(&pace, 1) == HUGE_VAL);
-    pace_given(&pace, 1, 1, 5);
-    assert_near(pace_calm(&pace, 1), pace_seconds(&pace, 1, 5), 1e-9);
-    pace_free(&pace);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_service),         cmocka_unit_test(test_delay),
-        cmocka_unit_test(test_delay_of_a_lot),  cmocka_unit_test(test_calm),
-        cmocka_unit_test(test_calm_in_reserve), cmocka_unit_test(test_calm_of_own),
+        cmocka_unit_test(test_service),
+        cmocka_unit_test(test_delay),
+        cmocka_unit_test(test_delay_of_a_lot),
+        cmocka_unit_test(test_calm),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
