@@ -37,7 +37,7 @@ static void mark_scene(const struct bench_scene *scene)
             value_get("%s.16.dynamic.speedup.44", name), 43, true);
     mark_of(name, "speed-up on 44, 1 sample", "simulated",
             value_get("%s.1.dynamic.speedup.44", name), 41, true);
-    mark_of(name, "-n 1 / -n 2, render wall time", "measured, median of 11 pairs",
+    mark_of(name, "-n 1 / -n 2, render wall time", "measured, median of pairs",
             value_get("%s.real.speedup.2", name), 1.95, true);
     mark_of(name, "tail / render time on 44, 16 samples", "simulated",
             value_get("%s.16.dynamic.tail.44", name), 0.01, false);

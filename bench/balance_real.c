@@ -81,13 +81,15 @@ static void run_pairs(FILE *out, const struct bench_scene *scene, unsigned pairs
     for (unsigned p = 0; p < PHASES; p++)
         fprintf(out, " %.3f |", median_of(two[p], pairs));
     double ratio = median_of(ratios, pairs);
-    fprintf(
-        out,
-        "\n\nRendering: %.3f times as fast (half of the pairs from %.3f to %.3f, all from %.3f to "
-        "%.3f); by CPU seconds of the rank that needs most, which do not depend on who else "
-        "uses the cores, %.3f times; the whole run: %.3f times. Pictures: %s.\n",
-        ratio, ratios[pairs / 4], ratios[pairs - 1 - pairs / 4], ratios[0], ratios[pairs - 1],
-        median_of(by_cpu, pairs), median_of(whole, pairs), same ? "the same bits" : "THEY DIFFER");
+    unsigned quarter = (pairs + 1) / 4;
+    fprintf(out,
+            "\n\nRendering: %.3f times as fast (the middle half of the pairs from %.3f to %.3f, "
+            "all from %.3f to "
+            "%.3f); by CPU seconds of the rank that needs most, which do not depend on who else "
+            "uses the cores, %.3f times; the whole run: %.3f times. Pictures: %s.\n",
+            ratio, ratios[quarter], ratios[pairs - 1 - quarter], ratios[0], ratios[pairs - 1],
+            median_of(by_cpu, pairs), median_of(whole, pairs),
+            same ? "the same bits" : "THEY DIFFER");
     value_set(ratio, "%s.real.speedup.2", scene->name);
     value_set(same, "%s.real.same.2", scene->name);
 }

@@ -60,8 +60,8 @@ struct adaptive;
 struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas, double target);
 void adaptive_destroy(struct adaptive *adaptive);
 
-/* Plans are from now on made by the crew, the caller's, which nobody else uses meanwhile; NULL: by the caller
- * alone. They are the same. */
+/* Plans are from now on made by the crew, which stays the caller's and is used by nobody else until another
+ * one is lent; NULL: by the caller alone. They are the same. */
 void adaptive_lend(struct adaptive *adaptive, struct crew *crew);
 
 /*

@@ -11,8 +11,8 @@ void canvas_init(struct canvas *canvas, uint32_t width, uint32_t height)
     size_t bytes = (size_t)width * height * 3 * sizeof(float);
     canvas->width = width;
     canvas->height = height;
-    /* A tile's rows are each on another page: with huge ones, that are there before the first tile comes,
-     * they cost the master neither page faults nor entries of the TLB. */
+    /* A tile's rows are each on another page. Here these are there before the first tile comes, and huge where
+     * the system grants that: else each costs the master a page fault while the renderers wait. */
     canvas->rgb = allocate_large(bytes);
     memset(canvas->rgb, 0, bytes);
 }

@@ -14,7 +14,7 @@ static const double weights[ROWS] = {1, 4, 6, 4, 1};
 /*
  * What nothing around a pixel has warned of: its own variance is SURPRISE times what it was expected to
  * be. Edges, of which about 5 of the 24 pixels around one are part, hardly ever surprise. Such things are
- * counted by blocks of this many pixels.
+ * counted by squares of this edge, in pixels: large enough that some thousand pixels tell of one.
  */
 #define SURPRISE   8
 #define BLOCK_EDGE BAND_ROWS

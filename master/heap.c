@@ -23,7 +23,7 @@ void heap_free(struct heap *heap)
 }
 
 /* Children of an entry: of four, which are 64 bytes, a path down has half as many places as of two, and those
- * who are compared lie in one or two cache lines. */
+ * who are compared lie side by side. */
 #define CHILDREN 4
 
 static bool comes_before(const struct heap_entry *a, const struct heap_entry *b)

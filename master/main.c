@@ -14,6 +14,7 @@
 #include "common/cores.h"
 #include "common/message.h"
 #include "common/nap.h"
+#include "master/expect.h"
 #include "master/run.h"
 #include "master/stop.h"
 #include "master/timeline_output.h"
@@ -149,12 +150,14 @@ static struct renderer *start_renderer(struct node_scene *shared)
 }
 
 /* Between the passes of adaptive sampling the whole node waits for the next plan: it is made on the cores
- * of all. NULL: there is one core, or no plan. */
+ * all its ranks, as many as there are bands of rows to share. NULL: by the master alone. */
 static struct crew *gather_planners(const struct run *run, const struct node_scene *shared)
 {
     cpu_set_t own;
     if (!run->adaptive) return NULL;
     unsigned threads = cores_borrow(shared->processes, shared->process_count, &own);
+    unsigned bands = band_count(&run->canvas);
+    if (threads > bands) threads = bands;
     struct crew *crew = threads > 1 ? crew_gather(threads) : NULL;
     cores_return(&own);
     adaptive_lend(run->adaptive, crew);
@@ -169,7 +172,10 @@ static int render(struct run *run, int rank, const struct node_scene *shared,
     if (rank == 0) {
         struct crew *planners = gather_planners(run, shared);
         status = render_as_master(run, shared, renderer);
-        if (planners) crew_dismiss(planners);
+        if (planners) {
+            adaptive_lend(run->adaptive, NULL);
+            crew_dismiss(planners);
+        }
     } else {
         work(MPI_COMM_WORLD, renderer, shared->scene);
     }

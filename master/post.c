@@ -10,17 +10,6 @@
 /* Buffers are so far apart that no two share a cache line, but for the ends of a small block. */
 #define BUFFER_ALIGN ((size_t)64)
 
-/* What most messages fit into: a lot of tiles without refinements. Its memory is kept for the next one, which
- * finds it in the cache. */
-#define SMALL_BYTES (sizeof(struct lot_header) + LOT_TILES * sizeof(struct tile))
-
-/* What a send sends. */
-struct copy {
-    struct copy *next; /* of those that are free */
-    bool is_small;     /* there is room for SMALL_BYTES */
-    char bytes[];
-};
-
 struct post {
     size_t largest;
     char *block; /* of all buffers */
@@ -34,8 +23,7 @@ struct post {
     MPI_Request *requests;
     int *slots; /* of requests that are done */
     MPI_Status *statuses;
-    struct copy **copies; /* per send; NULL: of no bytes */
-    struct copy *free;    /* small ones */
+    char **copies; /* per send: what it sends */
 };
 
 int post_ranks(void)
@@ -81,47 +69,24 @@ struct post *post_open(size_t largest)
 
 /* ---- sending ---- */
 
-static struct copy *make_copy(struct post *post, const void *bytes, size_t size)
-{
-    struct copy *copy = post->free;
-    bool is_small = size <= SMALL_BYTES;
-    if (is_small && copy)
-        post->free = copy->next;
-    else
-        copy = allocate(sizeof *copy + (is_small ? SMALL_BYTES : size), 1);
-    copy->is_small = is_small;
-    memcpy(copy->bytes, bytes, size);
-    return copy;
-}
-
-static void forget_copy(struct post *post, struct copy *copy)
-{
-    if (!copy) return;
-    if (copy->is_small) {
-        copy->next = post->free;
-        post->free = copy;
-    } else {
-        free(copy);
-    }
-}
-
 void post_send(struct post *post, int rank, enum message_tag tag, const void *bytes, size_t size)
 {
     if (post->sends == post->room) reserve_sends(post, 2 * post->room);
-    struct copy *copy = size ? make_copy(post, bytes, size) : NULL;
-    MPI_Isend(copy ? copy->bytes : NULL, (int)size, MPI_BYTE, rank, tag, MPI_COMM_WORLD,
+    char *copy = size ? allocate(size, 1) : NULL;
+    if (copy) memcpy(copy, bytes, size);
+    MPI_Isend(copy, (int)size, MPI_BYTE, rank, tag, MPI_COMM_WORLD,
               &post->requests[post->receives + post->sends]);
     post->copies[post->sends++] = copy;
 }
 
-/* Forgets what has been taken. */
+/* Gives back the memory of what has been taken. */
 static void forget_sends(struct post *post)
 {
     MPI_Request *requests = post->requests + post->receives;
     int kept = 0;
     for (int i = 0; i < post->sends; i++) {
         if (requests[i] == MPI_REQUEST_NULL) {
-            forget_copy(post, post->copies[i]);
+            free(post->copies[i]);
             continue;
         }
         requests[kept] = requests[i];
@@ -193,11 +158,6 @@ void post_close(struct post *post, bool all_left)
     for (int i = 0; i < post->receives; i++) {
         MPI_Cancel(&post->requests[i]);
         MPI_Wait(&post->requests[i], MPI_STATUS_IGNORE);
-    }
-    while (post->free) {
-        struct copy *copy = post->free;
-        post->free = copy->next;
-        free(copy);
     }
     free(post->block);
     free(post->requests);

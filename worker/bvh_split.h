@@ -11,8 +11,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "common/scene.h"
 #include "common/crew.h"
+#include "common/scene.h"
 #include "worker/extent.h"
 
 /*

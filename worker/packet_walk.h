@@ -8,10 +8,10 @@
 #include "worker/triangle_lanes.h"
 
 /*
- * Leaves after which a packet may turn out not to be worth it, and to how many of them at most some ray
- * must have been in one. Rays from one point are given more: where triangles are as small as what
- * lies between two rays (bench-kernel's million), leaves that none of them meets cost less than walks
- * of their own.
+ * Leaves after which a bundle may turn out not to be worth it, and how many of them there may be to one ray
+ * in one leaf. Rays from one point are given more: where triangles are as small as what lies between two
+ * rays (bench-kernel's million), leaves that none of them meets cost less than walks of their own. There
+ * the kernel took 0.85 of the time with 64 and 8, and 0.97 for the lantern; never to give up was no faster.
  */
 #define LEAVES_ON_TRIAL         16
 #define LEAVES_TO_A_RAY         2

@@ -8,10 +8,10 @@
 #include <unistd.h>
 
 #include "common/clock.h"
+#include "common/cores.h"
 #include "common/message.h"
 #include "common/nap.h"
 #include "common/processor.h"
-#include "common/cores.h"
 #include "worker/render.h"
 #include "worker/survey.h"
 
