@@ -6,23 +6,13 @@
 
 static uint32_t saved_pixels(void *save, const struct tile *tile)
 {
-    return save_holds(save, tile);
+    return save_use(save, tile);
 }
 
 /* Of the picture. Tiles tell nothing from run to run: each cuts them as it needs them. */
 static double per_cent(const struct run *run, uint64_t pixels)
 {
     return 100 * (double)pixels / ((double)run->canvas.width * run->canvas.height);
-}
-
-/* The errors of a part of the pixels, taken to be like the others. */
-static void scale_errors(struct render_counts *counts, double part)
-{
-    struct error_sum *sums[] = {&counts->sampling, &counts->halfway};
-    for (size_t i = 0; i < sizeof sums / sizeof *sums; i++) {
-        sums[i]->squares *= part;
-        sums[i]->fourths *= part;
-    }
 }
 
 /* Takes over what an earlier run has left. */
@@ -32,17 +22,16 @@ static void resume(struct run *run)
     if (!found->pixels) return;
     queue_skip(run->queue, saved_pixels, run->save);
     struct queue_count count = queue_count(run->queue);
+    struct found_sums used = save_used(run->save);
     run->report.resumed = (struct resumed){
         .tiles = count.finished,
         .pixels = count.pixels_finished,
         .records = found->records,
-        .seconds = found->seconds * (double)count.pixels_finished / (double)found->pixels,
-        .counts = found->counts,
+        .seconds = used.busy_s,
+        .cpu_s = used.cpu_s,
+        .again_s = used.again_s,
+        .counts = used.counts,
     };
-    struct resumed *resumed = &run->report.resumed;
-    resumed->again_s = found->seconds - resumed->seconds;
-    /* What is rendered again tells its error again. */
-    scale_errors(&resumed->counts, (double)resumed->pixels / (double)found->pixels);
     char again[80] = "";
     if (count.pixels_finished < found->pixels)
         snprintf(again, sizeof again,
@@ -50,10 +39,9 @@ static void resume(struct run *run)
                  per_cent(run, found->pixels - count.pixels_finished));
     char pass[40] = "";
     if (run->adaptive) snprintf(pass, sizeof pass, " in pass %u", adaptive_passes(run->adaptive));
-    fprintf(stderr,
-            "farm: going on with %s%s: %.1f %% of the pixels%s, %.1f s of rendering saved\n",
-            run->job.settings.output.journal, pass, per_cent(run, found->pixels), again,
-            resumed->seconds);
+    fprintf(
+        stderr, "farm: going on with %s%s: %.1f %% of the pixels%s, %.1f s of rendering saved\n",
+        run->job.settings.output.journal, pass, per_cent(run, found->pixels), again, used.busy_s);
 }
 
 uint32_t tiles_left(const struct run *run)

@@ -85,7 +85,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     if (!watch_start(&run->watch, settings->output.error)) end_job(STATUS_FAILED);
     if (run->save) {
         const struct resumed *resumed = &run->report.resumed;
-        struct result_header header = {.cpu_s = resumed->seconds, .counts = resumed->counts};
+        struct result_header header = {.cpu_s = resumed->cpu_s, .counts = resumed->counts};
         watch_add(&run->watch, resumed->pixels, &header);
     }
     run->stats = allocate_zeroed(run->renderers, sizeof *run->stats);
