@@ -29,6 +29,7 @@ static void resume(struct run *run)
         .records = found->records,
         .seconds = used.busy_s,
         .cpu_s = used.cpu_s,
+        .render_s = used.busy_s / run->renderers,
         .again_s = used.again_s,
         .counts = used.counts,
     };

@@ -24,6 +24,7 @@ struct resumed {
     uint64_t records; /* good ones in the journal */
     double seconds;   /* that they took to render, on all renderers together */
     double cpu_s;     /* CPU seconds of that */
+    double render_s;  /* seconds of rendering that they spared this run: shared by its renderers */
     double again_s;   /* what the rest took that was saved, too, and is rendered again */
     struct render_counts counts; /* of what needed no rendering, as found_sum() */
 };
