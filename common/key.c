@@ -188,12 +188,12 @@ char *key_expected(const struct key *key)
     case VALUE_UNSIGNED:
         return expected_number(key, "a whole number");
     case VALUE_NUMBER:
-        return expected_number(key, "a number");
+        return expected_number(key, isfinite(key->max) ? "a number" : "a finite number");
     case VALUE_VECTOR:
-        return copy_text("three numbers separated by spaces");
+        return copy_text("three finite numbers separated by spaces");
     case VALUE_COLOR:
     case VALUE_COLORS:
-        return copy_text("a colour: three numbers >= 0 separated by spaces");
+        return copy_text("a colour: three finite numbers >= 0 separated by spaces");
     case VALUE_BOOLEAN:
         return copy_text("yes or no");
     case VALUE_CHOICE:

@@ -39,11 +39,11 @@ void accept_tile(struct server *server, uint32_t renderer, const struct tile *ti
     if (service->adaptive) {
         if (!is_as_asked(server, tile, header))
             fatal("renderer %u sent other pixels than it was asked for", renderer);
-        save_part(service->save, tile, header->busy_s, &header->counts, rgb);
+        save_part(service->save, tile, header, rgb);
         adaptive_put(service->adaptive, tile, rgb, header->cpu_s);
     } else {
         canvas_put(service->canvas, tile, rgb);
-        save_tile(service->save, tile, header->busy_s, &header->counts);
+        save_tile(service->save, tile, header);
     }
     render_counts_add(&service->counts, &header->counts);
     server->rays += render_counts_rays(&header->counts);

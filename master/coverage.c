@@ -37,6 +37,17 @@ uint32_t coverage_add(struct coverage *coverage, const struct tile *tile)
     return added;
 }
 
+uint32_t coverage_remove(struct coverage *coverage, const struct tile *tile)
+{
+    uint32_t pixels = tile_pixels(tile), removed = 0;
+    for (uint32_t k = 0; k < pixels; k++) {
+        uint64_t i = pixel_index(coverage, tile, k), bit = UINT64_C(1) << i % WORD_BITS;
+        removed += (coverage->bits[i / WORD_BITS] & bit) != 0;
+        coverage->bits[i / WORD_BITS] &= ~bit;
+    }
+    return removed;
+}
+
 uint32_t coverage_count(const struct coverage *coverage, const struct tile *tile)
 {
     uint32_t pixels = tile_pixels(tile), count = 0;

@@ -21,6 +21,9 @@ void coverage_free(struct coverage *coverage);
 /* The tile, which lies in the region, is finished; returns how many of its pixels were not yet. */
 uint32_t coverage_add(struct coverage *coverage, const struct tile *tile);
 
+/* The opposite; returns how many of its pixels were. */
+uint32_t coverage_remove(struct coverage *coverage, const struct tile *tile);
+
 /* How many pixels of the tile, which lies in the region, are finished. */
 uint32_t coverage_count(const struct coverage *coverage, const struct tile *tile);
 

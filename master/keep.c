@@ -6,7 +6,7 @@
 
 static uint32_t saved_pixels(void *save, const struct tile *tile)
 {
-    return save_holds(save, tile);
+    return save_use(save, tile);
 }
 
 /* Of the picture. Tiles tell nothing from run to run: each cuts them as it needs them. */
@@ -15,14 +15,24 @@ static double per_cent(const struct run *run, uint64_t pixels)
     return 100 * (double)pixels / ((double)run->canvas.width * run->canvas.height);
 }
 
-/* The errors of a part of the pixels, taken to be like the others. */
-static void scale_errors(struct render_counts *counts, double part)
+/* found: pixels. */
+static void tell_resumed(const struct run *run, uint64_t found)
 {
-    struct error_sum *sums[] = {&counts->sampling, &counts->halfway};
-    for (size_t i = 0; i < sizeof sums / sizeof *sums; i++) {
-        sums[i]->squares *= part;
-        sums[i]->fourths *= part;
-    }
+    const struct resumed *resumed = &run->report.resumed;
+    char again[80] = "";
+    if (resumed->pixels < found)
+        snprintf(again, sizeof again,
+                 ", but %.1f %% of the pixels are rendered again (tiles of another cut)",
+                 per_cent(run, found - resumed->pixels));
+    char where[80] = "";
+    unsigned passes = run->adaptive ? adaptive_passes(run->adaptive) : 0;
+    if (passes) snprintf(where, sizeof where, " in pass %u", passes);
+    /* In later passes all pixels are there, and more of their samples. */
+    char share[40] = "";
+    if (passes < 2) snprintf(share, sizeof share, "%.1f %% of the pixels", per_cent(run, found));
+    fprintf(stderr, "farm: going on with %s%s: %s%s%s%.1f s of rendering saved\n",
+            run->job.settings.output.journal, where, share, again, passes < 2 ? ", " : "",
+            resumed->seconds);
 }
 
 /* Takes over what an earlier run has left. */
@@ -32,28 +42,18 @@ static void resume(struct run *run)
     if (!found->pixels) return;
     queue_skip(run->queue, saved_pixels, run->save);
     struct queue_count count = queue_count(run->queue);
+    struct found_sums used = save_used(run->save);
     run->report.resumed = (struct resumed){
         .tiles = count.finished,
         .pixels = count.pixels_finished,
         .records = found->records,
-        .seconds = found->seconds * (double)count.pixels_finished / (double)found->pixels,
-        .counts = found->counts,
+        .seconds = used.busy_s,
+        .cpu_s = used.cpu_s,
+        .render_s = used.busy_s / run->renderers,
+        .again_s = used.again_s,
+        .counts = used.counts,
     };
-    struct resumed *resumed = &run->report.resumed;
-    resumed->again_s = found->seconds - resumed->seconds;
-    /* What is rendered again tells its error again. */
-    scale_errors(&resumed->counts, (double)resumed->pixels / (double)found->pixels);
-    char again[80] = "";
-    if (count.pixels_finished < found->pixels)
-        snprintf(again, sizeof again,
-                 ", but %.1f %% of the pixels are rendered again (tiles of another cut)",
-                 per_cent(run, found->pixels - count.pixels_finished));
-    char pass[40] = "";
-    if (run->adaptive) snprintf(pass, sizeof pass, " in pass %u", adaptive_passes(run->adaptive));
-    fprintf(stderr,
-            "farm: going on with %s%s: %.1f %% of the pixels%s, %.1f s of rendering saved\n",
-            run->job.settings.output.journal, pass, per_cent(run, found->pixels), again,
-            resumed->seconds);
+    tell_resumed(run, found->pixels);
 }
 
 uint32_t tiles_left(const struct run *run)
@@ -84,6 +84,18 @@ bool open_save(struct run *run, const struct scene *scene)
     return false;
 }
 
+/* In later passes tiles come once more, and only for some of their pixels. */
+static char *what_is_saved(const struct run *run, uint64_t pixels)
+{
+    unsigned passes = run->adaptive ? adaptive_passes(run->adaptive) : 0;
+    if (passes == 2) return format_text("pass 1 and what is finished of pass 2 are");
+    if (passes > 2)
+        return format_text("passes 1 to %u and what is finished of pass %u are", passes - 1,
+                           passes);
+    return format_text("%.1f %% of the pixels%s are", per_cent(run, pixels),
+                       passes ? " of pass 1" : "");
+}
+
 bool keep(struct run *run, const char *then)
 {
     if (!run->save) {
@@ -95,15 +107,12 @@ bool keep(struct run *run, const char *then)
     char *journal = kept.moved ? format_text("output.journal=%s", kept.path) : NULL;
     char *command = command_line(run->arguments, run->processes, journal);
     struct queue_count count = queue_count(run->queue);
-    /* In later passes tiles come once more, and only for some of their pixels. */
-    double saved = run->adaptive && adaptive_passes(run->adaptive) > 1
-                       ? 100
-                       : per_cent(run, count.pixels_finished - kept.lost_pixels);
+    char *saved = what_is_saved(run, count.pixels_finished - kept.lost_pixels);
     if (kept.lost)
         user_error(NULL, 0, "%llu finished tiles (%.1f s of rendering) could be saved nowhere",
                    (unsigned long long)kept.lost, kept.lost_s);
-    fprintf(stderr, "farm: %.1f %% of the pixels are saved in %s; %s: %s\n", saved, kept.path, then,
-            command);
+    fprintf(stderr, "farm: %s saved in %s; %s: %s\n", saved, kept.path, then, command);
+    free(saved);
     free(kept.path);
     free(journal);
     free(command);

@@ -127,11 +127,30 @@ static bool samples_are_idle(const struct loader *loader)
     return samples->file && !overridden;
 }
 
+/* Where neither target_error nor time_limit is set: a 0 switches off what a file has. */
+static void warn_of_idle_limits(const struct loader *loader)
+{
+    static const char *const limits[] = {"min_samples", "max_samples"};
+    if (setting_is_set(loader, "sampling", "target_error") ||
+        setting_is_set(loader, "sampling", "time_limit"))
+        return;
+    for (size_t i = 0; i < sizeof limits / sizeof *limits; i++) {
+        const struct origin *origin = setting_origin(loader, "sampling", limits[i]);
+        if (origin->file)
+            user_warning(origin->file, origin->line,
+                         "%s of [sampling] is not used without target_error or time_limit",
+                         limits[i]);
+    }
+}
+
 /* An adaptive pixel's halves are of equal size. */
 static bool sampling_good(const struct loader *loader, const char *config)
 {
     const struct settings *s = loader->settings;
-    if (!settings_adaptive(s)) return true;
+    if (!settings_adaptive(s)) {
+        warn_of_idle_limits(loader);
+        return true;
+    }
     if (samples_are_idle(loader))
         return refuse_setting(loader, config, "sampling", "samples",
                               "samples is not used beside target_error or time_limit, expected one "
@@ -154,7 +173,7 @@ static bool sampling_good(const struct loader *loader, const char *config)
 
 /* A file that is named, and how its name has to end: NULL for one of a picture's kinds. */
 struct named_file {
-    const char *key, *path, *extension;
+    const char *section, *key, *path, *extension;
 };
 
 static bool kind_good(const struct named_file *file)
@@ -190,19 +209,43 @@ static bool same_file(const char *a, const char *b)
     return first.st_dev == second.st_dev && first.st_ino == second.st_ino;
 }
 
-/* What is wrong with the i-th name, for the caller to free; NULL: nothing. */
-static char *mistake_in_name(const struct named_file *files, size_t i)
+static bool is_argument(const struct loader *loader, const struct named_file *file)
+{
+    const struct origin *origin = setting_origin(loader, file->section, file->key);
+    return origin->file && origin->line == 0;
+}
+
+/* Two that have one name; that of an argument is the newer one. */
+static void refuse_same(const struct loader *loader, const char *config,
+                        const struct named_file *file, const struct named_file *other)
+{
+    bool swap = is_argument(loader, other) && !is_argument(loader, file);
+    const struct named_file *newer = swap ? other : file, *older = swap ? file : other;
+    char *text = format_text("%s is also the name of the %s, expected a file of its own",
+                             newer->key, older->key);
+    refuse_setting(loader, config, newer->section, newer->key, text);
+    free(text);
+}
+
+/* Of the i-th name. */
+static bool name_good(const struct loader *loader, const char *config,
+                      const struct named_file *files, size_t i)
 {
     const struct named_file *file = &files[i];
-    if (!*file->path) return NULL;
-    if (!kind_good(file))
-        return format_text("%s has an unknown extension, expected %s", file->key,
-                           file->extension ? file->extension : ".png, .hdr or .pfm");
-    for (size_t k = 0; k < i; k++)
-        if (same_file(files[k].path, file->path))
-            return format_text("%s is also the name of the %s, expected a file of its own",
-                               file->key, files[k].key);
-    return NULL;
+    if (!*file->path) return true;
+    if (!kind_good(file)) {
+        char *text = format_text("%s has an unknown extension, expected %s", file->key,
+                                 file->extension ? file->extension : ".png, .hdr or .pfm");
+        refuse_setting(loader, config, file->section, file->key, text);
+        free(text);
+        return false;
+    }
+    for (size_t k = 0; k < i; k++) {
+        if (!same_file(files[k].path, file->path)) continue;
+        refuse_same(loader, config, file, &files[k]);
+        return false;
+    }
+    return true;
 }
 
 /* No two outputs are one file, nor is any the reference, and the kinds of their names keep them off
@@ -211,20 +254,20 @@ static bool output_good(const struct loader *loader, const char *config)
 {
     const struct settings *s = loader->settings;
     const struct named_file files[] = {
-        {"reference", s->sampling.reference, ""}, {"image", s->output.image, NULL},
-        {"report", s->output.report, ".json"},    {"journal", s->output.journal, ".journal"},
-        {"error", s->output.error, ".csv"},       {"trace", s->output.trace, ".json"},
-        {"heatmap", s->output.heatmap, NULL},     {"ranks", s->output.ranks, NULL},
+        {"sampling", "reference", s->sampling.reference, ""},
+        {"output", "image", s->output.image, NULL},
+        {"output", "report", s->output.report, ".json"},
+        {"output", "journal", s->output.journal, ".journal"},
+        {"output", "error", s->output.error, ".csv"},
+        {"output", "trace", s->output.trace, ".json"},
+        {"output", "heatmap", s->output.heatmap, NULL},
+        {"output", "ranks", s->output.ranks, NULL},
     };
     if (!*s->output.image)
         return refuse_setting(loader, config, "output", "image",
                               "image is empty, expected the name of a file");
-    for (size_t i = 1; i < sizeof files / sizeof *files; i++) {
-        char *mistake = mistake_in_name(files, i);
-        bool good = !mistake || refuse_setting(loader, config, "output", files[i].key, mistake);
-        free(mistake);
-        if (!good) return false;
-    }
+    for (size_t i = 1; i < sizeof files / sizeof *files; i++)
+        if (!name_good(loader, config, files, i)) return false;
     return true;
 }
 

@@ -165,10 +165,11 @@ static bool refuse_value(const struct mtl *mtl, const char *word)
     if (mtl->scan.too_large)
         user_error(mtl->scan.path, mtl->scan.line, "'%s': " NUMBER_TOO_LARGE, word);
     else
-        user_error(mtl->scan.path, mtl->scan.line,
-                   "'%s' is out of range, expected numbers such as a colour >= 0 or a share from "
-                   "0 to 1",
-                   word);
+        user_error(
+            mtl->scan.path, mtl->scan.line,
+            "'%s' needs finite numbers in their range, such as a colour >= 0 or a share from "
+            "0 to 1",
+            word);
     return false;
 }
 

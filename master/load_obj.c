@@ -72,12 +72,12 @@ static bool read_vertex(struct obj *obj)
 {
     struct vec3 point;
     double ignored;
-    if (!scan_vector(&obj->scan, &point)) return refuse(obj, "'v' needs three numbers");
+    if (!scan_vector(&obj->scan, &point)) return refuse(obj, "'v' needs three finite numbers");
     /* A weight or a colour may follow. */
     for (int i = 0; i < 4 && !scan_at_end(&obj->scan); i++)
         if (!scan_number(&obj->scan, &ignored))
-            return refuse(obj, "'v' needs three to seven numbers");
-    if (!scan_at_end(&obj->scan)) return refuse(obj, "'v' needs three to seven numbers");
+            return refuse(obj, "'v' needs three to seven finite numbers");
+    if (!scan_at_end(&obj->scan)) return refuse(obj, "'v' needs three to seven finite numbers");
     uint32_t index;
     obj->vertex_count++;
     return accept(
@@ -89,7 +89,7 @@ static bool read_normal(struct obj *obj)
 {
     struct vec3 normal;
     if (!scan_vector(&obj->scan, &normal) || !scan_at_end(&obj->scan))
-        return refuse(obj, "'vn' needs three numbers");
+        return refuse(obj, "'vn' needs three finite numbers");
     if (obj->normal_count == UINT32_MAX)
         return refuse(obj, "too many normals, at most 2^32 - 1 are possible");
     obj->normals = grow(obj->normals, obj->normal_count, sizeof *obj->normals);

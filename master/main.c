@@ -86,7 +86,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     if (!watch_start(&run->watch, settings->output.error)) end_job(STATUS_FAILED);
     if (run->save) {
         const struct resumed *resumed = &run->report.resumed;
-        struct result_header header = {.cpu_s = resumed->seconds, .counts = resumed->counts};
+        struct result_header header = {.cpu_s = resumed->cpu_s, .counts = resumed->counts};
         watch_add(&run->watch, resumed->pixels, &header);
     }
     run->stats = allocate_zeroed(run->renderers, sizeof *run->stats);
@@ -113,7 +113,9 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     run->silent = service.silent;
     name_silent(run);
     if (!complete) return end_early(run, service.deserted);
-    bool watched = watch_end(&run->watch, clock_wall(), service.render_s, &run->report.forecast);
+    /* As if one run had rendered all. */
+    double render_s = service.render_s + run->report.resumed.render_s;
+    bool watched = watch_end(&run->watch, clock_wall(), render_s, &run->report.forecast);
     run->report.errors = &run->watch.log;
     run->report.bvh_bytes = shared->bvh->bytes;
     run->report.time.broadcast = shared->broadcast_s;

@@ -6,6 +6,7 @@
 #include "common/message.h"
 #include "common/settings.h"
 #include "master/load.h"
+#include "master/scene_sections.h"
 
 static const struct {
     const char *name;
@@ -48,6 +49,61 @@ static bool is_setting_without_section(const char *argument)
     return strchr(argument, '=') && access(argument, F_OK) != 0;
 }
 
+/* Of settings and scenes. */
+static bool is_section(const char *word, size_t length)
+{
+    for (size_t i = 0; i < SETTINGS_KEYS; i++) {
+        const char *section = settings_keys[i].section;
+        if (strlen(section) == length && memcmp(section, word, length) == 0) return true;
+    }
+    for (size_t i = 0; scene_section_kind(i); i++) {
+        const char *name = scene_section_kind(i)->name;
+        if (strlen(name) == length && memcmp(name, word, length) == 0) return true;
+    }
+    return false;
+}
+
+/* "image.width", "sphere a.radius": an override whose value is missing, unless a file has that name. */
+static bool is_without_value(const char *argument)
+{
+    size_t length = strcspn(argument, ". ");
+    return strchr(argument, '.') && !strchr(argument, '=') && is_section(argument, length) &&
+           access(argument, F_OK) != 0;
+}
+
+static void refuse_without_value(const char *argument)
+{
+    user_error(NULL, 0,
+               "'%s' has no value, expected %s=VALUE, within quotes if there are spaces in it",
+               argument, argument);
+}
+
+static void refuse_without_section(const char *argument)
+{
+    size_t length = strcspn(argument, "=");
+    for (size_t i = 0; i < SETTINGS_KEYS; i++) {
+        const struct key *key = &settings_keys[i];
+        if (strlen(key->name) != length || memcmp(key->name, argument, length) != 0) continue;
+        user_error(NULL, 0, "'%s' names no section, did you mean '%s.%s'?", argument, key->section,
+                   argument);
+        return;
+    }
+    user_error(NULL, 0,
+               "'%s' is neither a scene nor SECTION.KEY=VALUE, such as "
+               "sampling.samples=4",
+               argument);
+}
+
+/* A section's name, or what a shell has cut off a value, is no scene. */
+static void refuse_second_scene(const char *argument, const char *config)
+{
+    bool quotes = is_section(argument, strlen(argument)) && access(argument, F_OK) != 0;
+    user_error(
+        NULL, 0, "'%s' is a second scene after '%s', expected one CONFIG and section.key=value%s",
+        argument, config,
+        quotes ? "; settings with spaces need quotes, such as \"light key.color=1 1 1\"" : "");
+}
+
 bool options_parse(int argc, char **argv, struct options *options)
 {
     size_t overrides = 0;
@@ -61,16 +117,13 @@ bool options_parse(int argc, char **argv, struct options *options)
             /* Gathered at the front of argv, over arguments that have been read. */
             argv[overrides++] = argument;
         } else if (is_setting_without_section(argument)) {
-            user_error(NULL, 0,
-                       "'%s' is neither a scene nor SECTION.KEY=VALUE, such as "
-                       "sampling.samples=4",
-                       argument);
+            refuse_without_section(argument);
+            return false;
+        } else if (is_without_value(argument)) {
+            refuse_without_value(argument);
             return false;
         } else if (options->config) {
-            user_error(NULL, 0,
-                       "'%s' is a second scene after '%s', expected one CONFIG and "
-                       "section.key=value",
-                       argument, options->config);
+            refuse_second_scene(argument, options->config);
             return false;
         } else {
             options->config = argument;

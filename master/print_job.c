@@ -120,9 +120,11 @@ char *print_job(const struct job *job)
 
 static void print_key_help(FILE *out, const struct key *key)
 {
-    char *expected = key_expected(key);
-    fprintf(out, "    %-14s %s%s%s", key->name, key->help ? key->help : "", key->help ? ": " : "",
-            expected);
+    /* Of a text there is no more to say than what it is. */
+    bool help_is_all = key->help && key->type == VALUE_TEXT;
+    char *expected = help_is_all ? copy_text("") : key_expected(key);
+    fprintf(out, "    %-14s %s%s%s", key->name, key->help ? key->help : "",
+            key->help && !help_is_all ? ": " : "", expected);
     if (key->fallback) fprintf(out, " (%s)", key->fallback);
     fputc('\n', out);
     free(expected);

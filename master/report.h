@@ -23,10 +23,10 @@ struct resumed {
     uint64_t pixels;  /* of these */
     uint64_t records; /* good ones in the journal */
     double seconds;   /* that they took to render, on all renderers together */
+    double cpu_s;     /* CPU seconds of that */
+    double render_s;  /* seconds of rendering that they spared this run: shared by its renderers */
     double again_s;   /* what the rest took that was saved, too, and is rendered again */
-    /* Of all that was saved, except for the errors: a record tells no pixel's share, and so what is
-     * rendered again counts twice. None that is 0 rises by that. */
-    struct render_counts counts;
+    struct render_counts counts; /* of what needed no rendering, as found_sum() */
 };
 
 struct report {

@@ -203,21 +203,38 @@ static void put_ranks(const struct table *table, const struct report *report)
     free(order);
 }
 
-/* An item of flowing text: on the current line if it fits there, else on a new one. */
+/* A piece of flowing text: on the current line if it fits there, else on a new one. */
+static void put_piece(struct table *table, const char *join, const char *format, va_list arguments)
+{
+    char piece[256];
+    int length = (int)strlen(join) + vsnprintf(piece, sizeof piece, format, arguments);
+    if (table->used && table->used + length > table->columns) {
+        fputc('\n', table->out);
+        table->used = 0;
+    }
+    table->used += fprintf(table->out, "%s%s", table->used ? join : "", piece);
+}
+
+/* An item of a list. */
 static void flow(struct table *table, const char *format, ...) MESSAGE_FORMAT(2, 3);
 
 static void flow(struct table *table, const char *format, ...)
 {
-    char item[256];
     va_list arguments;
     va_start(arguments, format);
-    int length = vsnprintf(item, sizeof item, format, arguments);
+    put_piece(table, ", ", format, arguments);
     va_end(arguments);
-    if (table->used && table->used + 2 + length > table->columns) {
-        fputc('\n', table->out);
-        table->used = 0;
-    }
-    table->used += fprintf(table->out, "%s%s", table->used ? ", " : "", item);
+}
+
+/* More of the last one. */
+static void flow_on(struct table *table, const char *format, ...) MESSAGE_FORMAT(2, 3);
+
+static void flow_on(struct table *table, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    put_piece(table, " ", format, arguments);
+    va_end(arguments);
 }
 
 static void end_flow(struct table *table)
@@ -284,26 +301,51 @@ static void put_shared_cores(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-/* "sampling error: RMSE 0.0021 (0.0019 to 0.0024) after 12.4 s, 0.001 would take about 41 s ..." */
+/* Of an error: two digits, 0.00005, not 5e-05. */
+static struct figure error_figure(double error)
+{
+    struct figure figure;
+    int decimals = error > 0 && error < 1 ? 1 - (int)floor(log10(error)) : 0;
+    if (error >= 1 || decimals > 8) decimals = 0;
+    snprintf(figure.text, sizeof figure.text, decimals ? "%.*f" : "%.*g", decimals ? decimals : 2,
+             error);
+    size_t end = strlen(figure.text);
+    while (decimals > 0 && end > 0 && figure.text[end - 1] == '0')
+        figure.text[--end] = '\0';
+    return figure;
+}
+
+/* "0.001 would take about 41 s (36 to 50), with 256 samples, ..." as if this run had rendered all. */
+static void put_forecast(struct table *table, const struct error_forecast *forecast,
+                         double elapsed_s)
+{
+    if (!forecast->known) return;
+    double low, high, goal = forecast_goal(forecast->rmse);
+    double others = elapsed_s - forecast->seconds;
+    double seconds = forecast_seconds(forecast, goal, &low, &high);
+    flow(table, "%s would take about %.3g s", error_figure(goal).text, others + seconds);
+    flow_on(table, "(%.3g to %.3g)", others + low, others + high);
+    if (forecast_tells_samples(forecast)) flow(table, "with %.0f samples", forecast->samples);
+    flow(table, "slope %.2f +- %.2f", -forecast->slope, forecast->slope_spread);
+    end_flow(table);
+}
+
+/* "sampling error: RMSE 0.0021 (0.0019 to 0.0024) after 12.4 s" */
 static void put_error(struct table *table, const struct report *report)
 {
     if (!report->errors || report->errors->count == 0) return;
     const struct error_row *last = &report->errors->rows[report->errors->count - 1];
-    const struct error_forecast *forecast = &report->forecast;
+    double before = report->resumed.render_s, elapsed = last->elapsed_s + before;
     if (!(last->estimate.rmse > 0) && isnan(last->true_rmse)) return;
-    flow(table, "sampling error: RMSE %.2g (%.2g to %.2g) after %.1f s", last->estimate.rmse,
-         last->estimate.low, last->estimate.high, last->elapsed_s);
-    if (!isnan(last->true_rmse)) flow(table, "%.2g against the reference", last->true_rmse);
-    if (forecast->known) {
-        double low, high, goal = forecast_goal(forecast->rmse);
-        double others = last->elapsed_s - forecast->seconds;
-        double seconds = forecast_seconds(forecast, goal, &low, &high);
-        flow(table, "%.2g would take about %.3g s (%.3g to %.3g)", goal, others + seconds,
-             others + low, others + high);
-        if (forecast_tells_samples(forecast)) flow(table, "with %.0f samples", forecast->samples);
-        flow(table, "slope %.2f +- %.2f", -forecast->slope, forecast->slope_spread);
-    }
+    flow(table, "sampling error: RMSE %s", error_figure(last->estimate.rmse).text);
+    flow_on(table, "(%s to %s)", error_figure(last->estimate.low).text,
+            error_figure(last->estimate.high).text);
+    flow_on(table, "after %.1f s", elapsed);
+    if (before > 0) flow(table, "%.1f s of that saved by an earlier run", before);
+    if (!isnan(last->true_rmse))
+        flow(table, "%s against the reference", error_figure(last->true_rmse).text);
     end_flow(table);
+    put_forecast(table, &report->forecast, elapsed);
 }
 
 /* What a limit has cut off. */

@@ -1,6 +1,7 @@
 #include "master/save.h"
 
 #include <fcntl.h>
+#include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,7 +13,7 @@
 #include "common/clock.h"
 #include "common/hash.h"
 #include "common/message.h"
-#include "master/coverage.h"
+#include "master/found.h"
 #include "master/journal.h"
 #include "master/text_file.h"
 
@@ -26,18 +27,24 @@
 /* Seconds until a disk that was full, or a folder that was gone, is tried again. */
 #define RETRY 1.0
 
+/* What the payload of a tile begins with; the floats of canvas_get() follow. */
+struct tile_head {
+    double cpu_s; /* that it took to render */
+    struct render_counts counts;
+};
+
 /* A finished tile that is not in the file. */
 struct finished {
     struct tile tile;
-    double seconds;
-    struct render_counts counts;
+    double seconds; /* wall, that it took to render */
+    struct tile_head head;
     struct part_head *part; /* owned; NULL: its pixels are in the canvas */
     size_t bytes;           /* of the part */
 };
 
 /* What the payload of a part begins with; the floats of adaptive_put() follow. */
 struct part_head {
-    struct render_counts counts;
+    struct tile_head tile;
     uint64_t plan; /* adaptive_plan_hash() before it came in */
 };
 
@@ -52,7 +59,7 @@ struct save {
     struct canvas *canvas;
     struct adaptive *adaptive; /* NULL: all samples of a pixel are taken at once */
     struct save_found found;
-    struct coverage coverage; /* of what was found, in pass 0; until the start */
+    struct found tiles; /* that were found; until the start */
 
     /* Shared by all threads, under lock. */
     pthread_mutex_t lock;
@@ -71,23 +78,28 @@ struct save {
     size_t room; /* of payload, bytes */
 };
 
-/* ---- what a record holds: the counts, then 3 floats per pixel; or struct part_head, then 7 ---- */
+/* ---- what a record holds: struct tile_head, then 3 floats per pixel; or struct part_head, then 7 ---- */
 
 static size_t payload_bytes(const struct tile *tile)
 {
-    return sizeof(struct render_counts) + (size_t)tile_pixels(tile) * 3 * sizeof(float);
+    return sizeof(struct tile_head) + (size_t)tile_pixels(tile) * 3 * sizeof(float);
+}
+
+static bool tile_head_valid(const struct tile_head *head)
+{
+    return isfinite(head->cpu_s) && head->cpu_s >= 0 && render_counts_valid(&head->counts);
 }
 
 static bool record_valid(const struct canvas *canvas, const struct journal_record *record,
-                         struct render_counts *counts)
+                         struct tile_head *head)
 {
     const struct tile *tile = &record->tile;
     if (record->pass != 0 || tile->pass != 0 ||
         !tile_message_valid(tile, sizeof *tile, canvas->width, canvas->height) ||
         record->bytes != payload_bytes(tile))
         return false;
-    memcpy(counts, record->payload, sizeof *counts);
-    return render_counts_valid(counts);
+    memcpy(head, record->payload, sizeof *head);
+    return tile_head_valid(head);
 }
 
 /* Plans the next pass when it is this one that comes and all before it are there. */
@@ -114,23 +126,31 @@ static bool part_valid(struct save *save, const struct journal_record *record,
         record->bytes != part_bytes(adaptive_work(save->adaptive, tile).pixels))
         return false;
     memcpy(head, record->payload, sizeof *head);
-    return head->plan == adaptive_plan_hash(save->adaptive, tile) &&
-           render_counts_valid(&head->counts);
+    return head->plan == adaptive_plan_hash(save->adaptive, tile) && tile_head_valid(&head->tile);
+}
+
+/* Notes what was found; returns how many of its pixels are new. */
+static uint32_t note(struct save *save, const struct journal_record *record,
+                     const struct tile_head *head)
+{
+    struct found_tile tile = {record->tile, record->seconds, head->cpu_s, head->counts};
+    uint32_t pixels = found_add(&save->tiles, &tile);
+    save->found.records++;
+    save->found.tiles += pixels > 0 || record->pass > 0;
+    save->found.pixels += pixels;
+    return pixels;
 }
 
 static bool take_part(struct save *save, const struct journal_record *record)
 {
     struct part_head head;
     if (!part_valid(save, record, &head)) return false;
-    save->found.records++;
-    uint32_t pixels = record->pass > 0 ? 0 : coverage_add(&save->coverage, &record->tile);
+    uint32_t pixels = note(save, record, &head.tile);
     if (record->pass == 0 && !pixels) return true;
+    double part = record->pass == 0 ? pixels / (double)tile_pixels(&record->tile) : 1;
     adaptive_put(save->adaptive, &record->tile,
-                 (const void *)((const char *)record->payload + sizeof head), record->seconds);
-    save->found.tiles++;
-    save->found.pixels += pixels;
-    save->found.seconds += record->seconds;
-    render_counts_add(&save->found.counts, &head.counts);
+                 (const void *)((const char *)record->payload + sizeof head),
+                 part * head.tile.cpu_s);
     return true;
 }
 
@@ -138,18 +158,12 @@ static bool take_part(struct save *save, const struct journal_record *record)
 static bool take_record(void *state, const struct journal_record *record)
 {
     struct save *save = state;
-    struct render_counts counts;
+    struct tile_head head;
     if (save->adaptive) return take_part(save, record);
-    if (!record_valid(save->canvas, record, &counts)) return false;
-    save->found.records++;
-    uint32_t pixels = coverage_add(&save->coverage, &record->tile);
-    if (!pixels) return true;
-    const char *rgb = (const char *)record->payload + sizeof counts;
+    if (!record_valid(save->canvas, record, &head)) return false;
+    if (!note(save, record, &head)) return true;
+    const char *rgb = (const char *)record->payload + sizeof head;
     canvas_put(save->canvas, &record->tile, (const void *)rgb);
-    save->found.tiles++;
-    save->found.pixels += pixels;
-    save->found.seconds += record->seconds * pixels / tile_pixels(&record->tile);
-    render_counts_add(&save->found.counts, &counts);
     return true;
 }
 
@@ -166,8 +180,8 @@ static bool append(struct save *save, const struct finished *finished)
         save->payload = reallocate(save->payload, bytes, 1);
         save->room = bytes;
     }
-    memcpy(save->payload, &finished->counts, sizeof finished->counts);
-    canvas_get(save->canvas, tile, (void *)(save->payload + sizeof finished->counts));
+    memcpy(save->payload, &finished->head, sizeof finished->head);
+    canvas_get(save->canvas, tile, (void *)(save->payload + sizeof finished->head));
     struct journal_record record = {*tile, 0, finished->seconds, save->payload, bytes};
     return journal_append(save->journal, &record);
 }
@@ -264,21 +278,23 @@ static void come_in(struct save *save, const struct finished *finished)
     pthread_mutex_unlock(&save->lock);
 }
 
-void save_tile(struct save *save, const struct tile *tile, double seconds,
-               const struct render_counts *counts)
-{
-    if (save)
-        come_in(save, &(struct finished){.tile = *tile, .seconds = seconds, .counts = *counts});
-}
-
-void save_part(struct save *save, const struct tile *tile, double seconds,
-               const struct render_counts *counts, const float *part)
+void save_tile(struct save *save, const struct tile *tile, const struct result_header *header)
 {
     if (!save) return;
-    struct finished finished = {.tile = *tile, .seconds = seconds};
+    come_in(save, &(struct finished){.tile = *tile,
+                                     .seconds = header->busy_s,
+                                     .head = {header->cpu_s, header->counts}});
+}
+
+void save_part(struct save *save, const struct tile *tile, const struct result_header *header,
+               const float *part)
+{
+    if (!save) return;
+    struct finished finished = {.tile = *tile, .seconds = header->busy_s};
     finished.bytes = part_bytes(adaptive_work(save->adaptive, tile).pixels);
     finished.part = allocate(finished.bytes, 1);
-    *finished.part = (struct part_head){*counts, adaptive_plan_hash(save->adaptive, tile)};
+    *finished.part = (struct part_head){{header->cpu_s, header->counts},
+                                        adaptive_plan_hash(save->adaptive, tile)};
     memcpy(finished.part + 1, part, finished.bytes - sizeof *finished.part);
     come_in(save, &finished);
 }
@@ -319,7 +335,7 @@ struct save *save_open(const char *path, const struct scene *scene, struct canva
     struct save *save = allocate_zeroed(1, sizeof *save);
     save->canvas = canvas;
     save->adaptive = adaptive;
-    coverage_init(&save->coverage, canvas->width, canvas->height);
+    found_init(&save->tiles, canvas->width, canvas->height);
     struct journal_reader reader = {
         .take = take_record,
         .state = save,
@@ -327,7 +343,7 @@ struct save *save_open(const char *path, const struct scene *scene, struct canva
     };
     save->journal = journal_open(path, picture_hash(scene, adaptive), &reader);
     if (save->journal) return save;
-    coverage_free(&save->coverage);
+    found_free(&save->tiles);
     free(save);
     return NULL;
 }
@@ -337,9 +353,14 @@ const struct save_found *save_found(const struct save *save)
     return &save->found;
 }
 
-uint32_t save_holds(const struct save *save, const struct tile *tile)
+uint32_t save_use(struct save *save, const struct tile *tile)
 {
-    return coverage_count(&save->coverage, tile);
+    return found_use(&save->tiles, tile);
+}
+
+struct found_sums save_used(struct save *save)
+{
+    return found_sum(&save->tiles);
 }
 
 /* The queue may split tiles: four times as many are a lot. What passes there will be behind the one
@@ -364,7 +385,7 @@ bool save_has_room(const struct save *save, uint32_t tiles, uint64_t pixels)
 void save_start(struct save *save, uint32_t tiles, uint64_t pixels)
 {
     pthread_condattr_t monotonic;
-    coverage_free(&save->coverage);
+    found_free(&save->tiles);
     save->reserve = tiles ? bytes_to_come(save, tiles, pixels) : 0;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
@@ -393,7 +414,7 @@ static void end_thread(struct save *save)
 
 static void destroy(struct save *save)
 {
-    coverage_free(&save->coverage);
+    found_free(&save->tiles);
     list_drop(&save->waiting, save->waiting.count);
     free(save->come.items);
     free(save->waiting.items);

@@ -3,7 +3,7 @@
  * this one finishes goes into the journal, by a thread of its own, so that a slow disk holds nobody
  * up.
  *
- *   save_open() --> save_holds() ... --> save_start() --> save_tile() ... --> save_keep() or
+ *   save_open() --> save_use() ... --> save_start() --> save_tile() ... --> save_keep() or
  *                                                                              save_drop()
  *
  * A tile is in the file within a few hundredths of a second. In the first second nothing is written,
@@ -20,14 +20,13 @@
 #include "common/scene.h"
 #include "master/adaptive.h"
 #include "master/canvas.h"
+#include "master/found.h"
 
 /* What an earlier run has left. */
 struct save_found {
     uint64_t records; /* good ones in the journal */
     uint64_t tiles;   /* of these, that brought something new; as they were cut then */
     uint64_t pixels;  /* each counted once */
-    double seconds;   /* that they took to render, on all renderers together */
-    struct render_counts counts;
 };
 
 struct save;
@@ -43,8 +42,11 @@ struct save *save_open(const char *path, const struct scene *scene, struct canva
 
 const struct save_found *save_found(const struct save *save);
 
-/* How many pixels of a tile were found; until save_start(). */
-uint32_t save_holds(const struct save *save, const struct tile *tile);
+/* How many pixels of a tile were found, as found_use(); until save_start(). */
+uint32_t save_use(struct save *save, const struct tile *tile);
+
+/* What that comes to, as found_sum(); once, until save_start(). */
+struct found_sums save_used(struct save *save);
 
 /* Whether there is room for so many tiles and pixels more; false after user_error(). */
 bool save_has_room(const struct save *save, uint32_t tiles, uint64_t pixels);
@@ -56,15 +58,14 @@ void save_start(struct save *save, uint32_t tiles, uint64_t pixels);
  * A tile is finished: its pixels are in the canvas and stay as they are. Any thread; save may be
  * NULL: nothing is kept.
  */
-void save_tile(struct save *save, const struct tile *tile, double seconds,
-               const struct render_counts *counts);
+void save_tile(struct save *save, const struct tile *tile, const struct result_header *header);
 
 /*
  * The same where sampling is adaptive, before adaptive_put() with the same part, which is copied: later
  * passes change the canvas.
  */
-void save_part(struct save *save, const struct tile *tile, double seconds,
-               const struct render_counts *counts, const float *part);
+void save_part(struct save *save, const struct tile *tile, const struct result_header *header,
+               const float *part);
 
 /* What save_keep() has made of it. */
 struct save_kept {

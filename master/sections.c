@@ -36,8 +36,10 @@ bool read_entry(const struct ini_section *section, const struct ini_entry *entry
 {
     if (key_parse(key, entry->value, base)) return true;
     char *title = section_title(section), *expected = key_expected(key);
-    user_error(entry->file, entry->line, "%s = %s in %s, expected %s%s%s", entry->key, entry->value,
-               title, expected, key->help ? ": " : "", key->help ? key->help : "");
+    char *what = key->help ? format_text("; %s: %s", key->name, key->help) : copy_text("");
+    user_error(entry->file, entry->line, "%s = %s in %s, expected %s%s", entry->key, entry->value,
+               title, expected, what);
+    free(what);
     free(title);
     free(expected);
     return false;

@@ -120,7 +120,7 @@ static struct error_forecast forecast_by_plan(const struct watch *watch)
 }
 
 /* In the CPU time of rendering, which other programs do not stretch, then as a share of the wall
- * time that this run had for it. */
+ * time that there was for it. */
 static struct error_forecast forecast_of(const struct watch *watch, double render_s)
 {
     struct error_forecast forecast =

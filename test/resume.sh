@@ -36,9 +36,16 @@ flipped() { # OFFSET PROCESSES KEPT
     resume_from "$3"; printf '\377\0\1' | dd of=a.journal bs=1 seek="$1" conv=notrunc 2>/dev/null
     run 0 farm_n "$2" "$SCENE" $SIZE output.image=a.pfm && echo "$err" | grep -q damaged && finished
 }
+# Seconds of rendering of an earlier run are in the forecast, which is of a smaller error.
+forecast_has() { # PROCESSES
+    saved=$(sed -n 's/^ *"seconds_saved": \([0-9.]*\),$/\1/p' a.json)
+    foreseen=$(sed -n '/"forecast"/,/}/s/^ *"render_s": \([0-9.]*\),$/\1/p' a.json)
+    echo "forecast: $foreseen s, saved: $saved s, $1 renderers"
+    awk "BEGIN { exit !($saved > 0 && $foreseen > $saved / $1) }"
+}
 all_saved() { # KEPT: a run whose picture cannot be written, then one that has nothing to render
     resume_from "$1"
     run 1 farm_n 0 "$SCENE" $SIZE output.image=a.pfm output.report=/dev/full || return 1
     rm a.pfm
-    run 0 farm_n 3 "$SCENE" $SIZE output.image=a.pfm && finished && grep -q '"primary": 0,' a.json
+    run 0 farm_n 3 "$SCENE" $SIZE output.image=a.pfm && finished && grep -q '"primary": 0,' a.json && forecast_has 3
 }

@@ -18,6 +18,27 @@ wrong() { # N PATTERN ARGUMENT...: one line on stderr that matches, status 2, no
     [ "$(lines "$err")" -eq 1 ] && [ -z "$out" ] && [ "$(ls)" = "$before" ] &&
         echo "$err" | grep -Eq "$pattern"
 }
+values() { # what looks like a setting is taken for no scene
+    wrong 0 "'image.width' has no value, expected image.width=VALUE" everything.ini image.width &&
+        wrong 0 "'image.width' has no value" image.width everything.ini &&
+        wrong 0 "expected sphere a.radius=VALUE" everything.ini "sphere a.radius" &&
+        wrong 0 "did you mean 'image.width=30'" everything.ini width=30 &&
+        wrong 0 "'foo=30' is neither" everything.ini foo=30 &&
+        wrong 0 "'light' is a second scene.*quotes" everything.ini light key.color=1 1 1
+}
+check "settings in pieces" values
+idle() { # MESSAGES ARGUMENT...
+    messages=$1; shift
+    run 0 "$FARM" --check everything.ini "$@" && echo "$err" &&
+        [ "$(echo "$err" | grep -c 'samples of \[sampling\] is not used')" -eq "$messages" ]
+}
+check "min_samples and max_samples without a use" idle 2 sampling.min_samples=8 sampling.max_samples=16
+check "switched off for once" idle 0 sampling.min_samples=8 sampling.time_limit=0
+check "with a use" idle 0 sampling.min_samples=8 sampling.time_limit=1
+unmade() { # that a folder exists where no file can be made is known
+    wrong 0 '^/proc/x.png: the folder cannot be written to' everything.ini output.image=/proc/x.png
+}
+check "a folder without files of ours" unmade
 for n in 0 2; do
     check "no arguments, -n $n" wrong $n 'no scene given'
     check "unknown option, -n $n" wrong $n "unknown option '--frobnicate'" --frobnicate everything.ini
@@ -55,12 +76,18 @@ over_reference() { # KEY: no output takes the reference's place, however it is w
     wrong 0 "^output.$1=./many.pfm: $1 is also the name of the reference" everything.ini \
         sampling.reference=many.pfm "output.$1=./many.pfm" && [ "$(wc -c <many.pfm)" -eq 500 ]
 }
+late_reference() { # the argument is what is wrong, not the file
+    cp everything.ini named.ini && printf '[output]\nimage = other.pfm\n' >>named.ini
+    wrong 0 '^sampling.reference=other.pfm: reference is also the name of the image' named.ini \
+        sampling.reference=other.pfm
+}
+check "no reference over the picture" late_reference
 check "no picture over the reference" over_reference image
 check "no heat map over the reference" over_reference heatmap
 check "no output over another that is not there yet" wrong 0 \
     '^output.heatmap=./new.png: heatmap is also the name of the image' everything.ini \
     output.image=new.png output.heatmap=./new.png
-check "a setting without its section" wrong 0 "'samples=4' is neither.*sampling.samples" \
+check "a setting without its section" wrong 0 "did you mean 'sampling.samples=4'" \
     everything.ini samples=4
 check "--check tries the outputs, too" wrong 0 'output.report' --check everything.ini \
     output.report=missing/folder/a.json

@@ -138,11 +138,11 @@ static void test_huge_counts(void **state)
         const char *text, *line;
     } cases[] = {
         {0, "[image]\nwidth = 4294967296\n",
-         "a.ini:2: width = 4294967296 in [image], expected a whole number from 1 to 65535: "},
+         "a.ini:2: width = 4294967296 in [image], expected a whole number from 1 to 65535; "},
         {0, "[image]\nwidth = 65535\nheight = 65535\n" INI,
          "a.ini:2: the picture has 4294836225 pixels, expected width x height <= 2^28\n"},
         {0, "[sampling]\nsamples = 99999999999\n",
-         "a.ini:2: samples = 99999999999 in [sampling], expected a whole number from 1 to 65536: "},
+         "a.ini:2: samples = 99999999999 in [sampling], expected a whole number from 1 to 65536; "},
         {1, "p 4294967295\n0 0 0\n",
          "a.nff:1: '4294967295' in place of a polygon's number of corners, expected 3 to 20000\n"},
         {1, "pp 18446744073709551615\n",

@@ -167,16 +167,18 @@ static void test_unknown_names(void **state)
 static void test_bad_values(void **state)
 {
     refused(state, "[sphere ball]\ncenter = 0 0 0\n",
-            "scene.ini:1: [sphere ball] has no radius, expected a number > 0");
+            "scene.ini:1: [sphere ball] has no radius, expected a finite number > 0");
     refused(state, "[sphere ball]\n",
-            "scene.ini:1: [sphere ball] has no center, expected three numbers separated by spaces");
-    refused(state, "[sphere]\ncenter = 0 0\n",
-            "scene.ini:2: center = 0 0 in [sphere], expected three numbers separated by spaces");
-    refused(state, "[sphere]\ncenter = 0 0 0\nradius = -1\n",
-            "scene.ini:3: radius = -1 in [sphere], expected a number > 0");
+            "scene.ini:1: [sphere ball] has no center, expected three finite numbers separated by "
+            "spaces");
     refused(
-        state, "[sphere]\ncenter = 0 0 nan\n",
-        "scene.ini:2: center = 0 0 nan in [sphere], expected three numbers separated by spaces");
+        state, "[sphere]\ncenter = 0 0\n",
+        "scene.ini:2: center = 0 0 in [sphere], expected three finite numbers separated by spaces");
+    refused(state, "[sphere]\ncenter = 0 0 0\nradius = -1\n",
+            "scene.ini:3: radius = -1 in [sphere], expected a finite number > 0");
+    refused(state, "[sphere]\ncenter = 0 0 nan\n",
+            "scene.ini:2: center = 0 0 nan in [sphere], expected three finite numbers separated by "
+            "spaces");
     refused(state, "[plane]\npoint = 0 0 0\nnormal = 0 0 0\n",
             "scene.ini:1: [plane]: the normal is zero or not finite, expected a direction");
     refused(state, "[box b]\nmin = 0 0 0\nmax = 1 0 1\n",
@@ -188,16 +190,15 @@ static void test_bad_values(void **state)
             "points");
     refused(state, "[cone]\nbase = 0 1 0\napex = 0 0 0\nbase_radius = 0\n",
             "scene.ini:1: [cone]: both radii are 0, expected at least one > 0");
-    refused(
-        state, "[material m]\nreflection = 1.1\n",
-        "scene.ini:2: reflection = 1.1 in [material m], expected a number from 0 to 1: share of "
-        "light that is mirrored");
+    refused(state, "[material m]\nreflection = 1.1\n",
+            "scene.ini:2: reflection = 1.1 in [material m], expected a number from 0 to 1; "
+            "reflection: share of light that is mirrored");
     refused(state, "[light]\nposition = 0 0 0\ncolor = 1 -1 1\n",
-            "scene.ini:3: color = 1 -1 1 in [light], expected a colour: three numbers >= 0 "
-            "separated by spaces: its strength, the same at any distance");
+            "scene.ini:3: color = 1 -1 1 in [light], expected a colour: three finite numbers >= 0 "
+            "separated by spaces; color: its strength, the same at any distance");
     refused(state, "[material glass]\nior = 0\n",
-            "scene.ini:2: ior = 0 in [material glass], expected a number > 0: index of refraction "
-            "(water 1.33, glass 1.5; the world outside has 1)");
+            "scene.ini:2: ior = 0 in [material glass], expected a finite number > 0; ior: index "
+            "of refraction (water 1.33, glass 1.5; the world outside has 1)");
 }
 
 static void test_bad_combinations(void **state)

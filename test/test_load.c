@@ -60,7 +60,7 @@ static void test_bad_overrides(void **state)
         {"image.widht=100",
          "image.widht=100: unknown key 'widht' in [image], did you mean 'width'?"},
         {"image.width=0", "image.width=0: width = 0 in [image], expected a whole number from 1 to "
-                          "65535: pixels from left to right"},
+                          "65535; width: pixels from left to right"},
         {"imgae.width=5", "imgae.width=5: unknown section 'imgae', did you mean 'image'?"},
         {"width=5", "width=5: is no setting, expected SECTION.KEY=VALUE"},
         {"image.width", "image.width: is no setting, expected SECTION.KEY=VALUE"},
@@ -296,7 +296,7 @@ static void test_help_lists_all_keys(void **state)
     print_scene_keys(out);
     fclose(out);
     static const char *const words[] = {"[cone NAME]", "apex_radius", "[include NAME]",
-                                        "the world outside has 1): a number > 0 (1.5)"};
+                                        "the world outside has 1): a finite number > 0 (1.5)"};
     for (size_t i = 0; i < sizeof words / sizeof *words; i++)
         assert_non_null(strstr(help, words[i]));
     free(help);

@@ -60,7 +60,7 @@ static void test_text_form(void **state)
     assert_int_equal(triangles_of(scene), 2);
     free(scene);
     scratch_write("mesh.obj", "v 0 0 0\nv 1 0\\\n 0\nv 1 1 x\n");
-    scratch_refused(*state, "scene.ini", NULL, "mesh.obj:4: 'v' needs three numbers");
+    scratch_refused(*state, "scene.ini", NULL, "mesh.obj:4: 'v' needs three finite numbers");
 }
 
 static void test_unknown_statements_warn_once(void **state)
@@ -75,10 +75,10 @@ static void test_mistakes(void **state)
 #define LAST "has no index behind its last '/', expected 1, 1/2, 1//3 or 1/2/3"
 #define CORNER                                                                                     \
     "is no corner of a face, expected indices of defined vertices such as 1, 1/2, 1//3 or 1/2/3"
-    refused(state, "v 1 2\n", "mesh.obj:1: 'v' needs three numbers");
-    refused(state, "v 1 2 3 4 5 6 7 8\n", "mesh.obj:1: 'v' needs three to seven numbers");
-    refused(state, "v 1 2 nan\n", "mesh.obj:1: 'v' needs three numbers");
-    refused(state, "vn 0 1\n", "mesh.obj:1: 'vn' needs three numbers");
+    refused(state, "v 1 2\n", "mesh.obj:1: 'v' needs three finite numbers");
+    refused(state, "v 1 2 3 4 5 6 7 8\n", "mesh.obj:1: 'v' needs three to seven finite numbers");
+    refused(state, "v 1 2 nan\n", "mesh.obj:1: 'v' needs three finite numbers");
+    refused(state, "vn 0 1\n", "mesh.obj:1: 'vn' needs three finite numbers");
     refused(state, SQUARE "f 1 2\n", "mesh.obj:5: 'f' needs at least three corners");
     refused(state, SQUARE "f\n", "mesh.obj:5: 'f' needs at least three corners");
     refused(state, SQUARE "f 1 2 5\n", "mesh.obj:5: '5' " CORNER);
@@ -98,7 +98,8 @@ static void test_mistakes(void **state)
     refused(state, "solid ball\n",
             "mesh.obj:1: warning: 'solid' and what else is unknown is left "
             "out\nmesh.obj: has no faces, expected a mesh with at least one 'f'");
-    refused(state, "mtllib .\n", "mesh.obj:1: '.' is no regular file, expected a file of materials");
+    refused(state, "mtllib .\n",
+            "mesh.obj:1: '.' is no regular file, expected a file of materials");
     refused(state, SQUARE "f 1 2 3.0\n", "mesh.obj:5: '3.0' " CORNER);
     refused(state, SQUARE "usemtl\n", "mesh.obj:5: 'usemtl' needs the name of a material");
     refused(state, SQUARE "mtllib\n", "mesh.obj:5: 'mtllib' needs the name of a file");
@@ -145,10 +146,10 @@ static void test_missing_library(void **state)
     free(loaded(state, "mtllib none.mtl\n" SQUARE "usemtl red\nf 1 2 3\n", ""));
     assert_string_equal(s->said, "mesh.obj:1: warning: the material file 'none.mtl' is missing\n");
     scratch_write("bad.mtl", "newmtl red\nKd 1 x 0\n");
-    refused(
-        state, "mtllib bad.mtl\n",
-        "bad.mtl:2: 'Kd' is out of range, expected numbers such as a colour >= 0 or a share from "
-        "0 to 1");
+    refused(state, "mtllib bad.mtl\n",
+            "bad.mtl:2: 'Kd' needs finite numbers in their range, such as a colour >= 0 or a share "
+            "from "
+            "0 to 1");
 }
 
 static void test_legal_forms_of_materials(void **state)
@@ -181,9 +182,10 @@ static void test_legal_forms_of_materials(void **state)
     refused(state, "mtllib bad.mtl\n",
             "bad.mtl:2: 'Kd': a number is out of range, expected none beyond 1.79e308");
     scratch_write("bad.mtl", "newmtl a\nd -halo 1.5\n");
-    scratch_refused(*state, "scene.ini", NULL,
-                    "bad.mtl:2: 'd' is out of range, expected numbers such as a colour >= 0 or a "
-                    "share from 0 to 1");
+    scratch_refused(
+        *state, "scene.ini", NULL,
+        "bad.mtl:2: 'd' needs finite numbers in their range, such as a colour >= 0 or a "
+        "share from 0 to 1");
 }
 
 /* The latest definition of a name counts; a file named again is not read again. */

@@ -394,22 +394,45 @@ static void test_table_of_many(void **state)
     free(text);
 }
 
+/* An error with what less would cost; an earlier run's part counts as this one's. */
+static void test_table_error(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct report report = sample_report(renderers, 2);
+    struct error_row row = {2.4, 16, {0.000098, 0.000087, 0.00011}, (double)NAN};
+    struct error_log log = {&row, 1};
+    report.errors = &log;
+    report.forecast = (struct error_forecast){true, 0.000098, 2, 0.5, 0, 64};
+    char *text = table_text(&report, 80);
+    assert_has(text, "\nsampling error: RMSE 0.000098 (0.000087 to 0.00011) after 2.4 s\n"
+                     "0.00002 would take about 48.4 s (48.4 to 48.4), with 64 samples\n"
+                     "slope -0.50 +- 0.00\n");
+    free(text);
+    text = table_text(&report, 40);
+    assert_fits(text, 40);
+    assert_has(text, "\nsampling error: RMSE 0.000098\n(0.000087 to 0.00011) after 2.4 s\n"
+                     "0.00002 would take about 48.4 s\n(48.4 to 48.4), with 64 samples\n");
+    free(text);
+    row.true_rmse = 0.00009;
+    report.resumed.render_s = 10;
+    report.forecast.seconds = 12;
+    text = table_text(&report, 80);
+    assert_has(text, " after 12.4 s\n10.0 s of that saved by an earlier run, "
+                     "0.00009 against the reference\n0.00002 would take about 289 s (");
+    free(text);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_balance),
-        cmocka_unit_test(test_json),
-        cmocka_unit_test(test_bad_samples),
-        cmocka_unit_test(test_twice),
-        cmocka_unit_test(test_resumed),
-        cmocka_unit_test(test_json_features),
-        cmocka_unit_test(test_json_without_numbers),
-        cmocka_unit_test(test_json_strings),
-        cmocka_unit_test(test_json_numbers),
-        cmocka_unit_test(test_table),
-        cmocka_unit_test(test_table_fits),
-        cmocka_unit_test(test_table_extremes),
-        cmocka_unit_test(test_table_of_many),
+        cmocka_unit_test(test_balance),        cmocka_unit_test(test_json),
+        cmocka_unit_test(test_bad_samples),    cmocka_unit_test(test_twice),
+        cmocka_unit_test(test_resumed),        cmocka_unit_test(test_table_error),
+        cmocka_unit_test(test_json_features),  cmocka_unit_test(test_json_without_numbers),
+        cmocka_unit_test(test_json_strings),   cmocka_unit_test(test_json_numbers),
+        cmocka_unit_test(test_table),          cmocka_unit_test(test_table_fits),
+        cmocka_unit_test(test_table_extremes), cmocka_unit_test(test_table_of_many),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

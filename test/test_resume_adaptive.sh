@@ -26,7 +26,8 @@ check "in a later pass" sh -c 'grep -q "in pass [2-9]" "$1"' - err
 
 stopped() { # by a signal: as it is said, and in that way it goes on
     broken_off TERM 2300000 0 && [ $status -eq 75 ] || { echo "status $status"; cat e; return 1; }
-    grep -q 'stopped by .* in pass [2-9]' e || { cat e; return 1; }
+    grep -q 'stopped by .* in pass [2-9]' e && grep -q 'and what is finished of pass [2-9] are saved in' e ||
+        { cat e; return 1; }
     command=$(sed -n 's/.*; to go on: //p' e)
     eval "$command" >o 2>e || { cat e; return 1; }
     finished

@@ -129,7 +129,7 @@ static void test_expectations(void **state)
     } cases[] = {
         {"image", "width", "a whole number from 1 to 65535"},
         {"camera", "fov", "a number > 0 and < 180"},
-        {"render", "cutoff", "a number >= 0"},
+        {"render", "cutoff", "a finite number >= 0"},
         {"farm", "schedule", "dynamic, tiles, strips, cyclic or cyclic-rows"},
         {"farm", "tile", "auto or a whole number from 1 to 1024"},
         {"farm", "kernel", "auto, portable, avx2 or avx512"},

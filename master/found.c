@@ -1,0 +1,93 @@
+#include "master/found.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "common/message.h"
+
+void found_init(struct found *found, uint32_t width, uint32_t height)
+{
+    *found = (struct found){0};
+    coverage_init(&found->used, width, height);
+    coverage_init(&found->unused, width, height);
+}
+
+void found_free(struct found *found)
+{
+    coverage_free(&found->used);
+    coverage_free(&found->unused);
+    free(found->tiles);
+    *found = (struct found){0};
+}
+
+uint32_t found_add(struct found *found, const struct found_tile *tile)
+{
+    if (found->count == found->room) {
+        found->room = found->room ? 2 * found->room : 64;
+        found->tiles = reallocate(found->tiles, found->room, sizeof *found->tiles);
+    }
+    found->tiles[found->count++] = *tile;
+    return tile->tile.pass > 0 ? 0 : coverage_add(&found->unused, &tile->tile);
+}
+
+uint32_t found_use(struct found *found, const struct tile *tile)
+{
+    uint32_t pixels = coverage_count(&found->unused, tile);
+    if (pixels < tile_pixels(tile)) return pixels;
+    coverage_remove(&found->unused, tile);
+    coverage_add(&found->used, tile);
+    return pixels;
+}
+
+/* What is not 0 stays so: that a sample was not finite is told in any case. */
+static uint64_t part_of(uint64_t count, double share)
+{
+    return (uint64_t)ceil((double)count * share);
+}
+
+static void scale_errors(struct error_sum *sum, double share)
+{
+    sum->squares *= share;
+    sum->fourths *= share;
+}
+
+/* truncation is of a single pixel, and stays. */
+static struct render_counts scaled(const struct render_counts *counts, double share)
+{
+    struct render_counts part = *counts;
+    if (share == 1) return part;
+    for (int kind = 0; kind < RAY_KINDS; kind++)
+        part.rays[kind] = part_of(part.rays[kind], share);
+    uint64_t *whole[] = {&part.nonfinite, &part.exact_fallbacks, &part.bound_rays,
+                         &part.unmatched_media, &part.open_media};
+    for (size_t i = 0; i < sizeof whole / sizeof *whole; i++)
+        *whole[i] = part_of(*whole[i], share);
+    part.intersect_s *= share;
+    part.shade_s *= share;
+    scale_errors(&part.sampling, share);
+    scale_errors(&part.halfway, share);
+    return part;
+}
+
+/* Each pixel is counted with the tile that takes it out of the coverage. */
+static double share_of(struct coverage *coverage, const struct tile *tile)
+{
+    return coverage_remove(coverage, tile) / (double)tile_pixels(tile);
+}
+
+struct found_sums found_sum(struct found *found)
+{
+    struct found_sums sums = {0};
+    for (size_t i = found->count; i-- > 0;) {
+        const struct found_tile *it = &found->tiles[i];
+        double used = it->tile.pass > 0 ? 1 : share_of(&found->used, &it->tile);
+        double unused = it->tile.pass > 0 ? 0 : share_of(&found->unused, &it->tile);
+        sums.again_s += unused * it->busy_s;
+        if (!(used > 0)) continue;
+        sums.busy_s += used * it->busy_s;
+        sums.cpu_s += used * it->cpu_s;
+        struct render_counts counts = scaled(&it->counts, used);
+        render_counts_add(&sums.counts, &counts);
+    }
+    return sums;
+}
