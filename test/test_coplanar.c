@@ -247,12 +247,66 @@ static void test_glass_on_glass(void **state)
             }
 }
 
+/* ---- oblique ---- */
+
+/* In x + 3 y - z = 1, exactly, some `reach` from (1, 0, 0) at most. */
+static struct vec3 oblique_point(uint64_t *random, double reach)
+{
+    double i = floor(64 * random_between(random, -reach, reach)) / 64;
+    double k = floor(64 * random_between(random, -reach, reach)) / 64;
+    return vec3(1 + i + 3 * k, -k, i);
+}
+
+/* Overlapping triangles of glass and of something opaque, and what is opaque everywhere else. */
+static struct scene *oblique_scene(uint64_t *random)
+{
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    add_material(builder, vec3(1, 1, 1), 0.8);
+    for (uint32_t i = 0; i < 24; i++)
+        add_triangle(builder, oblique_point(random, 4), oblique_point(random, 4),
+                     oblique_point(random, 4), i % 2);
+    add_triangle(builder, vec3(61, -20, 0), vec3(-59, 20, 0), vec3(1, 0, 0), 0);
+    add_triangle(builder, vec3(61, -20, 0), vec3(-59, 20, 0), vec3(41, 0, 40), 0);
+    add_triangle(builder, vec3(61, -20, 0), vec3(-59, 20, 0), vec3(-39, 0, -40), 0);
+    return finish_scene(builder);
+}
+
+/* What is thrown back or lit from one of them meets none of them. */
+static void test_oblique(void **state)
+{
+    (void)state;
+    uint64_t random = 73;
+    for (int i = 0; i < 40; i++) {
+        struct scene *scene = oblique_scene(&random);
+        struct bvh *bvh = build_tree(scene);
+        for (int k = 0; k < 500; k++) {
+            struct vec3 eye = vec_add_scaled(oblique_point(&random, 3), vec3(1, 3, -1),
+                                             pow(10, random_between(&random, -6, 1)));
+            struct ray ray =
+                ray_to(eye, vec_add(oblique_point(&random, 2), random_vector(&random, 1e-3)));
+            struct hit hit = nearest_of(scene, bvh, &ray);
+            if (hit.primitive == PRIMITIVE_NONE) continue;
+            assert_true(is_opaque(scene, &hit));
+            struct ray next = ray_from(scene, &ray, &hit);
+            next.direction = random_vector(&random, 1);
+            if (vec_dot(next.direction, vec3(1, 3, -1)) <= 0)
+                next.direction = vec_neg(next.direction);
+            assert_int_equal(nearest_of(scene, bvh, &next).primitive, PRIMITIVE_NONE);
+            assert_vector_near(light_through(scene, bvh, &next), vec3(1, 1, 1), 0);
+        }
+        free(bvh);
+        free(scene);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_are_coplanar),
         cmocka_unit_test(test_glass_on_floor),
         cmocka_unit_test(test_glass_on_glass),
+        cmocka_unit_test(test_oblique),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
