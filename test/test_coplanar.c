@@ -72,9 +72,7 @@ static void test_are_coplanar(void **state)
 
 enum kind { MESH, BOX, CONE, DISC, PLANE, KINDS };
 
-#define GLASS_KINDS (DISC + 1) /* a sheet of glass will do */
-
-/* A square of side 2 `half` around the origin, in y = height. */
+/* Two triangles in y = height, a quadrangle about `half` to each side of the origin. */
 static void add_square(struct builder *builder, double half, double height, uint32_t material)
 {
     double x = 1.1 * half, z = 0.9 * half;
@@ -84,7 +82,7 @@ static void add_square(struct builder *builder, double half, double height, uint
                  material);
 }
 
-/* What has a flat side in y = height of at least `half` around the origin; solids are from there to
+/* What is flat in y = height, for `half` around the origin at least; boxes and cones are from there to
  * height + thickness. */
 static void add_flat(struct builder *builder, enum kind kind, double half, double height,
                      double thickness, uint32_t material)
@@ -203,7 +201,7 @@ static void test_glass_on_floor(void **state)
 {
     (void)state;
     uint64_t random = 71;
-    for (enum kind glass = MESH; glass < GLASS_KINDS; glass++)
+    for (enum kind glass = MESH; glass < PLANE; glass++)
         for (enum kind floor = MESH; floor < KINDS; floor++)
             for (int one_eye = 0; one_eye < 2; one_eye++) {
                 struct scene *scene = glass_on_floor(glass, floor, 0);
@@ -238,7 +236,7 @@ static void test_glass_on_glass(void **state)
 {
     (void)state;
     uint64_t random = 72;
-    for (enum kind glass = MESH; glass < GLASS_KINDS; glass++)
+    for (enum kind glass = MESH; glass < PLANE; glass++)
         for (enum kind floor = MESH; floor < KINDS; floor++)
             for (int one_eye = 0; one_eye < 2; one_eye++) {
                 struct scene *scene = glass_on_floor(glass, floor, 0.5);
@@ -249,7 +247,8 @@ static void test_glass_on_glass(void **state)
 
 /* ---- oblique ---- */
 
-/* In x + 3 y - z = 1, exactly, some `reach` from (1, 0, 0) at most. */
+/* In x + 3 y - z = 1, exactly; reach: of the two steps along the plane from (1, 0, 0), (1, 0, 1) and
+ * (3, -1, 0). */
 static struct vec3 oblique_point(uint64_t *random, double reach)
 {
     double i = floor(64 * random_between(random, -reach, reach)) / 64;
@@ -257,7 +256,7 @@ static struct vec3 oblique_point(uint64_t *random, double reach)
     return vec3(1 + i + 3 * k, -k, i);
 }
 
-/* Overlapping triangles of glass and of something opaque, and what is opaque everywhere else. */
+/* Overlapping triangles of glass and of something opaque, and two large ones that are opaque. */
 static struct scene *oblique_scene(uint64_t *random)
 {
     struct builder *builder = builder_create();
@@ -266,7 +265,6 @@ static struct scene *oblique_scene(uint64_t *random)
     for (uint32_t i = 0; i < 24; i++)
         add_triangle(builder, oblique_point(random, 4), oblique_point(random, 4),
                      oblique_point(random, 4), i % 2);
-    add_triangle(builder, vec3(61, -20, 0), vec3(-59, 20, 0), vec3(1, 0, 0), 0);
     add_triangle(builder, vec3(61, -20, 0), vec3(-59, 20, 0), vec3(41, 0, 40), 0);
     add_triangle(builder, vec3(61, -20, 0), vec3(-59, 20, 0), vec3(-39, 0, -40), 0);
     return finish_scene(builder);
