@@ -28,4 +28,11 @@ differs() {
     ! cmp -s exact.pfm paper.pfm
 }
 check "extreme/distant: the paper's formulas give another picture" differs
+
+# Neither what stands on something nor what is thrown back there leaves glass that it is not in.
+matched() {
+    run 0 farm_n 0 "$CONFIG/extreme/contact.ini" image.width=96 image.height=72 sampling.samples=4 \
+        output.image=t.pfm output.report=t.json && grep -q '"unmatched_media": 0,' t.json
+}
+check "extreme/contact: glass on a floor is left where it was entered" matched
 finish

@@ -23,14 +23,15 @@ static uint32_t first_id(const struct scene *scene)
     return triangles ? 0 : next_id(scene, primitive_id(PRIMITIVE_TRIANGLE, 0));
 }
 
-/* Always by the unrounded distances. */
+/* Always by the unrounded distances, and the rule for equal ones. */
 static bool comes_first(const struct scene *scene, const struct ray *ray, const struct shear *shear,
                         const struct hit *hit, const struct hit *best)
 {
     if (best->primitive == PRIMITIVE_NONE) return true;
     struct crossing a = {hit->primitive, hit->part, hit->t};
     struct crossing b = {best->primitive, best->part, best->t};
-    return compare_crossings(scene, ray, shear, &a, &b) < 0;
+    int order = compare_crossings(scene, ray, shear, &a, &b);
+    return order < 0 || (order == 0 && is_met_first(scene, a.primitive, b.primitive));
 }
 
 static struct hit brute_nearest(const struct scene *scene, const struct ray *ray)

@@ -32,7 +32,8 @@ static bool precedes(const struct nearest_walk *walk, const struct crossing *cro
     ++*probe->exact;
     struct crossing best = {hit->primitive, hit->part, hit->t};
     int order = compare_crossings(probe->scene, probe->ray, &probe->shear, crossing, &best);
-    return order < 0 || (order == 0 && crossing->primitive < hit->primitive);
+    return order < 0 ||
+           (order == 0 && is_met_first(probe->scene, crossing->primitive, hit->primitive));
 }
 
 /* Of the distance to a crossing, as worker/order.h tells. */

@@ -1,5 +1,6 @@
 #include "worker/order.h"
 
+#include "worker/coplanar.h"
 #include "worker/primitive.h"
 
 static struct dd triangle_parameter(const struct scene *scene, const struct ray *ray,
@@ -45,7 +46,14 @@ static struct dd parameter_of(const struct scene *scene, const struct ray *ray,
 int compare_crossings(const struct scene *scene, const struct ray *ray, const struct shear *shear,
                       const struct crossing *a, const struct crossing *b)
 {
+    if (are_coplanar(scene, a->primitive, a->part, b->primitive, b->part)) return 0;
     struct dd ta = parameter_of(scene, ray, shear, a), tb = parameter_of(scene, ray, shear, b);
     if (ta.high != tb.high) return ta.high < tb.high ? -1 : 1;
     return (ta.low > tb.low) - (ta.low < tb.low);
+}
+
+bool is_met_first(const struct scene *scene, uint32_t a, uint32_t b)
+{
+    bool through_a = transmits(scene, a), through_b = transmits(scene, b);
+    return through_a == through_b ? a < b : through_b;
 }

@@ -18,13 +18,23 @@ static inline double order_error_of_origin(const struct ray *ray)
     return ORDER_ERROR * largest_component(ray->origin) / largest_component(ray->direction);
 }
 
-/* -1, 0 or 1 for crossings of different primitives close to t: part as in struct hit. */
+/* Of a primitive: part as in struct hit. */
 struct crossing {
     uint32_t primitive, part;
     double t;
 };
 
+/* -1, 0 or 1 for crossings of different primitives whose distances are close to each other; 0 where the
+ * two lie in one plane, which double-double, by the formulas of each, would call one way or the other. */
 int compare_crossings(const struct scene *scene, const struct ray *ray, const struct shear *shear,
                       const struct crossing *a, const struct crossing *b);
+
+/*
+ * Which of two primitives is met where they are equally far: what is opaque, so that glass on a floor
+ * has the floor itself for its bottom, as if it were sunk by a hair. A ray that the floor throws back
+ * starts on the glass's side of both and so has not left the glass; had it been said to, it would leave
+ * it twice. Of two of a kind the lower id.
+ */
+bool is_met_first(const struct scene *scene, uint32_t a, uint32_t b);
 
 #endif

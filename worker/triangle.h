@@ -82,6 +82,18 @@ static inline double edge_error(const struct sheared *p, const struct sheared *q
  */
 #define SLOPE_MAX 0.5
 
+/*
+ * By that the sign of t is open where a ray starts next to the triangle's plane: on what touches it, say.
+ * Not if all corners are on one side of the origin along the ray. 16 u of their z is twice as much.
+ */
+static inline bool start_is_close(const struct sheared *p, const struct sheared *q,
+                                  const struct sheared *r, double way)
+{
+    double close = 16 * UNIT_ROUNDOFF * (fabs(p->z) + fabs(q->z) + fabs(r->z));
+    if (!(fabs(way) <= close)) return false;
+    return smaller(p->z, smaller(q->z, r->z)) < 0 && larger(p->z, larger(q->z, r->z)) > 0;
+}
+
 /* The slope, in the sum of its components. */
 static inline double triangle_slope(const struct sheared *p, const struct sheared *q,
                                     const struct sheared *r, double sum)
@@ -180,9 +192,9 @@ static inline struct crossings triangle_crossings(const struct vec3 *a, const st
     struct crossings found = one_crossing((e0 * p.z + e1 * q.z + e2 * r.z) / sum / shear->dz);
     found.u = e1 / sum;
     found.v = e2 / sum;
-    double slope = triangle_slope(&p, &q, &r, sum);
-    if (slope <= SLOPE_MAX) return found;
-    double t = found.t[0], doubt = uncorrected_error(&p, &q, &r, shear, slope);
+    double slope = triangle_slope(&p, &q, &r, sum), t = found.t[0];
+    if (slope <= SLOPE_MAX && !start_is_close(&p, &q, &r, t * shear->dz)) return found;
+    double doubt = uncorrected_error(&p, &q, &r, shear, slope);
     if (t < -doubt || t - doubt > purpose->farthest) return found;
     if (purpose->any && t > doubt && t + doubt < purpose->farthest) return found;
     if (triangle_correct(a, b, c, ray, &found.t[0])) return found;

@@ -1,0 +1,310 @@
+/* Surfaces in one plane: whether they are, and that all rays agree on which of them comes first. */
+#include "scene_fixture.h"
+
+#include "worker/coplanar.h"
+#include "worker/order.h"
+
+/* ---- whether they are ---- */
+
+static struct scene *planes_scene(void)
+{
+    struct builder *builder = builder_create();
+    uint32_t grey = add_material(builder, vec3(1, 1, 1), 0);
+    double up = 1 + 0x1p-52;
+    /* In y = 1, off it by a corner's last bit, and oblique: x + 3 y - z = 1. */
+    add_triangle(builder, vec3(0.1, 1, 0.3), vec3(7, 1, 0.7), vec3(0.9, 1, 1e6), grey);
+    add_triangle(builder, vec3(0.1, 1, 0.3), vec3(7, up, 0.7), vec3(0.9, 1, 1e6), grey);
+    add_triangle(builder, vec3(1, 0, 0), vec3(0, 1, 2), vec3(5, 4, 16), grey);
+    add_triangle(builder, vec3(2, -1, -2), vec3(0, 0, -1), vec3(-3, 1, -1), grey);
+    add_triangle(builder, vec3(2, -1, -2), vec3(0, 0, -1), vec3(-3, 1, nextafter(-1, 0)), grey);
+    add_box(builder, vec3(0, 1, 0), vec3(1, 2, 1), grey);
+    const struct cone cones[] = {{{0, 1, 0}, {0, 5, 0}, 1, 1, grey, 1},
+                                 {{0, 1, 0}, {0x1p-52, 5, 0}, 1, 1, grey, 1}};
+    const struct disc discs[] = {{{3, 1, 2}, {0, -1, 0}, 1, grey, 0},
+                                 {{3, up, 2}, {0, 1, 0}, 1, grey, 0}};
+    for (int i = 0; i < 2; i++) {
+        assert_added(builder_add_cone(builder, &cones[i]));
+        assert_added(builder_add_disc(builder, &discs[i]));
+    }
+    assert_added(builder_add_plane(builder, &(struct plane){{-9, 1, 7}, {0, 1, 0}, grey, 0}));
+    add_sphere(builder, vec3(0, 0, 0), 1, grey); /* touches y = 1 */
+    return finish_scene(builder);
+}
+
+/* The same in either order. */
+static bool coplanar(const struct scene *scene, const uint32_t a[2], const uint32_t b[2])
+{
+    bool found = are_coplanar(scene, a[0], a[1], b[0], b[1]);
+    assert_int_equal(are_coplanar(scene, b[0], b[1], a[0], a[1]), found);
+    return found;
+}
+
+static void test_are_coplanar(void **state)
+{
+    (void)state;
+    struct scene *scene = planes_scene();
+    const uint32_t in_plane[][2] = {{0, 0}, /* the box's face min y is part 2 */
+                                    {primitive_id(PRIMITIVE_BOX, 0), 2},
+                                    {primitive_id(PRIMITIVE_CONE, 0), CONE_BASE_CAP},
+                                    {primitive_id(PRIMITIVE_DISC, 0), 0},
+                                    {primitive_id(PRIMITIVE_PLANE, 0), 0}};
+    const uint32_t others[][2] = {{1, 0},
+                                  {2, 0},
+                                  {primitive_id(PRIMITIVE_BOX, 0), 0},
+                                  {primitive_id(PRIMITIVE_BOX, 0), 3},
+                                  {primitive_id(PRIMITIVE_CONE, 0), CONE_SIDE},
+                                  {primitive_id(PRIMITIVE_CONE, 0), CONE_APEX_CAP},
+                                  {primitive_id(PRIMITIVE_CONE, 1), CONE_BASE_CAP},
+                                  {primitive_id(PRIMITIVE_DISC, 1), 0},
+                                  {primitive_id(PRIMITIVE_SPHERE, 0), 0}};
+    for (size_t i = 0; i < sizeof in_plane / sizeof *in_plane; i++) {
+        for (size_t k = 0; k < sizeof in_plane / sizeof *in_plane; k++)
+            assert_true(coplanar(scene, in_plane[i], in_plane[k]));
+        for (size_t k = 0; k < sizeof others / sizeof *others; k++)
+            assert_false(coplanar(scene, in_plane[i], others[k]));
+    }
+    assert_true(coplanar(scene, (uint32_t[]){2, 0}, (uint32_t[]){3, 0}));
+    assert_false(coplanar(scene, (uint32_t[]){2, 0}, (uint32_t[]){4, 0}));
+    free(scene);
+}
+
+/* ---- which is first ---- */
+
+enum kind { MESH, BOX, CONE, DISC, PLANE, KINDS };
+
+/* Two triangles in y = height, a quadrangle about `half` to each side of the origin. */
+static void add_square(struct builder *builder, double half, double height, uint32_t material)
+{
+    double x = 1.1 * half, z = 0.9 * half;
+    add_triangle(builder, vec3(-x, height, -z), vec3(half, height, -half), vec3(half, height, z),
+                 material);
+    add_triangle(builder, vec3(-x, height, -z), vec3(half, height, z), vec3(-half, height, half),
+                 material);
+}
+
+/* What is flat in y = height, for `half` around the origin at least; boxes and cones are from there to
+ * height + thickness. */
+static void add_flat(struct builder *builder, enum kind kind, double half, double height,
+                     double thickness, uint32_t material)
+{
+    double top = height + thickness;
+    struct disc disc = {{0, height, 0}, {0, 1, 0}, 2 * half, material, 0};
+    struct cone cone = {{0, height, 0}, {0, top, 0}, 2 * half, half, material, 1};
+    switch (kind) {
+    case MESH:
+        add_square(builder, half, height, material);
+        break;
+    case BOX:
+        add_box(builder, vec3(-half, fmin(height, top), -half), vec3(half, fmax(height, top), half),
+                material);
+        break;
+    case CONE:
+        assert_added(builder_add_cone(builder, &cone));
+        break;
+    case DISC:
+        assert_added(builder_add_disc(builder, &disc));
+        break;
+    case PLANE:
+    case KINDS:
+        assert_added(
+            builder_add_plane(builder, &(struct plane){disc.center, disc.normal, material, 0}));
+        break;
+    }
+}
+
+#define HEIGHT 0.7
+#define RAYS   512 /* some of them as packets and bundles */
+
+/* A floor in y = HEIGHT and glass above that stands on it. */
+static struct scene *glass_on_floor(enum kind glass, enum kind floor, double share)
+{
+    struct builder *builder = builder_create();
+    uint32_t opaque = add_material(builder, vec3(1, 1, 1), share);
+    uint32_t clear = add_material(builder, vec3(1, 1, 1), 0.8);
+    add_flat(builder, glass, 3, HEIGHT, 2, clear);
+    add_flat(builder, floor, 50, HEIGHT, -2, opaque);
+    return finish_scene(builder);
+}
+
+/* From within the glass to its bottom; all from one eye, or from anywhere, some along the floor. */
+static struct ray ray_down(uint64_t *random, bool one_eye)
+{
+    struct vec3 target = vec3(random_between(random, -1, 1), HEIGHT, random_between(random, -1, 1));
+    double up = pow(10, random_between(random, -9, 0));
+    struct vec3 eye =
+        vec3(random_between(random, -1, 1), HEIGHT + up, random_between(random, -1, 1));
+    return ray_to(one_eye ? vec3(0.3, HEIGHT + 0.9, 0.2) : eye, target);
+}
+
+/* What each kernel level finds for RAYS rays together. */
+static void nearest_together(const struct scene *scene, const struct bvh *bvh,
+                             const struct ray *rays, struct hit *hits)
+{
+    static struct hit others[RAYS];
+    uint64_t exact = 0;
+    nearest(scene, bvh, rays, RAYS, hits, &exact);
+    for (enum processor_level level = PROCESSOR_PORTABLE; level < PROCESSOR_LEVELS; level++) {
+        if (!processor_has(level)) continue;
+        kernel_at(level)->nearest(scene, bvh, rays, RAYS, others, &exact);
+        for (int i = 0; i < RAYS; i++)
+            assert_same_hit(&others[i], &hits[i]);
+    }
+}
+
+static struct ray ray_from(const struct scene *scene, const struct ray *ray, const struct hit *hit)
+{
+    struct surface surface;
+    surface_at(scene, ray, hit, &surface);
+    struct ray next = ray_along(surface.point, ray->direction);
+    next.from = hit->primitive;
+    next.from_part = hit->part;
+    return next;
+}
+
+static bool is_opaque(const struct scene *scene, const struct hit *hit)
+{
+    assert_int_not_equal(hit->primitive, PRIMITIVE_NONE);
+    return scene_materials(scene)[primitive_material(scene, hit->primitive)].transmission == 0;
+}
+
+/* Whether the hit is in y = HEIGHT. */
+static bool is_bottom(const struct scene *scene, const struct ray *ray, const struct hit *hit)
+{
+    struct surface surface;
+    if (hit->primitive == PRIMITIVE_NONE) return false;
+    surface_at(scene, ray, hit, &surface);
+    return fabs(surface.geometric.y) > 0.99 && fabs(surface.point.y - HEIGHT) < 1e-3;
+}
+
+/* Every ray meets the floor and not the glass, and what the floor throws back does not meet the glass's
+ * bottom: it stays within. */
+static void floor_comes_first(const struct scene *scene, bool one_eye, uint64_t *random)
+{
+    static struct ray rays[RAYS];
+    static struct hit hits[RAYS];
+    struct bvh *bvh = build_tree(scene);
+    for (int i = 0; i < RAYS; i++)
+        rays[i] = ray_down(random, one_eye);
+    nearest_together(scene, bvh, rays, hits);
+    for (int i = 0; i < RAYS; i++) {
+        assert_true(is_opaque(scene, &hits[i]));
+        rays[i] = ray_from(scene, &rays[i], &hits[i]);
+        rays[i].direction.y = -rays[i].direction.y;
+    }
+    nearest_together(scene, bvh, rays, hits);
+    for (int i = 0; i < RAYS; i++)
+        assert_false(is_bottom(scene, &rays[i], &hits[i]));
+    free(bvh);
+}
+
+static void test_glass_on_floor(void **state)
+{
+    (void)state;
+    uint64_t random = 71;
+    for (enum kind glass = MESH; glass < PLANE; glass++)
+        for (enum kind floor = MESH; floor < KINDS; floor++)
+            for (int one_eye = 0; one_eye < 2; one_eye++) {
+                struct scene *scene = glass_on_floor(glass, floor, 0);
+                floor_comes_first(scene, one_eye, &random);
+                free(scene);
+            }
+}
+
+/* Where light goes through both, all rays meet the same one first, and the other one from there. */
+static void both_in_one_order(const struct scene *scene, bool one_eye, uint64_t *random)
+{
+    static struct ray rays[RAYS];
+    static struct hit hits[RAYS], seconds[RAYS];
+    struct bvh *bvh = build_tree(scene);
+    for (int i = 0; i < RAYS; i++)
+        rays[i] = ray_down(random, one_eye);
+    nearest_together(scene, bvh, rays, hits);
+    for (int i = 0; i < RAYS; i++)
+        rays[i] = ray_from(scene, &rays[i], &hits[i]);
+    nearest_together(scene, bvh, rays, seconds);
+    for (int i = 0; i < RAYS; i++) {
+        uint32_t first = primitive_material(scene, hits[i].primitive);
+        assert_int_equal(first, primitive_material(scene, hits[0].primitive));
+        assert_int_not_equal(seconds[i].primitive, PRIMITIVE_NONE);
+        assert_int_not_equal(primitive_material(scene, seconds[i].primitive), first);
+        assert_true(is_bottom(scene, &rays[i], &seconds[i]));
+    }
+    free(bvh);
+}
+
+static void test_glass_on_glass(void **state)
+{
+    (void)state;
+    uint64_t random = 72;
+    for (enum kind glass = MESH; glass < PLANE; glass++)
+        for (enum kind floor = MESH; floor < KINDS; floor++)
+            for (int one_eye = 0; one_eye < 2; one_eye++) {
+                struct scene *scene = glass_on_floor(glass, floor, 0.5);
+                both_in_one_order(scene, one_eye, &random);
+                free(scene);
+            }
+}
+
+/* ---- oblique ---- */
+
+/* In x + 3 y - z = 1, exactly; reach: of the two steps along the plane from (1, 0, 0), (1, 0, 1) and
+ * (3, -1, 0). */
+static struct vec3 oblique_point(uint64_t *random, double reach)
+{
+    double i = floor(64 * random_between(random, -reach, reach)) / 64;
+    double k = floor(64 * random_between(random, -reach, reach)) / 64;
+    return vec3(1 + i + 3 * k, -k, i);
+}
+
+/* Overlapping triangles of glass and of something opaque, and two large ones that are opaque. */
+static struct scene *oblique_scene(uint64_t *random)
+{
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    add_material(builder, vec3(1, 1, 1), 0.8);
+    for (uint32_t i = 0; i < 24; i++)
+        add_triangle(builder, oblique_point(random, 4), oblique_point(random, 4),
+                     oblique_point(random, 4), i % 2);
+    add_triangle(builder, vec3(61, -20, 0), vec3(-59, 20, 0), vec3(41, 0, 40), 0);
+    add_triangle(builder, vec3(61, -20, 0), vec3(-59, 20, 0), vec3(-39, 0, -40), 0);
+    return finish_scene(builder);
+}
+
+/* What is thrown back or lit from one of them meets none of them. */
+static void test_oblique(void **state)
+{
+    (void)state;
+    uint64_t random = 73;
+    for (int i = 0; i < 40; i++) {
+        struct scene *scene = oblique_scene(&random);
+        struct bvh *bvh = build_tree(scene);
+        for (int k = 0; k < 500; k++) {
+            struct vec3 eye = vec_add_scaled(oblique_point(&random, 3), vec3(1, 3, -1),
+                                             pow(10, random_between(&random, -6, 1)));
+            struct ray ray =
+                ray_to(eye, vec_add(oblique_point(&random, 2), random_vector(&random, 1e-3)));
+            struct hit hit = nearest_of(scene, bvh, &ray);
+            if (hit.primitive == PRIMITIVE_NONE) continue;
+            assert_true(is_opaque(scene, &hit));
+            struct ray next = ray_from(scene, &ray, &hit);
+            next.direction = random_vector(&random, 1);
+            if (vec_dot(next.direction, vec3(1, 3, -1)) <= 0)
+                next.direction = vec_neg(next.direction);
+            assert_int_equal(nearest_of(scene, bvh, &next).primitive, PRIMITIVE_NONE);
+            assert_vector_near(light_through(scene, bvh, &next), vec3(1, 1, 1), 0);
+        }
+        free(bvh);
+        free(scene);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_are_coplanar),
+        cmocka_unit_test(test_glass_on_floor),
+        cmocka_unit_test(test_glass_on_glass),
+        cmocka_unit_test(test_oblique),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,110 @@
+#include "worker/coplanar.h"
+
+#include "worker/primitive.h"
+
+/* A plane by three corners, or by one and its normal, of any length; neither: it is none. */
+struct flat {
+    unsigned corners;
+    struct vec3 at[3];
+    struct dd3 normal;
+};
+
+static struct flat flat_across(struct vec3 point, struct dd3 normal)
+{
+    return (struct flat){.corners = 1, .at = {point}, .normal = normal};
+}
+
+static struct flat cap_flat(const struct cone *cone, uint32_t part)
+{
+    if (part == CONE_SIDE) return (struct flat){.corners = 0};
+    return flat_across(part == CONE_BASE_CAP ? cone->base : cone->apex,
+                       exact_difference3(cone->apex, cone->base));
+}
+
+static struct flat corner_flat(const struct scene *scene, uint32_t id)
+{
+    const uint32_t *corner = corner_indices(scene, id);
+    const struct vec3 *vertices = scene_vertices(scene);
+    return (struct flat){.corners = 3,
+                         .at = {vertices[corner[0]], vertices[corner[1]], vertices[corner[2]]}};
+}
+
+static struct flat flat_of(const struct scene *scene, uint32_t id, uint32_t part)
+{
+    uint32_t index = primitive_index(id);
+    const struct box *box;
+    const struct disc *disc;
+    const struct plane *plane;
+    switch (primitive_kind(id)) {
+    case PRIMITIVE_BOX:
+        box = &scene_boxes(scene)[index];
+        return flat_across(part & 1 ? box->max : box->min, dd3_of(box_normal(part)));
+    case PRIMITIVE_CONE:
+        return cap_flat(&scene_cones(scene)[index], part);
+    case PRIMITIVE_DISC:
+        disc = &scene_discs(scene)[index];
+        return flat_across(disc->center, dd3_of(disc->normal));
+    case PRIMITIVE_PLANE:
+        plane = &scene_planes(scene)[index];
+        return flat_across(plane->point, dd3_of(plane->normal));
+    case PRIMITIVE_TRIANGLE:
+    case PRIMITIVE_PATCH:
+        return corner_flat(scene, id);
+    case PRIMITIVE_SPHERE:
+    case PRIMITIVE_KINDS:
+        break;
+    }
+    return (struct flat){.corners = 0};
+}
+
+/* Whether (p x q).r = 0. Two-term arithmetic errs by less than 128 u^2 of the product of the sizes. */
+static bool triple_is_zero(const struct dd3 *p, const struct dd3 *q, const struct dd3 *r)
+{
+    double value = fabs(dd3_dot(dd3_cross(*p, *q), *r).high);
+    double size = sum_of_sizes(dd3_round(*p)) * sum_of_sizes(dd3_round(*q));
+    size *= sum_of_sizes(dd3_round(*r));
+    if (value > 0x1p-90 * size && size > 0x1p-400 && size < 0x1p400) return false;
+    const struct dd ps[3] = {p->x, p->y, p->z}, qs[3] = {q->x, q->y, q->z};
+    const struct dd rs[3] = {r->x, r->y, r->z};
+    struct accumulator sum;
+    accumulator_clear(&sum);
+    for (unsigned x = 0; x < 3; x++) {
+        unsigned y = (x + 1) % 3, z = (x + 2) % 3;
+        accumulator_add_dd(&sum, 1, ps[y], qs[z], rs[x]);
+        accumulator_add_dd(&sum, -1, ps[z], qs[y], rs[x]);
+    }
+    return accumulator_sign(&sum) == 0;
+}
+
+static bool is_in_plane(struct vec3 point, const struct flat *flat)
+{
+    struct dd3 way = exact_difference3(point, flat->at[0]);
+    int ignored;
+    if (flat->corners == 1) return exact_dot3(way, flat->normal, &ignored).high == 0;
+    struct dd3 p = exact_difference3(flat->at[1], flat->at[0]);
+    struct dd3 q = exact_difference3(flat->at[2], flat->at[0]);
+    return triple_is_zero(&p, &q, &way);
+}
+
+/* Whether p x q = 0: then it is across three axes, too. */
+static bool are_parallel(const struct dd3 *p, const struct dd3 *q)
+{
+    const struct vec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (unsigned i = 0; i < 3; i++) {
+        struct dd3 axis = dd3_of(axes[i]);
+        if (!triple_is_zero(p, q, &axis)) return false;
+    }
+    return true;
+}
+
+bool are_coplanar(const struct scene *scene, uint32_t a, uint32_t part_of_a, uint32_t b,
+                  uint32_t part_of_b)
+{
+    struct flat one = flat_of(scene, a, part_of_a), other = flat_of(scene, b, part_of_b);
+    if (one.corners == 0 || other.corners == 0) return false;
+    const struct flat *points = one.corners == 3 ? &one : &other;
+    const struct flat *plane = one.corners == 3 ? &other : &one;
+    for (unsigned i = 0; i < points->corners; i++)
+        if (!is_in_plane(points->at[i], plane)) return false;
+    return points->corners == 3 || are_parallel(&one.normal, &other.normal);
+}
