@@ -12,8 +12,8 @@
 #include "worker/ray.h"
 
 /* The nearest hit of every ray; among equal distances the one of is_met_first(), see worker/order.h (by
- * the paper's formulas the lowest primitive id), and of one primitive the way in. exact_fallbacks is increased by the number of predicates that needed exact
- * arithmetic. */
+ * the paper's formulas the lowest primitive id), and of one primitive the way in. exact_fallbacks is
+ * increased by the number of predicates that needed exact arithmetic. */
 void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays, size_t count,
              struct hit *hits, uint64_t *exact_fallbacks);
 
