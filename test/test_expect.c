@@ -1,0 +1,173 @@
+/* What is expected of pixels' errors, band by band, against the rule of master/adaptive.h pixel by pixel. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "common/message.h"
+#include "master/expect.h"
+
+static uint64_t state_of_chance = 1;
+
+static double chance(void)
+{
+    state_of_chance = state_of_chance * 6364136223846793005u + 1442695040888963407u;
+    return (double)(state_of_chance >> 11) * 0x1p-53;
+}
+
+struct picture {
+    struct canvas canvas;
+    float *difference;
+    uint8_t *level;
+    struct levels levels;
+};
+
+static const float *color_at(const struct picture *picture, int64_t x, int64_t y)
+{
+    return picture->canvas.rgb + 3 * (y * picture->canvas.width + x);
+}
+
+static bool is_inside(const struct picture *picture, int64_t x, int64_t y)
+{
+    return x >= 0 && y >= 0 && x < picture->canvas.width && y < picture->canvas.height;
+}
+
+static double own_variance(const struct picture *picture, int64_t x, int64_t y)
+{
+    int64_t i = y * picture->canvas.width + x;
+    return own_error(picture->difference + 3 * i) * picture->levels.power[picture->level[i]];
+}
+
+/* v */
+static double around(const struct picture *picture, int64_t x, int64_t y)
+{
+    const double weights[5] = {1, 4, 6, 4, 1};
+    double sum = 0, all = 0;
+    for (int64_t v = -2; v <= 2; v++) {
+        for (int64_t u = -2; u <= 2; u++) {
+            if ((u == 0 && v == 0) || !is_inside(picture, x + u, y + v)) continue;
+            double weight = weights[u + 2] * weights[v + 2];
+            sum += weight * own_variance(picture, x + u, y + v);
+            all += weight;
+        }
+    }
+    return all > 0 ? sum / all : 0;
+}
+
+static double product(const float *m, const float *a, const float *b)
+{
+    double sum = 0;
+    for (int c = 0; c < 3; c++)
+        sum += ((double)a[c] - (double)m[c]) * ((double)b[c] - (double)m[c]);
+    return sum;
+}
+
+/* C^2 and P */
+static void contrast(const struct picture *picture, int64_t x, int64_t y, double *largest,
+                     double *across)
+{
+    const float *here = color_at(picture, x, y), *near[8], *far = NULL;
+    unsigned count = 0;
+    for (int64_t v = y - 1; v <= y + 1; v++)
+        for (int64_t u = x - 1; u <= x + 1; u++)
+            if ((u != x || v != y) && is_inside(picture, u, v))
+                near[count++] = color_at(picture, u, v);
+    for (unsigned k = 0; k < count; k++)
+        if (!far || product(here, near[k], near[k]) > product(here, far, far)) far = near[k];
+    *largest = far ? product(here, far, far) / 3 : 0;
+    *across = 0;
+    for (unsigned k = 0; k < count; k++)
+        *across = fmax(*across, -product(here, far, near[k]) / 3);
+}
+
+/* e but for surprises, and the pixel's part in those of its square of 32 x 32 */
+static double expected(const struct picture *picture, int64_t x, int64_t y, double *surprise)
+{
+    double largest, across, v = around(picture, x, y);
+    uint8_t level = picture->level[y * picture->canvas.width + x];
+    double samples = picture->levels.samples[level], own = own_variance(picture, x, y);
+    contrast(picture, x, y, &largest, &across);
+    *surprise = own > 8 * (v + across) ? own / 1024 : 0;
+    return (v + across) / picture->levels.power[level] + (largest + across) / (samples * samples);
+}
+
+static void check_square(const struct picture *picture, const float *error, int64_t left,
+                         int64_t top)
+{
+    int64_t right = left + 32, bottom = top + 32;
+    double surprise = 0, part;
+    for (int64_t y = top; y < bottom; y++)
+        for (int64_t x = left; x < right; x++)
+            if (is_inside(picture, x, y)) (void)expected(picture, x, y, &part), surprise += part;
+    for (int64_t y = top; y < bottom; y++) {
+        for (int64_t x = left; x < right; x++) {
+            if (!is_inside(picture, x, y)) continue;
+            int64_t i = y * picture->canvas.width + x;
+            double e = expected(picture, x, y, &part);
+            e += surprise / picture->levels.power[picture->level[i]];
+            assert_true(fabs((double)error[i] - e) <= 1e-5 * e);
+        }
+    }
+}
+
+/* Mostly even, with specks that nothing around warns of, and pixels whose halves are not finite. */
+static void fill(struct picture *picture)
+{
+    size_t pixels = (size_t)picture->canvas.width * picture->canvas.height;
+    for (size_t i = 0; i < pixels; i++) {
+        double speck = chance() < 0.01 ? 10 : 0.01;
+        picture->level[i] = (uint8_t)(1 + 3 * chance());
+        for (size_t c = 3 * i; c < 3 * i + 3; c++) {
+            picture->canvas.rgb[c] = (float)(chance() < 0.02 ? chance() : 0.5);
+            picture->difference[c] = chance() < 0.005 ? NAN : (float)(speck * chance());
+        }
+    }
+}
+
+static void check_size(uint32_t width, uint32_t height)
+{
+    struct view view = {.min_samples = 4, .max_samples = 4096};
+    struct picture picture;
+    size_t pixels = (size_t)width * height;
+    canvas_init(&picture.canvas, width, height);
+    picture.difference = allocate(pixels, 3 * sizeof(float));
+    picture.level = allocate(pixels, 1);
+    levels_init(&picture.levels, &view);
+    fill(&picture);
+    float *error = allocate(pixels, sizeof *error);
+    struct sampled sampled = {&picture.canvas, picture.difference, picture.level, &picture.levels};
+    struct crew *crew = crew_gather(2);
+    expect_errors(&sampled, crew, error);
+    crew_dismiss(crew);
+    for (uint32_t y = 0; y < height; y += 32)
+        for (uint32_t x = 0; x < width; x += 32)
+            check_square(&picture, error, x, y);
+    free(error);
+    free(picture.level);
+    free(picture.difference);
+    canvas_free(&picture.canvas);
+}
+
+/* Of less than what is filtered, of a band, and of a row and a column more. */
+static void test_sizes(void **state)
+{
+    (void)state;
+    for (uint32_t edge = 1; edge <= 5; edge++) {
+        check_size(edge, 70);
+        check_size(70, edge);
+        check_size(edge, edge);
+    }
+    check_size(64, 32);
+    check_size(65, 33);
+    check_size(31, 97);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_sizes)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
