@@ -89,8 +89,8 @@ static void band_init(struct band *band, const struct sampled *pixels)
 {
     size_t width = pixels->canvas->width, blocks = (width + BLOCK_EDGE - 1) / BLOCK_EDGE;
     *band = (struct band){.pixels = pixels, .width = (uint32_t)width};
-    band->doubles =
-        allocate_zeroed((size_t)(2 * ROWS + 5) * width + 2 * REACH + blocks, sizeof *band->doubles);
+    size_t doubles = (2 * (size_t)ROWS + 5) * width + 2 * (size_t)REACH + blocks;
+    band->doubles = allocate_zeroed(doubles, sizeof *band->doubles);
     band->floats = allocate_zeroed(9 * (width + 2), sizeof *band->floats);
     double *left = band->doubles;
     for (unsigned i = 0; i < ROWS; i++)
