@@ -143,12 +143,13 @@ static void sum_band(void *context, uint32_t band)
     it->bands[band] = sum;
 }
 
-static struct told sum_told(const struct adaptive *adaptive, struct crew *crew)
+/* The crew is busy with tiles until all of the pass are in. */
+static struct told sum_told(const struct adaptive *adaptive)
 {
     uint32_t bands = band_count(adaptive->canvas);
     struct told all = {{0, 0}, 0, 0};
     struct telling it = {adaptive, allocate(bands, sizeof *it.bands)};
-    crew_share(crew, bands, sum_band, &it);
+    crew_share(adaptive->missing ? NULL : adaptive->crew, bands, sum_band, &it);
     for (uint32_t k = 0; k < bands; k++) {
         const struct told *band = &it.bands[k];
         all.errors.squares += band->errors.squares;
@@ -163,7 +164,7 @@ static struct told sum_told(const struct adaptive *adaptive, struct crew *crew)
 struct error_sum adaptive_errors(const struct adaptive *adaptive, uint64_t *pixels,
                                  uint64_t *samples)
 {
-    struct told told = sum_told(adaptive, NULL);
+    struct told told = sum_told(adaptive);
     *pixels = told.pixels;
     *samples = told.samples;
     return told.errors;
@@ -278,7 +279,7 @@ static bool assign_levels(struct adaptive *adaptive, double limit, double square
 
 bool adaptive_plan(struct adaptive *adaptive)
 {
-    struct told told = sum_told(adaptive, adaptive->crew);
+    struct told told = sum_told(adaptive);
     double squares = told.errors.squares;
     struct error_estimate estimate = error_estimate(&told.errors, told.pixels, adaptive->passes);
     learn(adaptive, squares);
@@ -320,7 +321,7 @@ static double seconds_per_effort(const struct adaptive *adaptive)
 
 double adaptive_foresee(struct adaptive *adaptive, double rmse, double power)
 {
-    struct told told = sum_told(adaptive, adaptive->crew);
+    struct told told = sum_told(adaptive);
     double squares = told.errors.squares;
     if (told.pixels < pixel_count(adaptive) || !(squares > 0)) return HUGE_VAL;
     /* A pass that promised to leave a share s left s^exponent: 0.94 to 1.11 after the first whole

@@ -326,16 +326,23 @@ static int try_folder(const char *target)
     return error;
 }
 
+static bool has_folder(const char *target)
+{
+    struct stat status;
+    int length = (int)folder_length(target);
+    char *folder = length > 0 ? format_text("%.*s", length, target) : copy_text(".");
+    bool found = stat(folder, &status) == 0;
+    free(folder);
+    return found;
+}
+
 static bool folder_writable(const char *path, const char *key)
 {
     char *target = follow_links(path);
     if (!target) return cannot_write(path, key, ELOOP);
     int error = try_folder(target);
-    struct stat folder;
-    char *name = format_text("%.*s", (int)folder_length(target), target);
     /* /proc says of a file to be made, not of itself, that it does not exist. */
-    if (error == ENOENT && stat(*name ? name : ".", &folder) == 0) error = EACCES;
-    free(name);
+    if (error == ENOENT && has_folder(target)) error = EACCES;
     if (error == ENOENT)
         user_error(path, 0,
                    "the folder %.*s does not exist, make it or choose another place with %s=FILE",

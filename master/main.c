@@ -152,7 +152,7 @@ static struct renderer *start_renderer(struct node_scene *shared)
 }
 
 /* Between the passes of adaptive sampling the whole node waits for the next plan: it is made on the cores
- * all its ranks, as many as there are bands of rows to share. NULL: by the master alone. */
+ * of all its ranks, as many as there are bands of rows to share. NULL: by the master alone. */
 static struct crew *gather_planners(const struct run *run, const struct node_scene *shared)
 {
     cpu_set_t own;

@@ -48,9 +48,8 @@ void watch_pass(struct watch *watch, double now);
 void watch_leave_file(struct watch *watch);
 
 /*
- * The last row, and what the run lets expect; render_s: seconds of rendering, of
- * all that watch_add() was told. Closes the file; false,
- * after saying why: not all of it could be written.
+ * The last row, and what the run lets expect; render_s: seconds of rendering, of all that watch_add() was
+ * told. Closes the file; false, after saying why: not all of it could be written.
  */
 bool watch_end(struct watch *watch, double now, double render_s, struct error_forecast *forecast);
 

@@ -10,22 +10,15 @@
 
 #include "common/message.h"
 #include "master/contrast.h"
-
-static uint64_t state_of_chance = 1;
-
-static double chance(void)
-{
-    state_of_chance = state_of_chance * 6364136223846793005u + 1442695040888963407u;
-    return (double)(state_of_chance >> 11) * 0x1p-53;
-}
+#include "test/chance.h"
 
 /* Few colours, so that some neighbours are equally far; and some that are no colours. */
-static float component(void)
+static float component(uint64_t *state)
 {
-    double at = chance();
+    double at = chance(state);
     if (at < 0.01) return NAN;
     if (at < 0.02) return INFINITY;
-    return (float)floor(4 * chance());
+    return (float)floor(4 * chance(state));
 }
 
 struct differences {
@@ -74,9 +67,10 @@ static void check_pixel(const struct canvas *canvas, uint32_t x, uint32_t y, dou
 static void check_canvas(uint32_t width, uint32_t height)
 {
     struct canvas canvas;
+    uint64_t state = 1;
     canvas_init(&canvas, width, height);
     for (size_t i = 0; i < 3 * (size_t)width * height; i++)
-        canvas.rgb[i] = component();
+        canvas.rgb[i] = component(&state);
     float *floats = allocate(9 * ((size_t)width + 2), sizeof *floats);
     double *largest = allocate(width, sizeof *largest), *across = allocate(width, sizeof *across);
     struct color_row rows[3];

@@ -10,14 +10,7 @@
 
 #include "common/message.h"
 #include "master/expect.h"
-
-static uint64_t state_of_chance = 1;
-
-static double chance(void)
-{
-    state_of_chance = state_of_chance * 6364136223846793005u + 1442695040888963407u;
-    return (double)(state_of_chance >> 11) * 0x1p-53;
-}
+#include "test/chance.h"
 
 struct picture {
     struct canvas canvas;
@@ -117,13 +110,14 @@ static void check_square(const struct picture *picture, const float *error, int6
 /* Mostly even, with specks that nothing around warns of, and pixels whose halves are not finite. */
 static void fill(struct picture *picture)
 {
+    uint64_t state = 1;
     size_t pixels = (size_t)picture->canvas.width * picture->canvas.height;
     for (size_t i = 0; i < pixels; i++) {
-        double speck = chance() < 0.01 ? 10 : 0.01;
-        picture->level[i] = (uint8_t)(1 + 3 * chance());
+        double speck = chance(&state) < 0.01 ? 10 : 0.01;
+        picture->level[i] = (uint8_t)(1 + 3 * chance(&state));
         for (size_t c = 3 * i; c < 3 * i + 3; c++) {
-            picture->canvas.rgb[c] = (float)(chance() < 0.02 ? chance() : 0.5);
-            picture->difference[c] = chance() < 0.005 ? NAN : (float)(speck * chance());
+            picture->canvas.rgb[c] = (float)(chance(&state) < 0.02 ? chance(&state) : 0.5);
+            picture->difference[c] = chance(&state) < 0.005 ? NAN : (float)(speck * chance(&state));
         }
     }
 }

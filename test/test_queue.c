@@ -10,12 +10,11 @@
 #include <cmocka.h>
 
 #include "master/queue_parts.h"
+#include "test/chance.h"
 
-/* A small generator of our own, so that a failure repeats. */
 static uint32_t random_below(uint64_t *state, uint32_t bound)
 {
-    *state = *state * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-    return (uint32_t)((*state >> 33) % bound);
+    return (uint32_t)((chance_next(state) >> 33) % bound);
 }
 
 static void mark(unsigned char *seen, const struct queue_config *config, const struct tile *tile)
