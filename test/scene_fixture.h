@@ -1,4 +1,4 @@
-/* What the tests of the kernel share: random numbers, and scenes built a primitive at a time. */
+/* What the tests of the kernel share: scenes built a primitive at a time. */
 #ifndef FARM_TEST_SCENE_FIXTURE_H
 #define FARM_TEST_SCENE_FIXTURE_H
 
@@ -14,29 +14,11 @@
 
 #include "common/scene.h"
 #include "master/builder.h"
+#include "test/random.h"
 #include "worker/bvh.h"
 #include "worker/kernel.h"
 #include "worker/nearest.h"
 #include "worker/shape.h"
-
-/* xorshift64 (G. Marsaglia, 2003); the state must not be 0. */
-static inline double random_between(uint64_t *state, double low, double high)
-{
-    *state ^= *state << 13;
-    *state ^= *state >> 7;
-    *state ^= *state << 17;
-    return low + (high - low) * ((double)(*state >> 11) * 0x1p-53);
-}
-
-static inline uint32_t random_below(uint64_t *state, uint32_t count)
-{
-    return (uint32_t)random_between(state, 0, count);
-}
-
-static inline int random_exponent(uint64_t *state, int low, int high)
-{
-    return low + (int)random_below(state, (uint32_t)(high - low + 1));
-}
 
 static inline struct vec3 random_vector(uint64_t *state, double reach)
 {

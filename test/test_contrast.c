@@ -10,15 +10,15 @@
 
 #include "common/message.h"
 #include "master/contrast.h"
-#include "test/chance.h"
+#include "test/random.h"
 
 /* Few colours, so that some neighbours are equally far; and some that are no colours. */
 static float component(uint64_t *state)
 {
-    double at = chance(state);
+    double at = random_between(state, 0, 1);
     if (at < 0.01) return NAN;
     if (at < 0.02) return INFINITY;
-    return (float)floor(4 * chance(state));
+    return (float)floor(4 * random_between(state, 0, 1));
 }
 
 struct differences {

@@ -2,7 +2,7 @@
  * The same hostile bytes for every kind of file: each is refused with one line or read for what it
  * is, and none takes long.
  */
-#include "test/chance.h"
+#include "test/random.h"
 #include "test/scratch.h"
 
 #define INI   "[light]\nposition = 0 0 9\n[sphere]\ncenter = 0 0 0\nradius = 1\n"
@@ -96,7 +96,7 @@ static void test_noise(void **state)
         char noise[700];
         write_good_files();
         for (size_t i = 0; i < sizeof noise; i++) {
-            noise[i] = (char)(chance_next(&random) >> 56);
+            noise[i] = (char)random_below(&random, 256);
             if (!noise[i]) noise[i] = '\n';
         }
         scratch_write_bytes(files[run % 3].name, noise, sizeof noise);

@@ -10,12 +10,7 @@
 #include <cmocka.h>
 
 #include "master/queue_parts.h"
-#include "test/chance.h"
-
-static uint32_t random_below(uint64_t *state, uint32_t bound)
-{
-    return (uint32_t)((chance_next(state) >> 33) % bound);
-}
+#include "test/random.h"
 
 static void mark(unsigned char *seen, const struct queue_config *config, const struct tile *tile)
 {
