@@ -205,7 +205,8 @@ static inline void assert_rough_hit(const struct scene *scene, const struct ray 
     assert_int_equal(rough->primitive, hit->primitive);
     if (is_rough_hit(rough)) {
         assert_true(fabs(rough->t - hit->t) <= rough->u);
-        settled = settled_hit(scene, ray, rough);
+        uint64_t exact = 0;
+        settled = settled_hit(scene, ray, rough, &exact);
     }
     assert_same_hit(&settled, hit);
 }

@@ -192,11 +192,11 @@ static uint32_t compare_waves(const struct recipe *recipe, const struct scene *s
         rays[i] = random_ray(recipe);
     for (int wave = 0; wave < 3 && count > 0; wave++) {
         nearest(scene, bvh, rays, count, hits, &exact);
-        points_find(scene, rays, hits, count, &points);
+        points_find(scene, rays, hits, count, &points, &exact);
         for (uint32_t i = 0; i < points.count; i++)
             compare_point(scene, &rays[points.slot[i]], &hits[points.slot[i]], &points, i);
         nearest_rough(scene, bvh, rays, count, rough, &exact);
-        points_find(scene, rays, rough, count, &points);
+        points_find(scene, rays, rough, count, &points, &exact);
         for (uint32_t i = 0; i < points.count; i++)
             compare_point(scene, &rays[points.slot[i]], &hits[points.slot[i]], &points, i);
         if (points.count == 0) break;

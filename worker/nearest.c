@@ -43,8 +43,7 @@ static INLINED bool naive_nearest_leaf(void *context, const struct bvh_leaf *lea
 }
 
 static INLINED struct hit nearest_hit(const struct scene *scene, const struct bvh *bvh,
-                                      const struct ray *ray, uint64_t *exact, bool rough,
-                                      bool naive)
+                                      const struct ray *ray, uint64_t *exact, bool naive)
 {
     struct nearest_walk walk;
     nearest_begin(&walk, scene, ray, exact);
@@ -53,60 +52,66 @@ static INLINED struct hit nearest_hit(const struct scene *scene, const struct bv
     nearest_planes(&walk, naive);
     visit_leaf *visit = naive ? naive_nearest_leaf : nearest_leaf;
     traverse(bvh, ray, walk.probe.purpose.farthest, true, visit, &walk);
-    if (!naive && !(rough && nearest_is_told(&walk))) nearest_waiting(&walk);
+    if (!naive && !nearest_is_told(&walk)) nearest_waiting(&walk);
     return walk.hit;
 }
 
-struct hit settled_hit(const struct scene *scene, const struct ray *ray, const struct hit *hit)
+struct hit settled_hit(const struct scene *scene, const struct ray *ray, const struct hit *hit,
+                       uint64_t *exact_fallbacks)
 {
     if (!is_rough_hit(hit)) return *hit;
-    uint64_t ignored = 0;
     struct nearest_walk walk;
-    nearest_begin(&walk, scene, ray, &ignored);
+    nearest_begin(&walk, scene, ray, exact_fallbacks);
     nearest_primitive(&walk, hit->primitive, false);
     return walk.hit;
 }
 
-static SHARED void nearest_of_rays(const struct scene *scene, const struct bvh *bvh,
-                                   const struct ray *rays, size_t count, struct hit *hits,
-                                   uint64_t *exact_fallbacks, bool rough)
+static void nearest_of_paper(const struct scene *scene, const struct bvh *bvh,
+                             const struct ray *rays, size_t count, struct hit *hits,
+                             uint64_t *exact_fallbacks)
 {
-    if (scene->view.formulas == FORMULAS_PAPER) {
-        for (size_t i = 0; i < count; i++)
-            hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, false, true);
-        return;
-    }
-    if (!LANES_IN_SIMD) {
-        for (size_t i = 0; i < count; i++)
-            hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, rough, false);
-        return;
-    }
+    for (size_t i = 0; i < count; i++)
+        hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, true);
+}
+
+static void nearest_in_bundles(const struct scene *scene, const struct bvh *bvh,
+                               const struct ray *rays, size_t count, struct hit *hits,
+                               uint64_t *exact_fallbacks)
+{
     struct packet_trust bundles = {0, 0}, packets = {0, 0};
     for (size_t i = 0; i < count;) {
         size_t left = (count - i) / LANES, many = left < BUNDLE ? left : BUNDLE;
         size_t end = left == 0 ? count : i + LANES;
         if (left > 1 && packet_is_due(&bundles) &&
             packet_was(&bundles, nearest_bundle(scene, bvh, rays + i, (unsigned)many, hits + i,
-                                                exact_fallbacks, rough)))
+                                                exact_fallbacks)))
             i += many * LANES;
         else if (left > 0 && packet_is_due(&packets) &&
-                 packet_was(&packets, nearest_bundle(scene, bvh, rays + i, 1, hits + i,
-                                                     exact_fallbacks, rough)))
+                 packet_was(&packets,
+                            nearest_bundle(scene, bvh, rays + i, 1, hits + i, exact_fallbacks)))
             i += LANES;
         else
             for (; i < end; i++)
-                hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, rough, false);
+                hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, false);
     }
-}
-
-void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays, size_t count,
-             struct hit *hits, uint64_t *exact_fallbacks)
-{
-    nearest_of_rays(scene, bvh, rays, count, hits, exact_fallbacks, false);
 }
 
 void nearest_rough(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                    size_t count, struct hit *hits, uint64_t *exact_fallbacks)
 {
-    nearest_of_rays(scene, bvh, rays, count, hits, exact_fallbacks, true);
+    if (scene->view.formulas == FORMULAS_PAPER)
+        nearest_of_paper(scene, bvh, rays, count, hits, exact_fallbacks);
+    else if (LANES_IN_SIMD)
+        nearest_in_bundles(scene, bvh, rays, count, hits, exact_fallbacks);
+    else
+        for (size_t i = 0; i < count; i++)
+            hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, false);
+}
+
+void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays, size_t count,
+             struct hit *hits, uint64_t *exact_fallbacks)
+{
+    nearest_rough(scene, bvh, rays, count, hits, exact_fallbacks);
+    for (size_t i = 0; i < count; i++)
+        hits[i] = settled_hit(scene, &rays[i], &hits[i], exact_fallbacks);
 }

@@ -18,21 +18,27 @@ void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray 
              struct hit *hits, uint64_t *exact_fallbacks);
 
 /*
- * The same, but that most crossings of a sphere or of a cone's side are told by plain arithmetic: t
- * is then next to the rounded distance, by u at most, and clearly nearer than any other crossing.
- * That is all that points_find() needs, and saves what it takes to round the distance.
+ * The same, but that most crossings of a sphere or of a cone's side, and those of triangles by bundles
+ * of rays, are told by plain arithmetic: t is then next to the rounded distance, by u at most, and
+ * clearly nearer than any other crossing. That is all that points_find() needs, and saves what it takes
+ * to round the distance; most of what it says of a triangle follows from the weights alone.
  */
 void nearest_rough(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                    size_t count, struct hit *hits, uint64_t *exact_fallbacks);
 
-/* Whether t is not yet rounded: of solids, which are the kinds behind the patches. */
+/* In place of a weight where a hit of a triangle or patch has none yet. */
+#define WEIGHT_UNKNOWN (-1.0)
+
+/* Whether t is not yet rounded. Solids are the kinds behind the patches. */
 static inline bool is_rough_hit(const struct hit *hit)
 {
-    return hit->u > 0 && primitive_kind(hit->primitive) > PRIMITIVE_PATCH;
+    return primitive_kind(hit->primitive) > PRIMITIVE_PATCH ? hit->u > 0
+                                                            : hit->v == WEIGHT_UNKNOWN;
 }
 
 /* What nearest() tells of a ray, from what nearest_rough() does. */
-struct hit settled_hit(const struct scene *scene, const struct ray *ray, const struct hit *hit);
+struct hit settled_hit(const struct scene *scene, const struct ray *ray, const struct hit *hit,
+                       uint64_t *exact_fallbacks);
 
 /*
  * What share of light comes through along 0 < t < t_max: (1,1,1) when nothing is in the way,

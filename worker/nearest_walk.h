@@ -110,7 +110,8 @@ static inline void nearest_waiting(struct nearest_walk *walk)
 /* The hit at a place that is told by plain arithmetic alone. */
 static inline struct hit rough_hit(uint32_t id, double from, double to)
 {
-    return (struct hit){.t = from / 2 + to / 2, .u = to - from, .primitive = id, .part = CONE_SIDE};
+    double v = primitive_kind(id) > PRIMITIVE_PATCH ? 0 : WEIGHT_UNKNOWN;
+    return (struct hit){from / 2 + to / 2, to - from, v, id, CONE_SIDE};
 }
 
 /* Whether a crossing that is no farther than this comes before the hit, whatever is rounded. */

@@ -47,10 +47,9 @@ static inline bool packet_was(struct packet_trust *trust, bool worth_it)
  * as large as a pixel, is faster with 2. */
 #define BUNDLE 4
 
-/* nearest(), or nearest_rough(), of so many times LANES rays. false, and nothing done, when they are
- * too different. */
+/* nearest_rough() of so many times LANES rays. false, and nothing done, when they are too different. */
 bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    unsigned packets, struct hit *hits, uint64_t *exact, bool rough);
+                    unsigned packets, struct hit *hits, uint64_t *exact);
 
 /*
  * occluded() of LANES rays, likewise; what is found before they turn out to be too different is kept:

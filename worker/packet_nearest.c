@@ -39,7 +39,7 @@ struct nearest_packet {
     /* A triangle that is certainly crossed before what was known when it was found; most rays have
      * no other candidate. */
     uint32_t first[LANES];
-    struct lanes first_from; /* as in struct candidate; infinite: there is none */
+    struct lanes first_from, first_to; /* as in struct candidate; from infinite: there is none */
     struct candidate candidates[LANES][CANDIDATES];
     unsigned count[LANES];
     lane_set keeping; /* rays that have had candidates */
@@ -100,8 +100,9 @@ static INLINED lane_set triangle_candidates(void *context, const struct bvh_leaf
     lane_set nearer = set & lanes_less(lanes_load(it->limit), it->first_from);
     set &= ~(nearer | equal_ids(it->first, leaf->id)); /* the latter: other pieces of it */
     it->first_from = lanes_choose(nearer, found->from, it->first_from);
+    it->first_to = lanes_choose(nearer, found->to, it->first_to);
     put_ids(it->first, nearer, leaf->id);
-    if (nearer) __builtin_prefetch(corner_indices(it->scene, leaf->id)); /* for settle_together() */
+    if (nearer) __builtin_prefetch(corner_indices(it->scene, leaf->id)); /* for prefetch_firsts() */
     if (!set) return ALL_LANES;
     double from[LANES];
     lanes_store(from, found->from);
@@ -319,27 +320,22 @@ static bool has_another(const struct nearest_packet *it, unsigned lane)
     return false;
 }
 
-/* Of rays that meet their first one first, as far as that is simple; returns whose hits those are. */
+/* Of rays that meet their first one first, where that is beyond doubt; returns whose hits those are. */
 static lane_set hits_of_firsts(const struct nearest_packet *it, lane_set set, struct hit *hits)
 {
-    uint32_t ids[LANES];
-    for (unsigned lane = 0; lane < LANES; lane++)
-        ids[lane] = it->first[set >> lane & 1 ? lane : lowest_lane(set)];
-    struct packet_crossings found = packet_crossings(&it->packet, it->scene, ids);
-    double t[LANES], u[LANES], v[LANES];
-    lanes_store(t, found.t);
-    lanes_store(u, found.u);
-    lanes_store(v, found.v);
-    set &= found.good & lanes_less(it->least, found.t) & lanes_less(found.t, it->first_limit);
+    double from[LANES], to[LANES];
+    lanes_store(from, it->first_from);
+    lanes_store(to, it->first_to);
+    set &= lanes_less(it->least, it->first_from) & lanes_less(it->first_to, it->first_limit);
     for (lane_set rest = set; rest; rest = without_lowest(rest)) {
         unsigned lane = lowest_lane(rest);
-        hits[lane] = (struct hit){t[lane], u[lane], v[lane], ids[lane], 0};
+        hits[lane] = rough_hit(it->first[lane], from[lane], to[lane]);
     }
     return set;
 }
 
-/* Before a bundle's packets are settled: in a large mesh, the corners of what they meet are in no near
- * cache. */
+/* Before a bundle's hits go on to points_find(): in a large mesh, the corners of what they meet are in
+ * no near cache. */
 static INLINED void prefetch_firsts(const struct nearest_packet *it)
 {
     const struct vec3 *vertices = scene_vertices(it->scene);
@@ -391,27 +387,27 @@ static bool settle_roughly(struct nearest_packet *it, unsigned lane, struct hit 
 }
 
 /* The hit of a ray on its own. */
-static void settle_alone(struct nearest_packet *it, unsigned lane, bool rough, struct hit *hit)
+static void settle_alone(struct nearest_packet *it, unsigned lane, struct hit *hit)
 {
     if (it->count[lane] > 0) {
-        if (rough && settle_roughly(it, lane, hit)) return;
+        if (settle_roughly(it, lane, hit)) return;
         settle(it, lane);
     }
     if (it->walking >> lane & 1) *hit = it->walks[lane].hit;
 }
 
-static void nearest_packet_end(struct nearest_packet *it, struct hit *hits, bool rough)
+static void nearest_packet_end(struct nearest_packet *it, struct hit *hits)
 {
     lane_set together = it->packet.prepared ? settle_together(it, hits) : 0;
     for (lane_set rest = ALL_LANES & ~together; rest; rest = without_lowest(rest))
         hits[lowest_lane(rest)] = (struct hit){.t = INFINITE, .primitive = PRIMITIVE_NONE};
     lane_set alone = (it->walking | it->keeping) & ~together;
     for (; alone; alone = without_lowest(alone))
-        settle_alone(it, lowest_lane(alone), rough, &hits[lowest_lane(alone)]);
+        settle_alone(it, lowest_lane(alone), &hits[lowest_lane(alone)]);
 }
 
 bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    unsigned packets, struct hit *hits, uint64_t *exact, bool rough)
+                    unsigned packets, struct hit *hits, uint64_t *exact)
 {
     struct nearest_bundle it;
     it.bundle.count = packets;
@@ -427,14 +423,14 @@ bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const stru
     for (unsigned i = 0; i < packets && it.prepared; i++)
         prefetch_firsts(&it.packets[i]);
     for (unsigned i = 0; i < packets; i++)
-        nearest_packet_end(&it.packets[i], hits + (size_t)i * LANES, rough);
+        nearest_packet_end(&it.packets[i], hits + (size_t)i * LANES);
     return true;
 }
 
 #else
 
 bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    unsigned packets, struct hit *hits, uint64_t *exact, bool rough)
+                    unsigned packets, struct hit *hits, uint64_t *exact)
 {
     (void)scene;
     (void)bvh;
@@ -442,7 +438,6 @@ bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const stru
     (void)packets;
     (void)hits;
     (void)exact;
-    (void)rough;
     return false; /* none is worth it */
 }
 

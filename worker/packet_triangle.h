@@ -1,11 +1,9 @@
-/* Triangles against a packet of rays: one triangle for all of them, and one for each. */
+/* A triangle against a packet of rays. */
 #ifndef FARM_WORKER_PACKET_TRIANGLE_H
 #define FARM_WORKER_PACKET_TRIANGLE_H
 
 #include "worker/lanes_dd.h"
 #include "worker/packet_walk.h"
-
-/* ---- one triangle ---- */
 
 /* As all rays see it, by the filter of triangle_crossings(). */
 struct packet_view {
@@ -102,143 +100,6 @@ static INLINED void packet_distances(const struct packet *packet, const struct p
     struct lanes t = lanes_mul(mean.z, packet->inverse_dz);
     *from = lanes_sub(t, doubt);
     *to = lanes_add(t, doubt);
-}
-
-/* ---- a triangle for each ray ---- */
-
-/* difference_of_products(p.x, q.y, p.y, q.x) */
-static INLINED struct lanes lanes_edge_value(const struct sheared_lanes *p,
-                                             const struct sheared_lanes *q)
-{
-    struct lanes cd = lanes_mul(p->y, q->x);
-    struct lanes error = lanes_fma(lanes_negate(p->y), q->x, cd);
-    return lanes_add(lanes_fma(p->x, q->y, lanes_negate(cd)), error);
-}
-
-/* Lanes whose slope is less, and more, than SLOPE_MAX by more than a quotient's rounding. */
-struct slope_sets {
-    lane_set flat, steep;
-};
-
-static INLINED struct slope_sets slope_sets(const struct packet_view *view, struct lanes sum)
-{
-    const struct sheared_lanes *p = &view->p, *q = &view->q, *r = &view->r;
-    struct lanes qx = lanes_sub(q->x, p->x), qy = lanes_sub(q->y, p->y);
-    struct lanes qz = lanes_sub(q->z, p->z), rx = lanes_sub(r->x, p->x);
-    struct lanes ry = lanes_sub(r->y, p->y), rz = lanes_sub(r->z, p->z);
-    struct lanes x = lanes_sub(lanes_mul(qz, ry), lanes_mul(rz, qy));
-    struct lanes y = lanes_sub(lanes_mul(qx, rz), lanes_mul(rx, qz));
-    struct lanes slope = lanes_add(lanes_abs(x), lanes_abs(y)), size = lanes_abs(sum);
-    return (struct slope_sets){
-        lanes_less(slope, lanes_mul(lanes_of(SLOPE_MAX * (1 - 0x1p-20)), size)),
-        lanes_less(lanes_mul(lanes_of(SLOPE_MAX * (1 + 0x1p-20)), size), slope)};
-}
-
-/* triangle_correct(): the lanes where it may be done. */
-static INLINED lane_set correct_each(const struct packet *packet, const struct lanes3 corner[3],
-                                     struct lanes *t)
-{
-    const struct lanes3 o = {packet->o[0], packet->o[1], packet->o[2]};
-    const struct lanes3 d = {packet->d[0], packet->d[1], packet->d[2]};
-    struct lanes3 e1 = lanes3_sub(corner[1], corner[0]), e2 = lanes3_sub(corner[2], corner[0]);
-    struct lanes3 n = lanes3_cross(e1, e2);
-    struct lanes_dd3 f = lanes_exact_difference3(o, corner[0]);
-    struct lanes3 v = {lanes_dd_advance(f.x, *t, d.x), lanes_dd_advance(f.y, *t, d.y),
-                       lanes_dd_advance(f.z, *t, d.z)};
-    struct lanes speed = lanes3_dot(n, d);
-    struct lanes edges = lanes_mul(lanes3_sum_of_sizes(e1), lanes3_sum_of_sizes(e2));
-    struct lanes error = lanes_mul(lanes_mul(lanes_of(3), edges), lanes3_sum_of_sizes(v));
-    lane_set good = lanes_less(error, lanes_abs(lanes_mul(speed, *t)));
-    *t = lanes_sub(*t, lanes_div(lanes3_dot(n, v), speed));
-    return good;
-}
-
-/* triangle_plane_distance(): the lanes where it can be told. */
-static INLINED lane_set plane_distance_each(const struct packet *packet,
-                                            const struct lanes3 corner[3], struct lanes *t)
-{
-    const struct lanes3 o = {packet->o[0], packet->o[1], packet->o[2]};
-    const struct lanes3 d = {packet->d[0], packet->d[1], packet->d[2]};
-    struct lanes_dd3 p = lanes_exact_difference3(corner[1], corner[0]);
-    struct lanes_dd3 q = lanes_exact_difference3(corner[2], corner[0]);
-    struct lanes_dd3 f = lanes_exact_difference3(corner[0], o), normal = lanes_dd3_cross(p, q);
-    struct lanes_dd height = lanes_dd3_dot(f, normal), speed = lanes_dd3_dot_vec(normal, d);
-    struct lanes edges =
-        lanes_mul(lanes3_sum_of_sizes(lanes_dd3_round(p)), lanes3_sum_of_sizes(lanes_dd3_round(q)));
-    struct lanes heights = lanes_mul(edges, lanes3_sum_of_sizes(lanes_dd3_round(f)));
-    struct lanes speeds = lanes_mul(edges, lanes3_sum_of_sizes(d)), share = lanes_of(PLANE_SHARE);
-    *t = lanes_dd_div(height, speed).high;
-    return lanes_less(lanes_mul(share, heights), lanes_abs(height.high)) &
-           lanes_less(lanes_mul(share, speeds), lanes_abs(speed.high)) &
-           lanes_less(lanes_of(0x1p-400), lanes_smaller(heights, speeds)) &
-           lanes_less(lanes_larger(heights, speeds), lanes_of(0x1p400));
-}
-
-/* Where the slope asks for it; returns the lanes in which t is right then. */
-static INLINED lane_set improve_each(const struct packet *packet, const struct lanes3 corner[3],
-                                     lane_set steep, struct lanes *t)
-{
-    struct lanes better = *t;
-    lane_set corrected = steep & correct_each(packet, corner, &better);
-    *t = lanes_choose(corrected, better, *t);
-    if (corrected == steep) return steep;
-    lane_set told = steep & ~corrected & plane_distance_each(packet, corner, &better);
-    *t = lanes_choose(told, better, *t);
-    return corrected | told;
-}
-
-/* What triangle_crossings() finds for each ray and a triangle of its own, in the lanes of `good`.
- */
-struct packet_crossings {
-    lane_set good;
-    struct lanes t, u, v;
-};
-
-/* Corner k of each lane's triangle. */
-static INLINED struct lanes3 gather(const struct vec3 *vertices,
-                                    const uint32_t *const corners[LANES], unsigned k)
-{
-    const double *at[LANES];
-    const struct axis_order xyz = axis_order(0, 1, 2);
-    struct lanes out[3];
-    UNROLLED
-    for (unsigned i = 0; i < LANES; i++)
-        at[i] = &vertices[corners[i][k]].x;
-    lanes_transpose(at, &xyz, out);
-    return (struct lanes3){out[0], out[1], out[2]};
-}
-
-static INLINED struct sheared_lanes shear_each(const struct packet *packet, struct lanes3 corner)
-{
-    const struct lanes at[3] = {corner.x, corner.y, corner.z};
-    const unsigned *axes = packet->axes;
-    return packet_shear(packet, at[axes[0]], at[axes[1]], at[axes[2]]);
-}
-
-static INLINED struct packet_crossings
-packet_crossings(const struct packet *packet, const struct scene *scene, const uint32_t ids[LANES])
-{
-    const struct vec3 *vertices = scene_vertices(scene);
-    const uint32_t *corners[LANES];
-    UNROLLED
-    for (unsigned i = 0; i < LANES; i++)
-        corners[i] = corner_indices(scene, ids[i]);
-    const struct lanes3 corner[3] = {gather(vertices, corners, 0), gather(vertices, corners, 1),
-                                     gather(vertices, corners, 2)};
-    struct packet_view view = {.p = shear_each(packet, corner[0]),
-                               .q = shear_each(packet, corner[1]),
-                               .r = shear_each(packet, corner[2])};
-    decide(&view);
-    struct lanes e0 = lanes_edge_value(&view.q, &view.r), e1 = lanes_edge_value(&view.r, &view.p);
-    struct lanes e2 = lanes_edge_value(&view.p, &view.q);
-    struct lanes sum = lanes_add(lanes_add(e0, e1), e2);
-    struct lanes t = lanes_add(lanes_mul(e0, view.p.z), lanes_mul(e1, view.q.z));
-    t = lanes_div(lanes_add(t, lanes_mul(e2, view.r.z)), sum);
-    t = lanes_div(t, packet->d[packet->axes[2]]);
-    struct slope_sets slopes = slope_sets(&view, sum);
-    lane_set good = view.certain & slopes.flat, steep = view.certain & slopes.steep;
-    if (steep) good |= improve_each(packet, corner, steep, &t);
-    return (struct packet_crossings){good, t, lanes_div(e1, sum), lanes_div(e2, sum)};
 }
 
 #endif

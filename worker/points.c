@@ -4,6 +4,7 @@
 #include "worker/place.h"
 #include "worker/primitive.h"
 #include "worker/sphere_line.h"
+#include "worker/triangle.h"
 
 /* ---- where the rays end ---- */
 
@@ -103,6 +104,7 @@ static void gather_triangles(const struct scene *scene, const struct hit *hits, 
         set_lane(&points->a, i, vertices[corner[0]]);
         set_lane(&points->b, i, vertices[corner[1]]);
         set_lane(&points->c, i, vertices[corner[2]]);
+        points->sure[i] = 1;
     }
 }
 
@@ -173,6 +175,110 @@ static inline struct vec3 corners_normal(struct vec3 a, struct vec3 b, struct ve
     return plain_unit(vec_cross(vec_sub(b, a), vec_sub(c, a)), sure);
 }
 
+/* What shear_of() makes of a vector, without a branch: z is its direction's longest component. */
+struct turn {
+    bool to_z, to_y;
+};
+
+static inline struct turn turn_of(struct vec3 direction)
+{
+    double x = fabs(direction.x), y = fabs(direction.y), z = fabs(direction.z);
+    return (struct turn){(z >= x) & (z >= y), y >= x};
+}
+
+static inline struct vec3 turned(struct turn turn, struct vec3 v)
+{
+    struct vec3 other = choose(turn.to_y, vec3(v.z, v.x, v.y), vec3(v.y, v.z, v.x));
+    return choose(turn.to_z, v, other);
+}
+
+/* shear_vertex() with a turned direction whose z is `slant`'s, and x and y its quotients by that. */
+static inline struct sheared shear_lane(struct turn turn, struct vec3 slant, struct vec3 way)
+{
+    struct vec3 v = turned(turn, way);
+    return (struct sheared){v.x - slant.x * v.z, v.y - slant.y * v.z, v.z};
+}
+
+/*
+ * Whether triangle_plane_distance() certainly tells the distance, so that whatever corrects it leaves
+ * the weights as they are: plain arithmetic errs by 2^-40 of what is compared, and twice as much is
+ * asked for.
+ */
+static inline bool plane_is_told(struct vec3 a, struct vec3 b, struct vec3 c, struct vec3 origin,
+                                 struct vec3 direction)
+{
+    struct vec3 p = vec_sub(b, a), q = vec_sub(c, a), f = vec_sub(a, origin);
+    struct vec3 normal = vec_cross(p, q);
+    double edges = sum_of_sizes(p) * sum_of_sizes(q);
+    double heights = edges * sum_of_sizes(f), speeds = edges * sum_of_sizes(direction);
+    return (fabs(vec_dot(normal, f)) > 2 * PLANE_SHARE * heights) &
+           (fabs(vec_dot(normal, direction)) > 2 * PLANE_SHARE * speeds) & (heights > 0x1p-399) &
+           (speeds > 0x1p-399) & (heights < 0x1p399) & (speeds < 0x1p399);
+}
+
+/* Whether the line certainly crosses, by the filter of triangle_crossings(). */
+static inline bool certainly_crosses(const struct sheared *p, const struct sheared *q,
+                                     const struct sheared *r)
+{
+    double e0 = q->x * r->y - q->y * r->x, e1 = r->x * p->y - r->y * p->x;
+    double e2 = p->x * q->y - p->y * q->x, error = edge_error(p, q, r);
+    double low = smaller(smaller(e0, e1), e2), high = larger(larger(e0, e1), e2);
+    return (low > error) | (high < -error);
+}
+
+/* start_is_close() certainly says no, of a way that errs by less than what is said of it. */
+static inline bool start_is_far(const struct sheared *p, const struct sheared *q,
+                                const struct sheared *r, double way)
+{
+    return way > 32 * UNIT_ROUNDOFF * (fabs(p->z) + fabs(q->z) + fabs(r->z));
+}
+
+/* triangle_slope() is certainly no more than SLOPE_MAX. */
+static inline bool is_flat(const struct sheared *p, const struct sheared *q,
+                           const struct sheared *r, double sum)
+{
+    return triangle_slope(p, q, r, sum) <= SLOPE_MAX;
+}
+
+/* Whether the distance, which is known between two ends, is certainly far enough, or certainly not. */
+static inline bool distance_is_told(const struct points *points, uint32_t i, double size,
+                                    double longest)
+{
+    double from = points->t[i] - points->u[i], to = points->t[i] + points->u[i];
+    return (size <= from * longest) | !(size <= to * longest);
+}
+
+/*
+ * The weights of a triangle's rough hit, as triangle_crossings() finds them: where it goes on to correct
+ * the distance it keeps them, but for what is left to exact arithmetic.
+ */
+static inline void weigh_corners(struct points *points, uint32_t i)
+{
+    struct vec3 a = lane(&points->a, i), b = lane(&points->b, i), c = lane(&points->c, i);
+    struct vec3 origin = lane(&points->origin, i), direction = lane(&points->view, i);
+    struct turn turn = turn_of(direction);
+    struct vec3 d = turned(turn, direction), slant = vec3(d.x / d.z, d.y / d.z, d.z);
+    struct sheared p = shear_lane(turn, slant, vec_sub(a, origin));
+    struct sheared q = shear_lane(turn, slant, vec_sub(b, origin));
+    struct sheared r = shear_lane(turn, slant, vec_sub(c, origin));
+    double e0 = edge_value(&q, &r), e1 = edge_value(&r, &p), e2 = edge_value(&p, &q);
+    double sum = e0 + e1 + e2, nearest = points->t[i] - points->u[i];
+    bool sure = certainly_crosses(&p, &q, &r) & start_is_far(&p, &q, &r, nearest * fabs(d.z)) &
+                (is_flat(&p, &q, &r, sum) | plane_is_told(a, b, c, origin, direction)) &
+                distance_is_told(points, i, triangle_size(a, b, c), fabs(d.z));
+    bool rough = points->v[i] == WEIGHT_UNKNOWN;
+    points->u[i] = rough ? e1 / sum : points->u[i];
+    points->v[i] = rough ? e2 / sum : points->v[i];
+    points->sure[i] = truth(sure | !rough);
+}
+
+static FLATTENED void weigh_triangles(struct points *points, uint32_t begin, uint32_t end)
+{
+    OVER_LANES
+    for (uint32_t i = begin; i < end; i++)
+        weigh_corners(points, i);
+}
+
 /* Whether all points are far enough from their rays' origins for the means of the corners. */
 static FLATTENED bool triangles_are_far(struct points *points, uint32_t begin, uint32_t end)
 {
@@ -189,7 +295,7 @@ static FLATTENED bool triangles_are_far(struct points *points, uint32_t begin, u
 static inline void find_far_triangle(struct points *points, uint32_t i)
 {
     struct vec3 a = lane(&points->a, i), b = lane(&points->b, i), c = lane(&points->c, i);
-    bool sure = true;
+    bool sure = points->sure[i] != 0;
     struct place mean = {a, triangle_mean(a, b, c, points->u[i], points->v[i])};
     struct vec3 normal = corners_normal(a, b, c, &sure);
     put_surface(points, i, &mean, normal, sure);
@@ -207,7 +313,8 @@ static inline void find_triangle(struct points *points, uint32_t i)
     struct vec3 a = lane(&points->a, i), b = lane(&points->b, i), c = lane(&points->c, i);
     struct vec3 direction = lane(&points->view, i);
     double size = triangle_size(a, b, c), speed;
-    bool sure = true, far = size <= fabs(points->t[i]) * largest_component(direction);
+    bool sure = points->sure[i] != 0;
+    bool far = size <= fabs(points->t[i]) * largest_component(direction);
     struct dd3 mean = triangle_mean(a, b, c, points->u[i], points->v[i]);
     struct dd3 passage = triangle_passage(a, b, c, lane(&points->origin, i), direction, &speed);
     bool passes = !far & triangle_passes(&passage, speed, &mean, size);
@@ -290,6 +397,7 @@ static void find_groups(const struct scene *scene, const struct ray *rays, const
     }
     if (sides > triangles) {
         gather_triangles(scene, hits, triangles, sides, points);
+        weigh_triangles(points, triangles, sides);
         if (triangles_are_far(points, triangles, sides))
             find_far_triangles(points, triangles, sides);
         else
@@ -336,14 +444,14 @@ static void put_point(struct points *points, uint32_t i, const struct shading_po
 
 /* The points from `begin` on that lanes are not sure of, one by one. */
 static void find_singly(const struct scene *scene, const struct ray *rays, const struct hit *hits,
-                        struct points *points)
+                        struct points *points, uint64_t *exact_fallbacks)
 {
     for (uint32_t i = 0; i < points->count; i++) {
         if (points->sure[i] != 0) continue;
         const struct ray *ray = &rays[points->slot[i]];
         struct hit hit = hits[points->slot[i]];
         struct surface surface;
-        if (is_rough_hit(&hit)) hit = settled_hit(scene, ray, &hit);
+        if (is_rough_hit(&hit)) hit = settled_hit(scene, ray, &hit, exact_fallbacks);
         surface_at(scene, ray, &hit, &surface);
         set_lane(&points->point, i, surface.point);
         set_lane(&points->geometric, i, surface.geometric);
@@ -370,7 +478,7 @@ static void doubt_from(struct points *points, uint32_t begin)
 }
 
 void points_find(const struct scene *scene, const struct ray *rays, const struct hit *hits,
-                 uint32_t count, struct points *points)
+                 uint32_t count, struct points *points, uint64_t *exact_fallbacks)
 {
     uint32_t first[GROUPS + 1];
     points->formulas = scene->view.formulas;
@@ -380,7 +488,7 @@ void points_find(const struct scene *scene, const struct ray *rays, const struct
     bool exact = points->formulas == FORMULAS_EXACT;
     if (exact) find_groups(scene, rays, hits, first, points);
     doubt_from(points, exact ? first[GROUP_OTHERS] : 0);
-    find_singly(scene, rays, hits, points);
+    find_singly(scene, rays, hits, points, exact_fallbacks);
     if (exact)
         turn_normals(points);
     else

@@ -24,9 +24,10 @@ struct points {
     lane_row sure;                 /* 1 or 0 */
 };
 
-/* The points of the rays that have met something, by nearest_rough() or nearest(); count <= WAVE. */
+/* The points of the rays that have met something, by nearest_rough() or nearest(); count <= WAVE.
+ * exact_fallbacks: as nearest(). */
 void points_find(const struct scene *scene, const struct ray *rays, const struct hit *hits,
-                 uint32_t count, struct points *points);
+                 uint32_t count, struct points *points, uint64_t *exact_fallbacks);
 
 /* One of them as the functions of shade.h take it. */
 struct shading_point points_get(const struct points *points, uint32_t i);

@@ -35,7 +35,7 @@ struct ray {
 struct hit {
     double t;           /* of the nearest hit; infinite when there is none */
     double u, v;        /* triangle, patch: weights of vertex 1 and 2; else 0, but that of a rough
-                         * hit u is what t may be off by: see nearest_rough() */
+                         * hit u is what t may be off by: see nearest_rough(), is_rough_hit() */
     uint32_t primitive; /* PRIMITIVE_NONE: the ray meets nothing */
     uint32_t part;
 };
