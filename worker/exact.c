@@ -257,12 +257,10 @@ static struct dd accumulated_dot(const struct dd3 *a, const struct dd3 *b, int *
 
 struct dd exact_dot3(struct dd3 a, struct dd3 b, int *exponent)
 {
-    struct dd dot = dd3_dot(a, b);
-    double size = fabs(a.x.high * b.x.high) + fabs(a.y.high * b.y.high) + fabs(a.z.high * b.z.high);
+    bool sure = true;
+    struct dd dot = plain_dot3(a, b, &sure);
     *exponent = 0;
-    /* 20 u^2 of the size is the error of dd3_dot(); below 2^-400 its small parts underflow. */
-    if (fabs(dot.high) > 0x1p-44 * size && size > 0x1p-400 && size < 0x1p400) return dot;
-    return accumulated_dot(&a, &b, exponent);
+    return sure ? dot : accumulated_dot(&a, &b, exponent);
 }
 
 /* Whether value is a multiple of 1 / scale, a power of two, less than 2^62 of them. */

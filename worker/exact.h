@@ -297,6 +297,16 @@ struct dd accumulator_round(const struct accumulator *sum, int *exponent);
 /* The same, rounded to double. */
 double accumulator_value(const struct accumulator *sum, int *exponent);
 
+/* The dot product of what cancels by less than 44 bits, where *sure stays true: 20 u^2 of the sizes is
+ * the error of dd3_dot(); below 2^-400 its small parts underflow. */
+static inline struct dd plain_dot3(struct dd3 a, struct dd3 b, bool *sure)
+{
+    struct dd dot = dd3_dot(a, b);
+    double size = fabs(a.x.high * b.x.high) + fabs(a.y.high * b.y.high) + fabs(a.z.high * b.z.high);
+    *sure &= (fabs(dot.high) > 0x1p-44 * size) & (size > 0x1p-400) & (size < 0x1p400);
+    return dot;
+}
+
 /*
  * a . b with a relative error of 2^-57, and the right sign, whatever cancels: *exponent and a
  * number whose square is in range. Double-double serves unless more than 44 bits cancel.

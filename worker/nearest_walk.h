@@ -7,7 +7,7 @@
 
 /* A solid that the ray certainly meets, and nothing is known but about where. */
 struct waiting {
-    uint32_t id;
+    uint32_t id, part;
     double from, to; /* between these; to is infinite where the part that is met is not known */
 };
 
@@ -108,10 +108,10 @@ static inline void nearest_waiting(struct nearest_walk *walk)
 }
 
 /* The hit at a place that is told by plain arithmetic alone. */
-static inline struct hit rough_hit(uint32_t id, double from, double to)
+static inline struct hit rough_hit(uint32_t id, uint32_t part, double from, double to)
 {
     double v = primitive_kind(id) > PRIMITIVE_PATCH ? 0 : WEIGHT_UNKNOWN;
-    return (struct hit){from / 2 + to / 2, to - from, v, id, CONE_SIDE};
+    return (struct hit){from / 2 + to / 2, to - from, v, id, part};
 }
 
 /* Whether a crossing that is no farther than this comes before the hit, whatever is rounded. */
@@ -133,19 +133,19 @@ static inline bool nearest_is_told(struct nearest_walk *walk)
     }
     if (!only) return true;
     if (!clearly_precedes(walk, only->id, only->to)) return false;
-    walk->hit = rough_hit(only->id, only->from, only->to);
+    walk->hit = rough_hit(only->id, only->part, only->from, only->to);
     return true;
 }
 
 /* Keeps one that is met between from and to: before anything else is, perhaps. What is farther than
- * that by more than the errors of both, see worker/order.h, is of no interest. on_side: and not on
- * a cap. */
+ * that by more than the errors of both, see worker/order.h, is of no interest. told: and on this part
+ * of it. */
 static INLINED void nearest_waits(struct nearest_walk *walk, uint32_t id, double from, double to,
-                                  bool on_side)
+                                  bool told, uint32_t part)
 {
     struct purpose *purpose = &walk->probe.purpose;
     if (walk->waiting_count == WAITING_MAX) nearest_waiting(walk);
-    walk->waiting[walk->waiting_count++] = (struct waiting){id, from, on_side ? to : INFINITE};
+    walk->waiting[walk->waiting_count++] = (struct waiting){id, part, from, told ? to : INFINITE};
     if (!(to < walk->probe.ray->t_max)) return;
     purpose->farthest = smaller(to + 2 * crossing_error(walk, id, to), purpose->farthest);
 }
@@ -157,7 +157,7 @@ static INLINED void nearest_way_out(struct nearest_walk *walk, uint32_t id)
     const struct probe *probe = &walk->probe;
     if (primitive_kind(id) == PRIMITIVE_SPHERE && is_told_solid(probe->scene, id) &&
         sphere_way_out_span(&scene_spheres(probe->scene)[primitive_index(id)], probe->ray, &span))
-        nearest_waits(walk, id, span.low, span.high, true);
+        nearest_waits(walk, id, span.low, span.high, true, CONE_SIDE);
     else
         nearest_primitive(walk, id, false);
 }
@@ -173,7 +173,8 @@ static INLINED void nearest_span(struct nearest_walk *walk, const struct bvh_lea
     if (!may_be_crossed_one(&span, probe->purpose.farthest)) return;
     struct first_crossing_one first = first_crossing_one(&span);
     if (first.told && is_told_solid(probe->scene, leaf->id))
-        nearest_waits(walk, leaf->id, first.from, first.to, first.on_side);
+        nearest_waits(walk, leaf->id, first.from, first.to, is_on_part_one(&first) & 1,
+                      part_at_one(&first, 0));
     else
         nearest_primitive(walk, leaf->id, false);
 }

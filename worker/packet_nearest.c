@@ -13,9 +13,9 @@
 
 /* A primitive that may be a ray's nearest. */
 struct candidate {
-    uint32_t id;
+    uint32_t id, part;
     double from; /* no nearer than this */
-    double to;   /* of a solid: as in struct waiting */
+    double to;   /* and no farther, as in struct waiting; infinite, too, where that is not known */
 };
 
 #define CANDIDATES 6
@@ -67,12 +67,24 @@ static void settle(struct nearest_packet *it, unsigned lane)
     it->limit[lane] = smaller(it->limit[lane], walk->probe.purpose.farthest);
 }
 
-static INLINED void keep(struct nearest_packet *it, unsigned lane, uint32_t id, double from,
-                         double to)
+static INLINED void keep(struct nearest_packet *it, unsigned lane, struct candidate candidate)
 {
     if (it->count[lane] == CANDIDATES) settle(it, lane);
     it->keeping |= UINT32_C(1) << lane;
-    it->candidates[lane][it->count[lane]++] = (struct candidate){id, from, to};
+    it->candidates[lane][it->count[lane]++] = candidate;
+}
+
+/* Triangles that certain rays certainly cross. */
+static INLINED void keep_certain(struct nearest_packet *it, lane_set set,
+                                 const uint32_t ids[LANES], struct lanes from, struct lanes to)
+{
+    double first[LANES], last[LANES];
+    lanes_store(first, from);
+    lanes_store(last, lanes_choose(lanes_less(it->least, from), to, lanes_of(INFINITE)));
+    for (; set; set = without_lowest(set)) {
+        unsigned lane = lowest_lane(set);
+        keep(it, lane, (struct candidate){ids[lane], 0, first[lane], last[lane]});
+    }
 }
 
 /* Rays that certainly meet something by `to` are not interested in what is beyond by more than may
@@ -92,7 +104,7 @@ static INLINED lane_set triangle_candidates(void *context, const struct bvh_leaf
     struct nearest_packet *it = context;
     lane_set set = found->maybe & ~rays_from(&it->packet, leaf->id);
     for (lane_set rest = set & ~found->certain; rest; rest = without_lowest(rest))
-        keep(it, lowest_lane(rest), leaf->id, -INFINITE, INFINITE);
+        keep(it, lowest_lane(rest), (struct candidate){leaf->id, 0, -INFINITE, INFINITE});
     lane_set beyond = lanes_less(lanes_load(it->limit), found->from);
     set &= found->certain & ~(beyond | lanes_less(found->to, lanes_of(0)));
     if (!set) return ALL_LANES;
@@ -104,10 +116,9 @@ static INLINED lane_set triangle_candidates(void *context, const struct bvh_leaf
     put_ids(it->first, nearer, leaf->id);
     if (nearer) __builtin_prefetch(corner_indices(it->scene, leaf->id)); /* for prefetch_firsts() */
     if (!set) return ALL_LANES;
-    double from[LANES];
-    lanes_store(from, found->from);
-    for (; set; set = without_lowest(set))
-        keep(it, lowest_lane(set), leaf->id, from[lowest_lane(set)], INFINITE);
+    uint32_t ids[LANES];
+    put_ids(ids, ALL_LANES, leaf->id);
+    keep_certain(it, set, ids, found->from, found->to);
     return ALL_LANES;
 }
 
@@ -136,7 +147,9 @@ static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *l
     lanes_store(to, first.to);
     for (lane_set rest = told; rest; rest = without_lowest(rest)) {
         unsigned lane = lowest_lane(rest);
-        keep(it, lane, leaf->id, from[lane], first.on_side >> lane & 1 ? to[lane] : INFINITE);
+        bool on_part = is_on_part_lanes(&first) >> lane & 1;
+        keep(it, lane, (struct candidate){leaf->id, part_at_lanes(&first, lane), from[lane],
+                                          on_part ? to[lane] : INFINITE});
     }
     lower_limits(it, told, first.to);
     test_each(it, leaf->id, set & ~told);
@@ -329,7 +342,7 @@ static lane_set hits_of_firsts(const struct nearest_packet *it, lane_set set, st
     set &= lanes_less(it->least, it->first_from) & lanes_less(it->first_to, it->first_limit);
     for (lane_set rest = set; rest; rest = without_lowest(rest)) {
         unsigned lane = lowest_lane(rest);
-        hits[lane] = rough_hit(it->first[lane], from[lane], to[lane]);
+        hits[lane] = rough_hit(it->first[lane], 0, from[lane], to[lane]);
     }
     return set;
 }
@@ -359,17 +372,11 @@ static lane_set settle_together(struct nearest_packet *it, struct hit *hits)
     for (lane_set rest = set & it->keeping; rest; rest = without_lowest(rest))
         if (has_another(it, lowest_lane(rest))) set &= ~(UINT32_C(1) << lowest_lane(rest));
     if (set) set = hits_of_firsts(it, set, hits);
-    if (firsts == set) return set;
-    double from[LANES];
-    lanes_store(from, it->first_from);
-    for (lane_set rest = firsts & ~set; rest; rest = without_lowest(rest)) {
-        unsigned lane = lowest_lane(rest);
-        keep(it, lane, it->first[lane], from[lane], INFINITE);
-    }
+    if (firsts & ~set) keep_certain(it, firsts & ~set, it->first, it->first_from, it->first_to);
     return set;
 }
 
-/* Takes the one solid that a ray meets first for its hit, if that is all there is to say of it. */
+/* Takes the one thing that a ray meets first for its hit, if that is all there is to say of it. */
 static bool settle_roughly(struct nearest_packet *it, unsigned lane, struct hit *hit)
 {
     const struct candidate *only = NULL;
@@ -382,7 +389,7 @@ static bool settle_roughly(struct nearest_packet *it, unsigned lane, struct hit 
     if (!only || !(only->to < it->rays[lane].t_max)) return false;
     if ((it->walking >> lane & 1) && !clearly_precedes(&it->walks[lane], only->id, only->to))
         return false;
-    *hit = rough_hit(only->id, only->from, only->to);
+    *hit = rough_hit(only->id, only->part, only->from, only->to);
     return true;
 }
 

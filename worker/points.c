@@ -9,7 +9,16 @@
 /* ---- where the rays end ---- */
 
 /* What has a way of its own through the lanes, in the order in which the points are kept. */
-enum group { GROUP_SPHERES, GROUP_TRIANGLES, GROUP_PATCHES, GROUP_SIDES, GROUP_OTHERS, GROUPS };
+enum group {
+    GROUP_SPHERES,
+    GROUP_TRIANGLES,
+    GROUP_PATCHES,
+    GROUP_SIDES,
+    GROUP_CAPS,
+    GROUP_FLATS, /* discs and planes */
+    GROUP_OTHERS,
+    GROUPS
+};
 
 static enum group group_of(const struct hit *hit)
 {
@@ -21,10 +30,11 @@ static enum group group_of(const struct hit *hit)
     case PRIMITIVE_PATCH:
         return GROUP_PATCHES;
     case PRIMITIVE_CONE:
-        return hit->part == CONE_SIDE ? GROUP_SIDES : GROUP_OTHERS;
-    case PRIMITIVE_BOX:
+        return hit->part == CONE_SIDE ? GROUP_SIDES : GROUP_CAPS;
     case PRIMITIVE_DISC:
     case PRIMITIVE_PLANE:
+        return GROUP_FLATS;
+    case PRIMITIVE_BOX:
     case PRIMITIVE_KINDS:
         break;
     }
@@ -385,12 +395,99 @@ static FLATTENED void find_sides(struct points *points, uint32_t begin, uint32_t
         find_side(points, i);
 }
 
+/*
+ * Where a line crosses a plane through a point, seen from `anchor`, and how far along the line: by the
+ * operations of plane_point() and cone_point(), where exact_dot3() does without exact arithmetic.
+ */
+static inline struct dd3 flat_passage(struct vec3 anchor, struct vec3 through, struct dd3 normal,
+                                      struct vec3 origin, struct vec3 direction, double *t,
+                                      bool *sure)
+{
+    struct dd speed = plain_dot3(dd3_of(direction), normal, sure);
+    struct dd height = plain_dot3(exact_difference3(through, origin), normal, sure);
+    struct dd way = dd_div(height, speed);
+    *t = way.high;
+    return dd3_add(exact_difference3(origin, anchor), dd3_scale(direction, way));
+}
+
+/* a: the base; b: the apex; only: 1 for the apex's cap. */
+static void gather_caps(const struct scene *scene, const struct hit *hits, uint32_t begin,
+                        uint32_t end, struct points *points)
+{
+    const struct cone *cones = scene_cones(scene);
+    for (uint32_t i = begin; i < end; i++) {
+        const struct hit *hit = &hits[points->slot[i]];
+        const struct cone *cone = &cones[primitive_index(hit->primitive)];
+        set_lane(&points->a, i, cone->base);
+        set_lane(&points->b, i, cone->apex);
+        points->radius[i] = larger(cone->base_radius, cone->apex_radius);
+        points->only[i] = truth(hit->part == CONE_APEX_CAP);
+    }
+}
+
+/* cone_point() and cone_normal(). A cap's own distance is another one than the hit's where a rim is
+ * not told from it. */
+static inline void find_cap(struct points *points, uint32_t i)
+{
+    struct vec3 base = lane(&points->a, i), apex = lane(&points->b, i);
+    struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
+    struct cone cone = {
+        .base = base, .apex = apex, .base_radius = points->radius[i], .apex_radius = 0};
+    bool sure = cone_is_ordinary(&cone, o, d), at_apex = points->only[i] != 0;
+    struct dd3 w = exact_difference3(apex, base);
+    double t;
+    struct dd3 offset = flat_passage(base, choose(at_apex, apex, base), w, o, d, &t, &sure);
+    sure &= fabs(t - points->t[i]) <= points->u[i];
+    struct place place = {base, offset};
+    struct vec3 axis = dd3_round(w);
+    struct vec3 normal = plain_unit(choose(at_apex, axis, vec_neg(axis)), &sure);
+    put_surface(points, i, &place, normal, sure);
+}
+
+static FLATTENED void find_caps(struct points *points, uint32_t begin, uint32_t end)
+{
+    OVER_LANES
+    for (uint32_t i = begin; i < end; i++)
+        find_cap(points, i);
+}
+
+static void gather_flats(const struct scene *scene, const struct hit *hits, uint32_t begin,
+                         uint32_t end, struct points *points)
+{
+    const struct disc *discs = scene_discs(scene);
+    const struct plane *planes = scene_planes(scene);
+    for (uint32_t i = begin; i < end; i++) {
+        uint32_t primitive = hits[points->slot[i]].primitive, index = primitive_index(primitive);
+        bool is_disc = primitive_kind(primitive) == PRIMITIVE_DISC;
+        set_lane(&points->a, i, is_disc ? discs[index].center : planes[index].point);
+        set_lane(&points->b, i, is_disc ? discs[index].normal : planes[index].normal);
+    }
+}
+
+static inline void find_flat(struct points *points, uint32_t i)
+{
+    struct vec3 anchor = lane(&points->a, i), normal = lane(&points->b, i);
+    bool sure = true;
+    double t;
+    struct dd3 offset = flat_passage(anchor, anchor, dd3_of(normal), lane(&points->origin, i),
+                                     lane(&points->view, i), &t, &sure);
+    struct place place = {anchor, offset};
+    put_surface(points, i, &place, normal, sure);
+}
+
+static FLATTENED void find_flats(struct points *points, uint32_t begin, uint32_t end)
+{
+    OVER_LANES
+    for (uint32_t i = begin; i < end; i++)
+        find_flat(points, i);
+}
+
 static void find_groups(const struct scene *scene, const struct ray *rays, const struct hit *hits,
                         const uint32_t first[GROUPS + 1], struct points *points)
 {
     uint32_t spheres = first[GROUP_SPHERES], triangles = first[GROUP_TRIANGLES];
     uint32_t patches = first[GROUP_PATCHES], sides = first[GROUP_SIDES];
-    uint32_t others = first[GROUP_OTHERS];
+    uint32_t caps = first[GROUP_CAPS], flats = first[GROUP_FLATS], others = first[GROUP_OTHERS];
     if (triangles > spheres) {
         gather_spheres(scene, hits, spheres, triangles, points);
         find_spheres(points, spheres, triangles);
@@ -407,9 +504,17 @@ static void find_groups(const struct scene *scene, const struct ray *rays, const
         gather_normals(scene, hits, patches, sides, points);
         interpolate_normals(points, patches, sides);
     }
-    if (others > sides) {
-        gather_sides(scene, rays, hits, sides, others, points);
-        find_sides(points, sides, others);
+    if (caps > sides) {
+        gather_sides(scene, rays, hits, sides, caps, points);
+        find_sides(points, sides, caps);
+    }
+    if (flats > caps) {
+        gather_caps(scene, hits, caps, flats, points);
+        find_caps(points, caps, flats);
+    }
+    if (others > flats) {
+        gather_flats(scene, hits, flats, others, points);
+        find_flats(points, flats, others);
     }
 }
 

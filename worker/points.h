@@ -18,7 +18,7 @@ struct points {
     uint32_t formulas;                            /* enum formulas */
 
     /* Of points_find(). */
-    struct lanes3 origin, a, b, c; /* of the ray; centre, corners, corner normals */
+    struct lanes3 origin, a, b, c; /* of the ray; what the surface is given by, kind by kind */
     lane_row t, u, v;              /* of the hit */
     lane_row radius, only;         /* of a sphere; only: 1 if seen from inside */
     lane_row sure;                 /* 1 or 0 */

@@ -29,6 +29,8 @@ struct OF(cone) {
 struct OF(spans) {
     lane_set missed, told;
     lane_set enter_side, leave_side; /* of those told: on a cone's side, or a sphere */
+    lane_set enter_cap, leave_cap;   /* on a cap; on which, follows from */
+    lane_set rising;                 /* whether the ray goes from the base to the apex */
     NUMBER enter_low, enter_high, leave_low, leave_high;
 };
 
@@ -234,6 +236,9 @@ static INLINED struct OF(spans)
     spans.leave_low = OP(add)(line.t0, left);
     spans.enter_side = OP(less)(OP(add)(slab.low, slab.error), OP(sub)(side.low, side.error));
     spans.leave_side = OP(less)(OP(add)(side.high, side.error), OP(sub)(slab.high, slab.error));
+    spans.enter_cap = OP(less)(OP(add)(side.low, side.error), OP(sub)(slab.low, slab.error));
+    spans.leave_cap = OP(less)(OP(add)(slab.high, slab.error), OP(sub)(side.high, side.error));
+    spans.rising = OP(less)(OP(of)(0), line.d_w);
     spans.missed = ordinary & (spans.missed | OP(less)(spans.leave_high, spans.enter_low));
     spans.told = side.told & slab.told & OP(less)(spans.enter_high, spans.leave_low);
     return spans;
@@ -244,18 +249,34 @@ static INLINED struct OF(spans)
 /* Where a ray meets the solid first, ahead of its origin, if that is told. */
 struct OF(first_crossing) {
     lane_set told;
-    lane_set on_side; /* of those told: certainly not on a cap */
+    lane_set on_side, on_base, on_apex; /* of those told: certainly on this part, or on a sphere */
     NUMBER from, to;
 };
+
+/* Those of which the part is told. */
+static INLINED lane_set OF(is_on_part)(const struct OF(first_crossing) * first)
+{
+    return first->on_side | first->on_base | first->on_apex;
+}
+
+/* The part of one of those. */
+static INLINED uint32_t OF(part_at)(const struct OF(first_crossing) * first, unsigned i)
+{
+    if (first->on_base >> i & 1) return CONE_BASE_CAP;
+    return first->on_apex >> i & 1 ? CONE_APEX_CAP : CONE_SIDE;
+}
 
 static INLINED struct OF(first_crossing) OF(first_crossing)(const struct OF(spans) * spans)
 {
     const NUMBER zero = OP(of)(0);
     lane_set outside = OP(less)(zero, spans->enter_low);
     lane_set inside = OP(less)(spans->enter_high, zero) & OP(less)(zero, spans->leave_low);
+    lane_set enter_cap = outside & spans->enter_cap, leave_cap = inside & spans->leave_cap;
     return (struct OF(first_crossing)){
         spans->told & (outside | inside),
         (outside & spans->enter_side) | (inside & spans->leave_side),
+        (enter_cap & spans->rising) | (leave_cap & ~spans->rising),
+        (enter_cap & ~spans->rising) | (leave_cap & spans->rising),
         OP(choose)(outside, spans->enter_low, spans->leave_low),
         OP(choose)(outside, spans->enter_high, spans->leave_high),
     };
