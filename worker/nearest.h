@@ -32,8 +32,7 @@ void nearest_rough(const struct scene *scene, const struct bvh *bvh, const struc
 /* Whether t is not yet rounded. Solids are the kinds behind the patches. */
 static inline bool is_rough_hit(const struct hit *hit)
 {
-    return primitive_kind(hit->primitive) > PRIMITIVE_PATCH ? hit->u > 0
-                                                            : hit->v == WEIGHT_UNKNOWN;
+    return primitive_kind(hit->primitive) > PRIMITIVE_PATCH ? hit->u > 0 : hit->v == WEIGHT_UNKNOWN;
 }
 
 /* What nearest() tells of a ray, from what nearest_rough() does. */

@@ -75,8 +75,8 @@ static INLINED void keep(struct nearest_packet *it, unsigned lane, struct candid
 }
 
 /* Triangles that certain rays certainly cross. */
-static INLINED void keep_certain(struct nearest_packet *it, lane_set set,
-                                 const uint32_t ids[LANES], struct lanes from, struct lanes to)
+static INLINED void keep_certain(struct nearest_packet *it, lane_set set, const uint32_t ids[LANES],
+                                 struct lanes from, struct lanes to)
 {
     double first[LANES], last[LANES];
     lanes_store(first, from);
@@ -97,6 +97,26 @@ static INLINED void lower_limits(struct nearest_packet *it, lane_set rays, struc
     lanes_store(it->limit, lanes_choose(rays & lanes_less(to, it->first_limit), limit, now));
 }
 
+/* Keeps of the rays that certainly cross a primitive those for which it may be the first; returns whose
+ * first it is now. */
+static INLINED lane_set keep_nearer(struct nearest_packet *it, uint32_t id, lane_set set,
+                                    struct lanes from, struct lanes to)
+{
+    set &= ~(lanes_less(lanes_load(it->limit), from) | lanes_less(to, lanes_of(0)));
+    if (!set) return 0;
+    lower_limits(it, set & lanes_less(it->least, from), to);
+    lane_set nearer = set & lanes_less(lanes_load(it->limit), it->first_from);
+    set &= ~(nearer | equal_ids(it->first, id)); /* the latter: other pieces of it */
+    it->first_from = lanes_choose(nearer, from, it->first_from);
+    it->first_to = lanes_choose(nearer, to, it->first_to);
+    put_ids(it->first, nearer, id);
+    if (!set) return nearer;
+    uint32_t ids[LANES];
+    put_ids(ids, ALL_LANES, id);
+    keep_certain(it, set, ids, from, to);
+    return nearer;
+}
+
 /* Keeps what the rays may meet first. */
 static INLINED lane_set triangle_candidates(void *context, const struct bvh_leaf *leaf,
                                             const struct rough_crossings *found)
@@ -105,20 +125,8 @@ static INLINED lane_set triangle_candidates(void *context, const struct bvh_leaf
     lane_set set = found->maybe & ~rays_from(&it->packet, leaf->id);
     for (lane_set rest = set & ~found->certain; rest; rest = without_lowest(rest))
         keep(it, lowest_lane(rest), (struct candidate){leaf->id, 0, -INFINITE, INFINITE});
-    lane_set beyond = lanes_less(lanes_load(it->limit), found->from);
-    set &= found->certain & ~(beyond | lanes_less(found->to, lanes_of(0)));
-    if (!set) return ALL_LANES;
-    lower_limits(it, set & lanes_less(it->least, found->from), found->to);
-    lane_set nearer = set & lanes_less(lanes_load(it->limit), it->first_from);
-    set &= ~(nearer | equal_ids(it->first, leaf->id)); /* the latter: other pieces of it */
-    it->first_from = lanes_choose(nearer, found->from, it->first_from);
-    it->first_to = lanes_choose(nearer, found->to, it->first_to);
-    put_ids(it->first, nearer, leaf->id);
-    if (nearer) __builtin_prefetch(corner_indices(it->scene, leaf->id)); /* for prefetch_firsts() */
-    if (!set) return ALL_LANES;
-    uint32_t ids[LANES];
-    put_ids(ids, ALL_LANES, leaf->id);
-    keep_certain(it, set, ids, found->from, found->to);
+    if (keep_nearer(it, leaf->id, set & found->certain, found->from, found->to))
+        __builtin_prefetch(corner_indices(it->scene, leaf->id)); /* for prefetch_firsts() */
     return ALL_LANES;
 }
 
@@ -148,8 +156,9 @@ static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *l
     for (lane_set rest = told; rest; rest = without_lowest(rest)) {
         unsigned lane = lowest_lane(rest);
         bool on_part = is_on_part_lanes(&first) >> lane & 1;
-        keep(it, lane, (struct candidate){leaf->id, part_at_lanes(&first, lane), from[lane],
-                                          on_part ? to[lane] : INFINITE});
+        keep(it, lane,
+             (struct candidate){leaf->id, part_at_lanes(&first, lane), from[lane],
+                                on_part ? to[lane] : INFINITE});
     }
     lower_limits(it, told, first.to);
     test_each(it, leaf->id, set & ~told);
@@ -301,13 +310,45 @@ static INLINED void visit_by_bundle(void *context, const struct bvh_node *node, 
     if (it->given_up) *limit = -INFINITE; /* which ends the walk */
 }
 
-/* The planes, which are no part of the tree. */
-static void test_planes(struct nearest_packet *it)
+/*
+ * A plane: n.f errs by 4.1 u |f| and n.d by 3 u |d|, as n is unit, where n.d is more than 2^14 u |d|
+ * their quotient t by less than 8 u (|f| + |t d|) / n.d, with its own rounding. Sums of absolute values
+ * are bounds of the lengths.
+ */
+static void plane_candidates(struct nearest_packet *it, uint32_t id)
 {
-    for (unsigned lane = 0; lane < LANES; lane++) {
-        struct nearest_walk *walk = walk_of(it, lane);
-        nearest_planes(walk, false);
-        it->limit[lane] = walk->probe.purpose.farthest;
+    const struct plane *plane = &scene_planes(it->scene)[primitive_index(id)];
+    const struct packet *packet = &it->packet;
+    struct lanes3 n = point_in_lanes(plane->normal);
+    struct lanes3 o = {packet->o[0], packet->o[1], packet->o[2]};
+    struct lanes3 d = {packet->d[0], packet->d[1], packet->d[2]};
+    struct lanes3 f = lanes3_sub(point_in_lanes(plane->point), o);
+    struct lanes speed = lanes3_dot(d, n), t = lanes_div(lanes3_dot(f, n), speed);
+    struct lanes way = lanes3_sum_of_sizes(f), length = lanes3_sum_of_sizes(d);
+    struct lanes size = lanes_add(way, lanes_mul(lanes_abs(t), length));
+    struct lanes error = lanes_mul(lanes_of(16 * UNIT_ROUNDOFF), lanes_div(size, lanes_abs(speed)));
+    struct lanes from = lanes_sub(t, error), to = lanes_add(t, error);
+    lane_set told =
+        are_ordinary_lanes(lanes_larger(way, length), lanes_smaller(way, length)) &
+        lanes_less(lanes_mul(lanes_of(0x1p14 * UNIT_ROUNDOFF), length), lanes_abs(speed));
+    lane_set ahead = told & lanes_less(it->least, from),
+             behind = told & lanes_less(to, lanes_of(0));
+    lane_set set = ALL_LANES & ~rays_from(packet, id);
+    keep_nearer(it, id, set & ahead, from, to);
+    test_each(it, id, set & ~(ahead | behind));
+}
+
+/* The planes, which are no part of the tree. */
+static void bundle_planes(struct nearest_bundle *it, const struct scene *scene)
+{
+    uint32_t end = plane_ids_end(scene);
+    if (scene->primitives[PRIMITIVE_PLANE].count == 0) return;
+    bundle_prepare(it);
+    for (unsigned i = 0; i < it->bundle.count; i++) {
+        struct nearest_packet *packet = &it->packets[i];
+        for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < end; id++)
+            plane_candidates(packet, id);
+        packet->float_limit = ray_limits(lanes_load(packet->limit));
     }
 }
 
@@ -320,7 +361,6 @@ static INLINED void nearest_packet_begin(struct nearest_packet *it, const struct
     it->keeping = it->walking = 0;
     memset(it->count, 0, sizeof it->count);
     lanes_store(it->limit, it->packet.t_max);
-    if (scene->primitives[PRIMITIVE_PLANE].count > 0) test_planes(it);
 }
 
 /* Whether something else than its first may be a ray's nearest. */
@@ -425,6 +465,7 @@ bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const stru
     it.given_up = it.prepared = false;
     for (unsigned i = 0; i < packets; i++)
         nearest_packet_begin(&it.packets[i], scene, rays + (size_t)i * LANES, exact);
+    bundle_planes(&it, scene);
     bundle_traverse(bvh, &it.bundle, farthest_limit(&it), visit_by_bundle, &it);
     if (it.given_up) return false;
     for (unsigned i = 0; i < packets && it.prepared; i++)

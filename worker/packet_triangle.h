@@ -2,7 +2,7 @@
 #ifndef FARM_WORKER_PACKET_TRIANGLE_H
 #define FARM_WORKER_PACKET_TRIANGLE_H
 
-#include "worker/lanes_dd.h"
+#include "worker/lanes3.h"
 #include "worker/packet_walk.h"
 
 /* As all rays see it, by the filter of triangle_crossings(). */

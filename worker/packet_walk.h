@@ -2,7 +2,7 @@
 #ifndef FARM_WORKER_PACKET_WALK_H
 #define FARM_WORKER_PACKET_WALK_H
 
-#include "worker/lanes_dd.h"
+#include "worker/lanes3.h"
 #include "worker/packet.h"
 #include "worker/traverse.h"
 #include "worker/triangle_lanes.h"

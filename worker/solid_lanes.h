@@ -14,7 +14,7 @@
 #define FARM_WORKER_SOLID_LANES_H
 
 #include "worker/bvh.h"
-#include "worker/lanes_dd.h"
+#include "worker/lanes3.h"
 #include "worker/shape.h"
 
 static INLINED struct lanes3 point_in_lanes(struct vec3 p)
