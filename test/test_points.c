@@ -1,6 +1,8 @@
 /* Points in lanes against the functions for one point: the same bits. */
 #include "scene_fixture.h"
 
+#include "worker/lanes.h"
+#include "worker/packet.h"
 #include "worker/points.h"
 #include "worker/sample.h"
 
@@ -53,7 +55,9 @@ static void add_some(struct builder *builder, const struct recipe *recipe)
     struct cone cone = {p, q, some_length(recipe), some_length(recipe), material, 1};
     struct sphere shell = {p, some_length(recipe), material, 1};
     struct patch patch = {.material = material};
-    switch (random_below(random, 6)) {
+    struct disc disc = {p, vec_normalize(random_vector(random, 1)), some_length(recipe), material,
+                        0};
+    switch (random_below(random, 7)) {
     case 0:
         add_triangle(builder, p, q, r, material);
         break;
@@ -61,6 +65,8 @@ static void add_some(struct builder *builder, const struct recipe *recipe)
         add_triangle(builder, p, some_point(recipe), some_point(recipe), material);
         break;
     case 2:
+        if (random_below(random, 2)) r = some_point(recipe);
+        if (random_below(random, 2)) q = some_point(recipe);
         for (unsigned k = 0; k < 3; k++) {
             patch.vertex[k] = add_vertex(builder, k == 0 ? p : k == 1 ? q : r);
             patch.normal[k] = add_normal(builder, random_vector(random, 1));
@@ -72,6 +78,9 @@ static void add_some(struct builder *builder, const struct recipe *recipe)
         break;
     case 4:
         assert_added(builder_add_sphere(builder, &shell));
+        break;
+    case 5:
+        assert_added(builder_add_disc(builder, &disc));
         break;
     default:
         add_sphere(builder, p, some_length(recipe), material);
@@ -85,14 +94,33 @@ static struct scene *random_scene(const struct recipe *recipe)
     add_materials(builder);
     for (unsigned i = 0; i < 150; i++)
         add_some(builder, recipe);
+    if (random_below(recipe->random, 2)) {
+        struct plane plane = {.point = some_point(recipe),
+                              .normal = vec_normalize(random_vector(recipe->random, 1))};
+        assert_added(builder_add_plane(builder, &plane));
+    }
     return finish_scene(builder);
 }
 
-static struct ray random_ray(const struct recipe *recipe)
+static struct ray ray_from_to(const struct recipe *recipe, struct vec3 from, struct vec3 to)
 {
-    struct vec3 to = some_point(recipe), from = some_point(recipe);
     struct vec3 way = vec_normalize(vec_sub(to, from));
     return ray_along(vec_add_scaled(from, way, -recipe->far * recipe->scale), way);
+}
+
+/* Either all on their own, or families that go much the same way from one point: bundles. */
+static void random_rays(const struct recipe *recipe, struct ray *rays, uint32_t count)
+{
+    bool alike = random_below(recipe->random, 3) > 0;
+    double apart = some_length(recipe);
+    struct vec3 from = some_point(recipe), to = some_point(recipe);
+    for (uint32_t i = 0; i < count; i++) {
+        if (!alike || i % (BUNDLE * LANES) == 0) {
+            from = some_point(recipe);
+            to = some_point(recipe);
+        }
+        rays[i] = ray_from_to(recipe, from, vec_add(to, random_vector(recipe->random, apart)));
+    }
 }
 
 static void assert_same_vector(struct vec3 value, struct vec3 expected)
@@ -178,6 +206,16 @@ static void compare_onward(const struct recipe *recipe, const struct points *poi
     }
 }
 
+/* Rough hits that were tested, by kind. */
+static unsigned rough_hits[PRIMITIVE_KINDS];
+
+static void count_rough(const struct hit *hits, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++)
+        if (hits[i].primitive != PRIMITIVE_NONE && is_rough_hit(&hits[i]))
+            rough_hits[primitive_kind(hits[i].primitive)]++;
+}
+
 /* A wave of rays, and one of the mirrored rays that go on from it. */
 static uint32_t compare_waves(const struct recipe *recipe, const struct scene *scene,
                               const struct bvh *bvh)
@@ -188,14 +226,14 @@ static uint32_t compare_waves(const struct recipe *recipe, const struct scene *s
     struct hit hits[WAVE], rough[WAVE];
     uint32_t count = WAVE - random_below(recipe->random, 20), found = 0;
     uint64_t exact = 0;
-    for (uint32_t i = 0; i < count; i++)
-        rays[i] = random_ray(recipe);
+    random_rays(recipe, rays, count);
     for (int wave = 0; wave < 3 && count > 0; wave++) {
         nearest(scene, bvh, rays, count, hits, &exact);
         points_find(scene, rays, hits, count, &points, &exact);
         for (uint32_t i = 0; i < points.count; i++)
             compare_point(scene, &rays[points.slot[i]], &hits[points.slot[i]], &points, i);
         nearest_rough(scene, bvh, rays, count, rough, &exact);
+        count_rough(rough, count);
         points_find(scene, rays, rough, count, &points, &exact);
         for (uint32_t i = 0; i < points.count; i++)
             compare_point(scene, &rays[points.slot[i]], &hits[points.slot[i]], &points, i);
@@ -231,7 +269,12 @@ static void test_ordinary_scenes(void **state)
 {
     (void)state;
     uint64_t random = 101;
-    compare_scenes((struct recipe){&random, 1, 0, {0, 0, 0}}, 40);
+    compare_scenes((struct recipe){&random, 1, 0, {0, 0, 0}}, 60);
+    if (!processor_has(PROCESSOR_AVX2)) return; /* rays on their own have no rough hits */
+    const enum primitive_kind kinds[] = {PRIMITIVE_TRIANGLE, PRIMITIVE_PATCH, PRIMITIVE_SPHERE,
+                                         PRIMITIVE_CONE, PRIMITIVE_PLANE};
+    for (unsigned i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        assert_true(rough_hits[kinds[i]] > 50);
 }
 
 static void test_far_scenes(void **state)
@@ -250,6 +293,82 @@ static void test_scenes_of_any_size(void **state)
     compare_scenes((struct recipe){&random, 0x1p-60, 0, {0, 0, 0}}, 10);
     compare_scenes((struct recipe){&random, 1e90, 0, {0, 0, 0}}, 10);
     compare_scenes((struct recipe){&random, 1e-120, 0, {0, 0, 0}}, 10);
+}
+
+/* Of any shape: a needle, one far away; of any size. */
+static void any_corners(uint64_t *random, struct vec3 corner[3])
+{
+    double size = ldexp(1, random_below(random, 4) ? 0 : random_exponent(random, -150, 150));
+    double thin = pow(10, -random_between(random, 0, random_below(random, 2) ? 12 : 0));
+    struct vec3 a = random_vector(random, 2), along = random_vector(random, 1);
+    if (random_below(random, 4) == 0) a = vec_scale(a, pow(10, random_between(random, 0, 9)));
+    corner[0] = vec_scale(a, size);
+    corner[1] = vec_scale(vec_add(a, along), size);
+    corner[2] = vec_add(vec_scale(along, random_between(random, -1, 2)),
+                        vec_scale(random_vector(random, 1), thin));
+    corner[2] = vec_scale(vec_add(a, corner[2]), size);
+}
+
+/* To a place in a triangle, perhaps next to an edge, from near or far and perhaps almost along it. */
+static struct ray any_ray(uint64_t *random, const struct vec3 corner[3])
+{
+    double near = random_below(random, 2) ? pow(10, -random_between(random, 0, 17)) : 1;
+    double u = near * random_between(random, 0, 1), v = random_between(random, 0, 1 - u);
+    struct vec3 p = vec_sub(corner[1], corner[0]), q = vec_sub(corner[2], corner[0]);
+    struct vec3 to = vec_add_scaled(vec_add_scaled(corner[0], p, u), q, v);
+    double size = largest_component(p) + largest_component(q);
+    struct vec3 way = vec_add_scaled(vec_scale(p, random_between(random, -1, 1)), q,
+                                     random_between(random, -1, 1));
+    double off = random_below(random, 2) ? pow(10, -random_between(random, 0, 16)) : 1;
+    way = vec_add(way, random_vector(random, size * off));
+    way = vec_scale(way, pow(10, random_between(random, -15, random_below(random, 3) ? 1 : 12)));
+    return ray_to(vec_add(to, way), to);
+}
+
+/* A hit of nearest() as it might be told roughly. */
+static struct hit roughened(uint64_t *random, const struct hit *hit)
+{
+    double off = hit->t * pow(10, -random_between(random, 0, 15));
+    double t = hit->t + off * random_between(random, -0.99, 0.99);
+    return (struct hit){t, off, WEIGHT_UNKNOWN, hit->primitive, 0};
+}
+
+static void compare_corners(uint64_t *random, unsigned *found)
+{
+    static struct points points;
+    struct builder *builder = builder_create();
+    struct ray rays[WAVE];
+    struct hit hits[WAVE], rough[WAVE];
+    uint64_t exact = 0;
+    add_materials(builder);
+    for (uint32_t i = 0; i < WAVE; i++) {
+        struct vec3 corner[3];
+        any_corners(random, corner);
+        rays[i] = any_ray(random, corner);
+        add_triangle(builder, corner[0], corner[1], corner[2], 0);
+    }
+    struct scene *scene = finish_scene(builder);
+    for (uint32_t i = 0; i < WAVE; i++) {
+        struct hit any = {1, 1, WEIGHT_UNKNOWN, primitive_id(PRIMITIVE_TRIANGLE, i), 0};
+        hits[i] = rough[i] = settled_hit(scene, &rays[i], &any, &exact);
+        if (hits[i].primitive != PRIMITIVE_NONE) rough[i] = roughened(random, &hits[i]);
+    }
+    points_find(scene, rays, rough, WAVE, &points, &exact);
+    *found += points.count;
+    for (uint32_t i = 0; i < points.count; i++)
+        compare_point(scene, &rays[points.slot[i]], &hits[points.slot[i]], &points, i);
+    free(scene);
+}
+
+/* Weights that are computed in lanes are those of the exact hit, wherever lanes say that they are sure. */
+static void test_any_triangles(void **state)
+{
+    (void)state;
+    uint64_t random = 104;
+    unsigned found = 0, waves = 1000;
+    for (unsigned i = 0; i < waves; i++)
+        compare_corners(&random, &found);
+    assert_true(found > waves * WAVE / 2);
 }
 
 /* Any picture, also one that is wider than a double's square root allows to be seen. */
@@ -284,9 +403,8 @@ static void test_sample_rays(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ordinary_scenes),
-        cmocka_unit_test(test_far_scenes),
-        cmocka_unit_test(test_scenes_of_any_size),
+        cmocka_unit_test(test_ordinary_scenes),    cmocka_unit_test(test_far_scenes),
+        cmocka_unit_test(test_scenes_of_any_size), cmocka_unit_test(test_any_triangles),
         cmocka_unit_test(test_sample_rays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
