@@ -58,6 +58,7 @@ static struct nearest_walk *walk_of(struct nearest_packet *it, unsigned lane)
 /* Tests a ray with its candidates. */
 static void settle(struct nearest_packet *it, unsigned lane)
 {
+    if (it->count[lane] == 0) return;
     struct nearest_walk *walk = walk_of(it, lane);
     for (unsigned i = 0; i < it->count[lane]; i++) {
         const struct candidate *candidate = &it->candidates[lane][i];
@@ -232,7 +233,7 @@ static INLINED void look_at_triangles(struct nearest_packet *it, const struct bv
             pinhole_crossings(&it->packet, leaf, seen, i, &through, rays, &open);
         if (found.maybe) triangle_candidates(it, &leaves[i], &found);
         if (!open) continue;
-        found = crossings_in_double(&it->packet, it->scene, &leaves[i], open);
+        found = crossings_in_double(&it->packet, it->scene, leaves[i].id, open);
         if (found.maybe) triangle_candidates(it, &leaves[i], &found);
     }
 }
@@ -433,21 +434,53 @@ static bool settle_roughly(struct nearest_packet *it, unsigned lane, struct hit 
     return true;
 }
 
+/* Where one ray certainly crosses a triangle, by the filter of double; false: certainly nowhere. */
+static bool look_closer(struct nearest_packet *it, unsigned lane, struct candidate *triangle)
+{
+    lane_set ray = UINT32_C(1) << lane;
+    struct rough_crossings found = crossings_in_double(&it->packet, it->scene, triangle->id, ray);
+    if (!found.maybe) return false;
+    if (!(found.certain & ray)) return true;
+    double from[LANES], to[LANES];
+    lanes_store(from, found.from);
+    lanes_store(to, found.to);
+    ray &= lanes_less(it->least, found.from);
+    lower_limits(it, ray, found.to);
+    *triangle = (struct candidate){triangle->id, 0, from[lane], ray ? to[lane] : INFINITE};
+    return true;
+}
+
+/* Double tells most triangles apart that float does not. */
+static void look_closer_at_triangles(struct nearest_packet *it, unsigned lane)
+{
+    unsigned count = it->count[lane];
+    it->count[lane] = 0;
+    for (unsigned i = 0; i < count; i++) {
+        struct candidate candidate = it->candidates[lane][i];
+        if (candidate.from > it->limit[lane]) continue;
+        if (is_triangle(candidate.id) && !look_closer(it, lane, &candidate)) continue;
+        it->candidates[lane][it->count[lane]++] = candidate;
+    }
+}
+
 /* The hit of a ray on its own. */
 static void settle_alone(struct nearest_packet *it, unsigned lane, struct hit *hit)
 {
-    if (it->count[lane] > 0) {
-        if (settle_roughly(it, lane, hit)) return;
-        settle(it, lane);
+    if (it->count[lane] > 0 && settle_roughly(it, lane, hit)) return;
+    if (it->count[lane] > 1) {
+        look_closer_at_triangles(it, lane);
+        if (it->count[lane] > 0 && settle_roughly(it, lane, hit)) return;
     }
+    settle(it, lane);
     if (it->walking >> lane & 1) *hit = it->walks[lane].hit;
 }
 
 static void nearest_packet_end(struct nearest_packet *it, struct hit *hits)
 {
+    static const struct hit none = {.t = INFINITE, .primitive = PRIMITIVE_NONE};
     lane_set together = it->packet.prepared ? settle_together(it, hits) : 0;
     for (lane_set rest = ALL_LANES & ~together; rest; rest = without_lowest(rest))
-        hits[lowest_lane(rest)] = (struct hit){.t = INFINITE, .primitive = PRIMITIVE_NONE};
+        hits[lowest_lane(rest)] = none;
     lane_set alone = (it->walking | it->keeping) & ~together;
     for (; alone; alone = without_lowest(alone))
         settle_alone(it, lowest_lane(alone), &hits[lowest_lane(alone)]);

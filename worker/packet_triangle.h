@@ -47,11 +47,11 @@ static INLINED void decide(struct packet_view *view)
     view->certain = lanes_less(error, low) | lanes_less(lanes_add(high, error), zero);
 }
 
-static INLINED struct packet_view
-packet_view(const struct packet *packet, const struct scene *scene, const struct bvh_leaf *leaf)
+static INLINED struct packet_view packet_view(const struct packet *packet,
+                                              const struct scene *scene, uint32_t id)
 {
     const struct vec3 *vertices = scene_vertices(scene);
-    const uint32_t *corner = corner_indices(scene, leaf->id);
+    const uint32_t *corner = corner_indices(scene, id);
     struct packet_view view;
     view.p = shear_for_packet(packet, &vertices[corner[0]]);
     view.q = shear_for_packet(packet, &vertices[corner[1]]);

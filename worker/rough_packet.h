@@ -121,10 +121,10 @@ struct rough_crossings {
 
 /* By the filter of double. */
 static SHARED struct rough_crossings crossings_in_double(const struct packet *packet,
-                                                         const struct scene *scene,
-                                                         const struct bvh_leaf *leaf, lane_set rays)
+                                                         const struct scene *scene, uint32_t id,
+                                                         lane_set rays)
 {
-    struct packet_view view = packet_view(packet, scene, leaf);
+    struct packet_view view = packet_view(packet, scene, id);
     struct rough_crossings found = {.maybe = rays & view.maybe, .certain = view.certain};
     if (found.maybe) packet_distances(packet, &view, &found.from, &found.to);
     return found;
@@ -166,7 +166,7 @@ static INLINED void packet_triangles(const struct packet *packet, const struct s
         if (found.maybe) rays &= visit(context, &leaves[i], &found);
         open |= rays & beyond;
         if (!open) continue;
-        found = crossings_in_double(packet, scene, &leaves[i], open);
+        found = crossings_in_double(packet, scene, leaves[i].id, open);
         if (found.maybe) rays &= visit(context, &leaves[i], &found);
     }
 }
