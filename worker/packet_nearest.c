@@ -1,5 +1,6 @@
 #include "worker/packet.h"
 
+#include <stdalign.h>
 #include <string.h>
 
 #include "worker/lanes.h"
@@ -31,8 +32,8 @@ struct nearest_packet {
     const struct scene *scene;
     const struct ray *rays;
     uint64_t *exact;
-    double limit[LANES];       /* nothing beyond is of interest to the ray */
-    struct floats float_limit; /* ray_limits() */
+    alignas(64) double limit[LANES]; /* nothing beyond is of interest to the ray */
+    struct floats float_limit;       /* ray_limits() */
     struct lanes first_limit;  /* when the walk began */
     struct lanes least; /* what is nearer may be a passage through the triangle it starts on */
     struct lanes origin_error;
