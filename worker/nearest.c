@@ -67,9 +67,10 @@ struct hit settled_hit(const struct scene *scene, const struct ray *ray, const s
     return walk.hit;
 }
 
+/* eye: NULL, or as nearest_from_eye() has it. */
 static SHARED void nearest_of_rays(const struct scene *scene, const struct bvh *bvh,
-                                   const struct ray *rays, size_t count, struct hit *hits,
-                                   uint64_t *exact_fallbacks, bool rough)
+                                   const struct ray *rays, const struct eye_rows *eye, size_t count,
+                                   struct hit *hits, uint64_t *exact_fallbacks, bool rough)
 {
     if (scene->view.formulas == FORMULAS_PAPER) {
         for (size_t i = 0; i < count; i++)
@@ -82,16 +83,18 @@ static SHARED void nearest_of_rays(const struct scene *scene, const struct bvh *
         return;
     }
     struct packet_trust bundles = {0, 0}, packets = {0, 0};
+    struct eye_rows at;
     for (size_t i = 0; i < count;) {
         size_t left = (count - i) / LANES, many = left < BUNDLE ? left : BUNDLE;
         size_t end = left == 0 ? count : i + LANES;
+        if (eye) at = (struct eye_rows){eye->x + i, eye->y + i, eye->z + i};
         if (left > 1 && packet_is_due(&bundles) &&
-            packet_was(&bundles, nearest_bundle(scene, bvh, rays + i, (unsigned)many, hits + i,
-                                                exact_fallbacks, rough)))
+            packet_was(&bundles, nearest_bundle(scene, bvh, rays + i, eye ? &at : NULL,
+                                                (unsigned)many, hits + i, exact_fallbacks, rough)))
             i += many * LANES;
         else if (left > 0 && packet_is_due(&packets) &&
-                 packet_was(&packets, nearest_bundle(scene, bvh, rays + i, 1, hits + i,
-                                                     exact_fallbacks, rough)))
+                 packet_was(&packets, nearest_bundle(scene, bvh, rays + i, eye ? &at : NULL, 1,
+                                                     hits + i, exact_fallbacks, rough)))
             i += LANES;
         else
             for (; i < end; i++)
@@ -102,11 +105,18 @@ static SHARED void nearest_of_rays(const struct scene *scene, const struct bvh *
 void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays, size_t count,
              struct hit *hits, uint64_t *exact_fallbacks)
 {
-    nearest_of_rays(scene, bvh, rays, count, hits, exact_fallbacks, false);
+    nearest_of_rays(scene, bvh, rays, NULL, count, hits, exact_fallbacks, false);
 }
 
 void nearest_rough(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                    size_t count, struct hit *hits, uint64_t *exact_fallbacks)
 {
-    nearest_of_rays(scene, bvh, rays, count, hits, exact_fallbacks, true);
+    nearest_of_rays(scene, bvh, rays, NULL, count, hits, exact_fallbacks, true);
+}
+
+void nearest_from_eye(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                      const struct eye_rows *eye, size_t count, struct hit *hits,
+                      uint64_t *exact_fallbacks)
+{
+    nearest_of_rays(scene, bvh, rays, eye, count, hits, exact_fallbacks, true);
 }

@@ -34,7 +34,7 @@ struct nearest_packet {
     uint64_t *exact;
     alignas(64) double limit[LANES]; /* nothing beyond is of interest to the ray */
     struct floats float_limit;       /* ray_limits() */
-    struct lanes first_limit;  /* when the walk began */
+    struct lanes first_limit;        /* when the walk began */
     struct lanes least; /* what is nearer may be a passage through the triangle it starts on */
     struct lanes origin_error;
     /* A triangle that is certainly crossed before what was known when it was found; most rays have
@@ -412,10 +412,12 @@ static void nearest_packet_end(struct nearest_packet *it, struct hit *hits, bool
 }
 
 bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    unsigned packets, struct hit *hits, uint64_t *exact, bool rough)
+                    const struct eye_rows *eye, unsigned packets, struct hit *hits, uint64_t *exact,
+                    bool rough)
 {
     struct nearest_bundle it;
     it.bundle.count = packets;
+    it.bundle.eye = eye;
     for (unsigned i = 0; i < packets; i++)
         it.bundle.packets[i] = &it.packets[i].packet;
     if (!bundle_of(bvh, rays, &it.bundle)) return false;
@@ -435,11 +437,13 @@ bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const stru
 #else
 
 bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    unsigned packets, struct hit *hits, uint64_t *exact, bool rough)
+                    const struct eye_rows *eye, unsigned packets, struct hit *hits, uint64_t *exact,
+                    bool rough)
 {
     (void)scene;
     (void)bvh;
     (void)rays;
+    (void)eye;
     (void)packets;
     (void)hits;
     (void)exact;
