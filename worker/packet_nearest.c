@@ -242,17 +242,17 @@ struct bundle_sets {
     unsigned met, packets; /* how many rays, and packets that have some */
 };
 
-static INLINED struct bundle_sets rays_in_box(const struct nearest_bundle *it,
-                                              const struct packet_box *box)
+/* In place: what is put together of parts is not yet there for a copy of the whole. */
+static INLINED void rays_in_box(const struct nearest_bundle *it, const struct packet_box *box,
+                                struct bundle_sets *sets)
 {
-    struct bundle_sets sets = {.met = 0, .packets = 0};
+    sets->met = sets->packets = 0;
     for (unsigned i = 0; i < it->bundle.count; i++) {
         const struct nearest_packet *packet = &it->packets[i];
-        sets.rays[i] = rays_meet(&packet->packet, box, packet->float_limit);
-        sets.met += (unsigned)__builtin_popcount(sets.rays[i]);
-        sets.packets += sets.rays[i] != 0;
+        sets->rays[i] = rays_meet(&packet->packet, box, packet->float_limit);
+        sets->met += (unsigned)__builtin_popcount(sets->rays[i]);
+        sets->packets += sets->rays[i] != 0;
     }
-    return sets;
 }
 
 static INLINED void look_in_leaf(struct nearest_bundle *it, const struct bvh_leaf *leaves,
@@ -279,7 +279,8 @@ static INLINED void visit_by_bundle(void *context, const struct bvh_node *node, 
     struct nearest_bundle *it = context;
     if (!it->prepared) bundle_prepare(it);
     struct packet_box box = packet_box(&it->bundle, node, slot);
-    struct bundle_sets sets = rays_in_box(it, &box);
+    struct bundle_sets sets;
+    rays_in_box(it, &box, &sets);
     if (sets.met > 0) {
         look_in_leaf(it, it->leaves + node->child[slot], node->count[slot], &sets);
         *limit = farthest_limit(it);
