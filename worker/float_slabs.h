@@ -18,8 +18,9 @@
  * is as if bound or origin were off by FLOAT_ROUNDOFF of themselves: together less than 2
  * FLOAT_ROUNDOFF of the size that worker/slabs.h takes a margin of. The boxes grow by twice that.
  * What is left is the rounding of the result, one in each of two distances that are compared, and
- * that of the limit: the far one is enlarged by this. Bundles take (bound - origin) I, with three
- * roundings in each of the two distances and one in the enlarging: 7 of these 8.
+ * that of the limit: the far one is enlarged by this. Bundles, and rays in them that have one origin,
+ * take (bound - origin) I, with three roundings in each of the two distances and one in the enlarging:
+ * 7 of these 8. The boxes of such rays grow as those of others do, for axes that a ray hardly goes along.
  */
 #define FLOAT_MARGIN   (4 * FLOAT_ROUNDOFF)
 #define FLOAT_WIDENING (1 + 8 * FLOAT_ROUNDOFF)

@@ -1,5 +1,6 @@
 #include "worker/packet.h"
 
+#include <stdalign.h>
 #include <string.h>
 
 #include "worker/lanes.h"
@@ -31,9 +32,9 @@ struct nearest_packet {
     const struct scene *scene;
     const struct ray *rays;
     uint64_t *exact;
-    double limit[LANES];       /* nothing beyond is of interest to the ray */
-    struct floats float_limit; /* ray_limits() */
-    struct lanes first_limit;  /* when the walk began */
+    alignas(64) double limit[LANES]; /* nothing beyond is of interest to the ray */
+    struct floats float_limit;       /* ray_limits() */
+    struct lanes first_limit;        /* when the walk began */
     struct lanes least; /* what is nearer may be a passage through the triangle it starts on */
     struct lanes origin_error;
     /* A triangle that is certainly crossed before what was known when it was found; most rays have
@@ -265,17 +266,17 @@ struct bundle_sets {
     unsigned met, packets; /* how many rays, and packets that have some */
 };
 
-static INLINED struct bundle_sets rays_in_box(const struct nearest_bundle *it,
-                                              const struct packet_box *box)
+/* In place: what is put together of parts is not yet there for a copy of the whole. */
+static INLINED void rays_in_box(const struct nearest_bundle *it, const struct packet_box *box,
+                                struct bundle_sets *sets)
 {
-    struct bundle_sets sets = {.met = 0, .packets = 0};
+    sets->met = sets->packets = 0;
     for (unsigned i = 0; i < it->bundle.count; i++) {
         const struct nearest_packet *packet = &it->packets[i];
-        sets.rays[i] = rays_meet(&packet->packet, box, packet->float_limit);
-        sets.met += (unsigned)__builtin_popcount(sets.rays[i]);
-        sets.packets += sets.rays[i] != 0;
+        sets->rays[i] = rays_meet(&packet->packet, box, packet->float_limit);
+        sets->met += (unsigned)__builtin_popcount(sets->rays[i]);
+        sets->packets += sets->rays[i] != 0;
     }
-    return sets;
 }
 
 static INLINED void look_in_leaf(struct nearest_bundle *it, const struct bvh_leaf *leaves,
@@ -302,7 +303,8 @@ static INLINED void visit_by_bundle(void *context, const struct bvh_node *node, 
     struct nearest_bundle *it = context;
     if (!it->prepared) bundle_prepare(it);
     struct packet_box box = packet_box(&it->bundle, node, slot);
-    struct bundle_sets sets = rays_in_box(it, &box);
+    struct bundle_sets sets;
+    rays_in_box(it, &box, &sets);
     if (sets.met > 0) {
         look_in_leaf(it, it->leaves + node->child[slot], node->count[slot], &sets);
         *limit = farthest_limit(it);
@@ -487,10 +489,11 @@ static void nearest_packet_end(struct nearest_packet *it, struct hit *hits)
 }
 
 bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    unsigned packets, struct hit *hits, uint64_t *exact)
+                    const struct eye_rows *eye, unsigned packets, struct hit *hits, uint64_t *exact)
 {
     struct nearest_bundle it;
     it.bundle.count = packets;
+    it.bundle.eye = eye;
     for (unsigned i = 0; i < packets; i++)
         it.bundle.packets[i] = &it.packets[i].packet;
     if (!bundle_of(bvh, rays, &it.bundle)) return false;
@@ -511,11 +514,12 @@ bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const stru
 #else
 
 bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    unsigned packets, struct hit *hits, uint64_t *exact)
+                    const struct eye_rows *eye, unsigned packets, struct hit *hits, uint64_t *exact)
 {
     (void)scene;
     (void)bvh;
     (void)rays;
+    (void)eye;
     (void)packets;
     (void)hits;
     (void)exact;

@@ -28,12 +28,13 @@
  */
 struct range_slab {
     bool both_ways;
-    size_t near_plane, far_plane;        /* both ways: as for rays that go up */
-    struct floats in_origin, out_origin; /* the ends of the ranges that count */
-    struct floats inverse_low, inverse_high;
+    size_t near_plane, far_plane; /* both ways: as for rays that go up */
+    float in_origin, out_origin;  /* the ends of the ranges that count */
+    float inverse_low, inverse_high;
+    float ray_in, ray_out; /* as in_origin and out_origin, for tests of rays that have one origin */
 };
 
-/* struct float_slab of each ray. */
+/* struct float_slab of each ray; where they have one origin, that is a range_slab's. */
 struct lane_slab {
     struct floats near_origin, far_origin, inverse;
 };
@@ -56,6 +57,7 @@ struct packet {
 /* Packets that are walked through the tree together. */
 struct bundle {
     const struct bvh *bvh;
+    const struct eye_rows *eye; /* of rays from there; else NULL */
     unsigned count;
     struct packet *packets[BUNDLE];
     unsigned leaves, visits; /* leaves looked at; rays that were in them */
@@ -68,6 +70,22 @@ struct bundle {
 static INLINED struct lanes largest_of(const struct lanes v[3])
 {
     return lanes_largest(lanes_abs(v[0]), lanes_abs(v[1]), lanes_abs(v[2]));
+}
+
+/* Rays from the eye, whose origin is told. */
+static INLINED void load_rows(struct packet *packet, const struct bvh *bvh,
+                              const struct eye_rows *eye, size_t first, const struct vec3 *origin)
+{
+    const double *rows[3] = {eye->x + first, eye->y + first, eye->z + first};
+    packet->bvh = bvh;
+    packet->prepared = false;
+    put_ids(packet->from, ALL_LANES, PRIMITIVE_NONE);
+    UNROLLED
+    for (unsigned axis = 0; axis < 3; axis++) {
+        packet->d[axis] = lanes_load(rows[axis]);
+        packet->o[axis] = lanes_of(vec_component(origin, axis));
+    }
+    packet->t_max = lanes_of(INFINITE);
 }
 
 /* origin: of all of them; NULL: each has its own. */
@@ -98,52 +116,93 @@ static INLINED void load_packet(struct packet *packet, const struct bvh *bvh,
     if (!origin) lanes_transpose(origins, &xyz, packet->o);
 }
 
-/* Between what the rays of all packets lie, lane by lane. */
-struct bundle_ends {
-    struct lanes o_low[3], o_high[3], d_low[3], d_high[3];
-    struct lanes zero; /* 0 times all of them, added up: NaN if one is not finite */
+/* Between what the components of some rays lie. */
+struct ends {
+    double low, high;
 };
 
-static INLINED void widen(struct lanes low[3], struct lanes high[3], struct lanes *zero,
-                          const struct lanes v[3])
+/* Of the rays of all packets. */
+struct bundle_ends {
+    struct ends o[3], d[3];
+    bool finite;
+};
+
+/* Lane by lane. */
+struct lane_ends {
+    struct lanes low[3], high[3];
+    struct lanes zero[3]; /* 0 times all of them, added up: NaN if one is not finite */
+};
+
+static INLINED struct lane_ends no_ends(void)
+{
+    struct lanes all = lanes_of(INFINITE), none = lanes_of(-INFINITE), zero = lanes_of(0);
+    return (struct lane_ends){{all, all, all}, {none, none, none}, {zero, zero, zero}};
+}
+
+static INLINED void widen(struct lane_ends *ends, const struct lanes v[3])
 {
     UNROLLED
     for (unsigned axis = 0; axis < 3; axis++) {
-        low[axis] = lanes_smaller(v[axis], low[axis]);
-        high[axis] = lanes_larger(v[axis], high[axis]);
-        *zero = lanes_fma(v[axis], lanes_of(0), *zero);
+        ends->low[axis] = lanes_smaller(v[axis], ends->low[axis]);
+        ends->high[axis] = lanes_larger(v[axis], ends->high[axis]);
+        ends->zero[axis] = lanes_fma(v[axis], lanes_of(0), ends->zero[axis]);
     }
+}
+
+/* Returns whether all are finite. */
+static INLINED bool ends_of_lanes(const struct lane_ends *lanes, struct ends ends[3])
+{
+    UNROLLED
+    for (unsigned axis = 0; axis < 3; axis++)
+        ends[axis] =
+            (struct ends){lanes_lowest(lanes->low[axis]), lanes_highest(lanes->high[axis])};
+    struct lanes zero = lanes_add(lanes_add(lanes->zero[0], lanes->zero[1]), lanes->zero[2]);
+    return lanes_at_most(zero, lanes_of(0)) == ALL_LANES;
+}
+
+static INLINED bool ends_of_point(const struct vec3 *point, struct ends ends[3])
+{
+    for (unsigned axis = 0; axis < 3; axis++)
+        ends[axis] = (struct ends){vec_component(point, axis), vec_component(point, axis)};
+    return vec_is_finite(*point);
 }
 
 static INLINED struct bundle_ends load_bundle(struct bundle *bundle, const struct ray *rays)
 {
-    struct lanes all = lanes_of(INFINITE), none = lanes_of(-INFINITE);
-    struct bundle_ends ends = {.o_low = {all, all, all},
-                               .o_high = {none, none, none},
-                               .d_low = {all, all, all},
-                               .d_high = {none, none, none},
-                               .zero = lanes_of(0)};
+    struct lane_ends o = no_ends(), d = no_ends();
+    struct bundle_ends ends;
     const struct vec3 *origin = bundle->one_origin ? &rays[0].origin : NULL;
     for (unsigned i = 0; i < bundle->count; i++) {
         struct packet *packet = bundle->packets[i];
-        load_packet(packet, bundle->bvh, rays + (size_t)i * LANES, origin);
-        widen(ends.d_low, ends.d_high, &ends.zero, packet->d);
-        if (i == 0 || !origin) widen(ends.o_low, ends.o_high, &ends.zero, packet->o);
+        if (bundle->eye)
+            load_rows(packet, bundle->bvh, bundle->eye, (size_t)i * LANES, origin);
+        else
+            load_packet(packet, bundle->bvh, rays + (size_t)i * LANES, origin);
+        widen(&d, packet->d);
+        if (!origin) widen(&o, packet->o);
     }
+    ends.finite = ends_of_lanes(&d, ends.d);
+    ends.finite &= origin ? ends_of_point(origin, ends.o) : ends_of_lanes(&o, ends.o);
     return ends;
+}
+
+/* The largest and, where they all have one sign, the smallest; else nothing above 0. */
+static INLINED double largest_end(struct ends ends)
+{
+    return larger(ends.high, -ends.low);
+}
+
+static INLINED double smallest_end(struct ends ends)
+{
+    return larger(ends.low, -ends.high);
 }
 
 /* Whether z is certainly the longest axis of all directions. */
 static INLINED bool have_one_shear(const struct bundle *bundle, const struct bundle_ends *ends)
 {
     const unsigned *axes = bundle->axes;
-    struct lanes low = ends->d_low[axes[2]], high = ends->d_high[axes[2]];
-    struct lanes size = lanes_larger(low, lanes_negate(high)); /* the least of them */
-    struct lanes x =
-        lanes_larger(lanes_abs(ends->d_low[axes[0]]), lanes_abs(ends->d_high[axes[0]]));
-    struct lanes y =
-        lanes_larger(lanes_abs(ends->d_low[axes[1]]), lanes_abs(ends->d_high[axes[1]]));
-    return (lanes_less(x, size) & lanes_less(y, size)) == ALL_LANES;
+    double least = smallest_end(ends->d[axes[2]]);
+    return largest_end(ends->d[axes[0]]) < least && largest_end(ends->d[axes[1]]) < least;
 }
 
 /* The slabs of one axis. Where rays go both ways, the range is widened until float can take the inverse
@@ -155,10 +214,12 @@ static INLINED void set_range(struct bundle *bundle, const struct bundle_ends *e
     struct range_slab *range = &bundle->ranges[axis];
     size_t min = offsetof(struct bvh_node, min) + axis * (BVH_WIDTH * sizeof(float));
     size_t max = offsetof(struct bvh_node, max) + axis * (BVH_WIDTH * sizeof(float));
-    double least = lanes_lowest(ends->d_low[axis]), most = lanes_highest(ends->d_high[axis]);
+    double least = ends->d[axis].low, most = ends->d[axis].high;
     double center = bundle->bvh->center[axis];
-    float low = float_below(lanes_lowest(ends->o_low[axis]) - center - bundle->margin);
-    float high = float_above(lanes_highest(ends->o_high[axis]) - center + bundle->margin);
+    double first = ends->o[axis].low - center, last = ends->o[axis].high - center;
+    float low = float_below(first - bundle->margin), high = float_above(last + bundle->margin);
+    double outward = bundle->margin * (1 + FLOAT_MARGIN / TEST_ERROR);
+    float ray_low = float_below(first - outward), ray_high = float_above(last + outward);
     bool down = most < -FLOAT_COMPONENT_MIN;
     range->both_ways = !down && !(least > FLOAT_COMPONENT_MIN);
     if (range->both_ways) {
@@ -167,19 +228,20 @@ static INLINED void set_range(struct bundle *bundle, const struct bundle_ends *e
     }
     range->near_plane = down ? max : min;
     range->far_plane = down ? min : max;
-    range->in_origin = floats_of(down ? low : high);
-    range->out_origin = floats_of(down ? high : low);
-    range->inverse_low = floats_of((float)(1 / most));
-    range->inverse_high = floats_of((float)(1 / least));
+    range->in_origin = down ? low : high;
+    range->out_origin = down ? high : low;
+    range->ray_in = down ? ray_low : ray_high;
+    range->ray_out = down ? ray_high : ray_low;
+    range->inverse_low = (float)(1 / most);
+    range->inverse_high = (float)(1 / least);
 }
 
 /* Whether float does for all of them. */
 static INLINED bool bundle_fits_floats(const struct bundle *bundle, const struct bundle_ends *ends,
                                        double largest_origin)
 {
-    struct lanes low = ends->d_low[bundle->axes[2]], high = ends->d_high[bundle->axes[2]];
-    double least = lanes_lowest(lanes_larger(low, lanes_negate(high)));
-    double most = lanes_highest(lanes_larger(high, lanes_negate(low)));
+    struct ends z = ends->d[bundle->axes[2]];
+    double least = smallest_end(z), most = largest_end(z);
     return float_slabs_do(largest_origin, least, bundle->margin, bundle->bvh->reach) &&
            most < FLOAT_DIRECTION_MAX;
 }
@@ -206,12 +268,11 @@ static INLINED bool bundle_of(const struct bvh *bvh, const struct ray *rays, str
     bundle->axes[0] = (z + 1) % 3;
     bundle->axes[1] = (z + 2) % 3;
     bundle->axes[2] = z;
-    bundle->one_origin = have_one_origin(rays, bundle->count * LANES);
+    bundle->one_origin = bundle->eye || have_one_origin(rays, bundle->count * LANES);
     struct bundle_ends ends = load_bundle(bundle, rays);
-    if (lanes_at_most(ends.zero, lanes_of(0)) != ALL_LANES) return false;
-    if (!have_one_shear(bundle, &ends)) return false;
+    if (!ends.finite || !have_one_shear(bundle, &ends)) return false;
     double largest_origin =
-        lanes_highest(lanes_larger(largest_of(ends.o_low), largest_of(ends.o_high)));
+        larger(larger(largest_end(ends.o[0]), largest_end(ends.o[1])), largest_end(ends.o[2]));
     bundle->margin = slab_margin(bvh, largest_origin);
     if (!bundle_fits_floats(bundle, &ends, largest_origin)) return false;
     for (unsigned axis = 0; axis < 3; axis++)
@@ -227,24 +288,35 @@ static INLINED struct lanes not_too_slow(struct lanes d, struct lanes largest)
     return lanes_choose(lanes_less(d, lanes_of(0)), lanes_negate(size), size);
 }
 
+/* struct float_slab of rays that have origins of their own. */
+static INLINED void lane_slab_of(struct lane_slab *slab, struct lanes origin, struct lanes inverse,
+                                 double margin)
+{
+    struct lanes at = lanes_mul(origin, inverse);
+    struct lanes outward = lanes_mul(lanes_of(margin), lanes_abs(inverse));
+    slab->near_origin = floats_of_lanes(lanes_add(at, outward));
+    slab->far_origin = floats_of_lanes(lanes_sub(at, outward));
+}
+
 /* For tests of leaves, of which many packets meet none. As for a single ray, see float_slab_of(). */
 static INLINED void packet_prepare(struct packet *packet, const struct bundle *bundle)
 {
     const unsigned *axes = bundle->axes;
-    struct lanes margin = lanes_of(bundle->margin * (1 + FLOAT_MARGIN / TEST_ERROR)), inverse[3];
+    double margin = bundle->margin * (1 + FLOAT_MARGIN / TEST_ERROR);
+    struct lanes inverse[3];
     packet->prepared = true;
+    UNROLLED
     for (unsigned i = 0; i < 3; i++) {
         packet->axes[i] = axes[i];
         packet->origin[i] = packet->o[axes[i]];
         struct lanes way = packet->d[i];
         if (bundle->ranges[i].both_ways) way = not_too_slow(way, packet->d[axes[2]]);
         inverse[i] = lanes_div(lanes_of(1), way);
-        struct lanes origin = lanes_sub(packet->o[i], lanes_of(bundle->bvh->center[i]));
-        struct lanes at = lanes_mul(origin, inverse[i]);
-        struct lanes outward = lanes_mul(margin, lanes_abs(inverse[i]));
-        packet->slabs[i] = (struct lane_slab){floats_of_lanes(lanes_add(at, outward)),
-                                              floats_of_lanes(lanes_sub(at, outward)),
-                                              floats_of_lanes(inverse[i])};
+        packet->slabs[i].inverse = floats_of_lanes(inverse[i]);
+        if (!bundle->one_origin)
+            lane_slab_of(&packet->slabs[i],
+                         lanes_sub(packet->o[i], lanes_of(bundle->bvh->center[i])), inverse[i],
+                         margin);
     }
     packet->sx = lanes_div(packet->d[axes[0]], packet->d[axes[2]]);
     packet->sy = lanes_div(packet->d[axes[1]], packet->d[axes[2]]);
@@ -262,16 +334,20 @@ static INLINED lane_set rays_from(const struct packet *packet, uint32_t id)
 static INLINED void range_cut(const struct range_slab *range, const struct bvh_node *node,
                               struct floats *near, struct floats *far)
 {
-    struct floats in = floats_sub(node_floats(node, range->near_plane), range->in_origin);
-    struct floats out = floats_sub(node_floats(node, range->far_plane), range->out_origin);
-    struct floats in_low = floats_mul(in, range->inverse_low);
-    struct floats out_high = floats_mul(out, range->inverse_high);
+    struct floats inverse_low = floats_of(range->inverse_low);
+    struct floats inverse_high = floats_of(range->inverse_high);
+    struct floats in =
+        floats_sub(node_floats(node, range->near_plane), floats_of(range->in_origin));
+    struct floats out =
+        floats_sub(node_floats(node, range->far_plane), floats_of(range->out_origin));
+    struct floats in_low = floats_mul(in, inverse_low);
+    struct floats out_high = floats_mul(out, inverse_high);
     if (range->both_ways) {
         *near = floats_larger(floats_larger(in_low, out_high), *near);
         return;
     }
-    in = floats_smaller(in_low, floats_mul(in, range->inverse_high));
-    out = floats_larger(floats_mul(out, range->inverse_low), out_high);
+    in = floats_smaller(in_low, floats_mul(in, inverse_high));
+    out = floats_larger(floats_mul(out, inverse_low), out_high);
     *near = floats_larger(in, *near);
     *far = floats_smaller(out, *far);
 }
@@ -300,21 +376,25 @@ static INLINED struct floats ray_limits(struct lanes limit)
     return floats_of_lanes(lanes_mul(limit, lanes_of(FLOAT_WIDENING)));
 }
 
-/* One of a node's boxes, as the rays come to its planes. */
+/* One of a node's boxes, as the rays come to its planes; where they have one origin, from there. */
 struct packet_box {
-    bool both_ways[3];
+    bool one_origin, both_ways[3];
     struct floats near[3], far[3];
 };
 
 static INLINED struct packet_box packet_box(const struct bundle *bundle,
                                             const struct bvh_node *node, unsigned slot)
 {
-    struct packet_box box;
+    struct packet_box box = {.one_origin = bundle->one_origin};
     UNROLLED
     for (unsigned axis = 0; axis < 3; axis++) {
-        box.both_ways[axis] = bundle->ranges[axis].both_ways;
-        box.near[axis] = one_plane(node, bundle->ranges[axis].near_plane, slot);
-        box.far[axis] = one_plane(node, bundle->ranges[axis].far_plane, slot);
+        const struct range_slab *range = &bundle->ranges[axis];
+        box.both_ways[axis] = range->both_ways;
+        box.near[axis] = one_plane(node, range->near_plane, slot);
+        box.far[axis] = one_plane(node, range->far_plane, slot);
+        if (!bundle->one_origin) continue;
+        box.near[axis] = floats_sub(box.near[axis], floats_of(range->ray_in));
+        box.far[axis] = floats_sub(box.far[axis], floats_of(range->ray_out));
     }
     return box;
 }
@@ -338,8 +418,14 @@ static INLINED lane_set rays_meet(const struct packet *packet, const struct pack
         const struct lane_slab *slab = &packet->slabs[axis];
         struct floats first = box->near[axis], last = box->far[axis];
         if (box->both_ways[axis]) order_by_way(slab->inverse, &first, &last);
-        struct floats in = floats_mul_sub(first, slab->inverse, slab->near_origin);
-        struct floats out = floats_mul_sub(last, slab->inverse, slab->far_origin);
+        struct floats in, out;
+        if (box->one_origin) {
+            in = floats_mul(first, slab->inverse);
+            out = floats_mul(last, slab->inverse);
+        } else {
+            in = floats_mul_sub(first, slab->inverse, slab->near_origin);
+            out = floats_mul_sub(last, slab->inverse, slab->far_origin);
+        }
         near = floats_larger(in, near);
         far = floats_smaller(out, far);
     }

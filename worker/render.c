@@ -142,6 +142,7 @@ static void continue_paths(struct renderer *renderer)
 {
     uint32_t paths = renderer->count;
     renderer->count = renderer->bounding = 0;
+    renderer->fresh = false;
     for (uint32_t i = 0; i < paths; i++) {
         uint32_t p = renderer->owner[i], slot = renderer->count;
         struct branch *branch = &renderer->branches[slot];
@@ -274,6 +275,7 @@ static INLINED void start_paths(struct renderer *renderer, bool flat)
     progress->started += count;
     renderer->counts.rays[RAY_PRIMARY] += count;
     renderer->count = count;
+    renderer->fresh = true;
     renderer->bounding = 0;
 }
 
