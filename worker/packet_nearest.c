@@ -227,7 +227,7 @@ static INLINED void look_at_triangles(struct nearest_packet *it, const struct bv
                                       lane_set rays)
 {
     struct pinhole_rays through = rays_at_leaf(&it->through, leaf);
-    for (set &= in_window(seen, &through.window, leaf->error); set; set = without_lowest(set)) {
+    for (set &= in_window(seen, &through.window); set; set = without_lowest(set)) {
         lane_set open;
         unsigned i = lowest_lane(set);
         struct rough_crossings found =

@@ -94,9 +94,9 @@ static INLINED struct pinhole_rays pinhole_rays_of(const struct pinhole *eye,
 #define PINHOLE_ERROR (PLACE_ERROR + 0.1)
 
 /*
- * With corners and rays that are less than `size` aside, an edge's value is off by 4 PINHOLE_ERROR
- * size and the square of that error twice because of the places. Roundings are, in units of v size^2,
- * of a product and of the difference:
+ * With corners that all rays of the bundle see less than `size` aside, and rays that are less than that
+ * aside of the middle one, an edge's value is off by 4 PINHOLE_ERROR size and the square of that error
+ * twice because of the places. Roundings are, in units of v size^2, of a product and of the difference:
  *
  *  - 1 + 2 in the first bracket; 1.5 + 3 in each other one, as depths are at most 3/2, times X or Y;
  *  - 2 in each sum of brackets: whatever is added first, it is the value for another ray of the
@@ -104,15 +104,23 @@ static INLINED struct pinhole_rays pinhole_rays_of(const struct pinhole *eye,
  *    value takes two such sums, the largest in a window four.
  *
  * Together 3 + 2 4.5 + 4 2 = 20. Where all products are rounded, that is 1 + 2 1.5 in the brackets, and
- * 3 + 3 of the others with X and Y, which are both parts of a window at most: 30. The square takes 3
- * of 0.1 PINHOLE_ERROR size > 2^13.
+ * 3 + 3 of the others with X and Y, which are both parts of a window at most: 30. The square takes 4
+ * of the tenth of PINHOLE_ERROR size, of which there are 7.5 with the least size. The size of a triangle's
+ * own corners makes for small triangles of a leaf a tenth of what that of the leaf would.
  */
-#define PINHOLE_EDGE_ERROR(size) ((4.1 * PINHOLE_ERROR + 32 * FLOAT_ROUNDOFF * (size)) * (size))
+#define PINHOLE_SIZE_MIN 64
+
+static INLINED struct floats pinhole_edge_error(struct floats size)
+{
+    struct floats share = floats_mul(floats_of((float)(32 * FLOAT_ROUNDOFF)), size);
+    return floats_mul(floats_add(share, floats_of((float)(4.1 * PINHOLE_ERROR))), size);
+}
 
 /* A leaf as it is seen through the pinhole. */
 struct pinhole_leaf {
     struct floats base_x, base_y, depth, inverse_depth; /* X, Y and Z of worker/rough_triangles.h */
-    struct floats error;                                /* of edges' values */
+    struct floats
+        aside; /* what rays see a corner aside by more than the middle one does, at most */
     double base_z, unit;
 };
 
@@ -127,12 +135,12 @@ static INLINED bool pinhole_leaf_of(const struct pinhole *eye, const unsigned ax
     x *= inverse;
     y *= inverse;
     z *= inverse;
-    double aside = larger(fabs(x), fabs(y)) + eye->wide * fabs(z), size = aside + 0x1p17;
+    double wide = eye->wide * fabs(z), aside = larger(fabs(x), fabs(y)) + wide;
     leaf->base_x = floats_of((float)x);
     leaf->base_y = floats_of((float)y);
     leaf->depth = floats_of((float)z);
     leaf->inverse_depth = floats_of((float)(1 / z));
-    leaf->error = floats_of((float)PINHOLE_EDGE_ERROR(size));
+    leaf->aside = floats_of((float)(1.5 * wide + PINHOLE_SIZE_MIN));
     leaf->base_z = z;
     leaf->unit = 1 / inverse;
     bool ahead = (z < 0) == eye->down && fabs(z) > DEPTH_MIN && fabs(z) < AHEAD_MAX;
@@ -161,6 +169,7 @@ static INLINED struct pinhole_edge pinhole_edge(const struct pinhole_corner *p,
 struct pinhole_triangles {
     lane_set sided;
     struct pinhole_edge edges[3];
+    struct floats error;       /* of the values */
     struct floats z[3], range; /* places of the corners in depth; between what they are */
 };
 
@@ -174,13 +183,12 @@ static INLINED struct floats most_of_edge(const struct pinhole_edge *edge,
 }
 
 /* Of the triangles that have a side those that some ray of the window may cross, and all others. */
-static INLINED lane_set in_window(const struct pinhole_triangles *seen, const struct window *window,
-                                  struct floats error)
+static INLINED lane_set in_window(const struct pinhole_triangles *seen, const struct window *window)
 {
     struct floats least = most_of_edge(&seen->edges[0], window);
     least = floats_smaller(most_of_edge(&seen->edges[1], window), least);
     least = floats_smaller(most_of_edge(&seen->edges[2], window), least);
-    return ALL_LANES & ~(seen->sided & floats_less(floats_add(least, error), floats_of(0)));
+    return ALL_LANES & ~(seen->sided & floats_less(floats_add(least, seen->error), floats_of(0)));
 }
 
 static INLINED struct floats sum_of_three(struct floats a, struct floats b, struct floats c)
@@ -190,14 +198,13 @@ static INLINED struct floats sum_of_three(struct floats a, struct floats b, stru
 
 /* Turns the triangles to the side that all rays of the window see: by the sum of the edges' values,
  * which errs by three errors. */
-static INLINED void take_sides(struct pinhole_triangles *seen, const struct window *window,
-                               struct floats error)
+static INLINED void take_sides(struct pinhole_triangles *seen, const struct window *window)
 {
     struct pinhole_edge *edges = seen->edges;
     struct floats at = sum_of_three(edges[0].at, edges[1].at, edges[2].at);
     struct floats x = sum_of_three(edges[0].x, edges[1].x, edges[2].x);
     struct floats y = sum_of_three(edges[0].y, edges[1].y, edges[2].y);
-    struct floats doubt = floats_mul(error, floats_of(4));
+    struct floats doubt = floats_mul(seen->error, floats_of(4));
     doubt = floats_mul_add(floats_abs(x), window->wide_x, doubt);
     doubt = floats_mul_add(floats_abs(y), window->wide_y, doubt);
     seen->sided = floats_less(doubt, floats_abs(at));
@@ -216,7 +223,8 @@ static INLINED lane_set pinhole_triangles(const struct pinhole *eye,
                                           struct pinhole_triangles *seen)
 {
     struct pinhole_corner corner[3];
-    struct floats sx = floats_of((float)eye->sx), sy = floats_of((float)eye->sy);
+    struct floats sx = floats_of((float)eye->sx), sy = floats_of((float)eye->sy),
+                  most = floats_of(0);
     UNROLLED
     for (unsigned k = 0; k < 3; k++) {
         struct floats z = places->at[2][k];
@@ -225,17 +233,19 @@ static INLINED lane_set pinhole_triangles(const struct pinhole *eye,
         corner[k] = (struct pinhole_corner){at.x, at.y,
                                             floats_mul_add(z, leaf->inverse_depth, floats_of(1))};
         seen->z[k] = z;
+        most = floats_larger(floats_larger(floats_abs(at.x), floats_abs(at.y)), most);
     }
     struct floats last = floats_larger(floats_larger(seen->z[0], seen->z[1]), seen->z[2]);
     struct floats first = floats_smaller(floats_smaller(seen->z[0], seen->z[1]), seen->z[2]);
     seen->range = floats_sub(last, first);
+    seen->error = pinhole_edge_error(floats_add(most, leaf->aside));
     seen->edges[0] = pinhole_edge(&corner[1], &corner[2]);
     seen->edges[1] = pinhole_edge(&corner[2], &corner[0]);
     seen->edges[2] = pinhole_edge(&corner[0], &corner[1]);
     struct floats wide = floats_abs(floats_mul(leaf->depth, floats_of(float_above(eye->wide))));
     struct window all = {floats_of(0), floats_of(0), wide, wide};
-    take_sides(seen, &all, leaf->error);
-    return in_window(seen, &all, leaf->error);
+    take_sides(seen, &all);
+    return in_window(seen, &all);
 }
 
 /* Rays in front of a leaf: (X, Y) and the window that they are in. */
@@ -272,9 +282,10 @@ pinhole_crossings(const struct packet *packet, const struct pinhole_leaf *leaf,
     struct floats e1 = edge_at(&seen->edges[1], i, through);
     struct floats e2 = edge_at(&seen->edges[2], i, through);
     struct floats low = floats_smaller(floats_smaller(e0, e1), e2);
+    struct floats error = place_of(&seen->error, i);
     lane_set sided = seen->sided >> i & 1 ? ALL_LANES : 0;
-    lane_set crossed = rays & sided & floats_less(leaf->error, low);
-    lane_set missed = sided & floats_less(floats_add(low, leaf->error), floats_of(0));
+    lane_set crossed = rays & sided & floats_less(error, low);
+    lane_set missed = sided & floats_less(floats_add(low, error), floats_of(0));
     struct rough_crossings found = {.maybe = crossed, .certain = crossed};
     *open = rays & ~(crossed | missed);
     if (!crossed) return found;
@@ -282,7 +293,7 @@ pinhole_crossings(const struct packet *packet, const struct pinhole_leaf *leaf,
     struct floats mean = floats_mul(e0, place_of(&seen->z[0], i));
     mean = floats_mul_add(e1, place_of(&seen->z[1], i), mean);
     mean = floats_mul(floats_mul_add(e2, place_of(&seen->z[2], i), mean), inverse);
-    struct floats share = floats_mul(floats_mul(floats_of(6.1f), leaf->error), inverse);
+    struct floats share = floats_mul(floats_mul(floats_of(6.1f), error), inverse);
     struct floats doubt = floats_mul_add(floats_smaller(share, floats_of(1)),
                                          place_of(&seen->range, i), floats_of(1));
     struct lanes scale = lanes_mul(lanes_of(leaf->unit), packet->inverse_dz);
