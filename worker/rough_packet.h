@@ -92,7 +92,7 @@ static INLINED struct rough_view rough_view(const struct packet *packet,
 
 /*
  * packet_distances() of the rays that certainly cross the triangle. The edges' values are off by
- * ROUGH_ERROR each; places by a half; and all other roundings, of double, are less than 64
+ * what is told each; places by a half; and all other roundings, of double, are less than 64
  * UNIT_ROUNDOFF of AHEAD_MAX: together less than one place.
  */
 static INLINED void rough_distances(const struct packet *packet, const struct rough_leaf *leaf,
@@ -105,7 +105,7 @@ static INLINED void rough_distances(const struct packet *packet, const struct ro
                                lanes_of_floats(corner[2].z)};
     struct mean_lanes mean =
         mean_of_vertices(z, lanes_of_floats(sets->e0), lanes_of_floats(sets->e1),
-                         lanes_of_floats(sets->e2), lanes_of(ROUGH_ERROR));
+                         lanes_of_floats(sets->e2), lanes_of_floats(sets->error));
     struct lanes scale = lanes_mul(lanes_of(leaf->unit), packet->inverse_dz);
     struct lanes doubt = lanes_mul(lanes_add(mean.doubt, lanes_of(1)), lanes_abs(scale));
     struct lanes t = lanes_mul(lanes_add(mean.z, leaf->base_z), scale);

@@ -28,14 +28,13 @@
 #define PLACE_ERROR 1.08
 
 /*
- * |x'| is less than 2^16 + 2^16 + 2^18 = SHEARED_MAX. An edge's value p.x q.y - p.y q.x is off by
- * PLACE_ERROR of each factor times the other, four times in all, by its square twice, and by
- * roundings of the products and of the difference, less than 4 v SHEARED_MAX^2: all together by less
- * than this.
+ * With corners that are less than `size` aside, an edge's value p.x q.y - p.y q.x is off by
+ * PLACE_ERROR of each factor times the other, four times in all, by its square twice, which takes 4 of
+ * the tenth of PLACE_ERROR size, of which there are 7 with the least size, and by roundings of the
+ * products and of the difference, 4 v size^2 at most. Where a triangle is small, that is a tenth of what
+ * it would be for all that a leaf may be.
  */
-#define SHEARED_MAX (1.5 * ASIDE_MAX)
-#define ROUGH_ERROR                                                                                \
-    (4.1 * PLACE_ERROR * SHEARED_MAX + 4 * FLOAT_ROUNDOFF * SHEARED_MAX * SHEARED_MAX)
+#define ROUGH_SIZE_MIN 64
 
 /* What a ray needs for that. */
 struct rough_ray {
@@ -99,11 +98,25 @@ static INLINED struct floats rough_edge(const struct rough_corners *p,
     return floats_mul_sub(p->x, q->y, floats_mul(p->y, q->x));
 }
 
-/* Which are certainly missed, and which certainly crossed by the ray's line; the edges' values. */
+/* Which are certainly missed, and which certainly crossed by the ray's line; the edges' values, and
+ * what these are off by. */
 struct rough_sets {
     lane_set missed, crossed;
-    struct floats e0, e1, e2;
+    struct floats e0, e1, e2, error;
 };
+
+static INLINED struct floats rough_aside(const struct rough_corners *p)
+{
+    return floats_larger(floats_abs(p->x), floats_abs(p->y));
+}
+
+static INLINED struct floats rough_edge_error(const struct rough_corners corner[3])
+{
+    struct floats size = floats_larger(rough_aside(&corner[0]), rough_aside(&corner[1]));
+    size = floats_add(floats_larger(size, rough_aside(&corner[2])), floats_of(ROUGH_SIZE_MIN));
+    struct floats share = floats_mul(floats_of((float)(4 * FLOAT_ROUNDOFF)), size);
+    return floats_mul(floats_add(share, floats_of((float)(4.1 * PLACE_ERROR))), size);
+}
 
 static INLINED struct rough_sets rough_sets(const struct rough_corners corner[3])
 {
@@ -112,9 +125,13 @@ static INLINED struct rough_sets rough_sets(const struct rough_corners corner[3]
     struct floats e2 = rough_edge(&corner[0], &corner[1]);
     struct floats low = floats_smaller(floats_smaller(e0, e1), e2);
     struct floats high = floats_larger(floats_larger(e0, e1), e2);
-    struct floats below = floats_of((float)-ROUGH_ERROR), above = floats_of((float)ROUGH_ERROR);
+    struct floats above = rough_edge_error(corner), below = floats_sub(floats_of(0), above);
     return (struct rough_sets){floats_less(low, below) & floats_less(above, high),
-                               floats_less(above, low) | floats_less(high, below), e0, e1, e2};
+                               floats_less(above, low) | floats_less(high, below),
+                               e0,
+                               e1,
+                               e2,
+                               above};
 }
 
 /*
