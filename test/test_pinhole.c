@@ -92,7 +92,7 @@ static void check_leaf(const struct scene *scene, const struct bundle *bundle,
             struct pinhole_rays through = pinhole_rays_of(&eye, bundle->packets[p]);
             through = rays_at_leaf(&through, &leaf);
             check_packet(scene, bundle->packets[p], leaves + first, some, &leaf, &seen,
-                         all & in_window(&seen, &through.window, leaf.error), &through,
+                         all & in_window(&seen, &through.window), &through,
                          rays + (size_t)p * LANES, told);
         }
     }

@@ -300,7 +300,7 @@ static void check_triangle(const struct looked *at, unsigned i, const struct pac
                            struct off *off)
 {
     const struct pinhole_triangles *seen = &at->seen;
-    lane_set window = in_window(seen, &through->window, at->leaf.error), open;
+    lane_set window = in_window(seen, &through->window), open;
     struct rough_crossings found =
         pinhole_crossings(packet, &at->leaf, seen, i, through, ALL_LANES, &open);
     double from[LANES] = {0}, to[LANES] = {0};
@@ -314,7 +314,7 @@ static void check_triangle(const struct looked *at, unsigned i, const struct pac
                              .passed_by = !(window >> i & 1),
                              .missed = told && !crossed,
                              .crossed = crossed,
-                             .error = lane_of(at->leaf.error, lane),
+                             .error = lane_of(seen->error, i),
                              .from = from[lane],
                              .to = to[lane]};
         for (unsigned k = 0; k < 3; k++) {
