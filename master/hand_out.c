@@ -97,10 +97,10 @@ void hand_out_to_idle(struct server *server)
     bool due = news != server->news || server_elapsed(server) >= queue_wake(server->service->queue);
     bool complete = queue_complete(server->service->queue);
     if (due) queue_look(server->service->queue, server_elapsed(server));
-    pthread_mutex_unlock(&server->lock);
-    if (!due && !complete) return;
     bool all = news != server->news || complete;
     server->news = news;
+    pthread_mutex_unlock(&server->lock);
+    if (!due && !complete) return;
     for (uint32_t i = server->first_remote; i < server->renderers; i++) {
         const struct contact *contact = &server->contacts[i];
         if ((all || contact->is_idle) && contact->is_ready && !contact->is_told)

@@ -446,6 +446,11 @@ bool queue_recall(struct queue *queue, struct recall *recall)
     return false;
 }
 
+bool queue_recalls(const struct queue *queue)
+{
+    return queue->recall_count > 0;
+}
+
 bool queue_recalled(const struct queue *queue, uint32_t renderer, uint32_t id)
 {
     const struct hold *hold = holdings_find(&queue->holdings, renderer, id);

@@ -42,6 +42,7 @@ struct server {
     bool last_pass;    /* what is in the queue is all there will be */
     uint32_t *sampled; /* of each refined tile that has been handed out: pixels that get samples */
     uint32_t sampled_room;
+    uint64_t news; /* of the queue, when the idle were last asked */
     bool own_done;
     uint32_t own_tile; /* the id of what rank 0 itself renders; its own renderer looks for what it
                         * has not begun */
@@ -58,7 +59,6 @@ struct server {
                                * next to none count, for nobody is to blame for it */
     double woken;             /* clock_wall() at the last look at it */
     double next_show;         /* when the progress is to be looked at */
-    uint64_t news;            /* of the queue, when the idle were last asked */
     double polled;            /* when messages were last looked for */
     uint64_t pixels;          /* that have come in messages */
 };
