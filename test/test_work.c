@@ -221,6 +221,19 @@ static void test_drops_what_is_not_begun(void **state)
     }
 }
 
+/* One message may be of several: of the tile in work and of the next one. */
+static void test_drops_several(void **state)
+{
+    (void)state;
+    static const struct drop drops[] = {{.tile_id = 9}, {.tile_id = 5, .finished = 1}};
+    static const struct line lines[] = {BEGIN, NOTHING, DROP(drops), NOTHING, NOTHING, STOP};
+    follow(lines, sizeof lines / sizeof *lines, 1);
+    struct result_header first = header_at(0), second = header_at(sizeof first);
+    assert_int_equal(master.result_bytes, 2 * sizeof first);
+    assert_true(first.tile_id == 5 && first.pixels == RESULT_DROPPED && first.busy_s > 0);
+    assert_true(second.tile_id == 9 && second.pixels == RESULT_DROPPED && !(second.busy_s > 0));
+}
+
 /* A result that would be a little longer than what is delivered as it is comes in two, as many tiles in
  * the first one as fit. */
 static void test_short_results(void **state)
@@ -252,6 +265,7 @@ int main(void)
         cmocka_unit_test(test_gives_up_what_is_finished),
         cmocka_unit_test(test_keeps_what_others_have),
         cmocka_unit_test(test_drops_what_is_not_begun),
+        cmocka_unit_test(test_drops_several),
         cmocka_unit_test(test_short_results),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -277,7 +277,7 @@ struct worker {
 
     union {
         char tiles[TILES_MAX_BYTES];
-        struct drop drop;
+        struct drop drops[DROP_TILES];
         struct start start;
     } * incoming;
     MPI_Request receive;
@@ -357,18 +357,24 @@ static void drop_from(struct lot *lot, uint32_t id)
         if (lot->tiles[i].id == id) lot->dropped[i] = true;
 }
 
-static void take_drop(struct worker *worker, size_t bytes)
+static void take_drop(struct worker *worker, const struct drop *drop)
 {
-    const struct drop *drop = &worker->incoming->drop;
     struct lot *current = &worker->current;
-    if (!drop_message_valid(drop, bytes))
-        fatal("the master asked to drop a tile in a way that makes no sense");
     if (drop->finished && current->count > 0 &&
         current->tiles[worker->rendering].id == drop->tile_id)
         worker->given_up = true;
     drop_from(current, drop->tile_id);
     for (int i = 0; i < worker->waiting; i++)
         drop_from(&worker->lots[i], drop->tile_id);
+}
+
+static void take_drops(struct worker *worker, size_t bytes)
+{
+    const struct drop *drops = worker->incoming->drops;
+    if (!drop_message_valid(drops, bytes))
+        fatal("the master asked to drop a tile in a way that makes no sense");
+    for (size_t i = 0; i < bytes / sizeof *drops; i++)
+        take_drop(worker, &drops[i]);
 }
 
 /* The master asks again only when it has heard something: the last answer is sent. */
@@ -396,7 +402,7 @@ static bool hear(struct worker *worker)
         return true;
     }
     if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_DROP)
-        take_drop(worker, (size_t)bytes);
+        take_drops(worker, (size_t)bytes);
     else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_START)
         take_start(worker, (size_t)bytes);
     else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_PING)
