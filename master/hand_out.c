@@ -4,7 +4,6 @@
 
 #include "master/server.h"
 
-
 /* Tiles of which a renderer hears that does not answer: two times each of those of the two lots
  * that it may have, when somebody else has got it and when that one has finished it. */
 #define DROPS_MOST (4 * LOT_TILES)
