@@ -5,9 +5,9 @@
  *
  * A renderer does what worker/work.c does: it works through the lots that it holds, sends each
  * result, and naps between looks while it holds none. The master does what master/serve.c does: one
- * message at a time, looking for more with growing naps when there are none, or woken by who has nothing in
- * reserve. Its own renderer takes
- * lots from the queue without a message, hands in every tile, and loses the time that serving takes.
+ * message at a time, looking for more with growing naps when there are none, or woken by who has
+ * nothing in reserve. Its own renderer takes lots from the queue without a message, hands in every tile,
+ * and loses the time that serving takes.
  */
 #ifndef FARM_BENCH_BALANCE_SIM_H
 #define FARM_BENCH_BALANCE_SIM_H
