@@ -68,6 +68,7 @@ static double simulated(unsigned scene, unsigned schedule, const struct farm_run
                               .cores = cores(),
                               .slice_s = around->slice_s,
                               .master_renders = true,
+                              .rings = true,
                               .messages = messages_of(run, trace, &around->messages)};
     struct run_costs own;
     struct sim_outcome outcome;

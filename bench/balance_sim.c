@@ -73,6 +73,9 @@ static void happen(struct sim *sim, const struct event *event)
     case EVENT_CHECK:
         sim_check(sim);
         break;
+    case EVENT_LOOK:
+        sim_look(sim);
+        break;
     case EVENT_CORE:
         cores_look(sim, event->who, event->number);
         break;
@@ -137,6 +140,7 @@ void simulate(const struct machine *machine, struct queue *queue, const struct p
                       .own_nap = {.seconds = NAP_SHORTEST},
                       .nap = {.seconds = NAP_SHORTEST},
                       .check = HUGE_VAL,
+                      .look = HUGE_VAL,
                       .news = queue_news(queue)};
     *outcome = (struct sim_outcome){0};
     outcome->renderers = allocate_zeroed(machine->renderers, sizeof *outcome->renderers);

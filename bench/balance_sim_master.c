@@ -126,21 +126,59 @@ static void serve_next(struct sim *sim, double from)
 {
     double span = service_time(sim, sim->letters[sim->first].what);
     sim->serving = true;
+    sim->look = HUGE_VAL;
     serve(sim, span);
     sim_at(sim, from + span, EVENT_SERVED, 0, NULL);
 }
 
-double sim_master_looks(const struct sim *sim)
+/* When the master looks next if nobody wakes it. One who can be woken sleeps long at once. */
+static double looks(const struct sim *sim)
+{
+    double nap = sim->machine->rings ? NAP_SELDOM : sim->nap.seconds;
+    return next_look(sim, sim->idle_since, nap, sim->calm_until, sim->now);
+}
+
+/* When it has woken up if it is woken now: that takes as long as a nap is too long. */
+static double wakes(const struct sim *sim)
+{
+    return sim->now + fmax(sim->machine->messages.nap_s, 0);
+}
+
+double sim_master_hears(const struct sim *sim)
 {
     if (sim->serving) return sim->now;
-    return next_look(sim, sim->idle_since, sim->nap.seconds, sim->calm_until, sim->now);
+    return sim->machine->rings ? wakes(sim) : looks(sim);
+}
+
+static void look_at(struct sim *sim, double time)
+{
+    if (time < sim->look) sim_at(sim, sim->look = time, EVENT_LOOK, 0, NULL);
+}
+
+void sim_ring(struct sim *sim)
+{
+    if (sim->machine->rings && !sim->serving && sim->letter_count > 0) look_at(sim, wakes(sim));
+}
+
+/* Events of a look that was put off for an earlier one are of no use. */
+void sim_look(struct sim *sim)
+{
+    if (!sim->serving && sim->now >= sim->look) serve_next(sim, sim->now);
+}
+
+/* Whether who has sent this has rung behind it: he has nothing left, or has called for more. */
+static bool has_rung(const struct renderer *renderer)
+{
+    return renderer->count == 0 || (renderer->count == 1 && renderer->held[0]->has_called);
 }
 
 void result_arrives(struct sim *sim, const struct event *letter)
 {
     keep_letter(sim, letter);
     sim->outcome->messages++;
-    if (!sim->serving) serve_next(sim, sim_master_looks(sim));
+    if (sim->serving) return;
+    look_at(sim, looks(sim));
+    if (has_rung(&sim->renderers[letter->who])) sim_ring(sim);
 }
 
 void result_served(struct sim *sim)

@@ -42,10 +42,20 @@ static void begin_part(struct sim *sim, uint32_t who, struct part *part)
 
 static void end_part(struct sim *sim, uint32_t who, struct part *part);
 
+/* Half way through the last lot that it has, the renderer wakes the master: call_for_more() of
+ * worker/work.c. */
+static void call_for_more(struct sim *sim, uint32_t who, struct lot *lot)
+{
+    if (sim->renderers[who].count > 1 || lot->has_called || lot->begun < lot->count / 2) return;
+    lot->has_called = true;
+    sim_ring(sim);
+}
+
 /* The next part of a lot is begun, unless others have it now. */
 static void begin_next(struct sim *sim, uint32_t who, struct lot *lot)
 {
     struct part *part = &lot->parts[lot->begun];
+    if (!is_own(sim, who)) call_for_more(sim, who, lot);
     if (lot->begun++ == 0) lot->answered = sim->now;
     if (is_own(sim, who)) part->dropped = queue_recalled(sim->queue, who, part->tile.id);
     if (part->dropped)
@@ -134,7 +144,7 @@ void take_own(struct sim *sim)
 {
     if (sim->renderers[0].count > 0) return;
     struct lot *lot = next_lot(sim, 0);
-    sim_tell_recalls(sim, sim_master_looks(sim));
+    sim_tell_recalls(sim, sim_master_hears(sim));
     if (lot) {
         nap_reset(&sim->own_nap);
         sim_hold(sim, 0, lot);
@@ -228,7 +238,7 @@ static void end_part(struct sim *sim, uint32_t who, struct part *part)
     if (all) put_away(&sim->renderers[who], lot);
     if (is_own(sim, who)) {
         accept_part(sim, who, part);
-        sim_tell_recalls(sim, sim_master_looks(sim));
+        sim_tell_recalls(sim, sim_master_hears(sim));
         forget_part(sim, lot);
         return;
     }

@@ -22,6 +22,7 @@ enum {
     EVENT_DROP,
     EVENT_GIVE_UP,
     EVENT_CHECK,
+    EVENT_LOOK,
     EVENT_CORE,
     EVENT_OWN
 };
@@ -40,6 +41,7 @@ struct lot {
     struct lot *before, *after;      /* all lots that there are */
     uint32_t count, begun, finished; /* parts */
     uint32_t accepted;               /* parts, by the master */
+    bool has_called;                 /* it was the last one, and the master was woken */
     double answer_s, answered;       /* when an answer is due, and when the last one was given */
     size_t whole;                    /* bytes of the result if all that is left goes into one */
     struct part *ready, **last;      /* what goes into the next one */
@@ -90,6 +92,8 @@ struct sim {
     /* The master. */
     bool serving;
     double idle_since, calm_until;
+    double
+        look; /* when it looks next, as letters wait that it does not know of; HUGE_VAL: none do */
     struct nap nap; /* its first one since then */
     uint64_t news;
     double check;          /* when the next EVENT_CHECK comes; HUGE_VAL: none */
@@ -174,8 +178,12 @@ void hand_out_to(struct sim *sim, bool all);
 /* The renderers hear, from this time on, what others have taken from them or finished. */
 void sim_tell_recalls(struct sim *sim, double time);
 
-/* When the master looks next, if it is not serving anyhow. */
-double sim_master_looks(const struct sim *sim);
+/* When the master hears of what rank 0's own renderer does: it looks, or is woken. */
+double sim_master_hears(const struct sim *sim);
+
+/* A renderer has nothing in reserve, or nothing at all: the master wakes up, if it can be woken. */
+void sim_ring(struct sim *sim);
+void sim_look(struct sim *sim);
 
 /* A result has come; it is served when the master has looked and has done what came before. */
 void result_arrives(struct sim *sim, const struct event *letter);

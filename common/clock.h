@@ -23,10 +23,15 @@ static inline double clock_thread_cpu(void)
     return clock_read(CLOCK_THREAD_CPUTIME_ID);
 }
 
+static inline struct timespec clock_span(double seconds)
+{
+    return (struct timespec){.tv_sec = (time_t)seconds,
+                             .tv_nsec = (long)(1e9 * (seconds - (double)(time_t)seconds))};
+}
+
 static inline void clock_sleep(double seconds)
 {
-    struct timespec span = {.tv_sec = (time_t)seconds,
-                            .tv_nsec = (long)(1e9 * (seconds - (double)(time_t)seconds))};
+    struct timespec span = clock_span(seconds);
     nanosleep(&span, NULL);
 }
 

@@ -76,12 +76,25 @@ static inline void nap_heard(struct nap *nap, double now)
     if (first > NAP_SHORTEST) nap->seconds = first < NAP_LONGEST ? first : NAP_LONGEST;
 }
 
+/* Seconds of the next nap, which the caller takes. */
+static inline double nap_next(struct nap *nap)
+{
+    double seconds = nap->seconds < NAP_SHORTEST ? NAP_SHORTEST : nap->seconds;
+    nap->waited += seconds;
+    nap->seconds = nap_after(nap->waited, seconds);
+    return seconds;
+}
+
+/* The same for one who expects nothing for so many seconds. */
+static inline double nap_next_calm(struct nap *nap, double calm)
+{
+    double part = nap_calm(calm);
+    return part > nap->seconds ? part : nap_next(nap);
+}
+
 static inline void nap_take(struct nap *nap)
 {
-    if (nap->seconds < NAP_SHORTEST) nap->seconds = NAP_SHORTEST;
-    clock_sleep(nap->seconds);
-    nap->waited += nap->seconds;
-    nap->seconds = nap_after(nap->waited, nap->seconds);
+    clock_sleep(nap_next(nap));
 }
 
 /*
@@ -99,15 +112,6 @@ static inline void nap_take_soon(struct nap *nap)
     if (nap->begun == 0) nap->begun = now;
     if (now < nap->begun + NAP_SPIN)
         sched_yield();
-    else
-        nap_take(nap);
-}
-
-/* The same for one who expects nothing for so many seconds. */
-static inline void nap_take_calm(struct nap *nap, double calm)
-{
-    if (nap_calm(calm) > nap->seconds)
-        clock_sleep(nap_calm(calm));
     else
         nap_take(nap);
 }

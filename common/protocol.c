@@ -95,9 +95,13 @@ bool refinements_valid(const struct refinement *refinements, uint32_t count, uin
     return true;
 }
 
-bool drop_message_valid(const struct drop *drop, size_t bytes)
+bool drop_message_valid(const struct drop *drops, size_t bytes)
 {
-    return bytes == sizeof *drop && drop->finished <= 1;
+    size_t count = bytes / sizeof *drops;
+    if (bytes % sizeof *drops != 0 || count < 1 || count > DROP_TILES) return false;
+    for (size_t i = 0; i < count; i++)
+        if (drops[i].finished > 1) return false;
+    return true;
 }
 
 static bool times_valid(const struct result_header *header)

@@ -8,8 +8,8 @@
  *                                  these; up to two lots are under way at a time. From pass 1 on,
  *                                  each is followed by a struct refinement per pixel, filled up to
  *                                  tile_part_bytes()
- *   DROP      master -> renderer   struct drop: a tile that need not be rendered any more; it may be
- *                                  too late
+ *   DROP      master -> renderer   1 .. DROP_TILES struct drop: tiles that need not be rendered any
+ *                                  more; it may be too late
  *   RESULT    renderer -> master   a lot or a part of it: for each of its tiles in their order struct
  *                                  result_header, then 3 floats (linear RGB) per pixel in the
  *                                  tile's pixel order; where sampling is adaptive those per pixel
@@ -74,6 +74,9 @@ struct welcome {
 struct lot_header {
     double answer_s; /* answer with what is finished after so long; may be infinite */
 };
+
+/* Tiles in a DROP message, at most. */
+#define DROP_TILES 32
 
 struct drop {
     uint32_t tile_id;
@@ -269,7 +272,7 @@ bool start_message_valid(const struct start *start, size_t bytes);
 bool lot_header_valid(const struct lot_header *header);
 
 /* A DROP message of so many bytes. */
-bool drop_message_valid(const struct drop *drop, size_t bytes);
+bool drop_message_valid(const struct drop *drops, size_t bytes);
 
 /* A tile of so many bytes in a TILES message, for a region of width x height pixels. */
 bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, uint32_t height);

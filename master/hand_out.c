@@ -4,7 +4,7 @@
 
 #include "master/server.h"
 
-/* DROP messages to a renderer that does not answer: two for each tile of the two lots
+/* Tiles of which a renderer hears that does not answer: two times each of those of the two lots
  * that it may have, when somebody else has got it and when that one has finished it. */
 #define DROPS_MOST (4 * LOT_TILES)
 
@@ -27,24 +27,38 @@ void ask_for_sign(struct server *server, uint32_t renderer)
     send(server, renderer, TAG_MASTER_TO_RENDERER_PING, NULL, 0);
 }
 
+static void send_drops(struct server *server, uint32_t renderer)
+{
+    struct contact *contact = &server->contacts[renderer];
+    send(server, renderer, TAG_MASTER_TO_RENDERER_DROP, contact->drop,
+         contact->drop_count * sizeof *contact->drop);
+    contact->drop_count = 0;
+}
+
 /* One who does not answer hears no more of it: his messages would pile up. */
+static void note_recall(struct server *server, const struct recall *recall)
+{
+    struct contact *contact = &server->contacts[recall->renderer];
+    if (recall->renderer < server->first_remote) {
+        if (recall->finished && recall->id == server->own_tile) server->service->given_up = true;
+        return;
+    }
+    if (contact->is_told || contact->drops == DROPS_MOST) return;
+    contact->drops++;
+    contact->drop[contact->drop_count++] = (struct drop){recall->id, recall->finished};
+    if (contact->drop_count == DROP_TILES) send_drops(server, recall->renderer);
+}
+
 void tell_recalls(struct server *server)
 {
     struct recall recall;
-    for (;;) {
-        pthread_mutex_lock(&server->lock);
-        bool more = queue_recall(server->service->queue, &recall);
-        bool own = more && recall.renderer < server->first_remote;
-        if (own && recall.finished && recall.id == server->own_tile)
-            server->service->given_up = true;
-        pthread_mutex_unlock(&server->lock);
-        if (!more) return;
-        struct contact *contact = &server->contacts[recall.renderer];
-        if (own || contact->is_told || contact->drops == DROPS_MOST) continue;
-        contact->drops++;
-        struct drop drop = {recall.id, recall.finished};
-        send(server, recall.renderer, TAG_MASTER_TO_RENDERER_DROP, &drop, sizeof drop);
-    }
+    bool any = false;
+    pthread_mutex_lock(&server->lock);
+    for (; queue_recall(server->service->queue, &recall); any = true)
+        note_recall(server, &recall);
+    pthread_mutex_unlock(&server->lock);
+    for (uint32_t i = server->first_remote; any && i < server->renderers; i++)
+        if (server->contacts[i].drop_count > 0) send_drops(server, i);
 }
 
 /* The TILES message of a lot into room for TILES_MAX_BYTES; returns its length. The lock is held. */
@@ -79,7 +93,6 @@ void hand_out(struct server *server, uint32_t renderer)
         pthread_mutex_unlock(&server->lock);
         if (count > 0) send(server, renderer, TAG_MASTER_TO_RENDERER_TILES, server->message, bytes);
     } while (count > 0);
-    tell_recalls(server);
     if (over) tell_stop(server, renderer);
 }
 
@@ -97,10 +110,10 @@ void hand_out_to_idle(struct server *server)
     bool due = news != server->news || server_elapsed(server) >= queue_wake(server->service->queue);
     bool complete = queue_complete(server->service->queue);
     if (due) queue_look(server->service->queue, server_elapsed(server));
-    pthread_mutex_unlock(&server->lock);
-    if (!due && !complete) return;
     bool all = news != server->news || complete;
     server->news = news;
+    pthread_mutex_unlock(&server->lock);
+    if (!due && !complete) return;
     for (uint32_t i = server->first_remote; i < server->renderers; i++) {
         const struct contact *contact = &server->contacts[i];
         if ((all || contact->is_idle) && contact->is_ready && !contact->is_told)

@@ -101,6 +101,8 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
                               .timeline = timeline_wanted(settings) ? &run->timeline : NULL,
                               .own = settings->farm.master_renders ? &own : NULL,
                               .stop = stop_signal(),
+                              .bell = shared->bell,
+                              .all_ring = shared->process_count == run->processes,
                               .patience = settings->farm.patience,
                               .stats = run->stats};
     progress_start(&progress, stderr, clock_wall());
@@ -179,7 +181,7 @@ static int render(struct run *run, int rank, const struct node_scene *shared,
             crew_dismiss(planners);
         }
     } else {
-        work(MPI_COMM_WORLD, renderer, shared->scene);
+        work(MPI_COMM_WORLD, renderer, shared);
     }
     return status;
 }

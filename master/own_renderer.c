@@ -1,9 +1,20 @@
 #include <stdlib.h>
 
+#include "common/bell.h"
 #include "common/clock.h"
 #include "common/message.h"
 #include "common/nap.h"
 #include "master/server.h"
+
+/* Gives the lock back. The main thread wakes up if what was done under it lets others do something, or
+ * tells them to leave. */
+static void own_unlock(struct server *server)
+{
+    const struct queue *queue = server->service->queue;
+    bool rings = queue_news(queue) != server->news || queue_recalls(queue) || queue_complete(queue);
+    pthread_mutex_unlock(&server->lock);
+    if (rings) bell_ring(server->service->bell);
+}
 
 /* The next lot; 0: nothing is left. Waits while others have what is left. */
 static uint32_t own_next(struct server *server, struct tile *tiles)
@@ -14,7 +25,7 @@ static uint32_t own_next(struct server *server, struct tile *tiles)
         pthread_mutex_lock(&server->lock);
         uint32_t count = queue_next(queue, 0, server_elapsed(server), tiles);
         bool over = server_is_through(server, 0);
-        pthread_mutex_unlock(&server->lock);
+        own_unlock(server);
         if (count > 0 || over) return count;
         nap_take(&nap);
     }
@@ -25,6 +36,7 @@ static void own_leave(struct server *server)
     pthread_mutex_lock(&server->lock);
     server->own_done = true;
     pthread_mutex_unlock(&server->lock);
+    bell_ring(server->service->bell);
 }
 
 /* Whether the tile is still to be rendered by this renderer, which begins it then. */
@@ -37,7 +49,7 @@ static bool own_keeps(struct server *server, const struct tile *tile)
     bool over = server_is_through(server, 0);
     server->own_tile = tile->id;
     server->service->given_up = false;
-    pthread_mutex_unlock(&server->lock);
+    own_unlock(server);
     return !dropped && !over;
 }
 
@@ -69,7 +81,7 @@ static void own_answer(struct server *server, const struct tile *tile, const flo
         accept_probes(server, 0, tile, rgb, header);
     else
         accept_tile(server, 0, tile, rgb, header);
-    pthread_mutex_unlock(&server->lock);
+    own_unlock(server);
 }
 
 /* Renders or probes a tile and hands it in; false: the run is stopped. */

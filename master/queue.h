@@ -134,6 +134,7 @@ struct recall {
                     * else has it, too */
 };
 bool queue_recall(struct queue *queue, struct recall *recall);
+bool queue_recalls(const struct queue *queue); /* whether there may be any */
 bool queue_recalled(const struct queue *queue, uint32_t renderer, uint32_t id);
 void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now, double seconds);
 

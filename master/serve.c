@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "common/bell.h"
 #include "common/clock.h"
 #include "common/message.h"
 #include "common/nap.h"
@@ -99,13 +100,18 @@ static void end_when_over(struct server *server, double now)
     end_all(server);
 }
 
-/* Until a message comes, or until one may be late with it. */
+/*
+ * Until there is something to do. Whoever does not ring has a lot in reserve, or has said all: what he sends
+ * can wait as long as what moves by itself. Messages from other machines have to be looked for.
+ */
 static void take_nap(struct server *server, struct nap *nap)
 {
+    struct service *service = server->service;
     pthread_mutex_lock(&server->lock);
-    double calm = queue_calm(server->service->queue, server_elapsed(server));
+    double now = server_elapsed(server), calm = queue_calm(service->queue, now);
+    double wake = fmax(queue_wake(service->queue) - now, NAP_SHORTEST);
     pthread_mutex_unlock(&server->lock);
-    nap_take_calm(nap, calm);
+    bell_wait(service->bell, fmin(service->all_ring ? NAP_SELDOM : nap_next_calm(nap, calm), wake));
 }
 
 static void serve_until_done(struct server *server)

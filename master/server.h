@@ -23,7 +23,9 @@ struct contact {
     bool is_idle;  /* it asks for work, and there was none */
     bool is_told;  /* that it is to stop */
     bool is_gone;  /* its statistics are here */
-    int drops;     /* DROP messages since its last answer */
+    int drops;     /* tiles in DROP messages since its last answer */
+    struct drop drop[DROP_TILES]; /* that it is to hear of in this turn of the loop */
+    uint32_t drop_count;
     double heard;  /* the server's time awake when its last message came */
     bool is_asked; /* for a sign of life since then */
     bool is_silent;
@@ -42,6 +44,7 @@ struct server {
     bool last_pass;    /* what is in the queue is all there will be */
     uint32_t *sampled; /* of each refined tile that has been handed out: pixels that get samples */
     uint32_t sampled_room;
+    uint64_t news; /* of the queue, when the idle were last asked */
     bool own_done;
     uint32_t own_tile; /* the id of what rank 0 itself renders; its own renderer looks for what it
                         * has not begun */
@@ -58,7 +61,6 @@ struct server {
                                * next to none count, for nobody is to blame for it */
     double woken;             /* clock_wall() at the last look at it */
     double next_show;         /* when the progress is to be looked at */
-    uint64_t news;            /* of the queue, when the idle were last asked */
     double polled;            /* when messages were last looked for */
     uint64_t pixels;          /* that have come in messages */
 };
@@ -99,8 +101,8 @@ void hand_out(struct server *server, uint32_t renderer);
 /* The same for those who have nothing to do, when there may be something. */
 void hand_out_to_idle(struct server *server);
 
-/* Tells renderers what others have taken from them, or finished for them. Of what it has not begun the
- * master's own renderer looks itself. */
+/* Tells renderers what others have taken from them, or finished for them: at the end of a turn of the loop,
+ * so that each gets one message. Of what it has not begun the master's own renderer looks itself. */
 void tell_recalls(struct server *server);
 
 /* Asks for a sign of life. */

@@ -7,6 +7,7 @@
 
 #include <cmocka.h>
 
+#include "common/bell.h"
 #include "common/clock.h"
 #include "master/server.h"
 
@@ -70,7 +71,9 @@ static void test_gives_up_what_is_finished(void **state)
         .width = 64, .height = 48, .renderers = RENDERERS, .tile_edge = 16};
     struct renderer_stats stats[RENDERERS] = {{0}};
     struct contact contacts[RENDERERS] = {{0}};
-    struct scene_of_test test = {.service = {.queue = queue_create(&config), .stats = stats}};
+    struct bell bell;
+    struct scene_of_test test = {
+        .service = {.queue = queue_create(&config), .bell = &bell, .stats = stats}};
     struct tile_renderer own = {.state = &test, .render = render, .probe = probe};
     contacts[1].is_told = true; /* no messages to it */
     test.service.own = &own;
@@ -81,6 +84,7 @@ static void test_gives_up_what_is_finished(void **state)
                                   .renderers = RENDERERS,
                                   .contacts = contacts};
     assert_int_equal(pthread_mutex_init(&test.server.lock, NULL), 0);
+    bell_init(&bell);
     render_own(&test.server);
     assert_int_equal(test.begun, 1);
     assert_true(test.server.own_done);
@@ -88,6 +92,11 @@ static void test_gives_up_what_is_finished(void **state)
     assert_int_equal(queue_holds(test.service.queue, 0), 0);
     assert_int_equal(stats[0].tiles, 0);
     assert_true(queue_count(test.service.queue).wasted_s > 0);
+    /* The main thread hears that it has left. */
+    double begin = clock_wall();
+    bell_wait(&bell, LONG_AFTER);
+    assert_true(clock_wall() - begin < LONG_AFTER / 2);
+    bell_free(&bell);
     pthread_mutex_destroy(&test.server.lock);
     queue_destroy(test.service.queue);
 }

@@ -335,6 +335,13 @@ static void test_drop(void **state)
     assert_true(drop_message_valid(&drop, sizeof drop));
     drop.finished = 2;
     assert_false(drop_message_valid(&drop, sizeof drop));
+    struct drop drops[DROP_TILES + 1] = {{.tile_id = 7}};
+    assert_true(drop_message_valid(drops, DROP_TILES * sizeof drop));
+    assert_false(drop_message_valid(drops, sizeof drops));
+    assert_false(drop_message_valid(drops, 0));
+    drops[DROP_TILES - 1].finished = 2;
+    assert_true(drop_message_valid(drops, (DROP_TILES - 1) * sizeof drop));
+    assert_false(drop_message_valid(drops, DROP_TILES * sizeof drop));
     struct result_header header = {.pixels = RESULT_DROPPED, .busy_s = 0.1, .cpu_s = 0.1};
     assert_true(dropped_valid(&header));
     header.busy_s = -1;

@@ -257,8 +257,14 @@ static void test_naps(void **state)
     struct sim_outcome napping = run(SCHEDULE_TILES, &machine);
     assert_true(napping.render_s > spinning.render_s);
     assert_true(napping.render_s < spinning.render_s + 3e-3);
-    sim_outcome_free(&spinning);
     sim_outcome_free(&napping);
+    /* A master who is woken loses no more by it, though he sleeps longer if nobody does. */
+    machine.rings = true;
+    struct sim_outcome woken = run(SCHEDULE_TILES, &machine);
+    assert_true(woken.render_s > spinning.render_s);
+    assert_true(woken.render_s < spinning.render_s + 3e-3);
+    sim_outcome_free(&spinning);
+    sim_outcome_free(&woken);
 }
 
 /* A node of four cores behind one rank does the work of four renderers. */

@@ -8,6 +8,7 @@
 
 #include <cmocka.h>
 
+#include "common/bell.h"
 #include "master/builder.h"
 #include "test/view_fixture.h"
 #include "worker/render.h"
@@ -31,6 +32,8 @@ static struct {
     size_t result_bytes;
     unsigned results, stats;
     unsigned wanted; /* results before STOP */
+    struct bell bell;
+    bool was_called; /* between the last lot and the last result */
 } master;
 
 /* ---- the calls of worker/work.c ---- */
@@ -66,6 +69,7 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
     memcpy(master.result, buffer, (size_t)count);
     master.result_bytes = (size_t)count;
     master.results++;
+    master.was_called = master.bell.rung;
     return MPI_SUCCESS;
 }
 
@@ -86,6 +90,7 @@ int MPI_Test(MPI_Request *request, int *done, MPI_Status *status)
     master.said++;
     *done = line->tag != 0;
     if (!*done) return MPI_SUCCESS;
+    if (line->tag == TAG_MASTER_TO_RENDERER_TILES) bell_wait(&master.bell, 0);
     if (line->size) memcpy(master.buffer, line->bytes, line->size);
     master.heard = (int)line->size;
     status->MPI_TAG = line->tag;
@@ -116,7 +121,10 @@ static void follow(const struct line *lines, size_t count, unsigned wanted)
     master.lines = lines;
     master.count = count;
     master.wanted = wanted;
-    work(MPI_COMM_WORLD, renderer, scene);
+    bell_init(&master.bell);
+    struct node_scene shared = {.scene = scene, .bell = &master.bell};
+    work(MPI_COMM_WORLD, renderer, &shared);
+    bell_free(&master.bell);
     renderer_destroy(renderer);
     free(memory);
     free(scene);
@@ -167,6 +175,8 @@ static void check_result(bool dropped, bool begun)
     struct result_header second = header_at(bytes);
     assert_int_equal(master.results, 1);
     assert_int_equal(master.stats, 1);
+    /* It had no other lot: before the last tile it has called for one. */
+    assert_true(master.was_called);
     assert_int_equal(first.tile_id, lot.tiles[0].id);
     assert_int_equal(first.pixels, dropped ? RESULT_DROPPED : tile_pixels(&lot.tiles[0]));
     assert_int_equal(first.busy_s > 0, begun);
@@ -211,6 +221,19 @@ static void test_drops_what_is_not_begun(void **state)
     }
 }
 
+/* One message may be of several: of the tile in work and of the next one. */
+static void test_drops_several(void **state)
+{
+    (void)state;
+    static const struct drop drops[] = {{.tile_id = 9}, {.tile_id = 5, .finished = 1}};
+    static const struct line lines[] = {BEGIN, NOTHING, DROP(drops), NOTHING, NOTHING, STOP};
+    follow(lines, sizeof lines / sizeof *lines, 1);
+    struct result_header first = header_at(0), second = header_at(sizeof first);
+    assert_int_equal(master.result_bytes, 2 * sizeof first);
+    assert_true(first.tile_id == 5 && first.pixels == RESULT_DROPPED && first.busy_s > 0);
+    assert_true(second.tile_id == 9 && second.pixels == RESULT_DROPPED && !(second.busy_s > 0));
+}
+
 /* A result that would be a little longer than what is delivered as it is comes in two, as many tiles in
  * the first one as fit. */
 static void test_short_results(void **state)
@@ -242,6 +265,7 @@ int main(void)
         cmocka_unit_test(test_gives_up_what_is_finished),
         cmocka_unit_test(test_keeps_what_others_have),
         cmocka_unit_test(test_drops_what_is_not_begun),
+        cmocka_unit_test(test_drops_several),
         cmocka_unit_test(test_short_results),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

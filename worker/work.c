@@ -7,6 +7,7 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include "common/bell.h"
 #include "common/clock.h"
 #include "common/cores.h"
 #include "common/message.h"
@@ -69,9 +70,10 @@ int agree_on_status(MPI_Comm comm, int status)
 struct window_head {
     uint64_t offset; /* of the scene */
     sem_t built;
+    struct bell bell; /* see struct node_scene */
 };
-_Static_assert(sizeof(struct window_head) <= CACHE_LINE,
-               "the scene begins a line behind the start");
+#define HEAD_BYTES (2 * CACHE_LINE)
+_Static_assert(sizeof(struct window_head) <= HEAD_BYTES, "the scene begins behind it");
 
 static size_t round_up(size_t bytes)
 {
@@ -156,12 +158,14 @@ static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scen
     size_t bytes = welcome->scene_bytes;
     MPI_Comm leaders = split_nodes(comm, shared);
     gather_processes(shared);
-    char *window = allocate_window(shared, 2 * CACHE_LINE + round_up(bytes) + welcome->bvh_bytes);
+    char *window =
+        allocate_window(shared, HEAD_BYTES + CACHE_LINE + round_up(bytes) + welcome->bvh_bytes);
     /* MPI promises less than a cache line, and maybe not the same to every rank. */
     struct window_head *head = (void *)window;
     if (shared->leads) {
-        head->offset = CACHE_LINE + (-(uintptr_t)window % CACHE_LINE);
+        head->offset = HEAD_BYTES + (-(uintptr_t)window % CACHE_LINE);
         if (sem_init(&head->built, 1, 0) != 0) fatal("cannot create a semaphore");
+        bell_init(&head->bell);
         char *scene = window + head->offset;
         if (block) memcpy(scene, block, bytes);
         free(block);
@@ -175,6 +179,7 @@ static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scen
     publish(shared);
     char *scene = window + head->offset;
     shared->head = head;
+    shared->bell = &head->bell;
     shared->scene = (const void *)scene;
     shared->bvh = (void *)(scene + round_up(bytes));
     enum processor_level level = shared->scene->view.processor;
@@ -231,7 +236,10 @@ void unshare_scene(struct node_scene *shared)
 {
     if (shared->window != MPI_WIN_NULL) {
         wait_for_all(shared->node);
-        if (shared->leads) sem_destroy(&shared->head->built);
+        if (shared->leads) {
+            sem_destroy(&shared->head->built);
+            bell_free(shared->bell);
+        }
         MPI_Win_unlock_all(shared->window);
         MPI_Win_free(&shared->window);
     }
@@ -248,6 +256,7 @@ struct lot {
     struct tile tiles[LOT_TILES];
     bool dropped[LOT_TILES];
     uint32_t count;
+    bool has_called; /* see call_for_more() */
     double answer_s;
     struct refinement *refinements; /* of all refined tiles in turn; owned */
 };
@@ -262,12 +271,13 @@ struct worker {
     MPI_Comm comm;
     struct renderer *renderer;
     const struct view *view;
+    struct bell *bell; /* the master's, if it is on this node: else nobody hears it */
     bool adaptive;
     double start;
 
     union {
         char tiles[TILES_MAX_BYTES];
-        struct drop drop;
+        struct drop drops[DROP_TILES];
         struct start start;
     } * incoming;
     MPI_Request receive;
@@ -347,18 +357,24 @@ static void drop_from(struct lot *lot, uint32_t id)
         if (lot->tiles[i].id == id) lot->dropped[i] = true;
 }
 
-static void take_drop(struct worker *worker, size_t bytes)
+static void take_drop(struct worker *worker, const struct drop *drop)
 {
-    const struct drop *drop = &worker->incoming->drop;
     struct lot *current = &worker->current;
-    if (!drop_message_valid(drop, bytes))
-        fatal("the master asked to drop a tile in a way that makes no sense");
     if (drop->finished && current->count > 0 &&
         current->tiles[worker->rendering].id == drop->tile_id)
         worker->given_up = true;
     drop_from(current, drop->tile_id);
     for (int i = 0; i < worker->waiting; i++)
         drop_from(&worker->lots[i], drop->tile_id);
+}
+
+static void take_drops(struct worker *worker, size_t bytes)
+{
+    const struct drop *drops = worker->incoming->drops;
+    if (!drop_message_valid(drops, bytes))
+        fatal("the master asked to drop a tile in a way that makes no sense");
+    for (size_t i = 0; i < bytes / sizeof *drops; i++)
+        take_drop(worker, &drops[i]);
 }
 
 /* The master asks again only when it has heard something: the last answer is sent. */
@@ -386,7 +402,7 @@ static bool hear(struct worker *worker)
         return true;
     }
     if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_DROP)
-        take_drop(worker, (size_t)bytes);
+        take_drops(worker, (size_t)bytes);
     else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_START)
         take_start(worker, (size_t)bytes);
     else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_PING)
@@ -525,6 +541,17 @@ static size_t render_part(struct worker *worker, const struct tile *tile,
     return bytes;
 }
 
+/* Before tile i of the current lot: wakes the master, once, if half of the tiles are done and there is no lot
+ * behind this one. Dear tiles come first, so what is left is less than half of the time; enough for an
+ * answer. */
+static void call_for_more(struct worker *worker, uint32_t i)
+{
+    struct lot *lot = &worker->current;
+    if (worker->waiting > 0 || lot->has_called || i < lot->count / 2) return;
+    lot->has_called = true;
+    bell_ring(worker->bell);
+}
+
 /* Renders tiles of the current lot, from the first one on, with the refinements that are next, until
  * an answer is due; returns the number of the next tile, 0: the master has said STOP. What was finished
  * until then is sent. */
@@ -541,6 +568,7 @@ static uint32_t render_some(struct worker *worker, uint32_t first,
         worker->rendering = i;
         hear_all(worker);
         if ((stopped = worker->stopped)) break;
+        call_for_more(worker, i);
         worker->given_up = false;
         const struct tile *tile = &lot->tiles[i];
         const struct refinement *refined = tile_is_refined(tile) ? *refinements : NULL;
@@ -574,14 +602,16 @@ static void render_next(struct worker *worker)
 }
 
 static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *renderer,
-                         const struct scene *scene)
+                         const struct node_scene *shared)
 {
     int rank;
+    const struct view *view = &shared->scene->view;
     MPI_Comm_rank(comm, &rank);
     *worker = (struct worker){.comm = comm,
                               .renderer = renderer,
-                              .view = &scene->view,
-                              .adaptive = scene->view.max_samples > scene->view.min_samples,
+                              .view = view,
+                              .bell = shared->bell,
+                              .adaptive = view->max_samples > view->min_samples,
                               .incoming = allocate(1, sizeof *worker->incoming),
                               .pong = MPI_REQUEST_NULL,
                               .sends = {MPI_REQUEST_NULL, MPI_REQUEST_NULL}};
@@ -592,22 +622,25 @@ static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *
     memcpy(ready.host, worker->stats.host, sizeof ready.host);
     MPI_Request request;
     MPI_Isend(&ready, sizeof ready, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_READY, comm, &request);
+    bell_ring(worker->bell);
     wait_request(&request);
 }
 
-void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene)
+void work(MPI_Comm comm, struct renderer *renderer, const struct node_scene *shared)
 {
     struct worker worker;
-    start_worker(&worker, comm, renderer, scene);
+    start_worker(&worker, comm, renderer, shared);
     double cpu = clock_thread_cpu();
     struct nap nap = {0};
     renderer_on_wave(renderer, hear_whether_to_give_up, &worker);
     while (!worker.stopped) {
         bool heard = hear(&worker);
-        if (worker.waiting > 0)
+        if (worker.waiting > 0) {
             render_next(&worker);
-        else if (!heard && !worker.stopped)
+            if (worker.waiting == 0) bell_ring(worker.bell);
+        } else if (!heard && !worker.stopped) {
             nap_take_soon(&nap);
+        }
         if (heard || worker.waiting > 0) nap_reset(&nap);
     }
     for (int i = 0; i < 2; i++) {
@@ -625,5 +658,6 @@ void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene)
     MPI_Request request;
     MPI_Isend(&worker.stats, sizeof worker.stats, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_STATS, comm,
               &request);
+    bell_ring(worker.bell);
     wait_request(&request);
 }

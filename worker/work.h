@@ -10,12 +10,14 @@
 #include "worker/bvh.h"
 
 struct window_head;
+struct bell;
 
 /* The scene and its BVH, one copy per node in shared memory. */
 struct node_scene {
     const struct scene *scene;
     struct bvh *bvh;             /* to be built by the first rank of the node */
     struct window_head *head;    /* of that memory */
+    struct bell *bell;           /* in it: wakes the first rank of the node */
     double broadcast_s, build_s; /* wall seconds on this rank */
     MPI_Comm node;               /* the ranks of this node */
     MPI_Win window;              /* MPI_WIN_NULL for a rank alone on its node: */
@@ -43,7 +45,7 @@ void unshare_scene(struct node_scene *shared);
  * rank in here; renderer as for renderer_tile().
  */
 struct renderer;
-void work(MPI_Comm comm, struct renderer *renderer, const struct scene *scene);
+void work(MPI_Comm comm, struct renderer *renderer, const struct node_scene *shared);
 
 /*
  * The exit status of rank 0, for every rank to end with: so mpiexec returns it whatever it makes of

@@ -1,0 +1,30 @@
+#include "common/bell.h"
+
+#include <errno.h>
+#include <string.h>
+
+#include "common/clock.h"
+#include "common/message.h"
+
+void bell_init(struct bell *bell)
+{
+    atomic_init(&bell->rung, 0);
+    if (sem_init(&bell->calls, 1, 0) != 0) fatal("cannot create a semaphore: %s", strerror(errno));
+}
+
+void bell_free(struct bell *bell)
+{
+    sem_destroy(&bell->calls);
+}
+
+void bell_ring(struct bell *bell)
+{
+    if (atomic_exchange(&bell->rung, 1) == 0) sem_post(&bell->calls);
+}
+
+void bell_wait(struct bell *bell, double seconds)
+{
+    struct timespec until = clock_span(clock_wall() + seconds);
+    /* In this order: who rings behind it is heard next time, and what he has done before is seen now. */
+    if (sem_clockwait(&bell->calls, CLOCK_MONOTONIC, &until) == 0) atomic_store(&bell->rung, 0);
+}

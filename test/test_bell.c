@@ -1,0 +1,117 @@
+/* A bell wakes who sleeps, whoever rings it. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+#include <pthread.h>
+
+#include "common/bell.h"
+#include "common/clock.h"
+#include "common/message.h"
+
+/* Seconds: what a wait that is to end at once may take on a busy machine, and one that is not to. */
+#define AT_ONCE   0.5
+#define LONG_WAIT 20
+
+static double time_of_wait(struct bell *bell, double seconds)
+{
+    double begin = clock_wall();
+    bell_wait(bell, seconds);
+    return clock_wall() - begin;
+}
+
+static void test_rung_before(void **state)
+{
+    (void)state;
+    struct bell bell;
+    bell_init(&bell);
+    bell_ring(&bell);
+    bell_ring(&bell);
+    assert_true(time_of_wait(&bell, LONG_WAIT) < AT_ONCE);
+    /* Twice before it was heard is once. */
+    assert_true(time_of_wait(&bell, 0.02) >= 0.02);
+    bell_ring(&bell);
+    assert_true(time_of_wait(&bell, LONG_WAIT) < AT_ONCE);
+    assert_true(time_of_wait(&bell, 0) < AT_ONCE);
+    bell_free(&bell);
+}
+
+/* A rally: whoever is rung for rings back. */
+#define TURNS 1000
+
+struct rally {
+    struct bell here, there;
+    unsigned turns; /* unprotected: the bells order what both do */
+};
+
+static void *ring_back(void *argument)
+{
+    struct rally *rally = argument;
+    for (unsigned i = 0; i < TURNS; i++) {
+        double begin = clock_wall();
+        while (rally->turns != 2 * i + 1 && clock_wall() < begin + LONG_WAIT)
+            bell_wait(&rally->there, LONG_WAIT);
+        rally->turns++;
+        bell_ring(&rally->here);
+    }
+    return NULL;
+}
+
+static void play(struct rally *rally)
+{
+    for (unsigned i = 0; i < TURNS; i++) {
+        rally->turns++;
+        bell_ring(&rally->there);
+        bell_wait(&rally->here, LONG_WAIT);
+        assert_int_equal(rally->turns, 2 * i + 2);
+    }
+}
+
+static void test_threads(void **state)
+{
+    (void)state;
+    struct rally rally = {.turns = 0};
+    pthread_t thread;
+    bell_init(&rally.here);
+    bell_init(&rally.there);
+    assert_int_equal(pthread_create(&thread, NULL, ring_back, &rally), 0);
+    play(&rally);
+    pthread_join(thread, NULL);
+    bell_free(&rally.here);
+    bell_free(&rally.there);
+}
+
+static void test_processes(void **state)
+{
+    (void)state;
+    struct rally *rally =
+        mmap(NULL, sizeof *rally, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    assert_true(rally != MAP_FAILED);
+    bell_init(&rally->here);
+    bell_init(&rally->there);
+    pid_t child = fork();
+    if (child == 0) {
+        ring_back(rally);
+        _exit(0);
+    }
+    play(rally);
+    int status;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_int_equal(status, 0);
+    munmap(rally, sizeof *rally);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_rung_before),
+        cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_processes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
