@@ -152,10 +152,11 @@ static void read_farm(const struct bench *bench, struct measurement *out)
     char *path = format_text("%s/report.json", bench->folder), *text = read_text(path);
     out->at[RENDER_S] = number_after(text, "\"workers\"", "\"cpu_s\":");
     out->at[RENDER_WALL_S] = number_after(text, "\"time\"", "\"render_s\":");
-    /* Wall seconds, of which the thread may not have had all. */
+    /* Wall seconds, of which the thread may not have had all: as many as of those of its tiles. Its CPU
+     * seconds are also those of the pre-pass, so that this is rather too much. */
     double inside = number_after(text, "\"workers\"", "\"intersect_s\":");
-    double outside = number_after(text, "\"workers\"", "\"shade_s\":");
-    out->at[INTERSECT_S] = out->at[RENDER_S] * inside / (inside + outside);
+    double busy = number_after(text, "\"workers\"", "\"busy_s\":");
+    out->at[INTERSECT_S] = out->at[RENDER_S] * inside / busy;
     out->at[BUILD_S] = number_after(text, "\"time\"", "\"build_s\":");
     out->at[RAYS_PRIMARY] = number_after(text, "\"rays\"", "\"primary\":");
     out->at[RAYS_SHADOW] = number_after(text, "\"rays\"", "\"shadow\":");
