@@ -128,7 +128,10 @@ int prepare(struct run *run, struct scene **block)
     const struct settings *settings = &run->job.settings;
     if (settings_adaptive(settings))
         run->adaptive = adaptive_create(&view, &run->canvas, settings->sampling.target_error);
-    if (open_save(run, *block)) return -1;
+    start = clock_wall();
+    bool opened = open_save(run, *block);
+    run->report.time.resume = clock_wall() - start;
+    if (opened) return -1;
     discard(block);
     return STATUS_INPUT;
 }

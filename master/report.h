@@ -14,7 +14,8 @@
 /* Wall seconds of the parts of a run on rank 0; they add up to total but for moments between. */
 struct run_times {
     double total, init, load, broadcast, build, render, write;
-    double probe; /* of the pre-pass, part of render: mean of the renderers */
+    double probe;  /* of the pre-pass, part of render: mean of the renderers */
+    double resume; /* reading the journal of an earlier run, and whether there is one */
 };
 
 /* What was taken over from the journal of an earlier run. */

@@ -65,11 +65,12 @@ static void put_seconds(const struct table *table, const char *label, double sec
     end_with_bar(table, used, share);
 }
 
-static void put_run(const struct table *table, const struct run_times *time)
+static void put_run(const struct table *table, const struct run_times *time, bool resumed)
 {
     fprintf(table->out, "\nWall time of rank 0\n");
     put_seconds(table, "set-up", time->init, time->total);
     put_seconds(table, "loading", time->load, time->total);
+    if (resumed) put_seconds(table, "reading journal", time->resume, time->total);
     put_seconds(table, "broadcast", time->broadcast, time->total);
     put_seconds(table, "building the BVH", time->build, time->total);
     put_seconds(table, "rendering", time->render, time->total);
@@ -389,7 +390,7 @@ void report_table(FILE *out, const struct report *report, int columns)
     if (table.columns < COLUMNS_MIN) table.columns = COLUMNS_MIN;
     if (table.columns > COLUMNS_MAX) table.columns = COLUMNS_MAX;
     put_title(&table, report);
-    put_run(&table, &report->time);
+    put_run(&table, &report->time, report->resumed.records > 0);
     if (report->renderer_count > 0) {
         put_rendering(&table, report, &counts);
         put_ranks(&table, report);

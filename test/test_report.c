@@ -55,7 +55,15 @@ static struct report sample_report(struct renderer_stats *renderers, int count)
         .scene_bytes = 12345,
         .bvh_bytes = 678,
         .features = FEATURE_TRIANGLES | FEATURE_LIGHTS,
-        .time = {5, 0.25, 0.125, 0.0625, 0.25, 4, 0.3125, 0.03125},
+        .time = {.total = 5,
+                 .init = 0.25,
+                 .load = 0.125,
+                 .broadcast = 0.0625,
+                 .build = 0.25,
+                 .render = 4,
+                 .write = 0.3125,
+                 .probe = 0.03125,
+                 .resume = 0.015625},
         .renderers = renderers,
         .renderer_count = count,
         .master_cpu_s = 0.01,
@@ -99,6 +107,7 @@ static void test_json(void **state)
     assert_has(text, "\"kernel\": \"avx2\",\n    \"schedule\": \"dynamic\",\n    \"tile\": 32,\n   "
                      " \"tiles\": 300\n  },");
     assert_has(text, "\"bvh_bytes\": 678,\n    \"bytes_per_triangle\": 4341,\n    \"used\": [\"");
+    assert_has(text, "\"load_s\": 0.125000,\n    \"resume_s\": 0.015625,\n");
     assert_has(text,
                "\"render_s\": 4.000000,\n    \"probe_s\": 0.031250,\n    \"write_s\": 0.312500\n");
     assert_has(text,
