@@ -47,7 +47,7 @@ struct f3 sky_color(const struct view *view, struct f3 direction)
     return f3_add_scaled(bottom, f3_of(view->background_top), up);
 }
 
-/* ---- what a ray can bring at most: see bound_radiance() in worker/render.c ---- */
+/* ---- what a ray can bring at most: see worker/radiance.h ---- */
 
 static double brightest_surface(const struct scene *scene)
 {

@@ -270,7 +270,7 @@ static void test_ordinary_scenes(void **state)
     (void)state;
     uint64_t random = 101;
     compare_scenes((struct recipe){&random, 1, 0, {0, 0, 0}}, 60);
-    if (!processor_has(PROCESSOR_AVX2)) return; /* rays on their own have no rough hits */
+    if (!processor_has(PROCESSOR_AVX2)) return; /* without SIMD there are no bundles */
     const enum primitive_kind kinds[] = {PRIMITIVE_TRIANGLE, PRIMITIVE_PATCH, PRIMITIVE_SPHERE,
                                          PRIMITIVE_CONE, PRIMITIVE_PLANE};
     for (unsigned i = 0; i < sizeof kinds / sizeof *kinds; i++)
@@ -292,6 +292,7 @@ static void test_scenes_of_any_size(void **state)
     uint64_t random = 103;
     compare_scenes((struct recipe){&random, 0x1p-60, 0, {0, 0, 0}}, 10);
     compare_scenes((struct recipe){&random, 1e90, 0, {0, 0, 0}}, 10);
+    compare_scenes((struct recipe){&random, 0x1p-182, 0, {0, 0, 0}}, 20);
     compare_scenes((struct recipe){&random, 1e-120, 0, {0, 0, 0}}, 10);
 }
 
@@ -371,6 +372,70 @@ static void test_any_triangles(void **state)
     assert_true(found > waves * WAVE / 2);
 }
 
+static struct vec3 lattice_point(uint64_t *random, double size)
+{
+    double x = random_below(random, 9), y = random_below(random, 9);
+    return vec_scale(vec3(x - 4, y - 4, random_below(random, 9) - 4.0), size);
+}
+
+/* Planes and cylinders that are seen from their edge, or almost: most of what is multiplied cancels. */
+static void add_flat(struct builder *builder, uint64_t *random, struct vec3 at[2])
+{
+    const struct vec3 normals[] = {{0, 1, 0}, {0.6, 0, 0.8}, {0, -0.8, 0.6}};
+    struct plane plane = {.point = lattice_point(random, 1),
+                          .normal = normals[random_below(random, 3)]};
+    struct cone cone = {.base = plane.point, .base_radius = 100, .apex_radius = 100, .capped = 1};
+    cone.apex = vec_add(cone.base, vec_scale(plane.normal, 5));
+    assert_added(builder_add_plane(builder, &plane));
+    assert_added(builder_add_cone(builder, &cone));
+    at[0] = plane.point;
+    at[1] = plane.normal;
+}
+
+static struct ray edge_on_ray(uint64_t *random, const struct vec3 at[2])
+{
+    double off = ldexp(random_between(random, 0.5, 1), -random_exponent(random, 0, 52));
+    struct vec3 aside = vec_cross(at[1], lattice_point(random, 1));
+    struct vec3 to = vec_add(at[0], vec_cross(at[1], lattice_point(random, 0.25)));
+    return ray_to(vec_add_scaled(vec_add(to, aside), at[1], -off), to);
+}
+
+static void compare_flats(uint64_t *random, unsigned *found)
+{
+    static struct points points;
+    struct builder *builder = builder_create();
+    struct ray rays[WAVE];
+    struct hit hits[WAVE];
+    struct vec3 at[2];
+    uint64_t exact = 0;
+    add_materials(builder);
+    for (uint32_t i = 0; i < WAVE / 2; i++) {
+        add_flat(builder, random, at);
+        rays[2 * i] = rays[2 * i + 1] = edge_on_ray(random, at);
+    }
+    struct scene *scene = finish_scene(builder);
+    for (uint32_t i = 0; i < WAVE; i++) {
+        enum primitive_kind kind = i % 2 ? PRIMITIVE_CONE : PRIMITIVE_PLANE;
+        struct hit any = {1, 1, 0, primitive_id(kind, i / 2), 0};
+        hits[i] = settled_hit(scene, &rays[i], &any, &exact);
+    }
+    points_find(scene, rays, hits, WAVE, &points, &exact);
+    *found += points.count;
+    for (uint32_t i = 0; i < points.count; i++)
+        compare_point(scene, &rays[points.slot[i]], &hits[points.slot[i]], &points, i);
+    free(scene);
+}
+
+static void test_flats_from_the_edge(void **state)
+{
+    (void)state;
+    uint64_t random = 105;
+    unsigned found = 0, waves = 200;
+    for (unsigned i = 0; i < waves; i++)
+        compare_flats(&random, &found);
+    assert_true(found > waves * WAVE / 4);
+}
+
 /* Any picture, also one that is wider than a double's square root allows to be seen. */
 static void test_sample_rays(void **state)
 {
@@ -403,9 +468,9 @@ static void test_sample_rays(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ordinary_scenes),    cmocka_unit_test(test_far_scenes),
-        cmocka_unit_test(test_scenes_of_any_size), cmocka_unit_test(test_any_triangles),
-        cmocka_unit_test(test_sample_rays),
+        cmocka_unit_test(test_ordinary_scenes),     cmocka_unit_test(test_far_scenes),
+        cmocka_unit_test(test_scenes_of_any_size),  cmocka_unit_test(test_any_triangles),
+        cmocka_unit_test(test_flats_from_the_edge), cmocka_unit_test(test_sample_rays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -127,7 +127,8 @@ static inline bool cone_is_beyond(const struct cone_sketch *s, double farthest)
 {
     double spread = s->speed * s->width, DD = vec_dot(s->D, s->D);
     double error = CONE_FILTER * spread * s->width * (s->reach + s->radius);
-    double way = -vec_dot(s->F, s->D) - s->radius * sqrt(s->W * DD) - error;
+    /* Roots of four lengths each; their product would be one of six, more than cone_sketch_holds(). */
+    double way = -vec_dot(s->F, s->D) - s->radius * (sqrt(s->W) * sqrt(DD)) - error;
     return way > farthest * (DD + CONE_FILTER * spread * spread);
 }
 

@@ -18,9 +18,9 @@ void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray 
              struct hit *hits, uint64_t *exact_fallbacks);
 
 /*
- * The same, but that most crossings of a sphere or of a cone's side, and those of triangles by bundles
- * of rays, are told by plain arithmetic: t is then next to the rounded distance, by u at most, and
- * clearly nearer than any other crossing. That is all that points_find() needs, and saves what it takes
+ * The same, but that most crossings of a sphere or of a cone with caps, and those of triangles and planes
+ * by bundles of rays, are told by plain arithmetic: t is then next to the rounded distance, by u at most,
+ * and clearly nearer than any other crossing. That is all that points_find() needs, and saves what it takes
  * to round the distance; most of what it says of a triangle follows from the weights alone.
  */
 void nearest_rough(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,

@@ -37,7 +37,7 @@ struct nearest_packet {
     struct lanes first_limit;        /* when the walk began */
     struct lanes least; /* what is nearer may be a passage through the triangle it starts on */
     struct lanes origin_error;
-    /* A triangle that is certainly crossed before what was known when it was found; most rays have
+    /* A triangle or plane that is certainly crossed before what was known when it was found; most rays have
      * no other candidate. */
     uint32_t first[LANES];
     struct lanes first_from, first_to; /* as in struct candidate; from infinite: there is none */
@@ -76,7 +76,7 @@ static INLINED void keep(struct nearest_packet *it, unsigned lane, struct candid
     it->candidates[lane][it->count[lane]++] = candidate;
 }
 
-/* Triangles that certain rays certainly cross. */
+/* Triangles, or planes, that rays certainly cross. */
 static INLINED void keep_certain(struct nearest_packet *it, lane_set set, const uint32_t ids[LANES],
                                  struct lanes from, struct lanes to)
 {
@@ -398,8 +398,9 @@ static INLINED void prefetch_firsts(const struct nearest_packet *it)
     lane_set set = lanes_less(it->first_from, lanes_of(INFINITE));
     while (set) {
         uint32_t id = it->first[lowest_lane(set)];
-        const uint32_t *corner = corner_indices(it->scene, id);
         set &= ~equal_ids(it->first, id);
+        if (!is_triangle(id)) continue;
+        const uint32_t *corner = corner_indices(it->scene, id);
         for (unsigned k = 0; k < 3; k++)
             __builtin_prefetch(&vertices[corner[k]]);
     }
@@ -436,7 +437,7 @@ static bool settle_roughly(struct nearest_packet *it, unsigned lane, struct hit 
     return true;
 }
 
-/* Where one ray certainly crosses a triangle, by the filter of double; false: certainly nowhere. */
+/* Where one ray certainly crosses a triangle, by the filter of double; false: certainly nowhere ahead. */
 static bool look_closer(struct nearest_packet *it, unsigned lane, struct candidate *triangle)
 {
     lane_set ray = UINT32_C(1) << lane;
@@ -446,6 +447,7 @@ static bool look_closer(struct nearest_packet *it, unsigned lane, struct candida
     double from[LANES], to[LANES];
     lanes_store(from, found.from);
     lanes_store(to, found.to);
+    if (to[lane] < 0) return false;
     ray &= lanes_less(it->least, found.from);
     lower_limits(it, ray, found.to);
     *triangle = (struct candidate){triangle->id, 0, from[lane], ray ? to[lane] : INFINITE};

@@ -236,13 +236,6 @@ static inline bool certainly_crosses(const struct sheared *p, const struct shear
     return (low > error) | (high < -error);
 }
 
-/* start_is_close() certainly says no, of a way that errs by less than what is said of it. */
-static inline bool start_is_far(const struct sheared *p, const struct sheared *q,
-                                const struct sheared *r, double way)
-{
-    return way > 32 * UNIT_ROUNDOFF * (fabs(p->z) + fabs(q->z) + fabs(r->z));
-}
-
 /* triangle_slope() is certainly no more than SLOPE_MAX. */
 static inline bool is_flat(const struct sheared *p, const struct sheared *q,
                            const struct sheared *r, double sum)
@@ -260,7 +253,8 @@ static inline bool distance_is_told(const struct points *points, uint32_t i, dou
 
 /*
  * The weights of a triangle's rough hit, as triangle_crossings() finds them: where it goes on to correct
- * the distance it keeps them, but for what is left to exact arithmetic.
+ * the distance it keeps them, but for what is left to exact arithmetic. start_is_close() always says no:
+ * a rough hit is ahead whatever its distance errs by, which is 64 u of the largest z at least.
  */
 static inline void weigh_corners(struct points *points, uint32_t i)
 {
@@ -272,8 +266,8 @@ static inline void weigh_corners(struct points *points, uint32_t i)
     struct sheared q = shear_lane(turn, slant, vec_sub(b, origin));
     struct sheared r = shear_lane(turn, slant, vec_sub(c, origin));
     double e0 = edge_value(&q, &r), e1 = edge_value(&r, &p), e2 = edge_value(&p, &q);
-    double sum = e0 + e1 + e2, nearest = points->t[i] - points->u[i];
-    bool sure = certainly_crosses(&p, &q, &r) & start_is_far(&p, &q, &r, nearest * fabs(d.z)) &
+    double sum = e0 + e1 + e2;
+    bool sure = certainly_crosses(&p, &q, &r) &
                 (is_flat(&p, &q, &r, sum) | plane_is_told(a, b, c, origin, direction)) &
                 distance_is_told(points, i, triangle_size(a, b, c), fabs(d.z));
     bool rough = points->v[i] == WEIGHT_UNKNOWN;
@@ -410,7 +404,7 @@ static inline struct dd3 flat_passage(struct vec3 anchor, struct vec3 through, s
     return dd3_add(exact_difference3(origin, anchor), dd3_scale(direction, way));
 }
 
-/* a: the base; b: the apex; only: 1 for the apex's cap. */
+/* a: the base; b: the apex; c: the radii; only: 1 for the apex's cap. */
 static void gather_caps(const struct scene *scene, const struct hit *hits, uint32_t begin,
                         uint32_t end, struct points *points)
 {
@@ -420,7 +414,7 @@ static void gather_caps(const struct scene *scene, const struct hit *hits, uint3
         const struct cone *cone = &cones[primitive_index(hit->primitive)];
         set_lane(&points->a, i, cone->base);
         set_lane(&points->b, i, cone->apex);
-        points->radius[i] = larger(cone->base_radius, cone->apex_radius);
+        set_lane(&points->c, i, vec3(cone->base_radius, cone->apex_radius, 0));
         points->only[i] = truth(hit->part == CONE_APEX_CAP);
     }
 }
@@ -432,7 +426,7 @@ static inline void find_cap(struct points *points, uint32_t i)
     struct vec3 base = lane(&points->a, i), apex = lane(&points->b, i);
     struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
     struct cone cone = {
-        .base = base, .apex = apex, .base_radius = points->radius[i], .apex_radius = 0};
+        .base = base, .apex = apex, .base_radius = points->c.x[i], .apex_radius = points->c.y[i]};
     bool sure = cone_is_ordinary(&cone, o, d), at_apex = points->only[i] != 0;
     struct dd3 w = exact_difference3(apex, base);
     double t;
@@ -547,7 +541,7 @@ static void put_point(struct points *points, uint32_t i, const struct shading_po
     points->entering[i] = at->entering;
 }
 
-/* The points from `begin` on that lanes are not sure of, one by one. */
+/* The points that lanes are not sure of, one by one. */
 static void find_singly(const struct scene *scene, const struct ray *rays, const struct hit *hits,
                         struct points *points, uint64_t *exact_fallbacks)
 {

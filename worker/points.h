@@ -20,8 +20,11 @@ struct points {
     /* Of points_find(). */
     struct lanes3 origin, a, b, c; /* of the ray; what the surface is given by, kind by kind */
     lane_row t, u, v;              /* of the hit */
-    lane_row radius, only;         /* of a sphere; only: 1 if seen from inside */
-    lane_row sure;                 /* 1 or 0 */
+    lane_row radius;               /* of a sphere */
+    lane_row
+        only; /* 1: a sphere is seen from inside alone, a ray starts on the side of a cone, or a cap
+                    * is the apex's */
+    lane_row sure; /* 1 or 0 */
 };
 
 /* The points of the rays that have met something, by nearest_rough() or nearest(); count <= WAVE.
