@@ -22,9 +22,12 @@ void bell_ring(struct bell *bell)
     if (atomic_exchange(&bell->rung, 1) == 0) sem_post(&bell->calls);
 }
 
-void bell_wait(struct bell *bell, double seconds)
+bool bell_wait(struct bell *bell, double seconds)
 {
     struct timespec until = clock_span(clock_wall() + seconds);
-    /* In this order: who rings behind it is heard next time, and what he has done before is seen now. */
-    if (sem_clockwait(&bell->calls, CLOCK_MONOTONIC, &until) == 0) atomic_store(&bell->rung, 0);
+    if (sem_clockwait(&bell->calls, CLOCK_MONOTONIC, &until) != 0) return false;
+    /* In this order: who rings behind it is heard next time. It reads what the last one has written who
+     * did ring before, and so sees what he had done, though his call was not needed. */
+    (void)atomic_exchange(&bell->rung, 0);
+    return true;
 }

@@ -8,6 +8,7 @@
 
 #include <semaphore.h>
 #include <stdatomic.h>
+#include <stdbool.h>
 
 struct bell {
     atomic_uint rung; /* since somebody woke up: once more would wake nobody sooner */
@@ -21,7 +22,8 @@ void bell_free(struct bell *bell);
 void bell_ring(struct bell *bell);
 
 /* By one thread: sleeps until the bell rings, if it has not since the last time, for so many seconds at most,
- * or until a signal comes. */
-void bell_wait(struct bell *bell, double seconds);
+ * or until a signal comes; whether it was the bell. A process that is stopped while it rings silences the bell
+ * for all until it goes on. */
+bool bell_wait(struct bell *bell, double seconds);
 
 #endif

@@ -423,25 +423,13 @@ void queue_tell(struct queue *queue, struct hold *hold, bool finished)
     queue->recalls[queue->recall_count++] = (struct recall){hold->renderer, hold->id, finished};
 }
 
-/* Whether the renderer has to hear that this tile of it is finished: not if it has heard that somebody else
- * has it, too, while it was at another one, for then it leaves it out. */
-static bool may_be_begun(const struct queue *queue, uint32_t hold)
-{
-    const struct hold *holds = queue->holdings.holds;
-    uint32_t i = queue->holdings.holders[holds[hold].renderer].first;
-    if (!holds[hold].passed_on) return true;
-    while (i != hold && holds[i].passed_on)
-        i = holds[i].next;
-    return i == hold;
-}
-
 void queue_tell_finished(struct queue *queue, uint32_t id)
 {
     uint32_t first = queue->items[id].hold, i = first;
     if (first == HOLD_NONE) return;
     do {
         struct hold *hold = &queue->holdings.holds[i];
-        if (hold->may_pass && may_be_begun(queue, i)) queue_tell(queue, hold, true);
+        if (hold->may_pass) queue_tell(queue, hold, true);
         i = hold->other;
     } while (i != first);
 }

@@ -102,7 +102,9 @@ static void end_when_over(struct server *server, double now)
 
 /*
  * Until there is something to do. Whoever does not ring has a lot in reserve, or has said all: what he sends
- * can wait as long as what moves by itself. Messages from other machines have to be looked for.
+ * can wait as long as what moves by itself. Messages from other machines have to be looked for, and so has
+ * one that was rung for and is not there: where MPI moves it in pieces, it takes several looks, and nobody
+ * rings again.
  */
 static void take_nap(struct server *server, struct nap *nap)
 {
@@ -111,7 +113,12 @@ static void take_nap(struct server *server, struct nap *nap)
     double now = server_elapsed(server), calm = queue_calm(service->queue, now);
     double wake = fmax(queue_wake(service->queue) - now, NAP_SHORTEST);
     pthread_mutex_unlock(&server->lock);
-    bell_wait(service->bell, fmin(service->all_ring ? NAP_SELDOM : nap_next_calm(nap, calm), wake));
+    double most = server->rung        ? nap_next(nap)
+                  : service->all_ring ? NAP_SELDOM
+                                      : nap_next_calm(nap, calm);
+    if (!bell_wait(service->bell, fmin(most, wake))) return;
+    server->rung = true;
+    nap_reset(nap);
 }
 
 static void serve_until_done(struct server *server)
@@ -126,10 +133,12 @@ static void serve_until_done(struct server *server)
         hand_out_to_idle(server);
         tell_recalls(server);
         show_progress(server, now);
-        if (busy)
+        if (busy) {
+            server->rung = false;
             nap_heard(&nap, now);
-        else
+        } else {
             take_nap(server, &nap);
+        }
     }
     count_silent(server);
 }

@@ -19,11 +19,11 @@
 
 /* A renderer on another rank, as the main thread knows it. */
 struct contact {
-    bool is_ready; /* it may be sent tiles */
-    bool is_idle;  /* it asks for work, and there was none */
-    bool is_told;  /* that it is to stop */
-    bool is_gone;  /* its statistics are here */
-    int drops;     /* tiles in DROP messages since its last answer */
+    bool is_ready;                /* it may be sent tiles */
+    bool is_idle;                 /* it asks for work, and there was none */
+    bool is_told;                 /* that it is to stop */
+    bool is_gone;                 /* its statistics are here */
+    int drops;                    /* tiles in DROP messages since its last answer */
     struct drop drop[DROP_TILES]; /* that it is to hear of in this turn of the loop */
     uint32_t drop_count;
     double heard;  /* the server's time awake when its last message came */
@@ -62,6 +62,7 @@ struct server {
     double woken;             /* clock_wall() at the last look at it */
     double next_show;         /* when the progress is to be looked at */
     double polled;            /* when messages were last looked for */
+    bool rung;                /* the bell has, and nothing has come since */
     uint64_t pixels;          /* that have come in messages */
 };
 

@@ -157,11 +157,16 @@ static void check_lot(const uint8_t *data, size_t size)
 
 static void check_drop(const uint8_t *data, size_t size)
 {
-    struct drop good = {.tile_id = 3, .finished = 1};
+    struct drop good[2] = {{.tile_id = 3, .finished = 1}, {.tile_id = 4}};
     size_t bytes = sizeof good;
-    struct drop *drop = damaged(data, size, &good, &bytes);
-    if (drop_message_valid(drop, bytes)) PROMISE(drop->finished <= 1);
-    free(drop);
+    struct drop *drops = damaged(data, size, good, &bytes);
+    if (drop_message_valid(drops, bytes)) {
+        size_t count = bytes / sizeof *drops;
+        PROMISE(count >= 1 && count <= DROP_TILES && bytes % sizeof *drops == 0);
+        for (size_t i = 0; i < count; i++)
+            PROMISE(drops[i].finished <= 1);
+    }
+    free(drops);
 }
 
 static void check_dropped(const uint8_t *data, size_t size)
