@@ -236,7 +236,7 @@ static inline bool certainly_crosses(const struct sheared *p, const struct shear
     return (low > error) | (high < -error);
 }
 
-/* triangle_slope() is certainly no more than SLOPE_MAX. */
+/* Whether triangle_crossings() leaves the distance as it is. */
 static inline bool is_flat(const struct sheared *p, const struct sheared *q,
                            const struct sheared *r, double sum)
 {
