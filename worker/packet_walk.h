@@ -175,7 +175,7 @@ static INLINED struct bundle_ends load_bundle(struct bundle *bundle, const struc
     for (unsigned i = 0; i < bundle->count; i++) {
         struct packet *packet = bundle->packets[i];
         if (bundle->eye)
-            load_rows(packet, bundle->bvh, bundle->eye, (size_t)i * LANES, origin);
+            load_rows(packet, bundle->bvh, bundle->eye, (size_t)i * LANES, &rays[0].origin);
         else
             load_packet(packet, bundle->bvh, rays + (size_t)i * LANES, origin);
         widen(&d, packet->d);
