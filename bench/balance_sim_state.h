@@ -92,8 +92,8 @@ struct sim {
     /* The master. */
     bool serving;
     double idle_since, calm_until;
-    double
-        look; /* when it looks next, as letters wait that it does not know of; HUGE_VAL: none do */
+    /* When it looks next for letters that it does not know of; HUGE_VAL: there are none. */
+    double look;
     struct nap nap; /* its first one since then */
     uint64_t news;
     double check;          /* when the next EVENT_CHECK comes; HUGE_VAL: none */

@@ -143,6 +143,17 @@ static void compare_point(const struct scene *scene, const struct ray *ray, cons
     assert_ptr_equal(found.material, at.material);
 }
 
+/* The points of hits, which may be told roughly, are those of the exact ones. */
+static void compare_points(const struct scene *scene, const struct ray *rays,
+                           const struct hit *told, const struct hit *hits, uint32_t count,
+                           struct points *points)
+{
+    uint64_t exact = 0;
+    points_find(scene, rays, told, count, points, &exact);
+    for (uint32_t i = 0; i < points->count; i++)
+        compare_point(scene, &rays[points->slot[i]], &hits[points->slot[i]], points, i);
+}
+
 /* Lights near and far, and one on the mirror direction, where the highlight is. */
 static struct light some_light(const struct recipe *recipe, const struct points *points)
 {
@@ -229,14 +240,10 @@ static uint32_t compare_waves(const struct recipe *recipe, const struct scene *s
     random_rays(recipe, rays, count);
     for (int wave = 0; wave < 3 && count > 0; wave++) {
         nearest(scene, bvh, rays, count, hits, &exact);
-        points_find(scene, rays, hits, count, &points, &exact);
-        for (uint32_t i = 0; i < points.count; i++)
-            compare_point(scene, &rays[points.slot[i]], &hits[points.slot[i]], &points, i);
+        compare_points(scene, rays, hits, hits, count, &points);
         nearest_rough(scene, bvh, rays, count, rough, &exact);
         count_rough(rough, count);
-        points_find(scene, rays, rough, count, &points, &exact);
-        for (uint32_t i = 0; i < points.count; i++)
-            compare_point(scene, &rays[points.slot[i]], &hits[points.slot[i]], &points, i);
+        compare_points(scene, rays, rough, hits, count, &points);
         if (points.count == 0) break;
         compare_lights(recipe, &points);
         compare_onward(recipe, &points, &onward);
@@ -354,10 +361,8 @@ static void compare_corners(uint64_t *random, unsigned *found)
         hits[i] = rough[i] = settled_hit(scene, &rays[i], &any, &exact);
         if (hits[i].primitive != PRIMITIVE_NONE) rough[i] = roughened(random, &hits[i]);
     }
-    points_find(scene, rays, rough, WAVE, &points, &exact);
+    compare_points(scene, rays, rough, hits, WAVE, &points);
     *found += points.count;
-    for (uint32_t i = 0; i < points.count; i++)
-        compare_point(scene, &rays[points.slot[i]], &hits[points.slot[i]], &points, i);
     free(scene);
 }
 
@@ -419,10 +424,8 @@ static void compare_flats(uint64_t *random, unsigned *found)
         struct hit any = {1, 1, 0, primitive_id(kind, i / 2), 0};
         hits[i] = settled_hit(scene, &rays[i], &any, &exact);
     }
-    points_find(scene, rays, hits, WAVE, &points, &exact);
+    compare_points(scene, rays, hits, hits, WAVE, &points);
     *found += points.count;
-    for (uint32_t i = 0; i < points.count; i++)
-        compare_point(scene, &rays[points.slot[i]], &hits[points.slot[i]], &points, i);
     free(scene);
 }
 

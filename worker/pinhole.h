@@ -119,8 +119,7 @@ static INLINED struct floats pinhole_edge_error(struct floats size)
 /* A leaf as it is seen through the pinhole. */
 struct pinhole_leaf {
     struct floats base_x, base_y, depth, inverse_depth; /* X, Y and Z of worker/rough_triangles.h */
-    struct floats
-        aside; /* what rays see a corner aside by more than the middle one does, at most */
+    struct floats aside; /* by how much more than the middle ray others see a corner aside */
     double base_z, unit;
 };
 
@@ -223,8 +222,8 @@ static INLINED lane_set pinhole_triangles(const struct pinhole *eye,
                                           struct pinhole_triangles *seen)
 {
     struct pinhole_corner corner[3];
-    struct floats sx = floats_of((float)eye->sx), sy = floats_of((float)eye->sy),
-                  most = floats_of(0);
+    struct floats sx = floats_of((float)eye->sx), sy = floats_of((float)eye->sy);
+    struct floats most = floats_of(0); /* aside */
     UNROLLED
     for (unsigned k = 0; k < 3; k++) {
         struct floats z = places->at[2][k];

@@ -389,19 +389,21 @@ static FLATTENED void find_sides(struct points *points, uint32_t begin, uint32_t
         find_side(points, i);
 }
 
-/*
- * Where a line crosses a plane through a point, seen from `anchor`, and how far along the line: by the
- * operations of plane_point() and cone_point(), where exact_dot3() does without exact arithmetic.
- */
-static inline struct dd3 flat_passage(struct vec3 anchor, struct vec3 through, struct dd3 normal,
-                                      struct vec3 origin, struct vec3 direction, double *t,
-                                      bool *sure)
+/* How far along a line a plane through a point is: plane_parameter() and a cap's, where exact_dot3() does
+ * without exact arithmetic. */
+static inline struct dd flat_distance(struct vec3 through, struct dd3 normal, struct vec3 origin,
+                                      struct vec3 direction, bool *sure)
 {
     struct dd speed = plain_dot3(dd3_of(direction), normal, sure);
-    struct dd height = plain_dot3(exact_difference3(through, origin), normal, sure);
-    struct dd way = dd_div(height, speed);
-    *t = way.high;
-    return dd3_add(exact_difference3(origin, anchor), dd3_scale(direction, way));
+    return dd_div(plain_dot3(exact_difference3(through, origin), normal, sure), speed);
+}
+
+/* A point of a line, seen from `anchor`, as plane_point() and cone_point() have it. */
+static inline struct place line_place(struct vec3 anchor, struct vec3 origin, struct vec3 direction,
+                                      struct dd t)
+{
+    return (struct place){anchor,
+                          dd3_add(exact_difference3(origin, anchor), dd3_scale(direction, t))};
 }
 
 /* a: the base; b: the apex; c: the radii; only: 1 for the apex's cap. */
@@ -429,10 +431,9 @@ static inline void find_cap(struct points *points, uint32_t i)
         .base = base, .apex = apex, .base_radius = points->c.x[i], .apex_radius = points->c.y[i]};
     bool sure = cone_is_ordinary(&cone, o, d), at_apex = points->only[i] != 0;
     struct dd3 w = exact_difference3(apex, base);
-    double t;
-    struct dd3 offset = flat_passage(base, choose(at_apex, apex, base), w, o, d, &t, &sure);
-    sure &= fabs(t - points->t[i]) <= points->u[i];
-    struct place place = {base, offset};
+    struct dd t = flat_distance(choose(at_apex, apex, base), w, o, d, &sure);
+    sure &= fabs(t.high - points->t[i]) <= points->u[i];
+    struct place place = line_place(base, o, d, t);
     struct vec3 axis = dd3_round(w);
     struct vec3 normal = plain_unit(choose(at_apex, axis, vec_neg(axis)), &sure);
     put_surface(points, i, &place, normal, sure);
@@ -461,11 +462,10 @@ static void gather_flats(const struct scene *scene, const struct hit *hits, uint
 static inline void find_flat(struct points *points, uint32_t i)
 {
     struct vec3 anchor = lane(&points->a, i), normal = lane(&points->b, i);
+    struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
     bool sure = true;
-    double t;
-    struct dd3 offset = flat_passage(anchor, anchor, dd3_of(normal), lane(&points->origin, i),
-                                     lane(&points->view, i), &t, &sure);
-    struct place place = {anchor, offset};
+    struct dd t = flat_distance(anchor, dd3_of(normal), o, d, &sure);
+    struct place place = line_place(anchor, o, d, t);
     put_surface(points, i, &place, normal, sure);
 }
 
