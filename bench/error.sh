@@ -3,6 +3,7 @@
 #   allocation  what the best allocation of samples to pixels could gain over the same for all
 #   sampling  uniform and adaptive sampling of four scenes, against a reference with 64 times the
 #             samples of the finest uniform picture: Pareto front, equal error, equal time
+#   large     the same of pictures too large for a reference of all pixels: of some of them
 #   truncation  max_depth from 0 to 20 and cutoff from 1/16 to 1/65536: error, claimed bound
 #   formulas  the paper's formulas against the exact ones
 #   forecast  what a run says that half of its error will cost, and what it does
@@ -12,29 +13,30 @@
 # Times are CPU seconds of rendering, where runs are short the median of ERROR_REPEAT (3) of them. FARM
 # and TOOL are the programs, WORK a folder for pictures; MPIEXEC starts references on all cores.
 # ERROR_SCENES, ERROR_SIZE (320x240), ERROR_PEERS_SIZE (160x120) and ERROR_FINEST (16: uniform samples per
-# pixel, at most) can be set, and SCENES, a folder whose scene files are then among the names, without
+# pixel, at most), ERROR_LARGE (1920x1440) and ERROR_LARGE_SAMPLES (lantern=64 garden=256) can be set, and SCENES, a folder whose scene files are then among the names, without
 # their endings. Tables and plots go to bench/out/.
 #
 # What was measured stays in the CSV files: a bench that was ended goes on there, row by row, with the
 # same sizes and the same program; otherwise it begins anew.
 set -u
 export LC_ALL=C
-SECTIONS=${*:-allocation sampling truncation formulas forecast coverage peers}
+SECTIONS=${*:-allocation sampling large truncation formulas forecast coverage peers}
 FOLDER=${SCENES:-}
 SCENES=${ERROR_SCENES:-lantern garden ground balls}
 SIZE=${ERROR_SIZE:-320x240} PEERS_SIZE=${ERROR_PEERS_SIZE:-160x120}
 FINEST=${ERROR_FINEST:-16} REPEAT=${ERROR_REPEAT:-3}
 MANY=$((64 * FINEST))        # of a reference
+LARGE=${ERROR_LARGE:-1920x1440} LARGE_SAMPLES=${ERROR_LARGE_SAMPLES:-lantern=64 garden=256}
 OUT=bench/out
 set_size() { W=${1%x*} H=${1#*x}; }
 set_size "$SIZE"
 mkdir -p "$WORK/peers" "$OUT"
 
 # Rows and references of another program or size are worth nothing.
-state="$SIZE $PEERS_SIZE $FINEST $FOLDER $(cksum <"$FARM")"
+state="$SIZE $LARGE $PEERS_SIZE $FINEST $FOLDER $(cksum <"$FARM")"
 if [ "$(cat "$WORK/state" 2>/dev/null)" != "$state" ]; then
     find "$WORK" -maxdepth 1 -type f -delete
-    for section in sampling truncation formulas forecast coverage peers; do
+    for section in sampling large truncation formulas forecast coverage peers; do
         rm -f "$OUT/error_$section.csv"
     done
     echo "$state" >"$WORK/state"
@@ -200,6 +202,44 @@ set title "$1, $W x $H"
 plot "< grep '^$1,uniform' $csv" using 5:6 with linespoints pt 7 title "uniform", \
      "< grep '^$1,adaptive' $csv" using 5:6 with linespoints pt 5 title "adaptive"
 END
+}
+
+# ---- large ----
+
+# Pixels that a large picture is judged by, some, each against 64 times the samples of the uniform picture.
+LATTICE=16000
+
+# farm() on all cores: the CPU time is that of all of them.
+farm_wide() { FARM_ALONE=$FARM FARM="on_all_cores"; farm "$@"; FARM=$FARM_ALONE; }
+on_all_cores() { "$MPIEXEC" -n "$(nproc)" "$FARM_ALONE" "$@"; }
+
+large() {
+    csv=$OUT/error_large.csv
+    begin_csv "scene,samples,uniform_s,uniform_wall_s,uniform_estimated,slope,adaptive_samples,adaptive_s,adaptive_wall_s,adaptive_estimated,uniform_rmse,uniform_deviation,adaptive_rmse,adaptive_deviation,reference_rmse"
+    set_size "$LARGE"
+    for pair in $LARGE_SAMPLES; do
+        scene=${pair%=*} n=${pair#*=}
+        known "$scene,$n" && continue
+        farm_wide even "$scene" sampling.samples=$n
+        u=$WORK/even.json a=$WORK/run.json
+        farm_wide run "$scene" sampling.target_error="$(value "$u" estimated_rmse)"
+        told=$("$TOOL" lattice "$(config_of "$scene")" $LATTICE $((64 * n)) "$WORK/even.pfm" "$WORK/run.pfm" \
+            image.width=$W image.height=$H) || exit 1
+        echo "$scene,$n,$(cpu_of "$u"),$(of "$u" time render_s),$(value "$u" estimated_rmse),$(of "$u" forecast slope),$(value "$a" samples_per_pixel),$(cpu_of "$a"),$(of "$a" time render_s),$(value "$a" estimated_rmse),$(echo $told | tr ' ' ,)" >>"$csv"
+    done
+    {
+        echo "# Adaptive sampling of large pictures, $W x $H"
+        echo
+        echo "The adaptive picture's goal is the error that the uniform one estimates. True errors are those of some $LATTICE pixels, evenly spread, against 64 times the samples of the uniform picture, whose own RMSE is beside them; +- tells by how much another choice of pixels would differ. CPU seconds are those of rendering, all ranks together; in wall seconds of rendering with -n $(nproc) plans between passes count, too. Ratios: uniform / adaptive of both, for the adaptive picture's true RMSE, to which uniform sampling is carried along the slope of error against time that its run tells."
+        echo
+        echo "| scene | uniform samples | CPU s | wall s | RMSE estimated | true | adaptive samples | CPU s | wall s | RMSE estimated | true | reference | CPU ratio | wall ratio |"
+        echo "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
+        awk -F, 'NR > 1 { more = ($13 / $11) ^ (1 / $6)
+            printf "| %s | %s | %.1f | %.1f | %.3g | %.3g +- %.2g | %.1f | %.1f | %.1f | %.3g | %.3g +- %.2g | %.2g | %.2f | %.2f |\n",
+            $1, $2, $3, $4, $5, $11, $12, $7, $8, $9, $10, $13, $14, $15, $3 / $8 * more, $4 / $9 * more }' "$csv"
+    } >"$OUT/error_large.md"
+    cat "$OUT/error_large.md"
+    set_size "$SIZE"
 }
 
 # ---- truncation ----
@@ -479,7 +519,7 @@ coverage() {
 
 for section in $SECTIONS; do
     case $section in
-    allocation | sampling | truncation | formulas | forecast | coverage | peers) "$section" ;;
+    allocation | sampling | large | truncation | formulas | forecast | coverage | peers) "$section" ;;
     *) echo "error.sh: there is no section $section" >&2; exit 2 ;;
     esac
 done

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bench/error_lattice.h"
 #include "common/clock.h"
 #include "common/message.h"
 #include "worker/render.h"
@@ -28,9 +29,7 @@
  * told by the other half, so that no pixel is chosen for its luck.
  */
 
-#define BLOCK_W 4u
-#define BLOCK_H 2u
-#define LEVELS  8u /* 2 .. 256 samples */
+#define LEVELS 8u /* 2 .. 256 samples */
 
 #define HALF_RUNS (ALLOCATION_RUNS / 2)
 
@@ -40,14 +39,8 @@ struct pixel {
 };
 
 struct block {
-    uint32_t x, y;
-    double seconds;                            /* of the highest level, all runs */
-    float mean[ALLOCATION_RUNS][LEVELS][8][3]; /* of all samples up to a level */
-};
-
-struct lattice {
-    struct block *blocks;
-    uint32_t count, stride; /* in blocks, along both axes */
+    double seconds;                                         /* of the highest level, all runs */
+    float mean[ALLOCATION_RUNS][LEVELS][LATTICE_PIXELS][3]; /* of all samples up to a level */
 };
 
 static double samples_of(uint32_t level)
@@ -55,36 +48,22 @@ static double samples_of(uint32_t level)
     return ldexp(2, (int)level);
 }
 
-static struct lattice make_lattice(const struct view *view, uint32_t pixels)
-{
-    uint32_t columns = view->region_w / BLOCK_W, rows = view->region_h / BLOCK_H;
-    double all = (double)columns * rows * BLOCK_W * BLOCK_H;
-    struct lattice lattice = {.stride = (uint32_t)fmax(1, round(sqrt(all / pixels)))};
-    lattice.blocks = allocate((size_t)columns * rows, sizeof *lattice.blocks);
-    for (uint32_t y = lattice.stride / 2; y < rows; y += lattice.stride)
-        for (uint32_t x = lattice.stride / 2; x < columns; x += lattice.stride)
-            lattice.blocks[lattice.count++] = (struct block){.x = x * BLOCK_W, .y = y * BLOCK_H};
-    return lattice;
-}
-
 /* All levels of a block, in the run-th run. */
-static void render_block(struct renderer *renderer, struct block *block, uint32_t run)
+static void render_block(struct renderer *renderer, const struct tile *tile, struct block *block,
+                         uint32_t run)
 {
-    struct tile tile = {.x = block->x, .y = block->y, .w = BLOCK_W, .h = BLOCK_H, .step = 1};
-    struct refinement refinements[8];
-    float mean[8][3], difference[8][3];
+    struct refinement refinements[LATTICE_PIXELS];
+    float mean[LATTICE_PIXELS][3], difference[LATTICE_PIXELS][3];
     for (uint32_t level = 0; level < LEVELS; level++) {
-        for (uint32_t k = 0; k < 8; k++)
+        for (uint32_t k = 0; k < LATTICE_PIXELS; k++)
             refinements[k] = (struct refinement){(uint8_t)level, (uint8_t)(level + 1)};
         struct render_counts counts;
-        struct task task = {.tile = &tile,
-                            .refinements = refinements,
-                            .mean = mean[0],
-                            .difference = difference[0]};
+        struct task task = {
+            .tile = tile, .refinements = refinements, .mean = mean[0], .difference = difference[0]};
         double start = clock_thread_cpu();
         renderer_task(renderer, &task, &counts);
         if (level + 1 == LEVELS) block->seconds += clock_thread_cpu() - start;
-        for (uint32_t i = 0; i < 24; i++) {
+        for (uint32_t i = 0; i < 3 * LATTICE_PIXELS; i++) {
             float new = mean[i / 3][i % 3];
             block->mean[run][level][i / 3][i % 3] =
                 level == 0 ? new : (block->mean[run][level - 1][i / 3][i % 3] + new) / 2;
@@ -93,16 +72,16 @@ static void render_block(struct renderer *renderer, struct block *block, uint32_
 }
 
 /* Each run is the same part of a picture that is wider by another amount: other random numbers. */
-static void render_runs(struct scene *scene, const struct bvh *bvh, const struct lattice *lattice)
+static void render_runs(struct scene *scene, const struct bvh *bvh, const struct lattice *lattice,
+                        struct block *blocks)
 {
     scene->view.min_samples = 2;
     scene->view.max_samples = (uint32_t)samples_of(LEVELS - 1);
     for (uint32_t run = 0; run < ALLOCATION_RUNS; run++) {
-        scene->view.width += 2 * scene->view.region_w;
-        scene->view.region_x += scene->view.region_w;
+        lattice_renumber(&scene->view);
         struct renderer *renderer = renderer_create(scene, bvh);
         for (uint32_t i = 0; i < lattice->count; i++)
-            render_block(renderer, &lattice->blocks[i], run);
+            render_block(renderer, &lattice->blocks[i], &blocks[i], run);
         renderer_destroy(renderer);
     }
 }
@@ -123,16 +102,17 @@ static double variance(const struct block *block, uint32_t first, uint32_t level
     return squares / (3 * (HALF_RUNS - 1));
 }
 
-static struct pixel *measure_pixels(const struct lattice *lattice)
+static struct pixel *measure_pixels(const struct block *blocks, uint32_t count)
 {
-    struct pixel *pixels = allocate((size_t)lattice->count * 8, sizeof *pixels);
-    double samples = ALLOCATION_RUNS * samples_of(LEVELS - 2) * 8;
-    for (uint32_t i = 0; i < 8 * lattice->count; i++) {
-        const struct block *block = &lattice->blocks[i / 8];
+    struct pixel *pixels = allocate(count, sizeof *pixels);
+    double samples = ALLOCATION_RUNS * samples_of(LEVELS - 2) * LATTICE_PIXELS;
+    for (uint32_t i = 0; i < count; i++) {
+        const struct block *block = &blocks[i / LATTICE_PIXELS];
         pixels[i].cost = block->seconds / samples;
         for (uint32_t half = 0; half < 2; half++)
             for (uint32_t level = 0; level < LEVELS; level++)
-                pixels[i].error[half][level] = variance(block, half * HALF_RUNS, level, i % 8);
+                pixels[i].error[half][level] =
+                    variance(block, half * HALF_RUNS, level, i % LATTICE_PIXELS);
     }
     return pixels;
 }
@@ -229,17 +209,18 @@ static void put_row(const char *name, const struct pixel *pixels, uint32_t count
     putchar('\n');
 }
 
-void allocation_measure(struct scene *scene, const char *name, uint32_t count)
+void allocation_measure(struct scene *scene, const char *name, uint32_t about)
 {
-    void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
-    if (!memory) fatal("no memory for a tree");
-    struct bvh *bvh = bvh_build(scene, memory, 1);
-    struct lattice lattice = make_lattice(&scene->view, count ? count : ALLOCATION_PIXELS);
-    render_runs(scene, bvh, &lattice);
-    struct pixel *pixels = measure_pixels(&lattice);
+    struct bvh *bvh = lattice_tree(scene);
+    struct lattice lattice = lattice_create(&scene->view, about ? about : ALLOCATION_PIXELS);
+    struct block *blocks = allocate_zeroed(lattice.count, sizeof *blocks);
+    render_runs(scene, bvh, &lattice, blocks);
+    uint32_t count = lattice.count * LATTICE_PIXELS;
+    struct pixel *pixels = measure_pixels(blocks, count);
     for (uint32_t level = 1; level + 2 < LEVELS; level++)
-        put_row(name, pixels, 8 * lattice.count, level);
+        put_row(name, pixels, count, level);
     free(pixels);
-    free(lattice.blocks);
-    free(memory);
+    free(blocks);
+    lattice_free(&lattice);
+    free(bvh);
 }

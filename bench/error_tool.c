@@ -8,12 +8,17 @@
  *                                        they need it (error_scale.h)
  *   error_tool allocation NAME CONFIG [KEY=VALUE ...]
  *                                        what the best allocation of samples to pixels could gain
+ *   error_tool lattice CONFIG PIXELS SAMPLES A B [KEY=VALUE ...]
+ *                                        what two pictures (PFM) of the scene are wrong by, against so many
+ *                                        samples of about so many of their pixels: RMSE of A, its standard
+ *                                        deviation, the same of B, RMSE of what they are compared with
  */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "bench/error_allocation.h"
+#include "bench/error_lattice.h"
 #include "bench/error_scale.h"
 #include "bench/kernel_export.h"
 #include "bench/kernel_picture.h"
@@ -30,12 +35,21 @@ static int compare(const char *first, const char *second)
     return EXIT_SUCCESS;
 }
 
-static int export(const char *config, const char *out, char **overrides, size_t count)
+/* Loads a scene, which the caller frees; NULL, after saying why, when it cannot. */
+static struct scene *scene_of(const char *config, char **overrides, size_t count)
 {
     struct job job;
-    if (!load_job(config, overrides, count, REACH_ANYWHERE, &job)) return EXIT_FAILURE;
+    if (!load_job(config, overrides, count, REACH_ANYWHERE, &job)) return NULL;
     struct view view = settings_view(&job.settings);
     struct scene *scene = builder_finish(job.builder, &view);
+    job_free(&job);
+    return scene;
+}
+
+static int export(const char *config, const char *out, char **overrides, size_t count)
+{
+    struct scene *scene = scene_of(config, overrides, count);
+    if (!scene) return EXIT_FAILURE;
     scale_for_peers(scene);
     size_t length = strlen(out);
     if (length > 4 && !strcmp(out + length - 4, ".dat"))
@@ -43,20 +57,39 @@ static int export(const char *config, const char *out, char **overrides, size_t 
     else
         export_povray(out, scene);
     free(scene);
-    job_free(&job);
     return EXIT_SUCCESS;
 }
 
 static int allocation(const char *name, const char *config, char **overrides, size_t count)
 {
-    struct job job;
-    if (!load_job(config, overrides, count, REACH_ANYWHERE, &job)) return EXIT_FAILURE;
-    struct view view = settings_view(&job.settings);
-    struct scene *scene = builder_finish(job.builder, &view);
+    struct scene *scene = scene_of(config, overrides, count);
+    if (!scene) return EXIT_FAILURE;
     allocation_measure(scene, name, 0);
     free(scene);
-    job_free(&job);
     return EXIT_SUCCESS;
+}
+
+static int lattice(char **arguments, char **overrides, size_t count)
+{
+    struct scene *scene = scene_of(arguments[0], overrides, count);
+    if (!scene) return EXIT_FAILURE;
+    struct canvas pictures[2] = {0};
+    bool good =
+        picture_read(arguments[3], &pictures[0]) && picture_read(arguments[4], &pictures[1]);
+    for (uint32_t i = 0; i < 2 && good; i++)
+        good =
+            pictures[i].width == scene->view.region_w && pictures[i].height == scene->view.region_h;
+    if (good) {
+        struct lattice_error errors[2];
+        lattice_compare(scene, (uint32_t)atoi(arguments[1]), (uint32_t)atoi(arguments[2]), pictures,
+                        2, errors);
+        printf("%.9g %.3g %.9g %.3g %.3g\n", errors[0].rmse, errors[0].deviation, errors[1].rmse,
+               errors[1].deviation, errors[0].reference);
+    }
+    canvas_free(&pictures[0]);
+    canvas_free(&pictures[1]);
+    free(scene);
+    return good ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
 int main(int argc, char **argv)
@@ -68,8 +101,11 @@ int main(int argc, char **argv)
         return export(argv[2], argv[3], argv + 4, (size_t)argc - 4);
     if (argc >= 4 && !strcmp(argv[1], "allocation"))
         return allocation(argv[2], argv[3], argv + 4, (size_t)argc - 4);
+    if (argc >= 7 && !strcmp(argv[1], "lattice"))
+        return lattice(argv + 2, argv + 7, (size_t)argc - 7);
     fputs("usage: error_tool compare A B | scene FOLDER NAME | export CONFIG OUT [KEY=VALUE ...] | "
-          "allocation NAME CONFIG [KEY=VALUE ...]\n",
+          "allocation NAME CONFIG [KEY=VALUE ...] | lattice CONFIG PIXELS SAMPLES A B [KEY=VALUE "
+          "...]\n",
           stderr);
     return 2;
 }
