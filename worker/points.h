@@ -13,14 +13,14 @@ struct points {
     uint32_t count;
     uint32_t slot[WAVE]; /* which ray of the wave */
     const struct material *material[WAVE];
-    struct lanes3 point, view, geometric, normal; /* as in struct shading_point */
-    lane_row entering;                            /* 1 or 0 */
-    uint32_t formulas;                            /* enum formulas */
+    struct rows3 point, view, geometric, normal; /* as in struct shading_point */
+    lane_row entering;                           /* 1 or 0 */
+    uint32_t formulas;                           /* enum formulas */
 
     /* Of points_find(). */
-    struct lanes3 origin, a, b, c; /* of the ray; what the surface is given by, kind by kind */
-    lane_row t, u, v;              /* of the hit */
-    lane_row radius;               /* of a sphere */
+    struct rows3 origin, a, b, c; /* of the ray; what the surface is given by, kind by kind */
+    lane_row t, u, v;             /* of the hit */
+    lane_row radius;              /* of a sphere */
     /* 1: a sphere is seen from inside alone, a ray starts on the side of a cone, or a cap is the apex's. */
     lane_row only;
     lane_row sure; /* 1 or 0 */
@@ -38,7 +38,7 @@ struct shading_point points_get(const struct points *points, uint32_t i);
 struct faced {
     lane_row faces; /* 1 or 0 */
     lane_row end;
-    struct lanes3 to_light;
+    struct rows3 to_light;
 };
 void points_face(const struct points *points, const struct light *light, struct faced *faced);
 
@@ -46,11 +46,11 @@ void points_face(const struct points *points, const struct light *light, struct 
 struct lit {
     uint32_t count;
     uint32_t point[WAVE];
-    struct lanes3 to_light, strength;
-    struct lanes3 color; /* the result */
+    struct rows3 to_light, strength;
+    struct rows3 color; /* the result */
 
     /* Of points_light(): those of the points, and of their materials. */
-    struct lanes3 view, normal, surface;
+    struct rows3 view, normal, surface;
     lane_row diffuse, specular, shininess, sure;
 };
 void points_light(const struct points *points, struct lit *lit);
@@ -59,12 +59,12 @@ void points_light(const struct points *points, struct lit *lit);
 struct onward {
     uint32_t count;
     uint32_t point[WAVE];
-    struct lanes3 direction; /* the result */
-    lane_row from, to;       /* indices of refraction */
-    lane_row passes;         /* 1, or 0: total reflection */
+    struct rows3 direction; /* the result */
+    lane_row from, to;      /* indices of refraction */
+    lane_row passes;        /* 1, or 0: total reflection */
 
     /* Of the two functions below: those of the points. */
-    struct lanes3 view, normal, geometric;
+    struct rows3 view, normal, geometric;
     lane_row sure;
 };
 void points_reflect(const struct points *points, struct onward *onward);

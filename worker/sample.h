@@ -26,7 +26,7 @@ struct sample_lanes {
 
     /* Of sample_rays(). */
     lane_row x, y; /* in the whole picture, pixels from its top left corner */
-    struct lanes3 direction;
+    struct rows3 direction;
     lane_row sure;
 };
 void sample_put(struct sample_lanes *lanes, uint32_t i, uint32_t x, uint32_t y, uint32_t sample);

@@ -280,7 +280,7 @@ static INLINED void add_unlit(struct renderer *renderer, bool flat)
 /* The first rays of samples, as sample_rays() has left them in lanes, too. */
 static INLINED void trace_from_eye(struct renderer *renderer)
 {
-    const struct lanes3 *way = &renderer->samples.direction;
+    const struct rows3 *way = &renderer->samples.direction;
     struct eye_rows eye = {way->x, way->y, way->z};
     nearest_from_eye(renderer->scene, renderer->bvh, renderer->rays, &eye, renderer->count,
                      renderer->hits, &renderer->counts.exact_fallbacks);

@@ -24,16 +24,16 @@
  * out of each other's way: at a distance of 2048 bytes they would share a set of the cache. */
 typedef double lane_row[WAVE + 8];
 
-struct lanes3 {
+struct rows3 {
     lane_row x, y, z;
 };
 
-static inline struct vec3 lane(const struct lanes3 *lanes, uint32_t i)
+static inline struct vec3 lane(const struct rows3 *lanes, uint32_t i)
 {
     return vec3(lanes->x[i], lanes->y[i], lanes->z[i]);
 }
 
-static inline void set_lane(struct lanes3 *lanes, uint32_t i, struct vec3 v)
+static inline void set_lane(struct rows3 *lanes, uint32_t i, struct vec3 v)
 {
     lanes->x[i] = v.x;
     lanes->y[i] = v.y;
