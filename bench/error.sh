@@ -13,7 +13,7 @@
 # Times are CPU seconds of rendering, where runs are short the median of ERROR_REPEAT (3) of them. FARM
 # and TOOL are the programs, WORK a folder for pictures; MPIEXEC starts references on all cores.
 # ERROR_SCENES, ERROR_SIZE (320x240), ERROR_PEERS_SIZE (160x120) and ERROR_FINEST (16: uniform samples per
-# pixel, at most), ERROR_LARGE (1920x1440) and ERROR_LARGE_SAMPLES (lantern=64 garden=256) can be set, and SCENES, a folder whose scene files are then among the names, without
+# pixel, at most), ERROR_LARGE (1920x1440) and ERROR_LARGE_SAMPLES (lantern=64 garden=64) can be set, and SCENES, a folder whose scene files are then among the names, without
 # their endings. Tables and plots go to bench/out/.
 #
 # What was measured stays in the CSV files: a bench that was ended goes on there, row by row, with the
@@ -26,7 +26,7 @@ SCENES=${ERROR_SCENES:-lantern garden ground balls}
 SIZE=${ERROR_SIZE:-320x240} PEERS_SIZE=${ERROR_PEERS_SIZE:-160x120}
 FINEST=${ERROR_FINEST:-16} REPEAT=${ERROR_REPEAT:-3}
 MANY=$((64 * FINEST))        # of a reference
-LARGE=${ERROR_LARGE:-1920x1440} LARGE_SAMPLES=${ERROR_LARGE_SAMPLES:-lantern=64 garden=256}
+LARGE=${ERROR_LARGE:-1920x1440} LARGE_SAMPLES=${ERROR_LARGE_SAMPLES:-lantern=64 garden=64}
 OUT=bench/out
 set_size() { W=${1%x*} H=${1#*x}; }
 set_size "$SIZE"
