@@ -518,9 +518,9 @@ static inline void turn_normal(struct points *points, uint32_t i)
     struct vec3 geometric = lane(&points->geometric, i), normal = lane(&points->normal, i);
     double side = vec_dot(lane(&points->view, i), geometric);
     bool sure = !(fabs(side) < 4 * UNIT_ROUNDOFF), entering = side <= 0;
-    struct vec3 turned = choose(entering, geometric, vec_neg(geometric));
-    struct vec3 shading = choose(vec_dot(normal, turned) < 0, vec_neg(normal), normal);
-    set_lane(&points->geometric, i, choose(sure, turned, geometric));
+    struct vec3 facing = choose(entering, geometric, vec_neg(geometric));
+    struct vec3 shading = choose(vec_dot(normal, facing) < 0, vec_neg(normal), normal);
+    set_lane(&points->geometric, i, choose(sure, facing, geometric));
     set_lane(&points->normal, i, choose(sure, shading, normal));
     points->entering[i] = truth(entering);
     points->sure[i] = truth(sure);

@@ -5,9 +5,9 @@
 #include "master/truth.h"
 #include "test/fuzz/fuzz.h"
 
-#define WIDTH  3
-#define HEIGHT 2
-#define VALUES (WIDTH * HEIGHT * 3)
+#define WIDTH  3u
+#define HEIGHT 2u
+#define VALUES ((size_t)WIDTH * HEIGHT * 3)
 
 static bool same_float(const uint8_t *bytes, float value, bool swapped)
 {
@@ -20,7 +20,7 @@ static bool same_float(const uint8_t *bytes, float value, bool swapped)
 /* The file's rows come from the bottom. */
 static bool same_picture(const uint8_t *floats, const struct canvas *canvas, bool swapped)
 {
-    const size_t row = WIDTH * 3;
+    const size_t row = (size_t)WIDTH * 3;
     for (size_t i = 0; i < VALUES; i++) {
         size_t at = (HEIGHT - 1 - i / row) * row + i % row;
         if (!same_float(floats + 4 * at, canvas->rgb[i], swapped)) return false;
