@@ -74,7 +74,7 @@ void post_send(struct post *post, int rank, enum message_tag tag, const void *by
     if (post->sends == post->room) reserve_sends(post, 2 * post->room);
     char *copy = size ? allocate(size, 1) : NULL;
     if (copy) memcpy(copy, bytes, size);
-    MPI_Isend(copy, (int)size, MPI_BYTE, rank, tag, MPI_COMM_WORLD,
+    MPI_Isend(copy, (int)size, MPI_BYTE, rank, (int)tag, MPI_COMM_WORLD,
               &post->requests[post->receives + post->sends]);
     post->copies[post->sends++] = copy;
 }
