@@ -221,9 +221,9 @@ static inline bool plane_is_told(struct vec3 a, struct vec3 b, struct vec3 c, st
     struct vec3 normal = vec_cross(p, q);
     double edges = sum_of_sizes(p) * sum_of_sizes(q);
     double heights = edges * sum_of_sizes(f), speeds = edges * sum_of_sizes(direction);
-    return (fabs(vec_dot(normal, f)) > 2 * PLANE_SHARE * heights) &
-           (fabs(vec_dot(normal, direction)) > 2 * PLANE_SHARE * speeds) & (heights > 0x1p-399) &
-           (speeds > 0x1p-399) & (heights < 0x1p399) & (speeds < 0x1p399);
+    double height = fabs(vec_dot(normal, f)), speed = fabs(vec_dot(normal, direction));
+    return (height > 2 * PLANE_SHARE * heights) & (speed > 2 * PLANE_SHARE * speeds) &
+           (heights > 0x1p-399) & (speeds > 0x1p-399) & (heights < 0x1p399) & (speeds < 0x1p399);
 }
 
 /* Whether the line certainly crosses, by the filter of triangle_crossings(). */
@@ -267,9 +267,10 @@ static inline void weigh_corners(struct points *points, uint32_t i)
     struct sheared r = shear_lane(turn, slant, vec_sub(c, origin));
     double e0 = edge_value(&q, &r), e1 = edge_value(&r, &p), e2 = edge_value(&p, &q);
     double sum = e0 + e1 + e2;
-    bool sure = certainly_crosses(&p, &q, &r) &
-                (is_flat(&p, &q, &r, sum) | plane_is_told(a, b, c, origin, direction)) &
-                distance_is_told(points, i, triangle_size(a, b, c), fabs(d.z));
+    bool crosses = certainly_crosses(&p, &q, &r), flat = is_flat(&p, &q, &r, sum);
+    bool plane = plane_is_told(a, b, c, origin, direction);
+    bool distance = distance_is_told(points, i, triangle_size(a, b, c), fabs(d.z));
+    bool sure = crosses & (flat | plane) & distance;
     bool rough = points->v[i] == WEIGHT_UNKNOWN;
     points->u[i] = rough ? e1 / sum : points->u[i];
     points->v[i] = rough ? e2 / sum : points->v[i];
