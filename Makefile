@@ -8,7 +8,7 @@
 #   make bench-kernel      the kernel beside Embree, Tachyon and POV-Ray (installs them, as make
 #                    bench-deps does); tables to bench/out/
 #   make valgrind    whole runs on one to three processes under valgrind
-#   make lint        clang-tidy and cppcheck, as .clang-tidy and .cppcheck say
+#   make lint        clang's warnings, clang-tidy and cppcheck, as .clang-tidy and .cppcheck say
 #   make fuzz        every parser and validator against hostile input, FUZZ_SECONDS=30 each
 #   make bench-stability   the catalogue of stiff and extreme cases at full size, 1e9 rays through
 #                    closed meshes among them; tables to bench/out/
@@ -338,6 +338,7 @@ valgrind: all
 	@$(call install_missing,valgrind)
 	@FARM=./$(FARM) MPIEXEC="$(MPIEXEC)" sh test/valgrind.sh
 
+# clang's warnings are others than gcc's: what is clean here compiles with both.
 # What is looked at, and how a compiler that is not mpicc finds mpi.h. In lanes the kernel is another
 # program than without: it is looked at twice.
 LINT_IN   ?= common master worker test/fuzz config/models
@@ -346,7 +347,8 @@ tidy = printf '%s\n' $(1) | xargs -P $$(nproc) -I FILE clang-tidy --quiet FILE -
     -D_GNU_SOURCE -I. $(MPI_FLAGS) -DFARM_VERSION='"$(VERSION)"' $(2) 2>/dev/null
 
 lint:
-	@$(call install_missing,clang-tidy cppcheck)
+	@$(call install_missing,clang clang-tidy cppcheck)
+	@MPICH_CC=clang OMPI_CC=clang $(MAKE) --no-print-directory BUILD=build/lint FARM=build/lint/farm build/lint/farm
 	@$(call tidy,$(wildcard $(LINT_IN:%=%/*.c)))
 	@$(call tidy,$(filter $(LINT_IN:%=%/%),$(KERNEL)),$(FLAGS_$(lastword $(LEVELS))))
 	cppcheck --quiet --std=c11 --enable=warning,style,performance,portability --error-exitcode=1 \

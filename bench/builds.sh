@@ -1,7 +1,7 @@
 #!/bin/sh
 # Builds the farm with other compilers and options and compares its pictures, byte by byte: one line
 # "same WHAT" or "differs WHAT" per build. Status 1 when something differs or cannot be built.
-# From the top folder; builds go to OUT, build/bits/ unless told otherwise.
+# From the top folder; builds go to OUT, build/bits/ unless told otherwise. COMPILERS="clang" for one of them.
 set -u
 SCENES="test/data/everything.ini config/extreme/ground.ini config/extreme/shells.ini"
 SIZE="image.width=120 image.height=90 sampling.samples=2"
@@ -31,7 +31,7 @@ compare() { # NAME
 }
 
 build reference gcc "-O2" || { echo "differs reference: cannot be built"; exit 1; }
-for compiler in gcc clang; do
+for compiler in ${COMPILERS:-gcc clang}; do
     command -v "$compiler" >/dev/null || continue
     for options in "-O0" "-O1" "-O3" "-O3 -mfma" "-O3 -march=native" "-O2 -mno-fma -mno-avx"; do
         # A processor without fused multiply-add cannot run what is built for it.

@@ -287,6 +287,7 @@ static INLINED void look_in_leaf(struct nearest_bundle *it, const struct bvh_lea
                     look_at_leaf(it, leaves, count, triangles, sets->rays);
     for (unsigned i = 0; i < it->bundle.count; i++) {
         struct nearest_packet *packet = &it->packets[i];
+        /* rays_in_box() has put it there. NOLINTNEXTLINE(clang-analyzer-core.uninitialized.Assign) */
         lane_set rays = sets->rays[i];
         if (!rays) continue;
         if (!together && triangles > 0)
