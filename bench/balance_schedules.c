@@ -1,5 +1,8 @@
 #include "bench/balance_schedules.h"
 
+#include <stdlib.h>
+
+#include "common/cores.h"
 #include "common/message.h"
 
 const struct bench_schedule bench_schedules[SCHEDULES_COMPARED] = {
@@ -10,8 +13,23 @@ const struct bench_schedule bench_schedules[SCHEDULES_COMPARED] = {
     [FULL] = {"dynamic", "farm.schedule=dynamic", false},
 };
 
-struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t height, uint32_t renderers,
-                             uint32_t cores, uint32_t samples)
+/* The renderers on the cores that they share. */
+static void share_cores(struct crowd *crowd, const struct machine *machine)
+{
+    struct berth *berths = allocate(machine->renderers, sizeof *berths);
+    struct berth berth = {.machine = "simulated"};
+    for (uint32_t i = 0; i < machine->cores; i++)
+        CPU_SET(i, &berth.cores);
+    for (uint32_t i = 0; i < machine->renderers; i++)
+        berths[i] = berth;
+    crowd_init(crowd, berths, machine->renderers);
+    free(berths);
+}
+
+/* A fresh queue, as the farm makes it. */
+static struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t height,
+                                    uint32_t samples, const struct machine *machine,
+                                    const struct crowd *crowd)
 {
     static const enum schedule schedules[] = {
         [STRIPS] = SCHEDULE_STRIPS,
@@ -20,11 +38,15 @@ struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t height,
         [PLAIN_TILES] = SCHEDULE_TILES,
         [FULL] = SCHEDULE_DYNAMIC,
     };
-    struct queue_config config = {
-        .schedule = schedules[schedule], .width = width, .height = height, .renderers = renderers};
+    struct queue_config config = {.schedule = schedules[schedule],
+                                  .width = width,
+                                  .height = height,
+                                  .renderers = machine->renderers,
+                                  .crowd = crowd};
+    uint32_t processors = crowd ? crowd->processors : machine->renderers * machine->node_cores;
     if (!bench_schedules[schedule].is_static)
-        config.tile_edge = queue_auto_edge(config.schedule, width, height, renderers * cores);
-    config.probe_edge = queue_auto_probe_edge(width, height, samples, renderers * cores);
+        config.tile_edge = queue_auto_edge(config.schedule, width, height, processors);
+    config.probe_edge = queue_auto_probe_edge(width, height, samples, processors);
     struct queue *queue = queue_create(&config);
     if (!queue) fatal("the picture has too many tiles");
     return queue;
@@ -33,10 +55,14 @@ struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t height,
 void schedule_simulate(unsigned schedule, const struct machine *machine,
                        const struct picture_costs *costs, struct sim_outcome *outcome)
 {
+    struct crowd crowd = {0};
+    bool shares = machine->cores > 0;
+    if (shares) share_cores(&crowd, machine);
     struct queue *queue = schedule_queue(schedule, costs_width(costs), costs_height(costs),
-                                         machine->renderers, machine->node_cores, costs->samples);
+                                         costs->samples, machine, shares ? &crowd : NULL);
     simulate(machine, queue, costs, outcome);
     queue_destroy(queue);
+    crowd_free(&crowd);
 }
 
 struct machine plain_machine(uint32_t processors)

@@ -14,11 +14,6 @@ struct bench_schedule {
 
 extern const struct bench_schedule bench_schedules[SCHEDULES_COMPARED];
 
-/* A fresh queue, as the farm makes it with these options; cores: of every renderer, which is a node
- * when there are several. */
-struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t height, uint32_t renderers,
-                             uint32_t cores, uint32_t samples);
-
 /* Simulates the schedule on a machine, the picture being that of costs. */
 void schedule_simulate(unsigned schedule, const struct machine *machine,
                        const struct picture_costs *costs, struct sim_outcome *outcome);

@@ -121,6 +121,12 @@ static void leave(struct sim *sim, uint32_t index)
     start(sim, index, next);
 }
 
+void cores_account(struct sim *sim, uint32_t who)
+{
+    if (sim->renderers[who].core != NO_CORE)
+        account_for(sim, &sim->cores[sim->renderers[who].core]);
+}
+
 void cores_begin(struct sim *sim, uint32_t who, struct part *part, bool first)
 {
     sim->renderers[who].part = part;

@@ -32,7 +32,7 @@ static void begin_part(struct sim *sim, uint32_t who, struct part *part)
     if (part->tile.pass == TILE_PROBE) sim->outcome->probe_s += cost;
     part->begun_s = sim->cores ? (double)NAN : sim->now;
     part->working = true;
-    part->left_s = span;
+    part->span_s = part->left_s = span;
     sim->renderers[who].working++;
     if (sim->cores)
         cores_begin(sim, who, part, is_just_starting(sim, who));
@@ -173,7 +173,8 @@ void accept_part(struct sim *sim, uint32_t who, struct part *part)
 {
     bool probes = part->tile.pass == TILE_PROBE;
     /* A node of many cores is a renderer of many times the speed. */
-    double seconds = part->seconds / sim->machine->node_cores;
+    double wall = part->seconds / sim->machine->node_cores;
+    double seconds = queue_seconds(sim->queue, who, wall, part->cpu_s);
     if (part->dropped) {
         queue_drop(sim->queue, who, part->tile.id, sim->now, seconds);
         sim->outcome->wasted_s += part->seconds * speed_of(sim, who);
@@ -203,6 +204,7 @@ static void account(struct sim *sim, uint32_t who, struct part *part)
     struct sim_renderer *sum = &sim->outcome->renderers[who];
     part->seconds = isnan(part->begun_s) ? 0 : sim->now - part->begun_s;
     sum->busy_s += part->seconds;
+    part->cpu_s = sim->cores ? part->span_s - part->left_s : part->seconds;
     part->working = false;
     if (part->tile.pass == TILE_PROBE) return;
     sum->finish_s = sim->now;
@@ -270,11 +272,20 @@ static struct part *find_working(const struct renderer *renderer, uint32_t id)
     return NULL;
 }
 
+/* Nothing of the part is left to do. */
+static void give_up(struct sim *sim, uint32_t who, struct part *part)
+{
+    if (sim->cores) cores_account(sim, who);
+    part->dropped = true;
+    part->span_s -= part->left_s;
+    part->left_s = 0;
+}
+
 void sim_drop(struct sim *sim, uint32_t who, uint32_t id)
 {
     struct renderer *renderer = &sim->renderers[who];
     struct part *part = find_working(renderer, id);
-    if (part && isnan(part->begun_s)) part->dropped = true, part->left_s = 0;
+    if (part && isnan(part->begun_s)) give_up(sim, who, part);
     for (unsigned i = 0; i < renderer->count; i++) {
         struct lot *lot = renderer->held[i];
         for (uint32_t k = lot->begun; k < lot->count; k++)
@@ -287,8 +298,7 @@ void sim_give_up(struct sim *sim, uint32_t who, uint32_t id)
     struct part *part = find_working(&sim->renderers[who], id);
     sim_drop(sim, who, id);
     if (!part) return;
-    part->dropped = true;
-    part->left_s = 0;
+    give_up(sim, who, part);
     /* One who waits for a core cannot know yet. */
     if (sim->cores && sim->renderers[who].core == NO_CORE) return;
     if (!sim->cores) events_remove(&sim->done, part);

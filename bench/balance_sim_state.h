@@ -32,7 +32,8 @@ struct part {
     struct lot *lot;
     struct part *next;       /* of those that go into the same answer */
     double begun_s, seconds; /* when it was begun (NAN: it has no core yet), and what it took */
-    double left_s;           /* of shared cores: what it will take of one */
+    double span_s, left_s;   /* of shared cores: what it takes of one, and will take yet */
+    double cpu_s;            /* that it took */
     bool working;            /* it is being rendered */
     bool dropped;            /* others have it now, or have finished it */
 };
@@ -118,6 +119,9 @@ void cores_free(struct sim *sim);
 
 /* The renderer has this part to do; first: it gets a core before all others who wait. */
 void cores_begin(struct sim *sim, uint32_t who, struct part *part, bool first);
+
+/* What it has done until now goes off what is left of its part. */
+void cores_account(struct sim *sim, uint32_t who);
 
 /* It has finished that or given it up, and has begun another one or not. */
 void cores_ended(struct sim *sim, uint32_t who);

@@ -1,5 +1,7 @@
 #include "common/cores.h"
 
+#include <stdio.h>
+
 unsigned cores_borrow(const int *processes, int count, cpu_set_t *own)
 {
     cpu_set_t all, theirs;
@@ -19,4 +21,15 @@ unsigned cores_borrow(const int *processes, int count, cpu_set_t *own)
 void cores_return(const cpu_set_t *own)
 {
     if (CPU_COUNT(own) > 0) (void)sched_setaffinity(0, sizeof *own, own);
+}
+
+/* Containers have names of their own, but the kernel and its cores in common. */
+void berth_find(struct berth *berth)
+{
+    *berth = (struct berth){0};
+    if (sched_getaffinity(0, sizeof berth->cores, &berth->cores) != 0) CPU_ZERO(&berth->cores);
+    FILE *file = fopen("/proc/sys/kernel/random/boot_id", "r");
+    if (!file) return;
+    if (!fgets(berth->machine, sizeof berth->machine, file)) berth->machine[0] = '\0';
+    fclose(file);
 }

@@ -14,4 +14,11 @@
 unsigned cores_borrow(const int *processes, int count, cpu_set_t *own);
 void cores_return(const cpu_set_t *own);
 
+/* Where a process may run. */
+struct berth {
+    char machine[40]; /* as long as this runs, no other one says the same; empty: unknown */
+    cpu_set_t cores;  /* none: unknown */
+};
+void berth_find(struct berth *berth);
+
 #endif

@@ -33,7 +33,8 @@ void accept_tile(struct server *server, uint32_t renderer, const struct tile *ti
 {
     struct service *service = server->service;
     double now = server_elapsed(server);
-    bool first = queue_finish(service->queue, renderer, tile->id, now, header->busy_s);
+    double seconds = queue_seconds(service->queue, renderer, header->busy_s, header->cpu_s);
+    bool first = queue_finish(service->queue, renderer, tile->id, now, seconds);
     note_lot(service, first ? LOT_TILE : LOT_WASTED, renderer, tile, header);
     if (!first) return;
     if (service->adaptive) {
@@ -55,7 +56,9 @@ void accept_dropped(struct server *server, uint32_t renderer, const struct tile 
                     const struct result_header *header)
 {
     if (header->busy_s > 0) note_lot(server->service, LOT_WASTED, renderer, tile, header);
-    queue_drop(server->service->queue, renderer, tile->id, server_elapsed(server), header->busy_s);
+    struct queue *queue = server->service->queue;
+    double seconds = queue_seconds(queue, renderer, header->busy_s, header->cpu_s);
+    queue_drop(queue, renderer, tile->id, server_elapsed(server), seconds);
 }
 
 void accept_probes(struct server *server, uint32_t renderer, const struct tile *tile,

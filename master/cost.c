@@ -94,8 +94,10 @@ static void smooth_block(struct cost_map *map, uint32_t column, uint32_t row, fl
     double sum = 0;
     float peak = 0;
     for (int dy = -1; dy <= 1; dy++) {
+        const float *blocks = map->seconds + block_at(map, 0, (int64_t)row + dy);
         for (int dx = -1; dx <= 1; dx++) {
-            float seconds = map->seconds[block_at(map, (int64_t)column + dx, (int64_t)row + dy)];
+            bool beside = (dx < 0 && column == 0) || (dx > 0 && column + 1 == map->columns);
+            float seconds = blocks[beside ? (int)column : (int)column + dx];
             float work = seconds < 0 ? unknown : seconds - fixed;
             sum += (double)work * (double)((2 - dx * dx) * (2 - dy * dy));
             peak = fmaxf(peak, work);

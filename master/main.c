@@ -103,6 +103,8 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
                               .stop = stop_signal(),
                               .bell = shared->bell,
                               .all_ring = shared->process_count == run->processes,
+                              .nap_s =
+                                  run->crowd.processors < run->renderers ? NAP_SHARED : NAP_SELDOM,
                               .patience = settings->farm.patience,
                               .stats = run->stats};
     progress_start(&progress, stderr, clock_wall());
@@ -243,6 +245,7 @@ static void free_run(struct run *run)
 {
     job_free(&run->job);
     queue_destroy(run->queue);
+    crowd_free(&run->crowd);
     canvas_free(&run->canvas);
     canvas_free(&run->reference);
     adaptive_destroy(run->adaptive);
@@ -251,6 +254,7 @@ static void free_run(struct run *run)
     free(run->stats);
     free(run->arguments);
     free(run->neighbours);
+    free(run->berths);
 }
 
 /* Whether this process speaks for the job before MPI has started: mpiexec and Slurm tell the rank.
@@ -300,10 +304,11 @@ int main(int argc, char **argv)
     MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &level);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     MPI_Comm_size(MPI_COMM_WORLD, &run.processes);
+    nap_sharpen();
+    run.berths = gather_berths(MPI_COMM_WORLD);
     stop_start_is_over();
     message_set_rank(rank, end_job);
     stop_install(rank);
-    nap_sharpen();
     if (level < MPI_THREAD_FUNNELED) fatal("this MPI library does not support threads");
     status = agree_on_status(MPI_COMM_WORLD, run_rank(&run, rank));
     stop_watch_the_end(status);

@@ -6,9 +6,9 @@
 /* The octave of 1. */
 #define MIDDLE 40
 
-/* What an octave tells about another one counts so many times less for each that lies between: by far
- * the most comes from the nearest one of which anything is known. */
-#define FADING 8.0
+/* What an octave tells about another one counts 2 to the power of this times less for each that lies
+ * between: by far the most comes from the nearest one of which anything is known. */
+#define FADING 3
 
 static struct outlook_class *class_of(struct outlook *outlook, double work, uint64_t pixels)
 {
@@ -44,7 +44,7 @@ static double seconds_per_work(const struct outlook *outlook, int octave)
 {
     double seconds = 0, done = 0;
     for (int i = 0; i < OUTLOOK_CLASSES; i++) {
-        double weight = pow(FADING, -abs(i - octave));
+        double weight = ldexp(1, -FADING * abs(i - octave));
         seconds += weight * outlook->classes[i].seconds;
         done += weight * outlook->classes[i].done;
     }

@@ -12,8 +12,11 @@
  */
 #define SHARE_PART (1.0 / 4)
 
-/* The least lot, as part of the whole time: by so much may the last answers differ. */
-#define LEAST_PART 0.003
+/* The least lot, as part of the whole time: by so much may the last answers differ. Where renderers share
+ * cores, it lasts as many times longer as there are to one; and once more by this factor, for those who
+ * take turns end together, whatever they have left. (Of three, no fewer answers came.) */
+#define LEAST_PART   0.003
+#define LEAST_SHARED 2
 
 /* Share of the master's time that answers take when all lots are of the least length; with N
  * renderers, s per answer and L per lot it is N s / L; more where short results come in parts
@@ -28,6 +31,9 @@
 
 /* A renderer is late when the rest of what it has takes so many times longer than predicted. */
 #define LATE_FACTOR 3
+
+/* For so long at most one has a core while others wait for it: systems are at 3 to 10 ms. */
+#define TURN_S 0.01
 
 /* The longest lot, seconds: progress shows several times a second, and little is lost with one. It
  * is longer where otherwise answers would take this share of the master's time. */
@@ -73,7 +79,7 @@ void pace_init(struct pace *pace, uint32_t renderers)
     *pace = (struct pace){.count = renderers, .speed = renderers, .service_s = SERVICE_GUESS_S};
     pace->renderers = allocate_zeroed(renderers, sizeof *pace->renderers);
     for (uint32_t i = 0; i < renderers; i++)
-        pace->renderers[i].speed = 1;
+        pace->renderers[i].speed = pace->renderers[i].stretch = 1;
     heap_reserve(&pace->last, renderers);
     heap_reserve(&pace->soon, renderers);
     heap_reserve(&pace->late, renderers);
@@ -99,7 +105,7 @@ static double late_at(const struct pace *pace, uint32_t renderer)
 {
     const struct pace_renderer *r = &pace->renderers[renderer];
     double longer = (LATE_FACTOR - 1) * pace_seconds(pace, renderer, r->held);
-    return r->free_at + longer + 2 * pace_least(pace);
+    return r->free_at + longer + 2 * pace_least(pace, renderer) + (r->stretch - 1) * TURN_S;
 }
 
 /* Takes the renderer out of the sums, in which it is with its speed and what it holds. */
@@ -145,7 +151,7 @@ void pace_restart(struct pace *pace)
     for (uint32_t i = 0; i < pace->count; i++) {
         struct pace_renderer *r = &pace->renderers[i];
         pace_overlook(pace, i);
-        *r = (struct pace_renderer){.speed = r->speed, .since = (double)NAN};
+        *r = (struct pace_renderer){.speed = r->speed, .stretch = r->stretch, .since = (double)NAN};
     }
     pace->speed = pace->holding = pace->holding_until = 0;
     pace->holders = 0;
@@ -299,11 +305,13 @@ double pace_answer_after(const struct pace *pace)
     return fmax(fmin(service_s / SERVICE_SELDOM, LONGEST_S), service_s / SERVICE_OFTEN);
 }
 
-double pace_least(const struct pace *pace)
+double pace_least(const struct pace *pace, uint32_t renderer)
 {
+    double stretch = pace->renderers[renderer].stretch;
+    double part = LEAST_PART * stretch * (stretch > 1 ? LEAST_SHARED : 1);
     double whole = pace->total * pace->scale / fmax(pace->speed, LEAST_SPEED);
     double longer = fmin(DELAY_LEAST * pace->delay_s, LEAST_MOST * whole);
-    return fmax(fmax(pace->count * pace->service_s / SERVICE_MOST, LEAST_PART * whole), longer);
+    return fmax(fmax(pace->count * pace->service_s / SERVICE_MOST, part * whole), longer);
 }
 
 struct pace_lot pace_lot(const struct pace *pace, uint32_t renderer, double now, double waiting)
@@ -316,14 +324,14 @@ struct pace_lot pace_lot(const struct pace *pace, uint32_t renderer, double now,
         return (struct pace_lot){part, part};
     }
     double unit = r->speed / pace->scale; /* work per second */
-    double seconds = share / unit, least = pace_least(pace);
+    double seconds = share / unit, least = pace_least(pace, renderer);
     double longest = fmax(LONGEST_S, pace->count * pace->service_s / SERVICE_EASY);
     double lot = fmax(fmin(seconds * SHARE_PART, longest), least);
     double ahead = r->holds ? fmax(r->free_at - now, 0) : 0;
     double until_end = pace_even_end(pace, now, waiting) - ahead;
     if (r->holds && until_end < lot * REST_PART) return none;
     if (until_end < lot * (1 + REST_PART)) lot = fmax(until_end, least * REST_PART);
-    double worst = fmax(WORST_LEAST * least * unit, share * WORST_PART);
+    double worst = fmax(WORST_LEAST * least * unit, share * r->stretch * WORST_PART);
     worst = fmax(lot * unit, worst);
     return (struct pace_lot){lot * unit, worst};
 }

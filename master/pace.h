@@ -14,6 +14,7 @@
 
 struct pace_renderer {
     double speed;
+    double stretch;    /* renderers to a core where it runs, at least 1 */
     double work, busy; /* answered: predicted work, measured seconds; the past fades */
     double held;       /* work that it has */
     double free_at;    /* when that should be done; of use while it has some */
@@ -105,7 +106,7 @@ double pace_seconds(const struct pace *pace, uint32_t renderer, double work);
 /* After so many seconds a renderer that has finished a part of a lot answers with that part. */
 double pace_answer_after(const struct pace *pace);
 
-/* The least that is worth an answer, in seconds. */
-double pace_least(const struct pace *pace);
+/* The least that is worth an answer of this renderer, in seconds. */
+double pace_least(const struct pace *pace, uint32_t renderer);
 
 #endif

@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "common/clock.h"
+#include "common/cores.h"
 #include "common/message.h"
 #include "master/image_file.h"
 #include "master/run.h"
@@ -17,12 +18,12 @@ static const char *schedule_unfit(const struct run *run)
 
 /* Pixels; 0: the static schedules choose the height of their bands themselves. */
 static uint32_t tile_edge(const struct settings *settings, const struct view *view,
-                          uint32_t renderers)
+                          uint32_t processors)
 {
     enum schedule schedule = settings->farm.schedule;
     if (settings->farm.tile || (schedule != SCHEDULE_DYNAMIC && schedule != SCHEDULE_TILES))
         return settings->farm.tile;
-    return queue_auto_edge(schedule, view->region_w, view->region_h, renderers);
+    return queue_auto_edge(schedule, view->region_w, view->region_h, processors);
 }
 
 static bool make_queue(struct run *run, const struct view *view)
@@ -34,13 +35,16 @@ static bool make_queue(struct run *run, const struct view *view)
         user_error(NULL, 0, "%s", unfit);
         return false;
     }
+    crowd_init(&run->crowd, run->berths + (settings->farm.master_renders ? 0 : 1), run->renderers);
+    uint32_t processors = run->crowd.processors;
     struct queue_config config = {.schedule = settings->farm.schedule,
                                   .width = view->region_w,
                                   .height = view->region_h,
                                   .renderers = run->renderers,
-                                  .tile_edge = tile_edge(settings, view, run->renderers)};
+                                  .crowd = &run->crowd,
+                                  .tile_edge = tile_edge(settings, view, processors)};
     config.probe_edge =
-        queue_auto_probe_edge(view->region_w, view->region_h, view->min_samples, run->renderers);
+        queue_auto_probe_edge(view->region_w, view->region_h, view->min_samples, processors);
     run->queue = queue_create(&config);
     if (run->queue) {
         run->report.tile_edge = config.tile_edge;

@@ -11,11 +11,11 @@
 #define TILES_EDGE 64u
 
 uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height,
-                         uint32_t renderers)
+                         uint32_t processors)
 {
     bool dynamic = schedule == SCHEDULE_DYNAMIC;
-    uint64_t wanted = UINT64_C(200) * (renderers > 1 ? renderers - 1 : 1);
-    if (dynamic) wanted = UINT64_C(100) * renderers;
+    uint64_t wanted = UINT64_C(200) * (processors > 1 ? processors - 1 : 1);
+    if (dynamic) wanted = UINT64_C(100) * processors;
     uint32_t edge = dynamic ? DYNAMIC_EDGE : TILES_EDGE;
     while (edge > 8 && (uint64_t)divide_up(width, edge) * divide_up(height, edge) < wanted)
         edge /= 2;
@@ -28,13 +28,13 @@ static uint64_t probes_at(uint32_t width, uint32_t height, uint32_t edge)
 }
 
 uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples,
-                               uint32_t renderers)
+                               uint32_t processors)
 {
     const uint64_t cheap = 500, dear = 125, probes_each = 25, probes_least = 64;
     uint32_t edge = 4;
     while ((uint64_t)edge * edge * samples < cheap)
         edge += 2;
-    while (probes_at(width, height, edge) < probes_each * renderers && edge > 4 &&
+    while (probes_at(width, height, edge) < probes_each * processors && edge > 4 &&
            (uint64_t)(edge - 2) * (edge - 2) * samples >= dear)
         edge -= 2;
     return probes_at(width, height, edge) < probes_least ? 0 : edge;
@@ -178,6 +178,7 @@ static bool start_items(struct queue *queue)
     queue->probes_given = allocate_zeroed(config->renderers, sizeof *queue->probes_given);
     queue->settled = queue->probes == 0;
     pace_init(&queue->pace, config->renderers);
+    queue_crowd(queue);
     queue->pace.blind = !queue->settled;
     queue->pace.total = queue->waiting_work;
     return true;
@@ -227,6 +228,7 @@ void queue_destroy(struct queue *queue)
     free(queue->share_finished);
     free(queue->items);
     free(queue->probes_given);
+    free(queue->turns);
     free(queue->silent);
     free(queue->recalls);
     holdings_free(&queue->holdings);

@@ -25,6 +25,10 @@
  * Under all but dynamic a renderer that gives no sign of life any more (queue_set_silent()) loses what
  * it has to those who are idle.
  *
+ * With more renderers than cores (master/crowd.h) an idle renderer is no idle core: tiles and lots are as
+ * large as for a renderer to a core, and nothing that somebody has is given to another one while
+ * all cores have work.
+ *
  * With n tiles, P renderers and t a tile's or lot's time, every queue that keeps nobody idle while
  * tiles wait ends by sum(t) / P + (1 - 1 / P) max(t) (Graham 1966).
  */
@@ -37,11 +41,14 @@
 #include "common/protocol.h"
 #include "common/schedule.h"
 #include "common/tile.h"
+#include "master/crowd.h"
 
 struct queue_config {
     enum schedule schedule;
     uint32_t width, height; /* of the rendered region, pixels, at least 1 */
     uint32_t renderers;     /* at least 1 */
+    const struct crowd
+        *crowd;          /* of the renderers, as long as the queue lives; NULL: each has a core */
     uint32_t tile_edge;  /* dynamic, tiles: of a tile, pixels, at least 1; else: rows of a band, 0:
                           * auto */
     uint32_t probe_edge; /* dynamic: pixels from probe to probe; 0: no pre-pass */
@@ -65,7 +72,7 @@ void queue_destroy(struct queue *queue);
  * with n = 100 P, for order and splitting do the rest.
  */
 uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height,
-                         uint32_t renderers);
+                         uint32_t processors);
 
 /*
  * The distance of probes so that they take less than one percent of the time: a sample on its own was
@@ -75,7 +82,7 @@ uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height
  * it.
  */
 uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples,
-                               uint32_t renderers);
+                               uint32_t processors);
 
 /*
  * Before anything is handed out: how many pixels of a tile an earlier run has finished. Tiles that are
@@ -111,6 +118,13 @@ uint32_t queue_holds(const struct queue *queue, uint32_t renderer);
 
 /* The tile that this renderer holds under this id; false when it holds no such tile. */
 bool queue_held(const struct queue *queue, uint32_t renderer, uint32_t id, struct tile *tile);
+
+/*
+ * What a tile has taken this renderer, as the functions below are to be told, of what it tells of it: wall
+ * seconds, and CPU seconds of them. Where renderers share cores, whose turn it was says nothing about the
+ * tile or the renderer: the CPU time counts, drawn out as that of all who share them is.
+ */
+double queue_seconds(struct queue *queue, uint32_t renderer, double wall, double cpu);
 
 /*
  * The renderer has finished a tile that it holds (asserted) in so many seconds of its own. Returns

@@ -29,7 +29,7 @@ static double priority_of(const struct item *item, struct cost cost)
 
 static uint32_t next_probes(struct queue *queue, uint32_t renderer, struct tile *tiles)
 {
-    uint32_t share = divide_up(queue->probes, queue->config.renderers), count = 0;
+    uint32_t share = divide_up(queue->probes, queue_processors(queue)), count = 0;
     uint32_t *given = &queue->probes_given[renderer];
     while (*given < share && count < LOT_TILES && queue->next_probe < queue->probes) {
         uint64_t i = (uint64_t)queue->next_probe++ * queue->probe_stride % queue->probes;
@@ -246,9 +246,9 @@ static void take_from_late(struct queue *queue, struct draft *draft, struct pace
 
 /* Pieces of a tile that has taken long: if the whole takes as long again, each takes a least lot at most.
  * More than a tile of 32 x 32 has pixels would be of no use. */
-static uint32_t pieces_wanted(const struct queue *queue, double seconds)
+static uint32_t pieces_wanted(const struct queue *queue, uint32_t renderer, double seconds)
 {
-    return (uint32_t)fmax(2, fmin(2 * seconds / pace_least(&queue->pace), 1024));
+    return (uint32_t)fmax(2, fmin(2 * seconds / pace_least(&queue->pace, renderer), 1024));
 }
 
 /*
@@ -275,7 +275,7 @@ static void break_overdue(struct queue *queue, uint32_t asker, double now)
     double loss = pace_even_end(pace, now, queue->waiting_work) / queue->config.renderers;
     if (loss > BREAK_LOSS * overdue) return;
     double known = overdue / pace_seconds(pace, renderer, 1);
-    if (!pieces_make(queue, id, pieces_wanted(queue, overdue), known)) return;
+    if (!pieces_make(queue, id, pieces_wanted(queue, renderer, overdue), known)) return;
     recall(queue, holdings_find(&queue->holdings, renderer, id));
 }
 
@@ -312,7 +312,7 @@ static bool repeat_pays(const struct queue *queue, uint32_t renderer, uint32_t a
 {
     const struct pace *pace = &queue->pace;
     const struct pace_renderer *r = &pace->renderers[renderer];
-    double least = pace_least(pace);
+    double least = pace_least(pace, renderer);
     return r->lost || now > r->free_at + least ||
            now + pace_seconds(pace, asker, work) + least < r->free_at;
 }
@@ -332,13 +332,14 @@ static uint32_t take_begun(struct queue *queue, uint32_t renderer, uint32_t aske
     struct hold *hold = last_to_pass_on(queue, renderer, asker, false);
     if (!hold) return 0;
     bool lost = queue->pace.renderers[renderer].lost;
-    uint32_t idle = queue->config.renderers - queue->holdings.busy;
+    uint32_t idle = queue_idle_cores(queue);
     /* Before a first answer nobody is given up for late: no use waiting for that. */
     bool known = queue->pace.scale > 0;
     if (known && idle < 2 && queue->pace.holders > (lost ? 0 : 1)) return 0;
     double work = hold->work;
     if (!repeat_pays(queue, renderer, asker, now, work / idle)) {
-        double overdue = queue->pace.renderers[renderer].free_at + pace_least(&queue->pace);
+        double overdue =
+            queue->pace.renderers[renderer].free_at + pace_least(&queue->pace, renderer);
         queue->retry = fmin(queue->retry, nextafter(overdue, HUGE_VAL));
         return 0;
     }
@@ -357,7 +358,7 @@ static uint32_t take_begun(struct queue *queue, uint32_t renderer, uint32_t aske
 static uint32_t next_repeat(struct queue *queue, uint32_t renderer, double now, struct tile *tiles)
 {
     struct pace *pace = &queue->pace;
-    if (queue->holdings.holders[renderer].count > 0) return 0;
+    if (queue->holdings.holders[renderer].count > 0 || !queue_has_core(queue, renderer)) return 0;
     uint32_t count = take_unbegun(queue, renderer, now, tiles);
     if (count == 0) count = take_begun(queue, top_of(queue, &pace->lost), renderer, now, tiles);
     /* Nobody is taken off here: it is where those are found who have stopped. */
@@ -502,6 +503,6 @@ void dynamic_learn(struct queue *queue, uint32_t renderer, const struct tile *ti
                    double predicted)
 {
     double unit = pace_seconds(&queue->pace, renderer, 1);
-    if (!queue->settled || unit <= 0 || seconds < pace_least(&queue->pace)) return;
+    if (!queue->settled || unit <= 0 || seconds < pace_least(&queue->pace, renderer)) return;
     if (seconds > SURPRISE * predicted * unit) warn_neighbours(queue, tile, seconds / unit);
 }

@@ -45,7 +45,7 @@ static void join(struct queue *queue, uint32_t id, uint32_t other)
 /* Joins two tiles of this size if they are cheap. */
 static void join_cheap(struct queue *queue, uint32_t id, uint32_t other, uint32_t w, uint32_t h)
 {
-    double share = queue->pace.total / queue->config.renderers;
+    double share = queue->pace.total / queue_processors(queue);
     if (!is_untouched(queue, id, w, h) || !is_untouched(queue, other, w, h)) return;
     const struct item *a = &queue->items[id], *b = &queue->items[other];
     bool cheap = (double)a->work + (double)b->work <= JOINED_MOST * share &&

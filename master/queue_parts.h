@@ -41,6 +41,12 @@ struct item {
     bool replaced; /* by its pieces, or what it was joined to, which count in its place */
 };
 
+/* Of all who share some cores. */
+struct turns {
+    double wall, cpu; /* of their tiles */
+    uint32_t working; /* see queue_crowd.c */
+};
+
 struct queue {
     struct queue_config config;
     bool shared; /* a static schedule: shares in place of items */
@@ -63,6 +69,7 @@ struct queue {
     struct recall *recalls; /* not told yet */
     uint32_t recall_count;
     uint32_t *probes_given; /* per renderer: probe tiles that it has had */
+    struct turns *turns;    /* per group of the crowd; NULL: each renderer has a core */
     bool *silent;           /* per renderer */
     bool stopped;
     uint64_t pixels_skipped; /* finished by an earlier run */
@@ -130,6 +137,19 @@ void dynamic_learn(struct queue *queue, uint32_t renderer, const struct tile *ti
 
 /* Joins cheap tiles that nobody has had; when predictions are new. */
 void queue_join(struct queue *queue);
+
+/* ---- renderers that share cores ---- */
+
+/* Makes the queue one of its crowd. */
+void queue_crowd(struct queue *queue);
+
+/* As many renderers as can work at a time. */
+uint32_t queue_processors(const struct queue *queue);
+
+/* Whether this renderer, which has nothing, has a core that nobody else would use; and on how many there
+ * are in all. */
+bool queue_has_core(struct queue *queue, uint32_t renderer);
+uint32_t queue_idle_cores(struct queue *queue);
 
 /* ---- pieces of a tile that somebody has ---- */
 

@@ -8,6 +8,7 @@
 #ifndef FARM_MASTER_RUN_H
 #define FARM_MASTER_RUN_H
 
+#include "master/crowd.h"
 #include "master/load.h"
 #include "master/options.h"
 #include "master/report.h"
@@ -22,6 +23,7 @@ struct run {
     char **arguments; /* argv as it was given; owned */
     struct options options;
     struct job job;
+    struct crowd crowd; /* of the renderers */
     struct queue *queue;
     struct canvas canvas;
     struct canvas reference; /* rgb is NULL: there is none */
@@ -33,6 +35,7 @@ struct run {
     struct report report;
     double start;
     int processes;
+    struct berth *berths; /* per process; owned */
     uint32_t renderers;
     uint32_t silent; /* ranks that answered no more in the end */
     int *neighbours; /* on the first rank of each node: the processes of its ranks; owned */

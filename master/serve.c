@@ -100,6 +100,10 @@ static void end_when_over(struct server *server, double now)
     end_all(server);
 }
 
+/* Seconds of short naps, at most, after a call: many times what a message in pieces takes. A call may have
+ * been for what has been seen already, and the next message be far away. */
+#define RUNG_MOST 2e-3
+
 /*
  * Until there is something to do. Whoever does not ring has a lot in reserve, or has said all: what he sends
  * can wait as long as what moves by itself. Messages from other machines have to be looked for, and so has
@@ -113,8 +117,9 @@ static void take_nap(struct server *server, struct nap *nap)
     double now = server_elapsed(server), calm = queue_calm(service->queue, now);
     double wake = fmax(queue_wake(service->queue) - now, NAP_SHORTEST);
     pthread_mutex_unlock(&server->lock);
+    if (nap->waited > RUNG_MOST) server->rung = false;
     double most = server->rung        ? nap_next(nap)
-                  : service->all_ring ? NAP_SELDOM
+                  : service->all_ring ? service->nap_s
                                       : nap_next_calm(nap, calm);
     if (!bell_wait(service->bell, fmin(most, wake))) return;
     server->rung = true;

@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "common/cores.h"
 #include "master/queue_parts.h"
 #include "test/random.h"
 
@@ -975,9 +976,80 @@ static void test_skip(void **state)
     }
 }
 
+/* Four renderers on two cores of one machine. */
+static struct crowd crowd_on_two_cores(void)
+{
+    struct berth berths[4];
+    struct crowd crowd;
+    for (uint32_t i = 0; i < 4; i++) {
+        berths[i] = (struct berth){.machine = "one"};
+        CPU_SET(0, &berths[i].cores);
+        CPU_SET(1, &berths[i].cores);
+    }
+    crowd_init(&crowd, berths, 4);
+    return crowd;
+}
+
+/* All but a tile of each of the first so many renderers is finished, and nothing waits. */
+static struct queue *leave_tiles(const struct queue_config *config, uint32_t keepers)
+{
+    struct queue *queue = queue_create(config);
+    struct tile lot[LOT_TILES];
+    for (uint32_t renderer = 0; renderer < keepers; renderer++)
+        finish_part(queue, renderer, lot, 1, queue_next(queue, renderer, 0, lot));
+    while (queue->waiting.count > 0)
+        finish_part(queue, 3, lot, 0, queue_next(queue, 3, 1e-3, lot));
+    return queue;
+}
+
+/* With more renderers than cores nobody takes what others have while these can use all cores; those who are
+ * late do not. */
+static void test_idle_without_a_core(void **state)
+{
+    (void)state;
+    struct crowd crowd = crowd_on_two_cores();
+    struct queue_config config = four;
+    config.crowd = &crowd;
+    for (uint32_t keepers = 1; keepers < 4; keepers++) {
+        struct queue *queue = leave_tiles(&config, keepers);
+        struct tile lot[LOT_TILES];
+        uint32_t working = 0;
+        for (uint32_t i = 0; i < 4; i++)
+            working += queue_holds(queue, i) > 0;
+        assert_int_equal(working, keepers);
+        assert_int_equal(queue_idle_cores(queue), keepers == 1);
+        assert_int_equal(queue_has_core(queue, 3), keepers == 1);
+        assert_true(queue_wake(queue) < 100);
+        queue_look(queue, 100);
+        assert_int_equal(queue_idle_cores(queue), 2);
+        assert_true(queue_next(queue, 3, 100, lot) > 0);
+        queue_destroy(queue);
+    }
+    crowd_free(&crowd);
+}
+
+/* Whose turn it was says nothing about a tile; where everybody has a core, the wall does. */
+static void test_seconds_of_a_crowd(void **state)
+{
+    (void)state;
+    struct crowd crowd = crowd_on_two_cores();
+    struct queue_config config = four;
+    struct queue *queue = queue_create(&config);
+    assert_true(queue_seconds(queue, 0, 3, 1) == 3);
+    queue_destroy(queue);
+    config.crowd = &crowd;
+    queue = queue_create(&config);
+    assert_true(queue_seconds(queue, 0, 1, 1) == 2); /* two to a core */
+    assert_true(queue_seconds(queue, 1, 7, 1) == 4); /* and somebody else, too */
+    queue_destroy(queue);
+    crowd_free(&crowd);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_idle_without_a_core),
+        cmocka_unit_test(test_seconds_of_a_crowd),
         cmocka_unit_test(test_every_pixel_once),
         cmocka_unit_test(test_strips_are_the_papers),
         cmocka_unit_test(test_cyclic_deals_pixels),

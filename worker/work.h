@@ -47,6 +47,11 @@ void unshare_scene(struct node_scene *shared);
 struct renderer;
 void work(MPI_Comm comm, struct renderer *renderer, const struct node_scene *shared);
 
+/* Every rank calls this, before anything else. Returns, on rank 0, where each rank may run, in their order:
+ * the caller's to free; NULL on the others. */
+struct berth;
+struct berth *gather_berths(MPI_Comm comm);
+
 /*
  * The exit status of rank 0, for every rank to end with: so mpiexec returns it whatever it makes of
  * several. Waits without using CPU.

@@ -1,0 +1,112 @@
+/* Who shares cores with whom. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+#include "common/cores.h"
+#include "master/crowd.h"
+
+/* May run on the cores from first to last. */
+static struct berth berth_of(const char *machine, unsigned first, unsigned last)
+{
+    struct berth berth = {0};
+    snprintf(berth.machine, sizeof berth.machine, "%s", machine);
+    for (unsigned core = first; core <= last; core++)
+        CPU_SET(core, &berth.cores);
+    return berth;
+}
+
+/* The crowd of all berths, with so many groups and processors. */
+static struct crowd crowd_of(const struct berth *berths, uint32_t count, uint32_t groups,
+                             uint32_t processors)
+{
+    struct crowd crowd;
+    crowd_init(&crowd, berths, count);
+    assert_int_equal(crowd.renderers, count);
+    assert_int_equal(crowd.count, groups);
+    assert_int_equal(crowd.processors, processors);
+    return crowd;
+}
+
+static void test_machines(void **state)
+{
+    (void)state;
+    const struct berth berths[] = {berth_of("a", 0, 1), berth_of("b", 0, 7), berth_of("a", 0, 1),
+                                   berth_of("b", 0, 7), berth_of("a", 0, 1)};
+    struct crowd crowd = crowd_of(berths, 5, 2, 4);
+    assert_int_equal(crowd.group_of[0], crowd.group_of[4]);
+    assert_int_not_equal(crowd.group_of[0], crowd.group_of[1]);
+    const struct crowd_group *three = &crowd.groups[crowd.group_of[0]];
+    assert_true(three->renderers == 3 && three->processors == 2);
+    const struct crowd_group *two = &crowd.groups[crowd.group_of[1]];
+    assert_true(two->renderers == 2 && two->processors == 2);
+    crowd_free(&crowd);
+}
+
+/* Those that are bound to a core each have it for themselves. */
+static void test_bound(void **state)
+{
+    (void)state;
+    struct berth berths[4];
+    for (unsigned i = 0; i < 4; i++)
+        berths[i] = berth_of("a", i / 2, i / 2);
+    struct crowd crowd = crowd_of(berths, 4, 2, 2);
+    assert_int_equal(crowd.group_of[0], crowd.group_of[1]);
+    assert_int_not_equal(crowd.group_of[1], crowd.group_of[2]);
+    crowd_free(&crowd);
+    for (unsigned i = 0; i < 4; i++)
+        berths[i] = berth_of("a", i, i);
+    crowd = crowd_of(berths, 4, 4, 4);
+    crowd_free(&crowd);
+}
+
+/* The last one has a core in common with each of two groups, of three. */
+static void test_groups_merge(void **state)
+{
+    (void)state;
+    const struct berth berths[] = {berth_of("a", 0, 0), berth_of("a", 9, 9), berth_of("a", 1, 1),
+                                   berth_of("a", 1, 1), berth_of("a", 0, 1)};
+    struct crowd crowd = crowd_of(berths, 5, 2, 3);
+    for (uint32_t i = 2; i < 5; i++)
+        assert_int_equal(crowd.group_of[i], crowd.group_of[0]);
+    assert_int_not_equal(crowd.group_of[1], crowd.group_of[0]);
+    assert_int_equal(crowd.groups[crowd.group_of[0]].processors, 2);
+    crowd_free(&crowd);
+}
+
+static void test_unknown(void **state)
+{
+    (void)state;
+    struct berth berths[5] = {0};
+    berths[2] = berth_of("a", 0, 0);
+    berths[3] = berth_of("", 0, 0);
+    berths[4].machine[0] = 'a';
+    struct crowd crowd = crowd_of(berths, 5, 5, 5);
+    crowd_free(&crowd);
+}
+
+/* Two processes here say the same. */
+static void test_find(void **state)
+{
+    (void)state;
+    struct berth berths[2];
+    berth_find(&berths[0]);
+    berth_find(&berths[1]);
+    assert_true(berths[0].machine[0] != '\0' && CPU_COUNT(&berths[0].cores) > 0);
+    struct crowd crowd = crowd_of(berths, 2, 1, CPU_COUNT(&berths[0].cores) < 2 ? 1 : 2);
+    crowd_free(&crowd);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_machines),     cmocka_unit_test(test_bound),
+        cmocka_unit_test(test_groups_merge), cmocka_unit_test(test_unknown),
+        cmocka_unit_test(test_find),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
