@@ -424,8 +424,9 @@ static void settle(struct queue *queue, double now)
     free(ratios);
     if (!queue->settled) {
         predict_held(queue, now);
-        queue_join(queue);
     }
+    /* What is missing may be what is dear. */
+    if (queue->probes_back == queue->probes) queue_join(queue);
     queue->settled = true;
     queue->next_cheap = 0;
     queue->pace.blind = false;
