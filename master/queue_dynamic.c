@@ -62,6 +62,7 @@ void dynamic_split(struct queue *queue, uint32_t id)
     half.worst = (float)((double)half.worst * part);
     rest.work = (float)((double)half.work * (1 - part));
     half.work = (float)((double)half.work * part);
+    half.rest = queue->item_count;
     queue->items[id] = half;
     queue_foresee(queue, id);
     queue_set_waiting(queue, id);
@@ -471,8 +472,24 @@ void dynamic_probed(struct queue *queue, double now)
 /* What costs so many times what was predicted is news about its neighbours. */
 #define SURPRISE 2
 
-/* A tile was dearer than predicted: those around it may be as dear per pixel, and are taken to be
- * half as dear. */
+/* What waits may be so dear per pixel, and is taken to be half as dear. */
+static void warn_of(struct queue *queue, uint32_t id, double density)
+{
+    struct item *item = &queue->items[id];
+    double dear = density * (double)area(item);
+    if (!heap_has(&queue->waiting, id) || (double)item->worst >= dear) return;
+    queue_unset_waiting(queue, id);
+    queue_unforesee(queue, id);
+    queue->pace.total -= (double)item->work;
+    item->worst = (float)dear;
+    item->work = fmaxf(item->work, (float)(dear / 2));
+    item->priority = fmax(item->priority, density);
+    queue->pace.total += (double)item->work;
+    queue_foresee(queue, id);
+    queue_set_waiting(queue, id);
+}
+
+/* A tile was dearer than predicted: those around it, and what was split off them or it. */
 static void warn_neighbours(struct queue *queue, const struct tile *tile, double work)
 {
     uint32_t edge = queue->config.tile_edge, columns = divide_up(queue->config.width, edge);
@@ -482,19 +499,9 @@ static void warn_neighbours(struct queue *queue, const struct tile *tile, double
     for (uint32_t y = row - (row > 0); y <= row + 1 && y < rows; y++) {
         for (uint32_t x = column - (column > 0); x <= column + 1 && x < columns; x++) {
             uint32_t id = y * columns + x;
-            if (!heap_has(&queue->waiting, id)) continue;
-            struct item *item = &queue->items[id];
-            double dear = density * (double)area(item);
-            if ((double)item->worst >= dear) continue;
-            queue_unset_waiting(queue, id);
-            queue_unforesee(queue, id);
-            queue->pace.total -= (double)item->work;
-            item->worst = (float)dear;
-            item->work = fmaxf(item->work, (float)(dear / 2));
-            item->priority = fmax(item->priority, density);
-            queue->pace.total += (double)item->work;
-            queue_foresee(queue, id);
-            queue_set_waiting(queue, id);
+            do
+                warn_of(queue, id, density);
+            while ((id = queue->items[id].rest) != 0);
         }
     }
 }
