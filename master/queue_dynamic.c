@@ -12,10 +12,14 @@
 /* A side of so many pixels is not split. */
 #define SPLIT_EDGE 3
 
-/* When so many of the probes are back, one who has been given so many lots is not kept waiting for
- * the others: a renderer may be slow, or stopped. */
-#define PROBES_ENOUGH 0.75
-#define BLIND_LOTS    4
+/* When all probes but those of four renderers are back, and this part of them at least, one who has been
+ * given so many lots is not kept waiting for the others: a renderer may be slow, or stopped. More than the
+ * second part is not waited for. Who comes last is often in the dearest part of the picture: single samples
+ * of the lantern on 36 to 52 processors are 3 % faster when 90 % are waited for in place of 75 %. */
+#define PROBES_LEAST 0.75
+#define PROBES_MOST  0.9
+#define PROBES_OF    4
+#define BLIND_LOTS   4
 
 /* ---- lots ---- */
 
@@ -437,7 +441,9 @@ static void settle(struct queue *queue, double now)
 /* Whether the renderer had better not wait for the rest of the probes. */
 static bool settles(const struct queue *queue, uint32_t renderer)
 {
-    return queue->map.blocks_known > 0 && queue->probes_back >= PROBES_ENOUGH * queue->probes &&
+    double others = 1 - (double)PROBES_OF / queue->config.renderers;
+    double enough = fmax(PROBES_LEAST, fmin(others, PROBES_MOST));
+    return queue->map.blocks_known > 0 && queue->probes_back >= enough * queue->probes &&
            queue->holdings.holders[renderer].lots_given >= BLIND_LOTS;
 }
 
