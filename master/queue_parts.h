@@ -32,7 +32,8 @@ struct item {
     uint32_t copies; /* renderers that have it */
     uint32_t hold;   /* of one of them (master/holdings.h), or HOLD_NONE */
     bool finished;
-    bool skipped; /* by an earlier run */
+    bool skipped;  /* by an earlier run */
+    uint32_t rest; /* the tile that was split off it last; 0: there is none */
 
     /* See queue_pieces.c. */
     uint32_t first_piece, pieces; /* ids of its pieces, if it has any */
