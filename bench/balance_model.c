@@ -26,16 +26,22 @@ static double serving_of(const struct farm_run *run)
     return run->service_s * answers_of(run);
 }
 
+/* CPU seconds of rendering, and of what goes with it. */
+static double cpu_of(const struct farm_run *run)
+{
+    double cpu = 0;
+    for (unsigned i = 0; i < run->renderers; i++)
+        cpu += run->workers[i].cpu_s;
+    return cpu;
+}
+
 /* What a message costs in a run: the way of it as between two ranks that do nothing else, the CPU time
  * beside tiles as that run tells. */
 static struct message_costs messages_of(const struct farm_run *run, const struct trace *trace,
                                         const struct message_costs *alone)
 {
     struct message_costs costs = *alone;
-    double cpu = 0;
-    for (unsigned i = 0; i < run->renderers; i++)
-        cpu += run->workers[i].cpu_s;
-    costs.tile_s = fmax(0, cpu - trace_cpu(trace)) / (double)trace->count;
+    costs.tile_s = fmax(0, cpu_of(run) - trace_cpu(trace)) / (double)trace->count;
     costs.looks = fmax(0, run->master_cpu_s - serving_of(run)) / run->render_s;
     return costs;
 }
@@ -92,10 +98,10 @@ static double simulated(unsigned scene, unsigned schedule, const struct farm_run
 }
 
 /* Of one run: wall seconds of rendering, as they were, as the simulated farm has them, and as they would
- * be if nobody ever waited and nothing but tiles took any time; and the part of a core that ranks had
- * while they rendered, on average. */
+ * be if nobody ever waited and nothing but tiles took any time; the part of a core that ranks had while
+ * they rendered, on average; and the part of the cores' time that the farm used. */
 struct comparison {
-    double measured, simulated, ideal, share;
+    double measured, simulated, ideal, share, used;
 };
 
 /* A row of the table. */
@@ -115,6 +121,7 @@ static struct comparison compare(unsigned scene, const struct row *row,
     struct comparison both = {.measured = run.render_s,
                               .simulated = simulated(scene, row->schedule, &run, &trace, around),
                               .ideal = trace_cpu(&trace) / fmin(row->ranks, cores())};
+    both.used = (cpu_of(&run) + run.master_cpu_s) / fmin(row->ranks, cores()) / run.render_s;
     for (unsigned i = 0; i < row->ranks; i++)
         both.share += trace_share(&trace, i) / row->ranks;
     trace_free(&trace);
@@ -127,21 +134,24 @@ static struct comparison compare(unsigned scene, const struct row *row,
 static double put_row(FILE *out, unsigned scene, const struct row *row, unsigned runs,
                       const struct surroundings *around)
 {
-    double times[RUNS], models[RUNS], ideals[RUNS], shares[RUNS], offs[RUNS];
+    double times[RUNS], models[RUNS], ideals[RUNS], shares[RUNS], used[RUNS], offs[RUNS];
     for (unsigned i = 0; i < runs; i++) {
         struct comparison both = compare(scene, row, around);
         times[i] = both.measured;
         models[i] = both.simulated;
         ideals[i] = both.ideal;
         shares[i] = both.share;
+        used[i] = both.used;
         offs[i] = both.simulated / both.measured - 1;
     }
     double off = median_of(offs, runs);
     if (!isfinite(off)) fatal("what the simulated farm says is no time");
-    fprintf(out, "| %s | %s | %u | %.3f | %.3f | %.3f | %.3f | %+.1f %% | %+.1f to %+.1f %% |\n",
+    fprintf(out,
+            "| %s | %s | %u | %.3f | %.3f | %.3f | %.3f | %.3f | %+.1f %% | %+.1f to %+.1f %% |\n",
             bench_scenes[scene].name, bench_schedules[row->schedule].name, row->ranks,
-            median_of(shares, runs), median_of(ideals, runs), median_of(times, runs),
-            median_of(models, runs), 100 * off, 100 * offs[0], 100 * offs[runs - 1]);
+            median_of(shares, runs), median_of(used, runs), median_of(ideals, runs),
+            median_of(times, runs), median_of(models, runs), 100 * off, 100 * offs[0],
+            100 * offs[runs - 1]);
     fflush(out);
     return off;
 }
@@ -167,10 +177,13 @@ static void put_heading(FILE *out, unsigned runs, const struct surroundings *aro
         "what a model would say that knows no waiting.\n"
         "* **Of a core**: CPU seconds of bars / their wall seconds, mean of the ranks. Where no "
         "two ranks share a core, what is missing to 1 others took, and is missing in the "
-        "simulated time.\n\n"
-        "| scene | schedule | ranks | of a core | tiles alone | measured | simulated | off by, "
-        "median | "
-        "from, to |\n|---|---|---|---|---|---|---|---|---|\n",
+        "simulated time.\n"
+        "* **Of all**: CPU seconds of ranks and master (report) / wall seconds of the cores. With "
+        "more ranks than cores, what is missing to 1 others took, and is missing in the simulated "
+        "time, or nobody used, which is for the model to say.\n\n"
+        "| scene | schedule | ranks | of a core | of all | tiles alone | measured | simulated | "
+        "off by, median | "
+        "from, to |\n|---|---|---|---|---|---|---|---|---|---|\n",
         SAMPLES, cores(), runs, 1e6 * around->messages.nap_s, 1e3 * around->slice_s);
 }
 
