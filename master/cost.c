@@ -87,25 +87,26 @@ static size_t block_at(const struct cost_map *map, int64_t column, int64_t row)
     return (size_t)row * map->columns + (size_t)column;
 }
 
-/* Binomial weights over 3 x 3 blocks: 4 for the middle, 2 for sides, 1 for corners. */
+/* Binomial weights over 3 x 3 blocks: 4 for the middle, 2 for sides, 1 for corners; of those that are known.
+ */
 static void smooth_block(struct cost_map *map, uint32_t column, uint32_t row, float fixed,
                          float unknown)
 {
-    double sum = 0;
+    double sum = 0, weights = 0;
     float peak = 0;
     for (int dy = -1; dy <= 1; dy++) {
-        const float *blocks = map->seconds + block_at(map, 0, (int64_t)row + dy);
         for (int dx = -1; dx <= 1; dx++) {
-            bool beside = (dx < 0 && column == 0) || (dx > 0 && column + 1 == map->columns);
-            float seconds = blocks[beside ? (int)column : (int)column + dx];
-            float work = seconds < 0 ? unknown : seconds - fixed;
-            sum += (double)work * (double)((2 - dx * dx) * (2 - dy * dy));
-            peak = fmaxf(peak, work);
+            float seconds = map->seconds[block_at(map, (int64_t)column + dx, (int64_t)row + dy)];
+            double weight = (2 - dx * dx) * (2 - dy * dy);
+            if (seconds < 0) continue;
+            sum += (double)(seconds - fixed) * weight;
+            weights += weight;
+            peak = fmaxf(peak, seconds - fixed);
         }
     }
     size_t i = (size_t)row * map->columns + column;
-    map->mean[i] = (float)(sum / 16);
-    map->peak[i] = peak;
+    map->mean[i] = weights > 0 ? (float)(sum / weights) : unknown;
+    map->peak[i] = weights > 0 ? peak : unknown;
 }
 
 /* A clock that stood still would predict nothing. */

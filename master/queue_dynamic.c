@@ -41,10 +41,13 @@ static double priority_of(const struct item *item, struct cost cost)
     return worst > 0 ? exp2(floor(2 * log2(worst)) / 2) : 0;
 }
 
+/* A renderer gets its share of the probes, and when it has had so many lots, what nobody has
+ * had: without that, what is left when enough are back would never be known. */
 static uint32_t next_probes(struct queue *queue, uint32_t renderer, struct tile *tiles)
 {
     uint32_t share = divide_up(queue->probes, queue_processors(queue)), count = 0;
     uint32_t *given = &queue->probes_given[renderer];
+    if (queue->holdings.holders[renderer].lots_given >= BLIND_LOTS) share = queue->probes;
     while (*given < share && count < LOT_TILES && queue->next_probe < queue->probes) {
         uint64_t i = (uint64_t)queue->next_probe++ * queue->probe_stride % queue->probes;
         uint32_t id = queue->first_probe + (uint32_t)i;

@@ -10,11 +10,22 @@
  * which it is split again at the end. If it is as dear as it may be, it is so many times as much. With a fifth
  * of it on 36 to 52 processors single samples of a scene that is cheap all over (config/hello.ini) are 10 %
  * slower, because the master is busy with tiles for most of the time, of one of leaves 3 %, and of the garden
- * 1 % faster, in whose small tiles rays find more in the cache.
+ * 1 % faster, in whose small tiles rays find more in the cache. Farms of hundreds have larger pictures: as
+ * large a part of a share would cost 10,000 renderers 2 % at the end.
  */
-#define JOINED_OF_ALL   (1.0 / 880)
-#define JOINED_OF_SHARE 0.05
-#define JOINED_WORST    2
+#define JOINED_OF_ALL    (1.0 / 880)
+#define JOINED_OF_SHARE  0.05
+#define JOINED_LEAST     0.01
+#define JOINED_RENDERERS 5.0 /* of a share, divided by their number: from there to there */
+#define JOINED_WORST     2
+
+/* What two tiles that are joined may be predicted to be. */
+static double joined_most(const struct queue *queue)
+{
+    double all = queue->pace.total, renderers = queue_processors(queue);
+    double part = fmax(JOINED_LEAST, fmin(JOINED_OF_SHARE, JOINED_RENDERERS / renderers));
+    return fmin(JOINED_OF_ALL * all, part * all / renderers);
+}
 
 /* Whether nobody has had the tile, and it has this size. */
 static bool is_untouched(const struct queue *queue, uint32_t id, uint32_t w, uint32_t h)
@@ -47,8 +58,7 @@ static void join(struct queue *queue, uint32_t id, uint32_t other)
 /* Joins two tiles of this size if they are cheap. */
 static void join_cheap(struct queue *queue, uint32_t id, uint32_t other, uint32_t w, uint32_t h)
 {
-    double all = queue->pace.total;
-    double most = fmin(JOINED_OF_ALL * all, JOINED_OF_SHARE * all / queue_processors(queue));
+    double most = joined_most(queue);
     if (!is_untouched(queue, id, w, h) || !is_untouched(queue, other, w, h)) return;
     const struct item *a = &queue->items[id], *b = &queue->items[other];
     bool cheap = (double)a->work + (double)b->work <= most &&
