@@ -21,7 +21,7 @@
 #define PROBES_OF    4
 #define BLIND_LOTS   4
 
-/* Where so few pixels come to each renderer, a tile whose worst is this part of an even share of all is
+/* Where so few pixels come to each processor, a tile whose worst is this part of an even share of all is
  * split in any case, down to so many pixels. Neither probes nor its neighbours tell what a tile in the dear
  * parts of a picture takes, up to ten times what is predicted, and there a tile of 4 x 4 pixels costs hardly
  * more than the same part of a larger one, for its rays go many ways: 1 % in tiles of the lantern of 200 us and
@@ -135,10 +135,10 @@ static void take_tile(struct queue *queue, struct draft *draft, uint32_t id)
 static bool is_dear(const struct queue *queue, const struct item *item)
 {
     uint64_t pixels = (uint64_t)queue->config.width * queue->config.height;
-    double renderers = queue->config.renderers;
-    bool few = (double)pixels < FEW_PIXELS * renderers;
+    double processors = queue_processors(queue);
+    bool few = (double)pixels < FEW_PIXELS * processors;
     if (!queue->settled || !few || area(item) <= DEAR_PIXELS) return false;
-    return (double)item->worst * renderers > DEAR_PART * queue->pace.total;
+    return (double)item->worst * processors > DEAR_PART * queue->pace.total;
 }
 
 /* Whether the tile that would be the next one of the lot is to be split before. */
@@ -308,7 +308,7 @@ static void break_overdue(struct queue *queue, uint32_t asker, double now)
     if (!hold) return;
     uint32_t id = hold->id;
     double overdue = now - pace->renderers[renderer].free_at;
-    double loss = pace_even_end(pace, now, queue->waiting_work) / queue->config.renderers;
+    double loss = pace_even_end(pace, now, queue->waiting_work) / queue_processors(queue);
     if (loss > BREAK_LOSS * overdue) return;
     double known = overdue / pace_seconds(pace, renderer, 1);
     if (!pieces_make(queue, id, pieces_wanted(queue, renderer, overdue), known)) return;
@@ -473,7 +473,7 @@ static void settle(struct queue *queue, double now)
 /* Whether the renderer had better not wait for the rest of the probes. */
 static bool settles(const struct queue *queue, uint32_t renderer)
 {
-    double others = 1 - (double)PROBES_OF / queue->config.renderers;
+    double others = 1 - (double)PROBES_OF / queue_processors(queue);
     double enough = fmax(PROBES_LEAST, fmin(others, PROBES_MOST));
     return queue->map.blocks_known > 0 && queue->probes_back >= enough * queue->probes &&
            queue->holdings.holders[renderer].lots_given >= BLIND_LOTS;
