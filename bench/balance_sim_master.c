@@ -134,9 +134,7 @@ static void serve_next(struct sim *sim, double from)
 /* When the master looks next if nobody wakes it. One who can be woken sleeps long at once. */
 static double looks(const struct sim *sim)
 {
-    bool shared = sim->machine->cores > 0 && sim->machine->cores < sim->machine->renderers;
-    double nap = sim->nap.seconds;
-    if (sim->machine->rings) nap = shared ? NAP_SHARED : NAP_SELDOM;
+    double nap = sim->machine->rings ? NAP_SELDOM : sim->nap.seconds;
     return next_look(sim, sim->idle_since, nap, sim->calm_until, sim->now);
 }
 

@@ -19,11 +19,7 @@
 #define NAP_SHORTEST 5e-6
 #define NAP_LONGEST  1e-3
 #define NAP_SELDOM   10e-3
-
-/* And for so long where renderers share cores: while one has nothing to do another one has its core, and
- * what a wake-up takes, they lose. Progress is shown as often. */
-#define NAP_SHARED 50e-3
-#define NAP_PART   (1.0 / 32)
+#define NAP_PART     (1.0 / 32)
 
 /* One that has napped so long, in naps of which the last one took so many seconds, naps so long next. */
 static inline double nap_after(double waited, double last)

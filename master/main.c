@@ -103,8 +103,6 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
                               .stop = stop_signal(),
                               .bell = shared->bell,
                               .all_ring = shared->process_count == run->processes,
-                              .nap_s =
-                                  run->crowd.processors < run->renderers ? NAP_SHARED : NAP_SELDOM,
                               .patience = settings->farm.patience,
                               .stats = run->stats};
     progress_start(&progress, stderr, clock_wall());

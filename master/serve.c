@@ -119,7 +119,7 @@ static void take_nap(struct server *server, struct nap *nap)
     pthread_mutex_unlock(&server->lock);
     if (nap->waited > RUNG_MOST) server->rung = false;
     double most = server->rung        ? nap_next(nap)
-                  : service->all_ring ? service->nap_s
+                  : service->all_ring ? NAP_SELDOM
                                       : nap_next_calm(nap, calm);
     if (!bell_wait(service->bell, fmin(most, wake))) return;
     server->rung = true;

@@ -35,7 +35,6 @@ struct service {
     /* Rung by own, and by the renderers on this machine, who has sent something that is not to wait. */
     struct bell *bell;
     bool all_ring; /* there are no others */
-    double nap_s; /* then the longest nap until one rings */
     double patience; /* seconds without a sign of life: others get what a renderer has */
     /* Set as soon as nothing of what is in work matters any more: own gives up, too. */
     atomic_bool ending;
