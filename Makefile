@@ -251,7 +251,7 @@ bench-kernel: $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
 	    --folder $(BUILD)/bench/kernel.out --csv bench/out/kernel.csv \
 	    --markdown bench/out/kernel.md --montage bench/out/kernel.png $(KERNEL_OPTIONS)
 
-# Error against run time, beside POV-Ray and Tachyon; about half an hour of two idle cores. What was
+# Error against run time, beside POV-Ray and Tachyon; about 40 minutes of two idle cores. What was
 # measured is kept: ended, it goes on where it was. ERROR_SECTIONS="sampling forecast" and
 # ERROR_SCENES="lantern" for less, ERROR_SIZE=640x480 for more; bench/error.sh has all of them.
 ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/error_allocation.c bench/error_lattice.c bench/error_scale.c \

@@ -1,5 +1,6 @@
 #include "bench/balance_schedules.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 #include "common/cores.h"
@@ -18,6 +19,7 @@ static void share_cores(struct crowd *crowd, const struct machine *machine)
 {
     struct berth *berths = allocate(machine->renderers, sizeof *berths);
     struct berth berth = {.machine = "simulated"};
+    assert(machine->cores <= CPU_SETSIZE);
     for (uint32_t i = 0; i < machine->cores; i++)
         CPU_SET(i, &berth.cores);
     for (uint32_t i = 0; i < machine->renderers; i++)

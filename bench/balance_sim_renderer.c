@@ -174,7 +174,7 @@ void accept_part(struct sim *sim, uint32_t who, struct part *part)
     bool probes = part->tile.pass == TILE_PROBE;
     /* A node of many cores is a renderer of many times the speed. */
     double wall = part->seconds / sim->machine->node_cores;
-    double seconds = queue_seconds(sim->queue, who, wall, part->cpu_s);
+    double seconds = probes ? wall : queue_seconds(sim->queue, who, wall, part->cpu_s);
     if (part->dropped) {
         queue_drop(sim->queue, who, part->tile.id, sim->now, seconds);
         sim->outcome->wasted_s += part->seconds * speed_of(sim, who);

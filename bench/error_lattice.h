@@ -28,7 +28,7 @@ void lattice_free(struct lattice *lattice);
 struct bvh *lattice_tree(const struct scene *scene);
 
 /*
- * Makes the view the same part of a picture that is wider by twice its region on either side: the same
+ * Makes the view the same part of a picture that is wider by its region on either side: the same
  * pixels of other random numbers, different ones each time.
  */
 void lattice_renumber(struct view *view);

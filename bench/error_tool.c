@@ -72,7 +72,8 @@ static int allocation(const char *name, const char *config, char **overrides, si
 static int lattice(char **arguments, char **overrides, size_t count)
 {
     struct scene *scene = scene_of(arguments[0], overrides, count);
-    if (!scene) return EXIT_FAILURE;
+    int pixels = atoi(arguments[1]), samples = atoi(arguments[2]);
+    if (!scene || pixels < 1 || samples < 2 || samples % 2 != 0) return EXIT_FAILURE;
     struct canvas pictures[2] = {0};
     bool good =
         picture_read(arguments[3], &pictures[0]) && picture_read(arguments[4], &pictures[1]);
@@ -81,8 +82,7 @@ static int lattice(char **arguments, char **overrides, size_t count)
             pictures[i].width == scene->view.region_w && pictures[i].height == scene->view.region_h;
     if (good) {
         struct lattice_error errors[2];
-        lattice_compare(scene, (uint32_t)atoi(arguments[1]), (uint32_t)atoi(arguments[2]), pictures,
-                        2, errors);
+        lattice_compare(scene, (uint32_t)pixels, (uint32_t)samples, pictures, 2, errors);
         printf("%.9g %.3g %.9g %.3g %.3g\n", errors[0].rmse, errors[0].deviation, errors[1].rmse,
                errors[1].deviation, errors[0].reference);
     }

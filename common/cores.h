@@ -21,4 +21,8 @@ struct berth {
 };
 void berth_find(struct berth *berth);
 
+/* It is the first thing that ranks tell each other, before they can find out that they are of different
+ * builds: its size stays. */
+_Static_assert(sizeof(struct berth) == 168, "struct berth goes over the wire as it is");
+
 #endif

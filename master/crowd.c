@@ -39,7 +39,7 @@ static void join(struct crowd *crowd, struct berth *unions, uint32_t renderer,
                  const struct berth *berth)
 {
     uint32_t into = NO_GROUP;
-    for (uint32_t group = crowd->count; group-- > 0 && is_known(berth);) {
+    for (uint32_t group = is_known(berth) ? crowd->count : 0; group-- > 0;) {
         if (!meet(&unions[group], berth)) continue;
         if (into != NO_GROUP) merge(crowd, unions, group, into);
         into = group;

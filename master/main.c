@@ -303,9 +303,9 @@ int main(int argc, char **argv)
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     MPI_Comm_size(MPI_COMM_WORLD, &run.processes);
     nap_sharpen();
+    message_set_rank(rank, end_job);
     run.berths = gather_berths(MPI_COMM_WORLD);
     stop_start_is_over();
-    message_set_rank(rank, end_job);
     stop_install(rank);
     if (level < MPI_THREAD_FUNNELED) fatal("this MPI library does not support threads");
     status = agree_on_status(MPI_COMM_WORLD, run_rank(&run, rank));

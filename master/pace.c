@@ -186,8 +186,9 @@ double pace_next_late(const struct pace *pace)
     return pace->late.count && pace->scale > 0 ? -pace->late.entries[0].key : HUGE_VAL;
 }
 
-void pace_check(struct pace *pace, double now)
+bool pace_check(struct pace *pace, double now)
 {
+    bool any = false;
     while (pace->scale > 0 && pace_next_late(pace) < now) {
         uint32_t renderer = heap_top(&pace->late);
         struct pace_renderer *r = &pace->renderers[renderer];
@@ -195,7 +196,9 @@ void pace_check(struct pace *pace, double now)
         r->lost = true;
         pace_overlook(pace, renderer);
         heap_put(&pace->lost, renderer, -r->free_at);
+        any = true;
     }
+    return any;
 }
 
 void pace_given(struct pace *pace, uint32_t renderer, double now, double work)

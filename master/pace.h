@@ -80,8 +80,8 @@ void pace_overlook(struct pace *pace, uint32_t renderer);
 /* Seconds for which all that have work have enough of it, as predicted; 0: nothing is known. */
 double pace_calm(const struct pace *pace, double now);
 
-/* Gives up all that are late by now. */
-void pace_check(struct pace *pace, double now);
+/* Gives up all that are late by now; whether there was any. */
+bool pace_check(struct pace *pace, double now);
 
 /* When the next one will be given up for late; HUGE_VAL: there is none. */
 double pace_next_late(const struct pace *pace);

@@ -276,6 +276,7 @@ void queue_give(struct queue *queue, uint32_t renderer, uint32_t id, double work
     bool may_pass =
         queue->config.schedule == SCHEDULE_DYNAMIC && queue->items[id].pass != TILE_PROBE;
     struct item *item = queue->shared ? NULL : &queue->items[id];
+    queue->counted = false;
     uint32_t hold = holdings_give(&queue->holdings, renderer, id, work, may_pass,
                                   item ? item->hold : HOLD_NONE);
     if (!item) return;
@@ -402,6 +403,8 @@ bool queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, double no
     struct hold hold = take_back(queue, renderer, id);
     bool holds = queue->holdings.holders[renderer].count > 0;
     if (tile.pass == TILE_PROBE) {
+        /* Behind its last tile it may have become late; nothing else would tell that it is there. */
+        if (!holds) pace_dropped(&queue->pace, renderer, now, 0, 0, false);
         dynamic_probed(queue, now);
         return false;
     }
@@ -517,7 +520,8 @@ void queue_set_silent(struct queue *queue, uint32_t renderer, bool silent)
 
 void queue_look(struct queue *queue, double now)
 {
-    if (queue->config.schedule == SCHEDULE_DYNAMIC) pace_check(&queue->pace, now);
+    if (queue->config.schedule == SCHEDULE_DYNAMIC && pace_check(&queue->pace, now))
+        queue->counted = false;
     if (now >= queue->retry) queue->retry = HUGE_VAL;
 }
 

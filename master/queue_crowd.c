@@ -4,6 +4,11 @@
 #include "common/message.h"
 #include "master/queue_parts.h"
 
+static uint32_t min_u32(uint32_t a, uint32_t b)
+{
+    return a < b ? a : b;
+}
+
 static const struct crowd_group *group_of(const struct queue *queue, uint32_t renderer)
 {
     const struct crowd *crowd = queue->config.crowd;
@@ -26,15 +31,21 @@ uint32_t queue_processors(const struct queue *queue)
     return queue->turns ? queue->config.crowd->processors : queue->config.renderers;
 }
 
-/* Counts who has work, in each group. On those who are late nobody counts. */
+/* Counts who has work and who has none, in each group. On those who are late nobody counts, and probes are
+ * over soon or never: of who has nothing else nobody knows whether he has stopped. */
 static void count_working(struct queue *queue)
 {
     const struct crowd *crowd = queue->config.crowd;
+    if (queue->counted) return;
+    queue->counted = true;
     for (uint32_t i = 0; i < crowd->count; i++)
-        queue->turns[i].working = 0;
-    for (uint32_t i = 0; i < crowd->renderers; i++)
-        queue->turns[crowd->group_of[i]].working +=
-            queue->holdings.holders[i].count > 0 && !queue->pace.renderers[i].lost;
+        queue->turns[i].working = queue->turns[i].idle = 0;
+    for (uint32_t i = 0; i < crowd->renderers; i++) {
+        const struct pace_renderer *r = &queue->pace.renderers[i];
+        struct turns *turns = &queue->turns[crowd->group_of[i]];
+        turns->working += r->holds && !r->lost;
+        turns->idle += queue->holdings.holders[i].count == 0 && !r->lost;
+    }
 }
 
 static uint32_t idle_cores(const struct queue *queue, uint32_t group)
@@ -57,7 +68,7 @@ uint32_t queue_idle_cores(struct queue *queue)
     count_working(queue);
     uint32_t sum = 0;
     for (uint32_t i = 0; i < queue->config.crowd->count; i++)
-        sum += idle_cores(queue, i);
+        sum += min_u32(idle_cores(queue, i), queue->turns[i].idle);
     return sum;
 }
 

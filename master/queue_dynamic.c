@@ -21,6 +21,10 @@
 #define PROBES_OF    4
 #define BLIND_LOTS   4
 
+/* Where renderers share cores, so many for each core share the probes: with fewer of them all are back the
+ * sooner, and one who has stopped must have less than what is not waited for. */
+#define PROBE_SHARES 4
+
 /* Where so few pixels come to each processor, a tile whose worst is this part of an even share of all is
  * split in any case, down to so many pixels. Neither probes nor its neighbours tell what a tile in the dear
  * parts of a picture takes, up to ten times what is predicted, and there a tile of 4 x 4 pixels costs hardly
@@ -41,14 +45,16 @@ static double priority_of(const struct item *item, struct cost cost)
     return worst > 0 ? exp2(floor(2 * log2(worst)) / 2) : 0;
 }
 
-/* A renderer gets its share of the probes, and when it has had so many lots, what nobody has
+/* A renderer gets its share of the probes, and when it has had so many lots, share by share of what nobody has
  * had: without that, what is left when enough are back would never be known. */
 static uint32_t next_probes(struct queue *queue, uint32_t renderer, struct tile *tiles)
 {
-    uint32_t share = divide_up(queue->probes, queue_processors(queue)), count = 0;
-    uint32_t *given = &queue->probes_given[renderer];
-    if (queue->holdings.holders[renderer].lots_given >= BLIND_LOTS) share = queue->probes;
-    while (*given < share && count < LOT_TILES && queue->next_probe < queue->probes) {
+    uint32_t sharers = PROBE_SHARES * queue_processors(queue), count = 0;
+    if (sharers > queue->config.renderers) sharers = queue->config.renderers;
+    uint32_t share = divide_up(queue->probes, sharers), *given = &queue->probes_given[renderer];
+    uint32_t most =
+        queue->holdings.holders[renderer].lots_given >= BLIND_LOTS ? *given + share : share;
+    while (*given < most && count < LOT_TILES && queue->next_probe < queue->probes) {
         uint64_t i = (uint64_t)queue->next_probe++ * queue->probe_stride % queue->probes;
         uint32_t id = queue->first_probe + (uint32_t)i;
         tiles[count++] = queue_tile_of(queue, id);
@@ -431,6 +437,7 @@ static void predict(struct queue *queue, uint32_t id, double ratio)
 static void predict_held(struct queue *queue, double now)
 {
     pace_restart(&queue->pace);
+    queue->counted = false;
     for (uint32_t renderer = 0; renderer < queue->config.renderers; renderer++) {
         double held = 0;
         uint32_t i = queue->holdings.holders[renderer].first;
@@ -488,7 +495,11 @@ uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
         if (probes > 0) return probes;
         if (settles(queue, renderer)) settle(queue, now);
     }
-    pace_check(&queue->pace, now);
+    /* Who asked before, and got nothing, may get what a late one has. */
+    if (pace_check(&queue->pace, now)) {
+        queue->counted = false;
+        queue->news++;
+    }
     /* It may have stopped: messages to it would pile up. */
     if (queue->pace.renderers[renderer].lost) return 0;
     struct pace_lot lot = pace_lot(&queue->pace, renderer, now, queue->waiting_work);

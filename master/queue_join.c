@@ -13,17 +13,18 @@
  * 1 % faster, in whose small tiles rays find more in the cache. Farms of hundreds have larger pictures: as
  * large a part of a share would cost 10,000 renderers 2 % at the end.
  */
-#define JOINED_OF_ALL    (1.0 / 880)
-#define JOINED_OF_SHARE  0.05
-#define JOINED_LEAST     0.01
-#define JOINED_RENDERERS 5.0 /* of a share, divided by their number: from there to there */
-#define JOINED_WORST     2
+#define JOINED_OF_SHARE 0.05
+#define JOINED_OF_ALL   (JOINED_OF_SHARE / 44)
+#define JOINED_LEAST                                                                               \
+    0.01 /* of a share, from 500 renderers on; up to JOINED_MANY it is JOINED_OF_SHARE */
+#define JOINED_MANY  100.0 /* and between them goes down with their number */
+#define JOINED_WORST 2
 
 /* What two tiles that are joined may be predicted to be. */
 static double joined_most(const struct queue *queue)
 {
     double all = queue->pace.total, renderers = queue_processors(queue);
-    double part = fmax(JOINED_LEAST, fmin(JOINED_OF_SHARE, JOINED_RENDERERS / renderers));
+    double part = fmax(JOINED_LEAST, JOINED_OF_SHARE * fmin(1, JOINED_MANY / renderers));
     return fmin(JOINED_OF_ALL * all, part * all / renderers);
 }
 

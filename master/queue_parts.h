@@ -44,8 +44,8 @@ struct item {
 
 /* Of all who share some cores. */
 struct turns {
-    double wall, cpu; /* of their tiles */
-    uint32_t working; /* see queue_crowd.c */
+    double wall, cpu;       /* of their tiles */
+    uint32_t working, idle; /* see queue_crowd.c */
 };
 
 struct queue {
@@ -71,6 +71,7 @@ struct queue {
     uint32_t recall_count;
     uint32_t *probes_given; /* per renderer: probe tiles that it has had */
     struct turns *turns;    /* per group of the crowd; NULL: each renderer has a core */
+    bool counted;           /* whether their numbers of renderers are those of now */
     bool *silent;           /* per renderer */
     bool stopped;
     uint64_t pixels_skipped; /* finished by an earlier run */

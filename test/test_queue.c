@@ -1021,11 +1021,73 @@ static void test_idle_without_a_core(void **state)
         assert_int_equal(queue_has_core(queue, 3), keepers == 1);
         assert_true(queue_wake(queue) < 100);
         queue_look(queue, 100);
-        assert_int_equal(queue_idle_cores(queue), 2);
+        assert_int_equal(queue_idle_cores(queue),
+                         keepers == 3 ? 1 : 2); /* for as many who are idle */
         assert_true(queue_next(queue, 3, 100, lot) > 0);
         queue_destroy(queue);
     }
     crowd_free(&crowd);
+}
+
+/* A lot is answered, whatever it is of. */
+static void finish_lot(struct queue *queue, uint32_t renderer, const struct tile *lot,
+                       uint32_t count, double now)
+{
+    uint64_t seed = 1;
+    for (uint32_t i = 0; i < count; i++) {
+        if (lot[i].pass == TILE_PROBE) answer_probe(queue, &lot[i], &seed);
+        queue_finish(queue, renderer, lot[i].id, now, 1e-3);
+    }
+}
+
+static const struct queue_config probed = {
+    .width = 64, .height = 48, .renderers = 4, .tile_edge = 8, .probe_edge = 2};
+
+/* As many as there are cores have stopped with their probes, of which nobody hears that they are late: what
+ * another one has who stops later is rescued all the same. */
+static void test_stopped_with_probes(void **state)
+{
+    (void)state;
+    struct crowd crowd = crowd_on_two_cores();
+    struct queue_config config = probed;
+    config.crowd = &crowd;
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES], kept[LOT_TILES];
+    for (uint32_t renderer = 0; renderer < 2; renderer++)
+        assert_true(queue_next(queue, renderer, 0, lot) > 0 && lot[0].pass == TILE_PROBE);
+    finish_lot(queue, 2, lot, queue_next(queue, 2, 0, lot), 0);
+    assert_true(queue_next(queue, 2, 0, kept) > 0 && kept[0].pass != TILE_PROBE);
+    for (uint32_t count; (count = queue_next(queue, 3, 1e-3, lot)) > 0;)
+        finish_lot(queue, 3, lot, count, 1e-3);
+    assert_int_equal(queue->waiting.count, 0);
+    queue_look(queue, 100);
+    for (uint32_t count; (count = queue_next(queue, 3, 100, lot)) > 0;)
+        finish_lot(queue, 3, lot, count, 100);
+    assert_true(queue_complete(queue));
+    queue_destroy(queue);
+    crowd_free(&crowd);
+}
+
+/* Who has become late with probes behind his last tile gets more when they are back. */
+static void test_late_with_probes(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&probed);
+    struct tile tiles[LOT_TILES], probes[LOT_TILES];
+    uint32_t count = 0;
+    for (uint32_t lots = 0; lots < 3; lots++)
+        finish_lot(queue, 0, tiles, queue_next(queue, 0, 0, tiles), 1e-3);
+    count = queue_next(queue, 0, 1e-3, tiles);
+    assert_true(count > 0 && tiles[0].pass != TILE_PROBE);
+    uint32_t probe_count = queue_next(queue, 0, 1e-3, probes);
+    assert_true(probe_count > 0 && probes[0].pass == TILE_PROBE);
+    finish_lot(queue, 0, tiles, count, 2e-3);
+    queue_look(queue, 100);
+    assert_true(queue->pace.renderers[0].lost);
+    finish_lot(queue, 0, probes, probe_count, 100);
+    assert_false(queue->settled || queue->pace.renderers[0].lost);
+    assert_true(queue_next(queue, 0, 100, tiles) > 0);
+    queue_destroy(queue);
 }
 
 /* Whose turn it was says nothing about a tile; where everybody has a core, the wall does. */
@@ -1050,6 +1112,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_idle_without_a_core),
         cmocka_unit_test(test_seconds_of_a_crowd),
+        cmocka_unit_test(test_stopped_with_probes),
+        cmocka_unit_test(test_late_with_probes),
         cmocka_unit_test(test_every_pixel_once),
         cmocka_unit_test(test_strips_are_the_papers),
         cmocka_unit_test(test_cyclic_deals_pixels),
