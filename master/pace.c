@@ -32,7 +32,7 @@
 
 /* A renderer is late when the rest of what it has takes so many times longer than predicted, and a least lot
  * more. In simulated runs of the lantern on 44 processors, one of them four times slower, the worst of its
- * places loses 4 %, with three times and two least lots 7 %; nothing else is slower. */
+ * places loses 5 %, with three times and two least lots 7 %; nothing else is slower. */
 #define LATE_FACTOR 2
 
 /* For so long at most one has a core while others wait for it: systems are at 3 to 10 ms. */
