@@ -288,6 +288,7 @@ void queue_give(struct queue *queue, uint32_t renderer, uint32_t id, double work
 static struct hold take_back(struct queue *queue, uint32_t renderer, uint32_t id)
 {
     struct hold hold = holdings_take(&queue->holdings, renderer, id);
+    queue->counted = false;
     if (queue->shared) return hold;
     queue->items[id].copies--;
     queue->items[id].hold = hold.other;

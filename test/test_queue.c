@@ -1029,6 +1029,21 @@ static void test_idle_without_a_core(void **state)
     crowd_free(&crowd);
 }
 
+/* Who has finished leaves his core to others at once. */
+static void test_finished_leaves_a_core(void **state)
+{
+    (void)state;
+    struct crowd crowd = crowd_on_two_cores();
+    struct queue_config config = four;
+    config.crowd = &crowd;
+    struct queue *queue = leave_tiles(&config, 2);
+    assert_int_equal(queue_idle_cores(queue), 0);
+    queue_finish(queue, 0, queue->holdings.holds[queue->holdings.holders[0].first].id, 1e-3, 1e-3);
+    assert_int_equal(queue_idle_cores(queue), 1);
+    queue_destroy(queue);
+    crowd_free(&crowd);
+}
+
 /* A lot is answered, whatever it is of. */
 static void finish_lot(struct queue *queue, uint32_t renderer, const struct tile *lot,
                        uint32_t count, double now)
@@ -1113,6 +1128,7 @@ int main(void)
         cmocka_unit_test(test_idle_without_a_core),
         cmocka_unit_test(test_seconds_of_a_crowd),
         cmocka_unit_test(test_stopped_with_probes),
+        cmocka_unit_test(test_finished_leaves_a_core),
         cmocka_unit_test(test_late_with_probes),
         cmocka_unit_test(test_every_pixel_once),
         cmocka_unit_test(test_strips_are_the_papers),
