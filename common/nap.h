@@ -13,8 +13,8 @@
  * Seconds. The first nap is shorter than the 20 us or so by which a wake-up is late in any case. Naps
  * double up to NAP_LONGEST, which bounds the delay of an answer that a tile in reserve at the renderer
  * hides, and after a while on to NAP_SELDOM: never more than NAP_PART of what has been waited, so that the
- * delay does not count beside that. One who is woken when there is something sleeps for NAP_SELDOM at once. A wake-up with its look for messages takes about 20 us: 0.2 % of a
- * core in a long wait.
+ * delay does not count beside that. One who is woken when there is something sleeps for NAP_SELDOM at once.
+ * A wake-up with its look for messages takes about 20 us: 0.2 % of a core in a long wait.
  */
 #define NAP_SHORTEST 5e-6
 #define NAP_LONGEST  1e-3

@@ -519,10 +519,16 @@ void queue_set_silent(struct queue *queue, uint32_t renderer, bool silent)
     queue->news++;
 }
 
+bool queue_check_late(struct queue *queue, double now)
+{
+    bool any = pace_check(&queue->pace, now);
+    if (any) queue->counted = false;
+    return any;
+}
+
 void queue_look(struct queue *queue, double now)
 {
-    if (queue->config.schedule == SCHEDULE_DYNAMIC && pace_check(&queue->pace, now))
-        queue->counted = false;
+    if (queue->config.schedule == SCHEDULE_DYNAMIC) queue_check_late(queue, now);
     if (now >= queue->retry) queue->retry = HUGE_VAL;
 }
 

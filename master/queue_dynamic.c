@@ -466,9 +466,7 @@ static void settle(struct queue *queue, double now)
         if (queue->items[id].pass != TILE_PROBE) predict(queue, id, (double)ratios[id]);
     heap_order(&queue->waiting);
     free(ratios);
-    if (!queue->settled) {
-        predict_held(queue, now);
-    }
+    if (!queue->settled) predict_held(queue, now);
     /* What is missing may be what is dear. */
     if (queue->probes_back == queue->probes) queue_join(queue);
     queue->settled = true;
@@ -496,10 +494,7 @@ uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
         if (settles(queue, renderer)) settle(queue, now);
     }
     /* Who asked before, and got nothing, may get what a late one has. */
-    if (pace_check(&queue->pace, now)) {
-        queue->counted = false;
-        queue->news++;
-    }
+    if (queue_check_late(queue, now)) queue->news++;
     /* It may have stopped: messages to it would pile up. */
     if (queue->pace.renderers[renderer].lost) return 0;
     struct pace_lot lot = pace_lot(&queue->pace, renderer, now, queue->waiting_work);

@@ -15,9 +15,11 @@
  */
 #define JOINED_OF_SHARE 0.05
 #define JOINED_OF_ALL   (JOINED_OF_SHARE / 44)
-#define JOINED_LEAST                                                                               \
-    0.01 /* of a share, from 500 renderers on; up to JOINED_MANY it is JOINED_OF_SHARE */
-#define JOINED_MANY  100.0 /* and between them goes down with their number */
+
+/* Of a share: from 100 renderers on the part goes down with their number, to this one from 500 on. */
+#define JOINED_MANY  100.0
+#define JOINED_LEAST 0.01
+
 #define JOINED_WORST 2
 
 /* What two tiles that are joined may be predicted to be. */

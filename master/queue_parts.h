@@ -71,8 +71,9 @@ struct queue {
     uint32_t recall_count;
     uint32_t *probes_given; /* per renderer: probe tiles that it has had */
     struct turns *turns;    /* per group of the crowd; NULL: each renderer has a core */
-    bool counted;           /* whether their numbers of renderers are those of now */
-    bool *silent;           /* per renderer */
+    bool
+        counted; /* their renderers are; not any more when one gets or gives back a tile, or is late */
+    bool *silent; /* per renderer */
     bool stopped;
     uint64_t pixels_skipped; /* finished by an earlier run */
     uint64_t news;
@@ -139,6 +140,9 @@ void dynamic_learn(struct queue *queue, uint32_t renderer, const struct tile *ti
 
 /* Joins cheap tiles that nobody has had; when predictions are new. */
 void queue_join(struct queue *queue);
+
+/* Gives up all that are late by now; whether there was any. */
+bool queue_check_late(struct queue *queue, double now);
 
 /* ---- renderers that share cores ---- */
 
