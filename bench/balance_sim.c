@@ -64,6 +64,9 @@ static void happen(struct sim *sim, const struct event *event)
     case EVENT_SEEN:
         sim_hold(sim, event->who, event->what);
         break;
+    case EVENT_TELL:
+        sim_tell(sim, event->who, event->number);
+        break;
     case EVENT_DROP:
         sim_drop(sim, event->who, event->number);
         break;

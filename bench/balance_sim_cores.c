@@ -9,9 +9,6 @@
 #include "bench/balance_sim_state.h"
 #include "common/message.h"
 
-/* Seconds that are nothing: rounding. */
-#define GRAIN 1e-12
-
 void cores_init(struct sim *sim)
 {
     uint32_t count = sim->machine->cores;

@@ -166,7 +166,8 @@ void sim_look(struct sim *sim)
     if (!sim->serving && sim->now >= sim->look) serve_next(sim, sim->now);
 }
 
-/* Whether who has sent this has rung behind it: he has nothing left, or has called for more. */
+/* Whether who has sent this has rung behind it: he has nothing left, or has called for more. He has, too, if
+ * it says that a tile takes long. */
 static bool has_rung(const struct renderer *renderer)
 {
     return renderer->count == 0 || (renderer->count == 1 && renderer->held[0]->has_called);
@@ -178,7 +179,7 @@ void result_arrives(struct sim *sim, const struct event *letter)
     sim->outcome->messages++;
     if (sim->serving) return;
     look_at(sim, looks(sim));
-    if (has_rung(&sim->renderers[letter->who])) sim_ring(sim);
+    if (letter->number || has_rung(&sim->renderers[letter->who])) sim_ring(sim);
 }
 
 void result_served(struct sim *sim)
@@ -191,7 +192,7 @@ void result_served(struct sim *sim)
     for (struct part *part; (part = next);) {
         next = part->next;
         accept_part(sim, letter.who, part);
-        forget_part(sim, part->lot);
+        if (!part->unfinished) forget_part(sim, part->lot);
     }
     sim->serving = false;
     nap_heard(&sim->nap, sim->now);

@@ -23,6 +23,22 @@ static bool is_just_starting(const struct sim *sim, uint32_t who)
     return sim->machine->starts && sim->outcome->renderers[who].busy_s == 0;
 }
 
+/* Whether it is to be told if the part takes long: by worker/work.c, that is not by rank 0's own renderer, nor
+ * where cores are shared. */
+static bool tells(const struct sim *sim, uint32_t who, const struct part *part)
+{
+    bool single = !sim->cores && sim->machine->node_cores == 1;
+    return single && !is_own(sim, who) && part->tile.pass != TILE_PROBE;
+}
+
+/* It is told of the part if it is in work for so long. */
+static void tell_after(struct sim *sim, uint32_t who, const struct part *part, double seconds)
+{
+    struct event tell = {
+        .time = part->begun_s + seconds, .kind = EVENT_TELL, .who = who, .number = part->tile.id};
+    if (seconds < part->span_s) events_add(&sim->wall, &tell);
+}
+
 static void begin_part(struct sim *sim, uint32_t who, struct part *part)
 {
     double cost = costs_of(sim->costs, &part->tile);
@@ -38,6 +54,7 @@ static void begin_part(struct sim *sim, uint32_t who, struct part *part)
         cores_begin(sim, who, part, is_just_starting(sim, who));
     else
         events_add(&sim->done, &done);
+    if (tells(sim, who, part)) tell_after(sim, who, part, part->tell_s);
 }
 
 static void end_part(struct sim *sim, uint32_t who, struct part *part);
@@ -124,7 +141,8 @@ struct lot *next_lot(struct sim *sim, uint32_t who)
     sim->lots = lot;
     lot->last = &lot->ready;
     for (uint32_t i = 0; i < count; i++)
-        lot->parts[i] = (struct part){.tile = tiles[i], .lot = lot};
+        lot->parts[i] = (struct part){
+            .tile = tiles[i], .lot = lot, .tell_s = queue_tell_after(sim->queue, who, tiles[i].id)};
     lot->whole = whole_bytes(lot);
     return lot;
 }
@@ -171,6 +189,11 @@ static void tell_probes(struct sim *sim, const struct tile *tile)
 
 void accept_part(struct sim *sim, uint32_t who, struct part *part)
 {
+    if (part->unfinished) {
+        part->lot->tells = false;
+        queue_takes_long(sim->queue, who, part->tile.id, sim->now, part->seconds);
+        return;
+    }
     bool probes = part->tile.pass == TILE_PROBE;
     /* A node of many cores is a renderer of many times the speed. */
     double wall = part->seconds / sim->machine->node_cores;
@@ -181,9 +204,14 @@ void accept_part(struct sim *sim, uint32_t who, struct part *part)
         return;
     }
     if (probes) tell_probes(sim, &part->tile);
-    bool first = queue_finish(sim->queue, who, part->tile.id, sim->now, seconds);
-    if (first) sim->outcome->render_s = sim->now;
-    if (!first && !probes) sim->outcome->wasted_s += part->seconds * speed_of(sim, who);
+    enum answer answer = queue_finish(sim->queue, who, part->tile.id, sim->now, seconds);
+    struct fate fate;
+    bool any = answer == ANSWER_COUNTS;
+    while (queue_fate(sim->queue, &fate))
+        any |= fate.counts;
+    if (any) sim->outcome->render_s = sim->now;
+    if (answer == ANSWER_IN_VAIN && !probes)
+        sim->outcome->wasted_s += part->seconds * speed_of(sim, who);
 }
 
 /* What is ready of a lot. */
@@ -192,7 +220,12 @@ static void send_result(struct sim *sim, uint32_t who, struct lot *lot)
     const struct message_costs *costs = &sim->machine->messages;
     double span = costs->send_s + costs->latency_s + (double)bytes_of(lot->ready) * costs->byte_s;
     sim->outcome->renderers[who].send_s += span;
-    sim_at(sim, sim->now + span, EVENT_RESULT, who, lot->ready);
+    struct event result = {.time = sim->now + span,
+                           .kind = EVENT_RESULT,
+                           .who = who,
+                           .number = lot->tells,
+                           .what = lot->ready};
+    events_add(&sim->wall, &result);
     lot->ready = NULL;
     lot->last = &lot->ready;
     lot->answered = sim->now;
@@ -246,7 +279,7 @@ static void end_part(struct sim *sim, uint32_t who, struct part *part)
     }
     *lot->last = part;
     lot->last = &part->next;
-    if (all || answers(sim, lot)) send_result(sim, who, lot);
+    if (all || part->told || answers(sim, lot)) send_result(sim, who, lot);
 }
 
 void finish_part(struct sim *sim, uint32_t who, struct part *part)
@@ -303,6 +336,25 @@ void sim_give_up(struct sim *sim, uint32_t who, uint32_t id)
     if (sim->cores && sim->renderers[who].core == NO_CORE) return;
     if (!sim->cores) events_remove(&sim->done, part);
     finish_part(sim, who, part);
+}
+
+void sim_tell(struct sim *sim, uint32_t who, uint32_t id)
+{
+    struct part *part = find_working(&sim->renderers[who], id);
+    if (!part) return;
+    struct lot *lot = part->lot;
+    double seconds = sim->now - part->begun_s;
+    /* It had another part of this number before. */
+    if (seconds + GRAIN < part->tell_s) return;
+    part->told = true;
+    tell_after(sim, who, part, 2 * seconds);
+    if (lot->tells) return;
+    lot->notice = (struct part){
+        .tile = part->tile, .lot = lot, .seconds = seconds, .dropped = true, .unfinished = true};
+    *lot->last = &lot->notice;
+    lot->last = &lot->notice.next;
+    lot->tells = true;
+    send_result(sim, who, lot);
 }
 
 void sim_stop(struct sim *sim, uint32_t who)

@@ -19,6 +19,7 @@ enum {
     EVENT_SERVED,
     EVENT_LOT,
     EVENT_SEEN,
+    EVENT_TELL,
     EVENT_DROP,
     EVENT_GIVE_UP,
     EVENT_CHECK,
@@ -34,8 +35,11 @@ struct part {
     double begun_s, seconds; /* when it was begun (NAN: it has no core yet), and what it took */
     double span_s, left_s;   /* of shared cores: what it takes of one, and will take yet */
     double cpu_s;            /* that it took */
-    bool working;            /* it is being rendered */
-    bool dropped;            /* others have it now, or have finished it */
+    double tell_s;   /* in work for so long it is told of, and again when it is twice as long */
+    bool told;       /* it was: an answer is due when it is done */
+    bool working;    /* it is being rendered */
+    bool dropped;    /* others have it now, or have finished it */
+    bool unfinished; /* it stands for another one, which has been in work for so many seconds */
 };
 
 struct lot {
@@ -46,8 +50,13 @@ struct lot {
     double answer_s, answered;       /* when an answer is due, and when the last one was given */
     size_t whole;                    /* bytes of the result if all that is left goes into one */
     struct part *ready, **last;      /* what goes into the next one */
+    struct part notice;              /* that a part takes long */
+    bool tells;                      /* the master has not heard of that yet */
     struct part parts[];             /* [count] */
 };
+
+/* Seconds that are nothing: rounding. */
+#define GRAIN 1e-12
 
 #define NO_CORE UINT32_MAX
 #define NOBODY  UINT32_MAX
@@ -157,6 +166,9 @@ void sim_drop(struct sim *sim, uint32_t who, uint32_t id);
 
 /* Others have finished a tile that the renderer may be rendering, and gives up then. */
 void sim_give_up(struct sim *sim, uint32_t who, uint32_t id);
+
+/* It has been rendering a tile for long. */
+void sim_tell(struct sim *sim, uint32_t who, uint32_t id);
 
 /* It gives up all that it renders. */
 void sim_stop(struct sim *sim, uint32_t who);

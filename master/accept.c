@@ -1,3 +1,7 @@
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/clock.h"
 #include "common/message.h"
 #include "master/server.h"
 
@@ -28,18 +32,13 @@ static bool is_as_asked(const struct server *server, const struct tile *tile,
     return header->pixels == asked;
 }
 
-void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,
-                 const float *rgb, const struct result_header *header)
+/* The tile becomes part of the picture. */
+static void put_tile(struct server *server, uint32_t renderer, const struct tile *tile,
+                     const float *rgb, const struct result_header *header)
 {
     struct service *service = server->service;
-    double now = server_elapsed(server);
-    double seconds = queue_seconds(service->queue, renderer, header->busy_s, header->cpu_s);
-    bool first = queue_finish(service->queue, renderer, tile->id, now, seconds);
-    note_lot(service, first ? LOT_TILE : LOT_WASTED, renderer, tile, header);
-    if (!first) return;
+    note_lot(service, LOT_TILE, renderer, tile, header);
     if (service->adaptive) {
-        if (!is_as_asked(server, tile, header))
-            fatal("renderer %u sent other pixels than it was asked for", renderer);
         save_part(service->save, tile, header, rgb);
         adaptive_put(service->adaptive, tile, rgb, header->cpu_s);
     } else {
@@ -49,7 +48,63 @@ void accept_tile(struct server *server, uint32_t renderer, const struct tile *ti
     render_counts_add(&service->counts, &header->counts);
     server->rays += render_counts_rays(&header->counts);
     watch_add(service->watch, tile_pixels(tile), header);
-    server->finished = server->start + now;
+    server->finished = clock_wall();
+}
+
+/* ---- pieces of tiles ---- */
+
+static void keep_piece(struct server *server, uint32_t renderer, const struct tile *tile,
+                       const float *rgb, const struct result_header *header)
+{
+    size_t floats = header->pixels * result_floats(tile, server->service->adaptive != NULL);
+    struct kept_piece piece = {.renderer = renderer,
+                               .tile = *tile,
+                               .header = *header,
+                               .rgb = allocate(floats, sizeof *piece.rgb)};
+    memcpy(piece.rgb, rgb, floats * sizeof *piece.rgb);
+    server->pieces = grow(server->pieces, server->piece_count, sizeof *server->pieces);
+    server->pieces[server->piece_count++] = piece;
+}
+
+static void settle_piece(struct server *server, const struct fate *fate)
+{
+    uint32_t i = 0;
+    while (server->pieces[i].tile.id != fate->id)
+        i++;
+    struct kept_piece piece = server->pieces[i];
+    server->pieces[i] = server->pieces[--server->piece_count];
+    if (fate->counts)
+        put_tile(server, piece.renderer, &piece.tile, piece.rgb, &piece.header);
+    else
+        note_lot(server->service, LOT_WASTED, piece.renderer, &piece.tile, &piece.header);
+    free(piece.rgb);
+}
+
+void forget_pieces(struct server *server)
+{
+    for (uint32_t i = 0; i < server->piece_count; i++)
+        free(server->pieces[i].rgb);
+    free(server->pieces);
+}
+
+void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,
+                 const float *rgb, const struct result_header *header)
+{
+    struct service *service = server->service;
+    double now = server_elapsed(server);
+    double seconds = queue_seconds(service->queue, renderer, header->busy_s, header->cpu_s);
+    enum answer answer = queue_finish(service->queue, renderer, tile->id, now, seconds);
+    struct fate fate;
+    if (answer != ANSWER_IN_VAIN && service->adaptive && !is_as_asked(server, tile, header))
+        fatal("renderer %u sent other pixels than it was asked for", renderer);
+    if (answer == ANSWER_COUNTS)
+        put_tile(server, renderer, tile, rgb, header);
+    else if (answer == ANSWER_KEPT)
+        keep_piece(server, renderer, tile, rgb, header);
+    else
+        note_lot(service, LOT_WASTED, renderer, tile, header);
+    while (queue_fate(service->queue, &fate))
+        settle_piece(server, &fate);
 }
 
 void accept_dropped(struct server *server, uint32_t renderer, const struct tile *tile,

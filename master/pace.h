@@ -52,6 +52,8 @@ struct pace {
     struct heap soon; /* the same, the one that will have done it first on top */
     struct heap late; /* the same, the one that is to be given up for late first on top */
     struct heap lost; /* those that were, the longest overdue on top */
+    struct heap
+        spare; /* those of the lost of whom it is not known that they have begun all that they have */
 };
 
 void pace_init(struct pace *pace, uint32_t renderers);
@@ -79,6 +81,12 @@ void pace_overlook(struct pace *pace, uint32_t renderer);
 
 /* Seconds for which all that have work have enough of it, as predicted; 0: nothing is known. */
 double pace_calm(const struct pace *pace, double now);
+
+/* Gives up the renderer, which has some, for late: it should have been done with it by then. */
+void pace_late(struct pace *pace, uint32_t renderer, double due);
+
+/* A renderer tells of a tile of so much work when it has been in work for so many seconds. */
+double pace_tell_after(const struct pace *pace, uint32_t renderer, double work);
 
 /* Gives up all that are late by now; whether there was any. */
 bool pace_check(struct pace *pace, double now);

@@ -89,7 +89,7 @@ void queue_foresee(struct queue *queue, uint32_t id)
 {
     const struct item *item = &queue->items[id];
     double work = (double)item->work;
-    if (!pieces_count(queue, item)) return;
+    if (!is_of_picture(item)) return;
     if (item->skipped)
         outlook_skip(&queue->outlook, work, area(item));
     else if (item->finished)
@@ -231,6 +231,7 @@ void queue_destroy(struct queue *queue)
     free(queue->turns);
     free(queue->silent);
     free(queue->recalls);
+    free(queue->fates);
     holdings_free(&queue->holdings);
     free(queue);
 }
@@ -379,26 +380,38 @@ void queue_probed(struct queue *queue, const struct tile *probe, const float *se
     cost_put(&queue->map, probe, seconds);
 }
 
-/* Marks the tile, which took so long; false: it was. */
-static bool mark_finished(struct queue *queue, uint32_t id, double seconds)
+void queue_set_finished(struct queue *queue, uint32_t id, double seconds)
+{
+    queue_unforesee(queue, id);
+    queue->items[id].finished = true;
+    queue->items[id].seconds = (float)seconds;
+    queue_foresee(queue, id);
+}
+
+/* Marks the tile, which took so long. */
+static enum answer mark_finished(struct queue *queue, uint32_t id, double seconds)
 {
     if (queue->shared) {
         bool first = !queue->share_finished[id];
         queue->share_finished[id] = 1;
-        return first;
+        return first ? ANSWER_COUNTS : ANSWER_IN_VAIN;
     }
     struct item *item = &queue->items[id];
-    if (item->finished) return false;
+    if (item->finished) return ANSWER_IN_VAIN;
     queue_tell_finished(queue, id);
-    pieces_answered(queue, id);
-    queue_unforesee(queue, id);
+    pieces_drop(queue, id);
+    if (!item->is_piece) {
+        queue_set_finished(queue, id, seconds);
+        return ANSWER_COUNTS;
+    }
     item->finished = true;
     item->seconds = (float)seconds;
-    queue_foresee(queue, id);
-    return true;
+    pieces_keep(queue, id);
+    return ANSWER_KEPT;
 }
 
-bool queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, double now, double seconds)
+enum answer queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, double now,
+                         double seconds)
 {
     struct tile tile = queue_tile_of(queue, id);
     struct hold hold = take_back(queue, renderer, id);
@@ -407,19 +420,18 @@ bool queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, double no
         /* Behind its last tile it may have become late; nothing else would tell that it is there. */
         if (!holds) pace_dropped(&queue->pace, renderer, now, 0, 0, false);
         dynamic_probed(queue, now);
-        return false;
+        return ANSWER_IN_VAIN;
     }
     if (queue->config.schedule == SCHEDULE_DYNAMIC) {
         dynamic_learn(queue, renderer, &tile, seconds, hold.work);
         pace_answered(&queue->pace, renderer, now, hold.work, seconds, holds);
     }
-    if (!mark_finished(queue, id, seconds)) {
-        queue->count.wasted_s += seconds;
-        return false;
-    }
+    enum answer answer = mark_finished(queue, id, seconds);
+    if (answer == ANSWER_IN_VAIN) queue->count.wasted_s += seconds;
+    if (answer != ANSWER_COUNTS) return answer;
     queue->count.finished++;
     queue->count.pixels_finished += tile_pixels(&tile);
-    return true;
+    return answer;
 }
 
 void queue_tell(struct queue *queue, struct hold *hold, bool finished)
@@ -477,6 +489,21 @@ double queue_answer_after(const struct queue *queue)
 {
     if (queue->config.schedule != SCHEDULE_DYNAMIC) return HUGE_VAL;
     return pace_answer_after(&queue->pace);
+}
+
+double queue_tell_after(const struct queue *queue, uint32_t renderer, uint32_t id)
+{
+    /* Where renderers share cores, time says little, and nothing is done twice. */
+    if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->turns) return HUGE_VAL;
+    double work = queue->settled ? (double)queue->items[id].work : 0;
+    return pace_tell_after(&queue->pace, renderer, work);
+}
+
+void queue_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, double now,
+                      double seconds)
+{
+    if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->items[id].finished) return;
+    dynamic_takes_long(queue, renderer, id, now, seconds);
 }
 
 void queue_served(struct queue *queue, double seconds, double pixels)

@@ -127,14 +127,32 @@ bool queue_held(const struct queue *queue, uint32_t renderer, uint32_t id, struc
 double queue_seconds(struct queue *queue, uint32_t renderer, double wall, double cpu);
 
 /*
- * The renderer has finished a tile that it holds (asserted) in so many seconds of its own. Returns
- * whether it is the first to do so: its pixels count, later ones are dropped.
+ * The renderer has finished a tile that it holds (asserted) in so many seconds of its own. The first to do so
+ * counts, later ones are in vain. A piece of a tile that somebody else has as a whole is to be kept, until
+ * queue_fate() says which of both counts.
  */
-bool queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, double now, double seconds);
+enum answer { ANSWER_IN_VAIN, ANSWER_COUNTS, ANSWER_KEPT };
+enum answer queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, double now,
+                         double seconds);
+
+/* What becomes of a piece that is kept: to be asked after each queue_finish() until this returns false. */
+struct fate {
+    uint32_t id;
+    bool counts; /* false: it was in vain */
+};
+bool queue_fate(struct queue *queue, struct fate *fate);
 
 /* A renderer that has finished a part of a lot answers with it when its last answer, or the begin of
  * the lot, is so many seconds ago: then what it has not done yet can be given to others. */
 double queue_answer_after(const struct queue *queue);
+
+/* A renderer that has a tile in work for so many seconds tells of it, and again when it is twice as long; may
+ * be infinite. */
+double queue_tell_after(const struct queue *queue, uint32_t renderer, uint32_t id);
+
+/* It has told: the tile, which it has, is in work for so many seconds. */
+void queue_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, double now,
+                      double seconds);
 
 /*
  * A tile that its renderer need not render any more: to be told to it after each queue_next() and

@@ -25,9 +25,10 @@
 struct item {
     uint32_t x, y, w, h;
     uint32_t pass;
-    float work;    /* predicted */
-    float worst;   /* if the tile is all that its neighbourhood may be */
-    float seconds; /* that it took, when it is finished */
+    float work;  /* predicted */
+    float worst; /* if the tile is all that its neighbourhood may be */
+    float
+        seconds; /* that it took, when it is finished; before, for which it is known to be in work */
     double priority;
     uint32_t copies; /* renderers that have it */
     uint32_t hold;   /* of one of them (master/holdings.h), or HOLD_NONE */
@@ -37,9 +38,11 @@ struct item {
 
     /* See queue_pieces.c. */
     uint32_t first_piece, pieces; /* ids of its pieces, if it has any */
+    uint32_t missing;             /* of these */
     uint32_t whole;               /* the id of what it is a piece of */
     bool is_piece;
-    bool replaced; /* by its pieces, or what it was joined to, which count in its place */
+    bool kept;     /* a piece that is back, and may count yet */
+    bool replaced; /* by what it was joined to, which counts in its place */
 };
 
 /* Of all who share some cores. */
@@ -69,6 +72,8 @@ struct queue {
     struct holdings holdings;
     struct recall *recalls; /* not told yet */
     uint32_t recall_count;
+    struct fate *fates; /* not told yet */
+    uint32_t fate_count;
     uint32_t *probes_given; /* per renderer: probe tiles that it has had */
     struct turns *turns;    /* per group of the crowd; NULL: each renderer has a core */
     bool
@@ -97,6 +102,12 @@ static inline uint64_t area(const struct item *item)
     return (uint64_t)item->w * item->h;
 }
 
+/* Whether the picture is put together of this tile. */
+static inline bool is_of_picture(const struct item *item)
+{
+    return item->pass != TILE_PROBE && !item->replaced && !item->is_piece;
+}
+
 /* The tile of this id. */
 struct tile queue_tile_of(const struct queue *queue, uint32_t id);
 
@@ -106,6 +117,9 @@ uint32_t queue_new_item(struct queue *queue, const struct item *item);
 /* The tile waits, and waits no longer. */
 void queue_set_waiting(struct queue *queue, uint32_t id);
 void queue_unset_waiting(struct queue *queue, uint32_t id);
+
+/* The tile is finished, which took so long. */
+void queue_set_finished(struct queue *queue, uint32_t id, double seconds);
 
 /* Counts the tile in the outlook, as what it is; or not, while it is neither finished nor a probe. */
 void queue_foresee(struct queue *queue, uint32_t id);
@@ -138,6 +152,10 @@ void dynamic_probed(struct queue *queue, double now);
 void dynamic_learn(struct queue *queue, uint32_t renderer, const struct tile *tile, double seconds,
                    double predicted);
 
+/* A tile is in work for so long. */
+void dynamic_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, double now,
+                        double seconds);
+
 /* Joins cheap tiles that nobody has had; when predictions are new. */
 void queue_join(struct queue *queue);
 
@@ -163,10 +181,10 @@ uint32_t queue_idle_cores(struct queue *queue);
  * false: it is too small, or has some. */
 bool pieces_make(struct queue *queue, uint32_t id, uint32_t wanted, double work);
 
-/* The first answer for this tile has come: its pieces are of no use, or what it is a piece of. */
-void pieces_answered(struct queue *queue, uint32_t id);
+/* The first answer for this tile has come: its pieces are of no use. */
+void pieces_drop(struct queue *queue, uint32_t id);
 
-/* Whether the picture is to be put together of this tile, as things are. */
-bool pieces_count(const struct queue *queue, const struct item *item);
+/* A piece is back: it is kept until its whole is. With the last one that is missing all count. */
+void pieces_keep(struct queue *queue, uint32_t id);
 
 #endif

@@ -4,14 +4,10 @@
  * place of the tile, and its answer will be of no use. So every pixel is in one tile that counts.
  */
 #include <math.h>
+#include <stdlib.h>
 
+#include "common/message.h"
 #include "master/queue_parts.h"
-
-bool pieces_count(const struct queue *queue, const struct item *item)
-{
-    if (item->pass == TILE_PROBE || item->replaced) return false;
-    return !item->is_piece || queue->items[item->whole].replaced;
-}
 
 bool pieces_make(struct queue *queue, uint32_t id, uint32_t wanted, double work)
 {
@@ -29,7 +25,7 @@ bool pieces_make(struct queue *queue, uint32_t id, uint32_t wanted, double work)
         return false;
     double all = fmax((double)whole.work, work), density = all / (double)area(&whole);
     queue->items[id].first_piece = queue->item_count;
-    queue->items[id].pieces = pieces;
+    queue->items[id].pieces = queue->items[id].missing = pieces;
     for (uint32_t i = 0; i < pieces; i++) {
         struct item piece = {.pass = whole.pass,
                              .priority = fmax(whole.priority, density),
@@ -48,34 +44,78 @@ bool pieces_make(struct queue *queue, uint32_t id, uint32_t wanted, double work)
     return true;
 }
 
-/* The whole tile has come back: nobody needs to do this one. */
-static void drop_pieces(struct queue *queue, const struct item *whole)
+/* What becomes of a piece that was kept. */
+static void decide(struct queue *queue, uint32_t id, bool counts)
 {
-    for (uint32_t id = whole->first_piece; id < whole->first_piece + whole->pieces; id++) {
-        struct item *piece = &queue->items[id];
-        if (heap_has(&queue->waiting, id)) queue_unset_waiting(queue, id);
-        if (!piece->finished) queue_tell_finished(queue, id);
+    struct item *item = &queue->items[id];
+    item->kept = false;
+    if (!counts) queue->count.wasted_s += (double)item->seconds;
+    queue->fates = grow(queue->fates, queue->fate_count, sizeof *queue->fates);
+    queue->fates[queue->fate_count++] = (struct fate){id, counts};
+}
+
+void pieces_drop(struct queue *queue, uint32_t id)
+{
+    const struct item *whole = &queue->items[id];
+    for (uint32_t part = whole->first_piece; part < whole->first_piece + whole->pieces; part++) {
+        struct item *piece = &queue->items[part];
+        if (heap_has(&queue->waiting, part)) queue_unset_waiting(queue, part);
+        if (!piece->finished) queue_tell_finished(queue, part);
         piece->finished = true;
-        drop_pieces(queue, piece);
+        if (piece->kept) decide(queue, part, false);
+        pieces_drop(queue, part);
     }
 }
 
-static void replace(struct queue *queue, uint32_t id)
-{
-    struct item *item = &queue->items[id];
-    if (item->replaced) return;
-    if (item->is_piece) replace(queue, item->whole);
-    queue_unforesee(queue, id);
-    queue_tell_finished(queue, id);
-    item->finished = item->replaced = true;
-    queue->count.tiles += item->pieces - 1;
-    for (uint32_t piece = item->first_piece; piece < item->first_piece + item->pieces; piece++)
-        queue_foresee(queue, piece);
-}
-
-void pieces_answered(struct queue *queue, uint32_t id)
+/* All that is kept of the tile counts. */
+struct sum {
+    uint32_t pieces;
+    double seconds;
+};
+static void count_kept(struct queue *queue, uint32_t id, struct sum *sum)
 {
     const struct item *item = &queue->items[id];
-    if (item->is_piece) replace(queue, item->whole);
-    drop_pieces(queue, item);
+    if (item->kept) {
+        sum->pieces++;
+        sum->seconds += (double)item->seconds;
+        decide(queue, id, true);
+        return;
+    }
+    for (uint32_t part = item->first_piece; part < item->first_piece + item->pieces; part++)
+        count_kept(queue, part, sum);
+}
+
+/* Its pieces are the answer to a tile that is not one itself. */
+static void put_together(struct queue *queue, uint32_t id)
+{
+    struct sum sum = {0};
+    count_kept(queue, id, &sum);
+    queue_set_finished(queue, id, sum.seconds);
+    queue->count.tiles += sum.pieces - 1;
+    queue->count.finished += sum.pieces;
+    queue->count.pixels_finished += area(&queue->items[id]);
+}
+
+void pieces_keep(struct queue *queue, uint32_t id)
+{
+    queue->items[id].kept = true;
+    for (uint32_t whole = queue->items[id].whole; --queue->items[whole].missing == 0;
+         whole = queue->items[whole].whole) {
+        queue_tell_finished(queue, whole);
+        queue->items[whole].finished = true;
+        if (queue->items[whole].is_piece) continue;
+        put_together(queue, whole);
+        return;
+    }
+}
+
+bool queue_fate(struct queue *queue, struct fate *fate)
+{
+    if (queue->fate_count > 0) {
+        *fate = queue->fates[--queue->fate_count];
+        return true;
+    }
+    free(queue->fates);
+    queue->fates = NULL;
+    return false;
 }

@@ -179,6 +179,7 @@ static void end_server(struct server *server)
     preview_free(&server->preview);
     free(server->contacts);
     free(server->sampled);
+    forget_pieces(server);
     free(server->message);
 }
 

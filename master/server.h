@@ -31,6 +31,14 @@ struct contact {
     bool is_silent;
 };
 
+/* A piece of a tile, until it is known whether that comes as a whole before all of its pieces. */
+struct kept_piece {
+    uint32_t renderer;
+    struct tile tile;
+    struct result_header header;
+    float *rgb; /* as in the message; owned */
+};
+
 struct server {
     struct service *service;
     double start;
@@ -44,6 +52,8 @@ struct server {
     bool last_pass;    /* what is in the queue is all there will be */
     uint32_t *sampled; /* of each refined tile that has been handed out: pixels that get samples */
     uint32_t sampled_room;
+    struct kept_piece *pieces;
+    uint32_t piece_count;
     uint64_t news; /* of the queue, when the idle were last asked */
     bool own_done;
     uint32_t own_tile; /* the id of what rank 0 itself renders; its own renderer looks for what it
@@ -82,6 +92,9 @@ uint32_t take_refinements(struct server *server, const struct tile *tile,
 /* A finished tile goes into the picture and the journal, unless somebody else was first. */
 void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,
                  const float *rgb, const struct result_header *header);
+
+/* At the end: pieces whose tiles are not finished. */
+void forget_pieces(struct server *server);
 
 /* A tile that the renderer has left to others; it may (queue_recalled()). */
 void accept_dropped(struct server *server, uint32_t renderer, const struct tile *tile,

@@ -23,6 +23,19 @@ static void mark(unsigned char *seen, const struct queue_config *config, const s
     }
 }
 
+/* Of pieces that were kept; returns how many count. */
+static uint32_t hear_fates(struct queue *queue, unsigned char *seen,
+                           const struct queue_config *config)
+{
+    struct fate fate;
+    uint32_t count = 0;
+    for (; queue_fate(queue, &fate); count += fate.counts) {
+        struct tile tile = queue_tile_of(queue, fate.id);
+        if (fate.counts) mark(seen, config, &tile);
+    }
+    return count;
+}
+
 struct held {
     uint32_t renderer, id;
 };
@@ -42,7 +55,7 @@ static void answer_probe(struct queue *queue, const struct tile *probe, uint64_t
  * Renderers chosen at random ask for lots and finish tiles, in no time that has to do with any
  * prediction, until nothing moves any more; renderer 0 likes to keep others waiting, and what others
  * have taken over is dropped or not. Every pixel is rendered once, and once more when it is handed out
- * again; the first answer counts.
+ * again; the first answer counts, a piece with all others of its tile.
  */
 static void drive(const struct queue_config *config, uint64_t seed)
 {
@@ -75,8 +88,9 @@ static void drive(const struct queue_config *config, uint64_t seed)
         }
         assert_true(queue_held(queue, back.renderer, back.id, &tile));
         if (tile.pass == TILE_PROBE) answer_probe(queue, &tile, &seed);
-        bool first = queue_finish(queue, back.renderer, back.id, now, 1e-3);
-        if (first) mark(seen, config, &tile);
+        enum answer answer = queue_finish(queue, back.renderer, back.id, now, 1e-3);
+        if (answer == ANSWER_COUNTS) mark(seen, config, &tile);
+        hear_fates(queue, seen, config);
         assert_false(queue_held(queue, back.renderer, back.id, &tile));
     }
     for (size_t i = 0; i < pixels; i++)
@@ -531,30 +545,44 @@ static void test_idle_take_unbegun(void **state)
     queue_destroy(queue);
 }
 
-/* All is done but one tile, which renderer 0 has begun; 2 and 3 stand idle. Returns the number of its
- * pieces that 2 got, or the others if it got none. */
-static uint32_t break_last(struct queue *queue, struct tile *last, struct tile *pieces)
+/* All is done but one tile, which renderer 0 has begun; returns what 1 has got of it in the end. */
+static uint32_t leave_last(struct queue *queue, struct tile *last, struct tile *lot, double *now)
 {
-    struct tile lot[LOT_TILES];
-    double now = 1e-3;
-    uint32_t count = queue_next(queue, 0, now, lot);
+    uint32_t count = queue_next(queue, 0, *now, lot);
     *last = lot[0];
     for (uint32_t i = 1; i < count; i++)
-        assert_true(queue_finish(queue, 0, lot[i].id, now, 1e-4));
-    while ((count = queue_next(queue, 1, now, lot)) > 0 && !queue_count(queue).repeated)
-        for (uint32_t i = 0; i < count; i++, now += 1e-5)
-            assert_true(queue_finish(queue, 1, lot[i].id, now, 1e-4));
+        assert_true(queue_finish(queue, 0, lot[i].id, *now, 1e-4));
+    while ((count = queue_next(queue, 1, *now, lot)) > 0 && !queue_count(queue).repeated)
+        for (uint32_t i = 0; i < count; i++, *now += 1e-5)
+            assert_true(queue_finish(queue, 1, lot[i].id, *now, 1e-4));
     assert_int_equal(queue_count(queue).finished, queue_count(queue).tiles - 1);
+    return count;
+}
+
+/* The same; 2 and 3 stand idle. Returns the number of its pieces that 2 got, or the others if it got none. */
+static uint32_t break_last(struct queue *queue, struct tile *last, struct tile pieces[LOT_TILES])
+{
+    double now = 1e-3;
+    uint32_t count = leave_last(queue, last, pieces, &now);
     now += 100; /* overdue by far */
     queue_look(queue, now);
-    if (count == 0) count = queue_next(queue, 2, now, lot);
-    memcpy(pieces, lot, sizeof lot);
-    return count;
+    return count > 0 ? count : queue_next(queue, 2, now, pieces);
 }
 
 static const struct queue_config four = {
     .width = 64, .height = 48, .renderers = 4, .tile_edge = 16};
 
+/* Whether it counts at once. */
+static bool finish_and_mark(struct queue *queue, uint32_t renderer, const struct tile *tile,
+                            unsigned char seen[64 * 48])
+{
+    enum answer answer = queue_finish(queue, renderer, tile->id, 0, 1e-4);
+    if (answer == ANSWER_COUNTS) mark(seen, &four, tile);
+    hear_fates(queue, seen, &four);
+    return answer == ANSWER_COUNTS;
+}
+
+/* Pieces count when all are there. */
 static void test_pieces_replace(void **state)
 {
     (void)state;
@@ -562,15 +590,18 @@ static void test_pieces_replace(void **state)
     struct tile last, lot[LOT_TILES];
     unsigned char seen[64 * 48] = {0};
     uint32_t count = break_last(queue, &last, lot), renderer = queue_holds(queue, 2) > 0 ? 2 : 1;
+    uint32_t kept = 0, counted = 0, tiles = queue_count(queue).tiles;
     assert_true(count > 0 && tile_pixels(&lot[0]) < tile_pixels(&last));
     do {
-        for (uint32_t i = 0; i < count; i++) {
-            assert_true(queue_finish(queue, renderer, lot[i].id, 101, 1e-4));
-            mark(seen, &four, &lot[i]); /* no pixel twice */
+        for (uint32_t i = 0; i < count; i++, kept++) {
+            assert_true(counted == 0 && !queue_complete(queue));
+            assert_int_equal(queue_finish(queue, renderer, lot[i].id, 101, 1e-4), ANSWER_KEPT);
+            counted = hear_fates(queue, seen, &four); /* no pixel twice */
         }
         count = queue_next(queue, renderer, 101, lot);
     } while (count > 0);
-    assert_true(queue_complete(queue));
+    assert_true(queue_complete(queue) && counted == kept);
+    assert_int_equal(queue_count(queue).tiles, tiles - 1 + kept);
     assert_int_equal(queue_count(queue).pixels_finished, 64 * 48);
     assert_true(queue_count(queue).share_finished == 1);
     for (uint32_t k = 0; k < tile_pixels(&last); k++) {
@@ -578,9 +609,62 @@ static void test_pieces_replace(void **state)
         tile_pixel(&last, k, &x, &y);
         assert_int_equal(seen[y * 64 + x], 1);
     }
-    assert_false(queue_finish(queue, 0, last.id, 102, 1));
+    assert_int_equal(queue_finish(queue, 0, last.id, 102, 1), ANSWER_IN_VAIN);
     assert_int_equal(queue_count(queue).pixels_finished, 64 * 48);
     queue_destroy(queue);
+}
+
+/* What is nearly done is not given up for a first piece: the whole counts if it comes before the last one. */
+static void test_whole_before_last_piece(void **state)
+{
+    (void)state;
+    struct queue *queue = queue_create(&four);
+    struct tile last, lot[LOT_TILES];
+    unsigned char seen[64 * 48] = {0};
+    uint32_t count = break_last(queue, &last, lot), renderer = queue_holds(queue, 2) > 0 ? 2 : 1;
+    uint32_t pieces = queue->items[last.id].pieces, tiles = queue_count(queue).tiles, kept = 0;
+    assert_true(pieces > 2);
+    for (; kept + 1 < pieces; count = queue_next(queue, renderer, 101, lot))
+        for (uint32_t i = 0; i < count && kept + 1 < pieces; i++, kept++)
+            assert_int_equal(queue_finish(queue, renderer, lot[i].id, 101, 1e-4), ANSWER_KEPT);
+    double wasted = queue_count(queue).wasted_s;
+    assert_int_equal(queue_finish(queue, 0, last.id, 102, 1), ANSWER_COUNTS);
+    assert_int_equal(hear_fates(queue, seen, &four), 0);
+    assert_true(fabs(queue_count(queue).wasted_s - wasted - kept * 1e-4) < 1e-9);
+    assert_true(queue_complete(queue));
+    assert_int_equal(queue_count(queue).tiles, tiles);
+    assert_int_equal(queue_count(queue).pixels_finished, 64 * 48);
+    queue_destroy(queue);
+}
+
+/* A piece may be broken up in turn: its pieces stand for it, or it stands for them. */
+static void test_pieces_of_a_piece(void **state)
+{
+    (void)state;
+    for (int by_parts = 0; by_parts < 2; by_parts++) {
+        struct queue *queue = queue_create(&four);
+        struct tile lot[LOT_TILES], tile;
+        unsigned char seen[64 * 48] = {0};
+        uint32_t count = queue_next(queue, 0, 0, lot), whole = lot[0].id;
+        assert_true(pieces_make(queue, whole, 2, 0));
+        uint32_t piece = queue->items[whole].first_piece;
+        for (uint32_t i = 1; i < count; i++)
+            assert_true(finish_and_mark(queue, 0, &lot[i], seen));
+        for (bool held = false; (count = queue_next(queue, 1, 0, lot)) > 0;) {
+            for (uint32_t i = 0; i < count; i++)
+                if (lot[i].id != piece) finish_and_mark(queue, 1, &lot[i], seen);
+            if (held || !queue_held(queue, 1, piece, &tile)) continue;
+            held = true;
+            assert_true(pieces_make(queue, piece, 4, 0));
+            if (!by_parts) assert_false(finish_and_mark(queue, 1, &tile, seen));
+        }
+        assert_true(queue_complete(queue) && queue->items[whole].finished);
+        for (uint32_t i = 0; i < 64 * 48; i++)
+            assert_int_equal(seen[i], 1);
+        assert_int_equal(queue_finish(queue, 0, whole, 0, 1), ANSWER_IN_VAIN);
+        if (by_parts) assert_int_equal(queue_finish(queue, 1, piece, 0, 1), ANSWER_IN_VAIN);
+        queue_destroy(queue);
+    }
 }
 
 /* Forgets what renderers are to be told; returns how much of it says that this renderer's tile is
@@ -595,7 +679,7 @@ static uint32_t told_finished(struct queue *queue, uint32_t renderer, uint32_t i
 }
 
 /* Who still renders what others have finished hears of it, once, and may leave it half done: the whole
- * when a piece has come, pieces when the whole has. */
+ * when all pieces have come, pieces when the whole has. */
 static void test_finished_is_told(void **state)
 {
     (void)state;
@@ -606,10 +690,17 @@ static void test_finished_is_told(void **state)
                  renderer = queue_holds(queue, 2) > 0 ? 2 : 1;
         assert_true(count > 0 && queue_recalled(queue, 0, last.id));
         assert_int_equal(told_finished(queue, 0, last.id), 0); /* that others have it, yes */
-        const struct tile *late = whole ? &lot[0] : &last, *early = whole ? &last : &lot[0];
-        uint32_t loser = whole ? renderer : 0, winner = whole ? 0 : renderer;
+        const struct tile *late = whole ? &lot[0] : &last;
+        uint32_t loser = whole ? renderer : 0;
         assert_int_equal(queue_recalled(queue, loser, late->id), !whole);
-        assert_true(queue_finish(queue, winner, early->id, 101, 1e-4));
+        if (whole) assert_int_equal(queue_finish(queue, 0, last.id, 101, 1e-4), ANSWER_COUNTS);
+        for (; !whole && count > 0; count = queue_next(queue, renderer, 101, lot)) {
+            for (uint32_t i = 0; i < count; i++) {
+                assert_int_equal(told_finished(queue, 0, last.id), 0);
+                assert_true(queue_finish(queue, renderer, lot[i].id, 101, 1e-4) == ANSWER_KEPT);
+            }
+            if (queue_complete(queue)) break;
+        }
         assert_true(queue_recalled(queue, loser, late->id));
         assert_int_equal(told_finished(queue, loser, late->id), 1);
         assert_int_equal(told_finished(queue, loser, late->id), 0);
@@ -696,7 +787,10 @@ static void test_overdue_is_broken_up(void **state)
         assert_true(queue_finish(queue, 1, lot[i].id, 2e-3, 1e-3));
     assert_true(queue->waiting.count > 0 && queue_holds(queue, 0) == 1);
     queue_look(queue, 0.1); /* overdue, but most of the run is to come */
-    assert_true(queue_next(queue, 1, 0.1, lot) > 0);
+    count = queue_next(queue, 1, 0.1, lot);
+    assert_true(count > 0);
+    for (uint32_t i = 0; i < count; i++) /* or it would be what is taken over first */
+        assert_true(queue_finish(queue, 1, lot[i].id, 0.1, 1e-3));
     assert_int_equal(queue->items[first.id].pieces, 0);
     queue_look(queue, 100);
     count = queue_next(queue, 2, 100, lot);
@@ -1144,6 +1238,8 @@ int main(void)
         cmocka_unit_test(test_cheap_go_with_dear),
         cmocka_unit_test(test_idle_take_unbegun),
         cmocka_unit_test(test_pieces_replace),
+        cmocka_unit_test(test_whole_before_last_piece),
+        cmocka_unit_test(test_pieces_of_a_piece),
         cmocka_unit_test(test_finished_is_told),
         cmocka_unit_test(test_finished_copy_is_told),
         cmocka_unit_test(test_overdue_is_broken_up),
