@@ -16,6 +16,7 @@
 #include "master/watch.h"
 
 struct bell;
+struct tray;
 
 struct service {
     struct queue *queue;
@@ -35,6 +36,7 @@ struct service {
     /* Rung by own, and by the renderers on this machine, who has sent something that is not to wait. */
     struct bell *bell;
     bool all_ring;   /* there are no others */
+    struct tray *const *trays; /* per rank; NULL: it has none, for it is on another machine */
     double patience; /* seconds without a sign of life: others get what a renderer has */
     /* Set as soon as nothing of what is in work matters any more: own gives up, too. */
     atomic_bool ending;
