@@ -18,8 +18,9 @@
  *                                  seconds that it took; filled up to
  *                                  result_bytes(). A tile that is dropped is a header alone, with
  *                                  RESULT_DROPPED and the time that it has taken.
- *   TRAY      renderer -> master   struct tray_note: what a RESULT would hold lies in memory that
- *                                  the two share (common/tray.h), where they are on one node
+ *   TRAY      both ways            struct tray_note: what a TILES or RESULT message would hold lies in
+ *                                  memory that the two share (common/tray.h), where they are on one
+ *                                  node
  *   PING      master -> renderer   empty: a sign of life is asked for. Comes when nothing has been
  *                                  heard for a while, and not again before something is
  *   PONG      renderer -> master   empty: the answer, in the midst of a tile, too
@@ -55,7 +56,8 @@ enum message_tag {
     TAG_MASTER_TO_RENDERER_DROP = 7,
     TAG_MASTER_TO_RENDERER_PING = 8,
     TAG_RENDERER_TO_MASTER_PONG = 9,
-    TAG_RENDERER_TO_MASTER_TRAY = 10,
+    TAG_MASTER_TO_RENDERER_TRAY = 10,
+    TAG_RENDERER_TO_MASTER_TRAY = 11,
 };
 
 /* Tiles of a lot, at most: a TILES message stays small. */
@@ -147,14 +149,17 @@ struct result_header {
     struct render_counts counts;
 };
 
-/* Bytes of a result that a slot of a tray holds: of most lots with more than a handful of renderers. */
-#define TRAY_BYTES ((size_t)32 << 10)
-/* One for the result that the master has not looked at yet, one for the next. */
+/* Slots of a tray for each direction: one for what has not been looked at yet, one for the next. */
 #define TRAY_SLOTS 2
 
+/* What they hold: the longest lot without refinements; the results of most lots, where there are more than a
+ * handful of renderers. */
+#define TRAY_LOT_BYTES    (sizeof(struct lot_header) + LOT_TILES * sizeof(struct tile))
+#define TRAY_RESULT_BYTES ((size_t)32 << 10)
+
 struct tray_note {
-    uint32_t slot;  /* of the renderer's tray */
-    uint32_t bytes; /* of the result in it */
+    uint32_t slot;
+    uint32_t bytes; /* in it */
 };
 
 /* Half of a pixel's samples, the same number in each of its halves; 0: too few for that. */
@@ -302,8 +307,8 @@ bool refinements_valid(const struct refinement *refinements, uint32_t count, uin
 bool result_message_valid(const struct result_header *header, size_t bytes, const struct tile *tile,
                           bool halves);
 
-/* A TRAY message of so many bytes. */
-bool tray_message_valid(const struct tray_note *note, size_t bytes);
+/* A TRAY message of so many bytes, about a slot with so much room. */
+bool tray_message_valid(const struct tray_note *note, size_t bytes, size_t room);
 
 /* A STATS message of so many bytes from rank. */
 bool stats_message_valid(const struct renderer_stats *stats, size_t bytes, int rank);

@@ -78,11 +78,11 @@ static void take_tray(struct server *server, uint32_t renderer, const char *mess
     struct tray_note note = {0};
     struct tray *tray = server->service->trays[server->first_rank + renderer];
     if (bytes == sizeof note) memcpy(&note, message, sizeof note);
-    bool valid = tray && tray_message_valid(&note, bytes);
-    const char *result = valid ? tray_look(tray, &note) : NULL;
-    if (!result) fatal("renderer %u told of a result where there is none", renderer);
-    take_parts(server, renderer, result, note.bytes);
-    tray_empty(tray, &note);
+    if (!tray || !tray_message_valid(&note, bytes, TRAY_RESULT_BYTES) ||
+        !slots_full(&tray->results, note.slot))
+        fatal("renderer %u told of a result where there is none", renderer);
+    take_parts(server, renderer, tray->result[note.slot], note.bytes);
+    slots_empty(&tray->results, note.slot);
 }
 
 static void take_ready(struct server *server, uint32_t renderer, const char *message, size_t bytes)

@@ -336,6 +336,7 @@ struct worker {
         char tiles[TILES_MAX_BYTES];
         struct drop drops[DROP_TILES];
         struct start start;
+        struct tray_note note;
     } * incoming;
     MPI_Request receive;
     bool started;                /* the master has said START */
@@ -393,22 +394,35 @@ static size_t take_tile(const struct worker *worker, struct lot *lot, const char
     return refinements_valid(refinements, pixels, level_last(view)) ? tile_part_bytes(tile) : 0;
 }
 
-static void take_lot(struct worker *worker, size_t bytes)
+/* A lot of so many bytes, from a message or from the tray: nothing of it is looked at twice before it is
+ * used. */
+static void take_lot(struct worker *worker, const char *message, size_t bytes)
 {
     struct lot *lot = &worker->lots[worker->waiting++];
     struct lot_header header;
     size_t done = sizeof header, length = worker->started ? 1 : 0, refined = 0;
     if (bytes <= sizeof header) fatal("the master sent a lot without tiles");
-    memcpy(&header, worker->incoming->tiles, sizeof header);
+    memcpy(&header, message, sizeof header);
     if (!lot_header_valid(&header)) fatal("the master sent a lot that makes no sense");
     *lot = (struct lot){.answer_s = header.answer_s};
     /* The refinements in a message are fewer than its bytes. */
     if (worker->adaptive) lot->refinements = allocate(bytes, sizeof *lot->refinements);
     while (length > 0 && done < bytes) {
-        length = take_tile(worker, lot, worker->incoming->tiles + done, bytes - done, &refined);
+        length = take_tile(worker, lot, message + done, bytes - done, &refined);
         done += length;
     }
     if (done < bytes) fatal("the master sent a tile that is not part of the picture");
+}
+
+static void take_tray(struct worker *worker, size_t bytes)
+{
+    struct tray *tray = worker->tray;
+    struct tray_note note = worker->incoming->note;
+    if (!tray || !tray_message_valid(&note, bytes, TRAY_LOT_BYTES) ||
+        !slots_full(&tray->lots, note.slot))
+        fatal("the master told of a lot where there is none");
+    take_lot(worker, tray->lot[note.slot], note.bytes);
+    slots_empty(&tray->lots, note.slot);
 }
 
 static void drop_from(struct lot *lot, uint32_t id)
@@ -468,7 +482,9 @@ static bool hear(struct worker *worker)
     else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_PING)
         take_ping(worker, (size_t)bytes);
     else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_TILES)
-        take_lot(worker, (size_t)bytes);
+        take_lot(worker, worker->incoming->tiles, (size_t)bytes);
+    else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_TRAY)
+        take_tray(worker, (size_t)bytes);
     else
         fatal("the master sent a message of unknown kind %d", status.MPI_TAG);
     post_receive(worker);
@@ -482,8 +498,9 @@ static char *take_buffer(struct worker *worker, size_t bytes)
     double start = clock_wall();
     wait_request(&worker->sends[turn]);
     worker->stats.send_s += clock_wall() - start;
-    worker->slot = worker->tray && bytes <= TRAY_BYTES ? tray_find(worker->tray) : -1;
-    if (worker->slot >= 0) return worker->tray->slots[worker->slot];
+    struct tray *tray = worker->tray;
+    worker->slot = tray && bytes <= TRAY_RESULT_BYTES ? slots_find(&tray->results) : -1;
+    if (worker->slot >= 0) return tray->result[worker->slot];
     if (worker->capacities[turn] < bytes) {
         free(worker->buffers[turn]);
         worker->buffers[turn] = allocate_zeroed(bytes, 1);
@@ -512,7 +529,7 @@ static void send_note(struct worker *worker, size_t bytes)
 {
     struct tray_note *note = &worker->notes[worker->turn];
     *note = (struct tray_note){.slot = (uint32_t)worker->slot, .bytes = (uint32_t)bytes};
-    tray_fill(worker->tray, worker->slot);
+    slots_fill(&worker->tray->results, worker->slot);
     MPI_Isend(note, sizeof *note, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_TRAY, worker->comm,
               &worker->sends[worker->turn]);
 }
