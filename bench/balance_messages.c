@@ -150,7 +150,8 @@ static double serve_flood(uint32_t edge, struct tray *trays)
 /* Puts the result into the next slot. */
 static struct tray_note put_result(struct tray *trays, int turn, const char *result, size_t bytes)
 {
-    struct tray_note note = {.slot = (uint32_t)turn % (TRAYS * TRAY_SLOTS), .bytes = (uint32_t)bytes};
+    struct tray_note note = {.slot = (uint32_t)turn % (TRAYS * TRAY_SLOTS),
+                             .bytes = (uint32_t)bytes};
     struct tray *tray = &trays[note.slot / TRAY_SLOTS];
     memcpy(tray->result[note.slot % TRAY_SLOTS], result, bytes);
     slots_fill(&tray->results, (int)(note.slot % TRAY_SLOTS));

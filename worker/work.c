@@ -206,9 +206,10 @@ static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scen
     size_t bytes = welcome->scene_bytes;
     MPI_Comm leaders = split_nodes(comm, shared);
     gather_processes(shared);
-    size_t trays = count_trays(comm, shared), content = round_up(bytes) + round_up(welcome->bvh_bytes);
-    char *window = allocate_window(shared, HEAD_BYTES + CACHE_LINE + content +
-                                               trays * sizeof(struct tray));
+    size_t trays = count_trays(comm, shared),
+           content = round_up(bytes) + round_up(welcome->bvh_bytes);
+    char *window =
+        allocate_window(shared, HEAD_BYTES + CACHE_LINE + content + trays * sizeof(struct tray));
     /* MPI promises less than a cache line, and maybe not the same to every rank. */
     struct window_head *head = (void *)window;
     if (shared->leads) {
