@@ -21,6 +21,8 @@ static const struct {
     {"service_tile_s", "of that, for every tile of a lot"},
     {"service_pixel_s", "of that, for every pixel"},
     {"fetch_s", "beside that, for a result that is fetched"},
+    {"tray_s", "of the master for one result and its answer, through a tray"},
+    {"tray_pixel_s", "of that, for every pixel"},
     {"send_s", "of a renderer in handing over a result"},
     {"nap_s", "by how much a nap is longer than asked for"},
 };
@@ -63,8 +65,10 @@ static struct message_costs costs_of_values(const double values[MESSAGE_VALUES])
                                   .service_tile_s = values[3],
                                   .service_pixel_s = values[4],
                                   .fetch_s = values[5],
-                                  .send_s = values[6],
-                                  .nap_s = values[7]};
+                                  .tray_s = values[6],
+                                  .tray_pixel_s = values[7],
+                                  .send_s = values[8],
+                                  .nap_s = values[9]};
 }
 
 struct message_costs measure_messages(void)

@@ -9,6 +9,7 @@
  *   service_tile_s  of the queue for every tile: handing out, finishing
  *   service_pixel_s for every pixel of the result: receiving, canvas
  *   fetch_s         beside that for a result of more than RESULT_SHORT bytes
+ *   tray_s, tray_pixel_s   in place of service_s and service_pixel_s where result and answer go through a tray
  *   send_s          of a renderer for one result
  *   nap_s           by how much a nap is longer than asked for
  */
@@ -21,6 +22,7 @@
 #include "common/message.h"
 #include "common/nap.h"
 #include "common/protocol.h"
+#include "common/tray.h"
 #include "master/canvas.h"
 #include "master/queue.h"
 
@@ -59,11 +61,13 @@ static double one_way(int rank, int bytes)
 
 #define SLOTS 16
 #define LOTS  (ROUNDS + SLOTS)
+#define TRAYS SLOTS /* one result more than SLOTS may be under way */
 
 struct flood {
     struct canvas canvas;
     struct tile tile;
     size_t bytes;
+    struct tray *trays; /* TRAYS of them; NULL: results come in messages */
     char *buffers[SLOTS];
     MPI_Request requests[SLOTS];
 };
@@ -74,23 +78,48 @@ static void post(struct flood *flood, int slot)
               &flood->requests[slot]);
 }
 
-static void handle(struct flood *flood, int slot)
+static void take_result(struct flood *flood, const char *result)
 {
     struct result_header header;
-    const char *message = flood->buffers[slot];
-    memcpy(&header, message, sizeof header);
+    memcpy(&header, result, sizeof header);
     if (!result_message_valid(&header, flood->bytes, &flood->tile, false))
         fatal("a result is wrong");
-    canvas_put(&flood->canvas, &flood->tile, (const void *)(message + sizeof header));
-    MPI_Send(&flood->tile, sizeof flood->tile, MPI_BYTE, 1, TAG_REPLY, MPI_COMM_WORLD);
+    canvas_put(&flood->canvas, &flood->tile, (const void *)(result + sizeof header));
+}
+
+/* As take_tray() of master/take_in.c and send_lot() of master/hand_out.c. */
+static void handle_tray(struct flood *flood, const char *message)
+{
+    struct tray_note note, answer = {.bytes = sizeof flood->tile};
+    memcpy(&note, message, sizeof note);
+    struct tray *tray = &flood->trays[note.slot / TRAY_SLOTS % TRAYS];
+    note.slot %= TRAY_SLOTS;
+    if (!tray_message_valid(&note, sizeof note, TRAY_RESULT_BYTES) ||
+        !slots_full(&tray->results, note.slot))
+        fatal("a note is wrong");
+    take_result(flood, tray->result[note.slot]);
+    slots_empty(&tray->results, note.slot);
+    memcpy(tray->lot[answer.slot], &flood->tile, sizeof flood->tile);
+    slots_fill(&tray->lots, (int)answer.slot);
+    MPI_Send(&answer, sizeof answer, MPI_BYTE, 1, TAG_REPLY, MPI_COMM_WORLD);
+}
+
+static void handle(struct flood *flood, int slot)
+{
+    if (flood->trays) {
+        handle_tray(flood, flood->buffers[slot]);
+    } else {
+        take_result(flood, flood->buffers[slot]);
+        MPI_Send(&flood->tile, sizeof flood->tile, MPI_BYTE, 1, TAG_REPLY, MPI_COMM_WORLD);
+    }
     post(flood, slot);
 }
 
-/* Seconds per result of edge x edge pixels. */
-static double serve_flood(uint32_t edge)
+/* Seconds per result of edge x edge pixels; trays: see struct flood. */
+static double serve_flood(uint32_t edge, struct tray *trays)
 {
     static double times[LOTS];
-    struct flood flood = {.tile = {.w = edge, .h = edge, .step = 1}};
+    struct flood flood = {.tile = {.w = edge, .h = edge, .step = 1}, .trays = trays};
     int samples = 0, handled = 0;
     flood.bytes = result_bytes(&flood.tile, tile_pixels(&flood.tile), false);
     canvas_init(&flood.canvas, edge, edge);
@@ -118,8 +147,19 @@ static double serve_flood(uint32_t edge)
     return median(times, samples);
 }
 
+/* Puts the result into the next slot. */
+static struct tray_note put_result(struct tray *trays, int turn, const char *result, size_t bytes)
+{
+    struct tray_note note = {.slot = (uint32_t)turn % (TRAYS * TRAY_SLOTS),
+                             .bytes = (uint32_t)bytes};
+    struct tray *tray = &trays[note.slot / TRAY_SLOTS];
+    memcpy(tray->result[note.slot % TRAY_SLOTS], result, bytes);
+    slots_fill(&tray->results, (int)(note.slot % TRAY_SLOTS));
+    return note;
+}
+
 /* The renderer's side: as many results as it may have under way; returns seconds per Isend. */
-static double send_flood(uint32_t edge)
+static double send_flood(uint32_t edge, struct tray *trays)
 {
     static double times[LOTS];
     struct tile tile = {.w = edge, .h = edge, .step = 1};
@@ -131,8 +171,11 @@ static double send_flood(uint32_t edge)
     MPI_Barrier(MPI_COMM_WORLD);
     for (int i = 0; i < LOTS; i++) {
         MPI_Request request;
+        struct tray_note note;
+        if (trays) note = put_result(trays, i, message, bytes);
         double start = clock_wall();
-        MPI_Isend(message, (int)bytes, MPI_BYTE, 0, TAG_DATA, MPI_COMM_WORLD, &request);
+        MPI_Isend(trays ? (const void *)&note : message, (int)(trays ? sizeof note : bytes),
+                  MPI_BYTE, 0, TAG_DATA, MPI_COMM_WORLD, &request);
         times[i] = clock_wall() - start;
         MPI_Wait(&request, MPI_STATUS_IGNORE);
         if (i >= SLOTS)
@@ -197,6 +240,39 @@ static double nap_overshoot(void)
 #define WHOLE_EDGE 24
 #define LARGE_EDGE 32
 
+/* What the master takes for a result, and for each of its pixels. */
+struct service {
+    double result_s, pixel_s;
+};
+
+static struct service serve_floods(struct tray *trays)
+{
+    double small_lot = serve_flood(1, trays), whole_lot = serve_flood(WHOLE_EDGE, trays);
+    double pixel_s = (whole_lot - small_lot) / (WHOLE_EDGE * WHOLE_EDGE - 1);
+    return (struct service){.result_s = small_lot - pixel_s, .pixel_s = pixel_s};
+}
+
+static double send_floods(struct tray *trays)
+{
+    double small_lot = send_flood(1, trays);
+    send_flood(WHOLE_EDGE, trays);
+    return small_lot;
+}
+
+static struct tray *make_trays(int rank, MPI_Win *window)
+{
+    struct tray *trays;
+    int unit;
+    MPI_Aint size = (MPI_Aint)((TRAYS + 1) * sizeof *trays);
+    MPI_Win_allocate_shared(rank == 0 ? size : 0, 1, MPI_INFO_NULL, MPI_COMM_WORLD, &trays, window);
+    MPI_Win_shared_query(*window, 0, &size, &unit, &trays);
+    trays = (void *)(((uintptr_t)trays + 63) / 64 * 64);
+    for (int i = 0; rank == 0 && i < TRAYS; i++)
+        tray_init(&trays[i]);
+    MPI_Barrier(MPI_COMM_WORLD);
+    return trays;
+}
+
 int main(void)
 {
     int rank, size;
@@ -206,24 +282,25 @@ int main(void)
     if (size != 2) fatal("start two of me: mpiexec -n 2");
     nap_sharpen();
     double empty = one_way(rank, 0), large = one_way(rank, 1 << 16);
-    double small_lot, whole_lot, large_lot;
+    MPI_Win window;
+    struct tray *trays = make_trays(rank, &window);
     if (rank == 0) {
-        small_lot = serve_flood(1);
-        whole_lot = serve_flood(WHOLE_EDGE);
-        large_lot = serve_flood(LARGE_EDGE);
-        double pixel = (whole_lot - small_lot) / (WHOLE_EDGE * WHOLE_EDGE - 1);
-        double service = small_lot - pixel, large_s = service + pixel * LARGE_EDGE * LARGE_EDGE;
+        struct service messages = serve_floods(NULL), tray = serve_floods(trays);
+        double large_lot = serve_flood(LARGE_EDGE, NULL);
+        double large_s = messages.result_s + messages.pixel_s * LARGE_EDGE * LARGE_EDGE;
         printf("latency_s %.3e\nbyte_s %.3e\n", empty, (large - empty) / (1 << 16));
-        printf("service_s %.3e\nservice_pixel_s %.3e\n", service, pixel);
+        printf("service_s %.3e\nservice_pixel_s %.3e\n", messages.result_s, messages.pixel_s);
         printf("fetch_s %.3e\n", large_lot - large_s);
+        printf("tray_s %.3e\ntray_pixel_s %.3e\n", tray.result_s, tray.pixel_s);
         printf("service_tile_s %.3e\n", queue_time());
         printf("nap_s %.3e\n", nap_overshoot());
     } else {
-        small_lot = send_flood(1);
-        send_flood(WHOLE_EDGE);
-        send_flood(LARGE_EDGE);
+        double small_lot = send_floods(NULL);
+        send_floods(trays);
+        send_flood(LARGE_EDGE, NULL);
         printf("send_s %.3e\n", small_lot);
     }
+    MPI_Win_free(&window);
     MPI_Finalize();
     return 0;
 }

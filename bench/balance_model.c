@@ -52,6 +52,8 @@ static void scale_serving(struct message_costs *costs, double factor)
     costs->service_tile_s *= factor;
     costs->service_pixel_s *= factor;
     costs->fetch_s *= factor;
+    costs->tray_s *= factor;
+    costs->tray_pixel_s *= factor;
 }
 
 /* What is measured once for all rows, in the same minutes. */

@@ -22,7 +22,8 @@
 struct message_costs {
     double latency_s, byte_s;
     double service_s, service_tile_s, service_pixel_s;
-    double fetch_s; /* of the master beside that for a result of more than RESULT_SHORT bytes */
+    double fetch_s; /* of the master beside that for a message of more than RESULT_SHORT bytes */
+    double tray_s, tray_pixel_s; /* in place of service_s and service_pixel_s, through a tray */
     double send_s;
     double tile_s; /* of a renderer for every tile, beside rendering it */
     double looks;  /* of the master in looking for messages: part of a core, all the time */
@@ -36,7 +37,8 @@ struct machine {
     uint32_t cores;       /* that the renderers share; 0: one for each, or node_cores */
     double slice_s;       /* for so long a core goes on with one when others wait for it; > 0 */
     bool master_renders;  /* renderer 0 is rank 0's own */
-    bool rings;           /* all are on rank 0's machine, and wake the master (common/bell.h) */
+    bool rings;           /* all are on rank 0's machine, wake the master (common/bell.h), and have
+                           * trays (common/tray.h) */
     const double *starts; /* per renderer, when it reports for work; NULL: all at once */
     struct message_costs messages;
 };

@@ -14,13 +14,17 @@ static double pixels_of(const struct part *parts)
     return pixels;
 }
 
-static double service_time(const struct sim *sim, const struct part *parts)
+/* Of a result: its event says whether it lies in a tray. */
+static double service_time(const struct sim *sim, const struct event *letter)
 {
     const struct message_costs *costs = &sim->machine->messages;
-    double span = costs->service_s + pixels_of(parts) * costs->service_pixel_s;
+    const struct part *parts = letter->what;
+    bool in_tray = letter->number;
+    double span = in_tray ? costs->tray_s + pixels_of(parts) * costs->tray_pixel_s
+                          : costs->service_s + pixels_of(parts) * costs->service_pixel_s;
     for (const struct part *part = parts; part; part = part->next)
         span += costs->service_tile_s;
-    if (bytes_of(parts) > RESULT_SHORT) span += costs->fetch_s;
+    if (!in_tray && bytes_of(parts) > RESULT_SHORT) span += costs->fetch_s;
     return span;
 }
 
@@ -72,11 +76,11 @@ static void begin_idling(struct sim *sim, double time)
 void hand_out_to(struct sim *sim, bool all)
 {
     const struct message_costs *costs = &sim->machine->messages;
-    double time = sim->now;
+    double time = sim->now, each = sim->machine->rings ? costs->tray_s : costs->service_s;
     for (uint32_t who = sim->machine->master_renders; who < sim->machine->renderers; who++)
         if (sim->renderers[who].ready && (all || sim->renderers[who].asks) &&
             hand_out(sim, who, time))
-            time += costs->service_s / 2;
+            time += each / 2;
     serve(sim, time - sim->now);
     begin_idling(sim, time);
 }
@@ -124,7 +128,7 @@ static void keep_letter(struct sim *sim, const struct event *letter)
 
 static void serve_next(struct sim *sim, double from)
 {
-    double span = service_time(sim, sim->letters[sim->first].what);
+    double span = service_time(sim, &sim->letters[sim->first]);
     sim->serving = true;
     sim->look = HUGE_VAL;
     serve(sim, span);
@@ -166,10 +170,12 @@ void sim_look(struct sim *sim)
     if (!sim->serving && sim->now >= sim->look) serve_next(sim, sim->now);
 }
 
-/* Whether who has sent this has rung behind it: he has nothing left, or has called for more. He has, too, if
- * it says that a tile takes long. */
-static bool has_rung(const struct renderer *renderer)
+/* Whether who has sent this has rung behind it: it says that a tile takes long, or he has nothing left, or has
+ * called for more. */
+static bool has_rung(const struct renderer *renderer, const struct part *parts)
 {
+    for (; parts; parts = parts->next)
+        if (parts->unfinished) return true;
     return renderer->count == 0 || (renderer->count == 1 && renderer->held[0]->has_called);
 }
 
@@ -179,7 +185,7 @@ void result_arrives(struct sim *sim, const struct event *letter)
     sim->outcome->messages++;
     if (sim->serving) return;
     look_at(sim, looks(sim));
-    if (letter->number || has_rung(&sim->renderers[letter->who])) sim_ring(sim);
+    if (has_rung(&sim->renderers[letter->who], letter->what)) sim_ring(sim);
 }
 
 void result_served(struct sim *sim)
@@ -188,7 +194,8 @@ void result_served(struct sim *sim)
     struct part *next = letter.what;
     sim->first = (sim->first + 1) % sim->letter_room;
     sim->letter_count--;
-    queue_served(sim->queue, service_time(sim, next), pixels_of(next));
+    queue_served(sim->queue, service_time(sim, &letter), pixels_of(next));
+    sim->renderers[letter.who].full -= letter.number;
     for (struct part *part; (part = next);) {
         next = part->next;
         accept_part(sim, letter.who, part);

@@ -68,10 +68,35 @@ static void call_for_more(struct sim *sim, uint32_t who, struct lot *lot)
     sim_ring(sim);
 }
 
+static size_t part_bytes(const struct part *part)
+{
+    return part->dropped ? sizeof(struct result_header)
+                         : result_bytes(&part->tile, tile_pixels(&part->tile), false);
+}
+
+/* Of all that is left of the lot. */
+static size_t whole_bytes(const struct lot *lot)
+{
+    size_t bytes = 0;
+    for (uint32_t i = lot->begun; i < lot->count; i++)
+        bytes += part_bytes(&lot->parts[i]);
+    return bytes;
+}
+
+/* What is left of the lot goes into a slot of the tray, if it can. */
+static void open_result(struct sim *sim, uint32_t who, struct lot *lot)
+{
+    lot->opened = true;
+    lot->whole = whole_bytes(lot);
+    lot->in_tray = sim->machine->rings && lot->whole <= TRAY_RESULT_BYTES &&
+                   sim->renderers[who].full < TRAY_SLOTS;
+}
+
 /* The next part of a lot is begun, unless others have it now. */
 static void begin_next(struct sim *sim, uint32_t who, struct lot *lot)
 {
     struct part *part = &lot->parts[lot->begun];
+    if (!lot->opened) open_result(sim, who, lot);
     if (!is_own(sim, who)) call_for_more(sim, who, lot);
     if (lot->begun++ == 0) lot->answered = sim->now;
     if (is_own(sim, who)) part->dropped = queue_recalled(sim->queue, who, part->tile.id);
@@ -106,26 +131,11 @@ void sim_hold(struct sim *sim, uint32_t who, struct lot *lot)
     go_on(sim, who);
 }
 
-static size_t part_bytes(const struct part *part)
-{
-    return part->dropped ? sizeof(struct result_header)
-                         : result_bytes(&part->tile, tile_pixels(&part->tile), false);
-}
-
 size_t bytes_of(const struct part *parts)
 {
     size_t bytes = 0;
     for (const struct part *part = parts; part; part = part->next)
         bytes += part_bytes(part);
-    return bytes;
-}
-
-/* Of all that is left of the lot. */
-static size_t whole_bytes(const struct lot *lot)
-{
-    size_t bytes = 0;
-    for (uint32_t i = lot->begun; i < lot->count; i++)
-        bytes += part_bytes(&lot->parts[i]);
     return bytes;
 }
 
@@ -143,7 +153,6 @@ struct lot *next_lot(struct sim *sim, uint32_t who)
     for (uint32_t i = 0; i < count; i++)
         lot->parts[i] = (struct part){
             .tile = tiles[i], .lot = lot, .tell_s = queue_tell_after(sim->queue, who, tiles[i].id)};
-    lot->whole = whole_bytes(lot);
     return lot;
 }
 
@@ -214,22 +223,29 @@ void accept_part(struct sim *sim, uint32_t who, struct part *part)
         sim->outcome->wasted_s += part->seconds * speed_of(sim, who);
 }
 
-/* What is ready of a lot. */
-static void send_result(struct sim *sim, uint32_t who, struct lot *lot)
+/* What is ready of a lot, in a message or in a slot of the tray. */
+static void send_ready(struct sim *sim, uint32_t who, struct lot *lot, bool in_tray)
 {
     const struct message_costs *costs = &sim->machine->messages;
-    double span = costs->send_s + costs->latency_s + (double)bytes_of(lot->ready) * costs->byte_s;
-    sim->outcome->renderers[who].send_s += span;
+    double bytes = in_tray ? 0 : (double)bytes_of(lot->ready);
+    double span = costs->send_s + costs->latency_s + bytes * costs->byte_s;
     struct event result = {.time = sim->now + span,
                            .kind = EVENT_RESULT,
                            .who = who,
-                           .number = lot->tells,
+                           .number = in_tray,
                            .what = lot->ready};
+    sim->outcome->renderers[who].send_s += span;
+    sim->renderers[who].full += in_tray;
     events_add(&sim->wall, &result);
     lot->ready = NULL;
     lot->last = &lot->ready;
     lot->answered = sim->now;
-    lot->whole = whole_bytes(lot);
+}
+
+static void send_result(struct sim *sim, uint32_t who, struct lot *lot)
+{
+    send_ready(sim, who, lot, lot->in_tray);
+    lot->opened = false;
 }
 
 static void account(struct sim *sim, uint32_t who, struct part *part)
@@ -261,7 +277,7 @@ static bool answers(const struct sim *sim, const struct lot *lot)
 {
     if (sim->now >= lot->answered + lot->answer_s) return true;
     size_t ready = bytes_of(lot->ready);
-    return lot->begun < lot->count &&
+    return lot->begun < lot->count && !lot->in_tray &&
            result_is_full(lot->whole, ready, ready + part_bytes(&lot->parts[lot->begun]));
 }
 
@@ -354,7 +370,7 @@ void sim_tell(struct sim *sim, uint32_t who, uint32_t id)
     *lot->last = &lot->notice;
     lot->last = &lot->notice.next;
     lot->tells = true;
-    send_result(sim, who, lot);
+    send_ready(sim, who, lot, false);
 }
 
 void sim_stop(struct sim *sim, uint32_t who)

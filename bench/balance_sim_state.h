@@ -49,6 +49,7 @@ struct lot {
     bool has_called;                 /* it was the last one, and the master was woken */
     double answer_s, answered;       /* when an answer is due, and when the last one was given */
     size_t whole;                    /* bytes of the result if all that is left goes into one */
+    bool opened, in_tray;            /* the result is begun; in a slot of the tray */
     struct part *ready, **last;      /* what goes into the next one */
     struct part notice;              /* that a part takes long */
     bool tells;                      /* the master has not heard of that yet */
@@ -67,6 +68,7 @@ struct renderer {
     unsigned count;
     uint32_t working; /* of its cores */
     double idle_since;
+    unsigned full; /* slots of its tray, with results */
     double debt_s; /* rank 0: what serving has taken from the tile in work */
     /* With shared cores, of which it gets one: what it works on, where (NO_CORE: it waits for one),
      * and who is behind it in the queue for them. */

@@ -48,7 +48,8 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
               MPI_Request *request)
 {
     if (tag == TAG_RENDERER_TO_MASTER_READY) stop_at("ready");
-    if (tag == TAG_RENDERER_TO_MASTER_RESULT) stop_at("result");
+    if (tag == TAG_RENDERER_TO_MASTER_RESULT || tag == TAG_RENDERER_TO_MASTER_TRAY)
+        stop_at("result");
     if (tag == TAG_RENDERER_TO_MASTER_STATS) stop_at("stats");
     return PMPI_Isend(buffer, count, type, rank, tag, comm, request);
 }

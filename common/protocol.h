@@ -18,6 +18,9 @@
  *                                  seconds that it took; filled up to
  *                                  result_bytes(). A tile that is dropped is a header alone, with
  *                                  RESULT_DROPPED and the time that it has taken.
+ *   TRAY      both ways            struct tray_note: what a TILES or RESULT message would hold lies in
+ *                                  memory that the two share (common/tray.h), where they are on one
+ *                                  node
  *   PING      master -> renderer   empty: a sign of life is asked for. Comes when nothing has been
  *                                  heard for a while, and not again before something is
  *   PONG      renderer -> master   empty: the answer, in the midst of a tile, too
@@ -53,6 +56,8 @@ enum message_tag {
     TAG_MASTER_TO_RENDERER_DROP = 7,
     TAG_MASTER_TO_RENDERER_PING = 8,
     TAG_RENDERER_TO_MASTER_PONG = 9,
+    TAG_MASTER_TO_RENDERER_TRAY = 10,
+    TAG_RENDERER_TO_MASTER_TRAY = 11,
 };
 
 /* Tiles of a lot, at most: a TILES message stays small. */
@@ -144,6 +149,19 @@ struct result_header {
     struct render_counts counts;
 };
 
+/* Slots of a tray for each direction: one for what has not been looked at yet, one for the next. */
+#define TRAY_SLOTS 2
+
+/* What they hold: the longest lot without refinements; the results of most lots, where there are more than a
+ * handful of renderers. */
+#define TRAY_LOT_BYTES    (sizeof(struct lot_header) + LOT_TILES * sizeof(struct tile))
+#define TRAY_RESULT_BYTES ((size_t)32 << 10)
+
+struct tray_note {
+    uint32_t slot;
+    uint32_t bytes; /* in it */
+};
+
 /* Half of a pixel's samples, the same number in each of its halves; 0: too few for that. */
 static inline uint32_t samples_halfway(uint32_t samples)
 {
@@ -174,6 +192,7 @@ _Static_assert(sizeof(struct ready) == 72, "struct ready goes over the wire as i
 _Static_assert(sizeof(struct start) == 8, "struct start goes over the wire as it is");
 _Static_assert(sizeof(struct result_header) == 224,
                "struct result_header goes over the wire as it is");
+_Static_assert(sizeof(struct tray_note) == 8, "struct tray_note goes over the wire as it is");
 _Static_assert(sizeof(struct renderer_stats) == 328,
                "struct renderer_stats goes over the wire as it is");
 
@@ -210,7 +229,8 @@ static inline size_t tile_part_bytes(const struct tile *tile)
 /*
  * MPICH's transport (UCX) delivers a message of so many bytes within a node as it is; what is longer is
  * announced, and fetched by who receives it, in a system call that takes as long as some messages. So what
- * would be a few of these long is answered tile by tile, as many as fit.
+ * would be a few of these long is answered tile by tile, as many as fit; unless it fits into a tray, from
+ * which nothing has to be fetched.
  */
 #define RESULT_SHORT ((size_t)8 << 10)
 #define RESULT_PARTS 4
@@ -286,6 +306,9 @@ bool refinements_valid(const struct refinement *refinements, uint32_t count, uin
  */
 bool result_message_valid(const struct result_header *header, size_t bytes, const struct tile *tile,
                           bool halves);
+
+/* A TRAY message of so many bytes, about a slot with so much room. */
+bool tray_message_valid(const struct tray_note *note, size_t bytes, size_t room);
 
 /* A STATS message of so many bytes from rank. */
 bool stats_message_valid(const struct renderer_stats *stats, size_t bytes, int rank);

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "common/tray.h"
 #include "master/server.h"
 
 /* Tiles of which a renderer hears that does not answer: two times each of those of the two lots
@@ -78,6 +79,21 @@ static size_t put_lot(struct server *server, const struct tile *tiles, uint32_t 
     return bytes;
 }
 
+/* A lot of so many bytes that lies in server->message. */
+static void send_lot(struct server *server, uint32_t renderer, size_t bytes)
+{
+    struct tray *tray = server->service->trays[server->first_rank + renderer];
+    int slot = tray && bytes <= TRAY_LOT_BYTES ? slots_find(&tray->lots) : -1;
+    if (slot < 0) {
+        send(server, renderer, TAG_MASTER_TO_RENDERER_TILES, server->message, bytes);
+        return;
+    }
+    struct tray_note note = {.slot = (uint32_t)slot, .bytes = (uint32_t)bytes};
+    memcpy(tray->lot[slot], server->message, bytes);
+    slots_fill(&tray->lots, slot);
+    send(server, renderer, TAG_MASTER_TO_RENDERER_TRAY, &note, sizeof note);
+}
+
 void hand_out(struct server *server, uint32_t renderer)
 {
     struct queue *queue = server->service->queue;
@@ -91,7 +107,7 @@ void hand_out(struct server *server, uint32_t renderer)
         over = server_is_through(server, renderer);
         server->contacts[renderer].is_idle = queue_holds(queue, renderer) == 0;
         pthread_mutex_unlock(&server->lock);
-        if (count > 0) send(server, renderer, TAG_MASTER_TO_RENDERER_TILES, server->message, bytes);
+        if (count > 0) send_lot(server, renderer, bytes);
     } while (count > 0);
     if (over) tell_stop(server, renderer);
 }

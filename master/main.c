@@ -103,6 +103,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
                               .stop = stop_signal(),
                               .bell = shared->bell,
                               .all_ring = shared->process_count == run->processes,
+                              .trays = shared->trays,
                               .patience = settings->farm.patience,
                               .stats = run->stats};
     progress_start(&progress, stderr, clock_wall());

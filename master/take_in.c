@@ -3,6 +3,7 @@
 
 #include "common/clock.h"
 #include "common/message.h"
+#include "common/tray.h"
 #include "master/server.h"
 
 /* What is known of a remote renderer before its last message, or if that never comes. */
@@ -56,20 +57,32 @@ static size_t take_part(struct server *server, uint32_t renderer, const char *pa
     return result_bytes(&tile, header.pixels, halves);
 }
 
-static void take_result(struct server *server, uint32_t renderer, const char *message, size_t bytes)
+/* Takes in a result, wherever it lies: nothing of it is looked at twice before it is used. */
+static void take_parts(struct server *server, uint32_t renderer, const char *result, size_t bytes)
 {
     size_t done = 0, length = 1;
     server->contacts[renderer].drops = 0;
     server->service->stats[renderer].bytes += bytes;
     pthread_mutex_lock(&server->lock);
     while (length > 0 && done < bytes) {
-        length = take_part(server, renderer, message + done, bytes - done);
+        length = take_part(server, renderer, result + done, bytes - done);
         done += length;
     }
     pthread_mutex_unlock(&server->lock);
     if (bytes == 0 || done < bytes)
         fatal("renderer %u sent a result for a tile that it was not asked for", renderer);
-    hand_out(server, renderer);
+}
+
+static void take_tray(struct server *server, uint32_t renderer, const char *message, size_t bytes)
+{
+    struct tray_note note = {0};
+    struct tray *tray = server->service->trays[server->first_rank + renderer];
+    if (bytes == sizeof note) memcpy(&note, message, sizeof note);
+    if (!tray || !tray_message_valid(&note, bytes, TRAY_RESULT_BYTES) ||
+        !slots_full(&tray->results, note.slot))
+        fatal("renderer %u told of a result where there is none", renderer);
+    take_parts(server, renderer, tray->result[note.slot], note.bytes);
+    slots_empty(&tray->results, note.slot);
 }
 
 static void take_ready(struct server *server, uint32_t renderer, const char *message, size_t bytes)
@@ -102,6 +115,12 @@ static void take_stats(struct server *server, uint32_t renderer, const char *mes
     server->left++;
 }
 
+static bool is_result(const struct letter *letter)
+{
+    return letter->tag == TAG_RENDERER_TO_MASTER_RESULT ||
+           letter->tag == TAG_RENDERER_TO_MASTER_TRAY;
+}
+
 static void take_letter(struct server *server, const struct letter *letter)
 {
     uint32_t renderer = (uint32_t)letter->rank - server->first_rank;
@@ -110,13 +129,16 @@ static void take_letter(struct server *server, const struct letter *letter)
     server->service->messages++;
     note_sign(server, renderer);
     if (letter->tag == TAG_RENDERER_TO_MASTER_RESULT)
-        take_result(server, renderer, letter->bytes, letter->size);
+        take_parts(server, renderer, letter->bytes, letter->size);
+    else if (letter->tag == TAG_RENDERER_TO_MASTER_TRAY)
+        take_tray(server, renderer, letter->bytes, letter->size);
     else if (letter->tag == TAG_RENDERER_TO_MASTER_STATS)
         take_stats(server, renderer, letter->bytes, letter->size);
     else if (letter->tag == TAG_RENDERER_TO_MASTER_READY)
         take_ready(server, renderer, letter->bytes, letter->size);
     else if (letter->tag != TAG_RENDERER_TO_MASTER_PONG || letter->size != 0)
         fatal("rank %d sent a message of unknown kind %d", letter->rank, letter->tag);
+    if (is_result(letter)) hand_out(server, renderer);
 }
 
 /* An answer has waited since the last look at the most. */
@@ -136,7 +158,7 @@ bool take_in(struct server *server)
     int count = post_collect(server->post, letters), results = 0;
     for (int i = 0; i < count; i++) {
         note_wait(server, looked);
-        results += letters[i].tag == TAG_RENDERER_TO_MASTER_RESULT;
+        results += is_result(&letters[i]);
         take_letter(server, &letters[i]);
         post_release(server->post, &letters[i]);
     }

@@ -247,6 +247,26 @@ static void test_messages(void **state)
     sim_outcome_free(&slow);
 }
 
+/* On one machine results go through trays, and cost what these do, until they are too long for a slot. */
+static void test_trays(void **state)
+{
+    (void)state;
+    struct machine machine = machine_of(2);
+    machine.rings = true;
+    machine.messages.tray_s = 1e-5;
+    struct sim_outcome trays = run(SCHEDULE_TILES, &machine);
+    assert_true(trays.messages > 0);
+    assert_near(trays.master_s, (double)trays.messages * 1e-5, 0.2);
+    sim_outcome_free(&trays);
+    machine = machine_of(1);
+    machine.rings = true;
+    machine.master_renders = false;
+    machine.messages.fetch_s = 1e-5;
+    struct sim_outcome whole = run(SCHEDULE_STRIPS, &machine);
+    assert_near(whole.master_s, 1e-5, 0.01);
+    sim_outcome_free(&whole);
+}
+
 /* Who naps sees a message at the end of the nap: 20, 40, 80 ... us, and what each is too long. */
 static void test_naps(void **state)
 {
@@ -301,10 +321,10 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_serial),       cmocka_unit_test(test_equal_shares),
         cmocka_unit_test(test_shared_cores), cmocka_unit_test(test_speeds),
-        cmocka_unit_test(test_messages),     cmocka_unit_test(test_naps),
-        cmocka_unit_test(test_nodes),        cmocka_unit_test(test_scaled_costs),
-        cmocka_unit_test(test_starts),       cmocka_unit_test(test_beside_tiles),
-        cmocka_unit_test(test_run_costs),
+        cmocka_unit_test(test_messages),     cmocka_unit_test(test_trays),
+        cmocka_unit_test(test_naps),         cmocka_unit_test(test_nodes),
+        cmocka_unit_test(test_scaled_costs), cmocka_unit_test(test_starts),
+        cmocka_unit_test(test_beside_tiles), cmocka_unit_test(test_run_costs),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

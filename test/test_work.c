@@ -9,6 +9,7 @@
 #include <cmocka.h>
 
 #include "common/bell.h"
+#include "common/tray.h"
 #include "master/builder.h"
 #include "test/view_fixture.h"
 #include "worker/render.h"
@@ -33,7 +34,9 @@ static struct {
     unsigned results, stats;
     unsigned wanted; /* results before STOP */
     struct bell bell;
-    bool was_called; /* between the last lot and the last result */
+    bool was_called;   /* between the last lot and the last result */
+    struct tray *tray; /* NULL: this renderer has none */
+    unsigned notes;    /* of results in it */
 } master;
 
 /* ---- the calls of worker/work.c ---- */
@@ -58,16 +61,37 @@ int MPI_Irecv(void *buffer, int count, MPI_Datatype type, int source, int tag, M
     return MPI_SUCCESS;
 }
 
+static void take_result(const void *result, size_t bytes)
+{
+    assert_true(bytes <= sizeof master.result);
+    memcpy(master.result, result, bytes);
+    master.result_bytes = bytes;
+}
+
+/* The slot stays full. */
+static void take_note(const void *bytes, size_t size)
+{
+    struct tray_note note;
+    assert_int_equal(size, sizeof note);
+    memcpy(&note, bytes, size);
+    assert_true(master.tray && tray_message_valid(&note, size, TRAY_RESULT_BYTES));
+    assert_true(slots_full(&master.tray->results, note.slot));
+    take_result(master.tray->result[note.slot], note.bytes);
+    master.notes++;
+}
+
 int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int tag, MPI_Comm comm,
               MPI_Request *request)
 {
     (void)type, (void)rank, (void)comm;
     *request = SEND;
     master.stats += tag == TAG_RENDERER_TO_MASTER_STATS;
-    if (tag != TAG_RENDERER_TO_MASTER_RESULT) return MPI_SUCCESS;
-    assert_true((size_t)count <= sizeof master.result);
-    memcpy(master.result, buffer, (size_t)count);
-    master.result_bytes = (size_t)count;
+    bool in_tray = tag == TAG_RENDERER_TO_MASTER_TRAY;
+    if (tag != TAG_RENDERER_TO_MASTER_RESULT && !in_tray) return MPI_SUCCESS;
+    if (in_tray)
+        take_note(buffer, (size_t)count);
+    else
+        take_result(buffer, (size_t)count);
     master.results++;
     master.was_called = master.bell.rung;
     return MPI_SUCCESS;
@@ -108,8 +132,8 @@ int MPI_Get_count(const MPI_Status *status, MPI_Datatype type, int *count)
 
 /* ---- the tests ---- */
 
-/* A renderer of an empty scene, two tiles high, works until the master says STOP. */
-static void follow(const struct line *lines, size_t count, unsigned wanted)
+/* A renderer of an empty scene, two tiles high, works until the master says STOP; tray: NULL for none. */
+static void follow_with(struct tray *tray, const struct line *lines, size_t count, unsigned wanted)
 {
     struct view view = small_view(EDGE);
     struct builder *builder = builder_create();
@@ -121,13 +145,19 @@ static void follow(const struct line *lines, size_t count, unsigned wanted)
     master.lines = lines;
     master.count = count;
     master.wanted = wanted;
+    master.tray = tray;
     bell_init(&master.bell);
-    struct node_scene shared = {.scene = scene, .bell = &master.bell};
+    struct node_scene shared = {.scene = scene, .bell = &master.bell, .tray = tray};
     work(MPI_COMM_WORLD, renderer, &shared);
     bell_free(&master.bell);
     renderer_destroy(renderer);
     free(memory);
     free(scene);
+}
+
+static void follow(const struct line *lines, size_t count, unsigned wanted)
+{
+    follow_with(NULL, lines, count, wanted);
 }
 
 struct lot_of_two {
@@ -234,6 +264,37 @@ static void test_drops_several(void **state)
     assert_true(second.tile_id == 9 && second.pixels == RESULT_DROPPED && !(second.busy_s > 0));
 }
 
+/* Where the master is on this node, a lot comes through the tray, and results go there while a slot is empty:
+ * then in messages. */
+static void test_tray(void **state)
+{
+    (void)state;
+    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
+    static const struct tray_note note = {.slot = 1, .bytes = sizeof lot};
+    for (unsigned full = 0; full <= TRAY_SLOTS; full++) {
+        static const struct line lines[] = {{TAG_MASTER_TO_RENDERER_START, &start, sizeof start},
+                                            {TAG_MASTER_TO_RENDERER_TRAY, &note, sizeof note},
+                                            NOTHING,
+                                            NOTHING,
+                                            NOTHING,
+                                            NOTHING,
+                                            STOP};
+        tray_init(tray);
+        memcpy(tray->lot[1], &lot, sizeof lot);
+        slots_fill(&tray->lots, 1);
+        for (unsigned i = 0; i < full; i++)
+            slots_fill(&tray->results, (int)i);
+        follow_with(tray, lines, sizeof lines / sizeof *lines, 1);
+        assert_false(slots_full(&tray->lots, 1));
+        assert_int_equal(master.notes, full < TRAY_SLOTS);
+        assert_int_equal(master.results, 1);
+        assert_int_equal(header_at(0).tile_id, lot.tiles[0].id);
+        assert_int_equal(master.result_bytes,
+                         2 * result_bytes(&lot.tiles[0], tile_pixels(&lot.tiles[0]), false));
+    }
+    free(tray);
+}
+
 /* A result that would be a little longer than what is delivered as it is comes in two, as many tiles in
  * the first one as fit. */
 static void test_short_results(void **state)
@@ -266,6 +327,7 @@ int main(void)
         cmocka_unit_test(test_keeps_what_others_have),
         cmocka_unit_test(test_drops_what_is_not_begun),
         cmocka_unit_test(test_drops_several),
+        cmocka_unit_test(test_tray),
         cmocka_unit_test(test_short_results),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -13,6 +13,7 @@
 #include "common/message.h"
 #include "common/nap.h"
 #include "common/processor.h"
+#include "common/tray.h"
 #include "worker/render.h"
 #include "worker/survey.h"
 
@@ -73,10 +74,11 @@ struct berth *gather_berths(MPI_Comm comm)
 /* ---- one scene per node ---- */
 
 /*
- * One window per node: the head, the scene block, the BVH. Collective calls are few, because MPI's own
- * wait spins, and on a machine with more ranks than cores that shows.
+ * One window per node: the head, the scene block, the BVH, and on rank 0's node a tray for each of the
+ * others. Collective calls are few, because MPI's own wait spins, and on a machine with more ranks than cores
+ * that shows.
  *
- *   window  | head | ... | scene | ... | BVH |      scene and BVH at multiples of a cache line
+ *   window  | head | ... | scene | ... | BVH | ... | trays |      each at a multiple of a cache line
  */
 #define CACHE_LINE ((size_t)64)
 
@@ -84,6 +86,7 @@ struct berth *gather_berths(MPI_Comm comm)
  * once, which it would not be after naps as long as a BVH takes. */
 struct window_head {
     uint64_t offset; /* of the scene */
+    uint64_t trays;  /* offset of the first one; 0: there are none */
     sem_t built;
     struct bell bell; /* see struct node_scene */
 };
@@ -166,6 +169,36 @@ static void gather_processes(struct node_scene *shared)
     shared->processes = all;
 }
 
+/* Trays that this node's first rank makes: for each of the others, where that one is the master. */
+static size_t count_trays(MPI_Comm comm, const struct node_scene *shared)
+{
+    int rank;
+    MPI_Comm_rank(comm, &rank);
+    return rank == 0 ? (size_t)shared->process_count - 1 : 0;
+}
+
+/* Each rank of the master's node finds its tray, the master all of them. */
+static void find_trays(MPI_Comm comm, struct tray *trays, struct node_scene *shared)
+{
+    int rank, ranks, node_rank;
+    MPI_Group all, node;
+    MPI_Comm_rank(comm, &rank);
+    MPI_Comm_size(comm, &ranks);
+    MPI_Comm_rank(shared->node, &node_rank);
+    shared->tray = trays && node_rank > 0 ? trays + node_rank - 1 : NULL;
+    shared->trays = rank == 0 ? allocate_zeroed((size_t)ranks, sizeof *shared->trays) : NULL;
+    if (rank > 0 || !trays) return;
+    MPI_Comm_group(comm, &all);
+    MPI_Comm_group(shared->node, &node);
+    for (int i = 1; i < shared->process_count; i++) {
+        int who;
+        MPI_Group_translate_ranks(node, 1, &i, all, &who);
+        shared->trays[who] = trays + i - 1;
+    }
+    MPI_Group_free(&all);
+    MPI_Group_free(&node);
+}
+
 /* Brings the scene into the window of every node. */
 static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
                        struct node_scene *shared)
@@ -173,14 +206,19 @@ static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scen
     size_t bytes = welcome->scene_bytes;
     MPI_Comm leaders = split_nodes(comm, shared);
     gather_processes(shared);
+    size_t trays = count_trays(comm, shared),
+           content = round_up(bytes) + round_up(welcome->bvh_bytes);
     char *window =
-        allocate_window(shared, HEAD_BYTES + CACHE_LINE + round_up(bytes) + welcome->bvh_bytes);
+        allocate_window(shared, HEAD_BYTES + CACHE_LINE + content + trays * sizeof(struct tray));
     /* MPI promises less than a cache line, and maybe not the same to every rank. */
     struct window_head *head = (void *)window;
     if (shared->leads) {
         head->offset = HEAD_BYTES + (-(uintptr_t)window % CACHE_LINE);
         if (sem_init(&head->built, 1, 0) != 0) fatal("cannot create a semaphore");
         bell_init(&head->bell);
+        head->trays = trays > 0 ? head->offset + content : 0;
+        for (size_t i = 0; i < trays; i++)
+            tray_init((struct tray *)(void *)(window + head->trays) + i);
         char *scene = window + head->offset;
         if (block) memcpy(scene, block, bytes);
         free(block);
@@ -197,6 +235,7 @@ static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scen
     shared->bell = &head->bell;
     shared->scene = (const void *)scene;
     shared->bvh = (void *)(scene + round_up(bytes));
+    find_trays(comm, head->trays > 0 ? (void *)(window + head->trays) : NULL, shared);
     enum processor_level level = shared->scene->view.processor;
     if (!processor_has(level))
         fatal("farm.kernel = %s is not for this processor", processor_level_name(level));
@@ -259,6 +298,7 @@ void unshare_scene(struct node_scene *shared)
         MPI_Win_free(&shared->window);
     }
     free(shared->own_memory);
+    free(shared->trays);
     MPI_Comm_free(&shared->node);
 }
 
@@ -281,6 +321,9 @@ struct lot {
  * turn:
  *
  *   render into buffer b -> Isend from b -> render into the other one -> ...
+ *
+ * or, where the master is on this node, from the slots of a tray, if one is empty and has room for all that
+ * is left of the lot.
  */
 struct worker {
     MPI_Comm comm;
@@ -294,6 +337,7 @@ struct worker {
         char tiles[TILES_MAX_BYTES];
         struct drop drops[DROP_TILES];
         struct start start;
+        struct tray_note note;
     } * incoming;
     MPI_Request receive;
     bool started;                /* the master has said START */
@@ -308,8 +352,11 @@ struct worker {
     MPI_Request pong; /* the last sign of life */
     char *buffers[2];
     size_t capacities[2];
+    struct tray_note notes[2];
     MPI_Request sends[2];
     int turn;
+    struct tray *tray; /* NULL: the master is on another node */
+    int slot;          /* of it, into which is rendered; -1: into a buffer */
 
     struct renderer_stats stats;
 };
@@ -348,22 +395,35 @@ static size_t take_tile(const struct worker *worker, struct lot *lot, const char
     return refinements_valid(refinements, pixels, level_last(view)) ? tile_part_bytes(tile) : 0;
 }
 
-static void take_lot(struct worker *worker, size_t bytes)
+/* A lot of so many bytes, from a message or from the tray: nothing of it is looked at twice before it is
+ * used. */
+static void take_lot(struct worker *worker, const char *message, size_t bytes)
 {
     struct lot *lot = &worker->lots[worker->waiting++];
     struct lot_header header;
     size_t done = sizeof header, length = worker->started ? 1 : 0, refined = 0;
     if (bytes <= sizeof header) fatal("the master sent a lot without tiles");
-    memcpy(&header, worker->incoming->tiles, sizeof header);
+    memcpy(&header, message, sizeof header);
     if (!lot_header_valid(&header)) fatal("the master sent a lot that makes no sense");
     *lot = (struct lot){.answer_s = header.answer_s};
     /* The refinements in a message are fewer than its bytes. */
     if (worker->adaptive) lot->refinements = allocate(bytes, sizeof *lot->refinements);
     while (length > 0 && done < bytes) {
-        length = take_tile(worker, lot, worker->incoming->tiles + done, bytes - done, &refined);
+        length = take_tile(worker, lot, message + done, bytes - done, &refined);
         done += length;
     }
     if (done < bytes) fatal("the master sent a tile that is not part of the picture");
+}
+
+static void take_tray(struct worker *worker, size_t bytes)
+{
+    struct tray *tray = worker->tray;
+    struct tray_note note = worker->incoming->note;
+    if (!tray || !tray_message_valid(&note, bytes, TRAY_LOT_BYTES) ||
+        !slots_full(&tray->lots, note.slot))
+        fatal("the master told of a lot where there is none");
+    take_lot(worker, tray->lot[note.slot], note.bytes);
+    slots_empty(&tray->lots, note.slot);
 }
 
 static void drop_from(struct lot *lot, uint32_t id)
@@ -423,20 +483,25 @@ static bool hear(struct worker *worker)
     else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_PING)
         take_ping(worker, (size_t)bytes);
     else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_TILES)
-        take_lot(worker, (size_t)bytes);
+        take_lot(worker, worker->incoming->tiles, (size_t)bytes);
+    else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_TRAY)
+        take_tray(worker, (size_t)bytes);
     else
         fatal("the master sent a message of unknown kind %d", status.MPI_TAG);
     post_receive(worker);
     return true;
 }
 
-/* The next send buffer, free and large enough. */
+/* The next send buffer, or slot of the tray, free and large enough. */
 static char *take_buffer(struct worker *worker, size_t bytes)
 {
     int turn = worker->turn = 1 - worker->turn;
     double start = clock_wall();
     wait_request(&worker->sends[turn]);
     worker->stats.send_s += clock_wall() - start;
+    struct tray *tray = worker->tray;
+    worker->slot = tray && bytes <= TRAY_RESULT_BYTES ? slots_find(&tray->results) : -1;
+    if (worker->slot >= 0) return tray->result[worker->slot];
     if (worker->capacities[turn] < bytes) {
         free(worker->buffers[turn]);
         worker->buffers[turn] = allocate_zeroed(bytes, 1);
@@ -460,11 +525,24 @@ static size_t lot_bytes(const struct worker *worker, const struct lot *lot, uint
     return bytes;
 }
 
+/* In place of the result in the slot: the note about it. */
+static void send_note(struct worker *worker, size_t bytes)
+{
+    struct tray_note *note = &worker->notes[worker->turn];
+    *note = (struct tray_note){.slot = (uint32_t)worker->slot, .bytes = (uint32_t)bytes};
+    slots_fill(&worker->tray->results, worker->slot);
+    MPI_Isend(note, sizeof *note, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_TRAY, worker->comm,
+              &worker->sends[worker->turn]);
+}
+
 static void send_result(struct worker *worker, const char *message, size_t bytes)
 {
     double start = clock_wall();
-    MPI_Isend(message, (int)bytes, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_RESULT, worker->comm,
-              &worker->sends[worker->turn]);
+    if (worker->slot >= 0)
+        send_note(worker, bytes);
+    else
+        MPI_Isend(message, (int)bytes, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_RESULT, worker->comm,
+                  &worker->sends[worker->turn]);
     worker->stats.send_s += clock_wall() - start;
     worker->stats.bytes += bytes;
 }
@@ -567,6 +645,12 @@ static void call_for_more(struct worker *worker, uint32_t i)
     bell_ring(worker->bell);
 }
 
+/* Whether the result that goes into the buffer, or the tray, is to be sent before the next tile. */
+static bool is_full(const struct worker *worker, size_t whole, size_t done, const struct tile *next)
+{
+    return worker->slot < 0 && result_is_full(whole, done, done + tile_bytes(worker, next));
+}
+
 /* Renders tiles of the current lot, from the first one on, with the refinements that are next, until
  * an answer is due; returns the number of the next tile, 0: the master has said STOP. What was finished
  * until then is sent. */
@@ -595,7 +679,7 @@ static uint32_t render_some(struct worker *worker, uint32_t first,
         stopped = bytes == 0;
         done += bytes;
     } while (!stopped && ++i < lot->count && clock_wall() < begin + lot->answer_s &&
-             !result_is_full(whole, done, done + tile_bytes(worker, &lot->tiles[i])));
+             !is_full(worker, whole, done, &lot->tiles[i]));
     if (done > 0) send_result(worker, message, done);
     return stopped ? 0 : i;
 }
@@ -626,6 +710,7 @@ static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *
                               .renderer = renderer,
                               .view = view,
                               .bell = shared->bell,
+                              .tray = shared->tray,
                               .adaptive = view->max_samples > view->min_samples,
                               .incoming = allocate(1, sizeof *worker->incoming),
                               .pong = MPI_REQUEST_NULL,

@@ -181,11 +181,21 @@ static void check_dropped(const uint8_t *data, size_t size)
     free(header);
 }
 
+static void check_tray(const uint8_t *data, size_t size)
+{
+    struct tray_note good = {.slot = 1, .bytes = 4096};
+    size_t bytes = sizeof good;
+    struct tray_note *note = damaged(data, size, &good, &bytes);
+    if (tray_message_valid(note, bytes, TRAY_RESULT_BYTES))
+        PROMISE(note->slot < TRAY_SLOTS && note->bytes > 0 && note->bytes <= TRAY_RESULT_BYTES);
+    free(note);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     static void (*const checks[])(const uint8_t *data, size_t size) = {
-        check_tile, check_result,      check_stats, check_welcome, check_ready,  check_start,
-        check_pass, check_refinements, check_lot,   check_drop,    check_dropped};
+        check_tile, check_result,      check_stats, check_welcome, check_ready,   check_start,
+        check_pass, check_refinements, check_lot,   check_drop,    check_dropped, check_tray};
     if (size) checks[data[0] % (sizeof checks / sizeof *checks)](data + 1, size - 1);
     return 0;
 }
