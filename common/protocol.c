@@ -64,7 +64,14 @@ bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, u
 
 bool lot_header_valid(const struct lot_header *header)
 {
-    return header->answer_s >= 0;
+    return header->answer_s >= 0 && header->tells <= LOT_TILES && header->reserved == 0;
+}
+
+bool lot_tells_valid(const float *tells, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++)
+        if (!(tells[i] >= 0)) return false;
+    return true;
 }
 
 static bool seconds_valid(double seconds)
@@ -113,6 +120,11 @@ static bool times_valid(const struct result_header *header)
 bool dropped_valid(const struct result_header *header)
 {
     return header->pixels == RESULT_DROPPED && times_valid(header);
+}
+
+bool unfinished_valid(const struct result_header *header)
+{
+    return header->pixels == RESULT_UNFINISHED && times_valid(header);
 }
 
 bool result_message_valid(const struct result_header *header, size_t bytes, const struct tile *tile,

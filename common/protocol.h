@@ -4,8 +4,11 @@
  *   start     every rank takes part in one broadcast of struct welcome, then of the scene block
  *   READY     renderer -> master   struct ready: the scene and its BVH are here
  *   START     master -> renderer   struct start: the answer to READY, before any other message
- *   TILES     master -> renderer   struct lot_header, then 1 .. LOT_TILES struct tile, a lot: render
- *                                  these; up to two lots are under way at a time. From pass 1 on,
+ *   TILES     master -> renderer   struct lot_header, then as many floats as it says, filled up to
+ *                                  lot_tells_bytes(), then 1 .. LOT_TILES struct tile, a lot: render
+ *                                  these; up to two lots are under way at a time. The floats are one
+ *                                  for each tile, or none: what is in work for so many seconds is to be
+ *                                  told of, and again when it is twice as long. From pass 1 on,
  *                                  each is followed by a struct refinement per pixel, filled up to
  *                                  tile_part_bytes()
  *   DROP      master -> renderer   1 .. DROP_TILES struct drop: tiles that need not be rendered any
@@ -17,7 +20,9 @@
  *                                  sample of each (worker/task.h); behind those of a probe (TILE_PROBE) one float per pixel, the CPU
  *                                  seconds that it took; filled up to
  *                                  result_bytes(). A tile that is dropped is a header alone, with
- *                                  RESULT_DROPPED and the time that it has taken.
+ *                                  RESULT_DROPPED and the time that it has taken; one that takes
+ *                                  long is a header alone, with RESULT_UNFINISHED and the time
+ *                                  that it has taken so far, and comes once more when it is done.
  *   TRAY      both ways            struct tray_note: what a TILES or RESULT message would hold lies in
  *                                  memory that the two share (common/tray.h), where they are on one
  *                                  node
@@ -77,7 +82,9 @@ struct welcome {
 };
 
 struct lot_header {
-    double answer_s; /* answer with what is finished after so long; may be infinite */
+    double answer_s;   /* answer with what is finished after so long; may be infinite */
+    uint32_t tells;    /* floats that follow: as many as there are tiles, or 0 */
+    uint32_t reserved; /* 0 */
 };
 
 /* Tiles in a DROP message, at most. */
@@ -136,13 +143,15 @@ struct render_counts {
     struct bad_sample first;   /* of the nonfinite ones, in the order of the picture; else all 0 */
 };
 
-/* Stands before a tile's pixels. */
-/* In place of the number of pixels: the tile was dropped. A part of a refined tile may have none. */
-#define RESULT_DROPPED UINT32_MAX
+/* In place of the number of pixels: the tile was dropped; it takes long. A part of a refined tile may have
+ * none. */
+#define RESULT_DROPPED    UINT32_MAX
+#define RESULT_UNFINISHED (UINT32_MAX - 1)
 
+/* Stands before a tile's pixels. */
 struct result_header {
     uint32_t tile_id;
-    uint32_t pixels; /* that follow, or RESULT_DROPPED */
+    uint32_t pixels; /* that follow, or RESULT_DROPPED, or RESULT_UNFINISHED */
     double start_s;  /* when it was begun, seconds after the start of the render phase */
     double busy_s;   /* wall seconds it took to render */
     double cpu_s;    /* CPU seconds of that: less where cores are shared */
@@ -154,7 +163,8 @@ struct result_header {
 
 /* What they hold: the longest lot without refinements; the results of most lots, where there are more than a
  * handful of renderers. */
-#define TRAY_LOT_BYTES    (sizeof(struct lot_header) + LOT_TILES * sizeof(struct tile))
+#define TRAY_LOT_BYTES                                                                             \
+    (sizeof(struct lot_header) + LOT_TILES * (sizeof(float) + sizeof(struct tile)))
 #define TRAY_RESULT_BYTES ((size_t)32 << 10)
 
 struct tray_note {
@@ -186,7 +196,7 @@ struct renderer_stats {
 };
 
 _Static_assert(sizeof(struct welcome) == 64, "struct welcome goes over the wire as it is");
-_Static_assert(sizeof(struct lot_header) == 8, "struct lot_header goes over the wire as it is");
+_Static_assert(sizeof(struct lot_header) == 16, "struct lot_header goes over the wire as it is");
 _Static_assert(sizeof(struct drop) == 8, "struct drop goes over the wire as it is");
 _Static_assert(sizeof(struct ready) == 72, "struct ready goes over the wire as it is");
 _Static_assert(sizeof(struct start) == 8, "struct start goes over the wire as it is");
@@ -219,6 +229,12 @@ static inline bool tile_is_refined(const struct tile *tile)
     return tile->pass != 0 && tile->pass != TILE_PROBE;
 }
 
+/* Bytes of so many floats in a TILES message, a multiple of 8. */
+static inline size_t lot_tells_bytes(uint32_t tells)
+{
+    return (tells * sizeof(float) + 7) / 8 * 8;
+}
+
 /* Bytes of a tile's part of a TILES message, a multiple of 8. */
 static inline size_t tile_part_bytes(const struct tile *tile)
 {
@@ -244,7 +260,7 @@ static inline bool result_is_full(size_t whole, size_t done, size_t next)
 
 /* A TILES message is never longer: the server keeps to that, and receivers have so much room. */
 #define TILES_MAX_BYTES                                                                            \
-    (sizeof(struct lot_header) + LOT_TILES * (sizeof(struct tile) + 8) +                           \
+    (sizeof(struct lot_header) + LOT_TILES * (sizeof(float) + sizeof(struct tile) + 8) +           \
      TILE_MAX_PIXELS * sizeof(struct refinement))
 
 /*
@@ -281,15 +297,17 @@ static inline uint64_t render_counts_rays(const struct render_counts *counts)
 /* Counts that came from elsewhere, or from a file. */
 bool render_counts_valid(const struct render_counts *counts);
 
-/* The header in place of a tile that was dropped. */
+/* The header in place of a tile that was dropped; that takes long. */
 bool dropped_valid(const struct result_header *header);
+bool unfinished_valid(const struct result_header *header);
 
 /* A READY message of so many bytes from rank; a START message. */
 bool ready_message_valid(const struct ready *ready, size_t bytes, int rank);
 bool start_message_valid(const struct start *start, size_t bytes);
 
-/* What a TILES message begins with. */
+/* What a TILES message begins with; the floats behind it. */
 bool lot_header_valid(const struct lot_header *header);
+bool lot_tells_valid(const float *tells, uint32_t count);
 
 /* A DROP message of so many bytes. */
 bool drop_message_valid(const struct drop *drops, size_t bytes);

@@ -62,13 +62,28 @@ void tell_recalls(struct server *server)
         if (server->contacts[i].drop_count > 0) send_drops(server, i);
 }
 
-/* The TILES message of a lot into room for TILES_MAX_BYTES; returns its length. The lock is held. */
-static size_t put_lot(struct server *server, const struct tile *tiles, uint32_t count,
-                      char *message)
+/* What a TILES message begins with, into message; returns its length. Nobody tells of a tile that may be in
+ * work for ever. */
+static size_t put_lot_header(struct server *server, uint32_t renderer, const struct tile *tiles,
+                             uint32_t count, char *message)
 {
-    struct lot_header header = {.answer_s = queue_answer_after(server->service->queue)};
-    size_t bytes = sizeof header;
+    const struct queue *queue = server->service->queue;
+    struct lot_header header = {.answer_s = queue_answer_after(queue)};
+    float tells[LOT_TILES];
+    for (uint32_t i = 0; i < count; i++) {
+        tells[i] = (float)queue_tell_after(queue, renderer, tiles[i].id);
+        if (isfinite(tells[i])) header.tells = count;
+    }
     memcpy(message, &header, sizeof header);
+    memcpy(message + sizeof header, tells, header.tells * sizeof *tells);
+    return sizeof header + lot_tells_bytes(header.tells);
+}
+
+/* The TILES message of a lot into room for TILES_MAX_BYTES; returns its length. The lock is held. */
+static size_t put_lot(struct server *server, uint32_t renderer, const struct tile *tiles,
+                      uint32_t count, char *message)
+{
+    size_t bytes = put_lot_header(server, renderer, tiles, count, message);
     for (uint32_t i = 0; i < count; i++) {
         assert(bytes + tile_part_bytes(&tiles[i]) <= TILES_MAX_BYTES);
         memcpy(message + bytes, &tiles[i], sizeof *tiles);
@@ -103,7 +118,7 @@ void hand_out(struct server *server, uint32_t renderer)
     do {
         pthread_mutex_lock(&server->lock);
         count = queue_next(queue, renderer, server_elapsed(server), tiles);
-        size_t bytes = put_lot(server, tiles, count, server->message);
+        size_t bytes = put_lot(server, renderer, tiles, count, server->message);
         over = server_is_through(server, renderer);
         server->contacts[renderer].is_idle = queue_holds(queue, renderer) == 0;
         pthread_mutex_unlock(&server->lock);

@@ -495,6 +495,7 @@ double queue_tell_after(const struct queue *queue, uint32_t renderer, uint32_t i
 {
     /* Where renderers share cores, time says little, and nothing is done twice. */
     if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->turns) return HUGE_VAL;
+    if (queue->items[id].pass == TILE_PROBE) return HUGE_VAL;
     double work = queue->settled ? (double)queue->items[id].work : 0;
     return pace_tell_after(&queue->pace, renderer, work);
 }

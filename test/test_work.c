@@ -1,4 +1,5 @@
 /* What a renderer on another rank does with the master's messages: MPI is played by this file. */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -31,6 +32,8 @@ static struct {
     int heard;    /* bytes of the last message */
     char result[2 * RESULT_SHORT];
     size_t result_bytes;
+    struct result_header headers[4]; /* that the first results begin with */
+    size_t sizes[4];
     unsigned results, stats;
     unsigned wanted; /* results before STOP */
     struct bell bell;
@@ -66,6 +69,9 @@ static void take_result(const void *result, size_t bytes)
     assert_true(bytes <= sizeof master.result);
     memcpy(master.result, result, bytes);
     master.result_bytes = bytes;
+    if (master.results >= sizeof master.sizes / sizeof *master.sizes) return;
+    master.sizes[master.results] = bytes;
+    memcpy(&master.headers[master.results], result, sizeof *master.headers);
 }
 
 /* The slot stays full. */
@@ -295,6 +301,44 @@ static void test_tray(void **state)
     free(tray);
 }
 
+/* A tile that takes long is told of, and when it is done that is answered at once; in the tray or not. */
+static void test_tells_of_what_takes_long(void **state)
+{
+    (void)state;
+    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
+    struct {
+        struct lot_header header;
+        float tells[2];
+        struct tile tiles[2];
+    } long_lot = {.header = {.answer_s = 1e9, .tells = 2}, .tells = {0, HUGE_VALF}};
+    memcpy(long_lot.tiles, lot.tiles, sizeof lot.tiles);
+    for (int with_tray = 0; with_tray <= 1; with_tray++) {
+        const struct line lines[] = {{TAG_MASTER_TO_RENDERER_START, &start, sizeof start},
+                                     {TAG_MASTER_TO_RENDERER_TILES, &long_lot, sizeof long_lot},
+                                     NOTHING,
+                                     NOTHING,
+                                     NOTHING,
+                                     NOTHING,
+                                     STOP};
+        tray_init(tray);
+        follow_with(with_tray ? tray : NULL, lines, sizeof lines / sizeof *lines, 3);
+        assert_int_equal(master.results, 3);
+        assert_int_equal(master.notes, 2 * with_tray);
+        const struct result_header *told = &master.headers[0];
+        assert_true(told->tile_id == 5 && unfinished_valid(told) && told->busy_s > 0);
+        assert_int_equal(master.sizes[0], sizeof *told);
+        for (int i = 1; i <= 2; i++) {
+            const struct result_header *done = &master.headers[i];
+            assert_int_equal(done->tile_id, lot.tiles[i - 1].id);
+            assert_int_equal(done->pixels, EDGE * EDGE / 2);
+            assert_int_equal(master.sizes[i],
+                             result_bytes(&lot.tiles[i - 1], EDGE * EDGE / 2, false));
+        }
+        assert_true(master.headers[1].busy_s >= told->busy_s);
+    }
+    free(tray);
+}
+
 /* A result that would be a little longer than what is delivered as it is comes in two, as many tiles in
  * the first one as fit. */
 static void test_short_results(void **state)
@@ -328,6 +372,7 @@ int main(void)
         cmocka_unit_test(test_drops_what_is_not_begun),
         cmocka_unit_test(test_drops_several),
         cmocka_unit_test(test_tray),
+        cmocka_unit_test(test_tells_of_what_takes_long),
         cmocka_unit_test(test_short_results),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,6 +1,7 @@
 #include "worker/work.h"
 
 #include <errno.h>
+#include <math.h>
 #include <semaphore.h>
 #include <stdlib.h>
 #include <string.h>
@@ -309,6 +310,7 @@ void unshare_scene(struct node_scene *shared)
 
 struct lot {
     struct tile tiles[LOT_TILES];
+    float tells[LOT_TILES]; /* seconds in work after which the master is told; may be infinite */
     bool dropped[LOT_TILES];
     uint32_t count;
     bool has_called; /* see call_for_more() */
@@ -358,6 +360,17 @@ struct worker {
     struct tray *tray; /* NULL: the master is on another node */
     int slot;          /* of it, into which is rendered; -1: into a buffer */
 
+    /* The result that is being filled, in the buffer or slot. */
+    char *result;
+    size_t done,
+        sent;       /* bytes of finished tiles, and of those that went with a tile that took long */
+    double begun;   /* the tile in work */
+    double tell_at; /* when the master is to hear of it */
+    bool told;      /* it has */
+    char *told_bytes; /* what it was sent; owned */
+    size_t told_room;
+    MPI_Request telling;
+
     struct renderer_stats stats;
 };
 
@@ -395,17 +408,31 @@ static size_t take_tile(const struct worker *worker, struct lot *lot, const char
     return refinements_valid(refinements, pixels, level_last(view)) ? tile_part_bytes(tile) : 0;
 }
 
+/* What a lot begins with; returns its length. */
+static size_t take_lot_header(struct lot *lot, const char *message, size_t bytes)
+{
+    struct lot_header header;
+    if (bytes < sizeof header) fatal("the master sent a lot without tiles");
+    memcpy(&header, message, sizeof header);
+    size_t length = sizeof header + lot_tells_bytes(header.tells);
+    if (!lot_header_valid(&header)) fatal("the master sent a lot that makes no sense");
+    if (bytes <= length) fatal("the master sent a lot without tiles");
+    *lot = (struct lot){.answer_s = header.answer_s};
+    for (uint32_t i = header.tells; i < LOT_TILES; i++)
+        lot->tells[i] = HUGE_VALF;
+    memcpy(lot->tells, message + sizeof header, header.tells * sizeof *lot->tells);
+    if (!lot_tells_valid(lot->tells, header.tells))
+        fatal("the master sent a lot that makes no sense");
+    return length;
+}
+
 /* A lot of so many bytes, from a message or from the tray: nothing of it is looked at twice before it is
  * used. */
 static void take_lot(struct worker *worker, const char *message, size_t bytes)
 {
     struct lot *lot = &worker->lots[worker->waiting++];
-    struct lot_header header;
-    size_t done = sizeof header, length = worker->started ? 1 : 0, refined = 0;
-    if (bytes <= sizeof header) fatal("the master sent a lot without tiles");
-    memcpy(&header, message, sizeof header);
-    if (!lot_header_valid(&header)) fatal("the master sent a lot that makes no sense");
-    *lot = (struct lot){.answer_s = header.answer_s};
+    size_t done = take_lot_header(lot, message, bytes), length = worker->started ? 1 : 0,
+           refined = 0;
     /* The refinements in a message are fewer than its bytes. */
     if (worker->adaptive) lot->refinements = allocate(bytes, sizeof *lot->refinements);
     while (length > 0 && done < bytes) {
@@ -535,14 +562,20 @@ static void send_note(struct worker *worker, size_t bytes)
               &worker->sends[worker->turn]);
 }
 
-static void send_result(struct worker *worker, const char *message, size_t bytes)
+/* What has not been sent of the result. In a slot it begins at the front. */
+static void send_result(struct worker *worker)
 {
     double start = clock_wall();
-    if (worker->slot >= 0)
+    size_t bytes = worker->done - worker->sent;
+    const char *rest = worker->result + worker->sent;
+    if (bytes == 0) return;
+    if (worker->slot >= 0) {
+        if (worker->sent > 0) memmove(worker->result, rest, bytes);
         send_note(worker, bytes);
-    else
-        MPI_Isend(message, (int)bytes, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_RESULT, worker->comm,
+    } else {
+        MPI_Isend(rest, (int)bytes, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_RESULT, worker->comm,
                   &worker->sends[worker->turn]);
+    }
     worker->stats.send_s += clock_wall() - start;
     worker->stats.bytes += bytes;
 }
@@ -559,6 +592,33 @@ static void hear_all(struct worker *worker)
  * somebody else has finished. */
 #define LOOK_EVERY 50e-6
 
+/* The tile in work takes long, as is told with what is finished; unless the last time is still on its way. */
+static void tell(struct worker *worker, double now)
+{
+    int idle;
+    size_t bytes = worker->done - worker->sent;
+    struct result_header header = {.tile_id = worker->current.tiles[worker->rendering].id,
+                                   .pixels = RESULT_UNFINISHED,
+                                   .start_s = worker->begun - worker->start,
+                                   .busy_s = now - worker->begun};
+    MPI_Test(&worker->telling, &idle, MPI_STATUS_IGNORE);
+    if (!idle) return;
+    if (worker->told_room < bytes + sizeof header) {
+        worker->told_room = bytes + sizeof header;
+        worker->told_bytes = reallocate(worker->told_bytes, worker->told_room, 1);
+    }
+    memcpy(worker->told_bytes, worker->result + worker->sent, bytes);
+    memcpy(worker->told_bytes + bytes, &header, sizeof header);
+    bytes += sizeof header;
+    MPI_Isend(worker->told_bytes, (int)bytes, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_RESULT,
+              worker->comm, &worker->telling);
+    bell_ring(worker->bell);
+    worker->stats.bytes += bytes;
+    worker->sent = worker->done;
+    worker->told = true;
+    worker->tell_at = worker->begun + 2 * header.busy_s;
+}
+
 /* Between waves: lets MPI move what is under way, and hears whether to give up the tile. */
 static bool hear_whether_to_give_up(void *context)
 {
@@ -567,6 +627,7 @@ static bool hear_whether_to_give_up(void *context)
     if (now >= worker->looked + LOOK_EVERY) {
         worker->looked = now;
         hear_all(worker);
+        if (now >= worker->tell_at) tell(worker, now);
     }
     return worker->stopped || worker->given_up;
 }
@@ -610,7 +671,7 @@ static size_t render_part(struct worker *worker, const struct tile *tile,
     uint32_t pixels = sampled_pixels(tile, refinements);
     /* Behind the header, a multiple of 8 bytes long like all parts, in an allocated block: aligned. */
     float *rgb = (void *)(part + sizeof(struct result_header));
-    double begin = clock_wall(), cpu = clock_thread_cpu();
+    double begin = worker->begun, cpu = clock_thread_cpu();
     bool whole = render_pixels(worker, tile, refinements, pixels, rgb, &counts);
     /* Reading the CPU clock is a system call, at which the kernel likes to let another process run: the
      * wall clock is read around it, for that is time of this tile. */
@@ -646,20 +707,32 @@ static void call_for_more(struct worker *worker, uint32_t i)
 }
 
 /* Whether the result that goes into the buffer, or the tray, is to be sent before the next tile. */
-static bool is_full(const struct worker *worker, size_t whole, size_t done, const struct tile *next)
+static bool is_full(const struct worker *worker, size_t whole, const struct tile *next)
 {
+    size_t done = worker->done;
     return worker->slot < 0 && result_is_full(whole, done, done + tile_bytes(worker, next));
 }
 
+/* Tile i of the current lot is next. */
+static void begin_tile(struct worker *worker, uint32_t i)
+{
+    worker->rendering = i;
+    worker->given_up = worker->told = false;
+    worker->begun = clock_wall();
+    worker->tell_at = worker->begun + (double)worker->current.tells[i];
+}
+
 /* Renders tiles of the current lot, from the first one on, with the refinements that are next, until
- * an answer is due; returns the number of the next tile, 0: the master has said STOP. What was finished
- * until then is sent. */
+ * an answer is due, as it is behind a tile that the master was told of: it has taken the next ones for others,
+ * or waits to hear that they are begun. Returns the number of the next tile, 0: the master has said STOP. What
+ * was finished until then is sent. */
 static uint32_t render_some(struct worker *worker, uint32_t first,
                             const struct refinement **refinements)
 {
     struct lot *lot = &worker->current;
-    size_t whole = lot_bytes(worker, lot, first), done = 0;
-    char *message = take_buffer(worker, whole);
+    size_t whole = lot_bytes(worker, lot, first);
+    worker->result = take_buffer(worker, whole);
+    worker->done = worker->sent = 0;
     double begin = clock_wall();
     uint32_t i = first;
     bool stopped;
@@ -668,19 +741,19 @@ static uint32_t render_some(struct worker *worker, uint32_t first,
         hear_all(worker);
         if ((stopped = worker->stopped)) break;
         call_for_more(worker, i);
-        worker->given_up = false;
+        begin_tile(worker, i);
         const struct tile *tile = &lot->tiles[i];
         const struct refinement *refined = tile_is_refined(tile) ? *refinements : NULL;
         if (refined) *refinements += tile_pixels(tile);
-        char *part = message + done;
+        char *part = worker->result + worker->done;
         size_t bytes = lot->dropped[i]
                            ? put_dropped(&(struct result_header){.tile_id = tile->id}, part)
                            : render_part(worker, tile, refined, part);
         stopped = bytes == 0;
-        done += bytes;
-    } while (!stopped && ++i < lot->count && clock_wall() < begin + lot->answer_s &&
-             !is_full(worker, whole, done, &lot->tiles[i]));
-    if (done > 0) send_result(worker, message, done);
+        worker->done += bytes;
+    } while (!stopped && ++i < lot->count && !worker->told &&
+             clock_wall() < begin + lot->answer_s && !is_full(worker, whole, &lot->tiles[i]));
+    send_result(worker);
     return stopped ? 0 : i;
 }
 
@@ -714,6 +787,7 @@ static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *
                               .adaptive = view->max_samples > view->min_samples,
                               .incoming = allocate(1, sizeof *worker->incoming),
                               .pong = MPI_REQUEST_NULL,
+                              .telling = MPI_REQUEST_NULL,
                               .sends = {MPI_REQUEST_NULL, MPI_REQUEST_NULL}};
     worker->stats.rank = (uint32_t)rank;
     gethostname(worker->stats.host, HOST_NAME_SIZE - 1);
@@ -750,6 +824,8 @@ void work(MPI_Comm comm, struct renderer *renderer, const struct node_scene *sha
         free(worker.buffers[i]);
     }
     wait_request(&worker.pong);
+    wait_request(&worker.telling);
+    free(worker.told_bytes);
     renderer_on_wave(renderer, NULL, NULL);
     for (int i = 0; i < worker.waiting; i++)
         free(worker.lots[i].refinements);

@@ -147,11 +147,12 @@ static void check_welcome(const uint8_t *data, size_t size)
 
 static void check_lot(const uint8_t *data, size_t size)
 {
-    struct lot_header good = {.answer_s = 0.5};
+    struct lot_header good = {.answer_s = 0.5, .tells = 3};
     size_t bytes = sizeof good;
     struct lot_header *lot = damaged(data, size, &good, &bytes);
     /* Its length is compared before. */
-    if (bytes == sizeof good && lot_header_valid(lot)) PROMISE(lot->answer_s >= 0);
+    if (bytes == sizeof good && lot_header_valid(lot))
+        PROMISE(lot->answer_s >= 0 && lot->tells <= LOT_TILES);
     free(lot);
 }
 
