@@ -218,6 +218,45 @@ static void test_result_of_pass(void **state)
     assert_int_equal(result_bytes(&tile, 16, true), sizeof header + 16 * 16);
 }
 
+/* One number for each tile, or none. */
+static void test_lot_header(void **state)
+{
+    (void)state;
+    struct lot_header header = {.answer_s = HUGE_VAL, .tells = LOT_TILES};
+    assert_true(lot_header_valid(&header));
+    header.tells++;
+    assert_false(lot_header_valid(&header));
+    header = (struct lot_header){.answer_s = 0, .reserved = 1};
+    assert_false(lot_header_valid(&header));
+    header = (struct lot_header){.answer_s = (double)NAN};
+    assert_false(lot_header_valid(&header));
+    float tells[3] = {0, 1, HUGE_VALF};
+    assert_true(lot_tells_valid(tells, 3) && lot_tells_valid(NULL, 0));
+    tells[1] = -1;
+    assert_false(lot_tells_valid(tells, 3));
+    tells[1] = NAN;
+    assert_false(lot_tells_valid(tells, 3));
+    assert_int_equal(lot_tells_bytes(0), 0);
+    assert_int_equal(lot_tells_bytes(3), 16);
+    assert_int_equal(lot_tells_bytes(LOT_TILES), 4 * LOT_TILES);
+}
+
+/* A header alone: of no tile that is done. */
+static void test_unfinished(void **state)
+{
+    (void)state;
+    struct result_header header = {.pixels = RESULT_UNFINISHED, .busy_s = 0.5};
+    assert_true(unfinished_valid(&header) && !dropped_valid(&header));
+    header.busy_s = (double)NAN;
+    assert_false(unfinished_valid(&header));
+    header.busy_s = -1;
+    assert_false(unfinished_valid(&header));
+    header = (struct result_header){.tile_id = good_tile.id, .pixels = RESULT_UNFINISHED};
+    assert_false(result_message_valid(&header, SIZE_MAX, &good_tile, false));
+    header.pixels = RESULT_DROPPED;
+    assert_false(unfinished_valid(&header));
+}
+
 static void test_refinements(void **state)
 {
     (void)state;
@@ -386,6 +425,8 @@ int main(void)
         cmocka_unit_test(test_silent_is_not_sent),
         cmocka_unit_test(test_result_of_share),
         cmocka_unit_test(test_result_of_pass),
+        cmocka_unit_test(test_lot_header),
+        cmocka_unit_test(test_unfinished),
         cmocka_unit_test(test_refinements),
         cmocka_unit_test(test_stats),
         cmocka_unit_test(test_drop),

@@ -870,6 +870,64 @@ static void test_late_in_one_lot(void **state)
     queue_destroy(queue);
 }
 
+/* It is taken over though somebody else is overdue longer, who has nothing that he has not begun. */
+static void test_late_behind_a_later_one(void **state)
+{
+    (void)state;
+    struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
+    struct queue *queue = begin_late(lots, 1);
+    queue_look(queue, 0.5);
+    assert_true(queue->pace.renderers[0].lost && queue->pace.renderers[1].lost);
+    assert_true(queue->pace.renderers[0].free_at < queue->pace.renderers[1].free_at);
+    assert_true(queue_next(queue, 2, 0.5, tiles) >= 3);
+    for (uint32_t i = 0; i < 3; i++)
+        assert_int_equal(tiles[i].id, lots[1][3 - i].id);
+    queue_destroy(queue);
+}
+
+/* What takes a renderer long, as it tells, is not what the others are to wait for, nor what it has behind it;
+ * but early in the run it goes on with that itself. */
+static void test_takes_long(void **state)
+{
+    (void)state;
+    for (int early = 0; early <= 1; early++) {
+        struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
+        struct queue *queue = begin_late(lots, 0);
+        uint32_t first = lots[1][0].id;
+        double rest = pace_even_end(&queue->pace, 2e-3, queue->waiting_work);
+        double tell_s = queue_tell_after(queue, 1, first), seconds = early ? rest / 4 : rest;
+        assert_true(tell_s > pace_seconds(&queue->pace, 1, (double)queue->items[first].work));
+        assert_true(tell_s < rest / 4);
+        queue_takes_long(queue, 1, first, 2e-3, seconds);
+        assert_int_equal(queue->pace.renderers[1].lost, !early);
+        uint32_t count = queue_next(queue, 2, 2e-3, tiles);
+        assert_true(count >= 3);
+        for (uint32_t i = 0; i < 3; i++)
+            assert_int_equal(tiles[i].id == lots[1][3 - i].id, !early);
+        assert_int_equal(queue_recalled(queue, 1, lots[1][1].id), !early);
+        assert_false(queue_recalled(queue, 1, first));
+        queue_finish(queue, 1, first, 3e-3, 1);
+        assert_false(queue->pace.renderers[1].lost);
+        queue_destroy(queue);
+    }
+}
+
+/* Where time says nothing of a tile, nobody tells. */
+static void test_who_tells(void **state)
+{
+    (void)state;
+    struct queue_config config = four;
+    struct tile tiles[LOT_TILES];
+    for (int i = 0; i < 3; i++) {
+        config.probe_edge = i == 1 ? 8 : 0;
+        config.schedule = i == 2 ? SCHEDULE_STRIPS : SCHEDULE_DYNAMIC;
+        struct queue *queue = queue_create(&config);
+        assert_true(queue_next(queue, 0, 0, tiles) > 0);
+        assert_int_equal(isfinite(queue_tell_after(queue, 0, tiles[0].id)) != 0, i == 0);
+        queue_destroy(queue);
+    }
+}
+
 /* Where probes say that tiles are cheap beside what there is to do, they are joined; those that somebody has
  * are not, nor dear ones. */
 static void test_cheap_are_joined(void **state)
@@ -1246,6 +1304,9 @@ int main(void)
         cmocka_unit_test(test_idle_ask_again),
         cmocka_unit_test(test_unbegun_is_not_broken_up),
         cmocka_unit_test(test_late_in_one_lot),
+        cmocka_unit_test(test_late_behind_a_later_one),
+        cmocka_unit_test(test_takes_long),
+        cmocka_unit_test(test_who_tells),
         cmocka_unit_test(test_cheap_are_joined),
         cmocka_unit_test(test_stopped_behind_a_late_one),
         cmocka_unit_test(test_whole_before_pieces),

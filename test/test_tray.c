@@ -217,8 +217,12 @@ static void tear_down(struct master_of_test *test)
 static struct tile first_tile(const struct master_of_test *test, uint32_t slot)
 {
     struct tile tile;
+    struct lot_header header;
+    const char *lot = test->tray->lot[slot];
     assert_true(slots_full(&test->tray->lots, slot));
-    memcpy(&tile, test->tray->lot[slot] + sizeof(struct lot_header), sizeof tile);
+    memcpy(&header, lot, sizeof header);
+    assert_true(lot_header_valid(&header) && header.tells > 0);
+    memcpy(&tile, lot + sizeof header + lot_tells_bytes(header.tells), sizeof tile);
     return tile;
 }
 
