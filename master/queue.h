@@ -15,9 +15,11 @@
  *              dear ones go first, in lots that shrink with what is left and follow the renderer's
  *              speed (master/pace.h), and cheap ones with them, so that pixels come in at an even
  *              rate. Cheap tiles side by side are joined when predictions are there, and what is
- *              larger than its lot is split. When nothing waits, tiles of those who are late, or
- *              will be, are handed out a second time to those who are idle; the first answer
- *              counts.
+ *              larger than its lot is split. What somebody who is late has not begun goes to others;
+ *              a renderer tells of a tile that takes long (queue_takes_long()), so that others need
+ *              not wait for the end of its lot to be late. When nothing waits, tiles of those who
+ *              are late, or will be, are handed out a second time to those who are idle; the first
+ *              answer counts.
  * tiles        Whoever asks: square tiles row by row from the top, one at a time.
  * strips, cyclic, cyclic-rows
  *              Fixed shares: master/share.h. One tile, a band of rows, at a time.

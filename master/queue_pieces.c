@@ -1,7 +1,8 @@
 /*
  * The last tiles, broken into pieces for those who stand idle. Somebody has the tile already and may
- * yet answer: then its pieces are of no use. With the first piece that comes back the pieces count in
- * place of the tile, and its answer will be of no use. So every pixel is in one tile that counts.
+ * yet answer: then its pieces are of no use. If all pieces are back before, they count in its place. Until
+ * then those that are back are kept, for who has the whole may be nearly done. A piece may be broken in turn.
+ * So every pixel is in one tile that counts.
  */
 #include <math.h>
 #include <stdlib.h>
