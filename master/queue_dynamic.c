@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "common/message.h"
+#include "master/octave.h"
 #include "master/queue_parts.h"
 
 /* A tile is split when it is predicted to take so many times the lot that it is to be. */
@@ -41,8 +42,7 @@
  * of half an octave. */
 static double priority_of(const struct item *item, struct cost cost)
 {
-    double worst = cost.worst / (double)area(item);
-    return worst > 0 ? exp2(floor(2 * log2(worst)) / 2) : 0;
+    return half_octave_below(cost.worst / (double)area(item));
 }
 
 /* A renderer gets its share of the probes, and when it has had so many lots, share by share of what nobody has
