@@ -79,7 +79,7 @@ void dynamic_split(struct queue *queue, uint32_t id)
     double a = cost_predict(&queue->map, half.x, half.y, half.w, half.h).work;
     double b = cost_predict(&queue->map, rest.x, rest.y, rest.w, rest.h).work;
     double part = a + b > 0 ? a / (a + b) : 0.5;
-    queue_unset_waiting(queue, id);
+    queue_uncount_waiting(queue, id);
     queue_unforesee(queue, id);
     rest.worst = (float)((double)half.worst * (1 - part));
     half.worst = (float)((double)half.worst * part);
@@ -88,7 +88,7 @@ void dynamic_split(struct queue *queue, uint32_t id)
     half.rest = queue->item_count;
     queue->items[id] = half;
     queue_foresee(queue, id);
-    queue_set_waiting(queue, id);
+    queue_count_waiting(queue, id);
     queue_set_waiting(queue, queue_new_item(queue, &rest));
     queue->count.tiles++;
 }
@@ -161,7 +161,7 @@ static bool is_too_large(const struct queue *queue, const struct draft *draft, u
 static void take_dear(struct queue *queue, struct draft *draft, struct pace_lot lot)
 {
     while (draft->count < LOT_TILES && queue->waiting.count > 0) {
-        uint32_t id = heap_top(&queue->waiting);
+        uint32_t id = agenda_first(&queue->waiting);
         if (is_too_large(queue, draft, id, lot)) {
             dynamic_split(queue, id);
             continue;
@@ -183,16 +183,16 @@ static void take_dear(struct queue *queue, struct draft *draft, struct pace_lot 
 #define CHEAP_OVER 1.25
 
 /* The next tile in the order of the picture that waits and is not dearer than this, per pixel, or
- * HEAP_ABSENT. None of adaptive passes, which send sampled pixels alone, most useful ones first. */
+ * AGENDA_NONE. None of adaptive passes, which send sampled pixels alone, most useful ones first. */
 static uint32_t next_cheap(struct queue *queue, double density)
 {
     for (; queue->next_cheap < queue->item_count; queue->next_cheap++) {
         uint32_t id = queue->next_cheap;
         const struct item *item = &queue->items[id];
         bool cheap = item->pass == 0 && (double)item->work <= density * (double)area(item);
-        if (cheap && heap_has(&queue->waiting, id)) return id;
+        if (cheap && agenda_has(&queue->waiting, id)) return id;
     }
-    return HEAP_ABSENT;
+    return AGENDA_NONE;
 }
 
 /* Cheap tiles join those that were taken. */
@@ -202,7 +202,7 @@ static void take_cheap(struct queue *queue, struct draft *draft, struct pace_lot
     struct pace_lot longer = {CHEAP_OVER * lot.work, CHEAP_OVER * lot.worst};
     while (draft->count < LOT_TILES && (double)draft->pixels < pixels) {
         uint32_t id = next_cheap(queue, density);
-        if (id == HEAP_ABSENT || !has_room(queue, draft, id, longer)) break;
+        if (id == AGENDA_NONE || !has_room(queue, draft, id, longer)) break;
         take_tile(queue, draft, id);
     }
 }
@@ -418,7 +418,7 @@ static double work_ratio(const struct queue *queue, const struct item *item)
     return (double)item->work / cost_predict(&queue->map, item->x, item->y, item->w, item->h).work;
 }
 
-/* heap_order() of what waits is left to the caller. */
+/* The caller sorts what waits. */
 static void predict(struct queue *queue, uint32_t id, double ratio)
 {
     struct item *item = &queue->items[id];
@@ -427,10 +427,10 @@ static void predict(struct queue *queue, uint32_t id, double ratio)
     item->worst = (float)(fmax(cost.worst, cost.work) * ratio);
     if (pieces_count(queue, item)) queue->pace.total += (double)item->work;
     queue_foresee(queue, id);
-    if (!heap_has(&queue->waiting, id)) return;
+    if (!agenda_has(&queue->waiting, id)) return;
     queue->waiting_work += (double)item->work;
     item->priority = priority_of(item, cost);
-    heap_change(&queue->waiting, id, item->priority);
+    agenda_change(&queue->waiting, id, item->priority);
 }
 
 /* The work that renderers have was told in another unit. */
@@ -462,13 +462,14 @@ static void settle(struct queue *queue, double now)
     cost_settle(&queue->map);
     queue->pace.total = queue->waiting_work = 0;
     queue->outlook = (struct outlook){0};
+    agenda_unsort(&queue->waiting);
     for (uint32_t id = 0; id < queue->item_count; id++)
         if (queue->items[id].pass != TILE_PROBE) predict(queue, id, (double)ratios[id]);
-    heap_order(&queue->waiting);
     free(ratios);
     if (!queue->settled) predict_held(queue, now);
     /* What is missing may be what is dear. */
     if (queue->probes_back == queue->probes) queue_join(queue);
+    agenda_sort(&queue->waiting);
     queue->settled = true;
     queue->next_cheap = 0;
     queue->pace.blind = false;
@@ -521,7 +522,7 @@ static void warn_of(struct queue *queue, uint32_t id, double density)
 {
     struct item *item = &queue->items[id];
     double dear = density * (double)area(item);
-    if (!heap_has(&queue->waiting, id) || (double)item->worst >= dear) return;
+    if (!agenda_has(&queue->waiting, id) || (double)item->worst >= dear) return;
     queue_unset_waiting(queue, id);
     queue_unforesee(queue, id);
     queue->pace.total -= (double)item->work;

@@ -34,14 +34,14 @@ static double joined_most(const struct queue *queue)
 static bool is_untouched(const struct queue *queue, uint32_t id, uint32_t w, uint32_t h)
 {
     const struct item *item = &queue->items[id];
-    return heap_has(&queue->waiting, id) && item->pieces == 0 && item->w == w && item->h == h;
+    return agenda_has(&queue->waiting, id) && item->pieces == 0 && item->w == w && item->h == h;
 }
 
 /* The second tile, beside the first one or below it, is part of that from now on. */
 static void join(struct queue *queue, uint32_t id, uint32_t other)
 {
     struct item *whole = &queue->items[id], *part = &queue->items[other];
-    queue_unset_waiting(queue, id);
+    queue_uncount_waiting(queue, id);
     queue_unset_waiting(queue, other);
     queue_unforesee(queue, id);
     queue_unforesee(queue, other);
@@ -55,7 +55,8 @@ static void join(struct queue *queue, uint32_t id, uint32_t other)
     part->finished = part->replaced = true;
     queue->count.tiles--;
     queue_foresee(queue, id);
-    queue_set_waiting(queue, id);
+    queue_count_waiting(queue, id);
+    agenda_change(&queue->waiting, id, whole->priority);
 }
 
 /* Joins two tiles of this size if they are cheap. */

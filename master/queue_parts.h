@@ -2,8 +2,8 @@
 #ifndef FARM_MASTER_QUEUE_PARTS_H
 #define FARM_MASTER_QUEUE_PARTS_H
 
+#include "master/agenda.h"
 #include "master/cost.h"
-#include "master/heap.h"
 #include "master/holdings.h"
 #include "master/outlook.h"
 #include "master/pace.h"
@@ -58,7 +58,7 @@ struct queue {
     uint32_t item_count, item_room;
     uint32_t first_probe, probes, next_probe, probe_stride, probes_back;
     bool settled;        /* the map predicts: all probes are back, or enough */
-    struct heap waiting; /* items */
+    struct agenda waiting; /* items */
     double waiting_work;
     uint64_t waiting_pixels;
     uint32_t next_cheap;    /* id from which on cheap tiles are looked for */
@@ -106,6 +106,10 @@ uint32_t queue_new_item(struct queue *queue, const struct item *item);
 /* The tile waits, and waits no longer. */
 void queue_set_waiting(struct queue *queue, uint32_t id);
 void queue_unset_waiting(struct queue *queue, uint32_t id);
+
+/* What the tile has is part of all that waits; or not, while it changes and goes on waiting. */
+void queue_count_waiting(struct queue *queue, uint32_t id);
+void queue_uncount_waiting(struct queue *queue, uint32_t id);
 
 /* Counts the tile in the outlook, as what it is; or not, while it is neither finished nor a probe. */
 void queue_foresee(struct queue *queue, uint32_t id);

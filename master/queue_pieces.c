@@ -53,7 +53,7 @@ static void drop_pieces(struct queue *queue, const struct item *whole)
 {
     for (uint32_t id = whole->first_piece; id < whole->first_piece + whole->pieces; id++) {
         struct item *piece = &queue->items[id];
-        if (heap_has(&queue->waiting, id)) queue_unset_waiting(queue, id);
+        if (agenda_has(&queue->waiting, id)) queue_unset_waiting(queue, id);
         if (!piece->finished) queue_tell_finished(queue, id);
         piece->finished = true;
         drop_pieces(queue, piece);
