@@ -3,6 +3,7 @@
  * done for fewer. */
 #include <math.h>
 
+#include "common/extremes.h"
 #include "master/queue_parts.h"
 
 /*
@@ -51,7 +52,7 @@ static void join(struct queue *queue, uint32_t id, uint32_t other)
         whole->h += part->h;
     whole->work += part->work;
     whole->worst += part->worst;
-    whole->priority = fmax(whole->priority, part->priority);
+    whole->priority = max_number(whole->priority, part->priority);
     part->finished = part->replaced = true;
     queue->count.tiles--;
     queue_foresee(queue, id);
@@ -59,10 +60,10 @@ static void join(struct queue *queue, uint32_t id, uint32_t other)
     agenda_change(&queue->waiting, id, whole->priority);
 }
 
-/* Joins two tiles of this size if they are cheap. */
-static void join_cheap(struct queue *queue, uint32_t id, uint32_t other, uint32_t w, uint32_t h)
+/* Joins two tiles of this size if they are cheap: at most so much work together. */
+static void join_cheap(struct queue *queue, uint32_t id, uint32_t other, uint32_t w, uint32_t h,
+                       double most)
 {
-    double most = joined_most(queue);
     if (!is_untouched(queue, id, w, h) || !is_untouched(queue, other, w, h)) return;
     const struct item *a = &queue->items[id], *b = &queue->items[other];
     bool cheap = (double)a->work + (double)b->work <= most &&
@@ -75,10 +76,11 @@ void queue_join(struct queue *queue)
     uint32_t edge = queue->config.tile_edge, columns = divide_up(queue->config.width, edge);
     uint32_t rows = divide_up(queue->config.height, edge);
     if (2 * edge > DYNAMIC_EDGE) return;
+    double most = joined_most(queue);
     for (uint32_t y = 0; y < rows; y++)
         for (uint32_t x = 0; x + 1 < columns; x += 2)
-            join_cheap(queue, y * columns + x, y * columns + x + 1, edge, edge);
+            join_cheap(queue, y * columns + x, y * columns + x + 1, edge, edge, most);
     for (uint32_t y = 0; y + 1 < rows; y += 2)
         for (uint32_t x = 0; x < columns; x += 2)
-            join_cheap(queue, y * columns + x, (y + 1) * columns + x, 2 * edge, edge);
+            join_cheap(queue, y * columns + x, (y + 1) * columns + x, 2 * edge, edge, most);
 }
