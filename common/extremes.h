@@ -1,17 +1,16 @@
-/* fmax() and fmin() of numbers, and like them the other one of a NaN: but those are calls into the library. */
+/* Of two numbers, in one instruction: fmax() and fmin() are calls into the library, for they think of NaN. Here a
+ * NaN in a loses. */
 #ifndef FARM_COMMON_EXTREMES_H
 #define FARM_COMMON_EXTREMES_H
 
-#include <math.h>
-
-static inline double max_number(double a, double b)
+static inline double larger_number(double a, double b)
 {
-    return a > b || isnan(b) ? a : b;
+    return a > b ? a : b;
 }
 
-static inline double min_number(double a, double b)
+static inline double smaller_number(double a, double b)
 {
-    return a < b || isnan(b) ? a : b;
+    return a < b ? a : b;
 }
 
 #endif

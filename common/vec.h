@@ -4,8 +4,6 @@
 
 #include <math.h>
 
-#include "common/extremes.h"
-
 struct vec3 {
     double x, y, z;
 };
@@ -55,6 +53,12 @@ static inline double vec_dot(struct vec3 a, struct vec3 b)
 static inline struct vec3 vec_cross(struct vec3 a, struct vec3 b)
 {
     return vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+/* fmax() of numbers, and like it the other one of a NaN: but that is a call into the library. */
+static inline double max_number(double a, double b)
+{
+    return a > b || isnan(b) ? a : b;
 }
 
 static inline double vec_max(struct vec3 a)

@@ -105,7 +105,7 @@ static void smooth_block(struct cost_map *map, uint32_t column, uint32_t row, fl
             if (seconds < 0) continue;
             sum += more * weight;
             weights += weight;
-            peak = max_number(peak, more);
+            peak = larger_number(peak, more);
         }
     }
     size_t i = (size_t)row * map->columns + column;
@@ -122,9 +122,9 @@ void cost_settle(struct cost_map *map)
     double sum = 0, cheapest = HUGE_VAL;
     for (size_t i = 0; i < count; i++) {
         if (map->seconds[i] < 0) continue;
-        double seconds = max_number((double)map->seconds[i], (double)LEAST_SECONDS);
+        double seconds = larger_number((double)map->seconds[i], (double)LEAST_SECONDS);
         map->seconds[i] = (float)seconds;
-        cheapest = min_number(cheapest, seconds);
+        cheapest = smaller_number(cheapest, seconds);
         sum += seconds;
     }
     assert(map->blocks_known > 0);
@@ -167,8 +167,13 @@ static double peak_at(const struct cost_map *map, double u, double v)
 /* Parts of a side that are looked at: one for every block, 16 at most. */
 static uint32_t parts_of(uint32_t pixels, uint32_t edge)
 {
-    uint32_t parts = (pixels + edge - 1) / edge;
-    return parts < 16 ? parts : 16;
+    return pixels <= edge ? 1 : at_most((pixels + edge - 1) / edge, 16);
+}
+
+/* How far the middle of the i-th part of a side is from its begin. */
+static double middle_of(uint32_t i, uint32_t pixels, uint32_t parts)
+{
+    return parts == 1 ? 0.5 * pixels : (i + 0.5) * pixels / parts;
 }
 
 struct cost cost_predict(const struct cost_map *map, uint32_t x, uint32_t y, uint32_t w, uint32_t h)
@@ -178,12 +183,14 @@ struct cost cost_predict(const struct cost_map *map, uint32_t x, uint32_t y, uin
     uint32_t across = parts_of(w, map->edge), down = parts_of(h, map->edge);
     double sum = 0, peak = 0;
     for (uint32_t j = 0; j < down; j++) {
-        double v = (y + (j + 0.5) * h / down) / map->edge;
+        double v = (y + middle_of(j, h, down)) / map->edge;
         for (uint32_t i = 0; i < across; i++) {
-            double u = (x + (i + 0.5) * w / across) / map->edge;
+            double u = (x + middle_of(i, w, across)) / map->edge;
             sum += mean_at(map, u, v);
-            peak = max_number(peak, peak_at(map, u, v));
+            peak = larger_number(peak, peak_at(map, u, v));
         }
     }
-    return (struct cost){pixels * sum / (across * down), pixels * peak};
+    double work = pixels * sum;
+    if (across * down > 1) work /= across * down;
+    return (struct cost){work, pixels * peak};
 }

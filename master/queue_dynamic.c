@@ -425,7 +425,7 @@ static void predict(struct queue *queue, uint32_t id, double ratio)
     struct item *item = &queue->items[id];
     struct cost cost = cost_predict(&queue->map, item->x, item->y, item->w, item->h);
     item->work = (float)(cost.work * ratio);
-    item->worst = (float)(max_number(cost.worst, cost.work) * ratio);
+    item->worst = (float)(larger_number(cost.worst, cost.work) * ratio);
     if (pieces_count(queue, item)) queue->pace.total += (double)item->work;
     queue_foresee(queue, id);
     if (!agenda_has(&queue->waiting, id)) return;

@@ -52,7 +52,7 @@ static void join(struct queue *queue, uint32_t id, uint32_t other)
         whole->h += part->h;
     whole->work += part->work;
     whole->worst += part->worst;
-    whole->priority = max_number(whole->priority, part->priority);
+    whole->priority = larger_number(whole->priority, part->priority);
     part->finished = part->replaced = true;
     queue->count.tiles--;
     queue_foresee(queue, id);
