@@ -77,9 +77,13 @@
 #define BLIND_PART (1.0 / 14)
 #define BLIND_EACH (1.0 / 616)
 
+/* No renderer. */
+#define NOBODY HEAP_ABSENT
+
 void pace_init(struct pace *pace, uint32_t renderers)
 {
-    *pace = (struct pace){.count = renderers, .speed = renderers, .service_s = SERVICE_GUESS_S};
+    *pace = (struct pace){
+        .count = renderers, .speed = renderers, .service_s = SERVICE_GUESS_S, .unplaced = NOBODY};
     pace->renderers = allocate_zeroed(renderers, sizeof *pace->renderers);
     for (uint32_t i = 0; i < renderers; i++)
         pace->renderers[i].speed = pace->renderers[i].stretch = 1;
@@ -111,9 +115,21 @@ static double late_at(const struct pace *pace, uint32_t renderer)
     return r->free_at + longer + pace_least(pace, renderer) + (r->stretch - 1) * TURN_S;
 }
 
+void pace_place(struct pace *pace)
+{
+    uint32_t renderer = pace->unplaced;
+    if (renderer == NOBODY) return;
+    double free_at = pace->renderers[renderer].free_at;
+    pace->unplaced = NOBODY;
+    heap_put(&pace->last, renderer, free_at);
+    heap_put(&pace->soon, renderer, -free_at);
+    heap_put(&pace->late, renderer, -late_at(pace, renderer));
+}
+
 /* Takes the renderer out of the sums, in which it is with its speed and what it holds. */
 static void withdraw(struct pace *pace, const struct pace_renderer *r)
 {
+    if (pace->unplaced != (uint32_t)(r - pace->renderers)) pace_place(pace);
     if (r->lost) return;
     pace->speed -= r->speed;
     if (!r->holds) return;
@@ -124,13 +140,15 @@ static void withdraw(struct pace *pace, const struct pace_renderer *r)
 
 void pace_overlook(struct pace *pace, uint32_t renderer)
 {
+    if (pace->unplaced == renderer) pace->unplaced = NOBODY;
     heap_remove(&pace->last, renderer);
     heap_remove(&pace->soon, renderer);
     heap_remove(&pace->late, renderer);
     heap_remove(&pace->lost, renderer);
 }
 
-/* Puts it in again, changed, and no longer lost. */
+/* Puts it in again, changed, and no longer lost. Its places are left as they are: the next to change may be
+ * the same one. */
 static void enter(struct pace *pace, uint32_t renderer)
 {
     struct pace_renderer *r = &pace->renderers[renderer];
@@ -144,9 +162,7 @@ static void enter(struct pace *pace, uint32_t renderer)
     pace->holders++;
     pace->holding += r->speed;
     pace->holding_until += r->speed * r->free_at;
-    heap_put(&pace->last, renderer, r->free_at);
-    heap_put(&pace->soon, renderer, -r->free_at);
-    heap_put(&pace->late, renderer, -late_at(pace, renderer));
+    pace->unplaced = renderer;
 }
 
 void pace_restart(struct pace *pace)
@@ -175,23 +191,31 @@ static void date_unknown(struct pace *pace, double now)
     }
 }
 
-double pace_calm(const struct pace *pace, double now)
+double pace_calm(struct pace *pace, double now)
 {
+    pace_place(pace);
     if (!pace->soon.count || !(pace->scale > 0)) return 0;
     return fmax(-pace->soon.entries[0].key - now, 0);
 }
 
-double pace_next_late(const struct pace *pace)
+double pace_next_late(struct pace *pace)
 {
+    pace_place(pace);
     return pace->late.count && pace->scale > 0 ? -pace->late.entries[0].key : HUGE_VAL;
 }
 
 bool pace_check(struct pace *pace, double now)
 {
     bool any = false;
-    while (pace->scale > 0 && pace_next_late(pace) < now) {
+    uint32_t unplaced = pace->unplaced;
+    if (unplaced != NOBODY && pace->renderers[unplaced].free_at < now) pace_place(pace);
+    while (pace->scale > 0 && pace->late.count > 0 && -pace->late.entries[0].key < now) {
         uint32_t renderer = heap_top(&pace->late);
         struct pace_renderer *r = &pace->renderers[renderer];
+        if (renderer == pace->unplaced) {
+            pace_place(pace);
+            continue;
+        }
         withdraw(pace, r);
         r->lost = true;
         pace_overlook(pace, renderer);
@@ -287,6 +311,7 @@ void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work,
  */
 void pace_served(struct pace *pace, double seconds, double pixels)
 {
+    pace_place(pace); /* by what was known */
     struct pace_service *service = &pace->service;
     double part = fmax(SERVICE_NEW, 1 / ++service->answers);
     double more_s = seconds - service->seconds, more = pixels - service->pixels;

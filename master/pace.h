@@ -52,6 +52,8 @@ struct pace {
     struct heap soon; /* the same, the one that will have done it first on top */
     struct heap late; /* the same, the one that is to be given up for late first on top */
     struct heap lost; /* those that were, the longest overdue on top */
+    uint32_t
+        unplaced; /* who has work and may stand in other places, or HEAP_ABSENT: pace_place() */
 };
 
 void pace_init(struct pace *pace, uint32_t renderers);
@@ -74,17 +76,21 @@ void pace_answered(struct pace *pace, uint32_t renderer, double now, double work
 void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work, double busy,
                   bool holds);
 
+/* Before anybody looks in the heaps for those who have work: a renderer changes with every tile of an answer and
+ * with its next lot, and is put in its places once. */
+void pace_place(struct pace *pace);
+
 /* Nobody is to look in the heaps for what this renderer has until it is given more. */
 void pace_overlook(struct pace *pace, uint32_t renderer);
 
 /* Seconds for which all that have work have enough of it, as predicted; 0: nothing is known. */
-double pace_calm(const struct pace *pace, double now);
+double pace_calm(struct pace *pace, double now);
 
 /* Gives up all that are late by now; whether there was any. */
 bool pace_check(struct pace *pace, double now);
 
 /* When the next one will be given up for late; HUGE_VAL: there is none. */
-double pace_next_late(const struct pace *pace);
+double pace_next_late(struct pace *pace);
 
 /* The master took so long for an answer of so many pixels: reading it, and sending more. */
 void pace_served(struct pace *pace, double seconds, double pixels);

@@ -570,17 +570,18 @@ uint64_t queue_news(const struct queue *queue)
     return queue->news;
 }
 
-double queue_wake(const struct queue *queue)
+double queue_wake(struct queue *queue)
 {
     if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->stopped) return HUGE_VAL;
     return fmin(pace_next_late(&queue->pace), queue->retry);
 }
 
-double queue_calm(const struct queue *queue, double now)
+double queue_calm(struct queue *queue, double now)
 {
     if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->stopped) return 0;
     /* Any answer, or what rank 0's own renderer does, may be something to do for those who have nothing;
      * when one who has probes alone is done with them, nobody knows. */
+    pace_place(&queue->pace);
     if (queue->pace.soon.count + queue->pace.lost.count < queue->config.renderers) return 0;
     return pace_calm(&queue->pace, now);
 }

@@ -403,6 +403,7 @@ static uint32_t next_repeat(struct queue *queue, uint32_t renderer, double now, 
     struct pace *pace = &queue->pace;
     if (queue->holdings.holders[renderer].count > 0 || !queue_has_core(queue, renderer)) return 0;
     uint32_t count = take_unbegun(queue, renderer, now, tiles);
+    pace_place(pace);
     if (count == 0) count = take_begun(queue, top_of(queue, &pace->lost), renderer, now, tiles);
     /* Nobody is taken off here: it is where those are found who have stopped. */
     if (count == 0) count = take_begun(queue, heap_top(&pace->late), renderer, now, tiles);
@@ -526,6 +527,7 @@ static void warn_of(struct queue *queue, uint32_t id, double density)
     if (!agenda_has(&queue->waiting, id) || (double)item->worst >= dear) return;
     queue_unset_waiting(queue, id);
     queue_unforesee(queue, id);
+    pace_place(&queue->pace); /* by what was known */
     queue->pace.total -= (double)item->work;
     item->worst = (float)dear;
     item->work = fmaxf(item->work, (float)(dear / 2));
@@ -556,6 +558,7 @@ void dynamic_learn(struct queue *queue, uint32_t renderer, const struct tile *ti
                    double predicted)
 {
     double unit = pace_seconds(&queue->pace, renderer, 1);
-    if (!queue->settled || unit <= 0 || seconds < pace_least(&queue->pace, renderer)) return;
-    if (seconds > SURPRISE * predicted * unit) warn_neighbours(queue, tile, seconds / unit);
+    if (!queue->settled || unit <= 0 || seconds <= SURPRISE * predicted * unit) return;
+    if (seconds < pace_least(&queue->pace, renderer)) return;
+    warn_neighbours(queue, tile, seconds / unit);
 }
