@@ -54,7 +54,7 @@ struct queue_config {
     uint32_t probe_edge; /* dynamic: pixels from probe to probe; 0: no pre-pass */
 };
 
-/* A picture of more tiles than this is refused: their bookkeeping alone would take about 1 GB. Tiles
+/* A picture of more tiles than this is refused: their bookkeeping alone would take about 2 GB. Tiles
  * are split no further, either; what queue_add() brings comes on top. */
 #define QUEUE_MAX_TILES (UINT32_C(1) << 24)
 

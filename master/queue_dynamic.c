@@ -190,8 +190,8 @@ static uint32_t next_cheap(struct queue *queue, double density)
     for (; queue->next_cheap < queue->item_count; queue->next_cheap++) {
         uint32_t id = queue->next_cheap;
         const struct item *item = &queue->items[id];
-        bool cheap = item->pass == 0 && (double)item->work <= density * (double)area(item);
-        if (cheap && agenda_has(&queue->waiting, id)) return id;
+        if (!agenda_has(&queue->waiting, id) || item->pass != 0) continue;
+        if ((double)item->work <= density * (double)area(item)) return id;
     }
     return AGENDA_NONE;
 }
@@ -236,10 +236,10 @@ static struct hold *last_to_pass_on(struct queue *queue, uint32_t renderer, uint
     uint32_t first = holdings->holders[renderer].first, i = first;
     while (i != HOLD_NONE) {
         struct hold *hold = &holdings->holds[i];
-        bool open = hold->may_pass && !hold->passed_on && !queue->items[hold->id].finished;
-        bool own = asker != HOLD_NONE && holdings_find(holdings, asker, hold->id);
-        if (open && !(spare && i == first) && !own) found = hold;
+        bool open = hold->may_pass && !hold->passed_on && !(spare && i == first);
         i = hold->next;
+        if (!open || queue->items[hold->id].finished) continue;
+        if (asker == HOLD_NONE || !holdings_find(holdings, asker, hold->id)) found = hold;
     }
     return found;
 }
@@ -324,7 +324,7 @@ static void break_overdue(struct queue *queue, uint32_t asker, double now)
 
 /*
  * Half of the tiles that whoever has most has not begun, whatever is predicted of them: the asker has
- * nothing else to do. So what was predicted far too low does not stay with the one who happened to
+ * nothing, and nothing else to do. So what was predicted far too low does not stay with the one who happened to
  * get it (R. Blumofe & C. Leiserson, Scheduling multithreaded computations by work stealing, J. ACM
  * 46, 1999).
  */
@@ -337,7 +337,7 @@ static uint32_t take_unbegun(struct queue *queue, uint32_t asker, double now, st
     uint64_t pixels = 0;
     double sum = 0;
     while (count < most && count < LOT_TILES) {
-        struct hold *hold = last_to_pass_on(queue, renderer, asker, true);
+        struct hold *hold = last_to_pass_on(queue, renderer, HOLD_NONE, true);
         if (!hold) break;
         pixels += area(&queue->items[hold->id]);
         if (count > 0 && pixels > LOT_PIXELS) break;
@@ -420,7 +420,7 @@ static double work_ratio(const struct queue *queue, const struct item *item)
     return (double)item->work / cost_predict(&queue->map, item->x, item->y, item->w, item->h).work;
 }
 
-/* The caller sorts what waits. */
+/* The caller sorts what waits, and counts it in the outlook. */
 static void predict(struct queue *queue, uint32_t id, double ratio)
 {
     struct item *item = &queue->items[id];
@@ -428,7 +428,6 @@ static void predict(struct queue *queue, uint32_t id, double ratio)
     item->work = (float)(cost.work * ratio);
     item->worst = (float)(larger_number(cost.worst, cost.work) * ratio);
     if (pieces_count(queue, item)) queue->pace.total += (double)item->work;
-    queue_foresee(queue, id);
     if (!agenda_has(&queue->waiting, id)) return;
     queue->waiting_work += (double)item->work;
     item->priority = priority_of(item, cost);
@@ -472,6 +471,8 @@ static void settle(struct queue *queue, double now)
     /* What is missing may be what is dear. */
     if (queue->probes_back == queue->probes) queue_join(queue);
     agenda_sort(&queue->waiting);
+    for (uint32_t id = 0; id < queue->item_count; id++)
+        queue_foresee(queue, id);
     queue->settled = true;
     queue->next_cheap = 0;
     queue->pace.blind = false;

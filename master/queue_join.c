@@ -44,8 +44,6 @@ static void join(struct queue *queue, uint32_t id, uint32_t other)
     struct item *whole = &queue->items[id], *part = &queue->items[other];
     queue_uncount_waiting(queue, id);
     queue_unset_waiting(queue, other);
-    queue_unforesee(queue, id);
-    queue_unforesee(queue, other);
     if (part->y == whole->y)
         whole->w += part->w;
     else
@@ -55,7 +53,6 @@ static void join(struct queue *queue, uint32_t id, uint32_t other)
     whole->priority = larger_number(whole->priority, part->priority);
     part->finished = part->replaced = true;
     queue->count.tiles--;
-    queue_foresee(queue, id);
     queue_count_waiting(queue, id);
     agenda_change(&queue->waiting, id, whole->priority);
 }
