@@ -33,8 +33,9 @@ void agenda_free(struct agenda *agenda);
 /* Puts id in, with a key that is not negative, or gives it another key. */
 void agenda_put(struct agenda *agenda, uint32_t id, double key);
 
-/* Gives many ids other keys at once: agenda_unsort(), then agenda_change() for those that are in, agenda_remove()
- * for some perhaps, and agenda_sort() before anything else. O(n) where keys in a quarter of an octave are equal. */
+/* Gives many ids other keys at once: agenda_unsort(), then agenda_change() for those that are in and
+ * agenda_remove() for some, and agenda_sort() before anything else. O(n) where keys in a quarter of an
+ * octave are equal. */
 void agenda_unsort(struct agenda *agenda);
 void agenda_change(struct agenda *agenda, uint32_t id, double key);
 void agenda_sort(struct agenda *agenda);

@@ -47,13 +47,12 @@ struct pace {
     struct pace_service service;   /* of the master */
     double delay_s; /* of a lot and its answer on their way, and of looking for them: mean of those
                        * between two times without work */
-    double service_s; /* of it per answer, beside what goes with its pixels */
-    struct heap last; /* renderers that have work, the one that will have done it last on top */
-    struct heap soon; /* the same, the one that will have done it first on top */
-    struct heap late; /* the same, the one that is to be given up for late first on top */
-    struct heap lost; /* those that were, the longest overdue on top */
-    uint32_t
-        unplaced; /* who has work and may stand in other places, or HEAP_ABSENT: pace_place() */
+    double service_s;  /* of it per answer, beside what goes with its pixels */
+    struct heap last;  /* renderers that have work, the one that will have done it last on top */
+    struct heap soon;  /* the same, the one that will have done it first on top */
+    struct heap late;  /* the same, the one that is to be given up for late first on top */
+    struct heap lost;  /* those that were, the longest overdue on top */
+    uint32_t unplaced; /* who may not be in his places yet, or HEAP_ABSENT: pace_place() */
 };
 
 void pace_init(struct pace *pace, uint32_t renderers);
@@ -76,8 +75,8 @@ void pace_answered(struct pace *pace, uint32_t renderer, double now, double work
 void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work, double busy,
                   bool holds);
 
-/* Before anybody looks in the heaps for those who have work: a renderer changes with every tile of an answer and
- * with its next lot, and is put in its places once. */
+/* To be called before anybody looks in the heaps for those who have work: a renderer changes with every
+ * tile of an answer and with its next lot, and is put in its places once. */
 void pace_place(struct pace *pace);
 
 /* Nobody is to look in the heaps for what this renderer has until it is given more. */

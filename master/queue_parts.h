@@ -57,7 +57,7 @@ struct queue {
     struct item *items;
     uint32_t item_count, item_room;
     uint32_t first_probe, probes, next_probe, probe_stride, probes_back;
-    bool settled;        /* the map predicts: all probes are back, or enough */
+    bool settled;          /* the map predicts: all probes are back, or enough */
     struct agenda waiting; /* items */
     double waiting_work;
     uint64_t waiting_pixels;
