@@ -6,7 +6,7 @@
  *   byte_s          for every byte more, up to 64 KiB
  *   service_s       of the master for one result and its answer: receiving, sending, posting the next
  *                   receive, as in master/post.c
- *   service_tile_s  of the queue for every tile: handing out, finishing
+ *   service_tile_s  of the queue for every tile: probes and predictions, handing out, finishing
  *   service_pixel_s for every pixel of the result: receiving, canvas
  *   fetch_s         beside that for a result of more than RESULT_SHORT bytes
  *   tray_s, tray_pixel_s   in place of service_s and service_pixel_s where result and answer go through a tray
@@ -14,6 +14,7 @@
  *   nap_s           by how much a nap is longer than asked for
  */
 #include <mpi.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -190,37 +191,103 @@ static double send_flood(uint32_t edge, struct tray *trays)
 
 /* ---- the queue ---- */
 
-/* Works off a picture in lots of equal tiles, all renderers in turn; returns the number of tiles. */
-static unsigned work_off(struct queue *queue, uint32_t renderers)
+#define RENDERERS 44
+#define LOTS_HELD 2
+
+/* A picture of 640 x 480 at one sample per pixel, of which a fifth is ten times as dear as the rest, as the
+ * master works it off: all renderers in turn answer one lot and ask for more. */
+struct job {
+    struct queue *queue;
+    double now;
+    unsigned finished;
+    struct {
+        struct tile tiles[LOTS_HELD][LOT_TILES];
+        uint32_t counts[LOTS_HELD], first, lots; /* from the first one on */
+    } renderers[RENDERERS];
+};
+
+static double seconds_of(const struct tile *tile)
 {
-    struct tile tiles[LOT_TILES];
-    unsigned handled = 0;
-    double now = 0;
-    for (uint32_t who = 0; !queue_complete(queue); who = (who + 1) % renderers, now += 1e-5) {
-        uint32_t count = queue_next(queue, who, now, tiles);
-        for (uint32_t i = 0; i < count; i++)
-            queue_finish(queue, who, tiles[i].id, now, 1e-4);
-        handled += count;
+    bool dear = (tile->x / 64 + tile->y / 64) % 5 == 0;
+    return tile_pixels(tile) * (dear ? 2e-6 : 2e-7);
+}
+
+static void finish_tile(struct job *job, uint32_t who, const struct tile *answered)
+{
+    double seconds = seconds_of(answered);
+    struct tile tile;
+    if (!queue_held(job->queue, who, answered->id, &tile)) fatal("a tile is lost");
+    if (tile.pass == TILE_PROBE) {
+        float probed[64];
+        uint32_t pixels = tile_pixels(&tile);
+        if (pixels > 64) fatal("so many probes are in no tile");
+        for (uint32_t i = 0; i < pixels; i++)
+            probed[i] = (float)(seconds / pixels);
+        queue_probed(job->queue, &tile, probed);
     }
-    return handled;
+    seconds = queue_seconds(job->queue, who, seconds, seconds);
+    job->now += seconds_of(answered) / RENDERERS;
+    job->finished += queue_finish(job->queue, who, tile.id, job->now, seconds);
+}
+
+static void answer_lot(struct job *job, uint32_t who)
+{
+    uint32_t slot = job->renderers[who].first, pixels = 0;
+    for (uint32_t i = 0; i < job->renderers[who].counts[slot]; i++) {
+        const struct tile *tile = &job->renderers[who].tiles[slot][i];
+        pixels += tile_pixels(tile);
+        finish_tile(job, who, tile);
+    }
+    job->renderers[who].first = (slot + 1) % LOTS_HELD;
+    job->renderers[who].lots--;
+    queue_served(job->queue, 1e-6 + 1e-9 * pixels, pixels);
+}
+
+static void ask(struct job *job, uint32_t who)
+{
+    struct recall recall;
+    while (job->renderers[who].lots < LOTS_HELD && !queue_over(job->queue, who)) {
+        uint32_t slot = (job->renderers[who].first + job->renderers[who].lots) % LOTS_HELD;
+        uint32_t count = queue_next(job->queue, who, job->now, job->renderers[who].tiles[slot]);
+        if (count == 0) break;
+        job->renderers[who].counts[slot] = count;
+        job->renderers[who].lots++;
+        (void)queue_answer_after(job->queue);
+    }
+    while (queue_recall(job->queue, &recall))
+        ;
+    if (queue_wake(job->queue) <= job->now) queue_look(job->queue, job->now);
+    (void)queue_calm(job->queue, job->now);
 }
 
 /* Seconds per tile. */
+static double work_off(struct job *job)
+{
+    double start = clock_thread_cpu();
+    for (uint32_t who = 0; !queue_complete(job->queue); who = (who + 1) % RENDERERS) {
+        if (job->renderers[who].lots > 0) answer_lot(job, who);
+        ask(job, who);
+        job->now += 1e-7;
+    }
+    return (clock_thread_cpu() - start) / job->finished;
+}
+
 static double queue_time(void)
 {
-    enum { REPEATS = 9, RENDERERS = 44 };
+    enum { REPEATS = 9, WIDTH = 640, HEIGHT = 480 };
     static double times[REPEATS];
+    static struct job job;
     for (int i = 0; i < REPEATS; i++) {
-        struct queue_config config = {.schedule = SCHEDULE_DYNAMIC,
-                                      .width = 640,
-                                      .height = 480,
-                                      .renderers = RENDERERS,
-                                      .tile_edge = 8};
-        struct queue *queue = queue_create(&config);
-        double start = clock_thread_cpu();
-        unsigned tiles = work_off(queue, RENDERERS);
-        times[i] = (clock_thread_cpu() - start) / tiles;
-        queue_destroy(queue);
+        struct queue_config config = {
+            .schedule = SCHEDULE_DYNAMIC,
+            .width = WIDTH,
+            .height = HEIGHT,
+            .renderers = RENDERERS,
+            .tile_edge = queue_auto_edge(SCHEDULE_DYNAMIC, WIDTH, HEIGHT, RENDERERS),
+            .probe_edge = queue_auto_probe_edge(WIDTH, HEIGHT, 1, RENDERERS)};
+        job = (struct job){.queue = queue_create(&config)};
+        times[i] = work_off(&job);
+        queue_destroy(job.queue);
     }
     return median(times, REPEATS);
 }

@@ -1,6 +1,7 @@
 #include "master/canvas.h"
 
 #include <assert.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,6 +24,11 @@ void canvas_free(struct canvas *canvas)
     *canvas = (struct canvas){0};
 }
 
+static bool is_rectangle(const struct tile *tile)
+{
+    return tile->step == 1 && tile->phase == 0;
+}
+
 /* Where the tile's k-th pixel lies, and how many from there on stand side by side in tile and
  * picture: a row of a rectangle, else a single one. */
 static float *stretch_at(const struct canvas *canvas, const struct tile *tile, uint32_t k,
@@ -30,7 +36,7 @@ static float *stretch_at(const struct canvas *canvas, const struct tile *tile, u
 {
     uint32_t x, y;
     tile_pixel(tile, k, &x, &y);
-    *stretch = tile->step == 1 && tile->phase == 0 ? tile->w : 1;
+    *stretch = is_rectangle(tile) ? tile->w : 1;
     return canvas->rgb + 3 * ((size_t)y * canvas->width + x);
 }
 
@@ -41,10 +47,25 @@ static void assert_inside(const struct canvas *canvas, const struct tile *tile)
     (void)canvas, (void)tile;
 }
 
+/* A rectangle: without a division to find each row. */
+static void put_rows(struct canvas *canvas, const struct tile *tile, const float *rgb)
+{
+    float *there = canvas->rgb + 3 * ((size_t)tile->y * canvas->width + tile->x);
+    for (uint32_t row = 0; row < tile->h; row++) {
+        memcpy(there, rgb, 3 * (size_t)tile->w * sizeof *rgb);
+        there += 3 * (size_t)canvas->width;
+        rgb += 3 * (size_t)tile->w;
+    }
+}
+
 void canvas_put(struct canvas *canvas, const struct tile *tile, const float *rgb)
 {
     uint32_t pixels = tile_pixels(tile), stretch;
     assert_inside(canvas, tile);
+    if (is_rectangle(tile)) {
+        put_rows(canvas, tile, rgb);
+        return;
+    }
     for (uint32_t k = 0; k < pixels; k += stretch) {
         float *there = stretch_at(canvas, tile, k, &stretch);
         memcpy(there, rgb + 3 * (size_t)k, 3 * (size_t)stretch * sizeof *rgb);

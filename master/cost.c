@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "common/extremes.h"
 #include "common/message.h"
 
 /*
@@ -78,13 +79,12 @@ void cost_put(struct cost_map *map, const struct tile *probe, const float *secon
 
 /* ---- smoothing ---- */
 
-/* The block at column, row, or the nearest at the picture's edge. */
-static size_t block_at(const struct cost_map *map, int64_t column, int64_t row)
+/* The nearest of so many to the one before the i-th, the i-th, and the one behind it. */
+static void neighbours(uint32_t i, uint32_t count, uint32_t at[3])
 {
-    int64_t right = (int64_t)map->columns - 1, bottom = (int64_t)map->rows - 1;
-    column = column < 0 ? 0 : column > right ? right : column;
-    row = row < 0 ? 0 : row > bottom ? bottom : row;
-    return (size_t)row * map->columns + (size_t)column;
+    at[0] = i > 0 ? i - 1 : 0;
+    at[1] = i;
+    at[2] = i + 1 < count ? i + 1 : i;
 }
 
 /* Binomial weights over 3 x 3 blocks: 4 for the middle, 2 for sides, 1 for corners; of those that are known.
@@ -92,21 +92,25 @@ static size_t block_at(const struct cost_map *map, int64_t column, int64_t row)
 static void smooth_block(struct cost_map *map, uint32_t column, uint32_t row, float fixed,
                          float unknown)
 {
-    double sum = 0, weights = 0;
-    float peak = 0;
-    for (int dy = -1; dy <= 1; dy++) {
-        for (int dx = -1; dx <= 1; dx++) {
-            float seconds = map->seconds[block_at(map, (int64_t)column + dx, (int64_t)row + dy)];
-            double weight = (2 - dx * dx) * (2 - dy * dy);
+    double sum = 0, weights = 0, peak = 0;
+    uint32_t columns[3], rows[3];
+    neighbours(column, map->columns, columns);
+    neighbours(row, map->rows, rows);
+    for (int dy = 0; dy < 3; dy++) {
+        const float *line = map->seconds + (size_t)rows[dy] * map->columns;
+        for (int dx = 0; dx < 3; dx++) {
+            float seconds = line[columns[dx]];
+            double weight = (1 + (dx == 1)) * (1 + (dy == 1));
+            double more = (double)(seconds - fixed);
             if (seconds < 0) continue;
-            sum += (double)(seconds - fixed) * weight;
+            sum += more * weight;
             weights += weight;
-            peak = fmaxf(peak, seconds - fixed);
+            peak = larger_number(peak, more);
         }
     }
     size_t i = (size_t)row * map->columns + column;
     map->mean[i] = weights > 0 ? (float)(sum / weights) : unknown;
-    map->peak[i] = weights > 0 ? peak : unknown;
+    map->peak[i] = weights > 0 ? (float)peak : unknown;
 }
 
 /* A clock that stood still would predict nothing. */
@@ -115,16 +119,16 @@ static void smooth_block(struct cost_map *map, uint32_t column, uint32_t row, fl
 void cost_settle(struct cost_map *map)
 {
     size_t count = (size_t)map->columns * map->rows;
-    double sum = 0;
-    float cheapest = HUGE_VALF;
+    double sum = 0, cheapest = HUGE_VAL;
     for (size_t i = 0; i < count; i++) {
         if (map->seconds[i] < 0) continue;
-        map->seconds[i] = fmaxf(map->seconds[i], LEAST_SECONDS);
-        cheapest = fminf(cheapest, map->seconds[i]);
-        sum += (double)map->seconds[i];
+        double seconds = larger_number((double)map->seconds[i], (double)LEAST_SECONDS);
+        map->seconds[i] = (float)seconds;
+        cheapest = smaller_number(cheapest, seconds);
+        sum += seconds;
     }
     assert(map->blocks_known > 0);
-    float fixed = (float)FIXED_SHARE * cheapest;
+    float fixed = (float)FIXED_SHARE * (float)cheapest;
     float unknown = (float)(sum / map->blocks_known) - fixed;
     for (uint32_t row = 0; row < map->rows; row++)
         for (uint32_t column = 0; column < map->columns; column++)
@@ -133,24 +137,43 @@ void cost_settle(struct cost_map *map)
 
 /* ---- prediction ---- */
 
-/* Between the middles of four blocks, linear in both directions. */
-static double mean_at(const struct cost_map *map, double x, double y)
+static uint32_t at_most(uint32_t i, uint32_t most)
 {
-    double u = x / map->edge - 0.5, v = y / map->edge - 0.5;
-    int64_t column = (int64_t)floor(u), row = (int64_t)floor(v);
-    double fx = u - (double)column, fy = v - (double)row;
-    double a = (double)map->mean[block_at(map, column, row)];
-    double b = (double)map->mean[block_at(map, column + 1, row)];
-    double c = (double)map->mean[block_at(map, column, row + 1)];
-    double d = (double)map->mean[block_at(map, column + 1, row + 1)];
+    return i < most ? i : most;
+}
+
+/* So many blocks from the left and from the top: between the middles of four blocks, linear in both directions,
+ * the nearest ones at the picture's edge. */
+static double mean_at(const struct cost_map *map, double u, double v)
+{
+    uint32_t right = (uint32_t)(u + 0.5), below = (uint32_t)(v + 0.5);
+    double fx = u - 0.5 - (right - 1.0), fy = v - 0.5 - (below - 1.0);
+    uint32_t left = right > 0 ? right - 1 : 0, above = below > 0 ? below - 1 : 0;
+    uint32_t last = map->columns - 1, bottom = map->rows - 1;
+    const float *high = map->mean + (size_t)at_most(above, bottom) * map->columns;
+    const float *low = map->mean + (size_t)at_most(below, bottom) * map->columns;
+    left = at_most(left, last), right = at_most(right, last);
+    double a = (double)high[left], b = (double)high[right];
+    double c = (double)low[left], d = (double)low[right];
     return (a + (b - a) * fx) * (1 - fy) + (c + (d - c) * fx) * fy;
+}
+
+static double peak_at(const struct cost_map *map, double u, double v)
+{
+    size_t row = at_most((uint32_t)v, map->rows - 1);
+    return (double)map->peak[row * map->columns + at_most((uint32_t)u, map->columns - 1)];
 }
 
 /* Parts of a side that are looked at: one for every block, 16 at most. */
 static uint32_t parts_of(uint32_t pixels, uint32_t edge)
 {
-    uint32_t parts = (pixels + edge - 1) / edge;
-    return parts < 16 ? parts : 16;
+    return pixels <= edge ? 1 : at_most((pixels + edge - 1) / edge, 16);
+}
+
+/* How far the middle of the i-th part of a side is from its begin. */
+static double middle_of(uint32_t i, uint32_t pixels, uint32_t parts)
+{
+    return parts == 1 ? 0.5 * pixels : (i + 0.5) * pixels / parts;
 }
 
 struct cost cost_predict(const struct cost_map *map, uint32_t x, uint32_t y, uint32_t w, uint32_t h)
@@ -160,12 +183,14 @@ struct cost cost_predict(const struct cost_map *map, uint32_t x, uint32_t y, uin
     uint32_t across = parts_of(w, map->edge), down = parts_of(h, map->edge);
     double sum = 0, peak = 0;
     for (uint32_t j = 0; j < down; j++) {
+        double v = (y + middle_of(j, h, down)) / map->edge;
         for (uint32_t i = 0; i < across; i++) {
-            double px = x + (i + 0.5) * w / across, py = y + (j + 0.5) * h / down;
-            sum += mean_at(map, px, py);
-            size_t block = block_at(map, (int64_t)(px / map->edge), (int64_t)(py / map->edge));
-            peak = fmax(peak, (double)map->peak[block]);
+            double u = (x + middle_of(i, w, across)) / map->edge;
+            sum += mean_at(map, u, v);
+            peak = larger_number(peak, peak_at(map, u, v));
         }
     }
-    return (struct cost){pixels * sum / (across * down), pixels * peak};
+    double work = pixels * sum;
+    if (across * down > 1) work /= across * down;
+    return (struct cost){work, pixels * peak};
 }

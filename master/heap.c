@@ -26,11 +26,6 @@ void heap_free(struct heap *heap)
  * who are compared lie side by side. */
 #define CHILDREN 4
 
-static bool comes_before(const struct heap_entry *a, const struct heap_entry *b)
-{
-    return a->key > b->key || (a->key == b->key && a->id < b->id);
-}
-
 static void set_entry(struct heap *heap, uint32_t place, struct heap_entry entry)
 {
     heap->entries[place] = entry;
@@ -41,7 +36,7 @@ static void rise(struct heap *heap, uint32_t place, struct heap_entry entry)
 {
     while (place > 0) {
         uint32_t parent = (place - 1) / CHILDREN;
-        if (!comes_before(&entry, &heap->entries[parent])) break;
+        if (!heap_before(&entry, &heap->entries[parent])) break;
         set_entry(heap, place, heap->entries[parent]);
         place = parent;
     }
@@ -54,7 +49,7 @@ static uint64_t first_child(const struct heap *heap, uint32_t place)
     uint64_t first = CHILDREN * (uint64_t)place + 1, end = first + CHILDREN;
     if (end > heap->count) end = heap->count;
     for (uint64_t i = first + 1; i < end; i++)
-        if (comes_before(&heap->entries[i], &heap->entries[first])) first = i;
+        if (heap_before(&heap->entries[i], &heap->entries[first])) first = i;
     return first;
 }
 
@@ -62,7 +57,7 @@ static void sink(struct heap *heap, uint32_t place, struct heap_entry entry)
 {
     for (;;) {
         uint64_t child = first_child(heap, place);
-        if (child >= heap->count || !comes_before(&heap->entries[child], &entry)) break;
+        if (child >= heap->count || !heap_before(&heap->entries[child], &entry)) break;
         set_entry(heap, place, heap->entries[child]);
         place = (uint32_t)child;
     }
@@ -72,7 +67,7 @@ static void sink(struct heap *heap, uint32_t place, struct heap_entry entry)
 /* The entry takes the place, then the one where it belongs. */
 static void settle(struct heap *heap, uint32_t place, struct heap_entry entry)
 {
-    if (place > 0 && comes_before(&entry, &heap->entries[(place - 1) / CHILDREN]))
+    if (place > 0 && heap_before(&entry, &heap->entries[(place - 1) / CHILDREN]))
         rise(heap, place, entry);
     else
         sink(heap, place, entry);
@@ -88,21 +83,6 @@ void heap_put(struct heap *heap, uint32_t id, double key)
         settle(heap, heap->places[id], entry);
 }
 
-void heap_change(struct heap *heap, uint32_t id, double key)
-{
-    assert(heap_has(heap, id) && key == key);
-    heap->entries[heap->places[id]].key = key;
-}
-
-/* From the last one that has a child up: each begins a heap when it has sunk (R. Floyd, Algorithm 245, Comm.
- * ACM 7, 1964). */
-void heap_order(struct heap *heap)
-{
-    if (heap->count < 2) return;
-    for (uint32_t place = (heap->count - 2) / CHILDREN + 1; place-- > 0;)
-        sink(heap, place, heap->entries[place]);
-}
-
 void heap_remove(struct heap *heap, uint32_t id)
 {
     if (!heap_has(heap, id)) return;
@@ -110,6 +90,13 @@ void heap_remove(struct heap *heap, uint32_t id)
     struct heap_entry last = heap->entries[--heap->count];
     heap->places[id] = HEAP_ABSENT;
     if (last.id != id) settle(heap, place, last);
+}
+
+void heap_clear(struct heap *heap)
+{
+    for (uint32_t i = 0; i < heap->count; i++)
+        heap->places[heap->entries[i].id] = HEAP_ABSENT;
+    heap->count = 0;
 }
 
 bool heap_has(const struct heap *heap, uint32_t id)

@@ -26,15 +26,18 @@ void heap_free(struct heap *heap);
 /* Puts id in, or gives it another key: O(log n). */
 void heap_put(struct heap *heap, uint32_t id, double key);
 
-/* Gives many ids, which are in, other keys in O(n): each by heap_change(), then heap_order(), before anything
- * else is done with the heap. */
-void heap_change(struct heap *heap, uint32_t id, double key);
-void heap_order(struct heap *heap);
-
 /* Takes id out, if it is in: O(log n). */
 void heap_remove(struct heap *heap, uint32_t id);
 
+/* Takes all out. */
+void heap_clear(struct heap *heap);
+
 bool heap_has(const struct heap *heap, uint32_t id);
+
+static inline bool heap_before(const struct heap_entry *a, const struct heap_entry *b)
+{
+    return a->key > b->key || (a->key == b->key && a->id < b->id);
+}
 
 /* The id on top, HEAP_ABSENT when the heap is empty. */
 static inline uint32_t heap_top(const struct heap *heap)

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "master/octave.h"
+
 /* The octave of 1. */
 #define MIDDLE 40
 
@@ -12,7 +14,7 @@
 
 static struct outlook_class *class_of(struct outlook *outlook, double work, uint64_t pixels)
 {
-    int octave = work > 0 ? MIDDLE + ilogb(work / (double)pixels) : 0;
+    int octave = work > 0 ? MIDDLE + octave_of(work / (double)pixels) : 0;
     octave = octave < 0 ? 0 : octave >= OUTLOOK_CLASSES ? OUTLOOK_CLASSES - 1 : octave;
     return &outlook->classes[octave];
 }

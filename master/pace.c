@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "common/extremes.h"
 #include "common/message.h"
 
 /*
@@ -81,9 +82,13 @@
 #define BLIND_PART (1.0 / 14)
 #define BLIND_EACH (1.0 / 616)
 
+/* No renderer. */
+#define NOBODY HEAP_ABSENT
+
 void pace_init(struct pace *pace, uint32_t renderers)
 {
-    *pace = (struct pace){.count = renderers, .speed = renderers, .service_s = SERVICE_GUESS_S};
+    *pace = (struct pace){
+        .count = renderers, .speed = renderers, .service_s = SERVICE_GUESS_S, .unplaced = NOBODY};
     pace->renderers = allocate_zeroed(renderers, sizeof *pace->renderers);
     for (uint32_t i = 0; i < renderers; i++)
         pace->renderers[i].speed = pace->renderers[i].stretch = 1;
@@ -117,9 +122,21 @@ static double late_at(const struct pace *pace, uint32_t renderer)
     return r->free_at + longer + pace_least(pace, renderer) + (r->stretch - 1) * TURN_S;
 }
 
+void pace_place(struct pace *pace)
+{
+    uint32_t renderer = pace->unplaced;
+    if (renderer == NOBODY) return;
+    double free_at = pace->renderers[renderer].free_at;
+    pace->unplaced = NOBODY;
+    heap_put(&pace->last, renderer, free_at);
+    heap_put(&pace->soon, renderer, -free_at);
+    heap_put(&pace->late, renderer, -late_at(pace, renderer));
+}
+
 /* Takes the renderer out of the sums, in which it is with its speed and what it holds. */
 static void withdraw(struct pace *pace, const struct pace_renderer *r)
 {
+    if (pace->unplaced != (uint32_t)(r - pace->renderers)) pace_place(pace);
     if (r->lost) return;
     pace->speed -= r->speed;
     if (!r->holds) return;
@@ -130,6 +147,7 @@ static void withdraw(struct pace *pace, const struct pace_renderer *r)
 
 void pace_overlook(struct pace *pace, uint32_t renderer)
 {
+    if (pace->unplaced == renderer) pace->unplaced = NOBODY;
     heap_remove(&pace->last, renderer);
     heap_remove(&pace->soon, renderer);
     heap_remove(&pace->late, renderer);
@@ -137,7 +155,8 @@ void pace_overlook(struct pace *pace, uint32_t renderer)
     heap_remove(&pace->spare, renderer);
 }
 
-/* Puts it in again, changed, and no longer lost. */
+/* Puts it in again, changed, and no longer lost. Its places are left as they are: the next to change may be
+ * the same one. */
 static void enter(struct pace *pace, uint32_t renderer)
 {
     struct pace_renderer *r = &pace->renderers[renderer];
@@ -152,9 +171,7 @@ static void enter(struct pace *pace, uint32_t renderer)
     pace->holders++;
     pace->holding += r->speed;
     pace->holding_until += r->speed * r->free_at;
-    heap_put(&pace->last, renderer, r->free_at);
-    heap_put(&pace->soon, renderer, -r->free_at);
-    heap_put(&pace->late, renderer, -late_at(pace, renderer));
+    pace->unplaced = renderer;
 }
 
 void pace_restart(struct pace *pace)
@@ -183,14 +200,16 @@ static void date_unknown(struct pace *pace, double now)
     }
 }
 
-double pace_calm(const struct pace *pace, double now)
+double pace_calm(struct pace *pace, double now)
 {
+    pace_place(pace);
     if (!pace->soon.count || !(pace->scale > 0)) return 0;
-    return fmax(-pace->soon.entries[0].key - now, 0);
+    return larger_number(-pace->soon.entries[0].key - now, 0);
 }
 
-double pace_next_late(const struct pace *pace)
+double pace_next_late(struct pace *pace)
 {
+    pace_place(pace);
     return pace->late.count && pace->scale > 0 ? -pace->late.entries[0].key : HUGE_VAL;
 }
 
@@ -208,8 +227,14 @@ void pace_late(struct pace *pace, uint32_t renderer, double due)
 bool pace_check(struct pace *pace, double now)
 {
     bool any = false;
-    while (pace->scale > 0 && pace_next_late(pace) < now) {
+    uint32_t unplaced = pace->unplaced;
+    if (unplaced != NOBODY && pace->renderers[unplaced].free_at < now) pace_place(pace);
+    while (pace->scale > 0 && pace->late.count > 0 && -pace->late.entries[0].key < now) {
         uint32_t renderer = heap_top(&pace->late);
+        if (renderer == pace->unplaced) {
+            pace_place(pace);
+            continue;
+        }
         pace_late(pace, renderer, pace->renderers[renderer].free_at);
         any = true;
     }
@@ -220,7 +245,7 @@ void pace_given(struct pace *pace, uint32_t renderer, double now, double work)
 {
     struct pace_renderer *r = &pace->renderers[renderer];
     withdraw(pace, r);
-    double start = r->holds ? fmax(r->free_at, now) : now;
+    double start = r->holds ? larger_number(r->free_at, now) : now;
     if (!r->holds) {
         r->since = now;
         r->rendered = 0;
@@ -262,7 +287,7 @@ static void measure_delay(struct pace *pace, struct pace_renderer *r, double now
 {
     r->rendered += busy;
     if (holds || pace->blind || isnan(r->since)) return;
-    double delay = fmax(now - r->since - r->rendered, 0) / r->ways;
+    double delay = larger_number(now - r->since - r->rendered, 0) / r->ways;
     pace->delay_s += DELAY_NEW * (delay - pace->delay_s);
 }
 
@@ -277,7 +302,7 @@ void pace_answered(struct pace *pace, uint32_t renderer, double now, double work
     if (pace->work > 0) pace->scale = pace->busy / pace->work;
     measure_speed(pace, r, now, work, busy);
     measure_delay(pace, r, now, busy, holds);
-    r->held = fmax(r->held - work, 0);
+    r->held = larger_number(r->held - work, 0);
     r->holds = holds;
     r->free_at = now + pace_seconds(pace, renderer, r->held);
     enter(pace, renderer);
@@ -290,7 +315,7 @@ void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work,
     struct pace_renderer *r = &pace->renderers[renderer];
     withdraw(pace, r);
     r->rendered += busy;
-    r->held = fmax(r->held - work, 0);
+    r->held = larger_number(r->held - work, 0);
     r->holds = holds;
     r->free_at = now + pace_seconds(pace, renderer, r->held);
     enter(pace, renderer);
@@ -302,28 +327,30 @@ void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work,
  */
 void pace_served(struct pace *pace, double seconds, double pixels)
 {
+    pace_place(pace); /* by what was known */
     struct pace_service *service = &pace->service;
-    double part = fmax(SERVICE_NEW, 1 / ++service->answers);
+    double part = larger_number(SERVICE_NEW, 1 / ++service->answers);
     double more_s = seconds - service->seconds, more = pixels - service->pixels;
     service->seconds += part * more_s;
     service->pixels += part * more;
     service->covariance = (1 - part) * (service->covariance + part * more * more_s);
     service->variance = (1 - part) * (service->variance + part * more * more);
     double slope = service->variance > 0 ? service->covariance / service->variance : 0;
-    double begin = service->seconds - fmax(slope, 0) * service->pixels;
-    pace->service_s = fmax(begin, SERVICE_PART * service->seconds);
+    double begin = service->seconds - larger_number(slope, 0) * service->pixels;
+    pace->service_s = larger_number(begin, SERVICE_PART * service->seconds);
 }
 
 double pace_even_end(const struct pace *pace, double now, double waiting)
 {
-    double out = fmax(pace->holding_until - now * pace->holding, 0);
-    return (waiting * pace->scale + out) / fmax(pace->speed, LEAST_SPEED);
+    double out = larger_number(pace->holding_until - now * pace->holding, 0);
+    return (waiting * pace->scale + out) / larger_number(pace->speed, LEAST_SPEED);
 }
 
 double pace_answer_after(const struct pace *pace)
 {
     double service_s = pace->count * pace->service_s;
-    return fmax(fmin(service_s / SERVICE_SELDOM, LONGEST_S), service_s / SERVICE_OFTEN);
+    return larger_number(smaller_number(service_s / SERVICE_SELDOM, LONGEST_S),
+                         service_s / SERVICE_OFTEN);
 }
 
 double pace_tell_after(const struct pace *pace, uint32_t renderer, double work)
@@ -335,29 +362,30 @@ double pace_least(const struct pace *pace, uint32_t renderer)
 {
     double stretch = pace->renderers[renderer].stretch;
     double part = LEAST_PART * stretch * (stretch > 1 ? LEAST_SHARED : 1);
-    double whole = pace->total * pace->scale / fmax(pace->speed, LEAST_SPEED);
-    double longer = fmin(DELAY_LEAST * pace->delay_s, LEAST_MOST * whole);
-    return fmax(fmax(pace->count * pace->service_s / SERVICE_MOST, part * whole), longer);
+    double whole = pace->total * pace->scale / larger_number(pace->speed, LEAST_SPEED);
+    double longer = smaller_number(DELAY_LEAST * pace->delay_s, LEAST_MOST * whole);
+    return larger_number(larger_number(pace->count * pace->service_s / SERVICE_MOST, part * whole),
+                         longer);
 }
 
 struct pace_lot pace_lot(const struct pace *pace, uint32_t renderer, double now, double waiting)
 {
     const struct pace_renderer *r = &pace->renderers[renderer];
     const struct pace_lot none = {0, 0};
-    double share = waiting / fmax(pace->speed, LEAST_SPEED) * r->speed;
+    double share = waiting / larger_number(pace->speed, LEAST_SPEED) * r->speed;
     if (pace->blind || !(pace->scale > 0)) {
-        double part = share * fmin(BLIND_PART, BLIND_EACH * pace->count);
+        double part = share * smaller_number(BLIND_PART, BLIND_EACH * pace->count);
         return (struct pace_lot){part, part};
     }
     double unit = r->speed / pace->scale; /* work per second */
     double seconds = share / unit, least = pace_least(pace, renderer);
-    double longest = fmax(LONGEST_S, pace->count * pace->service_s / SERVICE_EASY);
-    double lot = fmax(fmin(seconds * SHARE_PART, longest), least);
-    double ahead = r->holds ? fmax(r->free_at - now, 0) : 0;
+    double longest = larger_number(LONGEST_S, pace->count * pace->service_s / SERVICE_EASY);
+    double lot = larger_number(smaller_number(seconds * SHARE_PART, longest), least);
+    double ahead = r->holds ? larger_number(r->free_at - now, 0) : 0;
     double until_end = pace_even_end(pace, now, waiting) - ahead;
     if (r->holds && until_end < lot * REST_PART) return none;
-    if (until_end < lot * (1 + REST_PART)) lot = fmax(until_end, least * REST_PART);
-    double worst = fmax(WORST_LEAST * least * unit, share * r->stretch * WORST_PART);
-    worst = fmax(lot * unit, worst);
+    if (until_end < lot * (1 + REST_PART)) lot = larger_number(until_end, least * REST_PART);
+    double worst = larger_number(WORST_LEAST * least * unit, share * r->stretch * WORST_PART);
+    worst = larger_number(lot * unit, worst);
     return (struct pace_lot){lot * unit, worst};
 }

@@ -54,6 +54,7 @@ struct pace {
     struct heap lost; /* those that were, the longest overdue on top */
     struct heap
         spare; /* those of the lost of whom it is not known that they have begun all that they have */
+    uint32_t unplaced; /* who may not be in his places yet, or HEAP_ABSENT: pace_place() */
 };
 
 void pace_init(struct pace *pace, uint32_t renderers);
@@ -76,11 +77,15 @@ void pace_answered(struct pace *pace, uint32_t renderer, double now, double work
 void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work, double busy,
                   bool holds);
 
+/* To be called before anybody looks in the heaps for those who have work: a renderer changes with every
+ * tile of an answer and with its next lot, and is put in its places once. */
+void pace_place(struct pace *pace);
+
 /* Nobody is to look in the heaps for what this renderer has until it is given more. */
 void pace_overlook(struct pace *pace, uint32_t renderer);
 
 /* Seconds for which all that have work have enough of it, as predicted; 0: nothing is known. */
-double pace_calm(const struct pace *pace, double now);
+double pace_calm(struct pace *pace, double now);
 
 /* Gives up the renderer, which has some, for late: it should have been done with it by then. */
 void pace_late(struct pace *pace, uint32_t renderer, double due);
@@ -92,7 +97,7 @@ double pace_tell_after(const struct pace *pace, uint32_t renderer, double work);
 bool pace_check(struct pace *pace, double now);
 
 /* When the next one will be given up for late; HUGE_VAL: there is none. */
-double pace_next_late(const struct pace *pace);
+double pace_next_late(struct pace *pace);
 
 /* The master took so long for an answer of so many pixels: reading it, and sending more. */
 void pace_served(struct pace *pace, double seconds, double pixels);

@@ -1,6 +1,7 @@
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "common/message.h"
 #include "master/queue_parts.h"
@@ -56,28 +57,43 @@ struct tile queue_tile_of(const struct queue *queue, uint32_t id)
     return tile;
 }
 
-void queue_set_waiting(struct queue *queue, uint32_t id)
+void queue_count_waiting(struct queue *queue, uint32_t id)
 {
-    heap_put(&queue->waiting, id, queue->items[id].priority);
     queue->waiting_work += (double)queue->items[id].work;
     queue->waiting_pixels += area(&queue->items[id]);
 }
 
-void queue_unset_waiting(struct queue *queue, uint32_t id)
+void queue_uncount_waiting(struct queue *queue, uint32_t id)
 {
-    heap_remove(&queue->waiting, id);
     queue->waiting_work -= (double)queue->items[id].work;
     queue->waiting_pixels -= area(&queue->items[id]);
+}
+
+void queue_set_waiting(struct queue *queue, uint32_t id)
+{
+    agenda_put(&queue->waiting, id, queue->items[id].priority);
+    queue_count_waiting(queue, id);
+}
+
+void queue_unset_waiting(struct queue *queue, uint32_t id)
+{
+    agenda_remove(&queue->waiting, id);
+    queue_uncount_waiting(queue, id);
     if (queue->waiting.count == 0) queue->waiting_work = 0;
+}
+
+/* Written to, so that the pages are there before all renderers wait. */
+static void reserve_items(struct queue *queue, uint32_t room)
+{
+    queue->items = reallocate(queue->items, room, sizeof *queue->items);
+    memset(queue->items + queue->item_room, 0, (room - queue->item_room) * sizeof *queue->items);
+    agenda_reserve(&queue->waiting, room);
+    queue->item_room = room;
 }
 
 uint32_t queue_new_item(struct queue *queue, const struct item *item)
 {
-    if (queue->item_count == queue->item_room) {
-        queue->item_room = queue->item_room ? 2 * queue->item_room : 64;
-        queue->items = reallocate(queue->items, queue->item_room, sizeof *queue->items);
-        heap_reserve(&queue->waiting, queue->item_room);
-    }
+    if (queue->item_count == queue->item_room) reserve_items(queue, 2 * queue->item_room);
     uint32_t id = queue->item_count++;
     queue->items[id] = *item;
     queue->items[id].hold = HOLD_NONE;
@@ -118,13 +134,14 @@ static double scattered(uint32_t i)
     return (double)(uint32_t)(i * UINT32_C(2654435769));
 }
 
+/* Room for as many tiles more, or so many, spares moving all to a larger block when the first is split. */
+#define SPARE_ITEMS 16384u
+
 static void add_base_tiles(struct queue *queue, uint32_t columns, uint32_t rows)
 {
     uint32_t edge = queue->config.tile_edge;
     bool orders = queue->config.schedule == SCHEDULE_DYNAMIC;
-    queue->item_room = columns * rows + queue->map.probes;
-    queue->items = allocate(queue->item_room, sizeof *queue->items);
-    heap_reserve(&queue->waiting, queue->item_room);
+    reserve_items(queue, columns * rows + queue->map.probes + smaller(columns * rows, SPARE_ITEMS));
     for (uint32_t i = 0; i < columns * rows; i++) {
         uint32_t x = i % columns * edge, y = i / columns * edge;
         struct item item = {.x = x,
@@ -224,7 +241,7 @@ void queue_destroy(struct queue *queue)
     shares_free(&queue->shares);
     cost_free(&queue->map);
     pace_free(&queue->pace);
-    heap_free(&queue->waiting);
+    agenda_free(&queue->waiting);
     free(queue->share_finished);
     free(queue->items);
     free(queue->probes_given);
@@ -338,7 +355,7 @@ static uint32_t next_plain(struct queue *queue, uint32_t renderer, struct tile *
         queue_give(queue, renderer, tile->id, 0);
         return 1;
     }
-    uint32_t waiting = queue->waiting.count, id = heap_top(&queue->waiting);
+    uint32_t waiting = queue->waiting.count, id = agenda_first(&queue->waiting);
     if (waiting == 0) return take_over(queue, renderer, tile);
     if (holder->lots > 0 && waiting <= queue->config.renderers) return 0;
     queue_unset_waiting(queue, id);
@@ -581,17 +598,18 @@ uint64_t queue_news(const struct queue *queue)
     return queue->news;
 }
 
-double queue_wake(const struct queue *queue)
+double queue_wake(struct queue *queue)
 {
     if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->stopped) return HUGE_VAL;
     return fmin(pace_next_late(&queue->pace), queue->retry);
 }
 
-double queue_calm(const struct queue *queue, double now)
+double queue_calm(struct queue *queue, double now)
 {
     if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->stopped) return 0;
     /* Any answer, or what rank 0's own renderer does, may be something to do for those who have nothing;
      * when one who has probes alone is done with them, nobody knows. */
+    pace_place(&queue->pace);
     if (queue->pace.soon.count + queue->pace.lost.count < queue->config.renderers) return 0;
     return pace_calm(&queue->pace, now);
 }

@@ -56,7 +56,7 @@ struct queue_config {
     uint32_t probe_edge; /* dynamic: pixels from probe to probe; 0: no pre-pass */
 };
 
-/* A picture of more tiles than this is refused: their bookkeeping alone would take about 1 GB. Tiles
+/* A picture of more tiles than this is refused: their bookkeeping alone would take about 2 GB. Tiles
  * are split no further, either; what queue_add() brings comes on top. */
 #define QUEUE_MAX_TILES (UINT32_C(1) << 24)
 
@@ -109,11 +109,11 @@ bool queue_over(struct queue *queue, uint32_t renderer);
  * after queue_wake(), HUGE_VAL: not before.
  */
 uint64_t queue_news(const struct queue *queue);
-double queue_wake(const struct queue *queue);
+double queue_wake(struct queue *queue);
 
 /* For so many seconds no renderer should run out of what it has, so that answers can wait so long; 0: one
  * has, or nothing is known. */
-double queue_calm(const struct queue *queue, double now);
+double queue_calm(struct queue *queue, double now);
 
 /* Tiles that this renderer holds. */
 uint32_t queue_holds(const struct queue *queue, uint32_t renderer);

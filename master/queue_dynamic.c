@@ -3,7 +3,9 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "common/extremes.h"
 #include "common/message.h"
+#include "master/octave.h"
 #include "master/queue_parts.h"
 
 /* A tile is split when it is predicted to take so many times the lot that it is to be. */
@@ -41,8 +43,7 @@
  * of half an octave. */
 static double priority_of(const struct item *item, struct cost cost)
 {
-    double worst = cost.worst / (double)area(item);
-    return worst > 0 ? exp2(floor(2 * log2(worst)) / 2) : 0;
+    return half_octave_below(cost.worst / (double)area(item));
 }
 
 /* A renderer gets its share of the probes, and when it has had so many lots, share by share of what nobody has
@@ -79,7 +80,7 @@ void dynamic_split(struct queue *queue, uint32_t id)
     double a = cost_predict(&queue->map, half.x, half.y, half.w, half.h).work;
     double b = cost_predict(&queue->map, rest.x, rest.y, rest.w, rest.h).work;
     double part = a + b > 0 ? a / (a + b) : 0.5;
-    queue_unset_waiting(queue, id);
+    queue_uncount_waiting(queue, id);
     queue_unforesee(queue, id);
     rest.worst = (float)((double)half.worst * (1 - part));
     half.worst = (float)((double)half.worst * part);
@@ -88,7 +89,7 @@ void dynamic_split(struct queue *queue, uint32_t id)
     half.rest = queue->item_count;
     queue->items[id] = half;
     queue_foresee(queue, id);
-    queue_set_waiting(queue, id);
+    queue_count_waiting(queue, id);
     queue_set_waiting(queue, queue_new_item(queue, &rest));
     queue->count.tiles++;
 }
@@ -161,7 +162,7 @@ static bool is_too_large(const struct queue *queue, const struct draft *draft, u
 static void take_dear(struct queue *queue, struct draft *draft, struct pace_lot lot)
 {
     while (draft->count < LOT_TILES && queue->waiting.count > 0) {
-        uint32_t id = heap_top(&queue->waiting);
+        uint32_t id = agenda_first(&queue->waiting);
         if (is_too_large(queue, draft, id, lot)) {
             dynamic_split(queue, id);
             continue;
@@ -183,16 +184,16 @@ static void take_dear(struct queue *queue, struct draft *draft, struct pace_lot 
 #define CHEAP_OVER 1.25
 
 /* The next tile in the order of the picture that waits and is not dearer than this, per pixel, or
- * HEAP_ABSENT. None of adaptive passes, which send sampled pixels alone, most useful ones first. */
+ * AGENDA_NONE. None of adaptive passes, which send sampled pixels alone, most useful ones first. */
 static uint32_t next_cheap(struct queue *queue, double density)
 {
     for (; queue->next_cheap < queue->item_count; queue->next_cheap++) {
         uint32_t id = queue->next_cheap;
         const struct item *item = &queue->items[id];
-        bool cheap = item->pass == 0 && (double)item->work <= density * (double)area(item);
-        if (cheap && heap_has(&queue->waiting, id)) return id;
+        if (!agenda_has(&queue->waiting, id) || item->pass != 0) continue;
+        if ((double)item->work <= density * (double)area(item)) return id;
     }
-    return HEAP_ABSENT;
+    return AGENDA_NONE;
 }
 
 /* Cheap tiles join those that were taken. */
@@ -202,7 +203,7 @@ static void take_cheap(struct queue *queue, struct draft *draft, struct pace_lot
     struct pace_lot longer = {CHEAP_OVER * lot.work, CHEAP_OVER * lot.worst};
     while (draft->count < LOT_TILES && (double)draft->pixels < pixels) {
         uint32_t id = next_cheap(queue, density);
-        if (id == HEAP_ABSENT || !has_room(queue, draft, id, longer)) break;
+        if (id == AGENDA_NONE || !has_room(queue, draft, id, longer)) break;
         take_tile(queue, draft, id);
     }
 }
@@ -235,10 +236,10 @@ static struct hold *last_to_pass_on(struct queue *queue, uint32_t renderer, uint
     uint32_t first = holdings->holders[renderer].first, i = first;
     while (i != HOLD_NONE) {
         struct hold *hold = &holdings->holds[i];
-        bool open = hold->may_pass && !hold->passed_on && !queue->items[hold->id].finished;
-        bool own = asker != HOLD_NONE && holdings_find(holdings, asker, hold->id);
-        if (open && !(spare && i == first) && !own) found = hold;
+        bool open = hold->may_pass && !hold->passed_on && !(spare && i == first);
         i = hold->next;
+        if (!open || queue->items[hold->id].finished) continue;
+        if (asker == HOLD_NONE || !holdings_find(holdings, asker, hold->id)) found = hold;
     }
     return found;
 }
@@ -323,7 +324,7 @@ static void break_overdue(struct queue *queue, uint32_t asker, double now)
 
 /*
  * Half of the tiles that whoever has most has not begun, whatever is predicted of them: the asker has
- * nothing else to do. So what was predicted far too low does not stay with the one who happened to
+ * nothing, and nothing else to do. So what was predicted far too low does not stay with the one who happened to
  * get it (R. Blumofe & C. Leiserson, Scheduling multithreaded computations by work stealing, J. ACM
  * 46, 1999).
  */
@@ -336,7 +337,7 @@ static uint32_t take_unbegun(struct queue *queue, uint32_t asker, double now, st
     uint64_t pixels = 0;
     double sum = 0;
     while (count < most && count < LOT_TILES) {
-        struct hold *hold = last_to_pass_on(queue, renderer, asker, true);
+        struct hold *hold = last_to_pass_on(queue, renderer, HOLD_NONE, true);
         if (!hold) break;
         pixels += area(&queue->items[hold->id]);
         if (count > 0 && pixels > LOT_PIXELS) break;
@@ -410,6 +411,7 @@ static uint32_t next_repeat(struct queue *queue, uint32_t renderer, double now, 
     struct pace *pace = &queue->pace;
     if (queue->holdings.holders[renderer].count > 0 || !queue_has_core(queue, renderer)) return 0;
     uint32_t count = take_unbegun(queue, renderer, now, tiles);
+    pace_place(pace);
     if (count == 0)
         count = take_begun(queue, top_of(queue, &pace->lost, false), renderer, now, tiles);
     /* Nobody is taken off here: it is where those are found who have stopped. */
@@ -428,19 +430,18 @@ static double work_ratio(const struct queue *queue, const struct item *item)
     return (double)item->work / cost_predict(&queue->map, item->x, item->y, item->w, item->h).work;
 }
 
-/* heap_order() of what waits is left to the caller. */
+/* The caller sorts what waits, and counts it in the outlook. */
 static void predict(struct queue *queue, uint32_t id, double ratio)
 {
     struct item *item = &queue->items[id];
     struct cost cost = cost_predict(&queue->map, item->x, item->y, item->w, item->h);
     item->work = (float)(cost.work * ratio);
-    item->worst = (float)(fmax(cost.worst, cost.work) * ratio);
+    item->worst = (float)(larger_number(cost.worst, cost.work) * ratio);
     if (is_of_picture(item)) queue->pace.total += (double)item->work;
-    queue_foresee(queue, id);
-    if (!heap_has(&queue->waiting, id)) return;
+    if (!agenda_has(&queue->waiting, id)) return;
     queue->waiting_work += (double)item->work;
     item->priority = priority_of(item, cost);
-    heap_change(&queue->waiting, id, item->priority);
+    agenda_change(&queue->waiting, id, item->priority);
 }
 
 /* The work that renderers have was told in another unit. */
@@ -472,13 +473,16 @@ static void settle(struct queue *queue, double now)
     cost_settle(&queue->map);
     queue->pace.total = queue->waiting_work = 0;
     queue->outlook = (struct outlook){0};
+    agenda_unsort(&queue->waiting);
     for (uint32_t id = 0; id < queue->item_count; id++)
         if (queue->items[id].pass != TILE_PROBE) predict(queue, id, (double)ratios[id]);
-    heap_order(&queue->waiting);
     free(ratios);
     if (!queue->settled) predict_held(queue, now);
     /* What is missing may be what is dear. */
     if (queue->probes_back == queue->probes) queue_join(queue);
+    agenda_sort(&queue->waiting);
+    for (uint32_t id = 0; id < queue->item_count; id++)
+        queue_foresee(queue, id);
     queue->settled = true;
     queue->next_cheap = 0;
     queue->pace.blind = false;
@@ -531,9 +535,10 @@ static void warn_of(struct queue *queue, uint32_t id, double density)
 {
     struct item *item = &queue->items[id];
     double dear = density * (double)area(item);
-    if (!heap_has(&queue->waiting, id) || (double)item->worst >= dear) return;
+    if (!agenda_has(&queue->waiting, id) || (double)item->worst >= dear) return;
     queue_unset_waiting(queue, id);
     queue_unforesee(queue, id);
+    pace_place(&queue->pace); /* by what was known */
     queue->pace.total -= (double)item->work;
     item->worst = (float)dear;
     item->work = fmaxf(item->work, (float)(dear / 2));
@@ -564,8 +569,9 @@ void dynamic_learn(struct queue *queue, uint32_t renderer, const struct tile *ti
                    double predicted)
 {
     double unit = pace_seconds(&queue->pace, renderer, 1);
-    if (!queue->settled || unit <= 0 || seconds < pace_least(&queue->pace, renderer)) return;
-    if (seconds > SURPRISE * predicted * unit) warn_neighbours(queue, tile, seconds / unit);
+    if (!queue->settled || unit <= 0 || seconds <= SURPRISE * predicted * unit) return;
+    if (seconds < pace_least(&queue->pace, renderer)) return;
+    warn_neighbours(queue, tile, seconds / unit);
 }
 
 /* Of the rest of the run: what is in work is expected to take as long again, and when that and what its

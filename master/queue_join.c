@@ -3,6 +3,7 @@
  * done for fewer. */
 #include <math.h>
 
+#include "common/extremes.h"
 #include "master/queue_parts.h"
 
 /*
@@ -34,34 +35,32 @@ static double joined_most(const struct queue *queue)
 static bool is_untouched(const struct queue *queue, uint32_t id, uint32_t w, uint32_t h)
 {
     const struct item *item = &queue->items[id];
-    return heap_has(&queue->waiting, id) && item->pieces == 0 && item->w == w && item->h == h;
+    return agenda_has(&queue->waiting, id) && item->pieces == 0 && item->w == w && item->h == h;
 }
 
 /* The second tile, beside the first one or below it, is part of that from now on. */
 static void join(struct queue *queue, uint32_t id, uint32_t other)
 {
     struct item *whole = &queue->items[id], *part = &queue->items[other];
-    queue_unset_waiting(queue, id);
+    queue_uncount_waiting(queue, id);
     queue_unset_waiting(queue, other);
-    queue_unforesee(queue, id);
-    queue_unforesee(queue, other);
     if (part->y == whole->y)
         whole->w += part->w;
     else
         whole->h += part->h;
     whole->work += part->work;
     whole->worst += part->worst;
-    whole->priority = fmax(whole->priority, part->priority);
+    whole->priority = larger_number(whole->priority, part->priority);
     part->finished = part->replaced = true;
     queue->count.tiles--;
-    queue_foresee(queue, id);
-    queue_set_waiting(queue, id);
+    queue_count_waiting(queue, id);
+    agenda_change(&queue->waiting, id, whole->priority);
 }
 
-/* Joins two tiles of this size if they are cheap. */
-static void join_cheap(struct queue *queue, uint32_t id, uint32_t other, uint32_t w, uint32_t h)
+/* Joins two tiles of this size if they are cheap: at most so much work together. */
+static void join_cheap(struct queue *queue, uint32_t id, uint32_t other, uint32_t w, uint32_t h,
+                       double most)
 {
-    double most = joined_most(queue);
     if (!is_untouched(queue, id, w, h) || !is_untouched(queue, other, w, h)) return;
     const struct item *a = &queue->items[id], *b = &queue->items[other];
     bool cheap = (double)a->work + (double)b->work <= most &&
@@ -74,10 +73,11 @@ void queue_join(struct queue *queue)
     uint32_t edge = queue->config.tile_edge, columns = divide_up(queue->config.width, edge);
     uint32_t rows = divide_up(queue->config.height, edge);
     if (2 * edge > DYNAMIC_EDGE) return;
+    double most = joined_most(queue);
     for (uint32_t y = 0; y < rows; y++)
         for (uint32_t x = 0; x + 1 < columns; x += 2)
-            join_cheap(queue, y * columns + x, y * columns + x + 1, edge, edge);
+            join_cheap(queue, y * columns + x, y * columns + x + 1, edge, edge, most);
     for (uint32_t y = 0; y + 1 < rows; y += 2)
         for (uint32_t x = 0; x < columns; x += 2)
-            join_cheap(queue, y * columns + x, (y + 1) * columns + x, 2 * edge, edge);
+            join_cheap(queue, y * columns + x, (y + 1) * columns + x, 2 * edge, edge, most);
 }

@@ -2,8 +2,8 @@
 #ifndef FARM_MASTER_QUEUE_PARTS_H
 #define FARM_MASTER_QUEUE_PARTS_H
 
+#include "master/agenda.h"
 #include "master/cost.h"
-#include "master/heap.h"
 #include "master/holdings.h"
 #include "master/outlook.h"
 #include "master/pace.h"
@@ -60,8 +60,8 @@ struct queue {
     struct item *items;
     uint32_t item_count, item_room;
     uint32_t first_probe, probes, next_probe, probe_stride, probes_back;
-    bool settled;        /* the map predicts: all probes are back, or enough */
-    struct heap waiting; /* items */
+    bool settled;          /* the map predicts: all probes are back, or enough */
+    struct agenda waiting; /* items */
     double waiting_work;
     uint64_t waiting_pixels;
     uint32_t next_cheap;    /* id from which on cheap tiles are looked for */
@@ -117,6 +117,10 @@ uint32_t queue_new_item(struct queue *queue, const struct item *item);
 /* The tile waits, and waits no longer. */
 void queue_set_waiting(struct queue *queue, uint32_t id);
 void queue_unset_waiting(struct queue *queue, uint32_t id);
+
+/* What the tile has is part of all that waits; or not, while it changes and goes on waiting. */
+void queue_count_waiting(struct queue *queue, uint32_t id);
+void queue_uncount_waiting(struct queue *queue, uint32_t id);
 
 /* The tile is finished, which took so long. */
 void queue_set_finished(struct queue *queue, uint32_t id, double seconds);

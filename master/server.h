@@ -69,6 +69,7 @@ struct server {
     double ended;             /* time awake, when service->ending was set */
     double awake;             /* seconds of the loop; of a pause in which rank 0 itself was stopped
                                * next to none count, for nobody is to blame for it */
+    uint32_t unmeasured;      /* looks that found answers since one was measured */
     double woken;             /* clock_wall() at the last look at it */
     double next_show;         /* when the progress is to be looked at */
     double polled;            /* when messages were last looked for */

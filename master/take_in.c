@@ -162,10 +162,15 @@ static void note_wait(struct server *server, double looked)
     service->answer_wait_most_s = fmax(service->answer_wait_most_s, waited);
 }
 
+/* One of so many looks that find answers is measured: a thread's CPU time is a call into the system, which
+ * takes as long as an answer does (0.6 us in a virtual machine, an answer of one tile 0.5 us). */
+#define MEASURED_EACH 8
+
 bool take_in(struct server *server)
 {
     struct letter letters[POST_RECEIVES];
-    double looked = clock_wall(), cpu = clock_thread_cpu();
+    bool measured = server->unmeasured == 0;
+    double looked = clock_wall(), cpu = measured ? clock_thread_cpu() : 0;
     uint64_t pixels = server->pixels;
     int count = post_collect(server->post, letters), results = 0;
     for (int i = 0; i < count; i++) {
@@ -176,6 +181,8 @@ bool take_in(struct server *server)
     }
     server->polled = looked;
     if (results < count || count == 0) return count > 0;
+    server->unmeasured = (server->unmeasured + 1) % MEASURED_EACH;
+    if (!measured) return true;
     cpu = clock_thread_cpu() - cpu;
     server->service->answers += (uint64_t)results;
     server->service->service_cpu_s += cpu;

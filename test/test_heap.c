@@ -63,32 +63,26 @@ static void test_any_order(void **state)
     heap_free(&heap);
 }
 
-/* Of every number of entries, as the last ones' parents differ. */
-static void test_changed_at_once(void **state)
+static void test_cleared(void **state)
 {
     (void)state;
-    uint32_t random = 2;
-    for (uint32_t count = 0; count < IDS; count++) {
-        struct heap heap = {0};
-        double keys[IDS];
-        heap_reserve(&heap, IDS);
-        for (uint32_t id = 0; id < IDS; id++) {
-            keys[id] = id < count ? (double)draw(&random, 1000) : -1;
-            if (id < count) heap_put(&heap, id, keys[id]);
-        }
-        for (uint32_t id = 0; id < count; id++)
-            heap_change(&heap, id, keys[id] = (double)draw(&random, 60));
-        heap_order(&heap);
-        assert_empties(&heap, keys);
-        heap_free(&heap);
-    }
+    struct heap heap = {0};
+    heap_reserve(&heap, IDS);
+    for (uint32_t id = 0; id < IDS; id++)
+        heap_put(&heap, id, id);
+    heap_clear(&heap);
+    assert_int_equal(heap_top(&heap), HEAP_ABSENT);
+    heap_put(&heap, 7, 1);
+    assert_false(heap_has(&heap, 8));
+    assert_int_equal(heap_top(&heap), 7);
+    heap_free(&heap);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_any_order),
-        cmocka_unit_test(test_changed_at_once),
+        cmocka_unit_test(test_cleared),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

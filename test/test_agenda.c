@@ -1,0 +1,92 @@
+/* The agenda against a plain search through all keys. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "master/agenda.h"
+
+#define IDS 150
+
+/* Numbers in no order (D. Knuth, TAOCP 2, 3.3.4). */
+static uint32_t draw(uint32_t *state, uint32_t below)
+{
+    *state = *state * 1664525 + 1013904223;
+    return (uint32_t)(((uint64_t)*state * below) >> 32);
+}
+
+/* What ought to be first: the highest key, of equal ones the lowest id; key < 0: not in. */
+static uint32_t first_of(const double *keys)
+{
+    uint32_t first = AGENDA_NONE;
+    for (uint32_t id = 0; id < IDS; id++)
+        if (keys[id] >= 0 && (first == AGENDA_NONE || keys[id] > keys[first])) first = id;
+    return first;
+}
+
+/* Few keys, so that many are equal, some of which are close together. */
+static double draw_key(uint32_t *random)
+{
+    return draw(random, 2) ? draw(random, 30) : 7 + 1e-3 * draw(random, 30);
+}
+
+static void change_at_once(struct agenda *agenda, double *keys, uint32_t *random)
+{
+    agenda_unsort(agenda);
+    for (uint32_t id = 0; id < IDS; id++) {
+        if (draw(random, 8) == 0) {
+            agenda_remove(agenda, id);
+            keys[id] = -1;
+        } else if (agenda_has(agenda, id) && draw(random, 2)) {
+            agenda_change(agenda, id, keys[id] = draw_key(random));
+        }
+    }
+    agenda_sort(agenda);
+}
+
+static void change_one(struct agenda *agenda, double *keys, uint32_t *random)
+{
+    uint32_t id = draw(random, 3) ? draw(random, IDS) : first_of(keys);
+    if (id == AGENDA_NONE) return;
+    if (draw(random, 2)) {
+        agenda_put(agenda, id, keys[id] = draw_key(random));
+    } else {
+        agenda_remove(agenda, id);
+        keys[id] = -1;
+    }
+    assert_int_equal(agenda_has(agenda, id), keys[id] >= 0);
+}
+
+static void test_any_order(void **state)
+{
+    (void)state;
+    struct agenda agenda = {0};
+    double keys[IDS];
+    uint32_t random = 1;
+    agenda_reserve(&agenda, IDS / 2);
+    agenda_reserve(&agenda, IDS);
+    for (uint32_t id = 0; id < IDS; id++)
+        keys[id] = -1;
+    assert_int_equal(agenda_first(&agenda), AGENDA_NONE);
+    for (int i = 0; i < 20000; i++) {
+        uint32_t count = 0;
+        if (draw(&random, 100) == 0)
+            change_at_once(&agenda, keys, &random);
+        else
+            change_one(&agenda, keys, &random);
+        for (uint32_t id = 0; id < IDS; id++)
+            count += keys[id] >= 0;
+        assert_int_equal(agenda.count, count);
+        assert_int_equal(agenda_first(&agenda), first_of(keys));
+    }
+    agenda_free(&agenda);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_any_order)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
