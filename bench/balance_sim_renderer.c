@@ -63,7 +63,8 @@ static void end_part(struct sim *sim, uint32_t who, struct part *part);
  * worker/work.c. */
 static void call_for_more(struct sim *sim, uint32_t who, struct lot *lot)
 {
-    if (sim->renderers[who].count > 1 || lot->has_called || lot->begun < lot->count / 2) return;
+    bool due = lot->calls && !lot->has_called && lot->begun >= lot->count / 2;
+    if (sim->renderers[who].count > 1 || !due) return;
     lot->has_called = true;
     sim_ring(sim);
 }
@@ -145,8 +146,10 @@ struct lot *next_lot(struct sim *sim, uint32_t who)
     uint32_t count = queue_next(sim->queue, who, sim->now, tiles);
     if (count == 0) return NULL;
     struct lot *lot = allocate(1, sizeof *lot + count * sizeof *lot->parts);
-    *lot = (struct lot){
-        .after = sim->lots, .count = count, .answer_s = queue_answer_after(sim->queue)};
+    *lot = (struct lot){.after = sim->lots,
+                        .count = count,
+                        .answer_s = queue_answer_after(sim->queue),
+                        .calls = queue_lot_seconds(sim->queue, who, tiles, count) < NAP_CALL};
     if (sim->lots) sim->lots->before = lot;
     sim->lots = lot;
     lot->last = &lot->ready;

@@ -46,7 +46,7 @@ struct lot {
     struct lot *before, *after;      /* all lots that there are */
     uint32_t count, begun, finished; /* parts */
     uint32_t accepted;               /* parts, by the master */
-    bool has_called;                 /* it was the last one, and the master was woken */
+    bool calls, has_called;          /* the master is to be woken if it is the last one; it was */
     double answer_s, answered;       /* when an answer is due, and when the last one was given */
     size_t whole;                    /* bytes of the result if all that is left goes into one */
     bool opened, in_tray;            /* the result is begun; in a slot of the tray */

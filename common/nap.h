@@ -21,6 +21,10 @@
 #define NAP_SELDOM   10e-3
 #define NAP_PART     (1.0 / 32)
 
+/* What takes longer gives time enough if somebody who sleeps NAP_SELDOM at a time looks after half of it: twice
+ * as much as needed, for predictions are what they are. */
+#define NAP_CALL (4 * NAP_SELDOM)
+
 /* One that has napped so long, in naps of which the last one took so many seconds, naps so long next. */
 static inline double nap_after(double waited, double last)
 {

@@ -64,7 +64,7 @@ bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, u
 
 bool lot_header_valid(const struct lot_header *header)
 {
-    return header->answer_s >= 0 && header->tells <= LOT_TILES && header->reserved == 0;
+    return header->answer_s >= 0 && header->tells <= LOT_TILES && header->calls <= 1;
 }
 
 bool lot_tells_valid(const float *tells, uint32_t count)

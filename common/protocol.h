@@ -84,7 +84,7 @@ struct welcome {
 struct lot_header {
     double answer_s;   /* answer with what is finished after so long; may be infinite */
     uint32_t tells;    /* floats that follow: as many as there are tiles, or 0 */
-    uint32_t reserved; /* 0 */
+    uint32_t calls;    /* 1: wake the master half way through, if no other lot is there by then; or 0 */
 };
 
 /* Tiles in a DROP message, at most. */

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "common/nap.h"
 #include "common/tray.h"
 #include "master/server.h"
 
@@ -70,6 +71,7 @@ static size_t put_lot_header(struct server *server, uint32_t renderer, const str
     const struct queue *queue = server->service->queue;
     struct lot_header header = {.answer_s = queue_answer_after(queue)};
     float tells[LOT_TILES];
+    header.calls = queue_lot_seconds(queue, renderer, tiles, count) < NAP_CALL;
     for (uint32_t i = 0; i < count; i++) {
         tells[i] = (float)queue_tell_after(queue, renderer, tiles[i].id);
         if (isfinite(tells[i])) header.tells = count;

@@ -517,6 +517,16 @@ double queue_tell_after(const struct queue *queue, uint32_t renderer, uint32_t i
     return pace_tell_after(&queue->pace, renderer, work);
 }
 
+double queue_lot_seconds(const struct queue *queue, uint32_t renderer, const struct tile *tiles,
+                         uint32_t count)
+{
+    double work = 0;
+    if (queue->config.schedule != SCHEDULE_DYNAMIC || !queue->settled) return 0;
+    for (uint32_t i = 0; i < count; i++)
+        work += (double)queue->items[tiles[i].id].work;
+    return pace_seconds(&queue->pace, renderer, work);
+}
+
 void queue_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, double now,
                       double seconds)
 {

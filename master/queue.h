@@ -152,6 +152,10 @@ double queue_answer_after(const struct queue *queue);
  * be infinite. */
 double queue_tell_after(const struct queue *queue, uint32_t renderer, uint32_t id);
 
+/* What the tiles that it has just got are predicted to take it; 0: nobody knows. */
+double queue_lot_seconds(const struct queue *queue, uint32_t renderer, const struct tile *tiles,
+                         uint32_t count);
+
 /* It has told: the tile, which it has, is in work for so many seconds. */
 void queue_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, double now,
                       double seconds);

@@ -226,7 +226,9 @@ static void test_lot_header(void **state)
     assert_true(lot_header_valid(&header));
     header.tells++;
     assert_false(lot_header_valid(&header));
-    header = (struct lot_header){.answer_s = 0, .reserved = 1};
+    header = (struct lot_header){.answer_s = 0, .calls = 1};
+    assert_true(lot_header_valid(&header));
+    header.calls = 2;
     assert_false(lot_header_valid(&header));
     header = (struct lot_header){.answer_s = (double)NAN};
     assert_false(lot_header_valid(&header));

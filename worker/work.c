@@ -313,7 +313,7 @@ struct lot {
     float tells[LOT_TILES]; /* seconds in work after which the master is told; may be infinite */
     bool dropped[LOT_TILES];
     uint32_t count;
-    bool has_called; /* see call_for_more() */
+    bool calls, has_called; /* see call_for_more() */
     double answer_s;
     struct refinement *refinements; /* of all refined tiles in turn; owned */
 };
@@ -417,7 +417,7 @@ static size_t take_lot_header(struct lot *lot, const char *message, size_t bytes
     size_t length = sizeof header + lot_tells_bytes(header.tells);
     if (!lot_header_valid(&header)) fatal("the master sent a lot that makes no sense");
     if (bytes <= length) fatal("the master sent a lot without tiles");
-    *lot = (struct lot){.answer_s = header.answer_s};
+    *lot = (struct lot){.answer_s = header.answer_s, .calls = header.calls};
     for (uint32_t i = header.tells; i < LOT_TILES; i++)
         lot->tells[i] = HUGE_VALF;
     memcpy(lot->tells, message + sizeof header, header.tells * sizeof *lot->tells);
@@ -697,11 +697,11 @@ static size_t render_part(struct worker *worker, const struct tile *tile,
 
 /* Before tile i of the current lot: wakes the master, once, if half of the tiles are done and there is no lot
  * behind this one. Dear tiles come first, so what is left is less than half of the time; enough for an
- * answer. */
+ * answer. If the lot is long, the master looks in time without that. */
 static void call_for_more(struct worker *worker, uint32_t i)
 {
     struct lot *lot = &worker->current;
-    if (worker->waiting > 0 || lot->has_called || i < lot->count / 2) return;
+    if (!lot->calls || worker->waiting > 0 || lot->has_called || i < lot->count / 2) return;
     lot->has_called = true;
     bell_ring(worker->bell);
 }
