@@ -1,5 +1,5 @@
 /* Of two numbers, in one instruction: fmax() and fmin() are calls into the library, for they think of NaN.
- * Here a NaN in a loses. */
+ * Here b wins if either is one. */
 #ifndef FARM_COMMON_EXTREMES_H
 #define FARM_COMMON_EXTREMES_H
 

@@ -17,12 +17,13 @@
  *                                  result_header, then 3 floats (linear RGB) per pixel in the
  *                                  tile's pixel order; where sampling is adaptive those per pixel
  *                                  that got samples, then 3 more for each, then one, the rays per
- *                                  sample of each (worker/task.h); behind those of a probe (TILE_PROBE) one float per pixel, the CPU
- *                                  seconds that it took; filled up to
- *                                  result_bytes(). A tile that is dropped is a header alone, with
- *                                  RESULT_DROPPED and the time that it has taken; one that takes
- *                                  long is a header alone, with RESULT_UNFINISHED and the time
- *                                  that it has taken so far, and comes once more when it is done.
+ *                                  sample of each (worker/task.h); behind those of a probe
+ *                                  (TILE_PROBE) one float per pixel, the CPU seconds that it took;
+ *                                  filled up to result_bytes(). A tile that is dropped is a header
+ *                                  alone, with RESULT_DROPPED and the time that it has taken; one that
+ *                                  takes long is a header alone, with RESULT_UNFINISHED and the time
+ *                                  that it has taken so far. It comes once more when it is done, which
+ *                                  may be taken in before
  *   TRAY      both ways            struct tray_note: what a TILES or RESULT message would hold lies in
  *                                  memory that the two share (common/tray.h), where they are on one
  *                                  node
@@ -82,9 +83,10 @@ struct welcome {
 };
 
 struct lot_header {
-    double answer_s;   /* answer with what is finished after so long; may be infinite */
-    uint32_t tells;    /* floats that follow: as many as there are tiles, or 0 */
-    uint32_t calls;    /* 1: wake the master half way through, if no other lot is there by then; or 0 */
+    double answer_s; /* answer with what is finished after so long; may be infinite */
+    uint32_t tells;  /* floats that follow: as many as there are tiles, or 0 */
+    uint32_t
+        calls; /* 1: wake the master half way through, if no other lot is there by then; or 0 */
 };
 
 /* Tiles in a DROP message, at most. */
@@ -143,8 +145,8 @@ struct render_counts {
     struct bad_sample first;   /* of the nonfinite ones, in the order of the picture; else all 0 */
 };
 
-/* In place of the number of pixels: the tile was dropped; it takes long. A part of a refined tile may have
- * none. */
+/* In place of the number of pixels, of which a part of a refined tile may have none: the tile was dropped, or
+ * it takes long. */
 #define RESULT_DROPPED    UINT32_MAX
 #define RESULT_UNFINISHED (UINT32_MAX - 1)
 

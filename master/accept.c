@@ -1,3 +1,4 @@
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -69,8 +70,9 @@ static void keep_piece(struct server *server, uint32_t renderer, const struct ti
 static void settle_piece(struct server *server, const struct fate *fate)
 {
     uint32_t i = 0;
-    while (server->pieces[i].tile.id != fate->id)
+    while (i < server->piece_count && server->pieces[i].tile.id != fate->id)
         i++;
+    assert(i < server->piece_count);
     struct kept_piece piece = server->pieces[i];
     server->pieces[i] = server->pieces[--server->piece_count];
     if (fate->counts)
@@ -80,10 +82,13 @@ static void settle_piece(struct server *server, const struct fate *fate)
     free(piece.rgb);
 }
 
-void forget_pieces(struct server *server)
+void put_last_pieces(struct server *server)
 {
-    for (uint32_t i = 0; i < server->piece_count; i++)
-        free(server->pieces[i].rgb);
+    for (uint32_t i = 0; i < server->piece_count; i++) {
+        struct kept_piece *piece = &server->pieces[i];
+        put_tile(server, piece->renderer, &piece->tile, piece->rgb, &piece->header);
+        free(piece->rgb);
+    }
     free(server->pieces);
 }
 

@@ -66,6 +66,7 @@ void agenda_change(struct agenda *agenda, uint32_t id, double key)
 static uint32_t bucket_of(double key)
 {
     uint64_t bits;
+    key += 0.0; /* which has no sign then */
     memcpy(&bits, &key, sizeof bits);
     return BUCKETS - 1 - (uint32_t)(bits >> BUCKET_SHIFT);
 }

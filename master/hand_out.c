@@ -63,8 +63,8 @@ void tell_recalls(struct server *server)
         if (server->contacts[i].drop_count > 0) send_drops(server, i);
 }
 
-/* What a TILES message begins with, into message; returns its length. Nobody tells of a tile that may be in
- * work for ever. */
+/* What a TILES message begins with, into message; returns its length. Where no tile of it is
+ * to be told of, however long it takes, there are no floats. */
 static size_t put_lot_header(struct server *server, uint32_t renderer, const struct tile *tiles,
                              uint32_t count, char *message)
 {

@@ -179,7 +179,6 @@ static void end_server(struct server *server)
     preview_free(&server->preview);
     free(server->contacts);
     free(server->sampled);
-    forget_pieces(server);
     free(server->message);
 }
 
@@ -232,6 +231,7 @@ bool serve(struct service *service)
     service->probe_s = server.probe_s;
     fill_waits(&server);
     fill_from_preview(&server);
+    put_last_pieces(&server);
     end_server(&server);
     /* Between passes the queue is complete, the picture not. */
     return service->timed_out || (server.last_pass && queue_complete(service->queue));

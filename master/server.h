@@ -94,8 +94,8 @@ uint32_t take_refinements(struct server *server, const struct tile *tile,
 void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,
                  const float *rgb, const struct result_header *header);
 
-/* At the end: pieces whose tiles are not finished. */
-void forget_pieces(struct server *server);
+/* At the end of a run that was stopped, when no more answers come: pieces of tiles that are not finished. */
+void put_last_pieces(struct server *server);
 
 /* A tile that the renderer has left to others; it may (queue_recalled()). */
 void accept_dropped(struct server *server, uint32_t renderer, const struct tile *tile,

@@ -33,13 +33,16 @@ static size_t take_dropped(struct server *server, uint32_t renderer, const struc
     return sizeof *header;
 }
 
-/* A tile takes the renderer long. The lock is held. */
-static size_t take_unfinished(struct server *server, uint32_t renderer, const struct tile *tile,
+/* A tile takes the renderer long; it may be back already, for what MPI moves in pieces is overtaken. The lock
+ * is held. */
+static size_t take_unfinished(struct server *server, uint32_t renderer,
                               const struct result_header *header)
 {
+    struct queue *queue = server->service->queue;
+    struct tile tile;
     if (!unfinished_valid(header)) return 0;
-    queue_takes_long(server->service->queue, renderer, tile->id, server_elapsed(server),
-                     header->busy_s);
+    if (queue_held(queue, renderer, header->tile_id, &tile))
+        queue_takes_long(queue, renderer, tile.id, server_elapsed(server), header->busy_s);
     return sizeof *header;
 }
 
@@ -51,10 +54,9 @@ static size_t take_part(struct server *server, uint32_t renderer, const char *pa
     struct tile tile;
     if (bytes < sizeof header) return 0;
     memcpy(&header, part, sizeof header);
+    if (header.pixels == RESULT_UNFINISHED) return take_unfinished(server, renderer, &header);
     if (!queue_held(server->service->queue, renderer, header.tile_id, &tile)) return 0;
     if (header.pixels == RESULT_DROPPED) return take_dropped(server, renderer, &tile, &header);
-    if (header.pixels == RESULT_UNFINISHED)
-        return take_unfinished(server, renderer, &tile, &header);
     bool halves = server->service->adaptive != NULL;
     if (!result_message_valid(&header, bytes, &tile, halves)) return 0;
     /* Behind the header, which is a multiple of 8 bytes long like all parts, in an allocated block:

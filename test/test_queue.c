@@ -906,6 +906,8 @@ static void test_takes_long(void **state)
             assert_int_equal(tiles[i].id == lots[1][3 - i].id, !early);
         assert_int_equal(queue_recalled(queue, 1, lots[1][1].id), !early);
         assert_false(queue_recalled(queue, 1, first));
+        /* The neighbours are dear, too; its pieces are at least so dear. */
+        assert_true((double)queue->items[first].seconds >= seconds * 0.999);
         queue_finish(queue, 1, first, 3e-3, 1);
         assert_false(queue->pace.renderers[1].lost);
         queue_destroy(queue);
@@ -924,6 +926,7 @@ static void test_who_tells(void **state)
         struct queue *queue = queue_create(&config);
         assert_true(queue_next(queue, 0, 0, tiles) > 0);
         assert_int_equal(isfinite(queue_tell_after(queue, 0, tiles[0].id)) != 0, i == 0);
+        assert_false(queue_lot_seconds(queue, 0, tiles, 1) > 0);
         queue_destroy(queue);
     }
 }

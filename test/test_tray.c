@@ -268,6 +268,36 @@ static void test_lots_and_results(void **state)
     tear_down(&test);
 }
 
+/* A header alone, in a slot. */
+static struct tray_note put_header(struct tray *tray, int slot, struct result_header header)
+{
+    memcpy(tray->result[slot], &header, sizeof header);
+    slots_fill(&tray->results, slot);
+    return (struct tray_note){.slot = (uint32_t)slot, .bytes = sizeof header};
+}
+
+/* That a tile takes long may be heard when it is back; then it is no news. */
+static void test_takes_long(void **state)
+{
+    (void)state;
+    struct master_of_test test;
+    set_up(&test);
+    hand_out(&test.server, 1);
+    struct tile tile = first_tile(&test, 0), held;
+    struct result_header header = {.tile_id = tile.id, .pixels = RESULT_UNFINISHED, .busy_s = 0.25};
+    struct tray_note note = put_header(test.tray, 0, header);
+    tell(&test, 1, &note, sizeof note);
+    assert_true(queue_held(test.service.queue, 1, tile.id, &held));
+    assert_int_equal(test.stats[1].tiles, 0);
+    note = (struct tray_note){.slot = 1, .bytes = put_result(test.tray, 1, &tile, 0.5f)};
+    tell(&test, 1, &note, sizeof note);
+    assert_int_equal(test.stats[1].tiles, 1);
+    note = put_header(test.tray, 0, header);
+    tell(&test, 1, &note, sizeof note);
+    assert_int_equal(test.stats[1].tiles, 1);
+    tear_down(&test);
+}
+
 /* No slot is empty, or the renderer is on another machine: lots come in messages. */
 static void test_no_room(void **state)
 {
@@ -325,6 +355,7 @@ int main(void)
         cmocka_unit_test(test_slots),
         cmocka_unit_test(test_threads),
         cmocka_unit_test(test_lots_and_results),
+        cmocka_unit_test(test_takes_long),
         cmocka_unit_test(test_no_room),
         cmocka_unit_test(test_notes_are_checked),
     };

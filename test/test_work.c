@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "common/bell.h"
+#include "common/clock.h"
 #include "common/tray.h"
 #include "master/builder.h"
 #include "test/view_fixture.h"
@@ -18,7 +19,8 @@
 
 #define EDGE 8u
 
-/* What the master says, in this order, one at each look for a message; a tag of 0: nothing yet. */
+/* What the master says, in this order, one at each look for a message; a tag of 0: nothing yet, which takes
+ * size microseconds to find out. */
 struct line {
     int tag;
     const void *bytes;
@@ -119,6 +121,7 @@ int MPI_Test(MPI_Request *request, int *done, MPI_Status *status)
     }
     master.said++;
     *done = line->tag != 0;
+    if (!*done && line->size) clock_sleep(1e-6 * (double)line->size);
     if (!*done) return MPI_SUCCESS;
     if (line->tag == TAG_MASTER_TO_RENDERER_TILES) bell_wait(&master.bell, 0);
     if (line->size) memcpy(master.buffer, line->bytes, line->size);
@@ -301,40 +304,67 @@ static void test_tray(void **state)
     free(tray);
 }
 
-/* A tile that takes long is told of, and when it is done that is answered at once; in the tray or not. */
-static void test_tells_of_what_takes_long(void **state)
+/* A tile that takes long is told of, what is finished before it; and when it is done that is answered at
+ * once. In the tray or not. */
+static void tell_of(uint32_t number, struct tray *tray)
 {
-    (void)state;
-    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
     struct {
         struct lot_header header;
         float tells[2];
         struct tile tiles[2];
-    } long_lot = {.header = {.answer_s = 1e9, .tells = 2}, .tells = {0, HUGE_VALF}};
+    } long_lot = {.header = {.answer_s = 1e9, .tells = 2}, .tells = {HUGE_VALF, HUGE_VALF}};
     memcpy(long_lot.tiles, lot.tiles, sizeof lot.tiles);
-    for (int with_tray = 0; with_tray <= 1; with_tray++) {
-        const struct line lines[] = {{TAG_MASTER_TO_RENDERER_START, &start, sizeof start},
-                                     {TAG_MASTER_TO_RENDERER_TILES, &long_lot, sizeof long_lot},
-                                     NOTHING,
-                                     NOTHING,
-                                     NOTHING,
-                                     NOTHING,
-                                     STOP};
+    long_lot.tells[number] = 0;
+    const struct line lines[] = {{TAG_MASTER_TO_RENDERER_START, &start, sizeof start},
+                                 {TAG_MASTER_TO_RENDERER_TILES, &long_lot, sizeof long_lot},
+                                 NOTHING, /* before the first tile */
+                                 NOTHING, /* in it */
+                                 {0, NULL, 200},
+                                 NOTHING,
+                                 NOTHING,
+                                 STOP};
+    size_t each = result_bytes(&lot.tiles[0], EDGE * EDGE / 2, false);
+    follow_with(tray, lines, sizeof lines / sizeof *lines, 3);
+    assert_int_equal(master.results, 3);
+    assert_int_equal(master.notes, tray ? 2 - number : 0);
+    const struct result_header *told = &master.headers[number];
+    assert_true(told->tile_id == lot.tiles[number].id && unfinished_valid(told));
+    assert_int_equal(master.sizes[number], sizeof *told);
+    for (uint32_t i = 0, result = 0; i < 2; i++, result++) {
+        if (result == number) result++;
+        assert_int_equal(master.headers[result].tile_id, lot.tiles[i].id);
+        assert_int_equal(master.headers[result].pixels, EDGE * EDGE / 2);
+        assert_int_equal(master.sizes[result], each);
+    }
+    assert_true(told->busy_s > 0 && master.headers[number + 1].busy_s >= told->busy_s);
+}
+
+/* A lot during which the master looks in any case. */
+static void test_long_lot(void **state)
+{
+    (void)state;
+    struct lot_of_two long_lot = lot;
+    long_lot.header.calls = 0;
+    const struct line lines[] = {{TAG_MASTER_TO_RENDERER_START, &start, sizeof start},
+                                 {TAG_MASTER_TO_RENDERER_TILES, &long_lot, sizeof long_lot},
+                                 NOTHING,
+                                 NOTHING,
+                                 NOTHING,
+                                 NOTHING,
+                                 STOP};
+    follow(lines, sizeof lines / sizeof *lines, 1);
+    assert_int_equal(master.results, 1);
+    assert_false(master.was_called);
+}
+
+static void test_tells_of_what_takes_long(void **state)
+{
+    (void)state;
+    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
+    for (uint32_t number = 0; number < 2; number++) {
+        tell_of(number, NULL);
         tray_init(tray);
-        follow_with(with_tray ? tray : NULL, lines, sizeof lines / sizeof *lines, 3);
-        assert_int_equal(master.results, 3);
-        assert_int_equal(master.notes, 2 * with_tray);
-        const struct result_header *told = &master.headers[0];
-        assert_true(told->tile_id == 5 && unfinished_valid(told) && told->busy_s > 0);
-        assert_int_equal(master.sizes[0], sizeof *told);
-        for (int i = 1; i <= 2; i++) {
-            const struct result_header *done = &master.headers[i];
-            assert_int_equal(done->tile_id, lot.tiles[i - 1].id);
-            assert_int_equal(done->pixels, EDGE * EDGE / 2);
-            assert_int_equal(master.sizes[i],
-                             result_bytes(&lot.tiles[i - 1], EDGE * EDGE / 2, false));
-        }
-        assert_true(master.headers[1].busy_s >= told->busy_s);
+        tell_of(number, tray);
     }
     free(tray);
 }
@@ -373,6 +403,7 @@ int main(void)
         cmocka_unit_test(test_drops_several),
         cmocka_unit_test(test_tray),
         cmocka_unit_test(test_tells_of_what_takes_long),
+        cmocka_unit_test(test_long_lot),
         cmocka_unit_test(test_short_results),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -367,9 +367,10 @@ struct worker {
     double begun;   /* the tile in work */
     double tell_at; /* when the master is to hear of it */
     bool told;      /* it has */
-    char *told_bytes; /* what it was sent; owned */
+    struct result_header notice;
+    char *told_bytes; /* finished tiles that were sent before it; owned */
     size_t told_room;
-    MPI_Request telling;
+    MPI_Request telling, finished; /* the notice; these */
 
     struct renderer_stats stats;
 };
@@ -408,8 +409,8 @@ static size_t take_tile(const struct worker *worker, struct lot *lot, const char
     return refinements_valid(refinements, pixels, level_last(view)) ? tile_part_bytes(tile) : 0;
 }
 
-/* What a lot begins with; returns its length. */
-static size_t take_lot_header(struct lot *lot, const char *message, size_t bytes)
+/* What a lot begins with, with so many floats; returns its length. */
+static size_t take_lot_header(struct lot *lot, const char *message, size_t bytes, uint32_t *tells)
 {
     struct lot_header header;
     if (bytes < sizeof header) fatal("the master sent a lot without tiles");
@@ -423,6 +424,7 @@ static size_t take_lot_header(struct lot *lot, const char *message, size_t bytes
     memcpy(lot->tells, message + sizeof header, header.tells * sizeof *lot->tells);
     if (!lot_tells_valid(lot->tells, header.tells))
         fatal("the master sent a lot that makes no sense");
+    *tells = header.tells;
     return length;
 }
 
@@ -431,7 +433,8 @@ static size_t take_lot_header(struct lot *lot, const char *message, size_t bytes
 static void take_lot(struct worker *worker, const char *message, size_t bytes)
 {
     struct lot *lot = &worker->lots[worker->waiting++];
-    size_t done = take_lot_header(lot, message, bytes), length = worker->started ? 1 : 0,
+    uint32_t tells;
+    size_t done = take_lot_header(lot, message, bytes, &tells), length = worker->started ? 1 : 0,
            refined = 0;
     /* The refinements in a message are fewer than its bytes. */
     if (worker->adaptive) lot->refinements = allocate(bytes, sizeof *lot->refinements);
@@ -440,6 +443,7 @@ static void take_lot(struct worker *worker, const char *message, size_t bytes)
         done += length;
     }
     if (done < bytes) fatal("the master sent a tile that is not part of the picture");
+    if (tells > 0 && tells != lot->count) fatal("the master sent a lot that makes no sense");
 }
 
 static void take_tray(struct worker *worker, size_t bytes)
@@ -592,31 +596,43 @@ static void hear_all(struct worker *worker)
  * somebody else has finished. */
 #define LOOK_EVERY 50e-6
 
-/* The tile in work takes long, as is told with what is finished; unless the last time is still on its way. */
-static void tell(struct worker *worker, double now)
+static bool is_sent(MPI_Request *request)
 {
-    int idle;
-    size_t bytes = worker->done - worker->sent;
-    struct result_header header = {.tile_id = worker->current.tiles[worker->rendering].id,
-                                   .pixels = RESULT_UNFINISHED,
-                                   .start_s = worker->begun - worker->start,
-                                   .busy_s = now - worker->begun};
-    MPI_Test(&worker->telling, &idle, MPI_STATUS_IGNORE);
-    if (!idle) return;
-    if (worker->told_room < bytes + sizeof header) {
-        worker->told_room = bytes + sizeof header;
-        worker->told_bytes = reallocate(worker->told_bytes, worker->told_room, 1);
+    int sent;
+    MPI_Test(request, &sent, MPI_STATUS_IGNORE);
+    return sent;
+}
+
+/* Sends so many finished bytes of the result, which goes on to be filled. */
+static void send_finished(struct worker *worker, size_t bytes)
+{
+    if (worker->told_room < bytes) {
+        worker->told_bytes = reallocate(worker->told_bytes, bytes, 1);
+        worker->told_room = bytes;
     }
     memcpy(worker->told_bytes, worker->result + worker->sent, bytes);
-    memcpy(worker->told_bytes + bytes, &header, sizeof header);
-    bytes += sizeof header;
     MPI_Isend(worker->told_bytes, (int)bytes, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_RESULT,
-              worker->comm, &worker->telling);
-    bell_ring(worker->bell);
+              worker->comm, &worker->finished);
+    worker->sent += bytes;
     worker->stats.bytes += bytes;
-    worker->sent = worker->done;
+}
+
+/* The master hears that the tile in work takes long, and before that of what is finished, so that it knows
+ * what is not begun; unless the last time is still on its way. */
+static void tell(struct worker *worker, double now)
+{
+    if (!is_sent(&worker->finished) || !is_sent(&worker->telling)) return;
+    if (worker->done > worker->sent) send_finished(worker, worker->done - worker->sent);
+    worker->notice = (struct result_header){.tile_id = worker->current.tiles[worker->rendering].id,
+                                            .pixels = RESULT_UNFINISHED,
+                                            .start_s = worker->begun - worker->start,
+                                            .busy_s = now - worker->begun};
+    MPI_Isend(&worker->notice, (int)sizeof worker->notice, MPI_BYTE, 0,
+              TAG_RENDERER_TO_MASTER_RESULT, worker->comm, &worker->telling);
+    bell_ring(worker->bell);
+    worker->stats.bytes += sizeof worker->notice;
     worker->told = true;
-    worker->tell_at = worker->begun + 2 * header.busy_s;
+    worker->tell_at = now + worker->notice.busy_s;
 }
 
 /* Between waves: lets MPI move what is under way, and hears whether to give up the tile. */
@@ -788,6 +804,7 @@ static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *
                               .incoming = allocate(1, sizeof *worker->incoming),
                               .pong = MPI_REQUEST_NULL,
                               .telling = MPI_REQUEST_NULL,
+                              .finished = MPI_REQUEST_NULL,
                               .sends = {MPI_REQUEST_NULL, MPI_REQUEST_NULL}};
     worker->stats.rank = (uint32_t)rank;
     gethostname(worker->stats.host, HOST_NAME_SIZE - 1);
@@ -824,6 +841,7 @@ void work(MPI_Comm comm, struct renderer *renderer, const struct node_scene *sha
         free(worker.buffers[i]);
     }
     wait_request(&worker.pong);
+    wait_request(&worker.finished);
     wait_request(&worker.telling);
     free(worker.told_bytes);
     renderer_on_wave(renderer, NULL, NULL);
