@@ -47,13 +47,12 @@ struct pace {
     struct pace_service service;   /* of the master */
     double delay_s; /* of a lot and its answer on their way, and of looking for them: mean of those
                        * between two times without work */
-    double service_s; /* of it per answer, beside what goes with its pixels */
-    struct heap last; /* renderers that have work, the one that will have done it last on top */
-    struct heap soon; /* the same, the one that will have done it first on top */
-    struct heap late; /* the same, the one that is to be given up for late first on top */
-    struct heap lost; /* those that were, the longest overdue on top */
-    struct heap
-        spare; /* those of the lost of whom it is not known that they have begun all that they have */
+    double service_s;  /* of it per answer, beside what goes with its pixels */
+    struct heap last;  /* renderers that have work, the one that will have done it last on top */
+    struct heap soon;  /* the same, the one that will have done it first on top */
+    struct heap late;  /* the same, the one that is to be given up for late first on top */
+    struct heap lost;  /* those that were, the longest overdue on top */
+    struct heap spare; /* of the lost, those who may have something that they have not begun */
     uint32_t unplaced; /* who may not be in his places yet, or HEAP_ABSENT: pace_place() */
 };
 
