@@ -246,13 +246,18 @@ static void answer_lot(struct job *job, uint32_t who)
 static void ask(struct job *job, uint32_t who)
 {
     struct recall recall;
+    float tells[LOT_TILES];
     while (job->renderers[who].lots < LOTS_HELD && !queue_over(job->queue, who)) {
         uint32_t slot = (job->renderers[who].first + job->renderers[who].lots) % LOTS_HELD;
         uint32_t count = queue_next(job->queue, who, job->now, job->renderers[who].tiles[slot]);
         if (count == 0) break;
         job->renderers[who].counts[slot] = count;
         job->renderers[who].lots++;
+        /* What goes into the message: master/hand_out.c. */
+        const struct tile *tiles = job->renderers[who].tiles[slot];
         (void)queue_answer_after(job->queue);
+        (void)queue_lot_seconds(job->queue, who, tiles, count);
+        (void)queue_tells(job->queue, who, tiles, count, tells);
     }
     while (queue_recall(job->queue, &recall))
         ;

@@ -1,5 +1,4 @@
 #include <assert.h>
-#include <math.h>
 #include <string.h>
 
 #include "common/nap.h"
@@ -69,13 +68,11 @@ static size_t put_lot_header(struct server *server, uint32_t renderer, const str
                              uint32_t count, char *message)
 {
     const struct queue *queue = server->service->queue;
-    struct lot_header header = {.answer_s = queue_answer_after(queue)};
     float tells[LOT_TILES];
-    header.calls = queue_lot_seconds(queue, renderer, tiles, count) < NAP_CALL;
-    for (uint32_t i = 0; i < count; i++) {
-        tells[i] = (float)queue_tell_after(queue, renderer, tiles[i].id);
-        if (isfinite(tells[i])) header.tells = count;
-    }
+    struct lot_header header = {.answer_s = queue_answer_after(queue),
+                                .tells = queue_tells(queue, renderer, tiles, count, tells),
+                                .calls =
+                                    queue_lot_seconds(queue, renderer, tiles, count) < NAP_CALL};
     memcpy(message, &header, sizeof header);
     memcpy(message + sizeof header, tells, header.tells * sizeof *tells);
     return sizeof header + lot_tells_bytes(header.tells);

@@ -134,7 +134,8 @@ static double scattered(uint32_t i)
     return (double)(uint32_t)(i * UINT32_C(2654435769));
 }
 
-/* Room for as many tiles more, or so many, spares moving all to a larger block when the first is split. */
+/* Room for as many tiles more spares moving all to a larger block when the first is split; so many at most,
+ * which is 2 MB: of large pictures few tiles are split. */
 #define SPARE_ITEMS 16384u
 
 static void add_base_tiles(struct queue *queue, uint32_t columns, uint32_t rows)
@@ -508,13 +509,19 @@ double queue_answer_after(const struct queue *queue)
     return pace_answer_after(&queue->pace);
 }
 
-double queue_tell_after(const struct queue *queue, uint32_t renderer, uint32_t id)
+uint32_t queue_tells(const struct queue *queue, uint32_t renderer, const struct tile *tiles,
+                     uint32_t count, float tells[LOT_TILES])
 {
     /* Where renderers share cores, time says little, and nothing is done twice. */
-    if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->turns) return HUGE_VAL;
-    if (queue->items[id].pass == TILE_PROBE) return HUGE_VAL;
-    double work = queue->settled ? (double)queue->items[id].work : 0;
-    return pace_tell_after(&queue->pace, renderer, work);
+    if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->turns) return 0;
+    if (count == 0 || tiles[0].pass == TILE_PROBE) return 0;
+    double least = pace_tell_after(&queue->pace, renderer, 0);
+    double each = pace_tell_after(&queue->pace, renderer, 1) - least;
+    for (uint32_t i = 0; i < count; i++) {
+        double work = queue->settled ? (double)queue->items[tiles[i].id].work : 0;
+        tells[i] = (float)(least + each * work);
+    }
+    return count;
 }
 
 double queue_lot_seconds(const struct queue *queue, uint32_t renderer, const struct tile *tiles,

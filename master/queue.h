@@ -148,9 +148,10 @@ bool queue_fate(struct queue *queue, struct fate *fate);
  * the lot, is so many seconds ago: then what it has not done yet can be given to others. */
 double queue_answer_after(const struct queue *queue);
 
-/* A renderer that has a tile in work for so many seconds tells of it, and again when it is twice as long; may
- * be infinite. */
-double queue_tell_after(const struct queue *queue, uint32_t renderer, uint32_t id);
+/* Of the tiles of a lot that the renderer has just got: one that is in work for so many seconds it tells of, and
+ * again when it is twice as long. Returns how many there are, 0: it is to tell of none. */
+uint32_t queue_tells(const struct queue *queue, uint32_t renderer, const struct tile *tiles,
+                     uint32_t count, float tells[LOT_TILES]);
 
 /* What the tiles that it has just got are predicted to take it; 0: nobody knows. */
 double queue_lot_seconds(const struct queue *queue, uint32_t renderer, const struct tile *tiles,

@@ -68,11 +68,12 @@ void pieces_drop(struct queue *queue, uint32_t id)
     }
 }
 
-/* All that is kept of the tile counts. */
 struct sum {
     uint32_t pieces;
     double seconds;
 };
+
+/* All that is kept of the tile counts. */
 static void count_kept(struct queue *queue, uint32_t id, struct sum *sum)
 {
     const struct item *item = &queue->items[id];
