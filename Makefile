@@ -94,7 +94,8 @@ LIBS     := -linih -lm
 # The kernel's files, compiled for each level of processor; what a level adds to the compiler's flags
 # comes last. Of each level one object is left that shows its table alone; the portable one, plain
 # functions without SIMD, is also what the tests of a single function are linked with.
-KERNEL := $(filter-out worker/bvh%.c worker/kernel.c worker/survey.c worker/work.c,$(wildcard worker/*.c))
+KERNEL := $(filter-out worker/bvh%.c worker/kernel.c worker/survey.c worker/work.c worker/hear.c \
+    worker/send.c worker/node_scene.c worker/collective.c,$(wildcard worker/*.c))
 LEVELS := portable
 ifneq ($(findstring x86_64,$(shell $(MPICC) -dumpmachine)),)
 LEVELS += avx2 avx512

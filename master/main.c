@@ -18,6 +18,8 @@
 #include "master/run.h"
 #include "master/stop.h"
 #include "master/timeline_output.h"
+#include "worker/collective.h"
+#include "worker/node_scene.h"
 #include "worker/render.h"
 #include "worker/survey.h"
 #include "worker/work.h"

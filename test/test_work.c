@@ -14,6 +14,7 @@
 #include "common/tray.h"
 #include "master/builder.h"
 #include "test/view_fixture.h"
+#include "worker/node_scene.h"
 #include "worker/render.h"
 #include "worker/work.h"
 
@@ -44,7 +45,7 @@ static struct {
     unsigned notes;    /* of results in it */
 } master;
 
-/* ---- the calls of worker/work.c ---- */
+/* ---- the calls of worker/work.c, hear.c and send.c ---- */
 
 /* Any two that are not MPI_REQUEST_NULL. */
 #define RECEIVE ((MPI_Request)0x77000001)

@@ -1,64 +1,17 @@
-/* A renderer's side of the farm: the only MPI in worker/. */
+/* A renderer's side of the farm: MPI is called here, in hear.c, send.c, node_scene.c and collective.c, and
+ * nowhere else in worker/. */
 #ifndef FARM_WORKER_WORK_H
 #define FARM_WORKER_WORK_H
 
 #include <mpi.h>
-#include <stdbool.h>
 
-#include "common/protocol.h"
-#include "common/scene.h"
-#include "worker/bvh.h"
-
-struct window_head;
-struct bell;
-struct tray;
-
-/* The scene and its BVH, one copy per node in shared memory. */
-struct node_scene {
-    const struct scene *scene;
-    struct bvh *bvh;          /* to be built by the first rank of the node */
-    struct window_head *head; /* of that memory */
-    struct bell *bell;        /* in it: wakes the first rank of the node */
-    struct tray *tray;        /* in it: for the results of this rank; NULL: rank 0 is elsewhere */
-    struct tray **trays;      /* to rank 0: of every rank, NULL on other nodes; owned */
-    double broadcast_s, build_s; /* wall seconds on this rank */
-    MPI_Comm node;               /* the ranks of this node */
-    MPI_Win window;              /* MPI_WIN_NULL for a rank alone on its node: */
-    void *own_memory;            /* then this, else NULL */
-    bool leads;                  /* the first rank of its node, who puts things there */
-    int *processes;              /* to it: ids of the ranks on the node; the caller's to free */
-    int process_count;
-};
-
-/*
- * Every rank of comm calls this. Rank 0 passes the welcome and, when its scene_bytes is not 0, the
- * scene block, which is freed (bvh_bytes: bvh_bytes_bound()); all others pass NULL twice. Returns
- * the exit status of the job when there is nothing to render (scene_bytes 0), else -1 with *shared
- * filled in, to be given back with unshare_scene(), but for processes. There is no BVH before
- * share_bvh(), which every rank calls behind this: the first one of each node builds it, while others
- * that have something else to do come later. Both wait without using CPU.
- */
-int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
-                struct node_scene *shared);
-void share_bvh(struct node_scene *shared);
-void unshare_scene(struct node_scene *shared);
+struct node_scene;
+struct renderer;
 
 /*
  * Renders tiles for the master until it says stop. Rank 0 is inside serve() meanwhile, every other
  * rank in here; renderer as for renderer_tile().
  */
-struct renderer;
 void work(MPI_Comm comm, struct renderer *renderer, const struct node_scene *shared);
-
-/* Every rank calls this, before anything else. Returns, on rank 0, where each rank may run, in their order:
- * the caller's to free; NULL on the others. */
-struct berth;
-struct berth *gather_berths(MPI_Comm comm);
-
-/*
- * The exit status of rank 0, for every rank to end with: so mpiexec returns it whatever it makes of
- * several. Waits without using CPU.
- */
-int agree_on_status(MPI_Comm comm, int status);
 
 #endif

@@ -1,0 +1,56 @@
+#include "worker/collective.h"
+
+#include "common/cores.h"
+#include "common/message.h"
+#include "common/nap.h"
+
+void wait_request(MPI_Request *request)
+{
+    struct nap nap = {0};
+    int done = 0;
+    for (;;) {
+        MPI_Test(request, &done, MPI_STATUS_IGNORE);
+        if (done) return;
+        nap_take(&nap);
+    }
+}
+
+void wait_for_all(MPI_Comm comm)
+{
+    MPI_Request request;
+    MPI_Ibarrier(comm, &request);
+    wait_request(&request);
+}
+
+/* In pieces: counts are ints in MPI, and a piece in flight stays small. */
+void broadcast(MPI_Comm comm, void *data, size_t bytes)
+{
+    const size_t piece = (size_t)64 << 20;
+    for (size_t done = 0; done < bytes; done += piece) {
+        int count = (int)(bytes - done < piece ? bytes - done : piece);
+        MPI_Request request;
+        MPI_Ibcast((char *)data + done, count, MPI_BYTE, 0, comm, &request);
+        wait_request(&request);
+    }
+}
+
+int agree_on_status(MPI_Comm comm, int status)
+{
+    broadcast(comm, &status, sizeof status);
+    return status;
+}
+
+struct berth *gather_berths(MPI_Comm comm)
+{
+    int rank, ranks;
+    const int bytes = (int)sizeof(struct berth);
+    struct berth own, *all = NULL;
+    MPI_Request request;
+    MPI_Comm_rank(comm, &rank);
+    MPI_Comm_size(comm, &ranks);
+    berth_find(&own);
+    if (rank == 0) all = allocate((size_t)ranks, sizeof *all);
+    MPI_Igather(&own, bytes, MPI_BYTE, all, bytes, MPI_BYTE, 0, comm, &request);
+    wait_request(&request);
+    return all;
+}

@@ -1,0 +1,161 @@
+#include "worker/worker.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/clock.h"
+#include "common/message.h"
+
+void post_receive(struct worker *worker)
+{
+    MPI_Irecv(worker->incoming, (int)sizeof *worker->incoming, MPI_BYTE, 0, MPI_ANY_TAG,
+              worker->comm, &worker->receive);
+}
+
+static void take_start(struct worker *worker, size_t bytes)
+{
+    const struct start *start = &worker->incoming->start;
+    if (!start_message_valid(start, bytes) || worker->started)
+        fatal("the master sent a start that makes no sense");
+    worker->start = clock_wall() - start->elapsed_s;
+    worker->started = true;
+}
+
+/* The next tile of a TILES message of which so many bytes are left, with its refinements at
+ * refinements[*refined]; returns the length of its part, 0: it is not valid. */
+static size_t take_tile(const struct worker *worker, struct lot *lot, const char *part,
+                        size_t bytes, size_t *refined)
+{
+    if (lot->count == LOT_TILES || bytes < sizeof(struct tile)) return 0;
+    struct tile *tile = &lot->tiles[lot->count++];
+    memcpy(tile, part, sizeof *tile);
+    const struct view *view = worker->view;
+    if (!tile_message_valid(tile, sizeof *tile, view->region_w, view->region_h)) return 0;
+    if (!tile_is_refined(tile)) return sizeof *tile;
+    uint32_t pixels = tile_pixels(tile);
+    struct refinement *refinements = lot->refinements + *refined;
+    if (!worker->adaptive || tile_part_bytes(tile) > bytes) return 0;
+    memcpy(refinements, part + sizeof *tile, pixels * sizeof *refinements);
+    *refined += pixels;
+    return refinements_valid(refinements, pixels, level_last(view)) ? tile_part_bytes(tile) : 0;
+}
+
+/* What a lot begins with, with so many floats; returns its length. */
+static size_t take_lot_header(struct lot *lot, const char *message, size_t bytes, uint32_t *tells)
+{
+    struct lot_header header;
+    if (bytes < sizeof header) fatal("the master sent a lot without tiles");
+    memcpy(&header, message, sizeof header);
+    size_t length = sizeof header + lot_tells_bytes(header.tells);
+    if (!lot_header_valid(&header)) fatal("the master sent a lot that makes no sense");
+    if (bytes <= length) fatal("the master sent a lot without tiles");
+    *lot = (struct lot){.answer_s = header.answer_s, .calls = header.calls};
+    for (uint32_t i = header.tells; i < LOT_TILES; i++)
+        lot->tells[i] = HUGE_VALF;
+    memcpy(lot->tells, message + sizeof header, header.tells * sizeof *lot->tells);
+    if (!lot_tells_valid(lot->tells, header.tells))
+        fatal("the master sent a lot that makes no sense");
+    *tells = header.tells;
+    return length;
+}
+
+/* A lot of so many bytes, from a message or from the tray: nothing of it is looked at twice before it is
+ * used. */
+static void take_lot(struct worker *worker, const char *message, size_t bytes)
+{
+    struct lot *lot = &worker->lots[worker->waiting++];
+    uint32_t tells;
+    size_t done = take_lot_header(lot, message, bytes, &tells), length = worker->started ? 1 : 0,
+           refined = 0;
+    /* The refinements in a message are fewer than its bytes. */
+    if (worker->adaptive) lot->refinements = allocate(bytes, sizeof *lot->refinements);
+    while (length > 0 && done < bytes) {
+        length = take_tile(worker, lot, message + done, bytes - done, &refined);
+        done += length;
+    }
+    if (done < bytes) fatal("the master sent a tile that is not part of the picture");
+    if (tells > 0 && tells != lot->count) fatal("the master sent a lot that makes no sense");
+}
+
+static void take_tray(struct worker *worker, size_t bytes)
+{
+    struct tray *tray = worker->tray;
+    struct tray_note note = worker->incoming->note;
+    if (!tray || !tray_message_valid(&note, bytes, TRAY_LOT_BYTES) ||
+        !slots_full(&tray->lots, note.slot))
+        fatal("the master told of a lot where there is none");
+    take_lot(worker, tray->lot[note.slot], note.bytes);
+    slots_empty(&tray->lots, note.slot);
+}
+
+static void drop_from(struct lot *lot, uint32_t id)
+{
+    for (uint32_t i = 0; i < lot->count; i++)
+        if (lot->tiles[i].id == id) lot->dropped[i] = true;
+}
+
+static void take_drop(struct worker *worker, const struct drop *drop)
+{
+    struct lot *current = &worker->current;
+    if (drop->finished && current->count > 0 &&
+        current->tiles[worker->rendering].id == drop->tile_id)
+        worker->given_up = true;
+    drop_from(current, drop->tile_id);
+    for (int i = 0; i < worker->waiting; i++)
+        drop_from(&worker->lots[i], drop->tile_id);
+}
+
+static void take_drops(struct worker *worker, size_t bytes)
+{
+    const struct drop *drops = worker->incoming->drops;
+    if (!drop_message_valid(drops, bytes))
+        fatal("the master asked to drop a tile in a way that makes no sense");
+    for (size_t i = 0; i < bytes / sizeof *drops; i++)
+        take_drop(worker, &drops[i]);
+}
+
+/* The master asks again only when it has heard something: the last answer is sent. */
+static void take_ping(struct worker *worker, size_t bytes)
+{
+    int done;
+    MPI_Test(&worker->pong, &done, MPI_STATUS_IGNORE);
+    if (bytes != 0) fatal("the master asked for a sign of life in a way that makes no sense");
+    /* One is still under way. */
+    if (!done) return;
+    MPI_Isend(NULL, 0, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_PONG, worker->comm, &worker->pong);
+}
+
+bool hear(struct worker *worker)
+{
+    int done, bytes;
+    MPI_Status status;
+    if (worker->stopped || worker->waiting == LOTS_AHEAD) return false;
+    MPI_Test(&worker->receive, &done, &status);
+    if (!done) return false;
+    MPI_Get_count(&status, MPI_BYTE, &bytes);
+    if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_STOP) {
+        worker->stopped = true;
+        return true;
+    }
+    if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_DROP)
+        take_drops(worker, (size_t)bytes);
+    else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_START)
+        take_start(worker, (size_t)bytes);
+    else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_PING)
+        take_ping(worker, (size_t)bytes);
+    else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_TILES)
+        take_lot(worker, worker->incoming->tiles, (size_t)bytes);
+    else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_TRAY)
+        take_tray(worker, (size_t)bytes);
+    else
+        fatal("the master sent a message of unknown kind %d", status.MPI_TAG);
+    post_receive(worker);
+    return true;
+}
+
+void hear_all(struct worker *worker)
+{
+    while (hear(worker)) {
+    }
+}

@@ -1,0 +1,97 @@
+#include "worker/worker.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/bell.h"
+#include "common/clock.h"
+#include "common/message.h"
+#include "worker/collective.h"
+
+/* The next send buffer, or slot of the tray, free and large enough. */
+static char *take_buffer(struct worker *worker, size_t bytes)
+{
+    int turn = worker->turn = 1 - worker->turn;
+    double start = clock_wall();
+    wait_request(&worker->sends[turn]);
+    worker->stats.send_s += clock_wall() - start;
+    struct tray *tray = worker->tray;
+    worker->slot = tray && bytes <= TRAY_RESULT_BYTES ? slots_find(&tray->results) : -1;
+    if (worker->slot >= 0) return tray->result[worker->slot];
+    if (worker->capacities[turn] < bytes) {
+        free(worker->buffers[turn]);
+        worker->buffers[turn] = allocate_zeroed(bytes, 1);
+        worker->capacities[turn] = bytes;
+    }
+    return worker->buffers[turn];
+}
+
+void begin_result(struct worker *worker, size_t bytes)
+{
+    worker->result = take_buffer(worker, bytes);
+    worker->done = worker->sent = 0;
+}
+
+/* In place of the result in the slot: the note about it. */
+static void send_note(struct worker *worker, size_t bytes)
+{
+    struct tray_note *note = &worker->notes[worker->turn];
+    *note = (struct tray_note){.slot = (uint32_t)worker->slot, .bytes = (uint32_t)bytes};
+    slots_fill(&worker->tray->results, worker->slot);
+    MPI_Isend(note, sizeof *note, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_TRAY, worker->comm,
+              &worker->sends[worker->turn]);
+}
+
+void send_result(struct worker *worker)
+{
+    double start = clock_wall();
+    size_t bytes = worker->done - worker->sent;
+    const char *rest = worker->result + worker->sent;
+    if (bytes == 0) return;
+    if (worker->slot >= 0) {
+        if (worker->sent > 0) memmove(worker->result, rest, bytes);
+        send_note(worker, bytes);
+    } else {
+        MPI_Isend(rest, (int)bytes, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_RESULT, worker->comm,
+                  &worker->sends[worker->turn]);
+    }
+    worker->stats.send_s += clock_wall() - start;
+    worker->stats.bytes += bytes;
+}
+
+static bool is_sent(MPI_Request *request)
+{
+    int sent;
+    MPI_Test(request, &sent, MPI_STATUS_IGNORE);
+    return sent;
+}
+
+/* Sends so many finished bytes of the result, which goes on to be filled. */
+static void send_finished(struct worker *worker, size_t bytes)
+{
+    if (worker->told_room < bytes) {
+        worker->told_bytes = reallocate(worker->told_bytes, bytes, 1);
+        worker->told_room = bytes;
+    }
+    memcpy(worker->told_bytes, worker->result + worker->sent, bytes);
+    MPI_Isend(worker->told_bytes, (int)bytes, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_RESULT,
+              worker->comm, &worker->finished);
+    worker->sent += bytes;
+    worker->stats.bytes += bytes;
+}
+
+void tell(struct worker *worker, double now)
+{
+    if (!is_sent(&worker->finished) || !is_sent(&worker->telling)) return;
+    if (worker->done > worker->sent) send_finished(worker, worker->done - worker->sent);
+    worker->notice = (struct result_header){.tile_id = worker->current.tiles[worker->rendering].id,
+                                            .pixels = RESULT_UNFINISHED,
+                                            .start_s = worker->begun - worker->start,
+                                            .busy_s = now - worker->begun};
+    MPI_Isend(&worker->notice, (int)sizeof worker->notice, MPI_BYTE, 0,
+              TAG_RENDERER_TO_MASTER_RESULT, worker->comm, &worker->telling);
+    bell_ring(worker->bell);
+    worker->stats.bytes += sizeof worker->notice;
+    worker->told = true;
+    worker->tell_at = now + worker->notice.busy_s;
+}

@@ -1,0 +1,109 @@
+/*
+ * What a renderer on another rank than the master's keeps, for work.c, which renders, hear.c, which takes
+ * messages in, and send.c, which sends results.
+ */
+#ifndef FARM_WORKER_WORKER_H
+#define FARM_WORKER_WORKER_H
+
+#include <mpi.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "common/protocol.h"
+#include "common/scene.h"
+#include "common/tray.h"
+#include "worker/render.h"
+
+/* Lots that the master may have sent: the one in work and the one that waits. */
+#define LOTS_AHEAD 2
+
+struct lot {
+    struct tile tiles[LOT_TILES];
+    float tells[LOT_TILES]; /* seconds in work after which the master is told; may be infinite */
+    bool dropped[LOT_TILES];
+    uint32_t count;
+    bool calls, has_called; /* see call_for_more() */
+    double answer_s;
+    struct refinement *refinements; /* of all refined tiles in turn; owned */
+};
+
+/*
+ * One receive is always posted for the next TILES or STOP, results leave through two buffers in
+ * turn:
+ *
+ *   render into buffer b -> Isend from b -> render into the other one -> ...
+ *
+ * or, where the master is on this node, from the slots of a tray, if one is empty and has room for all that
+ * is left of the lot.
+ */
+struct worker {
+    MPI_Comm comm;
+    struct renderer *renderer;
+    const struct view *view;
+    struct bell *bell; /* the master's, if it is on this node: else nobody hears it */
+    bool adaptive;
+    double start; /* of the run, on clock_wall() */
+    double cpu;   /* clock_thread_cpu() when this rank was ready */
+
+    union {
+        char tiles[TILES_MAX_BYTES];
+        struct drop drops[DROP_TILES];
+        struct start start;
+        struct tray_note note;
+    } * incoming;
+    MPI_Request receive;
+    bool started;                /* the master has said START */
+    struct lot current;          /* in work */
+    uint32_t rendering;          /* the tile of it */
+    bool given_up;               /* that tile: somebody else has finished it */
+    double looked;               /* when messages were last looked for between waves */
+    struct lot lots[LOTS_AHEAD]; /* received, not rendered; the oldest first */
+    int waiting;
+    bool stopped; /* the master has said STOP */
+
+    MPI_Request pong; /* the last sign of life */
+    char *buffers[2];
+    size_t capacities[2];
+    struct tray_note notes[2];
+    MPI_Request sends[2];
+    int turn;
+    struct tray *tray; /* NULL: the master is on another node */
+    int slot;          /* of it, into which is rendered; -1: into a buffer */
+
+    /* The result that is being filled, in the buffer or slot. */
+    char *result;
+    size_t done,
+        sent;       /* bytes of finished tiles, and of those that went with a tile that took long */
+    double begun;   /* the tile in work */
+    double tell_at; /* when the master is to hear of it */
+    bool told;      /* it has */
+    struct result_header notice;
+    char *told_bytes; /* finished tiles that were sent before it; owned */
+    size_t told_room;
+    MPI_Request telling, finished; /* the notice; these */
+
+    struct renderer_stats stats;
+};
+
+/* The next message is awaited: once at the start, then hear() does it. */
+void post_receive(struct worker *worker);
+
+/* Takes in a message if one has arrived; returns whether one had. What makes no sense ends the farm. */
+bool hear(struct worker *worker);
+
+/* Takes in all that have arrived. */
+void hear_all(struct worker *worker);
+
+/* Sets worker->result to the next send buffer, or slot of the tray, with room for so many bytes, empty;
+ * waits until one is free. */
+void begin_result(struct worker *worker, size_t bytes);
+
+/* What has not been sent of the result. In a slot it begins at the front. */
+void send_result(struct worker *worker);
+
+/* The master hears that the tile in work takes long, and before that of what is finished, so that it knows
+ * what is not begun; unless the last time is still on its way. now: on clock_wall(). */
+void tell(struct worker *worker, double now);
+
+#endif
