@@ -234,13 +234,15 @@ static void send_ready(struct sim *sim, uint32_t who, struct lot *lot, bool in_t
     const struct message_costs *costs = &sim->machine->messages;
     double bytes = in_tray ? 0 : (double)bytes_of(lot->ready);
     double span = costs->send_s + costs->latency_s + bytes * costs->byte_s;
-    struct event result = {.time = sim->now + span,
+    struct renderer *renderer = &sim->renderers[who];
+    renderer->arrived_s = fmax(renderer->arrived_s, sim->now + span);
+    struct event result = {.time = renderer->arrived_s,
                            .kind = EVENT_RESULT,
                            .who = who,
                            .number = in_tray,
                            .what = lot->ready};
     sim->outcome->renderers[who].send_s += span;
-    sim->renderers[who].full += in_tray;
+    renderer->full += in_tray;
     events_add(&sim->wall, &result);
     lot->ready = NULL;
     lot->last = &lot->ready;

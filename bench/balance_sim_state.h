@@ -68,8 +68,9 @@ struct renderer {
     unsigned count;
     uint32_t working; /* of its cores */
     double idle_since;
-    unsigned full; /* slots of its tray, with results */
-    double debt_s; /* rank 0: what serving has taken from the tile in work */
+    unsigned full;    /* slots of its tray, with results */
+    double arrived_s; /* when its last message is there: they do not overtake each other */
+    double debt_s;    /* rank 0: what serving has taken from the tile in work */
     /* With shared cores, of which it gets one: what it works on, where (NO_CORE: it waits for one),
      * and who is behind it in the queue for them. */
     struct part *part;

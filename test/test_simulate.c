@@ -267,6 +267,25 @@ static void test_trays(void **state)
     sim_outcome_free(&whole);
 }
 
+/* That a tile takes long is told before its result, however long such a message is on its way: behind the
+ * result the master would be told of what is gone. */
+static void test_told_in_order(void **state)
+{
+    (void)state;
+    double speeds[8] = {1, 0.02, 1, 1, 1, 1, 1, 1};
+    struct machine machine = machine_of(8);
+    machine.rings = true;
+    machine.speeds = speeds;
+    machine.messages.byte_s = 1e-5;
+    struct sim_outcome outcome = run(SCHEDULE_DYNAMIC, &machine);
+    uint64_t pixels = 0;
+    for (unsigned i = 0; i < 8; i++)
+        pixels += outcome.renderers[i].pixels;
+    assert_true(pixels >= WIDTH * HEIGHT);
+    assert_true(outcome.render_s < all_s);
+    sim_outcome_free(&outcome);
+}
+
 /* Who naps sees a message at the end of the nap: 20, 40, 80 ... us, and what each is too long. */
 static void test_naps(void **state)
 {
@@ -319,12 +338,13 @@ static void test_scaled_costs(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_serial),       cmocka_unit_test(test_equal_shares),
-        cmocka_unit_test(test_shared_cores), cmocka_unit_test(test_speeds),
-        cmocka_unit_test(test_messages),     cmocka_unit_test(test_trays),
-        cmocka_unit_test(test_naps),         cmocka_unit_test(test_nodes),
-        cmocka_unit_test(test_scaled_costs), cmocka_unit_test(test_starts),
-        cmocka_unit_test(test_beside_tiles), cmocka_unit_test(test_run_costs),
+        cmocka_unit_test(test_serial),        cmocka_unit_test(test_equal_shares),
+        cmocka_unit_test(test_shared_cores),  cmocka_unit_test(test_speeds),
+        cmocka_unit_test(test_messages),      cmocka_unit_test(test_trays),
+        cmocka_unit_test(test_told_in_order), cmocka_unit_test(test_naps),
+        cmocka_unit_test(test_nodes),         cmocka_unit_test(test_scaled_costs),
+        cmocka_unit_test(test_starts),        cmocka_unit_test(test_beside_tiles),
+        cmocka_unit_test(test_run_costs),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
