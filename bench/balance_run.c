@@ -59,27 +59,65 @@ static char *arguments_of(const char *config, const char *picture, const char *o
                        picture, picture, options);
 }
 
-static void run_command(struct farm_run *run, const char *launch, const char *picture)
+/* For the shell. */
+static char *command_of(const char *launch, const char *picture)
 {
-    char *command =
-        format_text("%s %s >%s.log 2>&1", from_environment("MPIEXEC", "mpiexec"), launch, picture);
-    char *report = format_text("%s.json", picture);
+    return format_text("%s %s >%s.log 2>&1", from_environment("MPIEXEC", "mpiexec"), launch,
+                       picture);
+}
+
+static void run_command(const char *command, const char *picture)
+{
     if (system(command) != 0) fatal("failed, see %s.log: %s", picture, command);
+}
+
+static void read_run(struct farm_run *run, const char *picture)
+{
+    char *report = format_text("%s.json", picture);
     char *text = report_text(report);
     read_report(run, text);
     free(text);
     free(report);
-    free(command);
+}
+
+static char *farm_command(unsigned ranks, const char *config, const char *picture,
+                          const char *options)
+{
+    char *arguments = arguments_of(config, picture, options);
+    char *launch = format_text("-n %u %s %s", ranks, from_environment("FARM", "./farm"), arguments);
+    char *command = command_of(launch, picture);
+    free(launch);
+    free(arguments);
+    return command;
 }
 
 void farm_run(struct farm_run *run, unsigned ranks, const char *config, const char *picture,
               const char *options)
 {
-    char *arguments = arguments_of(config, picture, options);
-    char *launch = format_text("-n %u %s %s", ranks, from_environment("FARM", "./farm"), arguments);
-    run_command(run, launch, picture);
-    free(launch);
-    free(arguments);
+    char *command = farm_command(ranks, config, picture, options);
+    run_command(command, picture);
+    read_run(run, picture);
+    free(command);
+}
+
+double farm_run_side_by_side(const char *config, const char *picture, const char *options)
+{
+    struct farm_run one, other;
+    char *beside = format_text("%s.beside.pfm", picture);
+    char *first = farm_command(1, config, picture, options);
+    char *second = farm_command(1, config, beside, options);
+    char *both = format_text("{ %s & } ; %s && wait $!", first, second);
+    run_command(both, picture);
+    read_run(&one, picture);
+    read_run(&other, beside);
+    double seconds = (one.render_s + other.render_s) / 2;
+    farm_run_free(&one);
+    farm_run_free(&other);
+    free(both);
+    free(second);
+    free(first);
+    free(beside);
+    return seconds;
 }
 
 void farm_run_slow(struct farm_run *run, const char *config, const char *picture,
@@ -91,7 +129,10 @@ void farm_run_slow(struct farm_run *run, const char *config, const char *picture
         format_text("-n 1 taskset -c 0 %s %s : -n 1 taskset -c 1 sh bench/balance_slow.sh "
                     "%s %s",
                     farm, arguments, farm, arguments);
-    run_command(run, launch, picture);
+    char *command = command_of(launch, picture);
+    run_command(command, picture);
+    read_run(run, picture);
+    free(command);
     free(launch);
     free(arguments);
 }

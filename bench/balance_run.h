@@ -22,6 +22,10 @@ struct farm_run {
 void farm_run(struct farm_run *run, unsigned ranks, const char *config, const char *picture,
               const char *options);
 
+/* The same with one rank twice at the same time: two farms that have nothing to do with each other, whose
+ * mean render time is returned. What they leave behind stands in picture and beside it. */
+double farm_run_side_by_side(const char *config, const char *picture, const char *options);
+
 /*
  * Two ranks, each bound to a core of its own; rank 1 shares it with three processes that use all
  * they get: a renderer of a quarter of the speed.
