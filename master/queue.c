@@ -285,7 +285,7 @@ void queue_skip(struct queue *queue, queue_finished_pixels *finished_pixels, voi
         }
     }
     queue->pixels_skipped = queue->count.pixels_finished;
-    if (queue_complete(queue)) queue->next_probe = queue->probes;
+    queue->needs_no_probes = queue_complete(queue);
 }
 
 /* ---- handing out ---- */
@@ -559,6 +559,7 @@ uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, do
                         .priority = priority};
     assert(queue->config.schedule == SCHEDULE_DYNAMIC && tile->pass != TILE_PROBE);
     assert(area(&item) <= queue_largest_lot(queue));
+    queue->needs_no_probes = false;
     uint32_t id = queue_new_item(queue, &item);
     queue_set_waiting(queue, id);
     queue->pace.total += work;

@@ -502,7 +502,7 @@ uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
                       struct tile tiles[LOT_TILES])
 {
     if (queue->holdings.holders[renderer].lots == LOTS_HELD) return 0;
-    if (!queue->settled) {
+    if (!queue->settled && !queue->needs_no_probes) {
         uint32_t probes = next_probes(queue, renderer, tiles);
         if (probes > 0) return probes;
         if (settles(queue, renderer)) settle(queue, now);

@@ -60,6 +60,7 @@ struct queue {
     struct item *items;
     uint32_t item_count, item_room;
     uint32_t first_probe, probes, next_probe, probe_stride, probes_back;
+    bool needs_no_probes;  /* an earlier run has finished all, and no more work has come since */
     bool settled;          /* the map predicts: all probes are back, or enough */
     struct agenda waiting; /* items */
     double waiting_work;

@@ -1134,6 +1134,37 @@ static void test_skip(void **state)
     }
 }
 
+/* What comes behind a first pass that an earlier run had finished is predicted as if it had not. */
+static void test_passes_behind_a_finished_one(void **state)
+{
+    (void)state;
+    struct queue_config config = {.schedule = SCHEDULE_DYNAMIC,
+                                  .width = 64,
+                                  .height = 64,
+                                  .renderers = 2,
+                                  .tile_edge = 16,
+                                  .probe_edge = 8};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES], tile = {.w = 64, .h = 64, .step = 1, .pass = 1};
+    uint32_t probes = 0, count;
+    uint64_t seed = 1;
+    queue_skip(queue, all_finished, NULL);
+    assert_int_equal(queue_next(queue, 0, 0, lot), 0);
+    for (tile.w = tile.h = 16; tile.x < 64; tile.x += 16)
+        queue_add(queue, &tile, queue_work(queue, &tile), 1);
+    for (uint32_t who = 0; !queue->settled; who = 1 - who) {
+        count = queue_next(queue, who, 0, lot);
+        for (uint32_t i = 0; i < count; i++, probes++) {
+            assert_int_equal(lot[i].pass, TILE_PROBE);
+            answer_probe(queue, &lot[i], &seed);
+            queue_finish(queue, who, lot[i].id, 0, 1e-3);
+        }
+        assert_true(count > 0);
+    }
+    assert_true(probes > 0);
+    queue_destroy(queue);
+}
+
 /* Four renderers on two cores of one machine. */
 static struct crowd crowd_on_two_cores(void)
 {
@@ -1320,6 +1351,7 @@ int main(void)
         cmocka_unit_test(test_auto_edge),
         cmocka_unit_test(test_auto_probe_edge),
         cmocka_unit_test(test_skip),
+        cmocka_unit_test(test_passes_behind_a_finished_one),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
