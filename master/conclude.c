@@ -107,11 +107,38 @@ static int judge_samples(const struct run *run)
     return strict ? STATUS_FAILED : STATUS_DONE;
 }
 
+/* What a time limit has left without any sample; false: all of it, there is no picture. */
+static bool judge_limit(const struct run *run)
+{
+    double limit = run->job.settings.sampling.time_limit;
+    uint64_t pixels = (uint64_t)run->canvas.width * run->canvas.height;
+    uint64_t unsampled = run->report.unsampled;
+    if (unsampled == pixels) {
+        user_error(
+            NULL, 0,
+            "sampling.time_limit = %g s was over before anything was rendered, expected more: "
+            "no picture is written",
+            limit);
+        return false;
+    }
+    if (unsampled > 0)
+        user_warning(NULL, 0,
+                     "sampling.time_limit = %g s has left %.3g %% of the pixels without a sample: "
+                     "they are black",
+                     limit, 100 * (double)unsampled / (double)pixels);
+    return true;
+}
+
 int run_conclude(struct run *run, const struct service *service, const struct view *view)
 {
     const struct settings *settings = &run->job.settings;
     fill_report(run, service);
     fill_sampling(run, service, view);
+    if (!judge_limit(run)) {
+        save_drop(run->save);
+        run->save = NULL;
+        return STATUS_FAILED;
+    }
     int status = write_outputs(run);
     if (status != STATUS_DONE) {
         keep(run, "to write the picture without rendering it again");

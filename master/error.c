@@ -64,7 +64,8 @@ static void put_cell(FILE *out, double value, const char *end)
 
 void error_names_csv(FILE *out)
 {
-    fputs("elapsed_s,samples_per_pixel,estimated_rmse,estimated_low,estimated_high,true_rmse\n",
+    fputs("elapsed_s,samples_per_pixel,estimated_rmse,estimated_low,estimated_high,true_rmse,"
+          "sampled_share\n",
           out);
 }
 
@@ -75,7 +76,8 @@ void error_row_csv(FILE *out, const struct error_row *row)
     put_cell(out, row->estimate.rmse, ",");
     put_cell(out, row->estimate.low, ",");
     put_cell(out, row->estimate.high, ",");
-    put_cell(out, row->true_rmse, "\n");
+    put_cell(out, row->true_rmse, ",");
+    put_cell(out, row->share, "\n");
 }
 
 /* ---- forecast ---- */

@@ -277,6 +277,7 @@ static void put_error_row(struct json *json, const struct error_row *row)
     json_number(json, "estimated_low", row->estimate.low);
     json_number(json, "estimated_high", row->estimate.high);
     if (!isnan(row->true_rmse)) json_number(json, "true_rmse", row->true_rmse);
+    json_number(json, "sampled_share", row->share);
     json_close(json, '}');
 }
 

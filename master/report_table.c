@@ -341,6 +341,7 @@ static void put_error(struct table *table, const struct report *report)
     flow(table, "sampling error: RMSE %s", error_figure(last->estimate.rmse).text);
     flow_on(table, "(%s to %s)", error_figure(last->estimate.low).text,
             error_figure(last->estimate.high).text);
+    if (last->share < 1) flow_on(table, "of the %.2g %% that has samples", 100 * last->share);
     flow_on(table, "after %.1f s", elapsed);
     if (before > 0) flow(table, "%.1f s of that saved by an earlier run", before);
     if (!isnan(last->true_rmse))
@@ -356,8 +357,6 @@ static void put_limit(struct table *table, const struct report *report)
     if (strcmp(report->ended, "time") == 0) flow(table, "stopped by sampling.time_limit");
     if (strcmp(report->ended, "max_samples") == 0)
         flow(table, "stopped by sampling.max_samples: the target is not met");
-    if (report->unsampled > 0)
-        flow(table, "%llu pixels got no sample", (unsigned long long)report->unsampled);
     end_flow(table);
 }
 

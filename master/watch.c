@@ -65,6 +65,7 @@ static void add_row(struct watch *watch, double now)
         .samples = (double)look.samples / (double)pixel_count(watch),
         .estimate = error_estimate(&look.sum, look.pixels, number),
         .true_rmse = (double)NAN,
+        .share = (double)look.pixels / (double)pixel_count(watch),
     };
     if (watch->reference && look.pixels == pixel_count(watch))
         row.true_rmse = truth_rmse(watch->canvas, watch->reference);

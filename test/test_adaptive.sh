@@ -57,6 +57,16 @@ for n in 1 3; do
     check "-n $n, ended by it" test "$(value t ended)" = time
 done
 
+# Nothing is no picture: an older one stays, and no journal of nothing.
+too_short() {
+    echo old >short.png
+    run 1 farm_n 2 "$SCENE" output.image=short.png sampling.time_limit=0.1 \
+        sampling.min_samples=65534 sampling.max_samples=65536 &&
+        [ "$(lines "$err")" -eq 1 ] && [ "$(cat short.png)" = old ] && ! [ -e short.journal ] &&
+        case $err in *"over before anything was rendered"*) ;; *) echo "# $err"; return 1 ;; esac
+}
+check "a limit that leaves no time" too_short
+
 # The picture so far is whole at any time.
 preview() {
     farm_n 2 "$SCENE" output.image=so_far.pfm output.report= sampling.time_limit=3 \

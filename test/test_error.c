@@ -264,15 +264,16 @@ static void test_csv(void **state)
     char *text;
     size_t bytes;
     FILE *out = open_memstream(&text, &bytes);
-    struct error_row row = {1.5, 4, {0.25, 0.125, 0.5}, 0.3};
+    struct error_row row = {1.5, 4, {0.25, 0.125, 0.5}, 0.3, 0.75};
     error_names_csv(out);
     error_row_csv(out, &row);
     row.true_rmse = NAN;
     error_row_csv(out, &row);
     fclose(out);
     assert_string_equal(
-        text, "elapsed_s,samples_per_pixel,estimated_rmse,estimated_low,estimated_high,true_rmse\n"
-              "1.5,4,0.25,0.125,0.5,0.3\n1.5,4,0.25,0.125,0.5,\n");
+        text, "elapsed_s,samples_per_pixel,estimated_rmse,estimated_low,estimated_high,true_rmse,"
+              "sampled_share\n"
+              "1.5,4,0.25,0.125,0.5,0.3,0.75\n1.5,4,0.25,0.125,0.5,,0.75\n");
     free(text);
 }
 

@@ -409,7 +409,7 @@ static void test_table_error(void **state)
     (void)state;
     struct renderer_stats renderers[2];
     struct report report = sample_report(renderers, 2);
-    struct error_row row = {2.4, 16, {0.000098, 0.000087, 0.00011}, (double)NAN};
+    struct error_row row = {2.4, 16, {0.000098, 0.000087, 0.00011}, (double)NAN, 1};
     struct error_log log = {&row, 1};
     report.errors = &log;
     report.forecast = (struct error_forecast){true, 0.000098, 2, 0.5, 0, 64};
@@ -429,6 +429,10 @@ static void test_table_error(void **state)
     text = table_text(&report, 80);
     assert_has(text, " after 12.4 s\n10.0 s of that saved by an earlier run, "
                      "0.00009 against the reference\n0.00002 would take about 289 s (");
+    free(text);
+    row.share = 0.0456;
+    text = table_text(&report, 80);
+    assert_has(text, "of the 4.6 % that has samples");
     free(text);
 }
 
