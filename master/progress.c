@@ -57,12 +57,33 @@ static void estimate_left(struct progress *progress, double share, double before
     progress->left = left + (estimate - left) * (1 - exp(-passed / smooth_s));
 }
 
+/* What a time limit says is certain. */
+static void heed_limit(struct progress *progress, const struct progress_state *state, double now)
+{
+    double left = fmax(state->ends - now, 0);
+    if (!(state->limit > 0)) return;
+    if (state->only_limit || progress->left < 0 || left < progress->left) progress->left = left;
+    if (state->only_limit) progress->share = fmin(1 - left / state->limit, 1);
+}
+
 /* Text of what is shown beside the bar, most important first. */
 enum field { FIELD_LEFT, FIELD_TILES, FIELD_RATE, FIELD_ELAPSED, FIELDS };
 
 struct fields {
     char text[FIELDS][48];
 };
+
+struct pass {
+    char name[16];
+};
+
+/* "pass 2", or nothing where there is one. */
+static struct pass pass_of(const struct progress_state *state)
+{
+    struct pass pass = {""};
+    if (state->pass > 0) snprintf(pass.name, sizeof pass.name, "pass %u", state->pass);
+    return pass;
+}
 
 /* Padded to what the widest value needs, so that the bar does not change its length all the time.
  */
@@ -75,8 +96,9 @@ static void make_fields(struct fields *fields, const struct progress *progress,
     int digits = snprintf(NULL, 0, "%u", state->tiles);
     size_t size = sizeof fields->text[0];
     snprintf(fields->text[FIELD_LEFT], size, "%5s left", left.text);
-    snprintf(fields->text[FIELD_TILES], size, "%*u/%u tiles", digits, state->tiles_done,
-             state->tiles);
+    struct pass pass = pass_of(state);
+    snprintf(fields->text[FIELD_TILES], size, "%s%s%*u/%u tiles", pass.name,
+             pass.name[0] ? " " : "", digits, state->tiles_done, state->tiles);
     snprintf(fields->text[FIELD_RATE], size, "%6s rays/s", rate.text);
     snprintf(fields->text[FIELD_ELAPSED], size, "%5s", figure_span(elapsed).text);
 }
@@ -137,8 +159,10 @@ static void print_line(const struct progress *progress, const struct progress_st
                        double now)
 {
     double elapsed = now - progress->started;
-    fprintf(progress->out, "farm: %d%%, %u of %u tiles, %s rays/s, %s elapsed",
-            (int)(100 * progress->share), state->tiles_done, state->tiles,
+    struct pass pass = pass_of(state);
+    const char *join = !pass.name[0] ? "" : state->only_limit ? ", " : " of ";
+    fprintf(progress->out, "farm: %d%%%s%s, %u of %u tiles, %s rays/s, %s elapsed",
+            (int)(100 * progress->share), join, pass.name, state->tiles_done, state->tiles,
             figure_count((double)state->rays / elapsed).text, figure_span(elapsed).text);
     if (progress->left >= 0) fprintf(progress->out, ", %s left", figure_span(progress->left).text);
     fputc('\n', progress->out);
@@ -151,6 +175,7 @@ void progress_update(struct progress *progress, const struct progress_state *sta
     note_share(progress, state);
     estimate_left(progress, share_of(state->pixels_done, state),
                   share_of(state->pixels_before, state), now);
+    heed_limit(progress, state, now);
     if (progress->terminal)
         draw_bar(progress, state, now);
     else

@@ -29,8 +29,11 @@ struct progress_state {
     uint64_t pixels_done, pixels; /* the share that is finished */
     uint64_t pixels_before;       /* of those done, by an earlier run */
     uint32_t tiles_done, tiles;
-    unsigned pass; /* of adaptive sampling: with each one there is more to do */
+    unsigned pass; /* of adaptive sampling: with each one there is more to do; 0: there are none */
     uint64_t rays; /* traced so far, all kinds */
+    double limit;  /* seconds after which the run ends in any case; 0: there is no such limit */
+    double ends;   /* when that is, on the clock of now */
+    bool only_limit; /* nothing else is expected to end it */
 };
 
 void progress_start(struct progress *progress, FILE *out, double now);

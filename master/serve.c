@@ -30,6 +30,7 @@ static void show_progress(struct server *server, double now)
     if (now < server->next_show) return;
     server->next_show = now + SHOW_EVERY;
     const struct queue *queue = server->service->queue;
+    const struct adaptive *adaptive = server->service->adaptive;
     double pixels = (double)server->service->canvas->width * server->service->canvas->height;
     pthread_mutex_lock(&server->lock);
     struct queue_count count = queue_count(queue);
@@ -39,8 +40,11 @@ static void show_progress(struct server *server, double now)
         .pixels = (uint64_t)pixels,
         .tiles_done = count.finished,
         .tiles = count.tiles,
-        .pass = server->service->adaptive ? adaptive_passes(server->service->adaptive) : 0,
+        .pass = adaptive ? adaptive_passes(adaptive) : 0,
         .rays = server->rays,
+        .ends = server->service->deadline,
+        .limit = server->service->limit,
+        .only_limit = adaptive && adaptive_target(adaptive) == 0,
     };
     watch_look(server->service->watch, now);
     pthread_mutex_unlock(&server->lock);

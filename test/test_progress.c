@@ -222,6 +222,32 @@ static void test_never_backwards(void **state)
     screen_close(&screen);
 }
 
+/* A limit is what is left at most; where nothing else ends the run, it is what is done, too. */
+static void test_limit(void **state)
+{
+    (void)state;
+    static struct screen screen;
+    struct progress progress;
+    struct progress_state now = half;
+    now.pass = 3, now.limit = 10, now.ends = 9;
+    screen_open(&screen, 100);
+    progress_start(&progress, screen.out, 0);
+    progress_update(&progress, &now, 6);
+    const char *line = screen_read(&screen);
+    assert_non_null(strstr(line, " 50% [#"));
+    assert_non_null(strstr(line, "0:03 left  pass 3  7/12 tiles"));
+    now.only_limit = true;
+    progress_update(&progress, &now, 7);
+    line = screen_read(&screen);
+    assert_non_null(strstr(line, " 80% [#"));
+    assert_non_null(strstr(line, "0:02 left"));
+    now.pass = 4, now.pixels_done = 0;
+    progress_update(&progress, &now, 8);
+    assert_non_null(strstr(screen_read(&screen), " 90% [#"));
+    progress_end(&progress);
+    screen_close(&screen);
+}
+
 static void test_strange_states(void **state)
 {
     (void)state;
@@ -232,7 +258,8 @@ static void test_strange_states(void **state)
     progress_start(&progress, screen.out, 0);
     progress_update(&progress, &now, 1);
     assert_non_null(strstr(screen_read(&screen), "  0% [-"));
-    now = (struct progress_state){10, 1, 20, UINT32_MAX, UINT32_MAX, UINT_MAX, UINT64_MAX};
+    now = (struct progress_state){10,       1,          20, UINT32_MAX, UINT32_MAX,
+                                  UINT_MAX, UINT64_MAX, -1, HUGE_VAL,   true};
     progress_update(&progress, &now, 2);
     assert_non_null(strstr(screen_read(&screen), "100% [#"));
     progress_end(&progress);
@@ -248,12 +275,20 @@ static void test_lines(void **state)
     progress_start(&progress, out, 0);
     for (int tenth = 0; tenth <= 110; tenth++)
         progress_update(&progress, &half, tenth / 10.0);
+    struct progress_state pass = half;
+    pass.pass = 2;
+    progress_update(&progress, &pass, 20);
+    pass.only_limit = true, pass.limit = pass.ends = 50;
+    progress_update(&progress, &pass, 30);
     progress_end(&progress);
     char lines[400] = {0};
     rewind(out);
     assert_true(fread(lines, 1, sizeof lines - 1, out) > 0);
-    assert_string_equal(lines, "farm: 50%, 7 of 12 tiles, 5.0M rays/s, 0:05 elapsed, 0:05 left\n"
-                               "farm: 50%, 7 of 12 tiles, 2.5M rays/s, 0:10 elapsed, 0:08 left\n");
+    assert_string_equal(
+        lines, "farm: 50%, 7 of 12 tiles, 5.0M rays/s, 0:05 elapsed, 0:05 left\n"
+               "farm: 50%, 7 of 12 tiles, 2.5M rays/s, 0:10 elapsed, 0:08 left\n"
+               "farm: 50% of pass 2, 7 of 12 tiles, 1.2M rays/s, 0:20 elapsed, 0:19 left\n"
+               "farm: 60%, pass 2, 7 of 12 tiles, 833.3k rays/s, 0:30 elapsed, 0:20 left\n");
     fclose(out);
 }
 
@@ -303,6 +338,7 @@ int main(void)
         cmocka_unit_test(test_time_left),
         cmocka_unit_test(test_time_left_resumed),
         cmocka_unit_test(test_never_backwards),
+        cmocka_unit_test(test_limit),
         cmocka_unit_test(test_strange_states),
         cmocka_unit_test(test_lines),
         cmocka_unit_test(test_dumb_terminal),
