@@ -19,18 +19,21 @@ static double per_cent(const struct run *run, uint64_t pixels)
 static void tell_resumed(const struct run *run, uint64_t found)
 {
     const struct resumed *resumed = &run->report.resumed;
-    char again[80] = "";
+    char again[160] = "";
+    /* Shares of a static schedule are rendered as a whole. */
     if (resumed->pixels < found)
-        snprintf(again, sizeof again,
-                 ", but %.1f %% of the pixels are rendered again (tiles of another cut)",
-                 per_cent(run, found - resumed->pixels));
+        snprintf(again, sizeof again, ", but %.1f %% of the pixels, %.1f s, are rendered again%s",
+                 per_cent(run, found - resumed->pixels), resumed->again_s,
+                 run->job.settings.farm.schedule <= SCHEDULE_TILES
+                     ? ""
+                     : " (farm.schedule=dynamic keeps them)");
     char where[80] = "";
     unsigned passes = run->adaptive ? adaptive_passes(run->adaptive) : 0;
     if (passes) snprintf(where, sizeof where, " in pass %u", passes);
     /* In later passes all pixels are there, and more of their samples. */
     char share[40] = "";
     if (passes < 2) snprintf(share, sizeof share, "%.1f %% of the pixels", per_cent(run, found));
-    fprintf(stderr, "farm: going on with %s%s: %s%s%s%.1f s of rendering saved\n",
+    fprintf(stderr, "farm: going on with %s%s: %s%s%s%.1f s of all renderers' time saved\n",
             run->job.settings.output.journal, where, share, again, passes < 2 ? ", " : "",
             resumed->seconds);
 }
