@@ -3,7 +3,7 @@
  *
  *   faults_journal count FILE        how many records stand in it, as far as they are whole
  *   faults_journal tear FILE NUMBER  cuts it at a place that the number tells
- *   faults_journal flip FILE NUMBER  turns a bit there; both print the whole records before it
+ *   faults_journal flip FILE NUMBER  turns a bit there; both print how many records that leaves whole
  */
 #include <stdbool.h>
 #include <stdint.h>
@@ -16,16 +16,18 @@
 #define RECORD_HEADER 64
 #define BYTES_AT      56 /* in a record's header: the length of what follows */
 
-/* Whole records before the end. */
-static unsigned count_records(FILE *file, long end)
+/* Whole records before the end, without the one that has a byte turned, if any: -1. */
+static unsigned count_records(FILE *file, long end, long turned)
 {
     unsigned count = 0;
-    for (long at = FILE_HEADER; at + RECORD_HEADER <= end; count++) {
+    for (long at = FILE_HEADER; at + RECORD_HEADER <= end;) {
         uint64_t bytes = 0;
         if (fseek(file, at + BYTES_AT, SEEK_SET) || fread(&bytes, sizeof bytes, 1, file) != 1)
             break;
         if (bytes > (uint64_t)(end - at - RECORD_HEADER)) break;
-        at += RECORD_HEADER + (long)bytes;
+        long next = at + RECORD_HEADER + (long)bytes;
+        count += !(at <= turned && turned < next);
+        at = next;
     }
     return count;
 }
@@ -44,13 +46,14 @@ int main(int argc, char **argv)
         fprintf(stderr, "usage: faults_journal count|tear|flip FILE [NUMBER]\n");
         return 2;
     }
-    long size = ftell(file), end = size;
+    long size = ftell(file);
     unsigned long number = argc > 3 ? strtoul(argv[3], NULL, 10) : 0;
     bool damages = strcmp(argv[1], "count") != 0 && size > FILE_HEADER;
-    if (damages) end = FILE_HEADER + (long)(number % (unsigned long)(size - FILE_HEADER));
-    printf("%u\n", count_records(file, end));
+    bool tears = strcmp(argv[1], "tear") == 0;
+    long place = damages ? FILE_HEADER + (long)(number % (unsigned long)(size - FILE_HEADER)) : -1;
+    printf("%u\n", count_records(file, tears ? place : size, place));
     if (!damages) return 0;
-    int failed = strcmp(argv[1], "tear") == 0 ? ftruncate(fileno(file), end)
-                                              : turn_bit(file, end, (unsigned)(number / 7 % 8));
+    int failed =
+        tears ? ftruncate(fileno(file), place) : turn_bit(file, place, (unsigned)(number / 7 % 8));
     return fclose(file) || failed;
 }

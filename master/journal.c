@@ -13,9 +13,9 @@
 #include "common/clock.h"
 #include "common/hash.h"
 #include "common/message.h"
+#include "master/journal_scan.h"
 
 #define JOURNAL_MAGIC UINT64_C(0x314e4a204d524146) /* "FARM JN1" */
-#define RECORD_MAGIC  UINT32_C(0x454c4954)         /* "TILE" */
 
 struct file_header {
     uint64_t magic;
@@ -23,17 +23,7 @@ struct file_header {
     uint64_t checksum; /* of the above */
 };
 
-struct record_header {
-    uint64_t checksum; /* of the rest and the payload: record_checksum() */
-    uint32_t magic;
-    uint32_t pass;
-    struct tile tile;
-    double seconds;
-    uint64_t bytes; /* of the payload behind it */
-};
-
 _Static_assert(sizeof(struct file_header) == 24, "stands in files");
-_Static_assert(sizeof(struct record_header) == 64, "stands in files");
 
 struct journal {
     char *path; /* owned */
@@ -60,14 +50,6 @@ uint64_t journal_picture(const struct scene *scene, uint64_t program)
     head.view.variant = 0;
     uint64_t hash = hash64(&head, sizeof head, program);
     return hash64(scene + 1, scene->bytes - sizeof head, hash);
-}
-
-static uint64_t record_checksum(uint64_t picture, uint64_t offset,
-                                const struct record_header *header, const void *payload)
-{
-    const char *fields = (const char *)header + sizeof header->checksum;
-    uint64_t hash = hash64(fields, sizeof *header - sizeof header->checksum, picture + offset);
-    return hash64(payload, header->bytes, hash);
 }
 
 static struct file_header make_header(uint64_t picture)
@@ -165,56 +147,6 @@ static bool set_aside(const char *path, const char *why)
         if (error != EEXIST) return refuse(path, "renamed", error);
     }
     return false;
-}
-
-/* ---- reading ---- */
-
-/* Reads all of it; false at the end of the file or after an error. */
-static bool read_at(int file, void *bytes, size_t count, uint64_t offset)
-{
-    while (count) {
-        ssize_t got = pread(file, bytes, count, (off_t)offset);
-        if (got < 0 && errno == EINTR) continue;
-        if (got <= 0) return false;
-        bytes = (char *)bytes + got;
-        count -= (size_t)got;
-        offset += (uint64_t)got;
-    }
-    return true;
-}
-
-/* The record at journal->end, whose payload goes to buffer; false when no good one stands there. */
-static bool read_record(const struct journal *journal, uint64_t size, size_t largest, void *buffer,
-                        struct journal_record *record)
-{
-    struct record_header header;
-    uint64_t left = size - journal->end;
-    if (left < sizeof header || !read_at(journal->file, &header, sizeof header, journal->end))
-        return false;
-    if (header.magic != RECORD_MAGIC || header.bytes > largest ||
-        header.bytes > left - sizeof header)
-        return false;
-    if (!read_at(journal->file, buffer, header.bytes, journal->end + sizeof header) ||
-        header.checksum != record_checksum(journal->picture, journal->end, &header, buffer))
-        return false;
-    *record =
-        (struct journal_record){header.tile, header.pass, header.seconds, buffer, header.bytes};
-    return isfinite(record->seconds) && record->seconds >= 0;
-}
-
-static void read_records(struct journal *journal, uint64_t size,
-                         const struct journal_reader *reader)
-{
-    struct journal_record record;
-    void *buffer = allocate(reader->largest, 1);
-    while (read_record(journal, size, reader->largest, buffer, &record) &&
-           reader->take(reader->state, &record)) {
-        journal->end += sizeof(struct record_header) + record.bytes;
-        journal->found.records++;
-        journal->found.seconds += record.seconds;
-    }
-    free(buffer);
-    journal->found.damaged_bytes = size - journal->end;
 }
 
 /* ---- writing ---- */
@@ -319,6 +251,46 @@ void journal_tick(struct journal *journal, double now)
     journal->next_sync = now + cost + journal_sync_pause(cost);
 }
 
+/* ---- reading ---- */
+
+/*
+ * What stands between the good end and here is of no use: a gap in its place is not told of again. Where it
+ * cannot be written, it is.
+ */
+static void close_gap(const struct journal *journal, uint64_t here)
+{
+    struct record_header gap = {.magic = GAP_MAGIC};
+    if (here - journal->end < sizeof gap) return;
+    gap.bytes = here - journal->end - sizeof gap;
+    gap.checksum = record_checksum(journal->picture, journal->end, &gap, NULL);
+    write_at(journal->file, &gap, sizeof gap, journal->end);
+}
+
+static void read_records(struct journal *journal, uint64_t size,
+                         const struct journal_reader *reader)
+{
+    struct journal_record record;
+    struct journal_found *found = &journal->found;
+    struct journal_scan *scan =
+        journal_scan_begin(journal->file, size, journal->picture, reader->largest);
+    uint64_t at = journal->end, skipped;
+    while (journal_scan_next(scan, &at, &skipped, &record)) {
+        uint64_t next = at + journal_record_bytes(record.bytes);
+        found->damaged_bytes += skipped;
+        if (reader->take(reader->state, &record)) {
+            if (at > journal->end) close_gap(journal, at);
+            journal->end = next;
+            found->records++;
+            found->seconds += record.seconds;
+        } else {
+            found->refused_bytes += next - at;
+        }
+        at = next;
+    }
+    found->damaged_bytes += skipped;
+    journal_scan_end(scan);
+}
+
 /* ---- from open to end ---- */
 
 static struct journal *create(const char *path, uint64_t picture, int file)
@@ -362,17 +334,29 @@ static const char *recognise(const struct journal *journal, uint64_t *size)
                : "this is no journal, or its first bytes are damaged";
 }
 
+/* What cannot be used is rendered again. */
+static void tell_unused(const struct journal *journal)
+{
+    const struct journal_found *found = &journal->found;
+    if (found->damaged_bytes)
+        user_warning(journal->path, 0,
+                     "%llu bytes of the journal are damaged, what they held is rendered again",
+                     (unsigned long long)found->damaged_bytes);
+    if (found->refused_bytes)
+        user_warning(journal->path, 0,
+                     "%llu bytes of the journal cannot be used%s, what they hold is rendered again",
+                     (unsigned long long)found->refused_bytes,
+                     found->damaged_bytes ? " without those" : "");
+}
+
 /* Takes over what the file holds. */
 static bool resume(struct journal *journal, uint64_t size, const struct journal_reader *reader)
 {
     if (size == 0) return write_header(journal);
     journal->end = sizeof(struct file_header);
     read_records(journal, size, reader);
-    if (!journal->found.damaged_bytes) return true;
-    user_warning(journal->path, 0,
-                 "the last %llu bytes of the journal are damaged, what they held is rendered again",
-                 (unsigned long long)journal->found.damaged_bytes);
-    journal->torn = true;
+    tell_unused(journal);
+    journal->torn = journal->end < size;
     return cut(journal) || refuse(journal->path, "shortened", errno);
 }
 

@@ -37,8 +37,9 @@ struct journal_record {
 struct journal_reader {
     /*
      * Called for each good record in the order of writing; the payload is gone afterwards, and not
-     * aligned to more than 8 bytes. false: the record cannot be of this run, the journal ends before
-     * it. The checksum does not stop a forger: tile and payload are checked like a message.
+     * aligned to more than 8 bytes. false: the record is of no use to this run, as it is not of it or
+     * rests on one that is lost; it is passed over and not offered again. The checksum does not stop
+     * a forger: tile and payload are checked like a message.
      */
     bool (*take)(void *state, const struct journal_record *record);
     void *state;
@@ -47,8 +48,9 @@ struct journal_reader {
 
 /* What was found at the start. */
 struct journal_found {
-    uint64_t records;
-    uint64_t damaged_bytes; /* cut off at the end */
+    uint64_t records;       /* taken */
+    uint64_t damaged_bytes; /* that no good record has */
+    uint64_t refused_bytes; /* of good records that were not taken */
     double seconds;         /* of rendering, that are saved */
 };
 
@@ -61,8 +63,8 @@ uint64_t journal_picture(const struct scene *scene, uint64_t program);
 /*
  * Opens or makes the journal at path and hands what it holds to the reader. A journal of another
  * picture, and what is no journal, is renamed (path.1, path.2, ...) with a warning; so is told how
- * much of a damaged end was dropped. NULL after user_error(): another run has it open, or there
- * cannot be a file.
+ * much is damaged or refused, once: it is not read again. NULL after user_error(): another run has
+ * it open, or there cannot be a file.
  */
 struct journal *journal_open(const char *path, uint64_t picture,
                              const struct journal_reader *reader);

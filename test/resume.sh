@@ -32,9 +32,13 @@ cut_tail() { # BYTES KEPT
     run 0 farm_n 0 "$SCENE" $SIZE output.image=a.pfm &&
         echo "$err" | grep -q 'bytes of the journal are damaged' && finished
 }
-flipped() { # OFFSET PROCESSES KEPT
-    resume_from "$3"; printf '\377\0\1' | dd of=a.journal bs=1 seek="$1" conv=notrunc 2>/dev/null
-    run 0 farm_n "$2" "$SCENE" $SIZE output.image=a.pfm && echo "$err" | grep -q damaged && finished
+damage_at() { printf '\377\0\1' | dd of=a.journal bs=1 seek="$1" conv=notrunc 2>/dev/null; } # OFFSET
+resumed() { sed -n "/\"resumed\"/,/}/s/^ *\"$1\": \([0-9]*\),$/\1/p" a.json; } # FIELD
+flipped() { # OFFSET PROCESSES KEPT: few bytes are of no use, and so few tiles are lost
+    resume_from "$3"; damage_at "$1"
+    run 0 farm_n "$2" "$SCENE" $SIZE output.image=a.pfm && cat "$T/err" &&
+        bytes=$(sed -n 's/.*: \([0-9]*\) bytes of the journal are damaged, .*/\1/p' "$T/err") &&
+        [ "$bytes" -gt 0 ] && [ $((4 * bytes)) -lt "$(stat -c %s "$3")" ] && finished
 }
 # Seconds of rendering of an earlier run are in the forecast, which is of a smaller error.
 forecast_has() { # PROCESSES
@@ -48,4 +52,11 @@ all_saved() { # KEPT: a run whose picture cannot be written, then one that has n
     run 1 farm_n 0 "$SCENE" $SIZE output.image=a.pfm output.report=/dev/full || return 1
     rm a.pfm
     run 0 farm_n 3 "$SCENE" $SIZE output.image=a.pfm && finished && grep -q '"primary": 0,' a.json && forecast_has 3
+}
+damaged_once() { # OFFSET KEPT: it is told once, and what was rendered in place of it stands in the journal
+    resume_from "$2"; damage_at "$1"
+    run 1 farm_n 0 "$SCENE" $SIZE output.image=a.pfm output.report=/dev/full || return 1
+    echo "$err" | grep -q 'bytes of the journal are damaged' && rm a.pfm &&
+        run 0 farm_n 2 "$SCENE" $SIZE output.image=a.pfm && finished && cat "$T/err" &&
+        ! echo "$err" | grep 'bytes of the journal' && grep -q '"primary": 0,' a.json
 }

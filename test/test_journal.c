@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 
+#include "common/clock.h"
 #include "master/journal.h"
 
 #define PICTURE UINT64_C(0x123456789abcdef0)
@@ -28,10 +29,11 @@ static struct journal_record make_record(uint32_t i, unsigned char payload[PAYLO
                                    .bytes = PAYLOAD};
 }
 
-/* What a reader has seen: only good records, in their order. */
+/* What a reader has seen: only good records, in their order, though some may be missing. */
 struct seen {
     uint32_t records;
     uint32_t accepted; /* no more than these are taken */
+    uint32_t next;     /* the first that may come */
     bool wrong;
 };
 
@@ -40,10 +42,13 @@ static bool take(void *state, const struct journal_record *record)
     struct seen *seen = state;
     unsigned char payload[PAYLOAD];
     if (seen->records == seen->accepted) return false;
-    struct journal_record good = make_record(seen->records++, payload);
-    seen->wrong |= record->bytes != PAYLOAD || memcmp(record->payload, payload, PAYLOAD) != 0 ||
+    struct journal_record good = make_record(record->tile.id, payload);
+    seen->wrong |= record->tile.id < seen->next || record->bytes != PAYLOAD ||
+                   memcmp(record->payload, payload, PAYLOAD) != 0 ||
                    memcmp(&record->tile, &good.tile, sizeof good.tile) != 0 ||
                    record->pass != good.pass || record->seconds != good.seconds;
+    seen->records++;
+    seen->next = record->tile.id + 1;
     return true;
 }
 
@@ -148,7 +153,17 @@ static void test_torn_at_every_byte(void **state)
     assert_int_equal(access(PATH ".1", F_OK), -1);
 }
 
-/* With any bit turned, what stands before that record is used and nothing wrong is. */
+static struct journal *open_damaged(struct scratch *s, const char *bytes, size_t size,
+                                    struct seen *seen)
+{
+    scratch_write_bytes(PATH, bytes, size);
+    struct journal *journal = open_as(s, PICTURE, seen);
+    assert_non_null(journal);
+    return journal;
+}
+
+/* With any bit turned, all records but that one are used, it is told what is damaged, once, and the
+ * record may be appended again. */
 static void test_every_bit_turned(void **state)
 {
     struct scratch *s = *state;
@@ -159,16 +174,70 @@ static void test_every_bit_turned(void **state)
     assert_int_equal(read_file(PATH, bytes, sizeof bytes), SIZE);
     for (size_t bit = 0; bit < 8 * SIZE; bit++) {
         bytes[bit / 8] = (char)(bytes[bit / 8] ^ 1 << bit % 8);
-        scratch_write_bytes(PATH, bytes, SIZE);
-        struct journal *journal = open_as(s, PICTURE, &seen);
-        assert_non_null(journal);
-        size_t good = bit / 8 < HEADER ? 0 : (bit / 8 - HEADER) / RECORD;
-        assert_true(!seen.wrong && seen.records == good);
-        journal_keep(journal);
+        struct journal *journal = open_damaged(s, bytes, SIZE, &seen);
         bytes[bit / 8] = (char)(bytes[bit / 8] ^ 1 << bit % 8);
+        bool in_header = bit / 8 < HEADER;
+        assert_true(!seen.wrong && seen.records == (in_header ? 0 : RECORDS - 1));
+        assert_true(journal_found(journal).damaged_bytes == (in_header ? 0 : RECORD));
+        assert_true(in_header || strcmp(s->said, PATH ": warning: 104 bytes of the journal are "
+                                                      "damaged, what they held is rendered "
+                                                      "again\n") == 0);
+        append(journal, 3);
+        journal_keep(journal);
+        journal = open_as(s, PICTURE, &seen);
+        assert_true(!seen.wrong && seen.records == (in_header ? 1 : RECORDS) && !*s->said);
+        journal_keep(journal);
         /* A journal that cannot be told from none is kept for its owner. */
-        assert_int_equal(unlink(PATH ".1"), bit / 8 < HEADER ? 0 : -1);
+        assert_int_equal(unlink(PATH ".1"), in_header ? 0 : -1);
     }
+}
+
+/* Any stretch of bytes overwritten: all records are used that it does not touch. */
+static void test_stretches(void **state)
+{
+    struct scratch *s = *state;
+    enum { RECORDS = 6, SIZE = HEADER + RECORDS * RECORD };
+    char bytes[SIZE], damaged[SIZE];
+    struct seen seen;
+    write_journal(s, RECORDS);
+    assert_int_equal(read_file(PATH, bytes, sizeof bytes), SIZE);
+    for (size_t begin = HEADER; begin < SIZE; begin += 13) {
+        for (size_t end = begin + 1; end <= SIZE; end += 29) {
+            memcpy(damaged, bytes, SIZE);
+            memset(damaged + begin, 0xa5, end - begin);
+            size_t hit = (end - 1 - HEADER) / RECORD - (begin - HEADER) / RECORD + 1;
+            struct journal *journal = open_damaged(s, damaged, SIZE, &seen);
+            assert_true(!seen.wrong && seen.records == RECORDS - hit);
+            assert_true(journal_found(journal).damaged_bytes == hit * RECORD);
+            append(journal, RECORDS);
+            journal_keep(journal);
+            journal = open_as(s, PICTURE, &seen);
+            assert_true(!seen.wrong && seen.records == RECORDS - hit + 1 && !*s->said);
+            journal_keep(journal);
+        }
+    }
+}
+
+/* What stands behind a known gap may be damaged, too. */
+static void test_damage_at_gaps(void **state)
+{
+    struct scratch *s = *state;
+    enum { RECORDS = 5, SIZE = HEADER + RECORDS * RECORD };
+    char bytes[SIZE];
+    struct seen seen;
+    write_journal(s, RECORDS);
+    static const uint32_t order[] = {2, 1, 3, 4, 0};
+    for (uint32_t i = 0; i < RECORDS; i++) {
+        size_t size = read_file(PATH, bytes, SIZE);
+        bytes[HEADER + order[i] * RECORD + RECORD - 1] ^= 1;
+        struct journal *journal = open_damaged(s, bytes, size, &seen);
+        assert_true(!seen.wrong && seen.records == RECORDS - 1 - i);
+        assert_non_null(strstr(s->said, "damaged"));
+        journal_keep(journal);
+    }
+    struct stat status;
+    assert_int_equal(stat(PATH, &status), 0);
+    assert_int_equal(status.st_size, HEADER);
 }
 
 /* Good records at a place that is not theirs: doubled, swapped, from another picture's journal. */
@@ -176,7 +245,7 @@ static void test_displaced_records(void **state)
 {
     struct scratch *s = *state;
     enum { SIZE = HEADER + 3 * RECORD };
-    char bytes[SIZE], other[SIZE];
+    char bytes[SIZE], other[SIZE], displaced[SIZE];
     struct seen seen;
     unlink(PATH);
     struct journal *journal = open_as(s, PICTURE + 1, &seen);
@@ -186,13 +255,60 @@ static void test_displaced_records(void **state)
     assert_int_equal(read_file(PATH, other, SIZE), SIZE);
     write_journal(s, 3);
     assert_int_equal(read_file(PATH, bytes, SIZE), SIZE);
-    memcpy(bytes + HEADER + RECORD, bytes + HEADER + 2 * RECORD, RECORD);
-    scratch_write_bytes(PATH, bytes, SIZE);
-    check_resume(s, 1, 2 * (size_t)RECORD, 3);
-    assert_int_equal(read_file(PATH, bytes, SIZE), SIZE);
-    memcpy(bytes + HEADER + RECORD, other + HEADER + RECORD, RECORD);
-    scratch_write_bytes(PATH, bytes, SIZE);
-    check_resume(s, 1, 2 * (size_t)RECORD, 3);
+    const char *from[] = {bytes + HEADER + 2 * RECORD, other + HEADER + RECORD};
+    for (size_t i = 0; i < sizeof from / sizeof *from; i++) {
+        memcpy(displaced, bytes, SIZE);
+        memcpy(displaced + HEADER + RECORD, from[i], RECORD);
+        journal = open_damaged(s, displaced, SIZE, &seen);
+        assert_true(!seen.wrong && seen.records == 2 && seen.next == 3);
+        assert_true(journal_found(journal).damaged_bytes == RECORD);
+        journal_keep(journal);
+    }
+}
+
+/* A journal of three records, the middle one full of what looks like so many beginnings of records with
+ * a quarter of its payload, each so many bytes behind the other; then that one is damaged. Returns how many
+ * records are taken. */
+static uint32_t count_around(struct scratch *s, size_t beginnings, size_t distance)
+{
+    enum { BYTES = 1 << 24 };
+    unlink(PATH);
+    char *payload = calloc(BYTES, 1);
+    assert_non_null(payload);
+    for (size_t at = 0; beginnings-- > 0 && at + 64 <= BYTES; at += distance) {
+        memcpy(payload + at + 8, "TILE", 4);
+        if (distance >= 64) payload[at + 56 + 2] = BYTES >> 18;
+    }
+    struct seen seen;
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    struct journal_record record = {
+        .tile = {.w = 1, .h = 1, .step = 1}, .pass = 1, .payload = payload, .bytes = BYTES};
+    assert_true(append(journal, 0) && journal_append(journal, &record) && append(journal, 1));
+    journal_keep(journal);
+    free(payload);
+    FILE *file = fopen(PATH, "r+b");
+    assert_true(file && fseek(file, HEADER + RECORD, SEEK_SET) == 0 && fputc('x', file) != EOF);
+    fclose(file);
+    seen = (struct seen){.accepted = UINT32_MAX};
+    struct journal_reader reader = {take, &seen, BYTES};
+    message_capture(s->said, sizeof s->said);
+    journal = journal_open(PATH, PICTURE, &reader);
+    message_capture(NULL, 0);
+    assert_true(!seen.wrong && strstr(s->said, "damaged"));
+    journal_remove(journal);
+    return seen.records;
+}
+
+/* What looks like a record and is none does not hide a good one, but neither may it take long. */
+static void test_many_beginnings(void **state)
+{
+    double start = clock_thread_cpu();
+    assert_int_equal(count_around(*state, 4, 4096), 2);
+    assert_int_equal(count_around(*state, SIZE_MAX, 1 << 20), 2);
+    assert_int_equal(count_around(*state, SIZE_MAX, 64), 1);
+    count_around(*state, SIZE_MAX, 4);
+    print_message("%.2f s\n", clock_thread_cpu() - start);
+    assert_true(clock_thread_cpu() - start < 10);
 }
 
 static void test_other_pictures(void **state)
@@ -395,7 +511,10 @@ int main(void)
         cmocka_unit_test(test_empty_payload),
         cmocka_unit_test(test_torn_at_every_byte),
         cmocka_unit_test(test_every_bit_turned),
+        cmocka_unit_test(test_stretches),
+        cmocka_unit_test(test_damage_at_gaps),
         cmocka_unit_test(test_displaced_records),
+        cmocka_unit_test(test_many_beginnings),
         cmocka_unit_test(test_other_pictures),
         cmocka_unit_test(test_unusable_records),
         cmocka_unit_test(test_one_run_at_a_time),

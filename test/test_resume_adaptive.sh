@@ -35,9 +35,17 @@ stopped() { # by a signal: as it is said, and in that way it goes on
 check "stopped by a signal" stopped
 
 check "a cut tail" cut_tail 100 later
-# In the middle of the first pass: all passes behind it are worth nothing.
-first_flipped() { flipped 600000 2 later && grep -q 'in pass 1:' "$T/err"; }
+# In the middle of the first pass: of that one or two tiles, of 256 pixels, are lost, and all passes behind
+# it, which are planned when it is complete, are of no use.
+first_flipped() {
+    flipped 600000 2 later && grep -q 'bytes of the journal cannot be used' "$T/err" &&
+        grep -q 'in pass 1:' "$T/err" && [ "$(resumed pixels)" -ge $((57600 - 512)) ] &&
+        [ "$(passes_of a.json)" = "$(passes_of whole.json)" ]
+}
 check "damage in the middle" first_flipped
+later_flipped() { flipped 2200000 2 later && grep -q 'in pass [2-9]:' "$T/err"; }
+check "damage in a later pass" later_flipped
+check "damage that was there before" damaged_once 600000 later
 other() { # plans follow from the target: another one is another picture
     resume_from later
     run 0 farm_n 0 "$SCENE" $SIZE sampling.target_error=0.02 output.image=a.pfm &&

@@ -1,6 +1,6 @@
 /*
- * Journal files: a good one is damaged, and what is read back are its first records, or, where the
- * damage was sealed with the right checksums as a forger would, records within their bounds.
+ * Journal files: a good one is damaged, and what is read back are some of its records in their order, or,
+ * where the damage was sealed with the right checksums as a forger would, records within their bounds.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -30,21 +30,23 @@ static struct journal_record make_record(uint32_t i, char payload[PAYLOAD])
 
 struct seen {
     uint32_t records;
-    bool sealed; /* fields may be anything */
+    uint32_t next; /* the first of the good ones that may come */
+    bool sealed;   /* fields may be anything */
 };
 
 static bool take(void *state, const struct journal_record *record)
 {
     struct seen *seen = state;
     char payload[PAYLOAD], copy[PAYLOAD];
-    struct journal_record good = make_record(seen->records, payload);
+    struct journal_record good = make_record(record->tile.id % RECORDS, payload);
     PROMISE(record->bytes <= PAYLOAD && record->seconds >= 0);
     memcpy(copy, record->payload, record->bytes);
     if (!seen->sealed)
-        PROMISE(seen->records < RECORDS && record->bytes == PAYLOAD &&
-                memcmp(copy, payload, PAYLOAD) == 0 &&
+        PROMISE(record->tile.id >= seen->next && record->tile.id < RECORDS &&
+                record->bytes == PAYLOAD && memcmp(copy, payload, PAYLOAD) == 0 &&
                 memcmp(&record->tile, &good.tile, sizeof good.tile) == 0);
     seen->records++;
+    seen->next = good.tile.id + 1;
     return true;
 }
 

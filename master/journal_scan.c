@@ -1,0 +1,153 @@
+#include "master/journal_scan.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "common/hash.h"
+#include "common/message.h"
+
+#define WINDOW 65536 /* bytes, that are searched at a time */
+
+struct journal_scan {
+    int file;
+    uint64_t size; /* of the file, bytes */
+    uint64_t picture;
+    size_t largest;   /* payload, bytes */
+    void *payload;    /* room for it; owned */
+    uint64_t in_vain; /* bytes read for what turned out to be no record */
+    char *window;     /* of the file; owned */
+    uint64_t window_at;
+    size_t window_bytes;
+};
+
+uint64_t record_checksum(uint64_t picture, uint64_t offset, const struct record_header *header,
+                         const void *payload)
+{
+    const char *fields = (const char *)header + sizeof header->checksum;
+    uint64_t hash = hash64(fields, sizeof *header - sizeof header->checksum, picture + offset);
+    return header->magic == GAP_MAGIC ? hash : hash64(payload, header->bytes, hash);
+}
+
+bool read_at(int file, void *bytes, size_t count, uint64_t offset)
+{
+    while (count) {
+        ssize_t got = pread(file, bytes, count, (off_t)offset);
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0) return false;
+        bytes = (char *)bytes + got;
+        count -= (size_t)got;
+        offset += (uint64_t)got;
+    }
+    return true;
+}
+
+struct journal_scan *journal_scan_begin(int file, uint64_t size, uint64_t picture, size_t largest)
+{
+    struct journal_scan *scan = allocate(1, sizeof *scan);
+    *scan = (struct journal_scan){.file = file,
+                                  .size = size,
+                                  .picture = picture,
+                                  .largest = largest,
+                                  .payload = allocate(largest, 1),
+                                  .window = allocate(WINDOW, 1)};
+    return scan;
+}
+
+void journal_scan_end(struct journal_scan *scan)
+{
+    free(scan->window);
+    free(scan->payload);
+    free(scan);
+}
+
+/* The header at a place, if what it tells of lies in the file. A file full of what look like headers would
+ * take a call of the system for each, were they not taken from the window. */
+static bool read_header(const struct journal_scan *scan, uint64_t at, struct record_header *header)
+{
+    if (at >= scan->size || scan->size - at < sizeof *header) return false;
+    uint64_t end = scan->window_at + scan->window_bytes;
+    if (at >= scan->window_at && at + sizeof *header <= end)
+        memcpy(header, scan->window + (at - scan->window_at), sizeof *header);
+    else if (!read_at(scan->file, header, sizeof *header, at))
+        return false;
+    return header->bytes <= scan->size - at - sizeof *header;
+}
+
+/* Whether a good record stands there, whose payload is read then. */
+static bool try_record(struct journal_scan *scan, uint64_t at, struct journal_record *record)
+{
+    struct record_header header;
+    size_t read = sizeof header;
+    if (read_header(scan, at, &header) && header.magic == RECORD_MAGIC &&
+        header.bytes <= scan->largest) {
+        read += header.bytes;
+        *record = (struct journal_record){header.tile, header.pass, header.seconds, scan->payload,
+                                          header.bytes};
+        if (read_at(scan->file, scan->payload, header.bytes, at + sizeof header) &&
+            header.checksum == record_checksum(scan->picture, at, &header, scan->payload) &&
+            isfinite(header.seconds) && header.seconds >= 0)
+            return true;
+    }
+    scan->in_vain += read;
+    return false;
+}
+
+/* Behind the gaps that begin at a place. */
+static uint64_t pass_gaps(const struct journal_scan *scan, uint64_t at)
+{
+    struct record_header header;
+    while (read_header(scan, at, &header) && header.magic == GAP_MAGIC &&
+           header.checksum == record_checksum(scan->picture, at, &header, NULL))
+        at += sizeof header + header.bytes;
+    return at;
+}
+
+/* Fills the window from a place on, where a header has room; false: it cannot be read. */
+static bool fill_window(struct journal_scan *scan, uint64_t at)
+{
+    uint64_t left = scan->size - at;
+    scan->window_at = at;
+    scan->window_bytes = left < WINDOW ? (size_t)left : WINDOW;
+    if (read_at(scan->file, scan->window, scan->window_bytes, at)) return true;
+    scan->window_bytes = 0;
+    return false;
+}
+
+/* Moves *at on to the next place where a record's header may stand, by its magic number. */
+static bool find_magic(struct journal_scan *scan, uint64_t *at)
+{
+    static const uint32_t magic = RECORD_MAGIC;
+    const size_t before = offsetof(struct record_header, magic);
+    while (*at < scan->size && scan->size - *at >= sizeof(struct record_header)) {
+        uint64_t end = scan->window_at + scan->window_bytes;
+        bool is_inside = *at >= scan->window_at && *at + before + sizeof magic <= end;
+        if (!is_inside && !fill_window(scan, *at)) return false;
+        size_t from = (size_t)(*at - scan->window_at) + before;
+        const char *hit =
+            memmem(scan->window + from, scan->window_bytes - from, &magic, sizeof magic);
+        if (hit) {
+            *at = scan->window_at + (uint64_t)(hit - scan->window) - before;
+            return true;
+        }
+        *at = scan->window_at + scan->window_bytes - before - sizeof magic + 1;
+    }
+    return false;
+}
+
+bool journal_scan_next(struct journal_scan *scan, uint64_t *offset, uint64_t *skipped,
+                       struct journal_record *record)
+{
+    uint64_t begin = pass_gaps(scan, *offset), at = begin;
+    bool found = try_record(scan, at, record);
+    while (!found && scan->in_vain / SCAN_EFFORT <= scan->size) {
+        at++;
+        if (!find_magic(scan, &at)) break;
+        found = try_record(scan, at, record);
+    }
+    *skipped = (found ? at : scan->size) - begin;
+    if (found) *offset = at;
+    return found;
+}
