@@ -175,14 +175,20 @@ static bool cut(struct journal *journal)
     return true;
 }
 
+/* What stands behind it stays. */
 static bool write_header(struct journal *journal)
 {
     struct file_header header = make_header(journal->picture);
-    journal->torn = true;
-    if (!cut(journal) || !write_at(journal->file, &header, sizeof header, 0))
+    if (!write_at(journal->file, &header, sizeof header, 0))
         return refuse(journal->path, "written", errno);
     journal->end = sizeof header;
     return true;
+}
+
+static bool begin_file(struct journal *journal)
+{
+    journal->torn = true;
+    return cut(journal) ? write_header(journal) : refuse(journal->path, "written", errno);
 }
 
 /* Once is enough: what follows fails for the same reason. */
@@ -312,11 +318,23 @@ static void destroy(struct journal *journal)
     free(journal);
 }
 
+/* A record fits no other picture: one is enough to tell whose journal it is. */
+static bool holds_record(const struct journal *journal, uint64_t size, size_t largest)
+{
+    uint64_t at = sizeof(struct file_header), skipped;
+    struct journal_record record;
+    struct journal_scan *scan = journal_scan_begin(journal->file, size, journal->picture, largest);
+    bool found = journal_scan_next(scan, &at, &skipped, &record);
+    journal_scan_end(scan);
+    return found;
+}
+
 /*
  * What stands in the file: NULL when it is our journal, *size bytes long, 0 when it has not even a
- * header; otherwise what it is instead.
+ * header; otherwise what it is instead. *whole: its header is not damaged.
  */
-static const char *recognise(const struct journal *journal, uint64_t *size)
+static const char *recognise(const struct journal *journal, size_t largest, uint64_t *size,
+                             bool *whole)
 {
     struct file_header ours = make_header(journal->picture), found = {0};
     struct stat status;
@@ -324,13 +342,16 @@ static const char *recognise(const struct journal *journal, uint64_t *size)
     *size = (uint64_t)status.st_size;
     size_t bytes = *size < sizeof found ? (size_t)*size : sizeof found;
     if (!read_at(journal->file, &found, bytes, 0)) return "the journal cannot be read";
-    if (memcmp(&found, &ours, bytes) == 0) {
+    *whole = memcmp(&found, &ours, bytes) == 0;
+    if (*whole) {
         if (bytes < sizeof found) *size = 0;
         return NULL;
     }
     struct file_header sealed = make_header(found.picture);
-    return memcmp(&found, &sealed, sizeof found) == 0
-               ? "the journal holds another picture or other settings"
+    if (memcmp(&found, &sealed, sizeof found) == 0)
+        return "the journal holds another picture or other settings";
+    return holds_record(journal, *size, largest)
+               ? NULL
                : "this is no journal, or its first bytes are damaged";
 }
 
@@ -350,9 +371,15 @@ static void tell_unused(const struct journal *journal)
 }
 
 /* Takes over what the file holds. */
-static bool resume(struct journal *journal, uint64_t size, const struct journal_reader *reader)
+static bool resume(struct journal *journal, uint64_t size, bool whole,
+                   const struct journal_reader *reader)
 {
-    if (size == 0) return write_header(journal);
+    if (size == 0) return begin_file(journal);
+    if (!whole) {
+        user_warning(journal->path, 0,
+                     "the first bytes of the journal are damaged, what stands behind them is used");
+        if (!write_header(journal)) return false;
+    }
     journal->end = sizeof(struct file_header);
     read_records(journal, size, reader);
     tell_unused(journal);
@@ -365,11 +392,12 @@ struct journal *journal_open(const char *path, uint64_t picture,
 {
     for (;;) {
         uint64_t size;
+        bool whole;
         int file = open_locked(path);
         if (file < 0) return NULL;
         struct journal *journal = create(path, picture, file);
-        const char *other = recognise(journal, &size);
-        if (!other && resume(journal, size, reader)) return journal;
+        const char *other = recognise(journal, reader->largest, &size, &whole);
+        if (!other && resume(journal, size, whole, reader)) return journal;
         bool again = other && set_aside(path, other);
         destroy(journal);
         if (!again) return NULL;

@@ -176,20 +176,39 @@ static void test_every_bit_turned(void **state)
         bytes[bit / 8] = (char)(bytes[bit / 8] ^ 1 << bit % 8);
         struct journal *journal = open_damaged(s, bytes, SIZE, &seen);
         bytes[bit / 8] = (char)(bytes[bit / 8] ^ 1 << bit % 8);
-        bool in_header = bit / 8 < HEADER;
-        assert_true(!seen.wrong && seen.records == (in_header ? 0 : RECORDS - 1));
-        assert_true(journal_found(journal).damaged_bytes == (in_header ? 0 : RECORD));
-        assert_true(in_header || strcmp(s->said, PATH ": warning: 104 bytes of the journal are "
-                                                      "damaged, what they held is rendered "
-                                                      "again\n") == 0);
+        uint32_t hit = bit / 8 >= HEADER;
+        assert_true(!seen.wrong && seen.records == RECORDS - hit);
+        assert_true(journal_found(journal).damaged_bytes == hit * RECORD);
+        assert_string_equal(s->said, hit ? PATH ": warning: 104 bytes of the journal are damaged, "
+                                                "what they held is rendered again\n"
+                                         : PATH ": warning: the first bytes of the journal are "
+                                                "damaged, what stands behind them is used\n");
         append(journal, 3);
         journal_keep(journal);
         journal = open_as(s, PICTURE, &seen);
-        assert_true(!seen.wrong && seen.records == (in_header ? 1 : RECORDS) && !*s->said);
+        assert_true(!seen.wrong && seen.records == RECORDS - hit + 1 && !*s->said);
         journal_keep(journal);
-        /* A journal that cannot be told from none is kept for its owner. */
-        assert_int_equal(unlink(PATH ".1"), in_header ? 0 : -1);
     }
+    assert_int_equal(access(PATH ".1", F_OK), -1);
+}
+
+/* A journal that cannot be told from none is kept for its owner. */
+static void test_nothing_whole(void **state)
+{
+    struct scratch *s = *state;
+    enum { SIZE = HEADER + RECORD };
+    char bytes[SIZE];
+    struct seen seen;
+    write_journal(s, 1);
+    assert_int_equal(read_file(PATH, bytes, sizeof bytes), SIZE);
+    bytes[3] ^= 1;
+    bytes[SIZE - 1] ^= 1;
+    struct journal *journal = open_damaged(s, bytes, SIZE, &seen);
+    assert_int_equal(seen.records, 0);
+    assert_string_equal(s->said, PATH ": warning: this is no journal, or its first bytes are "
+                                      "damaged, it is now called " PATH ".1\n");
+    journal_remove(journal);
+    assert_int_equal(unlink(PATH ".1"), 0);
 }
 
 /* Any stretch of bytes overwritten: all records are used that it does not touch. */
@@ -511,6 +530,7 @@ int main(void)
         cmocka_unit_test(test_empty_payload),
         cmocka_unit_test(test_torn_at_every_byte),
         cmocka_unit_test(test_every_bit_turned),
+        cmocka_unit_test(test_nothing_whole),
         cmocka_unit_test(test_stretches),
         cmocka_unit_test(test_damage_at_gaps),
         cmocka_unit_test(test_displaced_records),
