@@ -46,7 +46,9 @@ void follow_passes(struct server *server)
     if (server->last_pass || server->service->ending) return;
     pthread_mutex_lock(&server->lock);
     while (!server->last_pass && queue_complete(server->service->queue)) {
-        watch_pass(server->service->watch, clock_wall());
+        /* What an earlier run has left need not be a whole pass. */
+        if (adaptive_is_complete(server->service->adaptive))
+            watch_pass(server->service->watch, clock_wall());
         begin_pass(server);
     }
     pthread_mutex_unlock(&server->lock);

@@ -135,8 +135,8 @@ static void serve_until_done(struct server *server)
     struct nap nap = {.heard = server->start};
     while (!all_left(server) && !is_out_of_patience(server)) {
         bool busy = take_in(server);
-        double now = clock_wall();
         follow_passes(server);
+        double now = clock_wall();
         look_for_silence(server);
         if (!server->service->ending) end_when_over(server, now);
         hand_out_to_idle(server);

@@ -75,17 +75,22 @@ static void add_row(struct watch *watch, double now)
     fflush(watch->csv);
 }
 
+/* A row for another reason is the one that is due, too. */
+static void add_row_now(struct watch *watch, double now)
+{
+    add_row(watch, now);
+    if (now >= watch->next) watch->next = watch->begin + (now - watch->begin) * ROW_FACTOR;
+}
+
 void watch_look(struct watch *watch, double now)
 {
     snapshot_look(&watch->snapshot, watch->canvas, now);
-    if (now < watch->next) return;
-    add_row(watch, now);
-    watch->next = watch->begin + (now - watch->begin) * ROW_FACTOR;
+    if (now >= watch->next) add_row_now(watch, now);
 }
 
 void watch_pass(struct watch *watch, double now)
 {
-    add_row(watch, now);
+    add_row_now(watch, now);
 }
 
 /* Where there is one pass, its middle is known, too. */

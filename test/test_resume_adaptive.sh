@@ -24,6 +24,14 @@ check "later: the same command goes on" goes_on later 0
 check "later: on three processes, with larger tiles" goes_on later 3 farm.tile=48
 check "in a later pass" sh -c 'grep -q "in pass [2-9]" "$1"' - err
 
+# With so many processes the first row is due when rendering begins, in the midst of a pass.
+rows_rise() {
+    goes_on later 8 output.error=rows.csv && cat rows.csv && awk -F, 'NR == 1 { next }
+        NR > 2 { falls += !($1 > time && $2 >= samples) }
+        { time = $1; samples = $2 } END { exit falls || NR < 3 }' rows.csv
+}
+check "rows of the error, one after the other" rows_rise
+
 stopped() { # by a signal: as it is said, and in that way it goes on
     broken_off TERM 2300000 0 && [ $status -eq 75 ] || { echo "status $status"; cat e; return 1; }
     grep -q 'stopped by .* in pass [2-9]' e && grep -q 'and what is finished of pass [2-9] are saved in' e ||
