@@ -127,13 +127,35 @@ static void test_calm(void **state)
     pace_free(&pace);
 }
 
+/* Who has just been given something may be late, too, and what comes on top of it gives him longer. */
+static void test_late(void **state)
+{
+    (void)state;
+    struct pace pace;
+    pace_init(&pace, 2);
+    assert_true(isinf(pace_next_late(&pace)));
+    pace_given(&pace, 0, 0, 1);
+    assert_true(isinf(pace_next_late(&pace))); /* nobody knows how long that takes */
+    pace_answered(&pace, 0, 2, 1, 2, false);
+    assert_true(isinf(pace_next_late(&pace)));
+    pace_given(&pace, 0, 2, 1);
+    double first = pace_next_late(&pace);
+    assert_true(first > pace.renderers[0].free_at && first < 1000);
+    pace_given(&pace, 0, 2, 1);
+    double both = pace_next_late(&pace);
+    assert_true(both > first + 1 && both < 1000);
+    assert_false(pace_check(&pace, 0.999 * both));
+    assert_true(pace_check(&pace, 1.001 * both));
+    assert_true(pace.renderers[0].lost && isinf(pace_next_late(&pace)));
+    pace_free(&pace);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_service),
-        cmocka_unit_test(test_delay),
-        cmocka_unit_test(test_delay_of_a_lot),
-        cmocka_unit_test(test_calm),
+        cmocka_unit_test(test_service),        cmocka_unit_test(test_delay),
+        cmocka_unit_test(test_delay_of_a_lot), cmocka_unit_test(test_calm),
+        cmocka_unit_test(test_late),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

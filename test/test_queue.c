@@ -772,6 +772,22 @@ static void test_idle_ask_again(void **state)
     queue_destroy(queue);
 }
 
+/* One who has nothing to do takes over from one who has just been given something, too. */
+static void test_idle_take_what_was_just_given(void **state)
+{
+    (void)state;
+    const struct queue_config config = {.width = 6, .height = 3, .renderers = 4, .tile_edge = 3};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES], more[LOT_TILES];
+    assert_int_equal(queue_next(queue, 0, 0, lot), 1);
+    assert_true(queue_finish(queue, 0, lot[0].id, 1, 1));
+    assert_int_equal(queue_next(queue, 0, 1, lot), 1);
+    assert_int_equal(queue->waiting.count, 0);
+    assert_true(queue_next(queue, 1, 1, more) > 0);
+    assert_true(queue_recalled(queue, 0, lot[0].id));
+    queue_destroy(queue);
+}
+
 /* A tile that takes far too long is broken up while others still wait, but not early in the run. */
 static void test_overdue_is_broken_up(void **state)
 {
@@ -1339,6 +1355,7 @@ int main(void)
         cmocka_unit_test(test_finished_copy_is_told),
         cmocka_unit_test(test_overdue_is_broken_up),
         cmocka_unit_test(test_idle_ask_again),
+        cmocka_unit_test(test_idle_take_what_was_just_given),
         cmocka_unit_test(test_unbegun_is_not_broken_up),
         cmocka_unit_test(test_late_in_one_lot),
         cmocka_unit_test(test_late_behind_a_later_one),
