@@ -507,6 +507,101 @@ static void test_cheap_go_with_dear(void **state)
     queue_destroy(queue);
 }
 
+/* A tile in the cheap half that renderer 0 gets while the next one waits; all before were as dear as
+ * predicted. */
+static struct tile begin_cheap(struct queue *queue, uint32_t width, double *now)
+{
+    struct tile lot[LOT_TILES];
+    for (;;) {
+        uint32_t count = queue_next(queue, 0, *now, lot);
+        assert_true(count > 0);
+        for (uint32_t i = 0; i < count; i++) {
+            bool cheap = lot[i].x >= width / 2;
+            double seconds = (cheap ? 1e-6 : 1e-4) * tile_pixels(&lot[i]);
+            bool amidst = lot[i].x > width * 5 / 8 && lot[i].x < width * 7 / 8;
+            if (amidst && agenda_has(&queue->waiting, lot[i].id + 1)) return lot[i];
+            queue_finish(queue, 0, lot[i].id, *now += seconds, seconds);
+        }
+    }
+}
+
+static uint32_t apart(uint32_t a, uint32_t b)
+{
+    return a > b ? a - b : b - a;
+}
+
+/* When a tile is far dearer than predicted, what waits around it is taken to be so, too, and goes first, what
+ * was split off it before as well: as soon as it is known to take long. */
+static void test_neighbours_are_warned(void **state)
+{
+    (void)state;
+    const struct queue_config config = {
+        .width = 640, .height = 320, .renderers = 1, .tile_edge = 16, .probe_edge = 8};
+    for (int tells = 0; tells <= 1; tells++) {
+        struct queue *queue = queue_create(&config);
+        double now = 2e-3, seconds = 1;
+        settle_halves(queue, config.width);
+        struct tile tile = begin_cheap(queue, config.width, &now);
+        dynamic_split(queue, tile.id + 1);
+        dynamic_split(queue, tile.id + 1);
+        double total = queue->pace.total, unit = pace_seconds(&queue->pace, 0, 1);
+        double density = seconds / unit / tile_pixels(&tile);
+        if (tells)
+            queue_takes_long(queue, 0, tile.id, now, seconds);
+        else
+            assert_true(queue_finish(queue, 0, tile.id, now, seconds));
+        uint32_t around = 0;
+        for (uint32_t id = 0; id < queue->item_count; id++) {
+            const struct item *item = &queue->items[id];
+            if (!agenda_has(&queue->waiting, id)) continue;
+            bool near =
+                apart(item->x / 16, tile.x / 16) <= 1 && apart(item->y / 16, tile.y / 16) <= 1;
+            assert_int_equal((double)item->worst > 0.999 * density * (double)area(item), near);
+            around += near;
+        }
+        assert_true(around >= 3); /* one of them in three parts */
+        const struct item *first = &queue->items[agenda_first(&queue->waiting)];
+        assert_true(apart(first->x / 16, tile.x / 16) <= 1);
+        assert_true(queue->pace.total > total);
+        queue_destroy(queue);
+    }
+}
+
+/* Pixels of the largest tile in the dear half of the first full lot after the probes. */
+static uint32_t largest_dear(const struct queue_config *config)
+{
+    struct queue *queue = queue_create(config);
+    struct tile lot[LOT_TILES];
+    uint32_t count, largest = 0;
+    double now = 2e-3;
+    settle_halves(queue, config->width);
+    count = queue_next(queue, 1, now, lot);
+    for (uint32_t i = 0; i < count; i++) {
+        double seconds = (lot[i].x < config->width / 2 ? 1e-6 : 1e-8) * tile_pixels(&lot[i]);
+        queue_finish(queue, 1, lot[i].id, now += seconds, seconds);
+    }
+    count = queue_next(queue, 2, now, lot);
+    for (uint32_t i = 0; i < count; i++)
+        if (lot[i].x < config->width / 2 && tile_pixels(&lot[i]) > largest)
+            largest = tile_pixels(&lot[i]);
+    queue_destroy(queue);
+    return largest;
+}
+
+/* Of a small picture no tile is begun that might be much of a share, though the lot has room for it; of a
+ * large one tiles with the same part of all work are. */
+static void test_dear_of_few_are_split(void **state)
+{
+    (void)state;
+    struct queue_config config = {
+        .width = 128, .height = 128, .renderers = 4, .tile_edge = 16, .probe_edge = 8};
+    uint32_t few = largest_dear(&config);
+    assert_true(few > 0 && few < 16 * 16);
+    config.width = config.height = 512;
+    config.tile_edge = 64;
+    assert_int_equal(largest_dear(&config), 64 * 64);
+}
+
 /* Renderer 0 sits on two lots, others have done all the rest at once: one who asks then gets half of
  * what 0 has not begun, the last ones, and 0 hears of every one of them. */
 static void test_idle_take_unbegun(void **state)
@@ -1347,6 +1442,8 @@ int main(void)
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_answers_are_checked),
         cmocka_unit_test(test_cheap_go_with_dear),
+        cmocka_unit_test(test_neighbours_are_warned),
+        cmocka_unit_test(test_dear_of_few_are_split),
         cmocka_unit_test(test_idle_take_unbegun),
         cmocka_unit_test(test_pieces_replace),
         cmocka_unit_test(test_whole_before_last_piece),
