@@ -267,7 +267,7 @@ static void test_csv(void **state)
     struct error_row row = {1.5, 4, {0.25, 0.125, 0.5}, 0.3, 0.75};
     error_names_csv(out);
     error_row_csv(out, &row);
-    row.true_rmse = NAN;
+    row.true_rmse = (double)NAN;
     error_row_csv(out, &row);
     fclose(out);
     assert_string_equal(

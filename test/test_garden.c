@@ -131,9 +131,9 @@ static void take_triangle(struct model *model, const char *text)
 
 static struct model read_model(size_t file)
 {
-    struct model model = {.smallest_area = INFINITY,
-                          .low = vec3(INFINITY, INFINITY, INFINITY),
-                          .high = vec3(-INFINITY, -INFINITY, -INFINITY),
+    struct model model = {.smallest_area = HUGE_VAL,
+                          .low = vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL),
+                          .high = vec3(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL),
                           .lowest_up = 1};
     FILE *stream = open_file(0, file);
     char line[256];

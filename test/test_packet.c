@@ -244,7 +244,7 @@ static void test_sizes(void **state)
 static double odd_component(uint64_t *random)
 {
     const double odd[] = {0,     -0.0, 0x1p-1074, -1e-310,     1e-300,   -1e300,
-                          1e308, 1,    -1,        (double)NAN, INFINITY, -INFINITY};
+                          1e308, 1,    -1,        (double)NAN, HUGE_VAL, -HUGE_VAL};
     return odd[random_below(random, sizeof odd / sizeof *odd)];
 }
 

@@ -388,7 +388,7 @@ static void test_drop(void **state)
     header.busy_s = -1;
     assert_false(dropped_valid(&header));
     header.busy_s = 0;
-    header.cpu_s = NAN;
+    header.cpu_s = (double)NAN;
     assert_false(dropped_valid(&header));
     header.cpu_s = 0;
     header.pixels = 1;

@@ -202,7 +202,7 @@ static void compare(struct scene *scene, const struct bvh *bvh, const float *dee
             rounding = fmax(rounding, 0x1p-23 * fmax((double)rgb[c], truth));
         }
         coverage->pixels++;
-        coverage->bounded += isfinite(claim);
+        coverage->bounded += isfinite(claim) != 0;
         coverage->broken += !(error <= claim + left[pixel] + rounding);
         if (error > 1e-4)
             coverage->largest = fmax(coverage->largest, error / (claim + left[pixel] + rounding));

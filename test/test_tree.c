@@ -195,12 +195,12 @@ static void test_memory_stays_bounded(void **state)
     struct branch branch;
     uint32_t most = 0;
     uint64_t traced = 0;
-    push(&tree, INFINITY, 0);
+    push(&tree, HUGE_VAL, 0);
     while (pop(&tree, 1e-3, &branch)) {
         traced++;
         if (branch.depth < 16) {
-            push(&tree, INFINITY, branch.depth + 1);
-            push(&tree, INFINITY, branch.depth + 1);
+            push(&tree, HUGE_VAL, branch.depth + 1);
+            push(&tree, HUGE_VAL, branch.depth + 1);
         }
         if (tree.count > most) most = tree.count;
     }
