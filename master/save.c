@@ -71,7 +71,6 @@ struct save {
     /* The thread's own, and the caller's again when it has ended. */
     pthread_t thread;
     bool is_started;
-    double start;                 /* clock_wall() */
     uint64_t reserve;             /* bytes to set aside before the first record; 0: done */
     struct finished_list waiting; /* to be written */
     char *payload;

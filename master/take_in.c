@@ -92,9 +92,9 @@ static void take_tray(struct server *server, uint32_t renderer, const char *mess
     struct tray_note note = {0};
     struct tray *tray = server->service->trays[server->first_rank + renderer];
     if (bytes == sizeof note) memcpy(&note, message, sizeof note);
-    if (!tray || !tray_message_valid(&note, bytes, TRAY_RESULT_BYTES) ||
-        !slots_full(&tray->results, note.slot))
-        fatal("renderer %u told of a result where there is none", renderer);
+    bool full = tray && tray_message_valid(&note, bytes, TRAY_RESULT_BYTES) &&
+                slots_full(&tray->results, note.slot);
+    if (!full) fatal("renderer %u told of a result where there is none", renderer);
     take_parts(server, renderer, tray->result[note.slot], note.bytes);
     slots_empty(&tray->results, note.slot);
 }

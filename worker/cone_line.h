@@ -121,8 +121,8 @@ static inline struct dd cone_discriminant(const struct cone_line *line, double *
 /* B + sign(B) root does not cancel; the roots, in the order of their size, are C / q and q / A. */
 static inline struct dd cone_larger_sum(struct dd B, struct dd root)
 {
-    struct dd turned = {B.high < 0 ? -root.high : root.high, B.high < 0 ? -root.low : root.low};
-    return dd_add(B, turned);
+    struct dd addend = {B.high < 0 ? -root.high : root.high, B.high < 0 ? -root.low : root.low};
+    return dd_add(B, addend);
 }
 
 /* A distance along the ray beyond which nothing of the cone is. */

@@ -82,9 +82,9 @@ static void take_tray(struct worker *worker, size_t bytes)
 {
     struct tray *tray = worker->tray;
     struct tray_note note = worker->incoming->note;
-    if (!tray || !tray_message_valid(&note, bytes, TRAY_LOT_BYTES) ||
-        !slots_full(&tray->lots, note.slot))
-        fatal("the master told of a lot where there is none");
+    bool full = tray && tray_message_valid(&note, bytes, TRAY_LOT_BYTES) &&
+                slots_full(&tray->lots, note.slot);
+    if (!full) fatal("the master told of a lot where there is none");
     take_lot(worker, tray->lot[note.slot], note.bytes);
     slots_empty(&tray->lots, note.slot);
 }

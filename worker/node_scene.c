@@ -129,7 +129,7 @@ static void find_trays(MPI_Comm comm, struct tray *trays, struct node_scene *sha
     MPI_Comm_rank(shared->node, &node_rank);
     shared->tray = trays && node_rank > 0 ? trays + node_rank - 1 : NULL;
     shared->trays = rank == 0 ? allocate_zeroed((size_t)ranks, sizeof *shared->trays) : NULL;
-    if (rank > 0 || !trays) return;
+    if (!shared->trays || !trays) return;
     MPI_Comm_group(comm, &all);
     MPI_Comm_group(shared->node, &node);
     for (int i = 1; i < shared->process_count; i++) {
