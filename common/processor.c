@@ -1,6 +1,9 @@
 #include "common/processor.h"
 
 #include <stddef.h>
+#include <stdlib.h>
+
+#include "common/message.h"
 
 const char *const processor_level_names[PROCESSOR_LEVELS + 1] = {"auto", "portable", "avx2",
                                                                  "avx512", NULL};
@@ -41,6 +44,22 @@ static bool has_avx512(void)
 bool processor_has(enum processor_level level)
 {
     return level == PROCESSOR_AVX512 ? has_avx512() : level == PROCESSOR_AVX2 ? has_avx2() : true;
+}
+
+char *processor_choices(bool (*has)(enum processor_level level))
+{
+    char *text = copy_text(processor_level_name(PROCESSOR_AUTO));
+    int left = 0;
+    for (int level = PROCESSOR_AUTO + 1; level < PROCESSOR_LEVELS; level++)
+        left += has((enum processor_level)level);
+    for (int level = PROCESSOR_AUTO + 1; level < PROCESSOR_LEVELS; level++) {
+        if (!has((enum processor_level)level)) continue;
+        char *longer = format_text("%s%s %s", text, --left ? "," : " or",
+                                   processor_level_name((enum processor_level)level));
+        free(text);
+        text = longer;
+    }
+    return text;
 }
 
 enum processor_level processor_resolve(enum processor_level level)

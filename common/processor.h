@@ -24,6 +24,9 @@ extern const char *const processor_level_names[PROCESSOR_LEVELS + 1];
 /* Whether this processor has it. */
 bool processor_has(enum processor_level level);
 
+/* "auto, portable or avx2": auto and the levels that has() tells of, as text that the caller frees. */
+char *processor_choices(bool (*has)(enum processor_level level));
+
 /* The highest level that it has, for PROCESSOR_AUTO; else the level itself. */
 enum processor_level processor_resolve(enum processor_level level);
 

@@ -107,9 +107,11 @@ static bool kernel_good(const struct loader *loader, const char *config)
 {
     enum processor_level level = loader->settings->farm.kernel;
     if (processor_has(level)) return true;
-    char *text = format_text("kernel = %s is not for this processor, expected auto or portable",
-                             processor_level_name(level));
+    char *choices = processor_choices(processor_has);
+    char *text = format_text("kernel = %s is not for this processor, expected %s",
+                             processor_level_name(level), choices);
     bool good = refuse_setting(loader, config, "farm", "kernel", text);
+    free(choices);
     free(text);
     return good;
 }
