@@ -30,8 +30,9 @@ static bool same_bits(const char *a, const char *b)
 
 /* ---- one processor against two ---- */
 
-static const char *const phases[PHASES] = {"set-up",    "loading", "broadcast", "building the BVH",
-                                           "rendering", "writing", "total"};
+static const char *const phases[PHASES] = {
+    "starting MPI", "loading", "sharing scene", "building the BVH",
+    "rendering",    "writing", "total"};
 
 static void phases_of(const struct farm_run *run, double seconds[PHASES])
 {

@@ -11,6 +11,8 @@ enum {
     COLUMNS_UNKNOWN = 80,
     COLUMNS_MIN = 40, /* the narrowest that the columns of figures need */
     COLUMNS_MAX = 100,
+    ROW_COLUMNS = 40, /* of a rank's row up to its share of the picture */
+    SHARE_COLUMNS = 9,
     RANKS_MAX = 16, /* more than this are summed up */
     RANKS_ENDS = 4, /* of which the busiest and the idlest so many are shown */
     BAR_MIN = 6,
@@ -65,16 +67,21 @@ static void put_seconds(const struct table *table, const char *label, double sec
     end_with_bar(table, used, share);
 }
 
+/* MPI's own calls wait in the first and the fourth until all ranks are there; of which part is waiting it
+ * does not tell. */
 static void put_run(const struct table *table, const struct run_times *time, bool resumed)
 {
+    double rest = time->total - time->init - time->load - time->broadcast - time->build -
+                  time->render - time->write - (resumed ? time->resume : 0);
     fprintf(table->out, "\nWall time of rank 0\n");
-    put_seconds(table, "set-up", time->init, time->total);
+    put_seconds(table, "starting MPI", time->init, time->total);
     put_seconds(table, "loading", time->load, time->total);
     if (resumed) put_seconds(table, "reading journal", time->resume, time->total);
-    put_seconds(table, "broadcast", time->broadcast, time->total);
+    put_seconds(table, "sharing scene", time->broadcast, time->total);
     put_seconds(table, "building the BVH", time->build, time->total);
     put_seconds(table, "rendering", time->render, time->total);
     put_seconds(table, "writing", time->write, time->total);
+    put_seconds(table, "other", fmax(rest, 0), time->total);
     fprintf(table->out, "  %-16s %8s s\n", "total", seconds_figure(time->total).text);
 }
 
@@ -110,14 +117,20 @@ static bool hosts_differ(const struct report *report)
     return false;
 }
 
+/* Where pixels, their share and a bar have no room side by side, the share stands for the pixels. */
+static bool shows_pixels(const struct table *table)
+{
+    return table->columns >= ROW_COLUMNS + SHARE_COLUMNS + 2 + BAR_MIN;
+}
+
 /* pixels: of the picture; most: of a rank, whose bar is the longest. */
 static void put_row(const struct table *table, const struct row *row, double pixels, double most)
 {
-    int used = fprintf(table->out, "%6s %6s %8s %8s %8s", row->label,
-                       whole_figure(row->tiles, 1e6).text, whole_figure(row->pixels, 1e8).text,
-                       seconds_figure(row->busy_s).text, seconds_figure(row->wait_s).text);
-    if (used + 9 <= table->columns)
-        used += fprintf(table->out, " %6.1f %%", 100 * share_of(row->pixels, pixels));
+    int used = fprintf(table->out, "%6s %6s", row->label, whole_figure(row->tiles, 1e6).text);
+    if (shows_pixels(table))
+        used += fprintf(table->out, " %8s", whole_figure(row->pixels, 1e8).text);
+    used += fprintf(table->out, " %8s %8s %6.1f %%", seconds_figure(row->busy_s).text,
+                    seconds_figure(row->wait_s).text, 100 * share_of(row->pixels, pixels));
     if (row->host && used + 2 + 16 <= table->columns)
         used += fprintf(table->out, "  %-16.16s", row->host);
     end_with_bar(table, used, share_of(row->pixels, most));
@@ -125,10 +138,9 @@ static void put_row(const struct table *table, const struct row *row, double pix
 
 static void put_heading(const struct table *table, bool hosts)
 {
-    int used = fprintf(table->out, "\n%6s %6s %8s %8s %8s", "rank", "tiles", "pixels", "busy s",
-                       "wait s") -
-               1;
-    if (used + 9 <= table->columns) used += fprintf(table->out, " %8s", "of image");
+    int used = fprintf(table->out, "\n%6s %6s", "rank", "tiles") - 1;
+    if (shows_pixels(table)) used += fprintf(table->out, " %8s", "pixels");
+    used += fprintf(table->out, " %8s %8s %8s", "busy s", "wait s", "of image");
     if (hosts && used + 2 + 16 <= table->columns) fputs("  host", table->out);
     fputc('\n', table->out);
 }
@@ -204,14 +216,16 @@ static void put_ranks(const struct table *table, const struct report *report)
     free(order);
 }
 
-/* A piece of flowing text: on the current line if it fits there, else on a new one. */
+#define INDENT 2
+
+/* A piece of flowing text: on the current line if it fits there, else on a new one, which is indented. */
 static void put_piece(struct table *table, const char *join, const char *format, va_list arguments)
 {
     char piece[256];
     int length = (int)strlen(join) + vsnprintf(piece, sizeof piece, format, arguments);
     if (table->used && table->used + length > table->columns) {
-        fputc('\n', table->out);
-        table->used = 0;
+        table->used = fprintf(table->out, "\n%*s", INDENT, "") - 1;
+        join = "";
     }
     table->used += fprintf(table->out, "%s%s", table->used ? join : "", piece);
 }
@@ -350,6 +364,18 @@ static void put_error(struct table *table, const struct report *report)
     put_forecast(table, &report->forecast, elapsed);
 }
 
+/* What depth and cutoff have left out. */
+static void put_truncation(struct table *table, const struct report *report)
+{
+    double most = report_picture_counts(report).truncation;
+    if (!(most > 0)) return;
+    if (isfinite(most))
+        flow(table, "truncation: at most %s anywhere", error_figure(most).text);
+    else
+        flow(table, "truncation: without bound");
+    end_flow(table);
+}
+
 /* What a limit has cut off. */
 static void put_limit(struct table *table, const struct report *report)
 {
@@ -373,6 +399,7 @@ static void put_summary(struct table *table, const struct report *report,
     put_rays(table, report, counts);
     put_error(table, report);
     put_limit(table, report);
+    put_truncation(table, report);
     uint64_t nonfinite = report_picture_counts(report).nonfinite;
     if (nonfinite) {
         flow(table, "%llu sample%s not finite", (unsigned long long)nonfinite,

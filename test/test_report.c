@@ -327,6 +327,9 @@ static void test_table(void **state)
     renderers[1].pixels += renderers[0].pixels;
     char *text = table_text(&report, 80);
     assert_has(text, "  rendering           4.000 s   80.0 %  ###################\n");
+    assert_has(text, "  writing             0.312 s    6.2 %  ##\n"
+                     "  other               0.000 s    0.0 %\n"
+                     "  total               5.000 s\n");
     assert_has(text, "  intersection        2.000 s   50.0 %  ############\n");
     assert_has(text, "  waiting             0.500 s   12.5 %  ###\n");
     assert_has(text, "     0     75   259200    3.000    0.500   12.5 %  ########\n");
@@ -340,9 +343,54 @@ static void test_table(void **state)
     assert_null(strstr(text, "node"));
     assert_null(strstr(text, "CPU"));
     free(text);
+    report.time.total = 8;
+    text = table_text(&report, 80);
+    assert_has(
+        text, "  other               3.000 s   37.5 %  #########\n  total               8.000 s\n");
+    free(text);
     renderers[3].cpu_s = 0;
     text = table_text(&report, 80);
     assert_has(text, "\nCPU time is 75 % of busy time, as cores were shared\n");
+    free(text);
+}
+
+/* Of the columns, pixels go first: a share and its bar say more. */
+static void test_table_narrow(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct report report = sample_report(renderers, 2);
+    char *text = table_text(&report, 50);
+    assert_fits(text, 50);
+    assert_has(text, "farm 1.2.3, 1920 x 1080 pixels, 2 renderers\n  dynamic schedule, 300 ");
+    assert_has(text, "  rank  tiles   busy s   wait s of image\n"
+                     "     0     75    3.000    0.500   50.0 %  ########\n");
+    free(text);
+    text = table_text(&report, 57);
+    assert_has(text, "     0     75   518400    3.000    0.500   50.0 %  ######\n");
+    free(text);
+    text = table_text(&report, 40);
+    assert_has(text, "     0     75    3.000    0.500   50.0 %\n");
+    free(text);
+}
+
+/* What the picture may lack is told where it lacks something. */
+static void test_table_truncation(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[1];
+    struct report report = sample_report(renderers, 1);
+    report.picture.truncation = 0.0321;
+    char *text = table_text(&report, 80);
+    assert_has(text, "\ntruncation: at most 0.032 anywhere\n");
+    free(text);
+    report.resumed.counts.truncation = HUGE_VAL;
+    text = table_text(&report, 80);
+    assert_has(text, "\ntruncation: without bound\n");
+    free(text);
+    report.picture.truncation = report.resumed.counts.truncation = 0;
+    text = table_text(&report, 80);
+    assert_null(strstr(text, "truncation"));
     free(text);
 }
 
@@ -416,18 +464,18 @@ static void test_table_error(void **state)
     char *text = table_text(&report, 80);
     assert_has(text, "\nsampling error: RMSE 0.000098 (0.000087 to 0.00011) after 2.4 s\n"
                      "0.00002 would take about 48.4 s (48.4 to 48.4), with 64 samples\n"
-                     "slope -0.50 +- 0.00\n");
+                     "  slope -0.50 +- 0.00\n");
     free(text);
     text = table_text(&report, 40);
     assert_fits(text, 40);
-    assert_has(text, "\nsampling error: RMSE 0.000098\n(0.000087 to 0.00011) after 2.4 s\n"
-                     "0.00002 would take about 48.4 s\n(48.4 to 48.4), with 64 samples\n");
+    assert_has(text, "\nsampling error: RMSE 0.000098\n  (0.000087 to 0.00011) after 2.4 s\n"
+                     "0.00002 would take about 48.4 s\n  (48.4 to 48.4), with 64 samples\n");
     free(text);
     row.true_rmse = 0.00009;
     report.resumed.render_s = 10;
     report.forecast.seconds = 12;
     text = table_text(&report, 80);
-    assert_has(text, " after 12.4 s\n10.0 s of that saved by an earlier run, "
+    assert_has(text, " after 12.4 s\n  10.0 s of that saved by an earlier run, "
                      "0.00009 against the reference\n0.00002 would take about 289 s (");
     free(text);
     row.share = 0.0456;
@@ -439,13 +487,22 @@ static void test_table_error(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_balance),        cmocka_unit_test(test_json),
-        cmocka_unit_test(test_bad_samples),    cmocka_unit_test(test_twice),
-        cmocka_unit_test(test_resumed),        cmocka_unit_test(test_table_error),
-        cmocka_unit_test(test_json_features),  cmocka_unit_test(test_json_without_numbers),
-        cmocka_unit_test(test_json_strings),   cmocka_unit_test(test_json_numbers),
-        cmocka_unit_test(test_table),          cmocka_unit_test(test_table_fits),
-        cmocka_unit_test(test_table_extremes), cmocka_unit_test(test_table_of_many),
+        cmocka_unit_test(test_balance),
+        cmocka_unit_test(test_json),
+        cmocka_unit_test(test_bad_samples),
+        cmocka_unit_test(test_twice),
+        cmocka_unit_test(test_resumed),
+        cmocka_unit_test(test_table_error),
+        cmocka_unit_test(test_json_features),
+        cmocka_unit_test(test_json_without_numbers),
+        cmocka_unit_test(test_json_strings),
+        cmocka_unit_test(test_json_numbers),
+        cmocka_unit_test(test_table),
+        cmocka_unit_test(test_table_narrow),
+        cmocka_unit_test(test_table_truncation),
+        cmocka_unit_test(test_table_fits),
+        cmocka_unit_test(test_table_extremes),
+        cmocka_unit_test(test_table_of_many),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
