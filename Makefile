@@ -178,13 +178,14 @@ $(BUILD)/models: $(MODELS) $(BUILD)/common/message.o $(BUILD)/common/memory.o
 
 $(BUILD)/test/%: $(BUILD)/test/%.o $(LIBRARY) $(filter-out $(BUILD)/config/models/main.o,$(MODELS))
 	$(say)  link $@
-	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lcmocka $(ORACLE) -o $@
+	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $(WRAPPED) $^ $(LIBS) -lcmocka $(ORACLE) -o $@
 
 $(INSIDE): %: %.o $(INSIDE_KERNEL) $(filter-out $(BUILD)/kernel_%.o $(BUILD)/worker/kernel.o,$(LIBRARY))
 	$(say)  link $@
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $(WRAPPED) $^ $(LIBS) -lcmocka -o $@
 
 $(BUILD)/avx2/test/test_bundles: WRAPPED := -Wl,--wrap=nearest_bundle,--wrap=occluded_packet
+$(BUILD)/test/test_image_file: WRAPPED := -Wl,--wrap=png_encode
 
 # The simulated farm of bench-balance.
 $(BUILD)/test/test_simulate: $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/balance_sim*.c)) \

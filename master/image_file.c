@@ -60,8 +60,12 @@ static bool cannot_write(const char *path, const char *key, int error)
     return false;
 }
 
-/* A file on its way: written at temporary, to be renamed to target; both NULL: in place. */
+/*
+ * A file on its way: written at temporary, to be renamed to target; both NULL: in place. It is made when
+ * there is something to put into it: who is killed while he encodes a large picture leaves no empty one.
+ */
 struct output {
+    const char *path; /* that was asked for */
     char *target, *temporary;
     FILE *file;
     int error; /* errno of the first failure, 0 when all is well */
@@ -140,9 +144,9 @@ static FILE *open_beside(struct output *output, const char *path, const struct s
     return fdopen(descriptor, "wb");
 }
 
-static void output_open(struct output *output, const char *path)
+static void output_open(struct output *output)
 {
-    *output = (struct output){0};
+    const char *path = output->path;
     struct stat old;
     bool exists = stat(path, &old) == 0;
     if (path_is_stdout(path) || (exists && !S_ISREG(old.st_mode)))
@@ -154,6 +158,7 @@ static void output_open(struct output *output, const char *path)
 
 static void output_put(struct output *output, const void *data, size_t bytes)
 {
+    if (!output->file && !output->error) output_open(output);
     if (output->error || fwrite(data, 1, bytes, output->file) == bytes) return;
     output->error = errno ? errno : EIO;
 }
@@ -275,9 +280,8 @@ bool image_write_for(const char *key, const char *path, const struct canvas *can
         return false;
     }
     if (!image_size_writable(path, canvas->width, canvas->height)) return false;
-    struct output output;
-    output_open(&output, path);
-    if (!output.error) encode(format, canvas, &output);
+    struct output output = {.path = path};
+    encode(format, canvas, &output);
     int error = output_close(&output);
     return error ? cannot_write(path, key, error) : true;
 }
@@ -289,8 +293,7 @@ bool image_write(const char *path, const struct canvas *canvas)
 
 bool text_write(const char *path, const char *text, size_t bytes)
 {
-    struct output output;
-    output_open(&output, path);
+    struct output output = {.path = path};
     output_put(&output, text, bytes);
     int error = output_close(&output);
     return error ? cannot_write(path, "output.report", error) : true;
@@ -298,8 +301,8 @@ bool text_write(const char *path, const char *text, size_t bytes)
 
 bool text_write_for(const char *key, const char *path, text_writer *put, void *context)
 {
-    struct output output;
-    output_open(&output, path);
+    struct output output = {.path = path};
+    output_open(&output);
     if (!output.error) {
         put(context, output.file);
         output_check(&output, ferror(output.file));

@@ -17,6 +17,7 @@
 
 #include "common/message.h"
 #include "master/image_file.h"
+#include "master/png_hdr.h"
 
 #define STBI_ONLY_PNG
 #define STBI_ONLY_HDR
@@ -101,6 +102,20 @@ static void make_file(const char *path, const char *text)
 static void assert_one_line(void)
 {
     assert_ptr_equal(strchr(said, '\n'), said + strlen(said) - 1);
+}
+
+/* The linker calls __wrap_ for png_encode(). */
+void __real_png_encode(const struct canvas *canvas, byte_sink *sink, void *context);
+void __wrap_png_encode(const struct canvas *canvas, byte_sink *sink, void *context);
+
+/* What the encoder finds in the folder when it begins, which takes it a while, and in the end. */
+static unsigned files_before, files_behind;
+
+void __wrap_png_encode(const struct canvas *canvas, byte_sink *sink, void *context)
+{
+    files_before = count_files();
+    __real_png_encode(canvas, sink, context);
+    files_behind = count_files();
 }
 
 static struct canvas sample_canvas(uint32_t width, uint32_t height)
@@ -475,9 +490,22 @@ static void test_quantisation(void **state)
     canvas_free(&canvas);
 }
 
+/* Nobody who is killed meanwhile leaves an empty file. */
+static void test_no_file_while_encoding(void **state)
+{
+    (void)state;
+    struct canvas canvas = sample_canvas(7, 5);
+    assert_true(image_write("a.png", &canvas));
+    assert_int_equal(files_before, 0);
+    assert_int_equal(files_behind, 1);
+    assert_int_equal(count_files(), 1);
+    canvas_free(&canvas);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        TEST(test_no_file_while_encoding),
         TEST(test_extensions),
         TEST(test_png_values),
         TEST(test_quantisation),
