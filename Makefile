@@ -389,12 +389,13 @@ SHARE := $(DESTDIR)$(PREFIX)/share/farm
 
 install: all
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/share/man/man1 \
-	    $(DESTDIR)$(PREFIX)/share/man/man5 $(SHARE)/config/generated
+	    $(DESTDIR)$(PREFIX)/share/man/man5 $(SHARE)/config/generated $(SHARE)/config/extreme
 	install -m 755 $(FARM) $(DESTDIR)$(PREFIX)/bin/farm
 	install -m 644 master/farm.1 $(DESTDIR)$(PREFIX)/share/man/man1/
 	install -m 644 config/farm.5 $(DESTDIR)$(PREFIX)/share/man/man5/
 	install -m 644 config/*.ini $(SHARE)/config/
 	install -m 644 config/generated/*.obj $(SHARE)/config/generated/
+	install -m 644 config/extreme/*.ini config/extreme/*.obj $(SHARE)/config/extreme/
 
 clean:
 	rm -rf build $(FARM) config/generated
