@@ -3,7 +3,7 @@
 # network address and shared memory of its own, joined by veth pairs and a bridge. mpiexec starts
 # its proxies through a launcher that enters them, as ssh would. Needs root.
 #
-#   bench/hosts.sh "2 3 1" config/garden.ini [SECTION.KEY=VALUE ...]
+#   sh bench/hosts.sh "2 3 1" config/garden.ini [SECTION.KEY=VALUE ...]
 #
 # renders on hosts with 2, 3 and 1 ranks, and says who took part, what went over the network to each
 # host, and whether the picture is that of a single process. Leaves nothing behind.
