@@ -211,6 +211,13 @@ static struct prospect prospect_if_off(const struct halfway *it, struct off off)
                              exp(now + above) * sqrt(left_after(&decline, samples / it->samples))};
 }
 
+/* The logarithm of the time that so many samples take, up to a constant. */
+static double log_effort(double samples)
+{
+    double few = fmin(samples, FORECAST_MANY);
+    return FORECAST_TIME * log(few) + log(samples / few);
+}
+
 /* By how much the logarithm of time grows up to the goal if that is off, along a straight line to what is
  * expected; HUGE_VAL: errors do not go down. */
 static double times_if_off(const struct halfway *it, struct off off)
@@ -219,7 +226,7 @@ static double times_if_off(const struct halfway *it, struct off off)
     double now = it->points[1].rmse;
     if (!(to.samples < HUGE_VAL)) return HUGE_VAL;
     if (!(it->goal < now && to.rmse < now && to.samples > it->samples)) return 0;
-    double times = FORECAST_TIME * log(to.samples / it->samples);
+    double times = log_effort(to.samples) - log_effort(it->samples);
     return times * log(now / it->goal) / log(now / to.rmse);
 }
 

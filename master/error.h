@@ -115,9 +115,11 @@ double error_power(const struct error_point points[2], uint32_t samples, double 
  * So do seconds grow with samples, as a power of them: rays find more of the caches filled and more rays
  * that go the same way. The mean over 18 scenes; by CPU time, four times as many took 4^0.90 times as long
  * from 4 on, 4^0.93 from 8 and 4^0.94 from 16 and from 32; single scenes from 4^0.75 to 4^1.08, with what the
- * machine was off by.
+ * machine was off by. From FORECAST_MANY on they are in proportion: over 12 scenes four times as many took
+ * 4^1.03 times as long on a busy machine, half of the scenes 4^0.98 to 4^1.07.
  */
 #define FORECAST_TIME 0.93
+#define FORECAST_MANY 64
 
 /*
  * That so many seconds more lower the error from a point to goal, below it; HUGE_VAL: nobody knows. The

@@ -128,7 +128,7 @@ static void test_forecast_of_even_samples(void **state)
         double low, high, goal = error_of(parts[i], 63.9);
         struct error_forecast forecast = forecast_at(parts[i], 1e-4, 63.9);
         assert_true(forecast.known);
-        double took = 2 * pow(64.0 / 16, FORECAST_TIME);
+        double took = 2 * 64.0 / 16;
         assert_true(forecast.samples == 4.0 * MANY);
         assert_close(forecast_seconds(&forecast, goal, &low, &high) / took, 1, 5e-3);
         assert_true(0.8 * took < low && low < 0.95 * took);
@@ -136,6 +136,27 @@ static void test_forecast_of_even_samples(void **state)
         /* The less is known of the errors, the wider, unless its slope is an unusual one. */
         if (i == 0)
             assert_true(forecast_at(parts[i], 0.05, 64).slope_spread > forecast.slope_spread);
+    }
+}
+
+/* Seconds grow with samples up to FORECAST_MANY of them a little slower than these, then as they do. */
+static void test_seconds_of_samples(void **state)
+{
+    (void)state;
+    const double edge[3] = {0, 1, 0};
+    const struct error_point points[2] = {{1, error_of(edge, 8), 1e-6},
+                                          {2, error_of(edge, 16), 1e-6}};
+    const struct {
+        uint32_t samples;
+        double times; /* as long */
+    } cases[] = {{16, pow(4, FORECAST_TIME)},
+                 {FORECAST_MANY / 2, 2 * pow(2, FORECAST_TIME)},
+                 {FORECAST_MANY, 4}};
+    for (int i = 0; i < 3; i++) {
+        double low, high, goal = error_of(edge, 63.99);
+        struct error_forecast forecast = error_forecast(points, cases[i].samples, goal);
+        assert_true(forecast.samples == 4 * cases[i].samples);
+        assert_close(forecast_seconds(&forecast, goal, &low, &high) / 2 / cases[i].times, 1, 2e-3);
     }
 }
 
@@ -285,6 +306,7 @@ int main(void)
         cmocka_unit_test(test_intervals_hold),
         cmocka_unit_test(test_forecast_to_a_goal),
         cmocka_unit_test(test_forecast_of_even_samples),
+        cmocka_unit_test(test_seconds_of_samples),
         cmocka_unit_test(test_powers_of_two_are_better),
         cmocka_unit_test(test_power_of_samples),
         cmocka_unit_test(test_forecasts_scatter_as_told),
