@@ -106,7 +106,7 @@ double farm_run_side_by_side(const char *config, const char *picture, const char
     char *beside = format_text("%s.beside.pfm", picture);
     char *first = farm_command(1, config, picture, options);
     char *second = farm_command(1, config, beside, options);
-    char *both = format_text("{ %s & } ; %s && wait $!", first, second);
+    char *both = format_text("{ %s & } ; %s; status=$?; wait $! && exit $status", first, second);
     run_command(both, picture);
     read_run(&one, picture);
     read_run(&other, beside);

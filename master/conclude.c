@@ -70,6 +70,7 @@ static void fill_sampling(struct run *run, const struct service *service, const 
     adaptive_errors(run->adaptive, &pixels, &samples);
     report->unsampled = (uint64_t)run->canvas.width * run->canvas.height - pixels;
     report->passes = adaptive_passes(run->adaptive);
+    report->target = adaptive_target(run->adaptive);
     report->ended = service->timed_out               ? "time"
                     : adaptive_is_met(run->adaptive) ? "target"
                                                      : "max_samples";
@@ -114,18 +115,17 @@ static bool judge_limit(const struct run *run)
     uint64_t pixels = (uint64_t)run->canvas.width * run->canvas.height;
     uint64_t unsampled = run->report.unsampled;
     if (unsampled == pixels) {
-        user_error(
-            NULL, 0,
-            "sampling.time_limit = %g s was over before anything was rendered, expected more: "
-            "no picture is written",
-            limit);
+        user_error(NULL, 0,
+                   "sampling.time_limit = %g s was over before any sample was taken, expected more",
+                   limit);
         return false;
     }
     if (unsampled > 0)
-        user_warning(NULL, 0,
-                     "sampling.time_limit = %g s has left %.3g %% of the pixels without a sample: "
-                     "they are black",
-                     limit, 100 * (double)unsampled / (double)pixels);
+        user_warning(
+            NULL, 0,
+            "sampling.time_limit = %g s has left %llu of %llu pixels without a sample: what "
+            "stands there is a rough preview, or black",
+            limit, (unsigned long long)unsampled, (unsigned long long)pixels);
     return true;
 }
 

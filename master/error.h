@@ -35,7 +35,7 @@ struct error_row {
     double samples;   /* per pixel of the picture, mean */
     struct error_estimate estimate;
     double true_rmse; /* against the reference; NAN without one */
-    double share;     /* of the picture's pixels: those that have samples, of which the estimate is */
+    double share; /* of the picture's pixels: those that have samples, of which the estimate is */
 };
 
 struct error_log {

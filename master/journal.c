@@ -318,12 +318,16 @@ static void destroy(struct journal *journal)
     free(journal);
 }
 
-/* A record fits no other picture: one is enough to tell whose journal it is. */
+/* A record fits no other picture: one is enough to tell whose journal it is. Looked for where the first few
+ * are: a file that is none may be large. */
 static bool holds_record(const struct journal *journal, uint64_t size, size_t largest)
 {
     uint64_t at = sizeof(struct file_header), skipped;
+    uint64_t few = at + 4 * journal_record_bytes(largest);
     struct journal_record record;
-    struct journal_scan *scan = journal_scan_begin(journal->file, size, journal->picture, largest);
+    if (size <= at) return false;
+    struct journal_scan *scan =
+        journal_scan_begin(journal->file, size < few ? size : few, journal->picture, largest);
     bool found = journal_scan_next(scan, &at, &skipped, &record);
     journal_scan_end(scan);
     return found;

@@ -5,8 +5,8 @@
  *
  * The header names the picture by a hash; a record holds a tile's place, its pass, and a checksum of
  * all its bytes, its place in the file and the picture, so that a record that was cut, damaged, moved
- * or taken from elsewhere is known as such. Reading ends at the first one; what follows is cut off
- * and rendered again.
+ * or taken from elsewhere is known as such. Reading goes on with the next good one behind it
+ * (master/journal_scan.h); what is lost is rendered again.
  *
  * What is appended is safe from the death of every process of the run at once, being the kernel's
  * then; journal_tick() makes it safe from the death of the machine. Only one run at a time has a

@@ -31,17 +31,22 @@ uint64_t record_checksum(uint64_t picture, uint64_t offset, const struct record_
     return header->magic == GAP_MAGIC ? hash : hash64(payload, header->bytes, hash);
 }
 
+/* Up to the end of the file or to where it cannot be read; returns how many bytes that were. */
+static size_t read_some(int file, void *bytes, size_t count, uint64_t offset)
+{
+    size_t done = 0;
+    while (done < count) {
+        ssize_t got = pread(file, (char *)bytes + done, count - done, (off_t)(offset + done));
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0) break;
+        done += (size_t)got;
+    }
+    return done;
+}
+
 bool read_at(int file, void *bytes, size_t count, uint64_t offset)
 {
-    while (count) {
-        ssize_t got = pread(file, bytes, count, (off_t)offset);
-        if (got < 0 && errno == EINTR) continue;
-        if (got <= 0) return false;
-        bytes = (char *)bytes + got;
-        count -= (size_t)got;
-        offset += (uint64_t)got;
-    }
-    return true;
+    return read_some(file, bytes, count, offset) == count;
 }
 
 struct journal_scan *journal_scan_begin(int file, uint64_t size, uint64_t picture, size_t largest)
@@ -105,16 +110,18 @@ static uint64_t pass_gaps(const struct journal_scan *scan, uint64_t at)
     return at;
 }
 
-/* Fills the window from a place on, where a header has room; false: it cannot be read. */
+/* Fills the window from a place on, where a header has room; false: one cannot be read there. */
 static bool fill_window(struct journal_scan *scan, uint64_t at)
 {
     uint64_t left = scan->size - at;
     scan->window_at = at;
-    scan->window_bytes = left < WINDOW ? (size_t)left : WINDOW;
-    if (read_at(scan->file, scan->window, scan->window_bytes, at)) return true;
-    scan->window_bytes = 0;
-    return false;
+    scan->window_bytes =
+        read_some(scan->file, scan->window, left < WINDOW ? (size_t)left : WINDOW, at);
+    return scan->window_bytes >= sizeof(struct record_header);
 }
+
+/* What a disk cannot read is lost by such blocks, bytes; the kernel reads pages of as many. */
+#define BLOCK 4096
 
 /* Moves *at on to the next place where a record's header may stand, by its magic number. */
 static bool find_magic(struct journal_scan *scan, uint64_t *at)
@@ -124,7 +131,10 @@ static bool find_magic(struct journal_scan *scan, uint64_t *at)
     while (*at < scan->size && scan->size - *at >= sizeof(struct record_header)) {
         uint64_t end = scan->window_at + scan->window_bytes;
         bool is_inside = *at >= scan->window_at && *at + before + sizeof magic <= end;
-        if (!is_inside && !fill_window(scan, *at)) return false;
+        if (!is_inside && !fill_window(scan, *at)) {
+            *at = ((*at + scan->window_bytes) / BLOCK + 1) * BLOCK;
+            continue;
+        }
         size_t from = (size_t)(*at - scan->window_at) + before;
         const char *hit =
             memmem(scan->window + from, scan->window_bytes - from, &magic, sizeof magic);

@@ -168,9 +168,11 @@ bool load_job(const char *path, char *const *overrides, size_t count, enum reach
     settings_init(&job->settings);
     struct loader loader = {.builder = job->builder, .settings = &job->settings, .reach = reach};
     bool good = load_document(&loader, job->document, overrides, count);
-    job->named = (struct named_outputs){.image = setting_is_set(&loader, "output", "image"),
-                                        .report = setting_is_set(&loader, "output", "report"),
-                                        .journal = setting_is_set(&loader, "output", "journal")};
+    job->named =
+        (struct named_settings){.image = setting_is_set(&loader, "output", "image"),
+                                .report = setting_is_set(&loader, "output", "report"),
+                                .journal = setting_is_set(&loader, "output", "journal"),
+                                .max_samples = setting_is_set(&loader, "sampling", "max_samples")};
     loader_free(&loader);
     if (!good) job_free(job);
     return good;

@@ -26,15 +26,15 @@ extern const struct placement placement_identity;
 
 struct ini;
 
-/* Which outputs the user has named; the others are named after CONFIG or the picture. */
-struct named_outputs {
-    bool image, report, journal;
+/* What the user has set: other outputs are named after CONFIG or the picture. */
+struct named_settings {
+    bool image, report, journal, max_samples;
 };
 
 /* Everything that a run needs to know. */
 struct job {
     struct settings settings;
-    struct named_outputs named;
+    struct named_settings named;
     struct builder *builder;
     struct ini *document; /* the scene's sections, as they were read; owned */
 };

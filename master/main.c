@@ -101,6 +101,8 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
                               .adaptive = run->adaptive,
                               .deadline = deadline_of(run),
                               .limit = settings->sampling.time_limit,
+                              .only_limit = settings->sampling.target_error == 0 &&
+                                            !run->job.named.max_samples,
                               .timeline = timeline_wanted(settings) ? &run->timeline : NULL,
                               .own = settings->farm.master_renders ? &own : NULL,
                               .stop = stop_signal(),

@@ -52,6 +52,7 @@ struct report {
     struct error_forecast forecast;
     uint32_t min_samples, max_samples; /* per pixel */
     uint64_t unsampled;                /* pixels that got no sample before the time was over */
+    double target;                     /* RMSE of adaptive sampling; 0: none */
     unsigned passes;                   /* of adaptive sampling; 0: it was not */
     const char *ended;                 /* "samples", "target", "max_samples" or "time" */
     bool has_reference;

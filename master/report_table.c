@@ -355,7 +355,8 @@ static void put_error(struct table *table, const struct report *report)
     flow(table, "sampling error: RMSE %s", error_figure(last->estimate.rmse).text);
     flow_on(table, "(%s to %s)", error_figure(last->estimate.low).text,
             error_figure(last->estimate.high).text);
-    if (last->share < 1) flow_on(table, "of the %.2g %% that has samples", 100 * last->share);
+    if (last->share < 1) /* never rounded to all */
+        flow_on(table, "of the %.1f %% that has samples", floor(1000 * last->share) / 10);
     flow_on(table, "after %.1f s", elapsed);
     if (before > 0) flow(table, "%.1f s of that saved by an earlier run", before);
     if (!isnan(last->true_rmse))
@@ -382,7 +383,8 @@ static void put_limit(struct table *table, const struct report *report)
     if (!report->ended) return;
     if (strcmp(report->ended, "time") == 0) flow(table, "stopped by sampling.time_limit");
     if (strcmp(report->ended, "max_samples") == 0)
-        flow(table, "stopped by sampling.max_samples: the target is not met");
+        flow(table, "stopped by sampling.max_samples%s",
+             report->target > 0 ? ": the target is not met" : "");
     end_flow(table);
 }
 

@@ -44,7 +44,7 @@ static void show_progress(struct server *server, double now)
         .rays = server->rays,
         .ends = server->service->deadline,
         .limit = server->service->limit,
-        .only_limit = adaptive && adaptive_target(adaptive) == 0,
+        .only_limit = server->service->only_limit,
     };
     watch_look(server->service->watch, now);
     pthread_mutex_unlock(&server->lock);

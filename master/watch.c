@@ -141,7 +141,7 @@ bool watch_end(struct watch *watch, double now, double render_s, struct error_fo
     /* After the last pass there is a row already. */
     if (!watch->adaptive || rows == 0 ||
         (double)look_at(watch).samples >
-            watch->log.rows[rows - 1].samples * (double)pixel_count(watch))
+            watch->log.rows[rows - 1].samples * (double)pixel_count(watch) + 0.5)
         add_row(watch, now);
     *forecast = forecast_of(watch, render_s);
     if (!watch->csv) return true;

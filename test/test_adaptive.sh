@@ -63,7 +63,7 @@ too_short() {
     run 1 farm_n 2 "$SCENE" output.image=short.png sampling.time_limit=0.1 \
         sampling.min_samples=65534 sampling.max_samples=65536 &&
         [ "$(lines "$err")" -eq 1 ] && [ "$(cat short.png)" = old ] && ! [ -e short.journal ] &&
-        case $err in *"over before anything was rendered"*) ;; *) echo "# $err"; return 1 ;; esac
+        case $err in *"over before any sample was taken"*) ;; *) echo "# $err"; return 1 ;; esac
 }
 check "a limit that leaves no time" too_short
 

@@ -480,7 +480,11 @@ static void test_table_error(void **state)
     free(text);
     row.share = 0.0456;
     text = table_text(&report, 80);
-    assert_has(text, "of the 4.6 % that has samples");
+    assert_has(text, "of the 4.5 % that has samples");
+    free(text);
+    row.share = 0.9996;
+    text = table_text(&report, 80);
+    assert_has(text, "of the 99.9 % that has samples");
     free(text);
 }
 
