@@ -61,7 +61,7 @@ done
 too_short() {
     echo old >short.png
     run 1 farm_n 2 "$SCENE" output.image=short.png sampling.time_limit=0.1 \
-        sampling.min_samples=65534 sampling.max_samples=65536 &&
+        image.width=640 image.height=480 farm.tile=64 sampling.min_samples=65534 sampling.max_samples=65536 &&
         [ "$(lines "$err")" -eq 1 ] && [ "$(cat short.png)" = old ] && ! [ -e short.journal ] &&
         case $err in *"over before any sample was taken"*) ;; *) echo "# $err"; return 1 ;; esac
 }
