@@ -80,6 +80,14 @@ static void read_run(struct farm_run *run, const char *picture)
     free(report);
 }
 
+/* Frees the command. */
+static void run_and_read(struct farm_run *run, char *command, const char *picture)
+{
+    run_command(command, picture);
+    read_run(run, picture);
+    free(command);
+}
+
 static char *farm_command(unsigned ranks, const char *config, const char *picture,
                           const char *options)
 {
@@ -94,10 +102,7 @@ static char *farm_command(unsigned ranks, const char *config, const char *pictur
 void farm_run(struct farm_run *run, unsigned ranks, const char *config, const char *picture,
               const char *options)
 {
-    char *command = farm_command(ranks, config, picture, options);
-    run_command(command, picture);
-    read_run(run, picture);
-    free(command);
+    run_and_read(run, farm_command(ranks, config, picture, options), picture);
 }
 
 double farm_run_side_by_side(const char *config, const char *picture, const char *options)
@@ -129,10 +134,7 @@ void farm_run_slow(struct farm_run *run, const char *config, const char *picture
         format_text("-n 1 taskset -c 0 %s %s : -n 1 taskset -c 1 sh bench/balance_slow.sh "
                     "%s %s",
                     farm, arguments, farm, arguments);
-    char *command = command_of(launch, picture);
-    run_command(command, picture);
-    read_run(run, picture);
-    free(command);
+    run_and_read(run, command_of(launch, picture), picture);
     free(launch);
     free(arguments);
 }

@@ -37,7 +37,7 @@ uint64_t record_checksum(uint64_t picture, uint64_t offset, const struct record_
 bool read_at(int file, void *bytes, size_t count, uint64_t offset);
 
 /* What looks like records and is none is read as long as it comes to less than so many times the file: a file
- * made to take long does not. */
+ * made to take long does not. Damage alone leaves less than the file itself, once; so this is ample. */
 #define SCAN_EFFORT 8
 
 struct journal_scan;

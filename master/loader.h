@@ -61,9 +61,8 @@ bool may_read(const struct loader *loader, const char *path, const char *root);
 
 /* The end of a message about a file that may not be read: takes the file and the root. */
 #define LIES_OUTSIDE                                                                               \
-    "'%s' lies outside of the scene's folder %s, expected a file in it (farm --allow-outside "     \
-    "reads "                                                                                       \
-    "any)"
+    "'%s' lies outside of the scene's folder %s, expected a file in it "                           \
+    "(farm --allow-outside reads any)"
 
 /* The folder that path lies in, resolved; the caller frees it. */
 char *root_of(const char *path);
