@@ -79,7 +79,7 @@ const struct key settings_keys[] = {
     {"output", "image", VALUE_TEXT, AT(output.image),
      .help = "picture file: .png, .hdr or .pfm (default: CONFIG's name, .png)"},
     {"output", "report", VALUE_TEXT, AT(output.report),
-     .help = "report file, JSON; empty: none (default: CONFIG's name, .json)"},
+     .help = "report file, JSON; empty: none (default: the picture's name, .json)"},
     {"output", "preview", VALUE_NUMBER, AT(output.preview), RANGE(0, HUGE_VAL), .fallback = "0",
      .help = "seconds from picture to picture while it is rendered; 0: none"},
     {"output", "error", VALUE_TEXT, AT(output.error), .fallback = "",

@@ -119,8 +119,7 @@ static void give_up_the_start(int number)
     (void)number;
     say(STDERR_FILENO, "farm: not all processes have come to the start within ",
         (unsigned)start_limit,
-        " s: one is stopped or hangs. Nothing is lost, the same command begins again "
-        "(farm.patience: seconds to wait)\n");
+        " s: one is stopped or hangs. Nothing is lost, the same command begins again\n");
     stop_job(75, NULL);
 }
 
