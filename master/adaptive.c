@@ -281,7 +281,8 @@ bool adaptive_plan(struct adaptive *adaptive)
 {
     struct told told = sum_told(adaptive);
     double squares = told.errors.squares;
-    struct error_estimate estimate = error_estimate(&told.errors, told.pixels, adaptive->passes);
+    struct error_estimate estimate =
+        error_estimate(&told.errors, told.pixels, ERROR_LOOK_PASS, adaptive->passes);
     learn(adaptive, squares);
     adaptive->met = adaptive->target > 0 && estimate.high <= adaptive->target;
     if (adaptive->met) return false;

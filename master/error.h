@@ -23,11 +23,16 @@ struct error_estimate {
 };
 
 /*
- * From the errors of so many pixels, at the look-th look (1, 2, ...) at a run. Looking again and
- * again finds an interval that does not hold sooner or later; so look k may miss with a chance of
- * 6 / (pi k)^2 of what all of them together may, which adds up to it however many there are.
+ * Looking at a run again and again finds an interval that does not hold sooner or later. So look k of a
+ * kind may miss with a chance of 6 / (pi k)^2 of what all of this kind together may, which adds up to it
+ * however many there are. Looks behind whole passes decide whether there is another pass, which must not
+ * depend on how often somebody has looked in between: they are counted by themselves.
  */
-struct error_estimate error_estimate(const struct error_sum *sum, uint64_t pixels, unsigned look);
+enum error_look { ERROR_LOOK_PASS, ERROR_LOOK_BETWEEN };
+
+/* From the errors of so many pixels, at the number-th (1, 2, ...) look of this kind. */
+struct error_estimate error_estimate(const struct error_sum *sum, uint64_t pixels,
+                                     enum error_look look, unsigned number);
 
 /* A moment of a run. */
 struct error_row {

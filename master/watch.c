@@ -54,16 +54,18 @@ static struct look look_at(const struct watch *watch)
     return look;
 }
 
-static void add_row(struct watch *watch, double now)
+/* pass: the one that is complete, or 0. */
+static void add_row(struct watch *watch, double now, unsigned pass)
 {
     struct look look = look_at(watch);
     /* A single sample in the middle of every pixel tells nothing about its error. */
     if (look.samples <= look.pixels) return;
-    unsigned number = (unsigned)watch->log.count + 1;
+    enum error_look kind = pass ? ERROR_LOOK_PASS : ERROR_LOOK_BETWEEN;
+    unsigned number = pass ? pass : ++watch->looks;
     struct error_row row = {
         .elapsed_s = now - watch->begin,
         .samples = (double)look.samples / (double)pixel_count(watch),
-        .estimate = error_estimate(&look.sum, look.pixels, number),
+        .estimate = error_estimate(&look.sum, look.pixels, kind, number),
         .true_rmse = (double)NAN,
         .share = (double)look.pixels / (double)pixel_count(watch),
     };
@@ -76,21 +78,21 @@ static void add_row(struct watch *watch, double now)
 }
 
 /* A row for another reason is the one that is due, too. */
-static void add_row_now(struct watch *watch, double now)
+static void add_row_now(struct watch *watch, double now, unsigned pass)
 {
-    add_row(watch, now);
+    add_row(watch, now, pass);
     if (now >= watch->next) watch->next = watch->begin + (now - watch->begin) * ROW_FACTOR;
 }
 
 void watch_look(struct watch *watch, double now)
 {
     snapshot_look(&watch->snapshot, watch->canvas, now);
-    if (now >= watch->next) add_row_now(watch, now);
+    if (now >= watch->next) add_row_now(watch, now, 0);
 }
 
 void watch_pass(struct watch *watch, double now)
 {
-    add_row_now(watch, now);
+    add_row_now(watch, now, adaptive_passes(watch->adaptive));
 }
 
 /* Where there is one pass, its middle is known, too. */
@@ -138,11 +140,11 @@ static struct error_forecast forecast_of(const struct watch *watch, double rende
 bool watch_end(struct watch *watch, double now, double render_s, struct error_forecast *forecast)
 {
     size_t rows = watch->log.count;
+    if (!watch->adaptive) add_row(watch, now, watch->finished == pixel_count(watch) ? 1 : 0);
     /* After the last pass there is a row already. */
-    if (!watch->adaptive || rows == 0 ||
-        (double)look_at(watch).samples >
-            watch->log.rows[rows - 1].samples * (double)pixel_count(watch) + 0.5)
-        add_row(watch, now);
+    else if (rows == 0 || (double)look_at(watch).samples >
+                              watch->log.rows[rows - 1].samples * (double)pixel_count(watch) + 0.5)
+        add_row(watch, now, 0);
     *forecast = forecast_of(watch, render_s);
     if (!watch->csv) return true;
     bool written = !ferror(watch->csv);

@@ -29,7 +29,8 @@ struct watch {
     uint64_t finished; /* pixels */
     double work_s;     /* CPU seconds of rendering, of all renderers */
     struct error_log log;
-    double next; /* when the next row is due */
+    unsigned looks; /* rows that do not stand behind a whole pass */
+    double next;    /* when the next row is due */
 };
 
 /* csv: path of the CSV file, empty for none. false, after saying why: it cannot be written. */

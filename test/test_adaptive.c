@@ -15,6 +15,7 @@
 #include "common/message.h"
 #include "master/adaptive.h"
 #include "master/allocation.h"
+#include "master/watch.h"
 #include "worker/sample.h"
 
 enum { EDGE = 96, PIXELS = EDGE * EDGE };
@@ -139,7 +140,7 @@ static void measure(struct result *result, scene_function *f, uint32_t fine)
 {
     uint64_t pixels, samples;
     struct error_sum sum = adaptive_errors(result->adaptive, &pixels, &samples);
-    struct error_estimate estimate = error_estimate(&sum, pixels, result->passes);
+    struct error_estimate estimate = error_estimate(&sum, pixels, ERROR_LOOK_PASS, result->passes);
     assert_int_equal(pixels, PIXELS);
     result->samples = (double)samples / PIXELS;
     result->estimated = estimate.rmse;
@@ -232,6 +233,33 @@ static void test_crews_plan_the_same(void **state)
     crew_dismiss(crew);
     drop(&alone);
     drop(&together);
+}
+
+/* The row behind the last pass shows that the target is met, those before it that it was not, however often
+ * somebody has looked in between. */
+static void test_rows_show_why_it_ended(void **state)
+{
+    (void)state;
+    const double target = 0.002;
+    struct view view = view_of(4, 1024);
+    struct canvas canvas;
+    canvas_init(&canvas, EDGE, EDGE);
+    struct adaptive *adaptive = adaptive_create(&view, &canvas, target);
+    struct watch watch = {.canvas = &canvas, .adaptive = adaptive, .first_samples = 4};
+    assert_true(watch_start(&watch, NULL));
+    double now = 0, high;
+    do {
+        render_pass(adaptive, &view, ball, 16, false);
+        for (int i = 0; i < 10; i++)
+            watch_look(&watch, now = 2 * now + 1);
+        watch_pass(&watch, now);
+        high = watch.log.rows[watch.log.count - 1].estimate.high;
+        assert_true((high <= target) == !adaptive_plan(adaptive));
+    } while (high > target);
+    assert_true(adaptive_passes(adaptive) > 2 && adaptive_is_met(adaptive));
+    watch_free(&watch);
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
 }
 
 /* How the passes are cut into tiles, and in what order these come back, changes no bit. */
@@ -411,6 +439,7 @@ int main(void)
         cmocka_unit_test(test_max_samples_end_it),      cmocka_unit_test(test_not_finite),
         cmocka_unit_test(test_seconds_are_foreseen),    cmocka_unit_test(test_luck_does_not_matter),
         cmocka_unit_test(test_contrast_is_looked_into), cmocka_unit_test(test_crews_plan_the_same),
+        cmocka_unit_test(test_rows_show_why_it_ended),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -35,9 +35,9 @@ static void test_nothing_is_no_error(void **state)
 {
     (void)state;
     struct error_sum sum = {0, 0};
-    struct error_estimate estimate = error_estimate(&sum, 0, 1);
+    struct error_estimate estimate = error_estimate(&sum, 0, ERROR_LOOK_PASS, 1);
     assert_true(estimate.rmse == 0 && estimate.low == 0 && estimate.high == 0);
-    estimate = error_estimate(&sum, 100, 1);
+    estimate = error_estimate(&sum, 100, ERROR_LOOK_PASS, 1);
     assert_true(estimate.rmse == 0 && estimate.low == 0 && estimate.high == 0);
 }
 
@@ -45,10 +45,10 @@ static void test_interval_widens_with_every_look(void **state)
 {
     (void)state;
     struct error_sum sum = {.squares = 1000 * 0.01, .fourths = 3000 * 0.0001};
-    struct error_estimate before = error_estimate(&sum, 1000, 1);
+    struct error_estimate before = error_estimate(&sum, 1000, ERROR_LOOK_PASS, 1);
     assert_close(before.rmse, 0.1, 1e-12);
     for (unsigned look = 2; look < 200; look++) {
-        struct error_estimate now = error_estimate(&sum, 1000, look);
+        struct error_estimate now = error_estimate(&sum, 1000, ERROR_LOOK_PASS, look);
         assert_true(now.rmse == before.rmse && now.low < before.low && now.high > before.high);
         before = now;
     }
@@ -77,9 +77,11 @@ static void test_intervals_hold(void **state)
                 sum.squares += square;
                 sum.fourths += square * square;
             }
-            struct error_estimate estimate = error_estimate(&sum, look * PIXELS, look);
             double rmse = sqrt(truth / (look * PIXELS));
-            held &= estimate.low <= rmse && rmse <= estimate.high;
+            for (enum error_look kind = ERROR_LOOK_PASS; kind <= ERROR_LOOK_BETWEEN; kind++) {
+                struct error_estimate estimate = error_estimate(&sum, look * PIXELS, kind, look);
+                held &= estimate.low <= rmse && rmse <= estimate.high;
+            }
         }
         missed += !held;
     }
