@@ -313,9 +313,10 @@ static double seconds_per_effort(const struct adaptive *adaptive)
     double first = 0, later = 0;
     size_t pixels = pixel_count(adaptive);
     for (size_t i = 0; i < pixels; i++) {
-        first += (double)adaptive->rays[i] * pow(samples_of(adaptive, 1), EFFORT_POWER);
+        first += (double)adaptive->rays[i];
         later += (double)adaptive->rays[i] * adaptive->efforts[adaptive->level[i]];
     }
+    first *= pow(samples_of(adaptive, 1), EFFORT_POWER);
     return (adaptive->later_s + LATER_WEIGHT * LATER_SECONDS * adaptive->first_s) /
            (later + LATER_WEIGHT * first);
 }
