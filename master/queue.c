@@ -336,7 +336,7 @@ static bool next_of_silent(struct queue *queue, uint32_t silent, uint32_t render
 /* One who has nothing to do takes over. */
 static uint32_t take_over(struct queue *queue, uint32_t renderer, struct tile *tile)
 {
-    if (queue->holdings.holders[renderer].lots > 0) return 0;
+    if (queue->silent_count == 0 || queue->holdings.holders[renderer].lots > 0) return 0;
     for (uint32_t i = 0; i < queue->config.renderers; i++) {
         if (!queue->silent[i] || i == renderer || !next_of_silent(queue, i, renderer, tile))
             continue;
@@ -578,6 +578,8 @@ double queue_work(const struct queue *queue, const struct tile *tile)
 void queue_set_silent(struct queue *queue, uint32_t renderer, bool silent)
 {
     assert(renderer < queue->config.renderers);
+    if (silent && !queue->silent[renderer]) queue->silent_count++;
+    if (!silent && queue->silent[renderer]) queue->silent_count--;
     queue->silent[renderer] = silent;
     queue->news++;
 }

@@ -80,6 +80,7 @@ struct queue {
     bool
         counted; /* their renderers are; not any more when one gets or gives back a tile, or is late */
     bool *silent; /* per renderer */
+    uint32_t silent_count;
     bool stopped;
     uint64_t pixels_skipped; /* finished by an earlier run */
     uint64_t news;

@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "common/clock.h"
 #include "common/cores.h"
 #include "master/queue_parts.h"
 #include "test/random.h"
@@ -414,6 +415,30 @@ static void test_silent(void **state)
         assert_false(queue_held(queue, 1, second.id, &tile));
         queue_destroy(queue);
     }
+}
+
+/* The idle look for work of the silent where there are any: among so many renderers they would have to look at
+ * 10^10 of them, some 20 s. */
+static void test_nobody_is_silent(void **state)
+{
+    (void)state;
+    enum { RENDERERS = 100000 };
+    struct queue_config config = {
+        .schedule = SCHEDULE_STRIPS, .width = 1, .height = RENDERERS, .renderers = RENDERERS};
+    struct queue *queue = queue_create(&config);
+    struct tile tile;
+    double start = clock_thread_cpu();
+    queue_set_silent(queue, 7, true);
+    queue_set_silent(queue, 7, true);
+    queue_set_silent(queue, 7, false);
+    for (uint32_t renderer = 0; renderer < RENDERERS; renderer++) {
+        assert_true(next_tile(queue, renderer, &tile));
+        queue_finish(queue, renderer, tile.id, 0, 0);
+        assert_false(next_tile(queue, renderer, &tile));
+    }
+    assert_true(queue_complete(queue));
+    assert_true(clock_thread_cpu() - start < 4);
+    queue_destroy(queue);
 }
 
 static void test_stop(void **state)
@@ -1439,6 +1464,7 @@ int main(void)
         cmocka_unit_test(test_uneven_renderers),
         cmocka_unit_test(test_stopped_renderers),
         cmocka_unit_test(test_silent),
+        cmocka_unit_test(test_nobody_is_silent),
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_answers_are_checked),
         cmocka_unit_test(test_cheap_go_with_dear),
