@@ -8,7 +8,11 @@
 
 static const double redraw_s = 0.1; /* as often as an eye can follow */
 static const double line_s = 5;     /* a log of an hour's rendering stays readable */
-static const double smooth_s = 3;   /* time constant of the estimate of the time left */
+
+/* Time constant of the estimate of the time left: 3 s, but in short runs this part of the time so far, for what
+ * was estimated in the beginning would outlast them. */
+static const double smooth_s = 3;
+static const double smooth_part = 0.25;
 
 enum { LINE_SIZE = 256, BAR_MIN = 10, BAR_MAX = 40 };
 
@@ -53,8 +57,9 @@ static void estimate_left(struct progress *progress, double share, double before
         return;
     }
     double passed = now - progress->last_shown;
+    double smooth = fmin(smooth_s, smooth_part * (now - progress->started));
     double left = fmax(progress->left - passed, 0);
-    progress->left = left + (estimate - left) * (1 - exp(-passed / smooth_s));
+    progress->left = left + (estimate - left) * (1 - exp(-passed / smooth));
 }
 
 /* What a time limit says is certain. */

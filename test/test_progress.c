@@ -182,6 +182,28 @@ static void test_time_left(void **state)
     screen_close(&screen);
 }
 
+/* A run of 1.6 s that begins with what is dear: 5 s are left at first, as far as anybody knows. */
+static void test_time_left_of_a_short_run(void **state)
+{
+    (void)state;
+    static struct screen screen;
+    struct progress progress;
+    struct progress_state now = {.pixels = 1000, .tiles = 10};
+    screen_open(&screen, 80);
+    progress_start(&progress, screen.out, 0);
+    now.pixels_done = 20;
+    progress_update(&progress, &now, 0.1);
+    assert_non_null(strstr(screen_read(&screen), "0:05 left"));
+    for (int tenths = 2; tenths <= 15; tenths++) {
+        now.pixels_done = (uint64_t)(20 + 980 * (tenths - 1) / 15);
+        progress_update(&progress, &now, 0.101 * tenths); /* time to draw */
+        const char *text = screen_read(&screen);
+        if (tenths >= 12) assert_true(strstr(text, "0:00 left") || strstr(text, "0:01 left"));
+    }
+    progress_end(&progress);
+    screen_close(&screen);
+}
+
 /* What an earlier run has finished tells nothing of this one's speed. */
 static void test_time_left_resumed(void **state)
 {
@@ -286,7 +308,7 @@ static void test_lines(void **state)
     assert_true(fread(lines, 1, sizeof lines - 1, out) > 0);
     assert_string_equal(
         lines, "farm: 50%, 7 of 12 tiles, 5.0M rays/s, 0:05 elapsed, 0:05 left\n"
-               "farm: 50%, 7 of 12 tiles, 2.5M rays/s, 0:10 elapsed, 0:08 left\n"
+               "farm: 50%, 7 of 12 tiles, 2.5M rays/s, 0:10 elapsed, 0:09 left\n"
                "farm: 50% of pass 2, 7 of 12 tiles, 1.2M rays/s, 0:20 elapsed, 0:19 left\n"
                "farm: 60%, pass 2, 7 of 12 tiles, 833.3k rays/s, 0:30 elapsed, 0:20 left\n");
     fclose(out);
@@ -336,6 +358,7 @@ int main(void)
         cmocka_unit_test(test_bar_rate_of_redraws),
         cmocka_unit_test(test_nothing_to_clean),
         cmocka_unit_test(test_time_left),
+        cmocka_unit_test(test_time_left_of_a_short_run),
         cmocka_unit_test(test_time_left_resumed),
         cmocka_unit_test(test_never_backwards),
         cmocka_unit_test(test_limit),
