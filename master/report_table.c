@@ -325,9 +325,18 @@ static struct figure error_figure(double error)
     snprintf(figure.text, sizeof figure.text, decimals ? "%.*f" : "%.*g", decimals ? decimals : 2,
              error);
     size_t end = strlen(figure.text);
-    while (decimals > 0 && end > 0 && figure.text[end - 1] == '0')
+    while (decimals > 0 && figure.text[end - 1] == '0')
         figure.text[--end] = '\0';
+    if (decimals > 0 && figure.text[end - 1] == '.') figure.text[end - 1] = '\0';
     return figure;
+}
+
+/* The same of what is an error at most: not less than that. */
+static struct figure bound_figure(double bound)
+{
+    struct figure figure = error_figure(bound);
+    double shown = strtod(figure.text, NULL);
+    return shown < bound ? error_figure(shown + pow(10, floor(log10(bound)) - 1)) : figure;
 }
 
 /* "0.001 would take about 41 s (36 to 50), with 256 samples, ..." as if this run had rendered all. */
@@ -371,7 +380,7 @@ static void put_truncation(struct table *table, const struct report *report)
     double most = report_picture_counts(report).truncation;
     if (!(most > 0)) return;
     if (isfinite(most))
-        flow(table, "truncation: at most %s anywhere", error_figure(most).text);
+        flow(table, "truncation: at most %s anywhere", bound_figure(most).text);
     else
         flow(table, "truncation: without bound");
     end_flow(table);

@@ -379,13 +379,34 @@ static void test_table_truncation(void **state)
 {
     (void)state;
     struct renderer_stats renderers[1];
+    static const struct {
+        double most;
+        const char *text; /* never less than that */
+    } bounds[] = {{0.0321, "0.033"},
+                  {0.032, "0.032"},
+                  {0.0401358, "0.041"},
+                  {0.996, "1"},
+                  {0.0996, "0.1"},
+                  {0.9901, "1"},
+                  {0.07, "0.07"},
+                  {1, "1"},
+                  {1.01, "1.1"},
+                  {12.1, "13"},
+                  {99.5, "1e+02"},
+                  {121, "1.3e+02"},
+                  {0.0000100001, "0.000011"},
+                  {3.21e-12, "3.3e-12"}};
     struct report report = sample_report(renderers, 1);
-    report.picture.truncation = 0.0321;
-    char *text = table_text(&report, 80);
-    assert_has(text, "\ntruncation: at most 0.032 anywhere\n");
-    free(text);
+    for (size_t i = 0; i < sizeof bounds / sizeof *bounds; i++) {
+        char line[64];
+        report.picture.truncation = bounds[i].most;
+        snprintf(line, sizeof line, "\ntruncation: at most %s anywhere\n", bounds[i].text);
+        char *text = table_text(&report, 80);
+        assert_has(text, line);
+        free(text);
+    }
     report.resumed.counts.truncation = HUGE_VAL;
-    text = table_text(&report, 80);
+    char *text = table_text(&report, 80);
     assert_has(text, "\ntruncation: without bound\n");
     free(text);
     report.picture.truncation = report.resumed.counts.truncation = 0;
