@@ -7,6 +7,7 @@
 
 #include "common/memory.h"
 #include "common/message.h"
+#include "common/tile.h"
 #include "master/image_file.h"
 #include "master/loader.h"
 #include "master/text_file.h"
@@ -59,6 +60,23 @@ static bool region_good(const struct loader *loader, const char *config)
         return false;
     }
     return true;
+}
+
+/* Rows that travel together are a tile, which bounds every message. */
+static bool rows_good(const struct loader *loader, const char *config)
+{
+    const struct settings *s = loader->settings;
+    const uint32_t *region = s->image.region;
+    uint32_t width = region[2] ? region[2] : s->image.width;
+    uint32_t height = region[2] ? region[3] : s->image.height;
+    uint32_t rows = s->farm.tile < height ? s->farm.tile : height;
+    if (s->farm.schedule <= SCHEDULE_TILES || rows * width <= TILE_MAX_PIXELS) return true;
+    char *text =
+        format_text("tile = %u rows of %u pixels are too many at a time, expected at most %u",
+                    s->farm.tile, width, TILE_MAX_PIXELS / width);
+    refuse_setting(loader, config, "farm", "tile", text);
+    free(text);
+    return false;
 }
 
 /*
@@ -275,7 +293,7 @@ static bool output_good(const struct loader *loader, const char *config)
 
 bool check_settings(const struct loader *loader, const char *config)
 {
-    return region_good(loader, config) && size_good(loader, config) &&
+    return region_good(loader, config) && size_good(loader, config) && rows_good(loader, config) &&
            camera_good(loader, config) && kernel_good(loader, config) &&
            sampling_good(loader, config) && output_good(loader, config);
 }

@@ -87,6 +87,25 @@ static void test_bad_overrides(void **state)
         scratch_refused(*state, "scene.ini", cases[i].override, cases[i].line);
 }
 
+/* Rows that are too many for a message, under the schedules that send rows. */
+static void test_rows_sent_at_a_time(void **state)
+{
+    static const char wide[] = "[image]\nwidth = 2000\nheight = 1000\n[farm]\nschedule = strips\n"
+                               "tile = 525\n[light]\nposition = 0 0 0\n";
+    struct job job;
+    scratch_write("wide.ini", wide);
+    scratch_refused(
+        *state, "wide.ini", NULL,
+        "wide.ini:6: tile = 525 rows of 2000 pixels are too many at a time, expected at "
+        "most 524");
+    static const char *const good[] = {"farm.tile=524", "farm.tile=auto", "farm.schedule=tiles",
+                                       "image.height=524", "image.region=0 0 1000 1000"};
+    for (size_t i = 0; i < sizeof good / sizeof *good; i++) {
+        job = load(state, "wide.ini", good[i]);
+        job_free(&job);
+    }
+}
+
 static void test_output_names(void **state)
 {
     mkdir("sub", 0700);
@@ -308,6 +327,7 @@ int main(void)
         cmocka_unit_test(test_overrides),
         cmocka_unit_test(test_overrides_in_order),
         cmocka_unit_test(test_bad_overrides),
+        cmocka_unit_test(test_rows_sent_at_a_time),
         cmocka_unit_test(test_output_names),
         cmocka_unit_test(test_automatic_camera),
         cmocka_unit_test(test_view_follows_settings),
