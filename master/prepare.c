@@ -47,7 +47,7 @@ static bool make_queue(struct run *run, const struct view *view)
         queue_auto_probe_edge(view->region_w, view->region_h, view->min_samples, processors);
     run->queue = queue_create(&config);
     if (run->queue) {
-        run->report.tile_edge = config.tile_edge;
+        run->report.tile_edge = queue_tile_edge(run->queue);
         return true;
     }
     user_error(NULL, 0,

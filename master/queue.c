@@ -41,6 +41,11 @@ uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples
     return probes_at(width, height, edge) < probes_least ? 0 : edge;
 }
 
+uint32_t queue_tile_edge(const struct queue *queue)
+{
+    return queue->shared ? queue->shares.band_rows : queue->config.tile_edge;
+}
+
 /* ---- what a tile is ---- */
 
 struct tile queue_tile_of(const struct queue *queue, uint32_t id)

@@ -76,6 +76,10 @@ void queue_destroy(struct queue *queue);
 uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height,
                          uint32_t processors);
 
+/* Of the tiles that were made in the beginning, as asked for or chosen: the edge (dynamic, tiles) or the rows of a
+ * band, pixels. */
+uint32_t queue_tile_edge(const struct queue *queue);
+
 /*
  * The distance of probes so that they take less than one percent of the time: a sample on its own was
  * measured at up to 5 times what one in a tile costs, so it is one of at least 500. Where that leaves

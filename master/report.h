@@ -38,8 +38,7 @@ struct report {
     int processes;
     enum processor_level kernel; /* what rank 0's processor runs */
     enum schedule schedule;
-    uint32_t
-        tile_edge; /* pixels: of a tile (dynamic), rows of a band (0: chosen by the schedule) */
+    uint32_t tile_edge; /* pixels: of a tile (dynamic, tiles), rows of a band */
     uint32_t tiles;
     uint64_t primitives, triangles, lights, scene_bytes, bvh_bytes;
     unsigned features; /* enum scene_feature */

@@ -266,10 +266,7 @@ static void put_title(struct table *table, const struct report *report)
     flow(table, "%s schedule", schedule_name(report->schedule));
     const char *what = report->schedule <= SCHEDULE_TILES ? "tile" : "band";
     const char *plural = report->tiles == 1 ? "" : "s";
-    if (report->tile_edge)
-        flow(table, "%u %s%s of %u", report->tiles, what, plural, report->tile_edge);
-    else
-        flow(table, "%u %s%s", report->tiles, what, plural);
+    flow(table, "%u %s%s of %u", report->tiles, what, plural, report->tile_edge);
     end_flow(table);
 }
 

@@ -61,11 +61,11 @@ bool share_has_pixels(const struct tile *tile)
     return tile->phase < tile->w * tile->h;
 }
 
-/* Rows of a band: as asked for, or about so many pixels; at least 1, and no more than fit in a
+/* Rows of a band: as asked for, or about so many pixels; at least 1, and no more than there are and fit in a
  * tile. */
 static uint32_t band_rows(const struct share_config *config, uint64_t pixels)
 {
-    uint32_t width = config->width, most = TILE_MAX_PIXELS / width;
+    uint32_t width = config->width, most = smaller(config->height, TILE_MAX_PIXELS / width);
     uint64_t rows = config->rows ? config->rows : pixels / width;
     return rows < 1 ? 1 : rows > most ? most : (uint32_t)rows;
 }
@@ -74,7 +74,9 @@ static uint32_t band_rows(const struct share_config *config, uint64_t pixels)
 static void lay_out_strips(struct shares *shares)
 {
     uint32_t height = shares->config.height, renderers = shares->config.renderers;
-    uint32_t rows = band_rows(&shares->config, BAND_PIXELS);
+    uint32_t longest = divide_up(height, renderers);
+    uint32_t rows = smaller(band_rows(&shares->config, BAND_PIXELS), longest);
+    shares->band_rows = rows;
     shares->strip_rows = allocate((size_t)height + 1, sizeof *shares->strip_rows);
     uint32_t ids = 0, y = 0;
     for (uint32_t r = 0; r < renderers; r++) {

@@ -35,7 +35,7 @@ struct shares {
     struct share_config config;
     uint64_t ids;         /* under cyclic some of them have no pixels */
     uint32_t stride;      /* between the ids of one renderer's share */
-    uint32_t band_rows;   /* cyclic, cyclic-rows */
+    uint32_t band_rows;   /* of each band but the last one (strips: of each strip) */
     uint32_t *strip_rows; /* strips: first row of each band, and the height behind the last */
     struct share_cursor *cursors;  /* per renderer */
     const unsigned char *finished; /* per id: not 0: is not handed out; the caller's, NULL: none */

@@ -339,6 +339,31 @@ static void test_cyclic_rows_deals_rows(void **state)
     queue_destroy(queue);
 }
 
+/* What was asked for or chosen, and no more rows than a share of the picture has. */
+static void test_tile_edge(void **state)
+{
+    (void)state;
+    static const struct {
+        struct queue_config config;
+        uint32_t edge;
+    } cases[] = {
+        {{.schedule = SCHEDULE_DYNAMIC, .tile_edge = 16}, 16},
+        {{.schedule = SCHEDULE_TILES, .tile_edge = 64}, 64},
+        {{.schedule = SCHEDULE_STRIPS, .tile_edge = 7}, 7},
+        {{.schedule = SCHEDULE_STRIPS, .tile_edge = 30}, 25},
+        {{.schedule = SCHEDULE_CYCLIC, .tile_edge = 30}, 30},
+        {{.schedule = SCHEDULE_CYCLIC, .tile_edge = 300}, 100},
+        {{.schedule = SCHEDULE_CYCLIC_ROWS}, 1},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct queue_config config = cases[i].config;
+        config.width = config.height = 100, config.renderers = 4;
+        struct queue *queue = queue_create(&config);
+        assert_int_equal(queue_tile_edge(queue), cases[i].edge);
+        queue_destroy(queue);
+    }
+}
+
 /* One tile in work and one in reserve, but no reserve when others could start it at once. */
 static void test_reserve(void **state)
 {
@@ -1459,6 +1484,7 @@ int main(void)
         cmocka_unit_test(test_strips_are_the_papers),
         cmocka_unit_test(test_cyclic_deals_pixels),
         cmocka_unit_test(test_cyclic_rows_deals_rows),
+        cmocka_unit_test(test_tile_edge),
         cmocka_unit_test(test_reserve),
         cmocka_unit_test(test_equal_renderers),
         cmocka_unit_test(test_uneven_renderers),
