@@ -265,6 +265,7 @@ static void skip_tile(struct queue *queue, const struct tile *tile)
 {
     if (queue->shared) {
         queue->share_finished[tile->id] = 1;
+        share_skip(&queue->shares, tile);
     } else {
         struct item *item = &queue->items[tile->id];
         queue_unforesee(queue, tile->id);
@@ -454,6 +455,7 @@ enum answer queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, do
     if (answer != ANSWER_COUNTS) return answer;
     queue->count.finished++;
     queue->count.pixels_finished += tile_pixels(&tile);
+    if (queue->shared) share_finish(&queue->shares, &tile, now, seconds);
     return answer;
 }
 
@@ -642,15 +644,13 @@ double queue_calm(struct queue *queue, double now)
 struct queue_count queue_count(const struct queue *queue)
 {
     struct queue_count count = queue->count;
-    if (queue->config.schedule == SCHEDULE_DYNAMIC) {
-        struct outlook_share share = outlook_share(&queue->outlook);
-        count.share_finished = queue_complete(queue) ? 1 : share.finished;
-        count.share_skipped = share.skipped;
-    } else {
-        double pixels = (double)queue->config.width * queue->config.height;
-        count.share_finished = (double)count.pixels_finished / pixels;
-        count.share_skipped = (double)queue->pixels_skipped / pixels;
-    }
+    double pixels = (double)queue->config.width * queue->config.height;
+    struct outlook_share share = {(double)count.pixels_finished / pixels,
+                                  (double)queue->pixels_skipped / pixels};
+    if (queue->shared) share = share_outlook(&queue->shares);
+    if (queue->config.schedule == SCHEDULE_DYNAMIC) share = outlook_share(&queue->outlook);
+    count.share_finished = queue_complete(queue) ? 1 : share.finished;
+    count.share_skipped = share.skipped;
     count.share_finished = fmin(count.share_finished, 1);
     count.share_skipped = fmin(count.share_skipped, 1);
     return count;

@@ -211,7 +211,8 @@ void queue_stop(struct queue *queue);
 struct queue_count {
     uint32_t tiles, finished;
     uint64_t pixels_finished; /* of all passes */
-    double share_finished;    /* of the seconds that all is expected to take, 0..1 */
+    double share_finished;    /* of the seconds that all is expected to take, 0..1; tiles: of the
+                               * pixels */
     double share_skipped;     /* of that: by an earlier run */
     uint32_t repeated;        /* handed out a second time */
     double wasted_s; /* in answers that came second, and in what was dropped half done before the

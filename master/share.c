@@ -70,12 +70,19 @@ static uint32_t band_rows(const struct share_config *config, uint64_t pixels)
     return rows < 1 ? 1 : rows > most ? most : (uint32_t)rows;
 }
 
+/* That a renderer's part of a band has. */
+static uint32_t band_pixels(const struct share_config *config)
+{
+    uint64_t share = (uint64_t)config->width * config->height / config->renderers / BANDS_SHOWN;
+    return share < BAND_LEAST ? BAND_LEAST : share > BAND_PIXELS ? BAND_PIXELS : (uint32_t)share;
+}
+
 /* Renderer r gets height / P rows, and one more when r < height mod P. */
 static void lay_out_strips(struct shares *shares)
 {
     uint32_t height = shares->config.height, renderers = shares->config.renderers;
     uint32_t longest = divide_up(height, renderers);
-    uint32_t rows = smaller(band_rows(&shares->config, BAND_PIXELS), longest);
+    uint32_t rows = smaller(band_rows(&shares->config, band_pixels(&shares->config)), longest);
     shares->band_rows = rows;
     shares->strip_rows = allocate((size_t)height + 1, sizeof *shares->strip_rows);
     uint32_t ids = 0, y = 0;
@@ -103,27 +110,49 @@ static void lay_out_turns(struct shares *shares, uint64_t ids, uint64_t most)
         shares->cursors[r] = (struct share_cursor){.next = r, .end = (uint32_t)ids};
 }
 
+/* The share that the tile of this id is in. */
+static struct share_work *work_of(const struct shares *shares, uint32_t id)
+{
+    uint32_t height = shares->config.height, renderers = shares->config.renderers;
+    if (shares->config.schedule != SCHEDULE_STRIPS) return &shares->work[id % renderers];
+    uint32_t y = shares->strip_rows[id], rows = height / renderers, longer = height % renderers;
+    uint32_t behind = longer * (rows + 1); /* the strips that have a row more */
+    return &shares->work[y < behind ? y / (rows + 1) : longer + (y - behind) / rows];
+}
+
+static void count_pixels(struct shares *shares)
+{
+    for (uint32_t id = 0; id < shares->ids; id++) {
+        struct tile tile = share_tile(shares, id);
+        if (share_has_pixels(&tile)) work_of(shares, id)->pixels += tile_pixels(&tile);
+    }
+    shares->all.pixels = (double)shares->config.width * shares->config.height;
+}
+
 void shares_init(struct shares *shares, const struct share_config *config, uint64_t most)
 {
     uint32_t renderers = config->renderers;
     *shares = (struct shares){.config = *config, .stride = 1};
     shares->cursors = allocate_zeroed(renderers, sizeof *shares->cursors);
+    shares->work = allocate_zeroed(renderers, sizeof *shares->work);
     if (config->schedule == SCHEDULE_STRIPS) {
         lay_out_strips(shares);
     } else if (config->schedule == SCHEDULE_CYCLIC) {
-        shares->band_rows = band_rows(config, (uint64_t)BAND_PIXELS * renderers);
+        shares->band_rows = band_rows(config, (uint64_t)band_pixels(config) * renderers);
         uint64_t bands = divide_up(config->height, shares->band_rows);
         lay_out_turns(shares, bands * renderers, most);
     } else {
         shares->band_rows = band_rows(config, 1);
         lay_out_turns(shares, divide_up(config->height, shares->band_rows), most);
     }
+    if (shares->ids <= most) count_pixels(shares);
 }
 
 void shares_free(struct shares *shares)
 {
     free(shares->strip_rows);
     free(shares->cursors);
+    free(shares->work);
     *shares = (struct shares){0};
 }
 
@@ -145,4 +174,52 @@ bool share_next(struct shares *shares, uint32_t renderer, struct tile *tile)
     *tile = share_tile(shares, shares->cursors[renderer].next);
     shares->cursors[renderer].next += shares->stride;
     return true;
+}
+
+void share_finish(struct shares *shares, const struct tile *tile, double now, double seconds)
+{
+    struct share_work *counts[] = {work_of(shares, tile->id), &shares->all};
+    for (int i = 0; i < 2; i++) {
+        counts[i]->finished += tile_pixels(tile);
+        counts[i]->seconds += seconds;
+    }
+    shares->answered = now;
+}
+
+void share_skip(struct shares *shares, const struct tile *tile)
+{
+    work_of(shares, tile->id)->skipped += tile_pixels(tile);
+    shares->all.skipped += tile_pixels(tile);
+}
+
+/* Pixels in the middle of a picture take many times what those of the sky do: what a share's own took says
+ * nothing certain of the others. Of strips, cyclic pixels and rows of lantern and garden on 2 to 44 renderers the
+ * time left is 1.9 times too long or short on average; by the share's own pixels alone 2.2, and up to 16 times
+ * where a strip begins with what is dear; by all pixels that are finished 3.3. */
+#define COMMON_PART 0.5
+
+/* What each pixel that is left of a share is expected to take, seconds. */
+static double expected_pixel(const struct shares *shares, const struct share_work *share)
+{
+    double common = COMMON_PART * share->pixels, mean = shares->all.seconds / shares->all.finished;
+    return (share->seconds + common * mean) / (share->finished + common);
+}
+
+struct outlook_share share_outlook(const struct shares *shares)
+{
+    const struct share_work *all = &shares->all;
+    double skipped = all->skipped / all->pixels, most = 0, before = 0;
+    if (!(all->seconds > 0 && shares->answered > 0))
+        return (struct outlook_share){skipped + all->finished / all->pixels, skipped};
+    for (uint32_t i = 0; i < shares->config.renderers; i++) {
+        const struct share_work *share = &shares->work[i];
+        if (share->pixels == 0) continue;
+        double pixel = expected_pixel(shares, share);
+        double left = (share->pixels - share->finished - share->skipped) * pixel;
+        if (left <= most) continue;
+        most = left;
+        before = share->skipped * pixel;
+    }
+    double sum = before + shares->answered + most;
+    return (struct outlook_share){(before + shares->answered) / sum, before / sum};
 }

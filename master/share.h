@@ -13,22 +13,35 @@
 
 #include "common/schedule.h"
 #include "common/tile.h"
+#include "master/outlook.h"
 
 struct share_config {
     enum schedule schedule; /* one of those above */
     uint32_t width, height; /* of the rendered region, pixels, at least 1 */
     uint32_t renderers;     /* at least 1 */
-    uint32_t rows;          /* of a band; 0: about BAND_PIXELS. cyclic-rows: of a renderer's turn,
-                             * 0: 1 */
+    uint32_t rows; /* of a band; 0: BAND_LEAST to BAND_PIXELS of each share. cyclic-rows: of
+                             * a renderer's turn, 0: 1 */
 };
 
-/* A share travels in pieces of about this many pixels: 200 KB of floats, a few tenths of a second of
- * rendering, so that progress shows and buffers stay small. */
+/*
+ * A share travels in pieces of about this many pixels: 200 KB of floats, a few tenths of a second of
+ * rendering, so that progress shows and buffers stay small. A small share travels in as many pieces as show
+ * progress, too, unless these have fewer pixels than a small tile.
+ */
 #define BAND_PIXELS 16384u
+#define BAND_LEAST  256u
+#define BANDS_SHOWN 16u
 
 /* The ids of one renderer's tiles: next, next + stride, ... below end. */
 struct share_cursor {
     uint32_t next, end;
+};
+
+/* What is known of one renderer's share, or of all; pixels. */
+struct share_work {
+    double pixels;
+    double finished, skipped; /* of these, in this run and in an earlier one */
+    double seconds;           /* that the finished ones took */
 };
 
 struct shares {
@@ -37,7 +50,10 @@ struct shares {
     uint32_t stride;      /* between the ids of one renderer's share */
     uint32_t band_rows;   /* of each band but the last one (strips: of each strip) */
     uint32_t *strip_rows; /* strips: first row of each band, and the height behind the last */
-    struct share_cursor *cursors;  /* per renderer */
+    struct share_cursor *cursors; /* per renderer */
+    struct share_work *work;      /* per renderer */
+    struct share_work all;
+    double answered;               /* when the last tile came back, seconds after the start */
     const unsigned char *finished; /* per id: not 0: is not handed out; the caller's, NULL: none */
 };
 
@@ -52,5 +68,13 @@ bool share_has_pixels(const struct tile *tile);
 /* Hands out the next tile of a renderer's share; false: there is none left. */
 bool share_next(struct shares *shares, uint32_t renderer, struct tile *tile);
 bool share_is_left(struct shares *shares, uint32_t renderer);
+
+/* A tile is finished, now, which took so many seconds; or an earlier run has finished it. */
+void share_finish(struct shares *shares, const struct tile *tile, double now, double seconds);
+void share_skip(struct shares *shares, const struct tile *tile);
+
+/* How much of the run is over. It ends with the share of which most is left: that is taken to go on as it did
+ * so far and, for half a share's pixels cost what those of all shares do on average. */
+struct outlook_share share_outlook(const struct shares *shares);
 
 #endif

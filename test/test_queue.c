@@ -407,6 +407,59 @@ static void work_on(struct queue *queue, unsigned char *seen, const struct queue
     }
 }
 
+/* A small share travels in pieces, too: a part of it shows. But not in less than a row. */
+static void test_bands_show_progress(void **state)
+{
+    (void)state;
+    for (int schedule = SCHEDULE_STRIPS; schedule <= SCHEDULE_CYCLIC; schedule++) {
+        struct queue_config config = {.schedule = (enum schedule)schedule, .renderers = 6};
+        config.width = 320, config.height = 240;
+        struct queue *queue = queue_create(&config);
+        assert_in_range(queue_count(queue).tiles, 6 * 16, 6 * 20);
+        queue_destroy(queue);
+        config.renderers = 240;
+        queue = queue_create(&config);
+        assert_in_range(queue_count(queue).tiles, 240, 2 * 240);
+        queue_destroy(queue);
+    }
+}
+
+/* The next tile of the renderer is back by now, and has taken so long; false: it gets none. */
+static bool do_next(struct queue *queue, uint32_t renderer, double now, double seconds)
+{
+    struct tile tile;
+    if (!next_tile(queue, renderer, &tile)) return false;
+    queue_finish(queue, renderer, tile.id, now, seconds);
+    return true;
+}
+
+/* The run ends with the share of which most is left, whatever of the others is finished. */
+static void test_progress_of_shares(void **state)
+{
+    (void)state;
+    for (int schedule = SCHEDULE_STRIPS; schedule < SCHEDULES; schedule++) {
+        struct queue_config config = {.schedule = (enum schedule)schedule,
+                                      .width = 60,
+                                      .height = 60,
+                                      .renderers = 3,
+                                      .tile_edge = 2};
+        struct queue *queue = queue_create(&config);
+        double tile_s = schedule == SCHEDULE_CYCLIC ? 1.0 / 3 : 1; /* of 30 or 10 in a share */
+        while (do_next(queue, 0, 10, tile_s) && do_next(queue, 2, 10, tile_s))
+            ;
+        struct queue_count count = queue_count(queue);
+        assert_int_equal(count.pixels_finished, 2 * 60 * 60 / 3);
+        assert_true(fabs(count.share_finished - 0.5) < 1e-9); /* as long as the others took */
+        assert_true(do_next(queue, 1, 20, 2 * 10 * tile_s));
+        count = queue_count(queue);
+        assert_true(count.share_finished > 0.2 && count.share_finished < 0.5);
+        while (do_next(queue, 1, 40, tile_s))
+            ;
+        assert_true(queue_count(queue).share_finished == 1);
+        queue_destroy(queue);
+    }
+}
+
 /* What a renderer holds that gives no sign any more, and its share, go to others; when it comes back
  * after all, what it brings is no news. */
 static void test_silent(void **state)
@@ -1269,6 +1322,8 @@ static void test_skip(void **state)
         bool splits = schedule == SCHEDULE_DYNAMIC || schedule == SCHEDULE_TILES;
         queue_skip(queue, finished_pixels, NULL);
         if (splits) assert_true(queue_count(queue).share_skipped > 0.5);
+        if (!splits)
+            assert_true(queue_count(queue).share_skipped == queue_count(queue).share_finished);
         while (!queue_complete(queue)) {
             uint32_t renderer = last++ % 3;
             uint32_t count = queue_next(queue, renderer, last, lot);
@@ -1485,6 +1540,8 @@ int main(void)
         cmocka_unit_test(test_cyclic_deals_pixels),
         cmocka_unit_test(test_cyclic_rows_deals_rows),
         cmocka_unit_test(test_tile_edge),
+        cmocka_unit_test(test_bands_show_progress),
+        cmocka_unit_test(test_progress_of_shares),
         cmocka_unit_test(test_reserve),
         cmocka_unit_test(test_equal_renderers),
         cmocka_unit_test(test_uneven_renderers),

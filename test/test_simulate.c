@@ -42,12 +42,14 @@ static struct sim_outcome run(enum schedule schedule, const struct machine *mach
 {
     struct tile_costs map = even_costs();
     struct picture_costs costs = {.map = &map, .single = &map, .scale = 1, .samples = 1};
-    bool asks = schedule == SCHEDULE_DYNAMIC || schedule == SCHEDULE_TILES;
+    uint32_t edge = HEIGHT; /* a share in one piece */
+    if (schedule == SCHEDULE_DYNAMIC || schedule == SCHEDULE_TILES) edge = 4;
+    if (schedule == SCHEDULE_CYCLIC_ROWS) edge = 0;
     struct queue_config config = {.schedule = schedule,
                                   .width = WIDTH,
                                   .height = HEIGHT,
                                   .renderers = machine->renderers,
-                                  .tile_edge = asks ? 4 : 0};
+                                  .tile_edge = edge};
     struct queue *queue = queue_create(&config);
     struct sim_outcome outcome;
     simulate(machine, queue, &costs, &outcome);
