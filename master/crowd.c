@@ -7,66 +7,117 @@
 #include "common/cores.h"
 #include "common/message.h"
 
-#define NO_GROUP UINT32_MAX
+#define NOBODY UINT32_MAX
+
+/* Groups while they are found. */
+struct muster {
+    const struct berth *berths;  /* per renderer, as all that follows */
+    const struct berth **sorted; /* by machine */
+    uint32_t *before; /* somebody of its group with a lower number; its own: it is the first one */
+    uint32_t *cores;  /* of the group whose first one it is */
+};
 
 static bool is_known(const struct berth *berth)
 {
     return berth->machine[0] != '\0' && CPU_COUNT(&berth->cores) > 0;
 }
 
-static bool meet(const struct berth *a, const struct berth *b)
+/* The first one of the renderer's group; the next search is shorter. */
+static uint32_t first_of(struct muster *muster, uint32_t renderer)
 {
-    cpu_set_t both;
-    if (memcmp(a->machine, b->machine, sizeof a->machine) != 0) return false;
-    CPU_AND(&both, &a->cores, &b->cores);
-    return CPU_COUNT(&both) > 0;
+    uint32_t *before = muster->before;
+    while (before[renderer] != renderer)
+        renderer = before[renderer] = before[before[renderer]];
+    return renderer;
 }
 
-/* Two groups become one; the last one gets the free number. */
-static void merge(struct crowd *crowd, struct berth *unions, uint32_t into, uint32_t from)
+static void unite(struct muster *muster, uint32_t a, uint32_t b)
 {
-    uint32_t last = --crowd->count;
-    CPU_OR(&unions[into].cores, &unions[into].cores, &unions[from].cores);
-    unions[from] = unions[last];
+    a = first_of(muster, a), b = first_of(muster, b);
+    if (a < b)
+        muster->before[b] = a;
+    else
+        muster->before[a] = b;
+}
+
+/* The renderer is in the group of everybody who has one of its cores. has: who has which core. */
+static void join(struct muster *muster, uint32_t renderer, uint32_t has[CPU_SETSIZE])
+{
+    const cpu_set_t *cores = &muster->berths[renderer].cores;
+    int left = CPU_COUNT(cores);
+    for (size_t core = 0; left > 0; core++) {
+        if (!CPU_ISSET(core, cores)) continue;
+        left--;
+        if (has[core] != NOBODY) unite(muster, renderer, has[core]);
+        has[core] = renderer;
+    }
+}
+
+/* The groups of one machine, whose berths these are. */
+static void join_machine(struct muster *muster, const struct berth *const *berths, uint32_t count)
+{
+    uint32_t has[CPU_SETSIZE];
+    memset(has, 0xff, sizeof has);
+    for (uint32_t i = 0; i < count; i++)
+        if (is_known(berths[i])) join(muster, (uint32_t)(berths[i] - muster->berths), has);
+    for (size_t core = 0; core < CPU_SETSIZE; core++)
+        if (has[core] != NOBODY) muster->cores[first_of(muster, has[core])]++;
+}
+
+static int by_machine(const void *first, const void *second)
+{
+    const struct berth *a = *(const struct berth *const *)first;
+    const struct berth *b = *(const struct berth *const *)second;
+    return memcmp(a->machine, b->machine, sizeof a->machine);
+}
+
+static void join_all(struct muster *muster, uint32_t renderers)
+{
+    const struct berth **sorted = muster->sorted;
+    for (uint32_t i = 0; i < renderers; i++) {
+        sorted[i] = &muster->berths[i];
+        muster->before[i] = i;
+    }
+    qsort(sorted, renderers, sizeof *sorted, by_machine);
+    for (uint32_t begin = 0, end = 0; begin < renderers; begin = end) {
+        while (end < renderers && by_machine(&sorted[begin], &sorted[end]) == 0)
+            end++;
+        join_machine(muster, sorted + begin, end - begin);
+    }
+}
+
+/* Groups are numbered in the order of their first ones. */
+static void number(struct crowd *crowd, struct muster *muster)
+{
     for (uint32_t i = 0; i < crowd->renderers; i++) {
-        if (crowd->group_of[i] == from) crowd->group_of[i] = into;
-        if (crowd->group_of[i] == last) crowd->group_of[i] = from;
+        uint32_t first = first_of(muster, i);
+        crowd->group_of[i] = first == i ? crowd->count++ : crowd->group_of[first];
     }
-}
-
-/* The renderer joins all groups that it meets, which are one then, or begins a new one. */
-static void join(struct crowd *crowd, struct berth *unions, uint32_t renderer,
-                 const struct berth *berth)
-{
-    uint32_t into = NO_GROUP;
-    for (uint32_t group = is_known(berth) ? crowd->count : 0; group-- > 0;) {
-        if (!meet(&unions[group], berth)) continue;
-        if (into != NO_GROUP) merge(crowd, unions, group, into);
-        into = group;
+    crowd->groups = allocate_zeroed(crowd->count, sizeof *crowd->groups);
+    for (uint32_t i = 0; i < crowd->renderers; i++)
+        crowd->groups[crowd->group_of[i]].renderers++;
+    for (uint32_t i = 0; i < crowd->renderers; i++) {
+        if (first_of(muster, i) != i) continue;
+        struct crowd_group *group = &crowd->groups[crowd->group_of[i]];
+        uint32_t cores = muster->cores[i];
+        group->processors = cores == 0 || cores > group->renderers ? group->renderers : cores;
+        crowd->processors += group->processors;
     }
-    if (into == NO_GROUP) unions[into = crowd->count++] = *berth;
-    CPU_OR(&unions[into].cores, &unions[into].cores, &berth->cores);
-    crowd->group_of[renderer] = into;
 }
 
 void crowd_init(struct crowd *crowd, const struct berth *berths, uint32_t renderers)
 {
-    struct berth *unions = allocate(renderers, sizeof *unions);
+    struct muster muster = {.berths = berths,
+                            .sorted = allocate(renderers, sizeof *muster.sorted),
+                            .before = allocate(renderers, sizeof *muster.before),
+                            .cores = allocate_zeroed(renderers, sizeof *muster.cores)};
     *crowd = (struct crowd){.renderers = renderers,
                             .group_of = allocate(renderers, sizeof *crowd->group_of)};
-    memset(crowd->group_of, 0xff, renderers * sizeof *crowd->group_of);
-    for (uint32_t i = 0; i < renderers; i++)
-        join(crowd, unions, i, &berths[i]);
-    crowd->groups = allocate_zeroed(crowd->count, sizeof *crowd->groups);
-    for (uint32_t i = 0; i < renderers; i++)
-        crowd->groups[crowd->group_of[i]].renderers++;
-    for (uint32_t i = 0; i < crowd->count; i++) {
-        struct crowd_group *group = &crowd->groups[i];
-        uint32_t cores = (uint32_t)CPU_COUNT(&unions[i].cores);
-        group->processors = cores == 0 || cores > group->renderers ? group->renderers : cores;
-        crowd->processors += group->processors;
-    }
-    free(unions);
+    join_all(&muster, renderers);
+    number(crowd, &muster);
+    free(muster.sorted);
+    free(muster.before);
+    free(muster.cores);
 }
 
 void crowd_free(struct crowd *crowd)

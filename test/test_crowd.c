@@ -1,14 +1,18 @@
 /* Who shares cores with whom. */
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include <cmocka.h>
 
+#include "common/clock.h"
 #include "common/cores.h"
 #include "master/crowd.h"
+#include "test/random.h"
 
 /* May run on the cores from first to last. */
 static struct berth berth_of(const char *machine, unsigned first, unsigned last)
@@ -89,6 +93,75 @@ static void test_unknown(void **state)
     crowd_free(&crowd);
 }
 
+/* Machines are told apart without looking at each pair of 100,000, some 15 s. */
+static void test_many_machines(void **state)
+{
+    (void)state;
+    enum { BERTHS = 100000 };
+    struct berth *berths = calloc(BERTHS, sizeof *berths);
+    for (unsigned i = 0; i < BERTHS; i++) {
+        char name[16];
+        snprintf(name, sizeof name, "%u", i / 2);
+        berths[(i * 7919u) % BERTHS] = berth_of(name, 0, i / 2 % 2);
+    }
+    double start = clock_thread_cpu();
+    struct crowd crowd = crowd_of(berths, BERTHS, BERTHS / 2, BERTHS / 2 + BERTHS / 4);
+    assert_true(clock_thread_cpu() - start < 3);
+    crowd_free(&crowd);
+    free(berths);
+}
+
+/* The same groups as those that come of looking at each pair until nothing changes. */
+static void test_as_defined(void **state)
+{
+    (void)state;
+    enum { BERTHS = 40 };
+    uint64_t seed = 1;
+    for (int round = 0; round < 200; round++) {
+        struct berth berths[BERTHS] = {0};
+        uint32_t least[BERTHS];
+        for (unsigned i = 0; i < BERTHS; i++) {
+            char name[2] = {(char)('a' + random_below(&seed, 3)), 0};
+            unsigned first = random_below(&seed, 60);
+            berths[i] = berth_of(name, first, first + random_below(&seed, 4));
+            least[i] = i;
+        }
+        for (bool changed = true; changed;) {
+            changed = false;
+            for (unsigned k = 0; k < BERTHS * BERTHS; k++) {
+                unsigned a = k / BERTHS, b = k % BERTHS;
+                cpu_set_t both;
+                CPU_AND(&both, &berths[a].cores, &berths[b].cores);
+                if (berths[a].machine[0] != berths[b].machine[0] || CPU_COUNT(&both) == 0) continue;
+                if (least[a] <= least[b]) continue;
+                least[a] = least[b];
+                changed = true;
+            }
+        }
+        struct crowd crowd;
+        uint32_t groups = 0;
+        crowd_init(&crowd, berths, BERTHS);
+        for (unsigned i = 0; i < BERTHS; i++) {
+            cpu_set_t all;
+            CPU_ZERO(&all);
+            uint32_t members = 0;
+            for (unsigned k = 0; k < BERTHS; k++) {
+                assert_int_equal(crowd.group_of[i] == crowd.group_of[k], least[i] == least[k]);
+                if (least[i] != least[k]) continue;
+                CPU_OR(&all, &all, &berths[k].cores);
+                members++;
+            }
+            const struct crowd_group *group = &crowd.groups[crowd.group_of[i]];
+            uint32_t cores = (uint32_t)CPU_COUNT(&all);
+            assert_int_equal(group->renderers, members);
+            assert_int_equal(group->processors, cores < members ? cores : members);
+            groups += least[i] == i;
+        }
+        assert_int_equal(crowd.count, groups);
+        crowd_free(&crowd);
+    }
+}
+
 /* Two processes here say the same. */
 static void test_find(void **state)
 {
@@ -106,7 +179,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_machines),     cmocka_unit_test(test_bound),
         cmocka_unit_test(test_groups_merge), cmocka_unit_test(test_unknown),
-        cmocka_unit_test(test_find),
+        cmocka_unit_test(test_find),         cmocka_unit_test(test_many_machines),
+        cmocka_unit_test(test_as_defined),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
