@@ -182,6 +182,7 @@ static void end_server(struct server *server)
     pthread_mutex_destroy(&server->lock);
     preview_free(&server->preview);
     free(server->contacts);
+    free(server->drops);
     free(server->sampled);
     free(server->message);
 }
@@ -203,6 +204,7 @@ static void start_server(struct server *server, struct service *service)
     server->first_remote = service->own ? 1 : 0;
     server->renderers = (uint32_t)post_ranks() - server->first_rank;
     server->contacts = allocate_zeroed(server->renderers, sizeof *server->contacts);
+    server->drops = allocate(server->renderers, sizeof *server->drops);
     server->message = allocate_zeroed(TILES_MAX_BYTES, 1);
     server->last_pass = !service->adaptive;
     memset(service->stats, 0, server->renderers * sizeof *service->stats);

@@ -19,16 +19,20 @@
 
 /* A renderer on another rank, as the main thread knows it. */
 struct contact {
-    bool is_ready;                /* it may be sent tiles */
-    bool is_idle;                 /* it asks for work, and there was none */
-    bool is_told;                 /* that it is to stop */
-    bool is_gone;                 /* its statistics are here */
-    int drops;                    /* tiles in DROP messages since its last answer */
-    struct drop drop[DROP_TILES]; /* that it is to hear of in this turn of the loop */
-    uint32_t drop_count;
-    double heard;  /* the server's time awake when its last message came */
-    bool is_asked; /* for a sign of life since then */
+    bool is_ready; /* it may be sent tiles */
+    bool is_idle;  /* it asks for work, and there was none */
+    bool is_told;  /* that it is to stop */
+    bool is_gone;  /* its statistics are here */
+    bool is_asked; /* for a sign of life since its last message came */
     bool is_silent;
+    int drops;           /* tiles in DROP messages since its last answer */
+    uint32_t drop_count; /* of its drops, that it is to hear of in this turn of the loop */
+    double heard;        /* the server's time awake when its last message came */
+};
+
+/* Beside its contact: all contacts are walked, these hardly ever. */
+struct drops {
+    struct drop drop[DROP_TILES];
 };
 
 /* A piece of a tile, until it is known whether that comes as a whole before all of its pieces. */
@@ -65,12 +69,14 @@ struct server {
     uint32_t first_remote; /* renderers from here on are on other ranks */
     uint32_t renderers, left;
     struct contact *contacts; /* per renderer */
+    struct drops *drops;      /* per renderer */
     char *message;            /* TILES_MAX_BYTES, zeroed: what fills up parts is 0 or old */
     double ended;             /* time awake, when service->ending was set */
     double awake;             /* seconds of the loop; of a pause in which rank 0 itself was stopped
                                * next to none count, for nobody is to blame for it */
     uint32_t unmeasured;      /* looks that found answers since one was measured */
     double woken;             /* clock_wall() at the last look at it */
+    double next_look;         /* when silence is to be looked for */
     double next_show;         /* when the progress is to be looked at */
     double polled;            /* when messages were last looked for */
     bool rung;                /* the bell has, and nothing has come since */
@@ -139,8 +145,8 @@ void *render_own(void *argument);
 
 /* ---- silence.c ---- */
 
-/* Once per turn of the loop: lets the time awake pass, asks those from whom nothing has come for a
- * while, gives up those who do not answer. */
+/* Once per turn of the loop: lets the time awake pass, and now and then asks those from whom nothing has come
+ * for a while, gives up those who do not answer. */
 void look_for_silence(struct server *server);
 
 /* A message of this renderer has come. */

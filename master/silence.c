@@ -11,6 +11,10 @@
  * stopped or starved, only so much counts. */
 #define TURN_MOST 0.1
 
+/* Seconds from one look at all renderers to the next: of a hundred thousand it takes longer than all else of a
+ * turn. */
+#define LOOK_EVERY 0.01
+
 static void set_silent(struct server *server, uint32_t renderer, bool silent)
 {
     server->contacts[renderer].is_silent = silent;
@@ -45,6 +49,8 @@ void look_for_silence(struct server *server)
     double now = clock_wall();
     server->awake += fmin(now - server->woken, TURN_MOST);
     server->woken = now;
+    if (now < server->next_look) return;
+    server->next_look = now + LOOK_EVERY;
     for (uint32_t i = server->first_remote; i < server->renderers; i++)
         look_for(server, i);
 }

@@ -108,10 +108,38 @@ static void test_who_calls(void **state)
     check_calls(SCHEDULE_STRIPS, NAP_CALL, true); /* nobody predicts anything */
 }
 
+/* All renderers are looked at now and then only, not in each turn of the loop. */
+static void test_who_is_silent(void **state)
+{
+    (void)state;
+    const struct queue_config config = {
+        .width = 64, .height = 64, .renderers = RENDERERS, .tile_edge = 4};
+    struct contact contacts[RENDERERS] = {{0}};
+    struct service service = {.queue = queue_create(&config), .patience = 60};
+    struct server server = {.service = &service,
+                            .first_remote = 1,
+                            .renderers = RENDERERS,
+                            .woken = clock_wall(),
+                            .contacts = contacts};
+    assert_int_equal(pthread_mutex_init(&server.lock, NULL), 0);
+    look_for_silence(&server);
+    assert_false(contacts[1].is_silent);
+    contacts[1].heard = -61;
+    double begin = clock_wall();
+    look_for_silence(&server);
+    if (clock_wall() - begin < 0.001) assert_false(contacts[1].is_silent);
+    clock_sleep(0.05);
+    look_for_silence(&server);
+    assert_true(contacts[1].is_silent);
+    pthread_mutex_destroy(&server.lock);
+    queue_destroy(service.queue);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_who_calls),
+        cmocka_unit_test(test_who_is_silent),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

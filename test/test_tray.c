@@ -150,6 +150,7 @@ struct master_of_test {
     struct canvas canvas;
     struct renderer_stats stats[RENDERERS];
     struct contact contacts[RENDERERS];
+    struct drops drops[RENDERERS];
     struct tray *tray, *trays[RENDERERS];
     struct watch watch;
 };
@@ -178,6 +179,7 @@ static void set_up(struct master_of_test *test)
                                    .renderers = RENDERERS,
                                    .message = allocate_zeroed(TILES_MAX_BYTES, 1),
                                    .contacts = test->contacts,
+                                   .drops = test->drops,
                                    .post = post_open(sizeof(struct renderer_stats))};
     assert_int_equal(pthread_mutex_init(&test->server.lock, NULL), 0);
 }
