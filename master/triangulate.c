@@ -1,5 +1,6 @@
 #include "master/triangulate.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -12,8 +13,24 @@ struct corner {
     uint32_t prev, next; /* neighbours in what is left of the outline */
     double turn;         /* twice the area of (prev, this, next): > 0 convex, < 0 reflex */
     bool ear;
-    bool listed; /* among the blockers */
-    bool cut;    /* no longer part of the outline */
+    bool listed;      /* in its cell of the grid */
+    uint32_t in_cell; /* the next one in that, or NONE */
+    bool cut;         /* no longer part of the outline */
+};
+
+#define NONE UINT32_MAX
+
+/* Cells across the grid, at most: half as many cells as corners. */
+#define GRID_EDGE 100
+
+_Static_assert(2 * GRID_EDGE * GRID_EDGE >= POLYGON_MAX_CORNERS, "a cell for each two corners");
+
+/* Lists of the corners that are not convex, where they lie. */
+struct grid {
+    double x, y;             /* its corner */
+    double scale_x, scale_y; /* cells in a unit */
+    uint32_t edge;           /* cells across */
+    uint32_t cells[GRID_EDGE * GRID_EDGE];
 };
 
 /* Areas (the polygon has a size of about 1) that rounding may have turned over: a few thousand
@@ -95,6 +112,50 @@ static void project(const struct vec3 *points, size_t count, struct corner *corn
     }
 }
 
+/* ---- the grid ---- */
+
+static double cells_in_a_unit(double extent, uint32_t edge)
+{
+    double scale = edge / extent;
+    return extent > 0 && isfinite(scale) ? scale : 0;
+}
+
+static void begin_grid(struct grid *grid, const struct corner *corners, size_t count)
+{
+    double min_x = corners[0].x, max_x = min_x, min_y = corners[0].y, max_y = min_y;
+    for (size_t i = 1; i < count; i++) {
+        min_x = fmin(min_x, corners[i].x), max_x = fmax(max_x, corners[i].x);
+        min_y = fmin(min_y, corners[i].y), max_y = fmax(max_y, corners[i].y);
+    }
+    uint32_t edge = (uint32_t)sqrt((double)count / 2);
+    grid->x = min_x, grid->y = min_y, grid->edge = edge;
+    grid->scale_x = cells_in_a_unit(max_x - min_x, edge);
+    grid->scale_y = cells_in_a_unit(max_y - min_y, edge);
+    memset(grid->cells, 0xff, (size_t)edge * edge * sizeof *grid->cells); /* NONE */
+}
+
+/* Never decreases with what is `along`. */
+static uint32_t cell_at(const struct grid *grid, double along, double scale)
+{
+    double cell = along * scale;
+    return cell < grid->edge - 1 ? (uint32_t)cell : grid->edge - 1;
+}
+
+static uint32_t column_of(const struct grid *grid, double x)
+{
+    return cell_at(grid, x - grid->x, grid->scale_x);
+}
+
+static uint32_t row_of(const struct grid *grid, double y)
+{
+    return cell_at(grid, y - grid->y, grid->scale_y);
+}
+
+static uint32_t *cell_of(struct grid *grid, const struct corner *corner)
+{
+    return &grid->cells[row_of(grid, corner->y) * grid->edge + column_of(grid, corner->x)];
+}
+
 /* ---- ears ---- */
 
 /*
@@ -122,23 +183,48 @@ static bool blocks(const struct corner *corners, const struct corner *p, const s
     return turn_of(a, b, p) >= 0 && turn_of(b, c, p) >= 0 && turn_of(c, a, p) >= 0;
 }
 
-/* Only corners that are not convex can lie in an ear. Drops those that no longer count. */
+struct box {
+    double min_x, max_x, min_y, max_y;
+};
+
+static bool is_outside(const struct corner *p, const struct box *box)
+{
+    return p->x < box->min_x || p->x > box->max_x || p->y < box->min_y || p->y > box->max_y;
+}
+
+/* Of the corners in one cell. Drops those that no longer count. */
+static bool is_blocked_in(struct triangulation *out, uint32_t *cell, const struct box *box,
+                          const struct corner *a, const struct corner *b, const struct corner *c)
+{
+    struct corner *corners = out->corners;
+    out->looks++;
+    for (uint32_t *link = cell; *link != NONE; out->looks++) {
+        struct corner *p = &corners[*link];
+        if (p->cut || p->turn > 0) {
+            p->listed = false;
+            *link = p->in_cell;
+            continue;
+        }
+        link = &p->in_cell;
+        if (is_outside(p, box) || p == a || p == b || p == c) continue;
+        if (blocks(corners, p, a, b, c)) return true;
+    }
+    return false;
+}
+
+/* Only corners that are not convex can lie in an ear. */
 static bool is_blocked(struct triangulation *out, const struct corner *a, const struct corner *b,
                        const struct corner *c)
 {
-    struct corner *corners = out->corners;
-    double min_x = fmin(a->x, fmin(b->x, c->x)), max_x = fmax(a->x, fmax(b->x, c->x));
-    double min_y = fmin(a->y, fmin(b->y, c->y)), max_y = fmax(a->y, fmax(b->y, c->y));
-    for (size_t i = 0; i < out->blocker_count; i++) {
-        struct corner *p = &corners[out->blockers[i]];
-        if (p->cut || p->turn > 0) {
-            p->listed = false;
-            out->blockers[i--] = out->blockers[--out->blocker_count];
-            continue;
-        }
-        if (p->x < min_x || p->x > max_x || p->y < min_y || p->y > max_y) continue;
-        if (p != a && p != b && p != c && blocks(corners, p, a, b, c)) return true;
-    }
+    struct grid *grid = out->grid;
+    struct box box = {fmin(a->x, fmin(b->x, c->x)), fmax(a->x, fmax(b->x, c->x)),
+                      fmin(a->y, fmin(b->y, c->y)), fmax(a->y, fmax(b->y, c->y))};
+    uint32_t first = column_of(grid, box.min_x), last = column_of(grid, box.max_x);
+    uint32_t bottom = row_of(grid, box.min_y), top = row_of(grid, box.max_y);
+    for (uint32_t row = bottom; row <= top; row++)
+        for (uint32_t column = first; column <= last; column++)
+            if (is_blocked_in(out, &grid->cells[row * grid->edge + column], &box, a, b, c))
+                return true;
     return false;
 }
 
@@ -147,8 +233,10 @@ static void measure(struct triangulation *out, uint32_t index)
     struct corner *b = &out->corners[index];
     b->turn = turn_of(&out->corners[b->prev], b, &out->corners[b->next]);
     if (b->turn > 0 || b->listed) return;
+    uint32_t *cell = cell_of(out->grid, b);
     b->listed = true;
-    out->blockers[out->blocker_count++] = index;
+    b->in_cell = *cell;
+    *cell = index;
 }
 
 static void judge(struct triangulation *out, uint32_t index)
@@ -194,10 +282,12 @@ static void emit(struct triangulation *out, uint32_t index)
     memcpy(out->triangles[out->count++], triangle, sizeof triangle);
 }
 
-static bool find_ear(const struct corner *corners, uint32_t *at)
+static bool find_ear(struct triangulation *out, uint32_t *at)
 {
+    const struct corner *corners = out->corners;
     uint32_t start = *at;
     do {
+        out->looks++;
         if (corners[*at].ear) return true;
         *at = corners[*at].next;
     } while (*at != start);
@@ -208,10 +298,12 @@ static bool find_ear(const struct corner *corners, uint32_t *at)
  * The corner to take off when there is no ear: one without area if there is one, else the most
  * convex one (the polygon crosses itself, or rounding says so).
  */
-static uint32_t find_worst(const struct corner *corners, uint32_t start)
+static uint32_t find_worst(struct triangulation *out, uint32_t start)
 {
+    const struct corner *corners = out->corners;
     uint32_t best = start, i = start;
     do {
+        out->looks++;
         if (corners[i].turn == 0) return i;
         if (corners[i].turn > corners[best].turn) best = i;
         i = corners[i].next;
@@ -219,22 +311,27 @@ static uint32_t find_worst(const struct corner *corners, uint32_t start)
     return best;
 }
 
-static void clip(struct triangulation *out, size_t count)
+/* Whether the polygon takes no more looks than it may. */
+static bool clip(struct triangulation *out, size_t count)
 {
     struct corner *corners = out->corners;
+    uint64_t most = (uint64_t)POLYGON_LOOKS * count;
     uint32_t at = 0;
     project(out->points, count, corners);
-    out->blocker_count = 0;
+    begin_grid(out->grid, corners, count);
+    out->looks = 0;
     for (uint32_t i = 0; i < count; i++)
         measure(out, i);
     judge_all(out, at);
     for (size_t left = count; left >= 3; left--) {
-        if (!find_ear(corners, &at)) at = find_worst(corners, at);
+        if (out->looks > most) return false;
+        if (!find_ear(out, &at)) at = find_worst(out, at);
         emit(out, at);
         /* Going on at the corner after next keeps the triangles of a round outline from becoming a
          * fan of slivers. */
         at = corners[corners[cut(out, at)].next].next;
     }
+    return true;
 }
 
 /* ---- polygons of four corners ---- */
@@ -271,12 +368,10 @@ const char *triangulate(const struct vec3 *polygon, size_t count, struct triangu
 {
     out->count = 0;
     out->improper = false;
-    if (count < 3) return "a polygon needs at least 3 corners";
-    if (count > POLYGON_MAX_CORNERS)
-        return "the polygon has too many corners, at most 20000 are possible";
+    assert(count >= 3 && count <= POLYGON_MAX_CORNERS);
     if (count > out->capacity) {
         out->capacity = count;
-        out->blockers = reallocate(out->blockers, count, sizeof *out->blockers);
+        out->grid = reallocate(out->grid, 1, sizeof *out->grid);
         out->points = reallocate(out->points, count, sizeof *out->points);
         out->corners = reallocate(out->corners, count, sizeof *out->corners);
         out->triangles = reallocate(out->triangles, count, sizeof *out->triangles);
@@ -288,16 +383,19 @@ const char *triangulate(const struct vec3 *polygon, size_t count, struct triangu
         return NULL;
     }
     shrink(polygon, count, out->points);
-    if (count == 4)
+    if (count == 4) {
         split(out);
-    else
-        clip(out, count);
-    return NULL;
+        return NULL;
+    }
+    return clip(out, count)
+               ? NULL
+               : "the polygon crosses itself too often or is wound too much to be cut into "
+                 "triangles, expected a simpler one";
 }
 
 void triangulation_free(struct triangulation *triangulation)
 {
-    free(triangulation->blockers);
+    free(triangulation->grid);
     free(triangulation->points);
     free(triangulation->corners);
     free(triangulation->triangles);

@@ -11,8 +11,12 @@
 
 #include "common/vec.h"
 
-/* Ear clipping takes time in the square of this: seconds for the worst of such polygons. */
 #define POLYGON_MAX_CORNERS 20000
+
+/* Ear clipping may look at every corner for each one. For one of a simple polygon of so many corners it looks at
+ * some hundred in a gear or a coast, and at some thousands in a comb or a spiral. A polygon that takes more than this
+ * for each of its corners is refused, so that a file takes time in its size: a look takes some nanoseconds. */
+#define POLYGON_LOOKS 8000
 
 /* The result of the last polygon, and the memory that is used again for the next one. */
 struct triangulation {
@@ -21,17 +25,17 @@ struct triangulation {
     bool improper;       /* some triangles overlap or face the other way: no cut was a good one */
     struct vec3 *points; /* the polygon in a size of about 1 */
     struct corner *corners;
-    uint32_t *blockers; /* corners that are not convex */
-    size_t blocker_count;
-    size_t capacity; /* corners that there is room for */
+    struct grid *grid; /* of the corners that are not convex */
+    uint64_t looks;    /* at corners and cells of the grid, while this polygon is cut */
+    size_t capacity;   /* corners that there is room for */
 };
 
 /*
- * A simple polygon, concave or not, flat or nearly so (it is seen along the axis in which it is
- * largest). Corners may coincide, lie on a line, or touch each other where a hole is joined to the
- * outline. There are two triangles less than corners, but for those without area, which only
- * polygons of three or four corners give; a polygon that crosses itself is improper.
- * Returns NULL, or a constant text that says what is wrong.
+ * A simple polygon of 3 to POLYGON_MAX_CORNERS corners, concave or not, flat or nearly so (it is seen
+ * along the axis in which it is largest). Corners may coincide, lie on a line, or touch each other where
+ * a hole is joined to the outline. There are two triangles less than corners, but for those without
+ * area, which only polygons of three or four corners give; a polygon that crosses itself is improper.
+ * Returns NULL, or a constant text that says what is wrong: it takes more than POLYGON_LOOKS.
  */
 const char *triangulate(const struct vec3 *polygon, size_t count, struct triangulation *out);
 

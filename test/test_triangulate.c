@@ -332,9 +332,7 @@ static void test_limits(void **state)
 {
     (void)state;
     struct triangulation t = {0};
-    struct vec3 *many = allocate_zeroed(POLYGON_MAX_CORNERS + 1, sizeof *many);
-    assert_non_null(triangulate(many, 2, &t));
-    assert_non_null(triangulate(many, POLYGON_MAX_CORNERS + 1, &t));
+    struct vec3 *many = allocate_zeroed(POLYGON_MAX_CORNERS, sizeof *many);
     for (int i = 0; i < POLYGON_MAX_CORNERS; i++) {
         double angle = i * 6.283185307179586 / POLYGON_MAX_CORNERS;
         many[i] = vec3(cos(angle), sin(angle), 0);
@@ -342,6 +340,41 @@ static void test_limits(void **state)
     assert_null(triangulate(many, POLYGON_MAX_CORNERS, &t));
     assert_int_equal(t.count, POLYGON_MAX_CORNERS - 2);
     free(many);
+    triangulation_free(&t);
+}
+
+/* In random order, as a file might have them: it is given up in a time that its size bounds. */
+static void test_tangle_is_refused(void **state)
+{
+    (void)state;
+    uint32_t random = 1;
+    struct triangulation t = {0};
+    struct vec3 *many = allocate(POLYGON_MAX_CORNERS, sizeof *many);
+    for (int i = 0; i < POLYGON_MAX_CORNERS; i++)
+        many[i] = vec3(next_random(&random), next_random(&random), 0);
+    assert_non_null(triangulate(many, POLYGON_MAX_CORNERS, &t));
+    assert_true(t.looks < (uint64_t)(POLYGON_LOOKS + 10) * POLYGON_MAX_CORNERS);
+    assert_null(triangulate(many, 1000, &t)); /* it is improper, and small */
+    assert_true(t.improper && t.count == 998);
+    free(many);
+    triangulation_free(&t);
+}
+
+/* Not all corners are looked at for each one where the polygon is simple; as many times less is the time. */
+static void test_looks_at_few(void **state)
+{
+    (void)state;
+    struct triangulation t = {0};
+    struct vec3 *gear = allocate(POLYGON_MAX_CORNERS, sizeof *gear);
+    for (int i = 0; i < POLYGON_MAX_CORNERS; i++) {
+        double angle = i * 6.283185307179586 / POLYGON_MAX_CORNERS, r = i % 4 < 2 ? 1 : 0.8;
+        gear[i] = vec3(r * cos(angle), r * sin(angle), 0);
+    }
+    assert_null(triangulate(gear, POLYGON_MAX_CORNERS, &t));
+    assert_int_equal(t.count, POLYGON_MAX_CORNERS - 2);
+    assert_false(t.improper);
+    assert_true(t.looks < 200 * POLYGON_MAX_CORNERS);
+    free(gear);
     triangulation_free(&t);
 }
 
@@ -360,6 +393,8 @@ int main(void)
         cmocka_unit_test(test_bent_polygons),
         cmocka_unit_test(test_mazes),
         cmocka_unit_test(test_limits),
+        cmocka_unit_test(test_tangle_is_refused),
+        cmocka_unit_test(test_looks_at_few),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
