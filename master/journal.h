@@ -56,8 +56,9 @@ struct journal_found {
 
 struct journal;
 
-/* The scene block with its view, but for what all give the same picture (processor, variant), is all
- * that makes it, and the program itself: program is a hash that tells one build from another. */
+/* The scene block with its view, but for settings that all give the same picture (processor, variant), is all
+ * that makes it, and the program itself: program is a hash that tells one build from another. Where one variant
+ * leaves lights or corners out of the block and the other does not, it is another one: two journals of one picture. */
 uint64_t journal_picture(const struct scene *scene, uint64_t program);
 
 /*
