@@ -206,7 +206,6 @@ static void tell_failure(struct journal *journal, int error)
 static size_t pack(struct journal *journal, const struct journal_record *record)
 {
     struct record_header header = {.magic = RECORD_MAGIC,
-                                   .pass = record->pass,
                                    .tile = record->tile,
                                    .seconds = record->seconds,
                                    .bytes = record->bytes};

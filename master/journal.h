@@ -27,7 +27,6 @@
 
 struct journal_record {
     struct tile tile;
-    uint32_t pass;
     double seconds;      /* what it took to render */
     const void *payload; /* whatever the caller keeps of a tile */
     size_t bytes;        /* of the payload */

@@ -89,8 +89,7 @@ static bool try_record(struct journal_scan *scan, uint64_t at, struct journal_re
     if (read_header(scan, at, &header) && header.magic == RECORD_MAGIC &&
         header.bytes <= scan->largest) {
         read += header.bytes;
-        *record = (struct journal_record){header.tile, header.pass, header.seconds, scan->payload,
-                                          header.bytes};
+        *record = (struct journal_record){header.tile, header.seconds, scan->payload, header.bytes};
         if (read_at(scan->file, scan->payload, header.bytes, at + sizeof header) &&
             header.checksum == record_checksum(scan->picture, at, &header, scan->payload) &&
             isfinite(header.seconds) && header.seconds >= 0)

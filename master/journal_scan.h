@@ -21,7 +21,7 @@
 struct record_header {
     uint64_t checksum; /* record_checksum() */
     uint32_t magic;
-    uint32_t pass;
+    uint32_t reserved; /* 0 */
     struct tile tile;
     double seconds;
     uint64_t bytes; /* of the payload behind it */

@@ -93,8 +93,7 @@ static bool record_valid(const struct canvas *canvas, const struct journal_recor
                          struct tile_head *head)
 {
     const struct tile *tile = &record->tile;
-    if (record->pass != 0 || tile->pass != 0 ||
-        !tile_message_valid(tile, sizeof *tile, canvas->width, canvas->height) ||
+    if (tile->pass != 0 || !tile_message_valid(tile, sizeof *tile, canvas->width, canvas->height) ||
         record->bytes != payload_bytes(tile))
         return false;
     memcpy(head, record->payload, sizeof *head);
@@ -119,7 +118,7 @@ static bool part_valid(struct save *save, const struct journal_record *record,
 {
     const struct tile *tile = &record->tile;
     const struct canvas *canvas = save->canvas;
-    if (record->pass != tile->pass || record->bytes < sizeof *head ||
+    if (record->bytes < sizeof *head ||
         !tile_message_valid(tile, sizeof *tile, canvas->width, canvas->height) ||
         !follow_pass(save->adaptive, tile->pass) ||
         record->bytes != part_bytes(adaptive_work(save->adaptive, tile).pixels))
@@ -135,7 +134,7 @@ static uint32_t note(struct save *save, const struct journal_record *record,
     struct found_tile tile = {record->tile, record->seconds, head->cpu_s, head->counts};
     uint32_t pixels = found_add(&save->tiles, &tile);
     save->found.records++;
-    save->found.tiles += pixels > 0 || record->pass > 0;
+    save->found.tiles += pixels > 0 || record->tile.pass > 0;
     save->found.pixels += pixels;
     return pixels;
 }
@@ -145,8 +144,8 @@ static bool take_part(struct save *save, const struct journal_record *record)
     struct part_head head;
     if (!part_valid(save, record, &head)) return false;
     uint32_t pixels = note(save, record, &head.tile);
-    if (record->pass == 0 && !pixels) return true;
-    double part = record->pass == 0 ? pixels / (double)tile_pixels(&record->tile) : 1;
+    if (record->tile.pass == 0 && !pixels) return true;
+    double part = record->tile.pass == 0 ? pixels / (double)tile_pixels(&record->tile) : 1;
     adaptive_put(save->adaptive, &record->tile,
                  (const void *)((const char *)record->payload + sizeof head),
                  part * head.tile.cpu_s);
@@ -170,8 +169,7 @@ static bool append(struct save *save, const struct finished *finished)
 {
     const struct tile *tile = &finished->tile;
     if (finished->part) {
-        struct journal_record part = {*tile, tile->pass, finished->seconds, finished->part,
-                                      finished->bytes};
+        struct journal_record part = {*tile, finished->seconds, finished->part, finished->bytes};
         return journal_append(save->journal, &part);
     }
     size_t bytes = payload_bytes(tile);
@@ -181,7 +179,7 @@ static bool append(struct save *save, const struct finished *finished)
     }
     memcpy(save->payload, &finished->head, sizeof finished->head);
     canvas_get(save->canvas, tile, (void *)(save->payload + sizeof finished->head));
-    struct journal_record record = {*tile, 0, finished->seconds, save->payload, bytes};
+    struct journal_record record = {*tile, finished->seconds, save->payload, bytes};
     return journal_append(save->journal, &record);
 }
 
