@@ -23,6 +23,7 @@ uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height
     return edge;
 }
 
+/* Of whole blocks; those that are cut have one, too, where it lies within (cost_init()). */
 static uint64_t probes_at(uint32_t width, uint32_t height, uint32_t edge)
 {
     return (uint64_t)(width / edge) * (height / edge);
@@ -190,8 +191,7 @@ static bool start_items(struct queue *queue)
     if ((uint64_t)columns * rows > QUEUE_MAX_TILES) return false;
     uint32_t edge = config->schedule == SCHEDULE_DYNAMIC ? config->probe_edge : 0;
     /* Every renderer gets some. */
-    uint64_t blocks = edge ? (uint64_t)(config->width / edge) * (config->height / edge) : 0;
-    uint64_t each = blocks / config->renderers;
+    uint64_t each = edge ? probes_at(config->width, config->height, edge) / config->renderers : 0;
     cost_init(&queue->map, config->width, config->height, edge,
               each < 1              ? 1
               : each > PROBE_BLOCKS ? PROBE_BLOCKS

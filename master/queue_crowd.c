@@ -4,11 +4,6 @@
 #include "common/message.h"
 #include "master/queue_parts.h"
 
-static uint32_t min_u32(uint32_t a, uint32_t b)
-{
-    return a < b ? a : b;
-}
-
 static const struct crowd_group *group_of(const struct queue *queue, uint32_t renderer)
 {
     const struct crowd *crowd = queue->config.crowd;
@@ -68,7 +63,7 @@ uint32_t queue_idle_cores(struct queue *queue)
     count_working(queue);
     uint32_t sum = 0;
     for (uint32_t i = 0; i < queue->config.crowd->count; i++)
-        sum += min_u32(idle_cores(queue, i), queue->turns[i].idle);
+        sum += smaller(idle_cores(queue, i), queue->turns[i].idle);
     return sum;
 }
 

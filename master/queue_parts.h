@@ -2,6 +2,7 @@
 #ifndef FARM_MASTER_QUEUE_PARTS_H
 #define FARM_MASTER_QUEUE_PARTS_H
 
+#include "common/whole.h"
 #include "master/agenda.h"
 #include "master/cost.h"
 #include "master/holdings.h"
@@ -88,16 +89,6 @@ struct queue {
     struct queue_count count;
     uint32_t largest;
 };
-
-static inline uint32_t smaller(uint32_t a, uint32_t b)
-{
-    return a < b ? a : b;
-}
-
-static inline uint32_t divide_up(uint32_t a, uint32_t b)
-{
-    return (uint32_t)(((uint64_t)a + b - 1) / b);
-}
 
 static inline uint64_t area(const struct item *item)
 {

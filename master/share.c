@@ -3,16 +3,7 @@
 #include <stdlib.h>
 
 #include "common/message.h"
-
-static uint32_t smaller(uint32_t a, uint32_t b)
-{
-    return a < b ? a : b;
-}
-
-static uint32_t divide_up(uint32_t a, uint32_t b)
-{
-    return (uint32_t)(((uint64_t)a + b - 1) / b);
-}
+#include "common/whole.h"
 
 static struct tile strip_tile(const struct shares *shares, uint32_t id)
 {
@@ -156,7 +147,8 @@ void shares_free(struct shares *shares)
     *shares = (struct shares){0};
 }
 
-bool share_is_left(struct shares *shares, uint32_t renderer)
+/* Whether there is one; the cursor stands on it then. */
+static bool is_left(struct shares *shares, uint32_t renderer)
 {
     struct share_cursor *cursor = &shares->cursors[renderer];
     while (cursor->next < cursor->end) {
@@ -170,7 +162,7 @@ bool share_is_left(struct shares *shares, uint32_t renderer)
 
 bool share_next(struct shares *shares, uint32_t renderer, struct tile *tile)
 {
-    if (!share_is_left(shares, renderer)) return false;
+    if (!is_left(shares, renderer)) return false;
     *tile = share_tile(shares, shares->cursors[renderer].next);
     shares->cursors[renderer].next += shares->stride;
     return true;

@@ -67,7 +67,6 @@ bool share_has_pixels(const struct tile *tile);
 
 /* Hands out the next tile of a renderer's share; false: there is none left. */
 bool share_next(struct shares *shares, uint32_t renderer, struct tile *tile);
-bool share_is_left(struct shares *shares, uint32_t renderer);
 
 /* A tile is finished, now, which took so many seconds; or an earlier run has finished it. */
 void share_finish(struct shares *shares, const struct tile *tile, double now, double seconds);

@@ -1,0 +1,18 @@
+/* Of whole numbers. */
+#ifndef FARM_COMMON_WHOLE_H
+#define FARM_COMMON_WHOLE_H
+
+#include <stdint.h>
+
+static inline uint32_t smaller(uint32_t a, uint32_t b)
+{
+    return a < b ? a : b;
+}
+
+/* a / b, rounded up. */
+static inline uint32_t divide_up(uint32_t a, uint32_t b)
+{
+    return (uint32_t)(((uint64_t)a + b - 1) / b);
+}
+
+#endif
