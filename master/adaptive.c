@@ -447,8 +447,3 @@ void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const floa
         adaptive->level[i] = adaptive->next[i];
     }
 }
-
-uint32_t adaptive_samples(const struct adaptive *adaptive, uint32_t x, uint32_t y)
-{
-    return level_samples(&adaptive->view, adaptive->level[(size_t)y * adaptive->canvas->width + x]);
-}

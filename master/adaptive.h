@@ -121,7 +121,4 @@ struct error_sum adaptive_errors(const struct adaptive *adaptive, uint64_t *pixe
 /* Passes planned so far, pass 0 included. */
 unsigned adaptive_passes(const struct adaptive *adaptive);
 
-/* Samples that a pixel of the region has. */
-uint32_t adaptive_samples(const struct adaptive *adaptive, uint32_t x, uint32_t y);
-
 #endif
