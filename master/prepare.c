@@ -9,13 +9,6 @@
 #include "master/timeline_output.h"
 #include "master/truth.h"
 
-static const char *schedule_unfit(const struct run *run)
-{
-    if (run->renderers == 0)
-        return "nobody would render: with farm.master_renders = no, start at least 2 processes";
-    return NULL;
-}
-
 /* Pixels; 0: the static schedules choose the height of their bands themselves. */
 static uint32_t tile_edge(const struct settings *settings, const struct view *view,
                           uint32_t processors)
@@ -30,9 +23,10 @@ static bool make_queue(struct run *run, const struct view *view)
 {
     const struct settings *settings = &run->job.settings;
     run->renderers = (uint32_t)run->processes - (settings->farm.master_renders ? 0 : 1);
-    const char *unfit = schedule_unfit(run);
-    if (unfit) {
-        user_error(NULL, 0, "%s", unfit);
+    if (run->renderers == 0) {
+        user_error(
+            NULL, 0,
+            "nobody would render: with farm.master_renders = no, start at least 2 processes");
         return false;
     }
     crowd_init(&run->crowd, run->berths + (settings->farm.master_renders ? 0 : 1), run->renderers);
