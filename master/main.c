@@ -207,6 +207,14 @@ static unsigned start_limit(const struct run *run, const struct welcome *welcome
     return (unsigned)ceil(fmin(run->job.settings.farm.patience + bytes / START_BYTES, 1e9));
 }
 
+/* After a signal that mpiexec has seen, too, it otherwise often returns 0 for one or two ranks, whatever
+ * these say (MPICH 4.0.2); a run that was complete all the same ends in the usual way. */
+static bool mpiexec_forgets(int status)
+{
+    if (status == STATUS_DONE || !stop_has_launcher()) return false;
+    return status == STATUS_RESUMABLE || *stop_signal() != 0;
+}
+
 static int run_rank(struct run *run, int rank)
 {
     struct node_scene shared;
@@ -233,9 +241,8 @@ static int run_rank(struct run *run, int rank)
     run->neighbour_count = shared.process_count;
     status = render(run, rank, &shared, renderer);
     renderer_destroy(renderer);
-    if (run->silent || (status == STATUS_RESUMABLE && stop_has_launcher())) {
-        /* All is written, and MPI_Finalize would wait for a rank that answers no more. After a signal
-         * that it has seen, too, mpiexec otherwise often returns 0 for one or two ranks (MPICH 4.0.2). */
+    if (run->silent || mpiexec_forgets(status)) {
+        /* All is written, and MPI_Finalize would wait for a rank that answers no more. */
         fflush(NULL);
         stop_job(status, abort_quietly);
     }

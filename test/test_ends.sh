@@ -4,6 +4,28 @@ cd "$T" || exit 1
 SCENE=$DATA/everything.ini
 SLOW="image.width=1500 image.height=1500 sampling.samples=64"
 
+# stopped SIGNAL OVERRIDE...: a run on $n processes that gets the signal while it renders; leaves its
+# status and, in e, what it said. A script's background jobs ignore SIGINT; setsid's child starts with it
+# ignored too, so the program is started through env, which puts the default back.
+stopped() {
+    signal_sent=$1; shift
+    farm_bg() {
+        if [ "$n" -eq 0 ]; then exec env --default-signal=INT "$FARM" "$SCENE" $SLOW "$@"
+        else exec env --default-signal=INT "$MPIEXEC" -n "$n" "$FARM" "$SCENE" $SLOW "$@"; fi
+    }
+    farm_bg "$@" >o 2>e &
+    pid=$!
+    sleep 1.5
+    kill -"$signal_sent" $pid
+    i=0
+    while kill -0 $pid 2>/dev/null && [ $i -lt 100 ]; do sleep 0.1; i=$((i + 1)); done
+    if [ $i -ge 100 ]; then kill -9 $pid; echo "still running after 10 s"; cat e; return 1; fi
+    wait $pid
+    status=$?
+    cat e
+    echo "status $status"
+}
+
 no_table() {
     farm_n "$n" "$SCENE" output.image=full.png output.report= >/dev/full 2>e
     status=$?
@@ -35,31 +57,20 @@ for n in 0 3; do
     check "piped into head, -n $n" head_run
 
     for signal in INT TERM USR1; do
-        # A script's background jobs ignore SIGINT; setsid's child starts with it ignored too, so the
-        # program is started through a shell that puts the default back.
         interrupted() {
-            farm_bg() {
-                if [ "$n" -eq 0 ]; then exec env --default-signal=INT "$FARM" "$SCENE" $SLOW
-                else exec env --default-signal=INT "$MPIEXEC" -n "$n" "$FARM" "$SCENE" $SLOW; fi
-            }
-            farm_bg >o 2>e &
-            pid=$!
-            sleep 1.5
-            kill -$signal $pid
-            i=0
-            while kill -0 $pid 2>/dev/null && [ $i -lt 100 ]; do sleep 0.1; i=$((i + 1)); done
-            if [ $i -ge 100 ]; then kill -9 $pid; echo "still running after 10 s"; cat e; return 1; fi
-            wait $pid
-            status=$?
-            cat e
-            echo "status $status"
-            [ $status -eq 75 ] && [ -s everything.png ] && [ -s everything.journal ] &&
+            stopped $signal && [ $status -eq 75 ] && [ -s everything.png ] && [ -s everything.journal ] &&
                 grep -q 'stopped by' e && grep -q "to go on: .*farm.* $SCENE" e || return 1
             rm everything.png everything.journal
         }
         check "SIG$signal, -n $n" interrupted
     done
 done
+
+unkept() {
+    stopped TERM output.journal= && [ $status -eq 1 ] && [ -s everything.png ] &&
+        [ ! -e everything.journal ] && grep -q 'nothing is kept' e && rm everything.png
+}
+for n in 0 1 2; do check "stopped without a journal, -n $n" unkept; done
 
 unwritable() { # found out before rendering: at once, although the picture would take minutes
     run 2 "$FARM" "$SCENE" $SLOW output.image=/proc/none/a.png && echo "$err" | grep -q output.image
