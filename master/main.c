@@ -24,10 +24,10 @@
 #include "worker/survey.h"
 #include "worker/work.h"
 
-/* MPI may be called from the main thread alone; mpiexec ends the others when a rank just leaves. */
+/* MPI may be called from the main thread alone. */
 static void end_job(int status)
 {
-    if (gettid() != getpid()) _exit(status);
+    if (gettid() != getpid()) stop_job(status, NULL);
     MPI_Abort(MPI_COMM_WORLD, status);
 }
 

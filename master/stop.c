@@ -26,7 +26,7 @@ static void note_signal(int number)
     if (is_served) return;
     ssize_t unused = write(STDERR_FILENO, message, sizeof message - 1);
     (void)unused;
-    _exit(75); /* nothing is lost: the same command begins again */
+    stop_job(75, NULL); /* nothing is lost: the same command begins again */
 }
 
 static void act(int number, void (*handler)(int))
