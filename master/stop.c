@@ -1,5 +1,6 @@
 #include "master/stop.h"
 
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,26 +15,48 @@
 /* Leaving takes milliseconds; a node that pages heavily, or hundreds of ranks, some seconds. */
 #define LONGEST_END 5
 
+/* What comes sooner after the first signal, in milliseconds, belongs to it: timeout(1) sends its signal to
+ * the process and to the process's group. Nobody presses a key twice in that time. */
+#define SAME_SIGNAL 100
+
 static volatile sig_atomic_t noted;
+static atomic_llong noted_at; /* milliseconds of some clock, 0: it is not */
 static volatile sig_atomic_t is_served;
 static volatile sig_atomic_t final_status;
 static int launcher = -1; /* Hydra's end of the line; -1: there is none */
 
+/* As clock_wall(), for a handler of signals. */
+static long long milliseconds(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return 1000LL * now.tv_sec + now.tv_nsec / 1000000 + 1;
+}
+
+static void act(int number, void (*handler)(int), int flags)
+{
+    struct sigaction action = {.sa_flags = SA_RESTART | flags};
+    action.sa_handler = handler;
+    sigaction(number, &action, NULL);
+}
+
 static void note_signal(int number)
 {
     static const char message[] = "farm: stopped before rendering had begun\n";
+    long long now = milliseconds(), first = 0;
+    if (!atomic_compare_exchange_strong(&noted_at, &first, now)) {
+        if (now - first < SAME_SIGNAL) return;
+        act(number, SIG_DFL, 0);
+        /* For a rank that a signal ends which it has seen, too, mpiexec often returns 0 (MPICH 4.0.2). */
+        if (launcher >= 0) stop_job(128 + number, NULL);
+        raise(number); /* acts when this handler returns */
+        return;
+    }
     noted = number;
     if (is_served) return;
     ssize_t unused = write(STDERR_FILENO, message, sizeof message - 1);
     (void)unused;
     stop_job(75, NULL); /* nothing is lost: the same command begins again */
-}
-
-static void act(int number, void (*handler)(int))
-{
-    struct sigaction action = {.sa_flags = (int)(SA_RESETHAND | SA_RESTART)};
-    action.sa_handler = handler;
-    sigaction(number, &action, NULL);
 }
 
 /* Between Hydra and its ranks: PMI 1 over a file descriptor. */
@@ -46,12 +69,12 @@ static void find_launcher(void)
 void stop_install(int rank)
 {
     find_launcher();
-    act(SIGINT, rank == 0 ? note_signal : SIG_IGN);
-    act(SIGTERM, rank == 0 ? note_signal : SIG_IGN);
-    act(SIGUSR1, rank == 0 ? note_signal : SIG_IGN);
+    act(SIGINT, rank == 0 ? note_signal : SIG_IGN, 0);
+    act(SIGTERM, rank == 0 ? note_signal : SIG_IGN, 0);
+    act(SIGUSR1, rank == 0 ? note_signal : SIG_IGN, 0);
     /* A reader that goes away, or a file grown to its limit. */
-    act(SIGPIPE, SIG_IGN);
-    act(SIGXFSZ, SIG_IGN);
+    act(SIGPIPE, SIG_IGN, 0);
+    act(SIGXFSZ, SIG_IGN, 0);
 }
 
 void stop_is_served(void)
@@ -127,7 +150,7 @@ void stop_watch_the_start(unsigned seconds)
 {
     find_launcher();
     start_limit = (sig_atomic_t)seconds;
-    act(SIGALRM, give_up_the_start);
+    act(SIGALRM, give_up_the_start, (int)SA_RESETHAND);
     alarm(seconds);
 }
 
@@ -139,10 +162,10 @@ void stop_start_is_over(void)
 void stop_watch_the_end(int status)
 {
     final_status = status;
-    act(SIGINT, SIG_DFL);
-    act(SIGTERM, SIG_DFL);
-    act(SIGUSR1, SIG_IGN);
-    act(SIGALRM, leave);
+    act(SIGINT, SIG_DFL, 0);
+    act(SIGTERM, SIG_DFL, 0);
+    act(SIGUSR1, SIG_IGN, 0);
+    act(SIGALRM, leave, (int)SA_RESETHAND);
     alarm(LONGEST_END);
 }
 

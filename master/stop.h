@@ -6,10 +6,11 @@
 #include <stdbool.h>
 
 /*
- * SIGINT and SIGTERM: rank 0 notes the first one for serve() to see and ends at once with the second
- * one; before stop_is_served() the first one ends the program with a message. The other ranks ignore
- * them (mpiexec passes signals to all ranks) and are told by rank 0. Failed writes of all kinds
- * become errors instead of signals.
+ * SIGINT, SIGTERM and SIGUSR1: rank 0 notes the first one for serve() to see and is ended at once by the
+ * second one, of whichever kind (what comes within a tenth of a second is one and the same: timeout(1)
+ * signals a process and then its group); before stop_is_served() the first one ends the program with a
+ * message. The other ranks ignore them (mpiexec passes signals to all ranks) and are told by rank 0.
+ * Failed writes of all kinds become errors instead of signals.
  */
 void stop_install(int rank);
 

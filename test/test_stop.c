@@ -1,0 +1,63 @@
+/* Signals: the first one is noted, a second one of any kind ends the program. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "master/stop.h"
+
+/* How a process ends (as waitpid() has it) that gets both signals while it renders, the second one after so
+ * many microseconds; it leaves with 7 when it has noted the first one alone. */
+static int end_after(int first, int second, useconds_t pause)
+{
+    int status = 0;
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        stop_install(0);
+        stop_is_served();
+        raise(first);
+        if (pause) usleep(pause);
+        raise(second);
+        _exit(*stop_signal() == first ? 7 : 8);
+    }
+    assert_int_equal(waitpid(child, &status, 0), child);
+    return status;
+}
+
+static const int kinds[] = {SIGINT, SIGTERM, SIGUSR1};
+
+static void test_second_ends(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 9; i++) {
+        int status = end_after(kinds[i / 3], kinds[i % 3], 200000);
+        assert_true(WIFSIGNALED(status));
+        assert_int_equal(WTERMSIG(status), kinds[i % 3]);
+    }
+}
+
+/* Sent to the process and to its group. */
+static void test_same_twice(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        int status = end_after(kinds[i], kinds[i], 0);
+        assert_true(WIFEXITED(status));
+        assert_int_equal(WEXITSTATUS(status), 7);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_second_ends),
+        cmocka_unit_test(test_same_twice),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
