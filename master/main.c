@@ -268,16 +268,17 @@ static void free_run(struct run *run)
     free(run->berths);
 }
 
-/* Whether this process speaks for the job before MPI has started: mpiexec and Slurm tell the rank.
- */
+/* Whether this process speaks for the job before MPI has started: who starts the ranks tells each which
+ * one it is, in the language that this MPI understands. Others are farms of their own: each task of srun
+ * has a SLURM_PROCID, but only with --mpi=pmi2 a PMI_RANK. */
 static bool speaks_first(void)
 {
-    const char *names[] = {"PMI_RANK", "PMIX_RANK", "SLURM_PROCID"};
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-        const char *rank = getenv(names[i]);
-        if (rank) return strcmp(rank, "0") == 0;
-    }
-    return true;
+    char library[MPI_MAX_LIBRARY_VERSION_STRING];
+    int length;
+    const char *rank = getenv("PMI_RANK");
+    MPI_Get_library_version(library, &length);
+    if (!rank && strstr(library, "pmix")) rank = getenv("PMIX_RANK");
+    return !rank || strcmp(rank, "0") == 0;
 }
 
 /* Returns the exit status, or -1 when there is a scene to go on with. */

@@ -9,6 +9,11 @@ version() { run 0 "$FARM" --version && echo "$out" | grep -Eq '^farm [0-9]+\.[0-
 check "--version on stdout" version
 once() { run 0 farm_n 3 --help && [ "$(echo "$out" | grep -c usage:)" -eq 1 ]; }
 check "--help under mpiexec is said once" once
+task() { # of Slurm, but no rank
+    run 0 env -u PMI_RANK SLURM_PROCID=3 "$FARM" --version && [ "$out" ] &&
+        run 2 env -u PMI_RANK SLURM_PROCID=3 "$FARM" --frobnicate x.ini && echo "$err" | grep -q frobnicate
+}
+check "a farm in a Slurm task of its own speaks" task
 
 wrong() { # N PATTERN ARGUMENT...: one line on stderr that matches, status 2, nothing left behind
     n=$1 pattern=$2; shift 2
