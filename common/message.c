@@ -28,9 +28,9 @@ void message_capture(char *text, size_t size)
     if (text && size) text[0] = '\0';
 }
 
-/* Bytes of the UTF-8 character at text that a terminal can show; 0 if it is none. */
-static size_t printable_bytes(const unsigned char *text)
+size_t printable_bytes(const char *characters)
 {
+    const unsigned char *text = (const unsigned char *)characters;
     unsigned char c = text[0];
     if (c < 0x80) return c >= 0x20 && c != 0x7f;
     size_t bytes = c >= 0xf0 ? 4 : c >= 0xe0 ? 3 : 2;
@@ -48,10 +48,17 @@ static size_t printable_bytes(const unsigned char *text)
 static void make_printable(char *text)
 {
     while (*text) {
-        size_t bytes = printable_bytes((const unsigned char *)text);
+        size_t bytes = printable_bytes(text);
         if (!bytes) *text = '?';
         text += bytes ? bytes : 1;
     }
+}
+
+char *printable_text(const char *text)
+{
+    char *copy = copy_text(text);
+    make_printable(copy);
+    return copy;
 }
 
 static char *format_arguments(const char *format, va_list arguments)
@@ -97,6 +104,15 @@ void user_warning(const char *file, long line, const char *format, ...)
     char *text = format_arguments(format, arguments);
     va_end(arguments);
     say(file, line, "warning: ", text);
+}
+
+void user_note(const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    char *text = format_arguments(format, arguments);
+    va_end(arguments);
+    say(NULL, 0, "", text);
 }
 
 void fatal(const char *format, ...)

@@ -22,6 +22,16 @@ void user_error(const char *file, long line, const char *format, ...) MESSAGE_FO
 /* The same for something that is odd but harmless: "file:line: warning: text". */
 void user_warning(const char *file, long line, const char *format, ...) MESSAGE_FORMAT(3, 4);
 
+/* What is said of a run that goes as it should: "farm: text". */
+void user_note(const char *format, ...) MESSAGE_FORMAT(1, 2);
+
+/* Bytes of the character at text that a terminal can show, in UTF-8; 0: it is a control character, or
+ * none at all. */
+size_t printable_bytes(const char *text);
+
+/* A copy of text, such as the name of a file, for a terminal: as in messages. The caller frees it. */
+char *printable_text(const char *text) __attribute__((returns_nonnull));
+
 /*
  * Tests only: while text is not NULL, user errors and warnings are appended there (cut at size)
  * instead of being printed.

@@ -22,11 +22,15 @@ static void put_quoted(FILE *out, const char *text)
         return;
     }
     fputc('\'', out);
-    for (; *text; text++) {
+    while (*text) {
+        size_t bytes = printable_bytes(text);
         if (*text == '\'')
             fputs("'\\''", out);
+        else if (bytes || *text == '\n')
+            fwrite(text, 1, bytes ? bytes : 1, out);
         else
-            fputc(*text, out);
+            fprintf(out, "'\"$(printf '\\%03o')\"'", (unsigned)(unsigned char)*text);
+        text += bytes ? bytes : 1;
     }
     fputc('\'', out);
 }

@@ -148,7 +148,7 @@ int run_conclude(struct run *run, const struct service *service, const struct vi
     run->save = NULL;
     int columns = terminal_columns(stderr);
     report_table(stdout, &run->report, columns);
-    if (wants_report(settings)) printf("report  %s\n", settings->output.report);
+    if (wants_report(settings)) report_path(stdout, "report", settings->output.report);
     status = close_output();
     int judged = judge_samples(run);
     return status != STATUS_DONE ? status : judged;
@@ -176,6 +176,6 @@ int end_early(struct run *run, bool deserted)
     free(why);
     bool resumable = keep(run, "to go on");
     if (image_write(image, &run->canvas))
-        fprintf(stderr, "farm: the picture so far is in %s\n", image);
+        user_note("the picture so far is in %s", image);
     return resumable ? STATUS_RESUMABLE : STATUS_FAILED;
 }

@@ -33,9 +33,9 @@ static void tell_resumed(const struct run *run, uint64_t found)
     /* In later passes all pixels are there, and more of their samples. */
     char share[40] = "";
     if (passes < 2) snprintf(share, sizeof share, "%.1f %% of the pixels", per_cent(run, found));
-    fprintf(stderr, "farm: going on with %s%s: %s%s%s%.1f s of all renderers' time saved\n",
-            run->job.settings.output.journal, where, share, again, passes < 2 ? ", " : "",
-            resumed->seconds);
+    user_note("going on with %s%s: %s%s%s%.1f s of all renderers' time saved",
+              run->job.settings.output.journal, where, share, again, passes < 2 ? ", " : "",
+              resumed->seconds);
 }
 
 /* Takes over what an earlier run has left. */
@@ -114,7 +114,10 @@ bool keep(struct run *run, const char *then)
     if (kept.lost)
         user_error(NULL, 0, "%llu finished tiles (%.1f s of rendering) could be saved nowhere",
                    (unsigned long long)kept.lost, kept.lost_s);
-    fprintf(stderr, "farm: %s saved in %s; %s: %s\n", saved, kept.path, then, command);
+    char *place = printable_text(kept.path);
+    /* Not a message, in which a newline between quotes would become another command. */
+    fprintf(stderr, "farm: %s saved in %s; %s: %s\n", saved, place, then, command);
+    free(place);
     free(saved);
     free(kept.path);
     free(journal);

@@ -75,11 +75,13 @@ static void describe_scene(struct report *report, const struct scene *scene)
 static int print_check(const struct run *run)
 {
     const struct report *report = &run->report;
+    char *name = printable_text(run->options.config);
     printf("%s: all right: %llu primitive%s (%llu triangle%s), %llu light%s, %u x %u pixels\n",
-           run->options.config, (unsigned long long)report->primitives,
-           report->primitives == 1 ? "" : "s", (unsigned long long)report->triangles,
-           report->triangles == 1 ? "" : "s", (unsigned long long)report->lights,
-           report->lights == 1 ? "" : "s", report->image_width, report->image_height);
+           name, (unsigned long long)report->primitives, report->primitives == 1 ? "" : "s",
+           (unsigned long long)report->triangles, report->triangles == 1 ? "" : "s",
+           (unsigned long long)report->lights, report->lights == 1 ? "" : "s", report->image_width,
+           report->image_height);
+    free(name);
     return close_output();
 }
 

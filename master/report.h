@@ -102,4 +102,7 @@ char *report_json(const struct report *report);
  */
 void report_table(FILE *out, const struct report *report, int columns);
 
+/* A line of that table: "picture lantern.png", as a terminal may get it. */
+void report_path(FILE *out, const char *label, const char *path);
+
 #endif

@@ -287,14 +287,11 @@ static void put_rays(struct table *table, const struct report *report,
 }
 
 /* Whole, however long it is: a path that is cut cannot be used. */
-static void put_path(FILE *out, const char *label, const char *path)
+void report_path(FILE *out, const char *label, const char *path)
 {
-    fprintf(out, "%s ", label);
-    for (; *path; path++) {
-        unsigned char c = (unsigned char)*path;
-        fputc(c < 0x20 || c == 0x7f ? '?' : c, out);
-    }
-    fputc('\n', out);
+    char *name = printable_text(path);
+    fprintf(out, "%-7s %s\n", label, name);
+    free(name);
 }
 
 /* Busy time is wall time: where cores are shared it says more than was computed. */
@@ -414,7 +411,7 @@ static void put_summary(struct table *table, const struct report *report,
              nonfinite == 1 ? " is" : "s are");
         end_flow(table);
     }
-    put_path(table->out, "picture", report->image_file);
+    report_path(table->out, "picture", report->image_file);
 }
 
 void report_table(FILE *out, const struct report *report, int columns)

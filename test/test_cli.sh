@@ -14,6 +14,13 @@ task() { # of Slurm, but no rank
         run 2 env -u PMI_RANK SLURM_PROCID=3 "$FARM" --frobnicate x.ini && echo "$err" | grep -q frobnicate
 }
 check "a farm in a Slurm task of its own speaks" task
+harmless() { # names of files write nothing else to the terminal
+    name=$(printf 'a\033]0;b\007\302\233\351c\303\251') shown='a?]0;b????cé'
+    run 0 farm_n 0 everything.ini image.width=8 image.height=6 "output.image=$name.png" \
+        "output.report=$name.json" && echo "$out" | grep -qF "picture $shown.png" &&
+        echo "$out" | grep -qF "report  $shown.json" && rm "$name.png" "$name.json"
+}
+check "control characters in names" harmless
 
 wrong() { # N PATTERN ARGUMENT...: one line on stderr that matches, status 2, nothing left behind
     n=$1 pattern=$2; shift 2

@@ -27,16 +27,37 @@ static void test_plain(void **state)
 static void test_shell_gives_it_back(void **state)
 {
     (void)state;
-    const char *odd[] = {"",      "a b",     "it's",  "light sun.color=1 0 0",
-                         "$HOME", "`false`", "a;b",   "*",
-                         "\"",    "~",       "a\\b",  "é",
-                         "#",     "a\nb",    "!",     "'",
-                         "''",    "a'b'c",   "{x,y}", "a&b"};
+    const char *odd[] = {"",
+                         "a b",
+                         "it's",
+                         "light sun.color=1 0 0",
+                         "$HOME",
+                         "`false`",
+                         "a;b",
+                         "*",
+                         "\"",
+                         "~",
+                         "a\\b",
+                         "é",
+                         "#",
+                         "a\nb",
+                         "!",
+                         "'",
+                         "''",
+                         "a'b'c",
+                         "{x,y}",
+                         "a&b",
+                         "a\33]0;b\7c",
+                         "\x9b",
+                         "\xc2\x9bé",
+                         "\x7f"};
     for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) {
         char *arguments[] = {"printf", "%s.", (char *)(uintptr_t)odd[i], NULL};
         char *command = command_line(arguments, 1, NULL), got[64] = "";
         FILE *shell = popen(command, "r");
         assert_non_null(shell);
+        for (const char *c = command; *c; c += *c == '\n' ? 1 : printable_bytes(c))
+            assert_true(*c == '\n' || printable_bytes(c) > 0);
         size_t bytes = fread(got, 1, sizeof got - 1, shell);
         pclose(shell);
         assert_int_equal(bytes, strlen(odd[i]) + 1);
