@@ -3,6 +3,7 @@
 #include "common/message.h"
 #include "master/command_line.h"
 #include "master/run.h"
+#include "master/stop.h"
 
 static uint32_t saved_pixels(void *save, const struct tile *tile)
 {
@@ -99,6 +100,13 @@ static char *what_is_saved(const struct run *run, uint64_t pixels)
                        passes ? " of pass 1" : "");
 }
 
+/* Whether `mpiexec -n N` starts the same ranks again: with files of hosts, other launchers or Slurm it
+ * would put all of them here. */
+static bool starts_plainly(const struct run *run)
+{
+    return run->processes == 1 || (stop_has_launcher() && run->neighbour_count == run->processes);
+}
+
 bool keep(struct run *run, const char *then)
 {
     if (!run->save) {
@@ -108,7 +116,8 @@ bool keep(struct run *run, const char *then)
     struct save_kept kept = save_keep(run->save);
     run->save = NULL;
     char *journal = kept.moved ? format_text("output.journal=%s", kept.path) : NULL;
-    char *command = command_line(run->arguments, run->processes, journal);
+    bool plainly = starts_plainly(run);
+    char *command = command_line(run->arguments, plainly ? run->processes : 1, journal);
     struct queue_count count = queue_count(run->queue);
     char *saved = what_is_saved(run, count.pixels_finished - kept.lost_pixels);
     if (kept.lost)
@@ -116,7 +125,8 @@ bool keep(struct run *run, const char *then)
                    (unsigned long long)kept.lost, kept.lost_s);
     char *place = printable_text(kept.path);
     /* Not a message, in which a newline between quotes would become another command. */
-    fprintf(stderr, "farm: %s saved in %s; %s: %s\n", saved, place, then, command);
+    fprintf(stderr, "farm: %s saved in %s; %s%s: %s\n", saved, place, then,
+            plainly ? "" : ", start it in the same way", command);
     free(place);
     free(saved);
     free(kept.path);

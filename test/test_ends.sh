@@ -72,6 +72,14 @@ unkept() {
 }
 for n in 0 1 2; do check "stopped without a journal, -n $n" unkept; done
 
+other_launcher() { # srun, as far as a rank sees it: the command cannot tell all of it
+    printf '#!/bin/sh\nexec env -u HYDI_CONTROL_FD "%s" "$@"\n' "$FARM" >launched && chmod +x launched
+    (FARM=$T/launched && stopped TERM) &&
+        grep -q "; to go on, start it in the same way: [^ ]*farm[^ ]* $SCENE" e && rm everything.*
+}
+n=2
+check "stopped under another launcher" other_launcher
+
 unwritable() { # found out before rendering: at once, although the picture would take minutes
     run 2 "$FARM" "$SCENE" $SLOW output.image=/proc/none/a.png && echo "$err" | grep -q output.image
 }
