@@ -76,20 +76,27 @@ static void fill_sampling(struct run *run, const struct service *service, const 
                                                      : "max_samples";
 }
 
-static int write_outputs(struct run *run)
+/* false: it could not be, which has been said. */
+struct written {
+    bool picture, timeline, report;
+};
+
+static struct written write_outputs(struct run *run)
 {
     const struct settings *settings = &run->job.settings;
     struct report *report = &run->report;
     double start = clock_wall();
-    if (!image_write(settings->output.image, &run->canvas)) return STATUS_FAILED;
-    if (!timeline_write(&run->timeline, settings, report)) return STATUS_FAILED;
+    struct written written = {.report = true};
+    written.picture = image_write(settings->output.image, &run->canvas);
+    if (!written.picture) return written;
+    written.timeline = timeline_write(&run->timeline, settings, report);
     report->time.write = clock_wall() - start;
     report->time.total = clock_wall() - run->start;
-    if (!wants_report(settings)) return STATUS_DONE;
+    if (!wants_report(settings)) return written;
     char *text = report_json(report);
-    bool written = text_write(settings->output.report, text, strlen(text));
+    written.report = text_write(settings->output.report, text, strlen(text));
     free(text);
-    return written ? STATUS_DONE : STATUS_FAILED;
+    return written;
 }
 
 /* What cannot be seen in the picture is said; with render.strict it ends the run with status 1, the
@@ -129,6 +136,20 @@ static bool judge_limit(const struct run *run)
     return true;
 }
 
+/* Of a run that only writes what this one has rendered trace, heat map and ranks would be empty: for them
+ * nothing is kept. */
+static void keep_what_is_missing(struct run *run, struct written written)
+{
+    if (!written.picture) {
+        keep(run, "to write the picture without rendering it again");
+    } else if (!written.report) {
+        keep(run, "to write the report, too, without rendering the picture again");
+    } else {
+        save_drop(run->save);
+        run->save = NULL;
+    }
+}
+
 int run_conclude(struct run *run, const struct service *service, const struct view *view)
 {
     const struct settings *settings = &run->job.settings;
@@ -139,19 +160,15 @@ int run_conclude(struct run *run, const struct service *service, const struct vi
         run->save = NULL;
         return STATUS_FAILED;
     }
-    int status = write_outputs(run);
-    if (status != STATUS_DONE) {
-        keep(run, "to write the picture without rendering it again");
-        return status;
-    }
-    save_drop(run->save);
-    run->save = NULL;
-    int columns = terminal_columns(stderr);
-    report_table(stdout, &run->report, columns);
-    if (wants_report(settings)) report_path(stdout, "report", settings->output.report);
-    status = close_output();
-    int judged = judge_samples(run);
-    return status != STATUS_DONE ? status : judged;
+    struct written written = write_outputs(run);
+    keep_what_is_missing(run, written);
+    if (!written.picture) return STATUS_FAILED;
+    report_table(stdout, &run->report, terminal_columns(stderr));
+    if (wants_report(settings) && written.report)
+        report_path(stdout, "report", settings->output.report);
+    int told = close_output(), judged = judge_samples(run);
+    if (!written.timeline || !written.report) return STATUS_FAILED;
+    return told != STATUS_DONE ? told : judged;
 }
 
 /* Why it ends, in words that the caller frees. */
@@ -175,7 +192,6 @@ int end_early(struct run *run, bool deserted)
                    100 - 100 * (double)pixels_left(run) / pixels);
     free(why);
     bool resumable = keep(run, "to go on");
-    if (image_write(image, &run->canvas))
-        user_note("the picture so far is in %s", image);
+    if (image_write(image, &run->canvas)) user_note("the picture so far is in %s", image);
     return resumable ? STATUS_RESUMABLE : STATUS_FAILED;
 }

@@ -88,7 +88,8 @@ bool timeline_write(const struct timeline *timeline, const struct settings *sett
 {
     const char *trace = settings->output.trace, *heatmap = settings->output.heatmap;
     const char *ranks = settings->output.ranks;
-    return (!*trace || write_trace(timeline, trace, report)) &&
-           (!*heatmap || write_heatmap(timeline, heatmap, report)) &&
-           (!*ranks || write_ranks(timeline, ranks, report));
+    bool written = !*trace || write_trace(timeline, trace, report);
+    written &= !*heatmap || write_heatmap(timeline, heatmap, report);
+    written &= !*ranks || write_ranks(timeline, ranks, report);
+    return written;
 }

@@ -16,7 +16,7 @@ bool timeline_writable(const struct settings *settings, uint32_t width, uint32_t
 
 /*
  * Writes what is asked for; report tells the size, the renderers and the time, and gets the range of
- * the heat map. false, after saying why, when a file could not be written.
+ * the heat map. false, after saying why, when a file could not be written; the others are.
  */
 bool timeline_write(const struct timeline *timeline, const struct settings *settings,
                     struct report *report);

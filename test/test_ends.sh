@@ -40,11 +40,22 @@ for n in 0 3; do
         status=$?
         cat e
         [ $status -ne 0 ] && [ "$(wc -l <e)" -eq 2 ] && grep -q 'No space left' e || return 1
+        grep -q '; to write the report, too, .*: .*farm' e && [ -s full.png ] || return 1
+        grep -q 'Wall time of rank 0' o && ! grep -q '^report' o || { cat o; return 1; }
         run 0 farm_n "$n" "$SCENE" output.image=full.png && cat "$T/err" &&
             grep -q 'going on with full.journal' "$T/err" &&
             grep -q '"primary": 0,' full.json && [ ! -e full.journal ]
     }
     check "no space for the report, -n $n" full output.report
+    no_trace() { # which the rendering alone can tell: what goes on would write an empty one
+        farm_n "$n" "$SCENE" output.image=full.png output.trace=/dev/full \
+            output.heatmap=heat.png >o 2>e
+        status=$?
+        cat e o
+        [ $status -ne 0 ] && [ "$(wc -l <e)" -eq 1 ] && grep -q 'output.trace=FILE' e &&
+            grep -q '^report  full.json' o && rm full.png full.json heat.png && [ ! -e full.journal ]
+    }
+    check "no space for the trace, -n $n" no_trace
     check "no space for the table, -n $n" no_table
 
     if [ "$n" -eq 0 ]; then STARTER=; else STARTER="$MPIEXEC -n $n"; fi
