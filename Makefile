@@ -186,6 +186,7 @@ $(INSIDE): %: %.o $(INSIDE_KERNEL) $(filter-out $(BUILD)/kernel_%.o $(BUILD)/wor
 
 $(BUILD)/avx2/test/test_bundles: WRAPPED := -Wl,--wrap=nearest_bundle,--wrap=occluded_packet
 $(BUILD)/test/test_image_file: WRAPPED := -Wl,--wrap=png_encode
+$(BUILD)/test/test_snapshot: WRAPPED := -Wl,--wrap=pthread_create
 
 # The simulated farm of bench-balance.
 $(BUILD)/test/test_simulate: $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/balance_sim*.c)) \

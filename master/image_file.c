@@ -271,18 +271,22 @@ struct quantisation image_quantisation(const char *path, const struct canvas *ca
     return result;
 }
 
+int image_try(const char *path, const struct canvas *canvas)
+{
+    struct output output = {.path = path};
+    encode(image_format(path), canvas, &output);
+    return output_close(&output);
+}
+
 bool image_write_for(const char *key, const char *path, const struct canvas *canvas)
 {
-    enum format format = image_format(path);
-    if (format == FORMAT_NONE) {
+    if (!image_extension_known(path)) {
         user_error(path, 0,
                    "unknown kind of picture, expected a name that ends in .png, .hdr or .pfm");
         return false;
     }
     if (!image_size_writable(path, canvas->width, canvas->height)) return false;
-    struct output output = {.path = path};
-    encode(format, canvas, &output);
-    int error = output_close(&output);
+    int error = image_try(path, canvas);
     return error ? cannot_write(path, key, error) : true;
 }
 

@@ -49,6 +49,9 @@ struct quantisation image_quantisation(const char *path, const struct canvas *ca
 /* false, after saying why (disk full, ...), when the picture could not be written. */
 bool image_write(const char *path, const struct canvas *canvas);
 
+/* The same without a word, for a path and a size that can be written: errno of what failed, or 0. */
+int image_try(const char *path, const struct canvas *canvas);
+
 /* The same for a picture that another setting than output.image names. */
 bool image_write_for(const char *key, const char *path, const struct canvas *canvas);
 

@@ -5,11 +5,24 @@
 #include "common/message.h"
 #include "master/image_file.h"
 
+/* Once is enough: the next one mostly fails for the same reason. */
+static void tell_failure(struct snapshot *snapshot, int error)
+{
+    if (!snapshot->told_failure)
+        user_warning(
+            snapshot->path, 0,
+            "the picture so far cannot be written (%s): rendering goes on, and it is tried "
+            "again",
+            strerror(error));
+    snapshot->told_failure = true;
+}
+
 static void *write_copy(void *argument)
 {
     struct snapshot *snapshot = argument;
     /* Whoever looks at it meanwhile sees the one or the other. */
-    image_write(snapshot->path, &snapshot->copy);
+    int error = image_try(snapshot->path, &snapshot->copy);
+    if (error) tell_failure(snapshot, error);
     snapshot->is_written = true;
     return NULL;
 }
@@ -32,9 +45,11 @@ void snapshot_look(struct snapshot *snapshot, const struct canvas *canvas, doubl
     if (snapshot->is_writing || now < snapshot->due) return;
     copy_canvas(snapshot, canvas);
     snapshot->is_written = false;
-    if (pthread_create(&snapshot->thread, NULL, write_copy, snapshot) != 0)
-        fatal("cannot start the thread that writes the picture so far");
-    snapshot->is_writing = true;
+    int error = pthread_create(&snapshot->thread, NULL, write_copy, snapshot);
+    snapshot->is_writing = error == 0;
+    if (!error) return;
+    tell_failure(snapshot, error);
+    snapshot->due = now + snapshot->seconds;
 }
 
 void snapshot_end(struct snapshot *snapshot)

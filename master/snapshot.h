@@ -19,12 +19,13 @@ struct snapshot {
 
     bool is_writing; /* the thread exists */
     atomic_bool is_written;
+    bool told_failure;
     pthread_t thread;
     struct canvas copy; /* what it writes; owned */
 };
 
-/* Copies the canvas and has it written, when that is due and the last one is written. A failure is
- * told, and the next one is tried. */
+/* Copies the canvas and has it written, when that is due and the last one is written. The first failure
+ * is told, and the next one is tried. */
 void snapshot_look(struct snapshot *snapshot, const struct canvas *canvas, double now);
 
 /* Waits for what is being written: the file is the caller's again. */
