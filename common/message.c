@@ -12,6 +12,8 @@
 
 static int own_rank;
 static void (*end_job)(int status);
+static void (*clear_line)(void *state);
+static void *line_state;
 static char *capture_text;
 static size_t capture_size;
 
@@ -19,6 +21,14 @@ void message_set_rank(int rank, void (*end)(int status))
 {
     own_rank = rank;
     end_job = end;
+}
+
+void message_clear_line(void (*clear)(void *state), void *state)
+{
+    flockfile(stderr);
+    clear_line = clear;
+    line_state = state;
+    funlockfile(stderr);
 }
 
 void message_capture(char *text, size_t size)
@@ -82,7 +92,10 @@ static void say(const char *file, long line, const char *kind, char *text)
         size_t used = strlen(capture_text);
         snprintf(capture_text + used, capture_size - used, "%s\n", whole);
     } else {
+        flockfile(stderr);
+        if (clear_line) clear_line(line_state);
         fprintf(stderr, "%s\n", whole);
+        funlockfile(stderr);
     }
     free(whole);
     free(text);
@@ -119,9 +132,12 @@ void fatal(const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
+    flockfile(stderr);
+    if (clear_line) clear_line(line_state);
     fprintf(stderr, "farm: rank %d: ", own_rank);
     vfprintf(stderr, format, arguments);
     fputc('\n', stderr);
+    funlockfile(stderr);
     va_end(arguments);
     if (end_job) end_job(1);
     exit(1);

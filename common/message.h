@@ -33,6 +33,13 @@ size_t printable_bytes(const char *text);
 char *printable_text(const char *text) __attribute__((returns_nonnull));
 
 /*
+ * What takes something off the line that messages are about to be written on, such as a bar of progress;
+ * NULL: there is nothing. Called with stderr locked (flockfile), in whichever thread speaks. Who changes
+ * what stands on that line locks stderr meanwhile, too.
+ */
+void message_clear_line(void (*clear)(void *state), void *state);
+
+/*
  * Tests only: while text is not NULL, user errors and warnings are appended there (cut at size)
  * instead of being printed.
  */

@@ -4,6 +4,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "common/message.h"
 #include "master/figure.h"
 
 static const double redraw_s = 0.1; /* as often as an eye can follow */
@@ -16,6 +17,16 @@ static const double smooth_part = 0.25;
 
 enum { LINE_SIZE = 256, BAR_MIN = 10, BAR_MAX = 40 };
 
+/* With stderr locked: messages come from other threads. */
+static void erase_bar(void *state)
+{
+    struct progress *progress = state;
+    if (!progress->drawn) return;
+    fputs("\r\033[K", progress->out);
+    fflush(progress->out);
+    progress->drawn = false;
+}
+
 void progress_start(struct progress *progress, FILE *out, double now)
 {
     int descriptor = terminal_draws() ? terminal_open(out) : -1;
@@ -27,6 +38,7 @@ void progress_start(struct progress *progress, FILE *out, double now)
         .last_shown = now,
         .left = -1,
     };
+    if (progress->terminal) message_clear_line(erase_bar, progress);
 }
 
 static double share_of(uint64_t pixels, const struct progress_state *state)
@@ -155,9 +167,11 @@ static void draw_bar(struct progress *progress, const struct progress_state *sta
     struct fields fields;
     make_fields(&fields, progress, state, now);
     make_line(line, &fields, progress->share, terminal_width(progress->descriptor));
+    flockfile(stderr);
     fprintf(progress->out, "\r%s\033[K", line); /* erase to the end of the line */
     fflush(progress->out);
     progress->drawn = true;
+    funlockfile(stderr);
 }
 
 static void print_line(const struct progress *progress, const struct progress_state *state,
@@ -190,11 +204,9 @@ void progress_update(struct progress *progress, const struct progress_state *sta
 
 void progress_end(struct progress *progress)
 {
-    if (progress->drawn) {
-        fputs("\r\033[K", progress->out);
-        fflush(progress->out);
-    }
+    if (progress->terminal) message_clear_line(NULL, NULL);
+    erase_bar(progress);
     if (progress->descriptor >= 0) close(progress->descriptor);
     progress->descriptor = -1;
-    progress->drawn = progress->terminal = false;
+    progress->terminal = false;
 }

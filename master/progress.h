@@ -41,7 +41,8 @@ void progress_start(struct progress *progress, FILE *out, double now);
 /* Shows state if it is time to (10 times a second on a terminal, else every 5 s). */
 void progress_update(struct progress *progress, const struct progress_state *state, double now);
 
-/* Takes the bar off the terminal, so that other text can follow. */
+/* Takes the bar off the terminal, so that other text can follow; messages do so themselves
+ * (message_clear_line()), from start to end. progress stays where it is meanwhile. */
 void progress_end(struct progress *progress);
 
 #endif

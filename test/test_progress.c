@@ -13,6 +13,7 @@
 
 #include <cmocka.h>
 
+#include "common/message.h"
 #include "master/figure.h"
 #include "master/progress.h"
 
@@ -142,6 +143,38 @@ static void test_bar_rate_of_redraws(void **state)
     }
     assert_in_range(redraws, 8, 10);
     progress_end(&progress);
+    screen_close(&screen);
+}
+
+/* Text that a message puts on the screen. */
+static const char *screen_warn(struct screen *screen)
+{
+    int own = dup(STDERR_FILENO);
+    assert_true(own >= 0 && dup2(fileno(screen->out), STDERR_FILENO) >= 0);
+    user_warning(NULL, 0, "odd");
+    assert_true(dup2(own, STDERR_FILENO) >= 0);
+    close(own);
+    return screen_read(screen);
+}
+
+/* A message has a line of its own, and the bar stands below it when it comes again. */
+static void test_message_between(void **state)
+{
+    (void)state;
+    static struct screen screen;
+    struct progress progress;
+    screen_open(&screen, 80);
+    progress_start(&progress, screen.out, 0);
+    assert_string_equal(screen_warn(&screen), "farm: warning: odd\n");
+    progress_update(&progress, &half, 1);
+    assert_non_null(strstr(screen_read(&screen), " 50% [#"));
+    assert_string_equal(screen_warn(&screen), "\r\033[Kfarm: warning: odd\n");
+    assert_string_equal(screen_warn(&screen), "farm: warning: odd\n");
+    progress_update(&progress, &half, 2);
+    assert_non_null(strstr(screen_read(&screen), " 50% [#"));
+    progress_end(&progress);
+    assert_string_equal(screen_read(&screen), "\r\033[K");
+    assert_string_equal(screen_warn(&screen), "farm: warning: odd\n");
     screen_close(&screen);
 }
 
@@ -356,6 +389,7 @@ int main(void)
         cmocka_unit_test(test_bar),
         cmocka_unit_test(test_bar_fits),
         cmocka_unit_test(test_bar_rate_of_redraws),
+        cmocka_unit_test(test_message_between),
         cmocka_unit_test(test_nothing_to_clean),
         cmocka_unit_test(test_time_left),
         cmocka_unit_test(test_time_left_of_a_short_run),
