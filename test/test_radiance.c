@@ -21,6 +21,16 @@ static struct scene *finish(struct builder *builder, const struct view *view)
     return scene;
 }
 
+static struct vec3 shown_in(const struct scene *scene, const struct material *material,
+                            const struct bounds *box)
+{
+    struct beams beams;
+    beams_init(&beams, scene, box, radiance_light_grows(scene));
+    struct vec3 most = radiance_shown(&beams, material);
+    beams_free(&beams);
+    return most;
+}
+
 /* No point of a box, whatever its normal and from wherever it is seen, shows more than that. */
 static void test_shown(void **state)
 {
@@ -49,7 +59,7 @@ static void test_shown(void **state)
         double size = i % 4 ? 0.2 : 3;
         struct bounds box = {{a.x, a.y, a.z}, {a.x + size, a.y + size / 2, a.z + size}};
         const struct material *m = scene_materials(scene);
-        struct vec3 most = radiance_shown(scene, m, &box);
+        struct vec3 most = shown_in(scene, m, &box);
         for (int k = 0; k < 300; k++) {
             struct shading_point at = {.normal = vec_normalize(random_vector(&random, 1)),
                                        .view = vec_normalize(random_vector(&random, 1)),
@@ -87,10 +97,10 @@ static void test_opposite_lights(void **state)
     struct view view = small_view(EDGE);
     struct scene *scene = finish(builder, &view);
     struct bounds box = {{-1, -1, -1}, {1, 1, 1}};
-    struct vec3 most = radiance_shown(scene, &matte, &box);
+    struct vec3 most = shown_in(scene, &matte, &box);
     assert_true(most.x >= 1 && most.x < 1.001);
     struct bounds everywhere = {{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, {HUGE_VAL, HUGE_VAL, HUGE_VAL}};
-    most = radiance_shown(scene, &matte, &everywhere);
+    most = shown_in(scene, &matte, &everywhere);
     assert_true(most.x >= 2 && most.x < 2 + 1e-12);
     free(scene);
 }

@@ -201,6 +201,8 @@ static void add_group(struct radiance *radiance, const uint32_t *ids, const stru
     uint32_t group = radiance->groups++;
     bool *seen = allocate_zeroed((size_t)scene->materials.count, sizeof *seen);
     struct bounds box = padded(radiance, &cluster->box);
+    struct beams beams;
+    beams_init(&beams, scene, &box, radiance->light_grows);
     for (int axis = 0; axis < 3; axis++) {
         radiance->min[axis][group] = box.min[axis];
         radiance->max[axis][group] = box.max[axis];
@@ -210,9 +212,10 @@ static void add_group(struct radiance *radiance, const uint32_t *ids, const stru
         const struct material *material = &scene_materials(scene)[index];
         if (seen[index]) continue;
         seen[index] = true;
-        raise(radiance->shown, group, radiance_shown(scene, material, &box));
+        raise(radiance->shown, group, radiance_shown(&beams, material));
         raise(radiance->passed, group, passed_by(material));
     }
+    beams_free(&beams);
     free(seen);
     /* The paper's formulas let a ray meet again what it has left. */
     if (cluster->count > 1 || radiance->scene->view.formulas == FORMULAS_PAPER) return;

@@ -65,11 +65,27 @@ double radiance_most(const struct radiance *radiance);
 /* Whether surfaces can pass on more light than falls on them: transmission * colour > 1. */
 bool radiance_light_grows(const struct scene *scene);
 
+/* The lights that can matter as they are seen from anywhere in a box. */
+struct beams {
+    uint32_t count;
+    bool paired;      /* share and cosine are there: it counts how far apart the lights are */
+    bool light_grows; /* radiance_light_grows() */
+    struct vec3 sum;  /* of colours, rounded up */
+    struct vec3 strongest;
+    struct vec3 diffuse; /* the most that they make of a white surface, whatever its normal */
+    struct vec3 *share;  /* of the strongest one, per component */
+    double *cosine;      /* [count][count]: of the least angle between two of them */
+};
+
+/* The box may be infinite. beams_free() frees what is in it. */
+void beams_init(struct beams *beams, const struct scene *scene, const struct bounds *box,
+                bool light_grows);
+void beams_free(struct beams *beams);
+
 /*
- * The most that lights and ambient can make of a material's surface anywhere in a box (which may
- * be infinite), per component, whatever its normal, and without shadows.
+ * The most that these lights and ambient can make of a material's surface anywhere in their box,
+ * per component, whatever its normal, and without shadows.
  */
-struct vec3 radiance_shown(const struct scene *scene, const struct material *material,
-                           const struct bounds *box);
+struct vec3 radiance_shown(const struct beams *beams, const struct material *material);
 
 #endif

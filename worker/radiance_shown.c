@@ -46,16 +46,6 @@ static double closest(const struct beam *a, const struct beam *b)
     return fmin(1, between * cosine + apart * sine + COSINE_ERROR);
 }
 
-/* Lights that can matter, of each component their share of the strongest one. */
-struct beams {
-    uint32_t count;
-    bool paired;
-    struct vec3 sum; /* of colours, rounded up */
-    struct vec3 strongest;
-    struct vec3 *share;
-    double *cosine; /* [count][count]: closest() */
-};
-
 static double share_of(double part, double whole)
 {
     return whole > 0 && isfinite(whole) ? part / whole : 0;
@@ -79,35 +69,6 @@ static void pair_beams(struct beams *beams, const struct scene *scene, struct ve
     for (uint32_t i = 0; i < n; i++)
         for (uint32_t j = 0; j < n; j++)
             beams->cosine[i * n + j] = i == j ? 1 : closest(&cone[i], &cone[j]);
-}
-
-static struct beams beams_of(const struct scene *scene, const struct bounds *box)
-{
-    const struct light *lights = scene_lights(scene);
-    struct beams beams = {.count = 0};
-    for (uint64_t i = 0; i < scene->lights.count; i++) {
-        struct vec3 color = lights[i].color, *most = &beams.strongest;
-        if (vec_is_zero(color)) continue;
-        beams.count++;
-        beams.sum = vec_add(beams.sum, color);
-        *most = vec3(fmax(most->x, color.x), fmax(most->y, color.y), fmax(most->z, color.z));
-    }
-    beams.sum = vec_scale(beams.sum, 1 + beams.count * UNIT_ROUNDOFF);
-    struct vec3 min = {box->min[0], box->min[1], box->min[2]};
-    struct vec3 max = {box->max[0], box->max[1], box->max[2]};
-    /* Halves first, so that it does not overflow. */
-    struct vec3 half = vec_sub(vec_scale(max, 0.5), vec_scale(min, 0.5));
-    struct vec3 center = vec_add(vec_scale(max, 0.5), vec_scale(min, 0.5));
-    double radius = vec_length(half) * (1 + COSINE_ERROR);
-    beams.paired = beams.count > 1 && beams.count <= PAIRED_LIGHTS && isfinite(radius);
-    if (beams.paired) pair_beams(&beams, scene, center, radius);
-    return beams;
-}
-
-static void beams_free(struct beams *beams)
-{
-    free(beams->share);
-    free(beams->cosine);
 }
 
 /* |sum of l_i L_i|^2 of the lights in a set of bits, at most; in shares of the strongest. */
@@ -139,6 +100,36 @@ static double most_diffuse(const struct beams *beams, unsigned c)
     return fmin(sum, most * (1 + 8 * UNIT_ROUNDOFF));
 }
 
+void beams_init(struct beams *beams, const struct scene *scene, const struct bounds *box,
+                bool light_grows)
+{
+    const struct light *lights = scene_lights(scene);
+    *beams = (struct beams){.light_grows = light_grows};
+    for (uint64_t i = 0; i < scene->lights.count; i++) {
+        struct vec3 color = lights[i].color, *most = &beams->strongest;
+        if (vec_is_zero(color)) continue;
+        beams->count++;
+        beams->sum = vec_add(beams->sum, color);
+        *most = vec3(fmax(most->x, color.x), fmax(most->y, color.y), fmax(most->z, color.z));
+    }
+    beams->sum = vec_scale(beams->sum, 1 + beams->count * UNIT_ROUNDOFF);
+    struct vec3 min = {box->min[0], box->min[1], box->min[2]};
+    struct vec3 max = {box->max[0], box->max[1], box->max[2]};
+    /* Halves first, so that it does not overflow. */
+    struct vec3 half = vec_sub(vec_scale(max, 0.5), vec_scale(min, 0.5));
+    struct vec3 center = vec_add(vec_scale(max, 0.5), vec_scale(min, 0.5));
+    double radius = vec_length(half) * (1 + COSINE_ERROR);
+    beams->paired = beams->count > 1 && beams->count <= PAIRED_LIGHTS && isfinite(radius);
+    if (beams->paired) pair_beams(beams, scene, center, radius);
+    beams->diffuse = vec3(most_diffuse(beams, 0), most_diffuse(beams, 1), most_diffuse(beams, 2));
+}
+
+void beams_free(struct beams *beams)
+{
+    free(beams->share);
+    free(beams->cosine);
+}
+
 /* base^exponent, 0 <= base <= 1, rounded up. */
 static double power_above(double base, uint32_t exponent)
 {
@@ -168,7 +159,7 @@ static double most_specular(const struct beams *beams, double shininess, unsigne
         most = fmax(most, sum);
     }
     most *= vec_component(&beams->strongest, c) * (1 + (n + 8) * UNIT_ROUNDOFF);
-    return fmin(most_diffuse(beams, c), most);
+    return fmin(vec_component(&beams->diffuse, c), most);
 }
 
 bool radiance_light_grows(const struct scene *scene)
@@ -180,29 +171,23 @@ bool radiance_light_grows(const struct scene *scene)
     return false;
 }
 
-static double shown(const struct scene *scene, const struct material *material,
-                    const struct beams *beams, unsigned c)
+static double shown(const struct beams *beams, const struct material *material, unsigned c)
 {
     double color = vec_component(&material->color, c);
     double sum = material->ambient * color;
     double diffuse = 0, specular = 0;
     if (material->diffuse > 0 && color > 0)
-        diffuse = material->diffuse * color * most_diffuse(beams, c);
+        diffuse = material->diffuse * color * vec_component(&beams->diffuse, c);
     if (material->specular > 0)
         specular = material->specular * most_specular(beams, material->shininess, c);
-    if (diffuse + specular > 0 && radiance_light_grows(scene)) return HUGE_VAL;
+    if (diffuse + specular > 0 && beams->light_grows) return HUGE_VAL;
     /* Products and sums; cosines and lobes above 1 by some u. So many sums of lights. */
     return (sum + diffuse + specular) * (1 + (32 + beams->count) * UNIT_ROUNDOFF);
 }
 
-struct vec3 radiance_shown(const struct scene *scene, const struct material *material,
-                           const struct bounds *box)
+struct vec3 radiance_shown(const struct beams *beams, const struct material *material)
 {
-    struct beams none = {.count = 0};
-    bool lit = material_shows_light(material);
-    struct beams beams = lit ? beams_of(scene, box) : none;
-    struct vec3 most = vec3(shown(scene, material, &beams, 0), shown(scene, material, &beams, 1),
-                            shown(scene, material, &beams, 2));
-    beams_free(&beams);
-    return most;
+    static const struct beams none = {.count = 0};
+    if (!material_shows_light(material)) beams = &none;
+    return vec3(shown(beams, material, 0), shown(beams, material, 1), shown(beams, material, 2));
 }
