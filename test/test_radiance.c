@@ -105,6 +105,35 @@ static void test_opposite_lights(void **state)
     free(scene);
 }
 
+/* A far light nearly behind a near one: from the end of a box that is farthest aside of the near one, both
+ * together light a surface as much as is claimed, but for what the far one's cone is wide. */
+static void test_nearly_opposite_lights(void **state)
+{
+    (void)state;
+    const struct vec3 white = {1, 1, 1}, end = {1, 0, 0}, near = {1, 0.25, 0};
+    const struct bounds box = {{-1, 0, 0}, {1, 0, 0}};
+    for (int i = 1; i < 200; i++) {
+        double tilt = 1e-10 * i, far = 1e12;
+        struct light lights[2] = {{near, white},
+                                  {{-far * (1 + tilt / 4), -far * (0.25 - tilt), 0}, white}};
+        struct builder *builder = builder_create();
+        for (int k = 0; k < 2; k++)
+            assert_added(builder_add_light(builder, &lights[k]));
+        struct material matte = {.color = white, .diffuse = 1, .ior = 1};
+        uint32_t index;
+        assert_added(builder_add_material(builder, &matte, &index));
+        struct sphere sphere = {{0, 0, 0}, 1, index, 0};
+        assert_added(builder_add_sphere(builder, &sphere));
+        struct view view = small_view(EDGE);
+        struct scene *scene = finish(builder, &view);
+        struct vec3 sum = vec_add(vec_normalize(vec_sub(lights[0].position, end)),
+                                  vec_normalize(vec_sub(lights[1].position, end)));
+        double claimed = shown_in(scene, &matte, &box).x;
+        assert_true(vec_length(sum) <= claimed && claimed < vec_length(sum) + 1e-11);
+        free(scene);
+    }
+}
+
 /* A mirror ball in the sky: a ray past it is the sky's, one to it has what the sky leaves. */
 static void test_rays(void **state)
 {
@@ -288,8 +317,11 @@ static void test_growing_light(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_shown),         cmocka_unit_test(test_opposite_lights),
-        cmocka_unit_test(test_rays),          cmocka_unit_test(test_claims),
+        cmocka_unit_test(test_shown),
+        cmocka_unit_test(test_opposite_lights),
+        cmocka_unit_test(test_nearly_opposite_lights),
+        cmocka_unit_test(test_rays),
+        cmocka_unit_test(test_claims),
         cmocka_unit_test(test_growing_light),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -42,7 +42,7 @@ static double closest(const struct beam *a, const struct beam *b)
     double cosine = a->cosine * b->cosine - a->sine * b->sine;
     if (between >= cosine - COSINE_ERROR) return 1;
     double sine = a->sine * b->cosine + a->cosine * b->sine;
-    double apart = sqrt(fmax(0, 1 - between * between));
+    double apart = vec_length(vec_cross(a->axis, b->axis)); /* good next to 0 as well */
     return fmin(1, between * cosine + apart * sine + COSINE_ERROR);
 }
 
