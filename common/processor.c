@@ -2,6 +2,9 @@
 
 #include <stddef.h>
 #include <stdlib.h>
+#ifdef __x86_64__
+#include <cpuid.h>
+#endif
 
 #include "common/message.h"
 
@@ -15,10 +18,19 @@ const char *processor_level_name(enum processor_level level)
 
 #ifdef __x86_64__
 
+/* Clang's __builtin_cpu_supports() does not know its name. */
+static bool has_lzcnt(void)
+{
+    unsigned a, b, c = 0, d;
+    return __get_cpuid(0x80000001, &a, &b, &c, &d) && (c & bit_ABM);
+}
+
+/* All that the Makefile's AVX2 lets the compiler use; so below. */
 static bool has_avx2(void)
 {
     return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
-           __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
+           __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2") &&
+           __builtin_cpu_supports("popcnt") && has_lzcnt();
 }
 
 static bool has_avx512(void)

@@ -10,7 +10,7 @@
 enum processor_level {
     PROCESSOR_AUTO,     /* the highest that there is */
     PROCESSOR_PORTABLE, /* what every processor of the architecture has */
-    PROCESSOR_AVX2,     /* with FMA, BMI2 */
+    PROCESSOR_AVX2,     /* with FMA, BMI1, BMI2, LZCNT and POPCNT */
     PROCESSOR_AVX512,   /* with F, VL and DQ as well */
     PROCESSOR_LEVELS
 };
