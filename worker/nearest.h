@@ -1,6 +1,7 @@
 /*
- * The intersection kernel: batches of rays in, hits out. The plain reference version: one ray after
- * the other, scalar. Rays are independent, so how they are divided into batches changes no bit.
+ * The intersection kernel: batches of rays in, hits out. Rays are independent: how they are divided
+ * into batches changes no bit, nor does it whether a level of processor takes them one after the
+ * other, as the portable one, or several at once.
  *
  * No error checks: the scene is valid (scene_valid()), directions are not zero. A ray with a
  * non-finite component meets nothing.
