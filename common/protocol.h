@@ -132,7 +132,7 @@ struct error_sum {
 /* What rendering cost and met: per tile, summed per renderer, summed over the farm. */
 struct render_counts {
     uint64_t rays[RAY_KINDS];
-    uint64_t nonfinite;       /* samples that came out as NaN or infinity: struct bad_sample */
+    uint64_t nonfinite;       /* samples that a picture of floats cannot hold: struct bad_sample */
     uint64_t exact_fallbacks; /* predicates whose error filter asked for exact arithmetic */
     double intersect_s;       /* wall seconds spent finding hits and occluders */
     double shade_s;           /* wall seconds of the rest */

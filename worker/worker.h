@@ -29,8 +29,8 @@ struct lot {
 };
 
 /*
- * One receive is always posted for the next TILES or STOP, results leave through two buffers in
- * turn:
+ * Until STOP has come, a receive is posted for the master's next message, whatever it is; results
+ * leave through two buffers in turn:
  *
  *   render into buffer b -> Isend from b -> render into the other one -> ...
  *
