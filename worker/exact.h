@@ -44,11 +44,6 @@ struct dd {
 
 #define DD_ROUNDOFF 0x1p-106
 
-/* A value and what rounding took from it: high + low. */
-struct compensated {
-    double high, low;
-};
-
 static inline struct dd dd(double a)
 {
     return (struct dd){a, 0};
