@@ -63,7 +63,7 @@ static void test_sums_and_products(void **state)
     mpfr_clears(x, y, (mpfr_ptr)0);
 }
 
-/* The factors that the header gives. */
+/* The factors that the header gives; of a quotient that of 2022. */
 static void test_double_double(void **state)
 {
     (void)state;
@@ -86,7 +86,7 @@ static void test_double_double(void **state)
         assert_true(dd_error(dd_scale(a, b.high), z) <= 2);
         mpfr_abs(z, x, MPFR_RNDN);
         mpfr_sqrt(z, z, MPFR_RNDN);
-        assert_true(dd_error(dd_sqrt(a.high < 0 ? dd_negate(a) : a), z) <= 4);
+        assert_true(dd_error(dd_sqrt(a.high < 0 ? dd_negate(a) : a), z) <= 3.125);
     }
     mpfr_clears(x, y, z, (mpfr_ptr)0);
 }
