@@ -84,6 +84,11 @@ static void test_double_double(void **state)
         assert_true(dd_error(dd_div(a, b), z) <= 10);
         mpfr_mul_d(z, x, b.high, MPFR_RNDN);
         assert_true(dd_error(dd_scale(a, b.high), z) <= 2);
+        double step = -a.high / b.high * (i % 3 ? 1 : random_between(&random, 0, 2));
+        mpfr_set_d(z, step, MPFR_RNDN);
+        mpfr_mul_d(z, z, b.high, MPFR_RNDN);
+        mpfr_add(z, z, x, MPFR_RNDN);
+        if (!mpfr_zero_p(z)) assert_true(dd_error(dd_advance(a, step, b.high), z) <= 1.5);
         mpfr_abs(z, x, MPFR_RNDN);
         mpfr_sqrt(z, z, MPFR_RNDN);
         assert_true(dd_error(dd_sqrt(a.high < 0 ? dd_negate(a) : a), z) <= 3.125);

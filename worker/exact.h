@@ -133,7 +133,10 @@ static inline struct dd dd_sqrt(struct dd a)
     return sum_of_ordered(root, rest / (2 * root));
 }
 
-/* f + t d where both may cancel: the exact sum of four doubles, rounded once to double-double. */
+/*
+ * f + t d where both may cancel: the sum of four doubles without error but for its low part, which is
+ * rounded twice, of numbers of u and 2 u of the sum. 3; some 1.4 is the most that has been met.
+ */
 static inline struct dd dd_advance(struct dd f, double t, double d)
 {
     struct dd step = exact_product(t, d);

@@ -51,9 +51,9 @@ static inline struct sphere_line sphere_line_from(struct vec3 center, double r, 
 }
 
 /*
- * The error of the discriminant: p errs by 1.01 u^2 |p|, so each of the dot products by some 16
- * u^2 of p.p, the products by 5 and the last difference by 3 of theirs. What underflow takes from
- * scaled lengths is far below the last term.
+ * The error of the discriminant: p errs by 3 u^2 |p|, so p.p by some 17 u^2 of itself and p.d by 11 of
+ * |p| |d|, the products by 5 and the differences by 3 of theirs: 61 of a (p.p + r^2) in all. What
+ * underflow takes from scaled lengths is far below the last term.
  */
 static inline double sphere_line_error(const struct sphere_line *line, double radius)
 {
