@@ -22,12 +22,15 @@ struct slots {
     atomic_uint full[TRAY_SLOTS];
 };
 
+/* So many bytes, in whole cache lines. */
+#define TRAY_ROW(bytes) (((bytes) + 63) / 64 * 64)
+
 struct tray {
     /* The two directions, and what lies in the slots, share no cache line. */
     _Alignas(64) struct slots lots;
     _Alignas(64) struct slots results;
-    _Alignas(64) char lot[TRAY_SLOTS][TRAY_LOT_BYTES];
-    _Alignas(64) char result[TRAY_SLOTS][TRAY_RESULT_BYTES];
+    _Alignas(64) char lot[TRAY_SLOTS][TRAY_ROW(TRAY_LOT_BYTES)];
+    _Alignas(64) char result[TRAY_SLOTS][TRAY_ROW(TRAY_RESULT_BYTES)];
 };
 
 static inline void tray_init(struct tray *tray)

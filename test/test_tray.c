@@ -36,6 +36,15 @@ static void test_slots(void **state)
     assert_true(slots_full(&tray.results, 0));
 }
 
+/* What one slot holds is in no cache line of another's. */
+static void test_slots_apart(void **state)
+{
+    (void)state;
+    struct tray *tray = NULL;
+    assert_int_equal(offsetof(struct tray, lot) % 64 + sizeof tray->lot[0] % 64, 0);
+    assert_int_equal(offsetof(struct tray, result) % 64 + sizeof tray->result[0] % 64, 0);
+}
+
 #define TURNS 20000
 
 /* Takes each result that comes, in the order of turns: all of it is there. */
@@ -335,6 +344,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_slots),
+        cmocka_unit_test(test_slots_apart),
         cmocka_unit_test(test_threads),
         cmocka_unit_test(test_lots_and_results),
         cmocka_unit_test(test_takes_long),
