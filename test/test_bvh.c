@@ -1,5 +1,9 @@
 #include "scene_fixture.h"
 
+#include <stdio.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include "worker/primitive.h"
 #include "worker/slabs.h"
 
@@ -458,6 +462,33 @@ static void test_only_tiny_directions(void **state)
     free(scene);
 }
 
+/* Of so many primitives nothing but their number is looked at. */
+static void test_too_many(void **state)
+{
+    (void)state;
+    struct scene scene = {.primitives = {[PRIMITIVE_SPHERE] = {.count = PRIMITIVE_MAX_COUNT},
+                                         [PRIMITIVE_BOX] = {.count = PRIMITIVE_MAX_COUNT},
+                                         [PRIMITIVE_CONE] = {.count = PRIMITIVE_MAX_COUNT}}};
+    _Alignas(64) char memory[256];
+    char text[256] = "";
+    int ends[2], status;
+    assert_int_equal(pipe(ends), 0);
+    pid_t child = fork();
+    if (child == 0) {
+        dup2(ends[1], STDERR_FILENO);
+        bvh_build(&scene, memory, 1);
+        _exit(0);
+    }
+    close(ends[1]);
+    FILE *said = fdopen(ends[0], "r");
+    size_t bytes = fread(text, 1, sizeof text - 1, said);
+    text[bytes] = '\0';
+    fclose(said);
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 1);
+    assert_non_null(strstr(text, "the scene has too many primitives for a tree"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -473,6 +504,7 @@ int main(void)
         cmocka_unit_test(test_origin_in_a_slab_plane),
         cmocka_unit_test(test_tiny_direction),
         cmocka_unit_test(test_only_tiny_directions),
+        cmocka_unit_test(test_too_many),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

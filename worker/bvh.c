@@ -49,12 +49,17 @@ static uint32_t weight_of(enum primitive_kind kind)
     return kind <= PRIMITIVE_PATCH ? 1 : PACK;
 }
 
-static uint64_t node_bound(const struct scene *scene)
+static uint64_t weight_bound(const struct scene *scene)
 {
     uint64_t weight = room_for_pieces(scene);
     for (enum primitive_kind kind = 0; kind < PRIMITIVE_PLANE; kind++)
         weight += scene->primitives[kind].count * weight_of(kind);
-    return bvh_nodes_bound(weight);
+    return weight;
+}
+
+static uint64_t node_bound(const struct scene *scene)
+{
+    return bvh_nodes_bound(weight_bound(scene));
 }
 
 /* As if each primitive had a leaf to itself. */
@@ -220,6 +225,10 @@ struct bvh *bvh_build(const struct scene *scene, void *memory, unsigned threads)
 {
     struct bvh *bvh = empty_tree(scene, memory);
     if (bounded_count(scene) == 0) return bvh;
+    if (weight_bound(scene) > UINT32_MAX) /* of a range: struct range */
+        fatal("the scene has too many primitives for a tree, expected at most %u that are not "
+              "triangles",
+              UINT32_MAX / PACK);
     if (bounded_count(scene) <= SUBTREE_ITEMS) threads = 1; /* there is nothing to share out */
     struct whole whole = {scene, bvh->center,
                           allocate_large((size_t)leaf_bound(scene) * sizeof *whole.items),
