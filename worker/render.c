@@ -127,8 +127,8 @@ static bool next_branch(struct renderer *renderer, uint32_t p, struct branch *br
         path->bounding = true;
         omission_take(&further->omission, &renderer->radiance, &further->tree);
     }
-    /* What a survey leaves out is nobody's business: it is no part of the picture. */
-    if (renderer->progress.task.first > 0 ||
+    /* What a survey leaves out is nobody's business. */
+    if (renderer->progress.task.survey ||
         !omission_next(&further->omission, &renderer->radiance, branch))
         return false;
     path->traced++;
@@ -330,7 +330,7 @@ static void begin_task(struct renderer *renderer, const struct task *task)
     if (task->refinements) arrange_refinements(renderer);
     cursor_settle(&progress->next, &progress->task, view);
     progress->adds = progress->next;
-    if (!task->first) progress->halfway = samples_halfway(level_samples(view, 1));
+    if (!task->survey) progress->halfway = samples_halfway(level_samples(view, 1));
     renderer->counts = (struct render_counts){0};
     renderer->count = renderer->facing_count = 0;
     if (media_count(renderer->media) > MEDIA_KEPT) begin_media(renderer);

@@ -20,7 +20,7 @@ struct task {
     const struct tile *tile;
     const struct refinement
         *refinements;  /* of each pixel in the tile's order; NULL: 0 to level 1 */
-    uint32_t first;    /* not 0: instead of that the first so many samples of every pixel */
+    bool survey;       /* instead of that the first sample of every pixel, not for the picture */
     float *mean;       /* 3 per pixel that gets samples, linear RGB: the mean of these samples */
     float *difference; /* the same of A - B, 0 where one of them is empty; NULL: not wanted */
     float *rays;       /* 1 per such pixel: rays of all kinds per sample; NULL: not wanted */
@@ -43,9 +43,9 @@ struct pixel_sum {
 static inline void cursor_enter(struct task_cursor *cursor, const struct task *task,
                                 const struct view *view)
 {
-    if (task->first) {
+    if (task->survey) {
         cursor->sample = cursor->begin = 0;
-        cursor->end = task->first;
+        cursor->end = 1;
         return;
     }
     struct refinement refine = {0, 1};
@@ -73,7 +73,7 @@ static inline bool cursor_advance(struct task_cursor *cursor, const struct task 
     if (++cursor->sample < cursor->end) return false;
     cursor->pixel++;
     cursor->sample = cursor->begin;
-    if (task->refinements && !task->first) cursor_settle(cursor, task, view);
+    if (task->refinements && !task->survey) cursor_settle(cursor, task, view);
     return true;
 }
 
@@ -81,7 +81,7 @@ static inline bool cursor_advance(struct task_cursor *cursor, const struct task 
 static inline uint64_t task_samples(const struct task *task, const struct view *view)
 {
     uint32_t pixels = tile_pixels(task->tile);
-    if (task->first) return (uint64_t)pixels * task->first;
+    if (task->survey) return pixels;
     if (!task->refinements) return (uint64_t)pixels * level_samples(view, 1);
     uint64_t sum = 0;
     for (uint32_t k = 0; k < pixels; k++)
