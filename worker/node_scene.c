@@ -35,7 +35,7 @@ struct window_head {
 #define HEAD_BYTES (2 * CACHE_LINE)
 _Static_assert(sizeof(struct window_head) <= HEAD_BYTES, "the scene begins behind it");
 
-static size_t round_up(size_t bytes)
+static size_t whole_lines(size_t bytes)
 {
     return (bytes + CACHE_LINE - 1) / CACHE_LINE * CACHE_LINE;
 }
@@ -172,7 +172,8 @@ static void send_scene(MPI_Comm leaders, const struct welcome *welcome, struct s
 static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
                        struct node_scene *shared)
 {
-    size_t bytes = round_up(welcome->scene_bytes), content = bytes + round_up(welcome->bvh_bytes);
+    size_t bytes = whole_lines(welcome->scene_bytes),
+           content = bytes + whole_lines(welcome->bvh_bytes);
     MPI_Comm leaders = split_nodes(comm, shared);
     gather_processes(shared);
     size_t trays = count_trays(comm, shared);

@@ -49,7 +49,7 @@ struct vec3 mirror_paper(struct vec3 view, struct vec3 normal)
 /* ---- refraction ---- */
 
 /* n2^2 k without any rounding. */
-static struct dd exact_k(const struct passage *at)
+static struct dd exact_k(const struct transition *at)
 {
     const double terms[][4] = {
         {at->n2, at->n2, 1, 1},
@@ -67,7 +67,7 @@ static struct dd exact_k(const struct passage *at)
     return dd(ldexp(mantissa, exponent));
 }
 
-static inline struct passage passage_of(double from, double to, struct dd cos_i)
+static inline struct transition transition_of(double from, double to, struct dd cos_i)
 {
     double largest = fmax(from, to);
     if (!is_plain_index(largest)) {
@@ -77,14 +77,14 @@ static inline struct passage passage_of(double from, double to, struct dd cos_i)
         to = ldexp(to, -exponent);
     }
     bool sure;
-    struct passage at = passage_from(from, to, cos_i, &sure);
+    struct transition at = transition_from(from, to, cos_i, &sure);
     if (!sure) at.k = exact_k(&at);
     return at;
 }
 
 FLATTENED double snell_k(double from, double to, double cos_i)
 {
-    struct passage at = passage_of(from, to, dd(cos_i));
+    struct transition at = transition_of(from, to, dd(cos_i));
     if (at.n2 < N2_MIN) return -HUGE_VAL;
     return (at.k.high + at.k.low) / at.n2 / at.n2;
 }
@@ -102,7 +102,7 @@ FLATTENED bool snell(struct vec3 view, struct vec3 normal, double from, double t
         return true;
     }
     double e, d;
-    struct passage at = passage_of(from, to, cosine_in(view, normal, &e, &d));
+    struct transition at = transition_of(from, to, cosine_in(view, normal, &e, &d));
     if (at.k.high < 0 || at.n2 < N2_MIN) return false;
     *direction = passed_view(view, normal, &at, dd_sqrt(at.k), e, d);
     return true;

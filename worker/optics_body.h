@@ -212,7 +212,7 @@ static inline bool mirror_may_enter(double v_n)
 
 /* What is known of a passage from an index n1 to another n2 under the cosine c, all scaled alike.
  */
-struct passage {
+struct transition {
     double n1, n2;
     struct dd c;
     struct dd k; /* n2^2 k = (n2 - n1)(n2 + n1) + (n1 c)^2 */
@@ -231,9 +231,9 @@ static inline bool is_plain_index(double largest)
 #define K_FILTER 0x1p-40
 
 /* The passage by double-double; *sure: that will do. */
-static inline struct passage passage_from(double n1, double n2, struct dd cos_i, bool *sure)
+static inline struct transition transition_from(double n1, double n2, struct dd cos_i, bool *sure)
 {
-    struct passage at = {.n1 = n1, .n2 = n2, .c = cos_i};
+    struct transition at = {.n1 = n1, .n2 = n2, .c = cos_i};
     struct dd root = dd_scale(at.c, at.n1);
     struct dd square = dd_mul(root, root);
     struct dd rest = dd_mul(exact_sum(at.n2, -at.n1), exact_sum(at.n2, at.n1));
@@ -266,7 +266,8 @@ static inline struct dd cosine_in(struct vec3 view, struct vec3 normal, double *
 
 /* v (n1 / n2) + n (n1 c - sqrt(n2^2 k)) / n2; n2^2 k and its root are given. */
 static inline struct vec3 passed_view(struct vec3 view, struct vec3 normal,
-                                      const struct passage *at, struct dd root, double e, double d)
+                                      const struct transition *at, struct dd root, double e,
+                                      double d)
 {
     struct dd eta = dd_div(dd(at->n1), dd(at->n2));
     struct dd g = dd_add(dd_scale(at->c, at->n1), dd_negate(root));

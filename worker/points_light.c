@@ -160,7 +160,7 @@ static inline void refract_lane(struct onward *onward, uint32_t i)
     struct vec3 view = lane(&onward->view, i), normal = lane(&onward->normal, i);
     double from = onward->from[i], to = onward->to[i], e, d;
     bool plain, facing = vec_dot(view, normal) < 0;
-    struct passage at = passage_from(from, to, cosine_in(view, normal, &e, &d), &plain);
+    struct transition at = transition_from(from, to, cosine_in(view, normal, &e, &d), &plain);
     bool passes = (at.k.high >= 0) & (to >= N2_MIN);
     double root = sqrt(at.k.high), rest = fma(-root, root, at.k.high) + at.k.low;
     struct dd cos_t = sum_of_ordered(root, rest / (2 * root));

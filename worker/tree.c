@@ -66,7 +66,7 @@ static inline bool more_important(const struct tree *tree, uint32_t a, uint32_t 
 }
 
 /* A sum of n numbers >= 0 is too small by less than (n - 1) u / (1 - n u) of itself. */
-static double round_up(double sum, uint32_t n)
+static double sum_above(double sum, uint32_t n)
 {
     return sum * (1 + 2 * n * UNIT_ROUNDOFF);
 }
@@ -127,7 +127,7 @@ static double judge(struct tree *tree, uint32_t *first)
         sum += block->sum;
         if (more_important(tree, block->first, *first)) *first = block->first;
     }
-    return round_up(sum, tree->count);
+    return sum_above(sum, tree->count);
 }
 
 double tree_sum(const struct tree *tree)
@@ -135,7 +135,7 @@ double tree_sum(const struct tree *tree)
     double sum = 0;
     for (uint32_t i = 0; i < tree->count; i++)
         sum += tree->bounds[i];
-    return round_up(sum, tree->count);
+    return sum_above(sum, tree->count);
 }
 
 struct branch *tree_next(struct tree *tree, double cutoff)
