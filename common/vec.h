@@ -4,6 +4,8 @@
 
 #include <math.h>
 
+#include "common/extremes.h"
+
 struct vec3 {
     double x, y, z;
 };
@@ -66,9 +68,10 @@ static inline double vec_max(struct vec3 a)
     return max_number(a.x, max_number(a.y, a.z));
 }
 
+/* The size of the largest component; of finite vectors. */
 static inline double vec_largest(struct vec3 a)
 {
-    return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
+    return larger_number(fabs(a.x), larger_number(fabs(a.y), fabs(a.z)));
 }
 
 /* The e for which the largest component is 2^(e - 1) or more and less than 2^e; 0 for zero. */

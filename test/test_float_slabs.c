@@ -63,7 +63,7 @@ static struct vec3 random_direction(uint64_t *random, int exponent, const struct
     struct vec3 corner =
         vec3((double)node->min[0][slot], (double)node->max[1][slot], (double)node->min[2][slot]);
     struct vec3 way = vec_sub(corner, *origin);
-    double length = largest_component(way);
+    double length = vec_largest(way);
     return length > 0 ? vec_scale(way, ldexp(1, exponent) / length) : way;
 }
 

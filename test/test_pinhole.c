@@ -14,7 +14,7 @@ static void random_rays(uint64_t *random, const struct scene *scene, struct ray 
     uint32_t count = (uint32_t)scene->primitives[PRIMITIVE_TRIANGLE].count;
     const uint32_t *vertex = scene_triangles(scene)[random_below(random, count)].vertex;
     struct vec3 a = at[vertex[0]], e1 = vec_sub(at[vertex[1]], a), e2 = vec_sub(at[vertex[2]], a);
-    double size = largest_component(e1) + largest_component(e2);
+    double size = vec_largest(e1) + vec_largest(e2);
     double spread = ldexp(1, -(int)random_below(random, 10));
     double u = random_between(random, -0.25, 1), v = random_between(random, -0.25, 1);
     if (random_below(random, 2) > 0) u = 0;

@@ -165,8 +165,9 @@ static struct scene *scene_in_sight(uint64_t *random, const struct sight *sight)
     for (unsigned i = 1; i < LANES; i++) {
         kinds[random_below(random, sizeof kinds / sizeof *kinds)](random, sight, at);
         for (unsigned k = 0; k < 3; k++)
-            at[k] = vec3(smaller(larger(at[k].x, 0), BOX), smaller(larger(at[k].y, 0), BOX),
-                         smaller(larger(at[k].z, 0), BOX));
+            at[k] = vec3(smaller_number(larger_number(at[k].x, 0), BOX),
+                         smaller_number(larger_number(at[k].y, 0), BOX),
+                         smaller_number(larger_number(at[k].z, 0), BOX));
         add_in_sight(builder, sight, at);
     }
     for (unsigned k = 0; k < 3; k++)
@@ -244,11 +245,11 @@ static void check_depth(const struct verdict *is, const struct exact *exact, dou
     double at = is->from / 2 + is->to / 2, half = is->to / 2 - is->from / 2;
     double by = fabs(at - exact->z * unit / dz) / half, doubt = half * fabs(dz) / unit;
     assert_true(by <= 1);
-    off->depth = larger(by, off->depth);
+    off->depth = larger_number(by, off->depth);
     for (unsigned more = 0; more < 8; more++) {
         by = fabs(mean_of_z(is, is->error, more) - mean_of_z(is, 0, 0));
         assert_true(by + 0.5 <= doubt);
-        off->weights = larger(by / doubt, off->weights);
+        off->weights = larger_number(by / doubt, off->weights);
     }
 }
 
@@ -257,7 +258,7 @@ static double off_by(const struct verdict *is, const struct exact *exact, double
 {
     double most = 0;
     for (unsigned k = 0; k < 3; k++)
-        most = larger(fabs(is->edge[k] - side * exact->edge[k]), most);
+        most = larger_number(fabs(is->edge[k] - side * exact->edge[k]), most);
     return most;
 }
 
@@ -265,11 +266,11 @@ static double off_by(const struct verdict *is, const struct exact *exact, double
 static void check_verdict(const struct verdict *is, const struct exact *exact, struct off *off)
 {
     double one = off_by(is, exact, 1), other = off_by(is, exact, -1);
-    double side = other < one ? -1 : 1, by = smaller(one, other) / is->error;
-    double low =
-        smaller(smaller(side * exact->edge[0], side * exact->edge[1]), side * exact->edge[2]);
+    double side = other < one ? -1 : 1, by = smaller_number(one, other) / is->error;
+    double low = smaller_number(smaller_number(side * exact->edge[0], side * exact->edge[1]),
+                                side * exact->edge[2]);
     assert_true(by <= 1);
-    off->edge = larger(by, off->edge);
+    off->edge = larger_number(by, off->edge);
     assert_true(!is->sided || side * exact->sum > 0);
     assert_true(!is->passed_by || low < 0);
     assert_true(!is->missed || low < 0);

@@ -324,7 +324,7 @@ static struct ray any_ray(uint64_t *random, const struct vec3 corner[3])
     double u = near * random_between(random, 0, 1), v = random_between(random, 0, 1 - u);
     struct vec3 p = vec_sub(corner[1], corner[0]), q = vec_sub(corner[2], corner[0]);
     struct vec3 to = vec_add_scaled(vec_add_scaled(corner[0], p, u), q, v);
-    double size = largest_component(p) + largest_component(q);
+    double size = vec_largest(p) + vec_largest(q);
     struct vec3 way = vec_add_scaled(vec_scale(p, random_between(random, -1, 1)), q,
                                      random_between(random, -1, 1));
     double off = random_below(random, 2) ? pow(10, -random_between(random, 0, 16)) : 1;

@@ -17,12 +17,11 @@ static struct ray random_ray(uint64_t *random, const struct scene *scene)
     if (random_below(random, 4) == 0) u = 0;
     if (random_below(random, 8) == 0) v = 0;
     struct vec3 target = vec_add_scaled(vec_add_scaled(a, e1, u), e2, v);
-    double size = largest_component(e1) + largest_component(e2);
+    double size = vec_largest(e1) + vec_largest(e2);
     struct vec3 origin = random_vector(random, ldexp(size, random_exponent(random, -3, 30)));
     struct ray ray = ray_to(vec_add(target, origin), target);
     if (random_below(random, 2) > 0)
-        ray.t_max = random_between(random, 0, 2 * largest_component(origin)) /
-                    largest_component(ray.direction);
+        ray.t_max = random_between(random, 0, 2 * vec_largest(origin)) / vec_largest(ray.direction);
     return ray;
 }
 

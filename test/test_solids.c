@@ -172,7 +172,7 @@ static struct cone some_cone(uint64_t *random, double spread)
 /* To the cone: anywhere near it, or to its side, as close as 1e-17 of the radius. */
 static struct ray some_ray(uint64_t *random, const struct cone *cone, double spread)
 {
-    double radius = larger(cone->base_radius, cone->apex_radius);
+    double radius = larger_number(cone->base_radius, cone->apex_radius);
     struct vec3 w = vec_sub(cone->apex, cone->base);
     struct vec3 target = vec_add_scaled(cone->base, w, random_between(random, -0.2, 1.2));
     struct vec3 aside = vec_cross(w, random_vector(random, 1));

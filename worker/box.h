@@ -79,7 +79,7 @@ static inline bool box_line_is_inside(const struct box *box, const struct ray *r
                                       const struct crossings *line, uint64_t *exact)
 {
     double enter = line->t[0], leave = line->t[1];
-    double margin = BOX_FILTER * fmax(fabs(enter), fabs(leave));
+    double margin = BOX_FILTER * larger_number(fabs(enter), fabs(leave));
     if (leave - enter > margin) return true;
     if (enter - leave > margin) return false;
     ++*exact;

@@ -113,8 +113,8 @@ static struct collection parts_of(const struct whole *whole)
 static void add_bounds(struct bounds *all, const struct bounds *more)
 {
     for (unsigned axis = 0; axis < 3; axis++) {
-        all->min[axis] = smaller(all->min[axis], more->min[axis]);
-        all->max[axis] = larger(all->max[axis], more->max[axis]);
+        all->min[axis] = smaller_number(all->min[axis], more->min[axis]);
+        all->max[axis] = larger_number(all->max[axis], more->max[axis]);
     }
 }
 
@@ -183,9 +183,9 @@ static void write_bounds(struct bvh *bvh, const struct extent *extent)
     for (unsigned axis = 0; axis < 3; axis++) {
         bvh->min[axis] = open_below(extent->min[axis]);
         bvh->max[axis] = open_above(extent->max[axis]);
-        double far = larger(fabs((double)bvh->min[axis]), fabs((double)bvh->max[axis]));
-        bvh->reach = larger(bvh->reach, far);
-        center = larger(center, fabs(bvh->center[axis]));
+        double far = larger_number(fabs((double)bvh->min[axis]), fabs((double)bvh->max[axis]));
+        bvh->reach = larger_number(bvh->reach, far);
+        center = larger_number(center, fabs(bvh->center[axis]));
     }
     bvh->size = bvh->reach + center;
 }

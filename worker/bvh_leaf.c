@@ -40,7 +40,7 @@ static double find_unit(double extent, double largest)
 {
     int exponent;
     if (!(largest <= UNIT_MAX)) return 0; /* nor is it NaN */
-    frexp(larger(extent / PLACE_MAX, UNIT_MIN), &exponent);
+    frexp(larger_number(extent / PLACE_MAX, UNIT_MIN), &exponent);
     double unit = ldexp(1, exponent);
     return largest <= COORDINATE_MAX * unit ? unit : 0;
 }
@@ -78,12 +78,12 @@ uint32_t bvh_write_corners(const struct scene *scene, const double center[3],
         double low = INFINITE, high = -INFINITE;
         for (uint32_t i = 0; i < 3 * triangles; i++) {
             double place = corner_place(&reader, i / 3, i % 3, axis);
-            low = smaller(low, place);
-            high = larger(high, place);
+            low = smaller_number(low, place);
+            high = larger_number(high, place);
         }
         corners->base[axis] = round_down(low);
-        extent = larger(extent, high - (double)corners->base[axis]);
-        largest = larger(largest, larger(fabs(low), fabs(high)) + fabs(center[axis]));
+        extent = larger_number(extent, high - (double)corners->base[axis]);
+        largest = larger_number(largest, larger_number(fabs(low), fabs(high)) + fabs(center[axis]));
     }
     double unit = find_unit(extent, largest);
     corners->inverse = unit > 0 ? (float)(1 / unit) : NAN;

@@ -62,7 +62,8 @@ static bool may_be_leaf(const struct range *range)
 static struct split find_split(const struct build *build, const struct range *range)
 {
     struct split split = find_object_split(&build->whole, range);
-    double least = larger(OVERLAP_OF_ROOT * build->area, OVERLAP * extent_area(&range->extent));
+    double least =
+        larger_number(OVERLAP_OF_ROOT * build->area, OVERLAP * extent_area(&range->extent));
     if (range->room == 0 || !(split.overlap > least)) return split;
     return find_spatial_split(&build->whole, range, &split);
 }

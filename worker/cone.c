@@ -28,10 +28,9 @@ struct scaled {
 static struct scaled scaled_of(const struct cone *cone, const struct ray *ray)
 {
     struct scaled it = {*cone, ray->origin, ray->direction, 0, 0};
-    double reach = fmax(largest_component(cone->base), largest_component(cone->apex));
-    double speed = largest_component(ray->direction);
-    reach = fmax(largest_component(ray->origin),
-                 fmax(reach, fmax(cone->base_radius, cone->apex_radius)));
+    double reach = fmax(vec_largest(cone->base), vec_largest(cone->apex));
+    double speed = vec_largest(ray->direction);
+    reach = fmax(vec_largest(ray->origin), fmax(reach, fmax(cone->base_radius, cone->apex_radius)));
     if (cone_is_ordinary(cone, ray->origin, ray->direction)) return it;
     (void)frexp(reach, &it.length);
     (void)frexp(speed, &it.speed);

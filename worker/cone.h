@@ -59,15 +59,16 @@ static inline struct cone_sketch cone_sketch(const struct cone *cone, const stru
     s.height = vec_dot(s.f, s.w);
     s.rise = vec_dot(ray->direction, s.w);
     s.W = vec_dot(s.w, s.w);
-    s.radius = larger(cone->base_radius, cone->apex_radius);
+    s.radius = larger_number(cone->base_radius, cone->apex_radius);
     return s;
 }
 
 /* Whether products of four of these are in range. */
 static inline bool cone_sketch_holds(const struct cone_sketch *s)
 {
-    double most = larger(larger(s->reach, s->width), larger(s->speed, s->radius));
-    double least = smaller(s->width, smaller(s->speed, s->radius));
+    double most =
+        larger_number(larger_number(s->reach, s->width), larger_number(s->speed, s->radius));
+    double least = smaller_number(s->width, smaller_number(s->speed, s->radius));
     return most < 0x1p200 && least > 0x1p-200;
 }
 
@@ -90,16 +91,16 @@ static inline bool cone_is_off(const struct cone_sketch *s, double farthest)
     double rise_error = CONE_FILTER * s->speed * s->width;
     if (!(fabs(s->rise) > 0x1p10 * rise_error)) return false;
     double to_base = -s->height / s->rise, to_apex = (s->W - s->height) / s->rise;
-    double most = larger(fabs(to_base), fabs(to_apex));
+    double most = larger_number(fabs(to_base), fabs(to_apex));
     double slack = CONE_FILTER * s->width * (s->reach + s->width) + most * rise_error;
     slack = 2 * slack / fabs(s->rise);
-    double start = larger(smaller(to_base, to_apex) - slack, 0);
-    double length = larger(to_base, to_apex) + slack - start;
+    double start = larger_number(smaller_number(to_base, to_apex) - slack, 0);
+    double length = larger_number(to_base, to_apex) + slack - start;
     if (length < 0 || start > farthest) return true;
     struct vec3 G = vec_add_scaled(s->F, s->D, start);
     double size = sum_of_sizes(G), error = CONE_FILTER * s->width * (s->reach + start * s->speed);
     double slope = 2 * vec_dot(G, s->D), spread = sum_of_sizes(s->D) + rise_error;
-    double square = vec_dot(G, G) + smaller(slope, 0) * length;
+    double square = vec_dot(G, G) + smaller_number(slope, 0) * length;
     double limit = s->radius * s->radius * s->W * (1 + CONE_FILTER);
     limit += 4 * (size + error) * error + 4 * length * (size * rise_error + error * spread);
     return square - CONE_FILTER * (size * size + length * size * spread) > limit;
@@ -158,7 +159,7 @@ static inline bool cone_is_inside_at(const struct cone *cone, const struct cone_
                                      const struct ray *ray, double t)
 {
     struct cone_position at = cone_point_at(s, ray, t);
-    double radius = smaller(cone->base_radius, cone->apex_radius);
+    double radius = smaller_number(cone->base_radius, cone->apex_radius);
     return at.height > at.error && at.height < s->W - at.error &&
            at.beside < radius * sqrt(s->W) - at.error;
 }
@@ -168,7 +169,7 @@ static inline double cone_middle(const struct cone_sketch *s)
 {
     double t = -vec_dot(s->F, s->D) / vec_dot(s->D, s->D);
     double middle = (s->W / 2 - s->height) / s->rise, reach = fabs(0.375 * s->W / s->rise);
-    return smaller(larger(t, middle - reach), middle + reach);
+    return smaller_number(larger_number(t, middle - reach), middle + reach);
 }
 
 /* Whether a solid is certainly entered and left between 0 and t_max; *t is where it is inside. */

@@ -40,13 +40,13 @@ static inline bool is_cone_ordinary(double size)
 static inline bool cone_is_ordinary(const struct cone *cone, struct vec3 origin,
                                     struct vec3 direction)
 {
-    double radius = larger(cone->base_radius, cone->apex_radius);
-    double height = largest_component(vec_sub(cone->apex, cone->base));
-    double reach = larger(largest_component(cone->base), largest_component(cone->apex));
-    reach = larger(largest_component(origin), larger(reach, radius));
+    double radius = larger_number(cone->base_radius, cone->apex_radius);
+    double height = vec_largest(vec_sub(cone->apex, cone->base));
+    double reach = larger_number(vec_largest(cone->base), vec_largest(cone->apex));
+    reach = larger_number(vec_largest(origin), larger_number(reach, radius));
     bool ordinary = is_cone_ordinary(radius);
     ordinary &= is_cone_ordinary(height);
-    ordinary &= is_cone_ordinary(largest_component(direction));
+    ordinary &= is_cone_ordinary(vec_largest(direction));
     ordinary &= reach < CONE_ORDINARY_MAX;
     return ordinary;
 }
@@ -130,8 +130,8 @@ static inline double cone_distances(const struct cone *cone, struct vec3 origin,
                                     struct vec3 direction)
 {
     struct vec3 f = vec_sub(origin, cone->base), w = vec_sub(cone->apex, cone->base);
-    double reach = largest_component(f) + largest_component(w);
-    return (reach + cone->base_radius) / largest_component(direction);
+    double reach = vec_largest(f) + vec_largest(w);
+    return (reach + cone->base_radius) / vec_largest(direction);
 }
 
 /* The sum of the closest approach and a root errs by 2^-70 of these for a ray close to the axis'

@@ -272,7 +272,7 @@ static inline bool integer_of(double value, double scale, double inverse, int64_
 
 bool exact_integers(const struct dd3 *v, struct integers *integers)
 {
-    double largest = largest_component(dd3_round(*v));
+    double largest = vec_largest(dd3_round(*v));
     if (!(largest > 0x1p-900 && largest < 0x1p900)) return false;
     int exponent = parts_of(largest).exponent + 53 - 61; /* largest < 2^(exponent + 61) */
     double scale = power_of_two(-exponent), inverse = power_of_two(exponent);

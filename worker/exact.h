@@ -10,6 +10,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "common/extremes.h"
 #include "common/vec.h"
 
 /* For functions of many small ones: all of them are inlined, which compilers would not do. */
@@ -227,22 +228,6 @@ static inline struct dd3 dd3_cross(struct dd3 a, struct dd3 b)
     return (struct dd3){dd_sub(dd_mul(a.y, b.z), dd_mul(a.z, b.y)),
                         dd_sub(dd_mul(a.z, b.x), dd_mul(a.x, b.z)),
                         dd_sub(dd_mul(a.x, b.y), dd_mul(a.y, b.x))};
-}
-
-/* fmax() for numbers: that one has to look for NaN, and is a call into the library. */
-static inline double larger(double a, double b)
-{
-    return a > b ? a : b;
-}
-
-static inline double smaller(double a, double b)
-{
-    return a < b ? a : b;
-}
-
-static inline double largest_component(struct vec3 v)
-{
-    return larger(fabs(v.x), larger(fabs(v.y), fabs(v.z)));
 }
 
 /* |x| + |y| + |z|: at least the length. */

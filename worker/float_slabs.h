@@ -85,7 +85,7 @@ static INLINED struct float_slab float_slab_of(const struct bvh *bvh, const stru
 {
     double origin = vec_component(&ray->origin, axis) - bvh->center[axis];
     double direction = vec_component(&ray->direction, axis);
-    double inverse = 1 / copysign(larger(fabs(direction), least), direction);
+    double inverse = 1 / copysign(larger_number(fabs(direction), least), direction);
     size_t min = offsetof(struct bvh_node, min) + axis * (BVH_WIDTH * sizeof(float));
     size_t max = offsetof(struct bvh_node, max) + axis * (BVH_WIDTH * sizeof(float));
     bool down = signbit(direction);
@@ -110,8 +110,8 @@ static inline bool float_slabs_do(double largest_origin, double largest_directio
 static INLINED bool float_slabs_of(const struct bvh *bvh, const struct ray *ray,
                                    struct float_slabs *slabs)
 {
-    double origin = largest_component(ray->origin), margin = slab_margin(bvh, origin);
-    double direction = largest_component(ray->direction);
+    double origin = vec_largest(ray->origin), margin = slab_margin(bvh, origin);
+    double direction = vec_largest(ray->direction);
     if (!float_slabs_do(origin, direction, margin, bvh->reach)) return false;
     double least = FLOAT_SLANT_MIN * direction;
     margin *= 1 + FLOAT_MARGIN / TEST_ERROR;

@@ -58,7 +58,7 @@ static INLINED void nearest_crossing(struct nearest_walk *walk, const struct cro
     walk->hit = (struct hit){t, found->u, found->v, id, crossing.part};
     walk->hit_error = error;
     /* Something that comes before the hit may seem to be that far. */
-    walk->probe.purpose.farthest = smaller(t + 2 * error, walk->probe.purpose.farthest);
+    walk->probe.purpose.farthest = smaller_number(t + 2 * error, walk->probe.purpose.farthest);
 }
 
 static INLINED void nearest_primitive(struct nearest_walk *walk, uint32_t id, bool naive)
@@ -147,7 +147,7 @@ static INLINED void nearest_waits(struct nearest_walk *walk, uint32_t id, double
     if (walk->waiting_count == WAITING_MAX) nearest_waiting(walk);
     walk->waiting[walk->waiting_count++] = (struct waiting){id, part, from, told ? to : INFINITE};
     if (!(to < walk->probe.ray->t_max)) return;
-    purpose->farthest = smaller(to + 2 * crossing_error(walk, id, to), purpose->farthest);
+    purpose->farthest = smaller_number(to + 2 * crossing_error(walk, id, to), purpose->farthest);
 }
 
 /* A solid that the ray starts on. */

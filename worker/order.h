@@ -15,7 +15,7 @@
 /* The share of it that the ray's origin has in every distance along the ray. */
 static inline double order_error_of_origin(const struct ray *ray)
 {
-    return ORDER_ERROR * largest_component(ray->origin) / largest_component(ray->direction);
+    return ORDER_ERROR * vec_largest(ray->origin) / vec_largest(ray->direction);
 }
 
 /* Of a primitive: part as in struct hit. */

@@ -66,7 +66,7 @@ static void settle(struct nearest_packet *it, unsigned lane)
         if (candidate->from <= it->limit[lane]) nearest_primitive(walk, candidate->id, false);
     }
     it->count[lane] = 0;
-    it->limit[lane] = smaller(it->limit[lane], walk->probe.purpose.farthest);
+    it->limit[lane] = smaller_number(it->limit[lane], walk->probe.purpose.farthest);
 }
 
 static INLINED void keep(struct nearest_packet *it, unsigned lane, struct candidate candidate)
@@ -139,7 +139,7 @@ static void test_each(struct nearest_packet *it, uint32_t id, lane_set set)
         unsigned lane = lowest_lane(set);
         struct nearest_walk *walk = walk_of(it, lane);
         nearest_primitive(walk, id, false);
-        it->limit[lane] = smaller(it->limit[lane], walk->probe.purpose.farthest);
+        it->limit[lane] = smaller_number(it->limit[lane], walk->probe.purpose.farthest);
     }
 }
 

@@ -189,12 +189,12 @@ static INLINED struct bundle_ends load_bundle(struct bundle *bundle, const struc
 /* The largest and, where they all have one sign, the smallest; else nothing above 0. */
 static INLINED double largest_end(struct ends ends)
 {
-    return larger(ends.high, -ends.low);
+    return larger_number(ends.high, -ends.low);
 }
 
 static INLINED double smallest_end(struct ends ends)
 {
-    return larger(ends.low, -ends.high);
+    return larger_number(ends.low, -ends.high);
 }
 
 /* Whether z is certainly the longest axis of all directions. */
@@ -223,8 +223,8 @@ static INLINED void set_range(struct bundle *bundle, const struct bundle_ends *e
     bool down = most < -FLOAT_COMPONENT_MIN;
     range->both_ways = !down && !(least > FLOAT_COMPONENT_MIN);
     if (range->both_ways) {
-        least = smaller(least, -FLOAT_COMPONENT_MIN);
-        most = larger(most, FLOAT_COMPONENT_MIN);
+        least = smaller_number(least, -FLOAT_COMPONENT_MIN);
+        most = larger_number(most, FLOAT_COMPONENT_MIN);
     }
     range->near_plane = down ? max : min;
     range->far_plane = down ? min : max;
@@ -271,8 +271,8 @@ static INLINED bool bundle_of(const struct bvh *bvh, const struct ray *rays, str
     bundle->one_origin = bundle->eye || have_one_origin(rays, bundle->count * LANES);
     struct bundle_ends ends = load_bundle(bundle, rays);
     if (!ends.finite || !have_one_shear(bundle, &ends)) return false;
-    double largest_origin =
-        larger(larger(largest_end(ends.o[0]), largest_end(ends.o[1])), largest_end(ends.o[2]));
+    double largest_origin = larger_number(
+        larger_number(largest_end(ends.o[0]), largest_end(ends.o[1])), largest_end(ends.o[2]));
     bundle->margin = slab_margin(bvh, largest_origin);
     if (!bundle_fits_floats(bundle, &ends, largest_origin)) return false;
     for (unsigned axis = 0; axis < 3; axis++)

@@ -58,7 +58,7 @@ static INLINED struct pinhole pinhole_of(const struct bundle *bundle)
     double y[2] = {lanes_lowest(low_y), lanes_highest(high_y)};
     struct pinhole eye = {.sx = x[0] / 2 + x[1] / 2,
                           .sy = y[0] / 2 + y[1] / 2,
-                          .wide = larger(x[1] - x[0], y[1] - y[0]) * WINDOW_HALF,
+                          .wide = larger_number(x[1] - x[0], y[1] - y[0]) * WINDOW_HALF,
                           .down = lanes_lowest(packet->inverse_dz) < 0};
     for (unsigned i = 0; i < 3; i++)
         eye.from_center[i] = lanes_lowest(packet->origin[i]) - bundle->bvh->center[bundle->axes[i]];
@@ -134,7 +134,7 @@ static INLINED bool pinhole_leaf_of(const struct pinhole *eye, const unsigned ax
     x *= inverse;
     y *= inverse;
     z *= inverse;
-    double wide = eye->wide * fabs(z), aside = larger(fabs(x), fabs(y)) + wide;
+    double wide = eye->wide * fabs(z), aside = larger_number(fabs(x), fabs(y)) + wide;
     leaf->base_x = floats_of((float)x);
     leaf->base_y = floats_of((float)y);
     leaf->depth = floats_of((float)z);

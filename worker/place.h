@@ -35,7 +35,7 @@ static inline struct vec3 place_rounded(const struct place *place)
 static inline struct vec3 stand_off(const struct place *place, struct vec3 normal,
                                     struct vec3 direction)
 {
-    double distance = STAND_OFF * largest_component(place_rounded(place));
+    double distance = STAND_OFF * vec_largest(place_rounded(place));
     double side = vec_dot(direction, normal) <= 0 ? 1 : -1;
     struct dd3 step = dd3_of(vec_scale(normal, side * distance));
     struct place off = {place->anchor, dd3_add(place->offset, step)};
@@ -52,7 +52,7 @@ static inline struct vec3 stand_off(const struct place *place, struct vec3 norma
  */
 static inline double triangle_size(struct vec3 a, struct vec3 b, struct vec3 c)
 {
-    return largest_component(vec_sub(b, a)) + largest_component(vec_sub(c, a));
+    return vec_largest(vec_sub(b, a)) + vec_largest(vec_sub(c, a));
 }
 
 /* The mean, from a: b has the weight u, c has v. */
@@ -82,7 +82,7 @@ static inline bool triangle_passes(const struct dd3 *passage, double speed, cons
 {
     struct vec3 at = dd3_round(*passage), apart = vec_sub(at, dd3_round(*mean));
     bool finite = (at.x - at.x) + (at.y - at.y) + (at.z - at.z) == 0;
-    return (speed != 0) & finite & (largest_component(apart) <= 0x1p-40 * size);
+    return (speed != 0) & finite & (vec_largest(apart) <= 0x1p-40 * size);
 }
 
 #endif

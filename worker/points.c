@@ -147,10 +147,10 @@ static inline struct place sphere_place(const struct points *points, uint32_t i,
     struct vec3 center = lane(&points->a, i), o = lane(&points->origin, i);
     struct vec3 d = lane(&points->view, i);
     double r = points->radius[i], t = points->t[i];
-    double reach = larger(largest_component(o), largest_component(center));
+    double reach = larger_number(vec_largest(o), vec_largest(center));
     *sure = is_ordinary(reach + r);
     *sure &= is_ordinary(r);
-    *sure &= is_ordinary(largest_component(d));
+    *sure &= is_ordinary(vec_largest(d));
     struct sphere_line line =
         sphere_line_from(center, r, o, d, sphere_closest_approach(center, o, d));
     *sure &= line.discriminant.high > SPHERE_LINE_FILTER * sphere_line_error(&line, r);
@@ -232,7 +232,8 @@ static inline bool certainly_crosses(const struct sheared *p, const struct shear
 {
     double e0 = q->x * r->y - q->y * r->x, e1 = r->x * p->y - r->y * p->x;
     double e2 = p->x * q->y - p->y * q->x, error = edge_error(p, q, r);
-    double low = smaller(smaller(e0, e1), e2), high = larger(larger(e0, e1), e2);
+    double low = smaller_number(smaller_number(e0, e1), e2),
+           high = larger_number(larger_number(e0, e1), e2);
     return (low > error) | (high < -error);
 }
 
@@ -291,7 +292,7 @@ static FLATTENED bool triangles_are_far(struct points *points, uint32_t begin, u
     _Pragma("omp simd reduction(+ : near)") for (uint32_t i = begin; i < end; i++)
     {
         double size = triangle_size(lane(&points->a, i), lane(&points->b, i), lane(&points->c, i));
-        double distance = fabs(points->t[i]) * largest_component(lane(&points->view, i));
+        double distance = fabs(points->t[i]) * vec_largest(lane(&points->view, i));
         near += size <= distance ? 0.0 : 1.0;
     }
     return near == 0;
@@ -319,7 +320,7 @@ static inline void find_triangle(struct points *points, uint32_t i)
     struct vec3 direction = lane(&points->view, i);
     double size = triangle_size(a, b, c), speed;
     bool sure = points->sure[i] != 0;
-    bool far = size <= fabs(points->t[i]) * largest_component(direction);
+    bool far = size <= fabs(points->t[i]) * vec_largest(direction);
     struct dd3 mean = triangle_mean(a, b, c, points->u[i], points->v[i]);
     struct dd3 passage = triangle_passage(a, b, c, lane(&points->origin, i), direction, &speed);
     bool passes = !far & triangle_passes(&passage, speed, &mean, size);

@@ -15,8 +15,8 @@
 
 static inline double shadow_end(struct vec3 point, struct vec3 light, struct vec3 to_light)
 {
-    double reach = largest_component(point) + largest_component(light);
-    double end = 1 - SHADOW_ROUNDOFF * (reach / largest_component(to_light));
+    double reach = vec_largest(point) + vec_largest(light);
+    double end = 1 - SHADOW_ROUNDOFF * (reach / vec_largest(to_light));
     return end > 0 ? end : 0;
 }
 
@@ -169,7 +169,7 @@ static inline void refract_lane(struct onward *onward, uint32_t i)
     set_lane(&onward->direction, i, out);
     onward->passes[i] = truth(passes);
     through &= at.k.high > 0;
-    plain &= is_plain_index(larger(from, to));
+    plain &= is_plain_index(larger_number(from, to));
     onward->sure[i] = truth(plain & (from != to) & facing & (through | !passes));
 }
 

@@ -65,8 +65,8 @@ static inline bool is_same_passage(const struct scene *scene, uint32_t id, const
                                    double t)
 {
     if (ray->from == PRIMITIVE_NONE || !is_triangle(ray->from)) return false;
-    double way = t * largest_component(ray->direction);
-    if (!(t > 0 && way < 0x1p-20 * largest_component(ray->origin))) return false;
+    double way = t * vec_largest(ray->direction);
+    if (!(t > 0 && way < 0x1p-20 * vec_largest(ray->origin))) return false;
     const uint32_t *from = corner_indices(scene, ray->from), *of = corner_indices(scene, id);
     if (!have_common_vertex(from, of)) return false;
     const struct vec3 *at = scene_vertices(scene);

@@ -81,10 +81,10 @@ static INLINED double slab_margin(const struct bvh *bvh, double largest_origin)
 
 static INLINED struct slabs slabs_of(const struct bvh *bvh, const struct ray *ray)
 {
-    double margin = slab_margin(bvh, largest_component(ray->origin));
+    double margin = slab_margin(bvh, vec_largest(ray->origin));
     return (struct slabs){slab_of(bvh, ray, 0, margin), slab_of(bvh, ray, 1, margin),
                           slab_of(bvh, ray, 2, margin),
-                          isinf(1 / largest_component(ray->direction)) || isinf(margin)};
+                          isinf(1 / vec_largest(ray->direction)) || isinf(margin)};
 }
 
 static inline struct lanes node_planes(const struct bvh_node *node, size_t offset)

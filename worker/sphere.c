@@ -16,8 +16,8 @@ struct scaled {
 static struct scaled scaled_of(const struct sphere *sphere, const struct ray *ray)
 {
     struct scaled scaled = {*sphere, ray->origin, ray->direction, 0, 0};
-    double reach = fmax(largest_component(ray->origin), largest_component(sphere->center));
-    double speed = largest_component(ray->direction);
+    double reach = fmax(vec_largest(ray->origin), vec_largest(sphere->center));
+    double speed = vec_largest(ray->direction);
     if (is_ordinary(reach + sphere->radius) && is_ordinary(sphere->radius) && is_ordinary(speed))
         return scaled;
     (void)frexp(fmax(reach, sphere->radius), &scaled.length);

@@ -87,7 +87,7 @@ static inline double sphere_line_behind(const struct sphere_line *line, double t
 static inline double sphere_line_behind_error(const struct sphere_line *line, struct vec3 direction,
                                               double radius)
 {
-    double speed = largest_component(direction);
+    double speed = vec_largest(direction);
     return SPHERE_SIDE_ERROR * (fabs(line->t) + radius / speed);
 }
 

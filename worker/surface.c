@@ -46,7 +46,7 @@ static struct place triangle_place(const struct scene *scene, const struct ray *
     double size = triangle_size(a, b, c), speed;
     struct place mean = {a, triangle_mean(a, b, c, hit->u, hit->v)};
     *normal = triangle_normal(&a, &b, &c);
-    if (size <= fabs(hit->t) * largest_component(ray->direction)) return mean;
+    if (size <= fabs(hit->t) * vec_largest(ray->direction)) return mean;
     struct place passage = {a, triangle_passage(a, b, c, ray->origin, ray->direction, &speed)};
     return triangle_passes(&passage.offset, speed, &mean.offset, size) ? passage : mean;
 }

@@ -163,7 +163,7 @@ FLATTENED bool triangle_plane_distance(const struct vec3 *a, const struct vec3 *
     double speeds = edges * sum_of_sizes(ray->direction);
     *t = dd_div(height, speed).high;
     return fabs(height.high) > PLANE_SHARE * heights && fabs(speed.high) > PLANE_SHARE * speeds &&
-           smaller(heights, speeds) > 0x1p-400 && larger(heights, speeds) < 0x1p400;
+           smaller_number(heights, speeds) > 0x1p-400 && larger_number(heights, speeds) < 0x1p400;
 }
 
 /* n.(a - o) and n.d for the plane of a triangle, n = (b - a) x (c - a) not normalised. */
@@ -186,7 +186,7 @@ static struct plane_view plane_view(const struct vec3 corners[3], const struct r
 bool triangle_is_same_passage(const struct vec3 from[3], const struct vec3 of[3],
                               const struct ray *ray)
 {
-    double near = START_ERROR * largest_component(ray->origin);
+    double near = START_ERROR * vec_largest(ray->origin);
     struct plane_view here = plane_view(from, ray), there = plane_view(of, ray);
     bool goes_through = (here.height > 0) == (here.speed > 0) && here.height != 0;
     return goes_through && fabs(there.height) <= near * there.size;

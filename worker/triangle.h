@@ -91,7 +91,8 @@ static inline bool start_is_close(const struct sheared *p, const struct sheared 
 {
     double close = 16 * UNIT_ROUNDOFF * (fabs(p->z) + fabs(q->z) + fabs(r->z));
     if (!(fabs(way) <= close)) return false;
-    return smaller(p->z, smaller(q->z, r->z)) < 0 && larger(p->z, larger(q->z, r->z)) > 0;
+    return smaller_number(p->z, smaller_number(q->z, r->z)) < 0 &&
+           larger_number(p->z, larger_number(q->z, r->z)) > 0;
 }
 
 /* The slope, in the sum of its components. */

@@ -68,7 +68,7 @@ struct reach {
 
 static INLINED struct reach reach_of(const struct ray *ray, const struct shear *shear)
 {
-    double near = PASSAGE_REACH * largest_component(ray->origin);
+    double near = PASSAGE_REACH * vec_largest(ray->origin);
     double far = ray->t_max * fabs(shear->dz) * REACH_SLACK;
     if (shear->dz < 0) return (struct reach){-far, -near};
     return (struct reach){near, far};
