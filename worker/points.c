@@ -59,17 +59,6 @@ static void sort_by_group(const struct hit *hits, uint32_t count, struct points 
     points->count = first[GROUPS];
 }
 
-/* primitive_material(), the usual kinds first. */
-static inline uint32_t material_of(const struct scene *scene, uint32_t primitive)
-{
-    uint32_t index = primitive_index(primitive);
-    enum primitive_kind kind = primitive_kind(primitive);
-    if (kind == PRIMITIVE_TRIANGLE) return scene_triangles(scene)[index].material;
-    if (kind == PRIMITIVE_PATCH) return scene_patches(scene)[index].material;
-    if (kind == PRIMITIVE_SPHERE) return scene_spheres(scene)[index].material;
-    return primitive_material(scene, primitive);
-}
-
 static void gather_rays(const struct ray *rays, const struct hit *hits, struct points *points)
 {
     for (uint32_t i = 0; i < points->count; i++) {
@@ -89,7 +78,7 @@ static void gather_materials(const struct scene *scene, const struct hit *hits,
     const struct material *materials = scene_materials(scene);
     for (uint32_t i = 0; i < points->count; i++) {
         uint32_t primitive = hits[points->slot[i]].primitive;
-        points->material[i] = &materials[material_of(scene, primitive)];
+        points->material[i] = &materials[primitive_material(scene, primitive)];
     }
 }
 
