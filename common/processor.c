@@ -1,5 +1,6 @@
 #include "common/processor.h"
 
+#include <stdatomic.h>
 #include <stddef.h>
 #include <stdlib.h>
 #ifdef __x86_64__
@@ -18,11 +19,17 @@ const char *processor_level_name(enum processor_level level)
 
 #ifdef __x86_64__
 
-/* Clang's __builtin_cpu_supports() does not know its name. */
+/* Clang's __builtin_cpu_supports() does not know its name. Asked once: under a hypervisor CPUID takes tens of
+ * microseconds, and the level is resolved for every tile and probe. */
 static bool has_lzcnt(void)
 {
-    unsigned a, b, c = 0, d;
-    return __get_cpuid(0x80000001, &a, &b, &c, &d) && (c & bit_ABM);
+    enum { UNKNOWN, ABSENT, PRESENT };
+    static atomic_int known = UNKNOWN;
+    if (known == UNKNOWN) {
+        unsigned a, b, c = 0, d;
+        known = __get_cpuid(0x80000001, &a, &b, &c, &d) && (c & bit_ABM) ? PRESENT : ABSENT;
+    }
+    return known == PRESENT;
 }
 
 /* All that the Makefile's AVX2 lets the compiler use; so below. */
