@@ -197,12 +197,26 @@ static double expected_pixel(const struct shares *shares, const struct share_wor
     return (share->seconds + common * mean) / (share->finished + common);
 }
 
+/* Before the first answer: of the share that has most pixels left. */
+static struct outlook_share outlook_of_pixels(const struct shares *shares)
+{
+    double most = 0, skipped = 1, finished = 1;
+    for (uint32_t i = 0; i < shares->config.renderers; i++) {
+        const struct share_work *share = &shares->work[i];
+        double left = share->pixels - share->finished - share->skipped;
+        if (left <= most) continue;
+        most = left;
+        skipped = share->skipped / share->pixels;
+        finished = skipped + share->finished / share->pixels;
+    }
+    return (struct outlook_share){finished, skipped};
+}
+
 struct outlook_share share_outlook(const struct shares *shares)
 {
     const struct share_work *all = &shares->all;
-    double skipped = all->skipped / all->pixels, most = 0, before = 0;
-    if (!(all->seconds > 0 && shares->answered > 0))
-        return (struct outlook_share){skipped + all->finished / all->pixels, skipped};
+    double most = 0, before = 0;
+    if (!(all->seconds > 0 && shares->answered > 0)) return outlook_of_pixels(shares);
     for (uint32_t i = 0; i < shares->config.renderers; i++) {
         const struct share_work *share = &shares->work[i];
         if (share->pixels == 0) continue;

@@ -424,6 +424,26 @@ static void test_bands_show_progress(void **state)
     }
 }
 
+static uint32_t above_last_row(void *state, const struct tile *tile)
+{
+    (void)state;
+    return tile->y < 50 ? tile_pixels(tile) : 0;
+}
+
+/* What an earlier run has finished of other shares does not fill the bar: it would stand there. */
+static void test_progress_of_resumed_shares(void **state)
+{
+    (void)state;
+    struct queue_config config = {
+        .schedule = SCHEDULE_STRIPS, .width = 60, .height = 60, .renderers = 3, .tile_edge = 10};
+    struct queue *queue = queue_create(&config);
+    queue_skip(queue, above_last_row, NULL); /* all but half of the last share */
+    struct queue_count count = queue_count(queue);
+    assert_int_equal(count.pixels_finished, 50 * 60);
+    assert_true(count.share_finished == 0.5 && count.share_skipped == 0.5);
+    queue_destroy(queue);
+}
+
 /* The next tile of the renderer is back by now, and has taken so long; false: it gets none. */
 static bool do_next(struct queue *queue, uint32_t renderer, double now, double seconds)
 {
@@ -1542,6 +1562,7 @@ int main(void)
         cmocka_unit_test(test_tile_edge),
         cmocka_unit_test(test_bands_show_progress),
         cmocka_unit_test(test_progress_of_shares),
+        cmocka_unit_test(test_progress_of_resumed_shares),
         cmocka_unit_test(test_reserve),
         cmocka_unit_test(test_equal_renderers),
         cmocka_unit_test(test_uneven_renderers),
