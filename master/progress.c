@@ -204,8 +204,10 @@ void progress_update(struct progress *progress, const struct progress_state *sta
 
 void progress_end(struct progress *progress)
 {
-    if (progress->terminal) message_clear_line(NULL, NULL);
+    flockfile(stderr);
     erase_bar(progress);
+    funlockfile(stderr);
+    if (progress->terminal) message_clear_line(NULL, NULL);
     if (progress->descriptor >= 0) close(progress->descriptor);
     progress->descriptor = -1;
     progress->terminal = false;
