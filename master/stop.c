@@ -52,8 +52,10 @@ static void note_signal(int number)
         raise(number); /* acts when this handler returns */
         return;
     }
-    noted = number;
-    if (is_served) return;
+    if (is_served) {
+        noted = number;
+        return;
+    }
     ssize_t unused = write(STDERR_FILENO, message, sizeof message - 1);
     (void)unused;
     stop_job(75, NULL); /* nothing is lost: the same command begins again */
