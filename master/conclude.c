@@ -137,12 +137,12 @@ static bool judge_limit(const struct run *run)
 }
 
 /* Of a run that only writes what this one has rendered trace, heat map and ranks would be empty: for them
- * nothing is kept. */
-static void keep_what_is_missing(struct run *run, struct written written)
+ * nothing is kept. What a time limit has ended would be rendered further, and be another picture. */
+static void keep_what_is_missing(struct run *run, struct written written, bool timed_out)
 {
     if (!written.picture) {
-        keep(run, "to write the picture without rendering it again");
-    } else if (!written.report) {
+        keep(run, timed_out ? "to go on" : "to write the picture without rendering it again");
+    } else if (!written.report && !timed_out) {
         keep(run, "to write the report, too, without rendering the picture again");
     } else {
         save_drop(run->save);
@@ -161,7 +161,7 @@ int run_conclude(struct run *run, const struct service *service, const struct vi
         return STATUS_FAILED;
     }
     struct written written = write_outputs(run);
-    keep_what_is_missing(run, written);
+    keep_what_is_missing(run, written, service->timed_out);
     if (!written.picture) return STATUS_FAILED;
     report_table(stdout, &run->report, terminal_columns(stderr));
     if (wants_report(settings) && written.report)

@@ -83,6 +83,27 @@ unkept() {
 }
 for n in 0 1 2; do check "stopped without a journal, -n $n" unkept; done
 
+timed_out() { # what goes on would render further: the picture is there, so nothing is kept
+    run 1 farm_n 0 "$SCENE" image.width=300 image.height=300 sampling.time_limit=1 \
+        output.image=t.png output.report=/dev/full || return 1
+    cat "$T/err"
+    ! grep -q 'without rendering' "$T/err" && [ -s t.png ] && [ ! -e t.journal ]
+}
+check "no space for the report of a run that a time limit has ended" timed_out
+
+twice() { # the second signal ends it at once, whatever kind it is
+    "$MPIEXEC" -n "$n" "$FARM" "$SCENE" $SLOW output.image=w.png >o 2>e &
+    pid=$!
+    sleep 1.5; kill -USR1 $pid; sleep 0.15; kill -TERM $pid
+    wait $pid
+    status=$?
+    cat e
+    echo "status $status"
+    [ $status -eq 143 ] || [ $status -eq 75 ] # when it is quicker than the second one
+}
+for n in 1 2; do check "two signals of different kinds, -n $n" twice; done
+rm -f w.*
+
 other_launcher() { # srun, as far as a rank sees it: the command cannot tell all of it
     printf '#!/bin/sh\nexec env -u HYDI_CONTROL_FD "%s" "$@"\n' "$FARM" >launched && chmod +x launched
     (FARM=$T/launched && stopped TERM) &&
