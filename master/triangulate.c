@@ -389,8 +389,8 @@ const char *triangulate(const struct vec3 *polygon, size_t count, struct triangu
     }
     return clip(out, count)
                ? NULL
-               : "the polygon crosses itself too often or is wound too much to be cut into "
-                 "triangles, expected a simpler one";
+               : "the polygon takes too long to be cut into triangles, expected one that crosses "
+                 "itself less or is less tangled";
 }
 
 void triangulation_free(struct triangulation *triangulation)

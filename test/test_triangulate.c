@@ -360,6 +360,26 @@ static void test_tangle_is_refused(void **state)
     triangulation_free(&t);
 }
 
+/* Long teeth, none of them parallel to an axis, so that their boxes overlap: simple all the same. */
+static void test_slanted_comb_is_cut(void **state)
+{
+    (void)state;
+    enum { TEETH = POLYGON_MAX_CORNERS / 2 - 1 };
+    struct triangulation t = {0};
+    struct vec3 *comb = allocate(POLYGON_MAX_CORNERS, sizeof *comb);
+    for (int i = 0; i < TEETH; i++) {
+        comb[2 * i] = vec3(0.03 * i / TEETH, 0, 0);
+        comb[2 * i + 1] = vec3(0.03 * (i + 0.5) / TEETH + 1, 1, 0);
+    }
+    comb[2 * TEETH] = vec3(0.03, 0, 0);
+    comb[2 * TEETH + 1] = vec3(0.015, -0.1, 0);
+    assert_null(triangulate(comb, POLYGON_MAX_CORNERS, &t));
+    assert_int_equal(t.count, POLYGON_MAX_CORNERS - 2);
+    assert_false(t.improper);
+    free(comb);
+    triangulation_free(&t);
+}
+
 /* Not all corners are looked at for each one where the polygon is simple; as many times less is the time. */
 static void test_looks_at_few(void **state)
 {
@@ -393,6 +413,7 @@ int main(void)
         cmocka_unit_test(test_bent_polygons),
         cmocka_unit_test(test_mazes),
         cmocka_unit_test(test_limits),
+        cmocka_unit_test(test_slanted_comb_is_cut),
         cmocka_unit_test(test_tangle_is_refused),
         cmocka_unit_test(test_looks_at_few),
     };
