@@ -78,6 +78,13 @@ static char *format_arguments(const char *format, va_list arguments)
     return text;
 }
 
+/* Locks stderr; what is drawn on its last line goes. */
+static void begin_line(void)
+{
+    flockfile(stderr);
+    if (clear_line) clear_line(line_state);
+}
+
 static void say(const char *file, long line, const char *kind, char *text)
 {
     char *whole;
@@ -92,8 +99,7 @@ static void say(const char *file, long line, const char *kind, char *text)
         size_t used = strlen(capture_text);
         snprintf(capture_text + used, capture_size - used, "%s\n", whole);
     } else {
-        flockfile(stderr);
-        if (clear_line) clear_line(line_state);
+        begin_line();
         fprintf(stderr, "%s\n", whole);
         funlockfile(stderr);
     }
@@ -132,8 +138,7 @@ void fatal(const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
-    flockfile(stderr);
-    if (clear_line) clear_line(line_state);
+    begin_line();
     fprintf(stderr, "farm: rank %d: ", own_rank);
     vfprintf(stderr, format, arguments);
     fputc('\n', stderr);

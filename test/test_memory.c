@@ -2,10 +2,10 @@
 #include "test/scratch.h"
 
 #include <sys/resource.h>
-#include <sys/wait.h>
 
 #include "common/memory.h"
 #include "master/text_file.h"
+#include "test/fatal.h"
 
 #define GIB ((size_t)1 << 30)
 
@@ -65,27 +65,20 @@ static void test_refused(void **state)
     unlink("big.nff");
 }
 
+struct block {
+    size_t count, size;
+};
+
+static void allocate_block(void *state)
+{
+    const struct block *block = state;
+    free(allocate(block->count, block->size));
+}
+
 /* What a block that cannot be costs: the job, with this message. */
 static void check_fatal(size_t count, size_t size, const char *expected)
 {
-    int ends[2], status;
-    char text[256] = "";
-    assert_int_equal(pipe(ends), 0);
-    pid_t child = fork();
-    if (child == 0) {
-        dup2(ends[1], STDERR_FILENO);
-        free(allocate(count, size));
-        _exit(0);
-    }
-    close(ends[1]);
-    /* It comes in pieces. */
-    FILE *said = fdopen(ends[0], "r");
-    size_t bytes = fread(text, 1, sizeof text - 1, said);
-    text[bytes] = '\0';
-    fclose(said);
-    assert_int_equal(waitpid(child, &status, 0), child);
-    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 1);
-    assert_string_equal(text, expected);
+    assert_fatal(allocate_block, &(struct block){count, size}, expected);
 }
 
 static void test_blocks(void **state)

@@ -226,9 +226,7 @@ struct bvh *bvh_build(const struct scene *scene, void *memory, unsigned threads)
     struct bvh *bvh = empty_tree(scene, memory);
     if (bounded_count(scene) == 0) return bvh;
     if (weight_bound(scene) > UINT32_MAX) /* of a range: struct range */
-        fatal("the scene has too many primitives for a tree, expected at most %u that are not "
-              "triangles",
-              UINT32_MAX / PACK);
+        fatal("the scene has too many primitives for a tree");
     if (bounded_count(scene) <= SUBTREE_ITEMS) threads = 1; /* there is nothing to share out */
     struct whole whole = {scene, bvh->center,
                           allocate_large((size_t)leaf_bound(scene) * sizeof *whole.items),

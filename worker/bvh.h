@@ -107,8 +107,8 @@ static inline uint32_t corner_entries(uint32_t triangles)
 size_t bvh_bytes_bound(const struct scene *scene);
 
 /* Builds into memory of bvh_bytes_bound() bytes, aligned to 64, with at most so many threads, the
- * calling one among them (>= 1), which make no difference to the bytes. A scene of more than 7e8 primitives that are not triangles is
- * fatal. */
+ * calling one among them (>= 1), which make no difference to the bytes. Fatal where items, solids
+ * counted as struct range weighs them, could be 2^32 or more. */
 struct bvh *bvh_build(const struct scene *scene, void *memory, unsigned threads);
 
 #endif

@@ -1,0 +1,38 @@
+/* What ends the job is tried in a child. */
+#ifndef FARM_TEST_FATAL_H
+#define FARM_TEST_FATAL_H
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+/* try(state) ends with status 1, and says on stderr nothing but this, of at most 255 bytes. */
+static inline void assert_fatal(void (*try)(void *state), void *state, const char *expected)
+{
+    int ends[2], status;
+    char text[256] = "";
+    assert_int_equal(pipe(ends), 0);
+    pid_t child = fork();
+    if (child == 0) {
+        dup2(ends[1], STDERR_FILENO);
+        try(state);
+        _exit(0);
+    }
+    close(ends[1]);
+    /* It comes in pieces. */
+    FILE *said = fdopen(ends[0], "r");
+    size_t bytes = fread(text, 1, sizeof text - 1, said);
+    text[bytes] = '\0';
+    fclose(said);
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 1);
+    assert_string_equal(text, expected);
+}
+
+#endif
