@@ -25,9 +25,9 @@ void user_warning(const char *file, long line, const char *format, ...) MESSAGE_
 /* What is said of a run that goes as it should: "farm: text". */
 void user_note(const char *format, ...) MESSAGE_FORMAT(1, 2);
 
-/* Bytes of the character at text that a terminal can show, in UTF-8; 0: it is a control character, or
- * none at all. */
-size_t printable_bytes(const char *text);
+/* Bytes of the first of these characters, in UTF-8, if a terminal can show it; 0: it is a control
+ * character, or none at all. */
+size_t printable_bytes(const char *characters);
 
 /* A copy of text, such as the name of a file, for a terminal: as in messages. The caller frees it. */
 char *printable_text(const char *text) __attribute__((returns_nonnull));
