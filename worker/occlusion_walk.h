@@ -62,6 +62,23 @@ static inline int by_material(const void *a, const void *b)
     return (p->primitive > q->primitive) - (p->primitive < q->primitive);
 }
 
+/* Most rays pass few, of which the C library's qsort() would take longer than the rest of the filter. */
+static inline void passages_sort(struct passages *passages)
+{
+    struct passage *at = passages->at;
+    if (passages->count > INLINE_PASSAGES) {
+        qsort(at, passages->count, sizeof *at, by_material);
+        return;
+    }
+    for (size_t i = 1; i < passages->count; i++) {
+        const struct passage next = at[i];
+        size_t place = i;
+        for (; place > 0 && by_material(&next, &at[place - 1]) < 0; place--)
+            at[place] = at[place - 1];
+        at[place] = next;
+    }
+}
+
 /*
  * One factor after the other, always in the same order: the same bits for every tree. A triangle of
  * which there are pieces in several leaves may have been found more than once.
@@ -70,8 +87,7 @@ static inline struct vec3 passages_filter(struct passages *passages,
                                           const struct material *materials)
 {
     struct vec3 light = vec3(1, 1, 1);
-    if (passages->count > 1)
-        qsort(passages->at, passages->count, sizeof *passages->at, by_material);
+    passages_sort(passages);
     for (size_t i = 0; i < passages->count; i++) {
         const struct passage *passage = &passages->at[i];
         if (i > 0 && passage->primitive == passage[-1].primitive) continue;
