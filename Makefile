@@ -185,6 +185,7 @@ $(INSIDE): %: %.o $(INSIDE_KERNEL) $(filter-out $(BUILD)/kernel_%.o $(BUILD)/wor
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $(WRAPPED) $^ $(LIBS) -lcmocka -o $@
 
 $(BUILD)/avx2/test/test_bundles: WRAPPED := -Wl,--wrap=nearest_bundle,--wrap=occluded_packet
+$(BUILD)/test/test_cpu_time: WRAPPED := -Wl,--wrap=clock_gettime
 $(BUILD)/test/test_image_file: WRAPPED := -Wl,--wrap=png_encode
 $(BUILD)/test/test_snapshot: WRAPPED := -Wl,--wrap=pthread_create
 

@@ -156,7 +156,7 @@ struct result_header {
     uint32_t pixels; /* that follow, or RESULT_DROPPED, or RESULT_UNFINISHED */
     double start_s;  /* when it was begun, seconds after the start of the render phase */
     double busy_s;   /* wall seconds it took to render */
-    double cpu_s;    /* CPU seconds of that: less where cores are shared */
+    double cpu_s;    /* CPU seconds of that, as common/cpu_time.h has them */
     struct render_counts counts;
 };
 

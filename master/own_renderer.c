@@ -2,6 +2,7 @@
 
 #include "common/bell.h"
 #include "common/clock.h"
+#include "common/cpu_time.h"
 #include "common/message.h"
 #include "common/nap.h"
 #include "master/server.h"
@@ -53,10 +54,11 @@ static bool own_keeps(struct server *server, const struct tile *tile)
     return !dropped && !over;
 }
 
-/* Memory for the pixels of a tile. */
-struct own_memory {
-    float *rgb;                     /* REFINED_FLOATS each */
-    struct refinement *refinements; /* NULL: not adaptive */
+/* What one tile after the other is rendered with. */
+struct own_work {
+    float *rgb;                     /* REFINED_FLOATS for each pixel */
+    struct refinement *refinements; /* of each; NULL: not adaptive */
+    struct cpu_time time;
 };
 
 /* What a tile's pass asks for; returns how many of its pixels get samples. */
@@ -85,30 +87,27 @@ static void own_answer(struct server *server, const struct tile *tile, const flo
 }
 
 /* Renders or probes a tile and hands it in; false: the run is stopped. */
-static bool render_one(struct server *server, const struct tile *tile,
-                       const struct own_memory *memory)
+static bool render_one(struct server *server, const struct tile *tile, struct own_work *work)
 {
     const struct tile_renderer *own = server->service->own;
     struct renderer_stats *stats = &server->service->stats[0];
     struct render_counts counts = {0};
-    uint32_t pixels = own_refinements(server, tile, memory->refinements);
-    float *rgb = memory->rgb, *behind = rgb + 3 * (size_t)pixels;
+    uint32_t pixels = own_refinements(server, tile, work->refinements);
+    float *rgb = work->rgb, *behind = rgb + 3 * (size_t)pixels;
     bool probes = tile->pass == TILE_PROBE;
-    const struct refinement *refinements = tile_is_refined(tile) ? memory->refinements : NULL;
-    double begin = server_elapsed(server), cpu = clock_thread_cpu();
+    const struct refinement *refinements = tile_is_refined(tile) ? work->refinements : NULL;
+    double begin = cpu_time_begin(&work->time), end;
     bool whole =
         probes
             ? own->probe(own->state, tile, rgb, behind)
-            : own->render(own->state, tile, refinements, rgb, memory->refinements ? behind : NULL,
-                          memory->refinements ? behind + 3 * (size_t)pixels : NULL, &counts);
-    /* In this order: see render_part() of worker/work.c. */
-    cpu = clock_thread_cpu() - cpu;
-    double end = server_elapsed(server);
+            : own->render(own->state, tile, refinements, rgb, work->refinements ? behind : NULL,
+                          work->refinements ? behind + 3 * (size_t)pixels : NULL, &counts);
+    double cpu = cpu_time_end(&work->time, &end);
     stats->busy_s += end - begin;
-    if (!probes) stats->finish_s = end;
+    if (!probes) stats->finish_s = end - server->start;
     if (!whole && !server->service->given_up) return false;
     struct result_header header = {.pixels = whole ? pixels : RESULT_DROPPED,
-                                   .start_s = begin,
+                                   .start_s = begin - server->start,
                                    .busy_s = end - begin,
                                    .cpu_s = cpu,
                                    .counts = counts};
@@ -125,18 +124,18 @@ void *render_own(void *argument)
     struct server *server = argument;
     struct service *service = server->service;
     uint32_t largest = queue_largest_lot(service->queue);
-    struct own_memory memory = {.rgb = allocate(largest, REFINED_FLOATS * sizeof *memory.rgb)};
-    if (service->adaptive) memory.refinements = allocate(largest, sizeof *memory.refinements);
+    struct own_work work = {.rgb = allocate(largest, REFINED_FLOATS * sizeof *work.rgb)};
+    if (service->adaptive) work.refinements = allocate(largest, sizeof *work.refinements);
     double cpu = clock_thread_cpu();
     struct tile tiles[LOT_TILES];
     bool goes_on = true;
     uint32_t count;
     while (goes_on && (count = own_next(server, tiles)) > 0)
         for (uint32_t i = 0; i < count && goes_on; i++)
-            goes_on = !own_keeps(server, &tiles[i]) || render_one(server, &tiles[i], &memory);
+            goes_on = !own_keeps(server, &tiles[i]) || render_one(server, &tiles[i], &work);
     service->stats[0].cpu_s = clock_thread_cpu() - cpu;
-    free(memory.rgb);
-    free(memory.refinements);
+    free(work.rgb);
+    free(work.refinements);
     own_leave(server);
     return NULL;
 }

@@ -86,8 +86,8 @@ void tell(struct worker *worker, double now)
     if (worker->done > worker->sent) send_finished(worker, worker->done - worker->sent);
     worker->notice = (struct result_header){.tile_id = worker->current.tiles[worker->rendering].id,
                                             .pixels = RESULT_UNFINISHED,
-                                            .start_s = worker->begun - worker->start,
-                                            .busy_s = now - worker->begun};
+                                            .start_s = worker->time.begun - worker->start,
+                                            .busy_s = now - worker->time.begun};
     MPI_Isend(&worker->notice, (int)sizeof worker->notice, MPI_BYTE, 0,
               TAG_RENDERER_TO_MASTER_RESULT, worker->comm, &worker->telling);
     bell_ring(worker->bell);

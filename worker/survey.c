@@ -1,6 +1,6 @@
 #include "worker/survey.h"
 
-#include "common/clock.h"
+#include "common/cpu_time.h"
 
 static bool probe_pixel(struct renderer *renderer, uint32_t x, uint32_t y, float *rgb)
 {
@@ -10,19 +10,18 @@ static bool probe_pixel(struct renderer *renderer, uint32_t x, uint32_t y, float
     return renderer_task(renderer, &task, &counts);
 }
 
-/* By CPU time, not wall time: other processes may share the core. To read it is a call into the system, which
- * may take half as long as a probe: where one ends the next begins. */
+/* By CPU time, not wall time: other processes may share the core. */
 bool survey(struct renderer *renderer, const struct tile *tile, float *rgb, float *seconds)
 {
     uint32_t pixels = tile_pixels(tile);
-    double begin = clock_thread_cpu();
+    struct cpu_time time = {0};
     for (uint32_t k = 0; k < pixels; k++) {
         uint32_t x, y;
+        double ended;
         tile_pixel(tile, k, &x, &y);
+        cpu_time_begin(&time);
         if (!probe_pixel(renderer, x, y, rgb + 3 * (size_t)k)) return false;
-        double end = clock_thread_cpu();
-        seconds[k] = (float)(end - begin);
-        begin = end;
+        seconds[k] = (float)cpu_time_end(&time, &ended);
     }
     return true;
 }

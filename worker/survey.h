@@ -6,8 +6,8 @@
 
 /*
  * The first sample of every pixel of a valid tile, each traced on its own: 3 floats (linear RGB) per
- * pixel in the tile's pixel order to rgb, the CPU seconds it took to seconds. Returns false, with
- * nothing of use in either, when it was interrupted.
+ * pixel in the tile's pixel order to rgb, the CPU seconds it took (common/cpu_time.h) to seconds. Returns
+ * false, with nothing of use in either, when it was interrupted.
  */
 bool survey(struct renderer *renderer, const struct tile *tile, float *rgb, float *seconds);
 

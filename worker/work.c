@@ -85,12 +85,9 @@ static size_t render_part(struct worker *worker, const struct tile *tile,
     uint32_t pixels = sampled_pixels(tile, refinements);
     /* Behind the header, a multiple of 8 bytes long like all parts, in an allocated block: aligned. */
     float *rgb = (void *)(part + sizeof(struct result_header));
-    double begin = worker->begun, cpu = clock_thread_cpu();
+    double begin = worker->time.begun, end;
     bool whole = render_pixels(worker, tile, refinements, pixels, rgb, &counts);
-    /* Reading the CPU clock is a system call, at which the kernel likes to let another process run: the
-     * wall clock is read around it, for that is time of this tile. */
-    cpu = clock_thread_cpu() - cpu;
-    double end = clock_wall();
+    double cpu = cpu_time_end(&worker->time, &end);
     struct result_header header = {.tile_id = tile->id,
                                    .pixels = pixels,
                                    .start_s = begin - worker->start,
@@ -132,8 +129,8 @@ static void begin_tile(struct worker *worker, uint32_t i)
 {
     worker->rendering = i;
     worker->given_up = worker->told = false;
-    worker->begun = clock_wall();
-    worker->tell_at = worker->begun + (double)worker->current.tells[i];
+    double begun = cpu_time_begin(&worker->time);
+    worker->tell_at = begun + (double)worker->current.tells[i];
 }
 
 /* Renders tiles of the current lot, from the first one on, with the refinements that are next, until

@@ -10,6 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "common/cpu_time.h"
 #include "common/protocol.h"
 #include "common/scene.h"
 #include "common/tray.h"
@@ -74,10 +75,10 @@ struct worker {
     /* The result that is being filled, in the buffer or slot. */
     char *result;
     size_t done,
-        sent;       /* bytes of finished tiles, and of those that went with a tile that took long */
-    double begun;   /* the tile in work */
-    double tell_at; /* when the master is to hear of it */
-    bool told;      /* it has */
+        sent; /* bytes of finished tiles, and of those that went with a tile that took long */
+    struct cpu_time time; /* of the tile in work */
+    double tell_at;       /* when the master is to hear of it */
+    bool told;            /* it has */
     struct result_header notice;
     char *told_bytes; /* finished tiles that were sent before it; owned */
     size_t told_room;

@@ -1,0 +1,173 @@
+/* CPU seconds of pieces of work, on clocks that the tests set. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <time.h>
+
+#include "common/cpu_time.h"
+
+/* What the clocks say, and how often the dear one was read. */
+static double wall, cpu;
+static unsigned readings;
+
+int __wrap_clock_gettime(clockid_t id, struct timespec *now);
+int __wrap_clock_gettime(clockid_t id, struct timespec *now)
+{
+    double seconds = id == CLOCK_MONOTONIC ? wall : cpu;
+    readings += id == CLOCK_THREAD_CPUTIME_ID;
+    now->tv_sec = (time_t)seconds;
+    now->tv_nsec = (long)(1e9 * (seconds - (double)now->tv_sec) + 0.5);
+    return 0;
+}
+
+static void work_for(double seconds)
+{
+    wall += seconds;
+    cpu += seconds;
+}
+
+/* Asleep, or others have the core. */
+static void be_away_for(double seconds)
+{
+    wall += seconds;
+}
+
+static int set_clocks(void **state)
+{
+    (void)state;
+    wall = 1000;
+    cpu = 3;
+    readings = 0;
+    return 0;
+}
+
+#define assert_seconds(value, expected) assert_float_equal((value), (expected), 2e-9)
+
+static void test_long(void **state)
+{
+    (void)state;
+    struct cpu_time time = {0};
+    double ended;
+    assert_seconds(cpu_time_begin(&time), 1000);
+    work_for(0.002);
+    be_away_for(0.004);
+    work_for(0.001);
+    assert_seconds(cpu_time_end(&time, &ended), 0.003);
+    assert_seconds(ended, 1000.007);
+    /* The next one owes nothing to it. */
+    cpu_time_begin(&time);
+    work_for(0.001);
+    assert_seconds(cpu_time_end(&time, &ended), 0.001);
+    assert_int_equal(readings, 3);
+}
+
+/* Of many short ones in a row the clock is read for one in many. */
+static void test_short(void **state)
+{
+    (void)state;
+    struct cpu_time time = {0};
+    double ended;
+    for (int i = 0; i < 1000; i++) {
+        cpu_time_begin(&time);
+        work_for(CPU_TIME_SHORT / 20);
+        assert_seconds(cpu_time_end(&time, &ended), CPU_TIME_SHORT / 20);
+        assert_seconds(ended, wall);
+    }
+    assert_in_range(readings, 1000 / 21, 1000 / 20 + 1);
+}
+
+/* A short one that loses its core is none by the clock: what it has lost is known. */
+static void test_lost(void **state)
+{
+    (void)state;
+    struct cpu_time time = {0};
+    double ended;
+    for (int i = 0; i < 10; i++) {
+        cpu_time_begin(&time);
+        work_for(CPU_TIME_SHORT / 20);
+        cpu_time_end(&time, &ended);
+    }
+    cpu_time_begin(&time);
+    work_for(CPU_TIME_SHORT / 20);
+    be_away_for(0.004);
+    assert_seconds(cpu_time_end(&time, &ended), CPU_TIME_SHORT / 20);
+}
+
+/* What the thread waits for between pieces is no loss of the next one, however long. */
+static void test_waits(void **state)
+{
+    (void)state;
+    static const double waits[] = {CPU_TIME_SHORT / 2, 0.9 * CPU_TIME_SHORT, 0.01, 3};
+    struct cpu_time time = {0};
+    double ended;
+    for (unsigned i = 0; i < sizeof waits / sizeof *waits; i++) {
+        cpu_time_begin(&time);
+        work_for(CPU_TIME_SHORT / 4);
+        cpu_time_end(&time, &ended);
+        be_away_for(waits[i]);
+        cpu_time_begin(&time);
+        work_for(2 * CPU_TIME_SHORT);
+        assert_seconds(cpu_time_end(&time, &ended), 2 * CPU_TIME_SHORT);
+    }
+}
+
+/* Nor is one that was given up, or many that were. */
+static void test_not_ended(void **state)
+{
+    (void)state;
+    struct cpu_time time = {0};
+    double ended;
+    cpu_time_begin(&time);
+    be_away_for(0.5);
+    cpu_time_begin(&time);
+    work_for(0.001);
+    assert_seconds(cpu_time_end(&time, &ended), 0.001);
+    for (int i = 0; i < 50; i++) {
+        cpu_time_begin(&time);
+        work_for(CPU_TIME_SHORT / 60);
+    }
+    cpu_time_begin(&time);
+    work_for(2 * CPU_TIME_SHORT);
+    be_away_for(0.006);
+    double told = cpu_time_end(&time, &ended);
+    assert_true(told >= CPU_TIME_SHORT && told <= 3 * CPU_TIME_SHORT);
+}
+
+/* Time that short pieces lost without a word is taken off the next reading's piece down to nothing, not below. */
+static void test_bounds(void **state)
+{
+    (void)state;
+    struct cpu_time time = {0};
+    double ended;
+    cpu_time_begin(&time);
+    work_for(0.001);
+    cpu_time_end(&time, &ended);
+    cpu_time_begin(&time);
+    be_away_for(0.9 * CPU_TIME_SHORT);
+    assert_seconds(cpu_time_end(&time, &ended), 0.9 * CPU_TIME_SHORT);
+    cpu_time_begin(&time);
+    be_away_for(1.1 * CPU_TIME_SHORT);
+    assert_seconds(cpu_time_end(&time, &ended), 0);
+    /* A clock that counts in steps may be ahead. */
+    cpu_time_begin(&time);
+    cpu += 0.005;
+    wall += 0.001;
+    assert_seconds(cpu_time_end(&time, &ended), 0.001);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(test_long, set_clocks),
+        cmocka_unit_test_setup(test_short, set_clocks),
+        cmocka_unit_test_setup(test_lost, set_clocks),
+        cmocka_unit_test_setup(test_waits, set_clocks),
+        cmocka_unit_test_setup(test_not_ended, set_clocks),
+        cmocka_unit_test_setup(test_bounds, set_clocks),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
