@@ -54,7 +54,7 @@ const struct tile_costs *kept_costs(const struct bench_scene *scene, uint32_t wi
 extern unsigned bench_rounds;
 /* As they were measured by the section "messages". */
 struct message_costs kept_messages(void);
-/* As they are now. */
+/* As they are now, without what renderers spend beside tiles. */
 struct message_costs measure_messages(void);
 /* Seconds for which a process goes on while another one waits for its processor. */
 double measure_slice(void);

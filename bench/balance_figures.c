@@ -254,12 +254,12 @@ void section_figures(bool quick)
         slow_one(scene);
     }
     FILE *out = open_section("figures", "The paper's figures 10 to 13");
-    fprintf(out,
-            "**Simulated**: the real queue in virtual time, a core for each processor (rank 0 "
-            "included), tiles and messages as dear as they were measured. Speed-up of the render "
-            "phase against the full schedule on one processor.\n\n"
-            "![Time against processors](balance_fig10.svg)\n\n"
-            "![Speed-up against processors](balance_fig11.svg)\n");
+    fprintf(out, "**Simulated**: the real queue in virtual time, a core for each processor (rank 0 "
+                 "included), tiles, what there is beside them and messages as dear as they were "
+                 "measured. Speed-up of the render "
+                 "phase against the full schedule on one processor.\n\n"
+                 "![Time against processors](balance_fig10.svg)\n\n"
+                 "![Speed-up against processors](balance_fig11.svg)\n");
     for (unsigned s = 0; s < SCENES; s++) {
         if (!quick) put_table(out, &bench_scenes[s], SAMPLES);
         put_table(out, &bench_scenes[s], 1);

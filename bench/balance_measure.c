@@ -4,7 +4,9 @@
 #include <string.h>
 
 #include "bench/balance.h"
+#include "bench/balance_run.h"
 #include "bench/balance_schedules.h"
+#include "bench/balance_trace.h"
 #include "common/message.h"
 #include "common/nap.h"
 
@@ -18,16 +20,34 @@ static const struct {
     {"latency_s", "from one rank to the other, an empty message"},
     {"byte_s", "for every byte more"},
     {"service_s", "of the master for one result and its answer"},
-    {"service_tile_s", "of that, for every tile of a lot"},
-    {"service_pixel_s", "of that, for every pixel"},
+    {"service_tile_s", "beside that, for every tile of a lot"},
+    {"service_pixel_s", "beside that, for every pixel"},
     {"fetch_s", "beside that, for a result that is fetched"},
     {"tray_s", "of the master for one result and its answer, through a tray"},
-    {"tray_pixel_s", "of that, for every pixel"},
+    {"tray_pixel_s", "beside that, for every pixel"},
     {"send_s", "of a renderer in handing over a result"},
     {"nap_s", "by how much a nap is longer than asked for"},
+    {"tile_s", "of a renderer for every tile, beside rendering it"},
 };
 
 #define MESSAGE_VALUES (sizeof message_values / sizeof *message_values)
+
+/* The last one is measured in runs of the farm. */
+#define TILE_VALUE (MESSAGE_VALUES - 1)
+
+/* In a run of many small tiles, by the rank that gets them in messages. */
+static double measure_tile(void)
+{
+    struct farm_run run;
+    struct trace trace;
+    farm_run(&run, 2, bench_scenes[0].config, KEPT_FOLDER "/tiles.pfm",
+             "sampling.samples=1 farm.tile=8 output.trace=" KEPT_FOLDER "/tiles.trace.json");
+    trace_read(&trace, KEPT_FOLDER "/tiles.trace.json");
+    double seconds = trace_beside(&trace, 1, run.workers[1].cpu_s);
+    trace_free(&trace);
+    farm_run_free(&run);
+    return seconds;
+}
 
 /* Adds what one run prints to the samples. */
 static void run_messages(double samples[MESSAGE_VALUES][MESSAGE_RUNS], unsigned round)
@@ -43,18 +63,27 @@ static void run_messages(double samples[MESSAGE_VALUES][MESSAGE_RUNS], unsigned 
     while (fscanf(pipe, "%63s %lf", name, &value) == 2)
         for (size_t i = 0; i < MESSAGE_VALUES; i++)
             if (strcmp(name, message_values[i].name) == 0) samples[i][round] = value, found++;
-    if (pclose(pipe) != 0 || found != MESSAGE_VALUES) fatal("failed: %s", command);
+    if (pclose(pipe) != 0 || found != TILE_VALUE) fatal("failed: %s", command);
     free(command);
 }
 
-/* The values in their order. */
+/* The values in their order, but for the last one: 0. */
 static void measure_values(double values[MESSAGE_VALUES], unsigned runs)
 {
     double samples[MESSAGE_VALUES][MESSAGE_RUNS];
     for (unsigned round = 0; round < runs; round++)
         run_messages(samples, round);
-    for (size_t i = 0; i < MESSAGE_VALUES; i++)
+    for (size_t i = 0; i < TILE_VALUE; i++)
         values[i] = median_of(samples[i], runs);
+    values[TILE_VALUE] = 0;
+}
+
+static double measure_tiles(unsigned runs)
+{
+    double samples[MESSAGE_RUNS];
+    for (unsigned round = 0; round < runs; round++)
+        samples[round] = measure_tile();
+    return median_of(samples, runs);
 }
 
 static struct message_costs costs_of_values(const double values[MESSAGE_VALUES])
@@ -68,7 +97,8 @@ static struct message_costs costs_of_values(const double values[MESSAGE_VALUES])
                                   .tray_s = values[6],
                                   .tray_pixel_s = values[7],
                                   .send_s = values[8],
-                                  .nap_s = values[9]};
+                                  .nap_s = values[9],
+                                  .tile_s = values[TILE_VALUE]};
 }
 
 struct message_costs measure_messages(void)
@@ -95,6 +125,7 @@ void section_messages(bool quick)
     double values[MESSAGE_VALUES];
     unsigned runs = quick ? 1 : MESSAGE_RUNS;
     measure_values(values, runs);
+    values[TILE_VALUE] = measure_tiles(runs);
     FILE *out = open_section("messages", "What a message costs");
     fprintf(
         out,

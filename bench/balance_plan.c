@@ -107,6 +107,7 @@ static struct plan index_run(const struct picture_costs *costs, uint32_t rendere
     struct index_tile *tiles = ordered_tiles(costs, edge, &count);
     struct events events = {0};
     double atomic_free = 0, link_free = 0, end = 0, pixels_s = edge * edge * 12 * NETWORK_BYTE_S;
+    const double tile_s = kept_messages().tile_s;
     for (uint32_t who = 0; who < renderers; who++) {
         struct event asks = {.time = latency_s, .who = who};
         events_add(&events, &asks);
@@ -114,7 +115,7 @@ static struct plan index_run(const struct picture_costs *costs, uint32_t rendere
     for (uint32_t next = 0; next < count; next++) {
         struct event asks = events_take(&events);
         atomic_free = fmax(atomic_free, asks.time) + ATOMIC_S;
-        double done = atomic_free + latency_s + tiles[next].cost;
+        double done = atomic_free + latency_s + tiles[next].cost + tile_s;
         link_free = fmax(link_free, done + latency_s) + pixels_s;
         end = fmax(end, link_free);
         asks.time = done + latency_s;

@@ -83,6 +83,18 @@ double trace_cpu(const struct trace *trace)
     return sum;
 }
 
+double trace_beside(const struct trace *trace, uint32_t rank, double cpu_s)
+{
+    double bars = 0;
+    for (size_t i = 0; i < trace->count; i++) {
+        if (trace->bars[i].rank != rank) continue;
+        cpu_s -= trace->bars[i].cpu_s;
+        bars++;
+    }
+    if (bars == 0) fatal("rank %u has rendered nothing", rank);
+    return fmax(0, cpu_s) / bars;
+}
+
 double trace_work(const struct trace *trace)
 {
     double vain = 0;

@@ -33,7 +33,10 @@ void trace_free(struct trace *trace);
 /* CPU seconds of all bars. */
 double trace_cpu(const struct trace *trace);
 
-/* The same without what was rendered in vain. */
+/* Of so many CPU seconds of this rank, what there was beside each of its bars. */
+double trace_beside(const struct trace *trace, uint32_t rank, double cpu_s);
+
+/* Of all bars without what was rendered in vain. */
 double trace_work(const struct trace *trace);
 
 /* How much of a core this rank had while it worked: CPU seconds per second of its bars. */
