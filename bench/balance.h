@@ -47,7 +47,7 @@ FILE *open_section(const char *section, const char *heading);
 void join_report(void);
 /* Runs gnuplot over a script that was written to OUT_FOLDER. */
 void plot(const char *script);
-/* The kept cost map of a scene; measures it first when there is none. */
+/* The kept cost map of a scene; measures it first when there is none that is newer than scene and program. */
 const struct tile_costs *kept_costs(const struct bench_scene *scene, uint32_t width,
                                     uint32_t height, uint32_t samples);
 /* How often every tile is timed then: odd, so that there is a median. */
@@ -65,14 +65,13 @@ double median_of(double *values, unsigned count); /* sorts them */
 
 /* ---- sections ---- */
 
-/* quick: little of everything, for the tests. */
-void section_costs(bool quick);
-void section_messages(bool quick);
-void section_figures(bool quick);
-void section_static(bool quick);
-void section_real(bool quick);
-void section_model(bool quick);
-void section_plan(bool quick);
-void section_marks(bool quick);
+void section_costs(void);
+void section_messages(void);
+void section_figures(void);
+void section_static(void);
+void section_real(void);
+void section_model(void);
+void section_plan(void);
+void section_marks(void);
 
 #endif

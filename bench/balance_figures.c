@@ -237,16 +237,15 @@ static void put_table(FILE *out, const struct bench_scene *scene, uint32_t sampl
     }
 }
 
-void section_figures(bool quick)
+void section_figures(void)
 {
     for (unsigned s = 0; s < SCENES; s++) {
         const struct bench_scene *scene = &bench_scenes[s];
         FILE *times = open_wide("time", scene, "processors");
         FILE *speedups = open_wide("speedup", scene, "processors");
-        sweep(scene, quick ? 1 : SAMPLES, times, speedups);
+        sweep(scene, SAMPLES, times, speedups);
         fclose(times);
         fclose(speedups);
-        if (quick) continue;
         sweep(scene, 1, NULL, NULL);
         for (unsigned i = 0; i < 3; i++)
             each_processor(scene, finish_processors[i], "finish", finish_of);
@@ -261,13 +260,12 @@ void section_figures(bool quick)
                  "![Time against processors](balance_fig10.svg)\n\n"
                  "![Speed-up against processors](balance_fig11.svg)\n");
     for (unsigned s = 0; s < SCENES; s++) {
-        if (!quick) put_table(out, &bench_scenes[s], SAMPLES);
+        put_table(out, &bench_scenes[s], SAMPLES);
         put_table(out, &bench_scenes[s], 1);
     }
     fprintf(out, "\n![When every processor finishes](balance_fig12.svg)\n\n"
                  "![What every processor spends in sending](balance_fig13.svg)\n");
     fclose(out);
-    if (quick) return;
     draw_times();
     draw_speedups();
     draw_finishes();

@@ -79,6 +79,18 @@ static unsigned map_count;
 
 unsigned bench_rounds = 3;
 
+/* This program, of which the kernel that is measured is a part. */
+#define PROGRAM "/proc/self/exe"
+
+/* Whether both are there, and the first was written behind the other. */
+static bool is_newer(const char *path, const char *other)
+{
+    struct stat one, two;
+    if (stat(path, &one) != 0 || stat(other, &two) != 0) return false;
+    return one.st_mtim.tv_sec > two.st_mtim.tv_sec ||
+           (one.st_mtim.tv_sec == two.st_mtim.tv_sec && one.st_mtim.tv_nsec > two.st_mtim.tv_nsec);
+}
+
 const struct tile_costs *kept_costs(const struct bench_scene *scene, uint32_t width,
                                     uint32_t height, uint32_t samples)
 {
@@ -90,7 +102,8 @@ const struct tile_costs *kept_costs(const struct bench_scene *scene, uint32_t wi
     if (map_count == MAPS_MAX) fatal("too many cost maps");
     struct kept_map *kept = &maps[map_count++];
     snprintf(kept->path, sizeof kept->path, "%s", path);
-    if (!costs_read(&kept->map, path)) {
+    if (!is_newer(path, PROGRAM) || !is_newer(path, scene->config) ||
+        !costs_read(&kept->map, path)) {
         fprintf(stderr, "measuring the costs of %s, %u x %u, %u samples\n", scene->name, width,
                 height, samples);
         costs_measure(&kept->map, scene->config, width, height, samples, bench_rounds);

@@ -1,10 +1,11 @@
 /*
  * make bench-balance: how evenly the work is shared out, in real runs and in virtual time.
  *
- *   balance [--quick] [--only SECTION[,SECTION...]] [--fresh] [--rounds N]
+ *   balance [--only SECTION[,SECTION...] [--fresh]] [--rounds N]
  *
- * Sections that are not run again keep what they said the last time. --fresh forgets all of it,
- * the measured costs, too. --rounds: how often every tile is timed for its cost (3). --quick does little of everything, for the tests.
+ * Sections that are not run again keep what they said the last time; --fresh forgets all of it, the measured
+ * costs, too, as a run of all sections does. --rounds: how often every tile is timed for its cost (3). Exit
+ * status 1: a picture of many ranks was another one than that of one.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -15,7 +16,7 @@
 
 static const struct section {
     const char *name;
-    void (*run)(bool quick);
+    void (*run)(void);
 } sections[] = {
     {"messages", section_messages}, {"costs", section_costs}, {"figures", section_figures},
     {"static", section_static},     {"real", section_real},   {"model", section_model},
@@ -46,39 +47,53 @@ static bool all_known(const char *list)
     return known == words;
 }
 
-static void run_sections(const char *only, bool quick)
+static void run_sections(const char *only)
 {
     for (size_t i = 0; i < SECTIONS; i++) {
         /* The marks follow from all the others. */
         bool last = i + 1 == SECTIONS;
         if (only && !last && !is_listed(only, sections[i].name)) continue;
         fprintf(stderr, "%s\n", sections[i].name);
-        sections[i].run(quick);
+        sections[i].run();
         values_write();
     }
     join_report();
 }
 
+static void forget_all(void)
+{
+    if (system("rm -f " KEPT_FOLDER "/*") != 0) fatal("cannot empty " KEPT_FOLDER);
+}
+
+/* Where they were compared. */
+static bool pictures_are_same(void)
+{
+    bool same = true;
+    for (unsigned s = 0; s < SCENES; s++)
+        for (unsigned ranks = 2; ranks <= PAPER_PROCESSORS; ranks += PAPER_PROCESSORS - 2)
+            same = same && value_get("%s.real.same.%u", bench_scenes[s].name, ranks) != 0;
+    return same;
+}
+
 int main(int argc, char **argv)
 {
     const char *only = NULL;
-    bool quick = false;
+    bool fresh = false;
     if (system("mkdir -p " OUT_FOLDER " " KEPT_FOLDER) != 0) fatal("cannot make " OUT_FOLDER);
     for (int i = 1; i < argc; i++) {
-        if (strcmp(argv[i], "--quick") == 0)
-            quick = true;
-        else if (strcmp(argv[i], "--fresh") == 0 && system("rm -f " KEPT_FOLDER "/*") == 0)
-            continue;
-        else if (strcmp(argv[i], "--only") == 0 && i + 1 < argc && all_known(argv[i + 1]))
+        if (strcmp(argv[i], "--only") == 0 && i + 1 < argc && all_known(argv[i + 1]))
             only = argv[++i];
+        else if (strcmp(argv[i], "--fresh") == 0)
+            fresh = true;
         else if (strcmp(argv[i], "--rounds") == 0 && i + 1 < argc && atoi(argv[i + 1]) > 0)
             bench_rounds = (unsigned)atoi(argv[++i]);
         else
-            fatal("usage: balance [--quick] [--fresh] [--rounds N] [--only "
+            fatal("usage: balance [--rounds N] [--fresh] [--only "
                   "messages,costs,figures,static,real,"
                   "model,plan,marks]");
     }
+    if (fresh || !only) forget_all();
     values_read();
-    run_sections(only, quick);
-    return 0;
+    run_sections(only);
+    return pictures_are_same() ? 0 : 1;
 }

@@ -47,13 +47,14 @@ static void mark_scene(const struct bench_scene *scene)
             value_get("%s.slow.44", name), 0.02, false);
     mark_of(name, "the same, rank 1 of 2 beside -n 2 at full speed", "measured",
             value_get("%s.real.slow", name), 0.02, false);
+    mark_of(name, "-n 2 has the bits of -n 1", "measured", value_get("%s.real.same.2", name), 1,
+            true);
     mark_of(name, "-n 44 has the bits of -n 1", "measured", value_get("%s.real.same.44", name), 1,
             true);
 }
 
-void section_marks(bool quick)
+void section_marks(void)
 {
-    (void)quick;
     out = open_section("marks", "The marks");
     fprintf(out, "| | how | mark | value | reached |\n|---|---|---|---|---|\n");
     missed = unknown = 0;

@@ -114,16 +114,16 @@ struct message_costs kept_messages(void)
     bool known = true;
     for (size_t i = 0; i < MESSAGE_VALUES; i++)
         known = known && !isnan(value_get(message_values[i].name));
-    if (!known) section_messages(false);
+    if (!known) section_messages();
     for (size_t i = 0; i < MESSAGE_VALUES; i++)
         values[i] = value_get(message_values[i].name);
     return costs_of_values(values);
 }
 
-void section_messages(bool quick)
+void section_messages(void)
 {
     double values[MESSAGE_VALUES];
-    unsigned runs = quick ? 1 : MESSAGE_RUNS;
+    const unsigned runs = MESSAGE_RUNS;
     measure_values(values, runs);
     values[TILE_VALUE] = measure_tiles(runs);
     FILE *out = open_section("messages", "What a message costs");
@@ -164,16 +164,16 @@ static double dearest_share(const struct tile_costs *map, unsigned level)
     return dearest / map->totals[COST_BASE];
 }
 
-void section_costs(bool quick)
+void section_costs(void)
 {
     static const uint32_t samples[] = {1, 16};
     FILE *out = open_section("costs", "What a tile costs"), *csv = open_out("balance_costs.csv");
     fprintf(out,
             "The picture (%u x %u), rendered in this process in tiles of one size: CPU seconds "
-            "of all of them, every tile the median of three. fixed: of a tile, whatever is in "
+            "of all of them, every tile the median of %u. fixed: of a tile, whatever is in "
             "it. Small tiles are dearer because their waves of rays are small.\n\n"
             "| scene | samples | fixed |",
-            PAPER_WIDTH, PAPER_HEIGHT);
+            PAPER_WIDTH, PAPER_HEIGHT, bench_rounds);
     fprintf(csv, "scene,samples,fixed_s");
     for (unsigned level = 0; level < COST_LEVELS; level++) {
         fprintf(out, " %u x %u |", 1u << level, 1u << level);
@@ -182,14 +182,14 @@ void section_costs(bool quick)
     fprintf(out, "\n|---|---|---|---|---|---|---|---|---|---|\n");
     fputc('\n', csv);
     for (unsigned s = 0; s < SCENES; s++)
-        for (unsigned i = 0; i < (quick ? 1 : 2); i++)
+        for (unsigned i = 0; i < 2; i++)
             put_levels(out, csv, &bench_scenes[s], samples[i]);
     fprintf(out,
             "\nThe dearest tile, as a share of the whole picture (with 44 processors each has "
             "%.2f %% to do):\n\n",
             100.0 / PAPER_PROCESSORS);
     for (unsigned s = 0; s < SCENES; s++) {
-        const struct tile_costs *map = scene_costs(&bench_scenes[s], samples[!quick]).map;
+        const struct tile_costs *map = scene_costs(&bench_scenes[s], samples[1]).map;
         fprintf(out, "* %s: %.2f %% in a tile of 32, %.2f %% of 8, %.2f %% of 1\n",
                 bench_scenes[s].name, 100 * dearest_share(map, 5), 100 * dearest_share(map, 3),
                 100 * dearest_share(map, 0));

@@ -26,22 +26,13 @@ static double serving_of(const struct farm_run *run)
     return run->service_s * answers_of(run);
 }
 
-/* CPU seconds of rendering, and of what goes with it. */
-static double cpu_of(const struct farm_run *run)
-{
-    double cpu = 0;
-    for (unsigned i = 0; i < run->renderers; i++)
-        cpu += run->workers[i].cpu_s;
-    return cpu;
-}
-
 /* What a message costs in a run: the way of it as between two ranks that do nothing else, the CPU time
  * beside tiles as that run tells. */
 static struct message_costs messages_of(const struct farm_run *run, const struct trace *trace,
                                         const struct message_costs *alone)
 {
     struct message_costs costs = *alone;
-    costs.tile_s = fmax(0, cpu_of(run) - trace_cpu(trace)) / (double)trace->count;
+    costs.tile_s = fmax(0, all_cpu(run) - trace_cpu(trace)) / (double)trace->count;
     costs.looks = fmax(0, run->master_cpu_s - serving_of(run)) / run->render_s;
     return costs;
 }
@@ -123,7 +114,7 @@ static struct comparison compare(unsigned scene, const struct row *row,
     struct comparison both = {.measured = run.render_s,
                               .simulated = simulated(scene, row->schedule, &run, &trace, around),
                               .ideal = trace_cpu(&trace) / fmin(row->ranks, cores())};
-    both.used = (cpu_of(&run) + run.master_cpu_s) / fmin(row->ranks, cores()) / run.render_s;
+    both.used = (all_cpu(&run) + run.master_cpu_s) / fmin(row->ranks, cores()) / run.render_s;
     for (unsigned i = 0; i < row->ranks; i++)
         both.share += trace_share(&trace, i) / row->ranks;
     trace_free(&trace);
@@ -189,19 +180,19 @@ static void put_heading(FILE *out, unsigned runs, const struct surroundings *aro
         SAMPLES, cores(), runs, 1e6 * around->messages.nap_s, 1e3 * around->slice_s);
 }
 
-void section_model(bool quick)
+void section_model(void)
 {
     static const struct row rows[] = {
         {FULL, 1},        {FULL, 2}, {STRIPS, 2}, {CYCLIC_ROWS, 2},
         {PLAIN_TILES, 2}, {FULL, 4}, {FULL, 8},   {FULL, PAPER_PROCESSORS}};
-    const unsigned count = quick ? 3 : sizeof rows / sizeof *rows, runs = quick ? 1 : RUNS;
+    const unsigned count = sizeof rows / sizeof *rows;
     struct surroundings around = {.messages = measure_messages(), .slice_s = measure_slice()};
     FILE *out = open_section("model", "The simulated farm against the real one");
-    put_heading(out, runs, &around);
+    put_heading(out, RUNS, &around);
     double worst = 0;
     for (unsigned s = 0; s < SCENES; s++)
         for (unsigned i = 0; i < count; i++)
-            worst = fmax(worst, fabs(put_row(out, s, &rows[i], runs, &around)));
+            worst = fmax(worst, fabs(put_row(out, s, &rows[i], RUNS, &around)));
     value_set(worst, "model.worst");
     fclose(out);
 }

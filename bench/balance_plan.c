@@ -240,7 +240,7 @@ static void put_further(FILE *out, FILE *csv)
     window_index(out, csv, garden, 100000, 8, 4096, 1e-5);
 }
 
-void section_plan(bool quick)
+void section_plan(void)
 {
     const struct bench_scene *garden = &bench_scenes[1];
     struct picture_costs costs = large_costs(garden, 16);
@@ -256,15 +256,9 @@ void section_plan(bool quick)
         "rank 0 gets 398 MB of pixels; the paper's pictures, 14.8 ms a pixel, would be 49 s for "
         "each at this size.\n",
         garden->name, costs_total(&costs), costs_total(&costs) / 10000);
-    if (quick) {
-        put_head(out);
-        one_master(out, csv, garden, 100, 16, 1e-5);
-        window_index(out, csv, garden, 100, 16, 16, 1e-5);
-    } else {
-        put_saturation(out, csv);
-        put_latencies(out, csv);
-        put_further(out, csv);
-    }
+    put_saturation(out, csv);
+    put_latencies(out, csv);
+    put_further(out, csv);
     fclose(out);
     fclose(csv);
 }

@@ -101,8 +101,8 @@ static void run_pairs(FILE *out, const struct bench_scene *scene, unsigned pairs
         out,
         "\n\nRendering: %.3f times as fast (the middle half of the pairs from %.3f to %.3f, "
         "all from %.3f to "
-        "%.3f); by CPU seconds of the rank that needs most, which do not depend on who else "
-        "uses the cores, %.3f times; the whole run: %.3f times. Two farms of one process at the "
+        "%.3f); by CPU seconds of the rank that needs most, in which it does not count who else "
+        "had the cores, %.3f times; the whole run: %.3f times. Two farms of one process at the "
         "same time get %.3f times as much done as one alone; -n 2 reaches %.3f of that. Pictures: "
         "%s.\n",
         ratio, ratios[quarter], ratios[pairs - 1 - quarter], ratios[0], ratios[pairs - 1],
@@ -128,14 +128,6 @@ static void draw_many(const struct bench_scene *scene, unsigned ranks)
     free(options);
 }
 
-static double cpu_of_rendering(const struct farm_run *run)
-{
-    double cpu = 0;
-    for (unsigned i = 0; i < run->renderers; i++)
-        cpu += run->workers[i].cpu_s;
-    return cpu;
-}
-
 /* Medians of so many runs. */
 static void run_many(FILE *out, const struct bench_scene *scene, unsigned ranks, unsigned runs)
 {
@@ -147,7 +139,7 @@ static void run_many(FILE *out, const struct bench_scene *scene, unsigned ranks,
         struct farm_run run;
         farm_run(&run, ranks, scene->config, MANY_FILE, options);
         render[i] = run.render_s, total[i] = run.total_s, messages[i] = run.messages;
-        cpu[i] = cpu_of_rendering(&run), tail[i] = run.tail_s;
+        cpu[i] = all_cpu(&run), tail[i] = run.tail_s;
         master[i] = run.master_cpu_s / run.render_s;
         same = same && same_bits(ONE_FILE, MANY_FILE);
         farm_run_free(&run);
@@ -197,13 +189,12 @@ static struct idle_run run_idle(unsigned ranks, unsigned samples)
 
 /* The difference of a long run and a short one, so that the start does not count. How much CPU time
  * that takes, in which MPI spins, varies by tenths of a second: the long run takes some ten. */
-static void measure_waiting(FILE *out, bool quick)
+static void measure_waiting(FILE *out)
 {
     const unsigned waiting = 3;
     double shares[3], span = 0;
     for (unsigned i = 0; i < 3; i++) {
-        struct idle_run less = run_idle(waiting + 1, 20),
-                        more = run_idle(waiting + 1, quick ? 40 : 20000);
+        struct idle_run less = run_idle(waiting + 1, 20), more = run_idle(waiting + 1, 20000);
         span = more.render_s - less.render_s;
         shares[i] = (more.cpu_s - less.cpu_s - (more.known_s - less.known_s)) / span / waiting;
     }
@@ -287,15 +278,15 @@ static void put_slow(FILE *out)
         measure_slow(out, &bench_scenes[s]);
 }
 
-void section_real(bool quick)
+void section_real(void)
 {
     FILE *out = open_section("real", "Real runs");
     fprintf(out,
             "**Measured** in wall time on this machine, %ld cores, %u x %u pixels, %d samples; "
             "medians of %u pairs of -n 1 and -n 2 in turn.\n",
-            sysconf(_SC_NPROCESSORS_ONLN), PAPER_WIDTH, PAPER_HEIGHT, SAMPLES, quick ? 1 : TURNS);
+            sysconf(_SC_NPROCESSORS_ONLN), PAPER_WIDTH, PAPER_HEIGHT, SAMPLES, TURNS);
     for (unsigned s = 0; s < SCENES; s++)
-        run_pairs(out, &bench_scenes[s], quick ? 1 : TURNS);
+        run_pairs(out, &bench_scenes[s], TURNS);
     fprintf(
         out,
         "\n**Many ranks on these cores**, medians of %u runs: what the master costs, and whether "
@@ -303,14 +294,14 @@ void section_real(bool quick)
         "of "
         "rendering | master, of a core | tail s | picture |\n"
         "|---|---|---|---|---|---|---|---|---|\n",
-        quick ? 1 : MANY_RUNS);
+        MANY_RUNS);
     for (unsigned s = 0; s < SCENES; s++) {
         double unused[PHASES];
         run_phases(&bench_scenes[s], 1, ONE_FILE, unused);
-        run_many(out, &bench_scenes[s], quick ? 3 : PAPER_PROCESSORS, quick ? 1 : MANY_RUNS);
-        draw_many(&bench_scenes[s], quick ? 3 : PAPER_PROCESSORS);
+        run_many(out, &bench_scenes[s], PAPER_PROCESSORS, MANY_RUNS);
+        draw_many(&bench_scenes[s], PAPER_PROCESSORS);
     }
-    measure_waiting(out, quick);
-    if (!quick && sysconf(_SC_NPROCESSORS_ONLN) >= 2) put_slow(out);
+    measure_waiting(out);
+    if (sysconf(_SC_NPROCESSORS_ONLN) >= 2) put_slow(out);
     fclose(out);
 }

@@ -139,6 +139,14 @@ void farm_run_slow(struct farm_run *run, const char *config, const char *picture
     free(arguments);
 }
 
+double all_cpu(const struct farm_run *run)
+{
+    double cpu = 0;
+    for (unsigned i = 0; i < run->renderers; i++)
+        cpu += run->workers[i].cpu_s;
+    return cpu;
+}
+
 double most_cpu(const struct farm_run *run)
 {
     double most = 0;

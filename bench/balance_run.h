@@ -33,7 +33,10 @@ double farm_run_side_by_side(const char *config, const char *picture, const char
 void farm_run_slow(struct farm_run *run, const char *config, const char *picture,
                    const char *options);
 
-/* CPU seconds of rendering, of the rank that needs most. */
+/* CPU seconds of rendering, and of what goes with it, of all ranks. */
+double all_cpu(const struct farm_run *run);
+
+/* The same of the rank that needs most. */
 double most_cpu(const struct farm_run *run);
 
 void farm_run_free(struct farm_run *run);

@@ -43,15 +43,16 @@ static void put_row(FILE *out, FILE *csv, const struct bench_scene *scene, unsig
     fputc('\n', csv);
 }
 
-void section_static(bool quick)
+void section_static(void)
 {
     FILE *out = open_section("static", "Static shares, real runs");
     FILE *csv = open_out("balance_static.csv");
     fprintf(
         out,
         "**Measured**: mpiexec -n P, %d samples. Speed-up: CPU seconds of -n 1 against those of "
-        "the rank that needs most, which do not depend on who else uses the cores; beside it "
-        "what the simulated farm says.\n\n| scene | processors |",
+        "the rank that needs most, so that who else has the cores does not count, but for what "
+        "he does to caches and clock; beside it what the simulated farm says.\n\n| scene | "
+        "processors |",
         SAMPLES);
     fprintf(csv, "scene,processors");
     for (unsigned k = 0; k < SCHEDULES_COMPARED; k++) {
@@ -66,7 +67,7 @@ void section_static(bool quick)
         for (unsigned i = 0; i < 3; i++)
             runs[i] = cpu_of(&bench_scenes[s], 1, "");
         double serial = median_of(runs, 3);
-        for (unsigned i = 0; i < (quick ? 1 : sizeof counts / sizeof *counts); i++)
+        for (unsigned i = 0; i < sizeof counts / sizeof *counts; i++)
             put_row(out, csv, &bench_scenes[s], counts[i], serial);
     }
     fclose(out);
