@@ -3,6 +3,7 @@
 # "same WHAT" or "differs WHAT" per build. Status 1 when something differs or cannot be built.
 # From the top folder; builds go to OUT, build/bits/ unless told otherwise. COMPILERS="clang" for one of them.
 set -u
+export LC_ALL=C
 SCENES="test/data/everything.ini config/extreme/ground.ini config/extreme/shells.ini"
 SIZE="image.width=120 image.height=90 sampling.samples=2"
 OUT=${OUT:-build/bits}

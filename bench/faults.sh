@@ -14,6 +14,7 @@
 # schedule and tile size. FARM, MPIEXEC, FAULTS_JOURNAL, FAULTS_SLOW and FAULTS_STOP say where the programs
 # are; FAULTS_KINDS chooses kinds, FAULTS_LIMIT is how many seconds a run may take. Status 1 if anything was lost, differed, hung or was left behind.
 set -u
+export LC_ALL=C # figures with a decimal point
 runs=${1:-300} state=${2:-1} out=${3:-}
 FARM=$(realpath "${FARM:-./farm}")
 MPIEXEC=${MPIEXEC:-mpiexec}

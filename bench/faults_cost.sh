@@ -6,6 +6,7 @@
 # time of the thread that writes the journal is looked at, which nobody else disturbs. FARM, COST_SCENE
 # and COST_SIZE choose what is rendered.
 set -u
+export LC_ALL=C # figures with a decimal point
 pairs=${1:-7} out=${2:-}
 FARM=$(realpath "${FARM:-./farm}")
 SCENE=$(realpath "${COST_SCENE:-config/lantern.ini}")

@@ -8,6 +8,7 @@
 # renders on hosts with 2, 3 and 1 ranks, and says who took part, what went over the network to each
 # host, and whether the picture is that of a single process. Leaves nothing behind.
 set -u
+export LC_ALL=C
 ranks=$1 scene=$2; shift 2
 FARM=$(realpath "${FARM:-./farm}")
 MPIEXEC=${MPIEXEC:-mpiexec}

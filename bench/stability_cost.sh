@@ -7,6 +7,7 @@
 # One process renders; the figure is the CPU time of its rendering thread from the report. Status 1
 # when a scene takes more than 10 % longer.
 set -eu
+export LC_ALL=C # figures with a decimal point
 cd "$(dirname "$0")/.."
 FARM=$(realpath "${FARM:-./farm}")
 pairs=${1:-7}
