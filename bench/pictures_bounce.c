@@ -114,7 +114,7 @@ static double direction_error(uint32_t depth, enum formulas formulas)
         if (!bounce(scene, bvh, &ray, &surface)) return HUGE_VAL;
         struct vec3 error =
             vec3(ray.direction.x - d.x, ray.direction.y - d.y, fabs(ray.direction.z) - fabs(d.z));
-        worst = fmax(worst, vec_length(error) * 0x1p53);
+        worst = worse_of(worst, vec_length(error) * 0x1p53);
     }
     free(bvh);
     free(scene);
@@ -133,8 +133,8 @@ void run_mirrors(const struct budget *budget, struct case_result *result)
             wrong_series(1, depth, FORMULAS_EXACT) + wrong_series(0.999, depth, FORMULAS_EXACT);
         paper +=
             wrong_series(1, depth, FORMULAS_PAPER) + wrong_series(0.999, depth, FORMULAS_PAPER);
-        worst = fmax(worst, direction_error(depth, FORMULAS_EXACT) / (2.0 * depth));
-        paper_worst = fmax(paper_worst, direction_error(depth, FORMULAS_PAPER) / (2.0 * depth));
+        worst = worse_of(worst, direction_error(depth, FORMULAS_EXACT) / (2.0 * depth));
+        paper_worst = worse_of(paper_worst, direction_error(depth, FORMULAS_PAPER) / (2.0 * depth));
     }
     snprintf(result->paper, sizeof result->paper, "%llu wrong, direction %.2g of D 2 u",
              (unsigned long long)paper, paper_worst);
@@ -244,7 +244,7 @@ static double path_error(struct exact_path *x, const struct scene *scene, const 
         bound = (bound + BOUNCE_ERROR) * amplification;
         if (bound > 1e-3) break; /* beyond that the linear bound means nothing */
         if (!bounce(scene, bvh, &ray, &surface)) return HUGE_VAL;
-        worst = fmax(worst, distance_to(x, surface.point) / bound);
+        worst = worse_of(worst, distance_to(x, surface.point) / bound);
         ++*bounces;
     }
     return worst;
@@ -341,12 +341,13 @@ static uint64_t broken_bounds(struct scene *scene, const struct bvh *bvh,
             struct render_counts counts = render_pixel(renderer, x, y, rgb);
             double error = 0, rounding = 0;
             for (int c = 0; c < 3; c++) {
-                error = fmax(error, fabs((double)rgb[c] - (double)truth[c]));
+                error = worse_of(error, fabs((double)rgb[c] - (double)truth[c]));
                 rounding = fmax(rounding, 0x1p-23 * (double)fmaxf(rgb[c], truth[c]));
             }
             ++*pixels;
-            broken += !(error <= counts.truncation + rounding);
-            if (error > rounding) *tightest = fmax(*tightest, error / counts.truncation);
+            /* What is not finite breaks an infinite bound, too. */
+            broken += !(isfinite(error) && error <= counts.truncation + rounding);
+            if (error > rounding) *tightest = worse_of(*tightest, error / counts.truncation);
         }
     }
     renderer_destroy(renderer);

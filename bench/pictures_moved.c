@@ -160,7 +160,7 @@ static double sight_error(const struct sight *plain, const struct sight *other, 
 {
     if (plain->hit.primitive == PRIMITIVE_NONE) return 0;
     double t = fabs(other->hit.t / factor - plain->hit.t) / plain->hit.t;
-    return fmax(t, vec_length(vec_sub(other->surface.shading, plain->surface.shading)));
+    return worse_of(t, vec_length(vec_sub(other->surface.shading, plain->surface.shading)));
 }
 
 /* Colours are floats: what is left of 1e-12 in them is their own rounding, 2^-24 each. */
@@ -183,16 +183,24 @@ static const double factors[] = {1, 1.1, 1 / 1.1, 1.3, 0.7, 1e9, 1e-9};
 #define SIZES    (sizeof factors / sizeof *factors)
 #define ORDINARY 5 /* of them */
 
-static bool masked(const struct sized sizes[ORDINARY], uint32_t x, uint32_t y)
+static bool masked(const struct sized sizes[ORDINARY], const struct sight sights[ORDINARY],
+                   uint32_t x, uint32_t y)
 {
-    struct sight sight = sight_of(&sizes[0], x, y);
     for (size_t i = 1; i < ORDINARY; i++) {
-        struct sight other = sight_of(&sizes[i], x, y);
-        if (!same_part(&sight, &other)) return true;
-        if (sight_error(&sight, &other, sizes[i].factor) > 1e-12) return true;
+        if (!same_part(&sights[0], &sights[i])) return true;
+        if (sight_error(&sights[0], &sights[i], sizes[i].factor) > 1e-12) return true;
         if (!colors_agree(&sizes[0], &sizes[i], x, y)) return true;
     }
     return false;
+}
+
+/* No rounding of the input excuses a NaN. Light without shadows may well be too much for a float. */
+static bool any_nan(const struct sized *it, const struct sight *sight, uint32_t x, uint32_t y)
+{
+    const float *rgb = &it->picture.rgb[3 * ((size_t)y * it->picture.width + x)];
+    if (isnan(rgb[0]) || isnan(rgb[1]) || isnan(rgb[2])) return true;
+    if (sight->hit.primitive == PRIMITIVE_NONE) return false;
+    return isnan(sight->hit.t) || isnan(vec_length(sight->surface.shading));
 }
 
 struct comparison {
@@ -203,16 +211,20 @@ struct comparison {
 static void compare_pixel(const struct sized sizes[SIZES], uint32_t x, uint32_t y,
                           struct comparison *sum)
 {
-    bool is_masked = masked(sizes, x, y);
-    struct sight sight = sight_of(&sizes[0], x, y);
+    struct sight sights[SIZES];
+    for (size_t i = 0; i < SIZES; i++) {
+        sights[i] = sight_of(&sizes[i], x, y);
+        if (any_nan(&sizes[i], &sights[i], x, y)) sum->worst = HUGE_VAL;
+    }
+    bool is_masked = masked(sizes, sights, x, y);
     for (size_t i = ORDINARY; i < SIZES; i++) {
         sum->pixels++;
         sum->masked += is_masked;
         if (is_masked) continue;
-        struct sight other = sight_of(&sizes[i], x, y);
-        bool same = same_part(&sight, &other);
+        bool same = same_part(&sights[0], &sights[i]);
+        double error = same ? sight_error(&sights[0], &sights[i], sizes[i].factor) : 0;
         if (!same) sum->wrong_ids++;
-        if (same) sum->worst = fmax(sum->worst, sight_error(&sight, &other, sizes[i].factor));
+        sum->worst = worse_of(sum->worst, error);
         if (!colors_agree(&sizes[0], &sizes[i], x, y)) sum->wrong_colors++;
     }
 }
@@ -242,13 +254,19 @@ void run_decimal_scaling(const struct budget *budget, struct case_result *result
                                 "render.max_depth=0", "render.shadows=no", NULL};
     struct comparison sums[FORMULAS] = {{.pixels = 0}};
     const struct comparison *ours = &sums[OURS], *paper = &sums[PAPER];
+    uint64_t unread = 0;
     char **files = picture_files(budget->quick);
     for (char **file = files; *file; file++) {
         struct scene *scene = picture_load(*file, budget->quick ? quick : full);
-        if (!scene) continue;
+        if (!scene) {
+            unread++;
+            note_first(result, *file, 0);
+            continue;
+        }
         struct comparison before = *ours;
         compare_sizes(scene, sums);
-        if (ours->wrong_ids != before.wrong_ids || ours->wrong_colors != before.wrong_colors)
+        if (ours->wrong_ids != before.wrong_ids || ours->wrong_colors != before.wrong_colors ||
+            (ours->worst > 1e-12 && !(before.worst > 1e-12)))
             note_first(result, *file, (double)(ours->wrong_ids - before.wrong_ids));
         free(scene);
     }
@@ -260,7 +278,7 @@ void run_decimal_scaling(const struct budget *budget, struct case_result *result
              ours->worst, (unsigned long long)ours->masked);
     result->worst = ours->worst;
     picture_verdict(result, ours->pixels,
-                    ours->wrong_ids + ours->wrong_colors + (ours->worst > 1e-12));
+                    ours->wrong_ids + ours->wrong_colors + (ours->worst > 1e-12) + unread);
 }
 
 /* ---- 32 ---- */

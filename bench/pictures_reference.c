@@ -43,6 +43,7 @@ static enum reason reason_of(struct reference *reference, uint32_t x, uint32_t y
                              const struct reference_sample *truth)
 {
     double spread[3] = {0, 0, 0};
+    if (!isfinite(rgb[0]) || !isfinite(rgb[1]) || !isfinite(rgb[2])) return NO_REASON;
     for (uint64_t seed = 1; seed <= TRIES; seed++) {
         struct reference_sample other;
         reference_render(reference, x, y, DISPLACEMENT, seed, &other);
@@ -52,7 +53,8 @@ static enum reason reason_of(struct reference *reference, uint32_t x, uint32_t y
     }
     for (int c = 0; c < 3; c++) {
         double rounding = (double)FLT_EPSILON * fabs(truth->color[c]);
-        if (fabs((double)rgb[c] - truth->color[c]) > spread[c] + rounding) return NO_REASON;
+        double error = fabs((double)rgb[c] - truth->color[c]);
+        if (!(error <= spread[c] + rounding)) return NO_REASON;
     }
     return AMPLIFICATION;
 }

@@ -160,6 +160,12 @@ struct tally {
     uint64_t fallbacks;
 };
 
+/* The larger of two errors; HUGE_VAL when one is NaN, where fmax() would take the other. */
+static inline double worse_of(double a, double b)
+{
+    return isnan(a) || isnan(b) ? HUGE_VAL : fmax(a, b);
+}
+
 static inline void score_error(struct score *score, double error, uint64_t sample)
 {
     if (isnan(error)) error = HUGE_VAL; /* a NaN must not pass for a small error */
