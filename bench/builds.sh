@@ -1,6 +1,7 @@
 #!/bin/sh
 # Builds the farm with other compilers and options and compares its pictures, byte by byte: one line
-# "same WHAT" or "differs WHAT" per build. Status 1 when something differs or cannot be built.
+# "same WHAT" or "differs WHAT" per build, "missing WHAT" where a compiler or what it compiles for is not
+# there. Status 1 when something differs or cannot be built.
 # From the top folder; builds go to OUT, build/bits/ unless told otherwise. COMPILERS="clang" for one of them.
 set -u
 export LC_ALL=C
@@ -33,10 +34,12 @@ compare() { # NAME
 
 build reference gcc "-O2" || { echo "differs reference: cannot be built"; exit 1; }
 for compiler in ${COMPILERS:-gcc clang}; do
-    command -v "$compiler" >/dev/null || continue
+    command -v "$compiler" >/dev/null || { echo "missing $compiler"; continue; }
     for options in "-O0" "-O1" "-O3" "-O3 -mfma" "-O3 -march=native" "-O2 -mno-fma -mno-avx"; do
         # A processor without fused multiply-add cannot run what is built for it.
-        case $options in *-mfma*) grep -q -w fma /proc/cpuinfo || continue ;; esac
+        case $options in
+        *-mfma*) grep -q -w fma /proc/cpuinfo || { echo "missing fma of $compiler"; continue; } ;;
+        esac
         name=$(echo "$compiler$options" | tr -d ' =')
         if ! build "$name" "$compiler" "$options"; then
             echo "differs $compiler $options: cannot be built or run"

@@ -97,18 +97,22 @@ void run_builds(const struct budget *budget, struct case_result *result)
     FILE *script = popen("sh bench/builds.sh", "r");
     if (!script) fatal("cannot run bench/builds.sh");
     char line[256];
-    unsigned built = 0, wrong = 0;
+    unsigned same = 0, wrong = 0, missing = 0;
     while (fgets(line, sizeof line, script)) {
         line[strcspn(line, "\n")] = '\0';
-        built += strncmp(line, "same ", 5) == 0;
-        if (strncmp(line, "differs ", 8) != 0) continue;
-        wrong++;
-        if (!result->note[0]) snprintf(result->note, sizeof result->note, "%s", line);
+        bool differs = strncmp(line, "differs ", 8) == 0, lacks = strncmp(line, "missing ", 8) == 0;
+        same += strncmp(line, "same ", 5) == 0;
+        wrong += differs;
+        missing += lacks;
+        /* The first build that differs; only if there is none, what is missing. */
+        if ((differs && wrong == 1) || (lacks && wrong == 0 && missing == 1))
+            snprintf(result->note, sizeof result->note, "%s", line);
     }
     bool complete = pclose(script) == 0;
     snprintf(result->paper, sizeof result->paper, "the same builds");
-    snprintf(result->ours, sizeof result->ours, "%u of %u pictures differ", wrong, built + wrong);
-    picture_verdict(result, built + wrong, wrong + !(complete || wrong));
+    snprintf(result->ours, sizeof result->ours, "%u of %u builds differ", wrong, same + wrong);
+    picture_verdict(result, same + wrong, wrong + !(complete || wrong));
+    if (missing && complete && wrong == 0) result->verdict = VERDICT_MARKED;
 }
 
 /* ---- 58 ---- */
