@@ -12,7 +12,9 @@
 #
 # After the fault the same picture is asked for again, on another number of processes, with another
 # schedule and tile size. FARM, MPIEXEC, FAULTS_JOURNAL, FAULTS_SLOW and FAULTS_STOP say where the programs
-# are; FAULTS_KINDS chooses kinds, FAULTS_LIMIT is how many seconds a run may take. Status 1 if anything was lost, differed, hung or was left behind.
+# are; FAULTS_KINDS chooses kinds, FAULTS_LIMIT is how many seconds a run may take. A fault counts as injected
+# when somebody got it, and as missed when the run was over before that or its process was not found. Status 1
+# if anything was lost, differed, hung or was left behind.
 set -u
 export LC_ALL=C # figures with a decimal point
 runs=${1:-300} state=${2:-1} out=${3:-}
@@ -25,7 +27,14 @@ SCENE=$(realpath test/data/everything.ini)
 SIZE=${FAULTS_SIZE:-image.width=256 image.height=256 sampling.samples=16}
 kinds=${FAULTS_KINDS:-rank stop master none mpiexec signal torn alone flipped moment full slow}
 T=$(mktemp -d)
-trap 'umount "$T/small" 2>/dev/null; rm -rf "$T"' EXIT
+mark= # of what is running
+# Stopped ranks would stay for ever.
+clean_up() {
+    for p in $(marked); do kill -9 "$p"; done
+    umount "$T/small" 2>/dev/null
+    rm -rf "$T"
+}
+trap clean_up EXIT
 trap 'exit 1' INT TERM
 [ -z "$out" ] || out=$(realpath "$out")
 cd "$T" || exit 1
@@ -39,6 +48,7 @@ nap() { sleep "$(awk "BEGIN { print $1 / 1000 }")"; }
 
 # The processes of this run, by a mark in their surroundings. Zombies have none.
 marked() {
+    [ -n "$mark" ] || return
     grep -lzx "FARM_FAULT=$mark" /proc/[0-9]*/environ 2>/dev/null | sed 's,/proc/\([0-9]*\)/.*,\1,'
 }
 rank_pid() {
@@ -91,6 +101,14 @@ finish() {
     for p in $(marked); do left=$((left + 1)); kill -9 "$p"; done
 }
 
+unmount() { # a process that was killed may take a moment to let go
+    i=0
+    until umount small; do [ $i -lt 40 ] || exit 1; nap 50; i=$((i + 1)); done
+}
+
+# strike SIGNAL PROCESS: the fault; not injected when there is no such process any more.
+strike() { { [ -n "$2" ] && kill "-$1" "$2"; } 2>/dev/null || hit=; }
+
 other_way() { # chooses processes and settings that do not change the picture
     pick 7; n=$((number + 2))
     pick 4; case $number in 0) way=farm.schedule=tiles ;; 1) way=farm.schedule=strips ;; 2) way=farm.schedule=cyclic ;; *) way=farm.schedule=dynamic ;; esac
@@ -104,11 +122,11 @@ start 2 output.image=ref.pfm output.journal=
 begin=$(date +%s%N); finish
 span=$((($(date +%s%N) - begin) / 1000000)) # milliseconds that a run takes here
 [ -s ref.pfm ] || { cat e; exit 1; }
-small=yes; mkdir small
+small=yes; mkdir small || exit 1
 mount -t tmpfs -o size=64k none small 2>/dev/null || small=
-[ -z "$small" ] || umount small
-injected=0 lost=0 kept=0 orphaned=0 differ=0 wrong=0 repeated=0 saved=0 run=0
-echo "run,kind,processes,way,fault_ms,status,records,taken_over,seconds_saved,seconds_repeated,same" >table.csv
+[ -z "$small" ] || umount small || exit 1
+injected=0 missed=0 lost=0 kept=0 orphaned=0 differ=0 wrong=0 repeated=0 saved=0 run=0
+echo "run,kind,processes,way,fault_ms,status,records,taken_over,seconds_saved,seconds_repeated,same,injected" >table.csv
 
 while [ $run -lt "$runs" ]; do
     run=$((run + 1)) mark=$$.$run
@@ -118,7 +136,7 @@ while [ $run -lt "$runs" ]; do
     [ "$kind" = full ] && [ -z "$small" ] && kind=torn
     rm -f a.* a-*.journal o e note; other_way; PRELOAD=
     pick $((span * 3 / 4)); when=$((span / 4 + number))
-    expected= target=a.pfm
+    expected= target=a.pfm hit=yes # whether the fault was injected
     case $kind in
     alone) n=0 ;;
     stop) way="$way farm.patience=10" ;;
@@ -127,7 +145,8 @@ while [ $run -lt "$runs" ]; do
         export FAULTS_STOP_AT=$1 FAULTS_STOP_NOTE=note
         pick $((n - 1)); export FAULTS_STOP_RANK=$((number + 1)) ;;
     slow) PRELOAD=$SLOW ;;
-    full) pick 60; mount -t tmpfs -o size=$((40 + 20 * number))k none small; target=small/a.pfm ;;
+    full) pick 60; target=small/a.pfm
+        mount -t tmpfs -o size=$((40 + 20 * number))k none small || exit 1 ;;
     esac
     before=$(segments)
     # shellcheck disable=SC2086
@@ -135,28 +154,34 @@ while [ $run -lt "$runs" ]; do
     first_way=$way processes=$n
     case $kind in
     none | full | moment) ;;
-    *)  nap "$when"; injected=$((injected + 1)) ;;
+    *) nap "$when" ;;
     esac
     case $kind in
     none) expected=0 ;;
-    full) injected=$((injected + 1)) ;;
-    moment) injected=$((injected + 1)) expected=0
+    full) ;;
+    moment) expected=0
         [ "$FAULTS_STOP_AT" != share ] || expected=75 ;;
     rank | stop)
         pick $((n - 1)); victim=$((number + 1)) i=0
         # The ranks have begun to render when the journal has a first tile.
         while kill -0 $job 2>/dev/null && [ "$(stat -c %s a.journal 2>/dev/null || echo 0)" -le "$JOURNAL_START" ] && [ $i -lt 1000 ]; do nap 20; i=$((i + 1)); done
         [ $kind = rank ] || { nap 300; expected=0; }
-        p=$(rank_pid $victim)
-        if [ $kind = rank ]; then kill -9 $p 2>/dev/null; else kill -STOP $p 2>/dev/null; fi ;;
-    master) p=$(rank_pid 0); kill -9 $p 2>/dev/null ;;
-    mpiexec | torn | flipped | alone | slow) kill -9 $job 2>/dev/null ;;
+        if [ $kind = rank ]; then strike 9 "$(rank_pid $victim)"; else strike STOP "$(rank_pid $victim)"; fi ;;
+    master) strike 9 "$(rank_pid 0)" ;;
+    mpiexec | torn | flipped | alone | slow) strike 9 $job ;;
     signal) pick 3; case $number in 0) s=TERM ;; 1) s=INT ;; *) s=USR1 ;; esac
-        kill -$s $job 2>/dev/null ;;
+        strike $s $job ;;
     esac
     finish
     first=$status
     unset FAULTS_STOP_AT FAULTS_STOP_RANK
+    case $kind in
+    moment) [ -s note ] || hit='' expected=0 ;;
+    full) [ $first -ne 0 ] || grep -q 'No space left' e || hit= ;;
+    esac
+    if [ $kind = none ]; then hit=-
+    elif [ -n "$hit" ]; then injected=$((injected + 1))
+    else hit=no missed=$((missed + 1)); fi
     # A rank that is killed while it starts cannot remove what it has just made, nor can anybody tell
     # whose it was: such segments are counted apart.
     number=$(orphans | wc -l)
@@ -169,7 +194,7 @@ while [ $run -lt "$runs" ]; do
     if [ $kind = full ]; then
         mv small/a.* . 2>/dev/null # as if space had been made
         for j in a-*.journal; do [ -e "$j" ] && mv "$j" a.journal; done # what could not stay there
-        umount small
+        unmount
     fi
     if [ -s a.journal ]; then
         case $kind in
@@ -192,19 +217,19 @@ while [ $run -lt "$runs" ]; do
     fi
     same=yes
     cmp -s ref.pfm a.pfm || { same=no differ=$((differ + 1)); }
-    echo "$run,$kind,$processes,$first_way,$when,$first,$records,$taken,$s,$again,$same" >>table.csv
+    echo "$run,$kind,$processes,$first_way,$when,$first,$records,$taken,$s,$again,$same,$hit" >>table.csv
     repeated=$(awk "BEGIN { print $repeated + $again }") saved=$(awk "BEGIN { print $saved + $s }")
 done
 
 {
-    echo "| runs | faults injected | tiles lost | pictures that differ | hangs | processes left | segments left | segments of the killed | other statuses | seconds saved | seconds repeated |"
-    echo "|---|---|---|---|---|---|---|---|---|---|---|"
-    echo "| $runs | $injected | $lost | $differ | $hung | $left | $kept | $orphaned | $wrong | $saved | $repeated |"
+    echo "| runs | faults injected | faults missed | tiles lost | pictures that differ | hangs | processes left | segments left | segments of the killed | other statuses | seconds saved | seconds repeated |"
+    echo "|---|---|---|---|---|---|---|---|---|---|---|---|"
+    echo "| $runs | $injected | $missed | $lost | $differ | $hung | $left | $kept | $orphaned | $wrong | $saved | $repeated |"
     echo
-    echo "| kind | runs | records at the fault, mean | taken over, mean | pictures the same |"
-    echo "|---|---|---|---|---|"
-    awk -F, 'NR > 1 { n[$2]++; r[$2] += $7; t[$2] += $8; s[$2] += $11 == "yes" }
-        END { for (k in n) printf "| %s | %d | %.1f | %.1f | %d |\n", k, n[k], r[k] / n[k], t[k] / n[k], s[k] }' table.csv | sort
+    echo "| kind | runs | faults injected | records at the fault, mean | taken over, mean | pictures the same |"
+    echo "|---|---|---|---|---|---|"
+    awk -F, 'NR > 1 { n[$2]++; r[$2] += $7; t[$2] += $8; s[$2] += $11 == "yes"; h[$2] += $12 == "yes" }
+        END { for (k in n) printf "| %s | %d | %d | %.1f | %.1f | %d |\n", k, n[k], h[k], r[k] / n[k], t[k] / n[k], s[k] }' table.csv | sort
 } >table.md
 cat table.md
 for log in wrong.*; do [ -e "$log" ] && { echo "run ${log#wrong.}:"; cat "$log"; }; done

@@ -36,15 +36,23 @@ notices() {
     rm -f /dev/shm/farm-test-*
     cat "$T/table"
     [ $status -eq 1 ] || return 1
-    awk -F'|' -v column="$2" '/^. [0-9]/ { for (i = 4; i <= 10; i++) if ($i + 0 != (i == column)) bad = 1 }
+    awk -F'|' -v column="$2" '/^. [0-9]/ { for (i = 5; i <= 11; i++) if ($i + 0 != (i == column)) bad = 1 }
         END { exit bad }' "$T/table"
 }
-check "the bench sees a picture that differs" notices picture 5
-check "the bench sees a process that is left" notices process 7
-check "the bench sees a segment that is left" notices segment 8
-check "the bench sees another status" notices status 10
-hung() { notices hang 6; [ "$(awk -F'|' '/^. [0-9]/ { print $6 + 0; exit }' "$T/table")" -ge 1 ]; }
+check "the bench sees a picture that differs" notices picture 6
+check "the bench sees a process that is left" notices process 8
+check "the bench sees a segment that is left" notices segment 9
+check "the bench sees another status" notices status 11
+hung() { notices hang 7; [ "$(awk -F'|' '/^. [0-9]/ { print $7 + 0; exit }' "$T/table")" -ge 1 ]; }
 check "the bench sees a hang" hung
 nothing() { WRONG='' MPIEXEC=$T/mpiexec FARM=$T/farm FAULTS_KINDS=none sh bench/faults.sh 1 1; }
 check "and sees nothing where nothing is wrong" nothing
+# Runs that are over at once, or that have no rank 0.
+missed() {
+    WRONG='' MPIEXEC=$T/mpiexec FARM=$T/farm FAULTS_KINDS="master mpiexec stop moment" \
+        sh bench/faults.sh 4 1 >"$T/table" 2>&1
+    cat "$T/table"
+    grep -q '^| 4 | 0 | 4 |' "$T/table"
+}
+check "a fault that nobody got is not counted as injected" missed
 finish
