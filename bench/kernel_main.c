@@ -240,18 +240,22 @@ static bool measure_scene(const struct options *options, struct scene_results *r
     return good;
 }
 
-/* How far each picture is from the farm's; the pictures stay for the montage. */
-static void look_at_pictures(const struct options *options, struct scene_results *results,
+/* How far each picture is from the farm's; the pictures stay for the montage. False when one cannot be read. */
+static bool look_at_pictures(const struct options *options, struct scene_results *results,
                              struct canvas pictures[PROGRAM_COUNT])
 {
+    bool good = true;
     for (unsigned p = 0; p < PROGRAM_COUNT; p++) {
+        results->difference[p] = (struct picture_difference){(double)NAN, (double)NAN};
         if (results->series[p][STEP_PICTURE].count == 0) continue;
         char *path = picture_path(&options->bench, &results->scene, p);
-        bool good = picture_read(path, &pictures[p]);
-        if (good && pictures[PROGRAM_FARM].rgb)
+        bool read = picture_read(path, &pictures[p]);
+        if (read && pictures[PROGRAM_FARM].rgb)
             results->difference[p] = picture_compare(&pictures[PROGRAM_FARM], &pictures[p]);
+        good = good && read;
         free(path);
     }
+    return good;
 }
 
 static bool programs_found(const struct options *options)
@@ -278,7 +282,7 @@ int main(int argc, char **argv)
         struct scene_results *here = &results[count++];
         here->scene = prepare_scene(&options, i);
         good &= measure_scene(&options, here);
-        look_at_pictures(&options, here, &pictures[(count - 1) * PROGRAM_COUNT]);
+        good &= look_at_pictures(&options, here, &pictures[(count - 1) * PROGRAM_COUNT]);
         report_scene(stdout, here, count == 1);
         fflush(stdout);
     }

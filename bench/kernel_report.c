@@ -151,13 +151,26 @@ static double mean_value(const struct mean *mean)
     return mean->count ? exp(mean->log_sum / mean->count) : UNKNOWN;
 }
 
-static void verdict(FILE *out, const char *what, double value, double mark, bool at_least,
-                    const char *where)
+/* What the figures of several scenes come to, beside a mark; of them, those measured may be fewer. */
+enum summary { GEOMETRIC_MEAN, LARGEST, SMALLEST };
+
+static void verdict(FILE *out, const char *what, const struct mean *mean, enum summary summary,
+                    double mark, bool at_least, size_t scenes)
 {
+    const char *where = summary == LARGEST    ? mean->largest_at
+                        : summary == SMALLEST ? mean->smallest_at
+                                              : NULL;
+    double value = summary == LARGEST    ? mean->largest
+                   : summary == SMALLEST ? mean->smallest
+                                         : mean_value(mean);
     bool met = at_least ? value >= mark : value <= mark;
-    if (!isfinite(value)) return;
-    fprintf(out, "%-7s %s: %.3f (%s %.3g)%s%s\n", met ? "met" : "MISSED", what, value,
-            at_least ? "at least" : "at most", mark, where ? ", at " : "", where ? where : "");
+    if (mean->count == 0) {
+        fprintf(out, "not measured: %s\n", what);
+        return;
+    }
+    fprintf(out, "%-7s %s: %.3f (%s %.3g)%s%s, over %u of %zu scenes\n", met ? "met" : "MISSED",
+            what, value, at_least ? "at least" : "at most", mark, where ? ", at " : "",
+            where ? where : "", mean->count, scenes);
 }
 
 #define MARK_EMBREE       1.0
@@ -167,6 +180,7 @@ static void verdict(FILE *out, const char *what, double value, double mark, bool
 void report_summary(FILE *out, const struct scene_results *results, size_t count)
 {
     struct mean time[PROGRAM_COUNT] = {0}, kernel = {0}, whole = {0}, bytes = {0};
+    size_t meshes = 0;
     for (size_t i = 0; i < count; i++) {
         const struct scene_results *at = &results[i];
         for (unsigned p = PROGRAM_EMBREE; p < PROGRAM_COUNT; p++)
@@ -175,6 +189,7 @@ void report_summary(FILE *out, const struct scene_results *results, size_t count
                  bytes_per_triangle(at, PROGRAM_FARM) / bytes_per_triangle(at, PROGRAM_EMBREE),
                  at->scene.name);
         if (!at->scene.has_mesh) continue;
+        meshes++;
         mean_add(&kernel,
                  rate_of(at, PROGRAM_FARM, RATE_KERNEL) / rate_of(at, PROGRAM_EMBREE, RATE_KERNEL),
                  at->scene.name);
@@ -184,23 +199,20 @@ void report_summary(FILE *out, const struct scene_results *results, size_t count
                  at->scene.name);
     }
     fputc('\n', out);
-    verdict(out, "time / Embree, geometric mean", mean_value(&time[PROGRAM_EMBREE]), MARK_EMBREE,
-            false, NULL);
-    verdict(out, "time / Embree, worst scene",
-            time[PROGRAM_EMBREE].count ? time[PROGRAM_EMBREE].largest : UNKNOWN, MARK_EMBREE_WORST,
-            false, time[PROGRAM_EMBREE].largest_at);
-    verdict(out, "time / Tachyon, geometric mean", mean_value(&time[PROGRAM_TACHYON]),
-            MARK_PROGRAMS, false, NULL);
-    verdict(out, "time / POV-Ray, geometric mean", mean_value(&time[PROGRAM_POVRAY]), MARK_PROGRAMS,
-            false, NULL);
+    const struct mean *embree = &time[PROGRAM_EMBREE];
+    verdict(out, "time / Embree, geometric mean", embree, GEOMETRIC_MEAN, MARK_EMBREE, false,
+            count);
+    verdict(out, "time / Embree, worst scene", embree, LARGEST, MARK_EMBREE_WORST, false, count);
+    verdict(out, "time / Tachyon, geometric mean", &time[PROGRAM_TACHYON], GEOMETRIC_MEAN,
+            MARK_PROGRAMS, false, count);
+    verdict(out, "time / POV-Ray, geometric mean", &time[PROGRAM_POVRAY], GEOMETRIC_MEAN,
+            MARK_PROGRAMS, false, count);
     verdict(out, "primary rays/s of the kernel / Embree's packets on meshes, geometric mean",
-            mean_value(&kernel), 1, true, NULL);
-    verdict(out, "the same, worst mesh", kernel.count ? kernel.smallest : UNKNOWN, 1, true,
-            kernel.smallest_at);
-    verdict(out, "the same with making rays and colours, geometric mean", mean_value(&whole), 1,
-            true, NULL);
-    verdict(out, "bytes per triangle / Embree's, worst mesh", bytes.count ? bytes.largest : UNKNOWN,
-            1, false, bytes.largest_at);
+            &kernel, GEOMETRIC_MEAN, 1, true, meshes);
+    verdict(out, "the same, worst mesh", &kernel, SMALLEST, 1, true, meshes);
+    verdict(out, "the same with making rays and colours, geometric mean", &whole, GEOMETRIC_MEAN, 1,
+            true, meshes);
+    verdict(out, "bytes per triangle / Embree's, worst mesh", &bytes, LARGEST, 1, false, meshes);
 }
 
 /* ---- files ---- */
@@ -332,8 +344,8 @@ static void markdown_pictures(FILE *out, const struct scene_results *results, si
         row_begin(out, &results[i]);
         for (unsigned p = PROGRAM_EMBREE; p < PROGRAM_COUNT; p++) {
             const struct picture_difference *d = &results[i].difference[p];
-            if (results[i].series[p][STEP_PICTURE].count == 0)
-                fputs(" - |", out);
+            if (isnan(d->rmse))
+                fputs(" not measured |", out);
             else
                 fprintf(out, " %.4f, %.2f %% |", d->rmse, 100 * d->off);
         }
