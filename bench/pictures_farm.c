@@ -78,7 +78,7 @@ void run_processes(const struct budget *budget, struct case_result *result)
     run_quietly(command);
     if (!wrong)
         snprintf(result->note, sizeof result->note,
-                 "a killed worker ends the run: there is no restart to compare");
+                 "runs that are killed and go on: make bench-faults");
     snprintf(result->paper, sizeof result->paper, "the same");
     snprintf(result->ours, sizeof result->ours, "%llu of %llu runs differ",
              (unsigned long long)wrong, (unsigned long long)count);

@@ -4,8 +4,10 @@
  *
  * A pixel is the same when its floats are the reference's, rounded, or their neighbours. Any other
  * must be explained: by a predicate inside its bound, that is, by a decision of the reference that
- * changes when its own rays, points and normals are displaced by what the kernel may round; or, on
- * curved mirrors, by amplification: the colour itself moves as far under those displacements.
+ * changes when its own rays, points and normals are displaced by what the kernel may round (the colour
+ * is not looked at then: a pixel can hang on several such decisions, and few of their outcomes are
+ * among the displaced ones); or, on curved mirrors, by amplification: the colour itself moves as far
+ * under those displacements.
  */
 #include <float.h>
 #include <stdio.h>

@@ -3,7 +3,9 @@
  *
  * A case draws random inputs, gives them to the kernel twice, with the paper's formulas and with
  * ours, and compares both with an oracle that shares no code with the kernel: GMP or MPFR numbers,
- * a closed form, a count that topology dictates, or brute force.
+ * a closed form, a count that topology dictates. Where the tree, or which of equal hits is taken, is
+ * looked at and not a formula (rows 23, 35 to 37), it is brute force: the kernel's own tests of
+ * every object.
  */
 #ifndef FARM_BENCH_STABILITY_H
 #define FARM_BENCH_STABILITY_H
