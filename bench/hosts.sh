@@ -24,7 +24,7 @@ trap 'exit 1' INT TERM
 
 # hold NAME: namespaces that last as long as a process in them sleeps.
 hold() {
-    unshare --net --uts --mount --ipc sh -c "echo \$\$ >$T/$1.pid; exec sleep 600" </dev/null >/dev/null 2>&1 &
+    unshare --net --uts --mount --ipc sh -c "echo \$\$ >'$T/$1.pid'; exec sleep 600" </dev/null >/dev/null 2>&1 &
     pids="$pids $!"
     until [ -s "$T/$1.pid" ]; do sleep 0.05; done
 }
@@ -43,7 +43,7 @@ for count in $ranks; do
         enter switch ip link set port$n master br0 up &&
         enter node$n sh -c "hostname node$n && ip link set lo up && ip link set eth0 up &&
             ip addr add 10.77.0.$n/24 dev eth0 && mount -t tmpfs tmpfs /dev/shm &&
-            mount --bind $T/hosts /etc/hosts" || exit 1
+            mount --bind '$T/hosts' /etc/hosts" || exit 1
 done
 
 # As ssh is called: options, host, command.
@@ -55,12 +55,19 @@ exec nsenter -t "\$(cat "$T/\$host.pid")" -n -u -m -i sh -c "\$*"
 EOF
 chmod +x "$T/launch"
 
+# A word as a shell has to be given it.
+quoted() { printf "'"; printf %s "$1" | sed "s/'/'\\\\''/g"; printf "' "; }
 received() { enter "node$1" awk '/eth0:/ { sub(/.*:/, ""); print $1 }' /proc/net/dev; }
 for i in $(seq $n); do received "$i" >"$T/before$i"; done
 "$FARM" "$scene" output.image="$T/one.pfm" output.report= "$@" >/dev/null 2>&1 || exit 1
-enter node1 sh -c "cd '$PWD' && ${HOSTS_ENV:-} timeout 60 $MPIEXEC -launcher ssh \
-    -launcher-exec $T/launch -f $T/hostfile -n $total $FARM $scene output.image=$T/many.pfm $*" \
-    >"$T/log" 2>&1
+# The command as a script, so that arguments with blanks in them stay what they are.
+{
+    printf 'cd %s && %s' "$(quoted "$PWD")" "${HOSTS_ENV:-} timeout 60 $MPIEXEC -launcher ssh -n $total "
+    for word in -launcher-exec "$T/launch" -f "$T/hostfile" "$FARM" "$scene" \
+        "output.image=$T/many.pfm" "$@"; do quoted "$word"; done
+    echo
+} >"$T/command"
+enter node1 sh "$T/command" >"$T/log" 2>&1
 status=$?
 echo "exit status $status"
 for i in $(seq $n); do

@@ -41,7 +41,7 @@ static bool trial_differs(const struct trial *trial, const char *folder, bool qu
         snprintf(launch, sizeof launch, "%s -n %u", from_environment("MPIEXEC", "mpiexec"),
                  trial->ranks);
     snprintf(command, sizeof command,
-             "timeout 120 %s %s test/data/everything.ini output.report= "
+             "timeout 120 %s '%s' test/data/everything.ini output.report= "
              "output.image=%s/%s.pfm image.width=%d image.height=%d farm.kernel=%s %s",
              launch, from_environment("FARM", "./farm"), folder, first ? "first" : "next",
              quick ? 48 : 194, quick ? 32 : 122, processor_level_name(stage_kernel()), trial->how);
