@@ -97,14 +97,20 @@ farm_repeated() {
     cpu=$(median_of $times)
 }
 
+# farm() on all cores: the CPU time is that of all of them.
+farm_wide() { FARM_ALONE=$FARM FARM="on_all_cores"; farm "$@"; FARM=$FARM_ALONE; }
+on_all_cores() { "$MPIEXEC" -n "$(nproc)" "$FARM_ALONE" "$@"; }
+
+# keep NAME PATH: what farm() rendered becomes PATH.pfm and .json, as a whole or not at all. (A farm
+# that is stopped writes the picture so far.)
+keep() { mv "$WORK/$1.json" "$2.json" && mv "$WORK/$1.pfm" "$2.pfm" || exit 1; }
+
 # On all cores: its time is nobody's business.
 reference_of() {
-    reference=ref_${W}x${H}_$1
-    [ -e "$WORK/$reference.pfm" ] && return
-    "$MPIEXEC" -n "$(nproc)" "$FARM" "$(config_of "$1")" image.width=$((W + 2000)) image.height=$H \
-        "image.region=1000 0 $W $H" sampling.samples=$MANY output.image="$WORK/$reference.pfm" \
-        output.report="$WORK/$reference.json" output.journal= >"$WORK/$reference.log" 2>&1 ||
-        { cat "$WORK/$reference.log" >&2; exit 1; }
+    reference=$WORK/ref_${W}x${H}_$1
+    [ -e "$reference.pfm" ] && return
+    farm_wide whole "$1" image.width=$((W + 2000)) "image.region=1000 0 $W $H" sampling.samples=$MANY
+    keep whole "$reference"
 }
 
 # ---- allocation ----
@@ -137,14 +143,14 @@ sampling() {
         reference_of "$scene"
         for n in $(awk "BEGIN { for (n = 2; n < $FINEST; n *= 2) print n; print $FINEST }"); do
             known "$scene,uniform,$n" && continue
-            farm run "$scene" sampling.samples=$n sampling.reference="$WORK/$reference.pfm"
+            farm run "$scene" sampling.samples=$n sampling.reference="$reference.pfm"
             add_row "$scene" uniform $n
         done
         # Targets: what the uniform pictures came to, from 4 samples on.
         for target in $(awk -F, -v s="$scene" '$1 == s && $2 == "uniform" && $3 > 2 { print $6 }' "$csv"); do
             known "$scene,adaptive,$target" && continue
             farm run "$scene" sampling.target_error="$target" \
-                sampling.reference="$WORK/$reference.pfm"
+                sampling.reference="$reference.pfm"
             add_row "$scene" adaptive "$target"
         done
     done
@@ -209,10 +215,6 @@ END
 # Pixels that a large picture is judged by, some, each against 64 times the samples of the uniform picture.
 LATTICE=16000
 
-# farm() on all cores: the CPU time is that of all of them.
-farm_wide() { FARM_ALONE=$FARM FARM="on_all_cores"; farm "$@"; FARM=$FARM_ALONE; }
-on_all_cores() { "$MPIEXEC" -n "$(nproc)" "$FARM_ALONE" "$@"; }
-
 large() {
     csv=$OUT/error_large.csv
     begin_csv "scene,samples,uniform_s,uniform_wall_s,uniform_estimated,slope,adaptive_samples,adaptive_s,adaptive_wall_s,adaptive_estimated,uniform_rmse,uniform_deviation,adaptive_rmse,adaptive_deviation,reference_rmse"
@@ -249,7 +251,11 @@ truncation() {
     csv=$OUT/error_truncation.csv
     begin_csv "scene,knob,setting,cpu_s,rmse,max,claimed,held"
     for scene in $SCENES; do
-        [ -e "$WORK/deep_$scene.pfm" ] || farm "deep_$scene" "$scene" sampling.samples=1 render.max_depth=40 render.cutoff=1e-7
+        deep=$WORK/deep_$scene
+        [ -e "$deep.pfm" ] || {
+            farm whole "$scene" sampling.samples=1 render.max_depth=40 render.cutoff=1e-7
+            keep whole "$deep"
+        }
         for depth in 0 1 2 3 4 6 8 12 16 20; do
             one_truncation "$scene" depth $depth render.max_depth=$depth render.cutoff=1e-7
         done
@@ -272,7 +278,7 @@ truncation() {
 one_truncation() {
     scene=$1 knob=$2 setting=$3; shift 3
     known "$scene,$knob,$setting" && return
-    farm_repeated run "$scene" sampling.samples=1 sampling.reference="$WORK/deep_$scene.pfm" "$@"
+    farm_repeated run "$scene" sampling.samples=1 sampling.reference="$deep.pfm" "$@"
     r=$WORK/run.json
     # The reference has an error of its own, and both are floats.
     awk -v s="$scene" -v k="$knob" -v n="$setting" -v t="$cpu" -v e="$(of "$r" reference rmse)" \
@@ -388,7 +394,7 @@ peers() {
             else
                 farm_repeated run "$scene" sampling.target_error=$target sampling.min_samples=2
             fi
-            echo "$scene,farm,$target,$cpu,$("$TOOL" compare "$WORK/run.pfm" "$WORK/$reference.pfm")" >>"$csv"
+            echo "$scene,farm,$target,$cpu,$("$TOOL" compare "$WORK/run.pfm" "$reference.pfm")" >>"$csv"
         done
     done
     {
@@ -501,7 +507,7 @@ coverage() {
             for run in 1 2 3 4 5 6 7 8 9 10; do
                 known "$scene,${setting#sampling.},$run" && continue
                 farm run "$scene" image.width=$((W + 200 * run)) "image.region=$((100 * run)) 0 $W $H" \
-                    "$setting" sampling.reference="$WORK/$reference.pfm"
+                    "$setting" sampling.reference="$reference.pfm"
                 echo "$scene,${setting#sampling.},$run,$(of "$WORK/run.json" reference rows),$(of "$WORK/run.json" reference rows_held)" >>"$csv"
             done
         done
