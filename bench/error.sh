@@ -44,8 +44,15 @@ fi
 
 # The CSV file of a section: csv NAMES-OF-COLUMNS
 begin_csv() { [ -e "$csv" ] || echo "$1" >"$csv"; }
+# put_row FIELD,...: ends the bench when one is empty, as what should have told it failed.
+put_row() {
+    case ",$1," in
+    *,,*) echo "error.sh: not all of a row of $csv was measured: $1" >&2; exit 1 ;;
+    esac
+    echo "$1" >>"$csv"
+}
 # Whether a row that begins like this is there.
-known() { grep -qF "$1," "$csv"; }
+known() { awk -v begin="$1," 'index($0, begin) == 1 { found = 1 } END { exit !found }' "$csv"; }
 
 config_of() {
     for ending in ini nff obj; do
@@ -161,7 +168,7 @@ sampling() {
 
 add_row() {
     r=$WORK/run.json
-    echo "$1,$2,$3,$(value "$r" samples_per_pixel),$(cpu_of "$r"),$(of "$r" reference rmse),$(of "$r" reference max),$(of "$r" reference p999),$(value "$r" estimated_rmse),$(value "$r" estimated_low),$(value "$r" estimated_high)" >>"$csv"
+    put_row "$1,$2,$3,$(value "$r" samples_per_pixel),$(cpu_of "$r"),$(of "$r" reference rmse),$(of "$r" reference max),$(of "$r" reference p999),$(value "$r" estimated_rmse),$(value "$r" estimated_low),$(value "$r" estimated_high)"
 }
 
 sampling_tables() {
@@ -227,7 +234,7 @@ large() {
         farm_wide run "$scene" sampling.target_error="$(value "$u" estimated_rmse)"
         told=$("$TOOL" lattice "$(config_of "$scene")" $LATTICE $((64 * n)) "$WORK/even.pfm" "$WORK/run.pfm" \
             image.width=$W image.height=$H) || exit 1
-        echo "$scene,$n,$(cpu_of "$u"),$(of "$u" time render_s),$(value "$u" estimated_rmse),$(of "$u" forecast slope),$(value "$a" samples_per_pixel),$(cpu_of "$a"),$(of "$a" time render_s),$(value "$a" estimated_rmse),$(echo $told | tr ' ' ,)" >>"$csv"
+        put_row "$scene,$n,$(cpu_of "$u"),$(of "$u" time render_s),$(value "$u" estimated_rmse),$(of "$u" forecast slope),$(value "$a" samples_per_pixel),$(cpu_of "$a"),$(of "$a" time render_s),$(value "$a" estimated_rmse),$(echo $told | tr ' ' ,)"
     done
     {
         echo "# Adaptive sampling of large pictures, $W x $H"
@@ -317,7 +324,7 @@ formulas() {
         farm_repeated exact "$scene" sampling.samples=4
         exact_s=$cpu
         farm_repeated run "$scene" sampling.samples=4 render.formulas=paper sampling.reference="$WORK/exact.pfm"
-        echo "$scene,$exact_s,$cpu,$(of "$WORK/run.json" reference rmse),$(of "$WORK/run.json" reference max)" >>"$csv"
+        put_row "$scene,$exact_s,$cpu,$(of "$WORK/run.json" reference rmse),$(of "$WORK/run.json" reference max)"
     done
     {
         echo "# The paper's formulas against the exact ones, same samples"
@@ -331,18 +338,21 @@ formulas() {
 
 # ---- peers ----
 
-# CPU seconds of a command, with loading.
+# timed PICTURE COMMAND...: CPU seconds of a command that makes the picture, with loading.
 timed() {
-    ( "$@" >"$WORK/peer.log" 2>&1; times ) | tail -n 1 | tr ms '  ' |
-        awk '{ print 60 * $1 + $2 + 60 * $3 + $4 }'
+    made=$1; shift
+    rm -f "$made"
+    spent=$("$@" >"$WORK/peer.log" 2>&1 && [ -s "$made" ] && times) ||
+        { cat "$WORK/peer.log" >&2; echo "error.sh: $1 made no picture" >&2; return 1; }
+    echo "$spent" | tail -n 1 | tr ms '  ' | awk '{ print 60 * $1 + $2 + 60 * $3 + $4 }'
 }
 povray_to() { # OUT OPTION...
     to=$1; shift
-    timed povray +WT1 -D -V +Q9 +FP16 File_Gamma=1 +W$W +H$H +I"$WORK/$scene.pov" +O"$to" "$@"
+    timed "$to" povray +WT1 -D -V +Q9 +FP16 File_Gamma=1 +W$W +H$H +I"$WORK/$scene.pov" +O"$to" "$@"
 }
 tachyon_to() {
     to=$1; shift
-    timed tachyon -numthreads 1 -fullshade -shade_phong -format PPM48 -o "$to" "$WORK/$scene.dat" "$@"
+    timed "$to" tachyon -numthreads 1 -fullshade -shade_phong -format PPM48 -o "$to" "$WORK/$scene.dat" "$@"
 }
 
 # A peer's converged picture of an exported scene, which takes minutes and is the same whatever the farm does.
@@ -351,12 +361,17 @@ converged_of() { echo "$WORK/peers/${W}x${H}_$(cksum <"$1" | tr ' ' _).ppm"; }
 converge() {
     picture=$1 peer=$2; shift 2
     [ -s "$picture" ] && return
-    "$peer" "$picture.part.ppm" "$@" >/dev/null
-    mv "$picture.part.ppm" "$picture"
+    "$peer" "$picture.part.ppm" "$@" >/dev/null && mv "$picture.part.ppm" "$picture" || exit 1
 }
 
 # The median of what a command prints, REPEAT times.
-repeated() { for _ in $(seq "$REPEAT"); do eval "$1"; done | median; }
+repeated() {
+    printed=
+    for _ in $(seq "$REPEAT"); do
+        printed="$printed $("$@")" || return 1
+    done
+    median_of $printed
+}
 
 peers() {
     csv=$OUT/error_peers.csv
@@ -365,25 +380,25 @@ peers() {
     for scene in $SCENES; do
         config=$(config_of "$scene")
         for kind in pov dat; do
-            "$TOOL" export "$config" "$WORK/$scene.$kind" image.width=$W image.height=$H
+            "$TOOL" export "$config" "$WORK/$scene.$kind" image.width=$W image.height=$H || exit 1
         done
         # Loading is not what is compared: the same scene at a few pixels.
-        load=$(repeated "W=4 H=3 povray_to $WORK/t.ppm -A")
+        load=$(set_size 4x3; repeated povray_to "$WORK/t.ppm" -A) || exit 1
         converged=$(converged_of "$WORK/$scene.pov")
         converge "$converged" povray_to +A0.0 +AM1 +R16 -J
         for setting in "-A" "+A0.3 +AM1 +R3" "+A0.1 +AM1 +R3" "+A0.03 +AM1 +R4" "+A0.3 +AM2 +R3" \
                        "+A0.1 +AM2 +R3" "+A0.03 +AM2 +R4" "+A0.01 +AM2 +R5"; do
             known "$scene,POV-Ray,$setting" && continue
-            t=$(repeated "povray_to $WORK/t.ppm $setting")
-            echo "$scene,POV-Ray,$setting,$(awk "BEGIN { print $t - $load }"),$("$TOOL" compare "$WORK/t.ppm" "$converged")" >>"$csv"
+            t=$(repeated povray_to "$WORK/t.ppm" $setting) || exit 1
+            put_row "$scene,POV-Ray,$setting,$(awk "BEGIN { print $t - $load }"),$("$TOOL" compare "$WORK/t.ppm" "$converged")"
         done
         converged=$(converged_of "$WORK/$scene.dat")
         converge "$converged" tachyon_to -aasamples 255
-        load=$(repeated "tachyon_to $WORK/t.ppm -res 4 3")
+        load=$(repeated tachyon_to "$WORK/t.ppm" -res 4 3) || exit 1
         for n in 0 3 8 15 31; do
             known "$scene,Tachyon,-aasamples $n" && continue
-            t=$(repeated "tachyon_to $WORK/t.ppm -aasamples $n")
-            echo "$scene,Tachyon,-aasamples $n,$(awk "BEGIN { print $t - $load }"),$("$TOOL" compare "$WORK/t.ppm" "$converged")" >>"$csv"
+            t=$(repeated tachyon_to "$WORK/t.ppm" -aasamples $n) || exit 1
+            put_row "$scene,Tachyon,-aasamples $n,$(awk "BEGIN { print $t - $load }"),$("$TOOL" compare "$WORK/t.ppm" "$converged")"
         done
         reference_of "$scene"
         # One ray through the middle of each pixel is a picture, too.
@@ -394,7 +409,7 @@ peers() {
             else
                 farm_repeated run "$scene" sampling.target_error=$target sampling.min_samples=2
             fi
-            echo "$scene,farm,$target,$cpu,$("$TOOL" compare "$WORK/run.pfm" "$reference.pfm")" >>"$csv"
+            put_row "$scene,farm,$target,$cpu,$("$TOOL" compare "$WORK/run.pfm" "$reference.pfm")"
         done
     done
     {
@@ -508,7 +523,7 @@ coverage() {
                 known "$scene,${setting#sampling.},$run" && continue
                 farm run "$scene" image.width=$((W + 200 * run)) "image.region=$((100 * run)) 0 $W $H" \
                     "$setting" sampling.reference="$reference.pfm"
-                echo "$scene,${setting#sampling.},$run,$(of "$WORK/run.json" reference rows),$(of "$WORK/run.json" reference rows_held)" >>"$csv"
+                put_row "$scene,${setting#sampling.},$run,$(of "$WORK/run.json" reference rows),$(of "$WORK/run.json" reference rows_held)"
             done
         done
     done
