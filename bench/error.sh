@@ -287,11 +287,11 @@ one_truncation() {
     known "$scene,$knob,$setting" && return
     farm_repeated run "$scene" sampling.samples=1 sampling.reference="$deep.pfm" "$@"
     r=$WORK/run.json
+    most=$(of "$r" reference max) bound=$(of "$r" bound truncation)
     # The reference has an error of its own, and both are floats.
-    awk -v s="$scene" -v k="$knob" -v n="$setting" -v t="$cpu" -v e="$(of "$r" reference rmse)" \
-        -v m="$(of "$r" reference max)" -v b="$(of "$r" bound truncation)" 'BEGIN {
-        held = b == "null" || m <= b + 1e-6 ? "yes" : "NO"
-        printf "%s,%s,%s,%s,%s,%s,%s,%s\n", s, k, n, t, e, m, b, held }' >>"$csv"
+    held=$(awk -v m="$most" -v b="$bound" 'BEGIN {
+        print m == "" || b == "" ? "" : b == "null" ? "-" : m <= b + 1e-6 ? "yes" : "NO" }')
+    put_row "$scene,$knob,$setting,$cpu,$(of "$r" reference rmse),$most,$bound,$held"
 }
 
 # What has no error at all, or no bound, has no place in it.
