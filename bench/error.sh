@@ -477,11 +477,18 @@ forecast() {
                 esac
                 foretold="$foretold $(cpu_of "$r")" took="$took $(cpu_of "$WORK/run.json")"
             done
-            # The law carries the forecast from the goal to what the later run came to.
-            awk -v s="$scene" -v m="$setting" -v e="$(value "$r" estimated_rmse)" -v t="$(median_of $foretold)" \
-                -v b="$slope" -v d="$(of "$r" forecast slope_spread | sed 's/null/1e300/')" -v g="$(value "$WORK/run.json" estimated_rmse)" \
-                -v took="$(median_of $took)" 'function at(b) { return t * (e / g) ^ (-1 / b) } BEGIN {
-                printf "%s,%s,%s,%s,%s,%.3f,%.3f,%.3f,%s,%.3f\n", s, m, e, t, g, at(b), at(b - d), (b + d < 0 ? at(b + d) : 1e9), took, at(b) / took - 1 }' >>"$csv"
+            rmse=$(value "$r" estimated_rmse) later=$(value "$WORK/run.json" estimated_rmse)
+            cpu=$(median_of $foretold) took=$(median_of $took)
+            # The law carries the forecast from the goal to what the later run came to. Where the slope
+            # may as well be 0, or nobody knows its spread, the interval has no upper end.
+            foretold=$(awk -v e="$rmse" -v g="$later" -v t="$cpu" -v took="$took" -v b="$slope" \
+                -v d="$(of "$r" forecast slope_spread)" '
+                function at(b) { return t * (e / g) ^ (-1 / b) }
+                BEGIN { if (e == "" || g == "" || t == "" || took == "" || b == "" || d == "") exit 1
+                    low = d == "null" ? t : at(b - d); high = d == "null" || b + d >= 0 ? 1e9 : at(b + d)
+                    printf "%.3f,%.3f,%s,%s,%.3f\n", at(b), low, high < 1e9 ? sprintf("%.3f", high) : "inf",
+                        took, at(b) / took - 1 }')
+            put_row "$scene,$setting,$rmse,$cpu,$later,$foretold"
         done
     done
     {
@@ -489,10 +496,10 @@ forecast() {
         echo
         echo "| scene | run | RMSE | CPU s | later RMSE | foretold s | interval of a standard deviation | took s | off by |"
         echo "|---|---|---|---|---|---|---|---|---|"
-        awk -F, 'NR > 1 { printf "| %s | %s | %.3g | %.2f | %.3g | %.2f | %.2f to %.2f | %.2f | %+.0f %% |\n", $1, $2, $3, $4, $5, $6, $7, $8, $9, 100 * $10
-                n++; hit += $10 < 0.2 && $10 > -0.2; in1 += $7 <= $9 && $9 <= $8; s += log(1 + $10) ^ 2
+        awk -F, 'NR > 1 { printf "| %s | %s | %.3g | %.2f | %.3g | %.2f | %.2f to %s | %.2f | %+.0f %% |\n", $1, $2, $3, $4, $5, $6, $7, $8 == "inf" ? $8 : sprintf("%.2f", $8), $9, 100 * $10
+                n++; hit += $10 < 0.2 && $10 > -0.2; if ($8 == "inf") open++; else in1 += $7 <= $9 && $9 <= $8; s += log(1 + $10) ^ 2
                 if ($6 > $4 && $9 > $4) { more += log(($6 - $4) / ($9 - $4)) ^ 2; m++ } }
-            END { if (n) printf "\nWithin 20 %%: %d of %d. In their interval: %d. Off by, root mean square: %.0f %% of all, %.0f %% of what was still to come (in %d of them; of the others nothing was, or nothing was foretold).\n", hit, n, in1, 100 * sqrt(s / n), m ? 100 * sqrt(more / m) : 0, m }' "$csv"
+            END { if (n) printf "\nWithin 20 %%: %d of %d. In their interval: %d of %d (%d more have no upper end). Off by, root mean square: %.0f %% of all, %.0f %% of what was still to come (in %d of them; of the others nothing was, or nothing was foretold).\n", hit, n, in1, n - open, open, 100 * sqrt(s / n), m ? 100 * sqrt(more / m) : 0, m }' "$csv"
     } >"$OUT/error_forecast.md"
     plot_forecast
     cat "$OUT/error_forecast.md"
@@ -506,7 +513,7 @@ set xlabel "CPU seconds that it took"
 set ylabel "foretold, +- a standard deviation"
 set key left top
 set title "Forecasts, $W x $H; the lines: as foretold, and 20 % off"
-plot for [scene in "$SCENES"] sprintf("< grep '^%s,' $csv", scene) using 9:6:7:8 with yerrorbars pt 7 title scene, \
+plot for [scene in "$SCENES"] sprintf("< grep '^%s,' $csv", scene) using 9:6:7:(strcol(8) eq "inf" ? \$6 : \$8) with yerrorbars pt 7 title scene, \
      x with lines lc 0 notitle, 0.8 * x with lines lc 0 dt 2 notitle, 1.2 * x with lines lc 0 dt 2 notitle
 END
 }
