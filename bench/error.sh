@@ -13,11 +13,12 @@
 # Times are CPU seconds of rendering, where runs are short the median of ERROR_REPEAT (3) of them. FARM
 # and TOOL are the programs, WORK a folder for pictures; MPIEXEC starts references on all cores.
 # ERROR_SCENES, ERROR_SIZE (320x240), ERROR_PEERS_SIZE (160x120) and ERROR_FINEST (16: uniform samples per
-# pixel, at most), ERROR_LARGE (1920x1440) and ERROR_LARGE_SAMPLES (lantern=64 garden=64) can be set, and SCENES, a folder whose scene files are then among the names, without
-# their endings. Tables and plots go to bench/out/.
+# pixel, at most), ERROR_LARGE (1920x1440) and ERROR_LARGE_SAMPLES (lantern=64 garden=64) can be set, and
+# SCENES, a folder whose scene files are then among the names, without their endings. Tables and plots go
+# to bench/out/.
 #
-# What was measured stays in the CSV files: a bench that was ended goes on there, row by row, with the
-# same sizes and the same program; otherwise it begins anew.
+# What was measured stays in the CSV files: a section that was ended goes on there, row by row, with the
+# same settings, programs and scene files; otherwise it begins anew.
 set -u
 export LC_ALL=C
 SECTIONS=${*:-allocation sampling large truncation formulas forecast coverage peers}
@@ -30,20 +31,33 @@ LARGE=${ERROR_LARGE:-1920x1440} LARGE_SAMPLES=${ERROR_LARGE_SAMPLES:-lantern=64 
 OUT=bench/out
 set_size() { W=${1%x*} H=${1#*x}; }
 set_size "$SIZE"
-mkdir -p "$WORK/peers" "$OUT"
+KEPT=$WORK/references
+mkdir -p "$WORK/peers" "$KEPT" "$OUT"
 
-# Rows and references of another program or size are worth nothing.
-state="$SIZE $LARGE $PEERS_SIZE $FINEST $FOLDER $(cksum <"$FARM")"
-if [ "$(cat "$WORK/state" 2>/dev/null)" != "$state" ]; then
-    find "$WORK" -maxdepth 1 -type f -delete
-    for section in sampling large truncation formulas forecast coverage peers; do
-        rm -f "$OUT/error_$section.csv"
-    done
-    echo "$state" >"$WORK/state"
-fi
+# Rows and references of another program or other scene files are worth nothing.
+scene_files() {
+    find -L config ${FOLDER:+"$FOLDER"} -type f \
+        \( -name '*.ini' -o -name '*.nff' -o -name '*.obj' -o -name '*.mtl' \) -exec cksum {} + | sort
+}
+STATE="$FOLDER $(cksum <"$FARM") $(cksum <"$TOOL") $(scene_files | cksum)"
+# renew FILE SETTINGS WORTHLESS...: removes what was made of other programs, scenes or settings than
+# FILE tells, which then tells these.
+renew() {
+    told=$1 state="$STATE $2"; shift 2
+    [ "$(cat "$told" 2>/dev/null)" = "$state" ] && return
+    rm -f "$@"
+    echo "$state" >"$told"
+}
+renew "$KEPT/state" "" "$KEPT"/ref_*.pfm "$KEPT"/ref_*.json "$KEPT"/deep_*.pfm "$KEPT"/deep_*.json \
+    "$WORK/balls.ini"
 
-# The CSV file of a section: csv NAMES-OF-COLUMNS
-begin_csv() { [ -e "$csv" ] || echo "$1" >"$csv"; }
+# begin_csv SECTION SETTINGS NAMES-OF-COLUMNS: the CSV file of a section, with the rows that it has if
+# they were measured with the same settings.
+begin_csv() {
+    csv=$OUT/error_$1.csv
+    renew "$OUT/.error_$1" "$2" "$csv"
+    [ -e "$csv" ] || echo "$3" >"$csv"
+}
 # put_row FIELD,...: ends the bench when one is empty, as what should have told it failed.
 put_row() {
     case ",$1," in
@@ -112,9 +126,10 @@ on_all_cores() { "$MPIEXEC" -n "$(nproc)" "$FARM_ALONE" "$@"; }
 # that is stopped writes the picture so far.)
 keep() { mv "$WORK/$1.json" "$2.json" && mv "$WORK/$1.pfm" "$2.pfm" || exit 1; }
 
+reference_at() { echo "$KEPT/ref_${W}x${H}x${MANY}_$1"; }
 # On all cores: its time is nobody's business.
 reference_of() {
-    reference=$WORK/ref_${W}x${H}_$1
+    reference=$(reference_at "$1")
     [ -e "$reference.pfm" ] && return
     farm_wide whole "$1" image.width=$((W + 2000)) "image.region=1000 0 $W $H" sampling.samples=$MANY
     keep whole "$reference"
@@ -144,8 +159,7 @@ allocation() {
 # ---- sampling ----
 
 sampling() {
-    csv=$OUT/error_sampling.csv
-    begin_csv "scene,method,setting,samples,cpu_s,rmse,max,p999,estimated,low,high"
+    begin_csv sampling "$SIZE $FINEST" "scene,method,setting,samples,cpu_s,rmse,max,p999,estimated,low,high"
     for scene in $SCENES; do
         reference_of "$scene"
         for n in $(awk "BEGIN { for (n = 2; n < $FINEST; n *= 2) print n; print $FINEST }"); do
@@ -176,7 +190,7 @@ sampling_tables() {
     echo
     echo "References have $MANY samples per pixel. Their own RMSE, estimated:"
     for scene in $SCENES; do
-        echo "$scene $(value "$WORK/ref_${W}x${H}_$scene.json" estimated_rmse)"
+        echo "$scene $(value "$(reference_at "$scene").json" estimated_rmse)"
     done | awk '{ printf "%s%s %.2g", (NR > 1 ? ", " : ""), $1, $2 } END { print "." }'
     echo
     echo "Pareto front (no other setting has less of both error and time), slope of RMSE against CPU time:"
@@ -223,8 +237,7 @@ END
 LATTICE=16000
 
 large() {
-    csv=$OUT/error_large.csv
-    begin_csv "scene,samples,uniform_s,uniform_wall_s,uniform_estimated,slope,adaptive_samples,adaptive_s,adaptive_wall_s,adaptive_estimated,uniform_rmse,uniform_deviation,adaptive_rmse,adaptive_deviation,reference_rmse"
+    begin_csv large "$LARGE" "scene,samples,uniform_s,uniform_wall_s,uniform_estimated,slope,adaptive_samples,adaptive_s,adaptive_wall_s,adaptive_estimated,uniform_rmse,uniform_deviation,adaptive_rmse,adaptive_deviation,reference_rmse"
     set_size "$LARGE"
     for pair in $LARGE_SAMPLES; do
         scene=${pair%=*} n=${pair#*=}
@@ -255,10 +268,9 @@ large() {
 
 # One sample in the middle of each pixel, so that nothing but truncation differs.
 truncation() {
-    csv=$OUT/error_truncation.csv
-    begin_csv "scene,knob,setting,cpu_s,rmse,max,claimed,held"
+    begin_csv truncation "$SIZE $REPEAT" "scene,knob,setting,cpu_s,rmse,max,claimed,held"
     for scene in $SCENES; do
-        deep=$WORK/deep_$scene
+        deep=$KEPT/deep_${W}x${H}_$scene
         [ -e "$deep.pfm" ] || {
             farm whole "$scene" sampling.samples=1 render.max_depth=40 render.cutoff=1e-7
             keep whole "$deep"
@@ -317,8 +329,7 @@ END
 # ---- formulas ----
 
 formulas() {
-    csv=$OUT/error_formulas.csv
-    begin_csv "scene,exact_s,paper_s,rmse,max"
+    begin_csv formulas "$SIZE $REPEAT" "scene,exact_s,paper_s,rmse,max"
     for scene in $SCENES distant shells slab; do
         known "$scene" && continue
         farm_repeated exact "$scene" sampling.samples=4
@@ -374,8 +385,7 @@ repeated() {
 }
 
 peers() {
-    csv=$OUT/error_peers.csv
-    begin_csv "scene,program,setting,cpu_s,rmse"
+    begin_csv peers "$PEERS_SIZE $FINEST $REPEAT" "scene,program,setting,cpu_s,rmse"
     set_size "$PEERS_SIZE"
     for scene in $SCENES; do
         config=$(config_of "$scene")
@@ -418,7 +428,7 @@ peers() {
         echo "Components clamped to 0..1, as the peers store them. The farm's time for the same RMSE is interpolated on logarithmic axes between its own pictures (<: its coarsest is better already). Peers get the scenes enlarged so that their tolerances do no harm; what their converged pictures differ from the farm's by, RMSE:"
         for scene in $SCENES; do
             for kind in pov dat; do
-                "$TOOL" compare "$(converged_of "$WORK/$scene.$kind")" "$WORK/ref_${W}x${H}_$scene.pfm"
+                "$TOOL" compare "$(converged_of "$WORK/$scene.$kind")" "$(reference_at "$scene").pfm"
             done | awk -v s="$scene" '{ d[NR] = $1 } END { printf "%s POV-Ray %.2g, Tachyon %.2g\n", s, d[1], d[2] }'
         done | awk '{ printf "%s%s", (NR > 1 ? "; " : ""), $0 } END { print "." }'
         echo
@@ -460,8 +470,7 @@ END
 # A run says what its goal costs; a run to that error tells. CPU seconds: the share that the run had of
 # the wall time is the same in both figures.
 forecast() {
-    csv=$OUT/error_forecast.csv
-    begin_csv "scene,method,rmse,cpu_s,goal,foretold_s,low_s,high_s,took_s,off"
+    begin_csv forecast "$SIZE $REPEAT" "scene,method,rmse,cpu_s,goal,foretold_s,low_s,high_s,took_s,off"
     for scene in $SCENES; do
         for setting in samples=4 samples=8 samples=16 target_error=0.02 target_error=0.012 target_error=0.007; do
             known "$scene,$setting" && continue
@@ -521,8 +530,7 @@ END
 # ---- coverage ----
 
 coverage() {
-    csv=$OUT/error_coverage.csv
-    begin_csv "scene,method,run,rows,held"
+    begin_csv coverage "$SIZE $FINEST" "scene,method,run,rows,held"
     for scene in $SCENES; do
         reference_of "$scene"
         for setting in sampling.samples=8 sampling.target_error=0.006; do
