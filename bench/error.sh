@@ -117,6 +117,19 @@ farm_repeated() {
     done
     cpu=$(median_of $times)
 }
+# The same where a run is short; once where it takes more CPU seconds than these.
+SHORT=2
+farm_if_short_repeated() {
+    farm "$@"
+    cpu=$(cpu_of "$WORK/$1.json")
+    awk "BEGIN { exit !($cpu < $SHORT) }" || return 0
+    times=$cpu
+    for _ in $(seq 2 "$REPEAT"); do
+        farm "$@"
+        times="$times $(cpu_of "$WORK/$1.json")"
+    done
+    cpu=$(median_of $times)
+}
 
 # farm() on all cores: the CPU time is that of all of them.
 farm_wide() { FARM_ALONE=$FARM FARM="on_all_cores"; farm "$@"; FARM=$FARM_ALONE; }
@@ -159,20 +172,16 @@ allocation() {
 # ---- sampling ----
 
 sampling() {
-    begin_csv sampling "$SIZE $FINEST" "scene,method,setting,samples,cpu_s,rmse,max,p999,estimated,low,high"
+    begin_csv sampling "$SIZE $FINEST $REPEAT" "scene,method,setting,samples,cpu_s,rmse,max,p999,estimated,low,high"
     for scene in $SCENES; do
         reference_of "$scene"
+        # In turns, so that a machine whose speed changes tells the same of both.
         for n in $(awk "BEGIN { for (n = 2; n < $FINEST; n *= 2) print n; print $FINEST }"); do
-            known "$scene,uniform,$n" && continue
-            farm run "$scene" sampling.samples=$n sampling.reference="$reference.pfm"
-            add_row "$scene" uniform $n
-        done
-        # Targets: what the uniform pictures came to, from 4 samples on.
-        for target in $(awk -F, -v s="$scene" '$1 == s && $2 == "uniform" && $3 > 2 { print $6 }' "$csv"); do
-            known "$scene,adaptive,$target" && continue
-            farm run "$scene" sampling.target_error="$target" \
-                sampling.reference="$reference.pfm"
-            add_row "$scene" adaptive "$target"
+            one_sampling "$scene" uniform $n sampling.samples=$n
+            # Targets: what the uniform pictures came to, from 4 samples on.
+            [ "$n" -gt 2 ] || continue
+            target=$(awk -F, -v s="$scene" -v n=$n '$1 == s && $2 == "uniform" && $3 == n { print $6 }' "$csv")
+            one_sampling "$scene" adaptive "$target" sampling.target_error="$target"
         done
     done
     sampling_tables >"$OUT/error_sampling.md"
@@ -180,9 +189,11 @@ sampling() {
     cat "$OUT/error_sampling.md"
 }
 
-add_row() {
+one_sampling() { # SCENE METHOD SETTING OVERRIDE
+    known "$1,$2,$3" && return
+    farm_if_short_repeated run "$1" "$4" sampling.reference="$reference.pfm"
     r=$WORK/run.json
-    put_row "$1,$2,$3,$(value "$r" samples_per_pixel),$(cpu_of "$r"),$(of "$r" reference rmse),$(of "$r" reference max),$(of "$r" reference p999),$(value "$r" estimated_rmse),$(value "$r" estimated_low),$(value "$r" estimated_high)"
+    put_row "$1,$2,$3,$(value "$r" samples_per_pixel),$cpu,$(of "$r" reference rmse),$(of "$r" reference max),$(of "$r" reference p999),$(value "$r" estimated_rmse),$(value "$r" estimated_low),$(value "$r" estimated_high)"
 }
 
 sampling_tables() {
@@ -202,15 +213,21 @@ sampling_tables() {
             for (j = 1; j <= n; j++) if (f[j, 1] == f[k, 1] && f[j, 5] < f[k, 5] && f[j, 6] < f[k, 6]) front = ""
             printf "| %s | %s | %.3g | %.1f | %.2f | %.3g | %.3g | %s | %s |\n", f[k, 1], f[k, 2], f[k, 3], f[k, 4], f[k, 5], f[k, 6], f[k, 9], (f[k, 10] <= f[k, 6] && f[k, 6] <= f[k, 11]) ? "yes" : "no", front } }' "$csv"
     echo
-    echo "Equal error: CPU seconds that uniform sampling needs for what adaptive reaches, interpolated on logarithmic axes; equal time the same way round."
+    echo "Equal error: CPU seconds that uniform sampling needs for what adaptive reaches, interpolated on logarithmic axes (~: extrapolated, beyond the coarsest or finest uniform picture); equal time the same way round."
     echo
     echo "| scene | adaptive RMSE | adaptive s | uniform s | time ratio | uniform RMSE in that time | error ratio |"
     echo "|---|---|---|---|---|---|---|"
-    awk -F, 'function at(x, X, Y, m,   i) { for (i = 1; i < m - 1; i++) if ((x - X[i]) * (x - X[i + 1]) <= 0) break
-            return exp(log(Y[i]) + (log(x) - log(X[i])) * (log(Y[i + 1]) - log(Y[i])) / (log(X[i + 1]) - log(X[i]))) }
-        NR > 1 && $2 == "uniform" { if ($1 != last) m = 0; last = $1; m++; T[m] = $5; E[m] = $6 }
-        NR > 1 && $2 == "adaptive" { t = at($6, E, T, m); e = at($5, T, E, m)
-            printf "| %s | %.3g | %.2f | %.2f | %.2f | %.3g | %.2f |\n", $1, $6, $5, t, t / $5, e, e / $6 }' "$csv"
+    awk -F, '# Y at x of a scene with m pictures; sets far to a mark when x is beyond them.
+        function at(x, X, Y, s, m,   i) {
+            far = ""
+            for (i = 1; i < m; i++) if ((x - X[s, i]) * (x - X[s, i + 1]) <= 0) break
+            if (i == m) { far = "~"; i = (x - X[s, 1]) * (X[s, m] - X[s, 1]) < 0 ? 1 : m - 1 }
+            return exp(log(Y[s, i]) + (log(x) - log(X[s, i])) * (log(Y[s, i + 1]) - log(Y[s, i])) / (log(X[s, i + 1]) - log(X[s, i]))) }
+        $2 == "uniform" { m[$1]++; T[$1, m[$1]] = $5; E[$1, m[$1]] = $6 }
+        $2 == "adaptive" { n++; scene[n] = $1; cpu[n] = $5; rmse[n] = $6 }
+        END { for (k = 1; k <= n; k++) { s = scene[k]
+            t = at(rmse[k], E, T, s, m[s]); t_far = far; e = at(cpu[k], T, E, s, m[s])
+            printf "| %s | %.3g | %.2f | %s%.2f | %s%.2f | %s%.3g | %s%.2f |\n", s, rmse[k], cpu[k], t_far, t, t_far, t / cpu[k], far, e, far, e / rmse[k] } }' "$csv"
     echo
     awk -F, 'NR > 1 { k = $1 " " $2; x = log($5); y = log($6); n[k]++; sx[k] += x; sy[k] += y; xx[k] += x * x; xy[k] += x * y; yy[k] += y * y }
         END { for (k in n) if (n[k] > 2) { d = n[k] * xx[k] - sx[k] ^ 2; b = (n[k] * xy[k] - sx[k] * sy[k]) / d
