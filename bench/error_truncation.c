@@ -69,19 +69,22 @@ static void claimed_free(struct claimed *picture)
     free(picture->claim);
 }
 
-/* One picture against the reference. */
+/* One picture against the reference. A pixel is unbounded when it or the reference claims nothing;
+ * its claim cannot be broken, unless it is no number. */
 struct row {
     uint64_t pixels, broken, unbounded;
-    double claim_max, error_max; /* over the pixels, of those with a bound */
-    double claim_sum, error_sum;
-    double reference_max; /* what the reference itself claims */
+    double claim_max, claim_sum; /* over the pixels with a bound */
+    double error_max, error_sum; /* over all pixels */
+    double reference_max;        /* what the reference itself claims where there is a bound */
 };
 
+/* HUGE_VAL when a component is no number. */
 static double pixel_error(const float *a, const float *b, double *rounding)
 {
     double error = 0;
     for (int c = 0; c < 3; c++) {
-        error = fmax(error, fabs((double)a[c] - (double)b[c]));
+        double off = fabs((double)a[c] - (double)b[c]);
+        error = isnan(off) ? HUGE_VAL : fmax(error, off);
         *rounding = fmax(*rounding, 0x1p-23 * (double)fmaxf(a[c], b[c]));
     }
     return error;
@@ -95,14 +98,14 @@ static struct row compare(const struct claimed *picture, const struct claimed *d
         double rounding = 0, claim = picture->claim[i];
         double error =
             pixel_error(picture->rgb + 3 * (size_t)i, deep->rgb + 3 * (size_t)i, &rounding);
-        row.broken += !(error <= claim + deep->claim[i] + rounding);
-        row.reference_max = fmax(row.reference_max, deep->claim[i]);
+        row.broken += isinf(error) || !(error <= claim + deep->claim[i] + rounding);
         row.error_max = fmax(row.error_max, error);
         row.error_sum += error;
-        if (isinf(claim)) {
+        if (isinf(claim) || isinf(deep->claim[i])) {
             row.unbounded++;
             continue;
         }
+        row.reference_max = fmax(row.reference_max, deep->claim[i]);
         row.claim_max = fmax(row.claim_max, claim);
         row.claim_sum += claim;
     }
@@ -112,6 +115,7 @@ static struct row compare(const struct claimed *picture, const struct claimed *d
 /* Of a scene, over its rows. */
 struct summary {
     uint64_t rows, pixels, broken, unbounded;
+    double reference_max;
     double ratio_sum, ratio_max; /* of the largest claim to the largest error */
     uint64_t ratios;
 };
@@ -122,6 +126,7 @@ static void add_row(struct summary *summary, const struct row *row)
     summary->pixels += row->pixels;
     summary->broken += row->broken;
     summary->unbounded += row->unbounded;
+    summary->reference_max = fmax(summary->reference_max, row->reference_max);
     if (!(row->error_max > 0x1p-12) || row->unbounded) return;
     double ratio = row->claim_max / row->error_max;
     summary->ratio_sum += log(ratio);
@@ -135,12 +140,13 @@ static void run_row(struct scene *scene, const struct bvh *bvh, const struct cla
     uint32_t pixels = scene->view.region_w * scene->view.region_h;
     struct claimed picture = render(scene, bvh);
     struct row row = compare(&picture, deep, pixels);
+    uint64_t bounded = row.pixels - row.unbounded;
     add_row(summary, &row);
     fprintf(csv, "%s,%u,%.9g,%llu,%llu,%llu,%.6g,%.6g,%.6g,%.6g,%.6g,%llu,%llu,%.4f\n", name,
             scene->view.max_depth, scene->view.cutoff, (unsigned long long)row.pixels,
             (unsigned long long)row.broken, (unsigned long long)row.unbounded, row.claim_max,
-            row.error_max, row.claim_sum / (double)pixels, row.error_sum / (double)pixels,
-            row.reference_max, (unsigned long long)picture.rays,
+            row.error_max, bounded ? row.claim_sum / (double)bounded : (double)NAN,
+            row.error_sum / (double)row.pixels, row.reference_max, (unsigned long long)picture.rays,
             (unsigned long long)picture.bound_rays, picture.seconds);
     claimed_free(&picture);
 }
@@ -169,10 +175,14 @@ static struct summary run_scene(struct scene *scene, const char *name, bool quic
 
 static void put_summary(FILE *out, const char *name, const struct summary *summary)
 {
-    uint64_t pixels = summary->pixels;
-    fprintf(out, "| %s | %llu | %.4g %% | %.4g %% |", name, (unsigned long long)summary->rows,
-            100 * (double)(pixels - summary->broken) / (double)pixels,
-            100 * (double)(pixels - summary->unbounded) / (double)pixels);
+    fprintf(out, "| %s | %llu | %llu | %llu | %llu |", name, (unsigned long long)summary->rows,
+            (unsigned long long)summary->pixels,
+            (unsigned long long)(summary->pixels - summary->unbounded),
+            (unsigned long long)summary->broken);
+    if (summary->pixels > summary->unbounded)
+        fprintf(out, " %.2g |", summary->reference_max);
+    else
+        fprintf(out, " |");
     if (summary->ratios)
         fprintf(out, " %.3g | %.3g |\n", exp(summary->ratio_sum / (double)summary->ratios),
                 summary->ratio_max);
@@ -222,8 +232,13 @@ static void put_heads(FILE *csv, FILE *markdown)
         "scene,max_depth,cutoff,pixels,broken,unbounded,claim_max,error_max,claim_mean,error_mean,"
         "reference_claim,rays,bound_rays,cpu_s\n",
         csv);
-    fputs("| scene | pictures | claims held | with a bound | claim / error | at most |\n"
-          "|---|---|---|---|---|---|\n",
+    fputs("A claim is broken where a pixel is off by more than its claim, the claim of the "
+          "reference's "
+          "pixel and rounding together, or is no number.\n\n"
+          "| scene | pictures | pixels | with a bound | broken claims | the reference claims at "
+          "most | "
+          "claim / error | at most |\n"
+          "|---|---|---|---|---|---|---|---|\n",
           markdown);
 }
 
