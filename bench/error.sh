@@ -366,21 +366,21 @@ formulas() {
 
 # ---- peers ----
 
-# timed PICTURE COMMAND...: CPU seconds of a command that makes the picture, with loading.
+# timed PICTURE COMMAND...: CPU seconds of a command that makes the picture, with loading. It runs in
+# WORK, as neither peer takes a name with a blank.
 timed() {
     made=$1; shift
-    rm -f "$made"
-    spent=$("$@" >"$WORK/peer.log" 2>&1 && [ -s "$made" ] && times) ||
+    spent=$(cd "$WORK" && rm -f "$made" && "$@" >peer.log 2>&1 && [ -s "$made" ] && times) ||
         { cat "$WORK/peer.log" >&2; echo "error.sh: $1 made no picture" >&2; return 1; }
     echo "$spent" | tail -n 1 | tr ms '  ' | awk '{ print 60 * $1 + $2 + 60 * $3 + $4 }'
 }
 povray_to() { # OUT OPTION...
-    to=$1; shift
-    timed "$to" povray +WT1 -D -V +Q9 +FP16 File_Gamma=1 +W$W +H$H +I"$WORK/$scene.pov" +O"$to" "$@"
+    to=${1#"$WORK"/}; shift
+    timed "$to" povray +WT1 -D -V +Q9 +FP16 File_Gamma=1 +W$W +H$H +I"$scene.pov" +O"$to" "$@"
 }
 tachyon_to() {
-    to=$1; shift
-    timed "$to" tachyon -numthreads 1 -fullshade -shade_phong -format PPM48 -o "$to" "$WORK/$scene.dat" "$@"
+    to=${1#"$WORK"/}; shift
+    timed "$to" tachyon -numthreads 1 -fullshade -shade_phong -format PPM48 -o "$to" "$scene.dat" "$@"
 }
 
 # A peer's converged picture of an exported scene, which takes minutes and is the same whatever the farm does.
