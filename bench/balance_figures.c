@@ -255,8 +255,8 @@ void section_figures(void)
     FILE *out = open_section("figures", "The paper's figures 10 to 13");
     fprintf(out, "**Simulated**: the real queue in virtual time, a core for each processor (rank 0 "
                  "included), tiles, what there is beside them and messages as dear as they were "
-                 "measured. Speed-up of the render "
-                 "phase against the full schedule on one processor.\n\n"
+                 "measured. Speed-up of the render phase against the full schedule on one "
+                 "processor.\n\n"
                  "![Time against processors](balance_fig10.svg)\n\n"
                  "![Speed-up against processors](balance_fig11.svg)\n");
     for (unsigned s = 0; s < SCENES; s++) {

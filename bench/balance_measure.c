@@ -68,22 +68,22 @@ static void run_messages(double samples[MESSAGE_VALUES][MESSAGE_RUNS], unsigned 
 }
 
 /* The values in their order, but for the last one: 0. */
-static void measure_values(double values[MESSAGE_VALUES], unsigned runs)
+static void measure_values(double values[MESSAGE_VALUES])
 {
     double samples[MESSAGE_VALUES][MESSAGE_RUNS];
-    for (unsigned round = 0; round < runs; round++)
+    for (unsigned round = 0; round < MESSAGE_RUNS; round++)
         run_messages(samples, round);
     for (size_t i = 0; i < TILE_VALUE; i++)
-        values[i] = median_of(samples[i], runs);
+        values[i] = median_of(samples[i], MESSAGE_RUNS);
     values[TILE_VALUE] = 0;
 }
 
-static double measure_tiles(unsigned runs)
+static double measure_tiles(void)
 {
     double samples[MESSAGE_RUNS];
-    for (unsigned round = 0; round < runs; round++)
+    for (unsigned round = 0; round < MESSAGE_RUNS; round++)
         samples[round] = measure_tile();
-    return median_of(samples, runs);
+    return median_of(samples, MESSAGE_RUNS);
 }
 
 static struct message_costs costs_of_values(const double values[MESSAGE_VALUES])
@@ -104,7 +104,7 @@ static struct message_costs costs_of_values(const double values[MESSAGE_VALUES])
 struct message_costs measure_messages(void)
 {
     double values[MESSAGE_VALUES];
-    measure_values(values, MESSAGE_RUNS);
+    measure_values(values);
     return costs_of_values(values);
 }
 
@@ -123,15 +123,14 @@ struct message_costs kept_messages(void)
 void section_messages(void)
 {
     double values[MESSAGE_VALUES];
-    const unsigned runs = MESSAGE_RUNS;
-    measure_values(values, runs);
-    values[TILE_VALUE] = measure_tiles(runs);
+    measure_values(values);
+    values[TILE_VALUE] = measure_tiles();
     FILE *out = open_section("messages", "What a message costs");
     fprintf(
         out,
-        "Measured between two ranks of this machine, medians of %u runs. Naps between two looks "
+        "Measured between two ranks of this machine, medians of %d runs. Naps between two looks "
         "are %.0f to %.0f us long, and that much too long:\n\n| | seconds |\n|---|---|\n",
-        runs, 1e6 * NAP_SHORTEST, 1e6 * NAP_SELDOM);
+        MESSAGE_RUNS, 1e6 * NAP_SHORTEST, 1e6 * NAP_SELDOM);
     for (size_t i = 0; i < MESSAGE_VALUES; i++) {
         value_set(values[i], "%s", message_values[i].name);
         fprintf(out, "| %s | %.2e |\n", message_values[i].what, values[i]);

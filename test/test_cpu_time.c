@@ -36,6 +36,15 @@ static void be_away_for(double seconds)
     wall += seconds;
 }
 
+/* A piece of so much work, undisturbed: what is told of it. */
+static double work_once(struct cpu_time *time, double seconds)
+{
+    double ended;
+    cpu_time_begin(time);
+    work_for(seconds);
+    return cpu_time_end(time, &ended);
+}
+
 static int set_clocks(void **state)
 {
     (void)state;
@@ -59,9 +68,7 @@ static void test_long(void **state)
     assert_seconds(cpu_time_end(&time, &ended), 0.003);
     assert_seconds(ended, 1000.007);
     /* The next one owes nothing to it. */
-    cpu_time_begin(&time);
-    work_for(0.001);
-    assert_seconds(cpu_time_end(&time, &ended), 0.001);
+    assert_seconds(work_once(&time, 0.001), 0.001);
     assert_int_equal(readings, 3);
 }
 
@@ -70,14 +77,24 @@ static void test_short(void **state)
 {
     (void)state;
     struct cpu_time time = {0};
-    double ended;
-    for (int i = 0; i < 1000; i++) {
-        cpu_time_begin(&time);
-        work_for(CPU_TIME_SHORT / 20);
-        assert_seconds(cpu_time_end(&time, &ended), CPU_TIME_SHORT / 20);
+    for (int i = 0; i < 1000; i++)
+        assert_seconds(work_once(&time, CPU_TIME_SHORT / 20), CPU_TIME_SHORT / 20);
+    assert_in_range(readings, 1000 / 21, 1000 / 20 + 1);
+}
+
+/* When a piece has ended is told whether the clock was read or not. */
+static void test_ended(void **state)
+{
+    (void)state;
+    static const double pieces[] = {CPU_TIME_SHORT / 20, 2 * CPU_TIME_SHORT, CPU_TIME_SHORT / 20};
+    struct cpu_time time = {0};
+    for (unsigned i = 0; i < sizeof pieces / sizeof *pieces; i++) {
+        double ended;
+        assert_seconds(cpu_time_begin(&time), wall);
+        work_for(pieces[i]);
+        cpu_time_end(&time, &ended);
         assert_seconds(ended, wall);
     }
-    assert_in_range(readings, 1000 / 21, 1000 / 20 + 1);
 }
 
 /* A short one that loses its core is none by the clock: what it has lost is known. */
@@ -86,11 +103,8 @@ static void test_lost(void **state)
     (void)state;
     struct cpu_time time = {0};
     double ended;
-    for (int i = 0; i < 10; i++) {
-        cpu_time_begin(&time);
-        work_for(CPU_TIME_SHORT / 20);
-        cpu_time_end(&time, &ended);
-    }
+    for (int i = 0; i < 10; i++)
+        work_once(&time, CPU_TIME_SHORT / 20);
     cpu_time_begin(&time);
     work_for(CPU_TIME_SHORT / 20);
     be_away_for(0.004);
@@ -103,15 +117,10 @@ static void test_waits(void **state)
     (void)state;
     static const double waits[] = {CPU_TIME_SHORT / 2, 0.9 * CPU_TIME_SHORT, 0.01, 3};
     struct cpu_time time = {0};
-    double ended;
     for (unsigned i = 0; i < sizeof waits / sizeof *waits; i++) {
-        cpu_time_begin(&time);
-        work_for(CPU_TIME_SHORT / 4);
-        cpu_time_end(&time, &ended);
+        work_once(&time, CPU_TIME_SHORT / 4);
         be_away_for(waits[i]);
-        cpu_time_begin(&time);
-        work_for(2 * CPU_TIME_SHORT);
-        assert_seconds(cpu_time_end(&time, &ended), 2 * CPU_TIME_SHORT);
+        assert_seconds(work_once(&time, 2 * CPU_TIME_SHORT), 2 * CPU_TIME_SHORT);
     }
 }
 
@@ -123,9 +132,7 @@ static void test_not_ended(void **state)
     double ended;
     cpu_time_begin(&time);
     be_away_for(0.5);
-    cpu_time_begin(&time);
-    work_for(0.001);
-    assert_seconds(cpu_time_end(&time, &ended), 0.001);
+    assert_seconds(work_once(&time, 0.001), 0.001);
     for (int i = 0; i < 50; i++) {
         cpu_time_begin(&time);
         work_for(CPU_TIME_SHORT / 60);
@@ -143,9 +150,7 @@ static void test_bounds(void **state)
     (void)state;
     struct cpu_time time = {0};
     double ended;
-    cpu_time_begin(&time);
-    work_for(0.001);
-    cpu_time_end(&time, &ended);
+    work_once(&time, 0.001);
     cpu_time_begin(&time);
     be_away_for(0.9 * CPU_TIME_SHORT);
     assert_seconds(cpu_time_end(&time, &ended), 0.9 * CPU_TIME_SHORT);
@@ -164,6 +169,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(test_long, set_clocks),
         cmocka_unit_test_setup(test_short, set_clocks),
+        cmocka_unit_test_setup(test_ended, set_clocks),
         cmocka_unit_test_setup(test_lost, set_clocks),
         cmocka_unit_test_setup(test_waits, set_clocks),
         cmocka_unit_test_setup(test_not_ended, set_clocks),
