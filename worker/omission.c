@@ -1,5 +1,9 @@
 #include "worker/omission.h"
 
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
 #include "worker/exact.h"
 
 /*
@@ -21,11 +25,52 @@ void omission_clear(struct omission *omission)
     tree_clear(&omission->pending);
     omission->found = vec3(0, 0, 0);
     omission->terms = omission->rays = 0;
+    omission->folded = 0;
 }
 
 void omission_free(struct omission *omission)
 {
     tree_free(&omission->pending);
+}
+
+/* ---- few enough ---- */
+
+static void rate(struct tree *tree, const struct radiance *radiance, struct branch *branch)
+{
+    tree_rate(tree, branch,
+              radiance_of(radiance, &branch->ray, branch->weight, branch->depth, false));
+}
+
+static int larger_first(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x < y) - (x > y);
+}
+
+/* The smallest of the OMISSION_KEPT largest bounds. */
+static double least_kept(const struct tree *tree)
+{
+    double *bounds = allocate(tree->count, sizeof *bounds);
+    memcpy(bounds, tree->bounds, tree->count * sizeof *bounds);
+    qsort(bounds, tree->count, sizeof *bounds, larger_first);
+    double least = bounds[OMISSION_KEPT - 1];
+    free(bounds);
+    return least;
+}
+
+void omission_fold(struct omission *omission, const struct radiance *radiance)
+{
+    struct tree *tree = &omission->pending;
+    for (uint32_t i = 0; i < tree->count; i++)
+        if (tree->pending[i].rough) rate(tree, radiance, &tree->pending[i]);
+    double least = least_kept(tree);
+    /* The last one takes the place of what is removed: it has been looked at. */
+    for (uint32_t i = tree->count; i-- > 0 && tree->count > OMISSION_KEPT;) {
+        struct branch gone;
+        if (tree->bounds[i] > least) continue;
+        tree_remove(tree, &tree->pending[i], &gone);
+        omission->folded = nextafter(omission->folded + gone.bound, HUGE_VAL);
+    }
 }
 
 void omission_take(struct omission *omission, const struct radiance *radiance, struct tree *tree)
@@ -56,11 +101,11 @@ bool omission_next(struct omission *omission, const struct radiance *radiance,
     if (omission->pending.count == 0) return false;
     double times = radiance->levels ? LOOK_CUTOFFS_LOSSLESS : LOOK_CUTOFFS;
     double least = fmax(times * radiance->scene->view.cutoff, LOOK_LEAST);
-    double tolerance = fmax(least, largest_found(omission) * LOOK_SHARE);
+    double tolerance = fmax(least, largest_found(omission) * LOOK_SHARE) - omission->folded;
     struct tree *tree = &omission->pending;
     struct branch *next;
     while ((next = tree_next(tree, tolerance)) != NULL && next->rough)
-        tree_rate(tree, next, radiance_of(radiance, &next->ray, next->weight, next->depth, false));
+        rate(tree, radiance, next);
     if (!next || omission->rays >= LOOK_RAYS) return false;
     omission->rays++;
     tree_remove(tree, next, branch);
@@ -90,6 +135,7 @@ void omission_found_point(struct omission *omission, const struct radiance *radi
 double omission_bound(const struct omission *omission)
 {
     double found = largest_found(omission);
-    if (omission->pending.count == 0) return found;
-    return nextafter(found + tree_sum(&omission->pending), HUGE_VAL);
+    if (omission->pending.count == 0 && omission->folded == 0) return found;
+    return nextafter(nextafter(found + tree_sum(&omission->pending), HUGE_VAL) + omission->folded,
+                     HUGE_VAL);
 }

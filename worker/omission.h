@@ -18,16 +18,31 @@ struct omission {
     struct vec3 found;   /* what the traced ones have met, at most, but for rounding */
     uint32_t terms;      /* of that sum */
     uint32_t rays;       /* traced for it */
+    double folded;       /* what the least important ones can add, which are kept no more */
 };
+
+/*
+ * So many rays are pending at most, and a tree's. Where no light is lost there are more below
+ * max_depth than fit into memory: 2^max_depth. When they are so many, the OMISSION_KEPT most
+ * important ones stay, of which omission_next() looks at far fewer, and the sum of the others.
+ */
+#define OMISSION_MAX  1024
+#define OMISSION_KEPT 256
 
 /* Empties it for the next sample, keeping its memory; the owner frees it. */
 void omission_clear(struct omission *omission);
 void omission_free(struct omission *omission);
 
+/* Keeps the OMISSION_KEPT most important ones of OMISSION_MAX rays or more. */
+void omission_fold(struct omission *omission, const struct radiance *radiance);
+
 /* A ray that is not to be shown, to be filled in by the caller as after tree_add(); its bound is one
  * of a picture of any depth. */
-static inline struct branch *omission_add(struct omission *omission, double bound, uint32_t depth)
+static inline struct branch *omission_add(struct omission *omission,
+                                          const struct radiance *radiance, double bound,
+                                          uint32_t depth)
 {
+    if (omission->pending.count >= OMISSION_MAX) omission_fold(omission, radiance);
     return tree_add(&omission->pending, bound, depth);
 }
 
