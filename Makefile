@@ -147,6 +147,13 @@ $(BUILD)/%.o: %.c Makefile
 	$(say)  compile $<
 	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) -c $< -o $@
 
+# Which sources these are: common/build.h.
+CODE := $(sort $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch]))
+$(BUILD)/common/build.o: common/build.c $(CODE) Makefile
+	@mkdir -p $(@D)
+	$(say)  compile $<
+	$(quiet)$(MPICC) $(FLAGS) -DFARM_SOURCES="\"$$(cat $(CODE) | cksum | cut -d' ' -f1)\"" $(CFLAGS) -c $< -o $@
+
 # $(BUILD)/avx2/worker/nearest.o and so on, and $(BUILD)/kernel_avx2.o of them.
 define level_rules
 $(BUILD)/$(1)/%.o: %.c Makefile

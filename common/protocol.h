@@ -75,7 +75,7 @@ enum message_tag {
 /* The first thing every rank hears from rank 0. */
 struct welcome {
     uint64_t magic;
-    char build[32];       /* FARM_VERSION of the master */
+    char build[32];       /* farm_build of the master */
     uint64_t scene_bytes; /* 0: there is nothing to render, leave with status */
     uint64_t bvh_bytes;   /* room for the BVH of the scene */
     uint32_t status;      /* exit status of the whole job when scene_bytes is 0 */

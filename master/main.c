@@ -10,6 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "common/build.h"
 #include "common/clock.h"
 #include "common/cores.h"
 #include "common/message.h"
@@ -24,11 +25,18 @@
 #include "worker/survey.h"
 #include "worker/work.h"
 
-/* MPI may be called from the main thread alone. */
+/* What MPI_Abort says adds nothing, and where all is well it would look like a failure. */
+static void abort_quietly(int status)
+{
+    int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
+    MPI_Abort(MPI_COMM_WORLD, status);
+}
+
+/* What was said last is heard: see stop_job(). MPI may be called from the main thread alone. */
 static void end_job(int status)
 {
-    if (gettid() != getpid()) stop_job(status, NULL);
-    MPI_Abort(MPI_COMM_WORLD, status);
+    stop_job(status, gettid() == getpid() ? abort_quietly : NULL);
 }
 
 static bool render_own_tile(void *state, const struct tile *tile,
@@ -59,14 +67,6 @@ static double deadline_of(const struct run *run)
 {
     double limit = run->job.settings.sampling.time_limit;
     return limit > 0 ? run->start + limit : HUGE_VAL;
-}
-
-/* What MPI_Abort says would look like a failure. */
-static void abort_quietly(int status)
-{
-    int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
-    if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
-    MPI_Abort(MPI_COMM_WORLD, status);
 }
 
 static int render_as_master(struct run *run, const struct node_scene *shared,
@@ -218,8 +218,9 @@ static bool mpiexec_forgets(int status)
 static int run_rank(struct run *run, int rank)
 {
     struct node_scene shared;
-    struct welcome welcome = {.magic = WELCOME_MAGIC, .build = FARM_VERSION};
+    struct welcome welcome = {.magic = WELCOME_MAGIC};
     struct scene *block = NULL;
+    strcpy(welcome.build, farm_build);
     if (rank == 0) {
         run->report.time.init = clock_wall() - run->start;
         int status = prepare(run, &block);

@@ -9,6 +9,18 @@ version() { run 0 "$FARM" --version && echo "$out" | grep -Eq '^farm [0-9]+\.[0-
 check "--version on stdout" version
 once() { run 0 farm_n 3 --help && [ "$(echo "$out" | grep -c usage:)" -eq 1 ]; }
 check "--help under mpiexec is said once" once
+
+# Another build: the same program with another checksum of its sources in it.
+build=$(LC_ALL=C grep -ao "$("$FARM" --version | cut -d' ' -f2)-[0-9][0-9]*" "$FARM" | head -n 1)
+digit=${build#"${build%?}"}
+LC_ALL=C sed "s/$build/${build%?}$(((digit + 1) % 10))/g" "$FARM" >"$T/other"
+chmod +x "$T/other"
+together() { timeout 60 "$MPIEXEC" -n 1 "$FARM" "$CONFIG/hello.ini" output.image="$T/h.png" : -n 1 "$1" x; }
+builds() {
+    together "$FARM" && run 1 together "$T/other" &&
+        echo "$err" | grep -q '^farm: rank 1: this is farm .*, but rank 0 runs another build$'
+}
+check "ranks of two builds do not render together" builds
 task() { # of Slurm, but no rank
     run 0 env -u PMI_RANK SLURM_PROCID=3 "$FARM" --version && [ "$out" ] &&
         run 2 env -u PMI_RANK SLURM_PROCID=3 "$FARM" --frobnicate x.ini && echo "$err" | grep -q frobnicate

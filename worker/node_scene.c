@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "common/bell.h"
+#include "common/build.h"
 #include "common/clock.h"
 #include "common/cores.h"
 #include "common/message.h"
@@ -202,8 +203,8 @@ int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *bloc
     struct welcome heard = {0};
     if (welcome) heard = *welcome;
     broadcast(comm, &heard, sizeof heard);
-    if (!welcome_valid(&heard, FARM_VERSION))
-        fatal("this is farm %s, but rank 0 runs another version", FARM_VERSION);
+    if (!welcome_valid(&heard, farm_build))
+        fatal("this is farm %s, but rank 0 runs another build", farm_build);
     if (heard.scene_bytes == 0) return (int)heard.status;
     double start = clock_wall();
     distribute(comm, &heard, block, shared);
