@@ -164,6 +164,39 @@ static void test_rays(void **state)
     free(scene);
 }
 
+/* Between mirrors that lose nothing a ray brings what it meets on its own level and on each one below. */
+static void test_lossless_levels(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    struct material mirror = {.color = {1, 1, 1}, .ambient = 0.25, .reflection = 1, .ior = 1};
+    uint32_t index;
+    assert_added(builder_add_material(builder, &mirror, &index));
+    for (int side = -1; side < 2; side += 2) {
+        struct plane plane = {{0, 0, side}, {0, 0, -side}, index, 0};
+        assert_added(builder_add_plane(builder, &plane));
+    }
+    struct view view = small_view(EDGE);
+    view.background_bottom = view.background_top = vec3(0, 0, 0);
+    view.max_depth = RADIANCE_LEVELS;
+    struct scene *scene = finish(builder, &view);
+    struct radiance radiance;
+    radiance_init(&radiance, scene);
+    struct vec3 one = {1, 1, 1};
+    struct ray ray = {{0, 0, 0}, {0, 0, 1}, HUGE_VAL, PRIMITIVE_NONE, 0};
+    for (uint32_t depth = 0; depth <= RADIANCE_LEVELS; depth += 50) {
+        double brings = 0.25 * (RADIANCE_LEVELS - depth + 1);
+        for (int shown = 0; shown < 2; shown++) {
+            double most = radiance_of(&radiance, &ray, one, depth, shown);
+            double roughly = radiance_roughly(&radiance, one, depth, shown);
+            assert_true(most >= brings && most < brings + 1e-4);
+            assert_true(roughly >= brings && roughly < brings + 1e-4);
+        }
+    }
+    radiance_free(&radiance);
+    free(scene);
+}
+
 /* ---- claims ---- */
 
 static uint32_t random_material(struct builder *builder, uint64_t *random, int family)
@@ -321,6 +354,7 @@ int main(void)
         cmocka_unit_test(test_opposite_lights),
         cmocka_unit_test(test_nearly_opposite_lights),
         cmocka_unit_test(test_rays),
+        cmocka_unit_test(test_lossless_levels),
         cmocka_unit_test(test_claims),
         cmocka_unit_test(test_growing_light),
     };

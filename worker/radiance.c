@@ -261,7 +261,7 @@ static struct vec3 sky_of(const struct view *view)
 
 /*
  * One component of R: the fixed point of those groups that lose light, and what each level adds
- * beyond that where others lose hardly any, or none. If R with n levels below is base + n each,
+ * beyond that where others lose hardly any, or none. If R with n levels below is base + (n + 1) each,
  * which is at least the fixed point, then the former lower it and the latter add what they show.
  */
 static void far_component(struct radiance *radiance, unsigned c, double sky)
@@ -456,7 +456,7 @@ static struct vec3 this_level(const struct radiance *radiance, uint32_t depth, b
 {
     uint32_t last = radiance->scene->view.max_depth;
     if (shown && radiance->levels) return radiance->levels[last - depth];
-    double left = fmax(0, radiance->deepest - depth);
+    double left = fmax(0, radiance->deepest + 1 - depth); /* its own one, too */
     const double *base = radiance->base, *each = radiance->each;
     if (left == 0) return vec3(base[0], base[1], base[2]); /* each may be infinite */
     return vec3(base[0] + left * each[0], base[1] + left * each[1], base[2] + left * each[2]);

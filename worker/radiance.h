@@ -37,7 +37,7 @@ struct radiance {
     uint32_t only[RADIANCE_GROUPS]; /* the primitive of a group of one; else PRIMITIVE_NONE */
     bool single;                    /* there are groups of one */
     bool light_grows;               /* on its way through surfaces: what is lit has no bound */
-    /* R of a ray with n levels below it, up to `deepest`: base + n each. base may be infinite. */
+    /* R of a ray with n levels below it, up to `deepest`: base + (n + 1) each. base may be infinite. */
     double base[3], each[3], deepest;
     /* The same with n levels below it, 0 .. max_depth, where it is far less; NULL: base. */
     struct vec3 *levels;
