@@ -101,6 +101,8 @@ static void end_when_over(struct server *server, double now)
     if (!over && !late && !deserted) return;
     service->timed_out = !over && late;
     service->deserted = !over && !late;
+    /* What is rendered until then is rendering, whether it comes in or not. */
+    if (service->timed_out) server->finished = now;
     end_all(server);
 }
 
@@ -152,9 +154,9 @@ static void serve_until_done(struct server *server)
     count_silent(server);
 }
 
-/* Whoever still rendered when the last tile came in hears of it late, or much later if he was stopped:
- * what he did since then is behind the render phase. What is left of that after rendering and sending
- * is waiting. */
+/* Whoever still rendered when the last tile came in, or the time was over, hears of it late, or much
+ * later if he was stopped: what he did since then is behind the render phase. What is left of that
+ * after rendering and sending is waiting. */
 static void fill_waits(struct server *server)
 {
     double render_s = server->service->render_s;

@@ -57,6 +57,41 @@ for n in 1 3; do
     check "-n $n, ended by it" test "$(value t ended)" = time
 done
 
+# Two pixels, of which one takes for ever: it has been rendered until the time was over.
+cat >forever.ini <<'END'
+[image]
+width = 2
+height = 1
+[camera]
+eye = 0 0 0
+look_at = 0 0 -1
+fov = 90
+[render]
+max_depth = 60
+[light behind]
+position = 0 0 9
+[material amplifier]
+color = 1 1 1
+reflection = 1
+transmission = 1
+[box right]
+min = 0.001 -100 -10
+max = 100 100 -1
+material = amplifier
+[box within]
+min = 1 -50 -9
+max = 90 50 -2
+material = amplifier
+END
+forever() {
+    run 0 farm_n 2 forever.ini farm.tile=1 sampling.time_limit=3 output.image=t.pfm || return 1
+    grep -E 'render_s|busy_s' t.json
+    test "$(value t unsampled_pixels)" = 1 &&
+        below "$(value t total_s)" "$(value t render_s) + $(value t init_s) + 0.5" &&
+        below 0.4 "$(value t efficiency)"
+}
+check "a tile that a time limit ends was rendered until then" forever
+
 # Nothing is no picture: an older one stays, and no journal of nothing.
 too_short() {
     echo old >short.png
