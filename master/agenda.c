@@ -49,7 +49,6 @@ void agenda_remove(struct agenda *agenda, uint32_t id)
 void agenda_unsort(struct agenda *agenda)
 {
     heap_clear(&agenda->later);
-    agenda->first = agenda->end = 0;
 }
 
 void agenda_change(struct agenda *agenda, uint32_t id, double key)
