@@ -85,8 +85,30 @@ static void test_any_order(void **state)
     agenda_free(&agenda);
 }
 
+/* -0 is no key below 0: its place is that of 0, and the number decides. */
+static void test_zeros(void **state)
+{
+    (void)state;
+    struct agenda agenda = {0};
+    agenda_reserve(&agenda, 3);
+    for (uint32_t id = 0; id < 3; id++)
+        agenda_put(&agenda, id, 1);
+    agenda_unsort(&agenda);
+    for (uint32_t id = 0; id < 3; id++)
+        agenda_change(&agenda, id, id == 1 ? 0.0 : -0.0);
+    agenda_sort(&agenda);
+    for (uint32_t id = 0; id < 3; id++) {
+        assert_int_equal(agenda_first(&agenda), id);
+        agenda_remove(&agenda, id);
+    }
+    agenda_free(&agenda);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_any_order)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_any_order),
+        cmocka_unit_test(test_zeros),
+    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
