@@ -15,6 +15,7 @@
 
 #define PICTURE UINT64_C(0x123456789abcdef0)
 #define PATH    "a.journal"
+#define MOVED   "b.journal"
 #define PAYLOAD 40 /* bytes, of most records here */
 #define HEADER  24 /* of the file, bytes */
 #define RECORD  (64 + PAYLOAD)
@@ -138,6 +139,18 @@ static void test_empty_payload(void **state)
     journal_remove(journal);
 }
 
+/* What is torn goes when the journal is opened: a run that is killed leaves none of it. */
+static void check_cut(struct scratch *s, size_t size)
+{
+    struct seen seen;
+    struct stat status;
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    assert_non_null(journal);
+    assert_int_equal(stat(PATH, &status), 0);
+    assert_int_equal(status.st_size, size);
+    journal_remove(journal);
+}
+
 /* Cut anywhere, the whole records before the cut are used. */
 static void test_torn_at_every_byte(void **state)
 {
@@ -150,6 +163,8 @@ static void test_torn_at_every_byte(void **state)
         scratch_write_bytes(PATH, bytes, length);
         size_t records = length < HEADER ? 0 : (length - HEADER) / RECORD;
         size_t damaged = length < HEADER ? 0 : (length - HEADER) % RECORD;
+        if (length % 19 == 0) check_cut(s, HEADER + records * RECORD);
+        if (length % 19 == 0) scratch_write_bytes(PATH, bytes, length);
         check_resume(s, (uint32_t)records, damaged, RECORDS);
     }
     assert_int_equal(access(PATH ".1", F_OK), -1);
@@ -494,6 +509,32 @@ static void test_full_disk(void **state)
     unlink(PATH);
 }
 
+/* What has lost its place, or is full, goes on elsewhere with all that it holds; never over another file. */
+static void test_moved(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    struct journal_reader reader = {take, &seen, PAYLOAD};
+    write_journal(s, 2);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    assert_true(journal_stands(journal));
+    unlink(PATH);
+    assert_false(journal_stands(journal));
+    scratch_write(PATH, "of somebody else");
+    assert_false(journal_stands(journal));
+    assert_false(journal_move(journal, PATH, 0));
+    assert_string_equal(journal_path(journal), PATH);
+    assert_true(journal_move(journal, MOVED, PAYLOAD));
+    assert_string_equal(journal_path(journal), MOVED);
+    assert_true(journal_stands(journal) && append(journal, 2));
+    message_capture(s->said, sizeof s->said);
+    assert_null(journal_open(MOVED, PICTURE, &reader)); /* it is locked */
+    message_capture(NULL, 0);
+    journal_keep(journal);
+    assert_int_equal(unlink(PATH) + rename(MOVED, PATH), 0);
+    check_resume(s, 3, 0, 4);
+}
+
 /* Where no journal can be, nothing is touched. */
 static void test_no_place(void **state)
 {
@@ -550,6 +591,9 @@ static void test_picture(void **state)
     struct scene *same = scratch_scene(s, "scene.ini", "farm.tile=8");
     struct scene *other = scratch_scene(s, "scene.ini", "sampling.samples=2");
     assert_true(journal_picture(scene, 1) == journal_picture(same, 1));
+    same->view.processor++;
+    same->view.variant++;
+    assert_true(journal_picture(scene, 1) == journal_picture(same, 1));
     assert_true(journal_picture(scene, 1) != journal_picture(other, 1));
     assert_true(journal_picture(scene, 1) != journal_picture(scene, 2));
     free(scene);
@@ -567,8 +611,9 @@ int main(void)
         cmocka_unit_test(test_displaced_records),  cmocka_unit_test(test_many_beginnings),
         cmocka_unit_test(test_other_pictures),     cmocka_unit_test(test_unusable_records),
         cmocka_unit_test(test_one_run_at_a_time),  cmocka_unit_test(test_killed),
-        cmocka_unit_test(test_full_disk),          cmocka_unit_test(test_no_place),
-        cmocka_unit_test(test_sync_pause),         cmocka_unit_test(test_picture),
+        cmocka_unit_test(test_full_disk),          cmocka_unit_test(test_moved),
+        cmocka_unit_test(test_no_place),           cmocka_unit_test(test_sync_pause),
+        cmocka_unit_test(test_picture),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
 }
