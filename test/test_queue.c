@@ -52,6 +52,51 @@ static void answer_probe(struct queue *queue, const struct tile *probe, uint64_t
     queue_probed(queue, probe, seconds);
 }
 
+/* Sums of floats that came and went. */
+static void assert_sum(double value, double expected, double all)
+{
+    if (!(fabs(value - expected) <= 1e-5 * all)) fail_msg("%g instead of %g", value, expected);
+}
+
+/* What is counted along the way is what the tiles come to. */
+static void check_sums(const struct queue *queue)
+{
+    struct outlook outlook = {0};
+    double waiting_work = 0, total = 0;
+    uint64_t waiting_pixels = 0, finished = 0;
+    uint32_t waiting = 0;
+    for (uint32_t id = 0; id < queue->item_count; id++) {
+        const struct item *item = &queue->items[id];
+        double work = (double)item->work;
+        if (agenda_has(&queue->waiting, id)) {
+            waiting++;
+            waiting_work += work;
+            waiting_pixels += area(item);
+        }
+        if (!is_of_picture(item)) continue;
+        total += work;
+        if (item->finished) finished += area(item);
+        if (item->skipped) {
+            outlook_skip(&outlook, work, area(item));
+        } else if (item->finished) {
+            outlook_finish(&outlook, work, area(item), (double)item->seconds);
+        } else {
+            outlook_add(&outlook, work, area(item));
+        }
+    }
+    assert_int_equal(queue->waiting.count, waiting);
+    assert_int_equal(queue->waiting_pixels, waiting_pixels);
+    assert_int_equal(queue->count.pixels_finished, finished);
+    assert_sum(queue->waiting_work, waiting_work, waiting > 0 ? total : 0);
+    assert_sum(queue->pace.total, total, total);
+    for (uint32_t i = 0; i < OUTLOOK_CLASSES; i++) {
+        assert_sum(queue->outlook.classes[i].left, outlook.classes[i].left, total);
+        assert_sum(queue->outlook.classes[i].skipped, outlook.classes[i].skipped, total);
+        assert_sum(queue->outlook.classes[i].done, outlook.classes[i].done, total);
+        assert_sum(queue->outlook.classes[i].seconds, outlook.classes[i].seconds, 1);
+    }
+}
+
 /*
  * Renderers chosen at random ask for lots and finish tiles, in no time that has to do with any
  * prediction, until nothing moves any more; renderer 0 likes to keep others waiting, and what others
@@ -71,6 +116,7 @@ static void drive(const struct queue_config *config, uint64_t seed)
     while (!queue_complete(queue)) {
         uint32_t renderer = random_below(&seed, config->renderers);
         now += 1e-3 * random_below(&seed, 100);
+        if (!queue->shared && random_below(&seed, 64) == 0) check_sums(queue);
         uint32_t tiles = queue_next(queue, renderer, now, lot), sum = 0;
         for (uint32_t i = 0; i < tiles; i++) {
             assert_true(count < most);
@@ -96,6 +142,7 @@ static void drive(const struct queue_config *config, uint64_t seed)
     }
     for (size_t i = 0; i < pixels; i++)
         assert_int_equal(seen[i], 1);
+    if (!queue->shared) check_sums(queue);
     struct queue_count counted = queue_count(queue);
     assert_int_equal(counted.pixels_finished, pixels);
     assert_true(counted.share_finished > 0.999 && counted.share_finished <= 1);
@@ -827,7 +874,9 @@ static void test_pieces_replace(void **state)
         tile_pixel(&last, k, &x, &y);
         assert_int_equal(seen[y * 64 + x], 1);
     }
+    double wasted = queue_count(queue).wasted_s;
     assert_int_equal(queue_finish(queue, 0, last.id, 102, 1), ANSWER_IN_VAIN);
+    assert_true(queue_count(queue).wasted_s == wasted + 1);
     assert_int_equal(queue_count(queue).pixels_finished, 64 * 48);
     queue_destroy(queue);
 }
@@ -1104,6 +1153,24 @@ static void test_late_in_one_lot(void **state)
     queue_destroy(queue);
 }
 
+/* Who has answered in the meantime is not asked to leave the tile to others. */
+static void test_answered_is_not_recalled(void **state)
+{
+    (void)state;
+    struct tile lots[4][LOT_TILES], tiles[LOT_TILES];
+    struct queue *queue = begin_late(lots, 0);
+    struct recall recall;
+    uint32_t told = 0;
+    queue_look(queue, 0.5);
+    assert_true(queue_next(queue, 2, 0.5, tiles) > 3);
+    assert_true(queue_recalled(queue, 1, lots[1][3].id));
+    assert_true(queue_finish(queue, 1, lots[1][3].id, 0.5, 1e-3));
+    for (; queue_recall(queue, &recall); told += recall.renderer == 1)
+        assert_true(recall.renderer != 1 || recall.id != lots[1][3].id);
+    assert_int_equal(told, 2);
+    queue_destroy(queue);
+}
+
 /* It is taken over though somebody else is overdue longer, who has nothing that he has not begun. */
 static void test_late_behind_a_later_one(void **state)
 {
@@ -1353,6 +1420,7 @@ static void test_skip(void **state)
                     mark(seen, &config, &lot[i]);
             }
             assert_true(last < 100000);
+            if (splits) check_sums(queue);
         }
         assert_int_equal(queue_count(queue).pixels_finished, 50 * 40);
         uint32_t again = 0;
@@ -1388,6 +1456,7 @@ static void test_passes_behind_a_finished_one(void **state)
     assert_int_equal(queue_next(queue, 0, 0, lot), 0);
     for (tile.w = tile.h = 16; tile.x < 64; tile.x += 16)
         queue_add(queue, &tile, queue_work(queue, &tile), 1);
+    check_sums(queue);
     for (uint32_t who = 0; !queue->settled; who = 1 - who) {
         count = queue_next(queue, who, 0, lot);
         for (uint32_t i = 0; i < count; i++, probes++) {
@@ -1585,6 +1654,7 @@ int main(void)
         cmocka_unit_test(test_idle_take_what_was_just_given),
         cmocka_unit_test(test_unbegun_is_not_broken_up),
         cmocka_unit_test(test_late_in_one_lot),
+        cmocka_unit_test(test_answered_is_not_recalled),
         cmocka_unit_test(test_late_behind_a_later_one),
         cmocka_unit_test(test_takes_long),
         cmocka_unit_test(test_who_tells),
