@@ -425,6 +425,24 @@ static void test_unusable_records(void **state)
     journal_remove(journal);
 }
 
+/* Nothing takes less than no time, or no time that is a number. */
+static void test_impossible_seconds(void **state)
+{
+    struct scratch *s = *state;
+    const double seconds[] = {-1, HUGE_VAL, (double)NAN};
+    for (int i = 0; i < 3; i++) {
+        unsigned char payload[PAYLOAD];
+        struct seen seen;
+        write_journal(s, 1);
+        struct journal *journal = open_as(s, PICTURE, &seen);
+        struct journal_record record = make_record(1, payload);
+        record.seconds = seconds[i];
+        assert_true(journal_append(journal, &record));
+        journal_keep(journal);
+        check_resume(s, 1, RECORD, 2);
+    }
+}
+
 static void test_one_run_at_a_time(void **state)
 {
     struct scratch *s = *state;
@@ -535,6 +553,22 @@ static void test_moved(void **state)
     check_resume(s, 3, 0, 4);
 }
 
+/* Room that was set aside and not used is given back. */
+static void test_reserved(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    struct stat status;
+    write_journal(s, 2);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    journal_reserve(journal, 16 << 20);
+    assert_true(append(journal, 2));
+    journal_keep(journal);
+    assert_int_equal(stat(PATH, &status), 0);
+    assert_true(status.st_blocks * 512 < 1 << 20);
+    check_resume(s, 3, 0, 4);
+}
+
 /* Where no journal can be, nothing is touched. */
 static void test_no_place(void **state)
 {
@@ -604,15 +638,26 @@ static void test_picture(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_round_trip),         cmocka_unit_test(test_empty_payload),
-        cmocka_unit_test(test_torn_at_every_byte), cmocka_unit_test(test_every_bit_turned),
-        cmocka_unit_test(test_nothing_whole),      cmocka_unit_test(test_stretches),
-        cmocka_unit_test(test_unreadable_block),   cmocka_unit_test(test_damage_at_gaps),
-        cmocka_unit_test(test_displaced_records),  cmocka_unit_test(test_many_beginnings),
-        cmocka_unit_test(test_other_pictures),     cmocka_unit_test(test_unusable_records),
-        cmocka_unit_test(test_one_run_at_a_time),  cmocka_unit_test(test_killed),
-        cmocka_unit_test(test_full_disk),          cmocka_unit_test(test_moved),
-        cmocka_unit_test(test_no_place),           cmocka_unit_test(test_sync_pause),
+        cmocka_unit_test(test_round_trip),
+        cmocka_unit_test(test_empty_payload),
+        cmocka_unit_test(test_torn_at_every_byte),
+        cmocka_unit_test(test_every_bit_turned),
+        cmocka_unit_test(test_nothing_whole),
+        cmocka_unit_test(test_stretches),
+        cmocka_unit_test(test_unreadable_block),
+        cmocka_unit_test(test_damage_at_gaps),
+        cmocka_unit_test(test_displaced_records),
+        cmocka_unit_test(test_many_beginnings),
+        cmocka_unit_test(test_other_pictures),
+        cmocka_unit_test(test_unusable_records),
+        cmocka_unit_test(test_impossible_seconds),
+        cmocka_unit_test(test_one_run_at_a_time),
+        cmocka_unit_test(test_killed),
+        cmocka_unit_test(test_full_disk),
+        cmocka_unit_test(test_moved),
+        cmocka_unit_test(test_reserved),
+        cmocka_unit_test(test_no_place),
+        cmocka_unit_test(test_sync_pause),
         cmocka_unit_test(test_picture),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
