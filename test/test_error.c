@@ -55,6 +55,31 @@ static void test_interval_widens_with_every_look(void **state)
     assert_true(before.high < 0.2);
 }
 
+/* How often the interval misses, if the logarithm of what the pixels tell is normal. */
+static double miss_of(enum error_look kind, unsigned number)
+{
+    const struct error_sum sum = {.squares = 10, .fourths = 0.3};
+    struct error_estimate estimate = error_estimate(&sum, 1000, kind, number);
+    assert_close(estimate.low * estimate.high, estimate.rmse * estimate.rmse, 1e-12);
+    double spread = M_SQRT2 * sqrt(sum.fourths) / sum.squares;
+    return erfc(2 * log(estimate.high / estimate.rmse) / spread * M_SQRT1_2);
+}
+
+/* However often a run looks: both kinds of looks together miss as often as is told, passes more of that. */
+static void test_all_looks_together(void **state)
+{
+    (void)state;
+    enum { LOOKS = 1000 };
+    double sum = 0;
+    for (unsigned number = 1; number <= LOOKS; number++) {
+        double pass = miss_of(ERROR_LOOK_PASS, number),
+               between = miss_of(ERROR_LOOK_BETWEEN, number);
+        assert_true(pass > between);
+        sum += pass + between;
+    }
+    assert_close(sum / (1 - ERROR_CONFIDENCE), 1, 1.0 / LOOKS);
+}
+
 /*
  * Pixels with errors of very different sizes, looked at ten times while their number grows: the
  * share of runs in which an interval misses the error that those pixels have.
@@ -305,6 +330,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_nothing_is_no_error),
         cmocka_unit_test(test_interval_widens_with_every_look),
+        cmocka_unit_test(test_all_looks_together),
         cmocka_unit_test(test_intervals_hold),
         cmocka_unit_test(test_forecast_to_a_goal),
         cmocka_unit_test(test_forecast_of_even_samples),
