@@ -78,11 +78,169 @@ static void test_rough_bounds_are_told_first(void **state)
     free(scene);
 }
 
+/* What stays is what matters most. */
+static void test_largest_stay(void **state)
+{
+    (void)state;
+    struct scene *scene = mirror_ball();
+    struct radiance radiance;
+    struct omission omission = {0};
+    radiance_init(&radiance, scene);
+    for (uint32_t step = 1; step < OMISSION_MAX; step += 2) {
+        omission_clear(&omission);
+        for (uint32_t i = 0; i < OMISSION_MAX; i++)
+            add_ray(&omission, &radiance, i * step % OMISSION_MAX, vec3(1, 1, 1), false);
+        omission_fold(&omission, &radiance);
+        assert_int_equal(omission.pending.count, OMISSION_KEPT);
+        for (uint32_t i = 0; i < OMISSION_KEPT; i++)
+            assert_true(omission.pending.bounds[i] >= OMISSION_MAX - OMISSION_KEPT);
+    }
+    omission_free(&omission);
+    radiance_free(&radiance);
+    free(scene);
+}
+
+/* Rays that are as important as each other are not kept for that. */
+static void test_equal_rays_are_folded(void **state)
+{
+    (void)state;
+    struct scene *scene = mirror_ball();
+    struct radiance radiance;
+    struct omission omission = {0};
+    radiance_init(&radiance, scene);
+    omission_clear(&omission);
+    for (int i = 0; i < 4 * OMISSION_MAX; i++) {
+        add_ray(&omission, &radiance, 0.5, vec3(1, 1, 1), false);
+        assert_true(omission.pending.count <= OMISSION_MAX);
+    }
+    assert_true(omission_bound(&omission) >= 2 * OMISSION_MAX);
+    omission_free(&omission);
+    radiance_free(&radiance);
+    free(scene);
+}
+
+/* Rays that are looked at, of many that matter. */
+static uint32_t looked_at(struct omission *omission, const struct radiance *radiance)
+{
+    struct branch branch;
+    uint32_t count = 0;
+    omission_clear(omission);
+    for (int i = 0; i < OMISSION_MAX; i++)
+        add_ray(omission, radiance, 0.5, vec3(1, 1, 1), false);
+    while (omission_next(omission, radiance, &branch))
+        count++;
+    return count;
+}
+
+/* One sample costs the next one nothing. */
+static void test_every_sample_looks(void **state)
+{
+    (void)state;
+    struct scene *scene = mirror_ball();
+    struct radiance radiance;
+    struct omission omission = {0};
+    radiance_init(&radiance, scene);
+    uint32_t first = looked_at(&omission, &radiance);
+    assert_true(first > 0 && first < OMISSION_MAX);
+    assert_int_equal(looked_at(&omission, &radiance), first);
+    omission_free(&omission);
+    radiance_free(&radiance);
+    free(scene);
+}
+
+/* What was folded could be more than what was found, too: it counts when that is compared. */
+static void test_folded_is_not_yet_looked_at(void **state)
+{
+    (void)state;
+    struct scene *scene = mirror_ball();
+    struct radiance radiance;
+    struct omission omission = {0};
+    struct branch branch;
+    radiance_init(&radiance, scene);
+    for (int matters = 0; matters < 2; matters++) {
+        omission_clear(&omission);
+        for (int i = 0; i <= OMISSION_MAX; i++)
+            add_ray(&omission, &radiance, 0.5, vec3(1, 1, 1), false);
+        double all = omission.folded + tree_sum(&omission.pending);
+        assert_true(omission.folded > 0.1 * all);
+        double found = 4 * all * (matters ? 0.95 : 1.05);
+        omission_found(&omission, vec3(1, 1, 1), vec3(found, 0, 0));
+        assert_int_equal(omission_next(&omission, &radiance, &branch), matters);
+    }
+    omission_free(&omission);
+    radiance_free(&radiance);
+    free(scene);
+}
+
+/* The sum of what is found is rounded up, and what is no number has no bound. */
+static void test_found_is_rounded_up(void **state)
+{
+    (void)state;
+    uint64_t random = 5;
+    struct omission omission = {0};
+    for (int round = 0; round < 100; round++) {
+        long double sum = 0;
+        omission_clear(&omission);
+        for (int i = 0; i < 50; i++) {
+            double weight = random_between(&random, 0, 1), color = random_between(&random, 0, 1);
+            omission_found(&omission, vec3(0, weight, 0), vec3(1, color, 1));
+            sum += (long double)weight * (long double)color;
+        }
+        long double told = (long double)omission_bound(&omission);
+        assert_true(told >= sum && told < sum * (1 + 1e-12L));
+    }
+    omission_found(&omission, vec3(1, 1, 1), vec3(0, (double)NAN, 0));
+    assert_true(omission_bound(&omission) == HUGE_VAL);
+    omission_free(&omission);
+}
+
+/* A point in the light: as bright as that is, unless surfaces on its way make it brighter. */
+static void test_light_that_grows(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    struct light light = {{0, 0, 5}, {1, 1, 1}};
+    struct material material = {.color = {1, 1, 1}, .diffuse = 0.5, .ambient = 0.25, .ior = 1};
+    struct view view = small_view(4);
+    uint32_t index;
+    assert_added(builder_add_light(builder, &light));
+    assert_added(builder_add_material(builder, &material, &index));
+    struct sphere sphere = {{0, 0, -5}, 1, index, 0};
+    assert_added(builder_add_sphere(builder, &sphere));
+    struct scene *scene = builder_finish(builder, &view);
+    builder_destroy(builder);
+    struct shading_point at = {.point = {0, 0, -4},
+                               .view = {0, 0, -1},
+                               .geometric = {0, 0, 1},
+                               .normal = {0, 0, 1},
+                               .entering = true,
+                               .material = &material};
+    struct radiance radiance;
+    struct omission omission = {0};
+    radiance_init(&radiance, scene);
+    for (int grows = 0; grows < 2; grows++) {
+        radiance.light_grows = grows;
+        omission_clear(&omission);
+        omission_found_point(&omission, &radiance, vec3(1, 1, 1), &at);
+        double bound = omission_bound(&omission);
+        assert_true(grows ? bound == HUGE_VAL : bound >= 0.75 && bound < 0.7500001);
+    }
+    omission_free(&omission);
+    radiance_free(&radiance);
+    free(scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_many_rays_are_folded),
         cmocka_unit_test(test_rough_bounds_are_told_first),
+        cmocka_unit_test(test_largest_stay),
+        cmocka_unit_test(test_equal_rays_are_folded),
+        cmocka_unit_test(test_every_sample_looks),
+        cmocka_unit_test(test_folded_is_not_yet_looked_at),
+        cmocka_unit_test(test_found_is_rounded_up),
+        cmocka_unit_test(test_light_that_grows),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

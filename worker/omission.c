@@ -47,15 +47,15 @@ static int larger_first(const void *a, const void *b)
     return (x < y) - (x > y);
 }
 
-/* The smallest of the OMISSION_KEPT largest bounds. */
-static double least_kept(const struct tree *tree)
+/* The largest of the bounds behind the OMISSION_KEPT largest ones. */
+static double largest_gone(const struct tree *tree)
 {
     double *bounds = allocate(tree->count, sizeof *bounds);
     memcpy(bounds, tree->bounds, tree->count * sizeof *bounds);
     qsort(bounds, tree->count, sizeof *bounds, larger_first);
-    double least = bounds[OMISSION_KEPT - 1];
+    double largest = bounds[OMISSION_KEPT];
     free(bounds);
-    return least;
+    return largest;
 }
 
 void omission_fold(struct omission *omission, const struct radiance *radiance)
@@ -63,11 +63,11 @@ void omission_fold(struct omission *omission, const struct radiance *radiance)
     struct tree *tree = &omission->pending;
     for (uint32_t i = 0; i < tree->count; i++)
         if (tree->pending[i].rough) rate(tree, radiance, &tree->pending[i]);
-    double least = least_kept(tree);
+    double largest = largest_gone(tree);
     /* The last one takes the place of what is removed: it has been looked at. */
     for (uint32_t i = tree->count; i-- > 0 && tree->count > OMISSION_KEPT;) {
         struct branch gone;
-        if (tree->bounds[i] > least) continue;
+        if (tree->bounds[i] > largest) continue;
         tree_remove(tree, &tree->pending[i], &gone);
         omission->folded = nextafter(omission->folded + gone.bound, HUGE_VAL);
     }
@@ -91,8 +91,9 @@ void omission_take(struct omission *omission, const struct radiance *radiance, s
 static double largest_found(const struct omission *omission)
 {
     if (omission->terms == 0) return 0;
-    double most = vec_max(omission->found);
-    return isnan(most) ? HUGE_VAL : most * (1 + (omission->terms + 32) * UNIT_ROUNDOFF);
+    struct vec3 found = omission->found;
+    if (isnan(found.x + found.y + found.z)) return HUGE_VAL; /* none of them is below 0 */
+    return vec_max(found) * (1 + (omission->terms + 32) * UNIT_ROUNDOFF);
 }
 
 bool omission_next(struct omission *omission, const struct radiance *radiance,
