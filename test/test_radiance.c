@@ -134,6 +134,8 @@ static void test_nearly_opposite_lights(void **state)
     }
 }
 
+static const struct vec3 one = {1, 1, 1};
+
 /* A mirror ball in the sky: a ray past it is the sky's, one to it has what the sky leaves. */
 static void test_rays(void **state)
 {
@@ -149,7 +151,6 @@ static void test_rays(void **state)
     struct scene *scene = finish(builder, &view);
     struct radiance radiance;
     radiance_init(&radiance, scene);
-    struct vec3 one = {1, 1, 1};
     struct ray past = {{0, 0, 5}, {0, 1, 0}, HUGE_VAL, PRIMITIVE_NONE, 0};
     struct ray at = {{0, 0, 5}, {0, 0, -1}, HUGE_VAL, PRIMITIVE_NONE, 0};
     struct ray off = {{0, 0, 1}, {0, 0, 1}, HUGE_VAL, primitive_id(PRIMITIVE_SPHERE, 0), 0};
@@ -160,6 +161,8 @@ static void test_rays(void **state)
     assert_true(ball == sky);
     double half = radiance_of(&radiance, &at, vec3(0, 0.5, 0.25), 1, false);
     assert_true(half >= 0.375 && half < 0.375 + 1e-6);
+    past.direction.x = (double)NAN; /* it may go anywhere */
+    assert_true(radiance_of(&radiance, &past, one, 1, true) >= 0.75);
     radiance_free(&radiance);
     free(scene);
 }
@@ -182,7 +185,6 @@ static void test_lossless_levels(void **state)
     struct scene *scene = finish(builder, &view);
     struct radiance radiance;
     radiance_init(&radiance, scene);
-    struct vec3 one = {1, 1, 1};
     struct ray ray = {{0, 0, 0}, {0, 0, 1}, HUGE_VAL, PRIMITIVE_NONE, 0};
     for (uint32_t depth = 0; depth <= RADIANCE_LEVELS; depth += 50) {
         double brings = 0.25 * (RADIANCE_LEVELS - depth + 1);
@@ -195,6 +197,101 @@ static void test_lossless_levels(void **state)
     }
     radiance_free(&radiance);
     free(scene);
+}
+
+/* A mirror of some shape in the dark, which shines a little. */
+static struct scene *mirror_in_the_dark(const struct material *mirror, bool cone, uint32_t formulas,
+                                        uint32_t max_depth)
+{
+    struct builder *builder = builder_create();
+    uint32_t index;
+    assert_added(builder_add_material(builder, mirror, &index));
+    struct sphere ball = {{0, 0, 0}, 1, index, 0};
+    struct cone tube = {{0, 0, -1}, {0, 0, 1}, 1, 1, index, 0};
+    if (cone)
+        assert_added(builder_add_cone(builder, &tube));
+    else
+        assert_added(builder_add_sphere(builder, &ball));
+    struct view view = small_view(EDGE);
+    view.background_bottom = view.background_top = vec3(0, 0, 0);
+    view.formulas = formulas;
+    view.max_depth = max_depth;
+    return finish(builder, &view);
+}
+
+/* From inside of a mirror that adds a tenth at every reflection: all of them are counted that there may be. */
+static void test_all_levels(void **state)
+{
+    (void)state;
+    enum { DEPTH = 4 };
+    struct material mirror = {.color = one, .ambient = 0.1, .reflection = 0.9, .ior = 1};
+    struct radiance radiance;
+    struct scene *scene = mirror_in_the_dark(&mirror, false, FORMULAS_EXACT, DEPTH);
+    radiance_init(&radiance, scene);
+    double most = radiance_most(&radiance);
+    assert_true(most >= 1 && most < 1 + 1e-6); /* 0.1 (1 + 0.9 + 0.81 ...) */
+    radiance_free(&radiance);
+    free(scene);
+    mirror.reflection = 1;
+    scene = mirror_in_the_dark(&mirror, false, FORMULAS_EXACT, DEPTH);
+    radiance_init(&radiance, scene);
+    for (uint32_t depth = 0; depth <= DEPTH; depth++) {
+        double shown = radiance_roughly(&radiance, one, depth, true) / 0.1;
+        double any = radiance_roughly(&radiance, one, depth, false) / 0.1;
+        assert_true(shown >= DEPTH + 1 - depth && shown < (DEPTH + 1 - depth) * (1 + 1e-6));
+        assert_true(any >= RADIANCE_LEVELS + 1 - depth &&
+                    any < (RADIANCE_LEVELS + 1 - depth) * (1 + 1e-6));
+    }
+    radiance_free(&radiance);
+    free(scene);
+}
+
+/* Whether it is thought possible that a ray from the mirror meets that again. */
+static bool meets_again(bool cone, uint32_t formulas, struct vec3 origin, struct vec3 direction)
+{
+    const struct material mirror = {.color = one, .ambient = 0.5, .reflection = 0.5, .ior = 1};
+    struct scene *scene = mirror_in_the_dark(&mirror, cone, formulas, 4);
+    struct radiance radiance;
+    radiance_init(&radiance, scene);
+    struct ray ray = {.origin = origin,
+                      .direction = vec_normalize(direction),
+                      .t_max = HUGE_VAL,
+                      .from = primitive_id(cone ? PRIMITIVE_CONE : PRIMITIVE_SPHERE, 0)};
+    double most = radiance_of(&radiance, &ray, one, 1, true);
+    assert_true(most == 0 || most >= 0.5);
+    radiance_free(&radiance);
+    free(scene);
+    return most > 0;
+}
+
+/* Outside of a ball it does not; inside it does, however short the way is, and so it does in a tube. The paper's
+ * formulas let it meet what it has left. */
+static void test_met_again(void **state)
+{
+    (void)state;
+    const struct vec3 top = {0, 0, 1}, side = {1, 0, 0};
+    assert_false(meets_again(false, FORMULAS_EXACT, top, vec3(1, 0, 1)));
+    assert_true(meets_again(false, FORMULAS_PAPER, top, vec3(1, 0, 1)));
+    assert_true(meets_again(false, FORMULAS_EXACT, top, vec3(1, 0, -1)));
+    assert_true(meets_again(false, FORMULAS_EXACT, top, vec3(1, 0, -1e-7)));
+    assert_true(meets_again(true, FORMULAS_EXACT, side, vec3(-1, 0, 0)));
+}
+
+/* Past a ball by less than the paper's formulas are wrong by: these may find that it is met. */
+static void test_just_past(void **state)
+{
+    (void)state;
+    const struct material mirror = {.color = one, .ambient = 0.5, .reflection = 0.5, .ior = 1};
+    for (uint32_t formulas = FORMULAS_EXACT; formulas <= FORMULAS_PAPER; formulas++) {
+        struct scene *scene = mirror_in_the_dark(&mirror, false, formulas, 4);
+        struct radiance radiance;
+        radiance_init(&radiance, scene);
+        struct ray ray = {{1 + 0x1p-22, 0, 5}, {0, 0, -1}, HUGE_VAL, PRIMITIVE_NONE, 0};
+        assert_int_equal(radiance_of(&radiance, &ray, one, 1, true) > 0,
+                         formulas == FORMULAS_PAPER);
+        radiance_free(&radiance);
+        free(scene);
+    }
 }
 
 /* ---- claims ---- */
@@ -347,6 +444,35 @@ static void test_growing_light(void **state)
     free(scene);
 }
 
+/* Surfaces that let more light through than there is, where shadows are looked for: nobody knows how much of a
+ * light there may be behind them. */
+static void test_light_through_growing(void **state)
+{
+    (void)state;
+    const struct bounds box = {{-1, -1, -1}, {1, 1, 1}};
+    for (uint32_t shadows = 0; shadows <= 1; shadows++) {
+        struct builder *builder = builder_create();
+        struct light light = {{0, 0, 9}, one};
+        struct material glass = {.color = {1.5, 1, 1}, .transmission = 1, .ior = 1.5};
+        struct material matte = {.color = one, .ambient = 0.25, .diffuse = 0.5, .ior = 1};
+        uint32_t index, other;
+        assert_added(builder_add_light(builder, &light));
+        assert_added(builder_add_material(builder, &glass, &index));
+        assert_added(builder_add_material(builder, &matte, &other));
+        struct sphere sphere = {{0, 0, 0}, 1, index, 0}, ball = {{3, 0, 0}, 1, other, 0};
+        assert_added(builder_add_sphere(builder, &sphere));
+        assert_added(builder_add_sphere(builder, &ball));
+        struct view view = small_view(EDGE);
+        view.shadows = shadows;
+        struct scene *scene = finish(builder, &view);
+        assert_int_equal(radiance_light_grows(scene), shadows);
+        assert_int_equal(isinf(shown_in(scene, &matte, &box).x) != 0, shadows);
+        matte.diffuse = 0;
+        assert_true(shown_in(scene, &matte, &box).x < 0.25 + 1e-9);
+        free(scene);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -355,8 +481,12 @@ int main(void)
         cmocka_unit_test(test_nearly_opposite_lights),
         cmocka_unit_test(test_rays),
         cmocka_unit_test(test_lossless_levels),
+        cmocka_unit_test(test_all_levels),
+        cmocka_unit_test(test_met_again),
+        cmocka_unit_test(test_just_past),
         cmocka_unit_test(test_claims),
         cmocka_unit_test(test_growing_light),
+        cmocka_unit_test(test_light_through_growing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
