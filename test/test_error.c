@@ -220,6 +220,23 @@ static void test_power_of_samples(void **state)
     }
     const struct error_point grown[2] = {{1, 0.1, 0.01}, {1, 0.2, 0.01}};
     assert_close(error_power(grown, 16, 0.05), FORECAST_EDGE, 0);
+    /* What both numbers lack as they are no powers of two is no part of how the error goes down. */
+    const double worse = exp(FORECAST_UNEVEN);
+    const struct error_point odd[2] = {{1, error_of(parts[0], 12) * worse, 1e-6},
+                                       {1, error_of(parts[0], 24) * worse, 1e-6}};
+    assert_close(error_power(odd, 24, error_of(parts[0], 64)), FORECAST_EDGE, 1e-4);
+}
+
+static void test_point(void **state)
+{
+    (void)state;
+    const struct error_sum sum = {.squares = 10, .fourths = 0.3};
+    struct error_point point;
+    assert_true(error_point(&sum, 1000, 2, &point));
+    assert_true(point.seconds == 2);
+    assert_close(point.rmse, 0.1, 1e-15);
+    assert_close(point.spread, sqrt(0.3) / 10 / 2, 1e-15); /* half of that of the square */
+    assert_false(error_point(&sum, 0, 2, &point) || error_point(&sum, 1000, 0, &point));
 }
 
 /* What the errors of both points make of forecasts is in their intervals. */
@@ -304,6 +321,8 @@ static void test_goals_are_round(void **state)
     assert_close(forecast_goal(0.0019), 0.0005, 1e-15);
     assert_close(forecast_goal(0.05), 0.02, 1e-15);
     assert_close(forecast_goal(0.11), 0.05, 1e-15);
+    assert_close(forecast_goal(0.4), 0.2, 1e-15); /* half of it, where that is round */
+    assert_close(forecast_goal(1), 0.5, 1e-15);
 }
 
 static void test_csv(void **state)
@@ -337,6 +356,7 @@ int main(void)
         cmocka_unit_test(test_seconds_of_samples),
         cmocka_unit_test(test_powers_of_two_are_better),
         cmocka_unit_test(test_power_of_samples),
+        cmocka_unit_test(test_point),
         cmocka_unit_test(test_forecasts_scatter_as_told),
         cmocka_unit_test(test_slopes_are_usual_until_known),
         cmocka_unit_test(test_forecast_without_an_end),
