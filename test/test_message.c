@@ -1,0 +1,110 @@
+/* Which bytes are shown as they are, and blocks of memory that are as large as they should be. */
+#include <malloc.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "common/message.h"
+
+/* The number in UTF-8 of so many bytes, which may be more than it needs. */
+static void encode(uint32_t number, size_t bytes, char text[5])
+{
+    static const unsigned char first[] = {0, 0, 0xc0, 0xe0, 0xf0};
+    for (size_t i = bytes; i-- > 1; number >>= 6)
+        text[i] = (char)(0x80 | (number & 0x3f));
+    text[0] = (char)(first[bytes] | number);
+    text[bytes] = '\0';
+}
+
+static size_t bytes_needed(uint32_t number)
+{
+    return number < 0x80 ? 1 : number < 0x800 ? 2 : number < 0x10000 ? 3 : 4;
+}
+
+static bool is_character(uint32_t number)
+{
+    bool control = number < 0x20 || (number >= 0x7f && number < 0xa0);
+    bool surrogate = number >= 0xd800 && number < 0xe000;
+    return !control && !surrogate && number < 0x110000;
+}
+
+/* All that can be written in so many bytes: characters in as few as they need, and nothing else. */
+static void test_printable(void **state)
+{
+    (void)state;
+    const uint32_t ends[] = {0, 0x80, 0x800, 0x10000, 0x200000};
+    for (size_t bytes = 1; bytes <= 4; bytes++) {
+        for (uint32_t number = 0; number < ends[bytes]; number++) {
+            char text[5];
+            encode(number, bytes, text);
+            bool good = is_character(number) && bytes_needed(number) == bytes;
+            assert_int_equal(printable_bytes(text), good ? bytes : 0);
+        }
+    }
+}
+
+/* A character that ends too early, and bytes that begin none. */
+static void test_unprintable(void **state)
+{
+    (void)state;
+    for (size_t bytes = 2; bytes <= 4; bytes++) {
+        for (size_t end = 1; end < bytes; end++) {
+            char text[5];
+            encode(bytes == 2 ? 0xe4 : bytes == 3 ? 0x20ac : 0x1f600, bytes, text);
+            text[end] = '\0';
+            assert_int_equal(printable_bytes(text), 0);
+            text[end] = 'a';
+            assert_int_equal(printable_bytes(text), 0);
+        }
+    }
+    for (int first = 0x80; first < 0x100; first++) {
+        const char text[] = {(char)first, 'a', 'a', 'a', '\0'};
+        assert_int_equal(printable_bytes(text), 0);
+    }
+    char *text = printable_text("a\x1b[0m\xc3\xa4\xff");
+    assert_string_equal(text, "a?[0m\xc3\xa4?");
+    free(text);
+}
+
+static void test_large_blocks(void **state)
+{
+    (void)state;
+    const size_t page = (size_t)2 << 20, sizes[] = {1, page - 1, page, page + 1, 3 * page - 1};
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        void *block = allocate_large(sizes[i]);
+        assert_true(malloc_usable_size(block) >= sizes[i]);
+        assert_true(sizes[i] < page || (uintptr_t)block % page == 0);
+        free(block);
+    }
+}
+
+/* Room for one more whenever it is asked for, and what was there stays. */
+static void test_grow(void **state)
+{
+    (void)state;
+    uint32_t *items = NULL;
+    for (uint32_t count = 0; count < 1000; count++) {
+        items = grow(items, count, sizeof *items);
+        assert_true(malloc_usable_size(items) >= (count + 1) * sizeof *items);
+        items[count] = count;
+        assert_int_equal(items[count / 2], count / 2);
+    }
+    free(items);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_printable),
+        cmocka_unit_test(test_unprintable),
+        cmocka_unit_test(test_large_blocks),
+        cmocka_unit_test(test_grow),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
