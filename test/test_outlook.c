@@ -78,6 +78,17 @@ static void test_skipped(void **state)
     assert_near(share.skipped, 0.3, 1e-12);
 }
 
+/* What was taken off may be a little more than what was put there. */
+static void test_never_more_than_all(void **state)
+{
+    (void)state;
+    struct outlook outlook = {0};
+    outlook_add(&outlook, 1, 64);
+    outlook_remove(&outlook, 1 + 1e-9, 64);
+    outlook_finish(&outlook, 1, 64, 1);
+    assert_true(outlook_share(&outlook).finished == 1);
+}
+
 /* Work beyond all octaves, and none. */
 static void test_extremes(void **state)
 {
@@ -94,8 +105,11 @@ static void test_extremes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_nothing),    cmocka_unit_test(test_kinds),
-        cmocka_unit_test(test_neighbours), cmocka_unit_test(test_skipped),
+        cmocka_unit_test(test_nothing),
+        cmocka_unit_test(test_kinds),
+        cmocka_unit_test(test_neighbours),
+        cmocka_unit_test(test_skipped),
+        cmocka_unit_test(test_never_more_than_all),
         cmocka_unit_test(test_extremes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
