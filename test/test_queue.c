@@ -68,6 +68,7 @@ static void check_sums(const struct queue *queue)
     for (uint32_t id = 0; id < queue->item_count; id++) {
         const struct item *item = &queue->items[id];
         double work = (double)item->work;
+        if (item->pass == 0) assert_true((double)item->worst >= work * (1 - 1e-5));
         if (agenda_has(&queue->waiting, id)) {
             waiting++;
             waiting_work += work;
@@ -913,7 +914,9 @@ static void test_pieces_of_a_piece(void **state)
         struct tile lot[LOT_TILES], tile;
         unsigned char seen[64 * 48] = {0};
         uint32_t count = queue_next(queue, 0, 0, lot), whole = lot[0].id;
+        uint64_t news = queue_news(queue);
         assert_true(pieces_make(queue, whole, 2, 0));
+        assert_true(queue_news(queue) != news); /* to those who have got nothing */
         uint32_t piece = queue->items[whole].first_piece;
         for (uint32_t i = 1; i < count; i++)
             assert_true(finish_and_mark(queue, 0, &lot[i], seen));
@@ -1248,6 +1251,7 @@ static void test_cheap_are_joined(void **state)
     uint32_t count, joined = 0, dear = 0;
     double now = 0;
     while (!queue->settled || !queue_complete(queue)) {
+        if (queue->settled) check_sums(queue);
         for (uint32_t renderer = 0; renderer < 2; renderer++) {
             count = queue_next(queue, renderer, now, tiles);
             for (uint32_t i = 0; i < count; i++) {
