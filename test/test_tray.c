@@ -22,7 +22,9 @@ static void test_slots(void **state)
 {
     (void)state;
     struct tray tray;
+    memset(&tray, 0xff, sizeof tray); /* what the memory held before */
     tray_init(&tray);
+    assert_int_equal(slots_find(&tray.lots), 0);
     for (int i = 0; i < TRAY_SLOTS; i++) {
         assert_int_equal(slots_find(&tray.results), i);
         assert_false(slots_full(&tray.results, (uint32_t)i));
