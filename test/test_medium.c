@@ -151,6 +151,11 @@ static void test_deep_nesting(void **state)
         assert_crossing(at, i % 2 ? 1.5 : 1, i % 2 ? 1 : 1.5, false);
         stack = at.stack;
     }
+    uint32_t count = media_count(media), again = MEDIUM_OUTSIDE;
+    for (uint32_t i = 0; i < 1000; i++)
+        again = media_cross(media, again, sphere(i), true).stack;
+    assert_int_equal(again, stack);
+    assert_int_equal(media_count(media), count); /* equal stacks, equal numbers */
     /* From the middle of the stack: 998 are put back. */
     struct crossing_media at = media_cross(media, stack, sphere(1), false);
     assert_crossing(at, 1, 1, false);
@@ -221,13 +226,69 @@ static void test_eye_in_a_mesh(void **state)
     free(scene);
 }
 
+/* A sphere that is seen from inside alone bounds no volume: like a sheet it may be entered twice. */
+static void test_sphere_seen_from_inside(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    struct sphere shell = {{0, 0, 0}, 1, add_glass(builder, 1.5, 1), 1};
+    assert_added(builder_add_sphere(builder, &shell));
+    struct scene *scene = finish_scene(builder);
+    struct media *media = media_create(scene);
+    struct crossing_media at = media_cross(media, MEDIUM_OUTSIDE, sphere(0), true);
+    assert_crossing(at, 1, 1.5, false);
+    at = media_cross(media, at.stack, sphere(0), true);
+    assert_crossing(at, 1.5, 1.5, false);
+    media_destroy(media);
+    free(scene);
+}
+
+/* Eight faces around the eye, without that of one octant, -1: with all. */
+static struct scene *octahedron(int without)
+{
+    struct builder *builder = builder_create();
+    uint32_t glass = add_glass(builder, 1.5, 1);
+    for (int octant = 0; octant < 8; octant++) {
+        double x = octant & 1 ? -1 : 1, y = octant & 2 ? -1 : 1, z = octant & 4 ? -1 : 1;
+        struct vec3 a = {x, 0, 0}, b = {0, y, 0}, c = {0, 0, z};
+        if (octant == without) continue;
+        add_triangle(builder, a, x * y * z > 0 ? b : c, x * y * z > 0 ? c : b, glass);
+    }
+    return finish_scene(builder);
+}
+
+/* A mesh with a hole where one of four rays leaves it: they do not agree that the eye is inside. */
+static void test_eye_in_an_open_mesh(void **state)
+{
+    (void)state;
+    uint32_t outside = 0;
+    for (int without = -1; without < 8; without++) {
+        struct scene *scene = octahedron(without);
+        struct bvh *bvh = build_tree(scene);
+        struct media *media = media_create(scene);
+        uint32_t inside = media_at(media, bvh, vec3(0.01, 0.02, 0.03));
+        if (without < 0) assert_int_not_equal(inside, MEDIUM_OUTSIDE);
+        outside += inside == MEDIUM_OUTSIDE;
+        media_destroy(media);
+        free(bvh);
+        free(scene);
+    }
+    assert_int_equal(outside, 4);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_nested),    cmocka_unit_test(test_overlapping),
-        cmocka_unit_test(test_unmatched), cmocka_unit_test(test_open_surfaces),
-        cmocka_unit_test(test_by_side),   cmocka_unit_test(test_deep_nesting),
-        cmocka_unit_test(test_eye),       cmocka_unit_test(test_eye_in_a_mesh),
+        cmocka_unit_test(test_nested),
+        cmocka_unit_test(test_overlapping),
+        cmocka_unit_test(test_unmatched),
+        cmocka_unit_test(test_open_surfaces),
+        cmocka_unit_test(test_by_side),
+        cmocka_unit_test(test_deep_nesting),
+        cmocka_unit_test(test_eye),
+        cmocka_unit_test(test_eye_in_a_mesh),
+        cmocka_unit_test(test_sphere_seen_from_inside),
+        cmocka_unit_test(test_eye_in_an_open_mesh),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
