@@ -141,6 +141,12 @@ static void test_deepest_first(void **state)
         assert_true(deeper || brighter || earlier);
         before = branch;
     }
+    /* What is left goes as if there had never been more. */
+    for (before.bound = HUGE_VAL; tree.count > 0; before = branch) {
+        assert_true(pop(&tree, 1e-3, &branch));
+        assert_true(before.bound > branch.bound ||
+                    (before.bound == branch.bound && before.media < branch.media));
+    }
     tree_free(&tree);
 }
 
