@@ -70,6 +70,7 @@ static void check_sums(const struct queue *queue)
         double work = (double)item->work;
         if (item->pass == 0) assert_true((double)item->worst >= work * (1 - 1e-5));
         if (agenda_has(&queue->waiting, id)) {
+            assert_false(item->finished);
             waiting++;
             waiting_work += work;
             waiting_pixels += area(item);
@@ -174,6 +175,16 @@ static void test_every_pixel_once(void **state)
             }
         }
     }
+}
+
+/* However cheap pixels are, no lot has more of them than its message has room for. */
+static void test_large_lots(void **state)
+{
+    (void)state;
+    const struct queue_config config = {
+        .width = 2048, .height = 1024, .renderers = 1, .tile_edge = 64};
+    for (uint64_t seed = 1; seed < 4; seed++)
+        drive(&config, seed);
 }
 
 /* ---- in virtual time ---- */
@@ -1629,6 +1640,7 @@ int main(void)
         cmocka_unit_test(test_finished_leaves_a_core),
         cmocka_unit_test(test_late_with_probes),
         cmocka_unit_test(test_every_pixel_once),
+        cmocka_unit_test(test_large_lots),
         cmocka_unit_test(test_strips_are_the_papers),
         cmocka_unit_test(test_cyclic_deals_pixels),
         cmocka_unit_test(test_cyclic_rows_deals_rows),
