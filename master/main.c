@@ -6,6 +6,7 @@
 #include <math.h>
 #include <mpi.h>
 #include <pthread.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -220,7 +221,7 @@ static int run_rank(struct run *run, int rank)
     struct node_scene shared;
     struct welcome welcome = {.magic = WELCOME_MAGIC};
     struct scene *block = NULL;
-    strcpy(welcome.build, farm_build);
+    snprintf(welcome.build, sizeof welcome.build, "%s", farm_build);
     if (rank == 0) {
         run->report.time.init = clock_wall() - run->start;
         int status = prepare(run, &block);

@@ -1,6 +1,7 @@
 /* What a sample leaves out: in bounded memory, and none of it forgotten. */
 #include "test/scene_fixture.h"
 
+#include "common/message.h"
 #include "test/view_fixture.h"
 #include "worker/omission.h"
 
@@ -18,6 +19,33 @@ static struct scene *mirror_ball(void)
     return scene;
 }
 
+/* What a sample of a picture has to do with. */
+struct sample {
+    struct scene *scene;
+    struct radiance radiance;
+    struct omission omission;
+};
+
+static int begin_sample(void **state)
+{
+    struct sample *sample = allocate_zeroed(1, sizeof *sample);
+    sample->scene = mirror_ball();
+    radiance_init(&sample->radiance, sample->scene);
+    omission_clear(&sample->omission);
+    *state = sample;
+    return 0;
+}
+
+static int end_sample(void **state)
+{
+    struct sample *sample = *state;
+    omission_free(&sample->omission);
+    radiance_free(&sample->radiance);
+    free(sample->scene);
+    free(sample);
+    return 0;
+}
+
 /* A ray that leaves the scene for the sky. */
 static void add_ray(struct omission *omission, const struct radiance *radiance, double bound,
                     struct vec3 weight, bool rough)
@@ -30,93 +58,70 @@ static void add_ray(struct omission *omission, const struct radiance *radiance, 
 
 static void test_many_rays_are_folded(void **state)
 {
-    (void)state;
-    struct scene *scene = mirror_ball();
-    struct radiance radiance;
-    struct omission omission = {0};
+    struct sample *sample = *state;
+    struct omission *omission = &sample->omission;
+    const struct radiance *radiance = &sample->radiance;
     uint64_t random = 3;
     long double sum = 0;
     double most = 0;
-    radiance_init(&radiance, scene);
-    omission_clear(&omission);
     for (int i = 0; i < 100000; i++) {
         double bound = random_between(&random, 0, 1);
-        add_ray(&omission, &radiance, bound, vec3(bound, bound, bound), false);
-        assert_true(omission.pending.count <= OMISSION_MAX);
+        add_ray(omission, radiance, bound, vec3(bound, bound, bound), false);
+        assert_true(omission->pending.count <= OMISSION_MAX);
         sum += (long double)bound;
         most = fmax(most, bound);
     }
-    long double told = (long double)omission_bound(&omission);
+    long double told = (long double)omission_bound(omission);
     assert_true(told >= sum && told < sum * (1 + 1e-9L));
     struct branch branch;
-    assert_true(omission_next(&omission, &radiance, &branch));
+    assert_true(omission_next(omission, radiance, &branch));
     assert_true(branch.bound == most);
-    omission_clear(&omission);
-    assert_true(omission_bound(&omission) == 0);
-    omission_free(&omission);
-    radiance_free(&radiance);
-    free(scene);
+    omission_clear(omission);
+    assert_true(omission_bound(omission) == 0);
 }
 
 /* What has no bound may have one when its ray is looked at: that is not forgotten, either. */
 static void test_rough_bounds_are_told_first(void **state)
 {
-    (void)state;
-    struct scene *scene = mirror_ball();
-    struct radiance radiance;
-    struct omission omission = {0};
-    radiance_init(&radiance, scene);
-    omission_clear(&omission);
+    struct sample *sample = *state;
+    struct omission *omission = &sample->omission;
+    const struct radiance *radiance = &sample->radiance;
     for (int i = 0; i < 2 * OMISSION_MAX; i++)
-        add_ray(&omission, &radiance, HUGE_VAL, vec3(0.5, 0.5, 0.5), true);
+        add_ray(omission, radiance, HUGE_VAL, vec3(0.5, 0.5, 0.5), true);
     struct branch branch;
-    while (omission_next(&omission, &radiance, &branch))
+    while (omission_next(omission, radiance, &branch))
         continue;
-    assert_true(isfinite(omission_bound(&omission)));
-    omission_free(&omission);
-    radiance_free(&radiance);
-    free(scene);
+    assert_true(isfinite(omission_bound(omission)));
 }
 
 /* What stays is what matters most. */
 static void test_largest_stay(void **state)
 {
-    (void)state;
-    struct scene *scene = mirror_ball();
-    struct radiance radiance;
-    struct omission omission = {0};
-    radiance_init(&radiance, scene);
+    struct sample *sample = *state;
+    struct omission *omission = &sample->omission;
+    const struct radiance *radiance = &sample->radiance;
     for (uint32_t step = 1; step < OMISSION_MAX; step += 2) {
-        omission_clear(&omission);
+        omission_clear(omission);
         for (uint32_t i = 0; i < OMISSION_MAX; i++)
-            add_ray(&omission, &radiance, i * step % OMISSION_MAX, vec3(1, 1, 1), false);
-        omission_fold(&omission, &radiance);
-        assert_int_equal(omission.pending.count, OMISSION_KEPT);
+            add_ray(omission, radiance, i * step % OMISSION_MAX, vec3(1, 1, 1), false);
+        omission_fold(omission, radiance);
+        assert_int_equal(omission->pending.count, OMISSION_KEPT);
         for (uint32_t i = 0; i < OMISSION_KEPT; i++)
-            assert_true(omission.pending.bounds[i] >= OMISSION_MAX - OMISSION_KEPT);
+            assert_true(omission->pending.bounds[i] >= OMISSION_MAX - OMISSION_KEPT);
     }
-    omission_free(&omission);
-    radiance_free(&radiance);
-    free(scene);
 }
 
 /* Rays that are as important as each other are not kept for that. */
 static void test_equal_rays_are_folded(void **state)
 {
-    (void)state;
-    struct scene *scene = mirror_ball();
-    struct radiance radiance;
-    struct omission omission = {0};
-    radiance_init(&radiance, scene);
-    omission_clear(&omission);
+    struct sample *sample = *state;
+    struct omission *omission = &sample->omission;
+    const struct radiance *radiance = &sample->radiance;
     for (int i = 0; i < 4 * OMISSION_MAX; i++) {
-        add_ray(&omission, &radiance, 0.5, vec3(1, 1, 1), false);
-        assert_true(omission.pending.count <= OMISSION_MAX);
+        add_ray(omission, radiance, 0.5, vec3(1, 1, 1), false);
+        assert_true(omission->pending.count <= OMISSION_MAX);
     }
-    assert_true(omission_bound(&omission) >= 2 * OMISSION_MAX);
-    omission_free(&omission);
-    radiance_free(&radiance);
-    free(scene);
+    assert_true(omission_bound(omission) >= 2 * OMISSION_MAX);
 }
 
 /* Rays that are looked at, of many that matter. */
@@ -135,41 +140,31 @@ static uint32_t looked_at(struct omission *omission, const struct radiance *radi
 /* One sample costs the next one nothing. */
 static void test_every_sample_looks(void **state)
 {
-    (void)state;
-    struct scene *scene = mirror_ball();
-    struct radiance radiance;
-    struct omission omission = {0};
-    radiance_init(&radiance, scene);
-    uint32_t first = looked_at(&omission, &radiance);
+    struct sample *sample = *state;
+    struct omission *omission = &sample->omission;
+    const struct radiance *radiance = &sample->radiance;
+    uint32_t first = looked_at(omission, radiance);
     assert_true(first > 0 && first < OMISSION_MAX);
-    assert_int_equal(looked_at(&omission, &radiance), first);
-    omission_free(&omission);
-    radiance_free(&radiance);
-    free(scene);
+    assert_int_equal(looked_at(omission, radiance), first);
 }
 
 /* What was folded could be more than what was found, too: it counts when that is compared. */
 static void test_folded_is_not_yet_looked_at(void **state)
 {
-    (void)state;
-    struct scene *scene = mirror_ball();
-    struct radiance radiance;
-    struct omission omission = {0};
+    struct sample *sample = *state;
+    struct omission *omission = &sample->omission;
+    const struct radiance *radiance = &sample->radiance;
     struct branch branch;
-    radiance_init(&radiance, scene);
     for (int matters = 0; matters < 2; matters++) {
-        omission_clear(&omission);
+        omission_clear(omission);
         for (int i = 0; i <= OMISSION_MAX; i++)
-            add_ray(&omission, &radiance, 0.5, vec3(1, 1, 1), false);
-        double all = omission.folded + tree_sum(&omission.pending);
-        assert_true(omission.folded > 0.1 * all);
+            add_ray(omission, radiance, 0.5, vec3(1, 1, 1), false);
+        double all = omission->folded + tree_sum(&omission->pending);
+        assert_true(omission->folded > 0.1 * all);
         double found = 4 * all * (matters ? 0.95 : 1.05);
-        omission_found(&omission, vec3(1, 1, 1), vec3(found, 0, 0));
-        assert_int_equal(omission_next(&omission, &radiance, &branch), matters);
+        omission_found(omission, vec3(1, 1, 1), vec3(found, 0, 0));
+        assert_int_equal(omission_next(omission, radiance, &branch), matters);
     }
-    omission_free(&omission);
-    radiance_free(&radiance);
-    free(scene);
 }
 
 /* The sum of what is found is rounded up, and what is no number has no bound. */
@@ -233,12 +228,12 @@ static void test_light_that_grows(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_many_rays_are_folded),
-        cmocka_unit_test(test_rough_bounds_are_told_first),
-        cmocka_unit_test(test_largest_stay),
-        cmocka_unit_test(test_equal_rays_are_folded),
-        cmocka_unit_test(test_every_sample_looks),
-        cmocka_unit_test(test_folded_is_not_yet_looked_at),
+        cmocka_unit_test_setup_teardown(test_many_rays_are_folded, begin_sample, end_sample),
+        cmocka_unit_test_setup_teardown(test_rough_bounds_are_told_first, begin_sample, end_sample),
+        cmocka_unit_test_setup_teardown(test_largest_stay, begin_sample, end_sample),
+        cmocka_unit_test_setup_teardown(test_equal_rays_are_folded, begin_sample, end_sample),
+        cmocka_unit_test_setup_teardown(test_every_sample_looks, begin_sample, end_sample),
+        cmocka_unit_test_setup_teardown(test_folded_is_not_yet_looked_at, begin_sample, end_sample),
         cmocka_unit_test(test_found_is_rounded_up),
         cmocka_unit_test(test_light_that_grows),
     };
