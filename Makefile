@@ -72,7 +72,7 @@ $(AFTERWARDS): $(INSTALLED)
 else
 
 # MPICH by its own name, where several MPIs are installed side by side.
-MPICC   = $(firstword $(shell command -v mpicc.mpich mpicc) mpicc)
+MPICC   := $(firstword $(shell command -v mpicc.mpich mpicc) mpicc)
 OBJCOPY ?= objcopy
 MPIEXEC = $(firstword $(shell command -v mpiexec.hydra mpiexec) mpiexec)
 PREFIX  ?= /usr/local
@@ -89,7 +89,12 @@ OPTIMISE ?= -O2 -g1
 SANITIZE :=
 FLAGS    := -std=c17 $(OPTIMISE) $(WARNINGS) $(FLOAT) -pthread -D_GNU_SOURCE -I. -MMD -MP \
             -DFARM_VERSION='"$(VERSION)"' $(SANITIZE)
-LIBS     := -linih -lm
+
+# What MPICC calls. The script itself starts a process for each of its arguments, an eighth of the time to
+# build. A plain compiler, which shows nothing, is called as it is.
+COMPILE  := $(or $(shell $(MPICC) -show -c 2>/dev/null),$(MPICC) -c)
+LINK     := $(filter-out -c,$(COMPILE))
+LIBS     := -linih -lm $(filter -L% -l% -Wl%,$(shell $(MPICC) -show 2>/dev/null))
 
 # The kernel's files, compiled for each level of processor; what a level adds to the compiler's flags
 # comes last. Of each level one object is left that shows its table alone; the portable one, plain
@@ -140,26 +145,26 @@ all: $(FARM) scenes
 
 $(FARM): $(OBJECTS)
 	$(say)  link $@
-	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
 
 $(BUILD)/%.o: %.c Makefile
 	@mkdir -p $(@D)
 	$(say)  compile $<
-	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) -c $< -o $@
+	$(quiet)$(COMPILE) $(FLAGS) $(CFLAGS) $< -o $@
 
 # Which sources these are: common/build.h.
 CODE := $(sort $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch]))
 $(BUILD)/common/build.o: common/build.c $(CODE) Makefile
 	@mkdir -p $(@D)
 	$(say)  compile $<
-	$(quiet)$(MPICC) $(FLAGS) -DFARM_SOURCES="\"$$(cat $(CODE) | cksum | cut -d' ' -f1)\"" $(CFLAGS) -c $< -o $@
+	$(quiet)$(COMPILE) $(FLAGS) -DFARM_SOURCES="\"$$(cat $(CODE) | cksum | cut -d' ' -f1)\"" $(CFLAGS) $< -o $@
 
 # $(BUILD)/avx2/worker/nearest.o and so on, and $(BUILD)/kernel_avx2.o of them.
 define level_rules
 $(BUILD)/$(1)/%.o: %.c Makefile
 	@mkdir -p $$(@D)
 	$$(say)  compile $$< \($(1)\)
-	$$(quiet)$$(MPICC) $$(FLAGS) $$(CFLAGS) $$(FLAGS_$(1)) -DKERNEL_TABLE=kernel_$(1) -c $$< -o $$@
+	$$(quiet)$$(COMPILE) $$(FLAGS) $$(CFLAGS) $$(FLAGS_$(1)) -DKERNEL_TABLE=kernel_$(1) $$< -o $$@
 
 $(BUILD)/kernel_$(1).o: $(KERNEL:%.c=$(BUILD)/$(1)/%.o)
 	$$(quiet)$$(LD) -r $$^ -o $$@
@@ -181,15 +186,15 @@ config/generated/.made: $(BUILD)/models
 
 $(BUILD)/models: $(MODELS) $(BUILD)/common/message.o $(BUILD)/common/memory.o
 	$(say)  link $@
-	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ -lm -o $@
+	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ -lm -o $@
 
 $(BUILD)/test/%: $(BUILD)/test/%.o $(LIBRARY) $(filter-out $(BUILD)/config/models/main.o,$(MODELS))
 	$(say)  link $@
-	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $(WRAPPED) $^ $(LIBS) -lcmocka $(ORACLE) -o $@
+	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $(WRAPPED) $^ $(LIBS) -lcmocka $(ORACLE) -o $@
 
 $(INSIDE): %: %.o $(INSIDE_KERNEL) $(filter-out $(BUILD)/kernel_%.o $(BUILD)/worker/kernel.o,$(LIBRARY))
 	$(say)  link $@
-	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $(WRAPPED) $^ $(LIBS) -lcmocka -o $@
+	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $(WRAPPED) $^ $(LIBS) -lcmocka -o $@
 
 $(BUILD)/avx2/test/test_bundles: WRAPPED := -Wl,--wrap=nearest_bundle,--wrap=occluded_packet
 $(BUILD)/test/test_cpu_time: WRAPPED := -Wl,--wrap=clock_gettime
@@ -207,7 +212,7 @@ $(BUILD)/test/test_exact $(BUILD)/test/test_optics $(BUILD)/test/test_solids: OR
 # The catalogue of stiff and extreme cases; its oracles, not the farm, need GMP and MPFR.
 $(BUILD)/bench/stability: $(STABILITY) $(LIBRARY)
 	$(say)  link $@
-	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lmpfr -lgmp -o $@
+	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lmpfr -lgmp -o $@
 
 # Each has the machine to itself, and the others are made when one fails.
 BENCHES := bench-kernel bench-omit bench-balance bench-error bench-error-truncation bench-stability \
@@ -229,7 +234,7 @@ bench-stability: $(BUILD)/bench/stability all
 # What pictures claim to be wrong by for max_depth and cutoff, against what they are.
 $(BUILD)/bench/error_truncation: $(BUILD)/bench/error_truncation.o $(filter-out %/stability_main.o,$(STABILITY)) $(LIBRARY)
 	$(say)  link $@
-	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lmpfr -lgmp -o $@
+	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lmpfr -lgmp -o $@
 
 # Some minutes; SCENES=FOLDER for the scene files of another folder as well.
 bench-error-truncation: $(BUILD)/bench/error_truncation all
@@ -250,11 +255,11 @@ $(EMBREE): FLOAT := -ffast-math -fno-finite-math-only
 
 $(BUILD)/bench/kernel: $(BENCH_KERNEL) $(LIBRARY)
 	$(say)  link $@
-	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
 
 $(BUILD)/bench/kernel_embree: $(EMBREE) $(LIBRARY)
 	$(say)  link $@
-	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) $(EMBREE_LIBRARY) -o $@
+	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) $(EMBREE_LIBRARY) -o $@
 
 bench-kernel: $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
 	@mkdir -p bench/out
@@ -270,7 +275,7 @@ ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/error_allocat
 
 $(BUILD)/bench/error_tool: $(ERROR_TOOL) $(LIBRARY)
 	$(say)  link $@
-	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
 
 bench-error: $(BUILD)/bench/error_tool all
 	@mkdir -p bench/out
@@ -279,7 +284,7 @@ bench-error: $(BUILD)/bench/error_tool all
 
 $(BUILD)/bench/omit: $(BUILD)/bench/omit.o $(BUILD)/bench/report_values.o $(BUILD)/common/message.o $(BUILD)/common/memory.o
 	$(say)  link $@
-	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ -lm -o $@
+	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ -lm -o $@
 
 # About five minutes.
 bench-omit: $(BUILD)/bench/omit all
@@ -288,13 +293,13 @@ bench-omit: $(BUILD)/bench/omit all
 
 $(BUILD)/bench/faults_journal: $(BUILD)/bench/faults_journal.o
 	$(say)  link $@
-	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ -o $@
+	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ -o $@
 
 # Loaded in front of the C library, so without sanitizers of its own.
 $(BUILD)/bench/faults_slow.so $(BUILD)/bench/faults_stop.so: $(BUILD)/bench/%.so: bench/%.c Makefile
 	@mkdir -p $(@D)
 	$(say)  link $@
-	$(quiet)$(MPICC) $(filter-out -MMD -MP -Wmissing-prototypes $(SANITIZE),$(FLAGS)) -shared -fPIC $< -ldl -o $@
+	$(quiet)$(LINK) $(filter-out -MMD -MP -Wmissing-prototypes $(SANITIZE),$(FLAGS)) -shared -fPIC $< -ldl -o $@
 
 FAULTS := $(addprefix $(BUILD)/bench/,faults_journal faults_slow.so faults_stop.so)
 # One run in twelve is without a fault.
@@ -317,11 +322,11 @@ BALANCE := $(patsubst %.c,$(BUILD)/%.o,$(filter-out bench/balance_messages.c,$(w
 
 $(BUILD)/bench/balance: $(BALANCE) $(LIBRARY)
 	$(say)  link $@
-	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
 
 $(BUILD)/bench/balance_messages: $(BUILD)/bench/balance_messages.o $(LIBRARY)
 	$(say)  link $@
-	$(quiet)$(MPICC) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
 
 bench-balance: $(BUILD)/bench/balance $(BUILD)/bench/balance_messages all
 	@$(call install_missing,gnuplot-nox)
@@ -353,9 +358,8 @@ valgrind: all
 # What is looked at, and how a compiler that is not mpicc finds mpi.h. In lanes the kernel is another
 # program than without: it is looked at twice.
 LINT_IN   ?= common master worker test/fuzz config/models
-MPI_FLAGS  = $(filter -I%,$(shell $(MPICC) -show))
 tidy = printf '%s\n' $(1) | xargs -P $$(nproc) -I FILE clang-tidy --quiet FILE -- -std=c17 \
-    -D_GNU_SOURCE -I. $(MPI_FLAGS) -DFARM_VERSION='"$(VERSION)"' $(2) 2>/dev/null
+    -D_GNU_SOURCE -I. $(filter -I%,$(COMPILE)) -DFARM_VERSION='"$(VERSION)"' $(2) 2>/dev/null
 
 lint:
 	@$(call install_missing,clang clang-tidy cppcheck)
@@ -382,7 +386,7 @@ FUZZED := $(filter-out $(SERVING:%=$(BUILD)/master/%.o),$(filter $(BUILD)/common
 
 $(BUILD)/fuzz_%: $(BUILD)/test/fuzz/fuzz_%.o $(FUZZED)
 	$(say)  link $@
-	$(quiet)$(MPICC) $(FLAGS) -fsanitize=fuzzer $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+	$(quiet)$(LINK) $(FLAGS) -fsanitize=fuzzer $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
 
 # FUZZ="ini obj" for some of them, FUZZ_RUNS=10000000 for a number of inputs in place of a time.
 FUZZ ?= $(FUZZERS)
