@@ -1,0 +1,335 @@
+/* What a run has finished is there for the next one, each pixel and second once; nothing else is. */
+#include "test/scratch.h"
+
+#include <math.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include "master/journal.h"
+#include "master/save.h"
+
+#define PATH "a.journal"
+
+/* A picture of three tiles side by side. */
+enum { EDGE = 8, TILES = 3, WIDTH = TILES * EDGE, PIXELS = WIDTH * EDGE };
+
+static struct scene *scene;
+
+static const struct view view = {.width = WIDTH,
+                                 .height = EDGE,
+                                 .region_w = WIDTH,
+                                 .region_h = EDGE,
+                                 .min_samples = 4,
+                                 .max_samples = 64};
+
+static int open_all(void **state)
+{
+    if (scratch_open(state) != 0) return 1;
+    scratch_write("scene.ini",
+                  "[light]\nposition = 1 2 3\n[sphere a]\ncenter = 0 0 0\nradius = 1\n");
+    scene = scratch_scene(*state, "scene.ini", NULL);
+    return 0;
+}
+
+static int close_all(void **state)
+{
+    free(scene);
+    return scratch_close(state);
+}
+
+static struct tile tile_at(uint32_t x, uint32_t w, uint32_t pass)
+{
+    return (struct tile){.x = x, .w = w, .h = EDGE, .step = 1, .pass = pass};
+}
+
+/* 2 s of wall time, 1 s of the processor's. */
+static struct result_header result_of(uint32_t pixels)
+{
+    return (struct result_header){
+        .pixels = pixels, .busy_s = 2, .cpu_s = 1, .counts = {.rays = {10 * pixels}}};
+}
+
+static struct save *open_at(struct scratch *s, const char *path, struct canvas *canvas,
+                            struct adaptive *adaptive)
+{
+    message_capture(s->said, sizeof s->said);
+    struct save *save = save_open(path, scene, canvas, adaptive);
+    message_capture(NULL, 0);
+    assert_non_null(save);
+    return save;
+}
+
+static struct save *open_save(struct scratch *s, struct canvas *canvas, struct adaptive *adaptive)
+{
+    return open_at(s, PATH, canvas, adaptive);
+}
+
+/* Ends the save with all that has come in the journal. */
+static void keep(struct save *save)
+{
+    struct save_kept kept = save_keep(save);
+    assert_true(!kept.moved && kept.lost == 0 && kept.lost_pixels == 0 && kept.lost_s == 0);
+    assert_string_equal(kept.path, PATH);
+    free(kept.path);
+}
+
+/* ---- all samples of a pixel at once ---- */
+
+/* A picture of which every number is another one. */
+static void fill(struct canvas *canvas)
+{
+    canvas_init(canvas, WIDTH, EDGE);
+    for (int i = 0; i < 3 * PIXELS; i++)
+        canvas->rgb[i] = (float)(i + 1);
+}
+
+static void save_at(struct save *save, uint32_t x, uint32_t w, uint32_t pass)
+{
+    struct tile tile = tile_at(x, w, pass);
+    struct result_header header = result_of(tile_pixels(&tile));
+    save_tile(save, &tile, &header);
+}
+
+/* Whether just these columns have come back. */
+static void check_columns(const struct canvas *found, const struct canvas *whole, uint32_t begin,
+                          uint32_t end)
+{
+    for (uint32_t i = 0; i < 3 * PIXELS; i++) {
+        uint32_t x = i / 3 % WIDTH;
+        assert_true(found->rgb[i] == (x >= begin && x < end ? whole->rgb[i] : 0));
+    }
+}
+
+static void test_tiles_come_back(void **state)
+{
+    struct canvas whole, again;
+    fill(&whole);
+    canvas_init(&again, WIDTH, EDGE);
+    struct save *save = open_save(*state, &whole, NULL);
+    save_start(save, TILES, PIXELS);
+    save_at(save, 0, EDGE, 0);
+    save_at(save, EDGE, EDGE, 0);
+    save_at(save, 0, EDGE, 0); /* twice: it brings nothing new */
+    keep(save);
+    save = open_save(*state, &again, NULL);
+    struct save_found found = *save_found(save);
+    assert_true(found.records == 3 && found.tiles == 2 && found.pixels == 2 * EDGE * EDGE);
+    check_columns(&again, &whole, 0, 2 * EDGE);
+    struct tile first = tile_at(0, EDGE, 0), wider = tile_at(EDGE, EDGE + 1, 0);
+    assert_int_equal(save_use(save, &first), EDGE * EDGE);
+    assert_int_equal(save_use(save, &wider), EDGE * EDGE);
+    /* A tile that is not there as a whole is rendered again, and what it took then is not counted. */
+    struct found_sums sums = save_used(save);
+    assert_true(sums.busy_s == 2 && sums.cpu_s == 1 && sums.again_s == 2);
+    assert_true(sums.counts.rays[0] == 10 * EDGE * EDGE);
+    save_drop(save);
+    assert_int_equal(access(PATH, F_OK), -1);
+    canvas_free(&whole);
+    canvas_free(&again);
+}
+
+/* Records are checked like messages: a pass that is none of this run's, and a place outside of the picture. */
+static void test_strange_records(void **state)
+{
+    struct scratch *s = *state;
+    struct canvas whole, again;
+    fill(&whole);
+    canvas_init(&again, EDGE, EDGE);
+    struct save *save = open_save(s, &whole, NULL);
+    save_start(save, TILES, PIXELS);
+    save_at(save, 0, EDGE, 1);
+    save_at(save, EDGE, EDGE, 0);
+    keep(save);
+    save = open_save(s, &again, NULL);
+    assert_int_equal(save_found(save)->records, 0);
+    assert_non_null(strstr(s->said, "cannot be used"));
+    save_drop(save);
+    canvas_free(&whole);
+    canvas_free(&again);
+}
+
+/* ---- adaptive sampling ---- */
+
+/* A run that ends without a word: its journal is open until it is kept. */
+struct run {
+    struct canvas canvas;
+    struct adaptive *adaptive;
+    struct save *save;
+};
+
+static void run_open(struct run *run, struct scratch *s, double target)
+{
+    canvas_init(&run->canvas, WIDTH, EDGE);
+    run->adaptive = adaptive_create(&view, &run->canvas, target);
+    run->save = open_save(s, &run->canvas, run->adaptive);
+}
+
+static void run_close(struct run *run)
+{
+    adaptive_destroy(run->adaptive);
+    canvas_free(&run->canvas);
+}
+
+/* Renders what the pass asks for in so many columns, which takes 1 s; whether it is saved, too. */
+static void render(struct run *run, uint32_t x, uint32_t w, bool saved)
+{
+    static float part[REFINED_FLOATS * PIXELS];
+    struct tile tile = tile_at(x, w, adaptive_passes(run->adaptive) - 1);
+    uint32_t pixels = adaptive_work(run->adaptive, &tile).pixels;
+    for (uint32_t i = 0; i < 3 * pixels; i++) {
+        part[i] = (float)((x + i) % 5);
+        part[3 * pixels + i] = (float)(i % 7) / 7;
+    }
+    for (uint32_t i = 6 * pixels; i < REFINED_FLOATS * pixels; i++)
+        part[i] = 3;
+    struct result_header header = result_of(pixels);
+    if (saved) save_part(run->save, &tile, &header, part);
+    adaptive_put(run->adaptive, &tile, part, header.cpu_s);
+}
+
+/* Passes follow one from the other as they did; tiles that overlap take their part of the time. */
+static void test_passes_come_back(void **state)
+{
+    struct run first, next;
+    run_open(&first, *state, 1e-3);
+    save_start(first.save, TILES, PIXELS);
+    render(&first, 0, EDGE, true);
+    render(&first, EDGE / 2, EDGE, true); /* one half of it is there already */
+    render(&first, EDGE, 2 * EDGE, true); /* a quarter */
+    render(&first, 0, EDGE, true);        /* all */
+    assert_true(adaptive_plan(first.adaptive));
+    render(&first, 0, EDGE, true);
+    render(&first, EDGE, 2 * EDGE, true);
+    assert_true(adaptive_plan(first.adaptive));
+    render(&first, 0, EDGE, true);
+    keep(first.save);
+    run_open(&next, *state, 1e-3);
+    struct save_found found = *save_found(next.save);
+    assert_true(found.records == 7 && found.tiles == 6 && found.pixels == PIXELS);
+    assert_int_equal(adaptive_passes(next.adaptive), 3);
+    assert_memory_equal(next.canvas.rgb, first.canvas.rgb, 3 * PIXELS * sizeof(float));
+    assert_true(fabs(adaptive_seconds(next.adaptive) - (1 + 0.5 + 0.75 + 3)) < 1e-12);
+    save_drop(next.save);
+    run_close(&first);
+    run_close(&next);
+}
+
+/* A part goes on top of what it was planned for: not where that is lost. */
+static void test_lost_below(void **state)
+{
+    struct scratch *s = *state;
+    struct run first, next;
+    run_open(&first, s, 1e-3);
+    save_start(first.save, TILES, PIXELS);
+    render(&first, 0, EDGE, false);
+    render(&first, EDGE / 2, EDGE, true);
+    render(&first, 2 * EDGE, EDGE, true);
+    keep(first.save);
+    run_open(&next, s, 1e-3);
+    assert_int_equal(save_found(next.save)->pixels, EDGE * EDGE);
+    assert_non_null(strstr(s->said, "cannot be used"));
+    save_drop(next.save);
+    run_close(&first);
+    run_close(&next);
+}
+
+/* Plans follow from the target, so it is part of what a journal belongs to. */
+static void test_other_target(void **state)
+{
+    struct scratch *s = *state;
+    struct run first, next;
+    run_open(&first, s, 1e-3);
+    save_start(first.save, TILES, PIXELS);
+    render(&first, 0, WIDTH, true);
+    keep(first.save);
+    run_open(&next, s, 2e-3);
+    assert_int_equal(save_found(next.save)->records, 0);
+    assert_non_null(strstr(s->said, "another picture"));
+    save_drop(next.save);
+    assert_int_equal(unlink(PATH ".1"), 0);
+    run_close(&first);
+    run_close(&next);
+}
+
+/* ---- where nothing can be written ---- */
+
+static bool has_copy(const char *folder)
+{
+    char path[64];
+    snprintf(path, sizeof path, "%s/a-%ld.journal", folder, (long)getpid());
+    return access(path, F_OK) == 0;
+}
+
+/* No file may have more than one tile of three: what is lost is told, the rest stands at the path that is
+ * told, and there is one copy of it however many places were tried. */
+static void test_no_room_anywhere(void **state)
+{
+    struct scratch *s = *state;
+    struct canvas whole, again;
+    struct rlimit before;
+    fill(&whole);
+    canvas_init(&again, WIDTH, EDGE);
+    assert_int_equal(mkdir("tmp", 0700) + setenv("TMPDIR", "tmp", 1), 0);
+    struct save *save = open_save(s, &whole, NULL);
+    signal(SIGXFSZ, SIG_IGN);
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &(struct rlimit){2 * EDGE * EDGE * 3 * sizeof(float),
+                                                              before.rlim_max}),
+                     0);
+    message_capture(s->said, sizeof s->said);
+    save_start(save, 0, 0); /* nothing is set aside */
+    for (uint32_t i = 0; i < TILES; i++)
+        save_at(save, i * EDGE, EDGE, 0);
+    struct save_kept kept = save_keep(save);
+    message_capture(NULL, 0);
+    setrlimit(RLIMIT_FSIZE, &before);
+    assert_false(kept.moved);
+    assert_true(kept.lost == 2 && kept.lost_pixels == 2 * EDGE * EDGE && kept.lost_s == 4);
+    unsigned copies = 0;
+    const char *folders[] = {".", "tmp", "/var/tmp", "/dev/shm"};
+    for (int i = 0; i < 4; i++)
+        copies += has_copy(folders[i]);
+    assert_int_equal(copies, 1);
+    save = open_at(s, kept.path, &again, NULL);
+    check_columns(&again, &whole, 0, EDGE);
+    save_drop(save);
+    assert_int_equal(unlink(PATH), 0); /* where there was no room */
+    free(kept.path);
+    canvas_free(&whole);
+    canvas_free(&again);
+}
+
+/* Its folder was removed: all goes to another one. */
+static void test_folder_is_gone(void **state)
+{
+    struct scratch *s = *state;
+    struct canvas whole, again;
+    fill(&whole);
+    canvas_init(&again, WIDTH, EDGE);
+    assert_int_equal(mkdir("there", 0700), 0);
+    struct save *save = save_open("there/" PATH, scene, &whole, NULL);
+    assert_non_null(save);
+    save_start(save, TILES, PIXELS);
+    save_at(save, 0, WIDTH, 0);
+    assert_int_equal(unlink("there/" PATH) + rmdir("there"), 0);
+    struct save_kept kept = save_keep(save);
+    assert_true(kept.moved && kept.lost == 0);
+    save = open_at(s, kept.path, &again, NULL);
+    check_columns(&again, &whole, 0, WIDTH);
+    save_drop(save);
+    free(kept.path);
+    canvas_free(&whole);
+    canvas_free(&again);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_tiles_come_back),  cmocka_unit_test(test_strange_records),
+        cmocka_unit_test(test_passes_come_back), cmocka_unit_test(test_lost_below),
+        cmocka_unit_test(test_other_target),     cmocka_unit_test(test_no_room_anywhere),
+        cmocka_unit_test(test_folder_is_gone),
+    };
+    return cmocka_run_group_tests(tests, open_all, close_all);
+}
