@@ -113,11 +113,12 @@ static void fill(struct picture *picture)
     uint64_t state = 1;
     size_t pixels = (size_t)picture->canvas.width * picture->canvas.height;
     for (size_t i = 0; i < pixels; i++) {
-        double speck = random_between(&state, 0, 1) < 0.01 ? 10 : 0.01;
+        double speck =
+            random_between(&state, 0, 1) < 0.02 ? pow(10, random_between(&state, -2, 1)) : 0.01;
         picture->level[i] = (uint8_t)(1 + 3 * random_between(&state, 0, 1));
         for (size_t c = 3 * i; c < 3 * i + 3; c++) {
             picture->canvas.rgb[c] =
-                (float)(random_between(&state, 0, 1) < 0.02 ? random_between(&state, 0, 1) : 0.5);
+                (float)(random_between(&state, 0, 1) < 0.05 ? random_between(&state, 0, 1) : 0.5);
             picture->difference[c] = random_between(&state, 0, 1) < 0.005
                                          ? NAN
                                          : (float)(speck * random_between(&state, 0, 1));

@@ -1,0 +1,94 @@
+/* Which pixels are worth more samples: the rule of master/adaptive.h, pixel by pixel and for all together. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "master/allocation.h"
+
+static bool is_about(double value, double wanted)
+{
+    return fabs(value - wanted) <= 1e-12 * wanted;
+}
+
+/* e / cost goes down by 2^5/2 with each doubling; what is at the limit is left alone. */
+static void test_doublings(void **state)
+{
+    (void)state;
+    for (unsigned count = 0; count <= 5; count++) {
+        double limit = 0.01, most = limit * exp2(2.5 * count);
+        assert_int_equal(allocation_doublings(0.999 * most, limit, LEVEL_MAX), count);
+        assert_int_equal(allocation_doublings(1.001 * most, limit, LEVEL_MAX), count + 1);
+        assert_int_equal(allocation_doublings(1.001 * most, limit, count), count);
+    }
+    assert_int_equal(allocation_doublings(1, 1, LEVEL_MAX), 0);
+    assert_int_equal(allocation_doublings(0, 0, LEVEL_MAX), 0);
+}
+
+/* Each doubling leaves 2^-3/2 of what halves tell; its effort is 2^EFFORT_POWER times that of the one before it.
+ * Not more of them than there are. */
+static void test_outcome(void **state)
+{
+    (void)state;
+    struct allocation *allocation = allocation_create();
+    allocation_add(allocation, 1, 3, 10, 5);
+    allocation_add(allocation, 1, 5, 20, 1); /* once at the most */
+    allocation_add(allocation, 1, 7, 30, 5);
+    assert_true(allocation_told(allocation) == 15);
+    struct allocation_outcome none = allocation_under(allocation, 2);
+    assert_true(none.left == 15 && none.effort == 0);
+    struct allocation_outcome twice = allocation_under(allocation, 0.1);
+    assert_true(is_about(twice.left, 5 * exp2(-1.5) + 10 * exp2(-3)));
+    assert_true(is_about(twice.effort, 20 + 40 * (1 + exp2(EFFORT_POWER))));
+    allocation_destroy(allocation);
+}
+
+/* The limit for a goal leaves no more than that; the next one would. */
+static void test_limit(void **state)
+{
+    (void)state;
+    struct allocation *allocation = allocation_create();
+    for (int i = 1; i < 40; i++)
+        allocation_add(allocation, exp2(-0.3 * i), i, 1, 3);
+    double most = allocation_told(allocation), least = allocation_under(allocation, 0).left;
+    for (double share = 0.1; share < 1; share += 0.1) {
+        double goal = share * most, limit = allocation_limit(allocation, goal);
+        double left = allocation_under(allocation, limit).left;
+        assert_true(left <= goal && allocation_under(allocation, 1.126 * limit).left > goal);
+        /* What can be reached exactly is. */
+        assert_true(allocation_under(allocation, allocation_limit(allocation, left)).left == left);
+    }
+    assert_true(allocation_limit(allocation, least) > 0);
+    assert_true(allocation_limit(allocation, 0.99 * least) == 0);
+    allocation_destroy(allocation);
+}
+
+/* A gain of nothing is not worth a sample, however small, and one beyond all pictures is; nothing is lost. */
+static void test_extremes(void **state)
+{
+    (void)state;
+    const double gains[] = {0, 1e-300, 0x1p-120, 0x1p99, 0x1p100, 1e300};
+    struct allocation *allocation = allocation_create();
+    for (int i = 0; i < 6; i++)
+        allocation_add(allocation, gains[i], exp2(i), 1, 1);
+    assert_true(allocation_told(allocation) == 63);
+    assert_true(allocation_under(allocation, HUGE_VAL).left == 63);
+    double least = allocation_under(allocation, 1e-30).left;
+    assert_true(is_about(least, 1 + 2 + 4 + (8 + 16 + 32) * exp2(-1.5)));
+    allocation_destroy(allocation);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_doublings),
+        cmocka_unit_test(test_outcome),
+        cmocka_unit_test(test_limit),
+        cmocka_unit_test(test_extremes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
