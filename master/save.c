@@ -118,8 +118,7 @@ static bool part_valid(struct save *save, const struct journal_record *record,
 {
     const struct tile *tile = &record->tile;
     const struct canvas *canvas = save->canvas;
-    if (record->bytes < sizeof *head ||
-        !tile_message_valid(tile, sizeof *tile, canvas->width, canvas->height) ||
+    if (!tile_message_valid(tile, sizeof *tile, canvas->width, canvas->height) ||
         !follow_pass(save->adaptive, tile->pass) ||
         record->bytes != part_bytes(adaptive_work(save->adaptive, tile).pixels))
         return false;
@@ -127,7 +126,8 @@ static bool part_valid(struct save *save, const struct journal_record *record,
     return head->plan == adaptive_plan_hash(save->adaptive, tile) && tile_head_valid(&head->tile);
 }
 
-/* Notes what was found; returns how many of its pixels are new. */
+/* Notes what was found; returns how many of its pixels are new. A tile that brings nothing new is not counted:
+ * it was written twice. */
 static uint32_t note(struct save *save, const struct journal_record *record,
                      const struct tile_head *head)
 {
@@ -144,7 +144,6 @@ static bool take_part(struct save *save, const struct journal_record *record)
     struct part_head head;
     if (!part_valid(save, record, &head)) return false;
     uint32_t pixels = note(save, record, &head.tile);
-    if (record->tile.pass == 0 && !pixels) return true;
     double part = record->tile.pass == 0 ? pixels / (double)tile_pixels(&record->tile) : 1;
     adaptive_put(save->adaptive, &record->tile,
                  (const void *)((const char *)record->payload + sizeof head),
@@ -152,14 +151,13 @@ static bool take_part(struct save *save, const struct journal_record *record)
     return true;
 }
 
-/* A tile that brings nothing new is not counted: it was written twice. */
 static bool take_record(void *state, const struct journal_record *record)
 {
     struct save *save = state;
     struct tile_head head;
     if (save->adaptive) return take_part(save, record);
     if (!record_valid(save->canvas, record, &head)) return false;
-    if (!note(save, record, &head)) return true;
+    note(save, record, &head);
     const char *rgb = (const char *)record->payload + sizeof head;
     canvas_put(save->canvas, &record->tile, (const void *)rgb);
     return true;

@@ -84,10 +84,12 @@ static void fill(struct canvas *canvas)
         canvas->rgb[i] = (float)(i + 1);
 }
 
+/* It took 2 s, and one more for each tile to the left of it. */
 static void save_at(struct save *save, uint32_t x, uint32_t w, uint32_t pass)
 {
     struct tile tile = tile_at(x, w, pass);
     struct result_header header = result_of(tile_pixels(&tile));
+    header.busy_s += x / EDGE;
     save_tile(save, &tile, &header);
 }
 
@@ -110,7 +112,7 @@ static void test_tiles_come_back(void **state)
     save_start(save, TILES, PIXELS);
     save_at(save, 0, EDGE, 0);
     save_at(save, EDGE, EDGE, 0);
-    save_at(save, 0, EDGE, 0); /* twice: it brings nothing new */
+    save_at(save, 0, 2 * EDGE, 0); /* it brings nothing new, and is what the others come to */
     keep(save);
     save = open_save(*state, &again, NULL);
     struct save_found found = *save_found(save);
@@ -121,30 +123,10 @@ static void test_tiles_come_back(void **state)
     assert_int_equal(save_use(save, &wider), EDGE * EDGE);
     /* A tile that is not there as a whole is rendered again, and what it took then is not counted. */
     struct found_sums sums = save_used(save);
-    assert_true(sums.busy_s == 2 && sums.cpu_s == 1 && sums.again_s == 2);
+    assert_true(sums.busy_s == 1 && sums.cpu_s == 0.5 && sums.again_s == 1);
     assert_true(sums.counts.rays[0] == 10 * EDGE * EDGE);
     save_drop(save);
     assert_int_equal(access(PATH, F_OK), -1);
-    canvas_free(&whole);
-    canvas_free(&again);
-}
-
-/* Records are checked like messages: a pass that is none of this run's, and a place outside of the picture. */
-static void test_strange_records(void **state)
-{
-    struct scratch *s = *state;
-    struct canvas whole, again;
-    fill(&whole);
-    canvas_init(&again, EDGE, EDGE);
-    struct save *save = open_save(s, &whole, NULL);
-    save_start(save, TILES, PIXELS);
-    save_at(save, 0, EDGE, 1);
-    save_at(save, EDGE, EDGE, 0);
-    keep(save);
-    save = open_save(s, &again, NULL);
-    assert_int_equal(save_found(save)->records, 0);
-    assert_non_null(strstr(s->said, "cannot be used"));
-    save_drop(save);
     canvas_free(&whole);
     canvas_free(&again);
 }
@@ -210,6 +192,7 @@ static void test_passes_come_back(void **state)
     assert_int_equal(adaptive_passes(next.adaptive), 3);
     assert_memory_equal(next.canvas.rgb, first.canvas.rgb, 3 * PIXELS * sizeof(float));
     assert_true(fabs(adaptive_seconds(next.adaptive) - (1 + 0.5 + 0.75 + 3)) < 1e-12);
+    assert_true(save_used(next.save).busy_s == 3 * 2); /* pass 0 is asked for tile by tile */
     save_drop(next.save);
     run_close(&first);
     run_close(&next);
@@ -232,6 +215,69 @@ static void test_lost_below(void **state)
     save_drop(next.save);
     run_close(&first);
     run_close(&next);
+}
+
+/* ---- records are checked like messages ---- */
+
+/* What no run has said of a tile. */
+static void make_strange(struct result_header *header, int way)
+{
+    if (way == 0) header->cpu_s = -1;
+    if (way == 1) header->cpu_s = (double)NAN;
+    if (way == 2) header->counts.truncation = (double)NAN;
+}
+
+/* A tile with such a header, of this place and pass, is not used by a run whose picture is so wide. */
+static void check_refused(struct scratch *s, bool adaptive, uint32_t x, uint32_t pass, int way,
+                          uint32_t width)
+{
+    static float part[REFINED_FLOATS * PIXELS];
+    struct tile tile = tile_at(x, EDGE, pass);
+    struct result_header header = result_of(tile_pixels(&tile));
+    make_strange(&header, way);
+    for (int again = 0; again < 2; again++) {
+        struct canvas canvas;
+        canvas_init(&canvas, again ? width : WIDTH, EDGE);
+        struct adaptive *plan = adaptive ? adaptive_create(&view, &canvas, 1e-3) : NULL;
+        struct save *save = open_save(s, &canvas, plan);
+        assert_int_equal(save_found(save)->records, 0);
+        assert_int_equal(strstr(s->said, "cannot be used") != NULL, again);
+        save_start(save, TILES, PIXELS);
+        if (again)
+            save_drop(save);
+        else if (adaptive)
+            save_part(save, &tile, &header, part), keep(save);
+        else
+            save_tile(save, &tile, &header), keep(save);
+        adaptive_destroy(plan);
+        canvas_free(&canvas);
+    }
+}
+
+static void test_strange_records(void **state)
+{
+    for (int adaptive = 0; adaptive < 2; adaptive++) {
+        for (int way = 0; way < 3; way++)
+            check_refused(*state, adaptive, 0, 0, way, WIDTH);
+        check_refused(*state, adaptive, EDGE, 0, -1, EDGE); /* outside of the picture */
+        check_refused(*state, adaptive, 0, 1, -1, WIDTH);   /* of a pass that is not due */
+    }
+}
+
+/* A disk that has not enough room is found out before anything is rendered. */
+static void test_room_is_looked_for(void **state)
+{
+    struct scratch *s = *state;
+    struct canvas canvas;
+    canvas_init(&canvas, WIDTH, EDGE);
+    struct save *save = open_save(s, &canvas, NULL);
+    assert_true(save_has_room(save, TILES, PIXELS));
+    message_capture(s->said, sizeof s->said);
+    assert_false(save_has_room(save, TILES, UINT64_C(1) << 58));
+    message_capture(NULL, 0);
+    assert_non_null(strstr(s->said, "free some space"));
+    save_drop(save);
+    canvas_free(&canvas);
 }
 
 /* Plans follow from the target, so it is part of what a journal belongs to. */
@@ -285,7 +331,7 @@ static void test_no_room_anywhere(void **state)
     message_capture(NULL, 0);
     setrlimit(RLIMIT_FSIZE, &before);
     assert_false(kept.moved);
-    assert_true(kept.lost == 2 && kept.lost_pixels == 2 * EDGE * EDGE && kept.lost_s == 4);
+    assert_true(kept.lost == 2 && kept.lost_pixels == 2 * EDGE * EDGE && kept.lost_s == 3 + 4);
     unsigned copies = 0;
     const char *folders[] = {".", "tmp", "/var/tmp", "/dev/shm"};
     for (int i = 0; i < 4; i++)
@@ -326,10 +372,10 @@ static void test_folder_is_gone(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_tiles_come_back),  cmocka_unit_test(test_strange_records),
-        cmocka_unit_test(test_passes_come_back), cmocka_unit_test(test_lost_below),
-        cmocka_unit_test(test_other_target),     cmocka_unit_test(test_no_room_anywhere),
-        cmocka_unit_test(test_folder_is_gone),
+        cmocka_unit_test(test_tiles_come_back),    cmocka_unit_test(test_strange_records),
+        cmocka_unit_test(test_room_is_looked_for), cmocka_unit_test(test_passes_come_back),
+        cmocka_unit_test(test_lost_below),         cmocka_unit_test(test_other_target),
+        cmocka_unit_test(test_no_room_anywhere),   cmocka_unit_test(test_folder_is_gone),
     };
     return cmocka_run_group_tests(tests, open_all, close_all);
 }
