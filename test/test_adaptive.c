@@ -525,7 +525,7 @@ static void test_part_of_a_pass(void **state)
     put(adaptive, columns(0, 12), (struct sent){1, 0, APART, {1, 1}}, 1);
     (void)adaptive_errors(adaptive, &pixels, &samples);
     assert_true(pixels == 12 * HIGH && samples == 4 * pixels);
-    assert_true(adaptive_foresee(adaptive, 0.01, 1.5) == HUGE_VAL);
+    assert_true(adaptive_foresee(adaptive, 1, 1.5) == HUGE_VAL);
     struct tile half_new = columns(8, 8);
     struct adaptive_work work = adaptive_work(adaptive, &half_new);
     assert_true(work.pixels == 8 * HIGH && work.samples == 4 * 4 * HIGH);
@@ -669,13 +669,38 @@ static void test_asked_again(void **state)
 {
     (void)state;
     struct canvas canvas;
+    double foreseen[250];
     struct adaptive *adaptive = begin_even(&canvas, 1024, EVEN / 1.5);
     assert_true(adaptive_plan(adaptive));
     put(adaptive, all, (struct sent){0.5f, 0, 0, {1, 1}}, 2);
     assert_true(!adaptive_plan(adaptive) && adaptive_is_met(adaptive));
-    double foreseen = foresee_doubling(adaptive, 0.05);
+    for (int i = 0; i < 250; i++)
+        foreseen[i] = adaptive_foresee(adaptive, 2e-4 * (i + 1), 1.5);
     assert_true(!adaptive_plan(adaptive) && adaptive_is_met(adaptive));
-    assert_true(foresee_doubling(adaptive, 0.05) == foreseen && adaptive_passes(adaptive) == 2);
+    for (int i = 0; i < 250; i++)
+        assert_true(adaptive_foresee(adaptive, 2e-4 * (i + 1), 1.5) == foreseen[i]);
+    assert_int_equal(adaptive_passes(adaptive), 2);
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
+}
+
+/* Where all halves agree by chance, contrasts ask for another pass, which then tells how it is. */
+static void test_agreement_by_chance(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 4096);
+    struct canvas canvas;
+    struct sent sent = {0, 0.25f, 0.1875f, {1, 1}};
+    canvas_init(&canvas, WIDE, HIGH);
+    struct adaptive *adaptive = adaptive_create(&view, &canvas, 0);
+    put(adaptive, all, sent, 1);
+    assert_true(adaptive_plan(adaptive));
+    sent.difference *= -4 * ALL / (float)adaptive_work(adaptive, &all).samples;
+    put(adaptive, all, sent, 1);
+    assert_true(adaptive_plan(adaptive));
+    put(adaptive, all, sent, 1);
+    double foreseen = adaptive_foresee(adaptive, 0.02, 1.5);
+    assert_true(foreseen > 0 && foreseen < HUGE_VAL);
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
 }
@@ -715,6 +740,7 @@ int main(void)
         cmocka_unit_test(test_seconds_of_a_doubling),
         cmocka_unit_test(test_promises_are_kept_in_mind),
         cmocka_unit_test(test_asked_again),
+        cmocka_unit_test(test_agreement_by_chance),
         cmocka_unit_test(test_nothing_left_to_double),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
