@@ -1,4 +1,4 @@
-/* What the master tells a renderer with a lot: MPI is played by this file. */
+/* What the master tells a renderer, and what it makes of its answers: MPI is played by this file. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -11,7 +11,9 @@
 
 #include "common/clock.h"
 #include "common/nap.h"
+#include "common/tray.h"
 #include "master/server.h"
+#include "test/fatal.h"
 #include "test/mpi_done.h"
 
 /* Renderer 0 is rank 0's own, 1 is the one that is told. */
@@ -19,14 +21,26 @@
 
 /* What was sent to renderer 1 since the last look. */
 static struct {
-    uint32_t lots;
-    struct lot_header headers[2];
+    uint32_t lots, notes, stops;
+    struct lot_header headers[4];
+    uint32_t drops, drop_messages;
+    struct drop drop[8 * LOT_TILES];
 } sent;
+
+/* What comes from it next. */
+static struct {
+    int tag; /* 0: nothing does */
+    size_t size;
+    char bytes[1 << 20];
+} letter;
 
 /* ---- the calls of master/post.c ---- */
 
 /* Any that is not MPI_REQUEST_NULL. */
 #define REQUEST ((MPI_Request)0x77000001)
+
+/* Where the next message goes: with one other rank there is one receive. */
+static char *receive;
 
 int MPI_Comm_size(MPI_Comm comm, int *size)
 {
@@ -38,9 +52,38 @@ int MPI_Comm_size(MPI_Comm comm, int *size)
 int MPI_Irecv(void *buffer, int count, MPI_Datatype type, int source, int tag, MPI_Comm comm,
               MPI_Request *request)
 {
-    (void)buffer, (void)count, (void)type, (void)source, (void)tag, (void)comm;
+    (void)count, (void)type, (void)source, (void)tag, (void)comm;
+    receive = buffer;
     *request = REQUEST;
     return MPI_SUCCESS;
+}
+
+int MPI_Testsome(int count, MPI_Request *requests, int *done, int *slots, MPI_Status *statuses)
+{
+    (void)count, (void)requests;
+    *done = letter.tag != 0;
+    if (!*done) return MPI_SUCCESS;
+    memcpy(receive, letter.bytes, letter.size);
+    slots[0] = 0;
+    statuses[0].MPI_SOURCE = 1;
+    statuses[0].MPI_TAG = letter.tag;
+    letter.tag = 0;
+    return MPI_SUCCESS;
+}
+
+int MPI_Get_count(const MPI_Status *status, MPI_Datatype type, int *count)
+{
+    (void)status, (void)type;
+    *count = (int)letter.size;
+    return MPI_SUCCESS;
+}
+
+static void note_drops(const struct drop *drops, size_t bytes)
+{
+    assert_true(drop_message_valid(drops, bytes));
+    memcpy(sent.drop + sent.drops, drops, bytes);
+    sent.drops += (uint32_t)(bytes / sizeof *drops);
+    sent.drop_messages++;
 }
 
 int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int tag, MPI_Comm comm,
@@ -48,15 +91,83 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
 {
     (void)type, (void)comm;
     *request = REQUEST;
-    if (tag != TAG_MASTER_TO_RENDERER_TILES) return MPI_SUCCESS;
     assert_int_equal(rank, 1);
-    assert_true(sent.lots < 2 && (size_t)count > sizeof *sent.headers);
+    sent.stops += tag == TAG_MASTER_TO_RENDERER_STOP;
+    sent.notes += tag == TAG_MASTER_TO_RENDERER_TRAY;
+    if (tag == TAG_MASTER_TO_RENDERER_DROP) note_drops(buffer, (size_t)count);
+    if (tag != TAG_MASTER_TO_RENDERER_TILES) return MPI_SUCCESS;
+    assert_true(sent.lots < 4 && (size_t)count > sizeof *sent.headers);
     memcpy(&sent.headers[sent.lots], buffer, sizeof *sent.headers);
     assert_true(lot_header_valid(&sent.headers[sent.lots++]));
     return MPI_SUCCESS;
 }
 
-/* ---- the tests ---- */
+/* ---- a farm of two renderers ---- */
+
+struct farm {
+    struct contact contacts[RENDERERS];
+    struct drops drops[RENDERERS];
+    struct renderer_stats stats[RENDERERS];
+    struct tray *trays[RENDERERS];
+    struct canvas canvas;
+    struct watch watch;
+    struct service service;
+    struct server server;
+};
+
+static struct farm *farm_open(const struct queue_config *config)
+{
+    struct farm *farm = calloc(1, sizeof *farm);
+    assert_non_null(farm);
+    canvas_init(&farm->canvas, config->width, config->height);
+    farm->service = (struct service){.queue = queue_create(config),
+                                     .canvas = &farm->canvas,
+                                     .watch = &farm->watch,
+                                     .trays = farm->trays,
+                                     .stats = farm->stats,
+                                     .patience = 60};
+    farm->server = (struct server){.service = &farm->service,
+                                   .start = clock_wall(),
+                                   .woken = clock_wall(),
+                                   .last_pass = true,
+                                   .first_remote = 1,
+                                   .renderers = RENDERERS,
+                                   .post = post_open(sizeof letter.bytes),
+                                   .contacts = farm->contacts,
+                                   .drops = farm->drops,
+                                   .message = calloc(TILES_MAX_BYTES, 1)};
+    assert_int_equal(pthread_mutex_init(&farm->server.lock, NULL), 0);
+    memset(&sent, 0, sizeof sent);
+    letter.tag = 0;
+    return farm;
+}
+
+static void farm_close(struct farm *farm)
+{
+    pthread_mutex_destroy(&farm->server.lock);
+    post_close(farm->server.post, true);
+    preview_free(&farm->server.preview);
+    queue_destroy(farm->service.queue);
+    canvas_free(&farm->canvas);
+    free(farm->server.sampled);
+    free(farm->server.message);
+    free(farm);
+}
+
+/* Seconds by which everything is overdue. */
+#define LONG_AFTER 1e3
+
+/* Renderer 0 asks for a lot, and finishes it; returns whether it got any. */
+static bool other_goes_on(struct farm *farm)
+{
+    struct queue *queue = farm->service.queue;
+    struct tile lot[LOT_TILES];
+    double now = server_elapsed(&farm->server);
+    uint32_t count = queue_next(queue, 0, now, lot);
+    for (uint32_t i = 0; i < count; i++)
+        queue_finish(queue, 0, lot[i].id, now, 1e-4);
+    return count > 0;
+}
 
 /* All that renderer 1 has is done, each tile in so many seconds of rendering. */
 static void finish_all(struct server *server, double seconds)
@@ -68,35 +179,45 @@ static void finish_all(struct server *server, double seconds)
             queue_finish(queue, 1, id, server_elapsed(server), seconds);
 }
 
+/* Renderer 1 was quick, has got many tiles, and does not answer: others may have them. */
+static void fall_silent(struct farm *farm)
+{
+    hand_out(&farm->server, 1);
+    finish_all(&farm->server, 1e-4);
+    hand_out(&farm->server, 1);
+    farm->server.start -= LONG_AFTER;
+    queue_look(farm->service.queue, server_elapsed(&farm->server));
+}
+
+/* A part of a RESULT for a tile that renderer 1 has, behind what is in the letter; of the pixels only the room
+ * is there. */
+static void write_part(const struct tile *tile, struct result_header header)
+{
+    header.tile_id = tile->id;
+    memcpy(letter.bytes + letter.size, &header, sizeof header);
+    if (header.pixels > tile_pixels(tile))
+        letter.size += sizeof header;
+    else
+        letter.size += result_bytes(tile, header.pixels, false);
+    assert_true(letter.size <= sizeof letter.bytes);
+}
+
+/* ---- the tests ---- */
 /* Whether renderer 1 is to call half way: before anything is known, and when each tile has taken it so long. */
 static void check_calls(enum schedule schedule, double seconds, bool calls)
 {
     const struct queue_config config = {
         .schedule = schedule, .width = 64, .height = 64, .renderers = RENDERERS, .tile_edge = 4};
-    struct contact contacts[RENDERERS] = {{0}};
-    struct tray *trays[RENDERERS] = {NULL};
-    struct service service = {.queue = queue_create(&config), .trays = trays};
-    struct server server = {.service = &service,
-                            .start = clock_wall(),
-                            .last_pass = true,
-                            .first_remote = 1,
-                            .renderers = RENDERERS,
-                            .post = post_open(sizeof(struct start)),
-                            .contacts = contacts,
-                            .message = calloc(TILES_MAX_BYTES, 1)};
-    assert_int_equal(pthread_mutex_init(&server.lock, NULL), 0);
+    struct farm *farm = farm_open(&config);
     for (int known = 0; known <= 1; known++) {
         sent.lots = 0;
-        hand_out(&server, 1);
+        hand_out(&farm->server, 1);
         assert_true(sent.lots > 0);
         for (uint32_t i = 0; i < sent.lots; i++)
             assert_int_equal(sent.headers[i].calls, known ? calls : 1);
-        finish_all(&server, seconds);
+        finish_all(&farm->server, seconds);
     }
-    pthread_mutex_destroy(&server.lock);
-    post_close(server.post, true);
-    queue_destroy(service.queue);
-    free(server.message);
+    farm_close(farm);
 }
 
 /* For the next lot, unless this one gives the master time to look of its own accord. */
@@ -114,25 +235,247 @@ static void test_who_is_silent(void **state)
     (void)state;
     const struct queue_config config = {
         .width = 64, .height = 64, .renderers = RENDERERS, .tile_edge = 4};
-    struct contact contacts[RENDERERS] = {{0}};
-    struct service service = {.queue = queue_create(&config), .patience = 60};
-    struct server server = {.service = &service,
-                            .first_remote = 1,
-                            .renderers = RENDERERS,
-                            .woken = clock_wall(),
-                            .contacts = contacts};
-    assert_int_equal(pthread_mutex_init(&server.lock, NULL), 0);
-    look_for_silence(&server);
-    assert_false(contacts[1].is_silent);
-    contacts[1].heard = -61;
+    struct farm *farm = farm_open(&config);
+    struct contact *contact = &farm->contacts[1];
+    look_for_silence(&farm->server);
+    assert_false(contact->is_silent);
+    contact->heard = -61;
     double begin = clock_wall();
-    look_for_silence(&server);
-    if (clock_wall() - begin < 0.001) assert_false(contacts[1].is_silent);
+    look_for_silence(&farm->server);
+    if (clock_wall() - begin < 0.001) assert_false(contact->is_silent);
     clock_sleep(0.05);
-    look_for_silence(&server);
-    assert_true(contacts[1].is_silent);
-    pthread_mutex_destroy(&server.lock);
-    queue_destroy(service.queue);
+    look_for_silence(&farm->server);
+    assert_true(contact->is_silent);
+    farm_close(farm);
+}
+
+/* ---- recalls ---- */
+
+static const struct queue_config small_tiles = {
+    .width = 128, .height = 64, .renderers = RENDERERS, .tile_edge = 4};
+
+/* How often it was told of this tile, that it is finished or that somebody else has it. */
+static unsigned count_told(uint32_t id, bool finished)
+{
+    unsigned count = 0;
+    for (uint32_t i = 0; i < sent.drops; i++)
+        count += sent.drop[i].tile_id == id && sent.drop[i].finished == finished;
+    return count;
+}
+
+/* In one turn of the loop it hears of all that others have done for it, once, in as few messages as may be. */
+static void test_recalls(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct queue *queue = farm->service.queue;
+    fall_silent(farm);
+    uint32_t holds = queue_holds(queue, 1);
+    assert_true(holds > DROP_TILES);
+    while (other_goes_on(farm))
+        ;
+    assert_true(queue_complete(queue));
+    tell_recalls(&farm->server);
+    struct tile tile;
+    uint32_t told = 0;
+    for (uint32_t id = 0; told < holds; id++) {
+        if (!queue_held(queue, 1, id, &tile)) continue;
+        assert_true(count_told(id, true) == 1 && count_told(id, false) <= 1);
+        told++;
+    }
+    assert_int_equal(sent.drop_messages, (sent.drops + DROP_TILES - 1) / DROP_TILES);
+    uint32_t drops = sent.drops;
+    tell_recalls(&farm->server);
+    assert_int_equal(sent.drops, drops);
+    farm_close(farm);
+}
+
+/* The first tile that renderer 1 has; false: it has none. */
+static bool first_held(const struct farm *farm, struct tile *tile)
+{
+    if (queue_holds(farm->service.queue, 1) == 0) return false;
+    uint32_t id = 0;
+    while (!queue_held(farm->service.queue, 1, id, tile))
+        id++;
+    return true;
+}
+
+/* What is in the letter comes from renderer 1. */
+static void arrive(struct farm *farm)
+{
+    letter.tag = TAG_RENDERER_TO_MASTER_RESULT;
+    memset(&sent, 0, sizeof sent);
+    assert_true(take_in(&farm->server));
+    letter.size = 0;
+}
+
+/* To one who does not answer messages do not pile up; when it does, it hears of the rest. */
+static void test_recalls_end(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct queue *queue = farm->service.queue;
+    struct tile tile;
+    fall_silent(farm);
+    while (!queue_recalls(queue))
+        assert_true(other_goes_on(farm));
+    farm->contacts[1].drops = 4 * LOT_TILES; /* two for each tile of two lots */
+    tell_recalls(&farm->server);
+    assert_int_equal(sent.drops, 0);
+    assert_true(first_held(farm, &tile));
+    write_part(&tile, (struct result_header){.pixels = tile_pixels(&tile), .busy_s = 1});
+    arrive(farm);
+    while (other_goes_on(farm))
+        ;
+    tell_recalls(&farm->server);
+    assert_true(sent.drops > 0);
+    farm_close(farm);
+}
+
+/* ---- trays ---- */
+
+/* Pass 0 is in, renderer 0 has done it; halves differ, so that all pixels are in the next one. */
+static void finish_first_pass(struct farm *farm)
+{
+    uint32_t pixels = farm->canvas.width * farm->canvas.height;
+    struct tile all = {.w = farm->canvas.width, .h = farm->canvas.height, .step = 1, .pass = 1};
+    float *part = calloc(pixels, 7 * sizeof *part);
+    for (uint32_t i = 3 * pixels; i < 6 * pixels; i++)
+        part[i] = 0.1f;
+    adaptive_put(farm->service.adaptive, &all, part, 1);
+    free(part);
+    assert_true(adaptive_plan(farm->service.adaptive));
+    while (other_goes_on(farm))
+        ;
+    queue_add(farm->service.queue, &all, 1, 1);
+}
+
+/* A lot goes through the tray if it is free, and has room: what a pass asks for of each pixel has not. */
+static void test_trays(void **state)
+{
+    (void)state;
+    struct view view = {.min_samples = 4, .max_samples = 64};
+    for (int refined = 0; refined <= 1; refined++) {
+        struct farm *farm = farm_open(&small_tiles);
+        struct tray *tray = aligned_alloc(64, sizeof *tray);
+        tray_init(tray);
+        farm->trays[1] = tray;
+        farm->service.adaptive = adaptive_create(&view, &farm->canvas, 1e-3);
+        if (refined) finish_first_pass(farm);
+        hand_out(&farm->server, 1);
+        assert_true(refined ? sent.lots == 1 && sent.notes == 0
+                            : sent.lots == 0 && sent.notes == TRAY_SLOTS);
+        adaptive_destroy(farm->service.adaptive);
+        free(tray);
+        farm_close(farm);
+    }
+}
+
+/* ---- who gets work when there is some ---- */
+
+/* Renderer 1 is at the last of its tiles, and nothing waits. */
+static void come_to_the_last(struct farm *farm)
+{
+    struct queue *queue = farm->service.queue;
+    struct tile tile;
+    do {
+        memset(&sent, 0, sizeof sent);
+        hand_out(&farm->server, 1);
+        while (queue_holds(queue, 1) > 1 && first_held(farm, &tile))
+            queue_finish(queue, 1, tile.id, server_elapsed(&farm->server), LONG_AFTER);
+    } while (sent.lots > 0);
+    assert_int_equal(queue_holds(queue, 1), 1);
+}
+
+/* Those who have one lot of the two that they may have, as nothing waited, get another when there is more. */
+static void test_news(void **state)
+{
+    (void)state;
+    const struct queue_config config = {
+        .width = 8, .height = 8, .renderers = RENDERERS, .tile_edge = 8};
+    struct farm *farm = farm_open(&config);
+    farm->contacts[1].is_ready = true;
+    come_to_the_last(farm);
+    hand_out_to_idle(&farm->server);
+    assert_int_equal(sent.lots, 0);
+    for (uint32_t i = 0; i < 8; i++)
+        queue_add(farm->service.queue, &(struct tile){.y = i, .w = 8, .h = 1, .step = 1}, 1, 1);
+    hand_out_to_idle(&farm->server);
+    assert_true(sent.lots > 0);
+    farm_close(farm);
+}
+
+/* ---- answers ---- */
+
+/* What is known of a renderer that leaves without a word: what it has brought into the picture. */
+static void test_answers_are_counted(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    const struct renderer_stats *stats = &farm->stats[1];
+    struct tile tile;
+    hand_out(&farm->server, 1);
+    for (uint32_t i = 1; i <= 2; i++) {
+        assert_true(first_held(farm, &tile));
+        write_part(&tile,
+                   (struct result_header){.pixels = 16, .start_s = 5 * i, .busy_s = 2, .cpu_s = 1});
+        arrive(farm);
+        assert_true(stats->tiles == i && stats->pixels == 16 * i);
+        assert_true(stats->busy_s == 2 * i && stats->cpu_s == i && stats->finish_s == 5 * i + 2);
+    }
+    farm_close(farm);
+}
+
+/* Probes are no part of the picture: they cost time, and that is all. */
+static void test_probes_are_not_counted(void **state)
+{
+    (void)state;
+    struct queue_config config = small_tiles;
+    config.probe_edge = 4;
+    struct farm *farm = farm_open(&config);
+    const struct renderer_stats *stats = &farm->stats[1];
+    struct tile tile;
+    hand_out(&farm->server, 1);
+    for (uint32_t id = 0; !queue_held(farm->service.queue, 1, id, &tile) || tile.pass == 0; id++)
+        assert_true(id < 1000);
+    write_part(&tile, (struct result_header){
+                          .pixels = tile_pixels(&tile), .start_s = 5, .busy_s = 2, .cpu_s = 1});
+    arrive(farm);
+    assert_true(stats->busy_s == 2 && stats->cpu_s == 1);
+    assert_true(stats->tiles == 0 && stats->pixels == 0 && stats->finish_s == 0);
+    farm_close(farm);
+}
+
+static void drop_unasked(void *state)
+{
+    struct farm *farm = state;
+    struct tile tile;
+    assert_true(first_held(farm, &tile));
+    write_part(&tile, (struct result_header){.pixels = RESULT_DROPPED});
+    arrive(farm);
+}
+
+static void send_too_much(void *state)
+{
+    struct farm *farm = state;
+    struct tile tile;
+    assert_true(first_held(farm, &tile));
+    write_part(&tile, (struct result_header){.pixels = tile_pixels(&tile), .busy_s = 1});
+    letter.size += 8;
+    arrive(farm);
+}
+
+/* A lot is dropped by who was told to, and an answer ends with its last tile. */
+static void test_wrong_answers(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    static const char said[] =
+        "farm: rank 0: renderer 1 sent a result for a tile that it was not asked for\n";
+    hand_out(&farm->server, 1);
+    assert_fatal(drop_unasked, farm, said);
+    assert_fatal(send_too_much, farm, said);
+    farm_close(farm);
 }
 
 int main(void)
@@ -140,6 +483,13 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_who_calls),
         cmocka_unit_test(test_who_is_silent),
+        cmocka_unit_test(test_recalls),
+        cmocka_unit_test(test_recalls_end),
+        cmocka_unit_test(test_trays),
+        cmocka_unit_test(test_news),
+        cmocka_unit_test(test_answers_are_counted),
+        cmocka_unit_test(test_probes_are_not_counted),
+        cmocka_unit_test(test_wrong_answers),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
