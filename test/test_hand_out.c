@@ -1,4 +1,5 @@
 /* What the master tells a renderer, and what it makes of its answers: MPI is played by this file. */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -21,10 +22,11 @@
 
 /* What was sent to renderer 1 since the last look. */
 static struct {
-    uint32_t lots, notes, stops;
+    uint32_t lots, notes, starts, stops;
     struct lot_header headers[4];
     uint32_t drops, drop_messages;
     struct drop drop[8 * LOT_TILES];
+    char lot[TILES_MAX_BYTES]; /* the last one */
 } sent;
 
 /* What comes from it next. */
@@ -63,7 +65,9 @@ int MPI_Testsome(int count, MPI_Request *requests, int *done, int *slots, MPI_St
     (void)count, (void)requests;
     *done = letter.tag != 0;
     if (!*done) return MPI_SUCCESS;
+    assert_non_null(receive);
     memcpy(receive, letter.bytes, letter.size);
+    receive = NULL; /* until there is another receive */
     slots[0] = 0;
     statuses[0].MPI_SOURCE = 1;
     statuses[0].MPI_TAG = letter.tag;
@@ -93,11 +97,13 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
     *request = REQUEST;
     assert_int_equal(rank, 1);
     sent.stops += tag == TAG_MASTER_TO_RENDERER_STOP;
+    sent.starts += tag == TAG_MASTER_TO_RENDERER_START;
     sent.notes += tag == TAG_MASTER_TO_RENDERER_TRAY;
     if (tag == TAG_MASTER_TO_RENDERER_DROP) note_drops(buffer, (size_t)count);
     if (tag != TAG_MASTER_TO_RENDERER_TILES) return MPI_SUCCESS;
     assert_true(sent.lots < 4 && (size_t)count > sizeof *sent.headers);
     memcpy(&sent.headers[sent.lots], buffer, sizeof *sent.headers);
+    memcpy(sent.lot, buffer, (size_t)count);
     assert_true(lot_header_valid(&sent.headers[sent.lots++]));
     return MPI_SUCCESS;
 }
@@ -285,6 +291,7 @@ static void test_recalls(void **state)
     }
     assert_int_equal(sent.drop_messages, (sent.drops + DROP_TILES - 1) / DROP_TILES);
     uint32_t drops = sent.drops;
+    assert_true(drops % DROP_TILES > 0); /* the last message is not full */
     tell_recalls(&farm->server);
     assert_int_equal(sent.drops, drops);
     farm_close(farm);
@@ -300,11 +307,22 @@ static bool first_held(const struct farm *farm, struct tile *tile)
     return true;
 }
 
-/* What is in the letter comes from renderer 1. */
+/* What is in the letter comes from renderer 1: results. */
 static void arrive(struct farm *farm)
 {
     letter.tag = TAG_RENDERER_TO_MASTER_RESULT;
     memset(&sent, 0, sizeof sent);
+    assert_true(take_in(&farm->server));
+    letter.size = 0;
+}
+
+/* Another message from it does. */
+static void arrive_as(struct farm *farm, int tag, const void *bytes, size_t size)
+{
+    memset(&sent, 0, sizeof sent);
+    memcpy(letter.bytes, bytes, size);
+    letter.tag = tag;
+    letter.size = size;
     assert_true(take_in(&farm->server));
     letter.size = 0;
 }
@@ -314,14 +332,13 @@ static void test_recalls_end(void **state)
 {
     (void)state;
     struct farm *farm = farm_open(&small_tiles);
-    struct queue *queue = farm->service.queue;
     struct tile tile;
     fall_silent(farm);
-    while (!queue_recalls(queue))
+    for (int i = 0; i < 10; i++)
         assert_true(other_goes_on(farm));
-    farm->contacts[1].drops = 4 * LOT_TILES; /* two for each tile of two lots */
+    farm->contacts[1].drops = 4 * LOT_TILES - 1; /* two for each tile of two lots, but one */
     tell_recalls(&farm->server);
-    assert_int_equal(sent.drops, 0);
+    assert_int_equal(sent.drops, 1);
     assert_true(first_held(farm, &tile));
     write_part(&tile, (struct result_header){.pixels = tile_pixels(&tile), .busy_s = 1});
     arrive(farm);
@@ -350,6 +367,20 @@ static void finish_first_pass(struct farm *farm)
     queue_add(farm->service.queue, &all, 1, 1);
 }
 
+/* Whether the last lot is one tile, of which all pixels get samples. */
+static bool is_refined_lot(void)
+{
+    struct lot_header header;
+    struct tile tile;
+    static struct refinement refinements[TILE_MAX_PIXELS];
+    memcpy(&header, sent.lot, sizeof header);
+    const char *at = sent.lot + sizeof header + lot_tells_bytes(header.tells);
+    memcpy(&tile, at, sizeof tile);
+    memcpy(refinements, at + sizeof tile, tile_pixels(&tile) * sizeof *refinements);
+    return refinements_valid(refinements, tile_pixels(&tile), LEVEL_MAX) &&
+           refinements_sampled(refinements, tile_pixels(&tile)) == tile_pixels(&tile);
+}
+
 /* A lot goes through the tray if it is free, and has room: what a pass asks for of each pixel has not. */
 static void test_trays(void **state)
 {
@@ -363,8 +394,10 @@ static void test_trays(void **state)
         farm->service.adaptive = adaptive_create(&view, &farm->canvas, 1e-3);
         if (refined) finish_first_pass(farm);
         hand_out(&farm->server, 1);
-        assert_true(refined ? sent.lots == 1 && sent.notes == 0
-                            : sent.lots == 0 && sent.notes == TRAY_SLOTS);
+        if (refined)
+            assert_true(sent.lots == 1 && sent.notes == 0 && is_refined_lot());
+        else
+            assert_true(sent.lots == 0 && sent.notes == 2 && slots_find(&tray->lots) == -1);
         adaptive_destroy(farm->service.adaptive);
         free(tray);
         farm_close(farm);
@@ -394,14 +427,39 @@ static void test_news(void **state)
     const struct queue_config config = {
         .width = 8, .height = 8, .renderers = RENDERERS, .tile_edge = 8};
     struct farm *farm = farm_open(&config);
-    farm->contacts[1].is_ready = true;
     come_to_the_last(farm);
     hand_out_to_idle(&farm->server);
-    assert_int_equal(sent.lots, 0);
+    assert_true(sent.lots == 0 && !farm->contacts[1].is_idle);
     for (uint32_t i = 0; i < 8; i++)
         queue_add(farm->service.queue, &(struct tile){.y = i, .w = 8, .h = 1, .step = 1}, 1, 1);
     hand_out_to_idle(&farm->server);
-    assert_true(sent.lots > 0);
+    assert_int_equal(sent.lots, 0); /* it has not said that it is ready */
+    farm->contacts[1].is_ready = true;
+    farm->server.news = 0;
+    hand_out_to_idle(&farm->server);
+    assert_true(sent.lots > 0 && farm->server.news == queue_news(farm->service.queue));
+    while (queue_holds(farm->service.queue, 1) > 0) {
+        assert_false(farm->contacts[1].is_idle);
+        finish_all(&farm->server, LONG_AFTER);
+        memset(&sent, 0, sizeof sent);
+        hand_out(&farm->server, 1);
+    }
+    assert_true(farm->contacts[1].is_idle);
+    farm_close(farm);
+}
+
+/* It hears once that it is to stop, and nothing of work afterwards, even when it reports for work only then. */
+static void test_stop(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    const struct ready ready = {.rank = 1, .host = "host"};
+    tell_stop(&farm->server, 1);
+    tell_stop(&farm->server, 1);
+    assert_int_equal(sent.stops, 1);
+    arrive_as(farm, TAG_RENDERER_TO_MASTER_READY, &ready, sizeof ready);
+    assert_true(farm->contacts[1].is_ready && sent.starts == 0 && sent.lots == 0);
+    assert_string_equal(farm->stats[1].host, "host");
     farm_close(farm);
 }
 
@@ -415,14 +473,59 @@ static void test_answers_are_counted(void **state)
     const struct renderer_stats *stats = &farm->stats[1];
     struct tile tile;
     hand_out(&farm->server, 1);
-    for (uint32_t i = 1; i <= 2; i++) {
+    for (uint32_t i = 1; i <= 9; i++) {
         assert_true(first_held(farm, &tile));
-        write_part(&tile,
-                   (struct result_header){.pixels = 16, .start_s = 5 * i, .busy_s = 2, .cpu_s = 1});
+        write_part(
+            &tile,
+            (struct result_header){
+                .pixels = 16, .start_s = 5 * i, .busy_s = 2, .cpu_s = 1, .counts = {.rays = {3}}});
+        size_t bytes = letter.size;
         arrive(farm);
-        assert_true(stats->tiles == i && stats->pixels == 16 * i);
+        assert_true(stats->tiles == i && stats->pixels == 16 * i && stats->bytes == bytes * i);
         assert_true(stats->busy_s == 2 * i && stats->cpu_s == i && stats->finish_s == 5 * i + 2);
+        assert_true(stats->counts.rays[0] == 3 * i && farm->service.counts.rays[0] == 3 * i);
     }
+    assert_true(farm->service.messages == 9 && farm->server.pixels == 16 * 9);
+    assert_int_equal(farm->service.answers, 2); /* one of eight is measured */
+    farm_close(farm);
+}
+
+/* A tile that was dropped before it was begun was no rendering; one that takes long may be back already. */
+static void test_what_is_not_finished(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct tile tile, back;
+    fall_silent(farm);
+    assert_true(first_held(farm, &back));
+    write_part(&back, (struct result_header){.pixels = 16, .start_s = 5, .busy_s = 2});
+    arrive(farm);
+    write_part(&back, (struct result_header){.pixels = RESULT_UNFINISHED, .busy_s = 1});
+    arrive(farm);
+    while (other_goes_on(farm))
+        ;
+    assert_true(first_held(farm, &tile));
+    uint32_t holds = queue_holds(farm->service.queue, 1);
+    write_part(&tile, (struct result_header){.pixels = RESULT_DROPPED, .start_s = 9});
+    arrive(farm);
+    assert_int_equal(queue_holds(farm->service.queue, 1), holds - 1);
+    assert_true(farm->stats[1].finish_s == 7 && farm->stats[1].tiles == 1);
+    farm_close(farm);
+}
+
+/* It is heard of, and counted when it has said goodbye. */
+static void test_goodbye(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct contact *contact = &farm->contacts[1];
+    farm->server.awake = 3;
+    arrive_as(farm, TAG_RENDERER_TO_MASTER_PONG, NULL, 0);
+    assert_true(contact->heard == 3 && sent.lots == 0);
+    farm->service.ending = true;
+    const struct renderer_stats stats = {.rank = 1, .tiles = 5, .host = "host"};
+    arrive_as(farm, TAG_RENDERER_TO_MASTER_STATS, &stats, sizeof stats);
+    assert_true(contact->is_gone && farm->server.left == 1 && farm->stats[1].tiles == 5);
     farm_close(farm);
 }
 
@@ -446,35 +549,85 @@ static void test_probes_are_not_counted(void **state)
     farm_close(farm);
 }
 
-static void drop_unasked(void *state)
+/* Messages that make no sense, from a renderer that has tiles. */
+enum wrong {
+    DROP_UNASKED,
+    RESULT_TOO_LONG,
+    RESULT_TOO_SHORT,
+    RESULT_WITHOUT_PIXELS,
+    RESULT_EMPTY,
+    RESULT_OF_OTHERS,
+    UNFINISHED_IN_NO_TIME,
+    TRAY_EMPTY,
+    READY_AGAIN,
+    STATS_EARLY,
+    PONG_LONG,
+    OTHER_KIND
+};
+
+struct attempt {
+    struct farm *farm;
+    enum wrong wrong;
+};
+
+static void send_result(struct farm *farm, enum wrong wrong)
 {
-    struct farm *farm = state;
     struct tile tile;
     assert_true(first_held(farm, &tile));
-    write_part(&tile, (struct result_header){.pixels = RESULT_DROPPED});
+    struct result_header header = {.pixels = 16, .busy_s = 1};
+    if (wrong == DROP_UNASKED) header.pixels = RESULT_DROPPED;
+    if (wrong == UNFINISHED_IN_NO_TIME)
+        header.pixels = RESULT_UNFINISHED, header.busy_s = (double)NAN;
+    if (wrong == RESULT_OF_OTHERS) tile.id = 9999;
+    write_part(&tile, header);
+    if (wrong == RESULT_TOO_LONG) letter.size += 8;
+    if (wrong == RESULT_WITHOUT_PIXELS) letter.size = sizeof header;
+    if (wrong == RESULT_TOO_SHORT) letter.size = sizeof header - 8;
+    if (wrong == RESULT_EMPTY) letter.size = 0;
     arrive(farm);
 }
 
-static void send_too_much(void *state)
+static void try_wrong(void *state)
 {
-    struct farm *farm = state;
-    struct tile tile;
-    assert_true(first_held(farm, &tile));
-    write_part(&tile, (struct result_header){.pixels = tile_pixels(&tile), .busy_s = 1});
-    letter.size += 8;
-    arrive(farm);
+    const struct attempt *it = state;
+    const struct ready ready = {.rank = 1};
+    const struct tray_note note = {0, 8};
+    const struct renderer_stats stats = {.rank = 1};
+    if (it->wrong < TRAY_EMPTY) send_result(it->farm, it->wrong);
+    if (it->wrong == TRAY_EMPTY)
+        arrive_as(it->farm, TAG_RENDERER_TO_MASTER_TRAY, &note, sizeof note);
+    if (it->wrong == READY_AGAIN)
+        arrive_as(it->farm, TAG_RENDERER_TO_MASTER_READY, &ready, sizeof ready);
+    if (it->wrong == STATS_EARLY)
+        arrive_as(it->farm, TAG_RENDERER_TO_MASTER_STATS, &stats, sizeof stats);
+    if (it->wrong == PONG_LONG) arrive_as(it->farm, TAG_RENDERER_TO_MASTER_PONG, "", 1);
+    if (it->wrong == OTHER_KIND) arrive_as(it->farm, 99, "", 0);
 }
 
-/* A lot is dropped by who was told to, and an answer ends with its last tile. */
-static void test_wrong_answers(void **state)
+/* They end the run, with a line that says so. */
+static void test_wrong_messages(void **state)
 {
     (void)state;
+    static const char *const said[] = {
+        [RESULT_EMPTY] = "renderer 1 sent a result for a tile that it was not asked for",
+        [TRAY_EMPTY] = "renderer 1 told of a result where there is none",
+        [READY_AGAIN] = "renderer 1 reported for work in a way that makes no sense",
+        [STATS_EARLY] = "renderer 1 sent statistics that make no sense",
+        [PONG_LONG] = "rank 1 sent a message of unknown kind 9",
+        [OTHER_KIND] = "rank 1 sent a message of unknown kind 99"};
     struct farm *farm = farm_open(&small_tiles);
-    static const char said[] =
-        "farm: rank 0: renderer 1 sent a result for a tile that it was not asked for\n";
+    struct tray *tray = aligned_alloc(64, sizeof *tray);
+    tray_init(tray);
+    farm->trays[1] = tray;
+    farm->contacts[1].is_ready = true;
     hand_out(&farm->server, 1);
-    assert_fatal(drop_unasked, farm, said);
-    assert_fatal(send_too_much, farm, said);
+    for (enum wrong wrong = 0; wrong <= OTHER_KIND; wrong++) {
+        char line[256];
+        snprintf(line, sizeof line, "farm: rank 0: %s\n",
+                 said[wrong < TRAY_EMPTY ? RESULT_EMPTY : wrong]);
+        assert_fatal(try_wrong, &(struct attempt){farm, wrong}, line);
+    }
+    free(tray);
     farm_close(farm);
 }
 
@@ -487,9 +640,12 @@ int main(void)
         cmocka_unit_test(test_recalls_end),
         cmocka_unit_test(test_trays),
         cmocka_unit_test(test_news),
+        cmocka_unit_test(test_stop),
         cmocka_unit_test(test_answers_are_counted),
         cmocka_unit_test(test_probes_are_not_counted),
-        cmocka_unit_test(test_wrong_answers),
+        cmocka_unit_test(test_what_is_not_finished),
+        cmocka_unit_test(test_goodbye),
+        cmocka_unit_test(test_wrong_messages),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
