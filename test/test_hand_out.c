@@ -513,6 +513,27 @@ static void test_what_is_not_finished(void **state)
     farm_close(farm);
 }
 
+/* What lies in the tray is taken, and its place is free again. */
+static void test_answer_in_a_tray(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct tray *tray = aligned_alloc(64, sizeof *tray);
+    struct tile tile;
+    tray_init(tray);
+    farm->trays[1] = tray;
+    hand_out(&farm->server, 1);
+    assert_true(first_held(farm, &tile));
+    write_part(&tile, (struct result_header){.pixels = 16, .busy_s = 1});
+    const struct tray_note note = {1, (uint32_t)letter.size};
+    memcpy(tray->result[1], letter.bytes, letter.size);
+    slots_fill(&tray->results, 1);
+    arrive_as(farm, TAG_RENDERER_TO_MASTER_TRAY, &note, sizeof note);
+    assert_true(farm->stats[1].tiles == 1 && !slots_full(&tray->results, 1));
+    free(tray);
+    farm_close(farm);
+}
+
 /* It is heard of, and counted when it has said goodbye. */
 static void test_goodbye(void **state)
 {
@@ -520,7 +541,7 @@ static void test_goodbye(void **state)
     struct farm *farm = farm_open(&small_tiles);
     struct contact *contact = &farm->contacts[1];
     farm->server.awake = 3;
-    arrive_as(farm, TAG_RENDERER_TO_MASTER_PONG, NULL, 0);
+    arrive_as(farm, TAG_RENDERER_TO_MASTER_PONG, "", 0);
     assert_true(contact->heard == 3 && sent.lots == 0);
     farm->service.ending = true;
     const struct renderer_stats stats = {.rank = 1, .tiles = 5, .host = "host"};
@@ -549,9 +570,10 @@ static void test_probes_are_not_counted(void **state)
     farm_close(farm);
 }
 
-/* Messages that make no sense, from a renderer that has tiles. */
+/* Messages that make no sense, from a renderer that has tiles, some of which others have, too. */
 enum wrong {
     DROP_UNASKED,
+    DROPPED_IN_NO_TIME,
     RESULT_TOO_LONG,
     RESULT_TOO_SHORT,
     RESULT_WITHOUT_PIXELS,
@@ -573,11 +595,16 @@ struct attempt {
 static void send_result(struct farm *farm, enum wrong wrong)
 {
     struct tile tile;
-    assert_true(first_held(farm, &tile));
     struct result_header header = {.pixels = 16, .busy_s = 1};
+    uint32_t id = 0;
+    while (!queue_held(farm->service.queue, 1, id, &tile) ||
+           queue_recalled(farm->service.queue, 1, id) != (wrong == DROPPED_IN_NO_TIME))
+        id++;
     if (wrong == DROP_UNASKED) header.pixels = RESULT_DROPPED;
+    if (wrong == DROPPED_IN_NO_TIME) header.pixels = RESULT_DROPPED, header.busy_s = (double)NAN;
     if (wrong == UNFINISHED_IN_NO_TIME)
         header.pixels = RESULT_UNFINISHED, header.busy_s = (double)NAN;
+    if (wrong == RESULT_TOO_SHORT) header.pixels = RESULT_UNFINISHED;
     if (wrong == RESULT_OF_OTHERS) tile.id = 9999;
     write_part(&tile, header);
     if (wrong == RESULT_TOO_LONG) letter.size += 8;
@@ -620,7 +647,9 @@ static void test_wrong_messages(void **state)
     tray_init(tray);
     farm->trays[1] = tray;
     farm->contacts[1].is_ready = true;
-    hand_out(&farm->server, 1);
+    fall_silent(farm);
+    while (!queue_recalls(farm->service.queue))
+        assert_true(other_goes_on(farm));
     for (enum wrong wrong = 0; wrong <= OTHER_KIND; wrong++) {
         char line[256];
         snprintf(line, sizeof line, "farm: rank 0: %s\n",
@@ -644,6 +673,7 @@ int main(void)
         cmocka_unit_test(test_answers_are_counted),
         cmocka_unit_test(test_probes_are_not_counted),
         cmocka_unit_test(test_what_is_not_finished),
+        cmocka_unit_test(test_answer_in_a_tray),
         cmocka_unit_test(test_goodbye),
         cmocka_unit_test(test_wrong_messages),
     };

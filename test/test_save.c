@@ -6,7 +6,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
-#include "master/journal.h"
+#include "common/clock.h"
 #include "master/save.h"
 
 #define PATH "a.journal"
@@ -113,7 +113,9 @@ static void test_tiles_come_back(void **state)
     save_at(save, 0, EDGE, 0);
     save_at(save, EDGE, EDGE, 0);
     save_at(save, 0, 2 * EDGE, 0); /* it brings nothing new, and is what the others come to */
+    double begin = clock_wall();
     keep(save);
+    assert_true(clock_wall() - begin < 0.9); /* the thread would have looked after a second */
     save = open_save(*state, &again, NULL);
     struct save_found found = *save_found(save);
     assert_true(found.records == 3 && found.tiles == 2 && found.pixels == 2 * EDGE * EDGE);
