@@ -114,17 +114,14 @@ void hand_out(struct server *server, uint32_t renderer)
     struct queue *queue = server->service->queue;
     struct tile tiles[LOT_TILES];
     uint32_t count;
-    bool over;
     do {
         pthread_mutex_lock(&server->lock);
         count = queue_next(queue, renderer, server_elapsed(server), tiles);
         size_t bytes = put_lot(server, renderer, tiles, count, server->message);
-        over = server_is_through(server, renderer);
         server->contacts[renderer].is_idle = queue_holds(queue, renderer) == 0;
         pthread_mutex_unlock(&server->lock);
         if (count > 0) send_lot(server, renderer, bytes);
     } while (count > 0);
-    if (over) tell_stop(server, renderer);
 }
 
 void hand_out_start(struct server *server, uint32_t renderer)
@@ -139,12 +136,11 @@ void hand_out_to_idle(struct server *server)
     pthread_mutex_lock(&server->lock);
     uint64_t news = queue_news(server->service->queue);
     bool due = news != server->news || server_elapsed(server) >= queue_wake(server->service->queue);
-    bool complete = queue_complete(server->service->queue);
     if (due) queue_look(server->service->queue, server_elapsed(server));
-    bool all = news != server->news || complete;
+    bool all = news != server->news;
     server->news = news;
     pthread_mutex_unlock(&server->lock);
-    if (!due && !complete) return;
+    if (!due) return;
     for (uint32_t i = server->first_remote; i < server->renderers; i++) {
         const struct contact *contact = &server->contacts[i];
         if ((all || contact->is_idle) && contact->is_ready && !contact->is_told)

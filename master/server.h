@@ -116,7 +116,7 @@ void accept_probes(struct server *server, uint32_t renderer, const struct tile *
 /* The answer to READY, and the first lots. */
 void hand_out_start(struct server *server, uint32_t renderer);
 
-/* Gives a remote renderer all the lots that it may hold, or tells it that there are no more. */
+/* Gives a remote renderer all the lots that it may hold. */
 void hand_out(struct server *server, uint32_t renderer);
 
 /* The same for those who have nothing to do, when there may be something. */
