@@ -588,6 +588,28 @@ static void test_dear_pixels_get_less(void **state)
     }
 }
 
+/* What a pixel costs is what all of its samples took, not the last ones. */
+static void test_cost_of_all_samples(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 4096);
+    struct canvas canvas;
+    struct refinement left, right;
+    struct tile left_one = {.w = 1, .h = 1, .step = 1},
+                right_one = {.x = 12, .w = 1, .h = 1, .step = 1};
+    canvas_init(&canvas, WIDE, HIGH);
+    struct adaptive *adaptive = adaptive_create(&view, &canvas, 1e-3);
+    put(adaptive, all, (struct sent){0.5f, 0, APART, {1, 32}}, 1);
+    assert_true(adaptive_plan(adaptive));
+    put(adaptive, all, (struct sent){0.5f, 0, APART, {1, 1}}, 1);
+    assert_true(adaptive_plan(adaptive));
+    adaptive_take(adaptive, &left_one, &left);
+    adaptive_take(adaptive, &right_one, &right);
+    assert_true(right.from > 1 && right.to < left.to);
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
+}
+
 /* Whoever plans otherwise has another hash: other levels, at other places. */
 static void test_plans_are_told_apart(void **state)
 {
@@ -736,6 +758,7 @@ int main(void)
         cmocka_unit_test(test_part_of_a_pass),
         cmocka_unit_test(test_work_of_a_pass),
         cmocka_unit_test(test_dear_pixels_get_less),
+        cmocka_unit_test(test_cost_of_all_samples),
         cmocka_unit_test(test_plans_are_told_apart),
         cmocka_unit_test(test_seconds_of_a_doubling),
         cmocka_unit_test(test_promises_are_kept_in_mind),
