@@ -145,6 +145,7 @@ static struct farm *farm_open(const struct queue_config *config)
     assert_int_equal(pthread_mutex_init(&farm->server.lock, NULL), 0);
     memset(&sent, 0, sizeof sent);
     letter.tag = 0;
+    letter.size = 0;
     return farm;
 }
 
@@ -208,7 +209,42 @@ static void write_part(const struct tile *tile, struct result_header header)
     assert_true(letter.size <= sizeof letter.bytes);
 }
 
+/* The first tile that renderer 1 has; false: it has none. */
+static bool first_held(const struct farm *farm, struct tile *tile)
+{
+    if (queue_holds(farm->service.queue, 1) == 0) return false;
+    uint32_t id = 0;
+    while (!queue_held(farm->service.queue, 1, id, tile))
+        id++;
+    return true;
+}
+
+/* What is in the letter comes from renderer 1: results. */
+static void arrive(struct farm *farm)
+{
+    letter.tag = TAG_RENDERER_TO_MASTER_RESULT;
+    memset(&sent, 0, sizeof sent);
+    assert_true(take_in(&farm->server));
+    letter.size = 0;
+}
+
+/* Another message from it does. */
+static void arrive_as(struct farm *farm, int tag, const void *bytes, size_t size)
+{
+    memset(&sent, 0, sizeof sent);
+    memcpy(letter.bytes, bytes, size);
+    letter.tag = tag;
+    letter.size = size;
+    assert_true(take_in(&farm->server));
+    letter.size = 0;
+}
+
+/* So many that lots are large. */
+static const struct queue_config small_tiles = {
+    .width = 128, .height = 64, .renderers = RENDERERS, .tile_edge = 4};
+
 /* ---- the tests ---- */
+
 /* Whether renderer 1 is to call half way: before anything is known, and when each tile has taken it so long. */
 static void check_calls(enum schedule schedule, double seconds, bool calls)
 {
@@ -257,9 +293,6 @@ static void test_who_is_silent(void **state)
 
 /* ---- recalls ---- */
 
-static const struct queue_config small_tiles = {
-    .width = 128, .height = 64, .renderers = RENDERERS, .tile_edge = 4};
-
 /* How often it was told of this tile, that it is finished or that somebody else has it. */
 static unsigned count_told(uint32_t id, bool finished)
 {
@@ -295,36 +328,6 @@ static void test_recalls(void **state)
     tell_recalls(&farm->server);
     assert_int_equal(sent.drops, drops);
     farm_close(farm);
-}
-
-/* The first tile that renderer 1 has; false: it has none. */
-static bool first_held(const struct farm *farm, struct tile *tile)
-{
-    if (queue_holds(farm->service.queue, 1) == 0) return false;
-    uint32_t id = 0;
-    while (!queue_held(farm->service.queue, 1, id, tile))
-        id++;
-    return true;
-}
-
-/* What is in the letter comes from renderer 1: results. */
-static void arrive(struct farm *farm)
-{
-    letter.tag = TAG_RENDERER_TO_MASTER_RESULT;
-    memset(&sent, 0, sizeof sent);
-    assert_true(take_in(&farm->server));
-    letter.size = 0;
-}
-
-/* Another message from it does. */
-static void arrive_as(struct farm *farm, int tag, const void *bytes, size_t size)
-{
-    memset(&sent, 0, sizeof sent);
-    memcpy(letter.bytes, bytes, size);
-    letter.tag = tag;
-    letter.size = size;
-    assert_true(take_in(&farm->server));
-    letter.size = 0;
 }
 
 /* To one who does not answer messages do not pile up; when it does, it hears of the rest. */
