@@ -451,6 +451,37 @@ static void test_news(void **state)
     farm_close(farm);
 }
 
+/* Renderer 1 has nothing to do, and had better not take what another one is about to finish: it gets it when that
+ * is overdue, though nothing has come. */
+static void test_idle_get_what_is_overdue(void **state)
+{
+    (void)state;
+    const struct queue_config config = {.width = 32, .height = 32, .renderers = 4, .tile_edge = 8};
+    struct farm *farm = farm_open(&config);
+    struct queue *queue = farm->service.queue;
+    struct tile lot[LOT_TILES];
+    farm->contacts[1].is_ready = true;
+    uint32_t count = queue_next(queue, 0, 0, lot);
+    for (int i = 0; i < 100; i++)
+        queue_served(queue, 10, 0); /* an answer is dear: so is a short lot */
+    for (uint32_t i = 1; i < count; i++)
+        queue_finish(queue, 0, lot[i].id, 100, 10);
+    while (queue_count(queue).finished < queue_count(queue).tiles - 1) {
+        count = queue_next(queue, 2, 100, lot);
+        for (uint32_t i = 0; i < count; i++)
+            queue_finish(queue, 2, lot[i].id, 100, 10);
+    }
+    farm->server.start -= 100;
+    hand_out(&farm->server, 1);
+    hand_out_to_idle(&farm->server);
+    double wake = queue_wake(queue);
+    assert_true(sent.lots == 0 && wake > 100 && wake < HUGE_VAL);
+    farm->server.start -= wake - 100;
+    hand_out_to_idle(&farm->server);
+    assert_true(sent.lots > 0 && queue_wake(queue) > wake);
+    farm_close(farm);
+}
+
 /* It hears once that it is to stop, and nothing of work afterwards, even when it reports for work only then. */
 static void test_stop(void **state)
 {
@@ -672,6 +703,7 @@ int main(void)
         cmocka_unit_test(test_recalls_end),
         cmocka_unit_test(test_trays),
         cmocka_unit_test(test_news),
+        cmocka_unit_test(test_idle_get_what_is_overdue),
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_answers_are_counted),
         cmocka_unit_test(test_probes_are_not_counted),
