@@ -43,7 +43,7 @@ struct adaptive {
     float *rays;                   /* of each pixel, per sample: what it costs */
     uint8_t *level;                /* of each pixel */
     uint8_t *next;                 /* which the pass brings it to */
-    float *error; /* expected squared error of each pixel, when the pass was planned */
+    double *error; /* expected squared error of each pixel, when the pass was planned */
 };
 
 static size_t pixel_count(const struct adaptive *adaptive)
@@ -195,22 +195,29 @@ static double effort_of(const struct adaptive *adaptive, size_t pixel)
 
 static double gain_of(const struct adaptive *adaptive, size_t pixel)
 {
-    return (double)adaptive->error[pixel] / cost_of(adaptive, pixel);
+    return adaptive->error[pixel] / cost_of(adaptive, pixel);
+}
+
+static double expected_sum(const struct adaptive *adaptive)
+{
+    size_t pixels = pixel_count(adaptive);
+    double sum = 0;
+    for (size_t i = 0; i < pixels; i++)
+        sum += adaptive->error[i];
+    return sum;
 }
 
 /* All pixels, and what their halves tell; where these tell nothing (told: of all of them), what is
  * expected, as contrasts may still hide something. */
 static struct allocation *allocate_all(const struct adaptive *adaptive, double told)
 {
-    struct allocation *allocation = allocation_create();
     size_t pixels = pixel_count(adaptive);
-    for (size_t i = 0; i < pixels; i++) {
-        double error = (double)adaptive->error[i];
-        if (error < HUGE_VAL)
-            allocation_add(allocation, gain_of(adaptive, i),
-                           told > 0 ? error_of(adaptive, i) : error, effort_of(adaptive, i),
-                           adaptive->last - adaptive->level[i]);
-    }
+    double sum = told > 0 ? told : expected_sum(adaptive);
+    struct allocation *allocation = allocation_create(sum / (double)pixels);
+    for (size_t i = 0; i < pixels; i++)
+        allocation_add(allocation, gain_of(adaptive, i),
+                       told > 0 ? error_of(adaptive, i) : adaptive->error[i],
+                       effort_of(adaptive, i), adaptive->last - adaptive->level[i]);
     return allocation;
 }
 
@@ -379,7 +386,7 @@ struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct
         if (!(after > before)) continue;
         work.pixels++;
         work.samples += (uint64_t)(after - before);
-        work.removed += (double)adaptive->error[i] * (1 - power(before / after));
+        work.removed += adaptive->error[i] * (1 - power(before / after));
     }
     /* Pass 0 takes tiles as a whole. */
     if (adaptive->passes == 1) work.pixels = pixels;

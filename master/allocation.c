@@ -8,22 +8,28 @@
 
 /*
  * e / cost of the pixels, in bins of an eighth of a power of two: of each bin and number of levels
- * that its pixels can still go up, the sums of what their halves tell and of the effort. Beyond the ends
- * lies what no picture has.
+ * that its pixels can still go up, the sums of what their halves tell and of the effort. Octaves are counted
+ * from that of a common error, so that pictures of any brightness are planned alike. Beyond the ends lies
+ * what no picture has.
  */
-enum { BINS_PER_OCTAVE = 8, OCTAVE_MIN = -120, OCTAVE_MAX = 100 };
-enum { BINS = (OCTAVE_MAX - OCTAVE_MIN) * BINS_PER_OCTAVE };
+enum { BINS_PER_OCTAVE = 8, OCTAVE_MIN = -120, OCTAVES = 220 };
+enum { BINS = OCTAVES * BINS_PER_OCTAVE };
 
 struct allocation {
+    int octave_min;
     double told[BINS][LEVEL_MAX + 1];
     double efforts[BINS][LEVEL_MAX + 1];
     bool used[BINS];
     double all_told;
 };
 
-struct allocation *allocation_create(void)
+struct allocation *allocation_create(double error)
 {
-    return allocate_zeroed(1, sizeof(struct allocation));
+    struct allocation *allocation = allocate_zeroed(1, sizeof *allocation);
+    int exponent = 1;
+    if (error > 0 && error < HUGE_VAL) frexp(error, &exponent);
+    allocation->octave_min = OCTAVE_MIN + exponent - 1;
+    return allocation;
 }
 
 void allocation_destroy(struct allocation *allocation)
@@ -31,27 +37,28 @@ void allocation_destroy(struct allocation *allocation)
     free(allocation);
 }
 
-/* The bin's upper end: all in it is below. */
-static double bin_end(int bin)
+/* The bin's upper end: nothing in it is above, and all is above its lower end, so that what a limit of that takes
+ * in goes up at least once. */
+static double bin_end(const struct allocation *allocation, int bin)
 {
     int octave = bin / BINS_PER_OCTAVE, part = bin % BINS_PER_OCTAVE + 1;
-    return ldexp(1 + (double)part / BINS_PER_OCTAVE, octave + OCTAVE_MIN);
+    return ldexp(1 + (double)part / BINS_PER_OCTAVE, octave + allocation->octave_min);
 }
 
-static int bin_of(double gain)
+static int bin_of(const struct allocation *allocation, double gain)
 {
     int exponent;
-    double mantissa = 2 * frexp(gain, &exponent) - 1; /* 0 .. 1 */
-    exponent--;
-    if (!(gain > 0) || exponent < OCTAVE_MIN) return 0;
-    if (exponent >= OCTAVE_MAX) return BINS - 1;
-    return (exponent - OCTAVE_MIN) * BINS_PER_OCTAVE + (int)(mantissa * BINS_PER_OCTAVE);
+    double mantissa = 2 * frexp(nextafter(gain, 0), &exponent) - 1; /* 0 .. 1 */
+    int octave = exponent - 1 - allocation->octave_min;
+    if (!(gain > 0) || octave < 0) return 0;
+    if (octave >= OCTAVES) return BINS - 1;
+    return octave * BINS_PER_OCTAVE + (int)(mantissa * BINS_PER_OCTAVE);
 }
 
 void allocation_add(struct allocation *allocation, double gain, double told, double effort,
                     unsigned most)
 {
-    int bin = bin_of(gain);
+    int bin = bin_of(allocation, gain);
     allocation->told[bin][most] += told;
     allocation->efforts[bin][most] += effort;
     allocation->used[bin] = true;
@@ -79,7 +86,7 @@ struct allocation_outcome allocation_under(const struct allocation *allocation, 
     const double growth = exp2(EFFORT_POWER);
     for (int bin = 0; bin < BINS; bin++) {
         if (!allocation->used[bin]) continue;
-        unsigned most = allocation_doublings(bin_end(bin), limit, LEVEL_MAX);
+        unsigned most = allocation_doublings(bin_end(allocation, bin), limit, LEVEL_MAX);
         double factor = 1, more = 0;
         for (unsigned k = 0; k <= LEVEL_MAX; k++) {
             sum.left += factor * allocation->told[bin][k];
@@ -97,10 +104,10 @@ double allocation_limit(const struct allocation *allocation, double goal)
     int low = -1, high = BINS - 1; /* low leaves little enough (or nothing does), high too much */
     while (high - low > 1) {
         int middle = low + (high - low) / 2;
-        if (allocation_under(allocation, bin_end(middle)).left <= goal)
+        if (allocation_under(allocation, bin_end(allocation, middle)).left <= goal)
             low = middle;
         else
             high = middle;
     }
-    return low < 0 ? 0 : bin_end(low);
+    return low < 0 ? 0 : bin_end(allocation, low);
 }

@@ -14,7 +14,9 @@
 
 struct allocation;
 
-struct allocation *allocation_create(void);
+/* error: what a pixel's squared error is like, the mean, say; > 0, or nothing is known of it. Gains of 2^-120
+ * to 2^100 of that are told from each other. */
+struct allocation *allocation_create(double error);
 void allocation_destroy(struct allocation *allocation);
 
 /*

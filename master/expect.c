@@ -164,7 +164,7 @@ static void find_contrasts(struct band *band, uint32_t y)
     contrast_of_row(rows, band->width, band->largest, band->across);
 }
 
-static void expect_row(struct band *band, uint32_t y, float *error)
+static void expect_row(struct band *band, uint32_t y, double *error)
 {
     const struct sampled *pixels = band->pixels;
     find_variances(band, y);
@@ -178,24 +178,24 @@ static void expect_row(struct band *band, uint32_t y, float *error)
         double own = own_error(pixels->difference + 3 * i) * power;
         if (own > SURPRISE * (around + across))
             band->surprise[x / BLOCK_EDGE] += own / (BLOCK_EDGE * BLOCK_EDGE);
-        error[i] = (float)((around + across) / power + missed);
+        error[i] = (around + across) / power + missed;
     }
 }
 
 /* What surprises there may still be. */
-static void expect_surprises(const struct band *band, uint32_t y, float *error)
+static void expect_surprises(const struct band *band, uint32_t y, double *error)
 {
     const struct sampled *pixels = band->pixels;
     for (uint32_t x = 0; x < band->width; x++) {
         size_t i = (size_t)y * band->width + x;
         double power = pixels->levels->power[pixels->level[i]];
-        error[i] += (float)(band->surprise[x / BLOCK_EDGE] / power);
+        error[i] += band->surprise[x / BLOCK_EDGE] / power;
     }
 }
 
 struct expectation {
     const struct sampled *pixels;
-    float *error;
+    double *error;
 };
 
 static void expect_band(void *context, uint32_t number)
@@ -218,7 +218,7 @@ static void expect_band(void *context, uint32_t number)
     band_free(&band);
 }
 
-void expect_errors(const struct sampled *pixels, struct crew *crew, float *error)
+void expect_errors(const struct sampled *pixels, struct crew *crew, double *error)
 {
     struct expectation it = {pixels, error};
     crew_share(crew, band_count(pixels->canvas), expect_band, &it);

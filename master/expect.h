@@ -34,6 +34,6 @@ struct sampled {
 double own_error(const float *difference);
 
 /* Sets the expected squared error of every pixel. */
-void expect_errors(const struct sampled *pixels, struct crew *crew, float *error);
+void expect_errors(const struct sampled *pixels, struct crew *crew, double *error);
 
 #endif

@@ -289,6 +289,36 @@ static void test_tiles_do_not_matter(void **state)
     drop(&first);
 }
 
+static double light = 1;
+
+static double lit_ball(double x, double y)
+{
+    return light * ball(x, y);
+}
+
+/* The same picture in another unit of light is planned alike, sample for sample: squares of errors would leave the
+ * range of floats. */
+static void test_brightness_does_not_matter(void **state)
+{
+    (void)state;
+    static uint32_t wanted[PIXELS];
+    const double lights[] = {1, 0x1p80, 0x1p-80};
+    struct view view = view_of(4, 1024);
+    unsigned passes = 0;
+    for (int i = 0; i < 3; i++) {
+        struct result result;
+        light = lights[i];
+        run(&result, lit_ball, &view, 0.002 * light, 16, false);
+        assert_true(adaptive_is_met(result.adaptive));
+        if (i == 0) memcpy(wanted, sampled, sizeof wanted);
+        if (i == 0) passes = result.passes;
+        assert_int_equal(result.passes, passes);
+        assert_memory_equal(sampled, wanted, sizeof wanted);
+        drop(&result);
+    }
+    assert_true(passes > 2);
+}
+
 /* The target is met as claimed, and for much less than with the same number everywhere. */
 static void check_target(scene_function *f, const double truth[PIXELS], double target,
                          uint32_t min_samples)
@@ -746,6 +776,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_flat_needs_one_pass),
         cmocka_unit_test(test_tiles_do_not_matter),
+        cmocka_unit_test(test_brightness_does_not_matter),
         cmocka_unit_test(test_targets_are_met),
         cmocka_unit_test(test_wire_is_followed),
         cmocka_unit_test(test_max_samples_end_it),

@@ -34,7 +34,7 @@ static void test_doublings(void **state)
 static void test_outcome(void **state)
 {
     (void)state;
-    struct allocation *allocation = allocation_create();
+    struct allocation *allocation = allocation_create(1);
     allocation_add(allocation, 1, 3, 10, 5);
     allocation_add(allocation, 1, 5, 20, 1); /* once at the most */
     allocation_add(allocation, 1, 7, 30, 5);
@@ -51,7 +51,7 @@ static void test_outcome(void **state)
 static void test_limit(void **state)
 {
     (void)state;
-    struct allocation *allocation = allocation_create();
+    struct allocation *allocation = allocation_create(1);
     for (int i = 1; i < 40; i++)
         allocation_add(allocation, exp2(-0.3 * i), i, 1, 3);
     double most = allocation_told(allocation), least = allocation_under(allocation, 0).left;
@@ -72,7 +72,7 @@ static void test_extremes(void **state)
 {
     (void)state;
     const double gains[] = {0, 1e-300, 0x1p-120, 0x1p99, 0x1p100, 1e300};
-    struct allocation *allocation = allocation_create();
+    struct allocation *allocation = allocation_create(1);
     for (int i = 0; i < 6; i++)
         allocation_add(allocation, gains[i], exp2(i), 1, 1);
     assert_true(allocation_told(allocation) == 63);
@@ -82,13 +82,49 @@ static void test_extremes(void **state)
     allocation_destroy(allocation);
 }
 
+/* Pixels that are all alike, with a gain where two bins meet: what is reckoned with comes. */
+static void test_alike(void **state)
+{
+    (void)state;
+    for (int eighths = 8; eighths < 16; eighths++) {
+        double gain = eighths / 64.0;
+        struct allocation *allocation = allocation_create(1);
+        allocation_add(allocation, gain, 1, 1, LEVEL_MAX);
+        double limit = allocation_limit(allocation, 0.5);
+        assert_true(allocation_under(allocation, limit).left == exp2(-1.5));
+        assert_int_equal(allocation_doublings(gain, limit, LEVEL_MAX), 1);
+        allocation_destroy(allocation);
+    }
+}
+
+/* In units of 2^k all is the same, bit for bit. */
+static void test_brightness(void **state)
+{
+    (void)state;
+    const int powers[] = {-400, -160, 150, 300};
+    for (int i = 0; i < 4; i++) {
+        double unit = ldexp(1, powers[i]);
+        struct allocation *plain = allocation_create(5), *scaled = allocation_create(5 * unit);
+        for (int k = 1; k < 40; k++) {
+            allocation_add(plain, exp2(-0.3 * k), k, 1, 3);
+            allocation_add(scaled, exp2(-0.3 * k) * unit, k * unit, 1, 3);
+        }
+        double limit = allocation_limit(plain, 100);
+        assert_true(limit > 0 && allocation_limit(scaled, 100 * unit) == limit * unit);
+        struct allocation_outcome left = allocation_under(plain, limit),
+                                  scaled_left = allocation_under(scaled, limit * unit);
+        assert_true(scaled_left.left == left.left * unit && scaled_left.effort == left.effort);
+        allocation_destroy(plain);
+        allocation_destroy(scaled);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_doublings),
-        cmocka_unit_test(test_outcome),
-        cmocka_unit_test(test_limit),
-        cmocka_unit_test(test_extremes),
+        cmocka_unit_test(test_doublings), cmocka_unit_test(test_outcome),
+        cmocka_unit_test(test_limit),     cmocka_unit_test(test_extremes),
+        cmocka_unit_test(test_alike),     cmocka_unit_test(test_brightness),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -88,7 +88,7 @@ static double expected(const struct picture *picture, int64_t x, int64_t y, doub
     return (v + across) / picture->levels.power[level] + (largest + across) / (samples * samples);
 }
 
-static void check_square(const struct picture *picture, const float *error, int64_t left,
+static void check_square(const struct picture *picture, const double *error, int64_t left,
                          int64_t top)
 {
     int64_t right = left + 32, bottom = top + 32;
@@ -102,7 +102,7 @@ static void check_square(const struct picture *picture, const float *error, int6
             int64_t i = y * picture->canvas.width + x;
             double e = expected(picture, x, y, &part);
             e += surprise / picture->levels.power[picture->level[i]];
-            assert_true(fabs((double)error[i] - e) <= 1e-5 * e);
+            assert_true(fabs(error[i] - e) <= 1e-12 * e);
         }
     }
 }
@@ -136,7 +136,7 @@ static void check_size(uint32_t width, uint32_t height)
     picture.level = allocate(pixels, 1);
     levels_init(&picture.levels, &view);
     fill(&picture);
-    float *error = allocate(pixels, sizeof *error);
+    double *error = allocate(pixels, sizeof *error);
     struct sampled sampled = {&picture.canvas, picture.difference, picture.level, &picture.levels};
     struct crew *crew = crew_gather(2);
     expect_errors(&sampled, crew, error);
