@@ -29,6 +29,19 @@ same() {
 }
 check "rank 0 only serves" same
 
+# A light without colour is left out, or not: no pixel gets other samples.
+dark() {
+    cp "$DATA"/star.* "$DATA"/parts.nff . &&
+        { cat "$SCENE"; printf '[light dark]\nposition = 0 9 0\ncolor = 0 0 0\n'; } >dark.ini || return 1
+    for variant in auto full; do
+        run 0 farm_n 2 dark.ini farm.variant=$variant output.image=$variant.pfm \
+            sampling.target_error=0.006 || return 1
+    done
+    grep -q '"lights": 2' auto.json && grep -q '"lights": 3' full.json && cmp auto.pfm full.pfm &&
+        cmp reference.pfm full.pfm
+}
+check "a light without colour" dark
+
 # Against many more samples, of other pixels of a wider picture with the same view: independent ones.
 # The rows of a run hold together with a chance of 95 %; what this seedless run gives does not change.
 check "a reference" run 0 farm_n 2 "$SCENE" image.width=1097 image.region="500 0 97 61" \

@@ -181,10 +181,11 @@ static INLINED void flush_lit(struct renderer *renderer, bool flat)
     renderer->facing_count = 0;
 }
 
-static INLINED void add_facing(struct renderer *renderer, uint32_t point, uint32_t light, bool flat)
+static INLINED void add_facing(struct renderer *renderer, uint32_t point, uint32_t light,
+                               uint32_t counts, bool flat)
 {
     uint32_t slot = renderer->points.slot[point], i = renderer->facing_count++;
-    renderer->paths[flat ? slot : renderer->owner[slot]].traced++;
+    renderer->paths[flat ? slot : renderer->owner[slot]].traced += counts;
     renderer->facing[i] = (struct facing){point, light};
     /* Field by field: a whole ray would be copied from where it has only just been put together. */
     struct ray *ray = &renderer->shadow_rays[i];
@@ -212,10 +213,12 @@ static INLINED void light_points(struct renderer *renderer, bool flat)
     if (points->count == 0) return;
     for (uint32_t k = 0; k < renderer->scene->lights.count; k++) {
         if (renderer->facing_count + points->count > WAVE) flush_lit(renderer, flat);
+        /* What a pixel costs decides on its samples: the same without lights that can be left out. */
+        uint32_t counts = !vec_is_zero(lights[k].color);
         points_face(points, &lights[k], &renderer->faced);
         for (uint32_t i = 0; i < points->count; i++)
             if (renderer->faced.faces[i] != 0 && is_shown(renderer, i, flat))
-                add_facing(renderer, i, k, flat);
+                add_facing(renderer, i, k, counts, flat);
     }
     flush_lit(renderer, flat);
 }
