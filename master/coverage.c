@@ -19,6 +19,16 @@ void coverage_free(struct coverage *coverage)
     *coverage = (struct coverage){0};
 }
 
+static bool has(const struct coverage *coverage, uint64_t pixel)
+{
+    return coverage->bits[pixel / WORD_BITS] >> pixel % WORD_BITS & 1;
+}
+
+bool coverage_has(const struct coverage *coverage, uint32_t x, uint32_t y)
+{
+    return has(coverage, (uint64_t)y * coverage->width + x);
+}
+
 static uint64_t pixel_index(const struct coverage *coverage, const struct tile *tile, uint32_t k)
 {
     uint32_t x, y;
@@ -51,9 +61,7 @@ uint32_t coverage_remove(struct coverage *coverage, const struct tile *tile)
 uint32_t coverage_count(const struct coverage *coverage, const struct tile *tile)
 {
     uint32_t pixels = tile_pixels(tile), count = 0;
-    for (uint32_t k = 0; k < pixels; k++) {
-        uint64_t i = pixel_index(coverage, tile, k);
-        count += (uint32_t)(coverage->bits[i / WORD_BITS] >> i % WORD_BITS & 1);
-    }
+    for (uint32_t k = 0; k < pixels; k++)
+        count += has(coverage, pixel_index(coverage, tile, k));
     return count;
 }

@@ -24,6 +24,9 @@ uint32_t coverage_add(struct coverage *coverage, const struct tile *tile);
 /* The opposite; returns how many of its pixels were. */
 uint32_t coverage_remove(struct coverage *coverage, const struct tile *tile);
 
+/* Whether this pixel of the region is finished. */
+bool coverage_has(const struct coverage *coverage, uint32_t x, uint32_t y);
+
 /* How many pixels of the tile, which lies in the region, are finished. */
 uint32_t coverage_count(const struct coverage *coverage, const struct tile *tile);
 

@@ -10,14 +10,22 @@ void found_init(struct found *found, uint32_t width, uint32_t height)
     *found = (struct found){0};
     coverage_init(&found->used, width, height);
     coverage_init(&found->unused, width, height);
+    coverage_init(&found->all, width, height);
+}
+
+void found_close(struct found *found)
+{
+    struct coverage all = found->all;
+    coverage_free(&found->used);
+    coverage_free(&found->unused);
+    free(found->tiles);
+    *found = (struct found){.all = all};
 }
 
 void found_free(struct found *found)
 {
-    coverage_free(&found->used);
-    coverage_free(&found->unused);
-    free(found->tiles);
-    *found = (struct found){0};
+    found_close(found);
+    coverage_free(&found->all);
 }
 
 uint32_t found_add(struct found *found, const struct found_tile *tile)
@@ -27,7 +35,9 @@ uint32_t found_add(struct found *found, const struct found_tile *tile)
         found->tiles = reallocate(found->tiles, found->room, sizeof *found->tiles);
     }
     found->tiles[found->count++] = *tile;
-    return tile->tile.pass > 0 ? 0 : coverage_add(&found->unused, &tile->tile);
+    if (tile->tile.pass > 0) return 0;
+    coverage_add(&found->all, &tile->tile);
+    return coverage_add(&found->unused, &tile->tile);
 }
 
 uint32_t found_use(struct found *found, const struct tile *tile)

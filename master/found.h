@@ -22,6 +22,7 @@ struct found_tile {
 struct found {
     struct coverage used;   /* pixels that need no rendering */
     struct coverage unused; /* the other ones that were found */
+    struct coverage all;    /* both */
     struct found_tile *tiles;
     size_t count, room;
 };
@@ -29,6 +30,9 @@ struct found {
 /* For a region of so many pixels. */
 void found_init(struct found *found, uint32_t width, uint32_t height);
 void found_free(struct found *found);
+
+/* Frees all but the coverage of all pixels that were found: nothing more is to be used or summed up. */
+void found_close(struct found *found);
 
 /* One more, which lies in the region; returns how many of its pixels had not been found yet. In passes
  * after the first, where those are 0, it counts as a whole. */

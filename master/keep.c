@@ -119,7 +119,10 @@ bool keep(struct run *run, const char *then)
     bool plainly = starts_plainly(run);
     char *command = command_line(run->arguments, plainly ? run->processes : 1, journal);
     struct queue_count count = queue_count(run->queue);
-    char *saved = what_is_saved(run, count.pixels_finished - kept.lost_pixels);
+    /* Pieces of tiles can be lost that are not counted as finished. */
+    uint64_t lost =
+        kept.lost_pixels < count.pixels_finished ? kept.lost_pixels : count.pixels_finished;
+    char *saved = what_is_saved(run, count.pixels_finished - lost);
     if (kept.lost)
         user_error(NULL, 0, "%llu finished tiles (%.1f s of rendering) could be saved nowhere",
                    (unsigned long long)kept.lost, kept.lost_s);

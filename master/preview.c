@@ -66,7 +66,8 @@ void preview_complete(struct preview *preview)
     free(order);
 }
 
-void preview_fill(const struct preview *preview, struct canvas *canvas, const struct tile *tile)
+void preview_fill(const struct preview *preview, struct canvas *canvas, const struct tile *tile,
+                  const struct coverage *there)
 {
     if (preview->edge == 0) return;
     uint32_t pixels = tile_pixels(tile);
@@ -74,7 +75,7 @@ void preview_fill(const struct preview *preview, struct canvas *canvas, const st
         uint32_t x, y;
         tile_pixel(tile, k, &x, &y);
         const float *color = block_of(preview, x, y);
-        if (isnan(color[0])) continue;
+        if (isnan(color[0]) || (there && coverage_has(there, x, y))) continue;
         memcpy(canvas->rgb + 3 * ((size_t)y * canvas->width + x), color, 3 * sizeof *color);
     }
 }

@@ -6,6 +6,7 @@
 #define FARM_MASTER_PREVIEW_H
 
 #include "master/canvas.h"
+#include "master/coverage.h"
 
 /* All zero: nothing is known. */
 struct preview {
@@ -24,7 +25,9 @@ void preview_put(struct preview *preview, uint32_t width, uint32_t height, const
  * and up or down). */
 void preview_complete(struct preview *preview);
 
-/* Fills the pixels of a tile with the colours of their blocks; those without one stay as they are. */
-void preview_fill(const struct preview *preview, struct canvas *canvas, const struct tile *tile);
+/* Fills the pixels of a tile with the colours of their blocks; those without one stay as they are, and those that
+ * are there already (NULL: none is). */
+void preview_fill(const struct preview *preview, struct canvas *canvas, const struct tile *tile,
+                  const struct coverage *there);
 
 #endif

@@ -59,7 +59,7 @@ struct save {
     struct canvas *canvas;
     struct adaptive *adaptive; /* NULL: all samples of a pixel are taken at once */
     struct save_found found;
-    struct found tiles; /* that were found; until the start */
+    struct found tiles; /* that were found; from the start on only which pixels */
 
     /* Shared by all threads, under lock. */
     pthread_mutex_t lock;
@@ -358,6 +358,11 @@ struct found_sums save_used(struct save *save)
     return found_sum(&save->tiles);
 }
 
+const struct coverage *save_there(const struct save *save)
+{
+    return save ? &save->tiles.all : NULL;
+}
+
 /* The queue may split tiles: four times as many are a lot. What passes there will be behind the one
  * in work nobody knows. */
 static uint64_t bytes_to_come(const struct save *save, uint64_t tiles, uint64_t pixels)
@@ -380,7 +385,7 @@ bool save_has_room(const struct save *save, uint32_t tiles, uint64_t pixels)
 void save_start(struct save *save, uint32_t tiles, uint64_t pixels)
 {
     pthread_condattr_t monotonic;
-    found_free(&save->tiles);
+    found_close(&save->tiles);
     save->reserve = tiles ? bytes_to_come(save, tiles, pixels) : 0;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
@@ -440,10 +445,11 @@ static bool move_to(struct save *save, const char *folder, const char *name)
     return moved;
 }
 
-static bool rescue(struct save *save)
+static void rescue(struct save *save)
 {
     const char *temporary = getenv("TMPDIR");
-    const char *folders[] = {".", temporary ? temporary : "/tmp", "/var/tmp", "/dev/shm"};
+    const char *folders[] = {".", temporary && *temporary ? temporary : "/tmp", "/var/tmp",
+                             "/dev/shm"};
     char *name = path_stem(journal_path(save->journal));
     bool moved = false;
     char *rescued = NULL; /* a copy that did not take all either: the next one takes its place */
@@ -459,14 +465,16 @@ static bool rescue(struct save *save)
     }
     free(rescued);
     free(name);
-    return moved;
 }
 
 struct save_kept save_keep(struct save *save)
 {
     struct save_kept kept = {0};
     end_thread(save);
-    if (!is_safe(save)) kept.moved = rescue(save);
+    char *asked = copy_text(journal_path(save->journal));
+    if (!is_safe(save)) rescue(save);
+    kept.moved = strcmp(asked, journal_path(save->journal)) != 0; /* even if not all went along */
+    free(asked);
     for (size_t i = 0; i < save->waiting.count; i++)
         kept.lost_s += save->waiting.items[i].seconds;
     kept.lost = save->waiting.count;

@@ -48,6 +48,10 @@ uint32_t save_use(struct save *save, const struct tile *tile);
 /* What that comes to, as found_sum(); once, until save_start(). */
 struct found_sums save_used(struct save *save);
 
+/* Pixels that an earlier run has left, also those that are rendered again with the rest of their tiles; as long
+ * as the save lives. NULL where save is. */
+const struct coverage *save_there(const struct save *save);
+
 /* Whether there is room for so many tiles and pixels more; false after user_error(). */
 bool save_has_room(const struct save *save, uint32_t tiles, uint64_t pixels);
 

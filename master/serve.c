@@ -169,14 +169,16 @@ static void fill_waits(struct server *server)
     }
 }
 
-/* Where tiles are missing, the picture shows the preview. */
+/* Where tiles are missing, the picture shows the preview, but for pixels of an earlier run. */
 static void fill_from_preview(struct server *server)
 {
+    const struct service *service = server->service;
     uint32_t next = 0;
     struct tile tile;
     preview_complete(&server->preview);
-    while (queue_unfinished(server->service->queue, &next, &tile))
-        if (!tile_is_refined(&tile)) preview_fill(&server->preview, server->service->canvas, &tile);
+    while (queue_unfinished(service->queue, &next, &tile))
+        if (!tile_is_refined(&tile))
+            preview_fill(&server->preview, service->canvas, &tile, save_there(service->save));
 }
 
 static void end_server(struct server *server)
