@@ -10,8 +10,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "common/clock.h"
 #include "common/message.h"
 #include "master/png_hdr.h"
+#include "master/stop.h"
 #include "master/text_file.h"
 
 enum format { FORMAT_NONE, FORMAT_PNG, FORMAT_HDR, FORMAT_PFM };
@@ -120,9 +122,33 @@ static int create_temporary(const char *temporary)
     return open(temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
 }
 
+/* Seconds from one look for a reader to the next. */
+#define PIPE_LOOK 0.02
+
+/* To open a pipe is to wait for somebody who reads from it: with a word, and until a signal stops the run at
+ * most. -1 and errno. */
+static int open_pipe(const char *path)
+{
+    bool told = false;
+    int pipe;
+    while ((pipe = open(path, O_WRONLY | O_NONBLOCK | O_CLOEXEC)) < 0 && errno == ENXIO) {
+        if (*stop_signal()) return -1;
+        if (!told) user_note("%s is a pipe: waiting for somebody who reads from it", path);
+        told = true;
+        clock_sleep(PIPE_LOOK);
+    }
+    if (pipe >= 0) fcntl(pipe, F_SETFL, 0); /* what is written waits for the reader */
+    return pipe;
+}
+
 /* /dev/stdout is not opened again: of a regular file that would write over what is there. */
 FILE *open_in_place(const char *path)
 {
+    struct stat there;
+    if (!path_is_stdout(path) && stat(path, &there) == 0 && S_ISFIFO(there.st_mode)) {
+        int pipe = open_pipe(path);
+        return pipe < 0 ? NULL : fdopen(pipe, "wb");
+    }
     if (!path_is_stdout(path)) return fopen(path, "wb");
     fflush(stdout);
     int copy = dup(STDOUT_FILENO);

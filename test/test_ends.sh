@@ -91,6 +91,14 @@ timed_out() { # what goes on would render further: the picture is there, so noth
 }
 check "no space for the report of a run that a time limit has ended" timed_out
 
+no_reader() { # of a pipe: what is rendered is kept
+    mkfifo pipe.png
+    (SLOW= && stopped TERM output.image=pipe.png output.report=) || return 1
+    grep -q 'waiting for somebody who reads' e && grep -q 'without rendering it again: ' e &&
+        [ -s pipe.journal ] && rm pipe.png pipe.journal
+}
+for n in 0 2; do check "a picture into a pipe that nobody reads from, -n $n" no_reader; done
+
 twice() { # the second signal ends it at once, whatever kind it is
     "$MPIEXEC" -n "$n" "$FARM" "$SCENE" $SLOW output.image=w.png >o 2>e &
     pid=$!

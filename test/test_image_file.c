@@ -11,6 +11,7 @@
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -374,6 +375,25 @@ static void test_fifo(void **state)
     assert_int_equal(count_files(), 1);
 }
 
+/* Who reads may come later. */
+static void test_fifo_without_reader(void **state)
+{
+    (void)state;
+    assert_int_equal(mkfifo("pipe", 0600), 0);
+    pid_t child = fork();
+    if (child == 0) {
+        char text[10];
+        usleep(100000);
+        int reader = open("pipe", O_RDONLY);
+        _exit(read(reader, text, sizeof text) == 5 && memcmp(text, "hello", 5) == 0 ? 0 : 1);
+    }
+    assert_true(text_write("pipe", "hello", 5));
+    assert_said("pipe is a pipe: waiting for somebody who reads from it");
+    int status;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_int_equal(status, 0);
+}
+
 /* What the shell's "> file" and ">> file" expect. */
 static void test_stdout(void **state)
 {
@@ -521,6 +541,7 @@ int main(void)
         TEST(test_failure_leaves_the_old_file),
         TEST(test_full_device),
         TEST(test_fifo),
+        TEST(test_fifo_without_reader),
         TEST(test_stdout),
         TEST(test_writable_refusals),
         TEST(test_writable_touches_nothing),
