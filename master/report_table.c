@@ -348,10 +348,22 @@ static void put_forecast(struct table *table, const struct error_forecast *forec
     end_flow(table);
 }
 
+/* One sample of each pixel tells nothing about its error, but a reference does. */
+static void put_truth(struct table *table, const struct report *report)
+{
+    if (!report->has_reference) return;
+    flow(table, "sampling error: RMSE %s against the reference",
+         error_figure(report->truth.rmse).text);
+    end_flow(table);
+}
+
 /* "sampling error: RMSE 0.0021 (0.0019 to 0.0024) after 12.4 s" */
 static void put_error(struct table *table, const struct report *report)
 {
-    if (!report->errors || report->errors->count == 0) return;
+    if (!report->errors || report->errors->count == 0) {
+        put_truth(table, report);
+        return;
+    }
     const struct error_row *last = &report->errors->rows[report->errors->count - 1];
     double before = report->resumed.render_s, elapsed = last->elapsed_s + before;
     if (!(last->estimate.rmse > 0) && isnan(last->true_rmse)) return;
@@ -360,7 +372,7 @@ static void put_error(struct table *table, const struct report *report)
             error_figure(last->estimate.high).text);
     if (last->share < 1) /* never rounded to all */
         flow_on(table, "of the %.1f %% that has samples", floor(1000 * last->share) / 10);
-    flow_on(table, "after %.1f s", elapsed);
+    flow_on(table, elapsed < 1 ? "after %.2g s" : "after %.1f s", elapsed);
     if (before > 0) flow(table, "%.1f s of that saved by an earlier run", before);
     if (!isnan(last->true_rmse))
         flow(table, "%s against the reference", error_figure(last->true_rmse).text);

@@ -507,6 +507,26 @@ static void test_table_error(void **state)
     text = table_text(&report, 80);
     assert_has(text, "of the 99.9 % that has samples");
     free(text);
+    row.elapsed_s = 0.0374;
+    report.resumed.render_s = 0;
+    text = table_text(&report, 80);
+    assert_has(text, " after 0.037 s,");
+    free(text);
+}
+
+/* One sample tells nothing about its own error. */
+static void test_table_truth(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct report report = sample_report(renderers, 2);
+    struct error_log log = {0};
+    report.errors = &log;
+    report.has_reference = true;
+    report.truth.rmse = 0.0231;
+    char *text = table_text(&report, 80);
+    assert_has(text, "\nsampling error: RMSE 0.023 against the reference\n");
+    free(text);
 }
 
 int main(void)
@@ -518,6 +538,7 @@ int main(void)
         cmocka_unit_test(test_twice),
         cmocka_unit_test(test_resumed),
         cmocka_unit_test(test_table_error),
+        cmocka_unit_test(test_table_truth),
         cmocka_unit_test(test_json_features),
         cmocka_unit_test(test_json_without_numbers),
         cmocka_unit_test(test_json_strings),
