@@ -90,7 +90,7 @@ SANITIZE :=
 FLAGS    := -std=c17 $(OPTIMISE) $(WARNINGS) $(FLOAT) -pthread -D_GNU_SOURCE -I. -MMD -MP \
             -DFARM_VERSION='"$(VERSION)"' $(SANITIZE)
 
-# What MPICC calls. The script itself starts a process for each of its arguments, an eighth of the time to
+# What MPICC calls. The script itself starts a process for each of its arguments, a tenth of the time to
 # build. A plain compiler, which shows nothing, is called as it is.
 COMPILE  := $(or $(shell $(MPICC) -show -c 2>/dev/null),$(MPICC) -c)
 LINK     := $(filter-out -c,$(COMPILE))

@@ -140,7 +140,7 @@ static bool heading_good(struct feed *feed, const char *line, size_t length)
     if (!close || (comment && comment < close))
         return refuse(feed, "a section without its ']', expected [kind] or [kind name]");
     if (close - line - 1 > SECTION_MAX_BYTES)
-        return refuse(feed, "the section's name is too long, expected at most 49 bytes");
+        return refuse(feed, "the section is too long, expected at most 49 bytes between [ and ]");
     const char *rest = close + 1, *end = line + length;
     while (rest < end && is_blank(*rest))
         rest++;
