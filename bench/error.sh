@@ -383,6 +383,9 @@ tachyon_to() {
     timed "$to" tachyon -numthreads 1 -fullshade -shade_phong -format PPM48 -o "$to" "$scene.dat" "$@"
 }
 
+povray_loads() { (set_size 4x3; povray_to load.ppm -A); }
+tachyon_loads() { tachyon_to load.ppm -res 4 3; }
+
 # A peer's converged picture of an exported scene, which takes minutes and is the same whatever the farm does.
 converged_of() { echo "$WORK/peers/${W}x${H}_$(cksum <"$1" | tr ' ' _).ppm"; }
 # converge PICTURE COMMAND OPTION...: makes it, unless it is there; it is there as a whole or not at all.
@@ -392,13 +395,16 @@ converge() {
     "$peer" "$picture.part.ppm" "$@" >/dev/null && mv "$picture.part.ppm" "$picture" || exit 1
 }
 
-# The median of what a command prints, REPEAT times.
-repeated() {
-    printed=
+# beside_load LOADING PICTURE: what the second command takes more than the first one, which loads the same scene
+# for a few pixels, in CPU seconds: the median of REPEAT pairs, as the machine's speed changes. 0: loading
+# scatters by more than that.
+beside_load() {
+    more=
     for _ in $(seq "$REPEAT"); do
-        printed="$printed $("$@")" || return 1
+        load=$($1) && t=$($2) || return 1
+        more="$more $(awk "BEGIN { print $t - $load }")"
     done
-    median_of $printed
+    median_of $more | awk '{ print ($1 > 0 ? $1 : 0) }'
 }
 
 peers() {
@@ -409,23 +415,20 @@ peers() {
         for kind in pov dat; do
             "$TOOL" export "$config" "$WORK/$scene.$kind" image.width=$W image.height=$H || exit 1
         done
-        # Loading is not what is compared: the same scene at a few pixels.
-        load=$(set_size 4x3; repeated povray_to "$WORK/t.ppm" -A) || exit 1
         converged=$(converged_of "$WORK/$scene.pov")
         converge "$converged" povray_to +A0.0 +AM1 +R16 -J
         for setting in "-A" "+A0.3 +AM1 +R3" "+A0.1 +AM1 +R3" "+A0.03 +AM1 +R4" "+A0.3 +AM2 +R3" \
                        "+A0.1 +AM2 +R3" "+A0.03 +AM2 +R4" "+A0.01 +AM2 +R5"; do
             known "$scene,POV-Ray,$setting" && continue
-            t=$(repeated povray_to "$WORK/t.ppm" $setting) || exit 1
-            put_row "$scene,POV-Ray,$setting,$(awk "BEGIN { print $t - $load }"),$("$TOOL" compare "$WORK/t.ppm" "$converged")"
+            t=$(beside_load povray_loads "povray_to t.ppm $setting") || exit 1
+            put_row "$scene,POV-Ray,$setting,$t,$("$TOOL" compare "$WORK/t.ppm" "$converged")"
         done
         converged=$(converged_of "$WORK/$scene.dat")
         converge "$converged" tachyon_to -aasamples 255
-        load=$(repeated tachyon_to "$WORK/t.ppm" -res 4 3) || exit 1
         for n in 0 3 8 15 31; do
             known "$scene,Tachyon,-aasamples $n" && continue
-            t=$(repeated tachyon_to "$WORK/t.ppm" -aasamples $n) || exit 1
-            put_row "$scene,Tachyon,-aasamples $n,$(awk "BEGIN { print $t - $load }"),$("$TOOL" compare "$WORK/t.ppm" "$converged")"
+            t=$(beside_load tachyon_loads "tachyon_to t.ppm -aasamples $n") || exit 1
+            put_row "$scene,Tachyon,-aasamples $n,$t,$("$TOOL" compare "$WORK/t.ppm" "$converged")"
         done
         reference_of "$scene"
         # One ray through the middle of each pixel is a picture, too.
@@ -461,6 +464,7 @@ peers() {
                 less = ""
                 if (!lo) { t = -1 } else if (!hi) { t = f[lo, 4]; less = "<" }
                 else t = exp(log(f[lo, 4]) + (log(f[k, 5]) - log(f[lo, 5])) * (log(f[hi, 4]) - log(f[lo, 4])) / (log(f[hi, 5]) - log(f[lo, 5])))
+                if (f[k, 4] == 0) { printf "| %s | %s | %s | not told from loading | %.3g | %s | - |\n", f[k, 1], f[k, 2], f[k, 3], f[k, 5], t < 0 ? "-" : sprintf("%s%.2f", less, t); continue }
                 printf "| %s | %s | %s | %.2f | %.3g | %s | %s |\n", f[k, 1], f[k, 2], f[k, 3], f[k, 4], f[k, 5], t < 0 ? "-" : sprintf("%s%.2f", less, t), t < 0 ? "-" : sprintf("%s%.1f", less ? ">" : "", f[k, 4] / t) } }' "$csv"
     } >"$OUT/error_peers.md"
     for scene in $SCENES; do plot_peers "$scene"; done
