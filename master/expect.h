@@ -33,7 +33,8 @@ struct sampled {
 /* The squared error of a pixel as its own halves tell it, 3 floats; 0 where they are not finite. */
 double own_error(const float *difference);
 
-/* Sets the expected squared error of every pixel. */
+/* Sets the expected squared error of every pixel: finite, as squares of floats are well inside of what doubles
+ * hold. */
 void expect_errors(const struct sampled *pixels, struct crew *crew, double *error);
 
 #endif
