@@ -95,7 +95,8 @@ set grid'
 value() { sed -n "s/.*\"$2\": \"\\{0,1\\}\\([^\",}]*\\).*/\\1/p" "$1" | "${3:-tail}" -n 1; }
 # The same of one of its objects: of FILE OBJECT KEY
 of() { sed -n "/^  \"$2\": {/,/^  }/s/.*\"$3\": \"\{0,1\}\([^\",}]*\).*/\1/p" "$1" | head -n 1; }
-cpu_of() { sed -n 's/.*"cpu_s": \([0-9.]*\), "wait_s".*/\1/p' "$1" | awk '{ s += $1 } END { print s }'; }
+# CPU seconds of rendering, serving and plans.
+cpu_of() { sed -n 's/.*"cpu_s": \([0-9.]*\),.*/\1/p' "$1" | awk '{ s += $1 } END { print s }'; }
 
 # farm NAME SCENE OVERRIDE...: renders to $WORK/NAME.pfm and .json
 farm() {

@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
+#include "common/clock.h"
 #include "common/message.h"
 
 struct crew {
@@ -13,6 +14,7 @@ struct crew {
     uint64_t loops;   /* that have begun */
     unsigned working; /* threads that are in the last of them, or have not yet begun */
     bool dismissed;
+    double cpu_s; /* of the threads' rounds */
 
     crew_work *work;
     void *context;
@@ -47,8 +49,11 @@ static void *member(void *argument)
 {
     struct crew *crew = argument;
     for (uint64_t loops = 0; wait_for_loop(crew, loops); loops++) {
+        double cpu = clock_thread_cpu();
         take_rounds(crew);
+        cpu = clock_thread_cpu() - cpu;
         pthread_mutex_lock(&crew->lock);
+        crew->cpu_s += cpu;
         if (--crew->working == 0) pthread_cond_signal(&crew->done);
         pthread_mutex_unlock(&crew->lock);
     }
@@ -101,4 +106,13 @@ void crew_share(struct crew *crew, uint32_t count, crew_work *work, void *contex
     while (crew->working > 0)
         pthread_cond_wait(&crew->done, &crew->lock);
     pthread_mutex_unlock(&crew->lock);
+}
+
+double crew_cpu_s(struct crew *crew)
+{
+    if (!crew) return 0;
+    pthread_mutex_lock(&crew->lock);
+    double seconds = crew->cpu_s;
+    pthread_mutex_unlock(&crew->lock);
+    return seconds;
 }

@@ -19,4 +19,7 @@ typedef void crew_work(void *context, uint32_t round);
  * Not to be called from a round with the same crew. */
 void crew_share(struct crew *crew, uint32_t count, crew_work *work, void *context);
 
+/* CPU seconds that the others have worked for the caller so far. NULL: 0. */
+double crew_cpu_s(struct crew *crew);
+
 #endif

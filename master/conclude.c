@@ -48,7 +48,7 @@ static void fill_report(struct run *run, const struct service *service)
     report->renderers = service->stats;
     report->picture = service->counts;
     report->renderer_count = (int)run->renderers;
-    report->master_cpu_s = service->master_cpu_s;
+    report->master_cpu_s = service->master_cpu_s + crew_cpu_s(run->planners);
     report->master_messages = service->messages;
     report->service_s = service->answers ? service->service_cpu_s / (double)service->answers : 0;
     report->answer_wait_s =

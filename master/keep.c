@@ -53,7 +53,8 @@ static void resume(struct run *run)
         .records = found->records,
         .seconds = used.busy_s,
         .cpu_s = used.cpu_s,
-        .render_s = used.busy_s / run->renderers,
+        /* Wall time would count the turns of ranks that shared cores then. */
+        .render_s = used.cpu_s / run->crowd.processors,
         .again_s = used.again_s,
         .counts = used.counts,
     };

@@ -162,17 +162,16 @@ static struct renderer *start_renderer(struct node_scene *shared)
 
 /* Between the passes of adaptive sampling the whole node waits for the next plan: it is made on the cores
  * of all its ranks, as many as there are bands of rows to share. NULL: by the master alone. */
-static struct crew *gather_planners(const struct run *run, const struct node_scene *shared)
+static void gather_planners(struct run *run, const struct node_scene *shared)
 {
     cpu_set_t own;
-    if (!run->adaptive) return NULL;
+    if (!run->adaptive) return;
     unsigned threads = cores_borrow(shared->processes, shared->process_count, &own);
     unsigned bands = band_count(&run->canvas);
     if (threads > bands) threads = bands;
-    struct crew *crew = threads > 1 ? crew_gather(threads) : NULL;
+    run->planners = threads > 1 ? crew_gather(threads) : NULL;
     cores_return(&own);
-    adaptive_lend(run->adaptive, crew);
-    return crew;
+    adaptive_lend(run->adaptive, run->planners);
 }
 
 /* Returns the exit status; on ranks other than 0 that of a rank that has done its part. */
@@ -181,11 +180,11 @@ static int render(struct run *run, int rank, const struct node_scene *shared,
 {
     int status = STATUS_DONE;
     if (rank == 0) {
-        struct crew *planners = gather_planners(run, shared);
+        gather_planners(run, shared);
         status = render_as_master(run, shared, renderer);
-        if (planners) {
+        if (run->planners) {
             adaptive_lend(run->adaptive, NULL);
-            crew_dismiss(planners);
+            crew_dismiss(run->planners);
         }
     } else {
         work(MPI_COMM_WORLD, renderer, shared);

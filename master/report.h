@@ -25,7 +25,7 @@ struct resumed {
     uint64_t records; /* good ones in the journal */
     double seconds;   /* that they took to render, on all renderers together */
     double cpu_s;     /* CPU seconds of that */
-    double render_s;  /* seconds of rendering that they spared this run: shared by its renderers */
+    double render_s;  /* seconds of rendering that they spared this run: shared by its processors */
     double again_s;   /* what the rest took that was saved, too, and is rendered again */
     struct render_counts counts; /* of what needed no rendering, as found_sum() */
 };
@@ -57,7 +57,7 @@ struct report {
     bool has_reference;
     struct truth truth;               /* against the reference */
     struct quantisation quantisation; /* of the picture's file */
-    double master_cpu_s;              /* of serving, not of rendering */
+    double master_cpu_s;              /* of serving and of plans, not of rendering */
     uint64_t master_messages;
     struct resumed resumed;
     struct heat_range heat; /* of the heat map; 0 and 0: none */

@@ -8,6 +8,7 @@
 #ifndef FARM_MASTER_RUN_H
 #define FARM_MASTER_RUN_H
 
+#include "common/crew.h"
 #include "master/crowd.h"
 #include "master/load.h"
 #include "master/options.h"
@@ -29,6 +30,7 @@ struct run {
     struct canvas reference; /* rgb is NULL: there is none */
     struct watch watch;
     struct adaptive *adaptive; /* NULL: it is not */
+    struct crew *planners;     /* of adaptive's plans, while rendering; NULL: rank 0 makes them alone */
     struct save *save;         /* NULL: output.journal is empty, or the work on it is done */
     struct timeline timeline;
     struct renderer_stats *stats;

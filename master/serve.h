@@ -51,7 +51,7 @@ struct service {
     bool timed_out;               /* the deadline ended it */
     bool deserted;                /* nobody was left who renders */
     double render_s;              /* wall seconds until the last tile was in the picture */
-    double master_cpu_s;          /* CPU seconds of serving */
+    double master_cpu_s;          /* CPU seconds of serving and of plans, of this thread */
     uint64_t messages;            /* received */
     uint64_t answers;             /* those that are in service_cpu_s */
     double service_cpu_s;         /* of that, for answers: taking them in, sending more work */

@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <time.h>
 
 #include <cmocka.h>
 
@@ -54,11 +55,43 @@ static void test_nobody(void **state)
     crew_dismiss(crew_gather(4)); /* before they have done anything */
 }
 
+static double burned(void)
+{
+    struct timespec time;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+/* Each of them waits for the other, so that a thread beside the caller does one. */
+static void burn(void *context, uint32_t round)
+{
+    struct loop *loop = context;
+    (void)round;
+    atomic_fetch_add(&loop->done, 1);
+    while (atomic_load(&loop->done) < loop->count) {
+    }
+}
+
+static void test_cpu_time(void **state)
+{
+    (void)state;
+    struct loop loop = {.count = 2};
+    struct crew *crew = crew_gather(2);
+    assert_true(crew_cpu_s(crew) == 0);
+    double before = burned();
+    crew_share(crew, loop.count, burn, &loop);
+    double seconds = crew_cpu_s(crew);
+    assert_true(seconds > 0 && seconds <= burned() - before);
+    crew_dismiss(crew);
+    assert_true(crew_cpu_s(NULL) == 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_loops),
         cmocka_unit_test(test_nobody),
+        cmocka_unit_test(test_cpu_time),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

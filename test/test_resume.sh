@@ -50,6 +50,21 @@ check "damage in the middle" in_the_middle 0
 check "damage in the middle, on three processes" in_the_middle 3
 check "damage that was there before" damaged_once 100000 kept
 check "nothing left to render" all_saved kept
+# Ranks that share a core take turns: what they saved is not the wall time of each of them.
+turns_saved() {
+    core=$(taskset -pc $$ | sed 's/.*: //; s/[-,].*//')
+    rm -f a.*
+    begun=$(date +%s.%N)
+    run 1 timeout 60 taskset -c "$core" "$MPIEXEC" -n 6 "$FARM" "$SCENE" $SIZE output.image=a.pfm output.report=/dev/full ||
+        return 1
+    ended=$(date +%s.%N)
+    rm a.pfm
+    run 0 farm_n 0 "$SCENE" $SIZE output.image=a.pfm && finished || return 1
+    spared=$(tr '\n' ' ' <"$T/out" | sed -n 's/.*[, ]\([0-9.]*\) s of that saved by an earlier run.*/\1/p')
+    echo "saved: $spared s, the earlier run took $ended - $begun s"
+    awk "BEGIN { exit !($spared > 0 && $spared < $ended - $begun) }"
+}
+check "what ranks that share a core have saved" turns_saved
 
 other() { # ARGUMENT...: another picture's journal is set aside
     resume_from kept
