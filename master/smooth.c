@@ -149,6 +149,43 @@ static bool is_smooth_edge(const struct smoothing *s, uint64_t corner, uint64_t 
     return !vec_is_zero(a) && !vec_is_zero(b) && vec_dot(a, b) >= s->least_cosine;
 }
 
+/* At the edge in hand. */
+struct edge {
+    const struct smoothing *smoothing;
+    const uint64_t *corners; /* of its vertex */
+};
+
+static int compare_faces(const void *a, const void *b, void *context)
+{
+    const struct edge *edge = context;
+    const struct vec3 *faces = edge->smoothing->faces;
+    struct vec3 x = faces[edge->corners[((const struct spoke *)a)->local] / 3];
+    struct vec3 y = faces[edge->corners[((const struct spoke *)b)->local] / 3];
+    if (x.x != y.x) return x.x < y.x ? -1 : 1;
+    if (x.y != y.y) return x.y < y.y ? -1 : 1;
+    return (x.z > y.z) - (x.z < y.z);
+}
+
+/* With how many others a face at an edge is compared: more meet at none that means anything, and the time
+ * stays in proportion to the faces. */
+#define EDGE_FACES 16
+
+/*
+ * Joins what meets smoothly at one edge: of two faces mostly, of four where a mesh has two sides. Which
+ * are joined does not depend on the order of the faces; where they are not all compared, that is why
+ * they are sorted.
+ */
+static void join_at_edge(struct smoothing *s, const uint64_t *corners, struct spoke *spokes,
+                         size_t count)
+{
+    struct edge edge = {s, corners};
+    if (count > EDGE_FACES) qsort_r(spokes, count, sizeof *spokes, compare_faces, &edge);
+    for (size_t i = 1; i < count; i++)
+        for (size_t k = i > EDGE_FACES ? i - EDGE_FACES : 0; k < i; k++)
+            if (is_smooth_edge(s, corners[spokes[k].local], corners[spokes[i].local]))
+                join(s->groups, spokes[k].local, spokes[i].local);
+}
+
 /* Groups the corners of one vertex by the smooth edges between their triangles. */
 static void group_corners(struct smoothing *s, const uint64_t *corners, size_t count)
 {
@@ -161,10 +198,11 @@ static void group_corners(struct smoothing *s, const uint64_t *corners, size_t c
         spokes[1] = (struct spoke){v[(corners[i] + 2) % 3], i};
     }
     sort_spokes(s->spokes, 2 * count);
-    for (size_t i = 1; i < 2 * count; i++) {
-        const struct spoke *a = &s->spokes[i - 1], *b = &s->spokes[i];
-        if (a->neighbour == b->neighbour && is_smooth_edge(s, corners[a->local], corners[b->local]))
-            join(s->groups, a->local, b->local);
+    for (size_t first = 0, end; first < 2 * count; first = end) {
+        struct spoke *spokes = s->spokes + first;
+        for (end = first + 1; end < 2 * count && s->spokes[end].neighbour == spokes->neighbour;)
+            end++;
+        join_at_edge(s, corners, spokes, end - first);
     }
 }
 

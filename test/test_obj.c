@@ -386,6 +386,80 @@ static void test_odd_meshes(void **state)
     free(scene);
 }
 
+/* The normals of all corners of the faces, each of three corners, in the order that they stand in. */
+static void corner_normals(void **state, const char *const *faces, size_t count,
+                           struct vec3 *normals)
+{
+    char obj[1024] = "v 0 0 0\nv 0 1 0\nv 1 0 .1\nv 1 1 .1\nv 2 0 0\nv 2 1 0\nv 1 0 2\nv 1 1 2\n";
+    for (size_t i = 0; i < count; i++)
+        snprintf(obj + strlen(obj), sizeof obj - strlen(obj), "f %s\n", faces[i]);
+    struct scene *scene = loaded(state, obj, "smooth = yes\n");
+    memset(normals, 0, 3 * count * sizeof *normals);
+    for (size_t i = 0; i < count; i++)
+        for (uint64_t j = 0; j < patches_of(scene); j++) {
+            const struct patch *patch = &scene_patches(scene)[j];
+            unsigned a, b, c;
+            assert_int_equal(sscanf(faces[i], "%u %u %u", &a, &b, &c), 3);
+            if (patch->vertex[0] + 1 != a || patch->vertex[1] + 1 != b || patch->vertex[2] + 1 != c)
+                continue;
+            for (int k = 0; k < 3; k++)
+                normals[3 * i + (size_t)k] = scene_normals(scene)[patch->normal[k]];
+        }
+    free(scene);
+}
+
+static void assert_same_normals(const struct vec3 *a, const struct vec3 *b)
+{
+    struct vec3 d = vec_sub(*a, *b);
+    assert_true(fmax(fabs(d.x), fmax(fabs(d.y), fabs(d.z))) < 1e-15);
+}
+
+/* More than two faces at an edge: a mesh with two sides, a fin between smooth faces. */
+static void test_order_of_faces(void **state)
+{
+    static const char *const sides[] = {"1 3 4", "4 3 1", "1 4 2", "2 4 1",
+                                        "3 5 6", "6 5 3", "3 6 4", "4 6 3"};
+    static const char *const sides_apart[] = {"1 3 4", "1 4 2", "3 5 6", "3 6 4",
+                                              "4 3 1", "2 4 1", "6 5 3", "4 6 3"};
+    static const size_t place[] = {0, 4, 1, 5, 2, 6, 3, 7};
+    struct vec3 mixed[24], apart[24];
+    corner_normals(state, sides, 8, mixed);
+    corner_normals(state, sides_apart, 8, apart);
+    for (size_t i = 0; i < 24; i++)
+        assert_same_normals(&mixed[i], &apart[3 * place[i / 3] + i % 3]);
+    /* The ridge is round, on either side. */
+    assert_true(fabs(mixed[1].x) < 1e-12 && mixed[1].z > 0.99);
+    assert_true(fabs(mixed[4].x) < 1e-12 && mixed[4].z < -0.99);
+
+    static const char *const fin[] = {"1 3 4", "3 7 4", "3 5 4"};
+    corner_normals(state, fin, 3, mixed);
+    assert_true(fabs(mixed[1].x) < 1e-12 && mixed[1].z > 0.99 && vec_is_zero(mixed[4]));
+}
+
+/* Half a turn of faces around one edge, one at each degree: all share a normal or none do, in any order. */
+static void test_fan_at_an_edge(void **state)
+{
+    enum { FACES = 180 };
+    char obj[16384];
+    for (int stride = 1; stride <= 77; stride += 76) {
+        int used = snprintf(obj, sizeof obj, "v 0 0 0\nv 0 0 1\n");
+        for (int i = 0; i < FACES; i++)
+            used += snprintf(obj + used, sizeof obj - (size_t)used, "v %.9f %.9f 0\n",
+                             cos(i * 0.0174532925), sin(i * 0.0174532925));
+        for (int i = 0; i < FACES; i++)
+            used += snprintf(obj + used, sizeof obj - (size_t)used, "f 1 %d 2\n",
+                             3 + i * stride % FACES);
+        struct scene *scene = loaded(state, obj, "smooth = 0.9\n");
+        assert_int_equal(patches_of(scene), 0);
+        free(scene);
+        scene = loaded(state, obj, "smooth = 1.1\n");
+        assert_int_equal(patches_of(scene), FACES);
+        for (int i = 0; i < FACES; i++)
+            assert_true(scene_normals(scene)[scene_patches(scene)[i].normal[0]].x > 0.99);
+        free(scene);
+    }
+}
+
 static void test_obj_as_config(void **state)
 {
     struct scratch *s = *state;
@@ -418,6 +492,8 @@ int main(void)
         cmocka_unit_test(test_normals_of_the_file),
         cmocka_unit_test(test_smooth_sphere),
         cmocka_unit_test(test_odd_meshes),
+        cmocka_unit_test(test_order_of_faces),
+        cmocka_unit_test(test_fan_at_an_edge),
         cmocka_unit_test(test_obj_as_config),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
