@@ -18,6 +18,14 @@ static uint64_t pixel_count(const struct watch *watch)
     return (uint64_t)watch->canvas->width * watch->canvas->height;
 }
 
+/* Of failures the first one tells why: later ones may have no errno of their own. */
+static void flush_rows(struct watch *watch)
+{
+    errno = 0;
+    if ((fflush(watch->csv) == 0 && !ferror(watch->csv)) || watch->csv_error) return;
+    watch->csv_error = errno ? errno : EIO;
+}
+
 bool watch_start(struct watch *watch, const char *csv)
 {
     watch->next = watch->begin + FIRST_ROW;
@@ -26,10 +34,12 @@ bool watch_start(struct watch *watch, const char *csv)
     watch->csv = open_in_place(csv);
     if (watch->csv) {
         error_names_csv(watch->csv);
-        fflush(watch->csv);
-        return true;
+        flush_rows(watch);
+    } else {
+        watch->csv_error = errno;
     }
-    user_error(NULL, 0, "output.error = %s cannot be written: %s", csv, strerror(errno));
+    if (!watch->csv_error) return true;
+    user_error(NULL, 0, "output.error = %s cannot be written: %s", csv, strerror(watch->csv_error));
     return false;
 }
 
@@ -74,7 +84,7 @@ static void add_row(struct watch *watch, double now, unsigned pass)
     error_log_add(&watch->log, &row);
     if (!watch->csv) return;
     error_row_csv(watch->csv, &row);
-    fflush(watch->csv);
+    flush_rows(watch);
 }
 
 /* A row for another reason is the one that is due, too. */
@@ -147,11 +157,12 @@ bool watch_end(struct watch *watch, double now, double render_s, struct error_fo
         add_row(watch, now, 0);
     *forecast = forecast_of(watch, render_s);
     if (!watch->csv) return true;
-    bool written = !ferror(watch->csv);
-    written &= fclose(watch->csv) == 0;
+    flush_rows(watch);
+    if (fclose(watch->csv) != 0 && !watch->csv_error) watch->csv_error = errno;
     watch->csv = NULL;
-    if (!written) user_error(NULL, 0, "output.error could not be written: %s", strerror(errno));
-    return written;
+    if (!watch->csv_error) return true;
+    user_error(NULL, 0, "output.error could not be written: %s", strerror(watch->csv_error));
+    return false;
 }
 
 void watch_leave_file(struct watch *watch)

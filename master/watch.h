@@ -24,7 +24,8 @@ struct watch {
     struct snapshot snapshot; /* the picture so far: path, and seconds from one to the next */
 
     /* So far. */
-    FILE *csv; /* NULL: none; owned */
+    FILE *csv;     /* NULL: none; owned */
+    int csv_error; /* errno of what could not be written first, 0: all is well */
     struct error_sum sampling, halfway;
     uint64_t finished; /* pixels */
     double work_s;     /* CPU seconds of rendering, of all renderers */

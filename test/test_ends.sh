@@ -83,6 +83,14 @@ unkept() {
 }
 for n in 0 1 2; do check "stopped without a journal, -n $n" unkept; done
 
+no_rows() { # found out at once, although the picture would take minutes
+    run 1 timeout 20 "$FARM" "$SCENE" $SLOW output.image=r.png output.error=/dev/full || return 1
+    cat "$T/err"
+    [ "$(lines "$err")" -eq 1 ] && [ ! -e r.png ] && rm -f r.journal &&
+        echo "$err" | grep -q 'output.error = /dev/full cannot be written: No space left on device'
+}
+check "no space for the rows of error" no_rows
+
 timed_out() { # what goes on would render further: the picture is there, so nothing is kept
     run 1 farm_n 0 "$SCENE" image.width=300 image.height=300 sampling.time_limit=1 \
         output.image=t.png output.report=/dev/full || return 1
