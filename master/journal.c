@@ -13,6 +13,7 @@
 #include "common/clock.h"
 #include "common/hash.h"
 #include "common/message.h"
+#include "master/image_file.h"
 #include "master/journal_scan.h"
 
 #define JOURNAL_MAGIC UINT64_C(0x314e4a204d524146) /* "FARM JN1" */
@@ -69,6 +70,23 @@ static bool refuse(const char *path, const char *what, int error)
     return false;
 }
 
+static void refuse_kind(const char *path)
+{
+    user_error(path, 0,
+               "is no regular file, choose another place for the journal with "
+               "output.journal=FILE");
+}
+
+bool journal_writable(const char *path)
+{
+    struct stat old;
+    if (lstat(path, &old) != 0) return output_writable(path, "output.journal");
+    if (S_ISREG(old.st_mode))
+        return access(path, R_OK | W_OK) == 0 || refuse(path, "opened", errno);
+    refuse_kind(path);
+    return false;
+}
+
 /* A link is not followed: what it points at would be renamed or cut. */
 static int open_regular(const char *path)
 {
@@ -76,9 +94,7 @@ static int open_regular(const char *path)
     int file = open(path, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
     if (file >= 0 && fstat(file, &status) == 0 && S_ISREG(status.st_mode)) return file;
     if (file >= 0 || errno == EISDIR || errno == ELOOP)
-        user_error(path, 0,
-                   "is no regular file, choose another place for the journal with "
-                   "output.journal=FILE");
+        refuse_kind(path);
     else
         refuse(path, "opened", errno);
     if (file >= 0) close(file);

@@ -60,6 +60,10 @@ struct journal;
  * leaves lights or corners out of the block and the other does not, it is another one: two journals of one picture. */
 uint64_t journal_picture(const struct scene *scene, uint64_t program);
 
+/* Whether a journal could be opened or made at path, tried before rendering as with output_writable(): nothing
+ * is made or touched. false after user_error(). */
+bool journal_writable(const char *path);
+
 /*
  * Opens or makes the journal at path and hands what it holds to the reader. A journal of another
  * picture, and what is no journal, is renamed (path.1, path.2, ...) with a warning; so is told how

@@ -5,6 +5,7 @@
 #include "common/cores.h"
 #include "common/message.h"
 #include "master/image_file.h"
+#include "master/journal.h"
 #include "master/run.h"
 #include "master/timeline_output.h"
 #include "master/truth.h"
@@ -56,6 +57,7 @@ static bool outputs_writable(const struct settings *settings, const struct view 
     if (!image_size_writable(settings->output.image, view->region_w, view->region_h)) return false;
     if (*settings->output.error && !output_writable(settings->output.error, "output.error"))
         return false;
+    if (*settings->output.journal && !journal_writable(settings->output.journal)) return false;
     if (!timeline_writable(settings, view->region_w, view->region_h)) return false;
     return !wants_report(settings) || output_writable(settings->output.report, "output.report");
 }

@@ -115,6 +115,19 @@ check "a setting without its section" wrong 0 "did you mean 'sampling.samples=4'
     everything.ini samples=4
 check "--check tries the outputs, too" wrong 0 'output.report' --check everything.ini \
     output.report=missing/folder/a.json
+journal() { # what a run refuses --check does, too, with the same word
+    ln -s missing.journal link.journal && mkdir folder.journal && ln -sf /dev/null null.journal || return 1
+    wrong 0 '^/nonexistent/a.journal: the folder /nonexistent/ does not exist.*output.journal=FILE' \
+        --check everything.ini output.journal=/nonexistent/a.journal || return 1
+    for place in link.journal folder.journal null.journal /dev/null; do
+        said="^$place: is no regular file, choose another place"
+        wrong 0 "$said" --check everything.ini output.journal=$place &&
+            wrong 0 "$said" everything.ini output.journal=$place || return 1
+    done
+    echo old >old.journal
+    run 0 "$FARM" --check everything.ini output.journal=old.journal && [ "$(cat old.journal)" = old ]
+}
+check "--check tries the journal, too" journal
 check "nobody would render" wrong 1 'master_renders' everything.ini farm.master_renders=no
 check "too many tiles" wrong 0 'farm.tile' everything.ini farm.tile=1 image.width=16000 \
     image.height=16000
