@@ -91,11 +91,8 @@ static char *link_target(const char *path)
     return format_text("%.*s%s", (int)folder_length(path), path, text);
 }
 
-/*
- * Where a file written to path would end up, links followed by hand because the last one may point
- * at a file that is still to be made. NULL: they go in circles.
- */
-static char *follow_links(const char *path)
+/* By hand, because the last link may point at a file that is still to be made. */
+char *follow_links(const char *path)
 {
     char *place = copy_text(path);
     for (int links = 0; links < 40; links++) { /* as many as the kernel follows */

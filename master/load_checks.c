@@ -218,15 +218,26 @@ static bool stat_folder(const char *path, struct stat *status)
     return found;
 }
 
+/* Of two files that are not both there. */
+static bool same_place(const char *a, const char *b)
+{
+    struct stat first, second;
+    if (strcmp(name_in_folder(a), name_in_folder(b)) != 0) return false;
+    if (!stat_folder(a, &first) || !stat_folder(b, &second)) return strcmp(a, b) == 0;
+    return first.st_dev == second.st_dev && first.st_ino == second.st_ino;
+}
+
 static bool same_file(const char *a, const char *b)
 {
     struct stat first, second;
     if (path_is_device(a)) return false;
-    if (stat(a, &first) != 0 || stat(b, &second) != 0) {
-        if (strcmp(name_in_folder(a), name_in_folder(b)) != 0) return false;
-        if (!stat_folder(a, &first) || !stat_folder(b, &second)) return strcmp(a, b) == 0;
-    }
-    return first.st_dev == second.st_dev && first.st_ino == second.st_ino;
+    if (stat(a, &first) == 0 && stat(b, &second) == 0)
+        return first.st_dev == second.st_dev && first.st_ino == second.st_ino;
+    char *behind_a = follow_links(a), *behind_b = follow_links(b);
+    bool same = behind_a && behind_b && same_place(behind_a, behind_b);
+    free(behind_a);
+    free(behind_b);
+    return same;
 }
 
 static bool is_argument(const struct loader *loader, const struct named_file *file)

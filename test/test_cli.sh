@@ -111,6 +111,14 @@ check "no heat map over the reference" over_reference heatmap
 check "no output over another that is not there yet" wrong 0 \
     '^output.heatmap=./new.png: heatmap is also the name of the image' everything.ini \
     output.image=new.png output.heatmap=./new.png
+linked() { # to a file that is not there yet, and by way of a second link
+    ln -s ahead.png behind.png && ln -s "$T/behind.png" last.png &&
+        wrong 0 '^output.heatmap=ahead.png: heatmap is also the name of the image' everything.ini \
+            output.image=behind.png output.heatmap=ahead.png &&
+        wrong 0 '^output.heatmap=last.png: heatmap is also the name of the image' everything.ini \
+            output.image=behind.png output.heatmap=last.png
+}
+check "no output over another behind a link" linked
 check "a setting without its section" wrong 0 "did you mean 'sampling.samples=4'" \
     everything.ini samples=4
 check "--check tries the outputs, too" wrong 0 'output.report' --check everything.ini \
