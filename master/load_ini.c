@@ -45,17 +45,20 @@ bool find_material(const struct part *part, const char *name, uint32_t *index)
     return false;
 }
 
-void warn_of_gain(const struct material *material, const char *file, long line)
+bool warn_of_gain(const struct material *material, const char *file, long line)
 {
     /* A little more than 1 is rounding of the numbers as they were written. */
-    if (material->reflection + material->transmission > 1.0000001)
+    bool gives = material->reflection + material->transmission > 1.0000001;
+    bool bright = vec_max(material->color) > 1;
+    if (gives)
         user_warning(file, line,
                      "reflection and transmission together are %g, more than 1: the surface "
                      "gives off more light than it gets",
                      material->reflection + material->transmission);
-    if (vec_max(material->color) > 1)
+    if (bright)
         user_warning(file, line,
                      "a component of the color is more than 1: full white is 1 1 1, not 255");
+    return gives || bright;
 }
 
 /* ---- other files ---- */

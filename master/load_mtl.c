@@ -14,6 +14,7 @@ struct mtl_material {
     double mirror; /* max(Ks): the reflection if illum says so */
     double illum;  /* < 0: not told */
     bool has_d;    /* which counts more than Tr, wherever either stands */
+    long line;     /* where it begins */
 };
 
 struct material_library {
@@ -62,6 +63,7 @@ static bool add_material(struct mtl *mtl)
     /* Without an index of refraction light is not bent: what is thin is often modelled so. */
     library->items[library->count++] = (struct mtl_material){
         .illum = -1,
+        .line = mtl->scan.line,
         .material = {
             .color = {0.8, 0.8, 0.8}, .ambient = 0.1, .diffuse = 1, .shininess = 20, .ior = 1}};
     return true;
@@ -151,12 +153,13 @@ static bool read_value(struct mtl *mtl, struct mtl_material *m, const char *word
  * Illumination models 0 and 1 have no highlight; from 3 on, the highlight's colour is the mirror's
  * as well.
  */
-static void finish(struct material_library *library, size_t first)
+static void finish(struct material_library *library, size_t first, const char *path)
 {
     for (size_t i = first; i < library->count; i++) {
         struct mtl_material *m = &library->items[i];
         if (m->illum < 0 || m->illum >= 2) m->material.specular = m->mirror;
         if (m->illum >= 3) m->material.reflection = fmin(m->mirror, 1);
+        warn_of_gain(&m->material, path, m->line);
     }
 }
 
@@ -188,7 +191,7 @@ static bool read_lines(struct mtl *mtl)
         }
         mtl->scan.at += strcspn(mtl->scan.at, "\n");
     }
-    finish(library, first);
+    finish(library, first, mtl->scan.path);
     return true;
 }
 

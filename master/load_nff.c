@@ -174,8 +174,7 @@ static bool read_material(struct nff *nff)
     if (m.specular > 1) return refuse(nff, "Ks is out of range, expected a number from 0 to 1");
     if (!accept(nff, builder_add_material(nff->builder, &m, &nff->material))) return false;
     nff->has_material = true;
-    if (!nff->told_gain) warn_of_gain(&m, nff->path, scan->line);
-    nff->told_gain |= m.reflection + m.transmission > 1;
+    if (!nff->told_gain) nff->told_gain = warn_of_gain(&m, nff->path, scan->line);
     return true;
 }
 

@@ -98,8 +98,8 @@ uint32_t default_material(struct loader *loader);
 /* Looks in the part and those around it. */
 bool find_material(const struct part *part, const char *name, uint32_t *index);
 
-/* Tells of a material that gives off more light than it gets. */
-void warn_of_gain(const struct material *material, const char *file, long line);
+/* Tells of a material that gives off more light than it gets; whether it is one. */
+bool warn_of_gain(const struct material *material, const char *file, long line);
 
 /* A mesh in an OBJ file. */
 struct mesh {

@@ -86,6 +86,21 @@ static void test_materials(void **state)
     free(scene);
 }
 
+static void test_one_warning_of_gain(void **state)
+{
+    struct scratch *s = *state;
+    free(loaded(state,
+                VIEW LIGHT "f 200 0 0 1 0 1 0 1\ns 0 0 0 1\nf 0 200 0 1 0.5 1 0.6 1\ns 0 0 0 1\n",
+                NULL));
+    assert_string_equal(s->said, "scene.nff:9: warning: a component of the color is more than 1: "
+                                 "full white is 1 1 1, not 255\n");
+    /* What is more than 1 by rounding alone is not told, nor does it keep others from being told. */
+    free(loaded(state, VIEW LIGHT "f 1 0 0 1 0.5 1 0.50000001 1\nf 255 0 0 1 0 1 0 1\ns 0 0 0 1\n",
+                NULL));
+    assert_string_equal(s->said, "scene.nff:10: warning: a component of the color is more than 1: "
+                                 "full white is 1 1 1, not 255\n");
+}
+
 static void test_objects(void **state)
 {
     struct scene *scene =
@@ -237,6 +252,7 @@ int main(void)
         cmocka_unit_test(test_ini_wins_over_the_view),
         cmocka_unit_test(test_lights),
         cmocka_unit_test(test_materials),
+        cmocka_unit_test(test_one_warning_of_gain),
         cmocka_unit_test(test_objects),
         cmocka_unit_test(test_line_ends_and_comments),
         cmocka_unit_test(test_negative_cone),

@@ -140,6 +140,22 @@ static void test_materials(void **state)
     free(scene);
 }
 
+static void test_warnings_of_gain(void **state)
+{
+    struct scratch *s = *state;
+    scratch_write("gain.mtl", "newmtl glass\nillum 7\nKs 1 1 1\nd 0.1\n"
+                              "newmtl red\nKd 255 0 0\nnewmtl mirror\nillum 3\nKs 1 1 1\n");
+    free(loaded(state,
+                "mtllib gain.mtl\n" SQUARE "usemtl glass\nf 1 2 3\nusemtl red\nf 1 2 3\n"
+                "usemtl glass\nf 1 2 3\nmtllib gain.mtl\n",
+                ""));
+    assert_string_equal(s->said,
+                        "gain.mtl:1: warning: reflection and transmission together are 1.9, more "
+                        "than 1: the surface gives off more light than it gets\n"
+                        "gain.mtl:5: warning: a component of the color is more than 1: full white "
+                        "is 1 1 1, not 255\n");
+}
+
 static void test_missing_library(void **state)
 {
     struct scratch *s = *state;
@@ -482,6 +498,7 @@ int main(void)
         cmocka_unit_test(test_unknown_statements_warn_once),
         cmocka_unit_test(test_mistakes),
         cmocka_unit_test(test_materials),
+        cmocka_unit_test(test_warnings_of_gain),
         cmocka_unit_test(test_missing_library),
         cmocka_unit_test(test_legal_forms_of_materials),
         cmocka_unit_test(test_libraries_and_names),
