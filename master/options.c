@@ -7,6 +7,7 @@
 #include "common/settings.h"
 #include "master/load.h"
 #include "master/scene_sections.h"
+#include "master/text_file.h"
 
 static const struct {
     const char *name;
@@ -33,6 +34,12 @@ static bool parse_flag(const char *argument, struct options *options)
                "--print-config --allow-outside",
                argument);
     return false;
+}
+
+static bool has_scene_extension(const char *argument)
+{
+    return path_has_extension(argument, ".ini") || path_has_extension(argument, ".nff") ||
+           path_has_extension(argument, ".obj");
 }
 
 /* An override names a section and a key before its '='; a file name like a=b.ini has no dot there.
@@ -63,12 +70,13 @@ static bool is_section(const char *word, size_t length)
     return false;
 }
 
-/* "image.width", "sphere a.radius": an override whose value is missing, unless a file has that name. */
+/* "image.width", "sphere a.radius": an override whose value is missing, unless a file has that name or it is
+ * a scene's, "sphere.obj". */
 static bool is_without_value(const char *argument)
 {
     size_t length = strcspn(argument, ". ");
     return strchr(argument, '.') && !strchr(argument, '=') && is_section(argument, length) &&
-           access(argument, F_OK) != 0;
+           !has_scene_extension(argument) && access(argument, F_OK) != 0;
 }
 
 static void refuse_without_value(const char *argument)

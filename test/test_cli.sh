@@ -51,6 +51,10 @@ values() { # what looks like a setting is taken for no scene
         wrong 0 "'light' is a second scene.*quotes" everything.ini light key.color=1 1 1
 }
 check "settings in pieces" values
+for scene in sphere.obj camera.ini box.nff; do # which is not there, and begins like a setting
+    check "$scene is missing" wrong 0 "^$scene: cannot be opened" "$scene"
+    check "$scene is missing, --check" wrong 0 "^$scene: cannot be opened" --check "$scene"
+done
 idle() { # MESSAGES ARGUMENT...
     messages=$1; shift
     run 0 "$FARM" --check everything.ini "$@" && echo "$err" &&
