@@ -42,20 +42,6 @@ static bool has_scene_extension(const char *argument)
            path_has_extension(argument, ".obj");
 }
 
-/* An override names a section and a key before its '='; a file name like a=b.ini has no dot there.
- */
-static bool is_override(const char *argument)
-{
-    const char *equals = strchr(argument, '=');
-    return equals && memchr(argument, '.', (size_t)(equals - argument));
-}
-
-/* "samples=4": meant as an override, unless a file has that name. */
-static bool is_setting_without_section(const char *argument)
-{
-    return strchr(argument, '=') && access(argument, F_OK) != 0;
-}
-
 /* Of settings and scenes. */
 static bool is_section(const char *word, size_t length)
 {
@@ -68,6 +54,32 @@ static bool is_section(const char *word, size_t length)
         if (strlen(name) == length && memcmp(name, word, length) == 0) return true;
     }
     return false;
+}
+
+/* "./a=0.5/scene.ini": whether it is there or not where the folder shows it to be none of our sections, as
+ * other machines need not have the file. */
+static bool is_scene(const char *argument, size_t before_equals)
+{
+    if (!has_scene_extension(argument)) return false;
+    if (access(argument, F_OK) == 0) return true;
+    return memchr(argument, '/', before_equals) && !is_section(argument, strcspn(argument, ". "));
+}
+
+/* An override names a section and a key before its '='; a file name like a=b.ini has no dot there.
+ */
+static bool is_override(const char *argument)
+{
+    size_t before_equals = strcspn(argument, "=");
+    return argument[before_equals] && memchr(argument, '.', before_equals) &&
+           !is_scene(argument, before_equals);
+}
+
+/* "samples=4": meant as an override, unless a file has that name. */
+static bool is_setting_without_section(const char *argument)
+{
+    size_t before_equals = strcspn(argument, "=");
+    return argument[before_equals] && !is_scene(argument, before_equals) &&
+           access(argument, F_OK) != 0;
 }
 
 /* "image.width", "sphere a.radius": an override whose value is missing, unless a file has that name or it is

@@ -55,6 +55,15 @@ for scene in sphere.obj camera.ini box.nff; do # which is not there, and begins 
     check "$scene is missing" wrong 0 "^$scene: cannot be opened" "$scene"
     check "$scene is missing, --check" wrong 0 "^$scene: cannot be opened" --check "$scene"
 done
+dots() { # and '=' in a path are no override
+    mkdir -p a.5/b=0.5 && cp everything.ini star.* parts.nff a.5/b=0.5/ && cp everything.ini v1.2=3.ini || return 1
+    for scene in "a.5/b=0.5/everything.ini" "./a.5/b=0.5/everything.ini" "$T/a.5/b=0.5/parts.nff" v1.2=3.ini; do
+        run 0 farm_n 0 --check "$scene" image.width=20 && echo "$out" | grep -q ' 20 x ' || return 1
+    done
+    wrong 0 '^./a.5/b=0.5/none.ini: cannot be opened' ./a.5/b=0.5/none.ini &&
+        wrong 0 'unknown section' everything.ini mseh.file=star.obj
+}
+check "paths with a dot before a =" dots
 idle() { # MESSAGES ARGUMENT...
     messages=$1; shift
     run 0 "$FARM" --check everything.ini "$@" && echo "$err" &&
