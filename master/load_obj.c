@@ -250,6 +250,7 @@ static bool read_library_once(struct obj *obj, const char *path, bool is_regular
     }
     if (is_known(&obj->libraries_seen, path)) return true;
     name_table_set(&obj->libraries_seen, path, 0);
+    name_table_free(&obj->used); /* what a name meant it may mean no more */
     return material_library_read(obj->library, path);
 }
 

@@ -140,6 +140,26 @@ static void test_materials(void **state)
     free(scene);
 }
 
+/* A library counts from where it is named. */
+static void test_library_between_uses(void **state)
+{
+    struct scratch *s = *state;
+    scratch_write("one.mtl", "newmtl red\nKd 1 0 0\nnewmtl other\nKd 0 0 1\n");
+    scratch_write("two.mtl", "newmtl red\nKd 0 1 0\n");
+    struct scene *scene =
+        loaded(state,
+               SQUARE "usemtl red\nf 1 2 3\nmtllib one.mtl\nf 1 2 3\nusemtl red\nf 1 2 3\n"
+                      "usemtl other\nf 1 2 3\nmtllib two.mtl\nusemtl red\nf 1 2 3\n"
+                      "usemtl other\nf 1 2 3\n",
+               MESH_MATERIAL);
+    assert_true(material_of(scene, 0)->shininess == 77 && material_of(scene, 1)->shininess == 77);
+    assert_true(material_of(scene, 2)->color.x == 1 && material_of(scene, 3)->color.z == 1);
+    assert_true(material_of(scene, 4)->color.x == 0 && material_of(scene, 4)->color.y == 1);
+    assert_true(material_of(scene, 5)->color.z == 1);
+    assert_string_equal(s->said, "mesh.obj:5: warning: no material is called 'red'\n");
+    free(scene);
+}
+
 static void test_warnings_of_gain(void **state)
 {
     struct scratch *s = *state;
@@ -498,6 +518,7 @@ int main(void)
         cmocka_unit_test(test_unknown_statements_warn_once),
         cmocka_unit_test(test_mistakes),
         cmocka_unit_test(test_materials),
+        cmocka_unit_test(test_library_between_uses),
         cmocka_unit_test(test_warnings_of_gain),
         cmocka_unit_test(test_missing_library),
         cmocka_unit_test(test_legal_forms_of_materials),
