@@ -406,8 +406,10 @@ bool output_writable(const char *path, const char *key)
         user_error(NULL, 0, "%s is empty, expected a file name", key);
         return false;
     }
-    if (path_is_stdout(path))
-        return fcntl(STDOUT_FILENO, F_GETFL) >= 0 || cannot_write(path, key, errno);
+    if (path_is_stdout(path)) {
+        int flags = fcntl(STDOUT_FILENO, F_GETFL);
+        return (flags >= 0 && (flags & O_ACCMODE) != O_RDONLY) || cannot_write(path, key, EBADF);
+    }
     if (stat(path, &old) == 0) {
         if (!old_file_writable(path, key, old.st_mode)) return false;
         return S_ISREG(old.st_mode) ? folder_writable(path, key) : true;

@@ -307,8 +307,20 @@ static char **copy_arguments(int argc, char **argv)
     return copy;
 }
 
+/* In the place of one that is closed MPI would have a connection, and the table would be written into it. What
+ * stands there then cannot be written to, which is found out and told. */
+static void occupy_standard_descriptors(void)
+{
+    int nowhere;
+    do
+        nowhere = open("/dev/null", O_RDONLY);
+    while (nowhere >= 0 && nowhere <= STDERR_FILENO);
+    if (nowhere >= 0) close(nowhere);
+}
+
 int main(int argc, char **argv)
 {
+    occupy_standard_descriptors();
     struct run run = {.start = clock_wall(), .arguments = copy_arguments(argc, argv)};
     int status = answer_without_mpi(argc, argv, &run.options);
     if (status >= 0) return status;

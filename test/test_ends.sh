@@ -77,6 +77,17 @@ for n in 0 3; do
     done
 done
 
+closed() { # the picture is written, what has no place is told, and none of it goes to MPI
+    rm -f c.png
+    run 1 sh -c "timeout 60 '$FARM' '$SCENE' output.image=c.png <&- >&-" && cat "$T/err" && [ -s c.png ] &&
+        grep -q '^farm: cannot write to standard output: Bad file descriptor$' "$T/err" && rm c.png || return 1
+    run 2 sh -c "timeout 60 '$FARM' '$SCENE' output.image=c.png output.report=/dev/stdout <&- >&-" &&
+        cat "$T/err" && grep -q '^/dev/stdout: cannot write: Bad file descriptor' "$T/err" && [ ! -e c.png ] || return 1
+    run 0 sh -c "timeout 60 '$FARM' '$SCENE' output.image=c.png <&- 2>&-" && grep -q 'Wall time of rank 0' "$T/out" &&
+        rm c.*
+}
+check "started without standard input, output or errors" closed
+
 unkept() {
     stopped TERM output.journal= && [ $status -eq 1 ] && [ -s everything.png ] &&
         [ ! -e everything.journal ] && grep -q 'nothing is kept' e && rm everything.png
