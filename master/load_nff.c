@@ -4,7 +4,7 @@
  * line.
  *
  * What is our choice: Ks is the highlight's and the mirror's share, ambient light is 0, lights
- * without a colour share white light as 1/sqrt(their number in the file), the near plane (hither)
+ * without a colour are as bright as 1/sqrt(number of all in the file), the near plane (hither)
  * is not a limit for rays and has no effect.
  */
 #include <math.h>

@@ -115,8 +115,8 @@ static const struct key mesh_keys[] = {
     MATERIAL_KEY("mesh"),
     PLACEMENT_KEYS("mesh", mesh_section),
     {"mesh", "smooth", VALUE_CREASE, AT(mesh_section, crease), .min = 0, .max = 180,
-     .help = "no: flat; yes, or a largest angle in degrees: round edges up to it (default: the "
-             "file's own normals)"},
+     .help = "no: flat; yes, or a largest angle in degrees: round edges up to it, of faces "
+             "without normals in the file (default: the file's own normals)"},
 };
 
 static const struct key include_keys[] = {

@@ -39,6 +39,9 @@ static void test_view(void **state)
     assert_true(fabs(fov_of(scene) - 45) < 1e-12);
     assert_true(vec_is_zero(scene->view.background_top));
     free(scene);
+    scene = loaded(state, LIGHT "s 0 0 0 1\n", NULL); /* with neither, the default one */
+    assert_true(scene->view.background_top.x == 0.2 && scene->view.background_bottom.x == 0.04);
+    free(scene);
     scene = loaded(state, VIEW LIGHT, "camera.fov=30");
     assert_true(fabs(fov_of(scene) - 30) < 1e-12);
     free(scene);

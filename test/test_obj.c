@@ -356,6 +356,10 @@ static void test_normals_of_the_file(void **state)
     assert_int_equal(patches_of(scene), 1);
     assert_int_equal(triangles_of(scene), 1);
     free(scene);
+    scene = loaded(state, obj, "smooth = 180\n");
+    assert_int_equal(patches_of(scene), 1);
+    assert_true(scene_normals(scene)[scene_patches(scene)->normal[2]].y > 0.7);
+    free(scene);
     scene = loaded(state, obj, "smooth = no\n");
     assert_int_equal(triangles_of(scene), 2);
     assert_int_equal(scene->normals.count, 0);
