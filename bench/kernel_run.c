@@ -143,6 +143,7 @@ static struct command farm_command(const struct bench *bench, const struct kerne
     add_settings(&command, bench, step, step == STEP_PRIMARY);
     add_word(&command, format_text("output.image=%s", image));
     add_word(&command, format_text("output.report=%s/report.json", bench->folder));
+    add_word(&command, copy_text("output.journal=")); /* all tiles are this run's own */
     free(image);
     return command;
 }
