@@ -108,7 +108,6 @@ static void run_pairs(FILE *out, const struct bench_scene *scene, unsigned pairs
         ratio, ratios[quarter], ratios[pairs - 1 - quarter], ratios[0], ratios[pairs - 1],
         median_of(by_cpu, pairs), median_of(whole, pairs), median_of(gains, pairs),
         median_of(of_gain, pairs), same ? "the same bits" : "THEY DIFFER");
-    value_set(median_of(gains, pairs), "%s.real.cores.2", scene->name);
     value_set(ratio, "%s.real.speedup.2", scene->name);
     value_set(same, "%s.real.same.2", scene->name);
 }

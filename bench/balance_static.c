@@ -35,7 +35,6 @@ static void put_row(FILE *out, FILE *csv, const struct bench_scene *scene, unsig
         double speedup = serial / cpu_of(scene, processors, schedule->options);
         double predicted =
             value_get("%s.%d.%s.speedup.%u", scene->name, SAMPLES, schedule->name, processors);
-        value_set(speedup, "%s.static.%s.%u", scene->name, schedule->name, processors);
         fprintf(out, " %.2f | %.2f |", speedup, predicted);
         fprintf(csv, ",%.4f,%.4f", speedup, predicted);
     }
