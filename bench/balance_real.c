@@ -96,7 +96,7 @@ static void run_pairs(FILE *out, const struct bench_scene *scene, unsigned pairs
     for (unsigned p = 0; p < PHASES; p++)
         fprintf(out, " %.3f |", median_of(two[p], pairs));
     double ratio = median_of(ratios, pairs);
-    unsigned quarter = (pairs + 1) / 4;
+    unsigned quarter = (pairs - 1) / 4; /* of 11 the third from either end */
     fprintf(
         out,
         "\n\nRendering: %.3f times as fast (the middle half of the pairs from %.3f to %.3f, "
