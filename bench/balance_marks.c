@@ -37,6 +37,10 @@ static void mark_scene(const struct bench_scene *scene)
             value_get("%s.16.dynamic.speedup.44", name), 43, true);
     mark_of(name, "speed-up on 44, 1 sample", "simulated",
             value_get("%s.1.dynamic.speedup.44", name), 41, true);
+    mark_of(name, "efficiency on 44, 16 samples", "simulated",
+            value_get("%s.16.dynamic.efficiency.44", name), 0.98, true);
+    mark_of(name, "efficiency on 44, 1 sample", "simulated",
+            value_get("%s.1.dynamic.efficiency.44", name), 41.0 / PAPER_PROCESSORS, true);
     mark_of(name, "-n 1 / -n 2, render wall time", "measured, median of pairs",
             value_get("%s.real.speedup.2", name), 1.95, true);
     mark_of(name, "tail / render time on 44, 16 samples", "simulated",
@@ -67,8 +71,11 @@ void section_marks(void)
          value_get("plan.garden.10000.4096.10"), 0.9, true);
     mark("the same, speeds uneven by 4, 100 us", "simulated",
          value_get("plan.uneven.garden.10000.4096.100"), 0.9, true);
-    fprintf(out, "\nSpeed-up is that of the render phase, pre-pass included, against -n 1 with the "
-                 "same kernel; whole runs are below (real runs).\n");
+    fprintf(out,
+            "\nSpeed-up is that of the render phase, pre-pass included, against -n 1 with the "
+            "same kernel; whole runs are below (real runs). Efficiency on 44 is the part of the "
+            "processors' time that went into tiles that count: what tiles of other sizes than "
+            "those of -n 1 cost more or less is in speed-up, not in it.\n");
     fclose(out);
     printf("%u marks missed, %u not measured\n", missed, unknown);
 }

@@ -115,6 +115,7 @@ static void give_up(struct sim *sim)
     events_free(&sim->done);
     events_free(&sim->wall);
     free(sim->letters);
+    free(sim->pieces);
     free(sim->renderers);
     cores_free(sim);
 }
@@ -163,6 +164,11 @@ void sim_outcome_free(struct sim_outcome *outcome)
 {
     free(outcome->renderers);
     *outcome = (struct sim_outcome){0};
+}
+
+double sim_efficiency(const struct sim_outcome *outcome, uint32_t processors)
+{
+    return outcome->useful_s / (processors * outcome->render_s);
 }
 
 double sim_tail(const struct sim_outcome *outcome, uint32_t renderers)

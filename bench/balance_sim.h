@@ -53,9 +53,7 @@ struct sim_renderer {
 
 struct sim_outcome {
     double render_s;                /* until the last tile is in the picture */
-    double work_s;                  /* of all tiles that were begun, by a processor of speed 1 */
-    double probe_s;                 /* of that, in probes */
-    double wasted_s;                /* wall seconds of tiles that somebody else finished first */
+    double useful_s;                /* of the tiles that count, by a processor of speed 1 */
     double master_s;                /* seconds that the master was serving */
     uint64_t messages;              /* results that came by message */
     uint32_t tiles, repeated;       /* see struct queue_count */
@@ -66,6 +64,12 @@ struct sim_outcome {
 void simulate(const struct machine *machine, struct queue *queue, const struct picture_costs *costs,
               struct sim_outcome *outcome);
 void sim_outcome_free(struct sim_outcome *outcome);
+
+/*
+ * The part of the processors' time, all of them of speed 1, that went into tiles that count: without probes, what
+ * is rendered in vain, what renderers spend beside tiles, serving and waiting.
+ */
+double sim_efficiency(const struct sim_outcome *outcome, uint32_t processors);
 
 /* Between the first and the last renderer to finish, seconds. */
 double sim_tail(const struct sim_outcome *outcome, uint32_t renderers);

@@ -41,11 +41,9 @@ static void tell_after(struct sim *sim, uint32_t who, const struct part *part, d
 
 static void begin_part(struct sim *sim, uint32_t who, struct part *part)
 {
-    double cost = costs_of(sim->costs, &part->tile);
-    double span = (cost + sim->machine->messages.tile_s) / speed_of(sim, who);
+    part->cost_s = costs_of(sim->costs, &part->tile);
+    double span = (part->cost_s + sim->machine->messages.tile_s) / speed_of(sim, who);
     struct event done = {.time = sim->now + span, .who = who, .what = part};
-    sim->outcome->work_s += cost;
-    if (part->tile.pass == TILE_PROBE) sim->outcome->probe_s += cost;
     part->begun_s = sim->cores ? (double)NAN : sim->now;
     part->working = true;
     part->span_s = part->left_s = span;
@@ -201,6 +199,21 @@ static void tell_probes(struct sim *sim, const struct tile *tile)
     free(seconds);
 }
 
+static void keep_piece(struct sim *sim, const struct part *part)
+{
+    sim->pieces = grow(sim->pieces, sim->piece_count, sizeof *sim->pieces);
+    sim->pieces[sim->piece_count++] = (struct kept_piece){part->tile.id, part->cost_s};
+}
+
+static void settle_piece(struct sim *sim, const struct fate *fate)
+{
+    uint32_t i = 0;
+    while (sim->pieces[i].id != fate->id)
+        i++;
+    if (fate->counts) sim->outcome->useful_s += sim->pieces[i].cost_s;
+    sim->pieces[i] = sim->pieces[--sim->piece_count];
+}
+
 void accept_part(struct sim *sim, uint32_t who, struct part *part)
 {
     if (part->unfinished) {
@@ -214,18 +227,19 @@ void accept_part(struct sim *sim, uint32_t who, struct part *part)
     double seconds = probes ? wall : queue_seconds(sim->queue, who, wall, part->cpu_s);
     if (part->dropped) {
         queue_drop(sim->queue, who, part->tile.id, sim->now, seconds);
-        sim->outcome->wasted_s += part->seconds * speed_of(sim, who);
         return;
     }
     if (probes) tell_probes(sim, &part->tile);
     enum answer answer = queue_finish(sim->queue, who, part->tile.id, sim->now, seconds);
     struct fate fate;
     bool any = answer == ANSWER_COUNTS;
-    while (queue_fate(sim->queue, &fate))
+    if (any) sim->outcome->useful_s += part->cost_s;
+    if (answer == ANSWER_KEPT) keep_piece(sim, part);
+    while (queue_fate(sim->queue, &fate)) {
+        settle_piece(sim, &fate);
         any |= fate.counts;
+    }
     if (any) sim->outcome->render_s = sim->now;
-    if (answer == ANSWER_IN_VAIN && !probes)
-        sim->outcome->wasted_s += part->seconds * speed_of(sim, who);
 }
 
 /* What is ready of a lot, in a message or in a slot of the tray. */
@@ -390,7 +404,6 @@ void sim_stop(struct sim *sim, uint32_t who)
             if (!part->working) continue;
             part->dropped = true;
             account(sim, who, part);
-            sim->outcome->wasted_s += part->seconds * speed_of(sim, who);
         }
     }
 }

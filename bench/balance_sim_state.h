@@ -34,6 +34,7 @@ struct part {
     struct part *next;       /* of those that go into the same answer */
     double begun_s, seconds; /* when it was begun (NAN: it has no core yet), and what it took */
     double span_s, left_s;   /* of shared cores: what it takes of one, and will take yet */
+    double cost_s;           /* what it takes a processor of speed 1 */
     double cpu_s;            /* that it took */
     double tell_s;   /* in work for so long it is told of, and again when it is twice as long */
     bool told;       /* it was: an answer is due when it is done */
@@ -54,6 +55,12 @@ struct lot {
     struct part notice;              /* that a part takes long */
     bool tells;                      /* the master has not heard of that yet */
     struct part parts[];             /* [count] */
+};
+
+/* A piece of a tile that is back, while nobody knows yet whether it counts. */
+struct kept_piece {
+    uint32_t id;
+    double cost_s; /* see struct part */
 };
 
 /* Seconds that are nothing: rounding. */
@@ -101,6 +108,8 @@ struct sim {
     struct events wall;   /* everything else */
     struct nap own_nap;   /* of rank 0's renderer */
     struct lot *lots;     /* all that are not accepted yet */
+    struct kept_piece *pieces;
+    uint32_t piece_count;
 
     /* The master. */
     bool serving;

@@ -75,6 +75,7 @@ static void test_serial(void **state)
     for (int schedule = 0; schedule < SCHEDULES; schedule++) {
         struct sim_outcome outcome = run((enum schedule)schedule, &machine);
         assert_near(outcome.render_s, all_s, 0.02);
+        assert_near(outcome.useful_s, outcome.render_s, 1e-9);
         assert_near(outcome.renderers[0].busy_s, outcome.render_s, 1e-9);
         assert_int_equal(outcome.renderers[0].pixels, WIDTH * HEIGHT);
         assert_int_equal(outcome.messages, 0);
@@ -89,6 +90,8 @@ static void test_equal_shares(void **state)
     for (int schedule = 0; schedule < SCHEDULES; schedule++) {
         struct sim_outcome outcome = run((enum schedule)schedule, &machine);
         assert_near(outcome.render_s, all_s / 4, 0.04);
+        assert_near(outcome.useful_s, all_s, 0.02);
+        assert_near(sim_efficiency(&outcome, 4), all_s / 4 / outcome.render_s, 0.02);
         assert_true(outcome.messages > 0);
         sim_outcome_free(&outcome);
     }
@@ -144,6 +147,7 @@ static void test_beside_tiles(void **state)
     machine.messages.tile_s = PIXEL_S;
     outcome = run(SCHEDULE_TILES, &machine);
     assert_near(outcome.render_s, all_s + tiles * PIXEL_S, 0.02);
+    assert_near(outcome.useful_s, all_s, 0.02);
     sim_outcome_free(&outcome);
 }
 
@@ -288,6 +292,26 @@ static void test_told_in_order(void **state)
     sim_outcome_free(&outcome);
 }
 
+/* What several have rendered counts once, as a whole or in pieces: a few are slow, and hear late of what others
+ * have done in their place. */
+static void test_in_vain(void **state)
+{
+    (void)state;
+    double speeds[8] = {1, 1, 1, 1, 1, 1, 1, 1}, work = 0;
+    struct machine machine = machine_of(8);
+    machine.speeds = speeds;
+    machine.messages.latency_s = 2e-3;
+    for (unsigned slow = 1; slow < 8; slow++) {
+        speeds[slow] = 0.1;
+        struct sim_outcome outcome = run(SCHEDULE_DYNAMIC, &machine);
+        for (unsigned i = 0; i < 8; i++)
+            work += outcome.renderers[i].busy_s * speeds[i];
+        assert_true(outcome.useful_s > 0.995 * all_s && outcome.useful_s <= all_s);
+        sim_outcome_free(&outcome);
+    }
+    assert_true(work > 1.08 * 7 * all_s);
+}
+
 /* Who naps sees a message at the end of the nap: 20, 40, 80 ... us, and what each is too long. */
 static void test_naps(void **state)
 {
@@ -346,7 +370,7 @@ int main(void)
         cmocka_unit_test(test_told_in_order), cmocka_unit_test(test_naps),
         cmocka_unit_test(test_nodes),         cmocka_unit_test(test_scaled_costs),
         cmocka_unit_test(test_starts),        cmocka_unit_test(test_beside_tiles),
-        cmocka_unit_test(test_run_costs),
+        cmocka_unit_test(test_run_costs),     cmocka_unit_test(test_in_vain),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
