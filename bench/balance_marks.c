@@ -65,8 +65,8 @@ void section_marks(void)
     for (unsigned s = 0; s < SCENES; s++)
         mark_scene(&bench_scenes[s]);
     mark("a rank that waits, of a core", "measured", value_get("waiting"), 0.01, false);
-    mark("simulated against measured, -n 1, 2, 4, 8, 44: off by", "both", value_get("model.worst"),
-         0.03, false);
+    mark("simulated against measured, -n 1, 2, 4, 8, 44: off by", "both, worst median of 5",
+         value_get("model.worst"), 0.03, false);
     mark("efficiency of 10,000 renderers, 7680 x 4320", "simulated",
          value_get("plan.garden.10000.4096.10"), 0.9, true);
     mark("the same, speeds uneven by 4, 100 us", "simulated",

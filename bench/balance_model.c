@@ -123,7 +123,7 @@ static struct comparison compare(unsigned scene, const struct row *row,
     return both;
 }
 
-/* Returns by how much the simulated farm is off. */
+/* Returns by how much the simulated farm is off, in the median of the runs. */
 static double put_row(FILE *out, unsigned scene, const struct row *row, unsigned runs,
                       const struct surroundings *around)
 {
@@ -168,6 +168,9 @@ static void put_heading(FILE *out, unsigned runs, const struct surroundings *aro
         "shows where shares are fixed or tiles large (strips, tiles).\n"
         "* **Tiles alone**: CPU seconds of all bars of the trace / processors at work: "
         "what a model would say that knows no waiting.\n"
+        "* **Off by, median**: by how much more or less than measured, the median of the %u runs "
+        "with their signs; single runs are off by more (from, to). -n 1 is nearly given: it has "
+        "nobody to wait for, and what its tiles took is told to the model.\n"
         "* **Of a core**: CPU seconds of bars / their wall seconds, mean of the ranks. Where no "
         "two ranks share a core, what is missing to 1 others took, and is missing in the "
         "simulated time.\n"
@@ -177,7 +180,7 @@ static void put_heading(FILE *out, unsigned runs, const struct surroundings *aro
         "| scene | schedule | ranks | of a core | of all | tiles alone | measured | simulated | "
         "off by, median | "
         "from, to |\n|---|---|---|---|---|---|---|---|---|---|\n",
-        SAMPLES, cores(), runs, 1e6 * around->messages.nap_s, 1e3 * around->slice_s);
+        SAMPLES, cores(), runs, 1e6 * around->messages.nap_s, 1e3 * around->slice_s, runs);
 }
 
 void section_model(void)
