@@ -18,7 +18,8 @@
 # to bench/out/.
 #
 # What was measured stays in the CSV files: a section that was ended goes on there, row by row, with the
-# same settings, programs and scene files; otherwise it begins anew.
+# same settings, programs and scene files; otherwise it begins anew. Status 1: something could not be measured
+# or drawn, which ends the bench, or, when all is done, a bound of truncation did not hold.
 set -u
 export LC_ALL=C
 SECTIONS=${*:-allocation sampling large truncation formulas forecast coverage peers}
@@ -32,6 +33,7 @@ OUT=bench/out
 set_size() { W=${1%x*} H=${1#*x}; }
 set_size "$SIZE"
 KEPT=$WORK/references
+broken=0 # bounds
 mkdir -p "$WORK/peers" "$KEPT" "$OUT"
 
 # Rows and references of another program or other scene files are worth nothing.
@@ -58,11 +60,14 @@ begin_csv() {
     renew "$OUT/.error_$1" "$2" "$csv"
     [ -e "$csv" ] || echo "$3" >"$csv"
 }
-# put_row FIELD,...: ends the bench when one is empty, as what should have told it failed.
+# put_row FIELD,... [N]: ends the bench when one is empty or no finite number, as what should have told it
+# failed. The N-th may be a bound that is not there: null or inf.
 put_row() {
-    case ",$1," in
-    *,,*) echo "error.sh: not all of a row of $csv was measured: $1" >&2; exit 1 ;;
-    esac
+    echo "$1" | awk -F, -v open="${2:-0}" '
+        { for (i = 1; i <= NF; i++) if ($i == "" || $i ~ /^[-+]?nan$/ || (i != open && $i ~ /^([-+]?inf|null)$/)) exit 1 }' || {
+        echo "error.sh: not all of a row of $csv was measured: $1" >&2
+        exit 1
+    }
     echo "$1" >>"$csv"
 }
 # Whether a row that begins like this is there.
@@ -90,6 +95,9 @@ set autoscale xfix
 set offsets graph 0.05, graph 0.05
 set rmargin 4
 set grid'
+
+# What gnuplot is told is read from standard input.
+plot() { gnuplot || { echo "error.sh: gnuplot failed" >&2; exit 1; }; }
 
 # A number of a report.
 value() { sed -n "s/.*\"$2\": \"\\{0,1\\}\\([^\",}]*\\).*/\\1/p" "$1" | "${3:-tail}" -n 1; }
@@ -237,7 +245,7 @@ sampling_tables() {
 }
 
 plot_sampling() {
-    gnuplot <<END
+    plot <<END
 $LOGLOG
 set output "$OUT/error_sampling_$1.svg"
 set xlabel "CPU seconds"
@@ -310,6 +318,7 @@ truncation() {
     } >"$OUT/error_truncation.md"
     for scene in $SCENES; do plot_truncation "$scene"; done
     cat "$OUT/error_truncation.md"
+    broken=$(awk -F, '$8 == "NO" { n++ } END { print n + 0 }' "$csv")
 }
 
 one_truncation() {
@@ -321,12 +330,13 @@ one_truncation() {
     # The reference has an error of its own, and both are floats.
     held=$(awk -v m="$most" -v b="$bound" 'BEGIN {
         print m == "" || b == "" ? "" : b == "null" ? "-" : m <= b + 1e-6 ? "yes" : "NO" }')
-    put_row "$scene,$knob,$setting,$cpu,$(of "$r" reference rmse),$most,$bound,$held"
+    put_row "$scene,$knob,$setting,$cpu,$(of "$r" reference rmse),$most,$bound,$held" 7
 }
 
 # What has no error at all, or no bound, has no place in it.
 plot_truncation() {
-    gnuplot <<END
+    awk -F, -v s="$1" '$1 == s && $5 > 0 { some = 1 } END { exit !some }' "$csv" || return 0
+    plot <<END
 $LOGLOG
 set output "$OUT/error_truncation_$1.svg"
 set xlabel "CPU seconds"
@@ -443,15 +453,21 @@ peers() {
             put_row "$scene,farm,$target,$cpu,$("$TOOL" compare "$WORK/run.pfm" "$reference.pfm")"
         done
     done
+    apart=
+    for scene in $SCENES; do
+        told="$scene"
+        for kind in pov dat; do
+            off=$("$TOOL" compare "$(converged_of "$WORK/$scene.$kind")" "$(reference_at "$scene").pfm") || exit 1
+            case $kind in pov) told="$told POV-Ray" ;; *) told="$told, Tachyon" ;; esac
+            told="$told $(printf %.2g "$off")"
+        done
+        apart="$apart${apart:+; }$told"
+    done
     {
         echo "# Antialiasing beside POV-Ray and Tachyon, $W x $H, each against its own converged picture"
         echo
         echo "Components clamped to 0..1, as the peers store them. The farm's time for the same RMSE is interpolated on logarithmic axes between its own pictures (<: its coarsest is better already). Peers get the scenes enlarged so that their tolerances do no harm; what their converged pictures differ from the farm's by, RMSE:"
-        for scene in $SCENES; do
-            for kind in pov dat; do
-                "$TOOL" compare "$(converged_of "$WORK/$scene.$kind")" "$(reference_at "$scene").pfm"
-            done | awk -v s="$scene" '{ d[NR] = $1 } END { printf "%s POV-Ray %.2g, Tachyon %.2g\n", s, d[1], d[2] }'
-        done | awk '{ printf "%s%s", (NR > 1 ? "; " : ""), $0 } END { print "." }'
+        echo "$apart."
         echo
         echo "| scene | program | setting | CPU s | RMSE | farm, CPU s | ratio |"
         echo "|---|---|---|---|---|---|---|"
@@ -474,7 +490,7 @@ peers() {
 }
 
 plot_peers() {
-    gnuplot <<END
+    plot <<END
 $LOGLOG
 set output "$OUT/error_peers_$1.svg"
 set xlabel "CPU seconds"
@@ -519,7 +535,7 @@ forecast() {
                     low = d == "null" ? t : at(b - d); high = d == "null" || b + d >= 0 ? 1e9 : at(b + d)
                     printf "%.3f,%.3f,%s,%s,%.3f\n", at(b), low, high < 1e9 ? sprintf("%.3f", high) : "inf",
                         took, at(b) / took - 1 }')
-            put_row "$scene,$setting,$rmse,$cpu,$later,$foretold"
+            put_row "$scene,$setting,$rmse,$cpu,$later,$foretold" 8
         done
     done
     {
@@ -537,7 +553,8 @@ forecast() {
 }
 
 plot_forecast() {
-    gnuplot <<END
+    [ "$(wc -l <"$csv")" -gt 1 ] || return 0
+    plot <<END
 $LOGLOG
 set output "$OUT/error_forecast.svg"
 set xlabel "CPU seconds that it took"
@@ -582,3 +599,4 @@ for section in $SECTIONS; do
     *) echo "error.sh: there is no section $section" >&2; exit 2 ;;
     esac
 done
+[ "$broken" -eq 0 ] || { echo "error.sh: bounds of truncation that do not hold: $broken" >&2; exit 1; }
