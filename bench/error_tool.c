@@ -28,11 +28,20 @@
 static int compare(const char *first, const char *second)
 {
     struct canvas a, b;
-    if (!picture_read(first, &a) || !picture_read(second, &b)) return EXIT_FAILURE;
-    printf("%.9g\n", picture_compare(&a, &b).rmse);
+    if (!picture_read(first, &a)) return EXIT_FAILURE;
+    if (!picture_read(second, &b)) {
+        canvas_free(&a);
+        return EXIT_FAILURE;
+    }
+    bool same = a.width == b.width && a.height == b.height;
+    if (same)
+        printf("%.9g\n", picture_compare(&a, &b).rmse);
+    else
+        fprintf(stderr, "%s is %u x %u, %s is %u x %u: they cannot be compared\n", first, a.width,
+                a.height, second, b.width, b.height);
     canvas_free(&a);
     canvas_free(&b);
-    return EXIT_SUCCESS;
+    return same ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
 /* Loads a scene, which the caller frees; NULL, after saying why, when it cannot. */
