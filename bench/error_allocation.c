@@ -26,7 +26,8 @@
  * done with what was measured, for the numbers of samples that the farm has: each pixel takes that of
  * 2, 4, 8, ... samples for which e_i(n) + lambda c_i n is least. What an error is in truth nobody
  * knows who chooses; here it is chosen by the errors of one half of the runs, and what comes out is
- * told by the other half, so that no pixel is chosen for its luck.
+ * told by the other half, so that no pixel is chosen for its luck. So the formula errs upward, too, as errors
+ * of pixels that scatter look uneven, and this downward, as who chooses by a noisy variance chooses badly.
  */
 
 #define LEVELS 8u /* 2 .. 256 samples */
