@@ -208,8 +208,9 @@ static void keep_piece(struct sim *sim, const struct part *part)
 static void settle_piece(struct sim *sim, const struct fate *fate)
 {
     uint32_t i = 0;
-    while (sim->pieces[i].id != fate->id)
+    while (i < sim->piece_count && sim->pieces[i].id != fate->id)
         i++;
+    if (i == sim->piece_count) fatal("the queue tells of a piece that was never back");
     if (fate->counts) sim->outcome->useful_s += sim->pieces[i].cost_s;
     sim->pieces[i] = sim->pieces[--sim->piece_count];
 }
