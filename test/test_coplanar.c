@@ -113,6 +113,7 @@ static void add_flat(struct builder *builder, enum kind kind, double half, doubl
 }
 
 #define HEIGHT 0.7
+#define PILE   3
 #define RAYS   512 /* some of them as packets and bundles */
 
 /* A floor in y = HEIGHT and glass above that stands on it. */
@@ -245,6 +246,137 @@ static void test_glass_on_glass(void **state)
     check_all(both_in_one_order, 0.5, 72);
 }
 
+/* ---- through all of them, and back ---- */
+
+/* Three of them in y = HEIGHT, each of a material of its own that lets half of the light through. */
+static struct scene *pile(enum kind upper, enum kind lower)
+{
+    struct builder *builder = builder_create();
+    uint32_t materials[PILE];
+    for (int i = 0; i < PILE; i++)
+        materials[i] = add_material(builder, vec3(1, 1, 1), 0.5);
+    add_flat(builder, upper, 3, HEIGHT, 2, materials[0]);
+    add_flat(builder, lower, 50, HEIGHT, -2, materials[1]);
+    add_flat(builder, DISC, 20, HEIGHT, 0, materials[2]);
+    return finish_scene(builder);
+}
+
+/* Rays at the plane, all at surfaces of one material. */
+struct crowd {
+    const struct scene *scene;
+    struct bvh *bvh;
+    bool reversed; /* they cross the plane on their way back */
+    struct ray rays[RAYS];
+    struct hit hits[RAYS];
+};
+
+/* To what is next on the way, or on the way back. */
+static void go_on(struct crowd *crowd, bool back)
+{
+    if (back) crowd->reversed = !crowd->reversed;
+    for (int i = 0; i < RAYS; i++) {
+        struct ray *ray = &crowd->rays[i], next = ray_from(crowd->scene, ray, &crowd->hits[i]);
+        if (back) {
+            next.origin = surface_beyond(crowd->scene, ray, &crowd->hits[i]);
+            next.direction.y = -next.direction.y;
+        }
+        if (crowd->reversed) next.from_part |= FROM_REVERSED;
+        *ray = next;
+    }
+    nearest_together(crowd->scene, crowd->bvh, crowd->rays, crowd->hits);
+}
+
+/* PILE: none of those in y = HEIGHT. */
+static uint32_t material_met(const struct crowd *crowd, int i)
+{
+    if (!is_bottom(crowd->scene, &crowd->rays[i], &crowd->hits[i])) return PILE;
+    return primitive_material(crowd->scene, crowd->hits[i].primitive);
+}
+
+static void assert_met(const struct crowd *crowd, uint32_t material)
+{
+    for (int i = 0; i < RAYS; i++)
+        assert_int_equal(material_met(crowd, i), material);
+}
+
+/* What comes through for each ray as if it were a shadow ray, the same from all levels. */
+static void light_of_all(const struct crowd *crowd, struct vec3 light[RAYS])
+{
+    static struct vec3 others[RAYS];
+    uint64_t exact = 0;
+    for (int i = 0; i < RAYS; i++)
+        light[i] = light_through(crowd->scene, crowd->bvh, &crowd->rays[i]);
+    for (enum processor_level level = PROCESSOR_PORTABLE; level < PROCESSOR_LEVELS; level++) {
+        if (!processor_has(level)) continue;
+        kernel_at(level)->occluded(crowd->scene, crowd->bvh, crowd->rays, RAYS, others, &exact);
+        assert_memory_equal(others, light, sizeof others);
+    }
+}
+
+/* Half of what came through from the surface before. */
+static void assert_halved(const struct crowd *crowd, const struct vec3 before[RAYS],
+                          struct vec3 light[RAYS])
+{
+    light_of_all(crowd, light);
+    for (int i = 0; i < RAYS; i++)
+        assert_vector_near(before[i], vec_scale(light[i], 0.5), 0);
+}
+
+/* Each of the three once, in one order; shadow rays, too, cross what is left of them. From the last one
+ * back to the middle, there and back again, and out. */
+static void passes_each_once(struct crowd *crowd)
+{
+    static struct vec3 light[PILE][RAYS];
+    uint32_t order[PILE];
+    nearest_together(crowd->scene, crowd->bvh, crowd->rays, crowd->hits);
+    for (int k = 0; k < PILE; k++) {
+        order[k] = material_met(crowd, 0);
+        assert_int_not_equal(order[k], PILE);
+        assert_met(crowd, order[k]);
+        for (int before = 0; before < k; before++)
+            assert_int_not_equal(order[k], order[before]);
+        if (k == PILE - 1) break;
+        go_on(crowd, false);
+        if (k > 0)
+            assert_halved(crowd, light[k - 1], light[k]);
+        else
+            light_of_all(crowd, light[0]);
+    }
+    go_on(crowd, true);
+    assert_met(crowd, order[1]);
+    light_of_all(crowd, light[0]);
+    go_on(crowd, true);
+    assert_met(crowd, order[2]);
+    go_on(crowd, true);
+    assert_met(crowd, order[1]);
+    go_on(crowd, false);
+    assert_met(crowd, order[0]);
+    assert_halved(crowd, light[0], light[1]);
+    go_on(crowd, false);
+    assert_met(crowd, PILE);
+    assert_halved(crowd, light[1], light[2]);
+}
+
+static void test_each_is_passed_once(void **state)
+{
+    (void)state;
+    static struct crowd crowd;
+    uint64_t random = 74;
+    for (enum kind upper = MESH; upper < KINDS; upper++)
+        for (enum kind lower = MESH; lower < KINDS; lower++)
+            for (int one_eye = 0; one_eye < 2; one_eye++) {
+                struct scene *scene = pile(upper, lower);
+                crowd.scene = scene;
+                crowd.bvh = build_tree(scene);
+                crowd.reversed = false;
+                for (int i = 0; i < RAYS; i++)
+                    crowd.rays[i] = ray_down(&random, one_eye);
+                passes_each_once(&crowd);
+                free(crowd.bvh);
+                free(scene);
+            }
+}
+
 /* ---- oblique ---- */
 
 /* In x + 3 y - z = 1, exactly; reach: of the two steps along the plane from (1, 0, 0), (1, 0, 1) and
@@ -304,6 +436,7 @@ int main(void)
         cmocka_unit_test(test_are_coplanar),
         cmocka_unit_test(test_glass_on_floor),
         cmocka_unit_test(test_glass_on_glass),
+        cmocka_unit_test(test_each_is_passed_once),
         cmocka_unit_test(test_oblique),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

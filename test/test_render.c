@@ -305,6 +305,32 @@ static void test_eye_inside_glass(void **state)
     assert_true(picture.counts.rays[RAY_REFRACTION] > SIZE * SIZE);
 }
 
+/* A block of glass at another, two faces in one plane: what is thrown back between the two crosses each of them as
+ * often as it has to, so that all is matched, and all that goes in comes out into a sky of 1. */
+static void test_glass_on_glass(void **state)
+{
+    (void)state;
+    static struct picture picture;
+    uint32_t index;
+    struct builder *builder = builder_create();
+    struct material glass = {
+        .color = {1, 1, 1}, .reflection = 0.15, .transmission = 0.85, .ior = 1.5};
+    must(builder_add_material(builder, &glass, &index));
+    struct box behind = {{-2, -2, -1}, {2, 2, 0}, index, 0};
+    struct box before = {{-1.6, -2.3, 0}, {2.2, 1.8, 1}, index, 0};
+    must(builder_add_box(builder, &behind));
+    must(builder_add_box(builder, &before));
+    struct view view = small_view(SIZE);
+    view.max_depth = 60;
+    view.cutoff = 1.0 / 256;
+    view.background_bottom = view.background_top = vec3(1, 1, 1);
+    render_scene(builder, &view, SIZE, SIZE, &picture);
+    assert_int_equal(picture.counts.unmatched_media, 0);
+    assert_int_equal(picture.counts.open_media, 0);
+    for (uint32_t i = 0; i < SIZE * SIZE * 3; i++)
+        assert_true(fabs(1 - (double)picture.rgb[i]) <= picture.counts.truncation + 0x1p-20);
+}
+
 /* A ball of glass in glass of the same index cannot be seen; with the paper's formulas it can. */
 static void test_equal_media_are_one(void **state)
 {
@@ -476,6 +502,7 @@ int main(void)
         cmocka_unit_test(test_shadows_can_be_left_out),
         cmocka_unit_test(test_rays_are_bounded),
         cmocka_unit_test(test_eye_inside_glass),
+        cmocka_unit_test(test_glass_on_glass),
         cmocka_unit_test(test_equal_media_are_one),
         cmocka_unit_test(test_bad_samples_are_told),
         cmocka_unit_test(test_passes_add_up),

@@ -100,7 +100,7 @@ static inline bool box_goes_inside(uint32_t face, const struct ray *ray)
 static inline struct crossings box_way_out(const struct box *box, const struct ray *ray)
 {
     struct crossings line;
-    uint32_t face = ray->from_part;
+    uint32_t face = ray_from_part(ray);
     if (!box_goes_inside(face, ray) || box_is_sheet(box)) return NO_CROSSINGS;
     if (!box_line(box, ray, &line)) {
         line = one_crossing(NOT_CROSSED);

@@ -445,7 +445,7 @@ static struct spans way_out(const struct scaled *it, uint32_t from_part)
 static struct spans spans_of(const struct scaled *it, const struct ray *ray, bool leaving, bool any,
                              uint64_t *exact)
 {
-    if (leaving) return way_out(it, ray->from_part);
+    if (leaving) return way_out(it, ray_from_part(ray));
     struct slab slab = cone_slab(it);
     if (!any && enters_by_cap(it, &slab))
         return (struct spans){{slab.inside.enter, dd(NOT_CROSSED)}, {slab.enter_part, 0}};

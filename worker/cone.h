@@ -172,13 +172,14 @@ static inline double cone_middle(const struct cone_sketch *s)
     return smaller_number(larger_number(t, middle - reach), middle + reach);
 }
 
-/* Whether a solid is certainly entered and left between 0 and t_max; *t is where it is inside. */
+/* Whether a solid is certainly entered and left between 0 and t_max, and not close to where the ray
+ * starts, where it may have been entered already; *t is where it is inside. */
 static inline bool cone_is_pierced(const struct cone *cone, const struct cone_sketch *s,
                                    const struct ray *ray, double t_max, double *t)
 {
     *t = cone_middle(s);
     return cone->capped && *t > 0 && *t < t_max && t_max * s->speed < 0x1p200 &&
-           cone_is_inside_at(cone, s, ray, *t) && cone_is_outside_at(s, ray, 0) &&
+           cone_is_inside_at(cone, s, ray, *t) && cone_is_outside_at(s, ray, start_reach(ray)) &&
            cone_is_outside_at(s, ray, t_max);
 }
 
@@ -186,7 +187,7 @@ static inline bool cone_is_pierced(const struct cone *cone, const struct cone_sk
 static inline bool cone_is_missed(const struct cone *cone, const struct cone_sketch *s,
                                   const struct ray *ray, bool leaving, double farthest)
 {
-    if (leaving) return cone_is_left(cone, s, ray->from_part);
+    if (leaving) return cone_is_left(cone, s, ray_from_part(ray));
     return cone_is_beside(s) || cone_is_beyond(s, farthest) || cone_is_off(s, farthest);
 }
 

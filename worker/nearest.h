@@ -73,4 +73,8 @@ struct surface {
 void surface_at(const struct scene *scene, const struct ray *ray, const struct hit *hit,
                 struct surface *surface);
 
+/* Its point, but put off to the other side: where a ray starts that goes back through surfaces in the same
+ * plane; see worker/order.h. */
+struct vec3 surface_beyond(const struct scene *scene, const struct ray *ray, const struct hit *hit);
+
 #endif

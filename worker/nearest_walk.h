@@ -33,7 +33,7 @@ static bool precedes(const struct nearest_walk *walk, const struct crossing *cro
     struct crossing best = {hit->primitive, hit->part, hit->t};
     int order = compare_crossings(probe->scene, probe->ray, &probe->shear, crossing, &best);
     return order < 0 ||
-           (order == 0 && is_met_first(probe->scene, crossing->primitive, hit->primitive));
+           (order == 0 && is_first_of_equals(probe->scene, probe->ray, crossing, &best));
 }
 
 /* Of the distance to a crossing, as worker/order.h tells. */
@@ -172,7 +172,7 @@ static INLINED void nearest_span(struct nearest_walk *walk, const struct bvh_lea
     struct spans_one span = spans_of_one(probe->scene, leaf->id, &probe->line);
     if (!may_be_crossed_one(&span, probe->purpose.farthest)) return;
     struct first_crossing_one first = first_crossing_one(&span);
-    if (first.told && is_told_solid(probe->scene, leaf->id))
+    if (first.told && is_told_ahead(probe->scene, leaf->id, probe->ray, first.from))
         nearest_waits(walk, leaf->id, first.from, first.to, is_on_part_one(&first) & 1,
                       part_at_one(&first, 0));
     else

@@ -191,7 +191,8 @@ static INLINED bool occlusion_span(struct occlusion_walk *walk, const struct bvh
     struct spans_one span = spans_of_one(probe->scene, leaf->id, &probe->line);
     if (!may_be_crossed_one(&span, probe->ray->t_max)) return true;
     struct crossing_sets_one certain = crossing_sets_one(&span, probe->ray->t_max);
-    if ((certain.once | certain.twice) && is_told_solid(probe->scene, leaf->id))
+    if ((certain.once | certain.twice) &&
+        is_told_ahead(probe->scene, leaf->id, probe->ray, first_crossing_one(&span).from))
         return occlusion_by(walk, leaf, certain.twice ? 2 : 1);
     return occlusion_primitive(walk, leaf, false);
 }

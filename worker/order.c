@@ -57,3 +57,26 @@ bool is_met_first(const struct scene *scene, uint32_t a, uint32_t b)
     bool through_a = transmits(scene, a), through_b = transmits(scene, b);
     return through_a == through_b ? a < b : through_b;
 }
+
+bool is_at_start(const struct scene *scene, const struct ray *ray, const struct crossing *crossing)
+{
+    return is_near_start(ray, crossing->t) && crossing->primitive != ray->from &&
+           are_coplanar(scene, ray->from, ray_from_part(ray), crossing->primitive, crossing->part);
+}
+
+static bool is_reversed(const struct ray *ray)
+{
+    return (ray->from_part & FROM_REVERSED) != 0;
+}
+
+bool is_passed(const struct scene *scene, const struct ray *ray, const struct crossing *crossing)
+{
+    return is_met_first(scene, crossing->primitive, ray->from) != is_reversed(ray);
+}
+
+bool is_first_of_equals(const struct scene *scene, const struct ray *ray, const struct crossing *a,
+                        const struct crossing *b)
+{
+    bool first = is_met_first(scene, a->primitive, b->primitive);
+    return is_reversed(ray) && is_at_start(scene, ray, a) ? !first : first;
+}

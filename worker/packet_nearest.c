@@ -35,7 +35,7 @@ struct nearest_packet {
     alignas(64) double limit[LANES]; /* nothing beyond is of interest to the ray */
     struct floats float_limit;       /* ray_limits() */
     struct lanes first_limit;        /* when the walk began */
-    struct lanes least; /* what is nearer may be a passage through the triangle it starts on */
+    struct lanes least;              /* what is nearer may have been passed, see shape.h */
     struct lanes origin_error;
     /* A triangle or plane that is certainly crossed before what was known when it was found; most rays have
      * no other candidate. */
@@ -152,6 +152,7 @@ static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *l
     if (!set) return;
     struct first_crossing_lanes first = first_crossing_lanes(&spans);
     lane_set told = is_told_solid(it->scene, leaf->id) ? set & first.told & ~leaving : 0;
+    if (primitive_kind(leaf->id) == PRIMITIVE_CONE) told &= lanes_less(it->least, first.from);
     double from[LANES], to[LANES];
     lanes_store(from, first.from);
     lanes_store(to, first.to);

@@ -6,8 +6,8 @@
  * that the ray came from, by just more than its coordinates' rounding. A ray that goes through then
  * still has everything before it that touches this surface from behind, such as the floor under a
  * glass ball, and a reflected or shadow ray starts on the side where it belongs. The surface itself
- * is not met again because the ray names it. For this the point is known in double-double and
- * rounded once.
+ * is not met again because the ray names it; for others in its plane see worker/order.h. For this
+ * the point is known in double-double and rounded once.
  */
 #ifndef FARM_WORKER_PLACE_H
 #define FARM_WORKER_PLACE_H

@@ -5,6 +5,7 @@
 #include "worker/box.h"
 #include "worker/cone.h"
 #include "worker/naive.h"
+#include "worker/order.h"
 #include "worker/planar.h"
 #include "worker/sphere.h"
 #include "worker/triangle.h"
@@ -59,20 +60,26 @@ static inline bool have_common_vertex(const uint32_t a[3], const uint32_t b[3])
     return false;
 }
 
-/* Whether the crossing at t with a neighbour of the triangle that the ray starts on is no other
- * than its passage through that one; only close to the start, in units of its coordinates. */
-static inline bool is_same_passage(const struct scene *scene, uint32_t id, const struct ray *ray,
-                                   double t)
+/* Whether the crossing with a neighbour of the triangle that the ray starts on is no other than its
+ * passage through that one; only where it is_near_start(). */
+static inline bool is_same_passage(const struct scene *scene, uint32_t id, const struct ray *ray)
 {
-    if (ray->from == PRIMITIVE_NONE || !is_triangle(ray->from)) return false;
-    double way = t * vec_largest(ray->direction);
-    if (!(t > 0 && way < 0x1p-20 * vec_largest(ray->origin))) return false;
+    if (!is_triangle(ray->from)) return false;
     const uint32_t *from = corner_indices(scene, ray->from), *of = corner_indices(scene, id);
     if (!have_common_vertex(from, of)) return false;
     const struct vec3 *at = scene_vertices(scene);
     const struct vec3 from_corners[3] = {at[from[0]], at[from[1]], at[from[2]]};
     const struct vec3 of_corners[3] = {at[of[0]], at[of[1]], at[of[2]]};
     return triangle_is_same_passage(from_corners, of_corners, ray);
+}
+
+/* Whether a triangle that is crossed close to where the ray starts is not met there. */
+static inline bool is_left_out(const struct scene *scene, uint32_t id, const struct ray *ray,
+                               double t)
+{
+    const struct crossing crossing = {id, 0, t};
+    if (is_at_start(scene, ray, &crossing) && is_passed(scene, ray, &crossing)) return true;
+    return is_same_passage(scene, id, ray);
 }
 
 /* Where the ray's line crosses the triangle, with what primitive_crossings() leaves out. */
@@ -85,7 +92,35 @@ static inline struct crossings corner_crossings(const struct scene *scene, uint3
     const struct vec3 *vertices = scene_vertices(scene);
     struct crossings found = triangle_crossings(&vertices[corner[0]], &vertices[corner[1]],
                                                 &vertices[corner[2]], ray, shear, purpose, exact);
-    return is_same_passage(scene, id, ray, found.t[0]) ? NO_CROSSINGS : found;
+    if (!is_near_start(ray, found.t[0])) return found;
+    return is_left_out(scene, id, ray, found.t[0]) ? NO_CROSSINGS : found;
+}
+
+/* Less those that the ray has passed where it starts. */
+static inline struct crossings crossings_ahead(const struct scene *scene, uint32_t id,
+                                               const struct ray *ray, struct crossings found)
+{
+    for (unsigned i = 0; i < 2; i++) {
+        const struct crossing crossing = {id, found.part[i], found.t[i]};
+        if (!is_near_start(ray, found.t[i])) continue;
+        if (is_at_start(scene, ray, &crossing) && is_passed(scene, ray, &crossing))
+            found.t[i] = NOT_CROSSED;
+    }
+    return found;
+}
+
+/* The way out of one that is entered by a cap may not have been looked for. */
+static inline struct crossings cone_crossings_ahead(const struct scene *scene, uint32_t id,
+                                                    const struct ray *ray,
+                                                    const struct purpose *purpose, uint64_t *exact)
+{
+    const struct purpose both = {true, INFINITE};
+    const struct cone *cone = &scene_cones(scene)[primitive_index(id)];
+    bool leaving = id == ray->from;
+    struct crossings found = cone_crossings(cone, ray, leaving, purpose, exact);
+    struct crossings ahead = crossings_ahead(scene, id, ray, found);
+    if (ahead.t[0] == found.t[0] || found.t[1] != NOT_CROSSED) return ahead;
+    return crossings_ahead(scene, id, ray, cone_crossings(cone, ray, leaving, &both, exact));
 }
 
 /*
@@ -99,17 +134,21 @@ static inline struct crossings primitive_crossings(const struct scene *scene, ui
 {
     uint32_t index = primitive_index(id);
     bool leaving = id == ray->from;
+    struct crossings found = NO_CROSSINGS;
     switch (primitive_kind(id)) {
     case PRIMITIVE_SPHERE:
         return sphere_crossings(&scene_spheres(scene)[index], ray, leaving, purpose, exact);
     case PRIMITIVE_BOX:
-        return box_crossings(&scene_boxes(scene)[index], ray, leaving, exact);
+        found = box_crossings(&scene_boxes(scene)[index], ray, leaving, exact);
+        return crossings_ahead(scene, id, ray, found);
     case PRIMITIVE_CONE:
-        return cone_crossings(&scene_cones(scene)[index], ray, leaving, purpose, exact);
+        return cone_crossings_ahead(scene, id, ray, purpose, exact);
     case PRIMITIVE_DISC:
-        return leaving ? NO_CROSSINGS : disc_crossings(&scene_discs(scene)[index], ray, exact);
+        if (!leaving) found = disc_crossings(&scene_discs(scene)[index], ray, exact);
+        return crossings_ahead(scene, id, ray, found);
     case PRIMITIVE_PLANE:
-        return leaving ? NO_CROSSINGS : plane_crossings(&scene_planes(scene)[index], ray);
+        if (!leaving) found = plane_crossings(&scene_planes(scene)[index], ray);
+        return crossings_ahead(scene, id, ray, found);
     case PRIMITIVE_TRIANGLE:
     case PRIMITIVE_PATCH:
     case PRIMITIVE_KINDS:

@@ -392,7 +392,7 @@ static bool leaves(const struct scene *scene, const struct ray *ray)
         return vec_dot(ray->direction, vec_sub(ray->origin, sphere->center)) >
                OUTWARD * sphere->radius;
     case PRIMITIVE_BOX:
-        return !box_goes_inside(ray->from_part, ray);
+        return !box_goes_inside(ray_from_part(ray), ray);
     case PRIMITIVE_TRIANGLE:
     case PRIMITIVE_PATCH:
     case PRIMITIVE_DISC:

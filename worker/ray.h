@@ -15,6 +15,9 @@ enum {
     /* box: 2 * axis + (0: the min face, 1: the max face) */
 };
 
+/* Beside a part in from_part, see below. */
+#define FROM_REVERSED 0x100u
+
 /*
  * The half-open segment origin + t direction, 0 < t < t_max. direction need not have unit length
  * and is never zero; t_max may be infinite.
@@ -23,6 +26,10 @@ enum {
  * root is left out by identity, not by an epsilon: a plane, disc, triangle, patch, box face or cap
  * is not met again; of a sphere or cone side the root at the origin is known to be 0 and the other
  * one is solved for with that knowledge.
+ *
+ * Surfaces in one plane are crossed at one place, one after the other; worker/order.h tells which.
+ * FROM_REVERSED in from_part: this ray crosses those of the plane that it starts in from the last one to
+ * the first, because it is on its way back.
  */
 struct ray {
     struct vec3 origin;
@@ -31,6 +38,12 @@ struct ray {
     uint32_t from;
     uint32_t from_part;
 };
+
+/* Of rays that name a surface: the part alone. */
+static inline uint32_t ray_from_part(const struct ray *ray)
+{
+    return ray->from_part & ~FROM_REVERSED;
+}
 
 struct hit {
     double t;           /* of the nearest hit; infinite when there is none */

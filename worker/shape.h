@@ -49,6 +49,23 @@ static inline struct crossings one_crossing(double t)
     return (struct crossings){.t = {t, NOT_CROSSED}};
 }
 
+/* Where a ray starts, surfaces may be found that it has passed (worker/order.h): only so close, in units of
+ * its coordinates, that those which meet the surface at less than 2^-33 may cross them farther away. */
+#define START_REACH 0x1p-20
+
+static inline bool is_near_start(const struct ray *ray, double t)
+{
+    return ray->from != PRIMITIVE_NONE && t > 0 &&
+           t * vec_largest(ray->direction) < START_REACH * vec_largest(ray->origin);
+}
+
+/* No nearer than any crossing for which that is so. */
+static inline double start_reach(const struct ray *ray)
+{
+    if (ray->from == PRIMITIVE_NONE) return 0;
+    return 2 * START_REACH * vec_largest(ray->origin) / vec_largest(ray->direction);
+}
+
 _Static_assert(sizeof(struct vec3) == 3 * sizeof(double), "vec_component() steps over doubles");
 
 /* x, y or z for axis 0, 1 or 2. */

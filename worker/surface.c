@@ -140,6 +140,13 @@ static void exact_surface(const struct scene *scene, const struct ray *ray, cons
     surface->point = stand_off(&place, surface->geometric, ray->direction);
 }
 
+struct vec3 surface_beyond(const struct scene *scene, const struct ray *ray, const struct hit *hit)
+{
+    struct vec3 normal;
+    struct place place = place_of(scene, ray, hit, &normal);
+    return stand_off(&place, normal, vec_neg(ray->direction));
+}
+
 FLATTENED void surface_at(const struct scene *scene, const struct ray *ray, const struct hit *hit,
                           struct surface *surface)
 {

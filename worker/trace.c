@@ -3,6 +3,7 @@
 
 #include "common/clock.h"
 #include "worker/inlined.h"
+#include "worker/order.h"
 #include "worker/renderer.h"
 #include "worker/shade.h"
 
@@ -25,6 +26,34 @@ static struct further *further_of(struct renderer *renderer, uint32_t p)
     return further;
 }
 
+/* Whether a ray has met a surface in the plane of that which it starts on, right there. */
+static INLINED bool is_met_at_start(const struct renderer *renderer, uint32_t slot)
+{
+    const struct ray *ray = &renderer->rays[slot];
+    const struct hit *hit = &renderer->hits[slot];
+    const struct crossing crossing = {hit->primitive, hit->part, hit->t};
+    return is_near_start(ray, hit->t) && renderer->scene->view.formulas == FORMULAS_EXACT &&
+           is_at_start(renderer->scene, ray, &crossing);
+}
+
+/* Where a further ray of a point starts. back: to the side that the point was met from, where there may
+ * be surfaces in its plane that have been passed; see worker/order.h. */
+static INLINED void start_at(const struct renderer *renderer, uint32_t point, bool back,
+                             struct ray *ray)
+{
+    uint32_t slot = renderer->points.slot[point];
+    const struct ray *before = &renderer->rays[slot];
+    const struct hit *hit = &renderer->hits[slot];
+    ray->origin = lane(&renderer->points.point, point);
+    ray->from = hit->primitive;
+    ray->from_part = hit->part;
+    if (!is_met_at_start(renderer, slot)) return;
+    ray->from_part |= before->from_part & FROM_REVERSED;
+    if (!back) return;
+    ray->from_part ^= FROM_REVERSED;
+    ray->origin = surface_beyond(renderer->scene, before, hit);
+}
+
 /* Adds the next ray of the tree, unless it carries nothing. */
 static void spawn(struct renderer *renderer, uint32_t point, struct vec3 direction,
                   struct vec3 share, enum ray_kind kind, uint32_t media)
@@ -42,11 +71,9 @@ static void spawn(struct renderer *renderer, uint32_t point, struct vec3 directi
         beyond ? omission_add(&further->omission, &renderer->radiance, bound, depth)
                : tree_add(&further->tree, bound, depth);
     struct ray *ray = &child->ray;
-    ray->origin = lane(&renderer->points.point, point);
+    start_at(renderer, point, kind == RAY_REFLECTION, ray);
     ray->direction = direction;
     ray->t_max = HUGE_VAL;
-    ray->from = renderer->hits[slot].primitive;
-    ray->from_part = renderer->hits[slot].part;
     child->weight = weight;
     child->rough = true;
     child->media = media;
@@ -189,11 +216,15 @@ static INLINED void add_facing(struct renderer *renderer, uint32_t point, uint32
     renderer->facing[i] = (struct facing){point, light};
     /* Field by field: a whole ray would be copied from where it has only just been put together. */
     struct ray *ray = &renderer->shadow_rays[i];
-    ray->origin = lane(&renderer->points.point, point);
+    if (flat) {
+        ray->origin = lane(&renderer->points.point, point);
+        ray->from = renderer->hits[slot].primitive;
+        ray->from_part = renderer->hits[slot].part;
+    } else {
+        start_at(renderer, point, true, ray);
+    }
     ray->direction = lane(&renderer->faced.to_light, point);
     ray->t_max = renderer->faced.end[point];
-    ray->from = renderer->hits[slot].primitive;
-    ray->from_part = renderer->hits[slot].part;
 }
 
 /* Whether light matters at a point. */

@@ -55,8 +55,8 @@ struct triangle_sets {
 
 /*
  * What part of the ray counts, in terms of z = t dz. A triangle with all vertices between from and
- * to is crossed there if it is crossed, and that is a passage of its own: is_same_passage() asks
- * for less than 2^-20 of the origin. t errs by less than 10 u of the vertices' z; see SLOPE_MAX,
+ * to is crossed there if it is crossed, and that is a passage of its own: is_near_start() asks
+ * for less than half as much. t errs by less than 10 u of the vertices' z; see SLOPE_MAX,
  * beyond which it is corrected.
  */
 struct reach {
