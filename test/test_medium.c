@@ -276,6 +276,40 @@ static void test_eye_in_an_open_mesh(void **state)
     assert_int_equal(outside, 4);
 }
 
+/* In water whose bed is a floor with a block on it, both opaque: the rays that look for what is around
+ * go through the two in one plane. */
+static void test_eye_above_coplanar(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    uint32_t water = add_glass(builder, 1.33, 0.9), stone = add_glass(builder, 1.5, 0);
+    struct plane floor = {.point = {0, 0, 0}, .normal = {0, 1, 0}, .material = stone};
+    uint32_t corner[8];
+    static const unsigned faces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                         {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    for (unsigned i = 0; i < 8; i++)
+        corner[i] = add_vertex(builder, vec3(i & 1 ? 5 : -5, i & 2 ? 3 : -1, i & 4 ? 5 : -5));
+    for (unsigned i = 0; i < 6; i++)
+        for (unsigned k = 1; k < 3; k++) {
+            const unsigned *face = faces[i];
+            struct triangle half = {{corner[face[0]], corner[face[k]], corner[face[k + 1]]}, water};
+            assert_added(builder_add_triangle(builder, &half));
+        }
+    assert_added(builder_add_plane(builder, &floor));
+    add_box(builder, vec3(-1.5, 0, 0.2), vec3(-0.5, 0.3, 1.2), stone);
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    struct media *media = media_create(scene);
+    uint32_t inside = media_at(media, bvh, vec3(0, 1, 0));
+    struct crossing_media at =
+        media_cross(media, inside, primitive_id(PRIMITIVE_TRIANGLE, 0), false);
+    assert_crossing(at, 1.33, 1, false);
+    assert_int_equal(at.stack, MEDIUM_OUTSIDE);
+    media_destroy(media);
+    free(bvh);
+    free(scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -289,6 +323,7 @@ int main(void)
         cmocka_unit_test(test_eye_in_a_mesh),
         cmocka_unit_test(test_sphere_seen_from_inside),
         cmocka_unit_test(test_eye_in_an_open_mesh),
+        cmocka_unit_test(test_eye_above_coplanar),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
