@@ -377,6 +377,53 @@ static void test_each_is_passed_once(void **state)
             }
 }
 
+/* ---- sheets with common corners ---- */
+
+/* Two of a square in y = HEIGHT that are cut along different or the same diagonals, with the same vertices. */
+static struct scene *two_sheets(unsigned diagonal)
+{
+    struct builder *builder = builder_create();
+    uint32_t corner[4], first = add_material(builder, vec3(1, 1, 1), 0.5);
+    uint32_t second = add_material(builder, vec3(1, 1, 1), 0.5);
+    for (unsigned i = 0; i < 4; i++)
+        corner[i] = add_vertex(builder, vec3(i == 1 || i == 2 ? 3 : -3, HEIGHT, i < 2 ? -3 : 3));
+    for (unsigned i = 0; i < 4; i += 2) {
+        unsigned k = i + diagonal;
+        struct triangle below = {{corner[i], corner[(i + 1) % 4], corner[(i + 2) % 4]}, first};
+        struct triangle above = {{corner[k % 4], corner[(k + 3) % 4], corner[(k + 2) % 4]}, second};
+        assert_added(builder_add_triangle(builder, &below));
+        assert_added(builder_add_triangle(builder, &above));
+    }
+    return finish_scene(builder);
+}
+
+/* Both are met, and neither twice. */
+static void test_sheets_with_common_corners(void **state)
+{
+    (void)state;
+    static struct crowd crowd;
+    uint64_t random = 75;
+    for (unsigned i = 0; i < 4; i++) {
+        struct scene *scene = two_sheets(i % 2);
+        crowd.scene = scene;
+        crowd.bvh = build_tree(scene);
+        crowd.reversed = false;
+        for (int k = 0; k < RAYS; k++)
+            crowd.rays[k] = ray_down(&random, i < 2);
+        nearest_together(crowd.scene, crowd.bvh, crowd.rays, crowd.hits);
+        uint32_t met[RAYS];
+        for (int k = 0; k < RAYS; k++)
+            met[k] = material_met(&crowd, k);
+        go_on(&crowd, false);
+        for (int k = 0; k < RAYS; k++)
+            assert_int_equal(met[k] + material_met(&crowd, k), 1);
+        go_on(&crowd, false);
+        assert_met(&crowd, PILE);
+        free(crowd.bvh);
+        free(scene);
+    }
+}
+
 /* ---- oblique ---- */
 
 /* In x + 3 y - z = 1, exactly; reach: of the two steps along the plane from (1, 0, 0), (1, 0, 1) and
@@ -437,6 +484,7 @@ int main(void)
         cmocka_unit_test(test_glass_on_floor),
         cmocka_unit_test(test_glass_on_glass),
         cmocka_unit_test(test_each_is_passed_once),
+        cmocka_unit_test(test_sheets_with_common_corners),
         cmocka_unit_test(test_oblique),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

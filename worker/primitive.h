@@ -61,8 +61,10 @@ static inline bool have_common_vertex(const uint32_t a[3], const uint32_t b[3])
 }
 
 /* Whether the crossing with a neighbour of the triangle that the ray starts on is no other than its
- * passage through that one; only where it is_near_start(). */
-static inline bool is_same_passage(const struct scene *scene, uint32_t id, const struct ray *ray)
+ * passage through that one. Two in one plane are neighbours if the line passes beside the one, else
+ * two sheets that lie on each other. */
+static inline bool is_same_passage(const struct scene *scene, uint32_t id, const struct ray *ray,
+                                   const struct shear *shear, bool coplanar)
 {
     if (!is_triangle(ray->from)) return false;
     const uint32_t *from = corner_indices(scene, ray->from), *of = corner_indices(scene, id);
@@ -70,16 +72,18 @@ static inline bool is_same_passage(const struct scene *scene, uint32_t id, const
     const struct vec3 *at = scene_vertices(scene);
     const struct vec3 from_corners[3] = {at[from[0]], at[from[1]], at[from[2]]};
     const struct vec3 of_corners[3] = {at[of[0]], at[of[1]], at[of[2]]};
-    return triangle_is_same_passage(from_corners, of_corners, ray);
+    if (!triangle_is_same_passage(from_corners, of_corners, ray)) return false;
+    return !coplanar || triangle_careful(from_corners, ray, shear, NULL).t[0] == NOT_CROSSED;
 }
 
 /* Whether a triangle that is crossed close to where the ray starts is not met there. */
 static inline bool is_left_out(const struct scene *scene, uint32_t id, const struct ray *ray,
-                               double t)
+                               const struct shear *shear, double t)
 {
     const struct crossing crossing = {id, 0, t};
-    if (is_at_start(scene, ray, &crossing) && is_passed(scene, ray, &crossing)) return true;
-    return is_same_passage(scene, id, ray);
+    bool coplanar = is_at_start(scene, ray, &crossing);
+    return (coplanar && is_passed(scene, ray, &crossing)) ||
+           is_same_passage(scene, id, ray, shear, coplanar);
 }
 
 /* Where the ray's line crosses the triangle, with what primitive_crossings() leaves out. */
@@ -93,7 +97,7 @@ static inline struct crossings corner_crossings(const struct scene *scene, uint3
     struct crossings found = triangle_crossings(&vertices[corner[0]], &vertices[corner[1]],
                                                 &vertices[corner[2]], ray, shear, purpose, exact);
     if (!is_near_start(ray, found.t[0])) return found;
-    return is_left_out(scene, id, ray, found.t[0]) ? NO_CROSSINGS : found;
+    return is_left_out(scene, id, ray, shear, found.t[0]) ? NO_CROSSINGS : found;
 }
 
 /* Less those that the ray has passed where it starts. */
