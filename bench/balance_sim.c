@@ -115,7 +115,7 @@ static void give_up(struct sim *sim)
     events_free(&sim->done);
     events_free(&sim->wall);
     free(sim->letters);
-    free(sim->pieces);
+    free(sim->kept_s);
     free(sim->renderers);
     cores_free(sim);
 }

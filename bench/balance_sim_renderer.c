@@ -201,18 +201,12 @@ static void tell_probes(struct sim *sim, const struct tile *tile)
 
 static void keep_piece(struct sim *sim, const struct part *part)
 {
-    sim->pieces = grow(sim->pieces, sim->piece_count, sizeof *sim->pieces);
-    sim->pieces[sim->piece_count++] = (struct kept_piece){part->tile.id, part->cost_s};
-}
-
-static void settle_piece(struct sim *sim, const struct fate *fate)
-{
-    uint32_t i = 0;
-    while (i < sim->piece_count && sim->pieces[i].id != fate->id)
-        i++;
-    if (i == sim->piece_count) fatal("the queue tells of a piece that was never back");
-    if (fate->counts) sim->outcome->useful_s += sim->pieces[i].cost_s;
-    sim->pieces[i] = sim->pieces[--sim->piece_count];
+    uint32_t id = part->tile.id;
+    if (id >= sim->kept_room) {
+        sim->kept_room = 2 * (id + 1);
+        sim->kept_s = reallocate(sim->kept_s, sim->kept_room, sizeof *sim->kept_s);
+    }
+    sim->kept_s[id] = part->cost_s;
 }
 
 void accept_part(struct sim *sim, uint32_t who, struct part *part)
@@ -237,8 +231,10 @@ void accept_part(struct sim *sim, uint32_t who, struct part *part)
     if (any) sim->outcome->useful_s += part->cost_s;
     if (answer == ANSWER_KEPT) keep_piece(sim, part);
     while (queue_fate(sim->queue, &fate)) {
-        settle_piece(sim, &fate);
-        any |= fate.counts;
+        if (!fate.counts) continue;
+        if (fate.id >= sim->kept_room) fatal("the queue tells of a piece that was never back");
+        sim->outcome->useful_s += sim->kept_s[fate.id];
+        any = true;
     }
     if (any) sim->outcome->render_s = sim->now;
 }

@@ -57,12 +57,6 @@ struct lot {
     struct part parts[];             /* [count] */
 };
 
-/* A piece of a tile that is back, while nobody knows yet whether it counts. */
-struct kept_piece {
-    uint32_t id;
-    double cost_s; /* see struct part */
-};
-
 /* Seconds that are nothing: rounding. */
 #define GRAIN 1e-12
 
@@ -108,8 +102,8 @@ struct sim {
     struct events wall;   /* everything else */
     struct nap own_nap;   /* of rank 0's renderer */
     struct lot *lots;     /* all that are not accepted yet */
-    struct kept_piece *pieces;
-    uint32_t piece_count;
+    double *kept_s;       /* by id, of pieces that are back and may count: cost_s */
+    uint32_t kept_room;
 
     /* The master. */
     bool serving;
