@@ -424,6 +424,41 @@ static void test_sheets_with_common_corners(void **state)
     }
 }
 
+/* ---- a third surface through the same line ---- */
+
+/* An opaque floor, and a wedge of glass on it that ends in the line x = y = 0. */
+static struct scene *wedge_on_floor(void)
+{
+    struct builder *builder = builder_create();
+    uint32_t opaque = add_material(builder, vec3(1, 1, 1), 0);
+    uint32_t clear = add_material(builder, vec3(1, 1, 1), 0.4);
+    struct plane floor = {{0, 0, 0}, {0, 1, 0}, opaque, 0};
+    assert_added(builder_add_plane(builder, &floor));
+    add_triangle(builder, vec3(0, 0, -1.7), vec3(0, 0, 1.3), vec3(-1.1, 0, 0.4), clear);
+    add_triangle(builder, vec3(0, 0, -1.7), vec3(0, 0, 1.3), vec3(-1.4, 0.9, 0.3), clear);
+    return finish_scene(builder);
+}
+
+/* Rays to that line cross all three at one place: the floor is met, whatever is looked at first. */
+static void test_three_through_one_line(void **state)
+{
+    (void)state;
+    static struct ray rays[RAYS];
+    static struct hit hits[RAYS];
+    struct scene *scene = wedge_on_floor();
+    struct bvh *bvh = build_tree(scene);
+    for (int i = 0; i < RAYS; i++)
+        rays[i] = ray_along(vec3(0, 1.37, 4.1), vec_normalize(vec3(0, -0.25 - 0.2 * i / RAYS, -1)));
+    nearest_together(scene, bvh, rays, hits);
+    for (int i = 0; i < RAYS; i++) {
+        struct hit alone = nearest_of(scene, bvh, &rays[i]);
+        assert_same_hit(&hits[i], &alone);
+        assert_true(is_opaque(scene, &hits[i]));
+    }
+    free(bvh);
+    free(scene);
+}
+
 /* ---- oblique ---- */
 
 /* In x + 3 y - z = 1, exactly; reach: of the two steps along the plane from (1, 0, 0), (1, 0, 1) and
@@ -485,6 +520,7 @@ int main(void)
         cmocka_unit_test(test_glass_on_glass),
         cmocka_unit_test(test_each_is_passed_once),
         cmocka_unit_test(test_sheets_with_common_corners),
+        cmocka_unit_test(test_three_through_one_line),
         cmocka_unit_test(test_oblique),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -57,6 +57,19 @@ static struct flat flat_of(const struct scene *scene, uint32_t id, uint32_t part
     return (struct flat){.corners = 0};
 }
 
+/* sum += (p x q).r */
+static void add_triple(struct accumulator *sum, const struct dd3 *p, const struct dd3 *q,
+                       const struct dd3 *r)
+{
+    const struct dd ps[3] = {p->x, p->y, p->z}, qs[3] = {q->x, q->y, q->z};
+    const struct dd rs[3] = {r->x, r->y, r->z};
+    for (unsigned x = 0; x < 3; x++) {
+        unsigned y = (x + 1) % 3, z = (x + 2) % 3;
+        accumulator_add_dd(sum, 1, ps[y], qs[z], rs[x]);
+        accumulator_add_dd(sum, -1, ps[z], qs[y], rs[x]);
+    }
+}
+
 /* Whether (p x q).r = 0. Two-term arithmetic errs by less than 128 u^2 of the product of the sizes. */
 static bool triple_is_zero(const struct dd3 *p, const struct dd3 *q, const struct dd3 *r)
 {
@@ -64,15 +77,9 @@ static bool triple_is_zero(const struct dd3 *p, const struct dd3 *q, const struc
     double size = sum_of_sizes(dd3_round(*p)) * sum_of_sizes(dd3_round(*q));
     size *= sum_of_sizes(dd3_round(*r));
     if (value > 0x1p-90 * size && size > 0x1p-400 && size < 0x1p400) return false;
-    const struct dd ps[3] = {p->x, p->y, p->z}, qs[3] = {q->x, q->y, q->z};
-    const struct dd rs[3] = {r->x, r->y, r->z};
     struct accumulator sum;
     accumulator_clear(&sum);
-    for (unsigned x = 0; x < 3; x++) {
-        unsigned y = (x + 1) % 3, z = (x + 2) % 3;
-        accumulator_add_dd(&sum, 1, ps[y], qs[z], rs[x]);
-        accumulator_add_dd(&sum, -1, ps[z], qs[y], rs[x]);
-    }
+    add_triple(&sum, p, q, r);
     return accumulator_sign(&sum) == 0;
 }
 
@@ -107,4 +114,47 @@ bool are_coplanar(const struct scene *scene, uint32_t a, uint32_t part_of_a, uin
     for (unsigned i = 0; i < points->corners; i++)
         if (!is_in_plane(points->at[i], plane)) return false;
     return points->corners == 3 || are_parallel(&one.normal, &other.normal);
+}
+
+/* The plane's normal n times a way: n.way. */
+static void along_normal(const struct flat *flat, struct dd3 way, struct accumulator *sum)
+{
+    accumulator_clear(sum);
+    if (flat->corners == 3) {
+        struct dd3 p = exact_difference3(flat->at[1], flat->at[0]);
+        struct dd3 q = exact_difference3(flat->at[2], flat->at[0]);
+        add_triple(sum, &p, &q, &way);
+        return;
+    }
+    accumulator_add_dd(sum, 1, flat->normal.x, way.x, dd(1));
+    accumulator_add_dd(sum, 1, flat->normal.y, way.y, dd(1));
+    accumulator_add_dd(sum, 1, flat->normal.z, way.z, dd(1));
+}
+
+/* The ray's line crosses the plane at height / speed. */
+struct approach {
+    struct accumulator height, speed;
+};
+
+static void approach_of(const struct flat *flat, const struct ray *ray, struct approach *approach)
+{
+    along_normal(flat, exact_difference3(flat->at[0], ray->origin), &approach->height);
+    along_normal(flat, dd3_of(ray->direction), &approach->speed);
+}
+
+bool compare_flats(const struct scene *scene, const struct ray *ray, uint32_t a, uint32_t part_of_a,
+                   uint32_t b, uint32_t part_of_b, int *order)
+{
+    struct flat one = flat_of(scene, a, part_of_a), other = flat_of(scene, b, part_of_b);
+    struct approach p, q;
+    struct accumulator difference;
+    if (one.corners == 0 || other.corners == 0) return false;
+    approach_of(&one, ray, &p);
+    approach_of(&other, ray, &q);
+    accumulator_clear(&difference);
+    accumulator_add_product(&difference, &p.height, &q.speed, NULL, false);
+    accumulator_add_product(&difference, &q.height, &p.speed, NULL, true);
+    int sign = accumulator_sign(&p.speed) * accumulator_sign(&q.speed);
+    *order = accumulator_sign(&difference) * sign;
+    return sign != 0;
 }

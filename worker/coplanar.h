@@ -1,15 +1,20 @@
-/* Whether two surfaces lie in one plane: whether rays meet them at the same distance. */
+/* Flat surfaces without rounding: whether two lie in one plane, and which of them a ray meets first. */
 #ifndef FARM_WORKER_COPLANAR_H
 #define FARM_WORKER_COPLANAR_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "common/scene.h"
+#include "worker/ray.h"
 
 /* Of two primitives, or those of their parts (as in struct hit) that are flat; without rounding. What
  * is round is in no plane. */
 bool are_coplanar(const struct scene *scene, uint32_t a, uint32_t part_of_a, uint32_t b,
                   uint32_t part_of_b);
+
+/* Tells in *order by its sign, or 0, which of the two planes the ray's line crosses first; false: one of
+ * them is round, or along the ray. */
+bool compare_flats(const struct scene *scene, const struct ray *ray, uint32_t a, uint32_t part_of_a,
+                   uint32_t b, uint32_t part_of_b, int *order);
 
 #endif

@@ -46,7 +46,9 @@ static struct dd parameter_of(const struct scene *scene, const struct ray *ray,
 int compare_crossings(const struct scene *scene, const struct ray *ray, const struct shear *shear,
                       const struct crossing *a, const struct crossing *b)
 {
-    if (are_coplanar(scene, a->primitive, a->part, b->primitive, b->part)) return 0;
+    int order;
+    if (compare_flats(scene, ray, a->primitive, a->part, b->primitive, b->part, &order))
+        return order;
     struct dd ta = parameter_of(scene, ray, shear, a), tb = parameter_of(scene, ray, shear, b);
     if (ta.high != tb.high) return ta.high < tb.high ? -1 : 1;
     return (ta.low > tb.low) - (ta.low < tb.low);
@@ -78,5 +80,8 @@ bool is_first_of_equals(const struct scene *scene, const struct ray *ray, const 
                         const struct crossing *b)
 {
     bool first = is_met_first(scene, a->primitive, b->primitive);
-    return is_reversed(ray) && is_at_start(scene, ray, a) ? !first : first;
+    if (!is_reversed(ray)) return first;
+    bool here = is_at_start(scene, ray, a);
+    if (here != is_at_start(scene, ray, b)) return here;
+    return here ? !first : first;
 }

@@ -7,8 +7,9 @@
 /*
  * Distances are rounded, and so are the origins of rays that start on a surface: by this many u of
  * the largest coordinate or distance in play, 8 for a triangle's distance and 4 for where a ray
- * starts, which the slope of the surfaces magnifies. Closer than that the order is taken from
- * double-double, in which a way out is nearer than WAY_OUT_ERROR to what is said of it.
+ * starts, which the slope of the surfaces magnifies. Closer than that the order of flat surfaces is told
+ * without rounding, and that of others taken from double-double, in which a way out is nearer than
+ * WAY_OUT_ERROR to what is said of it.
  */
 #define ORDER_ERROR (64 * UNIT_ROUNDOFF)
 
@@ -24,8 +25,10 @@ struct crossing {
     double t;
 };
 
-/* -1, 0 or 1 for crossings of different primitives whose distances are close to each other; 0 where the
- * two lie in one plane, which double-double, by the formulas of each, would call one way or the other. */
+/* -1, 0 or 1 for crossings of different primitives whose distances are close to each other. Of what is
+ * flat without rounding: double-double, by the formulas of each, would call what lies in one plane one way
+ * or the other, and a third surface through the same line might come before the one and behind the
+ * other, so that which of the three is met would depend on which is looked at first. */
 int compare_crossings(const struct scene *scene, const struct ray *ray, const struct shear *shear,
                       const struct crossing *a, const struct crossing *b);
 
