@@ -141,7 +141,7 @@ static const char *view_error(const struct view *view)
 static bool material_valid(const struct material *m)
 {
     return color_valid(m->color) && at_least_zero(m->ambient) && at_least_zero(m->diffuse) &&
-           at_least_zero(m->specular) && at_least_zero(m->shininess) &&
+           at_least_zero(m->specular) && shininess_valid(m->shininess) &&
            at_least_zero(m->reflection) && m->reflection <= 1 && at_least_zero(m->transmission) &&
            m->transmission <= 1 && positive(m->ior);
 }

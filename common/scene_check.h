@@ -17,6 +17,14 @@ static inline bool positive(double value)
     return value > 0 && isfinite(value);
 }
 
+/* A larger exponent would make the rounding of a logarithm to 2^-100 visible. */
+#define SHININESS_MAX 1e15
+
+static inline bool shininess_valid(double value)
+{
+    return at_least_zero(value) && value <= SHININESS_MAX;
+}
+
 static inline bool color_valid(struct vec3 color)
 {
     return at_least_zero(color.x) && at_least_zero(color.y) && at_least_zero(color.z);

@@ -64,8 +64,10 @@ const char *builder_add_material(struct builder *builder, const struct material 
 {
     if (!color_valid(material->color)) return "a colour needs three finite numbers >= 0";
     if (!at_least_zero(material->ambient) || !at_least_zero(material->diffuse) ||
-        !at_least_zero(material->specular) || !at_least_zero(material->shininess))
-        return "ambient, diffuse, specular and shininess have to be finite numbers >= 0";
+        !at_least_zero(material->specular))
+        return "ambient, diffuse and specular have to be finite numbers >= 0";
+    if (!shininess_valid(material->shininess))
+        return "shininess is out of range, expected a number from 0 to 1e15";
     if (!at_least_zero(material->reflection) || material->reflection > 1)
         return "reflection is out of range, expected a number from 0 to 1";
     if (!at_least_zero(material->transmission) || material->transmission > 1)

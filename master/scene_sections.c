@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "common/scene_check.h"
+
 #define AT(type, member) .offset = offsetof(struct type, member)
 #define ANY_ABOVE_0      .min = 0, .max = HUGE_VAL, .flags = KEY_ABOVE_MIN
 #define FROM_0           .min = 0, .max = HUGE_VAL
@@ -23,8 +25,8 @@ static const struct key material_keys[] = {
      .help = "share of light that is scattered"},
     {"material", "specular", VALUE_NUMBER, AT(material, specular), FROM_0, .fallback = "0.2",
      .help = "strength of the highlight"},
-    {"material", "shininess", VALUE_NUMBER, AT(material, shininess), FROM_0, .fallback = "20",
-     .help = "exponent of the highlight: larger is smaller"},
+    {"material", "shininess", VALUE_NUMBER, AT(material, shininess), .min = 0, .max = SHININESS_MAX,
+     .fallback = "20", .help = "exponent of the highlight: larger is smaller"},
     {"material", "reflection", VALUE_NUMBER, AT(material, reflection), .min = 0, .max = 1,
      .fallback = "0", .help = "share of light that is mirrored"},
     {"material", "transmission", VALUE_NUMBER, AT(material, transmission), .min = 0, .max = 1,

@@ -80,6 +80,7 @@ ini "cone of negative radius" 4 '[cone a]\nbase = 0 0 0\napex = 0 1 0\nbase_radi
 ini "box turned inside out" '[0-9]*' '[box a]\nmin = 1 0 0\nmax = 0 1 1\n'
 ini "infinite shininess" 2 '[material a]\nshininess = inf\n'
 ini "overflowing shininess" 2 '[material a]\nshininess = 1e309\n'
+ini "shininess beyond what a logarithm tells" 2 '[material a]\nshininess = 1.1e15\n'
 ini "index of refraction 0" 2 '[material a]\nior = 0\n'
 ini "negative transmission" 2 '[material a]\ntransmission = -0.1\n'
 ini "reflection above 1" 2 '[material a]\nreflection = 1.1\n'

@@ -205,6 +205,10 @@ static void test_lobe_ends(void **state)
     mpfr_clear(exact);
     struct vec3 down = {0, -1, 0}, up = {0, 1, 0}, side = {1, 0, 0};
     assert_true(phong_lobe(down, up, up, 1e9) == 1);
+    for (int i = 0; i < 10000; i++) { /* the highlight's middle: never more than 1 */
+        struct vec3 normal = random_unit(), view = random_unit();
+        assert_true(phong_lobe(view, normal, mirror(view, normal), 1e32) <= 1);
+    }
     assert_true(phong_lobe(down, up, up, 0) == 1);
     assert_true(phong_lobe(down, up, vec3(1, 1, 0), 0) == 1);
     assert_true(phong_lobe(down, up, side, 0) == 0);

@@ -180,6 +180,9 @@ static inline double lobe_power(const struct lobe *lobe, double shift, double sh
     log.low = halves != 0 ? sum.low : log.low;
     struct dd power = exact_product(shininess, log.high);
     power.low = fma(shininess, log.low, power.low);
+    /* A cosine of 1 may be rounded to more. */
+    power.low = power.high > 0 ? 0 : power.low;
+    power.high = power.high > 0 ? 0 : power.high;
     return power.high >= -700 ? power_of_e(power) : 0;
 }
 
