@@ -17,11 +17,10 @@
 
 /*
  * What the box of a group is larger than its primitives' by, as a share of their coordinates: these
- * are rounded by a few u, and a ray's hit may stand off by as much. The paper's formulas are told
- * rays by boxes of floats (worker/bvh.c), and find what they find.
+ * are rounded by a few u, and a ray's hit may stand off by as much. The paper's formulas, which
+ * cancel, may find a crossing of any ray anywhere: for them no box is known.
  */
-#define BOX_SLACK       0x1p-46
-#define BOX_SLACK_PAPER 0x1p-20
+#define BOX_SLACK 0x1p-46
 
 /* ---- what is put into one group ---- */
 
@@ -184,11 +183,11 @@ static void raise(group_row row[3], uint32_t group, struct vec3 to)
 /* Rounded outward. */
 static struct bounds padded(const struct radiance *radiance, const struct bounds *box)
 {
-    bool paper = radiance->scene->view.formulas == FORMULAS_PAPER;
+    if (radiance->scene->view.formulas == FORMULAS_PAPER) return everywhere;
     struct bounds more;
     for (int axis = 0; axis < 3; axis++) {
         double reach = fmax(fabs(box->min[axis]), fabs(box->max[axis]));
-        double slack = isfinite(reach) ? reach * (paper ? BOX_SLACK_PAPER : BOX_SLACK) : 0;
+        double slack = isfinite(reach) ? reach * BOX_SLACK : 0;
         more.min[axis] = box->min[axis] - slack;
         more.max[axis] = box->max[axis] + slack;
     }
