@@ -267,7 +267,7 @@ static struct corners corners_of(const struct whole *whole, uint32_t id)
 
 /* Where an edge crosses the plane: within 4 u of the coordinates, which is less than TEST_ERROR
  * allows for. here and there are on different sides. */
-static struct extent crossing(const double p[3], const double q[3], double here, double there)
+static struct extent edge_crossing(const double p[3], const double q[3], double here, double there)
 {
     double share = here / (here - there), point[3];
     for (unsigned axis = 0; axis < 3; axis++)
@@ -286,7 +286,7 @@ static bool cut(const struct corners *corners, const struct extent *piece, unsig
         if (here <= 0) extend(left, &corners->rounded[i]);
         if (here >= 0) extend(right, &corners->rounded[i]);
         if (!((here < 0 && there > 0) || (here > 0 && there < 0))) continue;
-        struct extent point = crossing(p, q, here, there);
+        struct extent point = edge_crossing(p, q, here, there);
         extend(left, &point);
         extend(right, &point);
     }
