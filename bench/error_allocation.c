@@ -59,8 +59,10 @@ static void render_block(struct renderer *renderer, const struct tile *tile, str
         for (uint32_t k = 0; k < LATTICE_PIXELS; k++)
             refinements[k] = (struct refinement){(uint8_t)level, (uint8_t)(level + 1)};
         struct render_counts counts;
-        struct task task = {
-            .tile = tile, .refinements = refinements, .mean = mean[0], .difference = difference[0]};
+        struct task task = {.tile = tile,
+                            .refinements = refinements,
+                            .to.mean = mean[0],
+                            .to.difference = difference[0]};
         double start = clock_thread_cpu();
         renderer_task(renderer, &task, &counts);
         if (level + 1 == LEVELS) block->seconds += clock_thread_cpu() - start;

@@ -80,7 +80,8 @@ void lattice_compare(struct scene *scene, uint32_t pixels, uint32_t samples,
     double own = 0;
     for (uint32_t i = 0; i < lattice.count; i++) {
         float mean[3 * LATTICE_PIXELS], difference[3 * LATTICE_PIXELS];
-        struct task task = {.tile = &lattice.blocks[i], .mean = mean, .difference = difference};
+        struct task task = {
+            .tile = &lattice.blocks[i], .to.mean = mean, .to.difference = difference};
         struct render_counts counts;
         renderer_task(renderer, &task, &counts);
         own += counts.sampling.squares;

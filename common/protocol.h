@@ -208,8 +208,30 @@ _Static_assert(sizeof(struct tray_note) == 8, "struct tray_note goes over the wi
 _Static_assert(sizeof(struct renderer_stats) == 328,
                "struct renderer_stats goes over the wire as it is");
 
-/* Floats that are sent of a pixel where sampling is adaptive. */
-#define REFINED_FLOATS 7
+/* Floats that are sent of a pixel where sampling is adaptive: those of struct pixel_floats. */
+#define REFINED_FLOATS 8
+
+/* Where what samples tell of a tile's pixels goes, of those that get some in the tile's pass; their two halves,
+ * A and B, are those of worker/task.h. All but the means may be NULL: not wanted. */
+struct pixel_floats {
+    float *mean;       /* 3 per pixel, linear RGB: of these samples */
+    float *difference; /* 3 per pixel: the mean of A less that of B, 0 where one of them is empty */
+    float
+        *spread; /* 1 per pixel: the root mean square of what samples and the means of their halves
+                        * differ by, of all components */
+    float *rays; /* 1 per pixel: rays of all kinds per sample */
+};
+
+/* As it is sent of so many pixels: all means, then all differences and so on; without refined means alone. */
+static inline struct pixel_floats pixel_floats(float *floats, size_t pixels, bool refined)
+{
+    struct pixel_floats to = {.mean = floats};
+    if (!refined) return to;
+    to.difference = to.mean + 3 * pixels;
+    to.spread = to.difference + 3 * pixels;
+    to.rays = to.spread + pixels;
+    return to;
+}
 
 /* Floats that are sent of a pixel; halves: sampling is adaptive. */
 static inline size_t result_floats(const struct tile *tile, bool halves)
@@ -273,7 +295,7 @@ static inline bool result_is_full(size_t whole, size_t done, size_t next)
 struct tile_renderer {
     void *state;
     bool (*render)(void *state, const struct tile *tile, const struct refinement *refinements,
-                   float *mean, float *difference, float *rays, struct render_counts *counts);
+                   const struct pixel_floats *to, struct render_counts *counts);
     bool (*probe)(void *state, const struct tile *tile, float *rgb, float *seconds);
 };
 

@@ -40,6 +40,7 @@ struct adaptive {
     double efforts[LEVEL_MAX + 2]; /* of a pixel with one ray per sample, from level 1 up to each */
     uint32_t last;                 /* level of max_samples */
     float *difference;             /* 3 per pixel: A - B */
+    float *spread;                 /* of each pixel, as struct pixel_floats has it */
     float *rays;                   /* of each pixel, per sample: what it costs */
     uint8_t *level;                /* of each pixel */
     uint8_t *next;                 /* which the pass brings it to */
@@ -76,6 +77,7 @@ struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas,
     assert(view->min_samples % 2 == 0 && view->max_samples % 2 == 0);
     size_t pixels = pixel_count(adaptive);
     adaptive->difference = allocate_zeroed(pixels, 3 * sizeof *adaptive->difference);
+    adaptive->spread = allocate_zeroed(pixels, sizeof *adaptive->spread);
     adaptive->rays = allocate_zeroed(pixels, sizeof *adaptive->rays);
     adaptive->level = allocate_zeroed(pixels, 1);
     adaptive->next = allocate(pixels, 1);
@@ -98,6 +100,7 @@ void adaptive_destroy(struct adaptive *adaptive)
     free(adaptive->next);
     free(adaptive->level);
     free(adaptive->rays);
+    free(adaptive->spread);
     free(adaptive->difference);
     free(adaptive);
 }
@@ -172,8 +175,8 @@ struct error_sum adaptive_errors(const struct adaptive *adaptive, uint64_t *pixe
 
 static void expect(struct adaptive *adaptive)
 {
-    struct sampled pixels = {adaptive->canvas, adaptive->difference, adaptive->level,
-                             &adaptive->levels};
+    struct sampled pixels = {adaptive->canvas, adaptive->difference, adaptive->spread,
+                             adaptive->level, &adaptive->levels};
     expect_errors(&pixels, adaptive->crew, adaptive->error);
 }
 
@@ -422,10 +425,52 @@ static float combined(float mean, double samples, float more, double count)
     return (float)((samples * (double)mean + count * (double)more) / (samples + count));
 }
 
+/* What has come in of a pixel, and of those behind it: struct pixel_floats. */
+struct news {
+    const float *mean, *difference, *spread, *rays;
+};
+
+static double square(float a, float b)
+{
+    return ((double)a - (double)b) * ((double)a - (double)b);
+}
+
+/* The spread of so many samples and so many more together, of the pixel and of what has come in: by the means of
+ * their halves, mean + difference / 2 and mean - difference / 2 (T. Chan, G. Golub & R. LeVeque, Updating
+ * formulae and a pairwise algorithm for computing sample variances, 1979). */
+static float combined_spread(const struct adaptive *adaptive, size_t pixel, double samples,
+                             const struct news *more, double count)
+{
+    if (samples == 0) return *more->spread;
+    double apart = 0, all = samples + count;
+    for (size_t c = 0; c < 3; c++)
+        apart += square(adaptive->canvas->rgb[3 * pixel + c], more->mean[c]) +
+                 square(adaptive->difference[3 * pixel + c], more->difference[c]) / 4;
+    double within = samples * square(adaptive->spread[pixel], 0) + count * square(*more->spread, 0);
+    return (float)sqrt(within / all + samples * count / (all * all) * apart / 3);
+}
+
 /* Rays per sample as they came in: a sample is one ray at least. */
 static double rays_of(float rays)
 {
     return rays >= 1 && rays < HUGE_VALF ? (double)rays : 1;
+}
+
+/* What the pass brings to a pixel is in. */
+static void put_pixel(struct adaptive *adaptive, size_t i, const struct news *more)
+{
+    double before = samples_of(adaptive, adaptive->level[i]);
+    double count = samples_of(adaptive, adaptive->next[i]) - before;
+    adaptive->spread[i] = combined_spread(adaptive, i, before, more, count);
+    for (size_t c = 0; c < 3; c++) {
+        float *mean = &adaptive->canvas->rgb[3 * i + c],
+              *difference = &adaptive->difference[3 * i + c];
+        *mean = combined(*mean, before, more->mean[c], count);
+        *difference = combined(*difference, before, more->difference[c], count);
+    }
+    adaptive->rays[i] = combined(adaptive->rays[i], before, (float)rays_of(*more->rays), count);
+    adaptive->level[i] = adaptive->next[i];
+    adaptive->missing--;
 }
 
 void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part,
@@ -433,24 +478,14 @@ void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const floa
 {
     *(adaptive->passes > 1 ? &adaptive->later_s : &adaptive->first_s) += seconds;
     uint32_t pixels = tile_pixels(tile), in = adaptive_work(adaptive, tile).pixels;
-    const float *mean = part, *difference = mean + 3 * (size_t)in,
-                *rays = difference + 3 * (size_t)in;
+    struct news at = {.mean = part, .difference = part + 3 * (size_t)in};
+    at.spread = at.difference + 3 * (size_t)in;
+    at.rays = at.spread + in;
     for (uint32_t k = 0; k < pixels; k++) {
         size_t i = pixel_at(adaptive, tile, k);
-        double before = samples_of(adaptive, adaptive->level[i]);
-        double more = samples_of(adaptive, adaptive->next[i]) - before;
-        if (!(more > 0)) {
-            if (adaptive->passes > 1) continue;
-            mean += 3, difference += 3, rays++;
-            continue;
-        }
-        adaptive->missing--;
-        for (size_t c = 3 * i; c < 3 * i + 3; c++) {
-            adaptive->canvas->rgb[c] = combined(adaptive->canvas->rgb[c], before, *mean++, more);
-            adaptive->difference[c] =
-                combined(adaptive->difference[c], before, *difference++, more);
-        }
-        adaptive->rays[i] = combined(adaptive->rays[i], before, (float)rays_of(*rays++), more);
-        adaptive->level[i] = adaptive->next[i];
+        bool comes = adaptive->next[i] > adaptive->level[i];
+        if (comes) put_pixel(adaptive, i, &at);
+        if (comes || adaptive->passes == 1)
+            at.mean += 3, at.difference += 3, at.spread++, at.rays++;
     }
 }

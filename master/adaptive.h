@@ -9,22 +9,28 @@
  * The rule. Let v be a pixel's variance per sample, such that n samples leave a squared error of
  * v n^-3/2 (what stratified samples leave at an edge):
  *
- *   v  = the mean over the 24 pixels around it, nearer ones counting more, of what their halves
+ *   D  = the mean over the 24 pixels around it, nearer ones counting more, of what their halves
  *        tell (worker/task.h): (A - B)^2 / 4 n^3/2. Its own halves are left out of it. A pixel that
  *        stopped because its halves agreed by chance would make the estimate of the error too
  *        small; so what its halves differ by does not decide about its own samples, but as one of some
- *        thousand pixels of a surprise (master/expect.c). Their mean does, by C and P.
- *   P  = the most that -(c - m) . (c' - m) / 3 is for its own mean m, that neighbour's mean c of the 8
- *        which differs most from it, and any other one's, c': the variance of a single sample where
- *        an edge between the two colours runs through the pixel, and about 0 beside the edge, where
- *        v is not.
- *   e  = (v + P) n^-3/2 + (C^2 + P) / n^2, where C is the contrast to that first neighbour (root
- *        mean square of the components): about 1/n of a pixel's area can be of the neighbour's
- *        colour without having been hit by one of n samples. C alone is largest where all samples
- *        of an edge's pixel fell on one side of it, and its halves agree; with P beside it, on
- *        average over edges and while samples are few, such luck makes no difference to what the
- *        pixel gets. Without it the
- *        estimate of the error came out up to 10 % too large, with more of P up to 10 % too small.
+ *        thousand pixels of a surprise (master/expect.c). Their mean does, by C and P, and so does
+ *   S  = the variance of its samples about the means of their halves: large where an edge runs
+ *        through the pixel, small beside it, while D is much the same there. Of independent samples of a
+ *        normal distribution it does not depend on what the two means differ by; of few samples at
+ *        an edge it does, for where all have one colour both are 0.
+ *   k  = what errors around it are in terms of S, (D + S / 4) / (S' + S / 4), S' being the mean of S
+ *        over the same pixels as D, and n^1/2 at most, as of random samples: some 1 at edges, less
+ *        where colours change evenly.
+ *   v  = (4 D + (n - 2) k S) / (4 + n - 2): S of n samples counts as much as the n - 2 degrees of freedom
+ *        that it has, and what is around as much as 4 of them.
+ *   e  = v n^-3/2 + 4 (C^2 + P) / n^3, where C is the contrast to that of the 8 neighbours which differs
+ *        most from it (root mean square of the components): about 1 / n of a pixel's area can be of
+ *        the neighbour's colour without having been hit by one of n samples, and with a chance of some 1 / n it
+ *        is. C alone is largest where all samples of an edge's pixel fell on one side of it, and its halves
+ *        agree; with P beside it, on average over edges and while samples are few, such luck makes no
+ *        difference to what the pixel gets: P is the most that -(c - m) . (c' - m) / 3 is for its
+ *        own mean m, that neighbour's mean c and any other one's, c', which is the variance of a single
+ *        sample where an edge between the two colours runs through the pixel, and about 0 beside the edge.
  *
  * The samples of the pixel are doubled as long as e / (n c), what the squared error goes down by per
  * ray up to a factor, is above a limit; c are its rays per sample, shadow rays too: what a pixel
@@ -34,7 +40,7 @@
  * reach the pass's aim: the target, or half of the present error if that is more. Nothing is doubled
  * more than twice in a pass.
  *
- * So a thin wire that few first samples have met is followed from there, two pixels further in each
+ * So a thin wire that few first samples have met is followed from there, by D, two pixels further in each
  * pass. What no sample has met, and no neighbour's, is not known and not looked for.
  */
 #ifndef FARM_MASTER_ADAPTIVE_H
@@ -87,8 +93,7 @@ void adaptive_take(const struct adaptive *adaptive, const struct tile *tile,
 
 /*
  * The tile's pixels that get samples in this pass, adaptive_work(), have come in, in the tile's order:
- * 3 floats for each, the means of these samples, then 3 for each, the differences of their halves,
- * then one for each, its rays per sample. What the pass has brought to a pixel already stays. seconds: that
+ * the floats of struct pixel_floats, one kind behind the other. What the pass has brought to a pixel already stays. seconds: that
  * they took to render; plans do not depend on them.
  */
 void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part,

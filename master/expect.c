@@ -46,20 +46,45 @@ double own_error(const float *difference)
     return sum < HUGE_VAL ? sum / 12 : 0;
 }
 
-/* Variances of a row, filtered along it, with and without the pixel in the middle. */
+/*
+ * What is around a pixel counts for so many degrees of freedom of its own spread. The fewer, the more of what a
+ * plan spares is what halves that agree by chance hide: with none the garden's error (640 x 480, as of 64 uniform
+ * samples) is 2.3 % larger than estimated, with 4 0.7 %, with 16 it is right. For the same true error the lantern
+ * (as of 64 and 256) needs as many rays with none as with 4, 2 or 3 % more with 16, and 17 and 34 % more where
+ * its own spread does not count at all.
+ */
+#define PRIOR 4
+
+/* What the pixel itself counts for in the ratio of errors to spreads around it, which count for 1: as if its error
+ * were its spread, as at edges. With a fifth of this nothing changes that could be told. */
+#define OWN_PART 0.25
+
+/* Of a neighbour's contrast what may be missed, in terms of its square by the cube of the number of samples: for 4
+ * samples the square of a quarter of it. With none of it what no sample has met is given up: the lantern's error
+ * then is 1.7 times the estimate. */
+#define MISSED 4
+
+/* A row of what is known of pixels, filtered along it, with and without the pixel in the middle. */
 struct filtered {
     double *with, *without;
 };
 
-/* A band in work. Of the rows around the present one, y is at y modulo their number. */
+/* Means over the pixels around one, of a band in work. Of the rows around the present one, y is at y modulo
+ * their number. */
+struct smooth {
+    double *row; /* one, and REACH zeros on either side */
+    struct filtered rows[ROWS];
+    double *around; /* of each pixel of the present row */
+};
+
+/* A band in work. */
 struct band {
     const struct sampled *pixels;
     uint32_t width;
-    double *variance; /* one row, and REACH zeros on either side */
-    struct filtered rows[ROWS];
+    struct smooth variance, spread;
     struct color_row colors[3];
-    double *row_weight; /* of each column: the sum of the weights that lie in the picture */
-    double *around, *largest, *across; /* of each pixel of the present row */
+    double *row_weight;       /* of each column: the sum of the weights that lie in the picture */
+    double *largest, *across; /* of each pixel of the present row */
     double *
         surprise; /* of each block of the band: the variance that nothing has warned of, per pixel */
     double *doubles; /* all of these; owned */
@@ -72,6 +97,20 @@ static double *cut(double **left, size_t count)
     double *first = *left;
     *left += count;
     return first;
+}
+
+/* Numbers of a struct smooth. */
+static size_t smooth_size(size_t width)
+{
+    return (2 * (size_t)ROWS + 2) * width + 2 * (size_t)REACH;
+}
+
+static void smooth_init(struct smooth *smooth, size_t width, double **left)
+{
+    for (unsigned i = 0; i < ROWS; i++)
+        smooth->rows[i] = (struct filtered){cut(left, width), cut(left, width)};
+    smooth->row = cut(left, width + 2 * (size_t)REACH);
+    smooth->around = cut(left, width);
 }
 
 /* The sum of the weights that lie in the picture, along one axis. */
@@ -89,15 +128,13 @@ static void band_init(struct band *band, const struct sampled *pixels)
 {
     size_t width = pixels->canvas->width, blocks = (width + BLOCK_EDGE - 1) / BLOCK_EDGE;
     *band = (struct band){.pixels = pixels, .width = (uint32_t)width};
-    size_t doubles = (2 * (size_t)ROWS + 5) * width + 2 * (size_t)REACH + blocks;
-    band->doubles = allocate_zeroed(doubles, sizeof *band->doubles);
+    band->doubles =
+        allocate_zeroed(2 * smooth_size(width) + 3 * width + blocks, sizeof *band->doubles);
     band->floats = allocate_zeroed(9 * (width + 2), sizeof *band->floats);
     double *left = band->doubles;
-    for (unsigned i = 0; i < ROWS; i++)
-        band->rows[i] = (struct filtered){cut(&left, width), cut(&left, width)};
-    band->variance = cut(&left, width + 2 * (size_t)REACH);
+    smooth_init(&band->variance, width, &left);
+    smooth_init(&band->spread, width, &left);
     band->row_weight = cut(&left, width);
-    band->around = cut(&left, width);
     band->largest = cut(&left, width);
     band->across = cut(&left, width);
     band->surprise = cut(&left, blocks);
@@ -113,37 +150,49 @@ static void band_free(struct band *band)
     free(band->floats);
 }
 
-static struct filtered *filtered_at(struct band *band, int64_t y)
+/* What its halves tell of a pixel: v of one by itself. */
+static double own_variance(const struct sampled *pixels, size_t i)
 {
-    return &band->rows[(y + ROWS) % ROWS];
+    return own_error(pixels->difference + 3 * i) * pixels->levels->power[pixels->level[i]];
 }
 
-/* Row y of the variances, filtered; rows outside of the picture are 0. */
-static void filter_row(struct band *band, int64_t y)
+/* S of a pixel; 0 where nothing is known of it. */
+static double own_spread(const struct sampled *pixels, size_t i)
 {
-    const struct sampled *pixels = band->pixels;
-    struct filtered *row = filtered_at(band, y);
-    double *variance = band->variance + REACH;
-    bool inside = y >= 0 && y < pixels->canvas->height;
-    size_t first = inside ? (size_t)y * band->width : 0;
-    for (uint32_t x = 0; x < band->width; x++)
-        variance[x] = inside ? own_error(pixels->difference + 3 * (first + x)) *
-                                   pixels->levels->power[pixels->level[first + x]]
-                             : 0;
-    for (uint32_t x = 0; x < band->width; x++) {
-        const double *at = band->variance + x;
+    double samples = pixels->levels->samples[pixels->level[i]], spread = (double)pixels->spread[i];
+    return samples > 2 && spread < HUGE_VAL ? spread * spread * samples / (samples - 2) : 0;
+}
+
+static void filter_row(const struct smooth *smooth, int64_t y, uint32_t width)
+{
+    const struct filtered *row = &smooth->rows[(y + ROWS) % ROWS];
+    for (uint32_t x = 0; x < width; x++) {
+        const double *at = smooth->row + x;
         row->without[x] = weights[0] * (at[0] + at[4]) + weights[1] * (at[1] + at[3]);
         row->with[x] = row->without[x] + weights[2] * at[2];
     }
 }
 
-/* v of each pixel of the row; those within REACH of it are filtered. */
-static void find_variances(struct band *band, uint32_t y)
+/* Row y of what is known, filtered; rows outside of the picture are 0. */
+static void take_row(struct band *band, int64_t y)
+{
+    bool inside = y >= 0 && y < band->pixels->canvas->height;
+    size_t first = inside ? (size_t)y * band->width : 0;
+    for (uint32_t x = 0; x < band->width; x++) {
+        band->variance.row[REACH + x] = inside ? own_variance(band->pixels, first + x) : 0;
+        band->spread.row[REACH + x] = inside ? own_spread(band->pixels, first + x) : 0;
+    }
+    filter_row(&band->variance, y, band->width);
+    filter_row(&band->spread, y, band->width);
+}
+
+/* The means of row y; rows within REACH of it are filtered. */
+static void find_around(const struct band *band, const struct smooth *smooth, uint32_t y)
 {
     double column_weight = weight_inside(y, band->pixels->canvas->height);
     const double *part[ROWS];
     for (int k = 0; k < ROWS; k++) {
-        const struct filtered *row = filtered_at(band, (int64_t)y + k - REACH);
+        const struct filtered *row = &smooth->rows[((int64_t)y + k - REACH + ROWS) % ROWS];
         part[k] = k == REACH ? row->without : row->with;
     }
     for (uint32_t x = 0; x < band->width; x++) {
@@ -151,7 +200,7 @@ static void find_variances(struct band *band, uint32_t y)
         for (int k = 0; k < ROWS; k++)
             sum += weights[k] * part[k][x];
         double weight = band->row_weight[x] * column_weight - weights[REACH] * weights[REACH];
-        band->around[x] = weight > 0 ? sum / weight : 0;
+        smooth->around[x] = weight > 0 ? sum / weight : 0;
     }
 }
 
@@ -164,21 +213,31 @@ static void find_contrasts(struct band *band, uint32_t y)
     contrast_of_row(rows, band->width, band->largest, band->across);
 }
 
+/* v */
+static double variance_of(double around, double spread_around, double spread, double samples)
+{
+    double own = OWN_PART * spread, ratio = 0;
+    if (spread > 0) ratio = fmin((around + own) / (spread_around + own), sqrt(samples));
+    return (PRIOR * around + (samples - 2) * ratio * spread) / (PRIOR + samples - 2);
+}
+
 static void expect_row(struct band *band, uint32_t y, double *error)
 {
     const struct sampled *pixels = band->pixels;
-    find_variances(band, y);
+    find_around(band, &band->variance, y);
+    find_around(band, &band->spread, y);
     find_contrasts(band, y);
     for (uint32_t x = 0; x < band->width; x++) {
         size_t i = (size_t)y * band->width + x;
         double samples = pixels->levels->samples[pixels->level[i]];
         double power = pixels->levels->power[pixels->level[i]];
-        double around = band->around[x], across = band->across[x];
-        double missed = (band->largest[x] + across) / (samples * samples);
-        double own = own_error(pixels->difference + 3 * i) * power;
+        double around = band->variance.around[x], across = band->across[x];
+        double missed = MISSED * (band->largest[x] + across) / (samples * samples * samples);
+        double own = own_variance(pixels, i);
         if (own > SURPRISE * (around + across))
             band->surprise[x / BLOCK_EDGE] += own / (BLOCK_EDGE * BLOCK_EDGE);
-        error[i] = (around + across) / power + missed;
+        double spread = own_spread(pixels, i), spread_around = band->spread.around[x];
+        error[i] = variance_of(around, spread_around, spread, samples) / power + missed;
     }
 }
 
@@ -206,11 +265,11 @@ static void expect_band(void *context, uint32_t number)
     struct band band;
     band_init(&band, it->pixels);
     for (int64_t y = (int64_t)begin - REACH; y < (int64_t)begin + REACH; y++)
-        filter_row(&band, y);
+        take_row(&band, y);
     color_row_take(&band.colors[(begin + 2) % 3], canvas, (int64_t)begin - 1);
     color_row_take(&band.colors[begin % 3], canvas, begin);
     for (uint32_t y = begin; y < end; y++) {
-        filter_row(&band, (int64_t)y + REACH);
+        take_row(&band, (int64_t)y + REACH);
         expect_row(&band, y, it->error);
     }
     for (uint32_t y = begin; y < end; y++)

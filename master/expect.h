@@ -26,6 +26,7 @@ void levels_init(struct levels *levels, const struct view *view);
 struct sampled {
     const struct canvas *canvas;
     const float *difference; /* 3 per pixel: A - B */
+    const float *spread;     /* of each pixel, as struct pixel_floats has it */
     const uint8_t *level;    /* of each pixel */
     const struct levels *levels;
 };

@@ -41,14 +41,10 @@ static void end_job(int status)
 }
 
 static bool render_own_tile(void *state, const struct tile *tile,
-                            const struct refinement *refinements, float *mean, float *difference,
-                            float *rays, struct render_counts *counts)
+                            const struct refinement *refinements, const struct pixel_floats *to,
+                            struct render_counts *counts)
 {
-    struct task task = {.tile = tile,
-                        .refinements = refinements,
-                        .mean = mean,
-                        .difference = difference,
-                        .rays = rays};
+    struct task task = {.tile = tile, .refinements = refinements, .to = *to};
     return renderer_task(state, &task, counts);
 }
 

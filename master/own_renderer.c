@@ -93,15 +93,13 @@ static bool render_one(struct server *server, const struct tile *tile, struct ow
     struct renderer_stats *stats = &server->service->stats[0];
     struct render_counts counts = {0};
     uint32_t pixels = own_refinements(server, tile, work->refinements);
-    float *rgb = work->rgb, *behind = rgb + 3 * (size_t)pixels;
+    float *rgb = work->rgb;
+    struct pixel_floats to = pixel_floats(rgb, pixels, work->refinements);
     bool probes = tile->pass == TILE_PROBE;
     const struct refinement *refinements = tile_is_refined(tile) ? work->refinements : NULL;
     double begin = cpu_time_begin(&work->time), end;
-    bool whole =
-        probes
-            ? own->probe(own->state, tile, rgb, behind)
-            : own->render(own->state, tile, refinements, rgb, work->refinements ? behind : NULL,
-                          work->refinements ? behind + 3 * (size_t)pixels : NULL, &counts);
+    bool whole = probes ? own->probe(own->state, tile, rgb, rgb + 3 * (size_t)pixels)
+                        : own->render(own->state, tile, refinements, &to, &counts);
     double cpu = cpu_time_end(&work->time, &end);
     stats->busy_s += end - begin;
     if (!probes) stats->finish_s = end - server->start;

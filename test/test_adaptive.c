@@ -87,32 +87,36 @@ static void render_tile(struct adaptive *adaptive, const struct view *view, scen
     uint32_t pixels = tile_pixels(tile), in = 0;
     double seconds = 0;
     struct refinement *refinements = allocate(pixels, sizeof *refinements);
-    float *mean = allocate(pixels, 7 * sizeof *mean);
+    float *part = allocate(pixels, REFINED_FLOATS * sizeof *part);
     adaptive_take(adaptive, tile, refinements);
     uint32_t work = adaptive_work(adaptive, tile).pixels;
-    float *difference = mean + 3 * (size_t)work, *rays = difference + 3 * (size_t)work;
+    struct pixel_floats to = pixel_floats(part, work, true);
     for (uint32_t k = 0; k < pixels; k++) {
         uint32_t begin = level_samples(view, refinements[k].from), x, y;
         uint32_t end = level_samples(view, refinements[k].to);
         if (begin == end) continue;
         tile_pixel(tile, k, &x, &y);
         sampled[y * EDGE + x] = end;
-        double sum[2] = {0, 0}, half = (end - begin) / 2.0;
+        double sum[2] = {0, 0}, squares = 0, half = (end - begin) / 2.0;
         for (uint32_t s = begin; s < end; s++) {
             double at[2];
             sample_position(view, x, y, s, at);
-            sum[s & 1] += f(x + at[0], y + at[1]);
+            double value = f(x + at[0], y + at[1]);
+            sum[s & 1] += value;
+            squares += value * value;
         }
         for (uint32_t c = 0; c < 3; c++) {
-            mean[3 * in + c] = (float)((sum[0] + sum[1]) / (2 * half));
-            difference[3 * in + c] = (float)((sum[0] - sum[1]) / half);
+            to.mean[3 * in + c] = (float)((sum[0] + sum[1]) / (2 * half));
+            to.difference[3 * in + c] = (float)((sum[0] - sum[1]) / half);
         }
-        rays[in] = 1;
+        squares -= (sum[0] * sum[0] + sum[1] * sum[1]) / half;
+        to.spread[in] = (float)sqrt(fmax(0, squares / (2 * half)));
+        to.rays[in] = 1;
         in++;
         seconds += pow(end - begin, EFFORT_POWER) * (begin > 0 ? SLOWER : 1);
     }
-    adaptive_put(adaptive, tile, mean, seconds);
-    free(mean);
+    adaptive_put(adaptive, tile, part, seconds);
+    free(part);
     free(refinements);
 }
 
@@ -226,10 +230,10 @@ static void test_crews_plan_the_same(void **state)
     (void)state;
     struct view view = view_of(4, 1024);
     struct result alone, together;
-    run(&alone, ball, &view, 0.01, 16, false);
+    run(&alone, ball, &view, 0.004, 16, false);
     struct crew *crew = crew_gather(3);
     canvas_init(&together.canvas, EDGE, EDGE);
-    together.adaptive = adaptive_create(&view, &together.canvas, 0.01);
+    together.adaptive = adaptive_create(&view, &together.canvas, 0.004);
     adaptive_lend(together.adaptive, crew);
     do
         render_pass(together.adaptive, &view, ball, 16, false);
@@ -416,8 +420,8 @@ static void test_seconds_are_foreseen(void **state)
     (void)state;
     struct view view = view_of(4, 4096);
     struct result coarse, fine;
-    run(&fine, balls, &view, 0.01, 32, false);
-    run(&coarse, balls, &view, 0.02, 32, false);
+    run(&fine, balls, &view, 0.015, 32, false);
+    run(&coarse, balls, &view, 0.03, 32, false);
     double before = adaptive_seconds(coarse.adaptive), took = adaptive_seconds(fine.adaptive);
     double foreseen = before + adaptive_foresee(coarse.adaptive, fine.estimated, 1.5);
     assert_true(before < 0.7 * took);
@@ -505,16 +509,18 @@ struct sent {
 
 static void put(struct adaptive *adaptive, struct tile tile, struct sent sent, double seconds)
 {
-    float part[7 * ALL];
+    float part[REFINED_FLOATS * ALL];
     uint32_t pixels = adaptive_work(adaptive, &tile).pixels;
+    struct pixel_floats to = pixel_floats(part, pixels, true);
     for (uint32_t k = 0; k < pixels; k++) {
         uint32_t x, y;
         tile_pixel(&tile, k, &x, &y);
         for (uint32_t c = 3 * k; c < 3 * k + 3; c++) {
-            part[c] = sent.mean + (float)k * sent.more;
-            part[3 * pixels + c] = sent.difference;
+            to.mean[c] = sent.mean + (float)k * sent.more;
+            to.difference[c] = sent.difference;
         }
-        part[6 * pixels + k] = sent.rays[x >= WIDE / 2];
+        to.spread[k] = fabsf(sent.difference); /* as at edges that 4 samples have met */
+        to.rays[k] = sent.rays[x >= WIDE / 2];
     }
     adaptive_put(adaptive, &tile, part, seconds);
 }
@@ -588,6 +594,31 @@ static void test_work_of_a_pass(void **state)
     (void)adaptive_errors(adaptive, &pixels, &samples);
     assert_true(pixels == ALL && samples == (16 + 4) * ALL / 2);
     assert_int_equal(adaptive_work(adaptive, &all).pixels, ALL / 2);
+    adaptive_destroy(adaptive);
+    canvas_free(&canvas);
+}
+
+/* What is removed is expected of the spread of all samples: within each pass, and by what passes differ. */
+static void test_spread_of_all_passes(void **state)
+{
+    (void)state;
+    const struct sent later = {0.875f, 0, 0.0625f, {1, 1}};
+    struct canvas canvas;
+    struct adaptive *adaptive = begin_even(&canvas, 4096, 1e-3);
+    assert_true(adaptive_plan(adaptive));
+    assert_int_equal(adaptive_work(adaptive, &all).samples, 12 * ALL);
+    put(adaptive, all, later, 2);
+    assert_true(adaptive_plan(adaptive));
+    struct adaptive_work work = adaptive_work(adaptive, &all);
+    assert_int_equal(work.samples, 48 * ALL);
+    double apart = (double)APART, more = (double)later.difference;
+    double half =
+        ((0.875 - 0.5) * (0.875 - 0.5) + (apart - more) * (apart - more) / 4) * 4 * 12 / 256;
+    double spread = ((4 * apart * apart + 12 * more * more) / 16 + half) * 16 / 14;
+    double error = (4 * apart + 12 * more) / 32, variance = error * error * 64;
+    double ratio = (variance + spread / 4) / (spread + spread / 4);
+    double expected = (4 * variance + 14 * ratio * spread) / 18 / 64;
+    assert_true(fabs(work.removed / (ALL * expected * 7 / 8) - 1) < 1e-5);
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
 }
@@ -788,6 +819,7 @@ int main(void)
         cmocka_unit_test(test_rows_show_why_it_ended),
         cmocka_unit_test(test_part_of_a_pass),
         cmocka_unit_test(test_work_of_a_pass),
+        cmocka_unit_test(test_spread_of_all_passes),
         cmocka_unit_test(test_dear_pixels_get_less),
         cmocka_unit_test(test_cost_of_all_samples),
         cmocka_unit_test(test_plans_are_told_apart),

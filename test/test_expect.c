@@ -14,7 +14,7 @@
 
 struct picture {
     struct canvas canvas;
-    float *difference;
+    float *difference, *spread;
     uint8_t *level;
     struct levels levels;
 };
@@ -35,8 +35,17 @@ static double own_variance(const struct picture *picture, int64_t x, int64_t y)
     return own_error(picture->difference + 3 * i) * picture->levels.power[picture->level[i]];
 }
 
-/* v */
-static double around(const struct picture *picture, int64_t x, int64_t y)
+static double own_spread(const struct picture *picture, int64_t x, int64_t y)
+{
+    int64_t i = y * picture->canvas.width + x;
+    double samples = picture->levels.samples[picture->level[i]];
+    if (samples == 2 || !isfinite(picture->spread[i])) return 0;
+    return samples / (samples - 2) * pow((double)picture->spread[i], 2);
+}
+
+typedef double pixel_function(const struct picture *picture, int64_t x, int64_t y);
+
+static double around(const struct picture *picture, pixel_function *f, int64_t x, int64_t y)
 {
     const double weights[5] = {1, 4, 6, 4, 1};
     double sum = 0, all = 0;
@@ -44,11 +53,21 @@ static double around(const struct picture *picture, int64_t x, int64_t y)
         for (int64_t u = -2; u <= 2; u++) {
             if ((u == 0 && v == 0) || !is_inside(picture, x + u, y + v)) continue;
             double weight = weights[u + 2] * weights[v + 2];
-            sum += weight * own_variance(picture, x + u, y + v);
+            sum += weight * f(picture, x + u, y + v);
             all += weight;
         }
     }
     return all > 0 ? sum / all : 0;
+}
+
+/* v */
+static double variance(const struct picture *picture, int64_t x, int64_t y)
+{
+    double halves = around(picture, own_variance, x, y), ratio = 0;
+    double own = own_spread(picture, x, y), others = around(picture, own_spread, x, y);
+    double samples = picture->levels.samples[picture->level[y * picture->canvas.width + x]];
+    if (own > 0) ratio = fmin((halves + own / 4) / (others + own / 4), sqrt(samples));
+    return (4 * halves + (samples - 2) * ratio * own) / (samples + 2);
 }
 
 static double product(const float *m, const float *a, const float *b)
@@ -80,12 +99,13 @@ static void contrast(const struct picture *picture, int64_t x, int64_t y, double
 /* e but for surprises, and the pixel's part in those of its square of 32 x 32 */
 static double expected(const struct picture *picture, int64_t x, int64_t y, double *surprise)
 {
-    double largest, across, v = around(picture, x, y);
+    double largest, across, halves = around(picture, own_variance, x, y);
     uint8_t level = picture->level[y * picture->canvas.width + x];
     double samples = picture->levels.samples[level], own = own_variance(picture, x, y);
     contrast(picture, x, y, &largest, &across);
-    *surprise = own > 8 * (v + across) ? own / 1024 : 0;
-    return (v + across) / picture->levels.power[level] + (largest + across) / (samples * samples);
+    *surprise = own > 8 * (halves + across) ? own / 1024 : 0;
+    return variance(picture, x, y) / picture->levels.power[level] +
+           4 * (largest + across) / pow(samples, 3);
 }
 
 static void check_square(const struct picture *picture, const double *error, int64_t left,
@@ -116,6 +136,9 @@ static void fill(struct picture *picture)
         double speck =
             random_between(&state, 0, 1) < 0.02 ? pow(10, random_between(&state, -2, 1)) : 0.01;
         picture->level[i] = (uint8_t)(1 + 3 * random_between(&state, 0, 1));
+        picture->spread[i] =
+            random_between(&state, 0, 1) < 0.5 ? 0 : (float)(speck * random_between(&state, 0, 1));
+        if (random_between(&state, 0, 1) < 0.005) picture->spread[i] = HUGE_VALF;
         for (size_t c = 3 * i; c < 3 * i + 3; c++) {
             picture->canvas.rgb[c] =
                 (float)(random_between(&state, 0, 1) < 0.05 ? random_between(&state, 0, 1) : 0.5);
@@ -126,18 +149,20 @@ static void fill(struct picture *picture)
     }
 }
 
-static void check_size(uint32_t width, uint32_t height)
+static void check_size(uint32_t width, uint32_t height, uint32_t min_samples)
 {
-    struct view view = {.min_samples = 4, .max_samples = 4096};
+    struct view view = {.min_samples = min_samples, .max_samples = 4096};
     struct picture picture;
     size_t pixels = (size_t)width * height;
     canvas_init(&picture.canvas, width, height);
     picture.difference = allocate(pixels, 3 * sizeof(float));
+    picture.spread = allocate(pixels, sizeof(float));
     picture.level = allocate(pixels, 1);
     levels_init(&picture.levels, &view);
     fill(&picture);
     double *error = allocate(pixels, sizeof *error);
-    struct sampled sampled = {&picture.canvas, picture.difference, picture.level, &picture.levels};
+    struct sampled sampled = {&picture.canvas, picture.difference, picture.spread, picture.level,
+                              &picture.levels};
     struct crew *crew = crew_gather(2);
     expect_errors(&sampled, crew, error);
     crew_dismiss(crew);
@@ -146,6 +171,7 @@ static void check_size(uint32_t width, uint32_t height)
             check_square(&picture, error, x, y);
     free(error);
     free(picture.level);
+    free(picture.spread);
     free(picture.difference);
     canvas_free(&picture.canvas);
 }
@@ -155,13 +181,14 @@ static void test_sizes(void **state)
 {
     (void)state;
     for (uint32_t edge = 1; edge <= 5; edge++) {
-        check_size(edge, 70);
-        check_size(70, edge);
-        check_size(edge, edge);
+        check_size(edge, 70, 4);
+        check_size(70, edge, 4);
+        check_size(edge, edge, 4);
     }
-    check_size(64, 32);
-    check_size(65, 33);
-    check_size(31, 97);
+    check_size(64, 32, 4);
+    check_size(65, 33, 4);
+    check_size(31, 97, 4);
+    check_size(31, 97, 2);
 }
 
 int main(void)

@@ -359,7 +359,7 @@ static void finish_first_pass(struct farm *farm)
 {
     uint32_t pixels = farm->canvas.width * farm->canvas.height;
     struct tile all = {.w = farm->canvas.width, .h = farm->canvas.height, .step = 1, .pass = 1};
-    float *part = calloc(pixels, 7 * sizeof *part);
+    float *part = calloc(pixels, REFINED_FLOATS * sizeof *part);
     for (uint32_t i = 3 * pixels; i < 6 * pixels; i++)
         part[i] = 0.1f;
     adaptive_put(farm->service.adaptive, &all, part, 1);

@@ -50,12 +50,12 @@ static bool other_goes_on(struct scene_of_test *test)
 
 /* While the own renderer is at its first tile, the other one does all else, and then this one. */
 static bool render(void *state, const struct tile *tile, const struct refinement *refinements,
-                   float *mean, float *difference, float *rays, struct render_counts *counts)
+                   const struct pixel_floats *to, struct render_counts *counts)
 {
     struct scene_of_test *test = state;
     struct server *server = &test->server;
     struct queue *queue = test->service.queue;
-    (void)refinements, (void)mean, (void)difference, (void)rays, (void)counts;
+    (void)refinements, (void)to, (void)counts;
     assert_int_equal(test->begun++, 0);
     assert_false(test->service.given_up);
     assert_true(other_goes_on(test));

@@ -434,6 +434,76 @@ static void test_light_on_a_surface(void **state)
     assert_memory_equal(lit.rgb, bare.rgb, sizeof lit.rgb);
 }
 
+/* The cluster, ready to be rendered with so many samples. */
+struct prepared {
+    struct scene *scene;
+    void *memory; /* of the BVH */
+    struct renderer *renderer;
+};
+
+static struct prepared prepare(uint32_t min_samples, uint32_t max_samples)
+{
+    struct prepared prepared;
+    struct view view = small_view(SIZE);
+    view.min_samples = min_samples;
+    view.max_samples = max_samples;
+    struct builder *builder = cluster();
+    prepared.scene = builder_finish(builder, &view);
+    builder_destroy(builder);
+    prepared.memory = aligned_alloc(64, (bvh_bytes_bound(prepared.scene) + 63) / 64 * 64);
+    prepared.renderer =
+        renderer_create(prepared.scene, bvh_build(prepared.scene, prepared.memory, 1));
+    return prepared;
+}
+
+static void prepared_free(struct prepared *prepared)
+{
+    renderer_destroy(prepared->renderer);
+    free(prepared->memory);
+    free(prepared->scene);
+}
+
+/* Of four samples those of even number are one half, those of odd number the other one; a pass of two tells
+ * each of them. */
+static void test_spread_of_four_samples(void **state)
+{
+    (void)state;
+    enum { PIXELS = SIZE * SIZE };
+    static float mean[3][PIXELS * 3], difference[2][PIXELS * 3], spread[2][PIXELS];
+    static struct refinement refinements[PIXELS];
+    struct prepared two = prepare(2, 4), four = prepare(4, 4);
+    struct tile tile = {.w = SIZE, .h = SIZE, .step = 1};
+    struct render_counts counts;
+    for (uint8_t pass = 0; pass < 2; pass++) {
+        for (uint32_t k = 0; k < PIXELS; k++)
+            refinements[k] = (struct refinement){pass, pass + 1};
+        struct task task = {.tile = &tile,
+                            .refinements = refinements,
+                            .to.mean = mean[pass],
+                            .to.difference = difference[pass],
+                            .to.spread = spread[0]};
+        assert_true(renderer_task(two.renderer, &task, &counts));
+        for (uint32_t k = 0; k < PIXELS; k++)
+            assert_true(spread[0][k] <= 1e-7f); /* one sample in each half */
+    }
+    struct task task = {.tile = &tile, .to.mean = mean[2], .to.spread = spread[1]};
+    assert_true(renderer_task(four.renderer, &task, &counts));
+    double most = 0;
+    for (uint32_t k = 0; k < PIXELS; k++) {
+        double sum = 0;
+        for (uint32_t c = 3 * k; c < 3 * k + 3; c++) {
+            double means = (double)mean[0][c] - (double)mean[1][c];
+            double apart = ((double)difference[0][c] - (double)difference[1][c]) / 2;
+            sum += (pow(means + apart, 2) + pow(means - apart, 2)) / 2;
+        }
+        assert_true(fabs((double)spread[1][k] - sqrt(sum / 12)) < 1e-6);
+        most = fmax(most, sum);
+    }
+    assert_true(most > 0.01);
+    prepared_free(&two);
+    prepared_free(&four);
+}
+
 /* Which pixels get how many samples in which pass changes no sample: the means of the passes add up
  * to what one pass gives, and so do the differences of the halves. */
 static void test_passes_add_up(void **state)
@@ -442,25 +512,13 @@ static void test_passes_add_up(void **state)
     enum { PIXELS = SIZE * SIZE };
     static float whole[2][PIXELS * 3], part[2][PIXELS * 3], sum[2][PIXELS * 3];
     static struct refinement refinements[PIXELS];
-    struct view view = small_view(SIZE);
-    view.min_samples = 2;
-    view.max_samples = 16;
-    struct builder *builders[] = {cluster(), cluster()};
-    struct scene *scene = builder_finish(builders[0], &view);
-    view.min_samples = 16;
-    struct scene *at_once = builder_finish(builders[1], &view);
-    builder_destroy(builders[0]);
-    builder_destroy(builders[1]);
-    void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
-    struct bvh *bvh = bvh_build(scene, memory, 1);
-    struct renderer *renderer = renderer_create(at_once, bvh);
+    struct prepared at_once = prepare(16, 16), passes = prepare(2, 16);
     struct tile tile = {.w = SIZE, .h = SIZE, .step = 1};
     struct render_counts all, counts;
-    struct task task = {.tile = &tile, .mean = whole[0], .difference = whole[1]};
-    assert_true(renderer_task(renderer, &task, &all));
-    renderer_destroy(renderer);
-    renderer = renderer_create(scene, bvh);
-    task = (struct task){&tile, refinements, 0, part[0], part[1], NULL};
+    struct task task = {.tile = &tile, .to.mean = whole[0], .to.difference = whole[1]};
+    assert_true(renderer_task(at_once.renderer, &task, &all));
+    task = (struct task){
+        .tile = &tile, .refinements = refinements, .to.mean = part[0], .to.difference = part[1]};
     for (uint8_t pass = 0; pass < 4; pass++) {
         uint32_t in = 0;
         for (uint32_t k = 0; k < PIXELS; k++) {
@@ -469,10 +527,10 @@ static void test_passes_add_up(void **state)
             refinements[k].from = (uint8_t)(from < 4 ? from : 4);
             refinements[k].to = (uint8_t)(to < 4 ? to : 4);
         }
-        assert_true(renderer_task(renderer, &task, &counts));
+        assert_true(renderer_task(passes.renderer, &task, &counts));
         for (uint32_t k = 0; k < PIXELS; k++) {
-            uint32_t more = level_samples(&scene->view, refinements[k].to) -
-                            level_samples(&scene->view, refinements[k].from);
+            uint32_t more = level_samples(&passes.scene->view, refinements[k].to) -
+                            level_samples(&passes.scene->view, refinements[k].from);
             if (more == 0) continue;
             for (uint32_t c = 0; c < 6; c++)
                 sum[c / 3][3 * k + c % 3] += part[c / 3][3 * in + c % 3] * (float)more / 16;
@@ -484,10 +542,8 @@ static void test_passes_add_up(void **state)
         assert_true(fabsf(sum[1][i] - whole[1][i]) < 1e-6f);
     }
     assert_true(all.sampling.squares > 0 && all.halfway.squares > all.sampling.squares);
-    renderer_destroy(renderer);
-    free(memory);
-    free(scene);
-    free(at_once);
+    prepared_free(&at_once);
+    prepared_free(&passes);
 }
 
 int main(void)
@@ -505,6 +561,7 @@ int main(void)
         cmocka_unit_test(test_glass_on_glass),
         cmocka_unit_test(test_equal_media_are_one),
         cmocka_unit_test(test_bad_samples_are_told),
+        cmocka_unit_test(test_spread_of_four_samples),
         cmocka_unit_test(test_passes_add_up),
         cmocka_unit_test(test_too_bright_for_floats),
         cmocka_unit_test(test_color_sum),

@@ -5,7 +5,7 @@ SIZE="image.width=240 image.height=240 sampling.target_error=0.001"
 whole
 passes_of() { sed -n 's/^ *"passes": \([0-9]*\),$/\1/p' "$1"; }
 
-# 57,600 pixels with 28 bytes each in the first pass.
+# 57,600 pixels with 32 bytes each in the first pass.
 first() { broken_off 9 800000 0 && cp a.journal first; }
 check "killed in the first pass" first
 later() { broken_off 9 2300000 0 && cp a.journal later; }

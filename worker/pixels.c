@@ -38,17 +38,32 @@ static void add_error(struct error_sum *sum, struct vec3 difference, double even
     sum->fourths += square * square;
 }
 
-/* Hands a pixel over: the mean of its samples, what its halves differ by, and all rays of so many
- * samples. */
-static INLINED void put_pixel(struct renderer *renderer, uint32_t pixel, struct vec3 mean,
-                              struct vec3 difference, uint64_t rays, double samples)
+/* How far the pixel's samples are from the means of their halves, whose sums these are. Of even colours rounding
+ * may leave less than nothing of the squares. */
+static double spread_of(double squares, struct vec3 even, double evens, struct vec3 odd,
+                        double odds)
+{
+    if (evens > 0) squares -= vec_dot(even, even) / evens;
+    if (odds > 0) squares -= vec_dot(odd, odd) / odds;
+    return squares > 0 ? sqrt(squares / (3 * (evens + odds))) : 0;
+}
+
+/* What struct task takes of a pixel. */
+struct pixel_result {
+    struct vec3 mean, difference;
+    double spread, rays;
+};
+
+static INLINED void put_pixel(struct renderer *renderer, uint32_t pixel,
+                              const struct pixel_result *result)
 {
     const struct task *task = &renderer->progress.task;
     /* Only pixels that get samples are handed over. */
     uint32_t place = task->refinements ? renderer->numbers[pixel] : pixel;
-    put_color(task->mean + 3 * (size_t)place, mean);
-    if (task->difference) put_color(task->difference + 3 * (size_t)place, difference);
-    if (task->rays) task->rays[place] = (float)((double)rays / samples);
+    put_color(task->to.mean + 3 * (size_t)place, result->mean);
+    if (task->to.difference) put_color(task->to.difference + 3 * (size_t)place, result->difference);
+    if (task->to.spread) task->to.spread[place] = (float)result->spread;
+    if (task->to.rays) task->to.rays[place] = (float)result->rays;
 }
 
 /* An upper bound, like its parts: so many sums, and a quotient. The means of several passes lie
@@ -65,11 +80,14 @@ static void finish_pixel(struct renderer *renderer, uint32_t pixel, uint32_t beg
     struct vec3 even = finished_sum(renderer, &progress->sum.half[0]);
     struct vec3 odd = finished_sum(renderer, &progress->sum.half[1]);
     uint32_t even_samples = (end + 1) / 2 - (begin + 1) / 2;
-    double samples = end - begin, evens = even_samples;
-    struct vec3 difference = halves_difference(renderer, evens, samples - evens);
-    struct vec3 mean = divided(vec_add(even, odd), samples);
-    put_pixel(renderer, pixel, mean, difference, progress->sum.rays, samples);
-    add_error(&renderer->counts.sampling, difference, evens, samples - evens);
+    double samples = end - begin, evens = even_samples, odds = samples - evens;
+    struct pixel_result result = {.mean = divided(vec_add(even, odd), samples),
+                                  .difference = halves_difference(renderer, evens, odds),
+                                  .spread =
+                                      spread_of(progress->sum.squares, even, evens, odd, odds),
+                                  .rays = (double)progress->sum.rays / samples};
+    put_pixel(renderer, pixel, &result);
+    add_error(&renderer->counts.sampling, result.difference, evens, odds);
     note_truncation(renderer, progress->sum.truncation, samples);
     progress->sum = (struct pixel_sum){0};
 }
@@ -79,7 +97,9 @@ static INLINED void finish_only(struct renderer *renderer, uint32_t pixel, struc
                                 double truncation, uint32_t rays)
 {
     const struct vec3 none = {0, 0, 0};
-    put_pixel(renderer, pixel, vec_add(color, none), none, rays, 1);
+    struct pixel_result result = {
+        .mean = vec_add(color, none), .difference = none, .spread = 0, .rays = rays};
+    put_pixel(renderer, pixel, &result);
     note_truncation(renderer, truncation, 1);
 }
 
@@ -95,6 +115,7 @@ static INLINED void add_sample(struct renderer *renderer, uint32_t pixel, struct
         return;
     }
     color_sum_add(&progress->sum.half[adds->sample & 1], color);
+    progress->sum.squares += vec_dot(color, color);
     progress->sum.truncation += truncation;
     progress->sum.rays += rays;
     if (so_far == progress->halfway && begin == 0) {

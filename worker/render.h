@@ -49,7 +49,7 @@ bool renderer_task(struct renderer *renderer, const struct task *task,
 static inline bool renderer_tile(struct renderer *renderer, const struct tile *tile, float *rgb,
                                  struct render_counts *counts)
 {
-    struct task task = {.tile = tile, .mean = rgb};
+    struct task task = {.tile = tile, .to.mean = rgb};
     return renderer_task(renderer, &task, counts);
 }
 

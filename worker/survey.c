@@ -6,7 +6,7 @@ static bool probe_pixel(struct renderer *renderer, uint32_t x, uint32_t y, float
 {
     struct render_counts counts;
     struct tile pixel = {.x = x, .y = y, .w = 1, .h = 1, .step = 1};
-    struct task task = {.tile = &pixel, .survey = true, .mean = rgb};
+    struct task task = {.tile = &pixel, .survey = true, .to.mean = rgb};
     return renderer_task(renderer, &task, &counts);
 }
 

@@ -11,6 +11,7 @@
 #ifndef FARM_WORKER_TASK_H
 #define FARM_WORKER_TASK_H
 
+#include "common/protocol.h"
 #include "common/refinement.h"
 #include "common/tile.h"
 #include "worker/color_sum.h"
@@ -19,11 +20,9 @@
 struct task {
     const struct tile *tile;
     const struct refinement
-        *refinements;  /* of each pixel in the tile's order; NULL: 0 to level 1 */
-    bool survey;       /* instead of that the first sample of every pixel, not for the picture */
-    float *mean;       /* 3 per pixel that gets samples, linear RGB: the mean of these samples */
-    float *difference; /* the same of A - B, 0 where one of them is empty; NULL: not wanted */
-    float *rays;       /* 1 per such pixel: rays of all kinds per sample; NULL: not wanted */
+        *refinements; /* of each pixel in the tile's order; NULL: 0 to level 1 */
+    bool survey;      /* instead of that the first sample of every pixel, not for the picture */
+    struct pixel_floats to;
 };
 
 /* A place in the order of the task's samples. */
@@ -36,6 +35,7 @@ struct task_cursor {
 /* Sums of the samples of one pixel, in their order. */
 struct pixel_sum {
     struct color_sum half[2];
+    double squares; /* of all samples' components */
     double truncation;
     uint64_t rays; /* of all kinds */
 };

@@ -58,13 +58,10 @@ static bool render_pixels(struct worker *worker, const struct tile *tile,
                           const struct refinement *refinements, uint32_t pixels, float *rgb,
                           struct render_counts *counts)
 {
-    float *behind = rgb + 3 * (size_t)pixels;
-    if (tile->pass == TILE_PROBE) return survey(worker->renderer, tile, rgb, behind);
-    struct task task = {.tile = tile,
-                        .refinements = refinements,
-                        .mean = rgb,
-                        .difference = worker->adaptive ? behind : NULL,
-                        .rays = worker->adaptive ? behind + 3 * (size_t)pixels : NULL};
+    if (tile->pass == TILE_PROBE)
+        return survey(worker->renderer, tile, rgb, rgb + 3 * (size_t)pixels);
+    struct pixel_floats to = pixel_floats(rgb, pixels, worker->adaptive);
+    struct task task = {.tile = tile, .refinements = refinements, .to = to};
     return renderer_task(worker->renderer, &task, counts);
 }
 
