@@ -137,7 +137,6 @@ struct model {
     struct f3 *normals;
     struct point_light *lights;
     unsigned light_count;
-    bool has_transparency;
     uint64_t own_bytes; /* of the arrays above that grow with the scene */
 };
 

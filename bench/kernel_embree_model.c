@@ -236,8 +236,6 @@ void model_create(struct model *model, const struct scene *scene, RTCDevice devi
         add_part(model, kind, false);
         add_part(model, kind, true);
     }
-    for (unsigned i = 0; i < model->part_count; i++)
-        model->has_transparency |= model->parts[i].transparent;
 }
 
 void model_destroy(struct model *model)

@@ -183,8 +183,6 @@ static inline void score_wrong(struct score *score, uint64_t sample)
     score->wrong++;
 }
 
-void tally_add(struct tally *total, const struct tally *part);
-
 /* Calls work() for every item from 0 to items - 1, on budget->threads threads. */
 void share_out(const struct budget *budget, uint64_t items,
                void (*work)(uint64_t item, void *context), void *context);
@@ -260,12 +258,10 @@ struct bvh *stage_tree(const struct scene *scene);
 
 struct ray stage_ray(struct vec3 origin, struct vec3 direction);
 
-/* nearest() and occluded() of each ray, as stage_set_way() has it; *fallbacks counts those of all copies.
+/* nearest() of each ray, as stage_set_way() has it; *fallbacks counts those of all copies.
  * That the same rays meet different things, in any bit, is fatal. */
 void stage_hits(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                 size_t count, struct hit *hits, uint64_t *fallbacks);
-void stage_light(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                 size_t count, struct vec3 *transmittance, uint64_t *fallbacks);
 
 /* The nearest hit with one of the stage's scenes. */
 struct hit stage_nearest(const struct stage *stage, const struct scene *scene,

@@ -37,7 +37,7 @@ static void score_add(struct score *total, const struct score *part)
     if (part->worst > 0) score_error(total, part->worst, part->worst_at);
 }
 
-void tally_add(struct tally *total, const struct tally *part)
+static void tally_add(struct tally *total, const struct tally *part)
 {
     score_add(&total->paper, &part->paper);
     score_add(&total->ours, &part->ours);
@@ -210,8 +210,8 @@ void stage_hits(const struct scene *scene, const struct bvh *bvh, const struct r
     ask(ask_nearest, scene, bvh, rays, count, hits, sizeof *hits, fallbacks);
 }
 
-void stage_light(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                 size_t count, struct vec3 *transmittance, uint64_t *fallbacks)
+static void stage_light(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                        size_t count, struct vec3 *transmittance, uint64_t *fallbacks)
 {
     ask(ask_occluded, scene, bvh, rays, count, transmittance, sizeof *transmittance, fallbacks);
 }

@@ -145,7 +145,8 @@ static void withdraw(struct pace *pace, const struct pace_renderer *r)
     pace->holding_until -= r->speed * r->free_at;
 }
 
-void pace_overlook(struct pace *pace, uint32_t renderer)
+/* Nobody is to look in the heaps for what this renderer has until it is given more. */
+static void overlook(struct pace *pace, uint32_t renderer)
 {
     if (pace->unplaced == renderer) pace->unplaced = NOBODY;
     heap_remove(&pace->last, renderer);
@@ -165,7 +166,7 @@ static void enter(struct pace *pace, uint32_t renderer)
     heap_remove(&pace->spare, renderer);
     pace->speed += r->speed;
     if (!r->holds) {
-        pace_overlook(pace, renderer);
+        overlook(pace, renderer);
         return;
     }
     pace->holders++;
@@ -178,7 +179,7 @@ void pace_restart(struct pace *pace)
 {
     for (uint32_t i = 0; i < pace->count; i++) {
         struct pace_renderer *r = &pace->renderers[i];
-        pace_overlook(pace, i);
+        overlook(pace, i);
         *r = (struct pace_renderer){.speed = r->speed, .stretch = r->stretch, .since = (double)NAN};
     }
     pace->speed = pace->holding = pace->holding_until = 0;
@@ -219,7 +220,7 @@ void pace_late(struct pace *pace, uint32_t renderer, double due)
     withdraw(pace, r);
     r->lost = true;
     r->free_at = due;
-    pace_overlook(pace, renderer);
+    overlook(pace, renderer);
     heap_put(&pace->lost, renderer, -due);
     heap_put(&pace->spare, renderer, -due);
 }

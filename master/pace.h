@@ -80,9 +80,6 @@ void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work,
  * tile of an answer and with its next lot, and is put in its places once. */
 void pace_place(struct pace *pace);
 
-/* Nobody is to look in the heaps for what this renderer has until it is given more. */
-void pace_overlook(struct pace *pace, uint32_t renderer);
-
 /* Seconds for which all that have work have enough of it, as predicted; 0: nothing is known. */
 double pace_calm(struct pace *pace, double now);
 

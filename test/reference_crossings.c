@@ -111,8 +111,9 @@ struct axis cone_axis(ref r, const struct cone *cone)
     return (struct axis){base, w, dot(r, w, w)};
 }
 
-real cone_radius(ref r, const struct cone *cone, const struct axis *axis, real along,
-                 double at_base)
+/* rho = base_radius + (apex_radius - base_radius) s for a dot product with w. */
+static real cone_radius(ref r, const struct cone *cone, const struct axis *axis, real along,
+                        double at_base)
 {
     real widening = sub(r, number(r, cone->apex_radius), number(r, cone->base_radius));
     return add(r, number(r, at_base), mul(r, widening, divide(r, along, axis->W)));

@@ -48,10 +48,6 @@ struct axis {
 
 struct axis cone_axis(ref r, const struct cone *cone);
 
-/* rho = base_radius + (apex_radius - base_radius) s for a dot product with w. */
-real cone_radius(ref r, const struct cone *cone, const struct axis *axis, real along,
-                 double at_base);
-
 /* The indices of a triangle's or patch's corners. */
 const uint32_t *triangle_corners(const struct scene *scene, uint32_t id);
 

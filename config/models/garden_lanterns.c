@@ -2,7 +2,7 @@
 #include "config/models/garden.h"
 #include "config/models/lantern.h"
 
-/* The first one is lit: the lights of garden.ini stand where lantern_light() says. */
+/* The first one is lit: a light of garden.ini stands in it. */
 static const struct standing {
     struct lantern lantern;
     double x, z, up, yaw, scale;

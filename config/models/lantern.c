@@ -532,11 +532,6 @@ static double box_foot(const struct lantern *lantern)
     return lantern->style == LANTERN_KASUGA ? KASUGA_BOX : YUKIMI_BOX;
 }
 
-struct vec3 lantern_light(const struct lantern *lantern)
-{
-    return vec3(0, box_foot(lantern) + 0.14, 0);
-}
-
 void lantern_add(struct mesh *mesh, const struct lantern *lantern, const struct mesh_transform *t)
 {
     struct mesh_mark from = mesh_mark(mesh);

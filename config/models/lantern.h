@@ -30,9 +30,6 @@ struct lantern {
 /* As in config/lantern.ini. */
 struct lantern lantern_default(enum lantern_style style);
 
-/* Where the light stands, before the transform: a little above the flame. */
-struct vec3 lantern_light(const struct lantern *lantern);
-
 /* Adds the lantern, its foot on y = 0 about the origin, some 2.4 m (yukimi: 1.4 m) high, moved by
  * t. A face with an arched window looks along z. */
 void lantern_add(struct mesh *mesh, const struct lantern *lantern, const struct mesh_transform *t);

@@ -147,19 +147,9 @@ static struct vec3 transform_direction(const struct mesh_transform *t, struct ve
     return vec_add_scaled(vec_add_scaled(vec_scale(t->x, d.x), t->y, d.y), t->z, d.z);
 }
 
-struct vec3 transform_point(const struct mesh_transform *t, struct vec3 p)
+static struct vec3 transform_point(const struct mesh_transform *t, struct vec3 p)
 {
     return vec_add(transform_direction(t, p), t->origin);
-}
-
-struct mesh_transform transform_mul(const struct mesh_transform *a, const struct mesh_transform *b)
-{
-    return (struct mesh_transform){
-        .x = transform_direction(a, b->x),
-        .y = transform_direction(a, b->y),
-        .z = transform_direction(a, b->z),
-        .origin = transform_point(a, b->origin),
-    };
 }
 
 static void turn_round(struct mesh_triangle *triangle)

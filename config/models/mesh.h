@@ -92,12 +92,9 @@ void mesh_loft(struct mesh *mesh, const struct vec3 *rings, size_t ring_count, s
 /* The position on a surface at 0 <= u, v <= 1. */
 typedef struct vec3 mesh_surface(const void *context, double u, double v);
 
-/*
- * columns x rows quads of surface(u, v); dP/du x dP/dv points outward. wrap_u and wrap_v: the
- * border at 1 is the one at 0 (the surface is not asked for it).
- */
-void mesh_grid(struct mesh *mesh, size_t columns, size_t rows, bool wrap_u, bool wrap_v,
-               mesh_surface *surface, const void *context);
+/* columns x rows quads of surface(u, v); dP/du x dP/dv points outward. */
+void mesh_grid(struct mesh *mesh, size_t columns, size_t rows, mesh_surface *surface,
+               const void *context);
 
 /* A solid of revolution about y. profile: (radius, height) from the bottom, counter-clockwise with
  * the radius to the right; radius 0 at an end closes it in a point, otherwise there is a flat cap.
@@ -117,12 +114,12 @@ void mesh_extrude(struct mesh *mesh, const struct point2 *outline, size_t outlin
 
 /*
  * The outline of a regular polygon of circumradius 1 with rounded corners: corner k at the angle
- * first_corner + k 360 / sides (0: along x, 90: along z). Each corner has arc_points points, each
+ * k 360 / sides (0: along x, 90: along z). Each corner has arc_points points, each
  * straight edge side_points more between them. radius: of the rounding, 0 with arc_points 1: sharp.
  * Returns the number of points, sides * (arc_points + side_points), which outline must hold.
  */
-size_t mesh_polygon(struct point2 *outline, size_t sides, double first_corner, double radius,
-                    size_t arc_points, size_t side_points);
+size_t mesh_polygon(struct point2 *outline, size_t sides, double radius, size_t arc_points,
+                    size_t side_points);
 
 /* A round tube along a path, with its radius at every point of it and flat ends. */
 void mesh_tube(struct mesh *mesh, const struct vec3 *path, const double *radii, size_t count,
@@ -152,9 +149,6 @@ struct mesh_transform transform_identity(void);
 struct mesh_transform transform_place(struct vec3 origin, double yaw, double scale);
 /* Turned about an axis through the origin by an angle in degrees (right-hand rule). */
 struct mesh_transform transform_turn(struct vec3 axis, double degrees);
-/* First b, then a. */
-struct mesh_transform transform_mul(const struct mesh_transform *a, const struct mesh_transform *b);
-struct vec3 transform_point(const struct mesh_transform *t, struct vec3 p);
 
 /* Positions and normals. Rotations, translations and uniform scales (a mirror image turns the
  * triangles round); after an uneven scale call mesh_smooth() again. */

@@ -60,21 +60,19 @@ void mesh_loft(struct mesh *mesh, const struct vec3 *rings, size_t ring_count, s
     free(index);
 }
 
-void mesh_grid(struct mesh *mesh, size_t columns, size_t rows, bool wrap_u, bool wrap_v,
-               mesh_surface *surface, const void *context)
+void mesh_grid(struct mesh *mesh, size_t columns, size_t rows, mesh_surface *surface,
+               const void *context)
 {
-    size_t across = columns + !wrap_u, up = rows + !wrap_v;
-    size_t first = mesh->vertex_count;
-    for (size_t j = 0; j < up; j++)
-        for (size_t i = 0; i < across; i++)
+    size_t across = columns + 1, first = mesh->vertex_count;
+    for (size_t j = 0; j <= rows; j++)
+        for (size_t i = 0; i <= columns; i++)
             mesh_vertex(mesh,
                         surface(context, (double)i / (double)columns, (double)j / (double)rows));
     for (size_t j = 0; j < rows; j++)
         for (size_t i = 0; i < columns; i++) {
-            size_t above = j + 1 < up ? j + 1 : 0, next = i + 1 < across ? i + 1 : 0;
-            size_t low = first + j * across, high = first + above * across;
-            mesh_quad(mesh, (uint32_t)(low + i), (uint32_t)(low + next), (uint32_t)(high + next),
-                      (uint32_t)(high + i));
+            size_t low = first + j * across + i, high = low + across;
+            mesh_quad(mesh, (uint32_t)low, (uint32_t)(low + 1), (uint32_t)(high + 1),
+                      (uint32_t)high);
         }
 }
 
@@ -133,28 +131,27 @@ void mesh_extrude(struct mesh *mesh, const struct point2 *outline, size_t outlin
     free(rings);
 }
 
-static struct point2 corner_point(size_t corner, size_t sides, double first_corner, double radius,
-                                  double turn)
+static struct point2 corner_point(size_t corner, size_t sides, double radius, double turn)
 {
     double step = PI / (double)sides;
-    double angle = first_corner * (PI / 180) + 2 * step * (double)corner;
+    double angle = 2 * step * (double)corner;
     double distance = 1 - radius / cos(step); /* of the middle of the rounding */
     return (struct point2){distance * cos(angle) + radius * cos(angle + turn * step),
                            distance * sin(angle) + radius * sin(angle + turn * step)};
 }
 
-size_t mesh_polygon(struct point2 *outline, size_t sides, double first_corner, double radius,
-                    size_t arc_points, size_t side_points)
+size_t mesh_polygon(struct point2 *outline, size_t sides, double radius, size_t arc_points,
+                    size_t side_points)
 {
     size_t count = 0;
     for (size_t corner = 0; corner < sides; corner++) {
         double end = arc_points > 1 ? 1 : 0;
         for (size_t i = 0; i < arc_points; i++) {
             double turn = arc_points > 1 ? 2 * (double)i / (double)(arc_points - 1) - 1 : 0;
-            outline[count++] = corner_point(corner, sides, first_corner, radius, turn);
+            outline[count++] = corner_point(corner, sides, radius, turn);
         }
-        struct point2 a = corner_point(corner, sides, first_corner, radius, end);
-        struct point2 b = corner_point(corner + 1, sides, first_corner, radius, -end);
+        struct point2 a = corner_point(corner, sides, radius, end);
+        struct point2 b = corner_point(corner + 1, sides, radius, -end);
         for (size_t i = 1; i <= side_points; i++) {
             double t = (double)i / (double)(side_points + 1);
             outline[count++] = (struct point2){a.x + (b.x - a.x) * t, a.y + (b.y - a.y) * t};
@@ -234,6 +231,6 @@ void mesh_ball(struct mesh *mesh, struct vec3 center, struct vec3 radii, size_t 
     };
     struct mesh_mark from = mesh_mark(mesh);
     for (int i = 0; i < 6; i++)
-        mesh_grid(mesh, detail, detail, false, false, ball_point, &faces[i]);
+        mesh_grid(mesh, detail, detail, ball_point, &faces[i]);
     mesh_weld(mesh, from);
 }

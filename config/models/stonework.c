@@ -46,7 +46,7 @@ size_t hexagon_outline(struct point2 *outline, double rounding, size_t side_poin
 {
     const size_t most = STONEWORK_POINTS / STONEWORK_SIDES - CORNER_POINTS;
     if (side_points > most) side_points = most;
-    return mesh_polygon(outline, STONEWORK_SIDES, 0, rounding, CORNER_POINTS, side_points);
+    return mesh_polygon(outline, STONEWORK_SIDES, rounding, CORNER_POINTS, side_points);
 }
 
 void profile_cut(struct mesh *mesh, const struct profile *profile, double rounding,

@@ -111,7 +111,7 @@ void add_ground(struct mesh *mesh)
     };
     mesh_use(mesh, "moss_1");
     struct mesh_mark part = mesh_mark(mesh);
-    mesh_grid(mesh, 185, 215, false, false, ground_surface, NULL);
+    mesh_grid(mesh, 185, 215, ground_surface, NULL);
     mesh_paint(mesh, part, paint_ground, &paint);
     mesh_smooth(mesh, part, 180);
 }
@@ -167,7 +167,7 @@ void add_hills(struct mesh *mesh)
     struct mesh_mark part = mesh_mark(mesh);
     for (size_t i = 0; i < COUNT(ridges); i++) {
         mesh_use(mesh, names[i]);
-        mesh_grid(mesh, 240, 10, false, false, ridge_surface, &ridges[i]);
+        mesh_grid(mesh, 240, 10, ridge_surface, &ridges[i]);
     }
     mesh_smooth(mesh, part, 180);
     add_mist(mesh);

@@ -75,7 +75,7 @@ static void add_iris(struct mesh *mesh, struct dice *dice, struct vec3 foot)
         struct petal petal = {top, vec3(cos(angle), 0, sin(angle)), standard ? 0.045 : 0.095,
                               standard ? 0.075 : 0.03};
         mesh_use(mesh, standard ? "iris_1" : "iris_0");
-        mesh_grid(mesh, 4, 6, false, false, petal_point, &petal);
+        mesh_grid(mesh, 4, 6, petal_point, &petal);
     }
     mesh_use(mesh, "iris_heart");
     mesh_ball(mesh, vec_add(top, vec3(0, 0.012, 0)), vec3(0.014, 0.02, 0.014), 2);
