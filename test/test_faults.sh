@@ -5,7 +5,7 @@ faults() {
     ASAN_OPTIONS="verify_asan_link_order=0${ASAN_OPTIONS:+:$ASAN_OPTIONS}" FARM=$FARM FAULTS_SIZE="image.width=112 image.height=112 sampling.samples=16" \
         sh bench/faults.sh 13 3
 }
-[ -x "${FAULTS_JOURNAL:-}" ] || { echo "ok 1 # SKIP without bench/faults_journal"; exit 0; }
+[ -x "${FAULTS_JOURNAL:-}" ] || { echo "not ok 1 - injected faults # SKIP without bench/faults_journal"; exit 0; }
 check "13 faults end in 13 identical pictures" faults
 
 # A farm that does one thing wrong, and an mpiexec of one process.
