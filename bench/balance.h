@@ -2,7 +2,6 @@
 #ifndef FARM_BENCH_BALANCE_H
 #define FARM_BENCH_BALANCE_H
 
-#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 

@@ -1,6 +1,7 @@
 #include "bench/balance_events.h"
 
 #include <assert.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 #include "common/message.h"

@@ -2,7 +2,6 @@
 #ifndef FARM_BENCH_BALANCE_EVENTS_H
 #define FARM_BENCH_BALANCE_EVENTS_H
 
-#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 

@@ -7,7 +7,6 @@
  * costs, too, as a run of all sections does. --rounds: how often every tile is timed for its cost (3). Exit
  * status 1: a picture of many ranks was another one than that of one.
  */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

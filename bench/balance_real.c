@@ -1,5 +1,4 @@
 /* The section "real": runs on this machine, in wall time where that means something here. */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>

@@ -2,8 +2,6 @@
 #ifndef FARM_BENCH_BALANCE_RUN_H
 #define FARM_BENCH_BALANCE_RUN_H
 
-#include <stdint.h>
-
 struct run_worker {
     double busy_s, cpu_s, send_s, finish_s, tiles, pixels;
 };

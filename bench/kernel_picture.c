@@ -4,7 +4,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "common/message.h"
 #include "master/image_file.h"
 
 #define EDGE_MAX 16384u

@@ -9,8 +9,6 @@
 #ifndef FARM_BENCH_ORACLE_H
 #define FARM_BENCH_ORACLE_H
 
-#include <stdbool.h>
-
 #include <mpfr.h>
 
 #include "common/vec.h"

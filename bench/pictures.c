@@ -1,7 +1,6 @@
 #include "bench/pictures.h"
 
 #include <glob.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

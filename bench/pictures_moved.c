@@ -1,11 +1,8 @@
 /* Rows 30-32: the same scene elsewhere and in another size. */
-#include <float.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "bench/pictures.h"
-#include "common/message.h"
 #include "test/reference.h"
 #include "worker/sample.h"
 

@@ -1,5 +1,4 @@
 /* Rows 40-44: cylinders and cones, against exact arithmetic. */
-#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,5 +1,4 @@
 /* Rows 26-29: rays that go on from where they met a surface. */
-#include <float.h>
 #include <string.h>
 
 #include "bench/stability.h"

@@ -2,8 +2,6 @@
 #ifndef FARM_MASTER_CANVAS_H
 #define FARM_MASTER_CANVAS_H
 
-#include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
 
 #include "common/tile.h"

@@ -10,7 +10,6 @@
 #ifndef FARM_MASTER_COST_H
 #define FARM_MASTER_COST_H
 
-#include <stdbool.h>
 #include <stdint.h>
 
 #include "common/tile.h"

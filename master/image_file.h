@@ -12,6 +12,7 @@
 #ifndef FARM_MASTER_IMAGE_FILE_H
 #define FARM_MASTER_IMAGE_FILE_H
 
+#include <stdbool.h>
 #include <stdio.h>
 
 #include "master/canvas.h"

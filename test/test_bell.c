@@ -12,7 +12,6 @@
 
 #include "common/bell.h"
 #include "common/clock.h"
-#include "common/message.h"
 
 /* Seconds: what a wait that is to end at once may take on a busy machine, and one that is not to. */
 #define AT_ONCE   0.5

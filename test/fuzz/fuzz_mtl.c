@@ -1,5 +1,4 @@
 /* MTL files: what is accepted is a material that a scene can hold. */
-#include <string.h>
 
 #include "test/fuzz/fuzz.h"
 
