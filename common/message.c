@@ -37,21 +37,29 @@ void message_capture(char *text, size_t size)
     if (text && size) text[0] = '\0';
 }
 
+size_t character_bytes(const char *characters)
+{
+    const unsigned char *text = (const unsigned char *)characters;
+    unsigned char lead = text[0], low = 0x80, high = 0xbf;
+    if (lead < 0x80) return 1;
+    if (lead < 0xc2 || lead > 0xf4) return 0;
+    size_t bytes = lead < 0xe0 ? 2 : lead < 0xf0 ? 3 : 4;
+    if (lead == 0xe0) low = 0xa0;
+    if (lead == 0xed) high = 0x9f;
+    if (lead == 0xf0) low = 0x90;
+    if (lead == 0xf4) high = 0x8f;
+    if (text[1] < low || text[1] > high) return 0;
+    for (size_t i = 2; i < bytes; i++)
+        if ((text[i] & 0xc0) != 0x80) return 0;
+    return bytes;
+}
+
 size_t printable_bytes(const char *characters)
 {
     const unsigned char *text = (const unsigned char *)characters;
-    unsigned char c = text[0];
-    if (c < 0x80) return c >= 0x20 && c != 0x7f;
-    size_t bytes = c >= 0xf0 ? 4 : c >= 0xe0 ? 3 : 2;
-    if (c < 0xc2 || c > 0xf4) return 0;
-    for (size_t i = 1; i < bytes; i++)
-        if ((text[i] & 0xc0) != 0x80) return 0;
-    /* U+0080 to U+009F are control characters; overlong forms, surrogates and what lies beyond
-     * U+10FFFF are no characters. */
-    bool control = c == 0xc2 && text[1] < 0xa0;
-    bool overlong = (c == 0xe0 && text[1] < 0xa0) || (c == 0xf0 && text[1] < 0x90);
-    bool no_character = (c == 0xed && text[1] >= 0xa0) || (c == 0xf4 && text[1] >= 0x90);
-    return control || overlong || no_character ? 0 : bytes;
+    bool control = text[0] < 0x20 || text[0] == 0x7f;
+    bool control_1 = text[0] == 0xc2 && text[1] < 0xa0; /* U+0080 to U+009F */
+    return control || control_1 ? 0 : character_bytes(characters);
 }
 
 static void make_printable(char *text)

@@ -25,8 +25,11 @@ void user_warning(const char *file, long line, const char *format, ...) MESSAGE_
 /* What is said of a run that goes as it should: "farm: text". */
 void user_note(const char *format, ...) MESSAGE_FORMAT(1, 2);
 
-/* Bytes of the first of these characters, in UTF-8, if a terminal can show it; 0: it is a control
- * character, or none at all. */
+/* Bytes of the first of these characters, in UTF-8 (RFC 3629: shortest form, no surrogates, up to U+10FFFF);
+ * 0: it is none. A NUL, which is a character of one byte, ends every other one. */
+size_t character_bytes(const char *characters);
+
+/* The same of one that a terminal can show; 0: it is a control character, or none at all. */
 size_t printable_bytes(const char *characters);
 
 /* A copy of text, such as the name of a file, for a terminal: as in messages. The caller frees it. */

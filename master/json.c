@@ -3,9 +3,9 @@
 #include <assert.h>
 #include <inttypes.h>
 #include <math.h>
-#include <stdlib.h>
 
 #include "common/message.h"
+#include "common/number.h"
 
 void json_begin(struct json *json)
 {
@@ -39,46 +39,25 @@ static void new_line(struct json *json)
     fprintf(json->file, "\n%*s", (int)(2 * json->depth), "");
 }
 
-/*
- * The length of the UTF-8 sequence at text (RFC 3629: shortest form, no surrogates, up to
- * U+10FFFF), 0 when there is none. A NUL ends every sequence, so that nothing beyond it is read.
- */
-static int utf8_length(const unsigned char *text)
+static void put_character(FILE *file, const char *text, size_t bytes)
 {
-    unsigned char lead = text[0], low = 0x80, high = 0xbf;
-    if (lead < 0x80) return 1;
-    if (lead < 0xc2 || lead > 0xf4) return 0;
-    int length = lead < 0xe0 ? 2 : lead < 0xf0 ? 3 : 4;
-    if (lead == 0xe0) low = 0xa0;
-    if (lead == 0xed) high = 0x9f;
-    if (lead == 0xf0) low = 0x90;
-    if (lead == 0xf4) high = 0x8f;
-    if (text[1] < low || text[1] > high) return 0;
-    for (int i = 2; i < length; i++)
-        if (text[i] < 0x80 || text[i] > 0xbf) return 0;
-    return length;
-}
-
-static void put_character(FILE *file, const unsigned char *text, int length)
-{
-    if (length == 0)
+    if (bytes == 0)
         fputs("\\ufffd", file);
     else if (*text == '"' || *text == '\\')
         fprintf(file, "\\%c", *text);
-    else if (*text < 0x20 || *text == 0x7f)
-        fprintf(file, "\\u%04x", *text);
+    else if ((unsigned char)*text < 0x20 || *text == 0x7f)
+        fprintf(file, "\\u%04x", (unsigned)*text);
     else
-        fwrite(text, 1, (size_t)length, file);
+        fwrite(text, 1, bytes, file);
 }
 
-static void put_string(FILE *file, const char *value)
+static void put_string(FILE *file, const char *text)
 {
-    const unsigned char *text = (const unsigned char *)value;
     fputc('"', file);
     while (*text) {
-        int length = utf8_length(text);
-        put_character(file, text, length);
-        text += length ? length : 1;
+        size_t bytes = character_bytes(text);
+        put_character(file, text, bytes);
+        text += bytes ? bytes : 1;
     }
     fputc('"', file);
 }
@@ -139,14 +118,9 @@ void json_null(struct json *json, const char *key)
 
 void json_number(struct json *json, const char *key, double value)
 {
-    char text[32] = "null";
-    /* 15 digits are always kept by a double, 17 always tell it from its neighbours. */
-    for (int digits = 15; isfinite(value) && digits <= 17; digits++) {
-        snprintf(text, sizeof text, "%.*g", digits, value);
-        if (strtod(text, NULL) == value) break;
-    }
+    char text[NUMBER_TEXT_SIZE];
     begin_value(json, key);
-    fputs(text, json->file);
+    fputs(isfinite(value) ? number_format(value, text) : "null", json->file);
 }
 
 void json_fixed(struct json *json, const char *key, double value, int decimals)

@@ -35,7 +35,7 @@ void json_string(struct json *json, const char *key, const char *value);
 void json_null(struct json *json, const char *key);
 void json_count(struct json *json, const char *key, uint64_t value);
 
-/* The shortest text that reads back as value; null when it is infinite or NaN. */
+/* As number_format() has it; null when it is infinite or NaN. */
 void json_number(struct json *json, const char *key, double value);
 
 /* With so many decimals; null when it is infinite or NaN. */
