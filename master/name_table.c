@@ -3,21 +3,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/hash.h"
 #include "common/message.h"
-
-/* FNV-1a with its 64-bit offset basis and prime (G. Fowler, L. C. Noll, K.-P. Vo). */
-static uint64_t hash_of(const char *name)
-{
-    uint64_t hash = UINT64_C(14695981039346656037);
-    for (; *name; name++)
-        hash = (hash ^ (unsigned char)*name) * UINT64_C(1099511628211);
-    return hash;
-}
 
 /* The entry of this name, or the free one where it belongs; at least one entry is free. */
 static struct name_entry *place_of_name(const struct name_table *table, const char *name)
 {
-    size_t at = (size_t)hash_of(name) & (table->room - 1);
+    size_t at = (size_t)hash64(name, strlen(name), 0) & (table->room - 1);
     while (table->entries[at].name && strcmp(table->entries[at].name, name) != 0)
         at = (at + 1) & (table->room - 1);
     return &table->entries[at];
