@@ -29,14 +29,11 @@ static bool is_rectangle(const struct tile *tile)
     return tile->step == 1 && tile->phase == 0;
 }
 
-/* Where the tile's k-th pixel lies, and how many from there on stand side by side in tile and
- * picture: a row of a rectangle, else a single one. */
-static float *stretch_at(const struct canvas *canvas, const struct tile *tile, uint32_t k,
-                         uint32_t *stretch)
+/* Where the tile's k-th pixel lies. */
+static float *pixel_at(const struct canvas *canvas, const struct tile *tile, uint32_t k)
 {
     uint32_t x, y;
     tile_pixel(tile, k, &x, &y);
-    *stretch = is_rectangle(tile) ? tile->w : 1;
     return canvas->rgb + 3 * ((size_t)y * canvas->width + x);
 }
 
@@ -60,24 +57,21 @@ static void put_rows(struct canvas *canvas, const struct tile *tile, const float
 
 void canvas_put(struct canvas *canvas, const struct tile *tile, const float *rgb)
 {
-    uint32_t pixels = tile_pixels(tile), stretch;
+    uint32_t pixels = tile_pixels(tile);
     assert_inside(canvas, tile);
     if (is_rectangle(tile)) {
         put_rows(canvas, tile, rgb);
         return;
     }
-    for (uint32_t k = 0; k < pixels; k += stretch) {
-        float *there = stretch_at(canvas, tile, k, &stretch);
-        memcpy(there, rgb + 3 * (size_t)k, 3 * (size_t)stretch * sizeof *rgb);
-    }
+    for (uint32_t k = 0; k < pixels; k++)
+        memcpy(pixel_at(canvas, tile, k), rgb + 3 * (size_t)k, 3 * sizeof *rgb);
 }
 
 void canvas_get(const struct canvas *canvas, const struct tile *tile, float *rgb)
 {
-    uint32_t pixels = tile_pixels(tile), stretch;
+    /* Pixels side by side, in the tile and in the picture. */
+    uint32_t stretch = is_rectangle(tile) ? tile->w : 1, pixels = tile_pixels(tile);
     assert_inside(canvas, tile);
-    for (uint32_t k = 0; k < pixels; k += stretch) {
-        const float *there = stretch_at(canvas, tile, k, &stretch);
-        memcpy(rgb + 3 * (size_t)k, there, 3 * (size_t)stretch * sizeof *rgb);
-    }
+    for (uint32_t k = 0; k < pixels; k += stretch)
+        memcpy(rgb + 3 * (size_t)k, pixel_at(canvas, tile, k), 3 * (size_t)stretch * sizeof *rgb);
 }
