@@ -6,6 +6,7 @@
 
 #include "common/extremes.h"
 #include "common/message.h"
+#include "common/whole.h"
 
 /*
  * A probe of a pixel on its own has a fixed cost that a sample among many does not have. The
@@ -19,7 +20,7 @@
 static uint32_t blocks_across(uint32_t pixels, uint32_t edge)
 {
     uint32_t middle = edge / 2;
-    return pixels > middle ? (pixels - middle - 1) / edge + 1 : 0;
+    return pixels > middle ? divide_up(pixels - middle, edge) : 0;
 }
 
 void cost_init(struct cost_map *map, uint32_t width, uint32_t height, uint32_t edge,
@@ -32,7 +33,7 @@ void cost_init(struct cost_map *map, uint32_t width, uint32_t height, uint32_t e
     if (map->columns == 0 || map->rows == 0) return;
     map->edge = edge;
     map->probe_blocks = blocks;
-    map->probes = (map->columns + blocks - 1) / blocks * map->rows;
+    map->probes = divide_up(map->columns, blocks) * map->rows;
     size_t count = (size_t)map->columns * map->rows;
     map->seconds = allocate(count, sizeof *map->seconds);
     map->mean = allocate(count, sizeof *map->mean);
@@ -54,7 +55,7 @@ void cost_free(struct cost_map *map)
 /* The middle of every block, in a row of blocks: every edge-th pixel of one row of the picture. */
 struct tile cost_probe(const struct cost_map *map, uint32_t i)
 {
-    uint32_t edge = map->edge, across = (map->columns + map->probe_blocks - 1) / map->probe_blocks;
+    uint32_t edge = map->edge, across = divide_up(map->columns, map->probe_blocks);
     uint32_t x = i % across * map->probe_blocks * edge, left = map->width - x;
     uint64_t w = (uint64_t)map->probe_blocks * edge;
     return (struct tile){.x = x,
@@ -137,11 +138,6 @@ void cost_settle(struct cost_map *map)
 
 /* ---- prediction ---- */
 
-static uint32_t at_most(uint32_t i, uint32_t most)
-{
-    return i < most ? i : most;
-}
-
 /* So many blocks from the left and from the top: between the middles of four blocks, linear in both directions,
  * the nearest ones at the picture's edge. */
 static double mean_at(const struct cost_map *map, double u, double v)
@@ -150,9 +146,9 @@ static double mean_at(const struct cost_map *map, double u, double v)
     double fx = u - 0.5 - (right - 1.0), fy = v - 0.5 - (below - 1.0);
     uint32_t left = right > 0 ? right - 1 : 0, above = below > 0 ? below - 1 : 0;
     uint32_t last = map->columns - 1, bottom = map->rows - 1;
-    const float *high = map->mean + (size_t)at_most(above, bottom) * map->columns;
-    const float *low = map->mean + (size_t)at_most(below, bottom) * map->columns;
-    left = at_most(left, last), right = at_most(right, last);
+    const float *high = map->mean + (size_t)smaller(above, bottom) * map->columns;
+    const float *low = map->mean + (size_t)smaller(below, bottom) * map->columns;
+    left = smaller(left, last), right = smaller(right, last);
     double a = (double)high[left], b = (double)high[right];
     double c = (double)low[left], d = (double)low[right];
     return (a + (b - a) * fx) * (1 - fy) + (c + (d - c) * fx) * fy;
@@ -160,14 +156,14 @@ static double mean_at(const struct cost_map *map, double u, double v)
 
 static double peak_at(const struct cost_map *map, double u, double v)
 {
-    size_t row = at_most((uint32_t)v, map->rows - 1);
-    return (double)map->peak[row * map->columns + at_most((uint32_t)u, map->columns - 1)];
+    size_t row = smaller((uint32_t)v, map->rows - 1);
+    return (double)map->peak[row * map->columns + smaller((uint32_t)u, map->columns - 1)];
 }
 
 /* Parts of a side that are looked at: one for every block, 16 at most. */
 static uint32_t parts_of(uint32_t pixels, uint32_t edge)
 {
-    return pixels <= edge ? 1 : at_most((pixels + edge - 1) / edge, 16);
+    return pixels <= edge ? 1 : smaller(divide_up(pixels, edge), 16);
 }
 
 /* How far the middle of the i-th part of a side is from its begin. */

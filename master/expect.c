@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "common/message.h"
+#include "common/whole.h"
 #include "master/contrast.h"
 
 /* The weights of the 5 x 5 pixels around one are products of these, of both axes: a binomial. */
@@ -21,7 +22,7 @@ static const double weights[ROWS] = {1, 4, 6, 4, 1};
 
 uint32_t band_count(const struct canvas *canvas)
 {
-    return (canvas->height + BAND_ROWS - 1) / BAND_ROWS;
+    return divide_up(canvas->height, BAND_ROWS);
 }
 
 uint32_t band_begin(const struct canvas *canvas, uint32_t band)
@@ -126,7 +127,7 @@ static double weight_inside(uint32_t at, uint32_t size)
 
 static void band_init(struct band *band, const struct sampled *pixels)
 {
-    size_t width = pixels->canvas->width, blocks = (width + BLOCK_EDGE - 1) / BLOCK_EDGE;
+    size_t width = pixels->canvas->width, blocks = divide_up(pixels->canvas->width, BLOCK_EDGE);
     *band = (struct band){.pixels = pixels, .width = (uint32_t)width};
     band->doubles =
         allocate_zeroed(2 * smooth_size(width) + 3 * width + blocks, sizeof *band->doubles);

@@ -4,6 +4,8 @@
 #include <stdbool.h>
 #include <stdio.h>
 
+#include "common/whole.h"
+
 /* The ten digits side by side, three dots wide each, with a gap of one dot behind it. */
 enum { DIGIT_WIDTH = 4, DIGIT_HEIGHT = 5 };
 /* clang-format off */
@@ -42,7 +44,7 @@ static struct layout lay_out(uint32_t width, const struct legend_entry *entries,
                             .entry = SQUARE + GAP + places * DIGIT_WIDTH + GAP};
     uint32_t dots = width / layout.dot;
     layout.columns = dots > GAP ? (dots - GAP) / layout.entry : 0;
-    if (layout.columns > 0) layout.rows = (count + layout.columns - 1) / layout.columns;
+    if (layout.columns > 0) layout.rows = divide_up(count, layout.columns);
     return layout;
 }
 

@@ -1,6 +1,7 @@
 #include <math.h>
 
 #include "common/clock.h"
+#include "common/whole.h"
 #include "master/server.h"
 
 /* Tiles of a pass are at most this wide and high: in a few of its pixels a late pass has as many
@@ -34,8 +35,8 @@ static void begin_pass(struct server *server)
     struct tile tile = {.step = 1, .pass = adaptive_passes(service->adaptive) - 1};
     for (tile.y = 0; tile.y < canvas->height; tile.y += edge) {
         for (tile.x = 0; tile.x < canvas->width; tile.x += edge) {
-            tile.w = canvas->width - tile.x < edge ? canvas->width - tile.x : edge;
-            tile.h = canvas->height - tile.y < edge ? canvas->height - tile.y : edge;
+            tile.w = smaller(canvas->width - tile.x, edge);
+            tile.h = smaller(canvas->height - tile.y, edge);
             add_work(server, tile);
         }
     }

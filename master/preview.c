@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "common/whole.h"
 
 void preview_free(struct preview *preview)
 {
@@ -16,8 +17,8 @@ void preview_free(struct preview *preview)
 static void begin(struct preview *preview, uint32_t width, uint32_t height, uint32_t edge)
 {
     preview->edge = edge;
-    preview->columns = (width - 1) / edge + 1;
-    preview->rows = (height - 1) / edge + 1;
+    preview->columns = divide_up(width, edge);
+    preview->rows = divide_up(height, edge);
     size_t count = (size_t)preview->columns * preview->rows * 3;
     preview->rgb = allocate(count, sizeof *preview->rgb);
     for (size_t i = 0; i < count; i++)
