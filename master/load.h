@@ -15,15 +15,6 @@
 #include "master/builder.h"
 #include "master/view.h"
 
-/* Where an included part of a scene is put: p -> translate + scale * (rotation p). */
-struct placement {
-    double rotation[3][3]; /* orthonormal, right-handed */
-    double scale;          /* > 0 */
-    struct vec3 translate;
-};
-
-extern const struct placement placement_identity;
-
 struct ini;
 
 /* What the user has set: other outputs are named after CONFIG or the picture. */

@@ -13,6 +13,7 @@
 #include "master/builder.h"
 #include "master/ini_source.h"
 #include "master/load.h"
+#include "master/placement.h"
 
 /* Scene files may be large, but not larger than this. */
 #define SCENE_MAX_BYTES   ((size_t)64 << 30)

@@ -19,7 +19,7 @@ static void sine_and_cosine(double degrees, double *sine, double *cosine)
     }
 }
 
-static void multiply(double left[3][3], double right[3][3], double product[3][3])
+static void multiply(const double left[3][3], const double right[3][3], double product[3][3])
 {
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
@@ -31,11 +31,11 @@ struct placement placement_make(struct vec3 degrees, double scale, struct vec3 t
 {
     double s, c;
     sine_and_cosine(degrees.x, &s, &c);
-    double about_x[3][3] = {{1, 0, 0}, {0, c, -s}, {0, s, c}};
+    const double about_x[3][3] = {{1, 0, 0}, {0, c, -s}, {0, s, c}};
     sine_and_cosine(degrees.y, &s, &c);
-    double about_y[3][3] = {{c, 0, s}, {0, 1, 0}, {-s, 0, c}};
+    const double about_y[3][3] = {{c, 0, s}, {0, 1, 0}, {-s, 0, c}};
     sine_and_cosine(degrees.z, &s, &c);
-    double about_z[3][3] = {{c, -s, 0}, {s, c, 0}, {0, 0, 1}};
+    const double about_z[3][3] = {{c, -s, 0}, {s, c, 0}, {0, 0, 1}};
     double yx[3][3];
     struct placement placement = {.scale = scale, .translate = translate};
     multiply(about_y, about_x, yx);
@@ -61,13 +61,7 @@ struct placement placement_compose(const struct placement *outer, const struct p
 {
     struct placement both = {.scale = outer->scale * inner->scale,
                              .translate = place_point(outer, inner->translate)};
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) {
-            double sum = 0;
-            for (int k = 0; k < 3; k++)
-                sum += outer->rotation[i][k] * inner->rotation[k][j];
-            both.rotation[i][j] = sum;
-        }
+    multiply(outer->rotation, inner->rotation, both.rotation);
     return both;
 }
 

@@ -1,10 +1,19 @@
-/* Rotations, scales and shifts of included parts (struct placement of master/load.h). */
+/* Rotations, scales and shifts of included parts. */
 #ifndef FARM_MASTER_PLACEMENT_H
 #define FARM_MASTER_PLACEMENT_H
 
 #include <stdbool.h>
 
-#include "master/load.h"
+#include "common/vec.h"
+
+/* Where an included part of a scene is put: p -> translate + scale * (rotation p). */
+struct placement {
+    double rotation[3][3]; /* orthonormal, right-handed */
+    double scale;          /* > 0 */
+    struct vec3 translate;
+};
+
+extern const struct placement placement_identity;
 
 /* degrees: about x, then about y, then about z; multiples of 90 are exact. */
 struct placement placement_make(struct vec3 degrees, double scale, struct vec3 translate);
