@@ -23,6 +23,7 @@ static inline double clock_thread_cpu(void)
     return clock_read(CLOCK_THREAD_CPUTIME_ID);
 }
 
+/* The same as the system takes it; not negative. */
 static inline struct timespec clock_span(double seconds)
 {
     return (struct timespec){.tv_sec = (time_t)seconds,

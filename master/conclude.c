@@ -6,7 +6,6 @@
 #include "common/message.h"
 #include "master/image_file.h"
 #include "master/run.h"
-#include "master/stop.h"
 #include "master/timeline_output.h"
 
 int close_output(void)

@@ -3,7 +3,6 @@
 #include "common/message.h"
 #include "master/command_line.h"
 #include "master/run.h"
-#include "master/stop.h"
 
 static uint32_t saved_pixels(void *save, const struct tile *tile)
 {

@@ -18,7 +18,6 @@
 #include "common/nap.h"
 #include "master/expect.h"
 #include "master/run.h"
-#include "master/stop.h"
 #include "master/timeline_output.h"
 #include "worker/collective.h"
 #include "worker/node_scene.h"

@@ -15,9 +15,7 @@
 #include "master/report.h"
 #include "master/save.h"
 #include "master/serve.h"
-
-/* STATUS_RESUMABLE: stopped before the end, the same command goes on (EX_TEMPFAIL of sysexits.h). */
-enum { STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_INPUT = 2, STATUS_RESUMABLE = 75 };
+#include "master/stop.h"
 
 /* What rank 0 carries through the run. */
 struct run {

@@ -7,7 +7,6 @@
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "common/clock.h"
@@ -228,11 +227,7 @@ static void take_over(struct save *save)
 /* Waits, with the lock held, for so long or until something happens. */
 static void wait_for(struct save *save, double seconds)
 {
-    struct timespec until;
-    clock_gettime(CLOCK_MONOTONIC, &until);
-    long nanoseconds = until.tv_nsec + (long)(1e9 * seconds);
-    until.tv_sec += nanoseconds / 1000000000;
-    until.tv_nsec = nanoseconds % 1000000000;
+    struct timespec until = clock_span(clock_wall() + seconds);
     pthread_cond_timedwait(&save->changed, &save->lock, &until);
 }
 

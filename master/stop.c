@@ -20,17 +20,15 @@
 #define SAME_SIGNAL 100
 
 static volatile sig_atomic_t noted;
-static atomic_llong noted_at; /* milliseconds of some clock, 0: it is not */
+static atomic_llong noted_at; /* milliseconds(); 0: it is not */
 static volatile sig_atomic_t is_served;
 static volatile sig_atomic_t final_status;
 static int launcher = -1; /* Hydra's end of the line; -1: there is none */
 
-/* As clock_wall(), for a handler of signals. */
+/* Of clock_wall(), but never 0; a handler of signals may call this. */
 static long long milliseconds(void)
 {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return 1000LL * now.tv_sec + now.tv_nsec / 1000000 + 1;
+    return 1 + (long long)(1e3 * clock_wall());
 }
 
 static void act(int number, void (*handler)(int), int flags)
@@ -58,7 +56,7 @@ static void note_signal(int number)
     }
     ssize_t unused = write(STDERR_FILENO, message, sizeof message - 1);
     (void)unused;
-    stop_job(75, NULL); /* nothing is lost: the same command begins again */
+    stop_job(STATUS_RESUMABLE, NULL); /* nothing is lost: the same command begins again */
 }
 
 /* Between Hydra and its ranks: PMI 1 over a file descriptor. */
@@ -145,7 +143,7 @@ static void give_up_the_start(int number)
     say(STDERR_FILENO, "farm: not all processes have come to the start within ",
         (unsigned)start_limit,
         " s: one is stopped or hangs. Nothing is lost, the same command begins again\n");
-    stop_job(75, NULL);
+    stop_job(STATUS_RESUMABLE, NULL);
 }
 
 void stop_watch_the_start(unsigned seconds)

@@ -1,9 +1,13 @@
-/* How a run ends before its time: signals, failures, and an MPI that does not come to an end. */
+/* How a run ends, and how before its time: signals, failures, and an MPI that does not come to an end. */
 #ifndef FARM_MASTER_STOP_H
 #define FARM_MASTER_STOP_H
 
 #include <signal.h>
 #include <stdbool.h>
+
+/* The exit status. STATUS_RESUMABLE: stopped before the end, the same command goes on (EX_TEMPFAIL of
+ * sysexits.h). */
+enum { STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_INPUT = 2, STATUS_RESUMABLE = 75 };
 
 /*
  * SIGINT, SIGTERM and SIGUSR1: rank 0 notes the first one for serve() to see and is ended at once by the
@@ -31,7 +35,7 @@ bool stop_has_launcher(void);
 
 /*
  * Rank 0 waits for the others, for so many seconds at most: if that has not ended with
- * stop_start_is_over() by then, the job does, with status 75 and a message. A rank that is stopped
+ * stop_start_is_over() by then, the job does, with STATUS_RESUMABLE and a message. A rank that is stopped
  * before it renders would keep the others waiting for ever, for MPI begins together.
  */
 void stop_watch_the_start(unsigned seconds);
