@@ -53,7 +53,7 @@ struct nap {
 
 /*
  * Lets the naps of this thread, and of those that it starts, end when they should. Linux lets a sleep
- * last up to 50 us longer (timerslack in prctl(2)), more than the shortest naps. Elsewhere: nothing.
+ * last up to 50 us longer (timerslack in prctl(2)), more than the shortest naps.
  */
 void nap_sharpen(void);
 

@@ -37,7 +37,7 @@ static bool in_gamut(struct vec3 c)
  * encoded for a PNG. */
 static void perceived_color(double lightness, double chroma, double hue, float rgb[3])
 {
-    double turn = 2 * acos(-1) * hue;
+    double turn = 2 * M_PI * hue;
     struct vec3 color = oklab_to_linear(lightness, chroma * cos(turn), chroma * sin(turn));
     for (int step = 0; step < 60 && !in_gamut(color); step++) {
         chroma *= 0.95;
@@ -52,7 +52,7 @@ static void perceived_color(double lightness, double chroma, double hue, float r
 static void heat_color(double heat, float rgb[3])
 {
     const double violet = 0.78, yellow = 1.30; /* hues, turns */
-    double chroma = 0.24 * sqrt(sin(acos(-1) * heat));
+    double chroma = 0.24 * sqrt(sin(M_PI * heat));
     perceived_color(heat, heat > 0 && heat < 1 ? chroma : 0, violet + (yellow - violet) * heat,
                     rgb);
 }

@@ -3,25 +3,18 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <sys/prctl.h>
 
 #include <cmocka.h>
 
 #include "common/nap.h"
 
-#ifdef __linux__
-#include <sys/prctl.h>
-#endif
-
 static void test_sharpen(void **state)
 {
     (void)state;
-#ifdef __linux__
     /* What is left of the 50 us that a process begins with must not count beside the shortest nap. */
     nap_sharpen();
     assert_true(prctl(PR_GET_TIMERSLACK) * 1e-9 <= NAP_SHORTEST / 10);
-#else
-    skip();
-#endif
 }
 
 /* From the shortest to the longest, and back with nap_reset(). */
