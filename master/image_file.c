@@ -12,9 +12,9 @@
 
 #include "common/clock.h"
 #include "common/message.h"
+#include "master/path.h"
 #include "master/png_hdr.h"
 #include "master/stop.h"
-#include "master/text_file.h"
 
 enum format { FORMAT_NONE, FORMAT_PNG, FORMAT_HDR, FORMAT_PFM };
 
@@ -73,43 +73,13 @@ struct output {
     int error; /* errno of the first failure, 0 when all is well */
 };
 
-/* Bytes of path up to and including its last slash: the folder. */
-static size_t folder_length(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    return slash ? (size_t)(slash - path) + 1 : 0;
-}
-
-/* What a symbolic link at path points at; NULL when there is none. */
-static char *link_target(const char *path)
-{
-    char text[PATH_MAX];
-    ssize_t length = readlink(path, text, sizeof text - 1);
-    if (length < 0) return NULL;
-    text[length] = '\0';
-    if (text[0] == '/') return copy_text(text);
-    return format_text("%.*s%s", (int)folder_length(path), path, text);
-}
-
-/* By hand, because the last link may point at a file that is still to be made. */
-char *follow_links(const char *path)
-{
-    char *place = copy_text(path);
-    for (int links = 0; links < 40; links++) { /* as many as the kernel follows */
-        char *next = link_target(place);
-        if (!next) return place;
-        free(place);
-        place = next;
-    }
-    free(place);
-    return NULL;
-}
-
 /* Cut, so that a name of the greatest length still leaves room for the rest. */
 static char *temporary_name(const char *target)
 {
-    size_t folder = folder_length(target);
-    return format_text("%.*s%.200s.%ld.tmp", (int)folder, target, target + folder, (long)getpid());
+    char *folder = path_folder(target);
+    char *temporary = format_text("%s%.200s.%ld.tmp", folder, path_name(target), (long)getpid());
+    free(folder);
+    return temporary;
 }
 
 /* Created anew, for writing, with the permissions that any new file would get; -1 and errno. */
@@ -154,7 +124,7 @@ FILE *open_in_place(const char *path)
 
 static FILE *open_beside(struct output *output, const char *path, const struct stat *old)
 {
-    output->target = follow_links(path);
+    output->target = path_behind_links(path);
     if (!output->target) {
         errno = ELOOP;
         return NULL;
@@ -200,8 +170,7 @@ static void output_check(struct output *output, int failed)
  * systems cannot do that and say so; the file itself is there. */
 static void sync_folder(const char *target)
 {
-    size_t length = folder_length(target);
-    char *folder = length ? format_text("%.*s", (int)length, target) : copy_text(".");
+    char *folder = path_directory(target);
     int descriptor = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (descriptor >= 0) {
         fsync(descriptor);
@@ -359,8 +328,7 @@ static int try_folder(const char *target)
 static bool has_folder(const char *target)
 {
     struct stat status;
-    int length = (int)folder_length(target);
-    char *folder = length > 0 ? format_text("%.*s", length, target) : copy_text(".");
+    char *folder = path_directory(target);
     bool found = stat(folder, &status) == 0;
     free(folder);
     return found;
@@ -368,7 +336,7 @@ static bool has_folder(const char *target)
 
 static bool folder_writable(const char *path, const char *key)
 {
-    char *target = follow_links(path);
+    char *target = path_behind_links(path);
     if (!target) return cannot_write(path, key, ELOOP);
     int error = try_folder(target);
     /* /proc says of a file to be made, not of itself, that it does not exist. */
@@ -376,7 +344,7 @@ static bool folder_writable(const char *path, const char *key)
     if (error == ENOENT)
         user_error(path, 0,
                    "the folder %.*s does not exist, make it or choose another place with %s=FILE",
-                   (int)folder_length(target), target, key);
+                   (int)(path_name(target) - target), target, key);
     else if (error == EACCES || error == EROFS)
         user_error(path, 0,
                    "the folder cannot be written to (%s), choose another place with %s=FILE",

@@ -56,10 +56,6 @@ int image_try(const char *path, const struct canvas *canvas);
 /* The same for a picture that another setting than output.image names. */
 bool image_write_for(const char *key, const char *path, const struct canvas *canvas);
 
-/* Where a file written to path would end up: behind all symbolic links, whether it is there or not. The caller
- * frees it; NULL: they go in circles. */
-char *follow_links(const char *path);
-
 /* For writing as what is written comes; errno says why not. The caller closes it. */
 FILE *open_in_place(const char *path);
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "master/path.h"
 #include "master/text_file.h"
 
 /* INI files are written by hand; large data belongs into meshes. */

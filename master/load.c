@@ -13,7 +13,7 @@
 #include "common/message.h"
 #include "master/framing.h"
 #include "master/loader.h"
-#include "master/text_file.h"
+#include "master/path.h"
 
 /* ---- the loader's memory ---- */
 
@@ -30,8 +30,7 @@ bool may_read(const struct loader *loader, const char *path, const char *root)
 
 char *root_of(const char *path)
 {
-    char *folder = path_folder(path);
-    char *root = path_absolute(*folder ? folder : ".");
+    char *folder = path_directory(path), *root = path_absolute(folder);
     free(folder);
     return root;
 }

@@ -10,7 +10,7 @@
 #include "common/tile.h"
 #include "master/image_file.h"
 #include "master/loader.h"
-#include "master/text_file.h"
+#include "master/path.h"
 
 /* Complains where the setting was made; config where it was not made at all. */
 static bool refuse_setting(const struct loader *loader, const char *config, const char *section,
@@ -202,17 +202,10 @@ static bool kind_good(const struct named_file *file)
     return path_has_extension(file->path, file->extension) || path_is_device(file->path);
 }
 
-static const char *name_in_folder(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    return slash ? slash + 1 : path;
-}
-
 /* Of a file that need not be there. */
 static bool stat_folder(const char *path, struct stat *status)
 {
-    int length = (int)(name_in_folder(path) - path);
-    char *folder = length > 0 ? format_text("%.*s", length, path) : copy_text(".");
+    char *folder = path_directory(path);
     bool found = stat(folder, status) == 0;
     free(folder);
     return found;
@@ -222,7 +215,7 @@ static bool stat_folder(const char *path, struct stat *status)
 static bool same_place(const char *a, const char *b)
 {
     struct stat first, second;
-    if (strcmp(name_in_folder(a), name_in_folder(b)) != 0) return false;
+    if (strcmp(path_name(a), path_name(b)) != 0) return false;
     if (!stat_folder(a, &first) || !stat_folder(b, &second)) return strcmp(a, b) == 0;
     return first.st_dev == second.st_dev && first.st_ino == second.st_ino;
 }
@@ -233,7 +226,7 @@ static bool same_file(const char *a, const char *b)
     if (path_is_device(a)) return false;
     if (stat(a, &first) == 0 && stat(b, &second) == 0)
         return first.st_dev == second.st_dev && first.st_ino == second.st_ino;
-    char *behind_a = follow_links(a), *behind_b = follow_links(b);
+    char *behind_a = path_behind_links(a), *behind_b = path_behind_links(b);
     bool same = behind_a && behind_b && same_place(behind_a, behind_b);
     free(behind_a);
     free(behind_b);

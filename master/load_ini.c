@@ -9,9 +9,9 @@
 
 #include "common/message.h"
 #include "master/load_objects.h"
+#include "master/path.h"
 #include "master/placement.h"
 #include "master/sections.h"
-#include "master/text_file.h"
 
 /* ---- materials ---- */
 

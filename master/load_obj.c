@@ -11,6 +11,7 @@
 #include "common/message.h"
 #include "master/loader.h"
 #include "master/name_table.h"
+#include "master/path.h"
 #include "master/placement.h"
 #include "master/scan.h"
 #include "master/smooth.h"

@@ -5,9 +5,9 @@
 #include "common/message.h"
 #include "master/loader.h"
 #include "master/nearest_name.h"
+#include "master/path.h"
 #include "master/scene_sections.h"
 #include "master/sections.h"
-#include "master/text_file.h"
 
 size_t setting_index(const char *section, const char *name)
 {

@@ -6,8 +6,8 @@
 #include "common/message.h"
 #include "common/settings.h"
 #include "master/load.h"
+#include "master/path.h"
 #include "master/scene_sections.h"
-#include "master/text_file.h"
 
 static const struct {
     const char *name;

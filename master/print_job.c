@@ -5,8 +5,8 @@
 #include "common/message.h"
 #include "master/load.h"
 #include "master/loader.h"
+#include "master/path.h"
 #include "master/scene_sections.h"
-#include "master/text_file.h"
 
 /* Where the text goes, and whether it is one that can be read back. */
 struct printing {

@@ -14,7 +14,7 @@
 #include "common/message.h"
 #include "master/found.h"
 #include "master/journal.h"
-#include "master/text_file.h"
+#include "master/path.h"
 
 /* Seconds before anything is written: what may be lost without anybody minding. */
 #define LATE 1.0

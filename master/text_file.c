@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -111,63 +110,4 @@ void text_file_free(struct text_file *file)
 {
     free(file->text);
     *file = (struct text_file){0};
-}
-
-char *path_in(const char *folder, const char *name)
-{
-    return format_text("%s%s", *name == '/' ? "" : folder, name);
-}
-
-char *path_folder(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    int length = slash ? (int)(slash + 1 - path) : 0;
-    return format_text("%.*s", length, path);
-}
-
-char *path_stem(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    const char *name = slash ? slash + 1 : path;
-    const char *dot = strrchr(name, '.');
-    int length = dot && dot > name ? (int)(dot - name) : (int)strlen(name);
-    return format_text("%.*s", length, name);
-}
-
-char *path_absolute(const char *path)
-{
-    char *resolved = realpath(path, NULL);
-    if (resolved) return resolved;
-    char *here = *path == '/' ? NULL : get_current_dir_name();
-    char *absolute = here ? format_text("%s/%s", here, path) : copy_text(path);
-    free(here);
-    return absolute;
-}
-
-bool path_is_within(const char *path, const char *folder)
-{
-    char *resolved = realpath(path, NULL);
-    size_t length = strlen(folder);
-    if (length && folder[length - 1] == '/') length--;
-    bool within = resolved && strncmp(resolved, folder, length) == 0 && resolved[length] == '/';
-    free(resolved);
-    return within;
-}
-
-bool path_has_extension(const char *path, const char *extension)
-{
-    size_t length = strlen(path), tail = strlen(extension);
-    return length > tail && strcasecmp(path + length - tail, extension) == 0;
-}
-
-bool path_is_stdout(const char *path)
-{
-    return !strcmp(path, "/dev/stdout");
-}
-
-bool path_is_device(const char *path)
-{
-    struct stat status;
-    if (path_is_stdout(path)) return true;
-    return stat(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
 }

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "common/message.h"
-#include "master/text_file.h"
+#include "master/path.h"
 
 /* ---- reading ---- */
 

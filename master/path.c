@@ -1,0 +1,104 @@
+#include "master/path.h"
+
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "common/message.h"
+
+char *path_in(const char *folder, const char *name)
+{
+    return format_text("%s%s", *name == '/' ? "" : folder, name);
+}
+
+const char *path_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+char *path_folder(const char *path)
+{
+    return format_text("%.*s", (int)(path_name(path) - path), path);
+}
+
+char *path_directory(const char *path)
+{
+    int length = (int)(path_name(path) - path);
+    return length > 0 ? format_text("%.*s", length, path) : copy_text(".");
+}
+
+char *path_stem(const char *path)
+{
+    const char *name = path_name(path);
+    const char *dot = strrchr(name, '.');
+    int length = dot && dot > name ? (int)(dot - name) : (int)strlen(name);
+    return format_text("%.*s", length, name);
+}
+
+char *path_absolute(const char *path)
+{
+    char *resolved = realpath(path, NULL);
+    if (resolved) return resolved;
+    char *here = *path == '/' ? NULL : get_current_dir_name();
+    char *absolute = here ? format_text("%s/%s", here, path) : copy_text(path);
+    free(here);
+    return absolute;
+}
+
+bool path_is_within(const char *path, const char *folder)
+{
+    char *resolved = realpath(path, NULL);
+    size_t length = strlen(folder);
+    if (length && folder[length - 1] == '/') length--;
+    bool within = resolved && strncmp(resolved, folder, length) == 0 && resolved[length] == '/';
+    free(resolved);
+    return within;
+}
+
+/* What a symbolic link at path points at; NULL when there is none. */
+static char *link_target(const char *path)
+{
+    char text[PATH_MAX];
+    ssize_t length = readlink(path, text, sizeof text - 1);
+    if (length < 0) return NULL;
+    text[length] = '\0';
+    char *folder = path_folder(path), *target = path_in(folder, text);
+    free(folder);
+    return target;
+}
+
+/* By hand, because the last link may point at a file that is still to be made. */
+char *path_behind_links(const char *path)
+{
+    char *place = copy_text(path);
+    for (int links = 0; links < 40; links++) { /* as many as the kernel follows */
+        char *next = link_target(place);
+        if (!next) return place;
+        free(place);
+        place = next;
+    }
+    free(place);
+    return NULL;
+}
+
+bool path_has_extension(const char *path, const char *extension)
+{
+    size_t length = strlen(path), tail = strlen(extension);
+    return length > tail && strcasecmp(path + length - tail, extension) == 0;
+}
+
+bool path_is_stdout(const char *path)
+{
+    return !strcmp(path, "/dev/stdout");
+}
+
+bool path_is_device(const char *path)
+{
+    struct stat status;
+    if (path_is_stdout(path)) return true;
+    return stat(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
+}
