@@ -5,6 +5,7 @@
 #include "common/clock.h"
 #include "common/message.h"
 #include "master/image_file.h"
+#include "master/output_file.h"
 #include "master/run.h"
 #include "master/timeline_output.h"
 
@@ -93,7 +94,7 @@ static struct written write_outputs(struct run *run)
     report->time.total = clock_wall() - run->start;
     if (!wants_report(settings)) return written;
     char *text = report_json(report);
-    written.report = text_write(settings->output.report, text, strlen(text));
+    written.report = text_write("output.report", settings->output.report, text, strlen(text));
     free(text);
     return written;
 }

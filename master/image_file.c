@@ -1,20 +1,14 @@
 #include "master/image_file.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <limits.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#include "common/clock.h"
 #include "common/message.h"
+#include "master/output_file.h"
 #include "master/path.h"
 #include "master/png_hdr.h"
-#include "master/stop.h"
 
 enum format { FORMAT_NONE, FORMAT_PNG, FORMAT_HDR, FORMAT_PFM };
 
@@ -54,146 +48,9 @@ bool image_size_writable(const char *path, uint32_t width, uint32_t height)
     return false;
 }
 
-static bool cannot_write(const char *path, const char *key, int error)
-{
-    bool full = error == ENOSPC || error == EDQUOT;
-    user_error(path, 0, "cannot write: %s, %schoose another place with %s=FILE", strerror(error),
-               full ? "free some space or " : "", key);
-    return false;
-}
-
-/*
- * A file on its way: written at temporary, to be renamed to target; both NULL: in place. It is made when
- * there is something to put into it: who is killed while he encodes a large picture leaves no empty one.
- */
-struct output {
-    const char *path; /* that was asked for */
-    char *target, *temporary;
-    FILE *file;
-    int error; /* errno of the first failure, 0 when all is well */
-};
-
-/* Cut, so that a name of the greatest length still leaves room for the rest. */
-static char *temporary_name(const char *target)
-{
-    char *folder = path_folder(target);
-    char *temporary = format_text("%s%.200s.%ld.tmp", folder, path_name(target), (long)getpid());
-    free(folder);
-    return temporary;
-}
-
-/* Created anew, for writing, with the permissions that any new file would get; -1 and errno. */
-static int create_temporary(const char *temporary)
-{
-    unlink(temporary); /* left by a killed process that had our number */
-    return open(temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-}
-
-/* Seconds from one look for a reader to the next. */
-#define PIPE_LOOK 0.02
-
-/* To open a pipe is to wait for somebody who reads from it: with a word, and until a signal stops the run at
- * most. -1 and errno. */
-static int open_pipe(const char *path)
-{
-    bool told = false;
-    int pipe;
-    while ((pipe = open(path, O_WRONLY | O_NONBLOCK | O_CLOEXEC)) < 0 && errno == ENXIO) {
-        if (*stop_signal()) return -1;
-        if (!told) user_note("%s is a pipe: waiting for somebody who reads from it", path);
-        told = true;
-        clock_sleep(PIPE_LOOK);
-    }
-    if (pipe >= 0) fcntl(pipe, F_SETFL, 0); /* what is written waits for the reader */
-    return pipe;
-}
-
-/* /dev/stdout is not opened again: of a regular file that would write over what is there. */
-FILE *open_in_place(const char *path)
-{
-    struct stat there;
-    if (!path_is_stdout(path) && stat(path, &there) == 0 && S_ISFIFO(there.st_mode)) {
-        int pipe = open_pipe(path);
-        return pipe < 0 ? NULL : fdopen(pipe, "wb");
-    }
-    if (!path_is_stdout(path)) return fopen(path, "wb");
-    fflush(stdout);
-    int copy = dup(STDOUT_FILENO);
-    return copy < 0 ? NULL : fdopen(copy, "wb");
-}
-
-static FILE *open_beside(struct output *output, const char *path, const struct stat *old)
-{
-    output->target = path_behind_links(path);
-    if (!output->target) {
-        errno = ELOOP;
-        return NULL;
-    }
-    output->temporary = temporary_name(output->target);
-    int descriptor = create_temporary(output->temporary);
-    if (descriptor < 0) return NULL;
-    /* A file system without permissions refuses, and does no harm. */
-    if (old && fchmod(descriptor, old->st_mode & 0777)) errno = 0;
-    return fdopen(descriptor, "wb");
-}
-
-static void output_open(struct output *output)
-{
-    const char *path = output->path;
-    struct stat old;
-    bool exists = stat(path, &old) == 0;
-    if (path_is_stdout(path) || (exists && !S_ISREG(old.st_mode)))
-        output->file = open_in_place(path);
-    else
-        output->file = open_beside(output, path, exists ? &old : NULL);
-    if (!output->file) output->error = errno;
-}
-
-static void output_put(struct output *output, const void *data, size_t bytes)
-{
-    if (!output->file && !output->error) output_open(output);
-    if (output->error || fwrite(data, 1, bytes, output->file) == bytes) return;
-    output->error = errno ? errno : EIO;
-}
-
 static void output_sink(void *context, void *data, int bytes)
 {
     output_put(context, data, (size_t)bytes);
-}
-
-static void output_check(struct output *output, int failed)
-{
-    if (failed && !output->error) output->error = errno ? errno : EIO;
-}
-
-/* Makes a rename last: without it, the death of the machine may bring the old name back. Some file
- * systems cannot do that and say so; the file itself is there. */
-static void sync_folder(const char *target)
-{
-    char *folder = path_directory(target);
-    int descriptor = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (descriptor >= 0) {
-        fsync(descriptor);
-        close(descriptor);
-    }
-    free(folder);
-}
-
-/* Puts the file in its place, or takes all traces of it away. Returns errno, 0 when it is there. */
-static int output_close(struct output *output)
-{
-    if (output->file) {
-        output_check(output, fflush(output->file));
-        if (output->temporary) output_check(output, fsync(fileno(output->file)));
-        output_check(output, fclose(output->file));
-        if (output->temporary && !output->error)
-            output_check(output, rename(output->temporary, output->target));
-        if (output->temporary && !output->error) sync_folder(output->target);
-    }
-    if (output->temporary && output->error) unlink(output->temporary);
-    free(output->target);
-    free(output->temporary);
-    return output->error;
 }
 
 /* Rows from the bottom; a negative scale says that the floats are little-endian. */
@@ -279,113 +136,10 @@ bool image_write_for(const char *key, const char *path, const struct canvas *can
     }
     if (!image_size_writable(path, canvas->width, canvas->height)) return false;
     int error = image_try(path, canvas);
-    return error ? cannot_write(path, key, error) : true;
+    return error ? output_refused(path, key, error) : true;
 }
 
 bool image_write(const char *path, const struct canvas *canvas)
 {
     return image_write_for("output.image", path, canvas);
-}
-
-bool text_write(const char *path, const char *text, size_t bytes)
-{
-    struct output output = {.path = path};
-    output_put(&output, text, bytes);
-    int error = output_close(&output);
-    return error ? cannot_write(path, "output.report", error) : true;
-}
-
-bool text_write_for(const char *key, const char *path, text_writer *put, void *context)
-{
-    struct output output = {.path = path};
-    output_open(&output);
-    if (!output.error) {
-        put(context, output.file);
-        output_check(&output, ferror(output.file));
-    }
-    int error = output_close(&output);
-    return error ? cannot_write(path, key, error) : true;
-}
-
-/* Writes a block beside target and removes it; errno of what failed, or 0. */
-static int try_folder(const char *target)
-{
-    static const char block[4096]; /* what most file systems reserve at a time */
-    char *temporary = temporary_name(target);
-    int descriptor = create_temporary(temporary), error = 0;
-    if (descriptor < 0) {
-        error = errno;
-    } else {
-        if (write(descriptor, block, sizeof block) != (ssize_t)sizeof block || fsync(descriptor))
-            error = errno ? errno : ENOSPC;
-        if (close(descriptor) && !error) error = errno;
-        unlink(temporary);
-    }
-    free(temporary);
-    return error;
-}
-
-static bool has_folder(const char *target)
-{
-    struct stat status;
-    char *folder = path_directory(target);
-    bool found = stat(folder, &status) == 0;
-    free(folder);
-    return found;
-}
-
-static bool folder_writable(const char *path, const char *key)
-{
-    char *target = path_behind_links(path);
-    if (!target) return cannot_write(path, key, ELOOP);
-    int error = try_folder(target);
-    /* /proc says of a file to be made, not of itself, that it does not exist. */
-    if (error == ENOENT && has_folder(target)) error = EACCES;
-    if (error == ENOENT)
-        user_error(path, 0,
-                   "the folder %.*s does not exist, make it or choose another place with %s=FILE",
-                   (int)(path_name(target) - target), target, key);
-    else if (error == EACCES || error == EROFS)
-        user_error(path, 0,
-                   "the folder cannot be written to (%s), choose another place with %s=FILE",
-                   strerror(error), key);
-    else if (error)
-        cannot_write(path, key, error);
-    free(target);
-    return error == 0;
-}
-
-/* What stands at path already: neither a folder nor a disk, and open to us. */
-static bool old_file_writable(const char *path, const char *key, mode_t mode)
-{
-    if (!S_ISREG(mode) && !S_ISCHR(mode) && !S_ISFIFO(mode)) {
-        user_error(path, 0, "is a %s, expected a file name in %s=FILE",
-                   S_ISDIR(mode) ? "folder" : "device", key);
-        return false;
-    }
-    return access(path, W_OK) == 0 || cannot_write(path, key, errno);
-}
-
-bool output_writable(const char *path, const char *key)
-{
-    struct stat old;
-    size_t length = strlen(path);
-    if (length == 0) {
-        user_error(NULL, 0, "%s is empty, expected a file name", key);
-        return false;
-    }
-    if (path_is_stdout(path)) {
-        int flags = fcntl(STDOUT_FILENO, F_GETFL);
-        return (flags >= 0 && (flags & O_ACCMODE) != O_RDONLY) || cannot_write(path, key, EBADF);
-    }
-    if (stat(path, &old) == 0) {
-        if (!old_file_writable(path, key, old.st_mode)) return false;
-        return S_ISREG(old.st_mode) ? folder_writable(path, key) : true;
-    }
-    if (errno != ENOENT) return cannot_write(path, key, errno);
-    if (path[length - 1] == '/') {
-        user_error(path, 0, "is the name of a folder, expected a file name in %s=FILE", key);
-        return false;
-    }
-    return folder_writable(path, key);
 }

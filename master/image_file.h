@@ -4,16 +4,12 @@
  *   .hdr  Radiance RGBE, shared exponent; clamped to 0..2^127, NaN becomes 0
  *   .pfm  32-bit float, exact
  *
- * A file appears whole or not at all: it is written under a temporary name beside its place, synced
- * and renamed. A symbolic link stays and what it points at is replaced; a file that is replaced
- * hands its permissions on. What is no regular file (/dev/stdout, a FIFO) is written to directly.
- * Messages go through common/message.h.
+ * They are written as master/output_file.h has it. Messages go through common/message.h.
  */
 #ifndef FARM_MASTER_IMAGE_FILE_H
 #define FARM_MASTER_IMAGE_FILE_H
 
 #include <stdbool.h>
-#include <stdio.h>
 
 #include "master/canvas.h"
 
@@ -25,14 +21,6 @@ bool image_extension_known(const char *path);
  * values), tried before rendering. On failure says why and returns false.
  */
 bool image_size_writable(const char *path, uint32_t width, uint32_t height);
-
-/*
- * Whether a file could be put at path, tried before rendering: the folder exists and can be written
- * to, path is no folder, a file that stands there is writable. Leaves nothing behind and does not
- * touch what stands there. key ("output.image") is named in the message. On failure says why
- * (user_error) and returns false.
- */
-bool output_writable(const char *path, const char *key);
 
 /*
  * What a picture loses in a file of path's format. Of components that the format has room for (.png: 0
@@ -55,15 +43,5 @@ int image_try(const char *path, const struct canvas *canvas);
 
 /* The same for a picture that another setting than output.image names. */
 bool image_write_for(const char *key, const char *path, const struct canvas *canvas);
-
-/* For writing as what is written comes; errno says why not. The caller closes it. */
-FILE *open_in_place(const char *path);
-
-/* The same way of writing for text, such as the report. */
-bool text_write(const char *path, const char *text, size_t bytes);
-
-/* The same for what is better put out bit by bit: put leaves its errors in the file. */
-typedef void text_writer(void *context, FILE *file);
-bool text_write_for(const char *key, const char *path, text_writer *put, void *context);
 
 #endif

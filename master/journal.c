@@ -13,8 +13,8 @@
 #include "common/clock.h"
 #include "common/hash.h"
 #include "common/message.h"
-#include "master/image_file.h"
 #include "master/journal_scan.h"
+#include "master/output_file.h"
 
 #define JOURNAL_MAGIC UINT64_C(0x314e4a204d524146) /* "FARM JN1" */
 

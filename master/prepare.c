@@ -5,6 +5,7 @@
 #include "common/message.h"
 #include "master/image_file.h"
 #include "master/journal.h"
+#include "master/output_file.h"
 #include "master/run.h"
 #include "master/timeline_output.h"
 #include "master/truth.h"

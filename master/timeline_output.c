@@ -5,6 +5,7 @@
 #include "common/message.h"
 #include "master/image_file.h"
 #include "master/legend.h"
+#include "master/output_file.h"
 
 bool timeline_wanted(const struct settings *settings)
 {
@@ -42,7 +43,7 @@ static bool write_trace(const struct timeline *timeline, const char *path,
                         const struct report *report)
 {
     struct source source = {timeline, report};
-    return text_write_for("output.trace", path, put_trace, &source);
+    return text_write_by("output.trace", path, put_trace, &source);
 }
 
 static bool write_heatmap(const struct timeline *timeline, const char *path, struct report *report)

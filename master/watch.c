@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "common/message.h"
-#include "master/image_file.h"
+#include "master/output_file.h"
 #include "master/truth.h"
 
 /* The first row comes this many seconds after the start, every further one when the time has grown

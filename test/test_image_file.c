@@ -18,6 +18,7 @@
 
 #include "common/message.h"
 #include "master/image_file.h"
+#include "master/output_file.h"
 #include "master/png_hdr.h"
 
 #define STBI_ONLY_PNG
@@ -268,7 +269,7 @@ static void test_replaces_whole(void **state)
     (void)state;
     make_file("a.json", "something much longer than what follows");
     assert_int_equal(chmod("a.json", 0640), 0);
-    assert_true(text_write("a.json", "{}\n", 3));
+    assert_true(text_write("output.report", "a.json", "{}\n", 3));
     assert_file_is("a.json", "{}\n");
     struct stat file;
     assert_int_equal(stat("a.json", &file), 0);
@@ -280,7 +281,7 @@ static void test_permissions_of_new_file(void **state)
 {
     (void)state;
     mode_t old = umask(027);
-    assert_true(text_write("a.json", "x", 1));
+    assert_true(text_write("output.report", "a.json", "x", 1));
     umask(old);
     struct stat file;
     assert_int_equal(stat("a.json", &file), 0);
@@ -295,11 +296,11 @@ static void test_links_stay(void **state)
     assert_int_equal(symlink("there/second", "first"), 0);
     assert_int_equal(symlink("real", "there/second"), 0); /* relative to its own folder */
     assert_true(output_writable("first", "output.report"));
-    assert_true(text_write("first", "new", 3));
+    assert_true(text_write("output.report", "first", "new", 3));
     assert_file_is("there/real", "new");
     assert_int_equal(unlink("there/real"), 0); /* now it points at nothing */
     assert_true(output_writable("first", "output.report"));
-    assert_true(text_write("first", "again", 5));
+    assert_true(text_write("output.report", "first", "again", 5));
     assert_file_is("there/real", "again");
     struct stat link;
     assert_int_equal(lstat("first", &link), 0);
@@ -314,7 +315,7 @@ static void test_links_in_circles(void **state)
     assert_int_equal(symlink("a", "b"), 0);
     assert_false(output_writable("a", "output.report"));
     assert_one_line();
-    assert_false(text_write("a", "x", 1));
+    assert_false(text_write("output.report", "a", "x", 1));
     assert_int_equal(count_files(), 2);
 }
 
@@ -354,9 +355,9 @@ static void test_full_device(void **state)
                 "place with output.image=FILE");
     assert_one_line();
     assert_false(image_write("a.pfm", &canvas));
-    assert_false(text_write("/dev/full", "x", 1));
+    assert_false(text_write("output.report", "/dev/full", "x", 1));
     assert_said("with output.report=FILE");
-    assert_true(text_write("/dev/null", "x", 1));
+    assert_true(text_write("output.report", "/dev/null", "x", 1));
     canvas_free(&canvas);
 }
 
@@ -367,7 +368,7 @@ static void test_fifo(void **state)
     assert_true(output_writable("pipe", "output.report")); /* does not wait for a reader */
     int reader = open("pipe", O_RDONLY | O_NONBLOCK);
     assert_true(reader >= 0);
-    assert_true(text_write("pipe", "hello", 5));
+    assert_true(text_write("output.report", "pipe", "hello", 5));
     char text[10];
     assert_int_equal(read(reader, text, sizeof text), 5);
     assert_memory_equal(text, "hello", 5);
@@ -387,7 +388,7 @@ static void test_fifo_without_reader(void **state)
         int reader = open("pipe", O_RDONLY);
         _exit(read(reader, text, sizeof text) == 5 && memcmp(text, "hello", 5) == 0 ? 0 : 1);
     }
-    assert_true(text_write("pipe", "hello", 5));
+    assert_true(text_write("output.report", "pipe", "hello", 5));
     assert_said("pipe is a pipe: waiting for somebody who reads from it");
     int status;
     assert_int_equal(waitpid(child, &status, 0), child);
@@ -403,7 +404,7 @@ static void test_stdout(void **state)
     assert_non_null(freopen("out", "w", stdout));
     printf("before ");
     bool writable = output_writable("/dev/stdout", "output.report");
-    bool written = text_write("/dev/stdout", "report ", 7);
+    bool written = text_write("output.report", "/dev/stdout", "report ", 7);
     printf("after");
     fflush(stdout);
     dup2(terminal, STDOUT_FILENO);
@@ -459,7 +460,7 @@ static void test_long_name(void **state)
     char *name = allocate_zeroed(256, 1);
     memset(name, 'x', 255);
     assert_true(output_writable(name, "output.report"));
-    assert_true(text_write(name, "x", 1));
+    assert_true(text_write("output.report", name, "x", 1));
     assert_file_is(name, "x");
     free(name);
 }
