@@ -6,8 +6,8 @@
 #include "common/message.h"
 #include "master/server.h"
 
-static void note_lot(struct service *service, enum lot_kind kind, uint32_t renderer,
-                     const struct tile *tile, const struct result_header *header)
+static void note_in_timeline(struct service *service, enum timeline_kind kind, uint32_t renderer,
+                             const struct tile *tile, const struct result_header *header)
 {
     if (service->timeline) timeline_add(service->timeline, kind, renderer, tile, header);
 }
@@ -38,7 +38,7 @@ static void put_tile(struct server *server, uint32_t renderer, const struct tile
                      const float *rgb, const struct result_header *header)
 {
     struct service *service = server->service;
-    note_lot(service, LOT_TILE, renderer, tile, header);
+    note_in_timeline(service, TIMELINE_TILE, renderer, tile, header);
     if (service->adaptive) {
         save_part(service->save, tile, header, rgb);
         adaptive_put(service->adaptive, tile, rgb, header->cpu_s);
@@ -78,7 +78,8 @@ static void settle_piece(struct server *server, const struct fate *fate)
     if (fate->counts)
         put_tile(server, piece.renderer, &piece.tile, piece.rgb, &piece.header);
     else
-        note_lot(server->service, LOT_WASTED, piece.renderer, &piece.tile, &piece.header);
+        note_in_timeline(server->service, TIMELINE_WASTED, piece.renderer, &piece.tile,
+                         &piece.header);
     free(piece.rgb);
 }
 
@@ -107,7 +108,7 @@ void accept_tile(struct server *server, uint32_t renderer, const struct tile *ti
     else if (answer == ANSWER_KEPT)
         keep_piece(server, renderer, tile, rgb, header);
     else
-        note_lot(service, LOT_WASTED, renderer, tile, header);
+        note_in_timeline(service, TIMELINE_WASTED, renderer, tile, header);
     while (queue_fate(service->queue, &fate))
         settle_piece(server, &fate);
 }
@@ -115,7 +116,8 @@ void accept_tile(struct server *server, uint32_t renderer, const struct tile *ti
 void accept_dropped(struct server *server, uint32_t renderer, const struct tile *tile,
                     const struct result_header *header)
 {
-    if (header->busy_s > 0) note_lot(server->service, LOT_WASTED, renderer, tile, header);
+    if (header->busy_s > 0)
+        note_in_timeline(server->service, TIMELINE_WASTED, renderer, tile, header);
     struct queue *queue = server->service->queue;
     double seconds = queue_seconds(queue, renderer, header->busy_s, header->cpu_s);
     queue_drop(queue, renderer, tile->id, server_elapsed(server), seconds);
@@ -125,7 +127,7 @@ void accept_probes(struct server *server, uint32_t renderer, const struct tile *
                    const float *rgb, const struct result_header *header)
 {
     struct service *service = server->service;
-    note_lot(service, LOT_PREPASS, renderer, tile, header);
+    note_in_timeline(service, TIMELINE_PROBES, renderer, tile, header);
     const float *seconds = rgb + 3 * (size_t)tile_pixels(tile);
     preview_put(&server->preview, service->canvas->width, service->canvas->height, tile, rgb);
     queue_probed(service->queue, tile, seconds);

@@ -30,7 +30,7 @@ struct service {
         deadline; /* a time of common/clock.h at which to stop with what is there; HUGE_VAL: none */
     double limit; /* seconds until then from the start of the run; 0: none */
     bool only_limit;           /* nothing else is expected to end it */
-    struct timeline *timeline; /* gets every lot; NULL: not kept */
+    struct timeline *timeline; /* gets every finished tile; NULL: not kept */
     /* Renders tiles in a second thread of this process; NULL: rank 0 only serves. Renderer i of the
      * queue is then rank i, otherwise rank i + 1. */
     const struct tile_renderer *own;

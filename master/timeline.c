@@ -10,44 +10,46 @@
 
 void timeline_free(struct timeline *timeline)
 {
-    free(timeline->lots);
+    free(timeline->entries);
     *timeline = (struct timeline){0};
 }
 
-void timeline_add(struct timeline *timeline, enum lot_kind kind, uint32_t renderer,
+void timeline_add(struct timeline *timeline, enum timeline_kind kind, uint32_t renderer,
                   const struct tile *tile, const struct result_header *header)
 {
     if (timeline->count == timeline->capacity) {
         timeline->capacity = timeline->capacity ? 2 * timeline->capacity : 1024;
-        timeline->lots = reallocate(timeline->lots, timeline->capacity, sizeof *timeline->lots);
+        timeline->entries =
+            reallocate(timeline->entries, timeline->capacity, sizeof *timeline->entries);
     }
-    timeline->lots[timeline->count++] = (struct lot){.x = tile->x,
-                                                     .y = tile->y,
-                                                     .w = tile->w,
-                                                     .h = tile->h,
-                                                     .phase = tile->phase,
-                                                     .step = tile->step,
-                                                     .renderer = renderer,
-                                                     .kind = kind,
-                                                     .start_s = header->start_s,
-                                                     .busy_s = (float)header->busy_s,
-                                                     .cpu_s = (float)header->cpu_s};
+    timeline->entries[timeline->count++] = (struct timeline_entry){.x = tile->x,
+                                                                   .y = tile->y,
+                                                                   .w = tile->w,
+                                                                   .h = tile->h,
+                                                                   .phase = tile->phase,
+                                                                   .step = tile->step,
+                                                                   .renderer = renderer,
+                                                                   .kind = kind,
+                                                                   .start_s = header->start_s,
+                                                                   .busy_s = (float)header->busy_s,
+                                                                   .cpu_s = (float)header->cpu_s};
 }
 
 /* ---- the trace ---- */
 
 static int by_renderer_and_start(const void *a, const void *b)
 {
-    const struct lot *x = *(const struct lot *const *)a, *y = *(const struct lot *const *)b;
+    const struct timeline_entry *x = *(const struct timeline_entry *const *)a,
+                                *y = *(const struct timeline_entry *const *)b;
     if (x->renderer != y->renderer) return x->renderer < y->renderer ? -1 : 1;
     return (x->start_s > y->start_s) - (x->start_s < y->start_s);
 }
 
-static const struct lot **in_rows(const struct timeline *timeline)
+static const struct timeline_entry **in_rows(const struct timeline *timeline)
 {
-    const struct lot **rows = allocate(timeline->count, sizeof *rows);
+    const struct timeline_entry **rows = allocate(timeline->count, sizeof *rows);
     for (size_t i = 0; i < timeline->count; i++)
-        rows[i] = &timeline->lots[i];
+        rows[i] = &timeline->entries[i];
     qsort(rows, timeline->count, sizeof *rows, by_renderer_and_start);
     return rows;
 }
@@ -85,23 +87,23 @@ static void put_row(struct json *json, const struct renderer_stats *stats)
     free(name);
 }
 
-static void put_lot(struct json *json, const struct lot *lot, uint32_t rank)
+static void put_entry(struct json *json, const struct timeline_entry *entry, uint32_t rank)
 {
-    static const char *const kinds[LOT_KINDS] = {"tile", "pre-pass", "wasted"};
-    struct tile tile = lot_tile(lot);
+    static const char *const kinds[TIMELINE_KINDS] = {"tile", "pre-pass", "wasted"};
+    struct tile tile = entry_tile(entry);
     /* The viewer gives names that differ in numbers alone the same colour. */
-    char *name = format_text("%s %u,%u", kinds[lot->kind], lot->x, lot->y);
+    char *name = format_text("%s %u,%u", kinds[entry->kind], entry->x, entry->y);
     open_event(json, name, "X", rank);
-    json_string(json, "cat", kinds[lot->kind]);
-    put_span(json, lot->start_s, (double)lot->busy_s);
+    json_string(json, "cat", kinds[entry->kind]);
+    put_span(json, entry->start_s, (double)entry->busy_s);
     json_open(json, "args", '{');
-    json_count(json, "x", lot->x);
-    json_count(json, "y", lot->y);
-    json_count(json, "w", lot->w);
-    json_count(json, "h", lot->h);
+    json_count(json, "x", entry->x);
+    json_count(json, "y", entry->y);
+    json_count(json, "w", entry->w);
+    json_count(json, "h", entry->h);
     json_count(json, "pixels", tile_pixels(&tile));
-    json_fixed(json, "cpu_us", 1e6 * (double)lot->cpu_s, 3);
-    json_fixed(json, "cpu_us_per_pixel", 1e6 * (double)lot->cpu_s / tile_pixels(&tile), 3);
+    json_fixed(json, "cpu_us", 1e6 * (double)entry->cpu_s, 3);
+    json_fixed(json, "cpu_us_per_pixel", 1e6 * (double)entry->cpu_s / tile_pixels(&tile), 3);
     json_close(json, '}');
     json_close(json, '}');
     free(name);
@@ -119,14 +121,14 @@ static void put_wait(struct json *json, double from, double to, uint32_t rank)
 static void put_rows(struct json *json, const struct timeline *timeline,
                      const struct renderer_stats *stats, uint32_t count, double render_s)
 {
-    const struct lot **rows = in_rows(timeline);
+    const struct timeline_entry **rows = in_rows(timeline);
     size_t next = 0;
     for (uint32_t i = 0; i < count; i++) {
         double free_since = 0;
         put_row(json, &stats[i]);
         for (; next < timeline->count && rows[next]->renderer == i; next++) {
             put_wait(json, free_since, rows[next]->start_s, stats[i].rank);
-            put_lot(json, rows[next], stats[i].rank);
+            put_entry(json, rows[next], stats[i].rank);
             free_since = rows[next]->start_s + (double)rows[next]->busy_s;
         }
         put_wait(json, free_since, render_s, stats[i].rank);

@@ -1,7 +1,7 @@
 /*
- * Who rendered what, and when: one record per finished lot (a tile, or a look ahead over a larger
- * area), in the order in which they came in. Kept when somebody asked for the trace, the heat map or
- * the picture of ranks: 48 bytes each, 48 MB for a million.
+ * Who rendered what, and when: one entry per finished tile, those of probes among them, in
+ * the order in which they came in. Kept when somebody asked for the trace, the heat map or the picture of
+ * ranks: 48 bytes each, 48 MB for a million.
  */
 #ifndef FARM_MASTER_TIMELINE_H
 #define FARM_MASTER_TIMELINE_H
@@ -14,45 +14,49 @@
 #include "common/tile.h"
 #include "master/canvas.h"
 
-enum lot_kind {
-    LOT_TILE,    /* its pixels are in the picture */
-    LOT_PREPASS, /* a few samples that tell what the tiles will cost */
-    LOT_WASTED,  /* others came first: their answer, or word of it while the tile was half done */
-    LOT_KINDS
+enum timeline_kind {
+    TIMELINE_TILE,   /* its pixels are in the picture */
+    TIMELINE_PROBES, /* single samples that tell what the tiles will cost (TILE_PROBE) */
+    TIMELINE_WASTED, /* others came first: their answer, or word of it while the tile was half done */
+    TIMELINE_KINDS
 };
 
-struct lot {
+struct timeline_entry {
     uint32_t x, y, w, h;  /* as in struct tile */
     uint32_t phase, step; /* as in struct tile */
     uint32_t renderer;    /* 0 .. renderers - 1 */
-    enum lot_kind kind;
+    enum timeline_kind kind;
     double start_s; /* seconds after the start of the render phase */
     float busy_s;   /* wall seconds it took, from start_s on */
     float cpu_s;    /* CPU seconds of that */
 };
 
-_Static_assert(sizeof(struct lot) == 48, "what timeline.h promises");
+_Static_assert(sizeof(struct timeline_entry) == 48, "what timeline.h promises");
 
 struct timeline {
-    struct lot *lots; /* owned */
+    struct timeline_entry *entries; /* owned */
     size_t count, capacity;
 };
 
-static inline struct tile lot_tile(const struct lot *lot)
+static inline struct tile entry_tile(const struct timeline_entry *entry)
 {
-    return (struct tile){
-        .x = lot->x, .y = lot->y, .w = lot->w, .h = lot->h, .phase = lot->phase, .step = lot->step};
+    return (struct tile){.x = entry->x,
+                         .y = entry->y,
+                         .w = entry->w,
+                         .h = entry->h,
+                         .phase = entry->phase,
+                         .step = entry->step};
 }
 
 /* Starts empty as (struct timeline){0}. */
 void timeline_free(struct timeline *timeline);
 
-void timeline_add(struct timeline *timeline, enum lot_kind kind, uint32_t renderer,
+void timeline_add(struct timeline *timeline, enum timeline_kind kind, uint32_t renderer,
                   const struct tile *tile, const struct result_header *header);
 
 /*
  * Chrome trace JSON, to be opened in Perfetto: a row for each of `count` renderers, a bar for each
- * lot with its place and cost, a bar "waiting" for each pause of 0.1 ms or more up to render_s.
+ * entry with its place and cost, a bar "waiting" for each pause of 0.1 ms or more up to render_s.
  * stats are those of all renderers, in rank order. Errors are left in out.
  */
 void timeline_trace(const struct timeline *timeline, const struct renderer_stats *stats,
@@ -64,15 +68,15 @@ struct heat_range {
 };
 
 /*
- * CPU seconds per pixel as colours, on a logarithmic scale from black (cheap) to white (dear). A lot's
- * cost is spread evenly over its pixels; canvas has the size of the rendered region.
+ * CPU seconds per pixel as colours, on a logarithmic scale from black (cheap) to white (dear). A
+ * tile's cost is spread evenly over its pixels; canvas has the size of the rendered region.
  */
 struct heat_range timeline_heatmap(const struct timeline *timeline, struct canvas *canvas);
 
 /* A renderer's colour in the picture of ranks, as it stands in a PNG. */
 void timeline_rank_color(uint32_t renderer, float rgb[3]);
 
-/* Which of `count` renderers rendered what: a colour each, lots outlined where they are 8 pixels or
+/* Which of `count` renderers rendered what: a colour each, tiles outlined where they are 8 pixels or
  * more wide and high. canvas as above; rows below the region are left alone. */
 void timeline_ranks(const struct timeline *timeline, uint32_t count, struct canvas *canvas);
 

@@ -78,11 +78,11 @@ static float *pixel_costs(const struct timeline *timeline, uint32_t width, uint3
 {
     float *costs = allocate_zeroed((size_t)width * height, sizeof *costs);
     for (size_t i = 0; i < timeline->count; i++) {
-        const struct lot *lot = &timeline->lots[i];
-        if (lot->kind != LOT_TILE) continue;
-        struct tile tile = lot_tile(lot);
+        const struct timeline_entry *entry = &timeline->entries[i];
+        if (entry->kind != TIMELINE_TILE) continue;
+        struct tile tile = entry_tile(entry);
         uint32_t pixels = tile_pixels(&tile), x, y;
-        float cost = lot->cpu_s / (float)pixels;
+        float cost = entry->cpu_s / (float)pixels;
         for (uint32_t k = 0; k < pixels; k++) {
             tile_pixel(&tile, k, &x, &y);
             costs[(size_t)y * width + x] += cost;
@@ -125,7 +125,7 @@ struct heat_range timeline_heatmap(const struct timeline *timeline, struct canva
     return range;
 }
 
-/* Lots narrower than this show as they are: an outline would be most of them. */
+/* Tiles narrower than this show as they are: an outline would be most of them. */
 #define OUTLINED 8
 
 void timeline_ranks(const struct timeline *timeline, uint32_t count, struct canvas *canvas)
@@ -134,16 +134,16 @@ void timeline_ranks(const struct timeline *timeline, uint32_t count, struct canv
     for (uint32_t i = 0; i < count; i++)
         timeline_rank_color(i, colors[i]);
     for (size_t i = 0; i < timeline->count; i++) {
-        const struct lot *lot = &timeline->lots[i];
-        if (lot->kind != LOT_TILE) continue;
-        struct tile tile = lot_tile(lot);
-        bool outlined = lot->step == 1 && lot->w >= OUTLINED && lot->h >= OUTLINED;
+        const struct timeline_entry *entry = &timeline->entries[i];
+        if (entry->kind != TIMELINE_TILE) continue;
+        struct tile tile = entry_tile(entry);
+        bool outlined = entry->step == 1 && entry->w >= OUTLINED && entry->h >= OUTLINED;
         uint32_t pixels = tile_pixels(&tile), x, y;
         for (uint32_t k = 0; k < pixels; k++) {
             tile_pixel(&tile, k, &x, &y);
-            float shade = outlined && (x == lot->x || y == lot->y) ? 0.75f : 1;
+            float shade = outlined && (x == entry->x || y == entry->y) ? 0.75f : 1;
             for (int c = 0; c < 3; c++)
-                pixel_at(canvas, x, y)[c] = shade * colors[lot->renderer][c];
+                pixel_at(canvas, x, y)[c] = shade * colors[entry->renderer][c];
         }
     }
     free(colors);

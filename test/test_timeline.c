@@ -10,8 +10,8 @@
 
 #include "master/timeline.h"
 
-static void add(struct timeline *timeline, enum lot_kind kind, uint32_t renderer, struct tile tile,
-                double start_s, double cpu_s)
+static void add(struct timeline *timeline, enum timeline_kind kind, uint32_t renderer,
+                struct tile tile, double start_s, double cpu_s)
 {
     struct result_header header = {.start_s = start_s, .busy_s = 2 * cpu_s, .cpu_s = cpu_s};
     timeline_add(timeline, kind, renderer, &tile, &header);
@@ -56,10 +56,10 @@ static void test_trace(void **state)
     (void)state;
     struct timeline timeline = {0};
     const struct renderer_stats stats[] = {{.rank = 1, .host = "a"}, {.rank = 2, .host = "b\"\\"}};
-    add(&timeline, LOT_PREPASS, 1, square(0, 0, 32), 0, 0.125);
-    add(&timeline, LOT_TILE, 0, square(8, 16, 4), 0.5, 0.25);
-    add(&timeline, LOT_TILE, 0, square(0, 0, 4), 0, 0.125);
-    add(&timeline, LOT_WASTED, 1, square(4, 4, 4), 0.25, 0.375);
+    add(&timeline, TIMELINE_PROBES, 1, square(0, 0, 32), 0, 0.125);
+    add(&timeline, TIMELINE_TILE, 0, square(8, 16, 4), 0.5, 0.25);
+    add(&timeline, TIMELINE_TILE, 0, square(0, 0, 4), 0, 0.125);
+    add(&timeline, TIMELINE_WASTED, 1, square(4, 4, 4), 0.25, 0.375);
     char *text = trace_of(&timeline, stats, 2, 1.00005);
     assert_has(text, "{\n  \"displayTimeUnit\": \"ms\",\n  \"traceEvents\": [\n");
     assert_has(text, "{\"name\": \"thread_name\", \"ph\": \"M\", \"pid\": 0, \"tid\": 2, "
@@ -79,7 +79,7 @@ static void test_trace(void **state)
     timeline_free(&timeline);
 }
 
-/* Somebody who got nothing has waited all the time; a trace without any lots is one, too. */
+/* Somebody who got nothing has waited all the time; a trace without any tiles is one, too. */
 static void test_trace_of_nothing(void **state)
 {
     (void)state;
@@ -107,9 +107,9 @@ static void test_heatmap(void **state)
     canvas_init(&canvas, 16, 4);
     double cost = 16e-6; /* of the cheapest tile: 1 us a pixel, then ten times as much each */
     for (uint32_t i = 0; i < 3; i++, cost *= 10)
-        add(&timeline, LOT_TILE, i, square(4 * i, 0, 4), 0, cost);
-    add(&timeline, LOT_PREPASS, 0, square(0, 0, 4), 0, 100);
-    add(&timeline, LOT_WASTED, 0, square(4, 0, 4), 0, 100);
+        add(&timeline, TIMELINE_TILE, i, square(4 * i, 0, 4), 0, cost);
+    add(&timeline, TIMELINE_PROBES, 0, square(0, 0, 4), 0, 100);
+    add(&timeline, TIMELINE_WASTED, 0, square(4, 0, 4), 0, 100);
     struct heat_range range = timeline_heatmap(&timeline, &canvas);
     assert_true(fabs(range.lowest / 1e-6 - 1) < 1e-5 && fabs(range.highest / 1e-4 - 1) < 1e-5);
     assert_true(lightness(&canvas, 0, 0) < 0.01);
@@ -129,7 +129,7 @@ static void test_heatmap_of_cyclic_shares(void **state)
     canvas_init(&canvas, 3, 3);
     for (uint32_t i = 0; i < 2; i++) {
         struct tile tile = {.w = 3, .h = 3, .phase = i, .step = 2};
-        add(&timeline, LOT_TILE, i, tile, 0, i == 0 ? 5e-6 : 4.2e-6);
+        add(&timeline, TIMELINE_TILE, i, tile, 0, i == 0 ? 5e-6 : 4.2e-6);
     }
     struct heat_range range = timeline_heatmap(&timeline, &canvas);
     assert_true(fabs(range.highest / 1.05e-6 - 1) < 1e-5);
@@ -162,8 +162,8 @@ static void test_ranks(void **state)
     enum { RANKS = 44 };
     canvas_init(&canvas, RANKS + 1, 1);
     for (uint32_t i = 0; i < RANKS; i++)
-        add(&timeline, LOT_TILE, i, square(i, 0, 1), 0, 1);
-    add(&timeline, LOT_WASTED, 7, square(0, 0, 1), 0, 1);
+        add(&timeline, TIMELINE_TILE, i, square(i, 0, 1), 0, 1);
+    add(&timeline, TIMELINE_WASTED, 7, square(0, 0, 1), 0, 1);
     timeline_ranks(&timeline, RANKS, &canvas);
     for (int i = 0; i <= RANKS; i++) {
         for (int k = 0; k < i; k++) {
@@ -177,15 +177,15 @@ static void test_ranks(void **state)
     timeline_free(&timeline);
 }
 
-/* A lot's upper and left edge are darker, so that lots of one rank can be told apart. */
+/* A tile's upper and left edge are darker, so that tiles of one rank can be told apart. */
 static void test_outlines(void **state)
 {
     (void)state;
     struct timeline timeline = {0};
     struct canvas canvas;
     canvas_init(&canvas, 16, 8);
-    add(&timeline, LOT_TILE, 0, square(0, 0, 8), 0, 1);
-    add(&timeline, LOT_TILE, 0, square(8, 0, 8), 0, 1);
+    add(&timeline, TIMELINE_TILE, 0, square(0, 0, 8), 0, 1);
+    add(&timeline, TIMELINE_TILE, 0, square(8, 0, 8), 0, 1);
     timeline_ranks(&timeline, 1, &canvas);
     assert_true(lightness(&canvas, 8, 4) < 0.8 * lightness(&canvas, 7, 4));
     assert_true(lightness(&canvas, 7, 4) == lightness(&canvas, 12, 7));
