@@ -96,6 +96,16 @@ COMPILE  := $(or $(shell $(MPICC) -show -c 2>/dev/null),$(MPICC) -c)
 LINK     := $(filter-out -c,$(COMPILE))
 LIBS     := -linih -lm $(filter -L% -l% -Wl%,$(shell $(MPICC) -show 2>/dev/null))
 
+# `make V=1` shows the whole commands.
+quiet := $(if $(V),,@)
+say   := $(if $(V),@:,@echo)
+
+# A program of what it depends on, and of these libraries.
+define link
+$(say)  link $@
+$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $(WRAPPED) $^ $(1) -o $@
+endef
+
 # The kernel's files, compiled for each level of processor; what a level adds to the compiler's flags
 # comes last. Of each level one object is left that shows its table alone; the portable one, plain
 # functions without SIMD, is also what the tests of a single function are linked with.
@@ -130,10 +140,6 @@ UNITS  += $(INSIDE)
 INSIDE_KERNEL := $(patsubst %.c,$(BUILD)/avx2/%.o,$(filter-out worker/kernel_table.c,$(KERNEL)))
 STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/stability_*.c bench/pictures*.c test/reference*.c))
 
-# `make V=1` shows the whole commands.
-quiet := $(if $(V),,@)
-say   := $(if $(V),@:,@echo)
-
 FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
 
 .PHONY: all run test asan valgrind lint fuzz fuzz-deps bench bench-stability bench-kernel \
@@ -144,8 +150,7 @@ FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
 all: $(FARM) scenes
 
 $(FARM): $(OBJECTS)
-	$(say)  link $@
-	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+	$(call link,$(LIBS))
 
 $(BUILD)/%.o: %.c Makefile
 	@mkdir -p $(@D)
@@ -185,16 +190,13 @@ config/generated/.made: $(BUILD)/models
 	@touch $@
 
 $(BUILD)/models: $(MODELS) $(BUILD)/common/message.o $(BUILD)/common/memory.o
-	$(say)  link $@
-	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ -lm -o $@
+	$(call link,-lm)
 
 $(BUILD)/test/%: $(BUILD)/test/%.o $(LIBRARY) $(filter-out $(BUILD)/config/models/main.o,$(MODELS))
-	$(say)  link $@
-	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $(WRAPPED) $^ $(LIBS) -lcmocka $(ORACLE) -o $@
+	$(call link,$(LIBS) -lcmocka $(ORACLE))
 
 $(INSIDE): %: %.o $(INSIDE_KERNEL) $(filter-out $(BUILD)/kernel_%.o $(BUILD)/worker/kernel.o,$(LIBRARY))
-	$(say)  link $@
-	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $(WRAPPED) $^ $(LIBS) -lcmocka -o $@
+	$(call link,$(LIBS) -lcmocka)
 
 $(BUILD)/avx2/test/test_bundles: WRAPPED := -Wl,--wrap=nearest_bundle,--wrap=occluded_packet
 $(BUILD)/test/test_cpu_time: WRAPPED := -Wl,--wrap=clock_gettime
@@ -211,8 +213,7 @@ $(BUILD)/test/test_exact $(BUILD)/test/test_optics $(BUILD)/test/test_solids: OR
 
 # The catalogue of stiff and extreme cases; its oracles, not the farm, need GMP and MPFR.
 $(BUILD)/bench/stability: $(STABILITY) $(LIBRARY)
-	$(say)  link $@
-	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lmpfr -lgmp -o $@
+	$(call link,$(LIBS) -lmpfr -lgmp)
 
 # Each has the machine to itself, and the others are made when one fails.
 BENCHES := bench-kernel bench-omit bench-balance bench-error bench-error-truncation bench-stability \
@@ -233,8 +234,7 @@ bench-stability: $(BUILD)/bench/stability all
 
 # What pictures claim to be wrong by for max_depth and cutoff, against what they are.
 $(BUILD)/bench/error_truncation: $(BUILD)/bench/error_truncation.o $(filter-out %/stability_main.o,$(STABILITY)) $(LIBRARY)
-	$(say)  link $@
-	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -lmpfr -lgmp -o $@
+	$(call link,$(LIBS) -lmpfr -lgmp)
 
 # Some minutes; SCENES=FOLDER for the scene files of another folder as well.
 bench-error-truncation: $(BUILD)/bench/error_truncation all
@@ -254,12 +254,10 @@ $(EMBREE): OPTIMISE := -O3 -g -march=native
 $(EMBREE): FLOAT := -ffast-math -fno-finite-math-only
 
 $(BUILD)/bench/kernel: $(BENCH_KERNEL) $(LIBRARY)
-	$(say)  link $@
-	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+	$(call link,$(LIBS))
 
 $(BUILD)/bench/kernel_embree: $(EMBREE) $(LIBRARY)
-	$(say)  link $@
-	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) $(EMBREE_LIBRARY) -o $@
+	$(call link,$(LIBS) $(EMBREE_LIBRARY))
 
 bench-kernel: $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
 	@mkdir -p bench/out
@@ -274,8 +272,7 @@ ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/error_allocat
               bench/kernel_export.c bench/kernel_picture.c bench/kernel_scenes.c)
 
 $(BUILD)/bench/error_tool: $(ERROR_TOOL) $(LIBRARY)
-	$(say)  link $@
-	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+	$(call link,$(LIBS))
 
 bench-error: $(BUILD)/bench/error_tool all
 	@mkdir -p bench/out
@@ -283,8 +280,7 @@ bench-error: $(BUILD)/bench/error_tool all
 	    MPIEXEC="$(MPIEXEC)" sh bench/error.sh $(ERROR_SECTIONS)
 
 $(BUILD)/bench/omit: $(BUILD)/bench/omit.o $(BUILD)/bench/report_values.o $(BUILD)/common/message.o $(BUILD)/common/memory.o
-	$(say)  link $@
-	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ -lm -o $@
+	$(call link,-lm)
 
 # About five minutes.
 bench-omit: $(BUILD)/bench/omit all
@@ -292,8 +288,7 @@ bench-omit: $(BUILD)/bench/omit all
 	FARM=$(abspath $(FARM)) $(BUILD)/bench/omit
 
 $(BUILD)/bench/faults_journal: $(BUILD)/bench/faults_journal.o
-	$(say)  link $@
-	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ -o $@
+	$(call link)
 
 # Loaded in front of the C library, so without sanitizers of its own.
 $(BUILD)/bench/faults_slow.so $(BUILD)/bench/faults_stop.so: $(BUILD)/bench/%.so: bench/%.c Makefile
@@ -321,12 +316,10 @@ BALANCE := $(patsubst %.c,$(BUILD)/%.o,$(filter-out bench/balance_messages.c,$(w
            bench/report_values.c)
 
 $(BUILD)/bench/balance: $(BALANCE) $(LIBRARY)
-	$(say)  link $@
-	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+	$(call link,$(LIBS))
 
 $(BUILD)/bench/balance_messages: $(BUILD)/bench/balance_messages.o $(LIBRARY)
-	$(say)  link $@
-	$(quiet)$(LINK) $(FLAGS) $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+	$(call link,$(LIBS))
 
 bench-balance: $(BUILD)/bench/balance $(BUILD)/bench/balance_messages all
 	@$(call install_missing,gnuplot-nox)
@@ -385,8 +378,7 @@ FUZZED := $(filter-out $(SERVING:%=$(BUILD)/master/%.o),$(filter $(BUILD)/common
     $(BUILD)/master/%,$(OBJECTS))) $(BUILD)/test/fuzz/fuzz.o
 
 $(BUILD)/fuzz_%: $(BUILD)/test/fuzz/fuzz_%.o $(FUZZED)
-	$(say)  link $@
-	$(quiet)$(LINK) $(FLAGS) -fsanitize=fuzzer $(CFLAGS) $(LDFLAGS) $^ $(LIBS) -o $@
+	$(call link,-fsanitize=fuzzer $(LIBS))
 
 # FUZZ="ini obj" for some of them, FUZZ_RUNS=10000000 for a number of inputs in place of a time.
 FUZZ ?= $(FUZZERS)
