@@ -85,8 +85,7 @@ struct welcome {
 struct lot_header {
     double answer_s; /* answer with what is finished after so long; may be infinite */
     uint32_t tells;  /* floats that follow: as many as there are tiles, or 0 */
-    uint32_t
-        calls; /* 1: wake the master half way through, if no other lot is there by then; or 0 */
+    uint32_t calls;  /* 1: wake the master half way, if no other lot is there by then; or 0 */
 };
 
 /* Tiles in a DROP message, at most. */
@@ -94,9 +93,8 @@ struct lot_header {
 
 struct drop {
     uint32_t tile_id;
-    uint32_t
-        finished; /* 1: by somebody else, so that it is to be given up even when it is begun; 0:
-                        * somebody else has it, too */
+    /* 1: by somebody else, so that it is to be given up even when it is begun; 0: somebody else has it, too */
+    uint32_t finished;
 };
 
 struct ready {

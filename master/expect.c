@@ -86,8 +86,7 @@ struct band {
     struct color_row colors[3];
     double *row_weight;       /* of each column: the sum of the weights that lie in the picture */
     double *largest, *across; /* of each pixel of the present row */
-    double *
-        surprise; /* of each block of the band: the variance that nothing has warned of, per pixel */
+    double *surprise;         /* of each block of the band: what nothing has warned of, per pixel */
     double *doubles; /* all of these; owned */
     float *floats;   /* the colours; owned */
 };

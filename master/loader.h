@@ -68,7 +68,7 @@ bool may_read(const struct loader *loader, const char *path, const char *root);
 /* The folder that path lies in, resolved; the caller frees it. */
 char *root_of(const char *path);
 
-/* The index of a key in settings_keys; the key exists (asserted). */
+/* The index of a key in settings_keys; a key that does not exist ends the job. */
 size_t setting_index(const char *section, const char *name);
 
 /* Where a setting was set; file NULL: nowhere. */

@@ -45,8 +45,7 @@ struct report {
     struct run_times time;
     const struct renderer_stats *renderers; /* in rank order */
     int renderer_count;
-    struct render_counts
-        picture; /* of what this run has brought into the picture, each tile once */
+    struct render_counts picture; /* of this run's tiles in the picture, each once */
     const struct error_log *errors; /* NULL: none */
     struct error_forecast forecast;
     uint32_t min_samples, max_samples; /* per pixel */
@@ -65,9 +64,9 @@ struct report {
                        * those that no other message came with */
     double answer_wait_s, answer_wait_most_s; /* until an answer was looked at: mean, most */
     uint32_t repeated_tiles;                  /* handed out a second time */
-    double
-        wasted_s; /* of rendering, in answers that came second and in tiles given up half done, but for
-                      * those at the end of the run */
+    /* Of rendering, in answers that came second and in tiles given up half done, but for those at the end
+     * of the run. */
+    double wasted_s;
 };
 
 /* Figures that follow from a report. */

@@ -26,8 +26,7 @@ struct service {
     struct watch *watch;
     uint32_t first_samples;    /* per pixel, in pass 0 */
     struct adaptive *adaptive; /* NULL: one pass, with all samples */
-    double
-        deadline; /* a time of common/clock.h at which to stop with what is there; HUGE_VAL: none */
+    double deadline; /* a time of common/clock.h: stop then with what is there; HUGE_VAL: none */
     double limit; /* seconds until then from the start of the run; 0: none */
     bool only_limit;           /* nothing else is expected to end it */
     struct timeline *timeline; /* gets every finished tile; NULL: not kept */
@@ -58,8 +57,7 @@ struct service {
     double answer_wait_s;         /* of all answers until they were looked at, at most */
     double answer_wait_most_s;    /* of one */
     double probe_s;               /* of the pre-pass, wall seconds of all renderers together */
-    uint32_t
-        silent; /* renderers that answered no more: MPI_Finalize would wait for them for ever */
+    uint32_t silent; /* renderers that answered no more: MPI_Finalize would wait for ever */
 };
 
 /*

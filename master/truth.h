@@ -22,8 +22,7 @@ double truth_rmse(const struct canvas *canvas, const struct canvas *reference);
 struct truth {
     double rmse;
     double most; /* largest difference of a component */
-    double
-        p999; /* what the differences of 99.9 % of the pixels are below, in their largest component */
+    double p999; /* 99.9 % of the pixels differ by less in every component */
 };
 struct truth truth_of(const struct canvas *canvas, const struct canvas *reference);
 

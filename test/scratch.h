@@ -68,8 +68,7 @@ static inline bool scratch_load(struct scratch *s, const char *name, const char 
     return good;
 }
 
-/* The scene block of a file that has to load; the caller frees it. */
-/* All that was loaded, needed or not. */
+/* The scene block of a file that has to load, with all that was loaded, needed or not; the caller frees it. */
 static inline struct scene *scratch_scene(struct scratch *s, const char *name, const char *override)
 {
     struct job job;

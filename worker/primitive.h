@@ -129,8 +129,8 @@ static inline struct crossings cone_crossings_ahead(const struct scene *scene, u
 
 /*
  * Where the ray's line crosses the primitive, less the place where the ray starts when it starts on
- * this one. any: see triangle_crossings(). *exact is increased by the number of predicates that
- * needed exact arithmetic.
+ * this one. What does not matter for the purpose may be left out. *exact is increased by the number
+ * of predicates that needed exact arithmetic.
  */
 static inline struct crossings primitive_crossings(const struct scene *scene, uint32_t id,
                                                    const struct ray *ray, const struct shear *shear,

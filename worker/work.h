@@ -10,7 +10,7 @@ struct renderer;
 
 /*
  * Renders tiles for the master until it says stop. Rank 0 is inside serve() meanwhile, every other
- * rank in here; renderer as for renderer_tile().
+ * rank in here; renderer as for renderer_task().
  */
 void work(MPI_Comm comm, struct renderer *renderer, const struct node_scene *shared);
 
