@@ -171,12 +171,12 @@ static double fractal_noise(double x, double y, int octaves)
     return sum;
 }
 
-/* The depth at which a fractal of so many first parts, each followed by `ratio` times as many, has
- * at most count of them; at least 1. */
-static int depth_for(double count, double first, double ratio)
+/* The depth at which a fractal, each part of which is followed by `ratio` others, has at most count of
+ * them; at least 1. */
+static int depth_for(double count, double ratio)
 {
     int depth = 0;
-    double sum = first, level = first;
+    double sum = 1, level = 1;
     while (sum * (1 + 1e-9) < count) {
         level *= ratio;
         sum += level;
@@ -212,7 +212,7 @@ static void write_balls(const struct scene_place *place, double scale)
     write_material(out, &(struct finish){"ground", {1, 0.75, 0.33}, 0.8, 0, 1, 0, 0, 1});
     write_material(out, &(struct finish){"ball", {1, 0.9, 0.7}, 0.5, 0.5, 20, 0.5, 0, 1});
     write_ground(out, 12, -0.5, "ground");
-    flake(out, vec3(0, 0, 0), vec3(0, 0, 1), 0.5, depth_for(7381 * scale, 1, 9));
+    flake(out, vec3(0, 0, 0), vec3(0, 0, 1), 0.5, depth_for(7381 * scale, 9));
     close_part(out);
 }
 
@@ -254,15 +254,15 @@ static void write_tetra(const struct scene_place *place, double scale)
 
 /* ---- mount: foil over glass balls ---- */
 
-/* (edge + 1)^2 vertices and 2 edge^2 triangles. */
-static void height_field(FILE *obj, unsigned edge, double half, double height, int octaves)
+/* (edge + 1)^2 vertices from -1 to 1 and 2 edge^2 triangles. */
+static void height_field(FILE *obj, unsigned edge, double height, int octaves)
 {
     for (unsigned j = 0; j <= edge; j++)
         for (unsigned i = 0; i <= edge; i++) {
             double x = 2.0 * i / edge - 1, y = 2.0 * j / edge - 1;
             double hill = exp(-3 * (x * x + y * y));
             double z = height * (hill + 0.6 * fractal_noise(3 * x + 17, 3 * y + 5, octaves));
-            write_vertex(obj, vec3(half * x, half * y, z));
+            write_vertex(obj, vec3(x, y, z));
         }
     for (unsigned j = 0; j < edge; j++)
         for (unsigned i = 0; i < edge; i++) {
@@ -285,7 +285,7 @@ static void write_mount(const struct scene_place *place, double scale)
     }
     close_part(out);
     FILE *obj = open_part(place, "obj");
-    height_field(obj, (unsigned)ceil(64 * sqrt(scale)), 1, 0.6, 6);
+    height_field(obj, (unsigned)ceil(64 * sqrt(scale)), 0.6, 6);
     close_part(obj);
 }
 
@@ -420,7 +420,7 @@ static void write_tree(const struct scene_place *place, double scale)
     write_material(out, &(struct finish){"bark", {0.55, 0.4, 0.25}, 0.8, 0.1, 10, 0, 0, 1});
     write_material(out, &(struct finish){"leaf", {0.3, 0.65, 0.25}, 0.7, 0.2, 15, 0, 0, 1});
     write_ground(out, 20, 0, "ground");
-    branch(out, vec3(0, 0, 0), vec3(0, 0, 1), 1, depth_for(4095 * scale, 1, 2), 1);
+    branch(out, vec3(0, 0, 0), vec3(0, 0, 1), 1, depth_for(4095 * scale, 2), 1);
     close_part(out);
 }
 
@@ -463,7 +463,7 @@ static void write_million(const struct scene_place *place, double scale)
     write_mesh(out, place, "rock");
     close_part(out);
     FILE *obj = open_part(place, "obj");
-    height_field(obj, (unsigned)ceil(708 * sqrt(scale)), 1, 0.5, 10);
+    height_field(obj, (unsigned)ceil(708 * sqrt(scale)), 0.5, 10);
     close_part(obj);
 }
 
