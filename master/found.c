@@ -30,10 +30,7 @@ void found_free(struct found *found)
 
 uint32_t found_add(struct found *found, const struct found_tile *tile)
 {
-    if (found->count == found->room) {
-        found->room = found->room ? 2 * found->room : 64;
-        found->tiles = reallocate(found->tiles, found->room, sizeof *found->tiles);
-    }
+    found->tiles = grow(found->tiles, found->count, sizeof *found->tiles);
     found->tiles[found->count++] = *tile;
     if (tile->tile.pass > 0) return 0;
     coverage_add(&found->all, &tile->tile);

@@ -24,7 +24,7 @@ struct found {
     struct coverage unused; /* the other ones that were found */
     struct coverage all;    /* both */
     struct found_tile *tiles;
-    size_t count, room;
+    size_t count;
 };
 
 /* For a region of so many pixels. */

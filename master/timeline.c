@@ -17,11 +17,7 @@ void timeline_free(struct timeline *timeline)
 void timeline_add(struct timeline *timeline, enum timeline_kind kind, uint32_t renderer,
                   const struct tile *tile, const struct result_header *header)
 {
-    if (timeline->count == timeline->capacity) {
-        timeline->capacity = timeline->capacity ? 2 * timeline->capacity : 1024;
-        timeline->entries =
-            reallocate(timeline->entries, timeline->capacity, sizeof *timeline->entries);
-    }
+    timeline->entries = grow(timeline->entries, timeline->count, sizeof *timeline->entries);
     timeline->entries[timeline->count++] = (struct timeline_entry){.x = tile->x,
                                                                    .y = tile->y,
                                                                    .w = tile->w,

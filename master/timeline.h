@@ -35,7 +35,7 @@ _Static_assert(sizeof(struct timeline_entry) == 48, "what timeline.h promises");
 
 struct timeline {
     struct timeline_entry *entries; /* owned */
-    size_t count, capacity;
+    size_t count;
 };
 
 static inline struct tile entry_tile(const struct timeline_entry *entry)
