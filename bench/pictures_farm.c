@@ -44,7 +44,7 @@ static bool trial_differs(const struct trial *trial, const char *folder, bool qu
              "timeout 120 %s '%s' test/data/everything.ini output.report= "
              "output.image=%s/%s.pfm image.width=%d image.height=%d farm.kernel=%s %s",
              launch, from_environment("FARM", "./farm"), folder, first ? "first" : "next",
-             quick ? 48 : 194, quick ? 32 : 122, processor_level_name(stage_kernel()), trial->how);
+             quick ? 48 : 194, quick ? 32 : 122, processor_level_names[stage_kernel()], trial->how);
     if (run_quietly(command) != 0) return true;
     if (first) return false;
     snprintf(command, sizeof command, "cmp %s/first.pfm %s/next.pfm", folder, folder);

@@ -79,7 +79,7 @@ static void choose_rows(const char *text, bool chosen[LAST_ROW + 1])
 static enum processor_level parse_level(const char *text)
 {
     for (enum processor_level level = PROCESSOR_AUTO; level < PROCESSOR_LEVELS; level++) {
-        if (strcmp(text, processor_level_name(level)) != 0) continue;
+        if (strcmp(text, processor_level_names[level]) != 0) continue;
         if (processor_has(processor_resolve(level))) return level;
         usage("this processor lacks that level of the kernel");
     }
@@ -179,7 +179,7 @@ static void print_row(const struct stability_case *c, const struct case_result *
     if (options->tap) {
         const char *ok = result->verdict == VERDICT_RED ? "not ok" : "ok";
         printf("%s %d - %s (kernel = %s, %u alike): %s%s%s%s%s\n", ok, c->number, c->name,
-               processor_level_name(options->way.kernel), options->way.alike, result->ours,
+               processor_level_names[options->way.kernel], options->way.alike, result->ours,
                *note ? " (" : "", note, *note ? ")" : "",
                result->verdict == VERDICT_MARKED ? " # marked" : "");
     } else {

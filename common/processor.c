@@ -12,11 +12,6 @@
 const char *const processor_level_names[PROCESSOR_LEVELS + 1] = {"auto", "portable", "avx2",
                                                                  "avx512", NULL};
 
-const char *processor_level_name(enum processor_level level)
-{
-    return processor_level_names[level];
-}
-
 #ifdef __x86_64__
 
 /* Clang's __builtin_cpu_supports() does not know its name. Asked once: under a hypervisor CPUID takes tens of
@@ -67,14 +62,14 @@ bool processor_has(enum processor_level level)
 
 char *processor_choices(bool (*has)(enum processor_level level))
 {
-    char *text = copy_text(processor_level_name(PROCESSOR_AUTO));
+    char *text = copy_text(processor_level_names[PROCESSOR_AUTO]);
     int left = 0;
     for (int level = PROCESSOR_AUTO + 1; level < PROCESSOR_LEVELS; level++)
         left += has((enum processor_level)level);
     for (int level = PROCESSOR_AUTO + 1; level < PROCESSOR_LEVELS; level++) {
         if (!has((enum processor_level)level)) continue;
-        char *longer = format_text("%s%s %s", text, --left ? "," : " or",
-                                   processor_level_name((enum processor_level)level));
+        char *longer =
+            format_text("%s%s %s", text, --left ? "," : " or", processor_level_names[level]);
         free(text);
         text = longer;
     }

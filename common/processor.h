@@ -15,10 +15,7 @@ enum processor_level {
     PROCESSOR_LEVELS
 };
 
-/* "auto", "portable", ... */
-const char *processor_level_name(enum processor_level level);
-
-/* Ends with NULL: for struct key. */
+/* "auto", "portable", ..., then NULL, as struct key wants it. */
 extern const char *const processor_level_names[PROCESSOR_LEVELS + 1];
 
 /* Whether this processor has it. */

@@ -127,7 +127,7 @@ static bool kernel_good(const struct loader *loader, const char *config)
     if (processor_has(level)) return true;
     char *choices = processor_choices(processor_has);
     char *text = format_text("kernel = %s is not for this processor, expected %s",
-                             processor_level_name(level), choices);
+                             processor_level_names[level], choices);
     bool good = refuse_setting(loader, config, "farm", "kernel", text);
     free(choices);
     free(text);

@@ -194,7 +194,7 @@ static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scen
     find_trays(comm, head->trays > 0 ? (void *)(window + head->trays) : NULL, shared);
     enum processor_level level = shared->scene->view.processor;
     if (!processor_has(level))
-        fatal("farm.kernel = %s is not for this processor", processor_level_name(level));
+        fatal("farm.kernel = %s is not for this processor", processor_level_names[level]);
 }
 
 int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
