@@ -11,7 +11,7 @@ enum schedule {
     SCHEDULES
 };
 
-/* "dynamic", "tiles", ... */
-const char *schedule_name(enum schedule schedule);
+/* "dynamic", "tiles", ..., then NULL, as struct key wants it. */
+extern const char *const schedule_names[SCHEDULES + 1];
 
 #endif

@@ -10,8 +10,6 @@ _Static_assert(sizeof(enum formulas) == sizeof(uint32_t), "a VALUE_CHOICE is sto
 _Static_assert(sizeof(enum processor_level) == sizeof(uint32_t), "a VALUE_CHOICE is stored in it");
 _Static_assert(sizeof(enum variant) == sizeof(uint32_t), "a VALUE_CHOICE is stored in it");
 
-static const char *const schedules[] = {"dynamic", "tiles",       "strips",
-                                        "cyclic",  "cyclic-rows", NULL};
 static const char *const formulas[] = {"exact", "paper", NULL};
 static const char *const variants[] = {"auto", "full", NULL};
 
@@ -65,7 +63,7 @@ const struct key settings_keys[] = {
     {"sampling", "reference", VALUE_TEXT, AT(sampling.reference), .fallback = "",
      .help = "picture to measure the error against, .pfm; empty: none"},
     {"farm", "schedule", VALUE_CHOICE, AT(farm.schedule), .fallback = "dynamic",
-     .choices = schedules, .help = "how the picture is shared out"},
+     .choices = schedule_names, .help = "how the picture is shared out"},
     {"farm", "tile", VALUE_AUTO, AT(farm.tile), RANGE(1, 1024), .fallback = "auto",
      .help = "edge of a tile (dynamic, tiles), or rows sent at a time, pixels"},
     {"farm", "master_renders", VALUE_BOOLEAN, AT(farm.master_renders), .fallback = "yes",
@@ -97,11 +95,6 @@ const struct key settings_keys[] = {
 
 _Static_assert(sizeof settings_keys / sizeof *settings_keys == SETTINGS_KEYS,
                "settings.h tells the number of keys");
-
-const char *schedule_name(enum schedule schedule)
-{
-    return schedules[schedule];
-}
 
 void settings_init(struct settings *settings)
 {

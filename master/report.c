@@ -86,7 +86,7 @@ static void put_farm(struct json *json, const struct report *report)
     json_count(json, "processes", (uint64_t)report->processes);
     json_count(json, "renderers", (uint64_t)report->renderer_count);
     json_string(json, "kernel", processor_level_names[report->kernel]);
-    json_string(json, "schedule", schedule_name(report->schedule));
+    json_string(json, "schedule", schedule_names[report->schedule]);
     json_count(json, "tile", report->tile_edge);
     json_count(json, "tiles", report->tiles);
     json_close(json, '}');

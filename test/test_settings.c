@@ -144,11 +144,11 @@ static void test_expectations(void **state)
 static void test_schedule_names(void **state)
 {
     (void)state;
-    assert_string_equal(schedule_name(SCHEDULE_DYNAMIC), "dynamic");
-    assert_string_equal(schedule_name(SCHEDULE_STRIPS), "strips");
-    assert_string_equal(schedule_name(SCHEDULE_CYCLIC), "cyclic");
-    assert_string_equal(schedule_name(SCHEDULE_CYCLIC_ROWS), "cyclic-rows");
-    assert_string_equal(schedule_name(SCHEDULE_TILES), "tiles");
+    assert_string_equal(schedule_names[SCHEDULE_DYNAMIC], "dynamic");
+    assert_string_equal(schedule_names[SCHEDULE_STRIPS], "strips");
+    assert_string_equal(schedule_names[SCHEDULE_CYCLIC], "cyclic");
+    assert_string_equal(schedule_names[SCHEDULE_CYCLIC_ROWS], "cyclic-rows");
+    assert_string_equal(schedule_names[SCHEDULE_TILES], "tiles");
 }
 
 int main(void)
