@@ -85,9 +85,9 @@ static void fill(struct canvas *canvas)
 }
 
 /* It took 2 s, and one more for each tile to the left of it. */
-static void save_at(struct save *save, uint32_t x, uint32_t w, uint32_t pass)
+static void save_at(struct save *save, uint32_t x, uint32_t w)
 {
-    struct tile tile = tile_at(x, w, pass);
+    struct tile tile = tile_at(x, w, 0);
     struct result_header header = result_of(tile_pixels(&tile));
     header.busy_s += x / EDGE;
     save_tile(save, &tile, &header);
@@ -110,9 +110,9 @@ static void test_tiles_come_back(void **state)
     canvas_init(&again, WIDTH, EDGE);
     struct save *save = open_save(*state, &whole, NULL);
     save_start(save, TILES, PIXELS);
-    save_at(save, 0, EDGE, 0);
-    save_at(save, EDGE, EDGE, 0);
-    save_at(save, 0, 2 * EDGE, 0); /* it brings nothing new, and is what the others come to */
+    save_at(save, 0, EDGE);
+    save_at(save, EDGE, EDGE);
+    save_at(save, 0, 2 * EDGE); /* it brings nothing new, and is what the others come to */
     clock_sleep(0.02);             /* the thread has begun to wait */
     double begin = clock_wall();
     keep(save);
@@ -341,7 +341,7 @@ static void test_no_room_anywhere(void **state)
     message_capture(s->said, sizeof s->said);
     save_start(save, 0, 0); /* nothing is set aside */
     for (uint32_t i = 0; i < TILES; i++)
-        save_at(save, i * EDGE, EDGE, 0);
+        save_at(save, i * EDGE, EDGE);
     struct save_kept kept = save_keep(save);
     message_capture(NULL, 0);
     setrlimit(RLIMIT_FSIZE, &before);
@@ -368,7 +368,7 @@ static void test_folder_is_gone(void **state)
     struct save *save = save_open("there/" PATH, scene, &whole, NULL);
     assert_non_null(save);
     save_start(save, TILES, PIXELS);
-    save_at(save, 0, WIDTH, 0);
+    save_at(save, 0, WIDTH);
     assert_int_equal(unlink("there/" PATH) + rmdir("there"), 0);
     struct save_kept kept = save_keep(save);
     assert_true(kept.moved && kept.lost == 0 && count_copies() == 1);

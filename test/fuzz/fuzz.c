@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include "common/message.h"
-#include "master/text_file.h"
 
 /* Longer than all warnings and the one mistake of an input; cut text is not judged. */
 static char said[1 << 16];
