@@ -47,12 +47,20 @@ static double share_of(uint64_t pixels, const struct progress_state *state)
     return fmin((double)pixels / (double)state->pixels, 1);
 }
 
+/* A pass begins with what those before it have done, which is no part of it. */
+static void note_pass(struct progress *progress, const struct progress_state *state)
+{
+    if (state->pass == progress->pass) return;
+    progress->begun = state->pass > 1 ? share_of(state->pixels_done, state) : 0;
+    progress->pass = state->pass;
+    progress->share = 0;
+}
+
 /* An estimate of what is to be done may grow; the bar waits then. */
 static void note_share(struct progress *progress, const struct progress_state *state)
 {
-    if (state->pass != progress->pass) progress->share = 0;
-    progress->pass = state->pass;
-    progress->share = fmax(progress->share, share_of(state->pixels_done, state));
+    double done = share_of(state->pixels_done, state), before = progress->begun;
+    progress->share = fmax(progress->share, before < 1 ? (done - before) / (1 - before) : 1);
 }
 
 /*
@@ -190,6 +198,7 @@ static void print_line(const struct progress *progress, const struct progress_st
 
 void progress_update(struct progress *progress, const struct progress_state *state, double now)
 {
+    note_pass(progress, state);
     if (now - progress->last_shown < (progress->terminal ? redraw_s : line_s)) return;
     note_share(progress, state);
     estimate_left(progress, share_of(state->pixels_done, state),

@@ -22,9 +22,11 @@ struct progress {
     double left;       /* estimate of the seconds still to go, smoothed; < 0: unknown */
     unsigned pass;     /* that the display is in */
     double share;      /* shown last: what is finished never becomes less within a pass */
+    double begun;      /* of all, what was done when the pass began; 0 in the first one */
     bool drawn;        /* a bar stands on the current line */
 };
 
+/* What is done and what there is to do, of all passes so far together. */
 struct progress_state {
     uint64_t pixels_done, pixels; /* the share that is finished */
     uint64_t pixels_before;       /* of those done, by an earlier run */

@@ -277,6 +277,38 @@ static void test_never_backwards(void **state)
     screen_close(&screen);
 }
 
+/* What earlier passes have done is no part of one, though it says how fast things go. */
+static void test_share_of_a_pass(void **state)
+{
+    (void)state;
+    static struct screen screen;
+    struct progress progress;
+    struct progress_state now = half;
+    screen_open(&screen, 80);
+    progress_start(&progress, screen.out, 0);
+    now.pass = 1;
+    progress_update(&progress, &now, 10);
+    assert_non_null(strstr(screen_read(&screen), " 50% [#"));
+    now.pass = 2, now.pixels_done = 800; /* of more than before */
+    progress_update(&progress, &now, 10.01);
+    assert_string_equal(screen_read(&screen), "");
+    progress_update(&progress, &now, 20);
+    assert_non_null(strstr(screen_read(&screen), "  0% [-"));
+    now.pixels_done = 750;
+    progress_update(&progress, &now, 21);
+    assert_non_null(strstr(screen_read(&screen), "  0% [-"));
+    now.pixels_done = 900;
+    progress_update(&progress, &now, 40);
+    const char *line = screen_read(&screen);
+    assert_non_null(strstr(line, " 50% [#"));
+    assert_non_null(strstr(line, "0:04 left  pass 2"));
+    now.pixels_done = 1000;
+    progress_update(&progress, &now, 41);
+    assert_non_null(strstr(screen_read(&screen), "100% [#"));
+    progress_end(&progress);
+    screen_close(&screen);
+}
+
 /* A limit is what is left at most; where nothing else ends the run, it is what is done, too. */
 static void test_limit(void **state)
 {
@@ -287,6 +319,9 @@ static void test_limit(void **state)
     now.pass = 3, now.limit = 10, now.ends = 9;
     screen_open(&screen, 100);
     progress_start(&progress, screen.out, 0);
+    now.pixels_done = 0;
+    progress_update(&progress, &now, 0);
+    now.pixels_done = half.pixels_done;
     progress_update(&progress, &now, 6);
     const char *line = screen_read(&screen);
     assert_non_null(strstr(line, " 50% [#"));
@@ -332,6 +367,8 @@ static void test_lines(void **state)
         progress_update(&progress, &half, tenth / 10.0);
     struct progress_state pass = half;
     pass.pass = 2;
+    progress_update(&progress, &pass, 12);
+    pass.pixels_done = 750;
     progress_update(&progress, &pass, 20);
     pass.only_limit = true, pass.limit = pass.ends = 50;
     progress_update(&progress, &pass, 30);
@@ -342,7 +379,7 @@ static void test_lines(void **state)
     assert_string_equal(
         lines, "farm: 50%, 7 of 12 tiles, 5.0M rays/s, 0:05 elapsed, 0:05 left\n"
                "farm: 50%, 7 of 12 tiles, 2.5M rays/s, 0:10 elapsed, 0:09 left\n"
-               "farm: 50% of pass 2, 7 of 12 tiles, 1.2M rays/s, 0:20 elapsed, 0:19 left\n"
+               "farm: 50% of pass 2, 7 of 12 tiles, 1.2M rays/s, 0:20 elapsed, 0:06 left\n"
                "farm: 60%, pass 2, 7 of 12 tiles, 833.3k rays/s, 0:30 elapsed, 0:20 left\n");
     fclose(out);
 }
@@ -395,6 +432,7 @@ int main(void)
         cmocka_unit_test(test_time_left_of_a_short_run),
         cmocka_unit_test(test_time_left_resumed),
         cmocka_unit_test(test_never_backwards),
+        cmocka_unit_test(test_share_of_a_pass),
         cmocka_unit_test(test_limit),
         cmocka_unit_test(test_strange_states),
         cmocka_unit_test(test_lines),
