@@ -512,6 +512,45 @@ static void test_oblique(void **state)
     }
 }
 
+/* Two triangles of glass around (1, 0, 0), with corners some `reach` away. */
+static struct scene *large_scene(double reach, uint64_t *random)
+{
+    struct builder *builder = builder_create();
+    for (uint32_t i = 0; i < 2; i++) {
+        double a = floor(reach * random_between(random, 1, 2)) * (i == 0 ? 1 : -1);
+        add_material(builder, vec3(1, 1, 1), 0.5);
+        add_triangle(builder, vec3(1 - 4 * a, a, -a), vec3(1 - a, a, 2 * a),
+                     vec3(1 + 5 * a, -2 * a, -a), i);
+    }
+    return finish_scene(builder);
+}
+
+/* Close to the eye, what is larger by far is met in the same order by all rays. */
+static void test_large_and_oblique(void **state)
+{
+    (void)state;
+    uint64_t random = 77;
+    for (double reach = 1; reach < 1e9; reach *= 30) {
+        struct scene *scene = large_scene(reach, &random);
+        struct bvh *bvh = build_tree(scene);
+        for (int k = 0; k < 2000; k++) {
+            double up = pow(10, random_between(&random, -3, 0));
+            struct vec3 eye = vec_add_scaled(oblique_point(&random, 0.2), vec3(1, 3, -1), up);
+            struct ray ray = ray_to(eye, oblique_point(&random, 0.2));
+            struct hit hit = nearest_of(scene, bvh, &ray);
+            for (uint32_t i = 0; i < 2; i++) {
+                assert_int_not_equal(hit.primitive, PRIMITIVE_NONE);
+                assert_int_equal(primitive_material(scene, hit.primitive), i);
+                ray = ray_from(scene, &ray, &hit);
+                hit = nearest_of(scene, bvh, &ray);
+            }
+            assert_int_equal(hit.primitive, PRIMITIVE_NONE);
+        }
+        free(bvh);
+        free(scene);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -522,6 +561,7 @@ int main(void)
         cmocka_unit_test(test_sheets_with_common_corners),
         cmocka_unit_test(test_three_through_one_line),
         cmocka_unit_test(test_oblique),
+        cmocka_unit_test(test_large_and_oblique),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -226,11 +226,12 @@ static inline bool certainly_crosses(const struct sheared *p, const struct shear
     return (low > error) | (high < -error);
 }
 
-/* Whether triangle_crossings() leaves the distance as it is. */
+/* Whether triangle_crossings() certainly leaves the distance as it is: half as far is asked for, which is
+ * more than the distance errs by. */
 static inline bool is_flat(const struct sheared *p, const struct sheared *q,
-                           const struct sheared *r, double sum)
+                           const struct sheared *r, double sum, double size)
 {
-    return triangle_slope(p, q, r, sum) <= SLOPE_MAX;
+    return (triangle_slope(p, q, r, sum) <= SLOPE_MAX) & corners_are_near(p, q, r, size / 2);
 }
 
 /* Whether the distance, which is known between two ends, is certainly far enough, or certainly not. */
@@ -257,7 +258,9 @@ static inline void weigh_corners(struct points *points, uint32_t i)
     struct sheared r = shear_lane(turn, slant, vec_sub(c, origin));
     double e0 = edge_value(&q, &r), e1 = edge_value(&r, &p), e2 = edge_value(&p, &q);
     double sum = e0 + e1 + e2;
-    bool crosses = certainly_crosses(&p, &q, &r), flat = is_flat(&p, &q, &r, sum);
+    double way = points->t[i] * fabs(d.z);
+    bool crosses = certainly_crosses(&p, &q, &r);
+    bool flat = is_flat(&p, &q, &r, sum, way + vec_largest(origin));
     bool plane = plane_is_told(a, b, c, origin, direction);
     bool distance = distance_is_told(points, i, triangle_size(a, b, c), fabs(d.z));
     bool sure = crosses & (flat | plane) & distance;

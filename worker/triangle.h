@@ -95,6 +95,27 @@ static inline bool start_is_close(const struct sheared *p, const struct sheared 
            larger_number(p->z, larger_number(q->z, r->z)) > 0;
 }
 
+/*
+ * The corners' z, in sum, that make 8 u of the largest one less than an ORDER_ERROR (worker/order.h): that is
+ * a share of the crossing's distance and of the origin's coordinates, and large triangles reach far beyond.
+ */
+#define CORNERS_MAX 6
+
+static inline bool corners_are_near(const struct sheared *p, const struct sheared *q,
+                                    const struct sheared *r, double size)
+{
+    return fabs(p->z) + fabs(q->z) + fabs(r->z) <= CORNERS_MAX * size;
+}
+
+/* Whether z = way is right where the slope is small, for a ray with such coordinates at its origin. */
+static inline bool way_is_told(const struct sheared *p, const struct sheared *q,
+                               const struct sheared *r, double way, const struct vec3 *origin)
+{
+    if (corners_are_near(p, q, r, fabs(way))) return true;
+    return corners_are_near(p, q, r, fabs(way) + vec_largest(*origin)) &&
+           !start_is_close(p, q, r, way);
+}
+
 /* The slope, in the sum of its components. */
 static inline double triangle_slope(const struct sheared *p, const struct sheared *q,
                                     const struct sheared *r, double sum)
@@ -194,7 +215,7 @@ static inline struct crossings triangle_crossings(const struct vec3 *a, const st
     found.u = e1 / sum;
     found.v = e2 / sum;
     double slope = triangle_slope(&p, &q, &r, sum), t = found.t[0];
-    if (slope <= SLOPE_MAX && !start_is_close(&p, &q, &r, t * shear->dz)) return found;
+    if (slope <= SLOPE_MAX && way_is_told(&p, &q, &r, t * shear->dz, &ray->origin)) return found;
     double doubt = uncorrected_error(&p, &q, &r, shear, slope);
     if (t < -doubt || t - doubt > purpose->farthest) return found;
     if (purpose->any && t > doubt && t + doubt < purpose->farthest) return found;
