@@ -86,7 +86,7 @@ struct band {
     struct color_row colors[3];
     double *row_weight;       /* of each column: the sum of the weights that lie in the picture */
     double *largest, *across; /* of each pixel of the present row */
-    double *surprise;         /* of each block of the band: what nothing has warned of, per pixel */
+    double *surprise;         /* of each block of the band: what nothing has warned of */
     double *doubles; /* all of these; owned */
     float *floats;   /* the colours; owned */
 };
@@ -235,20 +235,22 @@ static void expect_row(struct band *band, uint32_t y, double *error)
         double missed = MISSED * (band->largest[x] + across) / (samples * samples * samples);
         double own = own_variance(pixels, i);
         if (own > SURPRISE * (around + across))
-            band->surprise[x / BLOCK_EDGE] += own / (BLOCK_EDGE * BLOCK_EDGE);
+            band->surprise[x / BLOCK_EDGE] += own;
         double spread = own_spread(pixels, i), spread_around = band->spread.around[x];
         error[i] = variance_of(around, spread_around, spread, samples) / power + missed;
     }
 }
 
-/* What surprises there may still be. */
-static void expect_surprises(const struct band *band, uint32_t y, double *error)
+/* What surprises there may still be, in a row of a band of so many. Blocks at the right edge are narrower. */
+static void expect_surprises(const struct band *band, uint32_t y, uint32_t rows, double *error)
 {
     const struct sampled *pixels = band->pixels;
     for (uint32_t x = 0; x < band->width; x++) {
         size_t i = (size_t)y * band->width + x;
         double power = pixels->levels->power[pixels->level[i]];
-        error[i] += band->surprise[x / BLOCK_EDGE] / power;
+        uint32_t left = band->width - x / BLOCK_EDGE * BLOCK_EDGE;
+        uint32_t block_pixels = rows * (left < BLOCK_EDGE ? left : BLOCK_EDGE);
+        error[i] += band->surprise[x / BLOCK_EDGE] / (block_pixels * power);
     }
 }
 
@@ -273,7 +275,7 @@ static void expect_band(void *context, uint32_t number)
         expect_row(&band, y, it->error);
     }
     for (uint32_t y = begin; y < end; y++)
-        expect_surprises(&band, y, it->error);
+        expect_surprises(&band, y, end - begin, it->error);
     band_free(&band);
 }
 

@@ -103,7 +103,7 @@ static double expected(const struct picture *picture, int64_t x, int64_t y, doub
     uint8_t level = picture->level[y * picture->canvas.width + x];
     double samples = picture->levels.samples[level], own = own_variance(picture, x, y);
     contrast(picture, x, y, &largest, &across);
-    *surprise = own > 8 * (halves + across) ? own / 1024 : 0;
+    *surprise = own > 8 * (halves + across) ? own : 0;
     return variance(picture, x, y) / picture->levels.power[level] +
            4 * (largest + across) / pow(samples, 3);
 }
@@ -112,16 +112,17 @@ static void check_square(const struct picture *picture, const double *error, int
                          int64_t top)
 {
     int64_t right = left + 32, bottom = top + 32;
-    double surprise = 0, part;
+    double surprise = 0, pixels = 0, part;
     for (int64_t y = top; y < bottom; y++)
         for (int64_t x = left; x < right; x++)
-            if (is_inside(picture, x, y)) (void)expected(picture, x, y, &part), surprise += part;
+            if (is_inside(picture, x, y))
+                (void)expected(picture, x, y, &part), surprise += part, pixels++;
     for (int64_t y = top; y < bottom; y++) {
         for (int64_t x = left; x < right; x++) {
             if (!is_inside(picture, x, y)) continue;
             int64_t i = y * picture->canvas.width + x;
             double e = expected(picture, x, y, &part);
-            e += surprise / picture->levels.power[picture->level[i]];
+            e += surprise / pixels / picture->levels.power[picture->level[i]];
             assert_true(fabs(error[i] - e) <= 1e-12 * e);
         }
     }
