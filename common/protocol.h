@@ -15,9 +15,8 @@
  *                                  more; it may be too late
  *   RESULT    renderer -> master   a lot or a part of it: for each of its tiles in their order struct
  *                                  result_header, then 3 floats (linear RGB) per pixel in the
- *                                  tile's pixel order; where sampling is adaptive those per pixel
- *                                  that got samples, then 3 more for each, then one, the rays per
- *                                  sample of each (worker/task.h); behind those of a probe
+ *                                  tile's pixel order; where sampling is adaptive struct
+ *                                  pixel_floats of those that got samples; behind those of a probe
  *                                  (TILE_PROBE) one float per pixel, the CPU seconds that it took;
  *                                  filled up to result_bytes(). A tile that is dropped is a header
  *                                  alone, with RESULT_DROPPED and the time that it has taken; one that
@@ -214,10 +213,8 @@ _Static_assert(sizeof(struct renderer_stats) == 328,
 struct pixel_floats {
     float *mean;       /* 3 per pixel, linear RGB: of these samples */
     float *difference; /* 3 per pixel: the mean of A less that of B, 0 where one of them is empty */
-    float
-        *spread; /* 1 per pixel: the root mean square of what samples and the means of their halves
-                        * differ by, of all components */
-    float *rays; /* 1 per pixel: rays of all kinds per sample */
+    float *spread;     /* 1 per pixel: root mean square of samples less the mean of their half */
+    float *rays;       /* 1 per pixel: rays of all kinds per sample */
 };
 
 /* As it is sent of so many pixels: all means, then all differences and so on; without refined means alone. */

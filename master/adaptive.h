@@ -17,7 +17,8 @@
  *   S  = the variance of its samples about the means of their halves: large where an edge runs
  *        through the pixel, small beside it, while D is much the same there. Of independent samples of a
  *        normal distribution it does not depend on what the two means differ by; of few samples at
- *        an edge it does, for where all have one colour both are 0.
+ *        an edge it does, for where all have one colour both are 0. Of two samples it tells nothing, and
+ *        what the halves tell stands in for it around others.
  *   k  = what errors around it are in terms of S, (D + S / 4) / (S' + S / 4), S' being the mean of S
  *        over the same pixels as D, and n^1/2 at most, as of random samples: some 1 at edges, less
  *        where colours change evenly.
@@ -31,6 +32,7 @@
  *        difference to what the pixel gets: P is the most that -(c - m) . (c' - m) / 3 is for its
  *        own mean m, that neighbour's mean c and any other one's, c', which is the variance of a single
  *        sample where an edge between the two colours runs through the pixel, and about 0 beside the edge.
+ *        Surprises come on top (master/expect.c).
  *
  * The samples of the pixel are doubled as long as e / (n c), what the squared error goes down by per
  * ray up to a factor, is above a limit; c are its rays per sample, shadow rays too: what a pixel
@@ -93,8 +95,8 @@ void adaptive_take(const struct adaptive *adaptive, const struct tile *tile,
 
 /*
  * The tile's pixels that get samples in this pass, adaptive_work(), have come in, in the tile's order:
- * the floats of struct pixel_floats, one kind behind the other. What the pass has brought to a pixel already stays. seconds: that
- * they took to render; plans do not depend on them.
+ * the floats of struct pixel_floats, one kind behind the other. What the pass has brought to a pixel
+ * already stays. seconds: that they took to render; plans do not depend on them.
  */
 void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part,
                   double seconds);

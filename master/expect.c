@@ -13,9 +13,9 @@
 static const double weights[ROWS] = {1, 4, 6, 4, 1};
 
 /*
- * What nothing around a pixel has warned of: its own variance is SURPRISE times what it was expected to
- * be. Edges, of which about 5 of the 24 pixels around one are part, hardly ever surprise. Such things are
- * counted by squares of this edge, in pixels: large enough that some thousand pixels tell of one.
+ * What nothing around a pixel has warned of: what its halves tell is SURPRISE times D and P together. Edges, of
+ * which about 5 of the 24 pixels around one are part, hardly ever surprise. Such things are counted by squares of
+ * this edge, in pixels: large enough that some thousand pixels tell of one.
  */
 #define SURPRISE   8
 #define BLOCK_EDGE BAND_ROWS
@@ -156,11 +156,12 @@ static double own_variance(const struct sampled *pixels, size_t i)
     return own_error(pixels->difference + 3 * i) * pixels->levels->power[pixels->level[i]];
 }
 
-/* S of a pixel; 0 where nothing is known of it. */
+/* S of a pixel; where nothing is known of it, of two samples or what is not finite, what its halves tell. */
 static double own_spread(const struct sampled *pixels, size_t i)
 {
     double samples = pixels->levels->samples[pixels->level[i]], spread = (double)pixels->spread[i];
-    return samples > 2 && spread < HUGE_VAL ? spread * spread * samples / (samples - 2) : 0;
+    bool known = samples > 2 && spread >= 0 && spread < HUGE_VAL;
+    return known ? spread * spread * samples / (samples - 2) : own_variance(pixels, i);
 }
 
 static void filter_row(const struct smooth *smooth, int64_t y, uint32_t width)

@@ -94,7 +94,7 @@ static bool render_one(struct server *server, const struct tile *tile, struct ow
     struct render_counts counts = {0};
     uint32_t pixels = own_refinements(server, tile, work->refinements);
     float *rgb = work->rgb;
-    struct pixel_floats to = pixel_floats(rgb, pixels, work->refinements);
+    struct pixel_floats to = pixel_floats(rgb, pixels, work->refinements != NULL);
     bool probes = tile->pass == TILE_PROBE;
     const struct refinement *refinements = tile_is_refined(tile) ? work->refinements : NULL;
     double begin = cpu_time_begin(&work->time), end;

@@ -64,8 +64,8 @@ static void note_share(struct progress *progress, const struct progress_state *s
 }
 
 /*
- * The rate so far, extended to the rest of the picture; what an earlier run did tells nothing of it. Parts of a picture differ in cost: the
- * estimate follows with a delay instead of jumping, and passes with time meanwhile.
+ * The rate so far, extended to the rest of the picture; what an earlier run did tells nothing of it. Parts of a
+ * picture differ in cost: the estimate follows with a delay instead of jumping, and passes with time meanwhile.
  */
 static void estimate_left(struct progress *progress, double share, double before, double now)
 {

@@ -76,7 +76,7 @@ struct save {
     size_t room; /* of payload, bytes */
 };
 
-/* ---- what a record holds: struct tile_head, then 3 floats per pixel; or struct part_head, then 7 ---- */
+/* ---- what a record holds: struct tile_head, then 3 floats per pixel; or struct part_head, then REFINED_FLOATS ---- */
 
 static size_t payload_bytes(const struct tile *tile)
 {

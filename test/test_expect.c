@@ -39,7 +39,7 @@ static double own_spread(const struct picture *picture, int64_t x, int64_t y)
 {
     int64_t i = y * picture->canvas.width + x;
     double samples = picture->levels.samples[picture->level[i]];
-    if (samples == 2 || !isfinite(picture->spread[i])) return 0;
+    if (samples == 2 || !isfinite(picture->spread[i])) return own_variance(picture, x, y);
     return samples / (samples - 2) * pow((double)picture->spread[i], 2);
 }
 

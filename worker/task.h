@@ -19,9 +19,8 @@
 /* One tile to be rendered, and where its pixels go; the memory is the caller's. */
 struct task {
     const struct tile *tile;
-    const struct refinement
-        *refinements; /* of each pixel in the tile's order; NULL: 0 to level 1 */
-    bool survey;      /* instead of that the first sample of every pixel, not for the picture */
+    const struct refinement *refinements; /* of each pixel in its order; NULL: 0 to level 1 */
+    bool survey; /* instead of that the first sample of every pixel, not for the picture */
     struct pixel_floats to;
 };
 
