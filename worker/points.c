@@ -231,7 +231,9 @@ static inline bool certainly_crosses(const struct sheared *p, const struct shear
 static inline bool is_flat(const struct sheared *p, const struct sheared *q,
                            const struct sheared *r, double sum, double size)
 {
-    return (triangle_slope(p, q, r, sum) <= SLOPE_MAX) & corners_are_near(p, q, r, size / 2);
+    bool gentle = triangle_slope(p, q, r, sum) <= SLOPE_MAX;
+    bool near = corners_are_near(p, q, r, size / 2);
+    return gentle & near;
 }
 
 /* Whether the distance, which is known between two ends, is certainly far enough, or certainly not. */
