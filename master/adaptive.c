@@ -430,7 +430,7 @@ struct news {
     const float *mean, *difference, *spread, *rays;
 };
 
-static double square(float a, float b)
+static double squared_distance(float a, float b)
 {
     return ((double)a - (double)b) * ((double)a - (double)b);
 }
@@ -444,9 +444,10 @@ static float combined_spread(const struct adaptive *adaptive, size_t pixel, doub
     if (samples == 0) return *more->spread;
     double apart = 0, all = samples + count;
     for (size_t c = 0; c < 3; c++)
-        apart += square(adaptive->canvas->rgb[3 * pixel + c], more->mean[c]) +
-                 square(adaptive->difference[3 * pixel + c], more->difference[c]) / 4;
-    double within = samples * square(adaptive->spread[pixel], 0) + count * square(*more->spread, 0);
+        apart += squared_distance(adaptive->canvas->rgb[3 * pixel + c], more->mean[c]) +
+                 squared_distance(adaptive->difference[3 * pixel + c], more->difference[c]) / 4;
+    double within = samples * squared_distance(adaptive->spread[pixel], 0) +
+                    count * squared_distance(*more->spread, 0);
     return (float)sqrt(within / all + samples * count / (all * all) * apart / 3);
 }
 
