@@ -1,6 +1,6 @@
 # The journal in a run: whatever ended it, the same command goes on, with the same picture in the end.
 . test/resume.sh
-SIZE="image.width=320 image.height=320 sampling.samples=16 farm.tile=16"
+SIZE="image.width=320 image.height=336 sampling.samples=16 farm.tile=16"
 whole
 
 # A journal of a good part of the picture (1.3 MB).
@@ -22,7 +22,8 @@ check "on three processes" goes_on 3
 check "with larger tiles" goes_on 0 farm.tile=48
 check "cyclic" goes_on 2 farm.schedule=cyclic
 # Tiles that are rendered again are in the error once: it is that of the whole run where bands end with
-# tiles, about that where tiles are used in part, and the picture is known to be complete (true_rmse).
+# tiles (three strips of 7 rows of tiles: 336), about that where tiles are used in part, and the picture is
+# known to be complete (true_rmse).
 rmse() { sed -n 's/.*"estimated_rmse": \([0-9.e-]*\).*/\1/p' "$1" | tail -n 1; }
 error_once() { # TOLERANCE KEPT PROCESSES ARGUMENT...
     tolerance=$1 saved=$2; shift 2
