@@ -28,6 +28,11 @@ double next_look(const struct sim *sim, double idle_since, double nap, double ca
     return look + ceil((time - look) / (nap + overshoot)) * (nap + overshoot);
 }
 
+double sim_woken(const struct sim *sim)
+{
+    return sim->now + fmax(sim->machine->messages.nap_s, 0);
+}
+
 void sim_at(struct sim *sim, double time, uint32_t kind, uint32_t who, void *what)
 {
     struct event event = {.time = time, .kind = kind, .who = who, .what = what};
@@ -42,7 +47,8 @@ static void lot_arrives(struct sim *sim, const struct event *event)
     double look = sim->now;
     double spun = renderer->idle_since + NAP_SPIN;
     if (renderer->working == 0 && sim->now > spun)
-        look = next_look(sim, spun, NAP_SHORTEST, 0, sim->now);
+        look =
+            sim->machine->rings ? sim_woken(sim) : next_look(sim, spun, NAP_SHORTEST, 0, sim->now);
     sim_at(sim, look, EVENT_SEEN, event->who, event->what);
 }
 

@@ -4,7 +4,7 @@
  * measured.
  *
  * A renderer does what worker/work.c does: it works through the lots that it holds, sends each
- * result, and naps between looks while it holds none. The master does what master/serve.c does: one
+ * result, and naps between looks while it holds none, or is woken. The master does what master/serve.c does: one
  * message at a time, looking for more with growing naps when there are none, or woken by who has
  * nothing in reserve. Its own renderer takes lots from the queue without a message, hands in every tile,
  * and loses the time that serving takes.
@@ -37,8 +37,8 @@ struct machine {
     uint32_t cores;       /* that the renderers share; 0: one for each, or node_cores */
     double slice_s;       /* for so long a core goes on with one when others wait for it; > 0 */
     bool master_renders;  /* renderer 0 is rank 0's own */
-    bool rings;           /* all are on rank 0's machine, wake the master (common/bell.h), and have
-                           * trays (common/tray.h) */
+    bool rings;           /* all are on rank 0's machine, wake the master and are woken by it
+                           * (common/bell.h), and have trays (common/tray.h) */
     const double *starts; /* per renderer, when it reports for work; NULL: all at once */
     struct message_costs messages;
 };

@@ -142,16 +142,10 @@ static double looks(const struct sim *sim)
     return next_look(sim, sim->idle_since, nap, sim->calm_until, sim->now);
 }
 
-/* When it has woken up if it is woken now: that takes as long as a nap is too long. */
-static double wakes(const struct sim *sim)
-{
-    return sim->now + fmax(sim->machine->messages.nap_s, 0);
-}
-
 double sim_master_hears(const struct sim *sim)
 {
     if (sim->serving) return sim->now;
-    return sim->machine->rings ? wakes(sim) : looks(sim);
+    return sim->machine->rings ? sim_woken(sim) : looks(sim);
 }
 
 static void look_at(struct sim *sim, double time)
@@ -161,7 +155,7 @@ static void look_at(struct sim *sim, double time)
 
 void sim_ring(struct sim *sim)
 {
-    if (sim->machine->rings && !sim->serving && sim->letter_count > 0) look_at(sim, wakes(sim));
+    if (sim->machine->rings && !sim->serving && sim->letter_count > 0) look_at(sim, sim_woken(sim));
 }
 
 /* Events of a look that was put off for an earlier one are of no use. */

@@ -124,6 +124,9 @@ struct sim {
 double next_look(const struct sim *sim, double idle_since, double nap, double calm_until,
                  double time);
 
+/* When somebody who is woken now has woken up: that takes as long as a nap is too long. */
+double sim_woken(const struct sim *sim);
+
 /* An event on the wall clock. */
 void sim_at(struct sim *sim, double time, uint32_t kind, uint32_t who, void *what);
 

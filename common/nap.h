@@ -6,6 +6,7 @@
 #define FARM_COMMON_NAP_H
 
 #include <sched.h>
+#include <stdbool.h>
 
 #include "common/clock.h"
 
@@ -48,7 +49,8 @@ struct nap {
     double waited;   /* in those before it */
     double heard;    /* see nap_heard(): when that was last */
     double interval; /* and how long from time to time */
-    double begun;    /* see nap_take_soon(): when the wait began; 0: it has not */
+    double begun;    /* see nap_spins(): when the wait began; 0: it has not */
+    bool rung;       /* see nap_woken(): it has been, and nothing has happened since */
 };
 
 /*
@@ -63,6 +65,7 @@ static inline void nap_reset(struct nap *nap)
     nap->seconds = NAP_SHORTEST;
     nap->waited = 0;
     nap->begun = 0;
+    nap->rung = false;
 }
 
 /* How fast the estimate of intervals follows, and the first nap as part of one: naps that grew from the
@@ -108,16 +111,39 @@ static inline void nap_take(struct nap *nap)
  */
 #define NAP_SPIN 50e-6
 
-/* A nap of one who is to hear something soon; for NAP_SPIN he does not sleep. Others who wait for this
- * processor get it meanwhile. */
-static inline void nap_take_soon(struct nap *nap)
+/* Whether one who is to hear something soon looks once more without sleeping: for NAP_SPIN. Others who wait for
+ * this processor get it meanwhile. */
+static inline bool nap_spins(struct nap *nap)
 {
     double now = clock_wall();
     if (nap->begun == 0) nap->begun = now;
-    if (now < nap->begun + NAP_SPIN)
-        sched_yield();
-    else
-        nap_take(nap);
+    if (now >= nap->begun + NAP_SPIN) return false;
+    sched_yield();
+    return true;
+}
+
+/*
+ * One whom a bell wakes (common/bell.h) looks for nothing on his own but for what was rung for and is not there:
+ * where MPI moves it in pieces, it takes several looks, and nobody rings again. So he naps as others do, but for
+ * NAP_RUNG at most, many times what that takes: the call may have been for what he has seen already.
+ */
+#define NAP_RUNG 2e-3
+
+/* He waits so long for the bell if nothing was rung for: in case that a call is lost after all. */
+#define NAP_WOKEN 0.2
+
+/* The bell has woken him. */
+static inline void nap_woken(struct nap *nap)
+{
+    nap_reset(nap);
+    nap->rung = true;
+}
+
+/* Whether what was rung for may still be on its way. */
+static inline bool nap_is_rung(struct nap *nap)
+{
+    if (nap->waited > NAP_RUNG) nap->rung = false;
+    return nap->rung;
 }
 
 #endif

@@ -14,6 +14,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "common/bell.h"
 #include "common/protocol.h"
 
 /* Which slots of one direction are full. */
@@ -25,6 +26,8 @@ struct slots {
 #define TRAY_ROW(bytes) (((bytes) + 63) / 64 * 64)
 
 struct tray {
+    /* Wakes the renderer: the master rings behind every message to it. */
+    _Alignas(64) struct bell bell;
     /* The two directions, and what lies in the slots, share no cache line. */
     _Alignas(64) struct slots lots;
     _Alignas(64) struct slots results;
@@ -34,10 +37,16 @@ struct tray {
 
 static inline void tray_init(struct tray *tray)
 {
+    bell_init(&tray->bell);
     for (int i = 0; i < TRAY_SLOTS; i++) {
         atomic_init(&tray->lots.full[i], 0);
         atomic_init(&tray->results.full[i], 0);
     }
+}
+
+static inline void tray_free(struct tray *tray)
+{
+    bell_free(&tray->bell);
 }
 
 /* By who writes: an empty slot; -1: there is none. */

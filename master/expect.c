@@ -87,8 +87,8 @@ struct band {
     double *row_weight;       /* of each column: the sum of the weights that lie in the picture */
     double *largest, *across; /* of each pixel of the present row */
     double *surprise;         /* of each block of the band: what nothing has warned of */
-    double *doubles; /* all of these; owned */
-    float *floats;   /* the colours; owned */
+    double *doubles;          /* all of these; owned */
+    float *floats;            /* the colours; owned */
 };
 
 /* The next so many of the band's numbers. */
@@ -235,8 +235,7 @@ static void expect_row(struct band *band, uint32_t y, double *error)
         double around = band->variance.around[x], across = band->across[x];
         double missed = MISSED * (band->largest[x] + across) / (samples * samples * samples);
         double own = own_variance(pixels, i);
-        if (own > SURPRISE * (around + across))
-            band->surprise[x / BLOCK_EDGE] += own;
+        if (own > SURPRISE * (around + across)) band->surprise[x / BLOCK_EDGE] += own;
         double spread = own_spread(pixels, i), spread_around = band->spread.around[x];
         error[i] = variance_of(around, spread_around, spread, samples) / power + missed;
     }

@@ -9,10 +9,18 @@
  * that it may have, when somebody else has got it and when that one has finished it. */
 #define DROPS_MOST (4 * LOT_TILES)
 
+/* NULL: the renderer is on another machine. */
+static struct tray *tray_of(const struct server *server, uint32_t renderer)
+{
+    return server->service->trays[server->first_rank + renderer];
+}
+
 static void send(struct server *server, uint32_t renderer, enum message_tag tag, const void *bytes,
                  size_t size)
 {
+    struct tray *tray = tray_of(server, renderer);
     post_send(server->post, (int)(server->first_rank + renderer), tag, bytes, size);
+    if (tray) bell_ring(&tray->bell);
 }
 
 void tell_stop(struct server *server, uint32_t renderer)
@@ -97,7 +105,7 @@ static size_t put_lot(struct server *server, uint32_t renderer, const struct til
 /* A lot of so many bytes that lies in server->message. */
 static void send_lot(struct server *server, uint32_t renderer, size_t bytes)
 {
-    struct tray *tray = server->service->trays[server->first_rank + renderer];
+    struct tray *tray = tray_of(server, renderer);
     int slot = tray && bytes <= TRAY_LOT_BYTES ? slots_find(&tray->lots) : -1;
     if (slot < 0) {
         send(server, renderer, TAG_MASTER_TO_RENDERER_TILES, server->message, bytes);

@@ -45,7 +45,7 @@ struct report {
     struct run_times time;
     const struct renderer_stats *renderers; /* in rank order */
     int renderer_count;
-    struct render_counts picture; /* of this run's tiles in the picture, each once */
+    struct render_counts picture;   /* of this run's tiles in the picture, each once */
     const struct error_log *errors; /* NULL: none */
     struct error_forecast forecast;
     uint32_t min_samples, max_samples; /* per pixel */

@@ -28,8 +28,8 @@ struct run {
     struct canvas reference; /* rgb is NULL: there is none */
     struct watch watch;
     struct adaptive *adaptive; /* NULL: it is not */
-    struct crew *planners;     /* of adaptive's plans, while rendering; NULL: rank 0 makes them alone */
-    struct save *save;         /* NULL: output.journal is empty, or the work on it is done */
+    struct crew *planners; /* of adaptive's plans, while rendering; NULL: rank 0 makes them alone */
+    struct save *save;     /* NULL: output.journal is empty, or the work on it is done */
     struct timeline timeline;
     struct renderer_stats *stats;
     struct report report;

@@ -106,15 +106,9 @@ static void end_when_over(struct server *server, double now)
     end_all(server);
 }
 
-/* Seconds of short naps, at most, after a call: many times what a message in pieces takes. A call may have
- * been for what has been seen already, and the next message be far away. */
-#define RUNG_MOST 2e-3
-
 /*
  * Until there is something to do. Whoever does not ring has a lot in reserve, or has said all: what he sends
- * can wait as long as what moves by itself. Messages from other machines have to be looked for, and so has
- * one that was rung for and is not there: where MPI moves it in pieces, it takes several looks, and nobody
- * rings again.
+ * can wait as long as what moves by itself. Messages from other machines have to be looked for.
  */
 static void take_nap(struct server *server, struct nap *nap)
 {
@@ -123,13 +117,10 @@ static void take_nap(struct server *server, struct nap *nap)
     double now = server_elapsed(server), calm = queue_calm(service->queue, now);
     double wake = fmax(queue_wake(service->queue) - now, NAP_SHORTEST);
     pthread_mutex_unlock(&server->lock);
-    if (nap->waited > RUNG_MOST) server->rung = false;
-    double most = server->rung        ? nap_next(nap)
+    double most = nap_is_rung(nap)    ? nap_next(nap)
                   : service->all_ring ? NAP_SELDOM
                                       : nap_next_calm(nap, calm);
-    if (!bell_wait(service->bell, fmin(most, wake))) return;
-    server->rung = true;
-    nap_reset(nap);
+    if (bell_wait(service->bell, fmin(most, wake))) nap_woken(nap);
 }
 
 static void serve_until_done(struct server *server)
@@ -144,12 +135,10 @@ static void serve_until_done(struct server *server)
         hand_out_to_idle(server);
         tell_recalls(server);
         show_progress(server, now);
-        if (busy) {
-            server->rung = false;
+        if (busy)
             nap_heard(&nap, now);
-        } else {
+        else
             take_nap(server, &nap);
-        }
     }
     count_silent(server);
 }

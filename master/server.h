@@ -79,7 +79,6 @@ struct server {
     double next_look;         /* when silence is to be looked for */
     double next_show;         /* when the progress is to be looked at */
     double polled;            /* when messages were last looked for */
-    bool rung;                /* the bell has, and nothing has come since */
     uint64_t pixels;          /* that have come in messages */
 };
 

@@ -396,7 +396,9 @@ static void test_trays(void **state)
         farm->trays[1] = tray;
         farm->service.adaptive = adaptive_create(&view, &farm->canvas, 1e-3);
         if (refined) finish_first_pass(farm);
+        assert_false(bell_wait(&tray->bell, 0));
         hand_out(&farm->server, 1);
+        assert_true(bell_wait(&tray->bell, 0));
         if (refined)
             assert_true(sent.lots == 1 && sent.notes == 0 && is_refined_lot());
         else

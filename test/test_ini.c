@@ -69,7 +69,8 @@ static void test_form_mistakes(void **state)
     char text[400], name[64];
     memset(name, 'x', sizeof name);
     snprintf(text, sizeof text, "[%.50s]\n", name);
-    refused(state, text, "scene.ini:1: the section is too long, expected at most 49 bytes between [ and ]");
+    refused(state, text,
+            "scene.ini:1: the section is too long, expected at most 49 bytes between [ and ]");
     char *long_text = allocate(5000, 1);
     snprintf(long_text, 5000, "[image]\nwidth = %4200d\n", 5);
     refused(state, long_text, "scene.ini:2: the line is too long, expected at most 4096 bytes");

@@ -60,8 +60,8 @@ static void test_soon_and_calm(void **state)
     (void)state;
     struct nap nap = {0};
     double begin = clock_wall();
-    while (nap.waited == 0)
-        nap_take_soon(&nap);
+    while (nap_spins(&nap)) {
+    }
     assert_true(clock_wall() - begin >= NAP_SPIN);
     nap_reset(&nap);
     assert_true(nap_next_calm(&nap, 1e-3) == nap_calm(1e-3));
@@ -72,13 +72,29 @@ static void test_soon_and_calm(void **state)
     assert_true(nap_calm(-1) <= 0);
 }
 
+/* Of what was rung for is looked for as ever, until it has come or a while is over. */
+static void test_woken(void **state)
+{
+    (void)state;
+    struct nap nap = {0};
+    assert_false(nap_is_rung(&nap));
+    nap_woken(&nap);
+    assert_true(nap_is_rung(&nap) && nap.seconds == NAP_SHORTEST);
+    nap_reset(&nap);
+    assert_false(nap_is_rung(&nap));
+    nap_woken(&nap);
+    double waited = 0;
+    while (nap_is_rung(&nap))
+        waited += nap_next(&nap);
+    assert_true(waited > NAP_RUNG && waited <= NAP_RUNG + NAP_LONGEST);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_sharpen),
-        cmocka_unit_test(test_lengths),
-        cmocka_unit_test(test_heard),
-        cmocka_unit_test(test_soon_and_calm),
+        cmocka_unit_test(test_sharpen), cmocka_unit_test(test_lengths),
+        cmocka_unit_test(test_heard),   cmocka_unit_test(test_soon_and_calm),
+        cmocka_unit_test(test_woken),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

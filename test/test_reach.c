@@ -102,10 +102,11 @@ static void test_arguments(void **state)
     scratch_write("scene/scene.ini", "[include p]\nfile = none.ini\n" LIGHT);
     scratch_write("scenery/up.ini", "[include]\nfile = ../ball.ini\n");
     char line[512];
-    snprintf(line, sizeof line,
-             "scenery/up.ini:2: [include]: 'scenery/../ball.ini' lies outside of the scene's folder "
-             "%s/scenery, expected a file in it (farm --allow-outside reads any)",
-             s->folder);
+    snprintf(
+        line, sizeof line,
+        "scenery/up.ini:2: [include]: 'scenery/../ball.ini' lies outside of the scene's folder "
+        "%s/scenery, expected a file in it (farm --allow-outside reads any)",
+        s->folder);
     scratch_refused(s, "scene/scene.ini", "include p.file=scenery/up.ini", line);
 }
 

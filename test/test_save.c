@@ -113,7 +113,7 @@ static void test_tiles_come_back(void **state)
     save_at(save, 0, EDGE);
     save_at(save, EDGE, EDGE);
     save_at(save, 0, 2 * EDGE); /* it brings nothing new, and is what the others come to */
-    clock_sleep(0.02);             /* the thread has begun to wait */
+    clock_sleep(0.02);          /* the thread has begun to wait */
     double begin = clock_wall();
     keep(save);
     assert_true(clock_wall() - begin < 0.9); /* the thread would have looked after a second */

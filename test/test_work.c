@@ -1,7 +1,9 @@
 /* What a renderer on another rank does with the master's messages: MPI is played by this file. */
 #include <math.h>
+#include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -43,7 +45,12 @@ static struct {
     bool was_called;   /* between the last lot and the last result */
     struct tray *tray; /* NULL: this renderer has none */
     unsigned notes;    /* of results in it */
+    atomic_bool quiet; /* it says nothing */
+    unsigned looks;    /* for a message, meanwhile, but for the first LOOKS_SOON seconds of that */
+    double looked;     /* when that was for the first time */
 } master;
+
+#define LOOKS_SOON 10e-3
 
 /* ---- the calls of worker/work.c, hear.c and send.c ---- */
 
@@ -106,11 +113,23 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
     return MPI_SUCCESS;
 }
 
+static bool is_quiet(void)
+{
+    bool quiet = atomic_load(&master.quiet);
+    if (quiet && master.looked == 0) master.looked = clock_wall();
+    master.looks += quiet && clock_wall() > master.looked + LOOKS_SOON;
+    return quiet;
+}
+
 int MPI_Test(MPI_Request *request, int *done, MPI_Status *status)
 {
     *done = 1;
     if (*request != RECEIVE) {
         *request = MPI_REQUEST_NULL;
+        return MPI_SUCCESS;
+    }
+    if (is_quiet()) {
+        *done = 0;
         return MPI_SUCCESS;
     }
     assert_true(master.said < master.count);
@@ -142,8 +161,10 @@ int MPI_Get_count(const MPI_Status *status, MPI_Datatype type, int *count)
 
 /* ---- the tests ---- */
 
-/* A renderer of an empty scene, two tiles high, works until the master says STOP; tray: NULL for none. */
-static void follow_with(struct tray *tray, const struct line *lines, size_t count, unsigned wanted)
+/* A renderer of an empty scene, two tiles high, works until the master says STOP; tray: NULL for none. quiet: the
+ * master says nothing until somebody changes that. */
+static void follow_from(struct tray *tray, const struct line *lines, size_t count, unsigned wanted,
+                        bool quiet)
 {
     struct view view = small_view(EDGE);
     struct builder *builder = builder_create();
@@ -156,6 +177,7 @@ static void follow_with(struct tray *tray, const struct line *lines, size_t coun
     master.count = count;
     master.wanted = wanted;
     master.tray = tray;
+    atomic_init(&master.quiet, quiet);
     bell_init(&master.bell);
     struct node_scene shared = {.scene = scene, .bell = &master.bell, .tray = tray};
     work(MPI_COMM_WORLD, renderer, &shared);
@@ -163,6 +185,11 @@ static void follow_with(struct tray *tray, const struct line *lines, size_t coun
     renderer_destroy(renderer);
     free(memory);
     free(scene);
+}
+
+static void follow_with(struct tray *tray, const struct line *lines, size_t count, unsigned wanted)
+{
+    follow_from(tray, lines, count, wanted, false);
 }
 
 static void follow(const struct line *lines, size_t count, unsigned wanted)
@@ -305,6 +332,35 @@ static void test_tray(void **state)
     free(tray);
 }
 
+#define QUIET_S 0.1
+
+/* The master of this node has something to say after a while, and rings. */
+static void *speak_late(void *tray)
+{
+    clock_sleep(QUIET_S);
+    atomic_store(&master.quiet, false);
+    bell_ring(&((struct tray *)tray)->bell);
+    return NULL;
+}
+
+/* One who is woken when there is a message does not look for one time and again. */
+static void test_sleeps_until_it_is_woken(void **state)
+{
+    (void)state;
+    static const struct line lines[] = {BEGIN, NOTHING, NOTHING, NOTHING, NOTHING, STOP};
+    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
+    pthread_t thread;
+    tray_init(tray);
+    assert_int_equal(pthread_create(&thread, NULL, speak_late, tray), 0);
+    follow_from(tray, lines, sizeof lines / sizeof *lines, 1, true);
+    pthread_join(thread, NULL);
+    assert_int_equal(master.results, 1);
+    /* Naps would be of 3 ms by then. */
+    assert_true(master.looks <= 2);
+    tray_free(tray);
+    free(tray);
+}
+
 /* A tile that takes long is told of, what is finished before it; and when it is done that is answered at
  * once. In the tray or not. */
 static void tell_of(uint32_t number, struct tray *tray)
@@ -403,6 +459,7 @@ int main(void)
         cmocka_unit_test(test_drops_what_is_not_begun),
         cmocka_unit_test(test_drops_several),
         cmocka_unit_test(test_tray),
+        cmocka_unit_test(test_sleeps_until_it_is_woken),
         cmocka_unit_test(test_tells_of_what_takes_long),
         cmocka_unit_test(test_long_lot),
         cmocka_unit_test(test_short_results),

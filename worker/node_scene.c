@@ -242,14 +242,20 @@ void share_bvh(struct node_scene *shared)
     shared->build_s = clock_wall() - start;
 }
 
+/* By the first rank of the node. */
+static void free_window(struct node_scene *shared)
+{
+    sem_destroy(&shared->head->built);
+    bell_free(shared->bell);
+    for (int i = 1; i < shared->process_count && shared->head->trays > 0; i++)
+        tray_free((struct tray *)(void *)((char *)shared->head + shared->head->trays) + i - 1);
+}
+
 void unshare_scene(struct node_scene *shared)
 {
     if (shared->window != MPI_WIN_NULL) {
         wait_for_all(shared->node);
-        if (shared->leads) {
-            sem_destroy(&shared->head->built);
-            bell_free(shared->bell);
-        }
+        if (shared->leads) free_window(shared);
         MPI_Win_unlock_all(shared->window);
         MPI_Win_free(&shared->window);
     }

@@ -66,6 +66,12 @@ static bool is_sent(MPI_Request *request)
     return sent;
 }
 
+bool all_is_sent(struct worker *worker)
+{
+    bool sent = is_sent(&worker->sends[0]) & is_sent(&worker->sends[1]);
+    return sent & is_sent(&worker->pong) & is_sent(&worker->telling) & is_sent(&worker->finished);
+}
+
 /* Sends so many finished bytes of the result, which goes on to be filled. */
 static void send_finished(struct worker *worker, size_t bytes)
 {

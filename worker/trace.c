@@ -67,9 +67,9 @@ static void spawn(struct renderer *renderer, uint32_t point, struct vec3 directi
     bool beyond = renderer->paths[p].bounding || depth > renderer->scene->view.max_depth;
     double bound = radiance_roughly(&renderer->radiance, weight, depth, !beyond);
     struct further *further = further_of(renderer, p);
-    struct branch *child =
-        beyond ? omission_add(&further->omission, &renderer->radiance, bound, depth)
-               : tree_add(&further->tree, bound, depth);
+    struct branch *child = beyond
+                               ? omission_add(&further->omission, &renderer->radiance, bound, depth)
+                               : tree_add(&further->tree, bound, depth);
     struct ray *ray = &child->ray;
     start_at(renderer, point, kind == RAY_REFLECTION, ray);
     ray->direction = direction;

@@ -233,6 +233,16 @@ static void end_worker(struct worker *worker)
     free(worker->incoming);
 }
 
+/* Until there may be something to hear. What this rank sends itself may need its looks, too. */
+static void wait_for_message(struct worker *worker, struct nap *nap)
+{
+    if (nap_spins(nap)) return;
+    if (!worker->tray || !all_is_sent(worker))
+        nap_take(nap);
+    else if (bell_wait(&worker->tray->bell, nap_is_rung(nap) ? nap_next(nap) : NAP_WOKEN))
+        nap_woken(nap);
+}
+
 void work(MPI_Comm comm, struct renderer *renderer, const struct node_scene *shared)
 {
     struct worker worker;
@@ -245,7 +255,7 @@ void work(MPI_Comm comm, struct renderer *renderer, const struct node_scene *sha
             render_next(&worker);
             if (worker.waiting == 0) bell_ring(worker.bell);
         } else if (!heard && !worker.stopped) {
-            nap_take_soon(&nap);
+            wait_for_message(&worker, &nap);
         }
         if (heard || worker.waiting > 0) nap_reset(&nap);
     }

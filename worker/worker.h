@@ -103,6 +103,9 @@ void begin_result(struct worker *worker, size_t bytes);
 /* What has not been sent of the result. In a slot it begins at the front. */
 void send_result(struct worker *worker);
 
+/* Whether MPI has taken all that this renderer has sent. */
+bool all_is_sent(struct worker *worker);
+
 /* The master hears that the tile in work takes long, and before that of what is finished, so that it knows
  * what is not begun; unless the last time is still on its way. now: on clock_wall(). */
 void tell(struct worker *worker, double now);
