@@ -1,7 +1,6 @@
 /* The section "real": runs on this machine, in wall time where that means something here. */
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include "bench/balance.h"
@@ -154,55 +153,20 @@ static void run_many(FILE *out, const struct bench_scene *scene, unsigned ranks,
 
 /* ---- a rank that waits ---- */
 
-static double children_cpu(void)
-{
-    struct rusage usage;
-    getrusage(RUSAGE_CHILDREN, &usage);
-    return (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
-           1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
-}
-
-struct idle_run {
-    double cpu_s;    /* of all processes */
-    double render_s; /* wall */
-    double known_s;  /* CPU of the one that renders, and of serving */
-};
-
 /* One row in strips: rank 0 has all of it, the others nothing. */
-static struct idle_run run_idle(unsigned ranks, unsigned samples)
+static void report_waiting(FILE *out)
 {
-    struct farm_run run;
-    char *options = format_text("farm.schedule=strips 'image.region=0 240 640 1' "
-                                "sampling.samples=%u",
-                                samples);
-    double before = children_cpu();
-    farm_run(&run, ranks, bench_scenes[1].config, MANY_FILE, options);
-    struct idle_run idle = {.cpu_s = children_cpu() - before,
-                            .render_s = run.render_s,
-                            .known_s = run.workers[0].cpu_s + run.master_cpu_s};
-    farm_run_free(&run);
-    free(options);
-    return idle;
-}
-
-/* The difference of a long run and a short one, so that the start does not count. How much CPU time
- * that takes, in which MPI spins, varies by tenths of a second: the long run takes some ten. */
-static void measure_waiting(FILE *out)
-{
-    const unsigned waiting = 3;
-    double shares[3], span = 0;
-    for (unsigned i = 0; i < 3; i++) {
-        struct idle_run less = run_idle(waiting + 1, 20), more = run_idle(waiting + 1, 20000);
-        span = more.render_s - less.render_s;
-        shares[i] = (more.cpu_s - less.cpu_s - (more.known_s - less.known_s)) / span / waiting;
-    }
-    double share = median_of(shares, 3);
+    const unsigned ranks = 4;
+    unsigned looks;
+    double share = measure_waiting(ranks, bench_scenes[1].config, MANY_FILE,
+                                   "farm.schedule=strips 'image.region=0 240 640 1' "
+                                   "sampling.samples=20000",
+                                   &looks);
     value_set(share, "waiting");
     fprintf(out,
-            "\nA rank that waits uses %.2f %% of a core (median of three; one rank renders for "
-            "%.1f s while %u wait; CPU time of all processes, less that of rank 0 and of a short "
-            "run).\n",
-            100 * share, span, waiting);
+            "\nA rank that waits uses %.2f %% of a core (one rank renders while %u wait; median of "
+            "%u seconds, CPU time of all threads).\n",
+            100 * share, ranks - 1, looks);
 }
 
 /* ---- a renderer of a quarter of the speed ---- */
@@ -299,7 +263,7 @@ void section_real(void)
         run_many(out, &bench_scenes[s], PAPER_PROCESSORS, MANY_RUNS);
         draw_many(&bench_scenes[s], PAPER_PROCESSORS);
     }
-    measure_waiting(out);
+    report_waiting(out);
     if (sysconf(_SC_NPROCESSORS_ONLN) >= 2) put_slow(out);
     fclose(out);
 }

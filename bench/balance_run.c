@@ -13,6 +13,11 @@ static const char *from_environment(const char *name, const char *fallback)
     return value && *value ? value : fallback;
 }
 
+const char *farm_program(void)
+{
+    return from_environment("FARM", "./farm");
+}
+
 /* Each worker has a line of its own, which begins with its rank. */
 static void read_workers(struct farm_run *run, const char *text)
 {
@@ -91,7 +96,7 @@ static char *farm_command(unsigned ranks, const char *config, const char *pictur
                           const char *options)
 {
     char *arguments = arguments_of(config, picture, options);
-    char *launch = format_text("-n %u %s %s", ranks, from_environment("FARM", "./farm"), arguments);
+    char *launch = format_text("-n %u %s %s", ranks, farm_program(), arguments);
     char *command = command_of(launch, picture);
     free(launch);
     free(arguments);
@@ -127,7 +132,7 @@ double farm_run_side_by_side(const char *config, const char *picture, const char
 void farm_run_slow(struct farm_run *run, const char *config, const char *picture,
                    const char *options)
 {
-    const char *farm = from_environment("FARM", "./farm");
+    const char *farm = farm_program();
     char *arguments = arguments_of(config, picture, options);
     char *launch =
         format_text("-n 1 taskset -c 0 %s %s : -n 1 taskset -c 1 sh bench/balance_slow.sh "

@@ -13,6 +13,9 @@ struct farm_run {
     struct run_worker *workers; /* owned */
 };
 
+/* Its file. */
+const char *farm_program(void);
+
 /*
  * mpiexec -n ranks farm config options, a picture in picture (.pfm) and its report beside it, both
  * kept. options are separated by spaces. Ends the program when the farm fails.

@@ -18,7 +18,8 @@ struct series {
 struct scene_results {
     struct kernel_scene scene;
     struct series series[PROGRAM_COUNT][STEP_COUNT];
-    struct picture_difference difference[PROGRAM_COUNT]; /* from the farm's picture; NAN: not measured */
+    struct picture_difference
+        difference[PROGRAM_COUNT]; /* from the farm's picture; NAN: not measured */
 };
 
 /* A line for the terminal, below the head when it is the first one. */
