@@ -130,7 +130,7 @@ static inline bool nap_spins(struct nap *nap)
 #define NAP_RUNG 2e-3
 
 /* He waits so long for the bell if nothing was rung for: in case that a call is lost after all. */
-#define NAP_WOKEN 0.2
+#define NAP_WOKEN 1.0
 
 /* The bell has woken him. */
 static inline void nap_woken(struct nap *nap)

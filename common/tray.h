@@ -26,8 +26,11 @@ struct slots {
 #define TRAY_ROW(bytes) (((bytes) + 63) / 64 * 64)
 
 struct tray {
-    /* Wakes the renderer: the master rings behind every message to it. */
-    _Alignas(64) struct bell bell;
+    /* Messages that the master has sent to the renderer, and what wakes it: the master counts and rings behind
+     * each. So the renderer knows without a look at MPI, which takes as long as some rays, whether there is
+     * anything to hear. */
+    _Alignas(64) atomic_uint said;
+    struct bell bell;
     /* The two directions, and what lies in the slots, share no cache line. */
     _Alignas(64) struct slots lots;
     _Alignas(64) struct slots results;
@@ -37,6 +40,7 @@ struct tray {
 
 static inline void tray_init(struct tray *tray)
 {
+    atomic_init(&tray->said, 0);
     bell_init(&tray->bell);
     for (int i = 0; i < TRAY_SLOTS; i++) {
         atomic_init(&tray->lots.full[i], 0);
@@ -47,6 +51,19 @@ static inline void tray_init(struct tray *tray)
 static inline void tray_free(struct tray *tray)
 {
     bell_free(&tray->bell);
+}
+
+/* By the master: it has sent a message. */
+static inline void tray_say(struct tray *tray)
+{
+    atomic_fetch_add_explicit(&tray->said, 1, memory_order_release);
+    bell_ring(&tray->bell);
+}
+
+/* By the renderer, who has heard so many: whether there are more. */
+static inline bool tray_says(const struct tray *tray, unsigned heard)
+{
+    return atomic_load_explicit(&tray->said, memory_order_acquire) != heard;
 }
 
 /* By who writes: an empty slot; -1: there is none. */

@@ -20,7 +20,7 @@ static void send(struct server *server, uint32_t renderer, enum message_tag tag,
 {
     struct tray *tray = tray_of(server, renderer);
     post_send(server->post, (int)(server->first_rank + renderer), tag, bytes, size);
-    if (tray) bell_ring(&tray->bell);
+    if (tray) tray_say(tray);
 }
 
 void tell_stop(struct server *server, uint32_t renderer)

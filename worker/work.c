@@ -233,14 +233,14 @@ static void end_worker(struct worker *worker)
     free(worker->incoming);
 }
 
-/* Until there may be something to hear. What this rank sends itself may need its looks, too. */
+/* Until there may be something to hear. */
 static void wait_for_message(struct worker *worker, struct nap *nap)
 {
     if (nap_spins(nap)) return;
-    if (!worker->tray || !all_is_sent(worker))
+    if (is_under_way(worker))
         nap_take(nap);
-    else if (bell_wait(&worker->tray->bell, nap_is_rung(nap) ? nap_next(nap) : NAP_WOKEN))
-        nap_woken(nap);
+    else
+        (void)bell_wait(&worker->tray->bell, NAP_WOKEN);
 }
 
 void work(MPI_Comm comm, struct renderer *renderer, const struct node_scene *shared)

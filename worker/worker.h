@@ -54,6 +54,8 @@ struct worker {
         struct tray_note note;
     } * incoming;
     MPI_Request receive;
+    unsigned heard;              /* messages so far */
+    bool unsent;                 /* what this renderer has sent may be on its way yet */
     bool started;                /* the master has said START */
     struct lot current;          /* in work */
     uint32_t rendering;          /* the tile of it */
@@ -105,6 +107,9 @@ void send_result(struct worker *worker);
 
 /* Whether MPI has taken all that this renderer has sent. */
 bool all_is_sent(struct worker *worker);
+
+/* Whether MPI may have something to move, to this renderer or from it: without a look at MPI. */
+bool is_under_way(const struct worker *worker);
 
 /* The master hears that the tile in work takes long, and before that of what is finished, so that it knows
  * what is not begun; unless the last time is still on its way. now: on clock_wall(). */
