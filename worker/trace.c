@@ -241,15 +241,17 @@ static INLINED void light_points(struct renderer *renderer, bool flat)
 {
     const struct light *lights = scene_lights(renderer->scene);
     const struct points *points = &renderer->points;
+    uint32_t order[WAVE];
     if (points->count == 0) return;
+    points_order(points, renderer->dense, order);
     for (uint32_t k = 0; k < renderer->scene->lights.count; k++) {
         if (renderer->facing_count + points->count > WAVE) flush_lit(renderer, flat);
         /* What a pixel costs decides on its samples: the same without lights that can be left out. */
         uint32_t counts = !vec_is_zero(lights[k].color);
         points_face(points, &lights[k], &renderer->faced);
-        for (uint32_t i = 0; i < points->count; i++)
-            if (renderer->faced.faces[i] != 0 && is_shown(renderer, i, flat))
-                add_facing(renderer, i, k, counts, flat);
+        for (uint32_t n = 0; n < points->count; n++)
+            if (renderer->faced.faces[order[n]] != 0 && is_shown(renderer, order[n], flat))
+                add_facing(renderer, order[n], k, counts, flat);
     }
     flush_lit(renderer, flat);
 }
