@@ -5,7 +5,6 @@
 #include "common/clock.h"
 #include "common/message.h"
 #include "worker/inlined.h"
-#include "worker/lanes.h"
 #include "worker/renderer.h"
 
 /*
@@ -266,7 +265,7 @@ static INLINED void start_paths(struct renderer *renderer, bool flat)
     struct progress *progress = &renderer->progress;
     uint64_t left = progress->samples - progress->started;
     uint32_t count = left < WAVE ? (uint32_t)left : WAVE;
-    renderer->dense = progress->next.end - progress->next.begin > LANES;
+    renderer->dense = progress->next.end - progress->next.begin > 1;
     for (uint32_t p = 0; p < count; p++) {
         if (progress->next.sample == progress->next.begin) locate_pixel(renderer);
         sample_put(&renderer->samples, p, progress->x, progress->y, progress->next.sample);

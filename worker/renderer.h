@@ -75,7 +75,7 @@ struct renderer {
     /* The current wave: slot i traces branches[i] for path owner[i]. */
     uint32_t count;
     bool fresh;        /* they are the first rays of samples */
-    bool dense;        /* pixels have more of these samples than a packet has rays */
+    bool dense;        /* pixels have several of these samples */
     uint32_t bounding; /* so many of them only count for the bound */
     uint32_t owner[WAVE];
     struct branch branches[WAVE];
