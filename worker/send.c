@@ -69,8 +69,8 @@ static bool is_sent(MPI_Request *request)
 
 bool all_is_sent(struct worker *worker)
 {
-    bool sent = is_sent(&worker->sends[0]) & is_sent(&worker->sends[1]);
-    return sent & is_sent(&worker->pong) & is_sent(&worker->telling) & is_sent(&worker->finished);
+    return is_sent(&worker->sends[0]) && is_sent(&worker->sends[1]) && is_sent(&worker->pong) &&
+           is_sent(&worker->telling) && is_sent(&worker->finished);
 }
 
 /* Sends so many finished bytes of the result, which goes on to be filled. */
