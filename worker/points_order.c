@@ -1,3 +1,5 @@
+#include <stdbool.h>
+
 #include "worker/inlined.h"
 #include "worker/lanes.h"
 #include "worker/points.h"
@@ -19,15 +21,17 @@ struct extent {
     double low, high;
 };
 
+/* Of LANES numbers or more. */
 static INLINED struct extent extent_of(const double *row, uint32_t count)
 {
-    double low = row[0], high = row[0];
-#pragma omp simd reduction(min : low) reduction(max : high)
-    for (uint32_t i = 0; i < count; i++) {
-        low = row[i] < low ? row[i] : low;
-        high = row[i] > high ? row[i] : high;
+    /* The last ones, some of which come in the loop, too. */
+    struct lanes low = lanes_load(row + count - LANES), high = low;
+    for (uint32_t i = 0; i + LANES <= count; i += LANES) {
+        struct lanes next = lanes_load(row + i);
+        low = lanes_smaller(low, next);
+        high = lanes_larger(high, next);
     }
-    return (struct extent){low, high};
+    return (struct extent){lanes_lowest(low), lanes_highest(high)};
 }
 
 /* Two zeros between each two bits of a cell's number. */
@@ -41,8 +45,8 @@ static inline uint32_t spread(uint32_t cell)
 /* A place that is not finite, or in a box that is not, may get any cell. */
 static inline uint32_t cell_of(double at)
 {
-    at = (at > 0) & (at < CELLS) ? at : 0;
-    return (uint32_t)(int32_t)at;
+    bool inside = (at > 0) & (at < CELLS);
+    return (uint32_t)(int32_t)(inside ? at : 0);
 }
 
 /* Above each point's number its cell's. */
