@@ -179,7 +179,7 @@ $(foreach level,$(LEVELS),$(eval $(call level_rules,$(level))))
 
 # Loops over lanes: both sides of a selection may be computed, nobody looks at the traps. Where fma()
 # is a call, Clang complains that it cannot use SIMD; the bits are the same without.
-%/worker/points.o %/worker/points_light.o %/worker/radiance.o %/worker/sample.o: FLAGS += -fno-trapping-math -Wno-pass-failed
+%/worker/points.o %/worker/points_light.o %/worker/points_order.o %/worker/radiance.o %/worker/sample.o: FLAGS += -fno-trapping-math -Wno-pass-failed
 
 # The large parts of the sample scenes are made by programs, not checked in.
 scenes: config/generated/.made

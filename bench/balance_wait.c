@@ -82,7 +82,7 @@ static double share_between(const struct look *a, const struct look *b, unsigned
     for (unsigned i = 0; i < ranks; i++) {
         double share = (b->cpu_s[i] - a->cpu_s[i]) / (b->time - a->time);
         rendering += share > RENDERS;
-        if (share >= WAITS) continue;
+        if (share < 0 || share >= WAITS) continue; /* below 0: a thread has ended */
         waiting++;
         sum += share;
     }
@@ -125,6 +125,7 @@ double measure_waiting(unsigned ranks, const char *config, const char *picture, 
     }
     pthread_join(thread, NULL);
     free(program);
-    if (*looks == 0) fatal("ranks were never seen to wait");
+    if (*looks == 0)
+        fatal("%u ranks of %s, and no others, were never seen to wait", ranks, farm_program());
     return median_of(shares, *looks);
 }

@@ -123,14 +123,11 @@ static inline bool nap_spins(struct nap *nap)
 }
 
 /*
- * One whom a bell wakes (common/bell.h) looks for nothing on his own but for what was rung for and is not there:
- * where MPI moves it in pieces, it takes several looks, and nobody rings again. So he naps as others do, but for
- * NAP_RUNG at most, many times what that takes: the call may have been for what he has seen already.
+ * Seconds for which one whom a bell wakes (common/bell.h) looks with naps like others' for what was rung for and is not
+ * there, at most: where MPI moves it in pieces, it takes several looks, many times shorter than that, and nobody rings
+ * again. The call may have been for what he has seen already.
  */
 #define NAP_RUNG 2e-3
-
-/* He waits so long for the bell if nothing was rung for: in case that a call is lost after all. */
-#define NAP_WOKEN 1.0
 
 /* The bell has woken him. */
 static inline void nap_woken(struct nap *nap)

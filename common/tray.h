@@ -61,7 +61,7 @@ static inline void tray_say(struct tray *tray)
 }
 
 /* By the renderer, who has heard so many: whether there are more. */
-static inline bool tray_says(const struct tray *tray, unsigned heard)
+static inline bool tray_has_news(const struct tray *tray, unsigned heard)
 {
     return atomic_load_explicit(&tray->said, memory_order_acquire) != heard;
 }

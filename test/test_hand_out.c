@@ -403,7 +403,9 @@ static void test_trays(void **state)
             assert_true(sent.lots == 1 && sent.notes == 0 && is_refined_lot());
         else
             assert_true(sent.lots == 0 && sent.notes == 2 && slots_find(&tray->lots) == -1);
+        assert_int_equal(tray->said, sent.lots + sent.notes);
         adaptive_destroy(farm->service.adaptive);
+        tray_free(tray);
         free(tray);
         farm_close(farm);
     }
@@ -566,6 +568,7 @@ static void test_answer_in_a_tray(void **state)
     slots_fill(&tray->results, 1);
     arrive_as(farm, TAG_RENDERER_TO_MASTER_TRAY, &note, sizeof note);
     assert_true(farm->stats[1].tiles == 1 && !slots_full(&tray->results, 1));
+    tray_free(tray);
     free(tray);
     farm_close(farm);
 }
@@ -692,6 +695,7 @@ static void test_wrong_messages(void **state)
                  said[wrong < TRAY_EMPTY ? RESULT_EMPTY : wrong]);
         assert_fatal(try_wrong, &(struct attempt){farm, wrong}, line);
     }
+    tray_free(tray);
     free(tray);
     farm_close(farm);
 }

@@ -45,9 +45,13 @@ static struct {
     bool was_called;   /* between the last lot and the last result */
     struct tray *tray; /* NULL: this renderer has none */
     unsigned notes;    /* of results in it */
-    atomic_bool quiet; /* it says nothing */
-    unsigned looks;    /* for a message, meanwhile */
+    unsigned looks;    /* for a message while it is quiet */
+    double heard_at;   /* seconds: when the second message was heard */
+    unsigned held_up;  /* so many looks it takes until a result is sent; then it says STOP */
 } master;
+
+/* Behind its first message it says nothing. */
+static atomic_bool quiet;
 
 /* ---- the calls of worker/work.c, hear.c and send.c ---- */
 
@@ -112,16 +116,24 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
 
 static bool is_quiet(void)
 {
-    bool quiet = atomic_load(&master.quiet);
-    master.looks += quiet;
-    return quiet;
+    bool says_nothing = master.said > 0 && atomic_load(&quiet);
+    master.looks += says_nothing;
+    return says_nothing;
+}
+
+/* Of a result that is on its way. */
+static bool is_held_up(void)
+{
+    if (master.results == 0 || master.held_up == 0) return false;
+    if (--master.held_up == 0) tray_say(master.tray);
+    return true;
 }
 
 int MPI_Test(MPI_Request *request, int *done, MPI_Status *status)
 {
-    *done = 1;
+    *done = *request == RECEIVE || *request == MPI_REQUEST_NULL || !is_held_up();
     if (*request != RECEIVE) {
-        *request = MPI_REQUEST_NULL;
+        if (*done) *request = MPI_REQUEST_NULL;
         return MPI_SUCCESS;
     }
     if (is_quiet()) {
@@ -131,11 +143,12 @@ int MPI_Test(MPI_Request *request, int *done, MPI_Status *status)
     assert_true(master.said < master.count);
     const struct line *line = &master.lines[master.said];
     bool stop = line->tag == TAG_MASTER_TO_RENDERER_STOP;
-    if (stop && master.results < master.wanted) {
+    if (stop && (master.results < master.wanted || master.held_up > 0)) {
         *done = 0;
         return MPI_SUCCESS;
     }
     master.said++;
+    if (master.said == 2) master.heard_at = clock_wall();
     *done = line->tag != 0;
     if (!*done && line->size) clock_sleep(1e-6 * (double)line->size);
     if (!*done) return MPI_SUCCESS;
@@ -157,17 +170,60 @@ int MPI_Get_count(const MPI_Status *status, MPI_Datatype type, int *count)
 
 /* ---- the tests ---- */
 
-/* The master has sent all of its messages. */
-static void say_all(struct tray *tray)
+/* The master has sent so many of its messages, from this one on. */
+static void say(struct tray *tray, size_t first, size_t count)
 {
-    for (size_t i = 0; i < master.count; i++)
+    for (size_t i = first; i < first + count; i++)
         if (master.lines[i].tag != 0) tray_say(tray);
 }
 
-/* A renderer of an empty scene, two tiles high, works until the master says STOP; tray: NULL for none. quiet: the
- * master says nothing until somebody changes that. */
-static void follow_from(struct tray *tray, const struct line *lines, size_t count, unsigned wanted,
-                        bool quiet)
+#define QUIET_S 0.1
+
+/* Far less than a renderer sleeps where nobody wakes it. */
+#define SOON 0.5
+
+/* A master that says the first message and, after a while, all others. */
+struct late_master {
+    clockid_t renderer;
+    double cpu_s; /* of the renderer, meanwhile */
+    double spoke; /* seconds: when it said them */
+};
+
+static void *speak_late(void *argument)
+{
+    struct late_master *late = argument;
+    clock_sleep(QUIET_S); /* for the start */
+    double cpu = clock_read(late->renderer);
+    clock_sleep(QUIET_S);
+    late->cpu_s = clock_read(late->renderer) - cpu;
+    late->spoke = clock_wall();
+    atomic_store(&quiet, false);
+    say(master.tray, 1, master.count - 1);
+    return NULL;
+}
+
+/* How a run differs from others; 0: not at all. */
+struct manner {
+    struct tray *tray;        /* NULL: the renderer has none */
+    struct late_master *late; /* NULL: all is said at once */
+    unsigned held_up;         /* as the master's */
+};
+
+static void begin_to_speak(const struct manner *manner, pthread_t *thread)
+{
+    if (manner->late) {
+        assert_int_equal(pthread_getcpuclockid(pthread_self(), &manner->late->renderer), 0);
+        atomic_store(&quiet, true);
+        say(manner->tray, 0, 1);
+        assert_int_equal(pthread_create(thread, NULL, speak_late, manner->late), 0);
+    } else if (manner->tray) {
+        say(manner->tray, 0, manner->held_up ? master.count - 1 : master.count);
+    }
+}
+
+/* A renderer of an empty scene, two tiles high, works until the master says STOP. */
+static void follow_in(const struct manner *manner, const struct line *lines, size_t count,
+                      unsigned wanted)
 {
     struct view view = small_view(EDGE);
     struct builder *builder = builder_create();
@@ -175,25 +231,28 @@ static void follow_from(struct tray *tray, const struct line *lines, size_t coun
     builder_destroy(builder);
     void *memory = aligned_alloc(64, (bvh_bytes_bound(scene) + 63) / 64 * 64);
     struct renderer *renderer = renderer_create(scene, bvh_build(scene, memory, 1));
+    pthread_t thread;
     memset(&master, 0, sizeof master);
     master.lines = lines;
     master.count = count;
     master.wanted = wanted;
-    master.tray = tray;
-    atomic_init(&master.quiet, quiet);
-    if (tray && !quiet) say_all(tray);
+    master.tray = manner->tray;
+    master.held_up = manner->held_up;
     bell_init(&master.bell);
-    struct node_scene shared = {.scene = scene, .bell = &master.bell, .tray = tray};
+    struct node_scene shared = {.scene = scene, .bell = &master.bell, .tray = manner->tray};
+    begin_to_speak(manner, &thread);
     work(MPI_COMM_WORLD, renderer, &shared);
+    if (manner->late) pthread_join(thread, NULL);
     bell_free(&master.bell);
     renderer_destroy(renderer);
     free(memory);
     free(scene);
 }
 
+/* tray: NULL for none. */
 static void follow_with(struct tray *tray, const struct line *lines, size_t count, unsigned wanted)
 {
-    follow_from(tray, lines, count, wanted, false);
+    follow_in(&(struct manner){.tray = tray}, lines, count, wanted);
 }
 
 static void follow(const struct line *lines, size_t count, unsigned wanted)
@@ -332,36 +391,42 @@ static void test_tray(void **state)
         assert_int_equal(header_at(0).tile_id, lot.tiles[0].id);
         assert_int_equal(master.result_bytes,
                          2 * result_bytes(&lot.tiles[0], tile_pixels(&lot.tiles[0]), false));
+        tray_free(tray);
     }
     free(tray);
 }
 
-#define QUIET_S 0.1
-
-/* The master of this node has something to say after a while, and rings. */
-static void *speak_late(void *tray)
-{
-    while (!atomic_load(&master.quiet))
-        clock_sleep(1e-3);
-    clock_sleep(QUIET_S);
-    atomic_store(&master.quiet, false);
-    say_all(tray);
-    return NULL;
-}
-
-/* One who is woken when there is a message does not look for one. */
+/* One who is woken when there is a message neither looks for one nor computes until then. */
 static void test_sleeps_until_it_is_woken(void **state)
 {
     (void)state;
     static const struct line lines[] = {BEGIN, NOTHING, NOTHING, NOTHING, NOTHING, STOP};
+    struct late_master late = {0};
     struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
-    pthread_t thread;
     tray_init(tray);
-    assert_int_equal(pthread_create(&thread, NULL, speak_late, tray), 0);
-    follow_from(tray, lines, sizeof lines / sizeof *lines, 1, true);
-    pthread_join(thread, NULL);
+    follow_in(&(struct manner){.tray = tray, .late = &late}, lines, sizeof lines / sizeof *lines,
+              1);
     assert_int_equal(master.results, 1);
     assert_int_equal(master.looks, 0);
+    assert_true(late.cpu_s < QUIET_S / 4);
+    assert_true(master.heard_at < late.spoke + SOON);
+    tray_free(tray);
+    free(tray);
+}
+
+/* But while its own result is on its way, MPI needs it to look. */
+static void test_looks_while_it_sends(void **state)
+{
+    (void)state;
+    static const struct line lines[] = {BEGIN, NOTHING, NOTHING, NOTHING, NOTHING, STOP};
+    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
+    tray_init(tray);
+    double begin = clock_wall();
+    follow_in(&(struct manner){.tray = tray, .held_up = 20}, lines, sizeof lines / sizeof *lines,
+              1);
+    assert_int_equal(master.results, 1);
+    assert_int_equal(master.held_up, 0);
+    assert_true(clock_wall() < begin + SOON);
     tray_free(tray);
     free(tray);
 }
@@ -427,6 +492,7 @@ static void test_tells_of_what_takes_long(void **state)
         tell_of(number, NULL);
         tray_init(tray);
         tell_of(number, tray);
+        tray_free(tray);
     }
     free(tray);
 }
@@ -465,6 +531,7 @@ int main(void)
         cmocka_unit_test(test_drops_several),
         cmocka_unit_test(test_tray),
         cmocka_unit_test(test_sleeps_until_it_is_woken),
+        cmocka_unit_test(test_looks_while_it_sends),
         cmocka_unit_test(test_tells_of_what_takes_long),
         cmocka_unit_test(test_long_lot),
         cmocka_unit_test(test_short_results),

@@ -129,7 +129,7 @@ static void take_ping(struct worker *worker, size_t bytes)
 
 bool is_under_way(const struct worker *worker)
 {
-    return !worker->tray || worker->unsent || tray_says(worker->tray, worker->heard);
+    return !worker->tray || worker->unsent || tray_has_news(worker->tray, worker->heard);
 }
 
 bool hear(struct worker *worker)

@@ -18,8 +18,8 @@ struct node_scene {
     struct bvh *bvh;          /* to be built by the first rank of the node */
     struct window_head *head; /* of that memory */
     struct bell *bell;        /* in it: wakes the first rank of the node */
-    struct tray *tray;        /* in it: for the results of this rank; NULL: rank 0 is elsewhere */
-    struct tray **trays;      /* to rank 0: of every rank, NULL on other nodes; owned */
+    struct tray *tray;   /* in it: this rank's lots, results and bell; NULL: rank 0 is elsewhere */
+    struct tray **trays; /* to rank 0: of every rank, NULL on other nodes; owned */
     double broadcast_s, build_s; /* wall seconds on this rank */
     MPI_Comm node;               /* the ranks of this node */
     MPI_Win window;              /* MPI_WIN_NULL for a rank alone on its node: */

@@ -37,12 +37,11 @@ static INLINED struct extent extent_of(const double *row, uint32_t count)
 /* Two zeros between each two bits of a cell's number. */
 static inline uint32_t spread(uint32_t cell)
 {
-    cell = (cell | cell << 8) & 0x00f00fu;
     cell = (cell | cell << 4) & 0x0c30c3u;
     return (cell | cell << 2) & 0x249249u;
 }
 
-/* A place that is not finite, or in a box that is not, may get any cell. */
+/* A place that is not finite, or in a box that is not or is next to nothing, may get any cell. */
 static inline uint32_t cell_of(double at)
 {
     bool inside = (at > 0) & (at < CELLS);

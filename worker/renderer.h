@@ -75,7 +75,7 @@ struct renderer {
     /* The current wave: slot i traces branches[i] for path owner[i]. */
     uint32_t count;
     bool fresh;        /* they are the first rays of samples */
-    bool dense;        /* pixels have several of these samples */
+    bool dense;        /* the first of these samples' pixel has several: mostly all have */
     uint32_t bounding; /* so many of them only count for the bound */
     uint32_t owner[WAVE];
     struct branch branches[WAVE];

@@ -242,8 +242,8 @@ static INLINED void light_points(struct renderer *renderer, bool flat)
     const struct light *lights = scene_lights(renderer->scene);
     const struct points *points = &renderer->points;
     uint32_t order[WAVE];
-    if (points->count == 0) return;
-    points_order(points, renderer->dense, order);
+    if (points->count == 0 || renderer->scene->lights.count == 0) return;
+    points_order(points, renderer->dense && renderer->scene->view.shadows, order);
     for (uint32_t k = 0; k < renderer->scene->lights.count; k++) {
         if (renderer->facing_count + points->count > WAVE) flush_lit(renderer, flat);
         /* What a pixel costs decides on its samples: the same without lights that can be left out. */

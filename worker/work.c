@@ -233,14 +233,23 @@ static void end_worker(struct worker *worker)
     free(worker->incoming);
 }
 
+/* Seconds for which a renderer waits for the bell if it knows of nothing under way. Then it looks at MPI all the
+ * same, which may have something to move that only MPI knows of. */
+#define SLEEP_LONGEST 1.0
+
 /* Until there may be something to hear. */
 static void wait_for_message(struct worker *worker, struct nap *nap)
 {
     if (nap_spins(nap)) return;
-    if (is_under_way(worker))
+    if (!worker->tray) {
         nap_take(nap);
-    else
-        (void)bell_wait(&worker->tray->bell, NAP_WOKEN);
+        return;
+    }
+    bool moves = is_under_way(worker);
+    if (bell_wait(&worker->tray->bell, moves ? nap_next(nap) : SLEEP_LONGEST))
+        nap_reset(nap);
+    else if (!moves)
+        worker->unsent = true;
 }
 
 void work(MPI_Comm comm, struct renderer *renderer, const struct node_scene *shared)

@@ -54,13 +54,13 @@ struct worker {
         struct tray_note note;
     } * incoming;
     MPI_Request receive;
-    unsigned heard;              /* messages so far */
-    bool unsent;                 /* what this renderer has sent may be on its way yet */
-    bool started;                /* the master has said START */
-    struct lot current;          /* in work */
-    uint32_t rendering;          /* the tile of it */
-    bool given_up;               /* that tile: somebody else has finished it */
-    double looked;               /* when messages were last looked for between waves */
+    unsigned heard;     /* messages so far */
+    bool unsent;        /* what this renderer has sent may be on its way: MPI is to be looked at */
+    bool started;       /* the master has said START */
+    struct lot current; /* in work */
+    uint32_t rendering; /* the tile of it */
+    bool given_up;      /* that tile: somebody else has finished it */
+    double looked;      /* when messages were last looked for between waves */
     struct lot lots[LOTS_AHEAD]; /* received, not rendered; the oldest first */
     int waiting;
     bool stopped; /* the master has said STOP */
