@@ -201,6 +201,12 @@ void *allocate_large(size_t bytes)
     return block;
 }
 
+void *allocate_there(size_t count, size_t size)
+{
+    size_t bytes = block_bytes(count, size);
+    return memset(allocate_large(bytes), 0, bytes);
+}
+
 void *grow(void *items, size_t count, size_t size)
 {
     if (count & (count - 1)) return items;

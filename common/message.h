@@ -55,8 +55,9 @@ _Noreturn void fatal(const char *format, ...) MESSAGE_FORMAT(1, 2);
 void message_set_rank(int rank, void (*end)(int status));
 
 /*
- * count elements of size bytes; never NULL (fatal when memory is out, count * size overflows or is
- * more than there is: common/memory.h; a count of 0 gives a block that may be freed). allocate_zeroed() clears them.
+ * count elements of size bytes; never NULL (fatal when memory is out, count * size overflows or is more
+ * than there is: common/memory.h; a count of 0 gives a block that may be freed). allocate_zeroed() clears
+ * them.
  */
 void *allocate(size_t count, size_t size) __attribute__((alloc_size(1, 2), returns_nonnull));
 void *allocate_zeroed(size_t count, size_t size) __attribute__((alloc_size(1, 2), returns_nonnull));
@@ -69,6 +70,9 @@ void *reallocate(void *old, size_t count, size_t size)
  * and is as from allocate().
  */
 void *allocate_large(size_t bytes) __attribute__((alloc_size(1), returns_nonnull));
+
+/* The same, cleared, so that all its pages are there before somebody else waits for who uses them. */
+void *allocate_there(size_t count, size_t size) __attribute__((alloc_size(1, 2), returns_nonnull));
 
 /* Room for one more element behind count: the array is made twice as long when count is a power of
  * two. For arrays that only ever grow, one by one, by this. */

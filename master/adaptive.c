@@ -57,10 +57,10 @@ static double samples_of(const struct adaptive *adaptive, uint32_t level)
     return adaptive->levels.samples[level];
 }
 
-/* n^3/2 */
-static double power(double samples)
+/* The share of a squared error that is left where a pixel goes from one level to another one. */
+static double left_of(const struct adaptive *adaptive, uint32_t from, uint32_t to)
 {
-    return samples * sqrt(samples);
+    return adaptive->levels.power[from] / adaptive->levels.power[to];
 }
 
 struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas, double target)
@@ -76,12 +76,13 @@ struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas,
             adaptive->efforts[level] + pow(samples_of(adaptive, level), EFFORT_POWER);
     assert(view->min_samples % 2 == 0 && view->max_samples % 2 == 0);
     size_t pixels = pixel_count(adaptive);
-    adaptive->difference = allocate_zeroed(pixels, 3 * sizeof *adaptive->difference);
-    adaptive->spread = allocate_zeroed(pixels, sizeof *adaptive->spread);
-    adaptive->rays = allocate_zeroed(pixels, sizeof *adaptive->rays);
-    adaptive->level = allocate_zeroed(pixels, 1);
-    adaptive->next = allocate(pixels, 1);
-    adaptive->error = allocate_zeroed(pixels, sizeof *adaptive->error);
+    /* As the canvas, and for the same reason. */
+    adaptive->difference = allocate_there(pixels, 3 * sizeof *adaptive->difference);
+    adaptive->spread = allocate_there(pixels, sizeof *adaptive->spread);
+    adaptive->rays = allocate_there(pixels, sizeof *adaptive->rays);
+    adaptive->level = allocate_there(pixels, 1);
+    adaptive->next = allocate_there(pixels, 1);
+    adaptive->error = allocate_there(pixels, sizeof *adaptive->error);
     memset(adaptive->next, 1, pixels);
     adaptive->passes = 1;
     adaptive->missing = pixels;
@@ -261,8 +262,7 @@ static void step_band(void *context, uint32_t band)
         unsigned up = allocation_doublings(gain_of(adaptive, i), it->limit, most);
         adaptive->next[i] = (uint8_t)(level + up);
         step.missing += up > 0;
-        step.left += error_of(adaptive, i) *
-                     power(samples_of(adaptive, level) / samples_of(adaptive, level + up));
+        step.left += error_of(adaptive, i) * left_of(adaptive, level, level + up);
     }
     it->bands[band] = step;
 }
@@ -370,29 +370,62 @@ unsigned adaptive_passes(const struct adaptive *adaptive)
 
 /* ---- tiles ---- */
 
-static size_t pixel_at(const struct adaptive *adaptive, const struct tile *tile, uint32_t k)
+/* Over a tile's pixels in its order, without a division for each. */
+struct walk {
+    size_t pixel; /* of the canvas */
+    uint32_t column, width, step; /* in the tile; a step's columns beside whole rows */
+    size_t on, back;              /* pixels of the canvas: of a step, and from a row's end to the next row */
+};
+
+static struct walk walk_begin(const struct adaptive *adaptive, const struct tile *tile)
 {
-    uint32_t x, y;
-    tile_pixel(tile, k, &x, &y);
-    assert(x < adaptive->canvas->width && y < adaptive->canvas->height);
-    return (size_t)y * adaptive->canvas->width + x;
+    size_t row = adaptive->canvas->width;
+    uint32_t column = tile->phase % tile->w, step = tile->step % tile->w;
+    assert(tile->x + tile->w <= row && tile->y + tile->h <= adaptive->canvas->height);
+    return (struct walk){.pixel = (tile->y + tile->phase / tile->w) * row + tile->x + column,
+                         .column = column,
+                         .width = tile->w,
+                         .step = step,
+                         .on = tile->step / tile->w * row + step,
+                         .back = row - tile->w};
+}
+
+static void walk_on(struct walk *walk)
+{
+    walk->pixel += walk->on;
+    walk->column += walk->step;
+    if (walk->column < walk->width) return;
+    walk->column -= walk->width;
+    walk->pixel += walk->back;
+}
+
+static bool comes(const struct adaptive *adaptive, size_t pixel)
+{
+    return adaptive->next[pixel] > adaptive->level[pixel];
+}
+
+uint32_t adaptive_pixels(const struct adaptive *adaptive, const struct tile *tile)
+{
+    uint32_t pixels = tile_pixels(tile), in = 0;
+    if (adaptive->passes == 1) return pixels;
+    struct walk walk = walk_begin(adaptive, tile);
+    for (uint32_t k = 0; k < pixels; k++, walk_on(&walk))
+        in += comes(adaptive, walk.pixel);
+    return in;
 }
 
 struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct tile *tile)
 {
     struct adaptive_work work = {0};
     uint32_t pixels = tile_pixels(tile);
-    for (uint32_t k = 0; k < pixels; k++) {
-        size_t i = pixel_at(adaptive, tile, k);
-        double before = samples_of(adaptive, adaptive->level[i]);
-        double after = samples_of(adaptive, adaptive->next[i]);
-        if (!(after > before)) continue;
-        work.pixels++;
-        work.samples += (uint64_t)(after - before);
-        work.removed += adaptive->error[i] * (1 - power(before / after));
+    struct walk walk = walk_begin(adaptive, tile);
+    for (uint32_t k = 0; k < pixels; k++, walk_on(&walk)) {
+        size_t i = walk.pixel;
+        if (!comes(adaptive, i)) continue;
+        uint32_t before = adaptive->level[i], after = adaptive->next[i];
+        work.samples += level_samples(&adaptive->view, after) - level_samples(&adaptive->view, before);
+        work.removed += adaptive->error[i] * (1 - left_of(adaptive, before, after));
     }
-    /* Pass 0 takes tiles as a whole. */
-    if (adaptive->passes == 1) work.pixels = pixels;
     return work;
 }
 
@@ -400,20 +433,27 @@ void adaptive_take(const struct adaptive *adaptive, const struct tile *tile,
                    struct refinement *refinements)
 {
     uint32_t pixels = tile_pixels(tile);
-    for (uint32_t k = 0; k < pixels; k++) {
-        size_t i = pixel_at(adaptive, tile, k);
-        refinements[k] = (struct refinement){adaptive->level[i], adaptive->next[i]};
-    }
+    struct walk walk = walk_begin(adaptive, tile);
+    for (uint32_t k = 0; k < pixels; k++, walk_on(&walk))
+        refinements[k] =
+            (struct refinement){adaptive->level[walk.pixel], adaptive->next[walk.pixel]};
 }
+
+/* Pixels whose levels are hashed at once: calls cost more than bytes. */
+#define HASHED_PIXELS 256u
 
 uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *tile)
 {
     uint64_t hash = adaptive->passes;
-    uint32_t pixels = tile_pixels(tile);
-    for (uint32_t k = 0; k < pixels; k++) {
-        size_t i = pixel_at(adaptive, tile, k);
-        const uint8_t levels[2] = {adaptive->level[i], adaptive->next[i]};
-        hash = hash64(levels, sizeof levels, hash);
+    uint8_t levels[2 * HASHED_PIXELS];
+    uint32_t pixels = tile_pixels(tile), count = 0;
+    struct walk walk = walk_begin(adaptive, tile);
+    for (uint32_t k = 0; k < pixels; k++, walk_on(&walk)) {
+        levels[count++] = adaptive->level[walk.pixel];
+        levels[count++] = adaptive->next[walk.pixel];
+        if (count < sizeof levels && k + 1 < pixels) continue;
+        hash = hash64(levels, count, hash);
+        count = 0;
     }
     return hash;
 }
@@ -421,7 +461,6 @@ uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *
 /* What so many samples and so many more come to together. */
 static float combined(float mean, double samples, float more, double count)
 {
-    if (samples == 0) return more;
     return (float)((samples * (double)mean + count * (double)more) / (samples + count));
 }
 
@@ -435,13 +474,12 @@ static double squared_distance(float a, float b)
     return ((double)a - (double)b) * ((double)a - (double)b);
 }
 
-/* The spread of so many samples and so many more together, of the pixel and of what has come in: by the means of
- * their halves, mean + difference / 2 and mean - difference / 2 (T. Chan, G. Golub & R. LeVeque, Updating
- * formulae and a pairwise algorithm for computing sample variances, 1979). */
+/* The spread of so many samples and so many more together, of the pixel and of what has come in: by the
+ * means of their halves, mean + difference / 2 and mean - difference / 2 (T. Chan, G. Golub & R. LeVeque,
+ * Updating formulae and a pairwise algorithm for computing sample variances, 1979). */
 static float combined_spread(const struct adaptive *adaptive, size_t pixel, double samples,
                              const struct news *more, double count)
 {
-    if (samples == 0) return *more->spread;
     double apart = 0, all = samples + count;
     for (size_t c = 0; c < 3; c++)
         apart += squared_distance(adaptive->canvas->rgb[3 * pixel + c], more->mean[c]) +
@@ -457,8 +495,16 @@ static double rays_of(float rays)
     return rays >= 1 && rays < HUGE_VALF ? (double)rays : 1;
 }
 
-/* What the pass brings to a pixel is in. */
-static void put_pixel(struct adaptive *adaptive, size_t i, const struct news *more)
+/* What is known of a pixel from its first samples on. */
+static void put_first(struct adaptive *adaptive, size_t i, const struct news *more)
+{
+    memcpy(&adaptive->canvas->rgb[3 * i], more->mean, 3 * sizeof *more->mean);
+    memcpy(&adaptive->difference[3 * i], more->difference, 3 * sizeof *more->difference);
+    adaptive->spread[i] = *more->spread;
+    adaptive->rays[i] = (float)rays_of(*more->rays);
+}
+
+static void put_more(struct adaptive *adaptive, size_t i, const struct news *more)
 {
     double before = samples_of(adaptive, adaptive->level[i]);
     double count = samples_of(adaptive, adaptive->next[i]) - before;
@@ -470,6 +516,15 @@ static void put_pixel(struct adaptive *adaptive, size_t i, const struct news *mo
         *difference = combined(*difference, before, more->difference[c], count);
     }
     adaptive->rays[i] = combined(adaptive->rays[i], before, (float)rays_of(*more->rays), count);
+}
+
+/* What the pass brings to a pixel is in. */
+static void put_pixel(struct adaptive *adaptive, size_t i, const struct news *more)
+{
+    if (adaptive->level[i] == 0)
+        put_first(adaptive, i, more);
+    else
+        put_more(adaptive, i, more);
     adaptive->level[i] = adaptive->next[i];
     adaptive->missing--;
 }
@@ -477,16 +532,16 @@ static void put_pixel(struct adaptive *adaptive, size_t i, const struct news *mo
 void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part,
                   double seconds)
 {
-    *(adaptive->passes > 1 ? &adaptive->later_s : &adaptive->first_s) += seconds;
-    uint32_t pixels = tile_pixels(tile), in = adaptive_work(adaptive, tile).pixels;
+    bool first = adaptive->passes == 1;
+    *(first ? &adaptive->first_s : &adaptive->later_s) += seconds;
+    uint32_t pixels = tile_pixels(tile), in = adaptive_pixels(adaptive, tile);
     struct news at = {.mean = part, .difference = part + 3 * (size_t)in};
     at.spread = at.difference + 3 * (size_t)in;
     at.rays = at.spread + in;
-    for (uint32_t k = 0; k < pixels; k++) {
-        size_t i = pixel_at(adaptive, tile, k);
-        bool comes = adaptive->next[i] > adaptive->level[i];
-        if (comes) put_pixel(adaptive, i, &at);
-        if (comes || adaptive->passes == 1)
-            at.mean += 3, at.difference += 3, at.spread++, at.rays++;
+    struct walk walk = walk_begin(adaptive, tile);
+    for (uint32_t k = 0; k < pixels; k++, walk_on(&walk)) {
+        bool more = comes(adaptive, walk.pixel);
+        if (more) put_pixel(adaptive, walk.pixel, &at);
+        if (more || first) at.mean += 3, at.difference += 3, at.spread++, at.rays++;
     }
 }

@@ -81,11 +81,14 @@ bool adaptive_plan(struct adaptive *adaptive);
 /* Whether the last adaptive_plan() found that the target is met. */
 bool adaptive_is_met(const struct adaptive *adaptive);
 
+/* How many of a tile's pixels its answer has: those that get samples in the pass; in pass 0 all of them, also
+ * where only some are still to come. */
+uint32_t adaptive_pixels(const struct adaptive *adaptive, const struct tile *tile);
+
 /* What is still to come of the pass in a tile. */
 struct adaptive_work {
     uint64_t samples;
-    uint32_t pixels; /* that get some; in pass 0 all of them, also where only some are to come */
-    double removed;  /* from the sum of the pixels' squared errors, expected; 0 in pass 0 */
+    double removed; /* from the sum of the pixels' squared errors, expected; 0 in pass 0 */
 };
 struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct tile *tile);
 
@@ -94,7 +97,7 @@ void adaptive_take(const struct adaptive *adaptive, const struct tile *tile,
                    struct refinement *refinements);
 
 /*
- * The tile's pixels that get samples in this pass, adaptive_work(), have come in, in the tile's order:
+ * The tile's pixels that get samples in this pass, adaptive_pixels(), have come in, in the tile's order:
  * the floats of struct pixel_floats, one kind behind the other. What the pass has brought to a pixel
  * already stays. seconds: that they took to render; plans do not depend on them.
  */

@@ -9,13 +9,11 @@
 
 void canvas_init(struct canvas *canvas, uint32_t width, uint32_t height)
 {
-    size_t bytes = (size_t)width * height * 3 * sizeof(float);
     canvas->width = width;
     canvas->height = height;
     /* A tile's rows are each on another page. Here these are there before the first tile comes, and huge where
      * the system grants that: else each costs the master a page fault while the renderers wait. */
-    canvas->rgb = allocate_large(bytes);
-    memset(canvas->rgb, 0, bytes);
+    canvas->rgb = allocate_there((size_t)width * height, 3 * sizeof *canvas->rgb);
 }
 
 void canvas_free(struct canvas *canvas)

@@ -76,7 +76,8 @@ struct save {
     size_t room; /* of payload, bytes */
 };
 
-/* ---- what a record holds: struct tile_head, then 3 floats per pixel; or struct part_head, then REFINED_FLOATS ---- */
+/* ---- what a record holds: struct tile_head, then 3 floats per pixel; or struct part_head, then
+ * REFINED_FLOATS ---- */
 
 static size_t payload_bytes(const struct tile *tile)
 {
@@ -119,7 +120,7 @@ static bool part_valid(struct save *save, const struct journal_record *record,
     const struct canvas *canvas = save->canvas;
     if (!tile_message_valid(tile, sizeof *tile, canvas->width, canvas->height) ||
         !follow_pass(save->adaptive, tile->pass) ||
-        record->bytes != part_bytes(adaptive_work(save->adaptive, tile).pixels))
+        record->bytes != part_bytes(adaptive_pixels(save->adaptive, tile)))
         return false;
     memcpy(head, record->payload, sizeof *head);
     return head->plan == adaptive_plan_hash(save->adaptive, tile) && tile_head_valid(&head->tile);
@@ -281,7 +282,7 @@ void save_part(struct save *save, const struct tile *tile, const struct result_h
 {
     if (!save) return;
     struct finished finished = {.tile = *tile, .seconds = header->busy_s};
-    finished.bytes = part_bytes(adaptive_work(save->adaptive, tile).pixels);
+    finished.bytes = part_bytes(adaptive_pixels(save->adaptive, tile));
     finished.part = allocate(finished.bytes, 1);
     *finished.part = (struct part_head){{header->cpu_s, header->counts},
                                         adaptive_plan_hash(save->adaptive, tile)};

@@ -89,7 +89,7 @@ static void render_tile(struct adaptive *adaptive, const struct view *view, scen
     struct refinement *refinements = allocate(pixels, sizeof *refinements);
     float *part = allocate(pixels, REFINED_FLOATS * sizeof *part);
     adaptive_take(adaptive, tile, refinements);
-    uint32_t work = adaptive_work(adaptive, tile).pixels;
+    uint32_t work = adaptive_pixels(adaptive, tile);
     struct pixel_floats to = pixel_floats(part, work, true);
     for (uint32_t k = 0; k < pixels; k++) {
         uint32_t begin = level_samples(view, refinements[k].from), x, y;
@@ -300,8 +300,8 @@ static double lit_ball(double x, double y)
     return light * ball(x, y);
 }
 
-/* The same picture in another unit of light is planned alike, sample for sample: squares of errors would leave the
- * range of floats. */
+/* The same picture in another unit of light is planned alike, sample for sample: squares of errors would
+ * leave the range of floats. */
 static void test_brightness_does_not_matter(void **state)
 {
     (void)state;
@@ -510,7 +510,7 @@ struct sent {
 static void put(struct adaptive *adaptive, struct tile tile, struct sent sent, double seconds)
 {
     float part[REFINED_FLOATS * ALL];
-    uint32_t pixels = adaptive_work(adaptive, &tile).pixels;
+    uint32_t pixels = adaptive_pixels(adaptive, &tile);
     struct pixel_floats to = pixel_floats(part, pixels, true);
     for (uint32_t k = 0; k < pixels; k++) {
         uint32_t x, y;
@@ -564,7 +564,8 @@ static void test_part_of_a_pass(void **state)
     assert_true(adaptive_foresee(adaptive, 1, 1.5) == HUGE_VAL);
     struct tile half_new = columns(8, 8);
     struct adaptive_work work = adaptive_work(adaptive, &half_new);
-    assert_true(work.pixels == 8 * HIGH && work.samples == 4 * 4 * HIGH);
+    assert_int_equal(adaptive_pixels(adaptive, &half_new), 8 * HIGH);
+    assert_int_equal(work.samples, 4 * 4 * HIGH);
     put(adaptive, half_new, (struct sent){100, 1, APART, {1, 1}}, 1);
     for (uint32_t y = 0; y < HIGH; y++)
         for (uint32_t x = 8; x < 16; x++)
@@ -586,14 +587,15 @@ static void test_work_of_a_pass(void **state)
     struct adaptive *adaptive = begin_even(&canvas, 64, 1e-3);
     assert_true(adaptive_plan(adaptive));
     struct adaptive_work work = adaptive_work(adaptive, &all);
-    assert_true(work.pixels == ALL && work.samples == 12 * ALL);
+    assert_int_equal(adaptive_pixels(adaptive, &all), ALL);
+    assert_int_equal(work.samples, 12 * ALL);
     /* Four times as many samples leave an eighth of the squares. */
     assert_true(fabs(work.removed / (ALL * EVEN * EVEN * 7 / 8) - 1) < 1e-5);
     put(adaptive, columns(0, 12), (struct sent){1, 0, APART, {1, 1}}, 1);
     assert_true(canvas.rgb[0] == (4 * 0.5f + 12 * 1) / 16);
     (void)adaptive_errors(adaptive, &pixels, &samples);
     assert_true(pixels == ALL && samples == (16 + 4) * ALL / 2);
-    assert_int_equal(adaptive_work(adaptive, &all).pixels, ALL / 2);
+    assert_int_equal(adaptive_pixels(adaptive, &all), ALL / 2);
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
 }

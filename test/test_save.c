@@ -167,7 +167,7 @@ static void render(struct run *run, uint32_t x, uint32_t w, bool saved)
 {
     static float part[REFINED_FLOATS * PIXELS];
     struct tile tile = tile_at(x, w, adaptive_passes(run->adaptive) - 1);
-    uint32_t pixels = adaptive_work(run->adaptive, &tile).pixels;
+    uint32_t pixels = adaptive_pixels(run->adaptive, &tile);
     for (uint32_t i = 0; i < 3 * pixels; i++) {
         part[i] = (float)((x + i) % 5);
         part[3 * pixels + i] = (float)(i % 7) / 7;
