@@ -70,6 +70,7 @@ static void fill_sampling(struct run *run, const struct service *service, const 
     adaptive_errors(run->adaptive, &pixels, &samples);
     report->unsampled = (uint64_t)run->canvas.width * run->canvas.height - pixels;
     report->passes = adaptive_passes(run->adaptive);
+    report->plan_s = service->plan_s;
     report->target = adaptive_target(run->adaptive);
     report->ended = service->timed_out               ? "time"
                     : adaptive_is_met(run->adaptive) ? "target"
@@ -123,7 +124,8 @@ static bool judge_limit(const struct run *run)
     uint64_t unsampled = run->report.unsampled;
     if (unsampled == pixels) {
         user_error(NULL, 0,
-                   "sampling.time_limit = %g s was over before any sample was taken, expected more",
+                   "sampling.time_limit = %g s was over before any sample was taken, expected "
+                   "a longer one",
                    limit);
         return false;
     }

@@ -47,10 +47,13 @@ void follow_passes(struct server *server)
     if (server->last_pass || server->service->ending) return;
     pthread_mutex_lock(&server->lock);
     while (!server->last_pass && queue_complete(server->service->queue)) {
+        double begin = clock_wall();
         /* What an earlier run has left need not be a whole pass. */
         if (adaptive_is_complete(server->service->adaptive))
-            watch_pass(server->service->watch, clock_wall());
+            watch_pass(server->service->watch, begin);
         begin_pass(server);
+        /* What finds that there is no further pass lies behind the render phase. */
+        if (!server->last_pass) server->service->plan_s += clock_wall() - begin;
     }
     pthread_mutex_unlock(&server->lock);
 }

@@ -94,12 +94,14 @@ static void put_rendering(const struct table *table, const struct report *report
     for (int i = 0; i < renderers; i++)
         wait += report->renderers[i].wait_s;
     double rest = whole - counts->intersect_s - counts->shade_s - wait;
+    double plan = fmin(report->plan_s * renderers, wait); /* in which all of them wait */
     fprintf(table->out,
             renderers == 1 ? "\nOf rendering\n" : "\nOf rendering, mean of %d renderers\n",
             renderers);
     put_seconds(table, "intersection", counts->intersect_s / renderers, whole / renderers);
     put_seconds(table, "shading", counts->shade_s / renderers, whole / renderers);
-    put_seconds(table, "waiting", wait / renderers, whole / renderers);
+    if (plan > 0) put_seconds(table, "planning passes", plan / renderers, whole / renderers);
+    put_seconds(table, "waiting", (wait - plan) / renderers, whole / renderers);
     put_seconds(table, "sending, other", fmax(rest, 0) / renderers, whole / renderers);
 }
 

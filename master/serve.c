@@ -205,6 +205,7 @@ static void start_server(struct server *server, struct service *service)
         service->stats[i].rank = server->first_rank + i;
     service->ending = false;
     service->counts = (struct render_counts){0};
+    service->plan_s = 0;
     service->silent = 0;
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
     server->post = post_open(largest_message(service));

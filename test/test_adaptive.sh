@@ -14,6 +14,10 @@ below() { awk "BEGIN { exit !($1 <= $2) }"; }
 
 check "to a target, without mpiexec" render reference.pfm 0 sampling.target_error=0.006
 check "several passes" test "$(value reference passes)" -gt 2
+planned() { # in a part of the time that renderers wait
+    awk "BEGIN { exit !($(value reference plan_s) > 0 && $(value reference plan_s) < $(value reference render_s)) }"
+}
+check "the time of planning" planned
 check "ended by the target" test "$(value reference ended)" = target
 for n in 1 2 5; do
     for how in "farm.tile=8" "farm.tile=17" "farm.tile=auto" "farm.kernel=portable" \

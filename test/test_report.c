@@ -347,6 +347,13 @@ static void test_table(void **state)
     text = table_text(&report, 80);
     assert_has(
         text, "  other               3.000 s   37.5 %  #########\n  total               8.000 s\n");
+    /* All of them wait while a pass is planned. */
+    assert_null(strstr(text, "planning"));
+    free(text);
+    report.plan_s = 0.3;
+    text = table_text(&report, 80);
+    assert_has(text, "  planning passes     0.300 s    7.5 %  ##\n"
+                     "  waiting             0.200 s    5.0 %  #\n");
     free(text);
     renderers[3].cpu_s = 0;
     text = table_text(&report, 80);
