@@ -173,8 +173,9 @@ static bool sampling_good(const struct loader *loader, const char *config)
     }
     if (samples_are_idle(loader))
         return refuse_setting(loader, config, "sampling", "samples",
-                              "samples is not used beside target_error or time_limit, expected one "
-                              "of them (target_error = 0 and time_limit = 0 switch them off)");
+                              "samples is not used beside target_error or time_limit, expected "
+                              "min_samples and max_samples, or samples alone (target_error = 0 and "
+                              "time_limit = 0)");
     uint32_t min = s->sampling.min_samples, max = s->sampling.max_samples;
     if (min % 2)
         return refuse_setting(loader, config, "sampling", "min_samples",

@@ -160,8 +160,25 @@ static bool take_apart(const char *argument, struct override *override)
     return false;
 }
 
+/* "light key.color=1 0 0" as "light.key.color=1 0 0". */
+static bool refuse_dotted_name(const struct override *override)
+{
+    size_t length = strcspn(override->kind, ".");
+    char *kind = format_text("%.*s", (int)length, override->kind);
+    bool dotted = override->kind[length] == '.' && scene_section_of(kind) != SCENE_SECTIONS;
+    if (dotted)
+        user_error(override->argument, 0,
+                   "unknown section '%s', expected a name behind a space, in quotes: "
+                   "\"%s %s.%s=%s\"",
+                   override->kind, kind, override->kind + length + 1, override->key,
+                   override->value);
+    free(kind);
+    return dotted;
+}
+
 static bool refuse_override_section(const struct override *override)
 {
+    if (refuse_dotted_name(override)) return false;
     char *hint = section_hint(override->kind);
     user_error(override->argument, 0, "unknown section '%s'%s", override->kind, hint);
     free(hint);

@@ -29,10 +29,12 @@ static bool parse_flag(const char *argument, struct options *options)
             return true;
         }
     }
+    bool processes = strcmp(argument, "-n") == 0 || strcmp(argument, "-np") == 0;
     user_error(NULL, 0,
-               "unknown option '%s', expected one of --help --version --check "
-               "--print-config --allow-outside",
-               argument);
+               "unknown option '%s', expected %s",
+               argument,
+               processes ? "mpiexec in front of it: mpiexec -n N farm CONFIG"
+                         : "one of --help --version --check --print-config --allow-outside");
     return false;
 }
 

@@ -36,7 +36,10 @@ bool read_entry(const struct ini_section *section, const struct ini_entry *entry
 {
     if (key_parse(key, entry->value, base)) return true;
     char *title = section_title(section), *expected = key_expected(key);
-    char *what = key->help ? format_text("; %s: %s", key->name, key->help) : copy_text("");
+    bool comment = strstr(entry->value, " #") != NULL;
+    char *what = comment     ? copy_text("; a comment behind a value begins with ' ;'")
+                 : key->help ? format_text("; %s: %s", key->name, key->help)
+                             : copy_text("");
     user_error(entry->file, entry->line, "%s = %s in %s, expected %s%s", entry->key, entry->value,
                title, expected, what);
     free(what);
