@@ -57,8 +57,8 @@ struct message_costs kept_messages(void);
 struct message_costs measure_messages(void);
 /* Seconds for which a process goes on while another one waits for its processor. */
 double measure_slice(void);
-/* What each of so many ranks but one uses of a core while it waits for that one, by such a run (farm_run()), in the
- * median of so many looks. */
+/* What each of so many ranks but one uses of a core while it waits for that one, by such a run
+ * (farm_run()), in the median of so many looks. */
 double measure_waiting(unsigned ranks, const char *config, const char *picture, const char *options,
                        unsigned *looks);
 

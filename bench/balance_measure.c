@@ -35,8 +35,9 @@ static const struct {
 /* The last one is measured in runs of the farm. */
 #define TILE_VALUE (MESSAGE_VALUES - 1)
 
-/* In a run of many small tiles, by the rank that gets them in messages: thousands, beside which the 2 ms hardly count
- * that are spent once in a run (MPI's first messages, memory that nobody has used yet, the start and the end). */
+/* In a run of many small tiles, by the rank that gets them in messages: thousands, beside which the 2 ms
+ * hardly count that are spent once in a run (MPI's first messages, memory that nobody has used yet, the
+ * start and the end). */
 static double measure_tile(void)
 {
     struct farm_run run;

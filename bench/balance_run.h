@@ -24,7 +24,8 @@ void farm_run(struct farm_run *run, unsigned ranks, const char *config, const ch
               const char *options);
 
 /* The same with one rank twice at the same time: two farms that have nothing to do with each other, whose
- * mean render time is returned. Where one is longer than the other, it had the machine to itself at the end. What they leave behind stands in picture and beside it. */
+ * mean render time is returned. Where one is longer than the other, it had the machine to itself at the
+ * end. What they leave behind stands in picture and beside it. */
 double farm_run_side_by_side(const char *config, const char *picture, const char *options);
 
 /*

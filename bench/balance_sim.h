@@ -3,11 +3,11 @@
  * processors that take as long as a cost map says, with messages and naps as long as they were
  * measured.
  *
- * A renderer does what worker/work.c does: it works through the lots that it holds, sends each
- * result, and naps between looks while it holds none, or is woken. The master does what master/serve.c does: one
- * message at a time, looking for more with growing naps when there are none, or woken by who has
- * nothing in reserve. Its own renderer takes lots from the queue without a message, hands in every tile,
- * and loses the time that serving takes.
+ * A renderer does what worker/work.c does: it works through the lots that it holds, sends each result, and
+ * naps between looks while it holds none, or is woken. The master does what master/serve.c does: one
+ * message at a time, looking for more with growing naps when there are none, or woken by who has nothing in
+ * reserve. Its own renderer takes lots from the queue without a message, hands in every tile, and loses the
+ * time that serving takes.
  */
 #ifndef FARM_BENCH_BALANCE_SIM_H
 #define FARM_BENCH_BALANCE_SIM_H
@@ -66,8 +66,8 @@ void simulate(const struct machine *machine, struct queue *queue, const struct p
 void sim_outcome_free(struct sim_outcome *outcome);
 
 /*
- * The part of the processors' time, all of them of speed 1, that went into tiles that count: without probes, what
- * is rendered in vain, what renderers spend beside tiles, serving and waiting.
+ * The part of the processors' time, all of them of speed 1, that went into tiles that count: without
+ * probes, what is rendered in vain, what renderers spend beside tiles, serving and waiting.
  */
 double sim_efficiency(const struct sim_outcome *outcome, uint32_t processors);
 

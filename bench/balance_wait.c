@@ -1,5 +1,5 @@
-/* What a rank that waits uses of a core: looked up while it waits, so that the start, in which MPI spins, does not
- * count. */
+/* What a rank that waits uses of a core: looked up while it waits, so that the start, in which MPI spins,
+ * does not count. */
 #include <dirent.h>
 #include <pthread.h>
 #include <stdatomic.h>
@@ -72,8 +72,8 @@ static void take_look(struct look *look, const char *program)
     if (processes) closedir(processes);
 }
 
-/* The mean share of a core of those who wait from one look to another; -1: it is not so that one of so many ranks
- * renders and all others wait. */
+/* The mean share of a core of those who wait from one look to another; -1: it is not so that one of so many
+ * ranks renders and all others wait. */
 static double share_between(const struct look *a, const struct look *b, unsigned ranks)
 {
     unsigned rendering = 0, waiting = 0;

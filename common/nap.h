@@ -123,9 +123,9 @@ static inline bool nap_spins(struct nap *nap)
 }
 
 /*
- * Seconds for which one whom a bell wakes (common/bell.h) looks with naps like others' for what was rung for and is not
- * there, at most: where MPI moves it in pieces, it takes several looks, many times shorter than that, and nobody rings
- * again. The call may have been for what he has seen already.
+ * Seconds for which one whom a bell wakes (common/bell.h) looks with naps like others' for what was rung
+ * for and is not there, at most: where MPI moves it in pieces, it takes several looks, many times shorter
+ * than that, and nobody rings again. The call may have been for what he has seen already.
  */
 #define NAP_RUNG 2e-3
 

@@ -37,8 +37,8 @@ void allocation_destroy(struct allocation *allocation)
     free(allocation);
 }
 
-/* The bin's upper end: nothing in it is above, and all is above its lower end, so that what a limit of that takes
- * in goes up at least once. */
+/* The bin's upper end: nothing in it is above, and all is above its lower end, so that what a limit of that
+ * takes in goes up at least once. */
 static double bin_end(const struct allocation *allocation, int bin)
 {
     int octave = bin / BINS_PER_OCTAVE, part = bin % BINS_PER_OCTAVE + 1;

@@ -30,7 +30,8 @@ static double log_spread(const struct error_sum *sum)
     return sqrt(sum->fourths) / sum->squares;
 }
 
-/* What a kind of look may miss of all that a run may: passes more, because wide intervals there cost samples. */
+/* What a kind of look may miss of all that a run may: passes more, because wide intervals there cost
+ * samples. */
 static const double miss_parts[] = {[ERROR_LOOK_PASS] = 0.8, [ERROR_LOOK_BETWEEN] = 0.2};
 
 struct error_estimate error_estimate(const struct error_sum *sum, uint64_t pixels,

@@ -31,8 +31,9 @@ struct error_estimate {
 enum error_look { ERROR_LOOK_PASS, ERROR_LOOK_BETWEEN };
 
 /*
- * From the errors of so many pixels, at the number-th (1, 2, ...) look of this kind. Of one pixel, or where one has
- * nearly all of the error, the interval is too narrow: how much such a sum scatters a single error does not tell.
+ * From the errors of so many pixels, at the number-th (1, 2, ...) look of this kind. Of one pixel, or where
+ * one has nearly all of the error, the interval is too narrow: how much such a sum scatters a single error
+ * does not tell.
  */
 struct error_estimate error_estimate(const struct error_sum *sum, uint64_t pixels,
                                      enum error_look look, unsigned number);

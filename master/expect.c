@@ -13,9 +13,9 @@
 static const double weights[ROWS] = {1, 4, 6, 4, 1};
 
 /*
- * What nothing around a pixel has warned of: what its halves tell is SURPRISE times D and P together. Edges, of
- * which about 5 of the 24 pixels around one are part, hardly ever surprise. Such things are counted by squares of
- * this edge, in pixels: large enough that some thousand pixels tell of one.
+ * What nothing around a pixel has warned of: what its halves tell is SURPRISE times D and P together.
+ * Edges, of which about 5 of the 24 pixels around one are part, hardly ever surprise. Such things are
+ * counted by squares of this edge, in pixels: large enough that some thousand pixels tell of one.
  */
 #define SURPRISE   8
 #define BLOCK_EDGE BAND_ROWS
@@ -48,21 +48,21 @@ double own_error(const float *difference)
 }
 
 /*
- * What is around a pixel counts for so many degrees of freedom of its own spread. The fewer, the more of what a
- * plan spares is what halves that agree by chance hide: with none the garden's error (640 x 480, as of 64 uniform
- * samples) is 2.3 % larger than estimated, with 4 0.7 %, with 16 it is right. For the same true error the lantern
- * (as of 64 and 256) needs as many rays with none as with 4, 2 or 3 % more with 16, and 17 and 34 % more where
- * its own spread does not count at all.
+ * What is around a pixel counts for so many degrees of freedom of its own spread. The fewer, the more of
+ * what a plan spares is what halves that agree by chance hide: with none the garden's error (640 x 480, as
+ * of 64 uniform samples) is 2.3 % larger than estimated, with 4 0.7 %, with 16 it is right. For the same
+ * true error the lantern (as of 64 and 256) needs as many rays with none as with 4, 2 or 3 % more with 16,
+ * and 17 and 34 % more where its own spread does not count at all.
  */
 #define PRIOR 4
 
-/* What the pixel itself counts for in the ratio of errors to spreads around it, which count for 1: as if its error
- * were its spread, as at edges. With a fifth of this nothing changes that could be told. */
+/* What the pixel itself counts for in the ratio of errors to spreads around it, which count for 1: as if
+ * its error were its spread, as at edges. With a fifth of this nothing changes that could be told. */
 #define OWN_PART 0.25
 
-/* Of a neighbour's contrast what may be missed, in terms of its square by the cube of the number of samples: for 4
- * samples the square of a quarter of it. With none of it what no sample has met is given up: the lantern's error
- * then is 1.7 times the estimate. */
+/* Of a neighbour's contrast what may be missed, in terms of its square by the cube of the number of
+ * samples: for 4 samples the square of a quarter of it. With none of it what no sample has met is given up:
+ * the lantern's error then is 1.7 times the estimate. */
 #define MISSED 4
 
 /* A row of what is known of pixels, filtered along it, with and without the pixel in the middle. */

@@ -9,8 +9,7 @@
  * that it may have, when somebody else has got it and when that one has finished it. */
 #define DROPS_MOST (4 * LOT_TILES)
 
-/* NULL: the renderer is on another machine. */
-static struct tray *tray_of(const struct server *server, uint32_t renderer)
+struct tray *tray_of(const struct server *server, uint32_t renderer)
 {
     return server->service->trays[server->first_rank + renderer];
 }

@@ -55,9 +55,10 @@ struct journal_found {
 
 struct journal;
 
-/* The scene block with its view, but for settings that all give the same picture (processor, variant), is all
- * that makes it, and the program itself: program is a hash that tells one build from another. Where one variant
- * leaves lights or corners out of the block and the other does not, it is another one: two journals of one picture. */
+/* The scene block with its view, but for settings that all give the same picture (processor, variant), is
+ * all that makes it, and the program itself: program is a hash that tells one build from another. Where one
+ * variant leaves lights or corners out of the block and the other does not, it is another one: two journals
+ * of one picture. */
 uint64_t journal_picture(const struct scene *scene, uint64_t program);
 
 /* Whether a journal could be opened or made at path, tried before rendering as with output_writable(): nothing

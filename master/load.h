@@ -47,9 +47,9 @@ bool load_job(const char *path, char *const *overrides, size_t count, enum reach
 void job_free(struct job *job);
 
 /*
- * The text of --print-config: an INI file that gives the same picture, with all settings in effect,
- * the scene's sections and absolute paths. Outputs that the user has not named are left to their
- * defaults, so that another file's picture is not overwritten. The caller frees it. NULL, after saying so, when a value
+ * The text of --print-config: an INI file that gives the same picture, with all settings in effect, the
+ * scene's sections and absolute paths. Outputs that the user has not named are left to their defaults, so
+ * that another file's picture is not overwritten. The caller frees it. NULL, after saying so, when a value
  * cannot be written in an INI file (only an argument or a very long path can be such a value).
  */
 char *print_job(const struct job *job);

@@ -25,8 +25,8 @@ void preview_put(struct preview *preview, uint32_t width, uint32_t height, const
  * and up or down). */
 void preview_complete(struct preview *preview);
 
-/* Fills the pixels of a tile with the colours of their blocks; those without one stay as they are, and those that
- * are there already (NULL: none is). */
+/* Fills the pixels of a tile with the colours of their blocks; those without one stay as they are, and
+ * those that are there already (NULL: none is). */
 void preview_fill(const struct preview *preview, struct canvas *canvas, const struct tile *tile,
                   const struct coverage *there);
 

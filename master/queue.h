@@ -76,8 +76,8 @@ void queue_destroy(struct queue *queue);
 uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height,
                          uint32_t processors);
 
-/* Of the tiles that were made in the beginning, as asked for or chosen: the edge (dynamic, tiles) or the rows of a
- * band, pixels. */
+/* Of the tiles that were made in the beginning, as asked for or chosen: the edge (dynamic, tiles) or the
+ * rows of a band, pixels. */
 uint32_t queue_tile_edge(const struct queue *queue);
 
 /*
@@ -152,8 +152,8 @@ bool queue_fate(struct queue *queue, struct fate *fate);
  * the lot, is so many seconds ago: then what it has not done yet can be given to others. */
 double queue_answer_after(const struct queue *queue);
 
-/* Of the tiles of a lot that the renderer has just got: one that is in work for so many seconds it tells of, and
- * again when it is twice as long. Returns how many there are, 0: it is to tell of none. */
+/* Of the tiles of a lot that the renderer has just got: one that is in work for so many seconds it tells
+ * of, and again when it is twice as long. Returns how many there are, 0: it is to tell of none. */
 uint32_t queue_tells(const struct queue *queue, uint32_t renderer, const struct tile *tiles,
                      uint32_t count, float tells[LOT_TILES]);
 

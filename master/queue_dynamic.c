@@ -575,8 +575,9 @@ void dynamic_learn(struct queue *queue, uint32_t renderer, const struct tile *ti
 }
 
 /* Of the rest of the run: what is in work is expected to take as long again, and when that and what its
- * renderer has behind it ends later, it is time for others to take over. Earlier only the unbegun tiles would
- * change hands: the garden with 16 samples on 44 processors is 2 % slower. Twice as late makes no difference. */
+ * renderer has behind it ends later, it is time for others to take over. Earlier only the unbegun tiles
+ * would change hands: the garden with 16 samples on 44 processors is 2 % slower. Twice as late makes no
+ * difference. */
 #define LATE_PART 0.5
 
 void dynamic_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, double now,

@@ -112,6 +112,9 @@ void accept_probes(struct server *server, uint32_t renderer, const struct tile *
 
 /* ---- hand_out.c ---- */
 
+/* What this process shares with the renderer; NULL: that one is on another machine. */
+struct tray *tray_of(const struct server *server, uint32_t renderer);
+
 /* The answer to READY, and the first lots. */
 void hand_out_start(struct server *server, uint32_t renderer);
 

@@ -185,9 +185,9 @@ void share_skip(struct shares *shares, const struct tile *tile)
 }
 
 /* Pixels in the middle of a picture take many times what those of the sky do: what a share's own took says
- * nothing certain of the others. Of strips, cyclic pixels and rows of lantern and garden on 2 to 44 renderers the
- * time left is 1.9 times too long or short on average; by the share's own pixels alone 2.2, and up to 16 times
- * where a strip begins with what is dear; by all pixels that are finished 3.3. */
+ * nothing certain of the others. Of strips, cyclic pixels and rows of lantern and garden on 2 to 44
+ * renderers the time left is 1.9 times too long or short on average; by the share's own pixels alone 2.2,
+ * and up to 16 times where a strip begins with what is dear; by all pixels that are finished 3.3. */
 #define COMMON_PART 0.5
 
 /* What each pixel that is left of a share is expected to take, seconds. */

@@ -90,7 +90,7 @@ static void take_parts(struct server *server, uint32_t renderer, const char *res
 static void take_tray(struct server *server, uint32_t renderer, const char *message, size_t bytes)
 {
     struct tray_note note = {0};
-    struct tray *tray = server->service->trays[server->first_rank + renderer];
+    struct tray *tray = tray_of(server, renderer);
     if (bytes == sizeof note) memcpy(&note, message, sizeof note);
     bool full = tray && tray_message_valid(&note, bytes, TRAY_RESULT_BYTES) &&
                 slots_full(&tray->results, note.slot);

@@ -14,11 +14,11 @@
 #define POLYGON_MAX_CORNERS 20000
 
 /*
- * Ear clipping may look at every corner for each one, and at as many cells of the grid. For one corner of a simple
- * polygon of so many it looks at some hundred in a gear or a coast, at some thousands in a comb or a spiral, and at
- * up to 13,000 in combs that are not parallel to an axis; for one of random corners at 20,000. A polygon that takes
- * more than this for each of its corners is refused, so that a file takes time in its size: a look takes some
- * nanoseconds.
+ * Ear clipping may look at every corner for each one, and at as many cells of the grid. For one corner of a
+ * simple polygon of so many it looks at some hundred in a gear or a coast, at some thousands in a comb or a
+ * spiral, and at up to 13,000 in combs that are not parallel to an axis; for one of random corners at
+ * 20,000. A polygon that takes more than this for each of its corners is refused, so that a file takes time
+ * in its size: a look takes some nanoseconds.
  */
 #define POLYGON_LOOKS 16000
 

@@ -29,8 +29,8 @@ static void test_doublings(void **state)
     assert_int_equal(allocation_doublings(0, 0, LEVEL_MAX), 0);
 }
 
-/* Each doubling leaves 2^-3/2 of what halves tell; its effort is 2^EFFORT_POWER times that of the one before it.
- * Not more of them than there are. */
+/* Each doubling leaves 2^-3/2 of what halves tell; its effort is 2^EFFORT_POWER times that of the one
+ * before it. Not more of them than there are. */
 static void test_outcome(void **state)
 {
     (void)state;

@@ -144,7 +144,8 @@ static void test_not_ended(void **state)
     assert_true(told >= CPU_TIME_SHORT && told <= 3 * CPU_TIME_SHORT);
 }
 
-/* Time that short pieces lost without a word is taken off the next reading's piece down to nothing, not below. */
+/* Time that short pieces lost without a word is taken off the next reading's piece down to nothing, not
+ * below. */
 static void test_bounds(void **state)
 {
     (void)state;

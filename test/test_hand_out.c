@@ -455,8 +455,8 @@ static void test_news(void **state)
     farm_close(farm);
 }
 
-/* Renderer 1 has nothing to do, and had better not take what another one is about to finish: it gets it when that
- * is overdue, though nothing has come. */
+/* Renderer 1 has nothing to do, and had better not take what another one is about to finish: it gets it
+ * when that is overdue, though nothing has come. */
 static void test_idle_get_what_is_overdue(void **state)
 {
     (void)state;

@@ -33,8 +33,8 @@ static bool is_unfinished(const struct queue *queue, uint32_t id)
     return false;
 }
 
-/* Renderer 1 does one lot; returns whether it got any. That it has the own one's tile, too, is no reason to give
- * that up. */
+/* Renderer 1 does one lot; returns whether it got any. That it has the own one's tile, too, is no reason to
+ * give that up. */
 static bool other_goes_on(struct scene_of_test *test)
 {
     struct queue *queue = test->service.queue;

@@ -264,8 +264,8 @@ static bool meets_again(bool cone, uint32_t formulas, struct vec3 origin, struct
     return most > 0;
 }
 
-/* Outside of a ball it does not; inside it does, however short the way is, and so it does in a tube. The paper's
- * formulas let it meet what it has left. */
+/* Outside of a ball it does not; inside it does, however short the way is, and so it does in a tube. The
+ * paper's formulas let it meet what it has left. */
 static void test_met_again(void **state)
 {
     (void)state;

@@ -305,8 +305,8 @@ static void test_eye_inside_glass(void **state)
     assert_true(picture.counts.rays[RAY_REFRACTION] > SIZE * SIZE);
 }
 
-/* A block of glass at another, two faces in one plane: what is thrown back between the two crosses each of them as
- * often as it has to, so that all is matched, and all that goes in comes out into a sky of 1. */
+/* A block of glass at another, two faces in one plane: what is thrown back between the two crosses each of
+ * them as often as it has to, so that all is matched, and all that goes in comes out into a sky of 1. */
 static void test_glass_on_glass(void **state)
 {
     (void)state;

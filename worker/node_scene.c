@@ -36,6 +36,12 @@ struct window_head {
 #define HEAD_BYTES (2 * CACHE_LINE)
 _Static_assert(sizeof(struct window_head) <= HEAD_BYTES, "the scene begins behind it");
 
+/* NULL: there are none. */
+static struct tray *first_tray(struct window_head *head)
+{
+    return head->trays > 0 ? (void *)((char *)head + head->trays) : NULL;
+}
+
 static size_t whole_lines(size_t bytes)
 {
     return (bytes + CACHE_LINE - 1) / CACHE_LINE * CACHE_LINE;
@@ -152,7 +158,7 @@ static void init_window(char *window, size_t content, size_t trays)
     bell_init(&head->bell);
     head->trays = trays > 0 ? head->offset + content : 0;
     for (size_t i = 0; i < trays; i++)
-        tray_init((struct tray *)(void *)(window + head->trays) + i);
+        tray_init(first_tray(head) + i);
 }
 
 /* By the first ranks of all nodes: from rank 0, who has the block, to where each has room for it. */
@@ -191,7 +197,7 @@ static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scen
     shared->bell = &head->bell;
     shared->scene = (const void *)scene;
     shared->bvh = (void *)(scene + bytes);
-    find_trays(comm, head->trays > 0 ? (void *)(window + head->trays) : NULL, shared);
+    find_trays(comm, first_tray(head), shared);
     enum processor_level level = shared->scene->view.processor;
     if (!processor_has(level))
         fatal("farm.kernel = %s is not for this processor", processor_level_names[level]);
@@ -247,8 +253,9 @@ static void free_window(struct node_scene *shared)
 {
     sem_destroy(&shared->head->built);
     bell_free(shared->bell);
-    for (int i = 1; i < shared->process_count && shared->head->trays > 0; i++)
-        tray_free((struct tray *)(void *)((char *)shared->head + shared->head->trays) + i - 1);
+    struct tray *trays = first_tray(shared->head);
+    for (int i = 1; i < shared->process_count && trays; i++)
+        tray_free(trays + i - 1);
 }
 
 void unshare_scene(struct node_scene *shared)

@@ -38,8 +38,8 @@ static void add_error(struct error_sum *sum, struct vec3 difference, double even
     sum->fourths += square * square;
 }
 
-/* How far the pixel's samples are from the means of their halves, whose sums these are. Of even colours rounding
- * may leave less than nothing of the squares. */
+/* How far the pixel's samples are from the means of their halves, whose sums these are. Of even colours
+ * rounding may leave less than nothing of the squares. */
 static double spread_of(double squares, struct vec3 even, double evens, struct vec3 odd,
                         double odds)
 {

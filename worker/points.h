@@ -32,10 +32,10 @@ void points_find(const struct scene *scene, const struct ray *rays, const struct
                  uint32_t count, struct points *points, uint64_t *exact_fallbacks);
 
 /*
- * All of them in an order in which packets of rays from them to a light go much the same way. Several samples of a pixel
- * (dense) come in no order within it: those that are close to each other in space are put side by side, along a curve
- * through all cells of a grid (G. Morton, "A Computer Oriented Geodetic Data Base", IBM 1966). Single ones are as
- * close as they come. count >= 1.
+ * All of them in an order in which packets of rays from them to a light go much the same way. Several
+ * samples of a pixel (dense) come in no order within it: those that are close to each other in space are
+ * put side by side, along a curve through all cells of a grid (G. Morton, "A Computer Oriented Geodetic
+ * Data Base", IBM 1966). Single ones are as close as they come. count >= 1.
  */
 void points_order(const struct points *points, bool dense, uint32_t order[WAVE]);
 

@@ -5,8 +5,8 @@
 #include "worker/points.h"
 
 /*
- * Cells along the longest edge of the box around the points: 2^CELL_BITS. With twice as many nothing got faster, and
- * there would be more digits to sort by.
+ * Cells along the longest edge of the box around the points: 2^CELL_BITS. With twice as many nothing got
+ * faster, and there would be more digits to sort by.
  */
 #define CELL_BITS 4
 #define CELLS     (1u << CELL_BITS)

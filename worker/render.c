@@ -17,11 +17,11 @@
 #define COARSE_CUTOFFS 4
 
 /*
- * A ray of weight tau = cutoff / R (worker/radiance.h) can change the sample by the cutoff at most. Where reflection
- * + transmission <= 1, the weights of a level of the tree add up to 1, so that at most 1 / tau of
- * its rays weigh more, and max_depth / tau of the tree's. No sample takes more rays: what rays
- * would be left then weighs less each, but where nothing is lost between surfaces there may be
- * 2^depth of them. What they could have added counts as truncation.
+ * A ray of weight tau = cutoff / R (worker/radiance.h) can change the sample by the cutoff at most. Where
+ * reflection + transmission <= 1, the weights of a level of the tree add up to 1, so that at most 1 / tau
+ * of its rays weigh more, and max_depth / tau of the tree's. No sample takes more rays: what rays would be
+ * left then weighs less each, but where nothing is lost between surfaces there may be 2^depth of them. What
+ * they could have added counts as truncation.
  */
 static uint64_t ray_budget_of(const struct renderer *renderer)
 {

@@ -1,10 +1,10 @@
 /*
  * A tile in, its pixels out: the Whitted ray tree of every sample, traced in waves.
  *
- * Many samples of a tile advance together until all of them are done: in every wave each unfinished
- * sample contributes one ray of its tree, and the wave's rays go through the intersection kernel as one batch, its shadow rays
- * as another. A sample's tree is expanded best-first (the ray that can still change the colour most
- * comes next) until all that is pending could change it by `cutoff` at most. There is no recursion,
+ * Many samples of a tile advance together until all of them are done: in every wave each unfinished sample
+ * contributes one ray of its tree, and the wave's rays go through the intersection kernel as one batch, its
+ * shadow rays as another. A sample's tree is expanded best-first (the ray that can still change the colour
+ * most comes next) until all that is pending could change it by `cutoff` at most. There is no recursion,
  * and what a sample does depends on that sample alone, not on the tile or the batch it is in.
  */
 #ifndef FARM_WORKER_RENDER_H

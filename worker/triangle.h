@@ -161,8 +161,9 @@ static inline double uncorrected_error(const struct sheared *p, const struct she
 }
 
 /*
- * In dd3_cross() and the dots of triangle_plane_distance() each product of sizes errs by less than 64 u^2; with 20 bits of them
- * lost, t is right to 2^-78, and rounded as if it were exact but for one time in some 2^24.
+ * In dd3_cross() and the dots of triangle_plane_distance() each product of sizes errs by less than 64 u^2;
+ * with 20 bits of them lost, t is right to 2^-78, and rounded as if it were exact but for one time in some
+ * 2^24.
  */
 #define PLANE_SHARE 0x1p-20
 

@@ -14,8 +14,8 @@
 #include "worker/worker.h"
 
 /* Seconds from one look at messages between waves, which may be a few microseconds apart, to the next: to
- * look after every wave took a hundredth of a renderer's instructions. So long is rendered in vain what
- * somebody else has finished. */
+ * look at MPI after every wave, as without a tray, took a hundredth of a renderer's instructions. So long is
+ * rendered in vain what somebody else has finished. */
 #define LOOK_EVERY 50e-6
 
 /* Between waves: lets MPI move what is under way, and hears whether to give up the tile. */
@@ -233,8 +233,8 @@ static void end_worker(struct worker *worker)
     free(worker->incoming);
 }
 
-/* Seconds for which a renderer waits for the bell if it knows of nothing under way. Then it looks at MPI all the
- * same, which may have something to move that only MPI knows of. */
+/* Seconds for which a renderer waits for the bell if it knows of nothing under way. Then it looks at MPI
+ * all the same, which may have something to move that only MPI knows of. */
 #define SLEEP_LONGEST 1.0
 
 /* Until there may be something to hear. */
