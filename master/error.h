@@ -122,13 +122,14 @@ double error_power(const struct error_point points[2], uint32_t samples, double 
 
 /*
  * So do seconds grow with samples, as a power of them: rays find more of the caches filled and more rays
- * that go the same way. The mean over 18 scenes; by CPU time, four times as many took 4^0.90 times as long
- * from 4 on, 4^0.93 from 8 and 4^0.94 from 16 and from 32; single scenes from 4^0.75 to 4^1.08, with what the
- * machine was off by. From FORECAST_MANY on they are in proportion: over 12 scenes four times as many took
- * 4^1.03 times as long on a busy machine, half of the scenes 4^0.98 to 4^1.07.
+ * that go the same way. By CPU time twice as many took, in the mean of 15 scenes of 200 x 150 pixels, 2^0.82
+ * times as long from 4 on, 2^0.87 from 8, 2^0.91 from 16, 2^0.90 from 32 and 2^0.92 from 64; single scenes
+ * from 2^0.68 (an object in front of nothing) to 2^1.03, with what the machine was off by. From 4 to 16 and
+ * from 8 to 32, which is what forecasts mostly ask for, that is 0.84 and 0.89. From FORECAST_MANY on they are
+ * taken to be in proportion.
  */
-#define FORECAST_TIME 0.93
-#define FORECAST_MANY 64
+#define FORECAST_TIME 0.88
+#define FORECAST_MANY 128
 
 /*
  * That so many seconds more lower the error from a point to goal, below it; HUGE_VAL: nobody knows. The

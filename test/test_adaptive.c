@@ -578,6 +578,41 @@ static void test_part_of_a_pass(void **state)
     canvas_free(&canvas);
 }
 
+/* Every third pixel of a rectangle, from its second one on: what comes in goes where tile_pixel() says, what is
+ * asked for comes from there. */
+static void test_tile_with_steps(void **state)
+{
+    (void)state;
+    struct tile tile = {.x = 3, .y = 1, .w = 7, .h = 5, .phase = 1, .step = 3}, first = tile;
+    struct refinement refinements[35];
+    const uint32_t steps[] = {3, 7, 9, 16, 40};
+    for (int i = 0; i < 5; i++) {
+        tile.step = steps[i];
+        struct view view = view_of(4, 64);
+        struct canvas canvas;
+        canvas_init(&canvas, WIDE, HIGH);
+        struct adaptive *adaptive = adaptive_create(&view, &canvas, 1e-3);
+        put(adaptive, tile, (struct sent){100, 1, APART, {1, 1}}, 1);
+        unsigned painted = 0;
+        for (uint32_t k = 0; k < tile_pixels(&tile); k++) {
+            uint32_t x, y;
+            tile_pixel(&tile, k, &x, &y);
+            assert_true(canvas.rgb[3 * (y * WIDE + x)] == (float)(100 + k));
+        }
+        for (size_t k = 0; k < ALL; k++)
+            painted += canvas.rgb[3 * k] > 0;
+        assert_int_equal(painted, tile_pixels(&tile));
+        assert_int_equal(adaptive_work(adaptive, &tile).samples, 0);
+        first.step = 1;
+        first.phase = 0;
+        adaptive_take(adaptive, &first, refinements);
+        assert_int_equal(refinements_sampled(refinements, 35), 35 - painted);
+        assert_int_equal(adaptive_work(adaptive, &first).samples, 4 * (35 - painted));
+        adaptive_destroy(adaptive);
+        canvas_free(&canvas);
+    }
+}
+
 /* What is to be done, and what it is good for, until it is in. */
 static void test_work_of_a_pass(void **state)
 {
@@ -820,6 +855,7 @@ int main(void)
         cmocka_unit_test(test_crews_plan_the_same),
         cmocka_unit_test(test_rows_show_why_it_ended),
         cmocka_unit_test(test_part_of_a_pass),
+        cmocka_unit_test(test_tile_with_steps),
         cmocka_unit_test(test_work_of_a_pass),
         cmocka_unit_test(test_spread_of_all_passes),
         cmocka_unit_test(test_dear_pixels_get_less),
