@@ -29,7 +29,7 @@ static bool parse_flag(const char *argument, struct options *options)
             return true;
         }
     }
-    bool processes = strcmp(argument, "-n") == 0 || strcmp(argument, "-np") == 0;
+    bool processes = strncmp(argument, "-n", 2) == 0; /* as mpiexec has it: -n 4, -np 4 */
     user_error(NULL, 0,
                "unknown option '%s', expected %s",
                argument,
