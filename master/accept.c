@@ -50,6 +50,9 @@ static void put_tile(struct server *server, uint32_t renderer, const struct tile
     server->rays += render_counts_rays(&header->counts);
     watch_add(service->watch, tile_pixels(tile), header);
     server->finished = clock_wall();
+    /* What nothing comes of lies behind the render phase, which ends with the last tile. */
+    server->plan_s += server->planned_s;
+    server->planned_s = 0;
 }
 
 /* ---- pieces of tiles ---- */

@@ -52,8 +52,7 @@ void follow_passes(struct server *server)
         if (adaptive_is_complete(server->service->adaptive))
             watch_pass(server->service->watch, begin);
         begin_pass(server);
-        /* What finds that there is no further pass lies behind the render phase. */
-        if (!server->last_pass) server->service->plan_s += clock_wall() - begin;
+        server->planned_s += clock_wall() - begin;
     }
     pthread_mutex_unlock(&server->lock);
 }

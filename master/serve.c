@@ -205,7 +205,6 @@ static void start_server(struct server *server, struct service *service)
         service->stats[i].rank = server->first_rank + i;
     service->ending = false;
     service->counts = (struct render_counts){0};
-    service->plan_s = 0;
     service->silent = 0;
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
     server->post = post_open(largest_message(service));
@@ -227,6 +226,7 @@ bool serve(struct service *service)
     if (service->own) pthread_join(thread, NULL);
     post_close(server.post, service->silent == 0);
     service->render_s = server.finished - server.start;
+    service->plan_s = server.plan_s;
     service->master_cpu_s = clock_thread_cpu() - cpu;
     service->probe_s = server.probe_s;
     fill_waits(&server);
