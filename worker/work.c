@@ -246,10 +246,10 @@ static void wait_for_message(struct worker *worker, struct nap *nap)
         return;
     }
     bool moves = is_under_way(worker);
-    if (bell_wait(&worker->tray->bell, moves ? nap_next(nap) : SLEEP_LONGEST))
-        nap_reset(nap);
-    else if (!moves)
-        worker->unsent = true;
+    bool rung = bell_wait(&worker->tray->bell, moves ? nap_next(nap) : SLEEP_LONGEST);
+    /* It may have rung for what was heard while he rendered. */
+    if (rung && tray_has_news(worker->tray, worker->heard)) nap_reset(nap);
+    if (!rung && !moves) worker->unsent = true;
 }
 
 void work(MPI_Comm comm, struct renderer *renderer, const struct node_scene *shared)
