@@ -184,6 +184,7 @@ static void say(struct tray *tray, size_t first, size_t count)
 
 /* A master that says the first message and, after a while, all others. */
 struct late_master {
+    bool rings; /* behind them */
     clockid_t renderer;
     double cpu_s; /* of the renderer, meanwhile */
     double spoke; /* seconds: when it said them */
@@ -198,7 +199,7 @@ static void *speak_late(void *argument)
     late->cpu_s = clock_read(late->renderer) - cpu;
     late->spoke = clock_wall();
     atomic_store(&quiet, false);
-    say(master.tray, 1, master.count - 1);
+    if (late->rings) say(master.tray, 1, master.count - 1);
     return NULL;
 }
 
@@ -401,7 +402,7 @@ static void test_sleeps_until_it_is_woken(void **state)
 {
     (void)state;
     static const struct line lines[] = {BEGIN, NOTHING, NOTHING, NOTHING, NOTHING, STOP};
-    struct late_master late = {0};
+    struct late_master late = {.rings = true};
     struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
     tray_init(tray);
     follow_in(&(struct manner){.tray = tray, .late = &late}, lines, sizeof lines / sizeof *lines,
@@ -410,6 +411,23 @@ static void test_sleeps_until_it_is_woken(void **state)
     assert_int_equal(master.looks, 0);
     assert_true(late.cpu_s < QUIET_S / 4);
     assert_true(master.heard_at < late.spoke + SOON);
+    tray_free(tray);
+    free(tray);
+}
+
+/* Where nobody rings it finds the message all the same, by a look now and then. */
+static void test_looks_now_and_then(void **state)
+{
+    (void)state;
+    static const struct line lines[] = {BEGIN, NOTHING, NOTHING, NOTHING, NOTHING, STOP};
+    struct late_master late = {.rings = false};
+    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
+    tray_init(tray);
+    follow_in(&(struct manner){.tray = tray, .late = &late}, lines, sizeof lines / sizeof *lines,
+              1);
+    assert_int_equal(master.results, 1);
+    assert_int_equal(master.looks, 0);
+    assert_true(master.heard_at < late.spoke + 2);
     tray_free(tray);
     free(tray);
 }
@@ -531,6 +549,7 @@ int main(void)
         cmocka_unit_test(test_drops_several),
         cmocka_unit_test(test_tray),
         cmocka_unit_test(test_sleeps_until_it_is_woken),
+        cmocka_unit_test(test_looks_now_and_then),
         cmocka_unit_test(test_looks_while_it_sends),
         cmocka_unit_test(test_tells_of_what_takes_long),
         cmocka_unit_test(test_long_lot),

@@ -124,12 +124,12 @@ static void take_ping(struct worker *worker, size_t bytes)
     /* One is still under way. */
     if (!done) return;
     MPI_Isend(NULL, 0, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_PONG, worker->comm, &worker->pong);
-    worker->unsent = true;
+    worker->unsettled = true;
 }
 
 bool is_under_way(const struct worker *worker)
 {
-    return !worker->tray || worker->unsent || tray_has_news(worker->tray, worker->heard);
+    return !worker->tray || worker->unsettled || tray_has_news(worker->tray, worker->heard);
 }
 
 bool hear(struct worker *worker)
@@ -138,7 +138,7 @@ bool hear(struct worker *worker)
     MPI_Status status;
     if (worker->stopped || worker->waiting == LOTS_AHEAD || !is_under_way(worker)) return false;
     MPI_Test(&worker->receive, &done, &status);
-    worker->unsent = worker->unsent && !all_is_sent(worker);
+    worker->unsettled = worker->unsettled && !all_is_sent(worker);
     if (!done) return false;
     worker->heard++;
     MPI_Get_count(&status, MPI_BYTE, &bytes);

@@ -55,7 +55,7 @@ void send_result(struct worker *worker)
         MPI_Isend(rest, (int)bytes, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_RESULT, worker->comm,
                   &worker->sends[worker->turn]);
     }
-    worker->unsent = true;
+    worker->unsettled = true;
     worker->stats.send_s += clock_wall() - start;
     worker->stats.bytes += bytes;
 }
@@ -83,7 +83,7 @@ static void send_finished(struct worker *worker, size_t bytes)
     memcpy(worker->told_bytes, worker->result + worker->sent, bytes);
     MPI_Isend(worker->told_bytes, (int)bytes, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_RESULT,
               worker->comm, &worker->finished);
-    worker->unsent = true;
+    worker->unsettled = true;
     worker->sent += bytes;
     worker->stats.bytes += bytes;
 }
@@ -98,7 +98,7 @@ void tell(struct worker *worker, double now)
                                             .busy_s = now - worker->time.begun};
     MPI_Isend(&worker->notice, (int)sizeof worker->notice, MPI_BYTE, 0,
               TAG_RENDERER_TO_MASTER_RESULT, worker->comm, &worker->telling);
-    worker->unsent = true;
+    worker->unsettled = true;
     bell_ring(worker->bell);
     worker->stats.bytes += sizeof worker->notice;
     worker->told = true;

@@ -234,7 +234,8 @@ static void end_worker(struct worker *worker)
 }
 
 /* Seconds for which a renderer waits for the bell if it knows of nothing under way. Then it looks at MPI
- * all the same, which may have something to move that only MPI knows of. */
+ * all the same, which may have something to move that only MPI knows of. Nothing is known that needs that;
+ * a wake-up with its look takes some 20 us, which is nothing of a second. */
 #define SLEEP_LONGEST 1.0
 
 /* Until there may be something to hear. */
@@ -249,7 +250,7 @@ static void wait_for_message(struct worker *worker, struct nap *nap)
     bool rung = bell_wait(&worker->tray->bell, moves ? nap_next(nap) : SLEEP_LONGEST);
     /* It may have rung for what was heard while he rendered. */
     if (rung && tray_has_news(worker->tray, worker->heard)) nap_reset(nap);
-    if (!rung && !moves) worker->unsent = true;
+    if (!rung && !moves) worker->unsettled = true;
 }
 
 void work(MPI_Comm comm, struct renderer *renderer, const struct node_scene *shared)

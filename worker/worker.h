@@ -55,7 +55,8 @@ struct worker {
     } * incoming;
     MPI_Request receive;
     unsigned heard;     /* messages so far */
-    bool unsent;        /* what this renderer has sent may be on its way: MPI is to be looked at */
+    bool unsettled;     /* MPI may have something to move: what this renderer has sent, and now and
+                         * then what nobody knows of */
     bool started;       /* the master has said START */
     struct lot current; /* in work */
     uint32_t rendering; /* the tile of it */
