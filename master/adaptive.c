@@ -81,9 +81,8 @@ struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas,
     adaptive->spread = allocate_there(pixels, sizeof *adaptive->spread);
     adaptive->rays = allocate_there(pixels, sizeof *adaptive->rays);
     adaptive->level = allocate_there(pixels, 1);
-    adaptive->next = allocate_there(pixels, 1);
+    adaptive->next = memset(allocate_large(pixels), 1, pixels);
     adaptive->error = allocate_there(pixels, sizeof *adaptive->error);
-    memset(adaptive->next, 1, pixels);
     adaptive->passes = 1;
     adaptive->missing = pixels;
     return adaptive;
@@ -372,9 +371,9 @@ unsigned adaptive_passes(const struct adaptive *adaptive)
 
 /* Over a tile's pixels in its order, without a division for each. */
 struct walk {
-    size_t pixel; /* of the canvas */
+    size_t pixel;                 /* of the canvas */
     uint32_t column, width, step; /* in the tile; a step's columns beside whole rows */
-    size_t on, back;              /* pixels of the canvas: of a step, and from a row's end to the next row */
+    size_t on, back; /* pixels of the canvas: of a step, and from a row's end to the next row */
 };
 
 static struct walk walk_begin(const struct adaptive *adaptive, const struct tile *tile)
@@ -423,7 +422,8 @@ struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct
         size_t i = walk.pixel;
         if (!comes(adaptive, i)) continue;
         uint32_t before = adaptive->level[i], after = adaptive->next[i];
-        work.samples += level_samples(&adaptive->view, after) - level_samples(&adaptive->view, before);
+        work.samples +=
+            level_samples(&adaptive->view, after) - level_samples(&adaptive->view, before);
         work.removed += adaptive->error[i] * (1 - left_of(adaptive, before, after));
     }
     return work;

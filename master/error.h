@@ -122,11 +122,12 @@ double error_power(const struct error_point points[2], uint32_t samples, double 
 
 /*
  * So do seconds grow with samples, as a power of them: rays find more of the caches filled and more rays
- * that go the same way. By CPU time twice as many took, in the mean of 15 scenes of 200 x 150 pixels, 2^0.82
- * times as long from 4 on, 2^0.87 from 8, 2^0.91 from 16, 2^0.90 from 32 and 2^0.92 from 64; single scenes
- * from 2^0.68 (an object in front of nothing) to 2^1.03, with what the machine was off by. From 4 to 16 and
- * from 8 to 32, which is what forecasts mostly ask for, that is 0.84 and 0.89, and 0.88
- * and 0.90 in seven scenes of 640 x 480. From FORECAST_MANY on they are taken to be in proportion.
+ * that go the same way. By CPU time twice as many took, in the mean of 15 scenes of 200 x 150 pixels,
+ * 2^0.82 times as long from 4 on, 2^0.87 from 8, 2^0.91 from 16, 2^0.90 from 32 and 2^0.92 from 64; single
+ * scenes from 2^0.68 (an object in front of nothing) to 2^1.03, with what the machine was off by. From 4 to
+ * 16 and from 8 to 32, which is what forecasts mostly ask for, that is 0.84 and 0.89, and 0.88 and 0.90 in
+ * seven scenes of 640 x 480. From FORECAST_MANY on, beyond what was measured, they are taken to be in
+ * proportion.
  */
 #define FORECAST_TIME 0.88
 #define FORECAST_MANY 128

@@ -165,8 +165,8 @@ static bool refuse_dotted_name(const struct override *override)
 {
     size_t length = strcspn(override->kind, ".");
     char *kind = format_text("%.*s", (int)length, override->kind);
-    bool dotted = override->kind[length] == '.' && override->kind[length + 1] &&
-                  !*override->name && scene_section_of(kind) != SCENE_SECTIONS;
+    bool dotted = override->kind[length] == '.' && override->kind[length + 1] && !*override->name &&
+                  scene_section_of(kind) != SCENE_SECTIONS;
     if (dotted)
         user_error(override->argument, 0,
                    "unknown section '%s', expected a name behind a space, in quotes: "

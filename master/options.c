@@ -30,9 +30,7 @@ static bool parse_flag(const char *argument, struct options *options)
         }
     }
     bool processes = strncmp(argument, "-n", 2) == 0; /* as mpiexec has it: -n 4, -np 4 */
-    user_error(NULL, 0,
-               "unknown option '%s', expected %s",
-               argument,
+    user_error(NULL, 0, "unknown option '%s', expected %s", argument,
                processes ? "mpiexec in front of it: mpiexec -n N farm CONFIG"
                          : "one of --help --version --check --print-config --allow-outside");
     return false;

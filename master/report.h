@@ -52,8 +52,8 @@ struct report {
     uint64_t unsampled;                /* pixels that got no sample before the time was over */
     double target;                     /* RMSE of adaptive sampling; 0: none */
     unsigned passes;                   /* of adaptive sampling; 0: it was not */
-    double plan_s;                     /* wall seconds in which passes were planned and all waited */
-    const char *ended;                 /* "samples", "target", "max_samples" or "time" */
+    double plan_s;     /* wall seconds in which passes were planned and all waited */
+    const char *ended; /* "samples", "target", "max_samples" or "time" */
     bool has_reference;
     struct truth truth;               /* against the reference */
     struct quantisation quantisation; /* of the picture's file */

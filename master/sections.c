@@ -36,8 +36,7 @@ bool read_entry(const struct ini_section *section, const struct ini_entry *entry
 {
     if (key_parse(key, entry->value, base)) return true;
     char *title = section_title(section), *expected = key_expected(key);
-    bool comment =
-        entry->line > 0 && (strstr(entry->value, " #") || strstr(entry->value, "\t#"));
+    bool comment = entry->line > 0 && (strstr(entry->value, " #") || strstr(entry->value, "\t#"));
     char *what = comment     ? copy_text("; a comment behind a value begins with ' ;'")
                  : key->help ? format_text("; %s: %s", key->name, key->help)
                              : copy_text("");

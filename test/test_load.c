@@ -64,8 +64,8 @@ static void test_bad_overrides(void **state)
         {"light.sun.color=1 1 1",
          "light.sun.color=1 1 1: unknown section 'light.sun', expected a name behind a space, in "
          "quotes: \"light sun.color=...\""},
-        {"lihgt.sun.color=1 1 1",
-         "lihgt.sun.color=1 1 1: unknown section 'lihgt.sun', expected one that 'farm --help' lists"},
+        {"lihgt.sun.color=1 1 1", "lihgt.sun.color=1 1 1: unknown section 'lihgt.sun', expected "
+                                  "one that 'farm --help' lists"},
         {"imgae.width=5", "imgae.width=5: unknown section 'imgae', did you mean 'image'?"},
         {"width=5", "width=5: is no setting, expected SECTION.KEY=VALUE"},
         {"image.width", "image.width: is no setting, expected SECTION.KEY=VALUE"},
