@@ -115,7 +115,8 @@ static FILE *open_plot(const char *figure, unsigned rows, unsigned columns)
     FILE *out = open_out(name);
     fprintf(out,
             "set terminal svg size %u,%u font 'sans,12' background 'white'\n"
-            "set output 'balance_%s.svg'\nset datafile separator ','\nset key top left\n"
+            "set output 'balance_%s.svg'\nset datafile separator ','\n"
+            "set key top left Left reverse samplen 2\n"
             "set grid lc rgb '#dddddd'\nset linetype 1 lc rgb '#b2182b' lw 2\n"
             "set linetype 2 lc rgb '#ef8a62' lw 2\nset linetype 3 lc rgb '#999999' lw 2\n"
             "set linetype 4 lc rgb '#67a9cf' lw 2\nset linetype 5 lc rgb '#2166ac' lw 2\n"
@@ -163,7 +164,7 @@ static void draw_scenes(const char *name, const char *settings, const char *what
 static void draw_times(void)
 {
     draw_scenes("fig10",
-                "set key top right\nset xlabel 'processors'\nset ylabel 'render time, s'\n"
+                "set key bottom left\nset xlabel 'processors'\nset ylabel 'render time, s'\n"
                 "set logscale y\nset xrange [0:45]\n",
                 ": time", "time");
 }
