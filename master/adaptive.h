@@ -2,9 +2,9 @@
  * Adaptive sampling: which pixels get how many more samples.
  *
  * The picture is sampled in passes. Pass 0 takes min_samples of every pixel. When a pass is
- * complete, all pixels are looked at and the next one is planned, from the pixels alone: so it is the
- * same plan whoever rendered them, in whatever order and pieces. It ends when the error of the
- * picture is estimated to be at most the target.
+ * complete, all pixels are looked at and the next one is planned, from the pixels alone, unless there is a
+ * time limit: so it is the same plan whoever rendered them, in whatever order and pieces. It ends when the
+ * error of the picture is estimated to be at most the target.
  *
  * The rule. Let v be a pixel's variance per sample, such that n samples leave a squared error of
  * v n^-3/2 (what stratified samples leave at an edge):
@@ -39,8 +39,8 @@
  * costs, but the same on every machine, as seconds would not be. The limit is the same for all
  * pixels of the picture, which makes the sum of squared errors the least for so many rays (as J.
  * Neyman's allocation does, J. R. Stat. Soc. 97, 1934), and such that the picture is expected to
- * reach the pass's aim: the target, or half of the present error if that is more. Nothing is doubled
- * more than twice in a pass.
+ * reach the pass's aim: the target, or an eighth of the present error if that is more; or to take no
+ * longer than there is time, if that is less. Nothing is doubled more than four times in a pass.
  *
  * So a thin wire that few first samples have met is followed from there, by D, two pixels further in each
  * pass. What no sample has met, and no neighbour's, is not known and not looked for.
@@ -73,12 +73,21 @@ void adaptive_destroy(struct adaptive *adaptive);
 void adaptive_lend(struct adaptive *adaptive, struct crew *crew);
 
 /*
- * Plans the next pass, all pixels of the last one being in. false: none is needed, as the target is
- * met, or possible, as all pixels that have an error have max_samples.
+ * Plans the next pass, all pixels of the last one being in. seconds: of rendering, by all renderers, that it
+ * is to take at most, as far as that can be foreseen; HUGE_VAL: any. It asks for some samples in any case.
+ * false: none is needed, as the target is met, or possible, as all pixels that have an error have
+ * max_samples.
  */
-bool adaptive_plan(struct adaptive *adaptive);
+bool adaptive_plan(struct adaptive *adaptive, double seconds);
 
-/* Whether the last adaptive_plan() found that the target is met. */
+/* The same for the pass that came next in a run that had the same pixels until then: limit is its
+ * adaptive_limit(). */
+bool adaptive_plan_again(struct adaptive *adaptive, double limit);
+
+/* By which the present pass was planned, >= 0; 0 in pass 0. */
+double adaptive_limit(const struct adaptive *adaptive);
+
+/* Whether the last plan found that the target is met. */
 bool adaptive_is_met(const struct adaptive *adaptive);
 
 /* How many of a tile's pixels its answer has: those that get samples in the pass; in pass 0 all of them, also
@@ -99,7 +108,7 @@ void adaptive_take(const struct adaptive *adaptive, const struct tile *tile,
 /*
  * The tile's pixels that get samples in this pass, adaptive_pixels(), have come in, in the tile's order:
  * the floats of struct pixel_floats, one kind behind the other. What the pass has brought to a pixel
- * already stays. seconds: that they took to render; plans do not depend on them.
+ * already stays. seconds: of a processor's time that they took to render.
  */
 void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part,
                   double seconds);

@@ -83,17 +83,18 @@ unsigned allocation_doublings(double gain, double limit, unsigned most)
 struct allocation_outcome allocation_under(const struct allocation *allocation, double limit)
 {
     struct allocation_outcome sum = {0, 0};
-    const double growth = exp2(EFFORT_POWER);
+    double efforts[LEVEL_MAX + 1]; /* of so many doublings at once, in terms of the first one */
+    for (unsigned k = 0; k <= LEVEL_MAX; k++)
+        efforts[k] = pow(exp2(k) - 1, EFFORT_POWER);
     for (int bin = 0; bin < BINS; bin++) {
         if (!allocation->used[bin]) continue;
         unsigned most = allocation_doublings(bin_end(allocation, bin), limit, LEVEL_MAX);
-        double factor = 1, more = 0;
+        double factor = 1;
         for (unsigned k = 0; k <= LEVEL_MAX; k++) {
             sum.left += factor * allocation->told[bin][k];
-            sum.effort += more * allocation->efforts[bin][k];
+            sum.effort += efforts[k < most ? k : most] * allocation->efforts[bin][k];
             if (k >= most) continue;
             factor *= 0.35355339059327379;
-            more = growth * more + 1;
         }
     }
     return sum;
@@ -110,4 +111,18 @@ double allocation_limit(const struct allocation *allocation, double goal)
             high = middle;
     }
     return low < 0 ? 0 : bin_end(allocation, low);
+}
+
+double allocation_limit_within(const struct allocation *allocation, double effort)
+{
+    int low = -1, high = BINS - 1; /* low is too much, high is not, as it is nothing */
+    while (high - low > 1) {
+        int middle = low + (high - low) / 2;
+        if (allocation_under(allocation, bin_end(allocation, middle)).effort <= effort)
+            high = middle;
+        else
+            low = middle;
+    }
+    double limit = bin_end(allocation, high);
+    return allocation_under(allocation, limit).effort > 0 ? limit : 0;
 }

@@ -20,8 +20,8 @@ struct allocation *allocation_create(double error);
 void allocation_destroy(struct allocation *allocation);
 
 /*
- * What so many times the samples in a pass are in effort, as a power of them: the more a pixel gets at a
- * time, the fewer seconds does each take. In seven scenes, from 5 to 77 samples per pixel and pass, seconds
+ * What so many samples in a pass are in effort, as a power of them: the more a pixel gets at a time, the
+ * fewer seconds does each take. In seven scenes, from 5 to 77 samples per pixel and pass, seconds
  * went by powers of 0.8 to 0.98 of them, 0.87 in the mean of passes after the first.
  */
 #define EFFORT_POWER 0.88
@@ -34,8 +34,8 @@ void allocation_add(struct allocation *allocation, double gain, double told, dou
 /* What the halves of all pixels that were added tell. */
 double allocation_told(const struct allocation *allocation);
 
-/* What a limit comes to: the sum that it leaves of these errors, and the effort of the samples to come, of
- * each doubling by itself. */
+/* What a limit comes to: the sum that it leaves of these errors, and the effort of the samples to come, all
+ * of a pixel's taken at once. */
 struct allocation_outcome {
     double left, effort;
 };
@@ -43,6 +43,9 @@ struct allocation_outcome allocation_under(const struct allocation *allocation, 
 
 /* The highest limit, up to an eighth, that leaves at most so much; 0: none does. */
 double allocation_limit(const struct allocation *allocation, double goal);
+
+/* The lowest limit, up to an eighth, whose effort is at most so much; 0: even the least takes more. */
+double allocation_limit_within(const struct allocation *allocation, double effort);
 
 /* How often a pixel is doubled until e / cost is at most the limit. */
 unsigned allocation_doublings(double gain, double limit, unsigned most);

@@ -96,6 +96,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
                               .first_samples = view->min_samples,
                               .adaptive = run->adaptive,
                               .deadline = deadline_of(run),
+                              .processors = run->crowd.processors,
                               .limit = settings->sampling.time_limit,
                               .only_limit = settings->sampling.target_error == 0 &&
                                             !run->job.named.max_samples,

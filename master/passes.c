@@ -20,14 +20,45 @@ static void add_work(struct server *server, struct tile tile)
     queue_add(service->queue, &tile, cost, work.removed / fmax(cost, 1e-300));
 }
 
+/*
+ * The share of the time left that a pass is to take at most: the first one behind pass 0, of which it is known
+ * only roughly how long its samples take (0.7 to 2 times what is foreseen), and later ones. What is cut off at
+ * the end lacks samples in whole tiles, which costs more than a pass more.
+ */
+#define SHARE_FIRST 0.5
+#define SHARE_LATER 0.9
+
+/* From this share of the time behind on a pass is the last one: rather too long than that nobody has anything
+ * to do at the end. */
+#define LAST_LEFT  0.08
+#define SHARE_LAST 1.1
+
+/* Seconds for which renderers are taken to have been busy before anything was measured. */
+#define BUSY_BEFORE 0.01
+
+/* What the next pass may take: seconds of all renderers' processors. They are used as much as they were so
+ * far in this run. */
+static double seconds_for_pass(const struct server *server, double now)
+{
+    const struct service *service = server->service;
+    if (!(service->deadline < HUGE_VAL)) return HUGE_VAL;
+    double left = fmax(0, service->deadline - now), elapsed = now - server->start;
+    double rendered = adaptive_seconds(service->adaptive) - server->rendered_before;
+    double processors = (rendered + BUSY_BEFORE * service->processors) / (elapsed + BUSY_BEFORE);
+    double share = adaptive_passes(service->adaptive) == 1 ? SHARE_FIRST
+                   : left < LAST_LEFT * elapsed            ? SHARE_LAST
+                                                           : SHARE_LATER;
+    return share * left * processors;
+}
+
 /* The next pass, or what is left of this one, or the end of passes; the lock is held. */
-static void begin_pass(struct server *server)
+static void begin_pass(struct server *server, double now)
 {
     struct service *service = server->service;
     const struct canvas *canvas = service->canvas;
     /* One that an earlier run has left is there already. */
     if (adaptive_is_complete(service->adaptive))
-        server->last_pass = !adaptive_plan(service->adaptive);
+        server->last_pass = !adaptive_plan(service->adaptive, seconds_for_pass(server, now));
     if (server->last_pass) return;
     uint32_t edge = PASS_EDGE, largest = queue_largest_lot(service->queue);
     while (edge * edge > largest)
@@ -51,7 +82,7 @@ void follow_passes(struct server *server)
         /* What an earlier run has left need not be a whole pass. */
         if (adaptive_is_complete(server->service->adaptive))
             watch_pass(server->service->watch, begin);
-        begin_pass(server);
+        begin_pass(server, begin);
         server->planned_s += clock_wall() - begin;
     }
     pthread_mutex_unlock(&server->lock);

@@ -45,6 +45,7 @@ struct finished {
 struct part_head {
     struct tile_head tile;
     uint64_t plan; /* adaptive_plan_hash() before it came in */
+    double limit;  /* adaptive_limit() */
 };
 
 /* A list that grows. */
@@ -101,11 +102,11 @@ static bool record_valid(const struct canvas *canvas, const struct journal_recor
 }
 
 /* Plans the next pass when it is this one that comes and all before it are there. */
-static bool follow_pass(struct adaptive *adaptive, uint32_t pass)
+static bool follow_pass(struct adaptive *adaptive, uint32_t pass, double limit)
 {
     if (pass != adaptive_passes(adaptive) || !adaptive_is_complete(adaptive))
         return pass + 1 == adaptive_passes(adaptive);
-    return adaptive_plan(adaptive);
+    return adaptive_plan_again(adaptive, limit);
 }
 
 static size_t part_bytes(uint32_t pixels)
@@ -119,10 +120,12 @@ static bool part_valid(struct save *save, const struct journal_record *record,
     const struct tile *tile = &record->tile;
     const struct canvas *canvas = save->canvas;
     if (!tile_message_valid(tile, sizeof *tile, canvas->width, canvas->height) ||
-        !follow_pass(save->adaptive, tile->pass) ||
-        record->bytes != part_bytes(adaptive_pixels(save->adaptive, tile)))
+        record->bytes < part_bytes(0))
         return false;
     memcpy(head, record->payload, sizeof *head);
+    if (!follow_pass(save->adaptive, tile->pass, head->limit) ||
+        record->bytes != part_bytes(adaptive_pixels(save->adaptive, tile)))
+        return false;
     return head->plan == adaptive_plan_hash(save->adaptive, tile) && tile_head_valid(&head->tile);
 }
 
@@ -285,7 +288,8 @@ void save_part(struct save *save, const struct tile *tile, const struct result_h
     finished.bytes = part_bytes(adaptive_pixels(save->adaptive, tile));
     finished.part = allocate(finished.bytes, 1);
     *finished.part = (struct part_head){{header->cpu_s, header->counts},
-                                        adaptive_plan_hash(save->adaptive, tile)};
+                                        adaptive_plan_hash(save->adaptive, tile),
+                                        adaptive_limit(save->adaptive)};
     memcpy(finished.part + 1, part, finished.bytes - sizeof *finished.part);
     come_in(save, &finished);
 }

@@ -200,6 +200,7 @@ static void start_server(struct server *server, struct service *service)
     server->drops = allocate(server->renderers, sizeof *server->drops);
     server->message = allocate_zeroed(TILES_MAX_BYTES, 1);
     server->last_pass = !service->adaptive;
+    if (service->adaptive) server->rendered_before = adaptive_seconds(service->adaptive);
     memset(service->stats, 0, server->renderers * sizeof *service->stats);
     for (uint32_t i = 0; i < server->renderers; i++)
         service->stats[i].rank = server->first_rank + i;

@@ -55,6 +55,7 @@ struct server {
     double probe_s;    /* of all renderers */
     double plan_s;     /* see struct service: of passes of which something has come in */
     double planned_s;  /* of the one of which nothing has yet */
+    double rendered_before; /* adaptive_seconds() of earlier runs */
     bool last_pass;    /* what is in the queue is all there will be */
     uint32_t *sampled; /* of each refined tile that has been handed out: pixels that get samples */
     uint32_t sampled_room;

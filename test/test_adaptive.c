@@ -58,6 +58,12 @@ static double balls(double x, double y)
     return hypot(u, v) < 0.3 ? 1 : 0.2;
 }
 
+/* Stripes of one to two pixels' width. */
+static double stripes(double x, double y)
+{
+    return fmod(0.31 * x + y, 3) < 1.25 ? 0.9 : 0.1;
+}
+
 /* One speck, far brighter than white, of half a pixel's area. */
 static double speck(double x, double y)
 {
@@ -163,7 +169,7 @@ static void run(struct result *result, scene_function *f, const struct view *vie
     result->adaptive = adaptive_create(view, &result->canvas, target);
     do
         render_pass(result->adaptive, view, f, edge, backwards);
-    while (adaptive_plan(result->adaptive));
+    while (adaptive_plan(result->adaptive, HUGE_VAL));
     result->passes = adaptive_passes(result->adaptive);
     estimate(result);
 }
@@ -230,14 +236,14 @@ static void test_crews_plan_the_same(void **state)
     (void)state;
     struct view view = view_of(4, 1024);
     struct result alone, together;
-    run(&alone, ball, &view, 0.004, 16, false);
+    run(&alone, ball, &view, 0.001, 16, false);
     struct crew *crew = crew_gather(3);
     canvas_init(&together.canvas, EDGE, EDGE);
-    together.adaptive = adaptive_create(&view, &together.canvas, 0.004);
+    together.adaptive = adaptive_create(&view, &together.canvas, 0.001);
     adaptive_lend(together.adaptive, crew);
     do
         render_pass(together.adaptive, &view, ball, 16, false);
-    while (adaptive_plan(together.adaptive));
+    while (adaptive_plan(together.adaptive, HUGE_VAL));
     assert_int_equal(alone.passes, adaptive_passes(together.adaptive));
     assert_true(alone.passes > 2);
     assert_memory_equal(alone.canvas.rgb, together.canvas.rgb, 3 * PIXELS * sizeof(float));
@@ -265,7 +271,7 @@ static void test_rows_show_why_it_ended(void **state)
             watch_look(&watch, now = 2 * now + 1);
         watch_pass(&watch, now);
         high = watch.log.rows[watch.log.count - 1].estimate.high;
-        assert_true((high <= target) == !adaptive_plan(adaptive));
+        assert_true((high <= target) == !adaptive_plan(adaptive, HUGE_VAL));
     } while (high > target);
     assert_true(adaptive_passes(adaptive) > 2 && adaptive_is_met(adaptive));
     watch_free(&watch);
@@ -420,8 +426,8 @@ static void test_seconds_are_foreseen(void **state)
     (void)state;
     struct view view = view_of(4, 4096);
     struct result coarse, fine;
-    run(&fine, balls, &view, 0.015, 32, false);
-    run(&coarse, balls, &view, 0.03, 32, false);
+    run(&fine, stripes, &view, 0.01, 32, false);
+    run(&coarse, stripes, &view, 0.02, 32, false);
     double before = adaptive_seconds(coarse.adaptive), took = adaptive_seconds(fine.adaptive);
     double foreseen = before + adaptive_foresee(coarse.adaptive, fine.estimated, 1.5);
     assert_true(before < 0.7 * took);
@@ -429,7 +435,7 @@ static void test_seconds_are_foreseen(void **state)
     double told = before + adaptive_foresee(coarse.adaptive, fine.estimated, 2);
     assert_true(fabs(told / foreseen - 1) < 1e-12);
     struct result first;
-    run(&first, balls, &view, 1, 32, false);
+    run(&first, stripes, &view, 1, 32, false);
     assert_true(first.passes == 1);
     assert_true(adaptive_foresee(first.adaptive, 0.02, 2) <
                 0.9 * adaptive_foresee(first.adaptive, 0.02, 1.5));
@@ -540,13 +546,19 @@ static struct adaptive *begin_even(struct canvas *canvas, uint32_t max_samples, 
     return adaptive;
 }
 
-/* The next pass, which goes from 4 samples to 16, in 2 s: the error is so much when it is in. */
+/* Of a pixel after the next pass, which takes four doublings at once; those it adds; what is left of squared
+ * errors. */
+#define DENSE 64
+#define MORE  60
+#define LEFT  (1.0 / 64)
+
+/* The next pass, in 2 s: the error is so much when it is in. */
 static void follow_even(struct adaptive *adaptive, double error)
 {
-    assert_true(adaptive_plan(adaptive));
-    assert_int_equal(adaptive_work(adaptive, &all).samples, 12 * ALL);
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
+    assert_int_equal(adaptive_work(adaptive, &all).samples, MORE * ALL);
     put(adaptive, all,
-        (struct sent){0.5f, 0, (float)((16 * 2 * error - 4 * 2 * EVEN) / 12), {1, 1}}, 2);
+        (struct sent){0.5f, 0, (float)((DENSE * 2 * error - 4 * 2 * EVEN) / MORE), {1, 1}}, 2);
 }
 
 /* Pixels count when they are in. What is there already stays, and of a tile of pass 0 all is sent. */
@@ -620,42 +632,99 @@ static void test_work_of_a_pass(void **state)
     struct canvas canvas;
     uint64_t pixels, samples;
     struct adaptive *adaptive = begin_even(&canvas, 64, 1e-3);
-    assert_true(adaptive_plan(adaptive));
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
     struct adaptive_work work = adaptive_work(adaptive, &all);
     assert_int_equal(adaptive_pixels(adaptive, &all), ALL);
-    assert_int_equal(work.samples, 12 * ALL);
-    /* Four times as many samples leave an eighth of the squares. */
-    assert_true(fabs(work.removed / (ALL * EVEN * EVEN * 7 / 8) - 1) < 1e-5);
+    assert_int_equal(work.samples, MORE * ALL);
+    assert_true(fabs(work.removed / (ALL * EVEN * EVEN * (1 - LEFT)) - 1) < 1e-5);
     put(adaptive, columns(0, 12), (struct sent){1, 0, APART, {1, 1}}, 1);
-    assert_true(canvas.rgb[0] == (4 * 0.5f + 12 * 1) / 16);
+    assert_true(canvas.rgb[0] == (4 * 0.5f + MORE * 1) / DENSE);
     (void)adaptive_errors(adaptive, &pixels, &samples);
-    assert_true(pixels == ALL && samples == (16 + 4) * ALL / 2);
+    assert_true(pixels == ALL && samples == (DENSE + 4) * ALL / 2);
     assert_int_equal(adaptive_pixels(adaptive, &all), ALL / 2);
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
+}
+
+/* A pass may take so long and no longer: pixels of a picture whose left half has so much more of an error. It
+ * asks for something all the same, and with all the time there is it is the one without a limit. */
+static struct adaptive *begin_uneven(struct canvas *canvas)
+{
+    struct view view = view_of(4, 4096);
+    canvas_init(canvas, WIDE, HIGH);
+    struct adaptive *adaptive = adaptive_create(&view, canvas, 1e-3);
+    for (uint32_t x = 0; x < WIDE; x += 4)
+        put(adaptive, columns(x, 4), (struct sent){0.5f, 0, APART / (float)(1 + x), {1, 1}}, 0.1);
+    return adaptive;
+}
+
+static void test_pass_within_seconds(void **state)
+{
+    (void)state;
+    const double seconds[] = {0, 0.2, 1, 3, 10, 1e6, HUGE_VAL};
+    uint64_t any = 0;
+    for (int i = 6; i >= 0; i--) {
+        struct canvas canvas;
+        struct adaptive *adaptive = begin_uneven(&canvas);
+        assert_true(adaptive_plan(adaptive, seconds[i]) && adaptive_limit(adaptive) > 0);
+        uint64_t samples = adaptive_work(adaptive, &all).samples;
+        if (i == 6) any = samples;
+        assert_true(samples > 0 && (samples == any) == (i == 0 || i > 3));
+        /* In 0.6 s came 4 samples of each; later ones take longer, but for taking more at once. */
+        if (i > 0 && i < 4)
+            assert_true((double)samples < 4 * ALL * seconds[i] / 0.6 * 1.2 &&
+                        (double)samples > 4 * ALL * seconds[i] / 0.6 * 0.4);
+        adaptive_destroy(adaptive);
+        canvas_free(&canvas);
+    }
+}
+
+/* By its limit a plan can be made again. */
+static void test_plan_by_its_limit(void **state)
+{
+    (void)state;
+    struct canvas canvases[2];
+    struct adaptive *first = begin_uneven(&canvases[0]), *again = begin_uneven(&canvases[1]);
+    assert_true(adaptive_limit(first) == 0);
+    assert_true(adaptive_plan(first, 1));
+    uint64_t plan = adaptive_plan_hash(first, &all);
+    assert_true(adaptive_plan_again(again, adaptive_limit(first)));
+    assert_true(adaptive_plan_hash(again, &all) == plan);
+    assert_true(adaptive_limit(again) == adaptive_limit(first));
+    assert_int_equal(adaptive_passes(again), 2);
+    adaptive_destroy(again);
+    canvas_free(&canvases[1]);
+    again = begin_uneven(&canvases[1]);
+    assert_true(adaptive_plan(again, HUGE_VAL));
+    assert_true(adaptive_plan_hash(again, &all) != plan);
+    adaptive_destroy(first);
+    adaptive_destroy(again);
+    for (int i = 0; i < 2; i++)
+        canvas_free(&canvases[i]);
 }
 
 /* What is removed is expected of the spread of all samples: within each pass, and by what passes differ. */
 static void test_spread_of_all_passes(void **state)
 {
     (void)state;
-    const struct sent later = {0.875f, 0, 0.0625f, {1, 1}};
+    const struct sent later = {0.875f, 0, -0.0078125f, {1, 1}};
     struct canvas canvas;
-    struct adaptive *adaptive = begin_even(&canvas, 4096, 1e-3);
-    assert_true(adaptive_plan(adaptive));
-    assert_int_equal(adaptive_work(adaptive, &all).samples, 12 * ALL);
+    struct adaptive *adaptive = begin_even(&canvas, 4096, 1e-4);
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
+    assert_int_equal(adaptive_work(adaptive, &all).samples, MORE * ALL);
     put(adaptive, all, later, 2);
-    assert_true(adaptive_plan(adaptive));
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
     struct adaptive_work work = adaptive_work(adaptive, &all);
-    assert_int_equal(work.samples, 48 * ALL);
+    assert_int_equal(work.samples, (16 - 1) * DENSE * ALL);
     double apart = (double)APART, more = (double)later.difference;
-    double half =
-        ((0.875 - 0.5) * (0.875 - 0.5) + (apart - more) * (apart - more) / 4) * 4 * 12 / 256;
-    double spread = ((4 * apart * apart + 12 * more * more) / 16 + half) * 16 / 14;
-    double error = (4 * apart + 12 * more) / 32, variance = error * error * 64;
+    double half = ((0.875 - 0.5) * (0.875 - 0.5) + (apart - more) * (apart - more) / 4) * 4 * MORE /
+                  (DENSE * DENSE);
+    double spread = ((4 * apart * apart + MORE * more * more) / DENSE + half) * DENSE / (DENSE - 2);
+    double error = (4 * apart + MORE * more) / (2 * DENSE),
+           variance = error * error * pow(DENSE, 1.5);
     double ratio = (variance + spread / 4) / (spread + spread / 4);
-    double expected = (4 * variance + 14 * ratio * spread) / 18 / 64;
-    assert_true(fabs(work.removed / (ALL * expected * 7 / 8) - 1) < 1e-5);
+    double expected = (4 * variance + (DENSE - 2) * ratio * spread) / (DENSE + 2) / pow(DENSE, 1.5);
+    assert_true(fabs(work.removed / (ALL * expected * (1 - LEFT)) - 1) < 1e-5);
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
 }
@@ -673,14 +742,14 @@ static void test_dear_pixels_get_less(void **state)
                 dear_one = {.x = 12, .w = 1, .h = 1, .step = 1};
     for (int i = 0; i < 4; i++) {
         canvas_init(&canvas, WIDE, HIGH);
-        struct adaptive *adaptive = adaptive_create(&view, &canvas, 1e-3);
+        struct adaptive *adaptive = adaptive_create(&view, &canvas, 0.4 * EVEN);
         const struct sent sent = {0.5f, 0, APART, {rays[i], 64}};
         put(adaptive, columns(0, 8), sent, 1);
         put(adaptive, columns(4, 20), sent, 1); /* a part of it is there already */
-        assert_true(adaptive_plan(adaptive));
+        assert_true(adaptive_plan(adaptive, HUGE_VAL));
         adaptive_take(adaptive, &cheap_one, &cheap);
         adaptive_take(adaptive, &dear_one, &dear);
-        assert_true(cheap.to == 3 && dear.to < 3);
+        assert_true(cheap.to == 5 && dear.to < 5);
         adaptive_destroy(adaptive);
         canvas_free(&canvas);
     }
@@ -697,13 +766,13 @@ static void test_cost_of_all_samples(void **state)
                 right_one = {.x = 12, .w = 1, .h = 1, .step = 1};
     canvas_init(&canvas, WIDE, HIGH);
     struct adaptive *adaptive = adaptive_create(&view, &canvas, 1e-3);
-    put(adaptive, all, (struct sent){0.5f, 0, APART, {1, 32}}, 1);
-    assert_true(adaptive_plan(adaptive));
-    put(adaptive, all, (struct sent){0.5f, 0, APART, {1, 1}}, 1);
-    assert_true(adaptive_plan(adaptive));
+    put(adaptive, all, (struct sent){0.5f, 0, APART, {1, 256}}, 1);
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
+    put(adaptive, all, (struct sent){0.5f, 0, -0.0113f, {1, 1}}, 1); /* the error is 0.0025 then */
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
     adaptive_take(adaptive, &left_one, &left);
     adaptive_take(adaptive, &right_one, &right);
-    assert_true(right.from > 1 && right.to < left.to);
+    assert_true(right.from == left.from && right.to < left.to);
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
 }
@@ -728,7 +797,7 @@ static void test_plans_are_told_apart(void **state)
     put(one, columns(12, 12), sent, 1);
     put(other, columns(0, 12), sent, 1);
     assert_true(adaptive_plan_hash(one, &all) == adaptive_plan_hash(other, &all));
-    assert_true(adaptive_plan(one) && adaptive_plan(other)); /* 8 samples, 16 */
+    assert_true(adaptive_plan(one, HUGE_VAL) && adaptive_plan(other, HUGE_VAL)); /* 8 samples, 64 */
     assert_true(adaptive_plan_hash(one, &all) != adaptive_plan_hash(other, &all));
     for (int i = 0; i < 2; i++)
         canvas_free(&canvases[i]);
@@ -742,42 +811,43 @@ static double foresee_doubling(struct adaptive *adaptive, double error)
     return adaptive_foresee(adaptive, 0.6 * error, 1.5);
 }
 
-/* After pass 0 as many samples again are taken to last 1.3 times as long; after later ones, what these have
+/* After pass 0 as many samples again are taken to last 1.36 times as long; after later ones, what these have
  * lasted counts. How many rays the pixels take does not matter where all take the same. */
 static void test_seconds_of_a_doubling(void **state)
 {
     (void)state;
     struct canvas canvas;
     struct adaptive *adaptive = begin_even(&canvas, 1024, 1e-3);
-    assert_true(fabs(foresee_doubling(adaptive, EVEN) - 1.3) < 1e-6);
-    follow_even(adaptive, EVEN / sqrt(8));
-    double doubled = pow(16, EFFORT_POWER) / (pow(4, EFFORT_POWER) + pow(8, EFFORT_POWER));
-    assert_true(fabs(foresee_doubling(adaptive, EVEN / sqrt(8)) / (2 * doubled) - 1) < 0.05);
+    assert_true(fabs(foresee_doubling(adaptive, EVEN) - 1.36) < 1e-6);
+    follow_even(adaptive, EVEN * sqrt(LEFT));
+    double doubled = pow((double)DENSE / MORE, EFFORT_POWER);
+    assert_true(fabs(foresee_doubling(adaptive, EVEN * sqrt(LEFT)) / (2 * doubled) - 1) < 0.08);
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
     struct view view = view_of(4, 1024);
     canvas_init(&canvas, WIDE, HIGH);
     adaptive = adaptive_create(&view, &canvas, 1e-3);
     put(adaptive, all, (struct sent){0.5f, 0, APART, {7, 7}}, 1);
-    assert_true(fabs(foresee_doubling(adaptive, EVEN) - 1.3) < 1e-6);
+    assert_true(fabs(foresee_doubling(adaptive, EVEN) - 1.36) < 1e-6);
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
 }
 
-/* A pass was to leave an eighth of the squares: the less it did, the longer it will take. */
+/* A pass was to leave LEFT of the squares: the less it did, the longer it will take; for ever, if it did far
+ * more harm than good. */
 static void test_promises_are_kept_in_mind(void **state)
 {
     (void)state;
-    const double left[] = {0.125, 0.25, 1, 100};
+    const double left[] = {LEFT, 2 * LEFT, 4, 100};
     double before = 0;
     for (int i = 0; i < 4; i++) {
         struct canvas canvas;
         struct adaptive *adaptive = begin_even(&canvas, 4096, 1e-3);
         double error = EVEN * sqrt(left[i]);
         follow_even(adaptive, error);
-        assert_true(adaptive_plan(adaptive));
+        assert_true(adaptive_plan(adaptive, HUGE_VAL));
         double foreseen = foresee_doubling(adaptive, error);
-        assert_true(foreseen > before && (foreseen == HUGE_VAL) == (left[i] > 1));
+        assert_true(foreseen > before && (foreseen == HUGE_VAL) == (i == 3));
         before = foreseen;
         adaptive_destroy(adaptive);
         canvas_free(&canvas);
@@ -791,12 +861,12 @@ static void test_asked_again(void **state)
     struct canvas canvas;
     double foreseen[250];
     struct adaptive *adaptive = begin_even(&canvas, 1024, EVEN / 1.5);
-    assert_true(adaptive_plan(adaptive));
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
     put(adaptive, all, (struct sent){0.5f, 0, 0, {1, 1}}, 2);
-    assert_true(!adaptive_plan(adaptive) && adaptive_is_met(adaptive));
+    assert_true(!adaptive_plan(adaptive, HUGE_VAL) && adaptive_is_met(adaptive));
     for (int i = 0; i < 250; i++)
         foreseen[i] = adaptive_foresee(adaptive, 2e-4 * (i + 1), 1.5);
-    assert_true(!adaptive_plan(adaptive) && adaptive_is_met(adaptive));
+    assert_true(!adaptive_plan(adaptive, HUGE_VAL) && adaptive_is_met(adaptive));
     for (int i = 0; i < 250; i++)
         assert_true(adaptive_foresee(adaptive, 2e-4 * (i + 1), 1.5) == foreseen[i]);
     assert_int_equal(adaptive_passes(adaptive), 2);
@@ -814,12 +884,12 @@ static void test_agreement_by_chance(void **state)
     canvas_init(&canvas, WIDE, HIGH);
     struct adaptive *adaptive = adaptive_create(&view, &canvas, 0);
     put(adaptive, all, sent, 1);
-    assert_true(adaptive_plan(adaptive));
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
     sent.difference *= -4 * ALL / (float)adaptive_work(adaptive, &all).samples;
     put(adaptive, all, sent, 1);
-    assert_true(adaptive_plan(adaptive));
+    assert_true(adaptive_plan(adaptive, HUGE_VAL));
     put(adaptive, all, sent, 1);
-    double foreseen = adaptive_foresee(adaptive, 0.02, 1.5);
+    double foreseen = adaptive_foresee(adaptive, 0.002, 1.5);
     assert_true(foreseen > 0 && foreseen < HUGE_VAL);
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
@@ -830,11 +900,11 @@ static void test_nothing_left_to_double(void **state)
 {
     (void)state;
     struct canvas canvas;
-    struct adaptive *adaptive = begin_even(&canvas, 16, 1e-3);
+    struct adaptive *adaptive = begin_even(&canvas, DENSE, 1e-3);
     assert_true(foresee_doubling(adaptive, EVEN) < HUGE_VAL);
     follow_even(adaptive, EVEN / 2);
     assert_true(foresee_doubling(adaptive, EVEN / 2) == HUGE_VAL);
-    assert_true(!adaptive_plan(adaptive) && !adaptive_is_met(adaptive));
+    assert_true(!adaptive_plan(adaptive, HUGE_VAL) && !adaptive_is_met(adaptive));
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
 }
@@ -857,6 +927,8 @@ int main(void)
         cmocka_unit_test(test_part_of_a_pass),
         cmocka_unit_test(test_tile_with_steps),
         cmocka_unit_test(test_work_of_a_pass),
+        cmocka_unit_test(test_pass_within_seconds),
+        cmocka_unit_test(test_plan_by_its_limit),
         cmocka_unit_test(test_spread_of_all_passes),
         cmocka_unit_test(test_dear_pixels_get_less),
         cmocka_unit_test(test_cost_of_all_samples),

@@ -12,7 +12,7 @@ render() { # NAME N OVERRIDE...
 value() { sed -n "s/^ *\"$2\": \"\\{0,1\\}\\([^\",]*\\)\"\\{0,1\\},\\{0,1\\}\$/\\1/p" "$1.json" | head -1; }
 below() { awk "BEGIN { exit !($1 <= $2) }"; }
 
-check "to a target, without mpiexec" render reference.pfm 0 sampling.target_error=0.006
+check "to a target, without mpiexec" render reference.pfm 0 sampling.target_error=0.0015
 check "several passes" test "$(value reference passes)" -gt 2
 planned() { # in a part of the time that renderers wait
     awk "BEGIN { exit !($(value reference plan_s) > 0 && $(value reference plan_s) < $(value reference render_s)) }"
@@ -23,13 +23,13 @@ for n in 1 2 5; do
     for how in "farm.tile=8" "farm.tile=17" "farm.tile=auto" "farm.kernel=portable" \
                "farm.variant=full"; do
         same() {
-            render t.pfm "$n" sampling.target_error=0.006 "$how" && cmp reference.pfm t.pfm
+            render t.pfm "$n" sampling.target_error=0.0015 "$how" && cmp reference.pfm t.pfm
         }
         check "-n $n $how" same
     done
 done
 same() {
-    render t.pfm 3 sampling.target_error=0.006 farm.master_renders=no && cmp reference.pfm t.pfm
+    render t.pfm 3 sampling.target_error=0.0015 farm.master_renders=no && cmp reference.pfm t.pfm
 }
 check "rank 0 only serves" same
 
@@ -39,7 +39,7 @@ dark() {
         { cat "$SCENE"; printf '[light dark]\nposition = 0 9 0\ncolor = 0 0 0\n'; } >dark.ini || return 1
     for variant in auto full; do
         run 0 farm_n 2 dark.ini farm.variant=$variant output.image=$variant.pfm \
-            sampling.target_error=0.006 || return 1
+            sampling.target_error=0.0015 || return 1
     done
     grep -q '"lights": 2' auto.json && grep -q '"lights": 3' full.json && cmp auto.pfm full.pfm &&
         cmp reference.pfm full.pfm
@@ -51,8 +51,8 @@ check "a light without colour" dark
 check "a reference" run 0 farm_n 2 "$SCENE" image.width=1097 image.region="500 0 97 61" \
     sampling.samples=512 output.image=many.pfm output.report=
 true_error() {
-    render t.pfm 2 sampling.target_error=0.006 sampling.reference=many.pfm output.error=rows.csv &&
-        below "$(value t rmse)" 0.02 && grep -q '"true_rmse"' t.json &&
+    render t.pfm 2 sampling.target_error=0.0015 sampling.reference=many.pfm output.error=rows.csv &&
+        below "$(value t rmse)" 0.003 && grep -q '"true_rmse"' t.json &&
         test "$(value t rows)" -gt 2 && test "$(value t rows)" = "$(value t rows_held)"
 }
 check "the true error is as estimated" true_error

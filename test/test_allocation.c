@@ -29,8 +29,8 @@ static void test_doublings(void **state)
     assert_int_equal(allocation_doublings(0, 0, LEVEL_MAX), 0);
 }
 
-/* Each doubling leaves 2^-3/2 of what halves tell; its effort is 2^EFFORT_POWER times that of the one
- * before it. Not more of them than there are. */
+/* Each doubling leaves 2^-3/2 of what halves tell; what two of them bring, three times as many samples as one,
+ * is taken at once. Not more of them than there are. */
 static void test_outcome(void **state)
 {
     (void)state;
@@ -43,7 +43,7 @@ static void test_outcome(void **state)
     assert_true(none.left == 15 && none.effort == 0);
     struct allocation_outcome twice = allocation_under(allocation, 0.1);
     assert_true(is_about(twice.left, 5 * exp2(-1.5) + 10 * exp2(-3)));
-    assert_true(is_about(twice.effort, 20 + 40 * (1 + exp2(EFFORT_POWER))));
+    assert_true(is_about(twice.effort, 20 + 40 * pow(3, EFFORT_POWER)));
     allocation_destroy(allocation);
 }
 
@@ -64,6 +64,29 @@ static void test_limit(void **state)
     }
     assert_true(allocation_limit(allocation, least) > 0);
     assert_true(allocation_limit(allocation, 0.99 * least) == 0);
+    allocation_destroy(allocation);
+}
+
+/* The limit within an effort takes no more than that; the next lower one would. */
+static void test_limit_within(void **state)
+{
+    (void)state;
+    struct allocation *allocation = allocation_create(1);
+    for (int i = 1; i < 40; i++)
+        allocation_add(allocation, exp2(-0.3 * i), 1, i, 3);
+    double most = allocation_under(allocation, 0).effort;
+    for (double share = 0.01; share < 1; share += 0.09) {
+        double effort = share * most, limit = allocation_limit_within(allocation, effort);
+        double taken = allocation_under(allocation, limit).effort;
+        assert_true(taken > 0 && taken <= effort);
+        assert_true(allocation_under(allocation, limit / 1.126).effort > effort);
+        limit = allocation_limit_within(allocation, taken);
+        assert_true(allocation_under(allocation, limit).effort == taken);
+    }
+    double all = allocation_limit_within(allocation, 2 * most);
+    assert_true(allocation_under(allocation, all).effort == most);
+    assert_true(allocation_limit_within(allocation, 0.9) == 0);
+    assert_true(allocation_limit_within(allocation, 0) == 0);
     allocation_destroy(allocation);
 }
 
@@ -122,9 +145,10 @@ static void test_brightness(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_doublings), cmocka_unit_test(test_outcome),
-        cmocka_unit_test(test_limit),     cmocka_unit_test(test_extremes),
-        cmocka_unit_test(test_alike),     cmocka_unit_test(test_brightness),
+        cmocka_unit_test(test_doublings),  cmocka_unit_test(test_outcome),
+        cmocka_unit_test(test_limit),      cmocka_unit_test(test_limit_within),
+        cmocka_unit_test(test_extremes),   cmocka_unit_test(test_alike),
+        cmocka_unit_test(test_brightness),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -364,10 +364,55 @@ static void finish_first_pass(struct farm *farm)
         part[i] = 0.1f;
     adaptive_put(farm->service.adaptive, &all, part, 1);
     free(part);
-    assert_true(adaptive_plan(farm->service.adaptive));
+    assert_true(adaptive_plan(farm->service.adaptive, HUGE_VAL));
     while (other_goes_on(farm))
         ;
     queue_add(farm->service.queue, &all, 1, 1);
+}
+
+/* Samples that are asked for behind pass 0, which has taken two of three processors 10 s, where so much time is
+ * left; in seconds that as many took there. Pixels are as uneven as pictures are. */
+static double asked_for(double left)
+{
+    struct farm *farm = farm_open(&small_tiles);
+    struct view view = {.min_samples = 4, .max_samples = 4096};
+    uint32_t pixels = farm->canvas.width * farm->canvas.height;
+    struct tile all = {.w = farm->canvas.width, .h = farm->canvas.height, .step = 1, .pass = 1};
+    struct adaptive *adaptive = adaptive_create(&view, &farm->canvas, 1e-5);
+    float *part = calloc(pixels, REFINED_FLOATS * sizeof *part);
+    for (uint32_t i = 0; i < 3 * pixels; i++)
+        part[3 * pixels + i] = (float)exp2(-0.07 * (i % 97));
+    for (uint32_t i = 0; i < pixels; i++)
+        part[6 * pixels + i] = part[3 * pixels + 3 * i];
+    adaptive_put(adaptive, &all, part, 20);
+    free(part);
+    while (other_goes_on(farm))
+        ;
+    farm->watch = (struct watch){.canvas = &farm->canvas, .adaptive = adaptive, .first_samples = 4};
+    assert_true(watch_start(&farm->watch, NULL));
+    farm->service.adaptive = adaptive;
+    farm->service.processors = 3;
+    farm->service.deadline = clock_wall() + left;
+    farm->server.start -= 10;
+    farm->server.last_pass = false;
+    follow_passes(&farm->server);
+    double seconds = (double)adaptive_work(adaptive, &all).samples / (4 * pixels) * 20;
+    assert_false(farm->server.last_pass || queue_complete(farm->service.queue));
+    watch_free(&farm->watch);
+    adaptive_destroy(adaptive);
+    farm_close(farm);
+    return seconds;
+}
+
+/* Half of the time that is left, of two processors, is 4 s and 20 s; samples that come later last longer, and
+ * less where a pixel gets more at a time. Without a limit it would be more. */
+static void test_pass_fits_the_time(void **state)
+{
+    (void)state;
+    double soon = asked_for(4), later = asked_for(20), ever = asked_for(HUGE_VAL);
+    if (!(soon > 1.5 && soon < 4)) fail_msg("%g s", soon);
+    if (!(later > 9 && later < 20)) fail_msg("%g s", later);
+    assert_true(ever > 100);
 }
 
 /* Whether the last lot is one tile, of which all pixels get samples. */
@@ -707,6 +752,7 @@ int main(void)
         cmocka_unit_test(test_who_is_silent),
         cmocka_unit_test(test_recalls),
         cmocka_unit_test(test_recalls_end),
+        cmocka_unit_test(test_pass_fits_the_time),
         cmocka_unit_test(test_trays),
         cmocka_unit_test(test_news),
         cmocka_unit_test(test_idle_get_what_is_overdue),

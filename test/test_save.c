@@ -21,7 +21,7 @@ static const struct view view = {.width = WIDTH,
                                  .region_w = WIDTH,
                                  .region_h = EDGE,
                                  .min_samples = 4,
-                                 .max_samples = 64};
+                                 .max_samples = 4096};
 
 static int open_all(void **state)
 {
@@ -179,23 +179,24 @@ static void render(struct run *run, uint32_t x, uint32_t w, bool saved)
     adaptive_put(run->adaptive, &tile, part, header.cpu_s);
 }
 
-/* Passes follow one from the other as they did; tiles that overlap take their part of the time. */
-static void test_passes_come_back(void **state)
+/* Passes follow one from the other as they did, also where there was only so much time for one; tiles that
+ * overlap take their part of the time. */
+static void check_passes(struct scratch *s, double left_s)
 {
     struct run first, next;
-    run_open(&first, *state, 1e-3);
+    run_open(&first, s, 1e-3);
     save_start(first.save, TILES, PIXELS);
     render(&first, 0, EDGE, true);
     render(&first, EDGE / 2, EDGE, true); /* one half of it is there already */
     render(&first, EDGE, 2 * EDGE, true); /* a quarter */
     render(&first, 0, EDGE, true);        /* all */
-    assert_true(adaptive_plan(first.adaptive));
+    assert_true(adaptive_plan(first.adaptive, left_s));
     render(&first, 0, EDGE, true);
     render(&first, EDGE, 2 * EDGE, true);
-    assert_true(adaptive_plan(first.adaptive));
+    assert_true(adaptive_plan(first.adaptive, HUGE_VAL));
     render(&first, 0, EDGE, true);
     keep(first.save);
-    run_open(&next, *state, 1e-3);
+    run_open(&next, s, 1e-3);
     struct save_found found = *save_found(next.save);
     assert_true(found.records == 7 && found.tiles == 6 && found.pixels == PIXELS);
     assert_int_equal(adaptive_passes(next.adaptive), 3);
@@ -205,6 +206,12 @@ static void test_passes_come_back(void **state)
     save_drop(next.save);
     run_close(&first);
     run_close(&next);
+}
+
+static void test_passes_come_back(void **state)
+{
+    check_passes(*state, HUGE_VAL);
+    check_passes(*state, 3);
 }
 
 /* A part goes on top of what it was planned for: not where that is lost. */
