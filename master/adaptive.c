@@ -359,6 +359,19 @@ double adaptive_seconds(const struct adaptive *adaptive)
     return adaptive->first.seconds + adaptive->later.seconds;
 }
 
+/* All samples behind pass 0, also those that are there, if a single pass took them to where a limit does. */
+static double effort_behind_first(const struct adaptive *adaptive, double limit)
+{
+    double sum = 0;
+    size_t pixels = pixel_count(adaptive);
+    for (size_t i = 0; i < pixels; i++) {
+        unsigned level = adaptive->level[i];
+        unsigned up = allocation_doublings(gain_of(adaptive, i), limit, adaptive->last - level);
+        sum += (double)adaptive->rays[i] * adaptive->efforts[1][level + up];
+    }
+    return sum;
+}
+
 double adaptive_foresee(struct adaptive *adaptive, double rmse, double power)
 {
     struct told told = sum_told(adaptive);
@@ -376,9 +389,10 @@ double adaptive_foresee(struct adaptive *adaptive, double rmse, double power)
     expect(adaptive);
     struct allocation *allocation = allocate_all(adaptive, squares);
     double limit = allocation_limit(allocation, share * allocation_told(allocation));
-    double effort = limit > 0 ? allocation_under(allocation, limit).effort : HUGE_VAL;
     allocation_destroy(allocation);
-    return effort * seconds_per_effort(adaptive);
+    if (!(limit > 0)) return HUGE_VAL;
+    return effort_behind_first(adaptive, limit) * seconds_per_effort(adaptive) -
+           adaptive->later.seconds;
 }
 
 bool adaptive_is_complete(const struct adaptive *adaptive)

@@ -811,8 +811,9 @@ static double foresee_doubling(struct adaptive *adaptive, double error)
     return adaptive_foresee(adaptive, 0.6 * error, 1.5);
 }
 
-/* After pass 0 as many samples again are taken to last 1.36 times as long; after later ones, what these have
- * lasted counts. How many rays the pixels take does not matter where all take the same. */
+/* After pass 0 as many samples again are taken to last 1.36 times as long, which counts a tenth beside what later
+ * ones have lasted. These are taken as if all had come at once. How many rays the pixels take does not matter
+ * where all take the same. */
 static void test_seconds_of_a_doubling(void **state)
 {
     (void)state;
@@ -820,8 +821,9 @@ static void test_seconds_of_a_doubling(void **state)
     struct adaptive *adaptive = begin_even(&canvas, 1024, 1e-3);
     assert_true(fabs(foresee_doubling(adaptive, EVEN) - 1.36) < 1e-6);
     follow_even(adaptive, EVEN * sqrt(LEFT));
-    double doubled = pow((double)DENSE / MORE, EFFORT_POWER);
-    assert_true(fabs(foresee_doubling(adaptive, EVEN * sqrt(LEFT)) / (2 * doubled) - 1) < 0.08);
+    double effort = pow(2 * DENSE - 4, EFFORT_POWER), had = pow(MORE, EFFORT_POWER);
+    double all_s = effort * (2 + 0.1 * 1.36) / (had + 0.1 * pow(4, EFFORT_POWER));
+    assert_true(fabs(foresee_doubling(adaptive, EVEN * sqrt(LEFT)) / (all_s - 2) - 1) < 0.001);
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
     struct view view = view_of(4, 1024);
