@@ -198,10 +198,12 @@ static double cost_of(const struct adaptive *adaptive, size_t pixel)
     return (double)adaptive->rays[pixel] * samples_of(adaptive, adaptive->level[pixel]);
 }
 
-/* Of as many samples once more. */
+/* To the next level, if there is one. */
 static double effort_of(const struct adaptive *adaptive, size_t pixel)
 {
-    return (double)adaptive->rays[pixel] * adaptive->efforts[0][adaptive->level[pixel]];
+    uint32_t level = adaptive->level[pixel];
+    if (level == adaptive->last) return 0;
+    return (double)adaptive->rays[pixel] * adaptive->efforts[level][level + 1];
 }
 
 static double gain_of(const struct adaptive *adaptive, size_t pixel)

@@ -120,8 +120,8 @@ double adaptive_seconds(const struct adaptive *adaptive);
  * How many seconds more a run needs whose error is rmse in the end, that does at once behind pass 0 what the rule
  * asks for by which passes are planned: taken as good as passes so far have kept what they promised, and as
  * quick as they were. power: of samples that the squared error is known to go down with while no pass after the
- * first tells. HUGE_VAL: max_samples are too few for that, or there are pixels without samples yet. Passes are
- * not changed.
+ * first tells. Below 0 where such a run is so much quicker than what is there. HUGE_VAL: max_samples are too few for
+ * that, or there are pixels without samples yet. Passes are not changed.
  */
 double adaptive_foresee(struct adaptive *adaptive, double rmse, double power);
 

@@ -118,11 +118,11 @@ double allocation_limit_within(const struct allocation *allocation, double effor
     int low = -1, high = BINS - 1; /* low is too much, high is not, as it is nothing */
     while (high - low > 1) {
         int middle = low + (high - low) / 2;
-        if (allocation_under(allocation, bin_end(allocation, middle)).effort <= effort)
-            high = middle;
-        else
+        if (allocation_under(allocation, bin_end(allocation, middle)).effort > effort)
             low = middle;
+        else
+            high = middle;
     }
-    double limit = bin_end(allocation, high);
-    return allocation_under(allocation, limit).effort > 0 ? limit : 0;
+    if (allocation_under(allocation, bin_end(allocation, high)).effort > 0) low = high;
+    return low < 0 ? 0 : bin_end(allocation, low);
 }

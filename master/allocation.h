@@ -44,7 +44,8 @@ struct allocation_outcome allocation_under(const struct allocation *allocation, 
 /* The highest limit, up to an eighth, that leaves at most so much; 0: none does. */
 double allocation_limit(const struct allocation *allocation, double goal);
 
-/* The lowest limit, up to an eighth, whose effort is at most so much; 0: even the least takes more. */
+/* The lowest limit, up to an eighth, whose effort is at most so much; where even the least samples take more,
+ * that which asks for these. 0: there are none to ask for. */
 double allocation_limit_within(const struct allocation *allocation, double effort);
 
 /* How often a pixel is doubled until e / cost is at most the limit. */

@@ -36,29 +36,37 @@ static void add_work(struct server *server, struct tile tile)
 /* Seconds for which renderers are taken to have been busy before anything was measured. */
 #define BUSY_BEFORE 0.01
 
-/* What the next pass may take: seconds of all renderers' processors. They are used as much as they were so
- * far in this run. */
-static double seconds_for_pass(const struct server *server, double now)
+/* Wall seconds until the time limit ends the run, when another plan is made, which takes as long as the last
+ * one; 0 or less: it would come too late. */
+static double seconds_left(const struct server *server)
+{
+    return server->service->deadline - clock_wall() - server->last_plan_s;
+}
+
+/* What the next pass may take where so many wall seconds are left: seconds of all renderers' processors. They
+ * are used as much as they were so far in this run. */
+static double seconds_for_pass(const struct server *server, double left)
 {
     const struct service *service = server->service;
-    if (!(service->deadline < HUGE_VAL)) return HUGE_VAL;
-    double left = fmax(0, service->deadline - now), elapsed = now - server->start;
+    if (!(left < HUGE_VAL)) return HUGE_VAL;
+    double elapsed = server_elapsed(server);
     double rendered = adaptive_seconds(service->adaptive) - server->rendered_before;
     double processors = (rendered + BUSY_BEFORE * service->processors) / (elapsed + BUSY_BEFORE);
-    double share = adaptive_passes(service->adaptive) == 1 ? SHARE_FIRST
-                   : left < LAST_LEFT * elapsed            ? SHARE_LAST
-                                                           : SHARE_LATER;
-    return share * left * processors;
+    double share = left < LAST_LEFT * elapsed                ? SHARE_LAST
+                   : adaptive_passes(service->adaptive) == 1 ? SHARE_FIRST
+                                                             : SHARE_LATER;
+    return share * fmax(left, 0) * processors;
 }
 
 /* The next pass, or what is left of this one, or the end of passes; the lock is held. */
-static void begin_pass(struct server *server, double now)
+static void begin_pass(struct server *server)
 {
     struct service *service = server->service;
     const struct canvas *canvas = service->canvas;
     /* One that an earlier run has left is there already. */
     if (adaptive_is_complete(service->adaptive))
-        server->last_pass = !adaptive_plan(service->adaptive, seconds_for_pass(server, now));
+        server->last_pass =
+            !adaptive_plan(service->adaptive, seconds_for_pass(server, seconds_left(server)));
     if (server->last_pass) return;
     uint32_t edge = PASS_EDGE, largest = queue_largest_lot(service->queue);
     while (edge * edge > largest)
@@ -77,13 +85,15 @@ void follow_passes(struct server *server)
 {
     if (server->last_pass || server->service->ending) return;
     pthread_mutex_lock(&server->lock);
-    while (!server->last_pass && queue_complete(server->service->queue)) {
+    while (!server->last_pass && queue_complete(server->service->queue) &&
+           seconds_left(server) > 0) {
         double begin = clock_wall();
         /* What an earlier run has left need not be a whole pass. */
         if (adaptive_is_complete(server->service->adaptive))
             watch_pass(server->service->watch, begin);
-        begin_pass(server, begin);
-        server->planned_s += clock_wall() - begin;
+        begin_pass(server);
+        server->last_plan_s = clock_wall() - begin;
+        server->planned_s += server->last_plan_s;
     }
     pthread_mutex_unlock(&server->lock);
 }

@@ -90,6 +90,11 @@ static bool tile_head_valid(const struct tile_head *head)
     return isfinite(head->cpu_s) && head->cpu_s >= 0 && render_counts_valid(&head->counts);
 }
 
+static bool part_head_valid(const struct part_head *head)
+{
+    return tile_head_valid(&head->tile) && isfinite(head->limit) && head->limit >= 0;
+}
+
 static bool record_valid(const struct canvas *canvas, const struct journal_record *record,
                          struct tile_head *head)
 {
@@ -123,10 +128,9 @@ static bool part_valid(struct save *save, const struct journal_record *record,
         record->bytes < part_bytes(0))
         return false;
     memcpy(head, record->payload, sizeof *head);
-    if (!follow_pass(save->adaptive, tile->pass, head->limit) ||
-        record->bytes != part_bytes(adaptive_pixels(save->adaptive, tile)))
-        return false;
-    return head->plan == adaptive_plan_hash(save->adaptive, tile) && tile_head_valid(&head->tile);
+    return part_head_valid(head) && follow_pass(save->adaptive, tile->pass, head->limit) &&
+           record->bytes == part_bytes(adaptive_pixels(save->adaptive, tile)) &&
+           head->plan == adaptive_plan_hash(save->adaptive, tile);
 }
 
 /* Notes what was found; returns how many of its pixels are new. A tile that brings nothing new is not counted:

@@ -52,11 +52,12 @@ struct server {
     pthread_mutex_t lock;
     struct preview preview;
     uint64_t rays;
-    double probe_s;    /* of all renderers */
-    double plan_s;     /* see struct service: of passes of which something has come in */
-    double planned_s;  /* of the one of which nothing has yet */
+    double probe_s;         /* of all renderers */
+    double plan_s;          /* see struct service: of passes of which something has come in */
+    double planned_s;       /* of the one of which nothing has yet */
+    double last_plan_s;     /* that the last one took to plan */
     double rendered_before; /* adaptive_seconds() of earlier runs */
-    bool last_pass;    /* what is in the queue is all there will be */
+    bool last_pass;         /* what is in the queue is all there will be */
     uint32_t *sampled; /* of each refined tile that has been handed out: pixels that get samples */
     uint32_t sampled_room;
     struct kept_piece *pieces;

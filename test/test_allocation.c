@@ -83,10 +83,20 @@ static void test_limit_within(void **state)
         limit = allocation_limit_within(allocation, taken);
         assert_true(allocation_under(allocation, limit).effort == taken);
     }
-    double all = allocation_limit_within(allocation, 2 * most);
-    assert_true(allocation_under(allocation, all).effort == most);
-    assert_true(allocation_limit_within(allocation, 0.9) == 0);
-    assert_true(allocation_limit_within(allocation, 0) == 0);
+    double limit = allocation_limit_within(allocation, 2 * most);
+    assert_true(allocation_under(allocation, limit).effort == most);
+    /* The least there is, if even that is too much; all, if nobody knows what it takes. */
+    for (int i = 0; i < 2; i++) {
+        limit = allocation_limit_within(allocation, 0.9 * i);
+        assert_true(allocation_under(allocation, limit).effort == 1);
+    }
+    limit = allocation_limit_within(allocation, (double)NAN);
+    assert_true(allocation_under(allocation, limit).effort == most);
+    allocation_destroy(allocation);
+    allocation = allocation_create(1);
+    assert_true(allocation_limit_within(allocation, 1) == 0);
+    allocation_add(allocation, 1, 1, 1, 0);
+    assert_true(allocation_limit_within(allocation, 1) == 0);
     allocation_destroy(allocation);
 }
 

@@ -63,8 +63,9 @@ check "another target" other
 check "nothing left to render" all_saved later
 # For how long passes may take depends on when they begin: they are planned as they were then.
 timed() {
-    SIZE="image.width=240 image.height=240 sampling.time_limit=4"
-    broken_off 9 2300000 0 && run 0 farm_n 2 "$SCENE" $SIZE output.image=a.pfm && cat "$T/err" &&
+    SIZE="image.width=240 image.height=240"
+    broken_off 9 2300000 0 sampling.time_limit=60 &&
+        run 0 farm_n 2 "$SCENE" $SIZE sampling.time_limit=4 output.image=a.pfm && cat "$T/err" &&
         grep -q 'going on with a.journal in pass [2-9]' "$T/err" && ! grep 'cannot be used' "$T/err"
 }
 check "killed in a later pass under a time limit" timed
