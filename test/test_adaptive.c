@@ -835,12 +835,12 @@ static void test_seconds_of_a_doubling(void **state)
     canvas_free(&canvas);
 }
 
-/* A pass was to leave LEFT of the squares: the less it did, the longer it will take; for ever, if it did far
+/* A pass was to leave LEFT of the squares: the less it did, the longer it will take; for ever, if it did
  * more harm than good. */
 static void test_promises_are_kept_in_mind(void **state)
 {
     (void)state;
-    const double left[] = {LEFT, 2 * LEFT, 4, 100};
+    const double left[] = {LEFT, 2 * LEFT, 1, 100};
     double before = 0;
     for (int i = 0; i < 4; i++) {
         struct canvas canvas;
