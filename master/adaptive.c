@@ -24,7 +24,7 @@
  * the first one behind pass 0 in 14 runs of seven scenes, and in each of them the later ones, which are smaller,
  * with one that was less than 0.1 from that. Of few pixels it tells hardly anything; so it is taken as if one that
  * left a quarter had kept its promise before them: the logarithm of that. */
-#define PROMISE_BEFORE -1.3862943611198906
+#define PROMISE_BEFORE (-1.3862943611198906)
 
 /* Seconds per effort (master/allocation.h) of passes after the first, in terms of those of the first: what
  * eleven runs had in the mean (0.96 to 2.6); pixels that are even are quick and get none later on. It
