@@ -100,29 +100,41 @@ struct allocation_outcome allocation_under(const struct allocation *allocation, 
     return sum;
 }
 
-double allocation_limit(const struct allocation *allocation, double goal)
+/* The last bin at whose end an outcome is still so, as it is at those before it; -1: at none. */
+static int last_bin(const struct allocation *allocation,
+                    bool (*is_so)(struct allocation_outcome outcome, double than), double than)
 {
-    int low = -1, high = BINS - 1; /* low leaves little enough (or nothing does), high too much */
+    int low = -1, high = BINS - 1;
     while (high - low > 1) {
         int middle = low + (high - low) / 2;
-        if (allocation_under(allocation, bin_end(allocation, middle)).left <= goal)
+        if (is_so(allocation_under(allocation, bin_end(allocation, middle)), than))
             low = middle;
         else
             high = middle;
     }
-    return low < 0 ? 0 : bin_end(allocation, low);
+    return low;
+}
+
+static bool leaves_at_most(struct allocation_outcome outcome, double goal)
+{
+    return outcome.left <= goal;
+}
+
+static bool takes_more(struct allocation_outcome outcome, double effort)
+{
+    return outcome.effort > effort;
+}
+
+double allocation_limit(const struct allocation *allocation, double goal)
+{
+    int bin = last_bin(allocation, leaves_at_most, goal);
+    return bin < 0 ? 0 : bin_end(allocation, bin);
 }
 
 double allocation_limit_within(const struct allocation *allocation, double effort)
 {
-    int low = -1, high = BINS - 1; /* low is too much, high is not, as it is nothing */
-    while (high - low > 1) {
-        int middle = low + (high - low) / 2;
-        if (allocation_under(allocation, bin_end(allocation, middle)).effort > effort)
-            low = middle;
-        else
-            high = middle;
-    }
-    if (allocation_under(allocation, bin_end(allocation, high)).effort > 0) low = high;
-    return low < 0 ? 0 : bin_end(allocation, low);
+    int bin = last_bin(allocation, takes_more, effort);
+    double next = bin_end(allocation, bin + 1);
+    if (allocation_under(allocation, next).effort > 0) return next;
+    return bin < 0 ? 0 : bin_end(allocation, bin);
 }

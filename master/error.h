@@ -133,8 +133,8 @@ double error_power(const struct error_point points[2], uint32_t samples, double 
 #define FORECAST_MANY 128
 
 /*
- * That so many seconds more lower the error from a point to goal, below it; HUGE_VAL, 0 or less: nobody knows. The
- * slope is that between the two. FORECAST_SPREAD is what such foresight was off by, relative to what was
+ * That so many seconds more lower the error from a point to goal, below it; HUGE_VAL, 0 or less: nobody
+ * knows. The slope is that between the two. FORECAST_SPREAD is what such foresight was off by, relative to what was
  * still to come then (make bench-error, section forecast, prints it): all in all, so that an interval
  * with what the errors are off by beside it is rather too wide.
  */

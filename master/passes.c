@@ -21,19 +21,20 @@ static void add_work(struct server *server, struct tile tile)
 }
 
 /*
- * The share of the time left that a pass is to take at most: the first one behind pass 0, of which it is known
- * only roughly how long its samples take (0.7 to 2 times what is foreseen), and later ones. What is cut off at
- * the end lacks samples in whole tiles, which costs more than a pass more.
+ * The share of the time left that a pass is to take at most. Of the first one behind pass 0 it is known only
+ * roughly how long its samples take: 0.7 to 2 times what is foreseen, so that half is the most that still fits.
+ * Later ones know it from that one. What is cut off at the end lacks samples in whole tiles, which costs more
+ * than a pass more.
  */
 #define SHARE_FIRST 0.5
 #define SHARE_LATER 0.9
 
-/* From this share of the time behind on a pass is the last one: rather too long than that nobody has anything
- * to do at the end. */
+/* Where no more is left than a pass of SHARE_LATER leaves, in terms of the time behind, the next one is the last:
+ * rather too long than that nobody has anything to do at the end. */
 #define LAST_LEFT  0.08
 #define SHARE_LAST 1.1
 
-/* Seconds for which renderers are taken to have been busy before anything was measured. */
+/* Seconds for which renderers are taken to have been busy before anything was measured: nothing beside what is. */
 #define BUSY_BEFORE 0.01
 
 /* Wall seconds until the time limit ends the run, when another plan is made, which takes as long as the last
@@ -43,11 +44,12 @@ static double seconds_left(const struct server *server)
     return server->service->deadline - clock_wall() - server->last_plan_s;
 }
 
-/* What the next pass may take where so many wall seconds are left: seconds of all renderers' processors. They
- * are used as much as they were so far in this run. */
-static double seconds_for_pass(const struct server *server, double left)
+/* What the next pass may take: seconds of all renderers' processors, which are used as much as they were so far
+ * in this run. */
+static double seconds_for_pass(const struct server *server)
 {
     const struct service *service = server->service;
+    double left = seconds_left(server);
     if (!(left < HUGE_VAL)) return HUGE_VAL;
     double elapsed = server_elapsed(server);
     double rendered = adaptive_seconds(service->adaptive) - server->rendered_before;
@@ -65,8 +67,7 @@ static void begin_pass(struct server *server)
     const struct canvas *canvas = service->canvas;
     /* One that an earlier run has left is there already. */
     if (adaptive_is_complete(service->adaptive))
-        server->last_pass =
-            !adaptive_plan(service->adaptive, seconds_for_pass(server, seconds_left(server)));
+        server->last_pass = !adaptive_plan(service->adaptive, seconds_for_pass(server));
     if (server->last_pass) return;
     uint32_t edge = PASS_EDGE, largest = queue_largest_lot(service->queue);
     while (edge * edge > largest)

@@ -35,8 +35,7 @@ struct save;
  * Opens the journal at path for this scene and puts what it holds into the canvas, which outlives the
  * result, or, where sampling is adaptive, through adaptive_put() pass by pass: each pass is planned
  * again from the one before, by the limit that its records tell, and a record counts if it has just what
- * that plan asks for. NULL
- * after user_error() (journal_open()).
+ * that plan asks for. NULL after user_error() (journal_open()).
  */
 struct save *save_open(const char *path, const struct scene *scene, struct canvas *canvas,
                        struct adaptive *adaptive);

@@ -27,9 +27,9 @@ struct service {
     uint32_t first_samples;    /* per pixel, in pass 0 */
     struct adaptive *adaptive; /* NULL: one pass, with all samples */
     double deadline; /* a time of common/clock.h: stop then with what is there; HUGE_VAL: none */
-    uint32_t processors; /* that renderers have together: struct crowd */
     double limit;    /* seconds until then from the start of the run; 0: none */
     bool only_limit; /* nothing else is expected to end it */
+    uint32_t processors;       /* that renderers have together: struct crowd */
     struct timeline *timeline; /* gets every finished tile; NULL: not kept */
     /* Renders tiles in a second thread of this process; NULL: rank 0 only serves. Renderer i of the
      * queue is then rank i, otherwise rank i + 1. */
