@@ -157,8 +157,13 @@ static void init_window(char *window, size_t content, size_t trays)
     if (sem_init(&head->built, 1, 0) != 0) fatal("cannot create a semaphore");
     bell_init(&head->bell);
     head->trays = trays > 0 ? head->offset + content : 0;
-    for (size_t i = 0; i < trays; i++)
-        tray_init(first_tray(head) + i);
+    for (size_t i = 0; i < trays; i++) {
+        struct tray *tray = first_tray(head) + i;
+        /* So that the master, who sees all of them, has their pages before the first result comes: page faults
+         * took a fifth of its time with 44 ranks. */
+        memset(tray, 0, sizeof *tray);
+        tray_init(tray);
+    }
 }
 
 /* By the first ranks of all nodes: from rank 0, who has the block, to where each has room for it. */
