@@ -384,11 +384,11 @@ double adaptive_foresee(struct adaptive *adaptive, double rmse, double power)
 {
     struct told told = sum_told(adaptive);
     double squares = told.errors.squares;
-    if (told.pixels < pixel_count(adaptive) || !(squares > 0)) return HUGE_VAL;
+    if (told.pixels < pixel_count(adaptive) || !(squares > 0)) return (double)NAN;
     double exponent =
         (adaptive->log_kept + PROMISE_BEFORE) / (adaptive->log_promised + PROMISE_BEFORE);
     if (adaptive->passes == 1) exponent = power / FORECAST_EDGE; /* promises are for edges */
-    if (!(exponent > 0)) return HUGE_VAL;
+    if (!(exponent > 0)) return (double)NAN;
     double share = pow(rmse * rmse * (double)told.pixels / squares, 1 / exponent);
     if (share >= 1) return 0;
     expect(adaptive);

@@ -121,7 +121,7 @@ double adaptive_seconds(const struct adaptive *adaptive);
  * asks for by which passes are planned: taken as good as passes so far have kept what they promised, and as
  * quick as they were. power: of samples that the squared error is known to go down with while no pass after the
  * first tells. Below 0 where such a run is so much quicker than what is there. HUGE_VAL: max_samples are too few for
- * that, or there are pixels without samples yet. Passes are not changed.
+ * that. NaN: nobody knows, as where there are pixels without samples yet. Passes are not changed.
  */
 double adaptive_foresee(struct adaptive *adaptive, double rmse, double power);
 

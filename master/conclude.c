@@ -1,4 +1,5 @@
 #include <errno.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -116,8 +117,15 @@ static int judge_samples(const struct run *run)
     return strict ? STATUS_FAILED : STATUS_DONE;
 }
 
+/* The end of a sentence on pixels without a sample: what leaves fewer of them. */
+static const char *advice(const struct view *view)
+{
+    return view->min_samples > 2 ? " (sampling.min_samples = 2 leaves fewer of them)" : "";
+}
+
 /* What a time limit has left without any sample; false: all of it, there is no picture. */
-static bool judge_limit(const struct run *run)
+static bool judge_limit(const struct run *run, const struct service *service,
+                        const struct view *view)
 {
     double limit = run->job.settings.sampling.time_limit;
     uint64_t pixels = (uint64_t)run->canvas.width * run->canvas.height;
@@ -125,16 +133,16 @@ static bool judge_limit(const struct run *run)
     if (unsampled == pixels) {
         user_error(NULL, 0,
                    "sampling.time_limit = %g s was over before any sample was taken, expected "
-                   "a longer one",
-                   limit);
+                   "a longer one: %.2g s of it had gone before rendering began",
+                   limit, fmin(service->began - run->start, limit));
         return false;
     }
     if (unsampled > 0)
         user_warning(
             NULL, 0,
             "sampling.time_limit = %g s has left %llu of %llu pixels without a sample: what "
-            "stands there is a rough preview, or black",
-            limit, (unsigned long long)unsampled, (unsigned long long)pixels);
+            "stands there is a rough preview, or black%s",
+            limit, (unsigned long long)unsampled, (unsigned long long)pixels, advice(view));
     return true;
 }
 
@@ -157,7 +165,7 @@ int run_conclude(struct run *run, const struct service *service, const struct vi
     const struct settings *settings = &run->job.settings;
     fill_report(run, service);
     fill_sampling(run, service, view);
-    if (!judge_limit(run)) {
+    if (!judge_limit(run, service, view)) {
         save_drop(run->save);
         run->save = NULL;
         return STATUS_FAILED;

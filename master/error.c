@@ -115,7 +115,9 @@ static struct error_forecast law_to(const struct error_point *now, double goal, 
 struct error_forecast error_forecast_to(const struct error_point *now, double goal, double more)
 {
     double times = log1p(more / now->seconds);
-    return law_to(now, goal, times, now->spread / times);
+    struct error_forecast forecast = law_to(now, goal, times, now->spread / times);
+    forecast.beyond = more == HUGE_VAL;
+    return forecast;
 }
 
 /* How the squared error goes down with samples: what edges leave, and a share of it that is smooth; or

@@ -73,6 +73,7 @@ bool error_point(const struct error_sum *sum, uint64_t pixels, double seconds,
 /* RMSE = rmse * (seconds of rendering / seconds)^-slope, between now and what is asked for. */
 struct error_forecast {
     bool known;
+    bool beyond; /* it is not, for no run with so few samples at most comes so far */
     double rmse, seconds;
     double slope, slope_spread; /* and its standard deviation */
     double samples;             /* of each pixel, to reach that; 0: they differ */
@@ -133,8 +134,8 @@ double error_power(const struct error_point points[2], uint32_t samples, double 
 #define FORECAST_MANY 128
 
 /*
- * That so many seconds more lower the error from a point to goal, below it; HUGE_VAL, 0 or less: nobody
- * knows. The slope is that between the two. FORECAST_SPREAD is what such foresight was off by, relative to what was
+ * That so many seconds more lower the error from a point to goal, below it; HUGE_VAL: nothing that is allowed
+ * does; NaN, 0 or less: nobody knows. The slope is that between the two. FORECAST_SPREAD is what such foresight was off by, relative to what was
  * still to come then (make bench-error, section forecast, prints it): all in all, so that an interval
  * with what the errors are off by beside it is rather too wide.
  */

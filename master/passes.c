@@ -69,6 +69,7 @@ static void begin_pass(struct server *server)
     if (adaptive_is_complete(service->adaptive))
         server->last_pass = !adaptive_plan(service->adaptive, seconds_for_pass(server));
     if (server->last_pass) return;
+    server->tiles_before = queue_count(service->queue).tiles;
     uint32_t edge = PASS_EDGE, largest = queue_largest_lot(service->queue);
     while (edge * edge > largest)
         edge /= 2;

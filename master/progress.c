@@ -118,12 +118,14 @@ static void make_fields(struct fields *fields, const struct progress *progress,
     double elapsed = now - progress->started;
     struct figure rate = figure_count(elapsed > 0 ? (double)state->rays / elapsed : 0);
     struct figure left = progress->left < 0 ? (struct figure){"-:--"} : figure_span(progress->left);
-    int digits = snprintf(NULL, 0, "%u", state->tiles);
+    uint32_t done = state->tiles_done - state->tiles_before;
+    uint32_t tiles = state->tiles - state->tiles_before;
+    int digits = snprintf(NULL, 0, "%u", tiles);
     size_t size = sizeof fields->text[0];
     snprintf(fields->text[FIELD_LEFT], size, "%5s left", left.text);
     struct pass pass = pass_of(state);
     snprintf(fields->text[FIELD_TILES], size, "%s%s%*u/%u tiles", pass.name,
-             pass.name[0] ? " " : "", digits, state->tiles_done, state->tiles);
+             pass.name[0] ? " " : "", digits, done, tiles);
     snprintf(fields->text[FIELD_RATE], size, "%6s rays/s", rate.text);
     snprintf(fields->text[FIELD_ELAPSED], size, "%5s", figure_span(elapsed).text);
 }
@@ -189,8 +191,9 @@ static void print_line(const struct progress *progress, const struct progress_st
     struct pass pass = pass_of(state);
     const char *join = !pass.name[0] ? "" : state->only_limit ? ", " : " of ";
     fprintf(progress->out, "farm: %d%%%s%s, %u of %u tiles, %s rays/s, %s elapsed",
-            (int)(100 * progress->share), join, pass.name, state->tiles_done, state->tiles,
-            figure_count((double)state->rays / elapsed).text, figure_span(elapsed).text);
+            (int)(100 * progress->share), join, pass.name, state->tiles_done - state->tiles_before,
+            state->tiles - state->tiles_before, figure_count((double)state->rays / elapsed).text,
+            figure_span(elapsed).text);
     if (progress->left >= 0) fprintf(progress->out, ", %s left", figure_span(progress->left).text);
     fputc('\n', progress->out);
     fflush(progress->out);

@@ -31,6 +31,7 @@ struct progress_state {
     uint64_t pixels_done, pixels; /* the share that is finished */
     uint64_t pixels_before;       /* of those done, by an earlier run */
     uint32_t tiles_done, tiles;
+    uint32_t tiles_before; /* of these, those of earlier passes, which are not shown */
     unsigned pass; /* of adaptive sampling: with each one there is more to do; 0: there are none */
     uint64_t rays; /* traced so far, all kinds */
     double limit;  /* seconds after which the run ends in any case; 0: there is no such limit */

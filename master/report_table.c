@@ -335,12 +335,19 @@ static struct figure bound_figure(double bound)
     return shown < bound ? error_figure(shown + pow(10, floor(log10(bound)) - 1)) : figure;
 }
 
+static void put_beyond(struct table *table, double goal, uint32_t most_samples)
+{
+    flow(table, "%s is beyond sampling.max_samples = %u", error_figure(goal).text, most_samples);
+    end_flow(table);
+}
+
 /* "0.001 would take about 41 s (36 to 50), with 256 samples, ..." as if this run had rendered all. */
 static void put_forecast(struct table *table, const struct error_forecast *forecast,
-                         double elapsed_s)
+                         uint32_t most_samples, double elapsed_s)
 {
-    if (!forecast->known) return;
     double low, high, goal = forecast_goal(forecast->rmse);
+    if (forecast->beyond) put_beyond(table, goal, most_samples);
+    if (!forecast->known) return;
     double others = elapsed_s - forecast->seconds;
     double seconds = forecast_seconds(forecast, goal, &low, &high);
     flow(table, "%s would take about %.3g s", error_figure(goal).text, others + seconds);
@@ -375,11 +382,14 @@ static void put_error(struct table *table, const struct report *report)
     if (last->share < 1) /* never rounded to all */
         flow_on(table, "of the %.1f %% that has samples", floor(1000 * last->share) / 10);
     flow_on(table, elapsed < 1 ? "after %.2g s" : "after %.1f s", elapsed);
-    if (before > 0) flow(table, "%.1f s of that saved by an earlier run", before);
+    if (before > 0) {
+        flow(table, "%.1f s of that saved by an earlier run", before);
+        flow_on(table, "(%.1f s of CPU time, shared)", report->resumed.cpu_s);
+    }
     if (!isnan(last->true_rmse))
         flow(table, "%s against the reference", error_figure(last->true_rmse).text);
     end_flow(table);
-    put_forecast(table, &report->forecast, elapsed);
+    put_forecast(table, &report->forecast, report->max_samples, elapsed);
 }
 
 /* What depth and cutoff have left out. */
@@ -394,10 +404,11 @@ static void put_truncation(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-/* What a limit has cut off. */
-static void put_limit(struct table *table, const struct report *report)
+/* What has ended adaptive sampling. */
+static void put_end(struct table *table, const struct report *report)
 {
     if (!report->ended) return;
+    if (strcmp(report->ended, "target") == 0) flow(table, "sampling.target_error is met");
     if (strcmp(report->ended, "time") == 0) flow(table, "stopped by sampling.time_limit");
     if (strcmp(report->ended, "max_samples") == 0)
         flow(table, "stopped by sampling.max_samples%s",
@@ -417,7 +428,7 @@ static void put_summary(struct table *table, const struct report *report,
     put_shared_cores(table, report);
     put_rays(table, report, counts);
     put_error(table, report);
-    put_limit(table, report);
+    put_end(table, report);
     put_truncation(table, report);
     uint64_t nonfinite = report_picture_counts(report).nonfinite;
     if (nonfinite) {

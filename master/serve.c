@@ -40,6 +40,7 @@ static void show_progress(struct server *server, double now)
         .pixels = (uint64_t)pixels,
         .tiles_done = count.finished,
         .tiles = count.tiles,
+        .tiles_before = server->tiles_before,
         .pass = adaptive ? adaptive_passes(adaptive) : 0,
         .rays = server->rays,
         .ends = server->service->deadline,
@@ -226,6 +227,7 @@ bool serve(struct service *service)
     serve_until_done(&server);
     if (service->own) pthread_join(thread, NULL);
     post_close(server.post, service->silent == 0);
+    service->began = server.start;
     service->render_s = server.finished - server.start;
     service->plan_s = server.plan_s;
     service->master_cpu_s = clock_thread_cpu() - cpu;

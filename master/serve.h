@@ -50,6 +50,7 @@ struct service {
     struct render_counts counts;  /* of the tiles that are in the picture, each once */
     bool timed_out;               /* the deadline ended it */
     bool deserted;                /* nobody was left who renders */
+    double began;                 /* a time of common/clock.h: rendering, the pre-pass included */
     double render_s;              /* wall seconds until the last tile was in the picture */
     double master_cpu_s;          /* CPU seconds of serving and of plans, of this thread */
     uint64_t messages;            /* received */

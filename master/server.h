@@ -60,6 +60,7 @@ struct server {
     bool last_pass;         /* what is in the queue is all there will be */
     uint32_t *sampled; /* of each refined tile that has been handed out: pixels that get samples */
     uint32_t sampled_room;
+    uint32_t tiles_before; /* of passes before this one */
     struct kept_piece *pieces;
     uint32_t piece_count;
     uint64_t news; /* of the queue, when the idle were last asked */

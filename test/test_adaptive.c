@@ -581,7 +581,7 @@ static void test_part_of_a_pass(void **state)
     put(adaptive, columns(0, 12), (struct sent){1, 0, APART, {1, 1}}, 1);
     (void)adaptive_errors(adaptive, &pixels, &samples);
     assert_true(pixels == 12 * HIGH && samples == 4 * pixels);
-    assert_true(adaptive_foresee(adaptive, 1, 1.5) == HUGE_VAL);
+    assert_true(isnan(adaptive_foresee(adaptive, 1, 1.5)));
     struct tile half_new = columns(8, 8);
     struct adaptive_work work = adaptive_work(adaptive, &half_new);
     assert_int_equal(adaptive_pixels(adaptive, &half_new), 8 * HIGH);
@@ -857,7 +857,7 @@ static void test_promises_are_kept_in_mind(void **state)
         follow_even(adaptive, error);
         assert_true(adaptive_plan(adaptive, HUGE_VAL));
         double foreseen = foresee_doubling(adaptive, error);
-        assert_true(foreseen > before && (foreseen == HUGE_VAL) == (i == 3));
+        assert_true(i < 3 ? foreseen > before && foreseen < HUGE_VAL : isnan(foreseen));
         before = foreseen;
         adaptive_destroy(adaptive);
         canvas_free(&canvas);

@@ -125,6 +125,10 @@ static void test_forecast_to_a_goal(void **state)
     /* A fifth of 8 s more, and of where they begin 1 % of the error. */
     assert_true(10.3 < low && low < 11 && 13.5 < high && high < 14.5);
     assert_false(error_forecast_to(&now, 0.005, HUGE_VAL).known);
+    assert_true(error_forecast_to(&now, 0.005, HUGE_VAL).beyond);
+    assert_false(error_forecast_to(&now, 0.005, (double)NAN).known);
+    assert_false(error_forecast_to(&now, 0.005, (double)NAN).beyond);
+    assert_false(forecast.beyond);
     assert_false(error_forecast_to(&now, 0.02, 1).known);
 }
 

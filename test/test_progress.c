@@ -106,6 +106,23 @@ static void test_bar(void **state)
     screen_close(&screen);
 }
 
+/* Of passes the tiles of the one that runs. */
+static void test_tiles_of_a_pass(void **state)
+{
+    (void)state;
+    static struct screen screen;
+    struct progress progress;
+    struct progress_state later = half;
+    later.tiles_before = 6;
+    later.pass = 2;
+    screen_open(&screen, 100);
+    progress_start(&progress, screen.out, 100);
+    progress_update(&progress, &later, 110);
+    assert_non_null(strstr(screen_read(&screen), "  pass 2 1/6 tiles  "));
+    progress_end(&progress);
+    screen_close(&screen);
+}
+
 /* All widths: one line, never as long as the window, the percentage as long as there is room. */
 static void test_bar_fits(void **state)
 {
@@ -348,7 +365,7 @@ static void test_strange_states(void **state)
     progress_start(&progress, screen.out, 0);
     progress_update(&progress, &now, 1);
     assert_non_null(strstr(screen_read(&screen), "  0% [-"));
-    now = (struct progress_state){10,       1,          20, UINT32_MAX, UINT32_MAX,
+    now = (struct progress_state){10,       1,          20, UINT32_MAX, UINT32_MAX, 0,
                                   UINT_MAX, UINT64_MAX, -1, HUGE_VAL,   true};
     progress_update(&progress, &now, 2);
     assert_non_null(strstr(screen_read(&screen), "100% [#"));
@@ -424,6 +441,7 @@ int main(void)
         cmocka_unit_test(test_counts),
         cmocka_unit_test(test_spans),
         cmocka_unit_test(test_bar),
+        cmocka_unit_test(test_tiles_of_a_pass),
         cmocka_unit_test(test_bar_fits),
         cmocka_unit_test(test_bar_rate_of_redraws),
         cmocka_unit_test(test_message_between),

@@ -93,7 +93,7 @@ static void test_balance(void **state)
 static void assert_has(const char *text, const char *part)
 {
     if (strstr(text, part)) return;
-    print_error("missing: %s\nin: %s\n", part, text);
+    fprintf(stderr, "missing: %s\nin: %s\n", part, text); /* print_error() cuts */
     fail();
 }
 
@@ -488,7 +488,7 @@ static void test_table_error(void **state)
     struct error_row row = {2.4, 16, {0.000098, 0.000087, 0.00011}, (double)NAN, 1};
     struct error_log log = {&row, 1};
     report.errors = &log;
-    report.forecast = (struct error_forecast){true, 0.000098, 2, 0.5, 0, 64};
+    report.forecast = (struct error_forecast){true, false, 0.000098, 2, 0.5, 0, 64};
     char *text = table_text(&report, 80);
     assert_has(text, "\nsampling error: RMSE 0.000098 (0.000087 to 0.00011) after 2.4 s\n"
                      "0.00002 would take about 48.4 s (48.4 to 48.4), with 64 samples\n"
@@ -501,10 +501,19 @@ static void test_table_error(void **state)
     free(text);
     row.true_rmse = 0.00009;
     report.resumed.render_s = 10;
+    report.resumed.cpu_s = 20;
     report.forecast.seconds = 12;
     text = table_text(&report, 80);
-    assert_has(text, " after 12.4 s\n  10.0 s of that saved by an earlier run, "
-                     "0.00009 against the reference\n0.00002 would take about 289 s (");
+    assert_has(text, " after 12.4 s\n  10.0 s of that saved by an earlier run "
+                     "(20.0 s of CPU time, shared)\n"
+                     "  0.00009 against the reference\n0.00002 would take about 289 s (");
+    free(text);
+    report.forecast = (struct error_forecast){.rmse = 0.000098, .beyond = true};
+    report.max_samples = 64;
+    report.ended = "target";
+    text = table_text(&report, 80);
+    assert_has(text, "\n0.00002 is beyond sampling.max_samples = 64\n"
+                     "sampling.target_error is met\n");
     free(text);
     row.share = 0.0456;
     text = table_text(&report, 80);
