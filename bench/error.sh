@@ -4,6 +4,7 @@
 #   sampling  uniform and adaptive sampling of four scenes, against a reference with 64 times the
 #             samples of the finest uniform picture: Pareto front, equal error, equal time
 #   large     the same of pictures too large for a reference of all pixels: of some of them
+#   limits    runs under a time limit: how far it is overrun, and the error beside uniform sampling's
 #   truncation  max_depth from 0 to 20 and cutoff from 1/16 to 1/65536: error, claimed bound
 #   formulas  the paper's formulas against the exact ones
 #   forecast  what a run says that half of its error will cost, and what it does
@@ -13,22 +14,23 @@
 # Times are CPU seconds of rendering, where runs are short the median of ERROR_REPEAT (3) of them. FARM
 # and TOOL are the programs, WORK a folder for pictures; MPIEXEC starts references on all cores.
 # ERROR_SCENES, ERROR_SIZE (320x240), ERROR_PEERS_SIZE (160x120) and ERROR_FINEST (16: uniform samples per
-# pixel, at most), ERROR_LARGE (1920x1440) and ERROR_LARGE_SAMPLES (lantern=64 garden=64) can be set, and
-# SCENES, a folder whose scene files are then among the names, without their endings. Tables and plots go
-# to bench/out/.
+# pixel, at most), ERROR_LARGE (1920x1440), ERROR_LARGE_SAMPLES (lantern=64 garden=64), ERROR_LIMITS (2 5 10)
+# and ERROR_LIMITS_SIZE (640x480) can be set, and SCENES, a folder whose scene files are then among the names,
+# without their endings. Tables and plots go to bench/out/.
 #
 # What was measured stays in the CSV files: a section that was ended goes on there, row by row, with the
 # same settings, programs and scene files; otherwise it begins anew. Status 1: something could not be measured
 # or drawn, which ends the bench, or, when all is done, a bound of truncation did not hold.
 set -u
 export LC_ALL=C
-SECTIONS=${*:-allocation sampling large truncation formulas forecast coverage peers}
+SECTIONS=${*:-allocation sampling large limits truncation formulas forecast coverage peers}
 FOLDER=${SCENES:-}
 SCENES=${ERROR_SCENES:-lantern garden ground balls}
 SIZE=${ERROR_SIZE:-320x240} PEERS_SIZE=${ERROR_PEERS_SIZE:-160x120}
 FINEST=${ERROR_FINEST:-16} REPEAT=${ERROR_REPEAT:-3}
 MANY=$((64 * FINEST))        # of a reference
 LARGE=${ERROR_LARGE:-1920x1440} LARGE_SAMPLES=${ERROR_LARGE_SAMPLES:-lantern=64 garden=64}
+LIMITS=${ERROR_LIMITS:-2 5 10} LIMITS_SIZE=${ERROR_LIMITS_SIZE:-640x480}
 OUT=bench/out
 set_size() { W=${1%x*} H=${1#*x}; }
 set_size "$SIZE"
@@ -259,10 +261,20 @@ plot "< grep '^$1,uniform' $csv" using 5:6 with linespoints pt 7 title "uniform"
 END
 }
 
-# ---- large ----
+# ---- pixels of large pictures ----
 
 # Pixels that a large picture is judged by, some, each against 64 times the samples of the uniform picture.
 LATTICE=16000
+
+# lattice_errors SCENE SAMPLES: fields of a row: the true RMSE of $WORK/even.pfm, which has so many samples of
+# every pixel, its deviation, both of $WORK/run.pfm, and the RMSE of the reference.
+lattice_errors() {
+    told=$("$TOOL" lattice "$(config_of "$1")" $LATTICE $((64 * $2)) "$WORK/even.pfm" "$WORK/run.pfm" \
+        image.width=$W image.height=$H) || exit 1
+    echo $told | tr ' ' ,
+}
+
+# ---- large ----
 
 large() {
     begin_csv large "$LARGE" "scene,samples,uniform_s,uniform_wall_s,uniform_estimated,slope,adaptive_samples,adaptive_s,adaptive_wall_s,adaptive_estimated,uniform_rmse,uniform_deviation,adaptive_rmse,adaptive_deviation,reference_rmse"
@@ -273,9 +285,8 @@ large() {
         farm_wide even "$scene" sampling.samples=$n
         u=$WORK/even.json a=$WORK/run.json
         farm_wide run "$scene" sampling.target_error="$(value "$u" estimated_rmse)"
-        told=$("$TOOL" lattice "$(config_of "$scene")" $LATTICE $((64 * n)) "$WORK/even.pfm" "$WORK/run.pfm" \
-            image.width=$W image.height=$H) || exit 1
-        put_row "$scene,$n,$(cpu_of "$u"),$(of "$u" time render_s),$(value "$u" estimated_rmse),$(of "$u" forecast slope),$(value "$a" samples_per_pixel),$(cpu_of "$a"),$(of "$a" time render_s),$(value "$a" estimated_rmse),$(echo $told | tr ' ' ,)"
+        errors=$(lattice_errors "$scene" $n) || exit 1
+        put_row "$scene,$n,$(cpu_of "$u"),$(of "$u" time render_s),$(value "$u" estimated_rmse),$(of "$u" forecast slope),$(value "$a" samples_per_pixel),$(cpu_of "$a"),$(of "$a" time render_s),$(value "$a" estimated_rmse),$errors"
     done
     {
         echo "# Adaptive sampling of large pictures, $W x $H"
@@ -290,6 +301,44 @@ large() {
     } >"$OUT/error_large.md"
     cat "$OUT/error_large.md"
     set_size "$SIZE"
+}
+
+# ---- limits ----
+
+limits() {
+    begin_csv limits "$LIMITS_SIZE" "scene,limit,total_s,adaptive_samples,adaptive_s,adaptive_estimated,uniform_samples,uniform_s,slope,uniform_rmse,uniform_deviation,adaptive_rmse,adaptive_deviation,reference_rmse"
+    set_size "$LIMITS_SIZE"
+    for scene in $SCENES; do
+        for limit in $LIMITS; do
+            known "$scene,$limit" && continue
+            one_limit "$scene" "$limit"
+        done
+    done
+    {
+        echo "# Time limits, $W x $H, -n $(nproc)"
+        echo
+        echo "total: from the start to the end of the run, with the picture and the report written. CPU seconds are those of rendering, all ranks together. Beside each run stands uniform sampling with the power of two of samples whose CPU time comes next to its own, carried to the same CPU time along the slope that its run tells. Who has only so much time does not know that number beforehand. True errors are those of some $LATTICE pixels, evenly spread, against 64 times the samples of the uniform picture; +- tells by how much another choice of pixels would differ."
+        echo
+        echo "| scene | limit, s | total, s | over by | samples | CPU s | RMSE estimated | true | uniform samples | CPU s | true RMSE | in the same time | error ratio |"
+        echo "|---|---|---|---|---|---|---|---|---|---|---|---|---|"
+        awk -F, 'NR > 1 { even = $10 * ($5 / $8) ^ $9
+            printf "| %s | %s | %.2f | %+.1f %% | %.1f | %.2f | %.3g | %.3g +- %.2g | %s | %.2f | %.3g +- %.2g | %.3g | %.2f |\n",
+            $1, $2, $3, 100 * ($3 / $2 - 1), $4, $5, $6, $12, $13, $7, $8, $10, $11, even, even / $12 }' "$csv"
+    } >"$OUT/error_limits.md"
+    cat "$OUT/error_limits.md"
+    set_size "$SIZE"
+}
+
+one_limit() { # SCENE LIMIT
+    u=$WORK/even.json a=$WORK/run.json
+    farm_wide run "$1" sampling.time_limit="$2"
+    # Of so few samples the start is too large a part.
+    farm_wide even "$1" sampling.samples=8
+    n=$(awk -v a="$(cpu_of "$a")" -v u="$(cpu_of "$u")" \
+        'BEGIN { n = 8; while (n * u / 8 * sqrt(2) < a) n *= 2; print n }')
+    [ "$n" -eq 8 ] || farm_wide even "$1" sampling.samples="$n"
+    errors=$(lattice_errors "$1" "$n") || exit 1
+    put_row "$1,$2,$(of "$a" time total_s),$(value "$a" samples_per_pixel),$(cpu_of "$a"),$(value "$a" estimated_rmse),$n,$(cpu_of "$u"),$(of "$u" forecast slope),$errors"
 }
 
 # ---- truncation ----
@@ -597,7 +646,7 @@ coverage() {
 
 for section in $SECTIONS; do
     case $section in
-    allocation | sampling | large | truncation | formulas | forecast | coverage | peers) "$section" ;;
+    allocation | sampling | large | limits | truncation | formulas | forecast | coverage | peers) "$section" ;;
     *) echo "error.sh: there is no section $section" >&2; exit 2 ;;
     esac
 done

@@ -98,6 +98,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
                               .deadline = deadline_of(run),
                               .processors = run->crowd.processors,
                               .limit = settings->sampling.time_limit,
+                              .image = settings->output.image,
                               .only_limit = settings->sampling.target_error == 0 &&
                                             !run->job.named.max_samples,
                               .timeline = timeline_wanted(settings) ? &run->timeline : NULL,

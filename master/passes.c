@@ -2,6 +2,7 @@
 
 #include "common/clock.h"
 #include "common/whole.h"
+#include "master/image_file.h"
 #include "master/server.h"
 
 /* Tiles of a pass are at most this wide and high: in a few of its pixels a late pass has as many
@@ -37,11 +38,27 @@ static void add_work(struct server *server, struct tile tile)
 /* Seconds for which renderers are taken to have been busy before anything was measured: nothing beside what is. */
 #define BUSY_BEFORE 0.01
 
-/* Wall seconds until the time limit ends the run, when another plan is made, which takes as long as the last
+/* Of a time limit, what is kept for writing at most: with less there may be no picture to write. */
+#define WRITING_MOST 0.5
+
+void keep_for_writing(struct server *server, bool rendered)
+{
+    const struct service *service = server->service;
+    if (!(service->limit > 0) || !service->image) return;
+    double seconds = image_seconds(service->image, service->canvas, rendered);
+    server->writing_s = fmin(seconds, WRITING_MOST * service->limit);
+}
+
+double rendering_ends(const struct server *server)
+{
+    return server->service->deadline - server->writing_s - server->last_plan_s;
+}
+
+/* Wall seconds until the time limit ends rendering, when another plan is made, which takes as long as the last
  * one; 0 or less: it would come too late. */
 static double seconds_left(const struct server *server)
 {
-    return server->service->deadline - clock_wall() - server->last_plan_s;
+    return rendering_ends(server) - clock_wall() - server->last_plan_s;
 }
 
 /* What the next pass may take: seconds of all renderers' processors, which are used as much as they were so far
@@ -91,8 +108,10 @@ void follow_passes(struct server *server)
            seconds_left(server) > 0) {
         double begin = clock_wall();
         /* What an earlier run has left need not be a whole pass. */
-        if (adaptive_is_complete(server->service->adaptive))
+        if (adaptive_is_complete(server->service->adaptive)) {
+            keep_for_writing(server, true);
             watch_pass(server->service->watch, begin);
+        }
         begin_pass(server);
         server->last_plan_s = clock_wall() - begin;
         server->planned_s += server->last_plan_s;

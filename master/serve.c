@@ -43,8 +43,8 @@ static void show_progress(struct server *server, double now)
         .tiles_before = server->tiles_before,
         .pass = adaptive ? adaptive_passes(adaptive) : 0,
         .rays = server->rays,
-        .ends = server->service->deadline,
-        .limit = server->service->limit,
+        .ends = rendering_ends(server),
+        .limit = server->service->limit - server->writing_s - server->last_plan_s,
         .only_limit = server->service->only_limit,
     };
     watch_look(server->service->watch, now);
@@ -98,7 +98,8 @@ static void count_silent(struct server *server)
 static void end_when_over(struct server *server, double now)
 {
     struct service *service = server->service;
-    bool over = is_over(server), late = now >= service->deadline, deserted = is_deserted(server);
+    bool over = is_over(server), late = now >= rendering_ends(server),
+         deserted = is_deserted(server);
     if (!over && !late && !deserted) return;
     service->timed_out = !over && late;
     service->deserted = !over && !late;
@@ -208,6 +209,7 @@ static void start_server(struct server *server, struct service *service)
     service->ending = false;
     service->counts = (struct render_counts){0};
     service->silent = 0;
+    keep_for_writing(server, false);
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
     server->post = post_open(largest_message(service));
     server->start = server->finished = server->polled = server->woken = clock_wall();

@@ -26,9 +26,12 @@ struct service {
     struct watch *watch;
     uint32_t first_samples;    /* per pixel, in pass 0 */
     struct adaptive *adaptive; /* NULL: one pass, with all samples */
-    double deadline; /* a time of common/clock.h: stop then with what is there; HUGE_VAL: none */
-    double limit;    /* seconds until then from the start of the run; 0: none */
-    bool only_limit; /* nothing else is expected to end it */
+    double
+        deadline; /* a time of common/clock.h: the picture, what is there of it, is to be written by then;
+                      * HUGE_VAL: none */
+    double limit;              /* seconds until then from the start of the run; 0: none */
+    const char *image;         /* the picture's file; NULL: nothing is to be written */
+    bool only_limit;           /* nothing else is expected to end it */
     uint32_t processors;       /* that renderers have together: struct crowd */
     struct timeline *timeline; /* gets every finished tile; NULL: not kept */
     /* Renders tiles in a second thread of this process; NULL: rank 0 only serves. Renderer i of the

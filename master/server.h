@@ -56,6 +56,7 @@ struct server {
     double plan_s;          /* see struct service: of passes of which something has come in */
     double planned_s;       /* of the one of which nothing has yet */
     double last_plan_s;     /* that the last one took to plan */
+    double writing_s;       /* before the deadline that are kept for the picture's file */
     double rendered_before; /* adaptive_seconds() of earlier runs */
     bool last_pass;         /* what is in the queue is all there will be */
     uint32_t *sampled; /* of each refined tile that has been handed out: pixels that get samples */
@@ -92,6 +93,15 @@ double server_elapsed(const struct server *server);
 
 /* Whether nothing is left for this renderer, in later passes either; the lock is held. */
 bool server_is_through(struct server *server, uint32_t renderer);
+
+/* ---- passes.c ---- */
+
+/* When rendering is to end for the deadline: in time for the picture's file, and for what is told at the end, which
+ * takes as long as a plan. HUGE_VAL: there is no deadline. */
+double rendering_ends(const struct server *server);
+
+/* Tries how long the picture's file takes: whether it is rendered, or as of any picture of its size. */
+void keep_for_writing(struct server *server, bool rendered);
 
 /* ---- accept.c; the lock is held ---- */
 

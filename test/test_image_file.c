@@ -523,6 +523,29 @@ static void test_no_file_while_encoding(void **state)
     canvas_free(&canvas);
 }
 
+static double seconds_of(const char *path, uint32_t width, uint32_t height, bool rendered)
+{
+    struct canvas canvas;
+    canvas_init(&canvas, width, height);
+    double seconds = image_seconds(path, &canvas, rendered);
+    canvas_free(&canvas);
+    return seconds;
+}
+
+/* Of a small picture next to nothing, of a large one more. */
+static void test_seconds(void **state)
+{
+    (void)state;
+    const char *const paths[] = {"a.png", "a.hdr", "a.pfm"};
+    for (size_t i = 0; i < 3; i++) {
+        for (int rendered = 0; rendered < 2; rendered++) {
+            double small = seconds_of(paths[i], 64, 16, rendered);
+            double large = seconds_of(paths[i], 1000, 700, rendered);
+            assert_true(small > 0 && large > small && large < 3600);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -548,6 +571,7 @@ int main(void)
         TEST(test_writable_touches_nothing),
         TEST(test_long_name),
         TEST(test_read_only),
+        TEST(test_seconds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
