@@ -306,7 +306,7 @@ large() {
 # ---- limits ----
 
 limits() {
-    begin_csv limits "$LIMITS_SIZE" "scene,limit,total_s,adaptive_samples,adaptive_s,adaptive_estimated,uniform_samples,uniform_s,slope,uniform_rmse,uniform_deviation,adaptive_rmse,adaptive_deviation,reference_rmse"
+    begin_csv limits "$LIMITS_SIZE $(nproc)" "scene,limit,total_s,sampled_share,adaptive_samples,adaptive_s,adaptive_estimated,uniform_samples,uniform_s,slope,uniform_rmse,uniform_deviation,adaptive_rmse,adaptive_deviation,reference_rmse"
     set_size "$LIMITS_SIZE"
     for scene in $SCENES; do
         for limit in $LIMITS; do
@@ -317,13 +317,13 @@ limits() {
     {
         echo "# Time limits, $W x $H, -n $(nproc)"
         echo
-        echo "total: from the start to the end of the run, with the picture and the report written. CPU seconds are those of rendering, all ranks together. Beside each run stands uniform sampling with the power of two of samples whose CPU time comes next to its own, carried to the same CPU time along the slope that its run tells. Who has only so much time does not know that number beforehand. True errors are those of some $LATTICE pixels, evenly spread, against 64 times the samples of the uniform picture; +- tells by how much another choice of pixels would differ."
+        echo "total: from the start of the run to the end of writing a PNG. What follows is of another run, to a PFM. Sampled: of the pixels. CPU seconds are those of rendering, serving and plans, all ranks together. Beside each run stands uniform sampling with the power of two of samples, from 8 to 1024, whose CPU time comes next to its own, carried to the same CPU time along the slope that its run tells. Who has only so much time does not know that number beforehand. RMSEs are estimated of the pixels that have samples; true ones are of some $LATTICE of all pixels, evenly spread, against 64 times the samples of the uniform picture; +- tells by how much another choice of pixels would differ."
         echo
-        echo "| scene | limit, s | total, s | over by | samples | CPU s | RMSE estimated | true | uniform samples | CPU s | true RMSE | in the same time | error ratio |"
-        echo "|---|---|---|---|---|---|---|---|---|---|---|---|---|"
-        awk -F, 'NR > 1 { even = $10 * ($5 / $8) ^ $9
-            printf "| %s | %s | %.2f | %+.1f %% | %.1f | %.2f | %.3g | %.3g +- %.2g | %s | %.2f | %.3g +- %.2g | %.3g | %.2f |\n",
-            $1, $2, $3, 100 * ($3 / $2 - 1), $4, $5, $6, $12, $13, $7, $8, $10, $11, even, even / $12 }' "$csv"
+        echo "| scene | limit, s | total, s | over by | sampled | samples | CPU s | RMSE estimated | true | uniform samples | CPU s | true RMSE | in the same time | error ratio |"
+        echo "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
+        awk -F, 'NR > 1 { even = $11 * ($6 / $9) ^ $10
+            printf "| %s | %s | %.2f | %+.1f %% | %.0f %% | %.1f | %.2f | %.3g | %.3g +- %.2g | %s | %.2f | %.3g +- %.2g | %.3g | %.2f |\n",
+            $1, $2, $3, 100 * ($3 / $2 - 1), int(100 * $4), $5, $6, $7, $13, $14, $8, $9, $11, $12, even, even / $13 }' "$csv"
     } >"$OUT/error_limits.md"
     cat "$OUT/error_limits.md"
     set_size "$SIZE"
@@ -331,14 +331,17 @@ limits() {
 
 one_limit() { # SCENE LIMIT
     u=$WORK/even.json a=$WORK/run.json
+    farm_wide run "$1" sampling.time_limit="$2" output.image="$WORK/run.png"
+    total=$(of "$a" time total_s)
     farm_wide run "$1" sampling.time_limit="$2"
-    # Of so few samples the start is too large a part.
-    farm_wide even "$1" sampling.samples=8
-    n=$(awk -v a="$(cpu_of "$a")" -v u="$(cpu_of "$u")" \
-        'BEGIN { n = 8; while (n * u / 8 * sqrt(2) < a) n *= 2; print n }')
-    [ "$n" -eq 8 ] || farm_wide even "$1" sampling.samples="$n"
-    errors=$(lattice_errors "$1" "$n") || exit 1
-    put_row "$1,$2,$(of "$a" time total_s),$(value "$a" samples_per_pixel),$(cpu_of "$a"),$(value "$a" estimated_rmse),$n,$(cpu_of "$u"),$(of "$u" forecast slope),$errors"
+    n=8
+    farm_wide even "$1" sampling.samples=$n
+    while awk "BEGIN { exit !($n < 1024 && $(cpu_of "$u") * sqrt(2) < $(cpu_of "$a")) }"; do
+        n=$((2 * n))
+        farm_wide even "$1" sampling.samples=$n
+    done
+    errors=$(lattice_errors "$1" $n) || exit 1
+    put_row "$1,$2,$total,$(value "$a" sampled_share),$(value "$a" samples_per_pixel),$(cpu_of "$a"),$(value "$a" estimated_rmse),$n,$(cpu_of "$u"),$(of "$u" forecast slope),$errors"
 }
 
 # ---- truncation ----

@@ -120,7 +120,7 @@ static int judge_samples(const struct run *run)
 /* The end of a sentence on pixels without a sample: what leaves fewer of them. */
 static const char *advice(const struct view *view)
 {
-    return view->min_samples > 2 ? " (sampling.min_samples = 2 leaves fewer of them)" : "";
+    return view->min_samples > 2 ? " (sampling.min_samples = 2 may leave fewer)" : "";
 }
 
 /* What a time limit has left without any sample; false: all of it, there is no picture. */
@@ -131,10 +131,12 @@ static bool judge_limit(const struct run *run, const struct service *service,
     uint64_t pixels = (uint64_t)run->canvas.width * run->canvas.height;
     uint64_t unsampled = run->report.unsampled;
     if (unsampled == pixels) {
-        user_error(NULL, 0,
-                   "sampling.time_limit = %g s was over before any sample was taken, expected "
-                   "a longer one: %.2g s of it had gone before rendering began",
-                   limit, fmin(service->began - run->start, limit));
+        user_error(
+            NULL, 0,
+            "sampling.time_limit = %g s was over before any sample was taken, expected "
+            "a longer one: %.3g s of it had gone before rendering began, %.3g s were kept for "
+            "writing",
+            limit, fmin(service->began - run->start, limit), service->writing_s);
         return false;
     }
     if (unsampled > 0)

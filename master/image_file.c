@@ -173,13 +173,13 @@ double image_seconds(const char *path, const struct canvas *canvas, bool rendere
         fill_from(canvas, &trial);
     else
         fill_with_noise(&trial);
-    double start = clock_wall();
+    double start = clock_thread_cpu();
     (void)image_quantisation(path, &trial);
     if (format == FORMAT_PNG)
         png_encode(&trial, no_sink, NULL);
     else if (format == FORMAT_HDR)
         hdr_encode(&trial, no_sink, NULL);
-    double seconds = clock_wall() - start;
+    double seconds = clock_thread_cpu() - start;
     canvas_free(&trial);
     return seconds * pixels / ((double)TRIAL_EDGE * TRIAL_EDGE);
 }

@@ -36,7 +36,7 @@ struct quantisation {
 struct quantisation image_quantisation(const char *path, const struct canvas *canvas);
 
 /*
- * Seconds of one thread to work out the picture's quantisation and the bytes of its file, as tried on a small one:
+ * CPU seconds to work out the picture's quantisation and the bytes of its file, as tried on a small one:
  * of parts of this one if it is rendered, else on one that is about as hard to pack. What the disk takes is not in
  * it.
  */

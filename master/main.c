@@ -88,27 +88,27 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
         watch_add(&run->watch, resumed->pixels, &header);
     }
     run->stats = allocate_zeroed(run->renderers, sizeof *run->stats);
-    struct service service = {.queue = run->queue,
-                              .canvas = &run->canvas,
-                              .save = run->save,
-                              .progress = &progress,
-                              .watch = &run->watch,
-                              .first_samples = view->min_samples,
-                              .adaptive = run->adaptive,
-                              .deadline = deadline_of(run),
-                              .processors = run->crowd.processors,
-                              .limit = settings->sampling.time_limit,
-                              .image = settings->output.image,
-                              .only_limit = settings->sampling.target_error == 0 &&
-                                            !run->job.named.max_samples,
-                              .timeline = timeline_wanted(settings) ? &run->timeline : NULL,
-                              .own = settings->farm.master_renders ? &own : NULL,
-                              .stop = stop_signal(),
-                              .bell = shared->bell,
-                              .all_ring = shared->process_count == run->processes,
-                              .trays = shared->trays,
-                              .patience = settings->farm.patience,
-                              .stats = run->stats};
+    struct service service = {
+        .queue = run->queue,
+        .canvas = &run->canvas,
+        .save = run->save,
+        .progress = &progress,
+        .watch = &run->watch,
+        .first_samples = view->min_samples,
+        .adaptive = run->adaptive,
+        .deadline = deadline_of(run),
+        .processors = run->crowd.processors,
+        .limit = settings->sampling.time_limit,
+        .images = {settings->output.image, settings->output.heatmap, settings->output.ranks},
+        .only_limit = settings->sampling.target_error == 0 && !run->job.named.max_samples,
+        .timeline = timeline_wanted(settings) ? &run->timeline : NULL,
+        .own = settings->farm.master_renders ? &own : NULL,
+        .stop = stop_signal(),
+        .bell = shared->bell,
+        .all_ring = shared->process_count == run->processes,
+        .trays = shared->trays,
+        .patience = settings->farm.patience,
+        .stats = run->stats};
     progress_start(&progress, stderr, clock_wall());
     renderer_on_wave(renderer, gives_up, &service);
     stop_is_served();

@@ -38,20 +38,23 @@ static void add_work(struct server *server, struct tile tile)
 /* Seconds for which renderers are taken to have been busy before anything was measured: nothing beside what is. */
 #define BUSY_BEFORE 0.01
 
-/* Of a time limit, what is kept for writing at most: with less there may be no picture to write. */
+/* Of a time limit, what is kept for writing at most, or too little is left to render in. */
 #define WRITING_MOST 0.5
 
 void keep_for_writing(struct server *server, bool rendered)
 {
-    const struct service *service = server->service;
-    if (!(service->limit > 0) || !service->image) return;
-    double seconds = image_seconds(service->image, service->canvas, rendered);
-    server->writing_s = fmin(seconds, WRITING_MOST * service->limit);
+    struct service *service = server->service;
+    double seconds = 0;
+    if (!(service->limit > 0)) return;
+    for (int i = 0; i < SERVICE_IMAGES; i++)
+        if (service->images[i] && *service->images[i])
+            seconds += image_seconds(service->images[i], service->canvas, rendered);
+    service->writing_s = fmin(seconds, WRITING_MOST * service->limit);
 }
 
 double rendering_ends(const struct server *server)
 {
-    return server->service->deadline - server->writing_s - server->last_plan_s;
+    return server->service->deadline - server->service->writing_s - server->last_plan_s;
 }
 
 /* Wall seconds until the time limit ends rendering, when another plan is made, which takes as long as the last
@@ -106,12 +109,12 @@ void follow_passes(struct server *server)
     pthread_mutex_lock(&server->lock);
     while (!server->last_pass && queue_complete(server->service->queue) &&
            seconds_left(server) > 0) {
-        double begin = clock_wall();
+        struct adaptive *adaptive = server->service->adaptive;
         /* What an earlier run has left need not be a whole pass. */
-        if (adaptive_is_complete(server->service->adaptive)) {
-            keep_for_writing(server, true);
-            watch_pass(server->service->watch, begin);
-        }
+        bool complete = adaptive_is_complete(adaptive);
+        if (complete && adaptive_passes(adaptive) == 1) keep_for_writing(server, true);
+        double begin = clock_wall();
+        if (complete) watch_pass(server->service->watch, begin);
         begin_pass(server);
         server->last_plan_s = clock_wall() - begin;
         server->planned_s += server->last_plan_s;

@@ -88,7 +88,7 @@ static void heed_limit(struct progress *progress, const struct progress_state *s
     double left = fmax(state->ends - now, 0);
     if (!(state->limit > 0)) return;
     if (state->only_limit || progress->left < 0 || left < progress->left) progress->left = left;
-    if (state->only_limit) progress->share = fmin(1 - left / state->limit, 1);
+    if (state->only_limit) progress->share = fmax(progress->share, 1 - left / state->limit);
 }
 
 /* Text of what is shown beside the bar, most important first. */

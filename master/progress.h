@@ -34,7 +34,7 @@ struct progress_state {
     uint32_t tiles_before; /* of these, those of earlier passes, which are not shown */
     unsigned pass; /* of adaptive sampling: with each one there is more to do; 0: there are none */
     uint64_t rays; /* traced so far, all kinds */
-    double limit;  /* seconds after which the run ends in any case; 0: there is no such limit */
+    double limit;  /* seconds after which rendering ends in any case; 0: there is no such limit */
     double ends;   /* when that is, on the clock of now */
     bool only_limit; /* nothing else is expected to end it */
 };

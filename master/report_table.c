@@ -384,7 +384,8 @@ static void put_error(struct table *table, const struct report *report)
     flow_on(table, elapsed < 1 ? "after %.2g s" : "after %.1f s", elapsed);
     if (before > 0) {
         flow(table, "%.1f s of that saved by an earlier run", before);
-        flow_on(table, "(%.1f s of CPU time, shared)", report->resumed.cpu_s);
+        if (report->resumed.cpu_s > before)
+            flow_on(table, "(%.1f s of CPU time, shared)", report->resumed.cpu_s);
     }
     if (!isnan(last->true_rmse))
         flow(table, "%s against the reference", error_figure(last->true_rmse).text);

@@ -25,6 +25,14 @@ bool server_is_through(struct server *server, uint32_t renderer)
 /* Seconds from one look at the progress to the next: the bar moves ten times a second. */
 #define SHOW_EVERY 0.05
 
+/* Seconds from the start of the run until rendering_ends(), more than 0; 0: there is no limit. */
+static double rendering_limit(const struct server *server)
+{
+    const struct service *service = server->service;
+    if (!(service->limit > 0)) return 0;
+    return fmax(service->limit - (service->deadline - rendering_ends(server)), SHOW_EVERY);
+}
+
 static void show_progress(struct server *server, double now)
 {
     if (now < server->next_show) return;
@@ -44,10 +52,12 @@ static void show_progress(struct server *server, double now)
         .pass = adaptive ? adaptive_passes(adaptive) : 0,
         .rays = server->rays,
         .ends = rendering_ends(server),
-        .limit = server->service->limit - server->writing_s - server->last_plan_s,
+        .limit = rendering_limit(server),
         .only_limit = server->service->only_limit,
     };
-    watch_look(server->service->watch, now);
+    /* A preview that late would hold up what is written at the end. */
+    if (now + server->service->writing_s < rendering_ends(server))
+        watch_look(server->service->watch, now);
     pthread_mutex_unlock(&server->lock);
     progress_update(server->service->progress, &state, now);
 }
@@ -209,6 +219,7 @@ static void start_server(struct server *server, struct service *service)
     service->ending = false;
     service->counts = (struct render_counts){0};
     service->silent = 0;
+    service->writing_s = 0;
     keep_for_writing(server, false);
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
     server->post = post_open(largest_message(service));

@@ -18,6 +18,9 @@
 struct bell;
 struct tray;
 
+/* The picture, its heat map, and who rendered what. */
+#define SERVICE_IMAGES 3
+
 struct service {
     struct queue *queue;
     struct canvas *canvas;
@@ -26,11 +29,11 @@ struct service {
     struct watch *watch;
     uint32_t first_samples;    /* per pixel, in pass 0 */
     struct adaptive *adaptive; /* NULL: one pass, with all samples */
-    double
-        deadline; /* a time of common/clock.h: the picture, what is there of it, is to be written by then;
-                      * HUGE_VAL: none */
-    double limit;              /* seconds until then from the start of the run; 0: none */
-    const char *image;         /* the picture's file; NULL: nothing is to be written */
+    /* A time of common/clock.h: the picture, what is there of it, is to be written by then. HUGE_VAL: none. */
+    double deadline;
+    double limit; /* seconds until then from the start of the run; 0: none */
+    /* Files of the picture's size that are to be written by then; NULL or empty: none. */
+    const char *images[SERVICE_IMAGES];
     bool only_limit;           /* nothing else is expected to end it */
     uint32_t processors;       /* that renderers have together: struct crowd */
     struct timeline *timeline; /* gets every finished tile; NULL: not kept */
@@ -51,6 +54,7 @@ struct service {
     /* Results. */
     struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */
     struct render_counts counts;  /* of the tiles that are in the picture, each once */
+    double writing_s;             /* seconds before the deadline that are kept for images */
     bool timed_out;               /* the deadline ended it */
     bool deserted;                /* nobody was left who renders */
     double began;                 /* a time of common/clock.h: rendering, the pre-pass included */

@@ -55,13 +55,10 @@ struct server {
     double probe_s;         /* of all renderers */
     double plan_s;          /* see struct service: of passes of which something has come in */
     double planned_s;       /* of the one of which nothing has yet */
-    double last_plan_s;     /* that the last one took to plan */
-    double writing_s;       /* before the deadline that are kept for the picture's file */
     double rendered_before; /* adaptive_seconds() of earlier runs */
     bool last_pass;         /* what is in the queue is all there will be */
     uint32_t *sampled; /* of each refined tile that has been handed out: pixels that get samples */
     uint32_t sampled_room;
-    uint32_t tiles_before; /* of passes before this one */
     struct kept_piece *pieces;
     uint32_t piece_count;
     uint64_t news; /* of the queue, when the idle were last asked */
@@ -84,6 +81,8 @@ struct server {
     double woken;             /* clock_wall() at the last look at it */
     double next_look;         /* when silence is to be looked for */
     double next_show;         /* when the progress is to be looked at */
+    double last_plan_s;       /* that the last plan took */
+    uint32_t tiles_before;    /* of passes before this one */
     double polled;            /* when messages were last looked for */
     uint64_t pixels;          /* that have come in messages */
 };
@@ -96,11 +95,11 @@ bool server_is_through(struct server *server, uint32_t renderer);
 
 /* ---- passes.c ---- */
 
-/* When rendering is to end for the deadline: in time for the picture's file, and for what is told at the end, which
- * takes as long as a plan. HUGE_VAL: there is no deadline. */
+/* When rendering is to end for the deadline: in time for files, and for what is told of the error at the end, which
+ * takes about as long as a plan. HUGE_VAL: there is no deadline. */
 double rendering_ends(const struct server *server);
 
-/* Tries how long the picture's file takes: whether it is rendered, or as of any picture of its size. */
+/* Tries how long files take that are to be written: whether the picture is rendered, or as for any of its size. */
 void keep_for_writing(struct server *server, bool rendered);
 
 /* ---- accept.c; the lock is held ---- */
