@@ -559,10 +559,10 @@ END
 
 # ---- forecast ----
 
-# A run says what its goal costs; a run to that error tells. CPU seconds: the share that the run had of
-# the wall time is the same in both figures.
+# A run says what its goal costs; a run with that number of samples, or with that target, tells. CPU seconds: the
+# share that the run had of the wall time is the same in both figures.
 forecast() {
-    begin_csv forecast "$SIZE $REPEAT" "scene,method,rmse,cpu_s,goal,foretold_s,low_s,high_s,took_s,off"
+    begin_csv forecast "$SIZE $REPEAT" "scene,method,rmse,cpu_s,later,foretold_s,low_s,high_s,took_s,off"
     for scene in $SCENES; do
         for setting in samples=4 samples=8 samples=16 target_error=0.02 target_error=0.012 target_error=0.007; do
             known "$scene,$setting" && continue
@@ -579,10 +579,12 @@ forecast() {
                 foretold="$foretold $(cpu_of "$r")" took="$took $(cpu_of "$WORK/run.json")"
             done
             rmse=$(value "$r" estimated_rmse) later=$(value "$WORK/run.json" estimated_rmse)
+            case $setting in samples=*) goal=$later ;; esac
             cpu=$(median_of $foretold) took=$(median_of $took)
-            # The law carries the forecast from the goal to what the later run came to. Where the slope
+            # Of samples the law carries the forecast from the goal to what the later run came to; of a target it
+            # is told what the run takes, which comes further. Where the slope
             # may as well be 0, or nobody knows its spread, the interval has no upper end.
-            foretold=$(awk -v e="$rmse" -v g="$later" -v t="$cpu" -v took="$took" -v b="$slope" \
+            foretold=$(awk -v e="$rmse" -v g="$goal" -v t="$cpu" -v took="$took" -v b="$slope" \
                 -v d="$(of "$r" forecast slope_spread)" '
                 function at(b) { return t * (e / g) ^ (-1 / b) }
                 BEGIN { if (e == "" || g == "" || t == "" || took == "" || b == "" || d == "") exit 1

@@ -126,6 +126,11 @@ static double first_power(const struct watch *watch, double goal)
     return error_power(points, watch->first_samples, goal);
 }
 
+/* A run ends with this part of its target, in the mean: the upper end of an interval is to be below it, and samples
+ * double. 0.77 to 0.99 in 20 runs of four scenes at 200 x 150 and 640 x 480. */
+#define TARGET_REACHED 0.88
+
+/* What a run takes that has the goal as its target. */
 static struct error_forecast forecast_by_plan(const struct watch *watch)
 {
     struct error_point now;
@@ -133,8 +138,9 @@ static struct error_forecast forecast_by_plan(const struct watch *watch)
     if (!error_point(&look.sum, look.pixels, adaptive_seconds(watch->adaptive), &now))
         return (struct error_forecast){0};
     double goal = forecast_goal(now.rmse);
+    double power = first_power(watch, goal);
     return error_forecast_to(&now, goal,
-                             adaptive_foresee(watch->adaptive, goal, first_power(watch, goal)));
+                             adaptive_foresee(watch->adaptive, TARGET_REACHED * goal, power));
 }
 
 /* In the CPU time of rendering, which other programs do not stretch, then as a share of the wall
