@@ -582,8 +582,8 @@ forecast() {
             case $setting in samples=*) goal=$later ;; esac
             cpu=$(median_of $foretold) took=$(median_of $took)
             # Of samples the law carries the forecast from the goal to what the later run came to; of a target it
-            # is told what the run takes, which comes further. Where the slope
-            # may as well be 0, or nobody knows its spread, the interval has no upper end.
+            # is told what the run takes, which comes further. Where the slope may as well be 0, or nobody knows its
+            # spread, the interval has no upper end.
             foretold=$(awk -v e="$rmse" -v g="$goal" -v t="$cpu" -v took="$took" -v b="$slope" \
                 -v d="$(of "$r" forecast slope_spread)" '
                 function at(b) { return t * (e / g) ^ (-1 / b) }

@@ -135,9 +135,9 @@ double error_power(const struct error_point points[2], uint32_t samples, double 
 
 /*
  * That so many seconds more lower the error from a point to goal, below it; HUGE_VAL: nothing that is allowed
- * does; NaN, 0 or less: nobody knows. The slope is that between the two. FORECAST_SPREAD is what such foresight was off by, relative to what was
- * still to come then (make bench-error, section forecast, prints it): all in all, so that an interval
- * with what the errors are off by beside it is rather too wide.
+ * does; NaN, 0 or less: nobody knows. The slope is that between the two. FORECAST_SPREAD is what such foresight was
+ * off by, relative to what was still to come then (make bench-error, section forecast, prints it): all in all, so
+ * that an interval with what the errors are off by beside it is rather too wide.
  */
 #define FORECAST_SPREAD 0.2
 struct error_forecast error_forecast_to(const struct error_point *now, double goal, double more);

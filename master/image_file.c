@@ -67,14 +67,21 @@ static void pfm_encode(const struct canvas *canvas, struct output *output)
         output_put(output, canvas->rgb + y * row, row * sizeof *canvas->rgb);
 }
 
-static void encode(enum format format, const struct canvas *canvas, struct output *output)
+/* A format whose bytes have to be worked out. */
+static void pack(enum format format, const struct canvas *canvas, byte_sink *sink, void *context)
 {
     if (format == FORMAT_PNG)
-        png_encode(canvas, output_sink, output);
-    else if (format == FORMAT_HDR)
-        hdr_encode(canvas, output_sink, output);
+        png_encode(canvas, sink, context);
     else
+        hdr_encode(canvas, sink, context);
+}
+
+static void encode(enum format format, const struct canvas *canvas, struct output *output)
+{
+    if (format == FORMAT_PFM)
         pfm_encode(canvas, output);
+    else
+        pack(format, canvas, output_sink, output);
 }
 
 /* What a reader of the file has for a pixel. */
@@ -122,7 +129,8 @@ struct quantisation image_quantisation(const char *path, const struct canvas *ca
     return result;
 }
 
-/* The edge of the picture that tells how long another one takes: some ms. It is made of so large blocks. */
+/* The edge of the picture that tells how long another one takes, which are some ms, and of the blocks of that one
+ * that it is made of: a row of a block is long enough to be packed as it is there. */
 #define TRIAL_EDGE  192u
 #define TRIAL_BLOCK 32u
 
@@ -175,10 +183,7 @@ double image_seconds(const char *path, const struct canvas *canvas, bool rendere
         fill_with_noise(&trial);
     double start = clock_thread_cpu();
     (void)image_quantisation(path, &trial);
-    if (format == FORMAT_PNG)
-        png_encode(&trial, no_sink, NULL);
-    else if (format == FORMAT_HDR)
-        hdr_encode(&trial, no_sink, NULL);
+    if (format != FORMAT_PFM) pack(format, &trial, no_sink, NULL);
     double seconds = clock_thread_cpu() - start;
     canvas_free(&trial);
     return seconds * pixels / ((double)TRIAL_EDGE * TRIAL_EDGE);

@@ -38,7 +38,8 @@ static void add_work(struct server *server, struct tile tile)
 /* Seconds for which renderers are taken to have been busy before anything was measured: nothing beside what is. */
 #define BUSY_BEFORE 0.01
 
-/* Of a time limit, what is kept for writing at most, or too little is left to render in. */
+/* What is kept of a time limit for writing, at most: who asks for a picture in less time than writing takes gets
+ * one that is late rather than one that was hardly rendered. */
 #define WRITING_MOST 0.5
 
 void keep_for_writing(struct server *server, bool rendered)

@@ -345,9 +345,12 @@ static void put_beyond(struct table *table, double goal, uint32_t most_samples)
 static void put_forecast(struct table *table, const struct error_forecast *forecast,
                          uint32_t most_samples, double elapsed_s)
 {
+    if (!forecast->known && !forecast->beyond) return;
     double low, high, goal = forecast_goal(forecast->rmse);
-    if (forecast->beyond) put_beyond(table, goal, most_samples);
-    if (!forecast->known) return;
+    if (forecast->beyond) {
+        put_beyond(table, goal, most_samples);
+        return;
+    }
     double others = elapsed_s - forecast->seconds;
     double seconds = forecast_seconds(forecast, goal, &low, &high);
     flow(table, "%s would take about %.3g s", error_figure(goal).text, others + seconds);

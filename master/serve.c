@@ -55,7 +55,7 @@ static void show_progress(struct server *server, double now)
         .limit = rendering_limit(server),
         .only_limit = server->service->only_limit,
     };
-    /* A preview that late would hold up what is written at the end. */
+    /* A preview that late would hold up what is written at the end, where the last row comes in any case. */
     if (now + server->service->writing_s < rendering_ends(server))
         watch_look(server->service->watch, now);
     pthread_mutex_unlock(&server->lock);
