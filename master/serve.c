@@ -176,6 +176,7 @@ static void fill_from_preview(struct server *server)
     const struct service *service = server->service;
     uint32_t next = 0;
     struct tile tile;
+    if (queue_complete(service->queue)) return;
     preview_complete(&server->preview);
     while (queue_unfinished(service->queue, &next, &tile))
         if (!tile_is_refined(&tile))
