@@ -335,9 +335,10 @@ static struct figure bound_figure(double bound)
     return shown < bound ? error_figure(shown + pow(10, floor(log10(bound)) - 1)) : figure;
 }
 
-static void put_beyond(struct table *table, double goal, uint32_t most_samples)
+static void put_beyond(struct table *table, double rmse, uint32_t most_samples)
 {
-    flow(table, "%s is beyond sampling.max_samples = %u", error_figure(goal).text, most_samples);
+    flow(table, "%s is beyond sampling.max_samples = %u", error_figure(forecast_goal(rmse)).text,
+         most_samples);
     end_flow(table);
 }
 
@@ -345,12 +346,9 @@ static void put_beyond(struct table *table, double goal, uint32_t most_samples)
 static void put_forecast(struct table *table, const struct error_forecast *forecast,
                          uint32_t most_samples, double elapsed_s)
 {
-    if (!forecast->known && !forecast->beyond) return;
+    if (forecast->beyond) put_beyond(table, forecast->rmse, most_samples);
+    if (!forecast->known) return;
     double low, high, goal = forecast_goal(forecast->rmse);
-    if (forecast->beyond) {
-        put_beyond(table, goal, most_samples);
-        return;
-    }
     double others = elapsed_s - forecast->seconds;
     double seconds = forecast_seconds(forecast, goal, &low, &high);
     flow(table, "%s would take about %.3g s", error_figure(goal).text, others + seconds);
