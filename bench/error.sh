@@ -14,7 +14,7 @@
 # Times are CPU seconds of rendering, where runs are short the median of ERROR_REPEAT (3) of them. FARM
 # and TOOL are the programs, WORK a folder for pictures; MPIEXEC starts references on all cores.
 # ERROR_SCENES, ERROR_SIZE (320x240), ERROR_PEERS_SIZE (160x120) and ERROR_FINEST (16: uniform samples per
-# pixel, at most), ERROR_LARGE (1920x1440), ERROR_LARGE_SAMPLES (lantern=64 garden=64), ERROR_LIMITS (2 5 10)
+# pixel, at most), ERROR_LARGE (1920x1440), ERROR_LARGE_SAMPLES (lantern=64 garden=64), ERROR_LIMITS (1 2 5 10)
 # and ERROR_LIMITS_SIZE (640x480) can be set, and SCENES, a folder whose scene files are then among the names,
 # without their endings. Tables and plots go to bench/out/.
 #
@@ -30,7 +30,7 @@ SIZE=${ERROR_SIZE:-320x240} PEERS_SIZE=${ERROR_PEERS_SIZE:-160x120}
 FINEST=${ERROR_FINEST:-16} REPEAT=${ERROR_REPEAT:-3}
 MANY=$((64 * FINEST))        # of a reference
 LARGE=${ERROR_LARGE:-1920x1440} LARGE_SAMPLES=${ERROR_LARGE_SAMPLES:-lantern=64 garden=64}
-LIMITS=${ERROR_LIMITS:-2 5 10} LIMITS_SIZE=${ERROR_LIMITS_SIZE:-640x480}
+LIMITS=${ERROR_LIMITS:-1 2 5 10} LIMITS_SIZE=${ERROR_LIMITS_SIZE:-640x480}
 OUT=bench/out
 set_size() { W=${1%x*} H=${1#*x}; }
 set_size "$SIZE"
@@ -317,7 +317,7 @@ limits() {
     {
         echo "# Time limits, $W x $H, -n $(nproc)"
         echo
-        echo "total: from the start of the run to the end of writing a PNG. What follows is of another run, to a PFM. Sampled: of the pixels. CPU seconds are those of rendering, serving and plans, all ranks together. Beside each run stands uniform sampling with the power of two of samples, from 8 to 1024, whose CPU time comes next to its own, carried to the same CPU time along the slope that its run tells. Who has only so much time does not know that number beforehand. RMSEs are estimated of the pixels that have samples; true ones are of some $LATTICE of all pixels, evenly spread, against 64 times the samples of the uniform picture; +- tells by how much another choice of pixels would differ."
+        echo "total: from the start of the run to the end of writing a PNG. What follows is of another run, to a PFM. Sampled: of the pixels. CPU seconds are those of rendering, serving and plans, all ranks together. Beside each run stands uniform sampling with the power of two of samples, from 4 to 1024, whose CPU time comes next to its own, carried to the same CPU time along the slope that its run tells. Who has only so much time does not know that number beforehand. RMSEs are estimated of the pixels that have samples; true ones are of some $LATTICE of all pixels, evenly spread, against 64 times the samples of the uniform picture; +- tells by how much another choice of pixels would differ."
         echo
         echo "| scene | limit, s | total, s | over by | sampled | samples | CPU s | RMSE estimated | true | uniform samples | CPU s | true RMSE | in the same time | error ratio |"
         echo "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
@@ -334,7 +334,7 @@ one_limit() { # SCENE LIMIT
     farm_wide run "$1" sampling.time_limit="$2" output.image="$WORK/run.png"
     total=$(of "$a" time total_s)
     farm_wide run "$1" sampling.time_limit="$2"
-    n=8
+    n=4
     farm_wide even "$1" sampling.samples=$n
     while awk "BEGIN { exit !($n < 1024 && $(cpu_of "$u") * sqrt(2) < $(cpu_of "$a")) }"; do
         n=$((2 * n))

@@ -9,6 +9,7 @@
 #include "common/message.h"
 #include "master/allocation.h"
 #include "master/expect.h"
+#include "master/lattice.h"
 
 /* In one pass a pixel goes up this many levels at most: what is known of it is not enough for more. */
 #define LEVELS_PER_PASS 4
@@ -44,13 +45,18 @@ struct adaptive {
     struct levels levels;
     double target;
     unsigned passes;
-    bool met;         /* the target */
-    uint64_t missing; /* pixels of the pass that are to come */
-    double limit;     /* by which the pass was planned */
-    double before;    /* the sum of squared errors when the pass was planned, as told by halves */
-    double promised;  /* the share of it that the plan expected to be left */
-    double log_promised, log_kept; /* of these shares and what came of them: sums over passes */
-    struct spent first, later;     /* on pass 0, and on those after it */
+    bool met;           /* the target */
+    bool first;         /* pixels get their first samples in this pass */
+    uint64_t unsampled; /* pixels without any */
+    double unsampled_s; /* that one of them is expected to take; 0: nobody knows */
+    uint64_t missing;   /* pixels of the pass that are to come */
+    uint64_t asked;     /* for by the pass in all */
+    double spent_s;     /* on first samples when the pass was planned */
+    double limit;       /* by which the pass was planned */
+    double before;      /* the sum of squared errors when the pass was planned, as told by halves */
+    double promised;    /* the share of it that the plan expected to be left */
+    double log_promised, log_kept;   /* of these shares and what came of them: sums over passes */
+    struct spent on_first, on_later; /* on first samples, and on all others */
     /* Of samples that take a ray each, from a level to another one. */
     double efforts[LEVEL_MAX + 1][LEVEL_MAX + 1];
     uint32_t last;     /* level of max_samples */
@@ -100,7 +106,8 @@ struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas,
     adaptive->next = memset(allocate_large(pixels), 1, pixels);
     adaptive->error = allocate_there(pixels, sizeof *adaptive->error);
     adaptive->passes = 1;
-    adaptive->missing = pixels;
+    adaptive->first = true;
+    adaptive->missing = adaptive->unsampled = adaptive->asked = pixels;
     return adaptive;
 }
 
@@ -243,7 +250,7 @@ static struct allocation *allocate_all(const struct adaptive *adaptive, double t
 /* Of a pass to come. */
 static double seconds_per_effort(const struct adaptive *adaptive)
 {
-    const struct spent *first = &adaptive->first, *later = &adaptive->later;
+    const struct spent *first = &adaptive->on_first, *later = &adaptive->on_later;
     return (later->seconds + LATER_WEIGHT * LATER_SECONDS * first->seconds) /
            (later->effort + LATER_WEIGHT * first->effort);
 }
@@ -308,6 +315,7 @@ static bool assign_levels(struct adaptive *adaptive, double limit, double square
     adaptive->promised = squares > 0 ? left / squares : 0;
     adaptive->before = squares;
     adaptive->limit = limit;
+    adaptive->first = false;
     adaptive->passes++;
     return true;
 }
@@ -330,8 +338,84 @@ static struct looked look(struct adaptive *adaptive)
     return (struct looked){told.errors.squares, estimate.high};
 }
 
+/* ---- first samples that pass 0 did not get to ---- */
+
+void adaptive_cut(struct adaptive *adaptive, double seconds)
+{
+    if (adaptive->passes > 1 || adaptive->unsampled == 0) return;
+    size_t pixels = pixel_count(adaptive);
+    for (size_t i = 0; i < pixels; i++)
+        adaptive->next[i] = adaptive->level[i];
+    adaptive->missing = adaptive->asked = 0;
+    adaptive->unsampled_s = seconds / (double)adaptive->unsampled;
+}
+
+/* The pixels of this lattice that have no samples; asks: they are to get some in the next pass. */
+static uint64_t find_unsampled(const struct adaptive *adaptive, uint32_t lattice, bool asks)
+{
+    const struct canvas *canvas = adaptive->canvas;
+    uint32_t step = lattice_step(lattice);
+    uint64_t count = 0;
+    for (uint32_t y = 0; y < canvas->height; y += lattice_rows(lattice))
+        for (uint32_t x = lattice_first(lattice, y); x < canvas->width; x += step) {
+            size_t i = (size_t)y * canvas->width + x;
+            if (adaptive->level[i] > 0) continue;
+            if (asks) adaptive->next[i] = 1;
+            count++;
+        }
+    return count;
+}
+
+/* The finest lattice for which there is time, or else the coarsest one, that has any pixel without samples. */
+static uint32_t lattice_within(const struct adaptive *adaptive, double seconds)
+{
+    uint32_t lattice = LATTICE_COARSEST;
+    bool any = find_unsampled(adaptive, lattice, false) > 0;
+    while (lattice > 0) {
+        uint64_t finer = find_unsampled(adaptive, lattice - 1, false);
+        if (any && (double)finer * adaptive->unsampled_s > seconds) break;
+        any = finer > 0;
+        lattice--;
+    }
+    return lattice;
+}
+
+/* What pixels take that get their first samples, by those that did last. */
+static void learn_first(struct adaptive *adaptive)
+{
+    if (adaptive->asked == 0) return;
+    adaptive->unsampled_s =
+        (adaptive->on_first.seconds - adaptive->spent_s) / (double)adaptive->asked;
+}
+
+static bool plan_lattice(struct adaptive *adaptive, uint32_t lattice)
+{
+    assert(adaptive->missing == 0);
+    adaptive->missing = find_unsampled(adaptive, lattice, true);
+    if (adaptive->missing == 0) return false;
+    adaptive->asked = adaptive->missing;
+    adaptive->spent_s = adaptive->on_first.seconds;
+    adaptive->limit = -1 - (double)lattice;
+    adaptive->passes++;
+    return true;
+}
+
+static bool plan_lattice_again(struct adaptive *adaptive, double lattice)
+{
+    bool is_one = lattice >= 0 && lattice <= LATTICE_COARSEST && lattice == floor(lattice);
+    if (!is_one) return false;
+    learn_first(adaptive);
+    return plan_lattice(adaptive, (uint32_t)lattice);
+}
+
+/* ---- the next pass ---- */
+
 bool adaptive_plan(struct adaptive *adaptive, double seconds)
 {
+    if (adaptive->unsampled > 0) {
+        learn_first(adaptive);
+        return plan_lattice(adaptive, lattice_within(adaptive, seconds));
+    }
     struct looked looked = look(adaptive);
     if (adaptive->met) return false;
     struct allocation *allocation = allocate_all(adaptive, looked.squares);
@@ -348,6 +432,8 @@ bool adaptive_plan(struct adaptive *adaptive, double seconds)
 
 bool adaptive_plan_again(struct adaptive *adaptive, double limit)
 {
+    if (adaptive->unsampled > 0) return plan_lattice_again(adaptive, -1 - limit);
+    if (limit < 0) return false;
     struct looked looked = look(adaptive);
     return !adaptive->met && assign_levels(adaptive, limit, looked.squares);
 }
@@ -357,6 +443,21 @@ double adaptive_limit(const struct adaptive *adaptive)
     return adaptive->limit;
 }
 
+const uint8_t *adaptive_levels(const struct adaptive *adaptive)
+{
+    return adaptive->level;
+}
+
+uint64_t adaptive_unsampled(const struct adaptive *adaptive)
+{
+    return adaptive->unsampled;
+}
+
+bool adaptive_is_first(const struct adaptive *adaptive)
+{
+    return adaptive->first;
+}
+
 bool adaptive_is_met(const struct adaptive *adaptive)
 {
     return adaptive->met;
@@ -364,7 +465,7 @@ bool adaptive_is_met(const struct adaptive *adaptive)
 
 double adaptive_seconds(const struct adaptive *adaptive)
 {
-    return adaptive->first.seconds + adaptive->later.seconds;
+    return adaptive->on_first.seconds + adaptive->on_later.seconds;
 }
 
 /* All samples behind pass 0, also those that are there, if a single pass took them to where a limit does. */
@@ -387,7 +488,7 @@ double adaptive_foresee(struct adaptive *adaptive, double rmse, double power)
     if (told.pixels < pixel_count(adaptive) || !(squares > 0)) return (double)NAN;
     double exponent =
         (adaptive->log_kept + PROMISE_BEFORE) / (adaptive->log_promised + PROMISE_BEFORE);
-    if (adaptive->passes == 1) exponent = power / FORECAST_EDGE; /* promises are for edges */
+    if (adaptive->first) exponent = power / FORECAST_EDGE; /* promises are for edges */
     if (!(exponent > 0)) return (double)NAN;
     double share = pow(rmse * rmse * (double)told.pixels / squares, 1 / exponent);
     if (share >= 1) return 0;
@@ -397,7 +498,7 @@ double adaptive_foresee(struct adaptive *adaptive, double rmse, double power)
     allocation_destroy(allocation);
     if (!(limit > 0)) return HUGE_VAL;
     return effort_behind_first(adaptive, limit) * seconds_per_effort(adaptive) -
-           adaptive->later.seconds;
+           adaptive->on_later.seconds;
 }
 
 bool adaptive_is_complete(const struct adaptive *adaptive)
@@ -570,10 +671,12 @@ static void put_more(struct adaptive *adaptive, size_t i, const struct news *mor
 static double put_pixel(struct adaptive *adaptive, size_t i, const struct news *more)
 {
     uint32_t from = adaptive->level[i], to = adaptive->next[i];
-    if (from == 0)
+    if (from == 0) {
         put_first(adaptive, i, more);
-    else
+        adaptive->unsampled--;
+    } else {
         put_more(adaptive, i, more);
+    }
     adaptive->level[i] = (uint8_t)to;
     adaptive->missing--;
     return rays_of(*more->rays) * adaptive->efforts[from][to];
@@ -582,8 +685,8 @@ static double put_pixel(struct adaptive *adaptive, size_t i, const struct news *
 void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part,
                   double seconds)
 {
-    bool first = adaptive->passes == 1;
-    struct spent *spent = first ? &adaptive->first : &adaptive->later;
+    bool whole = adaptive->passes == 1; /* all pixels of a tile come */
+    struct spent *spent = adaptive->first ? &adaptive->on_first : &adaptive->on_later;
     spent->seconds += seconds;
     uint32_t pixels = tile_pixels(tile), in = adaptive_pixels(adaptive, tile);
     struct news at = {.mean = part, .difference = part + 3 * (size_t)in};
@@ -593,6 +696,6 @@ void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const floa
     for (uint32_t k = 0; k < pixels; k++, walk_on(&walk)) {
         bool more = comes(adaptive, walk.pixel);
         if (more) spent->effort += put_pixel(adaptive, walk.pixel, &at);
-        if (more || first) at.mean += 3, at.difference += 3, at.spread++, at.rays++;
+        if (more || whole) at.mean += 3, at.difference += 3, at.spread++, at.rays++;
     }
 }

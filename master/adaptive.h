@@ -44,6 +44,10 @@
  *
  * So a thin wire that few first samples have met is followed from there, by D, two pixels further in each
  * pass. What no sample has met, and no neighbour's, is not known and not looked for.
+ *
+ * Where there is no time for all of pass 0 it is cut off, and before anything is refined passes come that take
+ * min_samples of pixels that have none: each of those of one lattice (master/lattice.h), the finest for which
+ * there is time, until all have some.
  */
 #ifndef FARM_MASTER_ADAPTIVE_H
 #define FARM_MASTER_ADAPTIVE_H
@@ -73,6 +77,13 @@ void adaptive_destroy(struct adaptive *adaptive);
 void adaptive_lend(struct adaptive *adaptive, struct crew *crew);
 
 /*
+ * Pass 0 goes on no further: of its pixels none is to come any more, and none is missing. For those that have no
+ * samples so many seconds of rendering, by all renderers, are expected to be needed. Nothing happens in later
+ * passes.
+ */
+void adaptive_cut(struct adaptive *adaptive, double seconds);
+
+/*
  * Plans the next pass, all pixels of the last one being in. seconds: of rendering, by all renderers, that it
  * is to take at most, as far as that can be foreseen; HUGE_VAL: any. It asks for some samples in any case.
  * false: none is needed, as the target is met, or possible, as all pixels that have an error have
@@ -81,11 +92,22 @@ void adaptive_lend(struct adaptive *adaptive, struct crew *crew);
 bool adaptive_plan(struct adaptive *adaptive, double seconds);
 
 /* The same for the pass that came next in a run that had the same pixels until then: limit is its
- * adaptive_limit(). */
+ * adaptive_limit(). false, too, where that is of no such pass. */
 bool adaptive_plan_again(struct adaptive *adaptive, double limit);
 
-/* By which the present pass was planned, >= 0; 0 in pass 0. */
+/* By which the present pass was planned, >= 0; 0 in pass 0; below 0: it is one of a lattice, and has that of the
+ * lattice number -1 - limit. */
 double adaptive_limit(const struct adaptive *adaptive);
+
+/* Of each pixel of the canvas how far it is sampled (common/refinement.h); 0: it has no samples. As long as no
+ * more come in. */
+const uint8_t *adaptive_levels(const struct adaptive *adaptive);
+
+/* Pixels that have no samples. */
+uint64_t adaptive_unsampled(const struct adaptive *adaptive);
+
+/* Whether pixels get their first samples in this pass, all of them or those of a lattice. */
+bool adaptive_is_first(const struct adaptive *adaptive);
 
 /* Whether the last plan found that the target is met. */
 bool adaptive_is_met(const struct adaptive *adaptive);
@@ -97,7 +119,7 @@ uint32_t adaptive_pixels(const struct adaptive *adaptive, const struct tile *til
 /* What is still to come of the pass in a tile. */
 struct adaptive_work {
     uint64_t samples;
-    double removed; /* from the sum of the pixels' squared errors, expected; 0 in pass 0 */
+    double removed; /* from the sum of the pixels' squared errors, expected; 0 for first samples */
 };
 struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct tile *tile);
 

@@ -46,6 +46,16 @@ uint32_t found_use(struct found *found, const struct tile *tile)
     return pixels;
 }
 
+void found_use_all(struct found *found)
+{
+    for (size_t i = 0; i < found->count; i++) {
+        const struct tile *tile = &found->tiles[i].tile;
+        if (tile->pass > 0) continue;
+        coverage_remove(&found->unused, tile);
+        coverage_add(&found->used, tile);
+    }
+}
+
 /* What is not 0 stays so: that a sample was not finite is told in any case. */
 static uint64_t part_of(uint64_t count, double share)
 {

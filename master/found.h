@@ -42,6 +42,9 @@ uint32_t found_add(struct found *found, const struct found_tile *tile);
  * not asked for again. */
 uint32_t found_use(struct found *found, const struct tile *tile);
 
+/* All pixels that were found count as used: nothing is asked for again, whatever tiles it came in. */
+void found_use_all(struct found *found);
+
 /* Sums over pixels that count once, each as the last tile tells that has it. */
 struct found_sums {
     double busy_s, cpu_s;        /* of the pixels used, of all renderers together */

@@ -44,11 +44,17 @@ static void resume(struct run *run)
     const struct save_found *found = save_found(run->save);
     if (!found->pixels) return;
     queue_skip(run->queue, saved_pixels, run->save);
+    /* Behind pass 0 nothing of it is to come, even if it was cut off. */
+    bool behind = run->adaptive && adaptive_passes(run->adaptive) > 1;
+    if (behind) {
+        save_use_all(run->save);
+        queue_withdraw(run->queue);
+    }
     struct queue_count count = queue_count(run->queue);
     struct found_sums used = save_used(run->save);
     run->report.resumed = (struct resumed){
         .tiles = count.finished,
-        .pixels = count.pixels_finished,
+        .pixels = behind ? found->pixels : count.pixels_finished,
         .records = found->records,
         .seconds = used.busy_s,
         .cpu_s = used.cpu_s,

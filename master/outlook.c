@@ -65,6 +65,6 @@ struct outlook_share outlook_share(const struct outlook *outlook)
         done += class->seconds;
     }
     double all = left + skipped + done;
-    if (!(all > 0)) return (struct outlook_share){0, 0};
-    return (struct outlook_share){(skipped + done) / all, skipped / all};
+    if (!(all > 0)) return (struct outlook_share){0, 0, 0};
+    return (struct outlook_share){(skipped + done) / all, skipped / all, left + done};
 }

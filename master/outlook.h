@@ -39,6 +39,7 @@ void outlook_skip(struct outlook *outlook, double work, uint64_t pixels);
 struct outlook_share {
     double finished; /* by whomever */
     double skipped;  /* of that: by an earlier run */
+    double seconds;  /* that what this run has to do takes; of use when some of it is finished */
 };
 struct outlook_share outlook_share(const struct outlook *outlook);
 

@@ -18,7 +18,10 @@ static void add_work(struct server *server, struct tile tile)
     /* Predicted from what all of its pixels took in pass 0. */
     double first = (double)tile_pixels(&tile) * service->first_samples;
     double cost = queue_work(service->queue, &tile) * (double)work.samples / first;
-    queue_add(service->queue, &tile, cost, work.removed / fmax(cost, 1e-300));
+    /* Of first samples nobody knows what they are good for: dear ones first, as in pass 0. */
+    double priority = adaptive_is_first(service->adaptive) ? cost / (double)work.samples
+                                                           : work.removed / fmax(cost, 1e-300);
+    queue_add(service->queue, &tile, cost, priority);
 }
 
 /*
@@ -55,7 +58,8 @@ void keep_for_writing(struct server *server, bool rendered)
 
 double rendering_ends(const struct server *server)
 {
-    return server->service->deadline - server->service->writing_s - server->last_plan_s;
+    return server->service->deadline - server->service->writing_s - server->last_plan_s -
+           server->fill_s;
 }
 
 /* Wall seconds until the time limit ends rendering, when another plan is made, which takes as long as the last
@@ -63,6 +67,12 @@ double rendering_ends(const struct server *server)
 static double seconds_left(const struct server *server)
 {
     return rendering_ends(server) - clock_wall() - server->last_plan_s;
+}
+
+/* CPU seconds that this run has rendered for the picture. */
+static double rendered_s(const struct server *server)
+{
+    return adaptive_seconds(server->service->adaptive) - server->rendered_before;
 }
 
 /* What the next pass may take: seconds of all renderers' processors, which are used as much as they were so far
@@ -73,12 +83,61 @@ static double seconds_for_pass(const struct server *server)
     double left = seconds_left(server);
     if (!(left < HUGE_VAL)) return HUGE_VAL;
     double elapsed = server_elapsed(server);
-    double rendered = adaptive_seconds(service->adaptive) - server->rendered_before;
-    double processors = (rendered + BUSY_BEFORE * service->processors) / (elapsed + BUSY_BEFORE);
-    double share = left < LAST_LEFT * elapsed                ? SHARE_LAST
-                   : adaptive_passes(service->adaptive) == 1 ? SHARE_FIRST
-                                                             : SHARE_LATER;
+    double processors =
+        (rendered_s(server) + BUSY_BEFORE * service->processors) / (elapsed + BUSY_BEFORE);
+    double share = left < LAST_LEFT * elapsed             ? SHARE_LAST
+                   : adaptive_is_first(service->adaptive) ? SHARE_FIRST
+                                                          : SHARE_LATER;
     return share * fmax(left, 0) * processors;
+}
+
+/* Pass 0 is cut off when no more than this share of what is left of it fits into the time: later than as soon as
+ * a bit will not. Its tiles are rendered quicker than the pixels of a lattice, up to a third in the lantern, and
+ * the end is foretold too late at first, up to half as late again. */
+#define CUT_BELOW 0.7
+
+/* That is foretold when so much of the pass is finished, or so much of the time is over: by then the dear tiles, which
+ * come first, have told something about the others, or the pass will not be done by far. */
+#define CUT_FROM  (1.0 / 32)
+#define CUT_AFTER 0.1
+
+/* Seconds from one look at whether pass 0 will be done in time to the next, which is some microseconds' work. */
+#define CUT_LOOK_EVERY 0.01
+
+/*
+ * Where pass 0 would not be done in time it is cut off while there is time for something else: what nobody has
+ * begun is taken back. When the rest is in, the pixels that are left get their first samples lattice by lattice, so
+ * that those for which there is no time lie between others that have some. The lock is held.
+ */
+static void cut_when_late(struct server *server)
+{
+    struct queue *queue = server->service->queue;
+    double elapsed = server_elapsed(server), left = seconds_left(server);
+    if (server->is_cut || !(left < HUGE_VAL) || adaptive_passes(server->service->adaptive) > 1)
+        return;
+    if (elapsed < server->next_cut) return;
+    server->next_cut = elapsed + CUT_LOOK_EVERY;
+    struct queue_count count = queue_count(queue);
+    double done = (count.share_finished - count.share_skipped) / (1 - count.share_skipped);
+    bool known = done >= CUT_FROM || elapsed >= CUT_AFTER * (elapsed + left);
+    if (!known || left >= CUT_BELOW * (queue_ends(queue) - elapsed)) return;
+    server->cut_s = rendered_s(server) / done;
+    server->is_cut = true;
+    queue_withdraw(queue);
+}
+
+/* Fills what has no samples for the pictures in between, and at least once, to see how long it takes: it is done again
+ * at the end. */
+static void fill_for_now(struct server *server)
+{
+    bool shown = server->service->watch->snapshot.seconds > 0;
+    if (adaptive_unsampled(server->service->adaptive) == 0)
+        server->fill_s = 0;
+    else if (shown || !(server->fill_s > 0)) {
+        double begin = clock_wall();
+        fill_picture(server);
+        server->fill_s = clock_wall() - begin;
+    }
 }
 
 /* The next pass, or what is left of this one, or the end of passes; the lock is held. */
@@ -86,6 +145,9 @@ static void begin_pass(struct server *server)
 {
     struct service *service = server->service;
     const struct canvas *canvas = service->canvas;
+    if (server->is_cut)
+        adaptive_cut(service->adaptive, fmax(server->cut_s - rendered_s(server), 0));
+    fill_for_now(server);
     /* One that an earlier run has left is there already. */
     if (adaptive_is_complete(service->adaptive))
         server->last_pass = !adaptive_plan(service->adaptive, seconds_for_pass(server));
@@ -108,12 +170,13 @@ void follow_passes(struct server *server)
 {
     if (server->last_pass || server->service->ending) return;
     pthread_mutex_lock(&server->lock);
+    cut_when_late(server);
     while (!server->last_pass && queue_complete(server->service->queue) &&
            seconds_left(server) > 0) {
         struct adaptive *adaptive = server->service->adaptive;
         /* What an earlier run has left need not be a whole pass. */
         bool complete = adaptive_is_complete(adaptive);
-        if (complete && adaptive_passes(adaptive) == 1) keep_for_writing(server, true);
+        if (complete && adaptive_is_first(adaptive)) keep_for_writing(server, true);
         double begin = clock_wall();
         if (complete) watch_pass(server->service->watch, begin);
         begin_pass(server);

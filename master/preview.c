@@ -67,16 +67,9 @@ void preview_complete(struct preview *preview)
     free(order);
 }
 
-void preview_fill(const struct preview *preview, struct canvas *canvas, const struct tile *tile,
-                  const struct coverage *there)
+const float *preview_color(const struct preview *preview, uint32_t x, uint32_t y)
 {
-    if (preview->edge == 0) return;
-    uint32_t pixels = tile_pixels(tile);
-    for (uint32_t k = 0; k < pixels; k++) {
-        uint32_t x, y;
-        tile_pixel(tile, k, &x, &y);
-        const float *color = block_of(preview, x, y);
-        if (isnan(color[0]) || (there && coverage_has(there, x, y))) continue;
-        memcpy(canvas->rgb + 3 * ((size_t)y * canvas->width + x), color, 3 * sizeof *color);
-    }
+    if (preview->edge == 0) return NULL;
+    const float *color = block_of(preview, x, y);
+    return isnan(color[0]) ? NULL : color;
 }

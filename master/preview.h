@@ -1,12 +1,11 @@
 /*
  * The first view of the picture: the colours of the probes (TILE_PROBE in common/tile.h), one per
- * block. It stands in for tiles that an interrupted run has not finished.
+ * block. It stands in for pixels that nobody has rendered (master/fill.h).
  */
 #ifndef FARM_MASTER_PREVIEW_H
 #define FARM_MASTER_PREVIEW_H
 
-#include "master/canvas.h"
-#include "master/coverage.h"
+#include "common/tile.h"
 
 /* All zero: nothing is known. */
 struct preview {
@@ -25,9 +24,8 @@ void preview_put(struct preview *preview, uint32_t width, uint32_t height, const
  * and up or down). */
 void preview_complete(struct preview *preview);
 
-/* Fills the pixels of a tile with the colours of their blocks; those without one stay as they are, and
- * those that are there already (NULL: none is). */
-void preview_fill(const struct preview *preview, struct canvas *canvas, const struct tile *tile,
-                  const struct coverage *there);
+/* The colour of the block that this pixel lies in, as long as nothing is put in or completed; NULL: it is not
+ * known. */
+const float *preview_color(const struct preview *preview, uint32_t x, uint32_t y);
 
 #endif

@@ -506,6 +506,7 @@ void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now,
     assert(hold.passed_on);
     queue->count.wasted_s += seconds;
     if (queue->config.schedule != SCHEDULE_DYNAMIC) return;
+    withdraw_dropped(queue, id);
     pace_dropped(&queue->pace, renderer, now, hold.work, seconds,
                  queue->holdings.holders[renderer].count > 0);
 }
@@ -566,7 +567,7 @@ uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, do
                         .priority = priority};
     assert(queue->config.schedule == SCHEDULE_DYNAMIC && tile->pass != TILE_PROBE);
     assert(area(&item) <= queue_largest_lot(queue));
-    queue->needs_no_probes = false;
+    queue->needs_no_probes = queue->withdraws = false;
     uint32_t id = queue_new_item(queue, &item);
     queue_set_waiting(queue, id);
     queue->pace.total += work;
@@ -580,6 +581,20 @@ double queue_work(const struct queue *queue, const struct tile *tile)
     struct item item = {.x = tile->x, .y = tile->y, .w = tile->w, .h = tile->h};
     if (!queue->settled) return (double)area(&item);
     return cost_predict(&queue->map, item.x, item.y, item.w, item.h).work;
+}
+
+double queue_ends(const struct queue *queue)
+{
+    if (queue->config.schedule != SCHEDULE_DYNAMIC || !queue->settled) return 0;
+    struct outlook_share share = outlook_share(&queue->outlook);
+    if (!(share.finished > share.skipped)) return 0;
+    return share.seconds / fmax(1, queue->config.renderers - queue->silent_count);
+}
+
+bool queue_is_untouched(const struct queue *queue, uint32_t id)
+{
+    const struct item *item = &queue->items[id];
+    return agenda_has(&queue->waiting, id) && item->pieces == 0 && !item->is_piece;
 }
 
 void queue_set_silent(struct queue *queue, uint32_t renderer, bool silent)
@@ -601,6 +616,7 @@ bool queue_check_late(struct queue *queue, double now)
 void queue_look(struct queue *queue, double now)
 {
     if (queue->config.schedule == SCHEDULE_DYNAMIC) queue_check_late(queue, now);
+    if (queue->withdraws) withdraw_lost(queue);
     if (now >= queue->retry) queue->retry = HUGE_VAL;
 }
 
@@ -645,8 +661,8 @@ struct queue_count queue_count(const struct queue *queue)
 {
     struct queue_count count = queue->count;
     double pixels = (double)queue->config.width * queue->config.height;
-    struct outlook_share share = {(double)count.pixels_finished / pixels,
-                                  (double)queue->pixels_skipped / pixels};
+    struct outlook_share share = {.finished = (double)count.pixels_finished / pixels,
+                                  .skipped = (double)queue->pixels_skipped / pixels};
     if (queue->shared) share = share_outlook(&queue->shares);
     if (queue->config.schedule == SCHEDULE_DYNAMIC) share = outlook_share(&queue->outlook);
     count.share_finished = queue_complete(queue) ? 1 : share.finished;

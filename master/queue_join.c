@@ -32,10 +32,10 @@ static double joined_most(const struct queue *queue)
 }
 
 /* Whether nobody has had the tile, and it has this size. */
-static bool is_untouched(const struct queue *queue, uint32_t id, uint32_t w, uint32_t h)
+static bool is_whole(const struct queue *queue, uint32_t id, uint32_t w, uint32_t h)
 {
     const struct item *item = &queue->items[id];
-    return agenda_has(&queue->waiting, id) && item->pieces == 0 && item->w == w && item->h == h;
+    return queue_is_untouched(queue, id) && item->w == w && item->h == h;
 }
 
 /* The second tile, beside the first one or below it, is part of that from now on. */
@@ -61,7 +61,7 @@ static void join(struct queue *queue, uint32_t id, uint32_t other)
 static void join_cheap(struct queue *queue, uint32_t id, uint32_t other, uint32_t w, uint32_t h,
                        double most)
 {
-    if (!is_untouched(queue, id, w, h) || !is_untouched(queue, other, w, h)) return;
+    if (!is_whole(queue, id, w, h) || !is_whole(queue, other, w, h)) return;
     const struct item *a = &queue->items[id], *b = &queue->items[other];
     bool cheap = (double)a->work + (double)b->work <= most &&
                  (double)a->worst + (double)b->worst <= JOINED_WORST * most;

@@ -82,6 +82,7 @@ struct queue {
         counted; /* their renderers are; not any more when one gets or gives back a tile, or is late */
     bool *silent; /* per renderer */
     uint32_t silent_count;
+    bool withdraws; /* what nobody has begun, until there is more work */
     bool stopped;
     uint64_t pixels_skipped; /* finished by an earlier run */
     uint64_t news;
@@ -110,6 +111,9 @@ uint32_t queue_new_item(struct queue *queue, const struct item *item);
 /* The tile waits, and waits no longer. */
 void queue_set_waiting(struct queue *queue, uint32_t id);
 void queue_unset_waiting(struct queue *queue, uint32_t id);
+
+/* Whether nobody has had the tile, or what it is a piece of. */
+bool queue_is_untouched(const struct queue *queue, uint32_t id);
 
 /* What the tile has is part of all that waits; or not, while it changes and goes on waiting. */
 void queue_count_waiting(struct queue *queue, uint32_t id);
@@ -158,6 +162,14 @@ void queue_join(struct queue *queue);
 
 /* Gives up all that are late by now; whether there was any. */
 bool queue_check_late(struct queue *queue, double now);
+
+/* ---- tiles that are not wanted any more ---- */
+
+/* Somebody has left the tile to others: of those who were to leave it to nobody it is withdrawn. */
+void withdraw_dropped(struct queue *queue, uint32_t id);
+
+/* What those have who are late, and nobody else, is not waited for. */
+void withdraw_lost(struct queue *queue);
 
 /* ---- renderers that share cores ---- */
 

@@ -92,7 +92,7 @@ static bool tile_head_valid(const struct tile_head *head)
 
 static bool part_head_valid(const struct part_head *head)
 {
-    return tile_head_valid(&head->tile) && isfinite(head->limit) && head->limit >= 0;
+    return tile_head_valid(&head->tile) && isfinite(head->limit);
 }
 
 static bool record_valid(const struct canvas *canvas, const struct journal_record *record,
@@ -106,9 +106,11 @@ static bool record_valid(const struct canvas *canvas, const struct journal_recor
     return tile_head_valid(head);
 }
 
-/* Plans the next pass when it is this one that comes and all before it are there. */
+/* Plans the next pass when it is this one that comes and all before it are there: of pass 0 all that the journal
+ * has, if a lattice is behind it. */
 static bool follow_pass(struct adaptive *adaptive, uint32_t pass, double limit)
 {
+    if (pass == 1 && limit < 0) adaptive_cut(adaptive, 0);
     if (pass != adaptive_passes(adaptive) || !adaptive_is_complete(adaptive))
         return pass + 1 == adaptive_passes(adaptive);
     return adaptive_plan_again(adaptive, limit);
@@ -355,6 +357,11 @@ const struct save_found *save_found(const struct save *save)
 uint32_t save_use(struct save *save, const struct tile *tile)
 {
     return found_use(&save->tiles, tile);
+}
+
+void save_use_all(struct save *save)
+{
+    found_use_all(&save->tiles);
 }
 
 struct found_sums save_used(struct save *save)

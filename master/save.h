@@ -45,6 +45,9 @@ const struct save_found *save_found(const struct save *save);
 /* How many pixels of a tile were found, as found_use(); until save_start(). */
 uint32_t save_use(struct save *save, const struct tile *tile);
 
+/* All that was found counts as used, as found_use_all(); until save_start(). */
+void save_use_all(struct save *save);
+
 /* What that comes to, as found_sum(); once, until save_start(). */
 struct found_sums save_used(struct save *save);
 

@@ -9,6 +9,7 @@
 #include "common/clock.h"
 #include "common/message.h"
 #include "common/nap.h"
+#include "master/fill.h"
 #include "master/server.h"
 
 double server_elapsed(const struct server *server)
@@ -170,17 +171,33 @@ static void fill_waits(struct server *server)
     }
 }
 
-/* Where tiles are missing, the picture shows the preview, but for pixels of an earlier run. */
-static void fill_from_preview(struct server *server)
+/* One for each pixel, 0 where it has no samples; the caller's. */
+static uint8_t *find_known(const struct service *service)
 {
-    const struct service *service = server->service;
+    size_t pixels = (size_t)service->canvas->width * service->canvas->height;
+    const struct coverage *there = save_there(service->save);
+    uint8_t *known = memset(allocate(pixels, 1), 1, pixels);
     uint32_t next = 0;
     struct tile tile;
-    if (queue_complete(service->queue)) return;
-    preview_complete(&server->preview);
     while (queue_unfinished(service->queue, &next, &tile))
-        if (!tile_is_refined(&tile))
-            preview_fill(&server->preview, service->canvas, &tile, save_there(service->save));
+        for (uint32_t k = 0, x, y; k < tile_pixels(&tile); k++) {
+            tile_pixel(&tile, k, &x, &y);
+            known[(size_t)y * service->canvas->width + x] = there && coverage_has(there, x, y);
+        }
+    return known;
+}
+
+void fill_picture(struct server *server)
+{
+    const struct service *service = server->service;
+    if (service->adaptive) {
+        if (adaptive_unsampled(service->adaptive) > 0)
+            fill_unknown(service->canvas, adaptive_levels(service->adaptive), &server->preview);
+    } else if (!queue_complete(service->queue)) {
+        uint8_t *known = find_known(service);
+        fill_unknown(service->canvas, known, &server->preview);
+        free(known);
+    }
 }
 
 static void end_server(struct server *server)
@@ -247,7 +264,7 @@ bool serve(struct service *service)
     service->master_cpu_s = clock_thread_cpu() - cpu;
     service->probe_s = server.probe_s;
     fill_waits(&server);
-    fill_from_preview(&server);
+    fill_picture(&server);
     put_last_pieces(&server);
     end_server(&server);
     /* Between passes the queue is complete, the picture not. */

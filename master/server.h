@@ -57,6 +57,8 @@ struct server {
     double planned_s;       /* of the one of which nothing has yet */
     double rendered_before; /* adaptive_seconds() of earlier runs */
     bool last_pass;         /* what is in the queue is all there will be */
+    bool is_cut;            /* pass 0 would not have been done in time */
+    double cut_s;           /* adaptive_seconds() of this run that it was expected to come to */
     uint32_t *sampled; /* of each refined tile that has been handed out: pixels that get samples */
     uint32_t sampled_room;
     struct kept_piece *pieces;
@@ -82,9 +84,11 @@ struct server {
     double next_look;         /* when silence is to be looked for */
     double next_show;         /* when the progress is to be looked at */
     double last_plan_s;       /* that the last plan took */
-    uint32_t tiles_before;    /* of passes before this one */
-    double polled;            /* when messages were last looked for */
-    uint64_t pixels;          /* that have come in messages */
+    double fill_s;   /* that it takes to fill what has no samples; 0: nothing is to be filled */
+    double next_cut; /* server_elapsed() when pass 0 is to be looked at again */
+    uint32_t tiles_before; /* of passes before this one */
+    double polled;         /* when messages were last looked for */
+    uint64_t pixels;       /* that have come in messages */
 };
 
 /* Seconds since the start of the render phase. */
@@ -92,6 +96,10 @@ double server_elapsed(const struct server *server);
 
 /* Whether nothing is left for this renderer, in later passes either; the lock is held. */
 bool server_is_through(struct server *server, uint32_t renderer);
+
+/* Where nobody has rendered pixels, the picture shows something like it: fill_unknown(). The lock is held, or nobody
+ * renders. */
+void fill_picture(struct server *server);
 
 /* ---- passes.c ---- */
 

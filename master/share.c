@@ -209,7 +209,7 @@ static struct outlook_share outlook_of_pixels(const struct shares *shares)
         skipped = share->skipped / share->pixels;
         finished = skipped + share->finished / share->pixels;
     }
-    return (struct outlook_share){finished, skipped};
+    return (struct outlook_share){.finished = finished, .skipped = skipped};
 }
 
 struct outlook_share share_outlook(const struct shares *shares)
@@ -227,5 +227,6 @@ struct outlook_share share_outlook(const struct shares *shares)
         before = share->skipped * pixel;
     }
     double sum = before + shares->answered + most;
-    return (struct outlook_share){(before + shares->answered) / sum, before / sum};
+    return (struct outlook_share){.finished = (before + shares->answered) / sum,
+                                  .skipped = before / sum};
 }

@@ -45,6 +45,7 @@ static void test_kinds(void **state)
     }
     /* All of the predicted work but 15 % is done, but 46 % of the seconds are left. */
     assert_near(outlook_share(&outlook).finished, 10.3 / 19, 0.01);
+    assert_near(outlook_share(&outlook).seconds, 19, 0.4);
     for (int i = 0; i < 87; i++) {
         outlook_remove(&outlook, 0.02, 64);
         outlook_finish(&outlook, 0.02, 64, 0.1);
@@ -52,6 +53,7 @@ static void test_kinds(void **state)
         assert_near(outlook_share(&outlook).finished, expected, 0.01);
     }
     assert_near(outlook_share(&outlook).finished, 1, 1e-12);
+    assert_near(outlook_share(&outlook).seconds, 19, 1e-9);
 }
 
 /* Where nothing of a kind is finished, the nearest kind tells. */

@@ -1,9 +1,8 @@
-/* What stands in for tiles that are not finished. */
+/* What the pre-pass shows of the picture. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <stdlib.h>
 
 #include <cmocka.h>
 
@@ -23,78 +22,63 @@ static struct tile probe(uint32_t column, uint32_t blocks, uint32_t row)
                          .pass = TILE_PROBE};
 }
 
-static float red_at(const struct canvas *canvas, uint32_t x, uint32_t y)
+static float red_at(const struct preview *preview, uint32_t x, uint32_t y)
 {
-    return canvas->rgb[3 * ((size_t)y * canvas->width + x)];
+    const float *color = preview_color(preview, x, y);
+    assert_non_null(color);
+    return color[0];
 }
 
 static void test_nearest_block(void **state)
 {
     (void)state;
     struct preview preview = {0};
-    struct canvas canvas;
     const float left[] = {1, 1, 1}, right[] = {2, 2, 2, 3, 3, 3};
-    const struct tile all = {.w = WIDTH, .h = HEIGHT, .step = 1};
     struct tile a = probe(0, 1, 0), b = probe(2, 2, 1);
-    canvas_init(&canvas, WIDTH, HEIGHT);
     preview_put(&preview, WIDTH, HEIGHT, &a, left);
     preview_put(&preview, WIDTH, HEIGHT, &b, right);
+    assert_true(red_at(&preview, 5, 5) == 1 && red_at(&preview, 25, 15) == 2);
+    assert_null(preview_color(&preview, 15, 5));
     preview_complete(&preview);
-    preview_fill(&preview, &canvas, &all, NULL);
-    for (uint32_t i = 0; i < WIDTH * HEIGHT; i++)
-        assert_true(canvas.rgb[3 * i] > 0);
-    assert_true(red_at(&canvas, 5, 5) == 1 && red_at(&canvas, 25, 15) == 2);
-    assert_true(red_at(&canvas, 39, 19) == 3 && red_at(&canvas, 40, 29) == 3);
-    assert_true(red_at(&canvas, 5, 25) == 1 && red_at(&canvas, 20, 29) == 2);
+    for (uint32_t y = 0; y < HEIGHT; y++)
+        for (uint32_t x = 0; x < WIDTH; x++)
+            assert_true(red_at(&preview, x, y) > 0);
+    assert_true(red_at(&preview, 5, 5) == 1 && red_at(&preview, 25, 15) == 2);
+    assert_true(red_at(&preview, 39, 19) == 3 && red_at(&preview, 40, 29) == 3);
+    assert_true(red_at(&preview, 5, 25) == 1 && red_at(&preview, 20, 29) == 2);
     preview_free(&preview);
-    canvas_free(&canvas);
 }
 
-/* What an earlier run has left is better than any preview. */
-static void test_what_is_there_stays(void **state)
+/* Probes that come later take the place of what stood in for them. */
+static void test_completed_before_all_are_back(void **state)
 {
     (void)state;
     struct preview preview = {0};
-    struct canvas canvas;
-    struct coverage there;
-    const float gray[] = {1, 1, 1};
-    const struct tile all = {.w = WIDTH, .h = HEIGHT, .step = 1};
-    const struct tile found = {.x = 7, .y = 3, .w = 2, .h = 5, .step = 1};
-    struct tile a = probe(0, 1, 0);
-    canvas_init(&canvas, WIDTH, HEIGHT);
-    coverage_init(&there, WIDTH, HEIGHT);
-    coverage_add(&there, &found);
-    preview_put(&preview, WIDTH, HEIGHT, &a, gray);
+    const float left[] = {1, 1, 1}, right[] = {2, 2, 2, 3, 3, 3};
+    struct tile a = probe(0, 1, 0), b = probe(2, 2, 1);
+    preview_put(&preview, WIDTH, HEIGHT, &a, left);
     preview_complete(&preview);
-    preview_fill(&preview, &canvas, &all, &there);
-    for (uint32_t y = 0; y < HEIGHT; y++)
-        for (uint32_t x = 0; x < WIDTH; x++)
-            assert_true(red_at(&canvas, x, y) == !(x >= 7 && x < 9 && y >= 3 && y < 8));
-    coverage_free(&there);
+    assert_true(red_at(&preview, 25, 15) == 1);
+    preview_put(&preview, WIDTH, HEIGHT, &b, right);
+    assert_true(red_at(&preview, 25, 15) == 2 && red_at(&preview, 5, 25) == 1);
     preview_free(&preview);
-    canvas_free(&canvas);
 }
 
-/* Without any probe the picture stays as it is. */
+/* Without any probe no colour is known. */
 static void test_nothing_known(void **state)
 {
     (void)state;
     struct preview preview = {0};
-    struct canvas canvas;
-    const struct tile all = {.w = WIDTH, .h = HEIGHT, .step = 1};
-    canvas_init(&canvas, WIDTH, HEIGHT);
     preview_complete(&preview);
-    preview_fill(&preview, &canvas, &all, NULL);
-    assert_true(red_at(&canvas, 40, 29) == 0);
+    assert_null(preview_color(&preview, 40, 29));
     preview_free(&preview);
-    canvas_free(&canvas);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_nearest_block),
-        cmocka_unit_test(test_what_is_there_stays),
+        cmocka_unit_test(test_completed_before_all_are_back),
         cmocka_unit_test(test_nothing_known),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -250,8 +250,25 @@ static void answer(struct queue *queue, struct virtual *v, uint32_t i, double no
     v->free_at = now + work / v->speed;
 }
 
+/* What queue_ends() has said. */
+struct foretold {
+    uint32_t looks;
+    double first; /* when it said something */
+    double least, most;
+};
+
+static void look_at_end(const struct queue *queue, double now, struct foretold *foretold)
+{
+    double end = queue_ends(queue);
+    if (queue_count(queue).share_finished < 1.0 / 32) return;
+    if (foretold->looks++ == 0) *foretold = (struct foretold){1, now, end, end};
+    foretold->least = fmin(foretold->least, end);
+    foretold->most = fmax(foretold->most, end);
+}
+
 /* When the picture is complete; nobody who could work is left without when something waits. */
-static double run_virtual(const struct queue_config *config, struct virtual *virtuals)
+static double run_virtual_and_watch(const struct queue_config *config, struct virtual *virtuals,
+                                    struct foretold *foretold)
 {
     struct queue *queue = queue_create(config);
     double now = 0;
@@ -269,9 +286,16 @@ static double run_virtual(const struct queue_config *config, struct virtual *vir
         assert_true(when < 100);
         now = when;
         if (next != UINT32_MAX) answer(queue, &virtuals[next], next, now);
+        look_at_end(queue, now, foretold);
     }
     queue_destroy(queue);
     return now;
+}
+
+static double run_virtual(const struct queue_config *config, struct virtual *virtuals)
+{
+    struct foretold foretold = {0};
+    return run_virtual_and_watch(config, virtuals, &foretold);
 }
 
 #define VIRTUALS 16
@@ -1485,6 +1509,121 @@ static void test_passes_behind_a_finished_one(void **state)
     queue_destroy(queue);
 }
 
+static const struct queue_config withdrawing = {.schedule = SCHEDULE_DYNAMIC,
+                                                .width = 256,
+                                                .height = 192,
+                                                .renderers = 3,
+                                                .tile_edge = 16,
+                                                .probe_edge = 8};
+
+/* One of so many asks, and finishes some of what he has. */
+static void take_turn(struct queue *queue, uint32_t renderers, uint64_t *seed, double now,
+                      unsigned char *seen)
+{
+    struct tile lot[LOT_TILES];
+    uint32_t renderer = random_below(seed, renderers), ids[2 * LOT_TILES], held = 0;
+    queue_next(queue, renderer, now, lot);
+    const struct holdings *holdings = &queue->holdings;
+    for (uint32_t i = holdings->holders[renderer].first; i != HOLD_NONE;
+         i = holdings->holds[i].next)
+        ids[held++] = holdings->holds[i].id;
+    for (uint32_t i = 0; i < held && random_below(seed, 4) > 0; i++) {
+        struct tile tile = queue_tile_of(queue, ids[i]);
+        if (queue_recalled(queue, renderer, ids[i]) && random_below(seed, 2)) {
+            queue_drop(queue, renderer, ids[i], now, 0);
+            continue;
+        }
+        if (tile.pass == TILE_PROBE) answer_probe(queue, &tile, seed);
+        if (queue_finish(queue, renderer, ids[i], now, 1e-3) == ANSWER_COUNTS)
+            mark(seen, &withdrawing, &tile);
+        hear_fates(queue, seen, &withdrawing);
+    }
+}
+
+/* Until the queue is complete; takes out what waits behind so many turns. */
+static void withdraw_after(struct queue *queue, uint32_t turns, uint64_t *seed, double *now,
+                           unsigned char *seen)
+{
+    for (uint32_t turn = 0; !queue_complete(queue); turn++) {
+        take_turn(queue, 3, seed, *now += 1e-3, seen);
+        assert_true(turn < 100000);
+        if (turn != turns) continue;
+        queue_withdraw(queue);
+        check_sums(queue);
+    }
+    check_sums(queue);
+}
+
+/* What nobody has had is taken out; what is out comes back, or goes to others, and then there is room for other
+ * work. */
+static void test_withdraw(void **state)
+{
+    (void)state;
+    static unsigned char seen[256 * 192];
+    for (uint64_t round = 1; round <= 40; round++) {
+        struct queue *queue = queue_create(&withdrawing);
+        uint64_t seed = round;
+        double now = 0;
+        memset(seen, 0, sizeof seen);
+        withdraw_after(queue, random_below(&seed, 150), &seed, &now, seen);
+        uint64_t finished = queue_count(queue).pixels_finished;
+        uint32_t marked = 0;
+        for (uint32_t i = 0; i < 256 * 192; i++)
+            marked += seen[i];
+        assert_int_equal(marked, finished);
+        assert_true(finished < 256 * 192 && queue_count(queue).share_finished == 1);
+        struct tile tile = {.w = 128, .h = 128, .step = 1, .pass = 1};
+        memset(seen, 0, sizeof seen);
+        queue_add(queue, &tile, queue_work(queue, &tile), 1);
+        withdraw_after(queue, UINT32_MAX, &seed, &now, seen);
+        assert_int_equal(queue_count(queue).pixels_finished, finished + 128 * 128);
+        for (uint32_t i = 0; i < 256 * 192; i++)
+            assert_int_equal(seen[i], i % 256 < 128 && i / 256 < 128);
+        queue_destroy(queue);
+    }
+}
+
+/* One who has stopped with tiles that are not wanted any more keeps nobody waiting. */
+static void test_withdraw_from_stopped(void **state)
+{
+    (void)state;
+    static unsigned char seen[256 * 192];
+    struct queue *queue = queue_create(&withdrawing);
+    uint64_t seed = 7;
+    double now = 0;
+    memset(seen, 0, sizeof seen);
+    while (!queue->settled || queue_holds(queue, 2) == 0)
+        take_turn(queue, 3, &seed, now += 1e-6, seen); /* nobody is late yet */
+    queue_withdraw(queue);
+    assert_false(queue_complete(queue) || queue->pace.renderers[2].lost);
+    for (int i = 0; i < 10000 && !queue_complete(queue); i++) {
+        take_turn(queue, 2, &seed, now += 1e-3, seen);
+        queue_look(queue, now);
+    }
+    assert_true(queue_complete(queue) && queue_holds(queue, 2) > 0);
+    check_sums(queue);
+    queue_destroy(queue);
+}
+
+/* The end is known when some of the picture is finished, from what cheap and dear tiles have taken. */
+static void test_end_is_foretold(void **state)
+{
+    (void)state;
+    const struct queue_config config = {.schedule = SCHEDULE_DYNAMIC,
+                                        .width = 320,
+                                        .height = 240,
+                                        .renderers = 4,
+                                        .tile_edge = 8,
+                                        .probe_edge = 8};
+    struct virtual virtuals[4] = {{.speed = 1}, {.speed = 1}, {.speed = 1}, {.speed = 1}};
+    struct foretold foretold = {0};
+    double end = run_virtual_and_watch(&config, virtuals, &foretold);
+    assert_true(foretold.looks > 20);
+    assert_true(foretold.first < 0.2 * end);
+    if (!(foretold.least > 0.8 * end && foretold.most < 1.25 * end))
+        fail_msg("%g to %g, not %g", foretold.least, foretold.most, end);
+}
+
 /* Four renderers on two cores of one machine. */
 static struct crowd crowd_on_two_cores(void)
 {
@@ -1682,6 +1821,9 @@ int main(void)
         cmocka_unit_test(test_auto_probe_edge),
         cmocka_unit_test(test_skip),
         cmocka_unit_test(test_passes_behind_a_finished_one),
+        cmocka_unit_test(test_withdraw),
+        cmocka_unit_test(test_withdraw_from_stopped),
+        cmocka_unit_test(test_end_is_foretold),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -214,6 +214,35 @@ static void test_passes_come_back(void **state)
     check_passes(*state, 3);
 }
 
+/* A pass 0 that was cut off, and lattices behind it: nothing of them is lost or rendered again. */
+static void test_lattices_come_back(void **state)
+{
+    struct scratch *s = *state;
+    struct run first, next;
+    run_open(&first, s, 1e-3);
+    save_start(first.save, TILES, PIXELS);
+    render(&first, 0, EDGE, true);
+    adaptive_cut(first.adaptive, 1000);
+    assert_true(adaptive_plan(first.adaptive, 0));
+    render(&first, 0, TILES * EDGE, true);
+    assert_true(adaptive_plan(first.adaptive, HUGE_VAL));
+    render(&first, EDGE, EDGE, true);
+    keep(first.save);
+    uint64_t unsampled = adaptive_unsampled(first.adaptive);
+    assert_true(unsampled > 0 && unsampled < PIXELS - 2 * EDGE * EDGE);
+    run_open(&next, s, 1e-3);
+    struct save_found found = *save_found(next.save);
+    assert_true(found.records == 3 && found.tiles == 3 && found.pixels == EDGE * EDGE);
+    assert_int_equal(adaptive_passes(next.adaptive), 3);
+    assert_int_equal(adaptive_unsampled(next.adaptive), unsampled);
+    assert_memory_equal(next.canvas.rgb, first.canvas.rgb, 3 * PIXELS * sizeof(float));
+    save_use_all(next.save);
+    assert_true(save_used(next.save).busy_s == 3 * 2 && save_used(next.save).again_s == 0);
+    save_drop(next.save);
+    run_close(&first);
+    run_close(&next);
+}
+
 /* A part goes on top of what it was planned for: not where that is lost. */
 static void test_lost_below(void **state)
 {
@@ -393,8 +422,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_tiles_come_back),    cmocka_unit_test(test_strange_records),
         cmocka_unit_test(test_room_is_looked_for), cmocka_unit_test(test_passes_come_back),
-        cmocka_unit_test(test_lost_below),         cmocka_unit_test(test_other_target),
-        cmocka_unit_test(test_no_room_anywhere),   cmocka_unit_test(test_folder_is_gone),
+        cmocka_unit_test(test_lattices_come_back), cmocka_unit_test(test_lost_below),
+        cmocka_unit_test(test_other_target),       cmocka_unit_test(test_no_room_anywhere),
+        cmocka_unit_test(test_folder_is_gone),
     };
     return cmocka_run_group_tests(tests, open_all, close_all);
 }

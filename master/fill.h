@@ -1,0 +1,22 @@
+/*
+ * Pixels that nobody has rendered, filled in from those that are there: better to look at than gaps, and
+ * nothing else.
+ */
+#ifndef FARM_MASTER_FILL_H
+#define FARM_MASTER_FILL_H
+
+#include <stdint.h>
+
+#include "master/canvas.h"
+#include "master/preview.h"
+
+/*
+ * known: one per pixel of the canvas, rows from the top; 0: nobody has rendered it. Such a pixel of the coarsest
+ * lattice (master/lattice.h) gets the colour of its block in the preview, or stays as it is where nothing
+ * is known; from there on, lattice by lattice, each gets the mean of the nearest ones of the coarser lattice,
+ * four or at the borders fewer, or the colour of its block where blocks are as small as that. Of a picture all
+ * of which is known nothing changes.
+ */
+void fill_unknown(struct canvas *canvas, const uint8_t *known, struct preview *preview);
+
+#endif

@@ -1,0 +1,192 @@
+/* Lattices of pixels, and what stands in for those that nobody has rendered. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "common/message.h"
+#include "master/fill.h"
+#include "master/lattice.h"
+#include "test/random.h"
+
+/* ---- lattices ---- */
+
+/* Of every lattice each square of 16 x 16 pixels, wherever it lies, has the same number. */
+static void test_lattices_are_even(void **state)
+{
+    (void)state;
+    for (uint32_t lattice = 0; lattice <= LATTICE_COARSEST; lattice++)
+        for (uint32_t left = 0; left < 16; left++)
+            for (uint32_t top = 0; top < 16; top++) {
+                uint32_t count = 0;
+                for (uint32_t i = 0; i < 256; i++)
+                    count += lattice_of(left + i % 16, top + i / 16) >= lattice;
+                assert_int_equal(count, 256 >> lattice);
+            }
+}
+
+static void test_coarsest(void **state)
+{
+    (void)state;
+    for (uint32_t y = 0; y < 64; y++)
+        for (uint32_t x = 0; x < 64; x++) {
+            bool on = x % LATTICE_SPACING == 0 && y % LATTICE_SPACING == 0;
+            assert_int_equal(lattice_of(x, y) == LATTICE_COARSEST, on);
+        }
+}
+
+/* Row by row, pixel by pixel: just those that it has. */
+static void test_walk(void **state)
+{
+    (void)state;
+    for (uint32_t lattice = 0; lattice <= LATTICE_COARSEST; lattice++) {
+        bool seen[48][48] = {{false}};
+        for (uint32_t y = 0; y < 48; y += lattice_rows(lattice))
+            for (uint32_t x = lattice_first(lattice, y); x < 48; x += lattice_step(lattice))
+                seen[y][x] = true;
+        for (uint32_t y = 0; y < 48; y++)
+            for (uint32_t x = 0; x < 48; x++)
+                assert_int_equal(seen[y][x], lattice_of(x, y) >= lattice);
+    }
+}
+
+/* ---- filling ---- */
+
+/* Where nothing has been put in: no block is known. */
+static void fill_alone(struct canvas *canvas, const uint8_t *known)
+{
+    struct preview none = {0};
+    fill_unknown(canvas, known, &none);
+}
+
+static float *color_at(const struct canvas *canvas, uint32_t x, uint32_t y)
+{
+    return canvas->rgb + 3 * ((size_t)y * canvas->width + x);
+}
+
+/* The pixels of a lattice are known, and some others; a slope is what it was, but at the borders, where a pixel has
+ * fewer neighbours. */
+static void test_slopes_are_restored(void **state)
+{
+    (void)state;
+    const uint32_t width = 83, height = 61, edge = 2 * LATTICE_SPACING;
+    for (uint32_t lattice = 0; lattice <= LATTICE_COARSEST; lattice++) {
+        struct canvas canvas;
+        uint64_t seed = lattice + 1;
+        uint8_t *known = allocate_zeroed((size_t)width * height, 1);
+        canvas_init(&canvas, width, height);
+        for (uint32_t i = 0; i < width * height; i++) {
+            uint32_t x = i % width, y = i / width;
+            known[i] = lattice_of(x, y) >= lattice || random_below(&seed, 50) == 0;
+            for (int c = 0; c < 3; c++)
+                canvas.rgb[3 * i + (uint32_t)c] = known[i] ? (float)(x + 2 * y) + (float)c : -1;
+        }
+        fill_alone(&canvas, known);
+        for (uint32_t y = 0; y < height; y++)
+            for (uint32_t x = 0; x < width; x++)
+                for (int c = 0; c < 3; c++) {
+                    float is = color_at(&canvas, x, y)[c], was = (float)(x + 2 * y) + (float)c;
+                    bool inside = x >= edge && x + edge < width && y >= edge && y + edge < height;
+                    if (known[y * width + x]) assert_true(is == was);
+                    if (inside) assert_true(fabsf(is - was) < 1e-3F);
+                    assert_true(is >= 0 && is <= (float)(width + 2 * height + 2));
+                }
+        free(known);
+        canvas_free(&canvas);
+    }
+}
+
+/* Of whatever size: every pixel gets something, though only the one in the corner is known. */
+static void test_all_sizes(void **state)
+{
+    (void)state;
+    for (uint32_t width = 1; width <= 20; width++)
+        for (uint32_t height = 1; height <= 20; height++) {
+            struct canvas canvas;
+            struct preview preview = {0};
+            const struct tile probe = {.w = 1, .h = 1, .step = 64, .pass = TILE_PROBE};
+            const float two[3] = {2, 2, 2};
+            uint8_t known[400] = {0};
+            canvas_init(&canvas, width, height);
+            preview_put(&preview, width, height, &probe, two);
+            fill_unknown(&canvas, known, &preview);
+            for (uint32_t i = 0; i < 3 * width * height; i++)
+                assert_true(canvas.rgb[i] == 2);
+            preview_free(&preview);
+            canvas_free(&canvas);
+        }
+}
+
+/* What is known is better than any preview; without one, what is not known stays black. */
+static void test_known_stays(void **state)
+{
+    (void)state;
+    for (int with = 0; with < 2; with++) {
+        struct canvas canvas;
+        struct preview preview = {0};
+        const struct tile probe = {.w = 1, .h = 1, .step = 64, .pass = TILE_PROBE};
+        const float gray[3] = {1, 1, 1};
+        uint8_t known[32 * 32] = {0};
+        canvas_init(&canvas, 32, 32);
+        memset(known + 16 * 32, 1, 16 * 32);
+        for (uint32_t i = 16 * 32; i < 32 * 32; i++)
+            canvas.rgb[3 * i] = 5;
+        if (with) preview_put(&preview, 32, 32, &probe, gray);
+        fill_unknown(&canvas, known, &preview);
+        for (uint32_t y = 0; y < 32; y++)
+            for (uint32_t x = 0; x < 32; x++) {
+                float red = color_at(&canvas, x, y)[0];
+                if (y >= 16) assert_true(red == 5);
+                if (y == 0) assert_true(red == (float)with);
+                if (y < 16) assert_true(red >= (float)with && red < 5);
+            }
+        preview_free(&preview);
+        canvas_free(&canvas);
+    }
+}
+
+/* Of blocks as small as the gaps the picture shows as much as of lattices. */
+static void test_small_blocks(void **state)
+{
+    (void)state;
+    struct canvas canvas;
+    struct preview preview = {0};
+    uint8_t known[64 * 64] = {0};
+    canvas_init(&canvas, 64, 64);
+    for (uint32_t row = 0; row < 16; row++) {
+        const struct tile probe = {.y = 4 * row, .w = 64, .h = 1, .step = 4, .pass = TILE_PROBE};
+        float rgb[3 * 16];
+        for (uint32_t i = 0; i < 16; i++)
+            rgb[3 * i] = rgb[3 * i + 1] = rgb[3 * i + 2] = (float)((row + i) % 2);
+        preview_put(&preview, 64, 64, &probe, rgb);
+    }
+    for (uint32_t i = 0; i < 64 * 64; i++)
+        known[i] = lattice_of(i % 64, i / 64) == LATTICE_COARSEST;
+    fill_unknown(&canvas, known, &preview);
+    for (uint32_t y = 0; y < 64; y += 4)
+        for (uint32_t x = 0; x < 64; x += 4)
+            assert_true(known[64 * y + x] ||
+                        color_at(&canvas, x, y)[0] == (float)((x / 4 + y / 4) % 2));
+    preview_free(&preview);
+    canvas_free(&canvas);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_lattices_are_even),
+        cmocka_unit_test(test_coarsest),
+        cmocka_unit_test(test_walk),
+        cmocka_unit_test(test_slopes_are_restored),
+        cmocka_unit_test(test_all_sizes),
+        cmocka_unit_test(test_known_stays),
+        cmocka_unit_test(test_small_blocks),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
