@@ -288,7 +288,7 @@ static double queue_time(void)
             .width = WIDTH,
             .height = HEIGHT,
             .renderers = RENDERERS,
-            .tile_edge = queue_auto_edge(SCHEDULE_DYNAMIC, WIDTH, HEIGHT, RENDERERS),
+            .tile_edge = queue_auto_edge(SCHEDULE_DYNAMIC, WIDTH, HEIGHT, 1, RENDERERS),
             .probe_edge = queue_auto_probe_edge(WIDTH, HEIGHT, 1, RENDERERS)};
         job = (struct job){.queue = queue_create(&config)};
         times[i] = work_off(&job);

@@ -47,7 +47,7 @@ static struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t 
                                   .crowd = crowd};
     uint32_t processors = crowd ? crowd->processors : machine->renderers * machine->node_cores;
     if (!bench_schedules[schedule].is_static)
-        config.tile_edge = queue_auto_edge(config.schedule, width, height, processors);
+        config.tile_edge = queue_auto_edge(config.schedule, width, height, samples, processors);
     config.probe_edge = queue_auto_probe_edge(width, height, samples, processors);
     struct queue *queue = queue_create(&config);
     if (!queue) fatal("the picture has too many tiles");

@@ -205,7 +205,8 @@ double pace_calm(struct pace *pace, double now)
 {
     pace_place(pace);
     if (!pace->soon.count || !(pace->scale > 0)) return 0;
-    return larger_number(-pace->soon.entries[0].key - now, 0);
+    double known = pace->busy / pace->count;
+    return larger_number(smaller_number(-pace->soon.entries[0].key - now, known), 0);
 }
 
 double pace_next_late(struct pace *pace)

@@ -80,7 +80,8 @@ void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work,
  * tile of an answer and with its next lot, and is put in its places once. */
 void pace_place(struct pace *pace);
 
-/* Seconds for which all that have work have enough of it, as predicted; 0: nothing is known. */
+/* Seconds for which all that have work have enough of it, as predicted; no more than all have answered for in the
+ * mean, for what the first answers tell, of cheap tiles, may be several times too much. 0: nothing is known. */
 double pace_calm(struct pace *pace, double now);
 
 /* Gives up the renderer, which has some, for late: it should have been done with it by then. */

@@ -17,7 +17,7 @@ static uint32_t tile_edge(const struct settings *settings, const struct view *vi
     enum schedule schedule = settings->farm.schedule;
     if (settings->farm.tile || (schedule != SCHEDULE_DYNAMIC && schedule != SCHEDULE_TILES))
         return settings->farm.tile;
-    return queue_auto_edge(schedule, view->region_w, view->region_h, processors);
+    return queue_auto_edge(schedule, view->region_w, view->region_h, view->min_samples, processors);
 }
 
 static bool make_queue(struct run *run, const struct view *view)

@@ -11,12 +11,13 @@
 
 #define TILES_EDGE 64u
 
-uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height,
+uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height, uint32_t samples,
                          uint32_t processors)
 {
+    const uint32_t many_samples = 16;
     bool dynamic = schedule == SCHEDULE_DYNAMIC;
     uint64_t wanted = UINT64_C(200) * (processors > 1 ? processors - 1 : 1);
-    if (dynamic) wanted = UINT64_C(100) * processors;
+    if (dynamic) wanted = (samples < many_samples ? UINT64_C(100) : UINT64_C(400)) * processors;
     uint32_t edge = dynamic ? DYNAMIC_EDGE : TILES_EDGE;
     while (edge > 8 && (uint64_t)divide_up(width, edge) * divide_up(height, edge) < wanted)
         edge /= 2;

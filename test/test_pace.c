@@ -110,20 +110,36 @@ static void test_calm(void **state)
     struct pace pace;
     pace_init(&pace, 2);
     assert_true(pace_calm(&pace, 0) == 0);
-    pace_given(&pace, 0, 0, 1);
+    pace_given(&pace, 0, 0, 10);
     assert_true(pace_calm(&pace, 0) == 0); /* nobody knows how long that takes */
-    pace_answered(&pace, 0, 2, 1, 2, false);
-    assert_true(pace_calm(&pace, 2) == 0);
-    pace_given(&pace, 0, 2, 4);
-    double alone = pace_calm(&pace, 2);
+    pace_answered(&pace, 0, 20, 10, 20, false);
+    assert_true(pace_calm(&pace, 20) == 0);
+    pace_given(&pace, 0, 20, 4);
+    double alone = pace_calm(&pace, 20);
     assert_true(alone > 4 && alone < 10);
-    pace_given(&pace, 1, 2, 1);
-    double both = pace_calm(&pace, 2);
+    pace_given(&pace, 1, 20, 1);
+    double both = pace_calm(&pace, 20);
     assert_true(both > 0 && both < alone);
-    assert_near(pace_calm(&pace, 2.5), both - 0.5, 1e-9);
-    assert_true(pace_calm(&pace, 2 + 1.001 * both) == 0);
+    assert_near(pace_calm(&pace, 20.5), both - 0.5, 1e-9);
+    assert_true(pace_calm(&pace, 20 + 1.001 * both) == 0);
     pace_check(&pace, 1000);
-    assert_true(pace_calm(&pace, 2) == 0);
+    assert_true(pace_calm(&pace, 20) == 0);
+    pace_free(&pace);
+}
+
+/* What the first answers tell is taken to hold for no longer than they took, in the mean of all. */
+static void test_calm_of_few_answers(void **state)
+{
+    (void)state;
+    struct pace pace;
+    pace_init(&pace, 4);
+    for (uint32_t i = 0; i < 4; i++)
+        pace_given(&pace, i, 0, 100);
+    pace_answered(&pace, 0, 1, 1, 1, true);
+    assert_near(pace_calm(&pace, 1), 0.25, 1e-9);
+    for (uint32_t i = 1; i < 4; i++)
+        pace_answered(&pace, i, 1, 1, 1, true);
+    assert_near(pace_calm(&pace, 1), 1, 1e-9);
     pace_free(&pace);
 }
 
@@ -153,8 +169,11 @@ static void test_late(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_service),        cmocka_unit_test(test_delay),
-        cmocka_unit_test(test_delay_of_a_lot), cmocka_unit_test(test_calm),
+        cmocka_unit_test(test_service),
+        cmocka_unit_test(test_delay),
+        cmocka_unit_test(test_delay_of_a_lot),
+        cmocka_unit_test(test_calm),
+        cmocka_unit_test(test_calm_of_few_answers),
         cmocka_unit_test(test_late),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1382,13 +1382,19 @@ static void test_too_many_tiles(void **state)
 static void test_auto_edge(void **state)
 {
     (void)state;
-    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 640, 480, 1), 32);
-    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 640, 480, 44), 8);
-    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 1920, 1080, 2), 64);
-    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 1, 1, 100), 8);
-    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 65535, 65535, 44), 64);
-    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 2), 16);
-    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 44), 8);
+    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 640, 480, 1, 1), 32);
+    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 640, 480, 1, 44), 8);
+    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 1920, 1080, 1, 2), 64);
+    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 1, 1, 1, 100), 8);
+    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 65535, 65535, 1, 44), 64);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 1, 2), 16);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 1, 12), 16);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 1, 44), 8);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 15, 12), 16);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 16, 12), 8);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 640, 480, 16, 2), 16);
+    assert_int_equal(queue_auto_edge(SCHEDULE_DYNAMIC, 1920, 1440, 16, 12), 16);
+    assert_int_equal(queue_auto_edge(SCHEDULE_TILES, 640, 480, 16, 1), 32);
 }
 
 static void test_auto_probe_edge(void **state)
