@@ -40,6 +40,7 @@ static void put_tile(struct server *server, uint32_t renderer, const struct tile
     struct service *service = server->service;
     note_in_timeline(service, TIMELINE_TILE, renderer, tile, header);
     if (service->adaptive) {
+        assert(tile->pass + 1 == adaptive_passes(service->adaptive));
         save_part(service->save, tile, header, rgb);
         adaptive_put(service->adaptive, tile, rgb, header->cpu_s);
     } else {
@@ -48,7 +49,7 @@ static void put_tile(struct server *server, uint32_t renderer, const struct tile
     }
     render_counts_add(&service->counts, &header->counts);
     server->rays += render_counts_rays(&header->counts);
-    watch_add(service->watch, tile_pixels(tile), header);
+    watch_add(service->watch, header->pixels, header);
     server->finished = clock_wall();
     /* What nothing comes of lies behind the render phase, which ends with the last tile. */
     server->plan_s += server->planned_s;

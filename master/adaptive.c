@@ -347,7 +347,10 @@ void adaptive_cut(struct adaptive *adaptive, double seconds)
     for (size_t i = 0; i < pixels; i++)
         adaptive->next[i] = adaptive->level[i];
     adaptive->missing = adaptive->asked = 0;
-    adaptive->unsampled_s = seconds / (double)adaptive->unsampled;
+    if (seconds > 0)
+        adaptive->unsampled_s = seconds / (double)adaptive->unsampled;
+    else if (adaptive->unsampled < pixels)
+        adaptive->unsampled_s = adaptive->on_first.seconds / (double)(pixels - adaptive->unsampled);
 }
 
 /* The pixels of this lattice that have no samples; asks: they are to get some in the next pass. */
@@ -373,7 +376,9 @@ static uint32_t lattice_within(const struct adaptive *adaptive, double seconds)
     bool any = find_unsampled(adaptive, lattice, false) > 0;
     while (lattice > 0) {
         uint64_t finer = find_unsampled(adaptive, lattice - 1, false);
-        if (any && (double)finer * adaptive->unsampled_s > seconds) break;
+        bool fits = adaptive->unsampled_s > 0 ? (double)finer * adaptive->unsampled_s <= seconds
+                                              : seconds == HUGE_VAL;
+        if (any && !fits) break;
         any = finer > 0;
         lattice--;
     }

@@ -78,8 +78,8 @@ void adaptive_lend(struct adaptive *adaptive, struct crew *crew);
 
 /*
  * Pass 0 goes on no further: of its pixels none is to come any more, and none is missing. For those that have no
- * samples so many seconds of rendering, by all renderers, are expected to be needed. Nothing happens in later
- * passes.
+ * samples so many seconds of rendering, by all renderers, are expected to be needed; 0: nobody knows, they are taken
+ * to be like those that have some. Nothing happens in later passes.
  */
 void adaptive_cut(struct adaptive *adaptive, double seconds);
 

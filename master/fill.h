@@ -12,8 +12,8 @@
 
 /*
  * known: one per pixel of the canvas, rows from the top; 0: nobody has rendered it. Such a pixel of the coarsest
- * lattice (master/lattice.h) gets the colour of its block in the preview, or stays as it is where nothing
- * is known; from there on, lattice by lattice, each gets the mean of the nearest ones of the coarser lattice,
+ * lattice (master/lattice.h) gets the colour of its block in the preview, or stays as it is where that knows
+ * nothing at all; from there on, lattice by lattice, each gets the mean of the nearest ones of the coarser lattice,
  * four or at the borders fewer, or the colour of its block where blocks are as small as that. Of a picture all
  * of which is known nothing changes.
  */

@@ -38,14 +38,20 @@ static void tell_resumed(const struct run *run, uint64_t found)
               resumed->seconds);
 }
 
+/* That have samples. */
+static uint64_t pixels_in(const struct run *run)
+{
+    return (uint64_t)run->canvas.width * run->canvas.height - adaptive_unsampled(run->adaptive);
+}
+
 /* Takes over what an earlier run has left. */
 static void resume(struct run *run)
 {
     const struct save_found *found = save_found(run->save);
-    if (!found->pixels) return;
-    queue_skip(run->queue, saved_pixels, run->save);
     /* Behind pass 0 nothing of it is to come, even if it was cut off. */
     bool behind = run->adaptive && adaptive_passes(run->adaptive) > 1;
+    if (!found->pixels && !behind) return;
+    queue_skip(run->queue, saved_pixels, run->save);
     if (behind) {
         save_use_all(run->save);
         queue_withdraw(run->queue);
@@ -54,7 +60,7 @@ static void resume(struct run *run)
     struct found_sums used = save_used(run->save);
     run->report.resumed = (struct resumed){
         .tiles = count.finished,
-        .pixels = behind ? found->pixels : count.pixels_finished,
+        .pixels = behind ? pixels_in(run) : count.pixels_finished,
         .records = found->records,
         .seconds = used.busy_s,
         .cpu_s = used.cpu_s,
@@ -63,17 +69,23 @@ static void resume(struct run *run)
         .again_s = used.again_s,
         .counts = used.counts,
     };
-    tell_resumed(run, found->pixels);
+    tell_resumed(run, behind ? run->report.resumed.pixels : found->pixels);
 }
+
+/* Pixels of a tile of lattices and later passes, which are wider; for what is to be set aside. */
+#define TILE_OF_REST 256u
 
 uint32_t tiles_left(const struct run *run)
 {
+    if (run->adaptive && adaptive_passes(run->adaptive) > 1)
+        return (uint32_t)(pixels_left(run) / TILE_OF_REST);
     struct queue_count count = queue_count(run->queue);
     return count.tiles - count.finished;
 }
 
 uint64_t pixels_left(const struct run *run)
 {
+    if (run->adaptive) return adaptive_unsampled(run->adaptive);
     return (uint64_t)run->canvas.width * run->canvas.height -
            queue_count(run->queue).pixels_finished;
 }
@@ -98,6 +110,9 @@ bool open_save(struct run *run, const struct scene *scene)
 static char *what_is_saved(const struct run *run, uint64_t pixels)
 {
     unsigned passes = run->adaptive ? adaptive_passes(run->adaptive) : 0;
+    if (passes > 1 && adaptive_unsampled(run->adaptive) > 0)
+        return format_text("the first samples of %.1f %% of the pixels are",
+                           per_cent(run, pixels_in(run)));
     if (passes == 2) return format_text("pass 1 and what is finished of pass 2 are");
     if (passes > 2)
         return format_text("passes 1 to %u and what is finished of pass %u are", passes - 1,

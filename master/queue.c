@@ -584,12 +584,13 @@ double queue_work(const struct queue *queue, const struct tile *tile)
     return cost_predict(&queue->map, item.x, item.y, item.w, item.h).work;
 }
 
-double queue_ends(const struct queue *queue)
+double queue_ends(const struct queue *queue, double now)
 {
     if (queue->config.schedule != SCHEDULE_DYNAMIC || !queue->settled) return 0;
     struct outlook_share share = outlook_share(&queue->outlook);
-    if (!(share.finished > share.skipped)) return 0;
-    return share.seconds / fmax(1, queue->config.renderers - queue->silent_count);
+    uint32_t at_work = queue->config.renderers - queue->pace.lost.count;
+    if (!(share.finished > share.skipped) || at_work == 0) return 0;
+    return now + share.seconds * (1 - share.finished) / (1 - share.skipped) / at_work;
 }
 
 bool queue_is_untouched(const struct queue *queue, uint32_t id)
@@ -611,13 +612,13 @@ bool queue_check_late(struct queue *queue, double now)
 {
     bool any = pace_check(&queue->pace, now);
     if (any) queue->counted = false;
+    withdraw_lost(queue);
     return any;
 }
 
 void queue_look(struct queue *queue, double now)
 {
     if (queue->config.schedule == SCHEDULE_DYNAMIC) queue_check_late(queue, now);
-    if (queue->withdraws) withdraw_lost(queue);
     if (now >= queue->retry) queue->retry = HUGE_VAL;
 }
 

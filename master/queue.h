@@ -199,13 +199,13 @@ uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, do
 /* What pass 0 of this tile is predicted to cost, in units of the queue's own. */
 double queue_work(const struct queue *queue, const struct tile *tile);
 
-/* When all will be finished, seconds since the start, if all goes on as it has; 0: nobody knows, as nothing is
- * finished yet, or the schedule is not dynamic. The first tiles are the dear ones, which tell little about the
- * others. */
-double queue_ends(const struct queue *queue);
+/* When all will be finished, seconds since the start, if all who are not late go on as they have; 0: nobody knows, as
+ * nothing is finished yet, or the schedule is not dynamic. The first tiles are the dear ones, which tell little about
+ * the others; what is out counts as not begun. */
+double queue_ends(const struct queue *queue, double now);
 
 /* Takes out all tiles that nobody has begun (dynamic only), as if they had never been in: what somebody has done or is
- * at comes back, and then the queue is complete. */
+ * at comes back, unless he is late and all others are done, and then the queue is complete. */
 void queue_withdraw(struct queue *queue);
 
 /*

@@ -61,7 +61,7 @@ struct queue {
     struct item *items;
     uint32_t item_count, item_room;
     uint32_t first_probe, probes, next_probe, probe_stride, probes_back;
-    bool needs_no_probes;  /* an earlier run has finished all, and no more work has come since */
+    bool needs_no_probes;  /* all is finished or withdrawn, and no more work has come since */
     bool settled;          /* the map predicts: all probes are back, or enough */
     struct agenda waiting; /* items */
     double waiting_work;
@@ -168,7 +168,7 @@ bool queue_check_late(struct queue *queue, double now);
 /* Somebody has left the tile to others: of those who were to leave it to nobody it is withdrawn. */
 void withdraw_dropped(struct queue *queue, uint32_t id);
 
-/* What those have who are late, and nobody else, is not waited for. */
+/* When all that is out is with those who are late, it is not waited for. */
 void withdraw_lost(struct queue *queue);
 
 /* ---- renderers that share cores ---- */

@@ -1,6 +1,7 @@
 /*
- * Taking work out of the queue again. Tiles that wait are out at once. Who has tiles hears that he may leave
- * them, and does so with those that he has not begun; what he has done already, or is at, comes back and counts.
+ * Taking work out of the queue again. Tiles that wait are out at once. Who has tiles hears that he may leave all
+ * but the first, and does so with those that he has not begun; what he has done already, or is at, comes back and
+ * counts. When nobody has any but those who are late, theirs are out, too.
  */
 #include <assert.h>
 
@@ -22,15 +23,16 @@ static void take_out(struct queue *queue, uint32_t id)
     queue->news++;
 }
 
-/* Those that nobody else has. */
-static void recall_all(struct queue *queue, uint32_t renderer)
+/* All but the first one, which it has begun if any: that one is the end of this work like any other tile, and
+ * others may take over. */
+static void recall_unbegun(struct queue *queue, uint32_t renderer)
 {
-    uint32_t i = queue->holdings.holders[renderer].first;
-    while (i != HOLD_NONE) {
-        struct hold *hold = &queue->holdings.holds[i];
-        const struct item *item = &queue->items[hold->id];
-        i = hold->next;
-        if (is_single(item) && item->copies == 1 && hold->may_pass) queue_tell(queue, hold, false);
+    const struct holdings *holdings = &queue->holdings;
+    uint32_t i = holdings->holders[renderer].first;
+    if (i == HOLD_NONE) return;
+    while ((i = holdings->holds[i].next) != HOLD_NONE) {
+        struct hold *hold = &holdings->holds[i];
+        if (is_single(&queue->items[hold->id]) && !hold->passed_on) queue_tell(queue, hold, false);
     }
 }
 
@@ -41,12 +43,14 @@ void withdraw_dropped(struct queue *queue, uint32_t id)
 
 void withdraw_lost(struct queue *queue)
 {
+    if (!queue->withdraws || queue->pace.holders > 0) return;
     for (uint32_t renderer = 0; renderer < queue->config.renderers; renderer++) {
-        if (!queue->pace.renderers[renderer].lost) continue;
         uint32_t i = queue->holdings.holders[renderer].first;
         for (; i != HOLD_NONE; i = queue->holdings.holds[i].next) {
             uint32_t id = queue->holdings.holds[i].id;
-            if (is_single(&queue->items[id]) && queue->items[id].copies == 1) take_out(queue, id);
+            if (!is_single(&queue->items[id])) continue;
+            take_out(queue, id);
+            queue_tell_finished(queue, id);
         }
     }
 }
@@ -60,7 +64,6 @@ void queue_withdraw(struct queue *queue)
         take_out(queue, id);
     }
     for (uint32_t renderer = 0; renderer < queue->config.renderers; renderer++)
-        recall_all(queue, renderer);
-    withdraw_lost(queue);
+        recall_unbegun(queue, renderer);
     queue->needs_no_probes = queue->withdraws = true;
 }

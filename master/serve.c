@@ -193,7 +193,7 @@ void fill_picture(struct server *server)
     if (service->adaptive) {
         if (adaptive_unsampled(service->adaptive) > 0)
             fill_unknown(service->canvas, adaptive_levels(service->adaptive), &server->preview);
-    } else if (!queue_complete(service->queue)) {
+    } else if (!queue_complete(service->queue) && server->preview.edge > 0) {
         uint8_t *known = find_known(service);
         fill_unknown(service->canvas, known, &server->preview);
         free(known);
@@ -239,6 +239,7 @@ static void start_server(struct server *server, struct service *service)
     service->silent = 0;
     service->writing_s = 0;
     keep_for_writing(server, false);
+    if (service->adaptive) keep_for_filling(server);
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
     server->post = post_open(largest_message(service));
     server->start = server->finished = server->polled = server->woken = clock_wall();

@@ -73,7 +73,8 @@ struct service {
 /*
  * Serves the queue until every renderer has left, or SERVE_GRACE after the end for those that do not:
  * they are silent, and take part in nothing more. Returns whether the picture is complete (false
- * after a stop: then the pre-pass shows where tiles are missing). Every rank calls this or work().
+ * after a stop: then the picture shows something like it where pixels are missing, fill_unknown()). Every rank calls
+ * this or work().
  */
 bool serve(struct service *service);
 

@@ -84,8 +84,9 @@ struct server {
     double next_look;         /* when silence is to be looked for */
     double next_show;         /* when the progress is to be looked at */
     double last_plan_s;       /* that the last plan took */
-    double fill_s;   /* that it takes to fill what has no samples; 0: nothing is to be filled */
+    double fill_s;   /* that it takes at the end to fill what has no samples; 0: all have some */
     double next_cut; /* server_elapsed() when pass 0 is to be looked at again */
+    unsigned late_looks;   /* that found it too late, one after the other */
     uint32_t tiles_before; /* of passes before this one */
     double polled;         /* when messages were last looked for */
     uint64_t pixels;       /* that have come in messages */
@@ -106,6 +107,9 @@ void fill_picture(struct server *server);
 /* When rendering is to end for the deadline: in time for files, and for what is told of the error at the end, which
  * takes about as long as a plan. HUGE_VAL: there is no deadline. */
 double rendering_ends(const struct server *server);
+
+/* Keeps some of a time limit for fill_picture() at the end, until all pixels have samples. */
+void keep_for_filling(struct server *server);
 
 /* Tries how long files take that are to be written: whether the picture is rendered, or as for any of its size. */
 void keep_for_writing(struct server *server, bool rendered);

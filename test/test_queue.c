@@ -259,7 +259,7 @@ struct foretold {
 
 static void look_at_end(const struct queue *queue, double now, struct foretold *foretold)
 {
-    double end = queue_ends(queue);
+    double end = queue_ends(queue, now);
     if (queue_count(queue).share_finished < 1.0 / 32) return;
     if (foretold->looks++ == 0) *foretold = (struct foretold){1, now, end, end};
     foretold->least = fmin(foretold->least, end);

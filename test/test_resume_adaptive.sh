@@ -69,4 +69,26 @@ timed() {
         grep -q 'going on with a.journal in pass [2-9]' "$T/err" && ! grep 'cannot be used' "$T/err"
 }
 check "killed in a later pass under a time limit" timed
+
+# A limit that is too short for the first pass: it is cut off, and the run killed among the lattices behind it.
+SIZE="image.width=240 image.height=240"
+check "a reference" run 0 farm_n 2 "$SCENE" $SIZE sampling.samples=16 output.image=even.pfm output.report=
+SIZE="$SIZE sampling.min_samples=256 sampling.time_limit=4"
+cut_off() { broken_off 9 200000 2 && cp a.journal cut; }
+check "killed among lattices" cut_off
+goes_on_among() { # the picture is what it is to be
+    run 0 farm_n 2 "$SCENE" $SIZE output.image=a.pfm sampling.reference=even.pfm && cat "$T/err" || return 1
+    rmse=$(sed -n '/"reference"/,/}/s/^ *"rmse": \(.*\),$/\1/p' a.json)
+    echo "RMSE $rmse, $(resumed pixels) pixels"
+    awk "BEGIN { exit !($rmse < 0.035) }" && [ "$(resumed pixels)" -gt 100 ] &&
+        grep -q 'going on with a.journal in pass [2-9]' "$T/err"
+}
+among_lattices() { resume_from cut && goes_on_among && ! grep -q 'cannot be used' "$T/err"; }
+check "goes on among lattices" among_lattices
+first_lost() { # of the first pass nothing is left
+    resume_from cut
+    dd if=/dev/zero of=a.journal bs=1000 seek=1 count=80 conv=notrunc 2>/dev/null
+    goes_on_among
+}
+check "goes on without what the first pass brought" first_lost
 finish

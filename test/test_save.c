@@ -243,6 +243,30 @@ static void test_lattices_come_back(void **state)
     run_close(&next);
 }
 
+/* Of pass 0 nothing is left: what lattices brought elsewhere counts all the same. */
+static void test_lattices_alone_come_back(void **state)
+{
+    struct scratch *s = *state;
+    struct run first, next;
+    run_open(&first, s, 1e-3);
+    save_start(first.save, TILES, PIXELS);
+    render(&first, 0, EDGE, false);
+    adaptive_cut(first.adaptive, 1000);
+    assert_true(adaptive_plan(first.adaptive, 0));
+    render(&first, 0, EDGE, true); /* by a plan in which pixels of pass 0 are there */
+    render(&first, EDGE, EDGE, true);
+    keep(first.save);
+    run_open(&next, s, 1e-3);
+    struct save_found found = *save_found(next.save);
+    assert_true(found.records == 1 && found.pixels == 0);
+    assert_int_equal(adaptive_passes(next.adaptive), 2);
+    uint64_t unsampled = adaptive_unsampled(next.adaptive);
+    assert_true(unsampled < PIXELS && unsampled > PIXELS - EDGE * EDGE);
+    save_drop(next.save);
+    run_close(&first);
+    run_close(&next);
+}
+
 /* A part goes on top of what it was planned for: not where that is lost. */
 static void test_lost_below(void **state)
 {
@@ -422,9 +446,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_tiles_come_back),    cmocka_unit_test(test_strange_records),
         cmocka_unit_test(test_room_is_looked_for), cmocka_unit_test(test_passes_come_back),
-        cmocka_unit_test(test_lattices_come_back), cmocka_unit_test(test_lost_below),
-        cmocka_unit_test(test_other_target),       cmocka_unit_test(test_no_room_anywhere),
-        cmocka_unit_test(test_folder_is_gone),
+        cmocka_unit_test(test_lattices_come_back), cmocka_unit_test(test_lattices_alone_come_back),
+        cmocka_unit_test(test_lost_below),         cmocka_unit_test(test_other_target),
+        cmocka_unit_test(test_no_room_anywhere),   cmocka_unit_test(test_folder_is_gone),
     };
     return cmocka_run_group_tests(tests, open_all, close_all);
 }
