@@ -112,26 +112,58 @@ double truth_rmse(const struct canvas *canvas, const struct canvas *reference)
     return sqrt(sum / (double)count);
 }
 
-static int ascending(const void *a, const void *b)
+static uint32_t bits_of(float value)
 {
-    float left = *(const float *)a, right = *(const float *)b;
-    return (left > right) - (left < right);
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+/* The half of the bits, below HALVES, that the k-th smallest of what was counted has; k becomes its number among
+ * those with the same half. */
+#define HALVES 65536u
+
+static uint32_t find_half(const size_t counts[HALVES], size_t *k)
+{
+    uint32_t half = 0;
+    while (*k >= counts[half])
+        *k -= counts[half++];
+    return half;
+}
+
+/* The k-th smallest, from 0 on, of values that are not negative: these are in the order of their bits. Half of the
+ * bits at a time, in a fraction of the time of sorting all: it is within a time limit. */
+static float kth_smallest(const float *values, size_t count, size_t k)
+{
+    size_t *counts = allocate_zeroed(HALVES, sizeof *counts);
+    for (size_t i = 0; i < count; i++)
+        counts[bits_of(values[i]) / HALVES]++;
+    uint32_t high = find_half(counts, &k);
+    memset(counts, 0, HALVES * sizeof *counts);
+    for (size_t i = 0; i < count; i++)
+        if (bits_of(values[i]) / HALVES == high) counts[bits_of(values[i]) % HALVES]++;
+    uint32_t bits = high * HALVES + find_half(counts, &k);
+    free(counts);
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
 }
 
 struct truth truth_of(const struct canvas *canvas, const struct canvas *reference)
 {
     size_t pixels = value_count(canvas) / 3;
-    float *largest = allocate(pixels, sizeof *largest);
+    float *largest = allocate(pixels, sizeof *largest), most = 0;
     for (size_t i = 0; i < pixels; i++) {
-        double most = 0;
+        double worst = 0;
         for (size_t c = 3 * i; c < 3 * i + 3; c++)
-            most = fmax(most, difference(canvas, reference, c));
-        largest[i] = (float)most;
+            worst = fmax(worst, difference(canvas, reference, c));
+        largest[i] = (float)worst;
+        most = fmaxf(most, largest[i]);
     }
-    qsort(largest, pixels, sizeof *largest, ascending);
+    size_t k = (size_t)(0.999 * (double)(pixels - 1));
     struct truth truth = {.rmse = truth_rmse(canvas, reference),
-                          .most = (double)largest[pixels - 1],
-                          .p999 = (double)largest[(size_t)(0.999 * (double)(pixels - 1))]};
+                          .most = (double)most,
+                          .p999 = (double)kth_smallest(largest, pixels, k)};
     free(largest);
     return truth;
 }
