@@ -12,7 +12,9 @@
 #
 # After the fault the same picture is asked for again, on another number of processes, with another
 # schedule and tile size. FARM, MPIEXEC, FAULTS_JOURNAL, FAULTS_SLOW and FAULTS_STOP say where the programs
-# are; FAULTS_KINDS chooses kinds, FAULTS_LIMIT is how many seconds a run may take. A fault counts as injected
+# are; FAULTS_KINDS chooses kinds, FAULTS_LIMIT is how many seconds a run may take. Pixels get so many samples that
+# two processes render for FAULTS_SECONDS (4): a journal has tiles from the second second on. FAULTS_SIZE, settings,
+# is another picture. A fault counts as injected
 # when somebody got it, and as missed when the run was over before that or its process was not found. Status 1
 # if anything was lost, differed, hung or was left behind.
 set -u
@@ -24,7 +26,8 @@ JOURNAL=$(realpath "${FAULTS_JOURNAL:-build/bench/faults_journal}")
 SLOW=$(realpath "${FAULTS_SLOW:-build/bench/faults_slow.so}")
 STOP=$(realpath "${FAULTS_STOP:-build/bench/faults_stop.so}")
 SCENE=$(realpath test/data/everything.ini)
-SIZE=${FAULTS_SIZE:-image.width=256 image.height=256 sampling.samples=16}
+PICTURE="image.width=256 image.height=256"
+SIZE=${FAULTS_SIZE:-$PICTURE sampling.samples=16}
 kinds=${FAULTS_KINDS:-rank stop master none mpiexec signal torn alone flipped moment full slow}
 T=$(mktemp -d)
 mark= # of what is running
@@ -116,6 +119,21 @@ other_way() { # chooses processes and settings that do not change the picture
 }
 
 field() { sed -n "/\"resumed\"/,/}/s/.*\"$1\": \([0-9.]*\).*/\1/p" a.json; }
+
+# How many samples a pixel gets so that rendering takes as long as wanted: where it took $1 seconds with 16; at least
+# those, and at most what there may be.
+samples_for() {
+    awk -v seconds="${1:-0}" -v wanted="${FAULTS_SECONDS:-4}" 'BEGIN {
+        n = seconds > 0 ? int(16 * wanted / seconds) : 16
+        print n < 16 ? 16 : n > 65536 ? 65536 : n }'
+}
+
+if [ -z "${FAULTS_SIZE:-}" ]; then
+    mark=$$.samples
+    start 2 output.image=ref.pfm output.report=ref.json output.journal=; finish
+    seconds=$(sed -n 's/^ *"render_s": \([0-9.]*\),*$/\1/p' ref.json 2>/dev/null | head -n 1)
+    SIZE="$PICTURE sampling.samples=$(samples_for "$seconds")"
+fi
 
 mark=$$.0
 start 2 output.image=ref.pfm output.journal=
