@@ -125,7 +125,7 @@ field() { sed -n "/\"resumed\"/,/}/s/.*\"$1\": \([0-9.]*\).*/\1/p" a.json; }
 samples_for() {
     awk -v seconds="${1:-0}" -v wanted="${FAULTS_SECONDS:-4}" 'BEGIN {
         n = seconds > 0 ? int(16 * wanted / seconds) : 16
-        print n < 16 ? 16 : n > 65536 ? 65536 : n }'
+        print (n < 16 ? 16 : n > 65536 ? 65536 : n) }'
 }
 
 if [ -z "${FAULTS_SIZE:-}" ]; then
@@ -133,6 +133,7 @@ if [ -z "${FAULTS_SIZE:-}" ]; then
     start 2 output.image=ref.pfm output.report=ref.json output.journal=; finish
     seconds=$(sed -n 's/^ *"render_s": \([0-9.]*\),*$/\1/p' ref.json 2>/dev/null | head -n 1)
     SIZE="$PICTURE sampling.samples=$(samples_for "$seconds")"
+    rm -f ref.pfm
 fi
 
 mark=$$.0
