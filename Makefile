@@ -302,7 +302,7 @@ FAULT_RUNS ?= 330
 # With and without a journal; 20 s each.
 FAULT_PAIRS ?= 7
 
-# Some half an hour of two idle cores: FAULT_RUNS=50 for less, FAULTS_KINDS="none" for the soak alone.
+# Some forty minutes of two idle cores: FAULT_RUNS=50 for less, FAULTS_KINDS="none" for the soak alone.
 bench-faults: $(FAULTS) all
 	@mkdir -p bench/out
 	FARM=$(abspath $(FARM)) MPIEXEC="$(MPIEXEC)" FAULTS_JOURNAL=$(BUILD)/bench/faults_journal \

@@ -1,5 +1,4 @@
 #include <errno.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -117,10 +116,14 @@ static int judge_samples(const struct run *run)
     return strict ? STATUS_FAILED : STATUS_DONE;
 }
 
+/* With fewer samples each more pixels would have some, but the picture more error: the pixels between are like those
+ * around. */
+#define SAMPLES_FEW 4
+
 /* The end of a sentence on pixels without a sample: what leaves fewer of them. */
 static const char *advice(const struct view *view)
 {
-    return view->min_samples > 2 ? " (sampling.min_samples = 2 may leave fewer)" : "";
+    return view->min_samples > SAMPLES_FEW ? " (sampling.min_samples = 4 would leave fewer)" : "";
 }
 
 /* What a time limit has left without any sample; false: all of it, there is no picture. */
@@ -131,12 +134,10 @@ static bool judge_limit(const struct run *run, const struct service *service,
     uint64_t pixels = (uint64_t)run->canvas.width * run->canvas.height;
     uint64_t unsampled = run->report.unsampled;
     if (unsampled == pixels) {
-        user_error(
-            NULL, 0,
-            "sampling.time_limit = %g s was over before any sample was taken, expected "
-            "a longer one: %.3g s of it had gone before rendering began, %.3g s were kept for "
-            "writing",
-            limit, fmin(service->began - run->start, limit), service->writing_s);
+        user_error(NULL, 0,
+                   "sampling.time_limit = %g s was over before any sample was taken, expected "
+                   "a longer one: rendering began after %.3g s, %.3g s were kept for writing",
+                   limit, service->began - run->start, service->writing_s);
         return false;
     }
     if (unsampled > 0)

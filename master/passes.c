@@ -45,14 +45,18 @@ static void add_work(struct server *server, struct tile tile)
  * one that is late rather than one that was hardly rendered. */
 #define WRITING_MOST 0.5
 
-/* Seconds for a pixel to be filled from those around: 7 to 13 ns were measured, of pictures of 0.3 to 11 million. */
+/* Seconds for a pixel to be filled from those around, and to be planned: 7 to 13 and 30 to 50 ns were measured, of
+ * pictures of 0.3 to 11 million and on two cores. */
 #define FILL_PIXEL_S 12e-9
+#define PLAN_PIXEL_S 40e-9
 
-void keep_for_filling(struct server *server)
+void guess_times(struct server *server)
 {
-    const struct canvas *canvas = server->service->canvas;
-    if (server->service->limit > 0)
-        server->fill_s = FILL_PIXEL_S * (double)canvas->width * canvas->height;
+    const struct service *service = server->service;
+    double pixels = (double)service->canvas->width * service->canvas->height;
+    if (!(service->limit > 0) || !service->adaptive) return;
+    server->fill_s = FILL_PIXEL_S * pixels;
+    server->last_plan_s = PLAN_PIXEL_S * pixels;
 }
 
 void keep_for_writing(struct server *server, bool rendered)
@@ -103,8 +107,11 @@ static double seconds_for_pass(const struct server *server)
 
 /* Pass 0 is cut off when no more than this share of what is left of it fits into the time: later than as soon as
  * a bit will not. Its tiles are rendered quicker than the pixels of a lattice, up to a third in the lantern, and
- * the end is foretold too late at first, up to half as late again. */
-#define CUT_BELOW 0.7
+ * the end is foretold too late at first, up to half as late again; from the middle of the pass on rather too
+ * early. */
+#define CUT_BELOW       0.7
+#define CUT_BELOW_LATER 0.9
+#define CUT_LATER       0.5
 
 /* That is foretold when so much of the pass is finished, or so much of the time is over: by then the dear tiles, which
  * come first, have told something about the others, or the pass will not be done by far. */
@@ -132,7 +139,8 @@ static void cut_when_late(struct server *server)
     struct queue_count count = queue_count(queue);
     double done = (count.share_finished - count.share_skipped) / (1 - count.share_skipped);
     bool known = done >= CUT_FROM || elapsed >= CUT_AFTER * (elapsed + left);
-    bool late = known && left < CUT_BELOW * (queue_ends(queue, elapsed) - elapsed);
+    double below = done < CUT_LATER ? CUT_BELOW : CUT_BELOW_LATER;
+    bool late = known && left < below * (queue_ends(queue, elapsed) - elapsed);
     server->late_looks = late ? server->late_looks + 1 : 0;
     if (server->late_looks < CUT_LOOKS) return;
     server->cut_s = rendered_s(server) / done;
@@ -170,36 +178,34 @@ static bool is_to_try(const struct adaptive *adaptive)
     return adaptive_passes(adaptive) == 1 || adaptive_unsampled(adaptive) == 0;
 }
 
-/* The picture as it is between passes: filled where it is to be shown, and behind a pass 0 that was cut off, to see
- * how long that takes, and to try how long writing such a picture takes. */
-static void look_at_picture(struct server *server, bool shown)
+/* Behind a pass 0 that was cut off the picture is filled to see how long that takes, and to try how long writing such
+ * a picture takes. */
+static void look_at_picture(struct server *server)
 {
     const struct adaptive *adaptive = server->service->adaptive;
     double begin = clock_wall();
     if (adaptive_unsampled(adaptive) == 0) {
         server->fill_s = 0;
-    } else if (shown || adaptive_passes(adaptive) == 1) {
+    } else if (adaptive_passes(adaptive) == 1) {
         fill_picture(server);
         server->fill_s = clock_wall() - begin;
     }
     if (is_to_try(adaptive)) keep_for_writing(server, true);
 }
 
-/* Between passes, when all that the last one has asked for is in. What this takes time and again is taken to be what
- * it takes the next time. */
+/* Between passes, when all that the last one has asked for is in. What the plan takes is taken to be what it takes the
+ * next time. */
 static void go_on(struct server *server)
 {
     struct adaptive *adaptive = server->service->adaptive;
-    struct watch *watch = server->service->watch;
-    bool shown = watch->snapshot.seconds > 0;
     double begin = clock_wall();
     if (server->is_cut) adaptive_cut(adaptive, fmax(server->cut_s - rendered_s(server), 0));
-    look_at_picture(server, shown);
-    double again = shown ? begin : clock_wall();
+    look_at_picture(server);
+    double looked = clock_wall();
     /* What an earlier run has left need not be a whole pass. */
-    if (adaptive_is_complete(adaptive)) watch_pass(watch, clock_wall());
+    if (adaptive_is_complete(adaptive)) watch_pass(server->service->watch, looked);
     begin_pass(server);
-    server->last_plan_s = clock_wall() - again;
+    server->last_plan_s = clock_wall() - looked;
     server->planned_s += clock_wall() - begin;
 }
 

@@ -82,13 +82,14 @@ static void estimate_left(struct progress *progress, double share, double before
     progress->left = left + (estimate - left) * (1 - exp(-passed / smooth));
 }
 
-/* What a time limit says is certain. */
+/* What a time limit says is certain; where nothing else ends the run, the share is that of the time alone, for what
+ * there is to do in a pass says nothing about it. */
 static void heed_limit(struct progress *progress, const struct progress_state *state, double now)
 {
     double left = fmax(state->ends - now, 0);
     if (!(state->limit > 0)) return;
     if (state->only_limit || progress->left < 0 || left < progress->left) progress->left = left;
-    if (state->only_limit) progress->share = fmax(progress->share, 1 - left / state->limit);
+    if (state->only_limit) progress->share = fmax(1 - left / state->limit, 0);
 }
 
 /* Text of what is shown beside the bar, most important first. */

@@ -57,8 +57,10 @@ static void show_progress(struct server *server, double now)
         .only_limit = server->service->only_limit,
     };
     /* A preview that late would hold up what is written at the end, where the last row comes in any case. */
-    if (now + server->service->writing_s < rendering_ends(server))
+    if (now + server->service->writing_s < rendering_ends(server)) {
+        if (snapshot_is_due(&server->service->watch->snapshot, now)) fill_picture(server);
         watch_look(server->service->watch, now);
+    }
     pthread_mutex_unlock(&server->lock);
     progress_update(server->service->progress, &state, now);
 }
@@ -239,7 +241,7 @@ static void start_server(struct server *server, struct service *service)
     service->silent = 0;
     service->writing_s = 0;
     keep_for_writing(server, false);
-    if (service->adaptive) keep_for_filling(server);
+    guess_times(server);
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
     server->post = post_open(largest_message(service));
     server->start = server->finished = server->polled = server->woken = clock_wall();

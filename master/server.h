@@ -83,7 +83,7 @@ struct server {
     double woken;             /* clock_wall() at the last look at it */
     double next_look;         /* when silence is to be looked for */
     double next_show;         /* when the progress is to be looked at */
-    double last_plan_s;       /* that the last plan took */
+    double last_plan_s;       /* that the last plan took, or is guessed to take */
     double fill_s;   /* that it takes at the end to fill what has no samples; 0: all have some */
     double next_cut; /* server_elapsed() when pass 0 is to be looked at again */
     unsigned late_looks;   /* that found it too late, one after the other */
@@ -108,8 +108,8 @@ void fill_picture(struct server *server);
  * takes about as long as a plan. HUGE_VAL: there is no deadline. */
 double rendering_ends(const struct server *server);
 
-/* Keeps some of a time limit for fill_picture() at the end, until all pixels have samples. */
-void keep_for_filling(struct server *server);
+/* Guesses what of a time limit it takes to plan a pass, and to fill the picture at the end, before either was done. */
+void guess_times(struct server *server);
 
 /* Tries how long files take that are to be written: whether the picture is rendered, or as for any of its size. */
 void keep_for_writing(struct server *server, bool rendered);

@@ -34,6 +34,11 @@ static void copy_canvas(struct snapshot *snapshot, const struct canvas *canvas)
     memcpy(copy->rgb, canvas->rgb, 3 * (size_t)canvas->width * canvas->height * sizeof *copy->rgb);
 }
 
+bool snapshot_is_due(const struct snapshot *snapshot, double now)
+{
+    return snapshot->seconds > 0 && !snapshot->is_writing && now >= snapshot->due;
+}
+
 void snapshot_look(struct snapshot *snapshot, const struct canvas *canvas, double now)
 {
     if (!(snapshot->seconds > 0)) return;
@@ -42,7 +47,7 @@ void snapshot_look(struct snapshot *snapshot, const struct canvas *canvas, doubl
         snapshot->is_writing = false;
         snapshot->due = now + snapshot->seconds;
     }
-    if (snapshot->is_writing || now < snapshot->due) return;
+    if (!snapshot_is_due(snapshot, now)) return;
     copy_canvas(snapshot, canvas);
     snapshot->is_written = false;
     int error = pthread_create(&snapshot->thread, NULL, write_copy, snapshot);

@@ -24,6 +24,9 @@ struct snapshot {
     struct canvas copy; /* what it writes; owned */
 };
 
+/* Whether the next look copies the canvas: that is due, and the last one is written. */
+bool snapshot_is_due(const struct snapshot *snapshot, double now);
+
 /* Copies the canvas and has it written, when that is due and the last one is written. The first failure
  * is told, and the next one is tried. */
 void snapshot_look(struct snapshot *snapshot, const struct canvas *canvas, double now);

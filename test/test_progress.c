@@ -348,7 +348,7 @@ static void test_limit(void **state)
     line = screen_read(&screen);
     assert_non_null(strstr(line, " 80% [#"));
     assert_non_null(strstr(line, "0:02 left"));
-    now.pass = 4, now.pixels_done = 0;
+    now.pass = 4, now.pixels_done = now.pixels;
     progress_update(&progress, &now, 8);
     assert_non_null(strstr(screen_read(&screen), " 90% [#"));
     progress_end(&progress);
