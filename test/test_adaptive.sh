@@ -151,6 +151,20 @@ preview() {
 }
 check "previews" preview
 
+# What is not rendered yet shows the pre-pass: a pixel of so many samples takes a tenth of a second.
+early() {
+    rm -f early.pfm seen.pfm
+    farm_n 2 "$SCENE" output.image=early.pfm output.report= sampling.min_samples=65534 \
+        sampling.time_limit=4 sampling.max_samples=65536 output.preview=0.1 >/dev/null 2>&1 &
+    for i in 1 2 3 4 5 6 7 8 9 10 11 12; do
+        sleep 0.25
+        [ ! -e early.pfm ] || cp early.pfm seen.pfm
+    done
+    wait
+    [ "$(tr -d '\000' <seen.pfm | wc -c)" -gt $(($(wc -c <reference.pfm) / 2)) ]
+}
+check "previews of what is not rendered" early
+
 refused() { # TEXT OVERRIDE...
     text=$1; shift
     run 2 farm_n 0 "$SCENE" output.image=no.png "$@" && [ "$(lines "$err")" -eq 1 ] &&

@@ -35,12 +35,16 @@ static void take_three(struct snapshot *snapshot, char *said, size_t size)
     canvas_init(&canvas, 3, 2);
     message_capture(said, size);
     for (int i = 1; i <= 3; i++) {
+        assert_true(snapshot_is_due(snapshot, i));
         snapshot_look(snapshot, &canvas, i);
         while (snapshot->is_writing && !snapshot->is_written)
             usleep(1000);
+        assert_false(snapshot->is_writing && snapshot_is_due(snapshot, i));
         snapshot_look(snapshot, &canvas, i);
+        assert_false(snapshot_is_due(snapshot, i));
     }
     snapshot_end(snapshot);
+    assert_false(snapshot_is_due(snapshot, 9));
     message_capture(NULL, 0);
     canvas_free(&canvas);
 }
