@@ -14,9 +14,8 @@
 # schedule and tile size. FARM, MPIEXEC, FAULTS_JOURNAL, FAULTS_SLOW and FAULTS_STOP say where the programs
 # are; FAULTS_KINDS chooses kinds, FAULTS_LIMIT is how many seconds a run may take. Pixels get so many samples that
 # two processes render for FAULTS_SECONDS (4): a journal has tiles from the second second on. FAULTS_SIZE, settings,
-# is another picture. A fault counts as injected
-# when somebody got it, and as missed when the run was over before that or its process was not found. Status 1
-# if anything was lost, differed, hung or was left behind.
+# is another picture. A fault counts as injected when somebody got it, and as missed when the run was over before
+# that or its process was not found. Status 1 if anything was lost, differed, hung or was left behind.
 set -u
 export LC_ALL=C # figures with a decimal point
 runs=${1:-300} state=${2:-1} out=${3:-}

@@ -393,24 +393,25 @@ static void learn_first(struct adaptive *adaptive)
         (adaptive->on_first.seconds - adaptive->spent_s) / (double)adaptive->asked;
 }
 
-static bool plan_lattice(struct adaptive *adaptive, uint32_t lattice)
+/* All pixels of the last pass are in, and the lattice has some without samples. */
+static void plan_lattice(struct adaptive *adaptive, uint32_t lattice)
 {
     assert(adaptive->missing == 0);
-    adaptive->missing = find_unsampled(adaptive, lattice, true);
-    if (adaptive->missing == 0) return false;
-    adaptive->asked = adaptive->missing;
+    adaptive->asked = adaptive->missing = find_unsampled(adaptive, lattice, true);
+    assert(adaptive->missing > 0);
     adaptive->spent_s = adaptive->on_first.seconds;
     adaptive->limit = -1 - (double)lattice;
     adaptive->passes++;
-    return true;
 }
 
+/* A pass 0 that lacks pixels is cut off when it is clear that there is such a pass behind it. */
 static bool plan_lattice_again(struct adaptive *adaptive, double lattice)
 {
     bool is_one = lattice >= 0 && lattice <= LATTICE_COARSEST && lattice == floor(lattice);
-    if (!is_one) return false;
-    learn_first(adaptive);
-    return plan_lattice(adaptive, (uint32_t)lattice);
+    if (!is_one || find_unsampled(adaptive, (uint32_t)lattice, false) == 0) return false;
+    adaptive_cut(adaptive, 0);
+    plan_lattice(adaptive, (uint32_t)lattice);
+    return true;
 }
 
 /* ---- the next pass ---- */
@@ -419,7 +420,8 @@ bool adaptive_plan(struct adaptive *adaptive, double seconds)
 {
     if (adaptive->unsampled > 0) {
         learn_first(adaptive);
-        return plan_lattice(adaptive, lattice_within(adaptive, seconds));
+        plan_lattice(adaptive, lattice_within(adaptive, seconds));
+        return true;
     }
     struct looked looked = look(adaptive);
     if (adaptive->met) return false;

@@ -92,7 +92,8 @@ void adaptive_cut(struct adaptive *adaptive, double seconds);
 bool adaptive_plan(struct adaptive *adaptive, double seconds);
 
 /* The same for the pass that came next in a run that had the same pixels until then: limit is its
- * adaptive_limit(). false, too, where that is of no such pass. */
+ * adaptive_limit(). Below 0 it tells that a pass 0 that lacks pixels was cut off. false, too, where it is of no such
+ * pass; then nothing changes. */
 bool adaptive_plan_again(struct adaptive *adaptive, double limit);
 
 /* By which the present pass was planned, >= 0; 0 in pass 0; below 0: it is one of a lattice, and has that of the

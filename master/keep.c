@@ -72,7 +72,8 @@ static void resume(struct run *run)
     tell_resumed(run, behind ? run->report.resumed.pixels : found->pixels);
 }
 
-/* Pixels of a tile of lattices and later passes, which are wider; for what is to be set aside. */
+/* So many pixels that a cut-off pass 0 has left count as a tile, for what is to be set aside: most lattices have
+ * fewer tiles than that makes. */
 #define TILE_OF_REST 256u
 
 uint32_t tiles_left(const struct run *run)

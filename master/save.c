@@ -110,8 +110,8 @@ static bool record_valid(const struct canvas *canvas, const struct journal_recor
  * has, if a lattice is behind it. */
 static bool follow_pass(struct adaptive *adaptive, uint32_t pass, double limit)
 {
-    if (pass == 1 && limit < 0) adaptive_cut(adaptive, 0);
-    if (pass != adaptive_passes(adaptive) || !adaptive_is_complete(adaptive))
+    bool is_there = adaptive_is_complete(adaptive) || (pass == 1 && limit < 0);
+    if (pass != adaptive_passes(adaptive) || !is_there)
         return pass + 1 == adaptive_passes(adaptive);
     return adaptive_plan_again(adaptive, limit);
 }

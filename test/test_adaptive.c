@@ -1032,6 +1032,26 @@ static void test_lattice_again(void **state)
     drop(&again);
 }
 
+/* What is no limit of a lattice cuts off nothing; one that is does, as in a journal. */
+static void test_strange_limit_cuts_nothing(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 64);
+    struct result result;
+    canvas_init(&result.canvas, EDGE, EDGE);
+    result.adaptive = adaptive_create(&view, &result.canvas, 0);
+    const struct tile corner = {.w = 16, .h = 16, .step = 1};
+    render_tile(result.adaptive, &view, ball, &corner);
+    assert_false(adaptive_plan_again(result.adaptive, -1.5));
+    assert_false(adaptive_plan_again(result.adaptive, -2 - (double)LATTICE_COARSEST));
+    assert_false(adaptive_is_complete(result.adaptive));
+    assert_int_equal(adaptive_passes(result.adaptive), 1);
+    assert_true(adaptive_plan_again(result.adaptive, -1));
+    assert_int_equal(adaptive_passes(result.adaptive), 2);
+    check_lattice(result.adaptive, 0);
+    drop(&result);
+}
+
 /* Behind pass 0 nothing is cut off. */
 static void test_complete_is_not_cut(void **state)
 {
@@ -1065,6 +1085,7 @@ int main(void)
         cmocka_unit_test(test_no_time),
         cmocka_unit_test(test_lattice_again),
         cmocka_unit_test(test_complete_is_not_cut),
+        cmocka_unit_test(test_strange_limit_cuts_nothing),
         cmocka_unit_test(test_crews_plan_the_same),
         cmocka_unit_test(test_rows_show_why_it_ended),
         cmocka_unit_test(test_part_of_a_pass),
