@@ -326,16 +326,28 @@ struct looked {
     double high;    /* the upper end of the estimate of the picture's error */
 };
 
-/* Looks whether the target is met; if not, what is expected of the pixels is there then. */
-static struct looked look(struct adaptive *adaptive)
+/* All pixels of the last pass are in. */
+static struct looked look_at_pass(const struct adaptive *adaptive)
 {
     struct told told = sum_told(adaptive);
     struct error_estimate estimate =
         error_estimate(&told.errors, told.pixels, ERROR_LOOK_PASS, adaptive->passes);
-    learn(adaptive, told.errors.squares);
-    adaptive->met = adaptive->target > 0 && estimate.high <= adaptive->target;
-    if (!adaptive->met) expect(adaptive);
     return (struct looked){told.errors.squares, estimate.high};
+}
+
+static bool meets_target(const struct adaptive *adaptive, struct looked looked)
+{
+    return adaptive->target > 0 && looked.high <= adaptive->target;
+}
+
+/* Looks whether the target is met; if not, what is expected of the pixels is there then. */
+static struct looked look(struct adaptive *adaptive)
+{
+    struct looked looked = look_at_pass(adaptive);
+    learn(adaptive, looked.squares);
+    adaptive->met = meets_target(adaptive, looked);
+    if (!adaptive->met) expect(adaptive);
+    return looked;
 }
 
 /* ---- first samples that pass 0 did not get to ---- */
@@ -467,7 +479,9 @@ bool adaptive_is_first(const struct adaptive *adaptive)
 
 bool adaptive_is_met(const struct adaptive *adaptive)
 {
-    return adaptive->met;
+    if (adaptive->met) return true;
+    return adaptive->missing == 0 && adaptive->unsampled == 0 &&
+           meets_target(adaptive, look_at_pass(adaptive));
 }
 
 double adaptive_seconds(const struct adaptive *adaptive)

@@ -110,7 +110,7 @@ uint64_t adaptive_unsampled(const struct adaptive *adaptive);
 /* Whether pixels get their first samples in this pass, all of them or those of a lattice. */
 bool adaptive_is_first(const struct adaptive *adaptive);
 
-/* Whether the last plan found that the target is met. */
+/* Whether the target is met: so the last plan has found, or what it asked for has reached it. */
 bool adaptive_is_met(const struct adaptive *adaptive);
 
 /* How many of a tile's pixels its answer has: those that get samples in the pass; in pass 0 all of them, also

@@ -72,9 +72,10 @@ static void fill_sampling(struct run *run, const struct service *service, const 
     report->passes = adaptive_passes(run->adaptive);
     report->plan_s = service->plan_s;
     report->target = adaptive_target(run->adaptive);
-    report->ended = service->timed_out               ? "time"
-                    : adaptive_is_met(run->adaptive) ? "target"
-                                                     : "max_samples";
+    /* Before the time was over there may have been none left for a plan, which finds that. */
+    report->ended = adaptive_is_met(run->adaptive) ? "target"
+                    : service->timed_out           ? "time"
+                                                   : "max_samples";
 }
 
 /* false: it could not be, which has been said. */

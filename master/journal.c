@@ -349,8 +349,8 @@ static bool holds_record(const struct journal *journal, uint64_t size, size_t la
 }
 
 /*
- * What stands in the file: NULL when it is our journal, *size bytes long, 0 when it has not even a
- * header; otherwise what it is instead. *whole: its header is not damaged.
+ * What stands in the file: NULL when it is our journal, *size bytes long, or is to become it, being empty or no more
+ * than a header (*size is 0 then); otherwise what it is instead. *whole: its header is not damaged.
  */
 static const char *recognise(const struct journal *journal, size_t largest, uint64_t *size,
                              bool *whole)
@@ -367,8 +367,11 @@ static const char *recognise(const struct journal *journal, size_t largest, uint
         return NULL;
     }
     struct file_header sealed = make_header(found.picture);
-    if (memcmp(&found, &sealed, sizeof found) == 0)
-        return "the journal holds another picture or other settings";
+    if (memcmp(&found, &sealed, sizeof found) == 0) {
+        if (*size > sizeof found) return "the journal holds another picture or other settings";
+        *size = 0; /* nothing of another picture, as of a run that was killed before it wrote any */
+        return NULL;
+    }
     return holds_record(journal, *size, largest)
                ? NULL
                : "this is no journal, or its first bytes are damaged";
@@ -426,6 +429,12 @@ struct journal *journal_open(const char *path, uint64_t picture,
 struct journal_found journal_found(const struct journal *journal)
 {
     return journal->found;
+}
+
+bool journal_was_empty(const struct journal *journal)
+{
+    const struct journal_found *found = &journal->found;
+    return found->records == 0 && found->damaged_bytes == 0 && found->refused_bytes == 0;
 }
 
 const char *journal_path(const struct journal *journal)

@@ -67,14 +67,17 @@ bool journal_writable(const char *path);
 
 /*
  * Opens or makes the journal at path and hands what it holds to the reader. A journal of another
- * picture, and what is no journal, is renamed (path.1, path.2, ...) with a warning; so is told how
- * much is damaged or refused, once: it is not read again. One whose header is damaged is known by any
- * good record. NULL after user_error(): another run has it open, or there cannot be a file.
+ * picture that holds any record, and what is no journal, is renamed (path.1, path.2, ...) with a
+ * warning; so is told how much is damaged or refused, once: it is not read again. One whose header is
+ * damaged is known by any good record. NULL after user_error(): another run has it open, or there cannot be a file.
  */
 struct journal *journal_open(const char *path, uint64_t picture,
                              const struct journal_reader *reader);
 
 struct journal_found journal_found(const struct journal *journal);
+
+/* Whether nothing was found, not even what is damaged or of no use to this run. */
+bool journal_was_empty(const struct journal *journal);
 
 /* Where it stands; until the journal is moved or closed. */
 const char *journal_path(const struct journal *journal);

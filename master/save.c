@@ -354,6 +354,11 @@ const struct save_found *save_found(const struct save *save)
     return &save->found;
 }
 
+bool save_was_empty(const struct save *save)
+{
+    return journal_was_empty(save->journal);
+}
+
 uint32_t save_use(struct save *save, const struct tile *tile)
 {
     return found_use(&save->tiles, tile);

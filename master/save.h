@@ -42,6 +42,9 @@ struct save *save_open(const char *path, const struct scene *scene, struct canva
 
 const struct save_found *save_found(const struct save *save);
 
+/* Whether the journal held nothing when it was opened: nothing is lost with it before save_start(). */
+bool save_was_empty(const struct save *save);
+
 /* How many pixels of a tile were found, as found_use(); until save_start(). */
 uint32_t save_use(struct save *save, const struct tile *tile);
 

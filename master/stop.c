@@ -23,7 +23,8 @@ static volatile sig_atomic_t noted;
 static atomic_llong noted_at; /* milliseconds(); 0: it is not */
 static volatile sig_atomic_t is_served;
 static volatile sig_atomic_t final_status;
-static int launcher = -1; /* Hydra's end of the line; -1: there is none */
+static const char *_Atomic useless; /* a file to remove; NULL: none */
+static int launcher = -1;           /* Hydra's end of the line; -1: there is none */
 
 /* Of clock_wall(), but never 0; a handler of signals may call this. */
 static long long milliseconds(void)
@@ -36,6 +37,12 @@ static void act(int number, void (*handler)(int), int flags)
     struct sigaction action = {.sa_flags = SA_RESTART | flags};
     action.sa_handler = handler;
     sigaction(number, &action, NULL);
+}
+
+static void remove_useless(void)
+{
+    const char *path = useless;
+    if (path) (void)unlink(path);
 }
 
 static void note_signal(int number)
@@ -56,6 +63,7 @@ static void note_signal(int number)
     }
     ssize_t unused = write(STDERR_FILENO, message, sizeof message - 1);
     (void)unused;
+    remove_useless();
     stop_job(STATUS_RESUMABLE, NULL); /* nothing is lost: the same command begins again */
 }
 
@@ -80,6 +88,11 @@ void stop_install(int rank)
 void stop_is_served(void)
 {
     is_served = 1;
+}
+
+void stop_removes(const char *path)
+{
+    useless = path;
 }
 
 const volatile sig_atomic_t *stop_signal(void)
@@ -143,6 +156,7 @@ static void give_up_the_start(int number)
     say(STDERR_FILENO, "farm: not all processes have come to the start within ",
         (unsigned)start_limit,
         " s: one is stopped or hangs. Nothing is lost, the same command begins again\n");
+    remove_useless();
     stop_job(STATUS_RESUMABLE, NULL);
 }
 

@@ -22,6 +22,10 @@ void stop_install(int rank);
 void stop_is_served(void);
 const volatile sig_atomic_t *stop_signal(void);
 
+/* A file that is of no use yet, an empty journal: where the job ends before stop_is_served(), by a signal or because
+ * not all ranks came to the start, it is removed. path: the caller's, as long as the program runs. */
+void stop_removes(const char *path);
+
 /*
  * Ends the whole job with this status at once, whatever MPI is doing; may be called by a signal handler.
  * Hydra, MPICH's mpiexec, is told so in its own language: it ends all ranks, the stopped ones, too, and

@@ -873,7 +873,9 @@ static void test_asked_again(void **state)
     double foreseen[250];
     struct adaptive *adaptive = begin_even(&canvas, 1024, EVEN / 1.5);
     assert_true(adaptive_plan(adaptive, HUGE_VAL));
+    assert_true(!adaptive_is_met(adaptive));
     put(adaptive, all, (struct sent){0.5f, 0, 0, {1, 1}}, 2);
+    assert_true(adaptive_is_met(adaptive)); /* nobody has asked for another pass yet */
     assert_true(!adaptive_plan(adaptive, HUGE_VAL) && adaptive_is_met(adaptive));
     for (int i = 0; i < 250; i++)
         foreseen[i] = adaptive_foresee(adaptive, 2e-4 * (i + 1), 1.5);

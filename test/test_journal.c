@@ -404,6 +404,22 @@ static void test_other_pictures(void **state)
     assert_int_equal(unlink(PATH ".1") + unlink(PATH ".2"), 0);
 }
 
+/* Another picture's journal without any tile holds nothing that could be lost. */
+static void test_other_picture_without_tiles(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    write_journal(s, 0);
+    struct journal *journal = open_as(s, PICTURE + 1, &seen);
+    assert_true(journal && seen.records == 0 && !*s->said && journal_was_empty(journal));
+    append(journal, 0);
+    journal_keep(journal);
+    assert_int_equal(access(PATH ".1", F_OK), -1);
+    journal = open_as(s, PICTURE + 1, &seen);
+    assert_true(seen.records == 1 && !*s->said && !journal_was_empty(journal));
+    journal_remove(journal);
+}
+
 /* What the caller cannot use, and what is larger than it may be, ends the journal. */
 static void test_unusable_records(void **state)
 {
@@ -649,6 +665,7 @@ int main(void)
         cmocka_unit_test(test_displaced_records),
         cmocka_unit_test(test_many_beginnings),
         cmocka_unit_test(test_other_pictures),
+        cmocka_unit_test(test_other_picture_without_tiles),
         cmocka_unit_test(test_unusable_records),
         cmocka_unit_test(test_impossible_seconds),
         cmocka_unit_test(test_one_run_at_a_time),
