@@ -69,6 +69,7 @@ static void fill_sampling(struct run *run, const struct service *service, const 
     uint64_t pixels, samples;
     adaptive_errors(run->adaptive, &pixels, &samples);
     report->unsampled = (uint64_t)run->canvas.width * run->canvas.height - pixels;
+    report->guessed_rmse = service->guessed_rmse;
     report->passes = adaptive_passes(run->adaptive);
     report->plan_s = service->plan_s;
     report->target = adaptive_target(run->adaptive);

@@ -1,5 +1,6 @@
 #include "master/fill.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <string.h>
 
@@ -16,10 +17,10 @@ static const int diagonal[4][2] = {{-1, -1}, {1, -1}, {-1, 1}, {1, 1}};
 
 /* The mean of those that lie in the picture: the one above or to the left always does, for the pixel in the
  * corner is on every lattice. What lies beyond the first row or column is far beyond the last one. */
-static void take_mean(struct canvas *canvas, uint32_t x, uint32_t y, uint32_t spacing,
-                      const int steps[4][2])
+static void mean_around(const struct canvas *canvas, uint32_t x, uint32_t y, uint32_t spacing,
+                        const int steps[4][2], float mean[3])
 {
-    float sum[3] = {0, 0, 0}, count = 0, *color = at(canvas, x, y);
+    float sum[3] = {0, 0, 0}, count = 0;
     for (int i = 0; i < 4; i++) {
         uint32_t u = x + spacing * (uint32_t)steps[i][0], v = y + spacing * (uint32_t)steps[i][1];
         if (u >= canvas->width || v >= canvas->height) continue;
@@ -29,33 +30,53 @@ static void take_mean(struct canvas *canvas, uint32_t x, uint32_t y, uint32_t sp
         count++;
     }
     for (int c = 0; c < 3; c++)
-        color[c] = sum[c] / count;
+        mean[c] = sum[c] / count;
 }
 
 /* The colour of the pixel's block; false: it is not known. */
-static bool take_block(struct canvas *canvas, uint32_t x, uint32_t y, const struct preview *preview)
+static bool take_block(const struct preview *preview, uint32_t x, uint32_t y, float color[3])
 {
-    const float *color = preview_color(preview, x, y);
-    if (!color) return false;
-    memcpy(at(canvas, x, y), color, 3 * sizeof *color);
-    return true;
+    const float *block = preview_color(preview, x, y);
+    if (block) memcpy(color, block, 3 * sizeof *color);
+    return block;
 }
 
-/* What this lattice has and the next coarser one has not. Where blocks are no larger than the way to the next known
- * pixels, they tell more than these. */
+/* Of the pixels that a lattice has and the next coarser one has not, every lattice_step()-th row from this one on has
+ * some, in it every so many pixels one. */
+static uint32_t between_row(uint32_t lattice)
+{
+    return lattice % 2 ? lattice_rows(lattice) : 0;
+}
+
+static uint32_t between_first(uint32_t lattice, uint32_t y)
+{
+    uint32_t spacing = lattice_rows(lattice);
+    return lattice % 2 || y / spacing % 2 == 0 ? spacing : 0;
+}
+
+static uint32_t between_step(uint32_t lattice)
+{
+    return 2 * lattice_rows(lattice);
+}
+
+/* What one of them is filled with. Where blocks are no larger than the way to the next pixels of the coarser lattice,
+ * they tell more than these. */
+static void guess(const struct canvas *canvas, const struct preview *preview, uint32_t lattice,
+                  uint32_t x, uint32_t y, float color[3])
+{
+    uint32_t spacing = lattice_rows(lattice);
+    bool has_blocks = preview->edge > 0 && preview->edge <= spacing;
+    if (!has_blocks || !take_block(preview, x, y, color))
+        mean_around(canvas, x, y, spacing, lattice % 2 ? diagonal : straight, color);
+}
+
 static void fill_lattice(struct canvas *canvas, const uint8_t *known, const struct preview *preview,
                          uint32_t lattice)
 {
-    uint32_t spacing = lattice_rows(lattice);
-    bool odd = lattice % 2, has_blocks = preview->edge > 0 && preview->edge <= spacing;
-    for (uint32_t y = odd ? spacing : 0; y < canvas->height; y += odd ? 2 * spacing : spacing) {
-        uint32_t first = odd || y / spacing % 2 == 0 ? spacing : 0;
-        for (uint32_t x = first; x < canvas->width; x += 2 * spacing) {
-            if (known[(size_t)y * canvas->width + x]) continue;
-            if (!has_blocks || !take_block(canvas, x, y, preview))
-                take_mean(canvas, x, y, spacing, odd ? diagonal : straight);
-        }
-    }
+    for (uint32_t y = between_row(lattice); y < canvas->height; y += lattice_step(lattice))
+        for (uint32_t x = between_first(lattice, y); x < canvas->width; x += between_step(lattice))
+            if (!known[(size_t)y * canvas->width + x])
+                guess(canvas, preview, lattice, x, y, at(canvas, x, y));
 }
 
 void fill_unknown(struct canvas *canvas, const uint8_t *known, struct preview *preview)
@@ -63,7 +84,72 @@ void fill_unknown(struct canvas *canvas, const uint8_t *known, struct preview *p
     preview_complete(preview);
     for (uint32_t y = 0; y < canvas->height; y += LATTICE_SPACING)
         for (uint32_t x = 0; x < canvas->width; x += LATTICE_SPACING)
-            if (!known[(size_t)y * canvas->width + x]) take_block(canvas, x, y, preview);
+            if (!known[(size_t)y * canvas->width + x])
+                (void)take_block(preview, x, y, at(canvas, x, y));
     for (uint32_t lattice = LATTICE_COARSEST; lattice-- > 0;)
         fill_lattice(canvas, known, preview, lattice);
+}
+
+/* ---- what that is off by ---- */
+
+/* Squared, in terms of what the pixels of the finest lattice are off by that is known as a whole: those that are
+ * guessed lie closer to known ones than these to the coarser lattice. 0.36 to 0.58 in ten pictures of three scenes, of
+ * which 7 to 61 % had samples. */
+#define GUESSED_SHARE 0.5
+
+static double squared_miss(const float a[3], const float b[3])
+{
+    double sum = 0;
+    for (int c = 0; c < 3; c++) {
+        double miss = (double)a[c] - (double)b[c];
+        sum += miss * miss;
+    }
+    return sum / 3;
+}
+
+/* Whether all pixels of the coarsest lattice are known. */
+static bool has_coarsest(const struct canvas *canvas, const uint8_t *known)
+{
+    for (uint32_t y = 0; y < canvas->height; y += LATTICE_SPACING)
+        for (uint32_t x = 0; x < canvas->width; x += LATTICE_SPACING)
+            if (!known[(size_t)y * canvas->width + x]) return false;
+    return true;
+}
+
+/* Whether the pixel beside it is known: the one to the right, or in the last column to the left. */
+static bool is_accompanied(const struct canvas *canvas, const uint8_t *known, uint32_t x,
+                           uint32_t y)
+{
+    uint32_t beside = x + 1 < canvas->width ? x + 1 : x > 0 ? x - 1 : 0;
+    return known[(size_t)y * canvas->width + beside];
+}
+
+/* The mean of what the pixels that the lattice has and the next coarser one has not are off by from their guesses,
+ * where there is something to guess beside them; NaN: not all are known. */
+static double miss_of(const struct canvas *canvas, const uint8_t *known,
+                      const struct preview *preview, uint32_t lattice)
+{
+    double sum = 0, count = 0;
+    for (uint32_t y = between_row(lattice); y < canvas->height; y += lattice_step(lattice))
+        for (uint32_t x = between_first(lattice, y); x < canvas->width;
+             x += between_step(lattice)) {
+            float color[3];
+            if (!known[(size_t)y * canvas->width + x]) return NAN;
+            if (is_accompanied(canvas, known, x, y)) continue;
+            guess(canvas, preview, lattice, x, y, color);
+            sum += squared_miss(color, at(canvas, x, y));
+            count++;
+        }
+    return sum / count;
+}
+
+double fill_error(const struct canvas *canvas, const uint8_t *known, const struct preview *preview)
+{
+    double error = NAN, finer;
+    if (!has_coarsest(canvas, known)) return NAN;
+    for (uint32_t lattice = LATTICE_COARSEST; lattice-- > 0; error = finer) {
+        finer = miss_of(canvas, known, preview, lattice);
+        if (isnan(finer)) break;
+    }
+    return GUESSED_SHARE * error;
 }

@@ -50,6 +50,7 @@ struct report {
     struct error_forecast forecast;
     uint32_t min_samples, max_samples; /* per pixel */
     uint64_t unsampled;                /* pixels that got no sample before the time was over */
+    double guessed_rmse;               /* about, of these; NaN: none, or nobody knows */
     double target;                     /* RMSE of adaptive sampling; 0: none */
     unsigned passes;                   /* of adaptive sampling; 0: it was not */
     double plan_s;     /* wall seconds in which passes were planned and all waited */

@@ -367,6 +367,16 @@ static void put_truth(struct table *table, const struct report *report)
     end_flow(table);
 }
 
+/* Of the whole picture, of which so large a share has samples and this RMSE. */
+static void put_guessed(struct table *table, const struct report *report, double share, double rmse)
+{
+    if (report->unsampled == 0 || !(report->guessed_rmse >= 0)) return;
+    double squared =
+        share * rmse * rmse + (1 - share) * report->guessed_rmse * report->guessed_rmse;
+    flow(table, "about %s of the whole picture, %s of what is guessed",
+         error_figure(sqrt(squared)).text, error_figure(report->guessed_rmse).text);
+}
+
 /* "sampling error: RMSE 0.0021 (0.0019 to 0.0024) after 12.4 s" */
 static void put_error(struct table *table, const struct report *report)
 {
@@ -388,6 +398,7 @@ static void put_error(struct table *table, const struct report *report)
         if (report->resumed.cpu_s > before)
             flow_on(table, "(%.1f s of CPU time, shared)", report->resumed.cpu_s);
     }
+    put_guessed(table, report, last->share, last->estimate.rmse);
     if (!isnan(last->true_rmse))
         flow(table, "%s against the reference", error_figure(last->true_rmse).text);
     end_flow(table);

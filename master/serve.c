@@ -202,6 +202,13 @@ void fill_picture(struct server *server)
     }
 }
 
+static double guessed_rmse(const struct server *server)
+{
+    const struct adaptive *adaptive = server->service->adaptive;
+    if (!adaptive || adaptive_unsampled(adaptive) == 0) return NAN;
+    return sqrt(fill_error(server->service->canvas, adaptive_levels(adaptive), &server->preview));
+}
+
 static void end_server(struct server *server)
 {
     pthread_mutex_destroy(&server->lock);
@@ -267,6 +274,7 @@ bool serve(struct service *service)
     service->master_cpu_s = clock_thread_cpu() - cpu;
     service->probe_s = server.probe_s;
     fill_waits(&server);
+    service->guessed_rmse = guessed_rmse(&server);
     fill_picture(&server);
     put_last_pieces(&server);
     end_server(&server);

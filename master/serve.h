@@ -55,6 +55,7 @@ struct service {
     struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */
     struct render_counts counts;  /* of the tiles that are in the picture, each once */
     double writing_s;             /* seconds before the deadline that are kept for images */
+    double guessed_rmse;          /* about, of pixels without samples; NaN: none, or unknown */
     bool timed_out;               /* the deadline ended it */
     bool deserted;                /* nobody was left who renders */
     double began;                 /* a time of common/clock.h: rendering, the pre-pass included */

@@ -119,7 +119,8 @@ spread() { # N
         sampling.time_limit=3 sampling.min_samples=128 output.preview=0.5 sampling.reference=even.pfm || return 1
     grep -E '"passes"|unsampled|"rmse"|_s"' t.json
     test "$(value t passes)" -gt 1 && test "$(value t unsampled_pixels)" -gt 1000 &&
-        below "$(sed -n '/"reference"/,/}/s/^ *"rmse": \(.*\),$/\1/p' t.json)" 0.032 &&
+        true=$(sed -n '/"reference"/,/}/s/^ *"rmse": \(.*\),$/\1/p' t.json) &&
+        below "$true" 0.032 && below "$true" "1.5 * $(value t guessed_rmse)" && below "$(value t guessed_rmse)" "3 * $true" &&
         case $err in *"guessed from those around"*"sampling.min_samples = 4 would leave fewer"*) ;; *) return 1 ;; esac
 }
 for n in 1 2 5; do

@@ -177,6 +177,71 @@ static void test_small_blocks(void **state)
     canvas_free(&canvas);
 }
 
+/* ---- what that is off by ---- */
+
+enum { SQUARE = 96 };
+
+/* The error told of a square of which a lattice and its upper rows are known, where what lies on no coarser lattice
+ * than `raised` differs from the others by so much. */
+static double told_error(uint32_t lattice, uint32_t upper, uint32_t raised, float by)
+{
+    struct canvas canvas;
+    struct preview none = {0};
+    uint8_t known[SQUARE * SQUARE];
+    canvas_init(&canvas, SQUARE, SQUARE);
+    for (uint32_t i = 0; i < SQUARE * SQUARE; i++) {
+        uint32_t x = i % SQUARE, y = i / SQUARE;
+        known[i] = y < upper || lattice_of(x, y) >= lattice;
+        canvas.rgb[3 * i] = lattice_of(x, y) <= raised ? by : 0;
+    }
+    double error = fill_error(&canvas, known, &none);
+    canvas_free(&canvas);
+    return error;
+}
+
+/* The finest lattice that is there tells it, by what its own pixels differ by from the coarser ones: of three
+ * components one. */
+static void test_error_by_finest(void **state)
+{
+    (void)state;
+    for (uint32_t lattice = 1; lattice < LATTICE_COARSEST; lattice++) {
+        assert_true(told_error(lattice, 0, LATTICE_COARSEST, 0.5F) == 0);
+        double third = told_error(lattice, 0, lattice, 0.5F) / (0.25 / 3);
+        assert_true(fabs(told_error(lattice, 0, lattice, 1) / (third * 1.0 / 3) - 1) < 1e-6);
+        assert_true(third > 0.3 && third < 0.8);
+        assert_true(told_error(lattice, 0, lattice - 1, 0.5F) == 0);
+    }
+}
+
+/* Of a coarser one, or of single pixels, nobody knows what lies between. */
+static void test_error_not_known(void **state)
+{
+    (void)state;
+    assert_true(isnan(told_error(LATTICE_COARSEST, 0, 0, 1)));
+    assert_true(isnan(told_error(LATTICE_COARSEST + 1, 8, 0, 1)));
+}
+
+/* Where all are known nothing is guessed: what is uneven there does not count. */
+static void test_error_where_guessed(void **state)
+{
+    (void)state;
+    struct canvas canvas;
+    struct preview none = {0};
+    uint8_t known[SQUARE * SQUARE];
+    uint64_t seed = 1;
+    canvas_init(&canvas, SQUARE, SQUARE);
+    for (uint32_t i = 0; i < SQUARE * SQUARE; i++) {
+        uint32_t x = i % SQUARE, y = i / SQUARE;
+        known[i] = y < SQUARE / 2 || lattice_of(x, y) >= 2;
+        for (int c = 0; c < 3 && y < SQUARE / 2 - 4; c++)
+            canvas.rgb[3 * i + (uint32_t)c] = (float)random_below(&seed, 100);
+    }
+    assert_true(fill_error(&canvas, known, &none) == 0);
+    known[0] = 0;
+    assert_true(isnan(fill_error(&canvas, known, &none)));
+    canvas_free(&canvas);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -187,6 +252,9 @@ int main(void)
         cmocka_unit_test(test_all_sizes),
         cmocka_unit_test(test_known_stays),
         cmocka_unit_test(test_small_blocks),
+        cmocka_unit_test(test_error_by_finest),
+        cmocka_unit_test(test_error_not_known),
+        cmocka_unit_test(test_error_where_guessed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -519,6 +519,22 @@ static void test_table_error(void **state)
     text = table_text(&report, 80);
     assert_has(text, "of the 4.5 % that has samples");
     free(text);
+    report.unsampled = 9544;
+    report.guessed_rmse = (double)NAN;
+    text = table_text(&report, 80);
+    assert_null(strstr(text, "guessed"));
+    free(text);
+    report.guessed_rmse = 0.01;
+    row.share = 0.36;
+    row.estimate = (struct error_estimate){0.002, 0.0019, 0.0021};
+    text = table_text(&report, 80);
+    /* 0.36 * 0.002^2 + 0.64 * 0.01^2 = 0.0081^2 */
+    assert_has(text, "about 0.0081 of the whole picture, 0.01 of what is guessed");
+    free(text);
+    char *json = report_json(&report);
+    assert_has(json, "\"guessed_rmse\": 0.01\n");
+    free(json);
+    report.unsampled = 0;
     row.share = 0.9996;
     text = table_text(&report, 80);
     assert_has(text, "of the 99.9 % that has samples");
