@@ -87,6 +87,20 @@ static int print_check(const struct run *run)
     return close_output();
 }
 
+/* Whether the time limit was over while the scene was loaded, and no earlier run has left any sample either; says so.
+ * Build and rendering would take longer for nothing. */
+static bool is_too_late(const struct run *run)
+{
+    double limit = run->job.settings.sampling.time_limit, elapsed = clock_wall() - run->start;
+    uint64_t pixels = (uint64_t)run->canvas.width * run->canvas.height;
+    if (!(limit > 0) || elapsed < limit || adaptive_unsampled(run->adaptive) < pixels) return false;
+    user_error(NULL, 0,
+               "sampling.time_limit = %g s was over before any sample was taken, expected a longer "
+               "one: the scene was loaded after %.3g s",
+               limit, elapsed);
+    return true;
+}
+
 static void discard(struct scene **block)
 {
     free(*block);
@@ -133,7 +147,12 @@ int prepare(struct run *run, struct scene **block)
     start = clock_wall();
     bool opened = open_save(run, *block);
     run->report.time.resume = clock_wall() - start;
-    if (opened) return -1;
+    bool late = opened && is_too_late(run);
+    if (opened && !late) return -1;
+    if (late) {
+        save_drop(run->save);
+        run->save = NULL;
+    }
     discard(block);
-    return STATUS_INPUT;
+    return late ? STATUS_FAILED : STATUS_INPUT;
 }

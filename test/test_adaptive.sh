@@ -136,6 +136,12 @@ too_short() {
         case $err in *"over before any sample was taken"*) ;; *) echo "# $err"; return 1 ;; esac
 }
 check "a limit that leaves no time" too_short
+loading() {
+    run 1 farm_n 2 "$SCENE" output.image=short.png sampling.time_limit=0.001 && [ "$(lines "$err")" -eq 1 ] &&
+        [ "$(cat short.png)" = old ] && ! [ -e short.journal ] &&
+        case $err in *"over before any sample was taken"*"the scene was loaded after "*) ;; *) echo "# $err"; return 1 ;; esac
+}
+check "a limit that is over before the scene is there" loading
 
 # The picture so far is whole at any time.
 preview() {
