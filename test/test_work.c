@@ -48,6 +48,7 @@ static struct {
     unsigned looks;    /* for a message while it is quiet */
     double heard_at;   /* seconds: when the second message was heard */
     unsigned held_up;  /* so many looks it takes until a result is sent; then it says STOP */
+    unsigned left;     /* of these behind the last wanted result */
 } master;
 
 /* Behind its first message it says nothing. */
@@ -110,6 +111,7 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
     else
         take_result(buffer, (size_t)count);
     master.results++;
+    if (master.results == master.wanted) master.left = master.held_up;
     master.was_called = master.bell.rung;
     return MPI_SUCCESS;
 }
@@ -276,11 +278,11 @@ static const struct lot_of_two lot = {
     {                                                                                              \
         0, NULL, 0                                                                                 \
     }
-#define BEGIN                                                                                      \
-    {TAG_MASTER_TO_RENDERER_START, &start, sizeof start},                                          \
+#define LOT                                                                                        \
     {                                                                                              \
         TAG_MASTER_TO_RENDERER_TILES, &lot, sizeof lot                                             \
     }
+#define BEGIN {TAG_MASTER_TO_RENDERER_START, &start, sizeof start}, LOT
 #define DROP(drop)                                                                                 \
     {                                                                                              \
         TAG_MASTER_TO_RENDERER_DROP, &drop, sizeof drop                                            \
@@ -449,6 +451,23 @@ static void test_looks_while_it_sends(void **state)
     free(tray);
 }
 
+/* It goes on rendering though none of its results has been taken. */
+static void test_renders_on_while_it_sends(void **state)
+{
+    (void)state;
+    static const struct line lines[] = {BEGIN,   NOTHING, NOTHING, LOT,     NOTHING, NOTHING, LOT,
+                                        NOTHING, NOTHING, LOT,     NOTHING, NOTHING, STOP};
+    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
+    tray_init(tray);
+    follow_in(&(struct manner){.tray = tray, .held_up = 300}, lines, sizeof lines / sizeof *lines,
+              4);
+    assert_int_equal(master.results, 4);
+    assert_int_equal(master.notes, TRAY_SLOTS);
+    assert_true(master.left > 200);
+    tray_free(tray);
+    free(tray);
+}
+
 /* A tile that takes long is told of, what is finished before it; and when it is done that is answered at
  * once. In the tray or not. */
 static void tell_of(uint32_t number, struct tray *tray)
@@ -551,6 +570,7 @@ int main(void)
         cmocka_unit_test(test_sleeps_until_it_is_woken),
         cmocka_unit_test(test_looks_now_and_then),
         cmocka_unit_test(test_looks_while_it_sends),
+        cmocka_unit_test(test_renders_on_while_it_sends),
         cmocka_unit_test(test_tells_of_what_takes_long),
         cmocka_unit_test(test_long_lot),
         cmocka_unit_test(test_short_results),

@@ -8,12 +8,22 @@
 #include "common/message.h"
 #include "worker/collective.h"
 
+static bool is_sent(MPI_Request *request)
+{
+    int sent;
+    MPI_Test(request, &sent, MPI_STATUS_IGNORE);
+    return sent;
+}
+
 /* The next send buffer, or slot of the tray, free and large enough. */
 static char *take_buffer(struct worker *worker, size_t bytes)
 {
-    int turn = worker->turn = 1 - worker->turn;
+    int turn = worker->turn = (worker->turn + 1) % SENDS;
     double start = clock_wall();
-    wait_request(&worker->sends[turn]);
+    if (!is_sent(&worker->sends[turn])) {
+        bell_ring(worker->bell); /* the master takes one, then there is room */
+        wait_request(&worker->sends[turn]);
+    }
     worker->stats.send_s += clock_wall() - start;
     struct tray *tray = worker->tray;
     worker->slot = tray && bytes <= TRAY_RESULT_BYTES ? slots_find(&tray->results) : -1;
@@ -60,17 +70,11 @@ void send_result(struct worker *worker)
     worker->stats.bytes += bytes;
 }
 
-static bool is_sent(MPI_Request *request)
-{
-    int sent;
-    MPI_Test(request, &sent, MPI_STATUS_IGNORE);
-    return sent;
-}
-
 bool all_is_sent(struct worker *worker)
 {
-    return is_sent(&worker->sends[0]) && is_sent(&worker->sends[1]) && is_sent(&worker->pong) &&
-           is_sent(&worker->telling) && is_sent(&worker->finished);
+    for (int i = 0; i < SENDS; i++)
+        if (!is_sent(&worker->sends[i])) return false;
+    return is_sent(&worker->pong) && is_sent(&worker->telling) && is_sent(&worker->finished);
 }
 
 /* Sends so many finished bytes of the result, which goes on to be filled. */

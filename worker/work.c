@@ -195,8 +195,9 @@ static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *
                               .incoming = allocate(1, sizeof *worker->incoming),
                               .pong = MPI_REQUEST_NULL,
                               .telling = MPI_REQUEST_NULL,
-                              .finished = MPI_REQUEST_NULL,
-                              .sends = {MPI_REQUEST_NULL, MPI_REQUEST_NULL}};
+                              .finished = MPI_REQUEST_NULL};
+    for (int i = 0; i < SENDS; i++)
+        worker->sends[i] = MPI_REQUEST_NULL;
     worker->stats.rank = (uint32_t)rank;
     gethostname(worker->stats.host, HOST_NAME_SIZE - 1);
     post_receive(worker);
@@ -213,7 +214,7 @@ static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *
 static void end_worker(struct worker *worker)
 {
     double start = clock_wall();
-    for (int i = 0; i < 2; i++)
+    for (int i = 0; i < SENDS; i++)
         wait_request(&worker->sends[i]);
     worker->stats.send_s += clock_wall() - start;
     wait_request(&worker->pong);
@@ -225,7 +226,7 @@ static void end_worker(struct worker *worker)
               worker->comm, &request);
     bell_ring(worker->bell);
     wait_request(&request);
-    for (int i = 0; i < 2; i++)
+    for (int i = 0; i < SENDS; i++)
         free(worker->buffers[i]);
     for (int i = 0; i < worker->waiting; i++)
         free(worker->lots[i].refinements);
