@@ -342,7 +342,7 @@ one_limit() { # SCENE LIMIT
         farm_wide even "$1" sampling.samples=$n
     done
     errors=$(lattice_errors "$1" $n) || exit 1
-    put_row "$1,$2,$total,$(value "$a" sampled_share),$(value "$a" samples_per_pixel),$(cpu_of "$a"),$(value "$a" estimated_rmse),$n,$(cpu_of "$u"),$(of "$u" forecast slope),$errors,$(of "$a" sampling guessed_rmse)"
+    put_row "$1,$2,$total,$(value "$a" sampled_share),$(value "$a" samples_per_pixel),$(cpu_of "$a"),$(value "$a" estimated_rmse),$n,$(cpu_of "$u"),$(of "$u" forecast slope),$errors,$(of "$a" sampling guessed_rmse)" 16
 }
 
 # ---- truncation ----

@@ -480,7 +480,7 @@ bool adaptive_is_first(const struct adaptive *adaptive)
 bool adaptive_is_met(const struct adaptive *adaptive)
 {
     if (adaptive->met) return true;
-    return adaptive->missing == 0 && adaptive->unsampled == 0 &&
+    return adaptive->target > 0 && adaptive->missing == 0 && adaptive->unsampled == 0 &&
            meets_target(adaptive, look_at_pass(adaptive));
 }
 

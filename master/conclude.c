@@ -63,17 +63,17 @@ static void fill_sampling(struct run *run, const struct service *service, const 
     report->min_samples = view->min_samples;
     report->max_samples = view->max_samples;
     report->ended = "samples";
+    report->guessed_rmse = service->guessed_rmse;
     report->has_reference = run->reference.rgb != NULL;
     if (report->has_reference) report->truth = truth_of(&run->canvas, &run->reference);
     if (!run->adaptive) return;
     uint64_t pixels, samples;
     adaptive_errors(run->adaptive, &pixels, &samples);
     report->unsampled = (uint64_t)run->canvas.width * run->canvas.height - pixels;
-    report->guessed_rmse = service->guessed_rmse;
     report->passes = adaptive_passes(run->adaptive);
     report->plan_s = service->plan_s;
     report->target = adaptive_target(run->adaptive);
-    /* Before the time was over there may have been none left for a plan, which finds that. */
+    /* A limit may leave no time for the plan that finds the target met. */
     report->ended = adaptive_is_met(run->adaptive) ? "target"
                     : service->timed_out           ? "time"
                                                    : "max_samples";

@@ -41,25 +41,7 @@ static bool take_block(const struct preview *preview, uint32_t x, uint32_t y, fl
     return block;
 }
 
-/* Of the pixels that a lattice has and the next coarser one has not, every lattice_step()-th row from this one on has
- * some, in it every so many pixels one. */
-static uint32_t between_row(uint32_t lattice)
-{
-    return lattice % 2 ? lattice_rows(lattice) : 0;
-}
-
-static uint32_t between_first(uint32_t lattice, uint32_t y)
-{
-    uint32_t spacing = lattice_rows(lattice);
-    return lattice % 2 || y / spacing % 2 == 0 ? spacing : 0;
-}
-
-static uint32_t between_step(uint32_t lattice)
-{
-    return 2 * lattice_rows(lattice);
-}
-
-/* What one of them is filled with. Where blocks are no larger than the way to the next pixels of the coarser lattice,
+/* What a pixel is filled with that this lattice has and the next coarser one has not. Where blocks are no larger than the way to the next pixels of the coarser lattice,
  * they tell more than these. */
 static void guess(const struct canvas *canvas, const struct preview *preview, uint32_t lattice,
                   uint32_t x, uint32_t y, float color[3])
@@ -73,8 +55,9 @@ static void guess(const struct canvas *canvas, const struct preview *preview, ui
 static void fill_lattice(struct canvas *canvas, const uint8_t *known, const struct preview *preview,
                          uint32_t lattice)
 {
-    for (uint32_t y = between_row(lattice); y < canvas->height; y += lattice_step(lattice))
-        for (uint32_t x = between_first(lattice, y); x < canvas->width; x += between_step(lattice))
+    uint32_t rows = lattice_between_rows(lattice), step = lattice_between_step(lattice);
+    for (uint32_t y = lattice_between_row(lattice); y < canvas->height; y += rows)
+        for (uint32_t x = lattice_between_first(lattice, y); x < canvas->width; x += step)
             if (!known[(size_t)y * canvas->width + x])
                 guess(canvas, preview, lattice, x, y, at(canvas, x, y));
 }
@@ -107,11 +90,11 @@ static double squared_miss(const float a[3], const float b[3])
     return sum / 3;
 }
 
-/* Whether all pixels of the coarsest lattice are known. */
-static bool has_coarsest(const struct canvas *canvas, const uint8_t *known)
+static bool is_whole(const struct canvas *canvas, const uint8_t *known, uint32_t lattice)
 {
-    for (uint32_t y = 0; y < canvas->height; y += LATTICE_SPACING)
-        for (uint32_t x = 0; x < canvas->width; x += LATTICE_SPACING)
+    uint32_t step = lattice_step(lattice);
+    for (uint32_t y = 0; y < canvas->height; y += lattice_rows(lattice))
+        for (uint32_t x = lattice_first(lattice, y); x < canvas->width; x += step)
             if (!known[(size_t)y * canvas->width + x]) return false;
     return true;
 }
@@ -120,21 +103,20 @@ static bool has_coarsest(const struct canvas *canvas, const uint8_t *known)
 static bool is_accompanied(const struct canvas *canvas, const uint8_t *known, uint32_t x,
                            uint32_t y)
 {
-    uint32_t beside = x + 1 < canvas->width ? x + 1 : x > 0 ? x - 1 : 0;
-    return known[(size_t)y * canvas->width + beside];
+    uint32_t beside = x + 1 < canvas->width ? x + 1 : x - 1;
+    return canvas->width > 1 && known[(size_t)y * canvas->width + beside];
 }
 
-/* The mean of what the pixels that the lattice has and the next coarser one has not are off by from their guesses,
- * where there is something to guess beside them; NaN: not all are known. */
+/* The mean of what pixels of a whole lattice that the next coarser one has not are off by from their guesses, where
+ * there is something to guess beside them; NaN: nowhere. */
 static double miss_of(const struct canvas *canvas, const uint8_t *known,
                       const struct preview *preview, uint32_t lattice)
 {
     double sum = 0, count = 0;
-    for (uint32_t y = between_row(lattice); y < canvas->height; y += lattice_step(lattice))
-        for (uint32_t x = between_first(lattice, y); x < canvas->width;
-             x += between_step(lattice)) {
+    uint32_t rows = lattice_between_rows(lattice), step = lattice_between_step(lattice);
+    for (uint32_t y = lattice_between_row(lattice); y < canvas->height; y += rows)
+        for (uint32_t x = lattice_between_first(lattice, y); x < canvas->width; x += step) {
             float color[3];
-            if (!known[(size_t)y * canvas->width + x]) return NAN;
             if (is_accompanied(canvas, known, x, y)) continue;
             guess(canvas, preview, lattice, x, y, color);
             sum += squared_miss(color, at(canvas, x, y));
@@ -145,11 +127,9 @@ static double miss_of(const struct canvas *canvas, const uint8_t *known,
 
 double fill_error(const struct canvas *canvas, const uint8_t *known, const struct preview *preview)
 {
-    double error = NAN, finer;
-    if (!has_coarsest(canvas, known)) return NAN;
-    for (uint32_t lattice = LATTICE_COARSEST; lattice-- > 0; error = finer) {
-        finer = miss_of(canvas, known, preview, lattice);
-        if (isnan(finer)) break;
-    }
-    return GUESSED_SHARE * error;
+    uint32_t finest = 0;
+    while (finest < LATTICE_COARSEST && !is_whole(canvas, known, finest))
+        finest++;
+    if (finest == LATTICE_COARSEST) return NAN;
+    return GUESSED_SHARE * miss_of(canvas, known, preview, finest);
 }

@@ -22,7 +22,8 @@ void fill_unknown(struct canvas *canvas, const uint8_t *known, struct preview *p
 /*
  * About what a pixel is off by that fill_unknown() guesses: squared, mean of the components. It is told by those of the
  * finest lattice that is known as a whole, where there is something to guess beside them: by what they would be off by
- * if they were guessed from the next coarser lattice. NaN: nobody knows, as not even the two coarsest are there.
+ * if they were guessed from the next coarser lattice. NaN: nobody knows, as no two lattices are there or the picture
+ * is too small for them. Behind fill_unknown(), with the same preview.
  */
 double fill_error(const struct canvas *canvas, const uint8_t *known, const struct preview *preview);
 

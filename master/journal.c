@@ -349,8 +349,8 @@ static bool holds_record(const struct journal *journal, uint64_t size, size_t la
 }
 
 /*
- * What stands in the file: NULL when it is our journal, *size bytes long, or is to become it, being empty or no more
- * than a header (*size is 0 then); otherwise what it is instead. *whole: its header is not damaged.
+ * What stands in the file: NULL when it is our journal, *size bytes long, or is to become it, being empty or another
+ * picture's header alone (*size is 0 then); otherwise what it is instead. *whole: its header is not damaged.
  */
 static const char *recognise(const struct journal *journal, size_t largest, uint64_t *size,
                              bool *whole)

@@ -97,7 +97,6 @@ bool open_save(struct run *run, const struct scene *scene)
     if (!*path) return true;
     run->save = save_open(path, scene, &run->canvas, run->adaptive);
     if (!run->save) return false;
-    if (save_was_empty(run->save)) stop_removes(path);
     resume(run);
     if (save_has_room(run->save, tiles_left(run), pixels_left(run))) return true;
     if (save_found(run->save)->tiles)

@@ -45,4 +45,28 @@ static inline uint32_t lattice_of(uint32_t x, uint32_t y)
     return 2 * k + (((x ^ y) >> k & 1) == 0);
 }
 
+/* The pixels that a lattice has and the next coarser one has not: the first of its rows that has any, every so many rows
+ * from there on another one, and in such a row the first pixel, and from there to the next one. lattice <
+ * LATTICE_COARSEST. */
+static inline uint32_t lattice_between_row(uint32_t lattice)
+{
+    return lattice % 2 ? lattice_rows(lattice) : 0;
+}
+
+static inline uint32_t lattice_between_rows(uint32_t lattice)
+{
+    return lattice_rows(lattice) << lattice % 2;
+}
+
+static inline uint32_t lattice_between_first(uint32_t lattice, uint32_t y)
+{
+    uint32_t spacing = lattice_rows(lattice);
+    return lattice % 2 || y / spacing % 2 == 0 ? spacing : 0;
+}
+
+static inline uint32_t lattice_between_step(uint32_t lattice)
+{
+    return 2 * lattice_rows(lattice);
+}
+
 #endif

@@ -87,18 +87,20 @@ static int print_check(const struct run *run)
     return close_output();
 }
 
-/* Whether the time limit was over while the scene was loaded, and no earlier run has left any sample either; says so.
- * Build and rendering would take longer for nothing. */
-static bool is_too_late(const struct run *run)
+/* false after user_error(): the time limit was over while the scene was loaded, and no earlier run has left any sample
+ * either. Build and rendering would take longer for nothing. */
+static bool starts_in_time(struct run *run)
 {
     double limit = run->job.settings.sampling.time_limit, elapsed = clock_wall() - run->start;
     uint64_t pixels = (uint64_t)run->canvas.width * run->canvas.height;
-    if (!(limit > 0) || elapsed < limit || adaptive_unsampled(run->adaptive) < pixels) return false;
+    if (!(limit > 0) || elapsed < limit || adaptive_unsampled(run->adaptive) < pixels) return true;
     user_error(NULL, 0,
                "sampling.time_limit = %g s was over before any sample was taken, expected a longer "
                "one: the scene was loaded after %.3g s",
                limit, elapsed);
-    return true;
+    save_drop(run->save);
+    run->save = NULL;
+    return false;
 }
 
 static void discard(struct scene **block)
@@ -147,12 +149,10 @@ int prepare(struct run *run, struct scene **block)
     start = clock_wall();
     bool opened = open_save(run, *block);
     run->report.time.resume = clock_wall() - start;
-    bool late = opened && is_too_late(run);
-    if (opened && !late) return -1;
-    if (late) {
-        save_drop(run->save);
-        run->save = NULL;
+    if (!opened || !starts_in_time(run)) {
+        discard(block);
+        return opened ? STATUS_FAILED : STATUS_INPUT;
     }
-    discard(block);
-    return late ? STATUS_FAILED : STATUS_INPUT;
+    if (run->save && save_was_empty(run->save)) stop_removes(settings->output.journal);
+    return -1;
 }

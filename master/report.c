@@ -318,7 +318,7 @@ static void put_sampling(struct json *json, const struct report *report)
     json_seconds(json, "plan_s", report->plan_s);
     json_string(json, "ended", report->ended ? report->ended : "samples");
     json_count(json, "unsampled_pixels", report->unsampled);
-    json_number(json, "guessed_rmse", report->unsampled > 0 ? report->guessed_rmse : (double)NAN);
+    json_number(json, "guessed_rmse", report->guessed_rmse);
     json_close(json, '}');
 }
 

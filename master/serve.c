@@ -274,8 +274,8 @@ bool serve(struct service *service)
     service->master_cpu_s = clock_thread_cpu() - cpu;
     service->probe_s = server.probe_s;
     fill_waits(&server);
-    service->guessed_rmse = guessed_rmse(&server);
     fill_picture(&server);
+    service->guessed_rmse = guessed_rmse(&server);
     put_last_pieces(&server);
     end_server(&server);
     /* Between passes the queue is complete, the picture not. */

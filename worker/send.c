@@ -18,12 +18,15 @@ static bool is_sent(MPI_Request *request)
 /* The next send buffer, or slot of the tray, free and large enough. */
 static char *take_buffer(struct worker *worker, size_t bytes)
 {
-    int turn = worker->turn = (worker->turn + 1) % SENDS;
     double start = clock_wall();
-    if (!is_sent(&worker->sends[turn])) {
-        bell_ring(worker->bell); /* the master takes one, then there is room */
-        wait_request(&worker->sends[turn]);
+    int turn = 0;
+    while (turn < SENDS && !is_sent(&worker->sends[turn]))
+        turn++;
+    if (turn == SENDS) {
+        bell_ring(worker->bell); /* the master takes them, then there is room */
+        wait_request(&worker->sends[turn = 0]);
     }
+    worker->turn = turn;
     worker->stats.send_s += clock_wall() - start;
     struct tray *tray = worker->tray;
     worker->slot = tray && bytes <= TRAY_RESULT_BYTES ? slots_find(&tray->results) : -1;

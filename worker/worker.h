@@ -36,9 +36,9 @@ struct lot {
 
 /*
  * Until STOP has come, a receive is posted for the master's next message, whatever it is; results
- * leave through buffers in turn:
+ * leave through buffers, each of which is filled again when it has been sent:
  *
- *   render into buffer b -> Isend from b -> render into the next one -> ...
+ *   render into buffer b -> Isend from b -> render into the first free one -> ...
  *
  * or, where the master is on this node, from the slots of a tray, if one is empty and has room for all that
  * is left of the lot.
