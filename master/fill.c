@@ -127,9 +127,8 @@ static double miss_of(const struct canvas *canvas, const uint8_t *known,
 
 double fill_error(const struct canvas *canvas, const uint8_t *known, const struct preview *preview)
 {
-    uint32_t finest = 0;
-    while (finest < LATTICE_COARSEST && !is_whole(canvas, known, finest))
-        finest++;
-    if (finest == LATTICE_COARSEST) return NAN;
-    return GUESSED_SHARE * miss_of(canvas, known, preview, finest);
+    double miss = NAN;
+    for (uint32_t lattice = 0; lattice < LATTICE_COARSEST && isnan(miss); lattice++)
+        if (is_whole(canvas, known, lattice)) miss = miss_of(canvas, known, preview, lattice);
+    return GUESSED_SHARE * miss;
 }
