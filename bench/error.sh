@@ -322,7 +322,7 @@ limits() {
         echo "| scene | limit, s | total, s | over by | sampled | samples | CPU s | RMSE estimated | of all | true | uniform samples | CPU s | true RMSE | in the same time | error ratio |"
         echo "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
         awk -F, 'NR > 1 { even = $11 * ($6 / $9) ^ $10
-            all = $4 == 1 ? $7 : $16 == "null" ? "-" : sprintf("%.3g", sqrt($4 * $7 ^ 2 + (1 - $4) * $16 ^ 2))
+            all = $4 < 1 && $16 == "null" ? "-" : sprintf("%.3g", sqrt($4 * $7 ^ 2 + (1 - $4) * $16 ^ 2))
             printf "| %s | %s | %.2f | %+.1f %% | %.0f %% | %.1f | %.2f | %.3g | %s | %.3g +- %.2g | %s | %.2f | %.3g +- %.2g | %.3g | %.2f |\n",
             $1, $2, $3, 100 * ($3 / $2 - 1), int(100 * $4), $5, $6, $7, all, $13, $14, $8, $9, $11, $12, even, even / $13 }' "$csv"
     } >"$OUT/error_limits.md"
