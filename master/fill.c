@@ -127,7 +127,7 @@ static double miss_of(const struct canvas *canvas, const uint8_t *known,
 
 double fill_error(const struct canvas *canvas, const uint8_t *known, const struct preview *preview)
 {
-    double miss = NAN;
+    double miss = (double)NAN;
     for (uint32_t lattice = 0; lattice < LATTICE_COARSEST && isnan(miss); lattice++)
         if (is_whole(canvas, known, lattice)) miss = miss_of(canvas, known, preview, lattice);
     return GUESSED_SHARE * miss;

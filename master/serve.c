@@ -205,7 +205,7 @@ void fill_picture(struct server *server)
 static double guessed_rmse(const struct server *server)
 {
     const struct adaptive *adaptive = server->service->adaptive;
-    if (!adaptive || adaptive_unsampled(adaptive) == 0) return NAN;
+    if (!adaptive || adaptive_unsampled(adaptive) == 0) return (double)NAN;
     return sqrt(fill_error(server->service->canvas, adaptive_levels(adaptive), &server->preview));
 }
 
