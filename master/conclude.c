@@ -138,8 +138,9 @@ static bool judge_limit(const struct run *run, const struct service *service,
     if (unsampled == pixels) {
         user_error(NULL, 0,
                    "sampling.time_limit = %g s was over before any sample was taken, expected "
-                   "a longer one: rendering began after %.3g s, %.3g s were kept for writing",
-                   limit, service->began - run->start, service->writing_s);
+                   "a longer one: rendering began after %.3g s, %.3g s were kept for writing and "
+                   "for telling the error",
+                   limit, service->began - run->start, service->kept_s);
         return false;
     }
     if (unsampled > 0)

@@ -41,9 +41,9 @@ static void add_work(struct server *server, struct tile tile)
 /* Seconds for which renderers are taken to have been busy before anything was measured: nothing beside what is. */
 #define BUSY_BEFORE 0.01
 
-/* What is kept of a time limit for writing, at most: who asks for a picture in less time than writing takes gets
- * one that is late rather than one that was hardly rendered. */
-#define WRITING_MOST 0.5
+/* What is kept of a time limit for its end, at most: who asks for a picture in less time than writing takes gets one
+ * that is late rather than one that was hardly rendered. */
+#define KEPT_MOST 0.5
 
 /* Seconds for a pixel to be filled from those around, and to be planned: 7 to 13 and 30 to 50 ns were measured, of
  * pictures of 0.3 to 11 million and on two cores. */
@@ -67,13 +67,14 @@ void keep_for_writing(struct server *server, bool rendered)
     for (int i = 0; i < SERVICE_IMAGES; i++)
         if (service->images[i] && *service->images[i])
             seconds += image_seconds(service->images[i], service->canvas, rendered);
-    service->writing_s = fmin(seconds, WRITING_MOST * service->limit);
+    service->writing_s = fmin(seconds, KEPT_MOST * service->limit);
 }
 
 double rendering_ends(const struct server *server)
 {
-    return server->service->deadline - server->service->writing_s - server->last_plan_s -
-           server->fill_s;
+    const struct service *service = server->service;
+    double end = service->writing_s + server->last_plan_s + server->fill_s;
+    return service->deadline - fmin(end, KEPT_MOST * service->limit);
 }
 
 /* Wall seconds until the time limit ends rendering, when another plan is made, which takes as long as the last

@@ -96,8 +96,9 @@ static bool starts_in_time(struct run *run)
     if (!(limit > 0) || elapsed < limit || adaptive_unsampled(run->adaptive) < pixels) return true;
     user_error(NULL, 0,
                "sampling.time_limit = %g s was over before any sample was taken, expected a longer "
-               "one: the scene was loaded after %.3g s",
-               limit, elapsed);
+               "one: scene and picture were in memory after %.3g s (starting MPI %.3g s, loading "
+               "%.3g s)",
+               limit, elapsed, run->report.time.init, run->report.time.load);
     save_drop(run->save);
     run->save = NULL;
     return false;

@@ -370,7 +370,11 @@ static void put_truth(struct table *table, const struct report *report)
 /* Of the whole picture, of which so large a share has samples and this RMSE. */
 static void put_guessed(struct table *table, const struct report *report, double share, double rmse)
 {
-    if (isnan(report->guessed_rmse)) return;
+    if (report->unsampled == 0) return;
+    if (isnan(report->guessed_rmse)) {
+        flow(table, "that of what is guessed is not known");
+        return;
+    }
     double squared =
         share * rmse * rmse + (1 - share) * report->guessed_rmse * report->guessed_rmse;
     flow(table, "about %s of the whole picture, %s of what is guessed",

@@ -269,6 +269,7 @@ bool serve(struct service *service)
     if (service->own) pthread_join(thread, NULL);
     post_close(server.post, service->silent == 0);
     service->began = server.start;
+    service->kept_s = service->limit > 0 ? service->deadline - rendering_ends(&server) : 0;
     service->render_s = server.finished - server.start;
     service->plan_s = server.plan_s;
     service->master_cpu_s = clock_thread_cpu() - cpu;

@@ -139,7 +139,7 @@ check "a limit that leaves no time" too_short
 loading() {
     run 1 farm_n 2 "$SCENE" output.image=short.png sampling.time_limit=0.001 && [ "$(lines "$err")" -eq 1 ] &&
         [ "$(cat short.png)" = old ] && ! [ -e short.journal ] &&
-        case $err in *"over before any sample was taken"*"the scene was loaded after "*) ;; *) echo "# $err"; return 1 ;; esac
+        case $err in *"over before any sample was taken"*"scene and picture were in memory after "*) ;; *) echo "# $err"; return 1 ;; esac
 }
 check "a limit that is over before the scene is there" loading
 

@@ -523,6 +523,10 @@ static void test_table_error(void **state)
     text = table_text(&report, 80);
     assert_null(strstr(text, "guessed"));
     free(text);
+    report.unsampled = 9544;
+    text = table_text(&report, 80);
+    assert_has(text, "that of what is guessed is not known");
+    free(text);
     report.guessed_rmse = 0.01;
     row.share = 0.36;
     row.estimate = (struct error_estimate){0.002, 0.0019, 0.0021};
@@ -534,6 +538,7 @@ static void test_table_error(void **state)
     assert_has(json, "\"guessed_rmse\": 0.01\n");
     free(json);
     report.guessed_rmse = (double)NAN;
+    report.unsampled = 0;
     row.share = 0.9996;
     text = table_text(&report, 80);
     assert_has(text, "of the 99.9 % that has samples");
