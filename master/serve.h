@@ -55,20 +55,20 @@ struct service {
     struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */
     struct render_counts counts;  /* of the tiles that are in the picture, each once */
     double writing_s;             /* seconds before the deadline that are kept for images */
-    double kept_s;        /* of the time limit, for its end: also for what is told of the error */
-    double guessed_rmse;  /* about, of pixels without samples; NaN: none, or unknown */
-    bool timed_out;       /* the deadline ended it */
-    bool deserted;        /* nobody was left who renders */
-    double began;         /* a time of common/clock.h: rendering, the pre-pass included */
-    double render_s;      /* wall seconds until the last tile was in the picture */
-    double master_cpu_s;  /* CPU seconds of serving and of plans, of this thread */
-    uint64_t messages;    /* received */
-    uint64_t answers;     /* those that are in service_cpu_s */
-    double service_cpu_s; /* of that, for answers: taking them in, sending more work */
-    double answer_wait_s; /* of all answers until they were looked at, at most */
-    double answer_wait_most_s; /* of one */
-    double plan_s;             /* wall seconds between passes, in which the next one was planned */
-    double probe_s;            /* of the pre-pass, wall seconds of all renderers together */
+    double kept_s;                /* of the limit, for its end: to write, and to tell the error */
+    double guessed_rmse;          /* about, of pixels without samples; NaN: none, or unknown */
+    bool timed_out;               /* the deadline ended it */
+    bool deserted;                /* nobody was left who renders */
+    double began;                 /* a time of common/clock.h: rendering, the pre-pass included */
+    double render_s;              /* wall seconds until the last tile was in the picture */
+    double master_cpu_s;          /* CPU seconds of serving and of plans, of this thread */
+    uint64_t messages;            /* received */
+    uint64_t answers;             /* those that are in service_cpu_s */
+    double service_cpu_s;         /* of that, for answers: taking them in, sending more work */
+    double answer_wait_s;         /* of all answers until they were looked at, at most */
+    double answer_wait_most_s;    /* of one */
+    double plan_s;   /* wall seconds between passes, in which the next one was planned */
+    double probe_s;  /* of the pre-pass, wall seconds of all renderers together */
     uint32_t silent; /* renderers that answered no more: MPI_Finalize would wait for ever */
 };
 
