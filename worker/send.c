@@ -19,24 +19,24 @@ static bool is_sent(MPI_Request *request)
 static char *take_buffer(struct worker *worker, size_t bytes)
 {
     double start = clock_wall();
-    int turn = 0;
-    while (turn < SENDS && !is_sent(&worker->sends[turn]))
-        turn++;
-    if (turn == SENDS) {
+    int buffer = 0;
+    while (buffer < SENDS && !is_sent(&worker->sends[buffer]))
+        buffer++;
+    if (buffer == SENDS) {
         bell_ring(worker->bell); /* the master takes them, then there is room */
-        wait_request(&worker->sends[turn = 0]);
+        wait_request(&worker->sends[buffer = 0]);
     }
-    worker->turn = turn;
+    worker->buffer = buffer;
     worker->stats.send_s += clock_wall() - start;
     struct tray *tray = worker->tray;
     worker->slot = tray && bytes <= TRAY_RESULT_BYTES ? slots_find(&tray->results) : -1;
     if (worker->slot >= 0) return tray->result[worker->slot];
-    if (worker->capacities[turn] < bytes) {
-        free(worker->buffers[turn]);
-        worker->buffers[turn] = allocate_zeroed(bytes, 1);
-        worker->capacities[turn] = bytes;
+    if (worker->capacities[buffer] < bytes) {
+        free(worker->buffers[buffer]);
+        worker->buffers[buffer] = allocate_zeroed(bytes, 1);
+        worker->capacities[buffer] = bytes;
     }
-    return worker->buffers[turn];
+    return worker->buffers[buffer];
 }
 
 void begin_result(struct worker *worker, size_t bytes)
@@ -48,11 +48,11 @@ void begin_result(struct worker *worker, size_t bytes)
 /* In place of the result in the slot: the note about it. */
 static void send_note(struct worker *worker, size_t bytes)
 {
-    struct tray_note *note = &worker->notes[worker->turn];
+    struct tray_note *note = &worker->notes[worker->buffer];
     *note = (struct tray_note){.slot = (uint32_t)worker->slot, .bytes = (uint32_t)bytes};
     slots_fill(&worker->tray->results, worker->slot);
     MPI_Isend(note, sizeof *note, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_TRAY, worker->comm,
-              &worker->sends[worker->turn]);
+              &worker->sends[worker->buffer]);
 }
 
 void send_result(struct worker *worker)
@@ -66,7 +66,7 @@ void send_result(struct worker *worker)
         send_note(worker, bytes);
     } else {
         MPI_Isend(rest, (int)bytes, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_RESULT, worker->comm,
-                  &worker->sends[worker->turn]);
+                  &worker->sends[worker->buffer]);
     }
     worker->unsettled = true;
     worker->stats.send_s += clock_wall() - start;

@@ -76,7 +76,7 @@ struct worker {
     size_t capacities[SENDS];
     struct tray_note notes[SENDS];
     MPI_Request sends[SENDS];
-    int turn;
+    int buffer;        /* in use, or of the note about a slot */
     struct tray *tray; /* NULL: the master is on another node */
     int slot;          /* of it, into which is rendered; -1: into a buffer */
 
