@@ -70,10 +70,10 @@ timed() {
 }
 check "killed in a later pass under a time limit" timed
 
-# A limit that is too short for the first pass: it is cut off, and the run killed among the lattices behind it.
+# A limit of a third of what the first pass takes: it is cut off early, and the run killed among the lattices behind it.
 SIZE="image.width=240 image.height=240"
 check "a reference" run 0 farm_n 2 "$SCENE" $SIZE sampling.samples=16 output.image=even.pfm output.report=
-SIZE="$SIZE sampling.min_samples=256 sampling.time_limit=4"
+SIZE="$SIZE sampling.min_samples=512 sampling.time_limit=4"
 cut_off() { broken_off 9 200000 2 && cp a.journal cut; }
 check "killed among lattices" cut_off
 goes_on_among() { # the picture is what it is to be
