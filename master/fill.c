@@ -41,8 +41,8 @@ static bool take_block(const struct preview *preview, uint32_t x, uint32_t y, fl
     return block;
 }
 
-/* What a pixel is filled with that this lattice has and the next coarser one has not. Where blocks are no larger than the way to the next pixels of the coarser lattice,
- * they tell more than these. */
+/* What a pixel is filled with that this lattice has and the next coarser one has not. Where blocks are no larger than
+ * the way to the nearest pixels of that one, they tell more than these. */
 static void guess(const struct canvas *canvas, const struct preview *preview, uint32_t lattice,
                   uint32_t x, uint32_t y, float color[3])
 {

@@ -67,7 +67,7 @@ void keep_for_writing(struct server *server, bool rendered)
     for (int i = 0; i < SERVICE_IMAGES; i++)
         if (service->images[i] && *service->images[i])
             seconds += image_seconds(service->images[i], service->canvas, rendered);
-    service->writing_s = fmin(seconds, KEPT_MOST * service->limit);
+    service->writing_s = seconds;
 }
 
 double rendering_ends(const struct server *server)

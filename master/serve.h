@@ -54,7 +54,7 @@ struct service {
     /* Results. */
     struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */
     struct render_counts counts;  /* of the tiles that are in the picture, each once */
-    double writing_s;             /* seconds before the deadline that are kept for images */
+    double writing_s;             /* seconds that writing images is expected to take */
     double kept_s;                /* of the limit, for its end: to write, and to tell the error */
     double guessed_rmse;          /* about, of pixels without samples; NaN: none, or unknown */
     bool timed_out;               /* the deadline ended it */

@@ -519,8 +519,6 @@ static void test_table_error(void **state)
     row.share = 0.0456;
     text = table_text(&report, 80);
     assert_has(text, "of the 4.5 % that has samples");
-    free(text);
-    text = table_text(&report, 80);
     assert_null(strstr(text, "guessed"));
     free(text);
     report.unsampled = 9544;

