@@ -86,9 +86,10 @@ uint32_t queue_tile_edge(const struct queue *queue);
  * The distance of probes so that they take less than one percent of the time: a sample on its own was
  * measured at up to 5 times what one in a tile costs, so it is one of at least 500. Where that leaves
  * fewer than 25 for each renderer, what the dearest spots of the picture keep one of many from ending
- * with the others is more than that, and they may be one of 125. Fewer for few processors (600 each) would take
- * 0.4 to 1.1 % off the time of 1 or 2, but then the end of a pass is foretold so badly that half of the runs whose time
- * limit cuts pass 0 off choose a lattice that they cannot finish. 0: the picture is too small to be worth it.
+ * with the others is more than that, and they may be one of 125. Fewer for few processors (600 each) took
+ * 0.4 to 1.1 % off the time of 1 or 2, but the end of a pass was foretold worse: of the time limits of
+ * test/test_adaptive.sh that cut pass 0 off, 3 of 6 runs chose a lattice that they could not finish. 0: the
+ * picture is too small to be worth it.
  */
 uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples,
                                uint32_t processors);
