@@ -126,6 +126,7 @@ void hand_out(struct server *server, uint32_t renderer)
         count = queue_next(queue, renderer, server_elapsed(server), tiles);
         size_t bytes = put_lot(server, renderer, tiles, count, server->message);
         server->contacts[renderer].is_idle = queue_holds(queue, renderer) == 0;
+        server->contacts[renderer].is_full = queue_is_full(queue, renderer);
         pthread_mutex_unlock(&server->lock);
         if (count > 0) send_lot(server, renderer, bytes);
     } while (count > 0);
@@ -150,7 +151,7 @@ void hand_out_to_idle(struct server *server)
     if (!due) return;
     for (uint32_t i = server->first_remote; i < server->renderers; i++) {
         const struct contact *contact = &server->contacts[i];
-        if ((all || contact->is_idle) && contact->is_ready && !contact->is_told)
-            hand_out(server, i);
+        bool asks = contact->is_idle || (all && !contact->is_full);
+        if (asks && contact->is_ready && !contact->is_told) hand_out(server, i);
     }
 }

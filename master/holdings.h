@@ -1,6 +1,6 @@
 /*
  * Who has which tiles: per renderer a list in the order in which it got them, in lots. A renderer
- * has a few lots at a time and answers a lot as a whole, so its tiles are found near the front.
+ * has a few lots at a time and answers the oldest one first, so its tiles are found near the front.
  */
 #ifndef FARM_MASTER_HOLDINGS_H
 #define FARM_MASTER_HOLDINGS_H

@@ -161,6 +161,7 @@ static void overlook(struct pace *pace, uint32_t renderer)
 static void enter(struct pace *pace, uint32_t renderer)
 {
     struct pace_renderer *r = &pace->renderers[renderer];
+    pace->lost_count -= r->lost;
     r->lost = false;
     heap_remove(&pace->lost, renderer);
     heap_remove(&pace->spare, renderer);
@@ -183,7 +184,7 @@ void pace_restart(struct pace *pace)
         *r = (struct pace_renderer){.speed = r->speed, .stretch = r->stretch, .since = (double)NAN};
     }
     pace->speed = pace->holding = pace->holding_until = 0;
-    pace->holders = 0;
+    pace->holders = pace->lost_count = 0;
     for (uint32_t i = 0; i < pace->count; i++)
         enter(pace, i);
     pace->work = pace->busy = pace->given = pace->lots = pace->scale = 0;
@@ -219,6 +220,7 @@ void pace_late(struct pace *pace, uint32_t renderer, double due)
 {
     struct pace_renderer *r = &pace->renderers[renderer];
     withdraw(pace, r);
+    pace->lost_count += !r->lost;
     r->lost = true;
     r->free_at = due;
     overlook(pace, renderer);

@@ -43,6 +43,7 @@ struct pace {
     double work, busy;             /* answered, all together */
     double given, lots;            /* work, in so many lots */
     double scale;                  /* seconds per work */
+    uint32_t lost_count;           /* renderers that are lost */
     bool blind;                    /* predictions are not worth much yet */
     struct pace_service service;   /* of the master */
     double delay_s; /* of a lot and its answer on their way, and of looking for them: mean of those
@@ -51,7 +52,7 @@ struct pace {
     struct heap last;  /* renderers that have work, the one that will have done it last on top */
     struct heap soon;  /* the same, the one that will have done it first on top */
     struct heap late;  /* the same, the one that is to be given up for late first on top */
-    struct heap lost;  /* those that were, the longest overdue on top */
+    struct heap lost;  /* those that were and may have something, the longest overdue on top */
     struct heap spare; /* of the lost, those who may have something that they have not begun */
     uint32_t unplaced; /* who may not be in his places yet, or HEAP_ABSENT: pace_place() */
 };

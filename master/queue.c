@@ -292,6 +292,7 @@ void queue_skip(struct queue *queue, queue_finished_pixels *finished_pixels, voi
         }
     }
     queue->pixels_skipped = queue->count.pixels_finished;
+    queue->pace.total = queue->waiting_work;
     queue->needs_no_probes = queue_complete(queue);
 }
 
@@ -357,7 +358,7 @@ static uint32_t take_over(struct queue *queue, uint32_t renderer, struct tile *t
 static uint32_t next_plain(struct queue *queue, uint32_t renderer, struct tile *tile)
 {
     const struct holder *holder = &queue->holdings.holders[renderer];
-    if (holder->lots == LOTS_HELD) return 0;
+    if (queue_is_full(queue, renderer)) return 0;
     if (queue->shared) {
         if (!share_next(&queue->shares, renderer, tile)) return take_over(queue, renderer, tile);
         queue_give(queue, renderer, tile->id, 0);
@@ -385,6 +386,11 @@ uint32_t queue_next(struct queue *queue, uint32_t renderer, double now,
 }
 
 /* ---- what comes back ---- */
+
+bool queue_is_full(const struct queue *queue, uint32_t renderer)
+{
+    return queue->holdings.holders[renderer].lots == LOTS_HELD;
+}
 
 uint32_t queue_holds(const struct queue *queue, uint32_t renderer)
 {
@@ -588,7 +594,7 @@ double queue_ends(const struct queue *queue, double now)
 {
     if (queue->config.schedule != SCHEDULE_DYNAMIC || !queue->settled) return 0;
     struct outlook_share share = outlook_share(&queue->outlook);
-    uint32_t at_work = queue->config.renderers - queue->pace.lost.count;
+    uint32_t at_work = queue->config.renderers - queue->pace.lost_count;
     if (!(share.finished > share.skipped) || at_work == 0) return 0;
     return now + share.seconds * (1 - share.finished) / (1 - share.skipped) / at_work;
 }
@@ -655,7 +661,7 @@ double queue_calm(struct queue *queue, double now)
     /* Any answer, or what rank 0's own renderer does, may be something to do for those who have nothing;
      * when one who has probes alone is done with them, nobody knows. */
     pace_place(&queue->pace);
-    if (queue->pace.soon.count + queue->pace.lost.count < queue->config.renderers) return 0;
+    if (queue->pace.soon.count + queue->pace.lost_count < queue->config.renderers) return 0;
     return pace_calm(&queue->pace, now);
 }
 

@@ -7,8 +7,8 @@
  *
  *   waiting --queue_next()--> out (with one renderer, or two) --queue_finish()--> finished
  *
- * Tiles are handed out in lots, which are answered as a whole. A renderer holds two lots, so that it
- * never waits for the next one.
+ * Tiles are handed out in lots, which are answered as a whole or in parts. A renderer holds two lots, so
+ * that it never waits for the next one.
  *
  * schedule     who gets what
  * dynamic      Whoever asks. A coarse pre-pass of probes (master/cost.h) predicts what tiles cost;
@@ -109,7 +109,7 @@ uint32_t queue_next(struct queue *queue, uint32_t renderer, double now,
                     struct tile tiles[LOT_TILES]);
 
 /* Whether nothing is left for this renderer, ever, unless queue_add() brings more: all is finished, for
- * until then it may have to take over from somebody else; or the queue is stopped. */
+ * until then it may have to take over from somebody else; or the queue is stopped, and it holds nothing. */
 bool queue_over(struct queue *queue, uint32_t renderer);
 
 /*
@@ -122,6 +122,9 @@ double queue_wake(struct queue *queue);
 /* For so many seconds no renderer should run out of what it has, so that answers can wait so long; 0: one
  * has, or nothing is known. */
 double queue_calm(struct queue *queue, double now);
+
+/* Whether it holds as many lots as it may: until it answers there are no more for it. */
+bool queue_is_full(const struct queue *queue, uint32_t renderer);
 
 /* Tiles that this renderer holds. */
 uint32_t queue_holds(const struct queue *queue, uint32_t renderer);

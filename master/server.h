@@ -21,6 +21,7 @@
 struct contact {
     bool is_ready; /* it may be sent tiles */
     bool is_idle;  /* it asks for work, and there was none */
+    bool is_full;  /* it holds as many lots as it may */
     bool is_told;  /* that it is to stop */
     bool is_gone;  /* its statistics are here */
     bool is_asked; /* for a sign of life since its last message came */

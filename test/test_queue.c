@@ -76,7 +76,7 @@ static void check_sums(const struct queue *queue)
             waiting_pixels += area(item);
         }
         if (!is_of_picture(item)) continue;
-        total += work;
+        if (!item->skipped) total += work;
         if (item->finished) finished += area(item);
         if (item->skipped) {
             outlook_skip(&outlook, work, area(item));
@@ -86,6 +86,10 @@ static void check_sums(const struct queue *queue)
             outlook_add(&outlook, work, area(item));
         }
     }
+    uint32_t lost = 0;
+    for (uint32_t i = 0; i < queue->config.renderers; i++)
+        lost += queue->pace.renderers[i].lost;
+    assert_int_equal(queue->pace.lost_count, lost);
     assert_int_equal(queue->waiting.count, waiting);
     assert_int_equal(queue->waiting_pixels, waiting_pixels);
     assert_int_equal(queue->count.pixels_finished, finished);
@@ -460,6 +464,7 @@ static void test_reserve(void **state)
     assert_true(next_tile(queue, 0, &tile));
     assert_false(next_tile(queue, 0, &tile));
     assert_int_equal(queue_holds(queue, 0), 2);
+    assert_true(queue_is_full(queue, 0) && !queue_is_full(queue, 1));
     assert_true(next_tile(queue, 1, &tile));
     for (uint32_t id = 0; id < 2; id++)
         queue_finish(queue, 0, id, 0, 0);
@@ -662,6 +667,19 @@ static void test_answers_are_checked(void **state)
     queue_destroy(queue);
 }
 
+/* Of what is left of width / 2 a pixel is a hundred times as dear. */
+static void probe_halves(struct queue *queue, const struct tile *probe, uint32_t width)
+{
+    float seconds[256];
+    assert_true(tile_pixels(probe) <= 256);
+    for (uint32_t k = 0; k < tile_pixels(probe); k++) {
+        uint32_t x, y;
+        tile_pixel(probe, k, &x, &y);
+        seconds[k] = x < width / 2 ? 1e-4f : 1e-6f;
+    }
+    queue_probed(queue, probe, seconds);
+}
+
 /* Gives renderer 0 all the probes and answers them: the left half is a hundred times as dear. */
 static void settle_halves(struct queue *queue, uint32_t width)
 {
@@ -669,15 +687,7 @@ static void settle_halves(struct queue *queue, uint32_t width)
     uint32_t count;
     while ((count = queue_next(queue, 0, 0, lot)) > 0)
         for (uint32_t i = 0; i < count; i++) {
-            float seconds[64];
-            if (lot[i].pass == TILE_PROBE) {
-                for (uint32_t k = 0; k < tile_pixels(&lot[i]); k++) {
-                    struct tile pixel = {.w = 1, .h = 1, .step = 1};
-                    tile_pixel(&lot[i], k, &pixel.x, &pixel.y);
-                    seconds[k] = pixel.x < width / 2 ? 1e-4f : 1e-6f;
-                }
-                queue_probed(queue, &lot[i], seconds);
-            }
+            if (lot[i].pass == TILE_PROBE) probe_halves(queue, &lot[i], width);
             queue_finish(queue, 0, lot[i].id, 1e-3, 1e-4);
             if (queue->settled) return;
         }
@@ -806,6 +816,71 @@ static void test_dear_of_few_are_split(void **state)
     config.width = config.height = 512;
     config.tile_edge = 64;
     assert_int_equal(largest_dear(&config), 64 * 64);
+}
+
+/* So few columns, twice, that a tile of them is much of a renderer's share are dear. */
+#define DEAR_WIDTH 32
+
+static void answer_probes(struct queue *queue, uint32_t renderer, const struct tile *probes,
+                          uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        probe_halves(queue, &probes[i], DEAR_WIDTH);
+        queue_finish(queue, renderer, probes[i].id, 1e-3, 1e-3);
+    }
+}
+
+/* Every renderer but 0 has a lot that it got before anything was known: the probes come back behind it, last those of
+ * renderer 0. */
+static void begin_blind(struct queue *queue, struct tile (*lots)[LOT_TILES], uint32_t *counts)
+{
+    struct tile own[LOT_TILES], probes[LOT_TILES];
+    uint32_t count = queue_next(queue, 0, 0, own);
+    for (uint32_t i = 1; i < queue->config.renderers; i++) {
+        counts[i] = queue_next(queue, i, 0, lots[i]);
+        if (lots[i][0].pass != TILE_PROBE) continue;
+        uint32_t given = counts[i];
+        memcpy(probes, lots[i], given * sizeof *probes);
+        counts[i] = queue_next(queue, i, 0, lots[i]);
+        answer_probes(queue, i, probes, given);
+    }
+    assert_false(queue->settled);
+    answer_probes(queue, 0, own, count);
+    assert_true(queue->settled);
+}
+
+/* What late ones have got before anything was known of it, and have not begun, goes to others as it is, unless it is
+ * dear: then it waits in pieces. */
+static void test_dear_of_late_are_broken_up(void **state)
+{
+    (void)state;
+    const struct queue_config config = {
+        .width = 640, .height = 480, .renderers = 44, .tile_edge = 8, .probe_edge = 16};
+    struct queue *queue = queue_create(&config);
+    struct tile lots[44][LOT_TILES], lot[LOT_TILES];
+    uint32_t counts[44], dear = 0, cheap = 0;
+    begin_blind(queue, lots, counts);
+    double now = 0.01;
+    do {
+        uint32_t count = queue_next(queue, 0, now, lot);
+        assert_true(count > 0);
+        for (uint32_t i = 0; i < count; i++)
+            queue_finish(queue, 0, lot[i].id, now, 1e-3);
+        queue_look(queue, now = 100);
+    } while (queue->pace.spare.count > 0);
+    for (uint32_t i = 1; i < config.renderers; i++) {
+        for (uint32_t k = 1; k < counts[i]; k++) {
+            const struct item *item = &queue->items[lots[i][k].id];
+            bool is_dear = item->x < DEAR_WIDTH / 2, is_near = item->x < DEAR_WIDTH;
+            if (!is_dear && is_near) continue; /* it may be as dear as its neighbours */
+            assert_int_equal(item->pieces > 0, is_dear);
+            assert_true(is_dear || item->finished);
+            dear += is_dear;
+            cheap += !is_dear;
+        }
+    }
+    assert_true(dear > 0 && cheap > 0);
+    queue_destroy(queue);
 }
 
 /* Renderer 0 sits on two lots, others have done all the rest at once: one who asks then gets half of
@@ -1804,6 +1879,7 @@ int main(void)
         cmocka_unit_test(test_cheap_go_with_dear),
         cmocka_unit_test(test_neighbours_are_warned),
         cmocka_unit_test(test_dear_of_few_are_split),
+        cmocka_unit_test(test_dear_of_late_are_broken_up),
         cmocka_unit_test(test_idle_take_unbegun),
         cmocka_unit_test(test_pieces_replace),
         cmocka_unit_test(test_whole_before_last_piece),
