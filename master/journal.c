@@ -348,6 +348,12 @@ static bool holds_record(const struct journal *journal, uint64_t size, size_t la
     return found;
 }
 
+/* Room that a run had reserved when it was killed belongs to the file until it is cut off there. */
+static void give_back_room(const struct journal *journal, uint64_t size)
+{
+    (void)!ftruncate(journal->file, (off_t)size);
+}
+
 /*
  * What stands in the file: NULL when it is our journal, *size bytes long, or is to become it, being empty or another
  * picture's header alone (*size is 0 then); otherwise what it is instead. *whole: its header is not damaged.
@@ -363,11 +369,13 @@ static const char *recognise(const struct journal *journal, size_t largest, uint
     if (!read_at(journal->file, &found, bytes, 0)) return "the journal cannot be read";
     *whole = memcmp(&found, &ours, bytes) == 0;
     if (*whole) {
+        give_back_room(journal, *size);
         if (bytes < sizeof found) *size = 0;
         return NULL;
     }
     struct file_header sealed = make_header(found.picture);
     if (memcmp(&found, &sealed, sizeof found) == 0) {
+        give_back_room(journal, *size);
         if (*size > sizeof found) return "the journal holds another picture or other settings";
         *size = 0; /* nothing of another picture, as of a run that was killed before it wrote any */
         return NULL;

@@ -585,6 +585,33 @@ static void test_reserved(void **state)
     check_resume(s, 3, 0, 4);
 }
 
+static blkcnt_t blocks_of(const char *path)
+{
+    struct stat status;
+    assert_int_equal(stat(path, &status), 0);
+    return status.st_blocks;
+}
+
+/* What a run had reserved that was killed is free when its journal is opened, or set aside. */
+static void test_reserved_by_killed(void **state)
+{
+    struct scratch *s = *state;
+    for (int other = 0; other <= 1; other++) {
+        struct seen seen;
+        write_journal(s, 2);
+        int file = open(PATH, O_WRONLY);
+        bool reserves = fallocate(file, FALLOC_FL_KEEP_SIZE, 0, 16 << 20) == 0;
+        close(file);
+        if (!reserves) return; /* nor could a run on this file system */
+        assert_true(blocks_of(PATH) * 512 >= 16 << 20);
+        struct journal *journal = open_as(s, PICTURE + (uint64_t)other, &seen);
+        assert_true(blocks_of(other ? PATH ".1" : PATH) * 512 < 1 << 20);
+        assert_int_equal(seen.records, other ? 0 : 2);
+        journal_keep(journal);
+    }
+    unlink(PATH ".1");
+}
+
 /* Where no journal can be, nothing is touched. */
 static void test_no_place(void **state)
 {
@@ -673,6 +700,7 @@ int main(void)
         cmocka_unit_test(test_full_disk),
         cmocka_unit_test(test_moved),
         cmocka_unit_test(test_reserved),
+        cmocka_unit_test(test_reserved_by_killed),
         cmocka_unit_test(test_no_place),
         cmocka_unit_test(test_sync_pause),
         cmocka_unit_test(test_picture),
