@@ -5,8 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/extremes.h"
 #include "common/hash.h"
 #include "common/message.h"
+#include "common/whole.h"
 #include "master/allocation.h"
 #include "master/expect.h"
 #include "master/lattice.h"
@@ -233,18 +235,50 @@ static double expected_sum(const struct adaptive *adaptive)
     return sum;
 }
 
+/* Parts of a picture are allocated side by side: of about so many pixels, a hundredth of a second, and no more of them
+ * than this, for an allocation is half a megabyte. The same for any crew, as sums depend on it. */
+#define PART_PIXELS (1u << 20)
+#define PARTS_MOST  64
+
+struct allocating {
+    const struct adaptive *adaptive;
+    bool told;      /* whether halves tell anything */
+    double error;   /* of a pixel, the mean */
+    uint32_t bands; /* of a part */
+    struct allocation **parts;
+};
+
+static void allocate_part(void *context, uint32_t part)
+{
+    const struct allocating *it = context;
+    const struct adaptive *adaptive = it->adaptive;
+    struct allocation *allocation = it->parts[part] = allocation_create(it->error);
+    uint32_t last = smaller((part + 1) * it->bands, band_count(adaptive->canvas));
+    size_t end = first_pixel(adaptive, last);
+    for (size_t i = first_pixel(adaptive, part * it->bands); i < end; i++)
+        allocation_add(allocation, gain_of(adaptive, i),
+                       it->told ? error_of(adaptive, i) : adaptive->error[i],
+                       effort_of(adaptive, i), adaptive->last - adaptive->level[i]);
+}
+
 /* All pixels, and what their halves tell; where these tell nothing (told: of all of them), what is
  * expected, as contrasts may still hide something. */
 static struct allocation *allocate_all(const struct adaptive *adaptive, double told)
 {
     size_t pixels = pixel_count(adaptive);
+    uint32_t bands = band_count(adaptive->canvas);
+    uint32_t parts = (uint32_t)smaller_number(ceil((double)pixels / PART_PIXELS), PARTS_MOST);
     double sum = told > 0 ? told : expected_sum(adaptive);
-    struct allocation *allocation = allocation_create(sum / (double)pixels);
-    for (size_t i = 0; i < pixels; i++)
-        allocation_add(allocation, gain_of(adaptive, i),
-                       told > 0 ? error_of(adaptive, i) : adaptive->error[i],
-                       effort_of(adaptive, i), adaptive->last - adaptive->level[i]);
-    return allocation;
+    struct allocation *made[PARTS_MOST];
+    struct allocating it = {adaptive, told > 0, sum / (double)pixels, divide_up(bands, parts),
+                            made};
+    parts = divide_up(bands, it.bands);
+    crew_share(adaptive->crew, parts, allocate_part, &it);
+    for (uint32_t part = 1; part < parts; part++) {
+        allocation_join(made[0], made[part]);
+        allocation_destroy(made[part]);
+    }
+    return made[0];
 }
 
 /* Of a pass to come. */

@@ -1,5 +1,6 @@
 #include "master/allocation.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -63,6 +64,20 @@ void allocation_add(struct allocation *allocation, double gain, double told, dou
     allocation->efforts[bin][most] += effort;
     allocation->used[bin] = true;
     allocation->all_told += told;
+}
+
+void allocation_join(struct allocation *allocation, const struct allocation *other)
+{
+    assert(allocation->octave_min == other->octave_min);
+    for (int bin = 0; bin < BINS; bin++) {
+        if (!other->used[bin]) continue;
+        allocation->used[bin] = true;
+        for (unsigned most = 0; most <= LEVEL_MAX; most++) {
+            allocation->told[bin][most] += other->told[bin][most];
+            allocation->efforts[bin][most] += other->efforts[bin][most];
+        }
+    }
+    allocation->all_told += other->all_told;
 }
 
 double allocation_told(const struct allocation *allocation)

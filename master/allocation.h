@@ -31,6 +31,9 @@ void allocation_destroy(struct allocation *allocation);
 void allocation_add(struct allocation *allocation, double gain, double told, double effort,
                     unsigned most);
 
+/* Adds all pixels of another one, which was created with the same error. */
+void allocation_join(struct allocation *allocation, const struct allocation *other);
+
 /* What the halves of all pixels that were added tell. */
 double allocation_told(const struct allocation *allocation);
 

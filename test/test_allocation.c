@@ -116,6 +116,30 @@ static void test_extremes(void **state)
 }
 
 /* Pixels that are all alike, with a gain where two bins meet: what is reckoned with comes. */
+/* Two halves joined are the whole. */
+static void test_join(void **state)
+{
+    (void)state;
+    struct allocation *whole = allocation_create(1), *halves[2];
+    for (int half = 0; half < 2; half++)
+        halves[half] = allocation_create(1);
+    for (int i = 0; i < 64; i++) {
+        double gain = exp2(i / 4 - 8);
+        allocation_add(whole, gain, gain, i, (unsigned)i % LEVEL_MAX);
+        allocation_add(halves[i % 2], gain, gain, i, (unsigned)i % LEVEL_MAX);
+    }
+    allocation_join(halves[0], halves[1]);
+    assert_true(allocation_told(halves[0]) == allocation_told(whole));
+    for (double limit = 1e-3; limit < 1e3; limit *= 7) {
+        struct allocation_outcome a = allocation_under(whole, limit),
+                                  b = allocation_under(halves[0], limit);
+        assert_true(a.left == b.left && a.effort == b.effort);
+    }
+    for (int half = 0; half < 2; half++)
+        allocation_destroy(halves[half]);
+    allocation_destroy(whole);
+}
+
 static void test_alike(void **state)
 {
     (void)state;
@@ -155,10 +179,10 @@ static void test_brightness(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_doublings),  cmocka_unit_test(test_outcome),
-        cmocka_unit_test(test_limit),      cmocka_unit_test(test_limit_within),
-        cmocka_unit_test(test_extremes),   cmocka_unit_test(test_alike),
-        cmocka_unit_test(test_brightness),
+        cmocka_unit_test(test_doublings), cmocka_unit_test(test_outcome),
+        cmocka_unit_test(test_limit),     cmocka_unit_test(test_limit_within),
+        cmocka_unit_test(test_extremes),  cmocka_unit_test(test_join),
+        cmocka_unit_test(test_alike),     cmocka_unit_test(test_brightness),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
