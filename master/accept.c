@@ -50,7 +50,7 @@ static void put_tile(struct server *server, uint32_t renderer, const struct tile
     render_counts_add(&service->counts, &header->counts);
     server->rays += render_counts_rays(&header->counts);
     watch_add(service->watch, header->pixels, header);
-    server->finished = clock_wall();
+    if (!service->timed_out) server->finished = clock_wall();
     /* What nothing comes of lies behind the render phase, which ends with the last tile. */
     server->plan_s += server->planned_s;
     server->planned_s = 0;

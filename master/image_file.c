@@ -170,7 +170,8 @@ static void no_sink(void *context, void *data, int bytes)
     (void)context, (void)data, (void)bytes;
 }
 
-double image_seconds(const char *path, const struct canvas *canvas, bool rendered)
+double image_seconds(const char *path, const struct canvas *canvas, bool rendered,
+                     bool with_quantisation)
 {
     enum format format = image_format(path);
     double pixels = (double)canvas->width * canvas->height;
@@ -182,7 +183,7 @@ double image_seconds(const char *path, const struct canvas *canvas, bool rendere
     else
         fill_with_noise(&trial);
     double start = clock_thread_cpu();
-    (void)image_quantisation(path, &trial);
+    if (with_quantisation) (void)image_quantisation(path, &trial);
     if (format != FORMAT_PFM) pack(format, &trial, no_sink, NULL);
     double seconds = clock_thread_cpu() - start;
     canvas_free(&trial);

@@ -36,11 +36,12 @@ struct quantisation {
 struct quantisation image_quantisation(const char *path, const struct canvas *canvas);
 
 /*
- * CPU seconds to work out the picture's quantisation and the bytes of its file, as tried on a small one:
- * of parts of this one if it is rendered, else on one that is about as hard to pack. What the disk takes is not in
- * it.
+ * CPU seconds to work out the bytes of the picture's file, and its quantisation if that is told of, as tried on a
+ * small one: of parts of this one if it is rendered, else on one that is about as hard to pack. What the disk takes is
+ * not in it.
  */
-double image_seconds(const char *path, const struct canvas *canvas, bool rendered);
+double image_seconds(const char *path, const struct canvas *canvas, bool rendered,
+                     bool with_quantisation);
 
 /* false, after saying why (disk full, ...), when the picture could not be written. */
 bool image_write(const char *path, const struct canvas *canvas);

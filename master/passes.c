@@ -66,7 +66,7 @@ void keep_for_writing(struct server *server, bool rendered)
     if (!(service->limit > 0)) return;
     for (int i = 0; i < SERVICE_IMAGES; i++)
         if (service->images[i] && *service->images[i])
-            seconds += image_seconds(service->images[i], service->canvas, rendered);
+            seconds += image_seconds(service->images[i], service->canvas, rendered, i == 0);
     service->writing_s = seconds;
 }
 

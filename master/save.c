@@ -58,6 +58,7 @@ struct save {
     struct journal *journal;
     struct canvas *canvas;
     struct adaptive *adaptive; /* NULL: all samples of a pixel are taken at once */
+    uint32_t refused_pass;     /* that nothing comes of as the journal has it; 0: none */
     struct save_found found;
     struct found tiles; /* that were found; from the start on only which pixels */
 
@@ -108,12 +109,17 @@ static bool record_valid(const struct canvas *canvas, const struct journal_recor
 
 /* Plans the next pass when it is this one that comes and all before it are there: of pass 0 all that the journal
  * has, if a lattice is behind it. */
-static bool follow_pass(struct adaptive *adaptive, uint32_t pass, double limit)
+static bool follow_pass(struct save *save, uint32_t pass, double limit)
 {
+    struct adaptive *adaptive = save->adaptive;
     bool is_there = adaptive_is_complete(adaptive) || (pass == 1 && limit < 0);
     if (pass != adaptive_passes(adaptive) || !is_there)
         return pass + 1 == adaptive_passes(adaptive);
-    return adaptive_plan_again(adaptive, limit);
+    if (pass == save->refused_pass) return false;
+    if (adaptive_plan_again(adaptive, limit)) return true;
+    /* A plan looks at all pixels: that is not done again for each record of a journal that is made to fool. */
+    save->refused_pass = pass;
+    return false;
 }
 
 static size_t part_bytes(uint32_t pixels)
@@ -130,7 +136,7 @@ static bool part_valid(struct save *save, const struct journal_record *record,
         record->bytes < part_bytes(0))
         return false;
     memcpy(head, record->payload, sizeof *head);
-    return part_head_valid(head) && follow_pass(save->adaptive, tile->pass, head->limit) &&
+    return part_head_valid(head) && follow_pass(save, tile->pass, head->limit) &&
            record->bytes == part_bytes(adaptive_pixels(save->adaptive, tile)) &&
            head->plan == adaptive_plan_hash(save->adaptive, tile);
 }

@@ -58,8 +58,11 @@ static void show_progress(struct server *server, double now)
     };
     /* A preview that late would hold up what is written at the end, where the last row comes in any case. */
     if (now + server->service->writing_s < rendering_ends(server)) {
-        if (snapshot_is_due(&server->service->watch->snapshot, now)) fill_picture(server);
+        struct snapshot *snapshot = &server->service->watch->snapshot;
+        bool due = snapshot_is_due(snapshot, now);
+        if (due) fill_picture(server);
         watch_look(server->service->watch, now);
+        if (due) snapshot_took(snapshot, clock_wall() - now);
     }
     pthread_mutex_unlock(&server->lock);
     progress_update(server->service->progress, &state, now);
@@ -83,11 +86,14 @@ static bool is_over(struct server *server)
 }
 
 /* Nothing more is handed out, and what is in work is given up. */
-static void end_all(struct server *server)
+static void end_all(struct server *server, bool timed_out, double now)
 {
+    pthread_mutex_lock(&server->lock);
+    /* What is rendered until then is rendering, whether it comes in or not. */
+    if (timed_out) server->finished = now;
+    server->service->timed_out = timed_out;
     server->service->ending = true;
     server->ended = server->awake;
-    pthread_mutex_lock(&server->lock);
     queue_stop(server->service->queue);
     pthread_mutex_unlock(&server->lock);
     for (uint32_t i = server->first_remote; i < server->renderers; i++)
@@ -114,11 +120,8 @@ static void end_when_over(struct server *server, double now)
     bool over = is_over(server), late = now >= rendering_ends(server),
          deserted = is_deserted(server);
     if (!over && !late && !deserted) return;
-    service->timed_out = !over && late;
     service->deserted = !over && !late;
-    /* What is rendered until then is rendering, whether it comes in or not. */
-    if (service->timed_out) server->finished = now;
-    end_all(server);
+    end_all(server, !over && late, now);
 }
 
 /*

@@ -32,7 +32,8 @@ struct service {
     /* A time of common/clock.h: the picture, what is there of it, is to be written by then. HUGE_VAL: none. */
     double deadline;
     double limit; /* seconds until then from the start of the run; 0: none */
-    /* Files of the picture's size that are to be written by then; NULL or empty: none. */
+    /* Files of the picture's size that are to be written by then; NULL or empty: none. Of the first one it is told
+     * what rounding costs. */
     const char *images[SERVICE_IMAGES];
     bool only_limit;           /* nothing else is expected to end it */
     uint32_t processors;       /* that renderers have together: struct crowd */

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "common/extremes.h"
 #include "common/message.h"
 #include "master/image_file.h"
 
@@ -34,6 +35,19 @@ static void copy_canvas(struct snapshot *snapshot, const struct canvas *canvas)
     memcpy(copy->rgb, canvas->rgb, 3 * (size_t)canvas->width * canvas->height * sizeof *copy->rgb);
 }
 
+/* Pictures so far keep who serves from serving for no more than this part of the time. */
+#define SERVING_MOST 0.05
+
+void snapshot_took(struct snapshot *snapshot, double seconds)
+{
+    snapshot->took_s = seconds;
+}
+
+static double next_due(const struct snapshot *snapshot, double now)
+{
+    return now + larger_number(snapshot->seconds, snapshot->took_s / SERVING_MOST);
+}
+
 bool snapshot_is_due(const struct snapshot *snapshot, double now)
 {
     return snapshot->seconds > 0 && !snapshot->is_writing && now >= snapshot->due;
@@ -45,7 +59,7 @@ void snapshot_look(struct snapshot *snapshot, const struct canvas *canvas, doubl
     if (snapshot->is_writing && snapshot->is_written) {
         pthread_join(snapshot->thread, NULL);
         snapshot->is_writing = false;
-        snapshot->due = now + snapshot->seconds;
+        snapshot->due = next_due(snapshot, now);
     }
     if (!snapshot_is_due(snapshot, now)) return;
     copy_canvas(snapshot, canvas);
@@ -54,7 +68,7 @@ void snapshot_look(struct snapshot *snapshot, const struct canvas *canvas, doubl
     snapshot->is_writing = error == 0;
     if (!error) return;
     tell_failure(snapshot, error);
-    snapshot->due = now + snapshot->seconds;
+    snapshot->due = next_due(snapshot, now);
 }
 
 void snapshot_end(struct snapshot *snapshot)

@@ -527,7 +527,7 @@ static double seconds_of(const char *path, uint32_t width, uint32_t height, bool
 {
     struct canvas canvas;
     canvas_init(&canvas, width, height);
-    double seconds = image_seconds(path, &canvas, rendered);
+    double seconds = image_seconds(path, &canvas, rendered, true);
     canvas_free(&canvas);
     return seconds;
 }
