@@ -264,6 +264,26 @@ static void test_normals(void **state)
     assert_vector_near(cone_normal(&hat, dd3_of(vec3(0, 0, 2)), CONE_SIDE), vec3(0, 0, 1), 0);
 }
 
+/* At any size a cone has the same normals, to the bit. */
+static void test_normals_of_all_sizes(void **state)
+{
+    (void)state;
+    const struct cone cone = {
+        .base = {0.5, 1, 2}, .apex = {0.25, 2, 4}, .base_radius = 1.5, .apex_radius = 0.75};
+    const struct vec3 p = vec3(1.25, 0.5, 0.75);
+    for (uint32_t part = CONE_SIDE; part <= CONE_APEX_CAP; part++) {
+        struct vec3 normal = cone_normal(&cone, dd3_of(p), part);
+        for (int exponent = -950; exponent <= 1000; exponent += 50) {
+            struct cone scaled = {.base = vec_scale_exactly(cone.base, exponent),
+                                  .apex = vec_scale_exactly(cone.apex, exponent),
+                                  .base_radius = ldexp(cone.base_radius, exponent),
+                                  .apex_radius = ldexp(cone.apex_radius, exponent)};
+            struct vec3 n = cone_normal(&scaled, dd3_of(vec_scale_exactly(p, exponent)), part);
+            assert_true(n.x == normal.x && n.y == normal.y && n.z == normal.z);
+        }
+    }
+}
+
 static void test_bounds(void **state)
 {
     (void)state;
@@ -298,6 +318,7 @@ int main(void)
         cmocka_unit_test(test_distant_cylinder),
         cmocka_unit_test(test_small_angle),
         cmocka_unit_test(test_normals),
+        cmocka_unit_test(test_normals_of_all_sizes),
         cmocka_unit_test(test_bounds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -288,6 +288,43 @@ static void test_normal_and_bounds(void **state)
     assert_same(bounds.min[2], 1);
 }
 
+/* At any size a triangle has the same normal, to the bit. */
+static void test_normals_of_all_sizes(void **state)
+{
+    (void)state;
+    const struct vec3 corners[3] = {{0.3, -0.1, 3}, {4, 0.7, 2.5}, {0.2, -4, 1}};
+    struct vec3 normal = triangle_normal(&corners[0], &corners[1], &corners[2]);
+    for (int exponent = -1000; exponent <= 1000; exponent += 50) {
+        struct vec3 c[3];
+        for (int i = 0; i < 3; i++)
+            c[i] = vec_scale_exactly(corners[i], exponent);
+        struct vec3 n = triangle_normal(&c[0], &c[1], &c[2]);
+        assert_true(n.x == normal.x && n.y == normal.y && n.z == normal.z);
+    }
+}
+
+/* A ray that begins on an edge passes through both triangles at once, at any size. */
+static void test_passage_of_all_sizes(void **state)
+{
+    (void)state;
+    for (int exponent = -900; exponent <= 900; exponent += 50) {
+        struct vec3 from[3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+        struct vec3 of[3] = {{0, 0, 0}, {0, -1, 0.5}, {1, 0, 0}};
+        struct vec3 other[3] = {{0, 0, -1}, {0, -1, -1}, {1, 0, -1}};
+        for (int i = 0; i < 3; i++) {
+            from[i] = vec_scale_exactly(from[i], exponent);
+            of[i] = vec_scale_exactly(of[i], exponent);
+            other[i] = vec_scale_exactly(other[i], exponent);
+        }
+        struct vec3 origin = vec_scale_exactly(vec3(0.5, 0, 0x1p-53), exponent);
+        struct ray ray = {.origin = origin, .direction = vec3(0.1, 0.2, -1), .t_max = INFINITE};
+        assert_true(triangle_is_same_passage(from, of, &ray));
+        assert_false(triangle_is_same_passage(from, other, &ray));
+        ray.direction.z = 1;
+        assert_false(triangle_is_same_passage(from, of, &ray));
+    }
+}
+
 /* The plain distance and the corrected one against double-double, at all slopes and sizes. */
 static void test_distance(void **state)
 {
@@ -332,6 +369,8 @@ int main(void)
         cmocka_unit_test(test_closed_mesh_of_slivers),
         cmocka_unit_test(test_lattice),
         cmocka_unit_test(test_normal_and_bounds),
+        cmocka_unit_test(test_normals_of_all_sizes),
+        cmocka_unit_test(test_passage_of_all_sizes),
         cmocka_unit_test(test_distance),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -25,19 +25,32 @@ struct scaled {
     int length, speed;
 };
 
+static double reach_of(const struct cone *cone)
+{
+    return fmax(fmax(vec_largest(cone->base), vec_largest(cone->apex)),
+                fmax(cone->base_radius, cone->apex_radius));
+}
+
+/* With lengths divided by 2^exponent. */
+static struct cone cone_divided(const struct cone *cone, int exponent)
+{
+    struct cone divided = *cone;
+    divided.base = vec_scale_exactly(cone->base, -exponent);
+    divided.apex = vec_scale_exactly(cone->apex, -exponent);
+    divided.base_radius = ldexp(cone->base_radius, -exponent);
+    divided.apex_radius = ldexp(cone->apex_radius, -exponent);
+    return divided;
+}
+
 static struct scaled scaled_of(const struct cone *cone, const struct ray *ray)
 {
     struct scaled it = {*cone, ray->origin, ray->direction, 0, 0};
-    double reach = fmax(vec_largest(cone->base), vec_largest(cone->apex));
     double speed = vec_largest(ray->direction);
-    reach = fmax(vec_largest(ray->origin), fmax(reach, fmax(cone->base_radius, cone->apex_radius)));
+    double reach = fmax(vec_largest(ray->origin), reach_of(cone));
     if (cone_is_ordinary(cone, ray->origin, ray->direction)) return it;
     (void)frexp(reach, &it.length);
     (void)frexp(speed, &it.speed);
-    it.cone.base = vec_scale_exactly(cone->base, -it.length);
-    it.cone.apex = vec_scale_exactly(cone->apex, -it.length);
-    it.cone.base_radius = ldexp(cone->base_radius, -it.length);
-    it.cone.apex_radius = ldexp(cone->apex_radius, -it.length);
+    it.cone = cone_divided(cone, it.length);
     it.origin = vec_scale_exactly(ray->origin, -it.length);
     it.direction = vec_scale_exactly(ray->direction, -it.speed);
     return it;
@@ -86,17 +99,12 @@ SHARED static struct cone_line line_of(const struct scaled *it, bool from_origin
 
 /* ---- polynomials of the input ---- */
 
-static struct dd component(const struct dd3 *v, unsigned i)
-{
-    return i == 0 ? v->x : i == 1 ? v->y : v->z;
-}
-
 /* W */
 RARE static void exact_W(struct accumulator *W, const struct cone_line *line)
 {
     accumulator_clear(W);
     for (unsigned i = 0; i < 3; i++)
-        accumulator_add_dd(W, 1, component(&line->w, i), component(&line->w, i), dd(1));
+        accumulator_add_dd(W, 1, dd3_component(&line->w, i), dd3_component(&line->w, i), dd(1));
 }
 
 /* W A = W |d x w|^2 - (r1 - r0)^2 (d.w)^2, rounded once. */
@@ -111,10 +119,10 @@ RARE static struct dd exact_A(const struct scaled *it, const struct cone_line *l
         struct dd di = dd(vec_component(&it->direction, i)),
                   dj = dd(vec_component(&it->direction, j));
         accumulator_clear(&D);
-        accumulator_add_dd(&D, 1, di, component(&line->w, j), dd(1));
-        accumulator_add_dd(&D, -1, dj, component(&line->w, i), dd(1));
+        accumulator_add_dd(&D, 1, di, dd3_component(&line->w, j), dd(1));
+        accumulator_add_dd(&D, -1, dj, dd3_component(&line->w, i), dd(1));
         accumulator_add_product(&sum, &W, &D, &D, false);
-        accumulator_add_dd(&speed, 1, line->widening, di, component(&line->w, i));
+        accumulator_add_dd(&speed, 1, line->widening, di, dd3_component(&line->w, i));
     }
     accumulator_add_product(&sum, &speed, &speed, NULL, true);
     int exponent;
@@ -129,9 +137,11 @@ RARE static void exact_volume(struct accumulator *P, const struct scaled *it,
     accumulator_clear(P);
     for (unsigned i = 0; i < 3; i++) {
         unsigned j = (i + 1) % 3, k = (i + 2) % 3;
-        struct dd fi = component(&line->f, i);
-        accumulator_add_dd(P, 1, fi, dd(vec_component(&it->direction, j)), component(&line->w, k));
-        accumulator_add_dd(P, -1, fi, dd(vec_component(&it->direction, k)), component(&line->w, j));
+        struct dd fi = dd3_component(&line->f, i);
+        accumulator_add_dd(P, 1, fi, dd(vec_component(&it->direction, j)),
+                           dd3_component(&line->w, k));
+        accumulator_add_dd(P, -1, fi, dd(vec_component(&it->direction, k)),
+                           dd3_component(&line->w, j));
     }
 }
 
@@ -140,8 +150,8 @@ RARE static void add_slanted(struct accumulator *sum, int sign, const struct sca
                              const struct cone_line *line, unsigned i, unsigned j)
 {
     struct dd d = dd(vec_component(&it->direction, j));
-    accumulator_add_dd(sum, sign, dd(it->cone.base_radius), component(&line->w, i), d);
-    accumulator_add_dd(sum, sign, line->widening, component(&line->f, i), d);
+    accumulator_add_dd(sum, sign, dd(it->cone.base_radius), dd3_component(&line->w, i), d);
+    accumulator_add_dd(sum, sign, line->widening, dd3_component(&line->f, i), d);
 }
 
 /* B^2 - A C as in the file's head, rounded once. */
@@ -247,10 +257,10 @@ RARE static struct dd exact_C(const struct scaled *it, const struct cone_line *l
     accumulator_clear(&rho);
     for (unsigned i = 0; i < 3; i++) {
         unsigned j = (i + 1) % 3;
-        struct dd fi = component(&line->f, i), wi = component(&line->w, i);
+        struct dd fi = dd3_component(&line->f, i), wi = dd3_component(&line->w, i);
         accumulator_clear(&F);
-        accumulator_add_dd(&F, 1, fi, component(&line->w, j), dd(1));
-        accumulator_add_dd(&F, -1, component(&line->f, j), wi, dd(1));
+        accumulator_add_dd(&F, 1, fi, dd3_component(&line->w, j), dd(1));
+        accumulator_add_dd(&F, -1, dd3_component(&line->f, j), wi, dd(1));
         accumulator_add_product(&sum, &W, &F, &F, false);
         accumulator_add_dd(&rho, 1, r, wi, wi);
         accumulator_add_dd(&rho, 1, line->widening, fi, wi);
@@ -501,11 +511,11 @@ FLATTENED struct dd3 cone_point(const struct cone *cone, const struct ray *ray, 
     struct scaled it = scaled_of(cone, ray);
     struct dd3 step = dd3_scale(it.direction, parameter_at(&it, ray, t, part, leaving));
     struct dd3 p = dd3_add(exact_difference3(it.origin, it.cone.base), step);
-    return (struct dd3){dd_ldexp(p.x, it.length), dd_ldexp(p.y, it.length),
-                        dd_ldexp(p.z, it.length)};
+    return dd3_ldexp(p, it.length);
 }
 
-FLATTENED struct vec3 cone_normal(const struct cone *cone, struct dd3 p, uint32_t part)
+/* Of a cone of ordinary lengths, at p from its base. */
+SHARED static struct vec3 normal_at(const struct cone *cone, struct dd3 p, uint32_t part)
 {
     struct dd3 w = exact_difference3(cone->apex, cone->base);
     struct vec3 axis = dd3_round(w);
@@ -519,4 +529,13 @@ FLATTENED struct vec3 cone_normal(const struct cone *cone, struct dd3 p, uint32_
     struct vec3 gradient = dd3_round(dd3_sub(radial, tilt));
     if (vec_is_zero(gradient)) return vec_normalize(widening.high < 0 ? axis : vec_neg(axis));
     return vec_normalize(gradient);
+}
+
+FLATTENED struct vec3 cone_normal(const struct cone *cone, struct dd3 p, uint32_t part)
+{
+    if (cone_is_ordinary(cone, cone->base, vec3(1, 0, 0))) return normal_at(cone, p, part);
+    int exponent;
+    (void)frexp(reach_of(cone), &exponent);
+    struct cone divided = cone_divided(cone, exponent);
+    return normal_at(&divided, dd3_ldexp(p, -exponent), part);
 }

@@ -21,11 +21,6 @@ struct cone_line {
     double speed, speed_error;
 };
 
-static inline double dd3_size(struct dd3 a)
-{
-    return sum_of_sizes(dd3_round(a));
-}
-
 /* Six lengths or directions between these may be multiplied. */
 #define CONE_ORDINARY_MIN 0x1p-100
 #define CONE_ORDINARY_MAX 0x1p100

@@ -178,6 +178,17 @@ static inline struct dd3 dd3_of(struct vec3 a)
     return (struct dd3){dd(a.x), dd(a.y), dd(a.z)};
 }
 
+static inline struct dd dd3_component(const struct dd3 *a, unsigned i)
+{
+    return i == 0 ? a->x : i == 1 ? a->y : a->z;
+}
+
+/* a 2^exponent */
+static inline struct dd3 dd3_ldexp(struct dd3 a, int exponent)
+{
+    return (struct dd3){dd_ldexp(a.x, exponent), dd_ldexp(a.y, exponent), dd_ldexp(a.z, exponent)};
+}
+
 /* The high parts: rounded to double. */
 static inline struct vec3 dd3_round(struct dd3 a)
 {
@@ -234,6 +245,11 @@ static inline struct dd3 dd3_cross(struct dd3 a, struct dd3 b)
 static inline double sum_of_sizes(struct vec3 v)
 {
     return fabs(v.x) + fabs(v.y) + fabs(v.z);
+}
+
+static inline double dd3_size(struct dd3 a)
+{
+    return sum_of_sizes(dd3_round(a));
 }
 
 /*

@@ -36,11 +36,6 @@ static struct corners ordered_corners(const struct vec3 given[3], const struct r
     return it;
 }
 
-static struct dd component(const struct dd3 *v, unsigned axis)
-{
-    return axis == 0 ? v->x : axis == 1 ? v->y : v->z;
-}
-
 /*
  * d.(p x q) 2^-*exponent, 0 only when it is 0. Two-term arithmetic errs by less than 64 u^2 of the
  * product of the lengths: when the value is 2^-44 of that, or its products leave the range of
@@ -78,7 +73,7 @@ static int sheared_step_sign(const struct corners *corners, const struct shear *
                              unsigned from, unsigned to, unsigned axis)
 {
     struct dd3 step = exact_difference3(corners->at[to], corners->at[from]);
-    struct dd along = component(&step, axis), z = component(&step, shear->z);
+    struct dd along = dd3_component(&step, axis), z = dd3_component(&step, shear->z);
     double dz = shear->dz, da = vec_component(&corners->direction, axis);
     double size = fabs(along.high * dz) + fabs(z.high * da);
     double value = dd_sub(dd_scale(along, dz), dd_scale(z, da)).high;
@@ -124,7 +119,7 @@ static struct dd weighted(const struct corners *corners, const struct dd edges[3
 {
     struct dd sum = dd(0);
     for (unsigned i = 0; i < 3; i++)
-        sum = dd_add(sum, dd_mul(edges[i], component(&corners->from_origin[i], axis)));
+        sum = dd_add(sum, dd_mul(edges[i], dd3_component(&corners->from_origin[i], axis)));
     return sum;
 }
 
@@ -166,18 +161,39 @@ FLATTENED bool triangle_plane_distance(const struct vec3 *a, const struct vec3 *
            smaller_number(heights, speeds) > 0x1p-400 && larger_number(heights, speeds) < 0x1p400;
 }
 
-/* n.(a - o) and n.d for the plane of a triangle, n = (b - a) x (c - a) not normalised. */
+/* n.(a - o) and n.d for the plane of a triangle, n = (b - a) x (c - a) not normalised, and divided by a power of two
+ * where its edges are very small or very large. */
 struct plane_view {
     double height, speed, size; /* size: |n| */
+    int exponent;               /* the height is divided by 2^exponent */
 };
+
+/* Divided by a power of two, to have about the size 1: which one is returned. */
+static int scale_to_one(struct dd3 *a)
+{
+    int exponent = vec_exponent(dd3_round(*a));
+    *a = dd3_ldexp(*a, -exponent);
+    return exponent;
+}
 
 static struct plane_view plane_view(const struct vec3 corners[3], const struct ray *ray)
 {
-    struct dd3 normal = dd3_cross(exact_difference3(corners[1], corners[0]),
-                                  exact_difference3(corners[2], corners[0]));
+    struct dd3 p = exact_difference3(corners[1], corners[0]);
+    struct dd3 q = exact_difference3(corners[2], corners[0]);
     struct dd3 way = exact_difference3(corners[0], ray->origin);
-    return (struct plane_view){dd3_dot(normal, way).high, dd3_dot_vec(normal, ray->direction).high,
-                               vec_length(dd3_round(normal))};
+    double edges = dd3_size(p) * dd3_size(q), all = edges * dd3_size(way);
+    bool ordinary = smaller_number(edges, all) > 0x1p-400 && larger_number(edges, all) < 0x1p400;
+    int exponent = 0;
+    if (!ordinary) {
+        scale_to_one(&p);
+        scale_to_one(&q);
+        exponent = scale_to_one(&way);
+    }
+    struct dd3 normal = dd3_cross(p, q);
+    return (struct plane_view){.height = dd3_dot(normal, way).high,
+                               .speed = dd3_dot_vec(normal, ray->direction).high,
+                               .size = vec_length(dd3_round(normal)),
+                               .exponent = exponent};
 }
 
 /* Twice as far as surface_at() puts a point off its surface. */
@@ -189,5 +205,5 @@ bool triangle_is_same_passage(const struct vec3 from[3], const struct vec3 of[3]
     double near = START_ERROR * vec_largest(ray->origin);
     struct plane_view here = plane_view(from, ray), there = plane_view(of, ray);
     bool goes_through = (here.height > 0) == (here.speed > 0) && here.height != 0;
-    return goes_through && fabs(there.height) <= near * there.size;
+    return goes_through && fabs(there.height) <= ldexp(near, -there.exponent) * there.size;
 }

@@ -250,7 +250,13 @@ static inline struct bounds triangle_bounds(const struct vec3 *a, const struct v
 static inline struct vec3 triangle_normal(const struct vec3 *a, const struct vec3 *b,
                                           const struct vec3 *c)
 {
-    struct vec3 normal = vec_cross(vec_sub(*b, *a), vec_sub(*c, *a));
+    struct vec3 ab = vec_sub(*b, *a), ac = vec_sub(*c, *a), normal = vec_cross(ab, ac);
+    double square = vec_dot(normal, normal);
+    /* Of a very small or very large triangle the products may leave the range of double: scaled as in
+     * vec_normalize(). */
+    if (!(square > 0x1p-900 && square < 0x1p1000))
+        normal = vec_cross(vec_scale_exactly(ab, -vec_exponent(ab)),
+                           vec_scale_exactly(ac, -vec_exponent(ac)));
     return vec_is_zero(normal) ? normal : vec_normalize(normal);
 }
 
