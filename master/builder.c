@@ -193,10 +193,22 @@ const char *builder_add_cone(struct builder *builder, const struct cone *cone)
     return add_primitive(builder, PRIMITIVE_CONE, cone);
 }
 
+#define FAR_CORNERS "two corners are too far apart, expected finite distances"
+
+/* All sums of two edges are, too, when those from one corner are not near the end of the range. */
+static bool edges_are_finite(const struct builder *builder, const uint32_t corners[3])
+{
+    struct vec3 a = builder_vertex(builder, corners[0]), b = builder_vertex(builder, corners[1]),
+                c = builder_vertex(builder, corners[2]);
+    return vec_is_finite(vec_sub(b, a)) && vec_is_finite(vec_sub(c, a)) &&
+           vec_is_finite(vec_sub(c, b));
+}
+
 const char *builder_add_triangle(struct builder *builder, const struct triangle *triangle)
 {
     assert(indices_valid(triangle->vertex, builder->vertices.count));
     assert(triangle->material < builder->materials.count);
+    if (!edges_are_finite(builder, triangle->vertex)) return FAR_CORNERS;
     return add_primitive(builder, PRIMITIVE_TRIANGLE, triangle);
 }
 
@@ -205,6 +217,7 @@ const char *builder_add_patch(struct builder *builder, const struct patch *patch
     assert(indices_valid(patch->vertex, builder->vertices.count));
     assert(indices_valid(patch->normal, builder->normals.count));
     assert(patch->material < builder->materials.count);
+    if (!edges_are_finite(builder, patch->vertex)) return FAR_CORNERS;
     return add_primitive(builder, PRIMITIVE_PATCH, patch);
 }
 

@@ -11,6 +11,7 @@
 #include "master/image_file.h"
 #include "master/loader.h"
 #include "master/path.h"
+#include "master/sections.h"
 
 /* Complains where the setting was made; config where it was not made at all. */
 static bool refuse_setting(const struct loader *loader, const char *config, const char *section,
@@ -193,11 +194,11 @@ static bool sampling_good(const struct loader *loader, const char *config)
 }
 
 /* A file that is named, and how its name has to end: NULL for one of a picture's kinds. */
-struct named_file {
+struct checked_file {
     const char *section, *key, *path, *extension;
 };
 
-static bool kind_good(const struct named_file *file)
+static bool kind_good(const struct checked_file *file)
 {
     if (!file->extension) return image_extension_known(file->path);
     return path_has_extension(file->path, file->extension) || path_is_device(file->path);
@@ -234,7 +235,7 @@ static bool same_file(const char *a, const char *b)
     return same;
 }
 
-static bool is_argument(const struct loader *loader, const struct named_file *file)
+static bool is_argument(const struct loader *loader, const struct checked_file *file)
 {
     const struct origin *origin = setting_origin(loader, file->section, file->key);
     return origin->file && origin->line == 0;
@@ -242,10 +243,10 @@ static bool is_argument(const struct loader *loader, const struct named_file *fi
 
 /* Two that have one name; that of an argument is the newer one. */
 static void refuse_same(const struct loader *loader, const char *config,
-                        const struct named_file *file, const struct named_file *other)
+                        const struct checked_file *file, const struct checked_file *other)
 {
     bool swap = is_argument(loader, other) && !is_argument(loader, file);
-    const struct named_file *newer = swap ? other : file, *older = swap ? file : other;
+    const struct checked_file *newer = swap ? other : file, *older = swap ? file : other;
     char *text = format_text("%s is also the name of the %s, expected a file of its own",
                              newer->key, older->key);
     refuse_setting(loader, config, newer->section, newer->key, text);
@@ -254,13 +255,14 @@ static void refuse_same(const struct loader *loader, const char *config,
 
 /* Of the i-th name. */
 static bool name_good(const struct loader *loader, const char *config,
-                      const struct named_file *files, size_t i)
+                      const struct checked_file *files, size_t i)
 {
-    const struct named_file *file = &files[i];
+    const struct checked_file *file = &files[i];
     if (!*file->path) return true;
     if (!kind_good(file)) {
-        char *text = format_text("%s has an unknown extension, expected %s", file->key,
-                                 file->extension ? file->extension : ".png, .hdr or .pfm");
+        char *text = format_text("%s has an unknown extension, expected %s%s", file->key,
+                                 file->extension ? file->extension : ".png, .hdr or .pfm",
+                                 comment_hint(file->path));
         refuse_setting(loader, config, file->section, file->key, text);
         free(text);
         return false;
@@ -278,7 +280,7 @@ static bool name_good(const struct loader *loader, const char *config,
 static bool output_good(const struct loader *loader, const char *config)
 {
     const struct settings *s = loader->settings;
-    const struct named_file files[] = {
+    const struct checked_file files[] = {
         {"sampling", "reference", s->sampling.reference, ""},
         {"output", "image", s->output.image, NULL},
         {"output", "report", s->output.report, ".json"},

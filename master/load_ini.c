@@ -95,6 +95,15 @@ static bool find_file(const struct reading *at, const char *file, struct named_f
     return false;
 }
 
+/* Of a file that is no such one. */
+static bool refuse_name(const struct reading *at, const char *name, const char *why)
+{
+    char *text = format_text("%s%s", why, comment_hint(name));
+    refuse_section_key(at, "file", text);
+    free(text);
+    return false;
+}
+
 static bool load_mesh(const struct reading *at, void *data)
 {
     struct mesh_section *s = data;
@@ -103,8 +112,7 @@ static bool load_mesh(const struct reading *at, void *data)
                         .crease = ini_entry(at->section, "smooth") ? s->crease : CREASE_OF_FILE};
     if (!resolve_material(at, &s->object, &mesh.material)) return false;
     if (!path_has_extension(s->file, ".obj"))
-        return refuse_section_key(at, "file",
-                                  "the name of a mesh has to end with .obj, without quotes");
+        return refuse_name(at, s->file, "the name of a mesh has to end with .obj, without quotes");
     struct named_file named;
     if (!find_file(at, s->file, &named)) return false;
     mesh.path = named.path;
@@ -148,8 +156,8 @@ static bool load_part(const struct reading *at, struct part *inner)
     if (path_has_extension(inner->path, ".obj"))
         return refuse_section_key(at, "file",
                                   "an OBJ file is no part to include, expected a [mesh] for it");
-    return refuse_section_key(at, "file",
-                              "the name of an included file has to end with .ini or .nff");
+    return refuse_name(at, inner->path,
+                       "the name of an included file has to end with .ini or .nff");
 }
 
 void part_free(struct part *part)

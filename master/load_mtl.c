@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "common/scene_check.h"
 #include "master/loader.h"
 #include "master/name_table.h"
 #include "master/scan.h"
@@ -137,7 +138,7 @@ static bool read_value(struct mtl *mtl, struct mtl_material *m, const char *word
     struct material *material = &m->material;
     if (strcmp(word, "Kd") == 0) return read_color(mtl, &material->color);
     if (strcmp(word, "Ns") == 0)
-        return scan_number(scan, &material->shininess) && material->shininess >= 0;
+        return scan_number(scan, &material->shininess) && shininess_valid(material->shininess);
     if (strcmp(word, "Ni") == 0) return scan_number(scan, &material->ior) && material->ior > 0;
     if (strcmp(word, "d") == 0) return read_opacity(mtl, m);
     if (strcmp(word, "Tr") == 0) return read_transparency(mtl, m);

@@ -1,5 +1,5 @@
 /*
- * Wavefront OBJ meshes: v, vn, f, usemtl and mtllib; vt, o, g and s are accepted without effect,
+ * Wavefront OBJ meshes: v, vn, f, usemtl and mtllib; vt, vp, o, g and s are accepted without effect,
  * and other statements are passed over with one warning. Files can be large: they are read in
  * place, and no memory is asked for line by line.
  */
@@ -249,8 +249,12 @@ static bool read_library_once(struct obj *obj, const char *path, bool is_regular
         user_error(obj->mesh->path, obj->scan.line, LIES_OUTSIDE, path, obj->mesh->root);
         return false;
     }
-    if (is_known(&obj->libraries_seen, path)) return true;
-    name_table_set(&obj->libraries_seen, path, 0);
+    /* By whatever way it is named. */
+    char *file = path_absolute(path);
+    bool known = is_known(&obj->libraries_seen, file);
+    if (!known) name_table_set(&obj->libraries_seen, file, 0);
+    free(file);
+    if (known) return true;
     name_table_free(&obj->used); /* what a name meant it may mean no more */
     return material_library_read(obj->library, path);
 }

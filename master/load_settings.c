@@ -222,6 +222,11 @@ static bool apply(struct loader *loader, struct ini *ini, const struct override 
         struct ini_section section = {.kind = override->kind, .name = override->name};
         return set_setting(loader, &section, &entry);
     }
+    if (is_settings_section(override->kind)) {
+        user_error(override->argument, 0, "[%s] takes no name, expected %s.%s=VALUE",
+                   override->kind, override->kind, override->key);
+        return false;
+    }
     if (!is_scene_section(override->kind)) return refuse_override_section(override);
     struct ini_section *section = overridden_section(ini, override);
     if (!section) return false;

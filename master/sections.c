@@ -31,13 +31,19 @@ void refuse_key(const struct ini_section *section, const struct ini_entry *entry
     free(hint);
 }
 
+const char *comment_hint(const char *value)
+{
+    bool comment = strstr(value, " #") || strstr(value, "\t#");
+    return comment ? "; a comment behind a value begins with ' ;'" : "";
+}
+
 bool read_entry(const struct ini_section *section, const struct ini_entry *entry,
                 const struct key *key, void *base)
 {
     if (key_parse(key, entry->value, base)) return true;
     char *title = section_title(section), *expected = key_expected(key);
-    bool comment = entry->line > 0 && (strstr(entry->value, " #") || strstr(entry->value, "\t#"));
-    char *what = comment     ? copy_text("; a comment behind a value begins with ' ;'")
+    const char *hint = entry->line > 0 ? comment_hint(entry->value) : "";
+    char *what = *hint       ? copy_text(hint)
                  : key->help ? format_text("; %s: %s", key->name, key->help)
                              : copy_text("");
     user_error(entry->file, entry->line, "%s = %s in %s, expected %s%s", entry->key, entry->value,

@@ -12,6 +12,9 @@ char *section_title(const struct ini_section *section);
 void refuse_key(const struct ini_section *section, const struct ini_entry *entry,
                 const struct key *keys, size_t count);
 
+/* What is to be said of a value that was to be followed by a comment, as it seems; or nothing. */
+const char *comment_hint(const char *value);
+
 /* Stores one entry's value into the structure at base; false after saying why not. */
 bool read_entry(const struct ini_section *section, const struct ini_entry *entry,
                 const struct key *key, void *base);

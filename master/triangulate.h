@@ -37,8 +37,8 @@ struct triangulation {
 /*
  * A simple polygon of 3 to POLYGON_MAX_CORNERS corners, concave or not, flat or nearly so (it is seen
  * along the axis in which it is largest). Corners may coincide, lie on a line, or touch each other where
- * a hole is joined to the outline. There are two triangles less than corners, but for those without
- * area, which only polygons of three or four corners give; a polygon that crosses itself is improper.
+ * a hole is joined to the outline. Of n corners come n - 2 triangles; from five corners on those without area
+ * are left out. A polygon that crosses itself is improper.
  * Returns NULL, or a constant text that says what is wrong: it takes more than POLYGON_LOOKS.
  */
 const char *triangulate(const struct vec3 *polygon, size_t count, struct triangulation *out);

@@ -186,6 +186,15 @@ static void test_bad_values(void **state)
             "scene.ini:1: [box b]: the box has no volume, expected min < max in every component");
     refused(state, "[triangle]\na = 0 0 0\nb = 1 1 1\nc = 2 2 2\n",
             "scene.ini:1: [triangle]: the corners lie on a line, expected a triangle with an area");
+    refused(state, "[triangle]\na = -1e308 0 0\nb = 1e308 0 0\nc = 0 1e308 0\n",
+            "scene.ini:1: [triangle]: two corners are too far apart, expected finite distances");
+    refused(
+        state, "[mesh]\nfile = a.obj # a mesh\n",
+        "scene.ini:2: [mesh]: the name of a mesh has to end with .obj, without quotes; a comment "
+        "behind a value begins with ' ;'");
+    refused(state, "[output]\nimage = a.png # a picture\n",
+            "scene.ini:2: image has an unknown extension, expected .png, .hdr or .pfm; a comment "
+            "behind a value begins with ' ;'");
     refused(state, "[cylinder]\nbase = 0 1 0\napex = 0 1 0\nradius = 1\n",
             "scene.ini:1: [cylinder]: base and apex are the same point, expected two different "
             "points");

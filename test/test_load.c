@@ -66,6 +66,7 @@ static void test_bad_overrides(void **state)
          "quotes: \"light sun.color=...\""},
         {"lihgt.sun.color=1 1 1", "lihgt.sun.color=1 1 1: unknown section 'lihgt.sun', expected "
                                   "one that 'farm --help' lists"},
+        {"image x.width=5", "image x.width=5: [image] takes no name, expected image.width=VALUE"},
         {"imgae.width=5", "imgae.width=5: unknown section 'imgae', did you mean 'image'?"},
         {"width=5", "width=5: is no setting, expected SECTION.KEY=VALUE"},
         {"image.width", "image.width: is no setting, expected SECTION.KEY=VALUE"},

@@ -217,6 +217,11 @@ static void test_legal_forms_of_materials(void **state)
     scratch_write("bad.mtl", "newmtl a\nKd 1e999 0 0\n");
     refused(state, "mtllib bad.mtl\n",
             "bad.mtl:2: 'Kd': a number is out of range, expected none beyond 1.79e308");
+    scratch_write("bad.mtl", "newmtl a\nNs 1e16\n");
+    scratch_refused(
+        *state, "scene.ini", NULL,
+        "bad.mtl:2: 'Ns' needs finite numbers in their range, such as a colour >= 0 or a "
+        "share from 0 to 1");
     scratch_write("bad.mtl", "newmtl a\nd -halo 1.5\n");
     scratch_refused(
         *state, "scene.ini", NULL,
@@ -234,7 +239,7 @@ static void test_libraries_and_names(void **state)
     assert_true(material_of(scene, 0)->color.y == 1 && material_of(scene, 0)->color.x == 0);
     free(scene);
     scene = loaded(state,
-                   "mtllib one.mtl\nmtllib two.mtl\nmtllib one.mtl\nmtllib gone.mtl\n"
+                   "mtllib one.mtl\nmtllib two.mtl\nmtllib ./one.mtl\nmtllib gone.mtl\n"
                    "mtllib gone.mtl\n" SQUARE "usemtl m\nf 1 2 3\n",
                    "");
     assert_true(material_of(scene, 0)->color.z == 1);
