@@ -8,6 +8,12 @@ struct lanes3 {
     struct lanes x, y, z;
 };
 
+/* The same one in all of them. */
+static INLINED struct lanes3 lanes3_of(struct vec3 a)
+{
+    return (struct lanes3){lanes_of(a.x), lanes_of(a.y), lanes_of(a.z)};
+}
+
 static INLINED struct lanes lanes_negate(struct lanes a)
 {
     return lanes_sub(lanes_of(-0.0), a);

@@ -324,10 +324,10 @@ static void plane_candidates(struct nearest_packet *it, uint32_t id)
 {
     const struct plane *plane = &scene_planes(it->scene)[primitive_index(id)];
     const struct packet *packet = &it->packet;
-    struct lanes3 n = point_in_lanes(plane->normal);
+    struct lanes3 n = lanes3_of(plane->normal);
     struct lanes3 o = {packet->o[0], packet->o[1], packet->o[2]};
     struct lanes3 d = {packet->d[0], packet->d[1], packet->d[2]};
-    struct lanes3 f = lanes3_sub(point_in_lanes(plane->point), o);
+    struct lanes3 f = lanes3_sub(lanes3_of(plane->point), o);
     struct lanes speed = lanes3_dot(d, n), t = lanes_div(lanes3_dot(f, n), speed);
     struct lanes way = lanes3_sum_of_sizes(f), length = lanes3_sum_of_sizes(d);
     struct lanes size = lanes_add(way, lanes_mul(lanes_abs(t), length));

@@ -90,7 +90,7 @@ static void gather_spheres(const struct scene *scene, const struct hit *hits, ui
         const struct sphere *sphere = &spheres[primitive_index(hits[points->slot[i]].primitive)];
         set_lane(&points->a, i, sphere->center);
         points->radius[i] = sphere->radius;
-        points->only[i] = sphere->inside_only;
+        points->special[i] = sphere->inside_only;
     }
 }
 
@@ -148,7 +148,7 @@ static inline struct place sphere_place(const struct points *points, uint32_t i,
     line.half = sum_of_ordered(root, rest / (2 * root));
     double behind = sphere_line_behind(&line, t);
     *sure &= fabs(behind) > sphere_line_behind_error(&line, d, r) + points->u[i];
-    bool second = (behind > 0) | (points->only[i] != 0);
+    bool second = (behind > 0) | (points->special[i] != 0);
     struct dd s = sphere_line_root(&line, second);
     return (struct place){center, dd3_add(line.p, dd3_scale(d, s))};
 }
@@ -359,7 +359,7 @@ static void gather_sides(const struct scene *scene, const struct ray *rays, cons
         set_lane(&points->a, i, cone->base);
         set_lane(&points->b, i, cone->apex);
         set_lane(&points->c, i, vec3(cone->base_radius, cone->apex_radius, 0));
-        points->only[i] = truth(rays[points->slot[i]].from == primitive);
+        points->special[i] = truth(rays[points->slot[i]].from == primitive);
     }
 }
 
@@ -371,7 +371,7 @@ static inline void find_side(struct points *points, uint32_t i)
                         .apex = lane(&points->b, i),
                         .base_radius = points->c.x[i],
                         .apex_radius = points->c.y[i]};
-    bool sure = points->only[i] == 0;
+    bool sure = points->special[i] == 0;
     struct dd t = cone_side_parameter(&cone, o, d, points->t[i], points->u[i], &sure);
     struct place place = {cone.base, dd3_add(exact_difference3(o, cone.base), dd3_scale(d, t))};
     struct vec3 normal = plain_unit(cone_side_gradient(&cone, place.offset, &sure), &sure);
@@ -413,7 +413,7 @@ static void gather_caps(const struct scene *scene, const struct hit *hits, uint3
         set_lane(&points->a, i, cone->base);
         set_lane(&points->b, i, cone->apex);
         set_lane(&points->c, i, vec3(cone->base_radius, cone->apex_radius, 0));
-        points->only[i] = truth(hit->part == CONE_APEX_CAP);
+        points->special[i] = truth(hit->part == CONE_APEX_CAP);
     }
 }
 
@@ -425,7 +425,7 @@ static inline void find_cap(struct points *points, uint32_t i)
     struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
     struct cone cone = {
         .base = base, .apex = apex, .base_radius = points->c.x[i], .apex_radius = points->c.y[i]};
-    bool sure = cone_is_ordinary(&cone, o, d), at_apex = points->only[i] != 0;
+    bool sure = cone_is_ordinary(&cone, o, d), at_apex = points->special[i] != 0;
     struct dd3 w = exact_difference3(apex, base);
     struct dd t = flat_distance(choose(at_apex, apex, base), w, o, d, &sure);
     sure &= fabs(t.high - points->t[i]) <= points->u[i];

@@ -22,7 +22,7 @@ struct points {
     lane_row t, u, v;             /* of the hit */
     lane_row radius;              /* of a sphere */
     /* 1: a sphere is seen from inside alone, a ray starts on the side of a cone, or a cap is the apex's. */
-    lane_row only;
+    lane_row special;
     lane_row sure; /* 1 or 0 */
 };
 

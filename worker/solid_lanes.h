@@ -17,11 +17,6 @@
 #include "worker/lanes3.h"
 #include "worker/shape.h"
 
-static INLINED struct lanes3 point_in_lanes(struct vec3 p)
-{
-    return (struct lanes3){lanes_of(p.x), lanes_of(p.y), lanes_of(p.z)};
-}
-
 /* ---- the arithmetic, of eight pairs and of one ---- */
 
 #define OF(name)  name##_lanes
@@ -92,14 +87,14 @@ static INLINED struct ray_lanes rays_in_lanes(const struct lanes o[3], const str
 static INLINED struct sphere_lanes sphere_in_lanes(const struct scene *scene, uint32_t id)
 {
     const struct sphere *it = &scene_spheres(scene)[primitive_index(id)];
-    return (struct sphere_lanes){point_in_lanes(it->center), lanes_of(it->radius)};
+    return (struct sphere_lanes){lanes3_of(it->center), lanes_of(it->radius)};
 }
 
 static INLINED struct cone_lanes cone_in_lanes(const struct scene *scene, uint32_t id)
 {
     const struct cone *it = &scene_cones(scene)[primitive_index(id)];
-    return (struct cone_lanes){point_in_lanes(it->base), point_in_lanes(it->apex),
-                               lanes_of(it->base_radius), lanes_of(it->apex_radius)};
+    return (struct cone_lanes){lanes3_of(it->base), lanes3_of(it->apex), lanes_of(it->base_radius),
+                               lanes_of(it->apex_radius)};
 }
 
 /* Whether it is a solid of the kinds above, seen from both sides: whose spans may be told. */

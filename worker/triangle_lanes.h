@@ -3,7 +3,7 @@
 #define FARM_WORKER_TRIANGLE_LANES_H
 
 #include "worker/bvh.h"
-#include "worker/lanes.h"
+#include "worker/lanes3.h"
 #include "worker/primitive.h"
 #include "worker/quad.h"
 
@@ -100,40 +100,20 @@ static INLINED struct triangle_sets sort_triangles(const struct scene *scene,
 
 /* ---- the naive formulas ---- */
 
-struct vec3_lanes {
-    struct lanes x, y, z;
-};
-
-static INLINED struct vec3_lanes lanes_vec(struct vec3 a)
-{
-    return (struct vec3_lanes){lanes_of(a.x), lanes_of(a.y), lanes_of(a.z)};
-}
-
-static INLINED struct vec3_lanes lanes_vec_sub(struct vec3_lanes a, struct vec3_lanes b)
-{
-    return (struct vec3_lanes){lanes_sub(a.x, b.x), lanes_sub(a.y, b.y), lanes_sub(a.z, b.z)};
-}
-
 static INLINED struct lanes lanes_minor(struct lanes a, struct lanes b, struct lanes c,
                                         struct lanes d)
 {
     return lanes_sub(lanes_mul(a, b), lanes_mul(c, d));
 }
 
-static INLINED struct vec3_lanes lanes_cross(struct vec3_lanes a, struct vec3_lanes b)
+static INLINED struct lanes3 lanes3_cross(struct lanes3 a, struct lanes3 b)
 {
-    return (struct vec3_lanes){lanes_minor(a.y, b.z, a.z, b.y), lanes_minor(a.z, b.x, a.x, b.z),
-                               lanes_minor(a.x, b.y, a.y, b.x)};
-}
-
-static INLINED struct lanes lanes_dot(struct vec3_lanes a, struct vec3_lanes b)
-{
-    struct lanes xy = lanes_add(lanes_mul(a.x, b.x), lanes_mul(a.y, b.y));
-    return lanes_add(xy, lanes_mul(a.z, b.z));
+    return (struct lanes3){lanes_minor(a.y, b.z, a.z, b.y), lanes_minor(a.z, b.x, a.x, b.z),
+                           lanes_minor(a.x, b.y, a.y, b.x)};
 }
 
 /* Vertex k of each of `count` triangles; lanes behind the last one repeat the first. */
-static INLINED struct vec3_lanes
+static INLINED struct lanes3
 naive_vertices(const struct scene *scene, const struct bvh_leaf *leaves, uint32_t count, unsigned k)
 {
     const struct vec3 *vertices = scene_vertices(scene);
@@ -144,7 +124,7 @@ naive_vertices(const struct scene *scene, const struct bvh_leaf *leaves, uint32_
     for (uint32_t i = 0; i < LANES; i++)
         at[i] = &vertices[corner_indices(scene, leaves[i < count ? i : 0].id)[k]].x;
     lanes_transpose(at, &order, p);
-    return (struct vec3_lanes){p[0], p[1], p[2]};
+    return (struct lanes3){p[0], p[1], p[2]};
 }
 
 /* Of `count` triangles, or the first LANES of more, those that naive_triangle() finds crossed: the same
@@ -152,14 +132,14 @@ naive_vertices(const struct scene *scene, const struct bvh_leaf *leaves, uint32_
 static INLINED lane_set naive_crossed(const struct scene *scene, const struct bvh_leaf *leaves,
                                       uint32_t count, const struct ray *ray)
 {
-    struct vec3_lanes a = naive_vertices(scene, leaves, count, 0);
-    struct vec3_lanes e1 = lanes_vec_sub(naive_vertices(scene, leaves, count, 1), a);
-    struct vec3_lanes e2 = lanes_vec_sub(naive_vertices(scene, leaves, count, 2), a);
-    struct vec3_lanes d = lanes_vec(ray->direction), s = lanes_vec_sub(lanes_vec(ray->origin), a);
-    struct vec3_lanes p = lanes_cross(d, e2), q = lanes_cross(s, e1);
-    struct lanes determinant = lanes_dot(e1, p), zero = lanes_of(0), one = lanes_of(1);
-    struct lanes u = lanes_div(lanes_dot(s, p), determinant);
-    struct lanes v = lanes_div(lanes_dot(d, q), determinant);
+    struct lanes3 a = naive_vertices(scene, leaves, count, 0);
+    struct lanes3 e1 = lanes3_sub(naive_vertices(scene, leaves, count, 1), a);
+    struct lanes3 e2 = lanes3_sub(naive_vertices(scene, leaves, count, 2), a);
+    struct lanes3 d = lanes3_of(ray->direction), s = lanes3_sub(lanes3_of(ray->origin), a);
+    struct lanes3 p = lanes3_cross(d, e2), q = lanes3_cross(s, e1);
+    struct lanes determinant = lanes3_dot(e1, p), zero = lanes_of(0), one = lanes_of(1);
+    struct lanes u = lanes_div(lanes3_dot(s, p), determinant);
+    struct lanes v = lanes_div(lanes3_dot(d, q), determinant);
     lane_set inside = lanes_at_most(zero, u) & lanes_at_most(u, one) & lanes_at_most(zero, v) &
                       lanes_at_most(lanes_add(u, v), one);
     return inside & first_lanes(count);
