@@ -110,17 +110,17 @@ forever() {
 }
 check "a tile that a time limit ends was rendered until then" forever
 
-# Too little time for the first samples of all pixels: they are spread over the picture. With the same number of them
-# in dear tiles alone, and the pre-pass around, its error is 0.039.
+# Too little time for the first samples of all pixels: they are spread over the picture. With half as many of them in
+# dear tiles alone, and the pre-pass around, its error is 0.039; it is up to 0.033 on a machine of half the speed.
 check "another reference" run 0 farm_n 2 "$SCENE" image.width=640 image.height=400 \
     sampling.samples=16 output.image=even.pfm output.report=
 spread() { # N
     run 0 farm_n "$1" "$SCENE" output.image=t.pfm output.report=t.json image.width=640 image.height=400 \
-        sampling.time_limit=3 sampling.min_samples=128 output.preview=0.5 sampling.reference=even.pfm || return 1
+        sampling.time_limit=3 sampling.min_samples=64 output.preview=0.5 sampling.reference=even.pfm || return 1
     grep -E '"passes"|unsampled|"rmse"|_s"' t.json
     test "$(value t passes)" -gt 1 && test "$(value t unsampled_pixels)" -gt 1000 &&
         true=$(sed -n '/"reference"/,/}/s/^ *"rmse": \(.*\),$/\1/p' t.json) &&
-        below "$true" 0.032 && below "$true" "1.5 * $(value t guessed_rmse)" && below "$(value t guessed_rmse)" "3 * $true" &&
+        below "$true" 0.035 && below "$true" "1.5 * $(value t guessed_rmse)" && below "$(value t guessed_rmse)" "3 * $true" &&
         case $err in *"guessed from those around"*"sampling.min_samples = 4 would leave fewer"*) ;; *) return 1 ;; esac
 }
 for n in 1 2 5; do
