@@ -573,16 +573,16 @@ static void warn_of(struct queue *queue, uint32_t id, double density)
     queue_set_waiting(queue, id);
 }
 
-/* A tile of pass 0 was dearer than predicted: those around it, and what was split off them or it. */
+/* A tile of pass 0 was dearer than predicted: those around it, and what was split off them or it; of one that was
+ * joined, around its first part. */
 static void warn_neighbours(struct queue *queue, const struct tile *tile, double work)
 {
     uint32_t edge = queue->config.tile_edge, columns = divide_up(queue->config.width, edge);
-    uint32_t column = tile->x / edge, last_column = (tile->x + tile->w - 1) / edge;
-    uint32_t row = tile->y / edge, last_row = (tile->y + tile->h - 1) / edge;
+    uint32_t column = tile->x / edge, row = tile->y / edge;
     uint32_t rows = divide_up(queue->config.height, edge);
     double density = work / tile_pixels(tile);
-    for (uint32_t y = row - (row > 0); y <= last_row + 1 && y < rows; y++) {
-        for (uint32_t x = column - (column > 0); x <= last_column + 1 && x < columns; x++) {
+    for (uint32_t y = row - (row > 0); y <= row + 1 && y < rows; y++) {
+        for (uint32_t x = column - (column > 0); x <= column + 1 && x < columns; x++) {
             uint32_t id = y * columns + x;
             do
                 warn_of(queue, id, density);
