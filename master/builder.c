@@ -195,7 +195,7 @@ const char *builder_add_cone(struct builder *builder, const struct cone *cone)
 
 #define FAR_CORNERS "two corners are too far apart, expected finite distances"
 
-/* All sums of two edges are, too, when those from one corner are not near the end of the range. */
+/* All that is computed of a triangle begins with these differences. */
 static bool edges_are_finite(const struct builder *builder, const uint32_t corners[3])
 {
     struct vec3 a = builder_vertex(builder, corners[0]), b = builder_vertex(builder, corners[1]),

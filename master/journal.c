@@ -348,10 +348,11 @@ static bool holds_record(const struct journal *journal, uint64_t size, size_t la
     return found;
 }
 
-/* Room that a run had reserved when it was killed belongs to the file until it is cut off there. */
-static void give_back_room(const struct journal *journal, uint64_t size)
+/* Room that a run had reserved when it was killed belongs to the file until it is cut off at its end. */
+static void give_back_room(const struct journal *journal)
 {
-    (void)!ftruncate(journal->file, (off_t)size);
+    struct stat status;
+    if (fstat(journal->file, &status) == 0) (void)!ftruncate(journal->file, status.st_size);
 }
 
 /*
@@ -369,13 +370,12 @@ static const char *recognise(const struct journal *journal, size_t largest, uint
     if (!read_at(journal->file, &found, bytes, 0)) return "the journal cannot be read";
     *whole = memcmp(&found, &ours, bytes) == 0;
     if (*whole) {
-        give_back_room(journal, *size);
         if (bytes < sizeof found) *size = 0;
         return NULL;
     }
     struct file_header sealed = make_header(found.picture);
     if (memcmp(&found, &sealed, sizeof found) == 0) {
-        give_back_room(journal, *size);
+        give_back_room(journal);
         if (*size > sizeof found) return "the journal holds another picture or other settings";
         *size = 0; /* nothing of another picture, as of a run that was killed before it wrote any */
         return NULL;
@@ -427,6 +427,7 @@ struct journal *journal_open(const char *path, uint64_t picture,
         if (file < 0) return NULL;
         struct journal *journal = create(path, picture, file);
         const char *other = recognise(journal, reader->largest, &size, &whole);
+        if (!other) give_back_room(journal);
         if (!other && resume(journal, size, whole, reader)) return journal;
         bool again = other && set_aside(path, other);
         destroy(journal);

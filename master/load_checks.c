@@ -260,9 +260,10 @@ static bool name_good(const struct loader *loader, const char *config,
     const struct checked_file *file = &files[i];
     if (!*file->path) return true;
     if (!kind_good(file)) {
+        const struct origin *origin = setting_origin(loader, file->section, file->key);
         char *text = format_text("%s has an unknown extension, expected %s%s", file->key,
                                  file->extension ? file->extension : ".png, .hdr or .pfm",
-                                 comment_hint(file->path));
+                                 origin->line ? comment_hint(path_name(file->path)) : "");
         refuse_setting(loader, config, file->section, file->key, text);
         free(text);
         return false;

@@ -85,22 +85,14 @@ static bool find_file(const struct reading *at, const char *file, struct named_f
     /* What stands on the command line, which has no lines, is the user's own wish. */
     named->root = entry->line ? copy_text(root) : root_of(named->path);
     if (access(named->path, R_OK) != 0)
-        why = format_text("cannot open %s: %s", named->path, strerror(errno));
+        why = format_text("cannot open %s: %s%s", named->path, strerror(errno),
+                          entry->line ? comment_hint(file) : "");
     else if (entry->line && !may_read(at->part->loader, named->path, root))
         why = format_text(LIES_OUTSIDE, named->path, root);
     if (!why) return true;
     refuse_section_key(at, "file", why);
     free(why);
     named_file_free(named);
-    return false;
-}
-
-/* Of a file that is no such one. */
-static bool refuse_name(const struct reading *at, const char *name, const char *why)
-{
-    char *text = format_text("%s%s", why, comment_hint(name));
-    refuse_section_key(at, "file", text);
-    free(text);
     return false;
 }
 
@@ -111,8 +103,13 @@ static bool load_mesh(const struct reading *at, void *data)
     struct mesh mesh = {.placement = placement_compose(&at->part->placement, &own),
                         .crease = ini_entry(at->section, "smooth") ? s->crease : CREASE_OF_FILE};
     if (!resolve_material(at, &s->object, &mesh.material)) return false;
-    if (!path_has_extension(s->file, ".obj"))
-        return refuse_name(at, s->file, "the name of a mesh has to end with .obj, without quotes");
+    if (!path_has_extension(s->file, ".obj")) {
+        char *why = format_text("the name of a mesh has to end with .obj, without quotes%s",
+                                comment_hint(s->file));
+        refuse_section_key(at, "file", why);
+        free(why);
+        return false;
+    }
     struct named_file named;
     if (!find_file(at, s->file, &named)) return false;
     mesh.path = named.path;
@@ -156,8 +153,8 @@ static bool load_part(const struct reading *at, struct part *inner)
     if (path_has_extension(inner->path, ".obj"))
         return refuse_section_key(at, "file",
                                   "an OBJ file is no part to include, expected a [mesh] for it");
-    return refuse_name(at, inner->path,
-                       "the name of an included file has to end with .ini or .nff");
+    return refuse_section_key(at, "file",
+                              "the name of an included file has to end with .ini or .nff");
 }
 
 void part_free(struct part *part)

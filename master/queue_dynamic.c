@@ -276,10 +276,13 @@ static struct tile pass_on(struct queue *queue, uint32_t asker, struct hold *hol
     return queue_tile_of(queue, id);
 }
 
+/* Of a tile: more than one of 32 x 32 has pixels would be of no use. */
+#define PIECES_MOST 1024
+
 /*
- * What nobody has begun and is too dear for one renderer waits in pieces: who has it got it before anything was known
- * of it. 16 samples of the lantern on 36 to 52 processors are 1.3 % faster than with it passed on as a whole; and one
- * of 44 that is four times slower, at each of their places, costs more than 2 % beside its missing share in 3 of 100
+ * What a late one has not begun waits in pieces if it is too dear for another one: it was given out before anything was
+ * known of it. 16 samples of the lantern on 36 to 52 processors are 1.1 % faster than with it passed on as a whole; and one
+ * of 44 that is four times slower, at each of their places, costs more than 2 % beside its missing share in 4 of 100
  * runs, not in 14.
  */
 static bool break_dear(struct queue *queue, struct hold *hold)
@@ -287,7 +290,7 @@ static bool break_dear(struct queue *queue, struct hold *hold)
     const struct item *item = &queue->items[hold->id];
     if (!is_dear(queue, item)) return false;
     double wanted = (double)item->worst * queue_processors(queue) / (DEAR_PART * queue->pace.total);
-    double most = (double)area(item) / DEAR_PIXELS;
+    double most = fmin((double)area(item) / DEAR_PIXELS, PIECES_MOST);
     if (!pieces_make(queue, hold->id, (uint32_t)ceil(fmin(wanted, most)), 0)) return false;
     recall(queue, hold);
     return true;
@@ -308,9 +311,6 @@ static void take_from_late(struct queue *queue, struct draft *draft, struct pace
         draft->tiles[draft->count++] = pass_on(queue, draft->renderer, hold);
     }
 }
-
-/* More than a tile of 32 x 32 has pixels would be of no use. */
-#define PIECES_MOST 1024
 
 /* Pieces of a tile that has taken long: if the whole takes as long again, each takes a least lot at most. */
 static uint32_t pieces_wanted(const struct queue *queue, uint32_t renderer, double seconds)
@@ -462,10 +462,10 @@ static void predict(struct queue *queue, uint32_t id, double ratio)
     item->work = (float)(cost.work * ratio);
     item->worst = (float)(larger_number(cost.worst, cost.work) * ratio);
     if (is_of_picture(item) && !item->skipped) queue->pace.total += (double)item->work;
+    /* In later passes it is the one that it was added with, once that was told by what is known. */
+    if (item->pass == 0 || !queue->settled) item->priority = priority_of(item, cost);
     if (!agenda_has(&queue->waiting, id)) return;
     queue->waiting_work += (double)item->work;
-    if (item->pass > 0) return; /* it is what its samples are good for */
-    item->priority = priority_of(item, cost);
     agenda_change(&queue->waiting, id, item->priority);
 }
 

@@ -60,9 +60,10 @@ static void show_progress(struct server *server, double now)
     if (now + server->service->writing_s < rendering_ends(server)) {
         struct snapshot *snapshot = &server->service->watch->snapshot;
         bool due = snapshot_is_due(snapshot, now);
+        double begin = clock_wall();
         if (due) fill_picture(server);
         watch_look(server->service->watch, now);
-        if (due) snapshot_took(snapshot, clock_wall() - now);
+        if (due) snapshot_took(snapshot, clock_wall() - begin);
     }
     pthread_mutex_unlock(&server->lock);
     progress_update(server->service->progress, &state, now);
@@ -246,7 +247,7 @@ static void start_server(struct server *server, struct service *service)
     memset(service->stats, 0, server->renderers * sizeof *service->stats);
     for (uint32_t i = 0; i < server->renderers; i++)
         service->stats[i].rank = server->first_rank + i;
-    service->ending = false;
+    service->ending = service->timed_out = false;
     service->counts = (struct render_counts){0};
     service->silent = 0;
     service->writing_s = 0;

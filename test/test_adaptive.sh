@@ -110,8 +110,8 @@ forever() {
 }
 check "a tile that a time limit ends was rendered until then" forever
 
-# Too little time for the first samples of all pixels: they are spread over the picture. With half as many of them in
-# dear tiles alone, and the pre-pass around, its error is 0.039; it is up to 0.033 on a machine of half the speed.
+# Too little time for the first samples of all pixels: they are spread over the picture. In dear tiles alone, and the
+# pre-pass around, its error is 0.036 to 0.045; spread 0.018 to 0.024, or 0.033 on a machine of half the speed.
 check "another reference" run 0 farm_n 2 "$SCENE" image.width=640 image.height=400 \
     sampling.samples=16 output.image=even.pfm output.report=
 spread() { # N

@@ -115,7 +115,6 @@ static void test_extremes(void **state)
     allocation_destroy(allocation);
 }
 
-/* Pixels that are all alike, with a gain where two bins meet: what is reckoned with comes. */
 /* Two halves joined are the whole. */
 static void test_join(void **state)
 {
@@ -140,6 +139,7 @@ static void test_join(void **state)
     allocation_destroy(whole);
 }
 
+/* Pixels that are all alike, with a gain where two bins meet: what is reckoned with comes. */
 static void test_alike(void **state)
 {
     (void)state;

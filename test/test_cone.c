@@ -264,7 +264,7 @@ static void test_normals(void **state)
     assert_vector_near(cone_normal(&hat, dd3_of(vec3(0, 0, 2)), CONE_SIDE), vec3(0, 0, 1), 0);
 }
 
-/* At any size a cone has the same normals, to the bit. */
+/* At any size a cone has the same normals, to the bit, wherever it stands. */
 static void test_normals_of_all_sizes(void **state)
 {
     (void)state;
@@ -281,6 +281,16 @@ static void test_normals_of_all_sizes(void **state)
             struct vec3 n = cone_normal(&scaled, dd3_of(vec_scale_exactly(p, exponent)), part);
             assert_true(n.x == normal.x && n.y == normal.y && n.z == normal.z);
         }
+    }
+    struct vec3 normal = cone_normal(&rod, dd3_of(vec3(0, 1, 1)), CONE_SIDE);
+    for (int exponent = -1000; exponent <= 0; exponent += 50) {
+        struct cone far = {.base = {1e30, 0, 0},
+                           .apex = {1e30, 0, ldexp(rod.apex.z - rod.base.z, exponent)},
+                           .base_radius = ldexp(rod.base_radius, exponent),
+                           .apex_radius = ldexp(rod.apex_radius, exponent)};
+        struct vec3 on_side = vec3(0, ldexp(1, exponent), ldexp(1, exponent));
+        struct vec3 n = cone_normal(&far, dd3_of(on_side), CONE_SIDE);
+        assert_true(n.x == normal.x && n.y == normal.y && n.z == normal.z);
     }
 }
 

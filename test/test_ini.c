@@ -192,6 +192,9 @@ static void test_bad_values(void **state)
         state, "[mesh]\nfile = a.obj # a mesh\n",
         "scene.ini:2: [mesh]: the name of a mesh has to end with .obj, without quotes; a comment "
         "behind a value begins with ' ;'");
+    refused(state, "[include]\nfile = part.ini # leaves\n",
+            "scene.ini:2: [include]: cannot open part.ini # leaves: No such file or directory; a "
+            "comment behind a value begins with ' ;'");
     refused(state, "[output]\nimage = a.png # a picture\n",
             "scene.ini:2: image has an unknown extension, expected .png, .hdr or .pfm; a comment "
             "behind a value begins with ' ;'");

@@ -76,11 +76,34 @@ static void test_no_thread(void **state)
     assert_int_equal(access("never.png", F_OK), -1);
 }
 
+/* One that takes long comes the more seldom. */
+static void test_taking_long(void **state)
+{
+    (void)state;
+    char said[1024];
+    struct canvas canvas;
+    struct snapshot snapshot = {.path = "never.png", .seconds = 0.5};
+    canvas_init(&canvas, 3, 2);
+    no_threads = true;
+    message_capture(said, sizeof said);
+    snapshot_look(&snapshot, &canvas, 1);
+    assert_true(snapshot_is_due(&snapshot, 1.5));
+    snapshot_took(&snapshot, 1);
+    snapshot_look(&snapshot, &canvas, 2);
+    assert_false(snapshot_is_due(&snapshot, 21.9));
+    assert_true(snapshot_is_due(&snapshot, 22.1));
+    message_capture(NULL, 0);
+    no_threads = false;
+    snapshot_end(&snapshot);
+    canvas_free(&canvas);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_unwritable),
         cmocka_unit_test(test_no_thread),
+        cmocka_unit_test(test_taking_long),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

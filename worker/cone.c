@@ -25,32 +25,19 @@ struct scaled {
     int length, speed;
 };
 
-static double reach_of(const struct cone *cone)
-{
-    return fmax(fmax(vec_largest(cone->base), vec_largest(cone->apex)),
-                fmax(cone->base_radius, cone->apex_radius));
-}
-
-/* With lengths divided by 2^exponent. */
-static struct cone cone_divided(const struct cone *cone, int exponent)
-{
-    struct cone divided = *cone;
-    divided.base = vec_scale_exactly(cone->base, -exponent);
-    divided.apex = vec_scale_exactly(cone->apex, -exponent);
-    divided.base_radius = ldexp(cone->base_radius, -exponent);
-    divided.apex_radius = ldexp(cone->apex_radius, -exponent);
-    return divided;
-}
-
 static struct scaled scaled_of(const struct cone *cone, const struct ray *ray)
 {
     struct scaled it = {*cone, ray->origin, ray->direction, 0, 0};
+    double reach = fmax(vec_largest(cone->base), vec_largest(cone->apex));
     double speed = vec_largest(ray->direction);
-    double reach = fmax(vec_largest(ray->origin), reach_of(cone));
+    reach = fmax(vec_largest(ray->origin), fmax(reach, fmax(cone->base_radius, cone->apex_radius)));
     if (cone_is_ordinary(cone, ray->origin, ray->direction)) return it;
     (void)frexp(reach, &it.length);
     (void)frexp(speed, &it.speed);
-    it.cone = cone_divided(cone, it.length);
+    it.cone.base = vec_scale_exactly(cone->base, -it.length);
+    it.cone.apex = vec_scale_exactly(cone->apex, -it.length);
+    it.cone.base_radius = ldexp(cone->base_radius, -it.length);
+    it.cone.apex_radius = ldexp(cone->apex_radius, -it.length);
     it.origin = vec_scale_exactly(ray->origin, -it.length);
     it.direction = vec_scale_exactly(ray->direction, -it.speed);
     return it;
@@ -514,28 +501,27 @@ FLATTENED struct dd3 cone_point(const struct cone *cone, const struct ray *ray, 
     return dd3_ldexp(p, it.length);
 }
 
-/* Of a cone of ordinary lengths, at p from its base. */
-SHARED static struct vec3 normal_at(const struct cone *cone, struct dd3 p, uint32_t part)
+FLATTENED struct vec3 cone_normal(const struct cone *cone, struct dd3 p, uint32_t part)
 {
     struct dd3 w = exact_difference3(cone->apex, cone->base);
+    struct dd widening = exact_difference(cone->apex_radius, cone->base_radius);
+    double size = fmax(vec_largest(dd3_round(w)), fmax(cone->base_radius, cone->apex_radius));
+    /* Six lengths are multiplied; wherever it stands, only the cone's own count. */
+    if (!is_cone_ordinary(size)) {
+        int exponent;
+        (void)frexp(size, &exponent);
+        w = dd3_ldexp(w, -exponent);
+        widening = dd_ldexp(widening, -exponent);
+        p = dd3_ldexp(p, -exponent);
+    }
     struct vec3 axis = dd3_round(w);
     if (part == CONE_APEX_CAP) return vec_normalize(axis);
     if (part == CONE_BASE_CAP) return vec_normalize(vec_neg(axis));
     struct dd W = dd3_dot(w, w);
-    struct dd widening = exact_difference(cone->apex_radius, cone->base_radius);
     struct dd3 radial = dd3_sub(p, dd3_multiply(w, dd_div(dd3_dot(p, w), W)));
     struct dd rho = dd_sqrt(dd3_dot(radial, radial));
     struct dd3 tilt = dd3_multiply(w, dd_div(dd_mul(rho, widening), W));
     struct vec3 gradient = dd3_round(dd3_sub(radial, tilt));
     if (vec_is_zero(gradient)) return vec_normalize(widening.high < 0 ? axis : vec_neg(axis));
     return vec_normalize(gradient);
-}
-
-FLATTENED struct vec3 cone_normal(const struct cone *cone, struct dd3 p, uint32_t part)
-{
-    if (cone_is_ordinary(cone, cone->base, vec3(1, 0, 0))) return normal_at(cone, p, part);
-    int exponent;
-    (void)frexp(reach_of(cone), &exponent);
-    struct cone divided = cone_divided(cone, exponent);
-    return normal_at(&divided, dd3_ldexp(p, -exponent), part);
 }

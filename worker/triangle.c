@@ -162,7 +162,7 @@ FLATTENED bool triangle_plane_distance(const struct vec3 *a, const struct vec3 *
 }
 
 /* n.(a - o) and n.d for the plane of a triangle, n = (b - a) x (c - a) not normalised, and divided by a power of two
- * where its edges are very small or very large. */
+ * where an edge or the way to the plane is very small, or 0, or very large. */
 struct plane_view {
     double height, speed, size; /* size: |n| */
     int exponent;               /* the height is divided by 2^exponent */
