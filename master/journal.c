@@ -375,8 +375,10 @@ static const char *recognise(const struct journal *journal, size_t largest, uint
     }
     struct file_header sealed = make_header(found.picture);
     if (memcmp(&found, &sealed, sizeof found) == 0) {
-        give_back_room(journal);
-        if (*size > sizeof found) return "the journal holds another picture or other settings";
+        if (*size > sizeof found) {
+            give_back_room(journal);
+            return "the journal holds another picture or other settings";
+        }
         *size = 0; /* nothing of another picture, as of a run that was killed before it wrote any */
         return NULL;
     }
@@ -404,6 +406,7 @@ static void tell_unused(const struct journal *journal)
 static bool resume(struct journal *journal, uint64_t size, bool whole,
                    const struct journal_reader *reader)
 {
+    give_back_room(journal);
     if (size == 0) return begin_file(journal);
     if (!whole) {
         user_warning(journal->path, 0,
@@ -427,7 +430,6 @@ struct journal *journal_open(const char *path, uint64_t picture,
         if (file < 0) return NULL;
         struct journal *journal = create(path, picture, file);
         const char *other = recognise(journal, reader->largest, &size, &whole);
-        if (!other) give_back_room(journal);
         if (!other && resume(journal, size, whole, reader)) return journal;
         bool again = other && set_aside(path, other);
         destroy(journal);

@@ -32,8 +32,7 @@ bool snapshot_is_due(const struct snapshot *snapshot, double now);
  * is told, and the next one is tried. */
 void snapshot_look(struct snapshot *snapshot, const struct canvas *canvas, double now);
 
-/* What the last one has kept who serves from serving, seconds: of a large picture they are the fewer the longer that
- * takes. */
+/* The last one has kept who serves from serving for so many seconds: the next one comes the later for it. */
 void snapshot_took(struct snapshot *snapshot, double seconds);
 
 /* Waits for what is being written: the file is the caller's again. */

@@ -239,8 +239,8 @@ static void test_libraries_and_names(void **state)
     assert_true(material_of(scene, 0)->color.y == 1 && material_of(scene, 0)->color.x == 0);
     free(scene);
     scene = loaded(state,
-                   "mtllib one.mtl\nmtllib two.mtl\nmtllib ./one.mtl\nmtllib gone.mtl\n"
-                   "mtllib gone.mtl\n" SQUARE "usemtl m\nf 1 2 3\n",
+                   "mtllib one.mtl\nmtllib two.mtl\nmtllib one.mtl\nmtllib gone.mtl\n"
+                   "mtllib gone.mtl\nmtllib ./one.mtl\n" SQUARE "usemtl m\nf 1 2 3\n",
                    "");
     assert_true(material_of(scene, 0)->color.z == 1);
     assert_string_equal(s->said, "mesh.obj:4: warning: the material file 'gone.mtl' is missing\n");

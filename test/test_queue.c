@@ -667,7 +667,7 @@ static void test_answers_are_checked(void **state)
     queue_destroy(queue);
 }
 
-/* Of what is left of width / 2 a pixel is a hundred times as dear. */
+/* Pixels in the left half are a hundred times as dear. */
 static void probe_halves(struct queue *queue, const struct tile *probe, uint32_t width)
 {
     float seconds[256];
@@ -818,7 +818,7 @@ static void test_dear_of_few_are_split(void **state)
     assert_int_equal(largest_dear(&config), 64 * 64);
 }
 
-/* So few columns, twice, that a tile of them is much of a renderer's share are dear. */
+/* The dear ones are the left half of these columns alone: so few that a tile of them is much of a share. */
 #define DEAR_WIDTH 32
 
 static void answer_probes(struct queue *queue, uint32_t renderer, const struct tile *probes,
