@@ -1390,6 +1390,35 @@ static void test_cheap_are_joined(void **state)
     queue_destroy(queue);
 }
 
+/* One renderer's probes are out for long: the others do not work off small tiles until then. */
+static void test_joined_before_all_probes(void **state)
+{
+    (void)state;
+    const struct queue_config config = {
+        .width = 640, .height = 480, .renderers = 44, .tile_edge = 8, .probe_edge = 16};
+    struct queue *queue = queue_create(&config);
+    struct tile own[LOT_TILES], lot[LOT_TILES];
+    uint32_t owned = queue_next(queue, 0, 0, own), joined = 0;
+    for (uint32_t who = 1; !queue->settled; who = who % 43 + 1) {
+        uint32_t count = queue_next(queue, who, 1e-3, lot);
+        assert_true(count > 0);
+        for (uint32_t i = 0; i < count; i++)
+            if (lot[i].pass == TILE_PROBE)
+                answer_probes(queue, who, &lot[i], 1);
+            else
+                queue_finish(queue, who, lot[i].id, 1e-3, 1e-5);
+    }
+    assert_true(owned > 0 && queue->probes_back < queue->probes);
+    for (uint32_t id = 0; id < queue->item_count; id++)
+        joined += agenda_has(&queue->waiting, id) && area(&queue->items[id]) > 64;
+    assert_true(joined > 100);
+    check_sums(queue);
+    answer_probes(queue, 0, own, owned);
+    assert_int_equal(queue->probes_back, queue->probes);
+    check_sums(queue);
+    queue_destroy(queue);
+}
+
 /* One who has stopped is not forgotten because somebody has asked who had the tile, too. */
 static void test_stopped_behind_a_late_one(void **state)
 {
@@ -1896,6 +1925,7 @@ int main(void)
         cmocka_unit_test(test_takes_long),
         cmocka_unit_test(test_who_tells),
         cmocka_unit_test(test_cheap_are_joined),
+        cmocka_unit_test(test_joined_before_all_probes),
         cmocka_unit_test(test_stopped_behind_a_late_one),
         cmocka_unit_test(test_whole_before_pieces),
         cmocka_unit_test(test_too_many_tiles),
