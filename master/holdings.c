@@ -33,15 +33,6 @@ static uint32_t new_hold(struct holdings *holdings)
     return holdings->hold_count++;
 }
 
-static void set_open(struct holdings *holdings, uint32_t renderer, uint32_t open)
-{
-    holdings->holders[renderer].open = open;
-    if (open >= 2)
-        heap_put(&holdings->stocked, renderer, open);
-    else
-        heap_remove(&holdings->stocked, renderer);
-}
-
 /* Puts the hold into the ring of another one on the same tile. */
 static void join_ring(struct holdings *holdings, uint32_t hold, uint32_t other)
 {
@@ -79,14 +70,31 @@ uint32_t holdings_give(struct holdings *holdings, uint32_t renderer, uint32_t id
         holdings->holds[holder->last].next = hold;
     holder->last = hold;
     if (holder->count++ == 0) holdings->busy++;
-    if (may_pass) set_open(holdings, renderer, holder->open + 1);
+    holder->open += may_pass;
     return hold;
 }
 
 void holdings_end_lot(struct holdings *holdings, uint32_t renderer)
 {
-    holdings->holders[renderer].lots_given++;
-    holdings->holders[renderer].lots++;
+    struct holder *holder = &holdings->holders[renderer];
+    holder->lots_given++;
+    holder->lots++;
+    if (holder->open >= 2) heap_put(&holdings->stocked, renderer, holder->open);
+}
+
+uint32_t holdings_most_open(struct holdings *holdings)
+{
+    struct heap *stocked = &holdings->stocked;
+    uint32_t renderer;
+    while ((renderer = heap_top(stocked)) != HEAP_ABSENT) {
+        uint32_t open = holdings->holders[renderer].open;
+        if (open == stocked->entries[0].key) return renderer;
+        if (open >= 2)
+            heap_put(stocked, renderer, open);
+        else
+            heap_remove(stocked, renderer);
+    }
+    return HEAP_ABSENT;
 }
 
 /* The index of the hold, and of the one before it in the list. */
@@ -120,7 +128,7 @@ void holdings_pass_on(struct holdings *holdings, uint32_t renderer, struct hold 
 {
     assert(hold->may_pass && !hold->passed_on);
     hold->passed_on = true;
-    set_open(holdings, renderer, holdings->holders[renderer].open - 1);
+    holdings->holders[renderer].open--;
 }
 
 struct hold holdings_take(struct holdings *holdings, uint32_t renderer, uint32_t id)
@@ -136,7 +144,7 @@ struct hold holdings_take(struct holdings *holdings, uint32_t renderer, uint32_t
         holdings->holds[before].next = was.next;
     if (holder->last == hold) holder->last = before;
     if (--holder->count == 0) holdings->busy--;
-    if (was.may_pass && !was.passed_on) set_open(holdings, renderer, holder->open - 1);
+    holder->open -= was.may_pass && !was.passed_on;
     if (lot_is_over(holdings, holder, was.lot)) holder->lots--;
     holdings->holds[hold].next = holdings->free;
     holdings->free = hold;

@@ -37,7 +37,7 @@ struct holdings {
     struct hold *holds;
     uint32_t hold_count, free; /* free: a list of holds not in use */
     uint32_t busy;             /* renderers that have something */
-    struct heap stocked;       /* renderers with two open tiles or more, who has most on top */
+    struct heap stocked;       /* renderers by their open tiles after a lot, if two or more */
 };
 
 void holdings_init(struct holdings *holdings, uint32_t renderers);
@@ -48,6 +48,10 @@ void holdings_free(struct holdings *holdings);
 uint32_t holdings_give(struct holdings *holdings, uint32_t renderer, uint32_t id, double work,
                        bool may_pass, uint32_t other);
 void holdings_end_lot(struct holdings *holdings, uint32_t renderer);
+
+/* The renderer with most open tiles, two at least; HEAP_ABSENT: there is none. The heap hears of lots alone, for tiles
+ * go all the time and this is asked only at the end: what has gone of them, it hears here. */
+uint32_t holdings_most_open(struct holdings *holdings);
 
 /* The renderer's hold on a tile; NULL: it has no such tile. */
 struct hold *holdings_find(const struct holdings *holdings, uint32_t renderer, uint32_t id);

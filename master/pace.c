@@ -161,10 +161,12 @@ static void overlook(struct pace *pace, uint32_t renderer)
 static void enter(struct pace *pace, uint32_t renderer)
 {
     struct pace_renderer *r = &pace->renderers[renderer];
-    pace->lost_count -= r->lost;
-    r->lost = false;
-    heap_remove(&pace->lost, renderer);
-    heap_remove(&pace->spare, renderer);
+    if (r->lost) {
+        pace->lost_count--;
+        r->lost = false;
+        heap_remove(&pace->lost, renderer);
+        heap_remove(&pace->spare, renderer);
+    }
     pace->speed += r->speed;
     if (!r->holds) {
         overlook(pace, renderer);

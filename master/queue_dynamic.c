@@ -354,8 +354,8 @@ static void break_overdue(struct queue *queue, uint32_t asker, double now)
  */
 static uint32_t take_unbegun(struct queue *queue, uint32_t asker, double now, struct tile *tiles)
 {
-    const struct holdings *holdings = &queue->holdings;
-    uint32_t renderer = heap_top(&holdings->stocked), count = 0;
+    struct holdings *holdings = &queue->holdings;
+    uint32_t renderer = holdings_most_open(holdings), count = 0;
     if (renderer == HEAP_ABSENT) return 0;
     uint32_t most = holdings->holders[renderer].open / 2;
     uint64_t pixels = 0;
