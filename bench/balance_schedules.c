@@ -44,6 +44,7 @@ static struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t 
                                   .width = width,
                                   .height = height,
                                   .renderers = machine->renderers,
+                                  .master_renders = machine->master_renders,
                                   .crowd = crowd};
     uint32_t processors = crowd ? crowd->processors : machine->renderers * machine->node_cores;
     if (!bench_schedules[schedule].is_static)

@@ -36,6 +36,7 @@ static bool make_queue(struct run *run, const struct view *view)
                                   .width = view->region_w,
                                   .height = view->region_h,
                                   .renderers = run->renderers,
+                                  .master_renders = settings->farm.master_renders,
                                   .crowd = &run->crowd,
                                   .tile_edge = tile_edge(settings, view, processors)};
     config.probe_edge =

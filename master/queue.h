@@ -19,7 +19,8 @@
  *              a renderer tells of a tile that takes long (queue_takes_long()), so that others need
  *              not wait for the end of its lot to be late. When nothing waits, tiles of those who
  *              are late, or will be, are handed out a second time to those who are idle; the first
- *              answer counts.
+ *              answer counts. The master's own renderer, which loses the time that serving takes,
+ *              leaves the end to the others.
  * tiles        Whoever asks: square tiles row by row from the top, one at a time.
  * strips, cyclic, cyclic-rows
  *              Fixed shares: master/share.h. One tile, a band of rows, at a time.
@@ -49,6 +50,7 @@ struct queue_config {
     enum schedule schedule;
     uint32_t width, height; /* of the rendered region, pixels, at least 1 */
     uint32_t renderers;     /* at least 1 */
+    bool master_renders;    /* renderer 0 is rank 0's own: what serving takes, it loses */
     const struct crowd
         *crowd;          /* of the renderers, as long as the queue lives; NULL: each has a core */
     uint32_t tile_edge;  /* dynamic, tiles: of a tile, pixels, at least 1; else: rows of a band, 0:

@@ -395,6 +395,28 @@ static bool repeat_pays(const struct queue *queue, uint32_t renderer, uint32_t a
 #define PIECES_EACH 2
 
 /*
+ * Pieces of so many seconds of work for so many who stand idle. n of them are rendered in seconds / n, and the master
+ * takes them in one after the other, in n times what an answer takes it. From where both are the same, sqrt(seconds /
+ * answer), more pieces only keep all waiting for the master. Single samples on 36 to 52 processors: two of eight scenes
+ * are 1 % faster than with pieces for all who are idle, the others up to 0.4 %.
+ */
+static uint32_t pieces_worth(const struct queue *queue, double seconds, uint32_t idle)
+{
+    double most = smaller(PIECES_EACH * idle, PIECES_MOST);
+    return (uint32_t)fmax(2, fmin(sqrt(seconds / queue->pace.service_s), most));
+}
+
+/* What the renderer's tile of so much work is expected to take another one: by so much longer than predicted as it has
+ * taken longer already. HUGE_VAL: nothing is predicted yet. */
+static double expected_seconds(const struct queue *queue, uint32_t renderer, uint32_t asker,
+                               double now, double work)
+{
+    const struct pace *pace = &queue->pace;
+    if (!(pace->scale > 0)) return HUGE_VAL;
+    return pace_seconds(pace, asker, work) + fmax(now - pace->renderers[renderer].free_at, 0);
+}
+
+/*
  * What the renderer has begun: in pieces if two or more stand idle, who are done sooner than somebody
  * who has taken long already is expected to be. One alone does all of it, unless somebody else is to be
  * idle soon. HEAP_ABSENT: nobody.
@@ -418,7 +440,8 @@ static uint32_t take_begun(struct queue *queue, uint32_t renderer, uint32_t aske
         return 0;
     }
     double done = known_work(queue, renderer, hold->id);
-    if (idle >= 2 && pieces_make(queue, hold->id, smaller(PIECES_EACH * idle, PIECES_MOST), done)) {
+    double seconds = expected_seconds(queue, renderer, asker, now, fmax(work, done));
+    if (idle >= 2 && pieces_make(queue, hold->id, pieces_worth(queue, seconds, idle), done)) {
         recall(queue, hold);
         struct draft draft = {.renderer = asker, .tiles = tiles};
         return take_tiles(queue, &draft, now, pace_lot(&queue->pace, asker, now, work));
@@ -516,6 +539,23 @@ static void settle(struct queue *queue, double now)
     queue->news++;
 }
 
+/* Answers of each of the others that the end of a run takes the master: all have short lots then. */
+#define END_ANSWERS 8
+
+/*
+ * Whether the renderer is the master's own and leaves what waits to the others. It would get a part of its core, down to a
+ * fifth, and be the last one: with single samples on 44 processors it was that in most runs of two scenes of three. These
+ * are 0.5 % faster without, others up to 0.1 %.
+ */
+static bool leaves_the_end(const struct queue *queue, uint32_t renderer, double now)
+{
+    const struct pace *pace = &queue->pace;
+    if (!queue->config.master_renders || renderer != 0 || pace->holders == 0) return false;
+    if (!queue->settled || !(pace->scale > 0)) return false;
+    double serving = END_ANSWERS * (pace->count - 1) * pace->service_s;
+    return pace_even_end(pace, now, queue->waiting_work) < serving;
+}
+
 /* Whether the renderer had better not wait for the rest of the probes. */
 static bool settles(const struct queue *queue, uint32_t renderer)
 {
@@ -540,6 +580,7 @@ uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
     if (queue->pace.renderers[renderer].lost) return 0;
     struct pace_lot lot = pace_lot(&queue->pace, renderer, now, queue->waiting_work);
     if (queue->waiting.count == 0) return next_repeat(queue, renderer, now, tiles);
+    if (leaves_the_end(queue, renderer, now)) return 0;
     struct draft draft = {.renderer = renderer, .tiles = tiles};
     take_from_late(queue, &draft, lot);
     if (draft.count == 0) break_overdue(queue, renderer, now);

@@ -992,6 +992,33 @@ static void test_pieces_replace(void **state)
     queue_destroy(queue);
 }
 
+/* An answer takes the master so long, beside what its pixels take it. */
+static void serve_for(struct queue *queue, double seconds)
+{
+    for (int i = 0; i < 200; i++)
+        queue_served(queue, seconds, 1);
+}
+
+/* Pieces are as many as the idle can use, but no more than the master takes in while they are rendered: of 100 seconds
+ * 2 where an answer takes it 25. */
+static void test_pieces_are_worth_an_answer(void **state)
+{
+    (void)state;
+    for (int dear = 0; dear <= 1; dear++) {
+        struct queue *queue = queue_create(&four);
+        struct tile last, lot[LOT_TILES];
+        double now = 1e-3;
+        serve_for(queue, 1e-2); /* so that it is no use yet to break up anything */
+        assert_int_equal(leave_last(queue, &last, lot, &now), 0);
+        now += 100;
+        queue_look(queue, now);
+        serve_for(queue, dear ? 25 : 1e-6);
+        assert_true(queue_next(queue, 2, now, lot) > 0);
+        assert_int_equal(queue->items[last.id].pieces, dear ? 2 : 8);
+        queue_destroy(queue);
+    }
+}
+
 /* What is nearly done is not given up for a first piece: the whole counts if it comes before the last one. */
 static void test_whole_before_last_piece(void **state)
 {
@@ -1228,6 +1255,33 @@ static struct queue *begin_late(struct tile lots[4][LOT_TILES], uint32_t kept)
     finish_part(queue, 2, lots[2], 0, counts[2]);
     finish_part(queue, 3, lots[3], 0, counts[3]);
     return queue;
+}
+
+/* When the rest is less than what the others' last answers take the master, its own renderer leaves it to them; unless
+ * nobody counts on any of them. */
+static void test_own_renderer_leaves_the_end(void **state)
+{
+    (void)state;
+    for (int own = 0; own <= 1; own++) {
+        struct queue_config config = many;
+        config.master_renders = own;
+        struct queue *queue = queue_create(&config);
+        struct tile lot[LOT_TILES];
+        for (uint32_t i = 0; i < 4; i++)
+            finish_part(queue, i, lot, 0, queue_next(queue, i, 0, lot));
+        assert_true(queue_next(queue, 1, 1e-3, lot) > 0);
+        serve_for(queue, 1e-6);
+        assert_true(queue_next(queue, 0, 1e-3, lot) > 0);
+        finish_part(queue, 0, lot, 0, queue_holds(queue, 0));
+        serve_for(queue, 1);
+        assert_true(queue->waiting.count > 0);
+        assert_int_equal(queue_next(queue, 0, 1e-3, lot) == 0, own);
+        assert_true(queue_next(queue, 2, 1e-3, lot) > 0);
+        queue_look(queue, 1e6);
+        assert_int_equal(queue->pace.holders, 0);
+        if (own) assert_true(queue_next(queue, 0, 1e6, lot) > 0);
+        queue_destroy(queue);
+    }
 }
 
 /* What nobody has begun is passed on as it is, whoever else is overdue. */
@@ -1911,6 +1965,7 @@ int main(void)
         cmocka_unit_test(test_dear_of_late_are_broken_up),
         cmocka_unit_test(test_idle_take_unbegun),
         cmocka_unit_test(test_pieces_replace),
+        cmocka_unit_test(test_pieces_are_worth_an_answer),
         cmocka_unit_test(test_whole_before_last_piece),
         cmocka_unit_test(test_pieces_of_a_piece),
         cmocka_unit_test(test_finished_is_told),
@@ -1918,6 +1973,7 @@ int main(void)
         cmocka_unit_test(test_overdue_is_broken_up),
         cmocka_unit_test(test_idle_ask_again),
         cmocka_unit_test(test_idle_take_what_was_just_given),
+        cmocka_unit_test(test_own_renderer_leaves_the_end),
         cmocka_unit_test(test_unbegun_is_not_broken_up),
         cmocka_unit_test(test_late_in_one_lot),
         cmocka_unit_test(test_answered_is_not_recalled),
