@@ -46,6 +46,24 @@ static void work_once(struct pace *pace, double *now, double delay)
     pace_answered(pace, 0, *now, 1, 1, false);
 }
 
+/* Progress shows a few times a second, unless answers would then keep the master busy. */
+static void test_longest_lot(void **state)
+{
+    (void)state;
+    struct pace pace;
+    double now = 0;
+    pace_init(&pace, 4);
+    pace.total = 100;
+    for (int i = 0; i < 20; i++)
+        work_once(&pace, &now, 0);
+    pace_served(&pace, 1e-6, 1);
+    assert_near(pace_seconds(&pace, 0, pace_lot(&pace, 0, now, 100).work), 0.25, 1e-6);
+    for (int i = 0; i < 400; i++)
+        pace_served(&pace, 1e-2, 1);
+    assert_true(pace_seconds(&pace, 0, pace_lot(&pace, 0, now, 100).work) > 1);
+    pace_free(&pace);
+}
+
 /* No lot is shorter than what is known of it is old, but none is long beside the whole run. */
 static void test_delay(void **state)
 {
@@ -169,11 +187,9 @@ static void test_late(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_service),
-        cmocka_unit_test(test_delay),
-        cmocka_unit_test(test_delay_of_a_lot),
-        cmocka_unit_test(test_calm),
-        cmocka_unit_test(test_calm_of_few_answers),
+        cmocka_unit_test(test_service), cmocka_unit_test(test_longest_lot),
+        cmocka_unit_test(test_delay),   cmocka_unit_test(test_delay_of_a_lot),
+        cmocka_unit_test(test_calm),    cmocka_unit_test(test_calm_of_few_answers),
         cmocka_unit_test(test_late),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -325,23 +325,24 @@ static void test_equal_renderers(void **state)
 {
     (void)state;
     /* Probes take one in 64 of the pixels' time, which is no part of what is done. */
-    assert_true(efficiency(1, 0) > 0.93);
+    assert_true(efficiency(1, 0) > 0.965);
 }
 
-/* A quarter of the speed: of one, and of half of them. */
+/* A quarter of the speed: of one, and of half of them. Half of them come to 0.873, and to 0.82 where speeds are not
+ * learnt, nobody is late, or lots may be dear: virtual time is the same everywhere. */
 static void test_uneven_renderers(void **state)
 {
     (void)state;
-    assert_true(efficiency(0.25, 1) > 0.88);
-    assert_true(efficiency(0.25, 8) > 0.80);
+    assert_true(efficiency(0.25, 1) > 0.96);
+    assert_true(efficiency(0.25, 8) > 0.86);
 }
 
 /* The others finish the picture, with little more than its share lost. */
 static void test_stopped_renderers(void **state)
 {
     (void)state;
-    assert_true(efficiency(0, 1) > 0.80);
-    assert_true(efficiency(0, 3) > 0.70);
+    assert_true(efficiency(0, 1) > 0.97);
+    assert_true(efficiency(0, 3) > 0.97);
 }
 
 /* The one tile of a lot under a schedule that deals them one by one. */
@@ -1366,7 +1367,8 @@ static void test_takes_long(void **state)
         float tells[LOT_TILES];
         assert_int_equal(queue_tells(queue, 1, lots[1], 1, tells), 1);
         double tell_s = (double)tells[0], seconds = early ? rest / 4 : rest;
-        assert_true(tell_s > pace_seconds(&queue->pace, 1, (double)queue->items[first].work));
+        double predicted = pace_seconds(&queue->pace, 1, (double)queue->items[first].work);
+        assert_true(tell_s > predicted && tell_s < 4 * predicted + pace_least(&queue->pace, 1));
         assert_true(tell_s < rest / 4);
         queue_takes_long(queue, 1, first, 2e-3, seconds);
         assert_int_equal(queue->pace.renderers[1].lost, !early);
