@@ -81,7 +81,8 @@ void stop_install(int rank)
     act(SIGINT, rank == 0 ? note_signal : SIG_IGN, 0);
     act(SIGTERM, rank == 0 ? note_signal : SIG_IGN, 0);
     act(SIGUSR1, rank == 0 ? note_signal : SIG_IGN, 0);
-    /* A reader that goes away, or a file grown to its limit. */
+    /* A terminal or a reader that goes away, or a file grown to its limit. Of a hangup UCX makes a debugger's matter. */
+    act(SIGHUP, SIG_IGN, 0);
     act(SIGPIPE, SIG_IGN, 0);
     act(SIGXFSZ, SIG_IGN, 0);
 }

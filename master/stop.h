@@ -14,7 +14,7 @@ enum { STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_INPUT = 2, STATUS_RESUMABLE = 
  * second one, of whichever kind (what comes within a tenth of a second is one and the same: timeout(1)
  * signals a process and then its group); before stop_is_served() the first one ends the program with a
  * message. The other ranks ignore them (mpiexec passes signals to all ranks) and are told by rank 0.
- * Failed writes of all kinds become errors instead of signals.
+ * A run goes on when its terminal goes (SIGHUP). Failed writes of all kinds become errors instead of signals.
  */
 void stop_install(int rank);
 

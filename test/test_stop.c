@@ -53,11 +53,21 @@ static void test_same_twice(void **state)
     }
 }
 
+/* A terminal is closed: the run goes on, and stops for what comes behind it. */
+static void test_terminal_closed(void **state)
+{
+    (void)state;
+    int status = end_after(SIGHUP, SIGTERM, 0);
+    assert_true(WIFEXITED(status));
+    assert_int_equal(WEXITSTATUS(status), 8);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_second_ends),
         cmocka_unit_test(test_same_twice),
+        cmocka_unit_test(test_terminal_closed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
