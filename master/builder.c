@@ -246,86 +246,96 @@ bool builder_is_empty(const struct builder *builder)
     return true;
 }
 
-struct bounds {
-    struct vec3 min, max;
-};
-
-static void extend(struct bounds *bounds, struct vec3 point, struct vec3 reach)
+/* How far a disc reaches from its middle; normal: unit. */
+static double disc_reach(struct vec3 normal, double radius, struct vec3 direction)
 {
-    struct vec3 low = vec_sub(point, reach), high = vec_add(point, reach);
-    bounds->min =
-        vec3(fmin(bounds->min.x, low.x), fmin(bounds->min.y, low.y), fmin(bounds->min.z, low.z));
-    bounds->max =
-        vec3(fmax(bounds->max.x, high.x), fmax(bounds->max.y, high.y), fmax(bounds->max.z, high.z));
+    double along = vec_dot(normal, direction);
+    return radius * sqrt(fmax(0, vec_dot(direction, direction) - along * along));
 }
 
-static void extend_by_corners(const struct builder *builder, const uint32_t vertex[3],
-                              struct bounds *bounds)
+static double corners_reach(const struct builder *builder, const uint32_t vertex[3],
+                            struct vec3 origin, struct vec3 direction)
 {
-    for (int i = 0; i < 3; i++)
-        extend(bounds, builder_vertex(builder, vertex[i]), vec3(0, 0, 0));
+    double most = -HUGE_VAL;
+    for (int i = 0; i < 3; i++) {
+        struct vec3 corner = vec_sub(builder_vertex(builder, vertex[i]), origin);
+        most = fmax(most, vec_dot(corner, direction));
+    }
+    return most;
 }
 
-/* How far a circle of this radius and axis (unit) reaches from its middle along x, y and z. */
-static struct vec3 circle_reach(struct vec3 axis, double radius)
+static double cone_reach(const struct cone *cone, struct vec3 origin, struct vec3 direction)
 {
-    return vec3(radius * sqrt(fmax(0, 1 - axis.x * axis.x)),
-                radius * sqrt(fmax(0, 1 - axis.y * axis.y)),
-                radius * sqrt(fmax(0, 1 - axis.z * axis.z)));
+    struct vec3 axis = vec_normalize(vec_sub(cone->apex, cone->base));
+    return fmax(vec_dot(vec_sub(cone->base, origin), direction) +
+                    disc_reach(axis, cone->base_radius, direction),
+                vec_dot(vec_sub(cone->apex, origin), direction) +
+                    disc_reach(axis, cone->apex_radius, direction));
 }
 
-static void extend_by(const struct builder *builder, enum primitive_kind kind, const void *item,
-                      struct bounds *bounds)
+static double box_reach(const struct box *box, struct vec3 origin, struct vec3 direction)
+{
+    struct vec3 corner = {direction.x > 0 ? box->max.x : box->min.x,
+                          direction.y > 0 ? box->max.y : box->min.y,
+                          direction.z > 0 ? box->max.z : box->min.z};
+    return vec_dot(vec_sub(corner, origin), direction);
+}
+
+static double primitive_reach(const struct builder *builder, enum primitive_kind kind,
+                              const void *item, struct vec3 origin, struct vec3 direction)
 {
     const struct sphere *sphere = item;
-    const struct box *box = item;
     const struct disc *disc = item;
-    const struct cone *cone = item;
     switch (kind) {
     case PRIMITIVE_TRIANGLE:
-        extend_by_corners(builder, ((const struct triangle *)item)->vertex, bounds);
-        break;
+        return corners_reach(builder, ((const struct triangle *)item)->vertex, origin, direction);
     case PRIMITIVE_PATCH:
-        extend_by_corners(builder, ((const struct patch *)item)->vertex, bounds);
-        break;
+        return corners_reach(builder, ((const struct patch *)item)->vertex, origin, direction);
     case PRIMITIVE_SPHERE:
-        extend(bounds, sphere->center, vec3(sphere->radius, sphere->radius, sphere->radius));
-        break;
+        return vec_dot(vec_sub(sphere->center, origin), direction) +
+               sphere->radius * vec_length(direction);
     case PRIMITIVE_BOX:
-        extend(bounds, box->min, vec3(0, 0, 0));
-        extend(bounds, box->max, vec3(0, 0, 0));
-        break;
+        return box_reach(item, origin, direction);
     case PRIMITIVE_DISC:
-        extend(bounds, disc->center, circle_reach(disc->normal, disc->radius));
-        break;
-    case PRIMITIVE_CONE: {
-        struct vec3 axis = vec_normalize(vec_sub(cone->apex, cone->base));
-        extend(bounds, cone->base, circle_reach(axis, cone->base_radius));
-        extend(bounds, cone->apex, circle_reach(axis, cone->apex_radius));
-        break;
-    }
+        return vec_dot(vec_sub(disc->center, origin), direction) +
+               disc_reach(disc->normal, disc->radius, direction);
+    case PRIMITIVE_CONE:
+        return cone_reach(item, origin, direction);
     case PRIMITIVE_PLANE:
     case PRIMITIVE_KINDS:
         break;
     }
+    return -HUGE_VAL;
 }
 
-bool builder_bounds(const struct builder *builder, struct vec3 *min, struct vec3 *max)
+bool builder_reach(const struct builder *builder, struct vec3 origin, unsigned count,
+                   const struct vec3 *directions, double *reach)
 {
-    struct bounds bounds = {vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL),
-                            vec3(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL)};
     uint64_t found = 0;
+    for (unsigned k = 0; k < count; k++)
+        reach[k] = -HUGE_VAL;
     for (int kind = 0; kind < PRIMITIVE_PLANE; kind++) {
         const struct list *list = &builder->primitives[kind];
         size_t size = primitive_size((enum primitive_kind)kind);
         found += list->count;
         for (uint64_t i = 0; i < list->count; i++)
-            extend_by(builder, (enum primitive_kind)kind, (const char *)list->items + i * size,
-                      &bounds);
+            for (unsigned k = 0; k < count; k++)
+                reach[k] = fmax(reach[k], primitive_reach(builder, (enum primitive_kind)kind,
+                                                          (const char *)list->items + i * size,
+                                                          origin, directions[k]));
     }
-    *min = bounds.min;
-    *max = bounds.max;
     return found > 0;
+}
+
+bool builder_bounds(const struct builder *builder, struct vec3 *min, struct vec3 *max)
+{
+    static const struct vec3 sides[6] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},
+                                         {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
+    double reach[6];
+    bool any = builder_reach(builder, vec3(0, 0, 0), 6, sides, reach);
+    *max = vec3(reach[0], reach[1], reach[2]);
+    *min = vec3(-reach[3], -reach[4], -reach[5]);
+    return any;
 }
 
 /* ---- the block ---- */

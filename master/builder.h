@@ -41,6 +41,14 @@ uint32_t builder_light_count(const struct builder *builder);
 bool builder_is_empty(const struct builder *builder);
 
 /*
+ * How far all primitives but planes reach from a place in each of these directions, times the direction's length: the
+ * most of the products (point - origin) * direction, into reach[count]. False when there are none. Infinite where a
+ * primitive is as large as numbers go.
+ */
+bool builder_reach(const struct builder *builder, struct vec3 origin, unsigned count,
+                   const struct vec3 *directions, double *reach);
+
+/*
  * The axis-aligned box around all primitives but planes; false when there are none. Corners may be
  * infinite when a primitive is as large as numbers go.
  */

@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-/* Empty space around the scene, as a share of the distance. */
-#define MARGIN 1.05
+/* The picture is so many times as wide as what is in it. */
+#define MARGIN 1.1
 
 struct frame {
     struct vec3 right, up, back; /* orthonormal; back points from the scene to the eye */
@@ -39,40 +39,52 @@ static struct vec3 three_quarter_view(struct vec3 up)
     return vec_add_scaled(vec_scale(level, cos(M_PI / 9)), vertical, sin(M_PI / 9));
 }
 
-/* How far from the middle the eye has to be so that this point (relative to it) is in the picture.
+/*
+ * Half of the view in one direction (unit, a is its slope: tan of the angle from the middle to the edge of the picture),
+ * with x along it and z towards the eye: a point is in the picture if |x - eye_x| <= a (eye_z - z). So with
+ * A = max(x + a z) and B = max(-x + a z) over all points eye_x = (A - B) / 2 and eye_z = (A + B) / (2 a) show all of
+ * them, from as near as that goes, as far from one edge as from the other.
  */
-static double distance_for(const struct frame *frame, struct vec3 point, double tan_x, double tan_y)
+struct span {
+    double eye_x, eye_z;
+};
+
+/* centred: eye_x is 0. */
+static struct span fit(double slope, const double reach[2], bool centred)
 {
-    double across_distance = fabs(vec_dot(point, frame->right)) / tan_x;
-    double up_distance = fabs(vec_dot(point, frame->up)) / tan_y;
-    return vec_dot(point, frame->back) + fmax(across_distance, up_distance);
+    if (centred) return (struct span){0, fmax(reach[0], reach[1]) / slope};
+    return (struct span){(reach[0] - reach[1]) / 2, (reach[0] / 2 + reach[1] / 2) / slope};
 }
 
 void frame_scene(const struct builder *builder, struct settings *settings, bool has_eye,
                  bool has_look_at)
 {
+    if (has_eye && has_look_at) return;
     struct vec3 min, max;
-    if (!builder_bounds(builder, &min, &max)) {
-        min = vec3(-1, -1, -1);
-        max = vec3(1, 1, 1);
-    }
-    struct vec3 middle = vec_add(vec_scale(min, 0.5), vec_scale(max, 0.5));
+    bool any = builder_bounds(builder, &min, &max);
+    struct vec3 middle = any ? vec_add(vec_scale(min, 0.5), vec_scale(max, 0.5)) : vec3(0, 0, 0);
     if (!has_look_at) settings->camera.look_at = middle;
     if (has_eye) return;
 
     struct frame frame = frame_of(three_quarter_view(settings->camera.up), settings->camera.up);
-    double tan_y = tan(settings->camera.fov * (M_PI / 360));
-    double tan_x = tan_y * settings->image.width / settings->image.height;
-    double distance = 0;
-    for (int i = 0; i < 8; i++) {
-        struct vec3 corner =
-            vec3(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z);
-        struct vec3 from_middle = vec_sub(corner, settings->camera.look_at);
-        distance = fmax(distance, distance_for(&frame, from_middle, tan_x, tan_y));
-    }
-    /* A single point is seen from a distance of 1. */
-    if (distance == 0) distance = 1;
-    settings->camera.eye = vec_add_scaled(settings->camera.look_at, frame.back, distance * MARGIN);
+    double slope_y = tan(settings->camera.fov * (M_PI / 360)) / MARGIN;
+    double slope_x = slope_y * settings->image.width / settings->image.height;
+    double reach[4] = {1, 1, 1, 1};
+    const struct vec3 directions[4] = {
+        vec_add_scaled(frame.right, frame.back, slope_x),
+        vec_add_scaled(vec_scale(frame.right, -1), frame.back, slope_x),
+        vec_add_scaled(frame.up, frame.back, slope_y),
+        vec_add_scaled(vec_scale(frame.up, -1), frame.back, slope_y),
+    };
+    if (any) builder_reach(builder, settings->camera.look_at, 4, directions, reach);
+    struct span across = fit(slope_x, reach, has_look_at),
+                up = fit(slope_y, reach + 2, has_look_at);
+    struct vec3 aside = vec_add_scaled(vec_scale(frame.right, across.eye_x), frame.up, up.eye_x);
+    settings->camera.look_at = vec_add(settings->camera.look_at, aside);
+    double distance = fmax(across.eye_z, up.eye_z);
+    /* A single point, and what is behind a look_at that was set, is seen from a distance of 1. */
+    if (distance <= 0) distance = 1;
+    settings->camera.eye = vec_add_scaled(settings->camera.look_at, frame.back, distance);
 }
 
 void shoulder_lights(const struct settings *settings, struct light lights[2])
@@ -83,8 +95,7 @@ void shoulder_lights(const struct settings *settings, struct light lights[2])
     double distance = vec_length(back);
     struct vec3 key = vec_add_scaled(eye, frame.right, 0.6 * distance);
     struct vec3 fill = vec_add_scaled(eye, frame.right, -1.2 * distance);
-    lights[0] =
-        (struct light){vec_add_scaled(key, frame.up, 0.9 * distance), vec3(0.9, 0.88, 0.84)};
+    lights[0] = (struct light){vec_add_scaled(key, frame.up, 0.9 * distance), vec3(1.2, 1.17, 1.1)};
     lights[1] =
-        (struct light){vec_add_scaled(fill, frame.up, 0.2 * distance), vec3(0.3, 0.33, 0.4)};
+        (struct light){vec_add_scaled(fill, frame.up, 0.2 * distance), vec3(0.45, 0.5, 0.58)};
 }

@@ -6,9 +6,9 @@
 #include "master/builder.h"
 
 /*
- * Chooses look_at (unless it is set: the centre of the scene) and eye (unless it is set: seen from
- * the front, somewhat from the right and above, so far away that all bounded primitives are in the
- * picture). up and fov are used as they are.
+ * Chooses eye, unless it is set: seen from the front, somewhat from the right and above, as near as all bounded
+ * primitives are in the picture; and look_at, unless it is set: so that they are in the middle of it, or the centre of
+ * their box where eye is set. up and fov are used as they are.
  */
 void frame_scene(const struct builder *builder, struct settings *settings, bool has_eye,
                  bool has_look_at);

@@ -130,28 +130,53 @@ static void test_output_names(void **state)
     job_free(&job);
 }
 
-/* All corners of the scene's box are in the picture, and it is not far too small in it. */
+/* From where to where in the picture points are: -1 to 1 are its edges. */
+struct extent {
+    double least, most;
+};
+
+static void extend(struct extent *extent, double value)
+{
+    extent->least = fmin(extent->least, value);
+    extent->most = fmax(extent->most, value);
+}
+
+/* Of all corners of a box from 100 0 0 to 110 3 1. */
+static void box_in_picture(const struct camera *camera, struct extent *x, struct extent *y)
+{
+    double scale = vec_length(camera->down);
+    *x = *y = (struct extent){HUGE_VAL, -HUGE_VAL};
+    for (int c = 0; c < 8; c++) {
+        struct vec3 corner = vec3(c & 1 ? 110 : 100, c & 2 ? 3 : 0, c & 4 ? 1 : 0);
+        struct vec3 d = vec_sub(corner, camera->eye);
+        double depth = vec_dot(d, camera->forward);
+        assert_true(depth > 0);
+        extend(x, vec_dot(d, camera->right) / (scale * scale * depth * 1.5));
+        extend(y, vec_dot(d, camera->down) / (scale * scale * depth));
+    }
+}
+
+static bool is_near(double value, double expected)
+{
+    return fabs(value - expected) < 1e-9;
+}
+
+/* The scene is in the middle of the picture, and up or across its largest extent leaves a tenth of it free; with a
+ * look_at that is set it touches the same margin on one side. */
 static void test_automatic_camera(void **state)
 {
     static const char *const ups[] = {"camera.up=0 1 0", "camera.up=0 0 1", "camera.up=1 0 0",
-                                      "camera.up=0 -1 0.1"};
+                                      "camera.up=0 -1 0.1", "camera.look_at=105 1 0"};
     scratch_write("boxes.ini", "[image]\nwidth = 300\nheight = 200\n[light]\nposition = 9 9 9\n"
                                "[box]\nmin = 100 0 0\nmax = 110 3 1\n"
                                "[plane]\npoint = 0 0 0\nnormal = 0 1 0\n");
     for (size_t i = 0; i < sizeof ups / sizeof *ups; i++) {
+        struct extent x, y;
         struct scene *scene = scratch_scene(*state, "boxes.ini", ups[i]);
-        const struct camera *camera = &scene->view.camera;
-        double scale = vec_length(camera->down), most = 0;
-        for (int c = 0; c < 8; c++) {
-            struct vec3 corner = vec3(c & 1 ? 110 : 100, c & 2 ? 3 : 0, c & 4 ? 1 : 0);
-            struct vec3 d = vec_sub(corner, camera->eye);
-            double depth = vec_dot(d, camera->forward);
-            double x = vec_dot(d, camera->right) / (scale * scale * depth * 1.5);
-            double y = vec_dot(d, camera->down) / (scale * scale * depth);
-            assert_true(depth > 0 && fabs(x) < 1 && fabs(y) < 1);
-            most = fmax(most, fmax(fabs(x), fabs(y)));
-        }
-        assert_true(most > 0.7);
+        box_in_picture(&scene->view.camera, &x, &y);
+        struct extent wide = x.most - x.least > y.most - y.least ? x : y;
+        assert_true(is_near(fmax(fmax(-x.least, x.most), fmax(-y.least, y.most)), 1 / 1.1));
+        if (i < 4) assert_true(is_near(wide.least, -1 / 1.1) && is_near(wide.most, 1 / 1.1));
         free(scene);
     }
 }
