@@ -166,9 +166,27 @@ static void keep_what_is_missing(struct run *run, struct written written, bool t
     }
 }
 
-int run_conclude(struct run *run, const struct service *service, const struct view *view)
+/* Below the table, which ends with the picture: where all else is. */
+static void tell_outputs(const struct run *run, struct written written)
 {
     const struct settings *settings = &run->job.settings;
+    const struct {
+        const char *what, *path;
+        bool there;
+    } outputs[] = {
+        {"report", settings->output.report, wants_report(settings) && written.report},
+        {"error", settings->output.error, !run->watch.csv_error},
+        {"trace", settings->output.trace, written.timeline},
+        {"heatmap", settings->output.heatmap, written.timeline},
+        {"ranks", settings->output.ranks, written.timeline},
+    };
+    for (size_t i = 0; i < sizeof outputs / sizeof *outputs; i++)
+        if (outputs[i].there && *outputs[i].path)
+            report_path(stdout, outputs[i].what, outputs[i].path);
+}
+
+int run_conclude(struct run *run, const struct service *service, const struct view *view)
+{
     fill_report(run, service);
     fill_sampling(run, service, view);
     if (!judge_limit(run, service, view)) {
@@ -180,8 +198,7 @@ int run_conclude(struct run *run, const struct service *service, const struct vi
     keep_what_is_missing(run, written, service->timed_out);
     if (!written.picture) return STATUS_FAILED;
     report_table(stdout, &run->report, terminal_columns(stderr));
-    if (wants_report(settings) && written.report)
-        report_path(stdout, "report", settings->output.report);
+    tell_outputs(run, written);
     int told = close_output(), judged = judge_samples(run);
     if (!written.timeline || !written.report) return STATUS_FAILED;
     return told != STATUS_DONE ? told : judged;

@@ -11,6 +11,9 @@ shown() { # N SCHEDULE
     rm -f ./*.json ./*.png
     run 0 farm_n "$1" "$SCENE" image.width=60 image.height=45 farm.schedule="$2" output.image=a.png \
         output.trace=t.json output.heatmap=h.png output.ranks=r.png || return 1
+    for told in 'picture a.png' 'report  a.json' 'trace   t.json' 'heatmap h.png' 'ranks   r.png'; do
+        echo "$out" | grep -qx "$told" || return 1
+    done
     head -c 8 h.png | grep -aq PNG && head -c 8 r.png | grep -aq PNG &&
         grep -q '"black_s"' a.json && [ "$(traced_pixels t.json)" -eq 2700 ] &&
         [ "$(rows t.json)" -eq $(($1 > 0 ? $1 : 1)) ]
