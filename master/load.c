@@ -82,6 +82,22 @@ static bool refuse_config(const char *path)
     return false;
 }
 
+/* Of an OBJ file; the last sections of its document. */
+#define SHOULDER_LIGHTS 2
+
+/* A section for the file; for a mesh its lights', too, which arguments may fill before it is known where they
+ * are. */
+static void add_scene_file(struct ini *ini, const char *path, bool is_obj)
+{
+    struct ini_section *section = ini_add_section(ini, is_obj ? "mesh" : "include", "scene", 0);
+    struct ini_entry origin = {.file = ini->file, .folder = ""};
+    ini_set(section, "file", path, &origin);
+    if (!is_obj) return;
+    ini_set(section, "smooth", "yes", &origin);
+    ini_add_section(ini, "light", "key", 0);
+    ini_add_section(ini, "light", "fill", 0);
+}
+
 /* CONFIG as a document; a scene file becomes a section that names it. */
 static bool read_config(const char *path, struct ini *ini)
 {
@@ -93,29 +109,7 @@ static bool read_config(const char *path, struct ini *ini)
         return false;
     }
     ini_create(path, ini);
-    struct ini_section *section = ini_add_section(ini, is_obj ? "mesh" : "include", "scene", 0);
-    struct ini_entry origin = {.file = ini->file, .folder = ""};
-    ini_set(section, "file", path, &origin);
-    if (is_obj) ini_set(section, "smooth", "yes", &origin);
-    return true;
-}
-
-/* The lights of an OBJ file, as sections so that they are printed like others. */
-static bool add_lights(struct loader *loader, struct ini *ini)
-{
-    static const char *const names[2] = {"key", "fill"};
-    struct light lights[2];
-    shoulder_lights(loader->settings, lights);
-    struct ini_entry origin = {.file = ini->file, .folder = ""};
-    for (int i = 0; i < 2; i++) {
-        struct ini_section *section = ini_add_section(ini, "light", names[i], 0);
-        char *position = format_vector(lights[i].position), *color = format_vector(lights[i].color);
-        ini_set(section, "position", position, &origin);
-        ini_set(section, "color", color, &origin);
-        free(position);
-        free(color);
-        if (builder_add_light(loader->builder, &lights[i])) return false;
-    }
+    add_scene_file(ini, path, is_obj);
     return true;
 }
 
@@ -133,27 +127,61 @@ static bool load_scene(struct loader *loader, const struct ini *ini)
     return good;
 }
 
+/* Unless an argument has set it. */
+static void set_vector(const struct ini *ini, struct ini_section *section, const char *key,
+                       struct vec3 value)
+{
+    struct ini_entry origin = {.file = ini->file, .folder = ""};
+    char *text = format_vector(value);
+    if (!ini_entry(section, key)) ini_set(section, key, text, &origin);
+    free(text);
+}
+
+/* The lights of an OBJ file, as sections so that they are printed and overridden like others. */
+static bool load_shoulder_lights(struct loader *loader, const struct ini *sections)
+{
+    struct light lights[SHOULDER_LIGHTS];
+    shoulder_lights(loader->settings, lights);
+    for (size_t i = 0; i < SHOULDER_LIGHTS; i++) {
+        struct ini_section *section = &sections->sections[i];
+        if (!ini_entry(section, "position") && !vec_is_finite(lights[i].position)) {
+            user_error(sections->file, 0,
+                       "there is no room for lights around it, expected a smaller scene");
+            return false;
+        }
+        set_vector(sections, section, "position", lights[i].position);
+        set_vector(sections, section, "color", lights[i].color);
+    }
+    return load_scene(loader, sections);
+}
+
+static void warn_of_little(const struct loader *loader, const char *config)
+{
+    if (!builder_light_count(loader->builder))
+        user_warning(config, 0, "the scene has no light, expected at least one [light]");
+    if (builder_is_empty(loader->builder))
+        user_warning(config, 0, "the scene has no objects, the picture shows the background");
+}
+
 static bool load_document(struct loader *loader, struct ini *ini, char *const *overrides,
                           size_t count)
 {
     const char *config = ini->file;
     struct settings *settings = loader->settings;
+    /* Where the lights of an OBJ file are depends on the camera, and that on all else. */
+    struct ini scene = *ini, lights = *ini;
+    lights.count = path_has_extension(config, ".obj") ? SHOULDER_LIGHTS : 0;
+    scene.count -= lights.count;
+    lights.sections += scene.count;
     if (!read_settings(loader, ini) || !apply_overrides(loader, ini, overrides, count) ||
-        !load_scene(loader, ini))
+        !load_scene(loader, &scene))
         return false;
     frame_scene(loader->builder, settings, setting_is_set(loader, "camera", "eye"),
                 setting_is_set(loader, "camera", "look_at"));
     name_outputs(settings, config);
     if (!check_settings(loader, config)) return false;
-    if (path_has_extension(config, ".obj")) {
-        if (add_lights(loader, ini)) return true;
-        user_error(config, 0, "there is no room for lights around it, expected a smaller scene");
-        return false;
-    }
-    if (!builder_light_count(loader->builder))
-        user_warning(config, 0, "the scene has no light, expected at least one [light]");
-    if (builder_is_empty(loader->builder))
-        user_warning(config, 0, "the scene has no objects, the picture shows the background");
+    if (lights.count) return load_shoulder_lights(loader, &lights);
+    warn_of_little(loader, config);
     return true;
 }
 

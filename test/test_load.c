@@ -337,6 +337,34 @@ static void test_sides_of_the_automatic_view(void **state)
     free(scene);
 }
 
+/* The lights that an OBJ file is given are sections as any others. */
+static void test_overridden_shoulder_lights(void **state)
+{
+    scratch_write("front.obj", "v -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    struct scene *plain = scratch_scene(*state, "front.obj", NULL);
+    struct scene *scene = scratch_scene(*state, "front.obj", "light key.color=2 1 3");
+    const struct light *before = scene_lights(plain), *lights = scene_lights(scene);
+    assert_int_equal(scene->lights.count, 2);
+    assert_true(lights[0].color.x == 2 && lights[0].color.z == 3);
+    assert_memory_equal(&lights[0].position, &before[0].position, sizeof lights[0].position);
+    assert_memory_equal(&lights[1], &before[1], sizeof lights[1]);
+    free(scene);
+    scene = scratch_scene(*state, "front.obj", "light fill.position=7 8 9");
+    lights = scene_lights(scene);
+    assert_memory_equal(&lights[0], &before[0], sizeof lights[0]);
+    assert_memory_equal(&lights[1].color, &before[1].color, sizeof lights[1].color);
+    assert_true(lights[1].position.y == 8);
+    free(scene);
+    free(plain);
+    check_round_trip(state, "front.obj", "light key.color=2 1 3");
+    scratch_refused(*state, "front.obj", "light kye.color=2 2 2",
+                    "light kye.color=2 2 2: front.obj has no section [light kye], did you mean "
+                    "'key'?");
+    scratch_refused(*state, "front.obj", "light key.size=2",
+                    "light key.size=2: unknown key 'size' in [light key], expected one of position "
+                    "color");
+}
+
 static void test_help_lists_all_keys(void **state)
 {
     (void)state;
@@ -366,6 +394,7 @@ int main(void)
         cmocka_unit_test(test_extreme_cameras),
         cmocka_unit_test(test_sides_of_the_automatic_view),
         cmocka_unit_test(test_print_round_trip),
+        cmocka_unit_test(test_overridden_shoulder_lights),
         cmocka_unit_test(test_help_lists_all_keys),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
