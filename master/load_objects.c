@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "common/message.h"
 #include "master/nearest_name.h"
@@ -19,9 +20,26 @@ bool refuse_section_key(const struct reading *at, const char *key, const char *w
     return false;
 }
 
+/* The key that an argument has set, the last of several, "" without one: the object is no longer what the file
+ * says. Not its material, which is nothing that can be wrong with a shape. */
+static const char *key_of_argument(const struct reading *at)
+{
+    const char *key = "";
+    for (size_t i = 0; i < at->section->count; i++) {
+        const struct ini_entry *entry = &at->section->entries[i];
+        if (entry->file != at->ini->file && strcmp(entry->key, "material") != 0) key = entry->key;
+    }
+    return key;
+}
+
+static bool refuse_object(const struct reading *at, const char *why)
+{
+    return refuse_section_key(at, key_of_argument(at), why);
+}
+
 bool accept_object(const struct reading *at, const char *why)
 {
-    return !why || refuse_section_key(at, "", why);
+    return !why || refuse_object(at, why);
 }
 
 /* ---- materials ---- */
@@ -95,8 +113,7 @@ bool load_triangle(const struct reading *at, void *data)
     struct vec3 ab = vec_sub(s->corner[1], s->corner[0]), ac = vec_sub(s->corner[2], s->corner[0]);
     if (vec_is_zero(ab) || vec_is_zero(ac) ||
         vec_is_zero(vec_cross(vec_normalize(ab), vec_normalize(ac))))
-        return refuse_section_key(at, "",
-                                  "the corners lie on a line, expected a triangle with an area");
+        return refuse_object(at, "the corners lie on a line, expected a triangle with an area");
     for (int i = 0; i < 3; i++) {
         struct vec3 corner = place_point(&at->part->placement, s->corner[i]);
         if (!accept_object(at, builder_add_vertex(builder, corner, &triangle.vertex[i])))
@@ -138,8 +155,7 @@ bool load_box(const struct reading *at, void *data)
     const struct placement *placement = &at->part->placement;
     if (!resolve_material(at, &s->object, &box->material)) return false;
     if (!(box->min.x < box->max.x && box->min.y < box->max.y && box->min.z < box->max.z))
-        return refuse_section_key(at, "",
-                                  "the box has no volume, expected min < max in every component");
+        return refuse_object(at, "the box has no volume, expected min < max in every component");
     if (!placement_keeps_axes(placement))
         return accept_object(at, add_turned_box(builder, placement, box));
     struct vec3 a = place_point(placement, box->min), b = place_point(placement, box->max);

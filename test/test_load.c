@@ -93,6 +93,36 @@ static void test_bad_overrides(void **state)
         scratch_refused(*state, "scene.ini", cases[i].override, cases[i].line);
 }
 
+/* What an argument makes of an object is the argument's fault; what the file says is the file's. */
+static void test_objects_spoilt_by_arguments(void **state)
+{
+    static const struct {
+        const char *override, *line;
+    } cases[] = {
+        {"plane floor.normal=0 0 0",
+         "plane floor.normal=0 0 0: [plane floor]: the normal is zero or not finite, expected a "
+         "direction"},
+        {"cylinder post.apex=0 0 0",
+         "cylinder post.apex=0 0 0: [cylinder post]: base and apex are the same point, expected "
+         "two different points"},
+        {"box crate.max=0 1 1", "box crate.max=0 1 1: [box crate]: the box has no volume, expected "
+                                "min < max in every component"},
+        {"triangle sail.c=2 0 0",
+         "triangle sail.c=2 0 0: [triangle sail]: the corners lie on a line, expected a triangle "
+         "with an area"},
+    };
+    scratch_write("shapes.ini", "[material red]\n[plane floor]\npoint = 0 0 0\nnormal = 0 1 0\n"
+                                "[cylinder post]\nbase = 0 0 0\napex = 0 1 0\nradius = 1\n"
+                                "[box crate]\nmin = 0 0 0\nmax = 1 1 1\n"
+                                "[triangle sail]\na = 0 0 0\nb = 1 0 0\nc = 0 1 0\n");
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+        scratch_refused(*state, "shapes.ini", cases[i].override, cases[i].line);
+    scratch_write("flat.ini", "[material red]\n[box crate]\nmin = 0 0 0\nmax = 1 0 1\n");
+    scratch_refused(*state, "flat.ini", "box crate.material=red",
+                    "flat.ini:2: [box crate]: the box has no volume, expected min < max in every "
+                    "component");
+}
+
 /* Rows that are too many for a message, under the schedules that send rows. */
 static void test_rows_sent_at_a_time(void **state)
 {
@@ -386,6 +416,7 @@ int main(void)
         cmocka_unit_test(test_overrides),
         cmocka_unit_test(test_overrides_in_order),
         cmocka_unit_test(test_bad_overrides),
+        cmocka_unit_test(test_objects_spoilt_by_arguments),
         cmocka_unit_test(test_rows_sent_at_a_time),
         cmocka_unit_test(test_output_names),
         cmocka_unit_test(test_automatic_camera),
