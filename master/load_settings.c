@@ -85,6 +85,9 @@ static bool set_setting(struct loader *loader, const struct ini_section *section
     return true;
 }
 
+#define TWO_BACKGROUNDS                                                                            \
+    "[background] has a color as well as bottom or top, expected one or the other"
+
 static bool read_settings_section(struct loader *loader, const struct ini *ini,
                                   const struct ini_section *section)
 {
@@ -98,8 +101,7 @@ static bool read_settings_section(struct loader *loader, const struct ini *ini,
     if (strcmp(section->kind, "background") != 0 || !ini_entry(section, "color")) return true;
     if (!ini_entry(section, "bottom") && !ini_entry(section, "top")) return true;
     struct ini_place place = place_of(ini, section, "color");
-    user_error(place.file, place.line,
-               "[background] has a color as well as bottom or top, expected one or the other");
+    user_error(place.file, place.line, TWO_BACKGROUNDS);
     return false;
 }
 
@@ -214,12 +216,36 @@ static struct ini_section *overridden_section(const struct ini *ini,
     return NULL;
 }
 
+/*
+ * A background has a color, or bottom and top: an argument of one kind takes the place of what the file says of
+ * the other as a whole, so that no half of it shows. Beside an argument of the other kind it is refused.
+ */
+static bool replace_background(struct loader *loader, const struct override *override)
+{
+    size_t count;
+    const struct key *keys = settings_of("background", &count);
+    struct origin *origins = &loader->origins[keys - settings_keys];
+    bool is_color = strcmp(override->key, "color") == 0;
+    for (size_t i = 0; i < count; i++) {
+        if ((strcmp(keys[i].name, "color") == 0) == is_color || !origins[i].file) continue;
+        if (origins[i].line == 0) {
+            user_error(override->argument, 0, TWO_BACKGROUNDS);
+            return false;
+        }
+        origins[i] = (struct origin){NULL, 0};
+        keys_set_fallbacks(keys, count, loader->settings);
+    }
+    return true;
+}
+
 static bool apply(struct loader *loader, struct ini *ini, const struct override *override)
 {
     struct ini_entry entry = {
         .key = override->key, .value = override->value, .file = override->argument, .folder = ""};
     if (is_settings_section(override->kind) && !*override->name) {
         struct ini_section section = {.kind = override->kind, .name = override->name};
+        if (strcmp(override->kind, "background") == 0 && !replace_background(loader, override))
+            return false;
         return set_setting(loader, &section, &entry);
     }
     if (is_settings_section(override->kind)) {

@@ -52,6 +52,43 @@ static void test_overrides_in_order(void **state)
     job_free(&job);
 }
 
+static bool load_two(struct scratch *s, const char *name, const char *first, const char *second,
+                     struct job *job)
+{
+    char *overrides[] = {copy_text(first), copy_text(second)};
+    message_capture(s->said, sizeof s->said);
+    bool good = load_job(name, overrides, 2, REACH_FOLDER, job);
+    message_capture(NULL, 0);
+    free(overrides[0]);
+    free(overrides[1]);
+    return good;
+}
+
+/* A background has a color, or bottom and top: of arguments, too, which replace the file's as a whole. */
+static void test_backgrounds_of_arguments(void **state)
+{
+    struct scratch *s = *state;
+    struct job job;
+    scratch_write("grey.ini", "[background]\ncolor = 0.5 0.5 0.5\n[light]\nposition = 1 2 3\n"
+                              "[sphere]\ncenter = 0 0 0\nradius = 1\n");
+    job = load(state, "grey.ini", "background.top=1 1 1");
+    assert_true(job.settings.background.bottom.x == 0.04 && job.settings.background.top.x == 1);
+    job_free(&job);
+    assert_true(load_two(s, "grey.ini", "background.top=1 1 1", "background.bottom=0 1 0", &job));
+    assert_true(job.settings.background.top.x == 1 && job.settings.background.bottom.x == 0);
+    job_free(&job);
+    assert_true(load_two(s, "grey.ini", "background.color=1 1 1", "background.color=0 1 0", &job));
+    assert_true(job.settings.background.top.x == 0 && job.settings.background.bottom.y == 1);
+    job_free(&job);
+    assert_false(load_two(s, "grey.ini", "background.top=1 1 1", "background.color=0 1 0", &job));
+    assert_string_equal(s->said, "background.color=0 1 0: [background] has a color as well as "
+                                 "bottom or top, expected one or the other\n");
+    assert_false(
+        load_two(s, "grey.ini", "background.color=0 1 0", "background.bottom=1 1 1", &job));
+    assert_string_equal(s->said, "background.bottom=1 1 1: [background] has a color as well as "
+                                 "bottom or top, expected one or the other\n");
+}
+
 static void test_bad_overrides(void **state)
 {
     static const struct {
@@ -415,6 +452,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_overrides),
         cmocka_unit_test(test_overrides_in_order),
+        cmocka_unit_test(test_backgrounds_of_arguments),
         cmocka_unit_test(test_bad_overrides),
         cmocka_unit_test(test_objects_spoilt_by_arguments),
         cmocka_unit_test(test_rows_sent_at_a_time),
