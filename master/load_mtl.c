@@ -2,6 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "common/message.h"
 #include "common/scene_check.h"
@@ -28,7 +29,7 @@ struct material_library {
 struct mtl {
     struct material_library *library;
     struct scan scan;
-    bool told_curve, told_halo; /* one warning for each is enough */
+    bool told_curve, told_halo, told_texture; /* one warning for each is enough */
 };
 
 struct material_library *material_library_create(void)
@@ -132,6 +133,25 @@ static bool read_transparency(struct mtl *mtl, struct mtl_material *m)
     return true;
 }
 
+/* What names a picture: map_Kd, map_Bump and others, in any case, some without map_. */
+static bool is_texture(const char *word)
+{
+    static const char *const others[] = {"bump", "disp", "decal", "norm", "refl"};
+    bool found = strncasecmp(word, "map_", 4) == 0;
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++)
+        found |= strcasecmp(word, others[i]) == 0;
+    return found;
+}
+
+/* What has no meaning here; textures are told of, as they are missed in the picture. */
+static void pass_over(struct mtl *mtl, const char *word)
+{
+    if (mtl->told_texture || !is_texture(word)) return;
+    user_warning(mtl->scan.path, mtl->scan.line,
+                 "'%s' is left out: textures are not read, the color is used alone", word);
+    mtl->told_texture = true;
+}
+
 static bool read_value(struct mtl *mtl, struct mtl_material *m, const char *word)
 {
     struct scan *scan = &mtl->scan;
@@ -143,7 +163,7 @@ static bool read_value(struct mtl *mtl, struct mtl_material *m, const char *word
     if (strcmp(word, "d") == 0) return read_opacity(mtl, m);
     if (strcmp(word, "Tr") == 0) return read_transparency(mtl, m);
     if (strcmp(word, "illum") == 0) return scan_number(scan, &m->illum);
-    if (strcmp(word, "Ks") != 0) return true; /* what has no meaning here is passed over */
+    if (strcmp(word, "Ks") != 0) return pass_over(mtl, word), true;
     struct vec3 color = vec3(0, 0, 0);
     if (!read_color(mtl, &color)) return false;
     m->mirror = vec_max(color);

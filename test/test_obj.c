@@ -136,7 +136,10 @@ static void test_materials(void **state)
     assert_true(material_of(scene, 4)->shininess == 88);
     assert_true(material_of(scene, 5)->shininess == 77);
     assert_ptr_equal(material_of(scene, 6), red);
-    assert_string_equal(s->said, "mesh.obj:16: warning: no material is called 'none'\n");
+    assert_string_equal(s->said,
+                        "a b.mtl:11: warning: 'map_Kd' is left out: textures are not read, "
+                        "the color is used alone\n"
+                        "mesh.obj:16: warning: no material is called 'none'\n");
     free(scene);
 }
 
@@ -174,6 +177,23 @@ static void test_warnings_of_gain(void **state)
                         "than 1: the surface gives off more light than it gets\n"
                         "gain.mtl:5: warning: a component of the color is more than 1: full white "
                         "is 1 1 1, not 255\n");
+}
+
+static void test_one_warning_of_textures(void **state)
+{
+    struct scratch *s = *state;
+    scratch_write("bark.mtl", "newmtl bark\nKd 1 0 0\nmap_Kd bark.png\nbump -bm 1 bark_n.png\n"
+                              "newmtl leaf\nKd 0 1 0\nmap_d leaf.png\n");
+    scratch_write("leaf.mtl", "newmtl twig\nKe 0 0 0\nBump twig.png\n");
+    struct scene *scene =
+        loaded(state, "mtllib bark.mtl leaf.mtl\n" SQUARE "usemtl leaf\nf 1 2 3\n", "");
+    assert_true(material_of(scene, 0)->color.y == 1 && material_of(scene, 0)->color.x == 0);
+    assert_string_equal(s->said,
+                        "bark.mtl:3: warning: 'map_Kd' is left out: textures are not read, the "
+                        "color is used alone\n"
+                        "leaf.mtl:3: warning: 'Bump' is left out: textures are not read, the color "
+                        "is used alone\n");
+    free(scene);
 }
 
 static void test_missing_library(void **state)
@@ -529,6 +549,7 @@ int main(void)
         cmocka_unit_test(test_materials),
         cmocka_unit_test(test_library_between_uses),
         cmocka_unit_test(test_warnings_of_gain),
+        cmocka_unit_test(test_one_warning_of_textures),
         cmocka_unit_test(test_missing_library),
         cmocka_unit_test(test_legal_forms_of_materials),
         cmocka_unit_test(test_libraries_and_names),
