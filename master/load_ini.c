@@ -45,6 +45,13 @@ bool find_material(const struct part *part, const char *name, uint32_t *index)
     return false;
 }
 
+void try_materials(const struct part *part, struct nearest_name *search)
+{
+    for (; part; part = part->outer)
+        for (size_t i = 0; i < part->material_count; i++)
+            nearest_name_try(search, part->materials[i].name);
+}
+
 bool warn_of_gain(const struct material *material, const char *file, long line)
 {
     /* A little more than 1 is rounding of the numbers as they were written. */

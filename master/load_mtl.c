@@ -8,6 +8,7 @@
 #include "common/scene_check.h"
 #include "master/loader.h"
 #include "master/name_table.h"
+#include "master/nearest_name.h"
 #include "master/scan.h"
 #include "master/text_file.h"
 
@@ -49,6 +50,19 @@ const struct material *material_library_find(const struct material_library *libr
 {
     uint32_t index;
     return name_table_find(&library->names, name, &index) ? &library->items[index].material : NULL;
+}
+
+void material_library_try(const struct material_library *library, struct nearest_name *search)
+{
+    /* In the file's order, for a list of them; one that was defined again is there once. */
+    const char **names = allocate_zeroed(library->count, sizeof *names);
+    for (size_t i = 0; i < library->names.room; i++) {
+        const struct name_entry *entry = &library->names.entries[i];
+        if (entry->name) names[entry->value] = entry->name;
+    }
+    for (uint32_t i = 0; i < library->count; i++)
+        if (names[i]) nearest_name_try(search, names[i]);
+    free(names);
 }
 
 static bool add_material(struct mtl *mtl)

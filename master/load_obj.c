@@ -11,6 +11,7 @@
 #include "common/message.h"
 #include "master/loader.h"
 #include "master/name_table.h"
+#include "master/nearest_name.h"
 #include "master/path.h"
 #include "master/placement.h"
 #include "master/scan.h"
@@ -290,6 +291,20 @@ static bool read_library(struct obj *obj)
     return good;
 }
 
+/* Which material a face gets whose own is not there, and what may have been meant. */
+static void warn_of_unknown_name(const struct obj *obj, const char *name)
+{
+    const struct loader *loader = obj->part->loader;
+    bool grey = loader->has_default_material && obj->mesh->material == loader->default_material;
+    struct nearest_name search = {.name = name};
+    try_materials(obj->part, &search);
+    material_library_try(obj->library, &search);
+    char *hint = nearest_name_hint(&search);
+    user_warning(obj->mesh->path, obj->scan.line, "no material is called '%s', %s is used%s", name,
+                 grey ? "grey" : "the mesh's own", hint);
+    free(hint);
+}
+
 /* The [material]s of the INI file come before those of MTL files. */
 static bool look_up(struct obj *obj, const char *name, uint32_t *index)
 {
@@ -298,8 +313,7 @@ static bool look_up(struct obj *obj, const char *name, uint32_t *index)
     if (material) return accept(obj, builder_add_material(obj->builder, material, index));
     *index = obj->mesh->material;
     /* A missing library has been told of already. */
-    if (!obj->library_missing && obj->unknown_names++ < TOLD_NAMES)
-        user_warning(obj->mesh->path, obj->scan.line, "no material is called '%s'", name);
+    if (!obj->library_missing && obj->unknown_names++ < TOLD_NAMES) warn_of_unknown_name(obj, name);
     return true;
 }
 

@@ -52,9 +52,7 @@ bool resolve_material(const struct reading *at, const struct object *object, uin
     }
     if (find_material(at->part, object->material, index)) return true;
     struct nearest_name search = {.name = object->material};
-    for (const struct part *part = at->part; part; part = part->outer)
-        for (size_t i = 0; i < part->material_count; i++)
-            nearest_name_try(&search, part->materials[i].name);
+    try_materials(at->part, &search);
     char *hint = nearest_name_hint(&search);
     char *text = format_text("there is no [material %s]%s", object->material,
                              *hint ? hint : ", expected the name of one");

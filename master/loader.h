@@ -13,6 +13,7 @@
 #include "master/builder.h"
 #include "master/ini_source.h"
 #include "master/load.h"
+#include "master/nearest_name.h"
 #include "master/placement.h"
 
 /* Scene files may be large, but not larger than this. */
@@ -99,6 +100,9 @@ uint32_t default_material(struct loader *loader);
 /* Looks in the part and those around it. */
 bool find_material(const struct part *part, const char *name, uint32_t *index);
 
+/* The names of all that it finds as candidates. */
+void try_materials(const struct part *part, struct nearest_name *search);
+
 /* Tells of a material that gives off more light than it gets; whether it is one. */
 bool warn_of_gain(const struct material *material, const char *file, long line);
 
@@ -140,5 +144,7 @@ void material_library_destroy(struct material_library *library);
 bool material_library_read(struct material_library *library, const char *path);
 const struct material *material_library_find(const struct material_library *library,
                                              const char *name);
+/* Its names as candidates, which live as long as it is not read into. */
+void material_library_try(const struct material_library *library, struct nearest_name *search);
 
 #endif

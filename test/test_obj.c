@@ -139,7 +139,8 @@ static void test_materials(void **state)
     assert_string_equal(s->said,
                         "a b.mtl:11: warning: 'map_Kd' is left out: textures are not read, "
                         "the color is used alone\n"
-                        "mesh.obj:16: warning: no material is called 'none'\n");
+                        "mesh.obj:16: warning: no material is called 'none', the mesh's "
+                        "own is used, expected one of base ours red dull green\n");
     free(scene);
 }
 
@@ -159,7 +160,9 @@ static void test_library_between_uses(void **state)
     assert_true(material_of(scene, 2)->color.x == 1 && material_of(scene, 3)->color.z == 1);
     assert_true(material_of(scene, 4)->color.x == 0 && material_of(scene, 4)->color.y == 1);
     assert_true(material_of(scene, 5)->color.z == 1);
-    assert_string_equal(s->said, "mesh.obj:5: warning: no material is called 'red'\n");
+    assert_string_equal(s->said,
+                        "mesh.obj:5: warning: no material is called 'red', the mesh's own is "
+                        "used, expected one of base\n");
     free(scene);
 }
 
@@ -194,6 +197,18 @@ static void test_one_warning_of_textures(void **state)
                         "leaf.mtl:3: warning: 'Bump' is left out: textures are not read, the color "
                         "is used alone\n");
     free(scene);
+}
+
+static void test_unknown_name_of_a_material(void **state)
+{
+    struct scratch *s = *state;
+    scratch_write("metals.mtl", "newmtl gold\nKd 1 1 0\nnewmtl gold\nnewmtl tin\n");
+    free(loaded(state, "mtllib metals.mtl\n" SQUARE "usemtl gld\nf 1 2 3\n", ""));
+    assert_string_equal(s->said, "mesh.obj:6: warning: no material is called 'gld', grey is used, "
+                                 "did you mean 'gold'?\n");
+    free(loaded(state, SQUARE "usemtl gld\nf 1 2 3\n", ""));
+    assert_string_equal(s->said,
+                        "mesh.obj:5: warning: no material is called 'gld', grey is used\n");
 }
 
 static void test_missing_library(void **state)
@@ -550,6 +565,7 @@ int main(void)
         cmocka_unit_test(test_library_between_uses),
         cmocka_unit_test(test_warnings_of_gain),
         cmocka_unit_test(test_one_warning_of_textures),
+        cmocka_unit_test(test_unknown_name_of_a_material),
         cmocka_unit_test(test_missing_library),
         cmocka_unit_test(test_legal_forms_of_materials),
         cmocka_unit_test(test_libraries_and_names),
