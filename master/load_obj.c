@@ -158,10 +158,32 @@ static void make_corner_room(struct obj *obj)
     obj->points = reallocate(obj->points, obj->corner_room, sizeof *obj->points);
 }
 
+/* Whether text is an index, but one of what is not there. */
+static bool is_beyond(const char *text, uint32_t count)
+{
+    if (*text == '-') text++;
+    size_t digits = strspn(text, "0123456789");
+    return digits && (text[digits] == '\0' || text[digits] == '/') &&
+           strtoull(text, NULL, 10) > count;
+}
+
+static bool refuse_index(const struct obj *obj, const char *word, bool normal)
+{
+    uint32_t count = normal ? obj->normal_count : obj->vertex_count;
+    user_error(obj->mesh->path, obj->scan.line,
+               "'%s' names a %s that is not there, only %u %s defined so far", word,
+               normal ? "normal" : "vertex", count, count == 1 ? "is" : "are");
+    return false;
+}
+
 static bool refuse_corner(struct obj *obj)
 {
     char word[256];
     scan_word(&obj->scan, word, sizeof word);
+    const char *slash = strchr(word, '/'), *last = strrchr(word, '/');
+    if (is_beyond(word, obj->vertex_count)) return refuse_index(obj, word, false);
+    if (last != slash && is_beyond(last + 1, obj->normal_count))
+        return refuse_index(obj, word, true);
     if (word[strlen(word) - 1] == '/')
         user_error(obj->mesh->path, obj->scan.line,
                    "'%s' has no index behind its last '/', expected 1, 1/2, 1//3 or 1/2/3", word);

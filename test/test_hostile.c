@@ -150,10 +150,11 @@ static void test_huge_counts(void **state)
          "20000\n"},
         {1, "v\nresolution 4294967295 4294967295\n",
          "a.nff:2: 'resolution' needs two whole numbers from 1 to 65535\n"},
-        {2, "v 0 0 0\nf 1 1 4294967297\n", "a.obj:2: '4294967297' is no corner of a face"},
+        {2, "v 0 0 0\nf 1 1 4294967297\n",
+         "a.obj:2: '4294967297' names a vertex that is not there"},
         {2, "v 0 0 0\nf 1 1 -18446744073709551615\n",
-         "a.obj:2: '-18446744073709551615' is no corner of a face"},
-        {2, "v 0 0 0\nf 1//1 1 1\n", "a.obj:2: '1//1' is no corner of a face"},
+         "a.obj:2: '-18446744073709551615' names a vertex that is not there"},
+        {2, "v 0 0 0\nf 1//1 1 1\n", "a.obj:2: '1//1' names a normal that is not there"},
     };
     struct scratch *s = *state;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {

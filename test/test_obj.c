@@ -73,6 +73,7 @@ static void test_unknown_statements_warn_once(void **state)
 static void test_mistakes(void **state)
 {
 #define LAST "has no index behind its last '/', expected 1, 1/2, 1//3 or 1/2/3"
+#define FOUR "that is not there, only 4 are defined so far"
 #define CORNER                                                                                     \
     "is no corner of a face, expected indices of defined vertices such as 1, 1/2, 1//3 or 1/2/3"
     refused(state, "v 1 2\n", "mesh.obj:1: 'v' needs three finite numbers");
@@ -81,13 +82,17 @@ static void test_mistakes(void **state)
     refused(state, "vn 0 1\n", "mesh.obj:1: 'vn' needs three finite numbers");
     refused(state, SQUARE "f 1 2\n", "mesh.obj:5: 'f' needs at least three corners");
     refused(state, SQUARE "f\n", "mesh.obj:5: 'f' needs at least three corners");
-    refused(state, SQUARE "f 1 2 5\n", "mesh.obj:5: '5' " CORNER);
+    refused(state, SQUARE "f 1 2 5\n", "mesh.obj:5: '5' names a vertex " FOUR);
     refused(state, SQUARE "f 1 2 0\n", "mesh.obj:5: '0' " CORNER);
-    refused(state, SQUARE "f 1 2 -5\n", "mesh.obj:5: '-5' " CORNER);
-    refused(state, SQUARE "f 1 2 4294967297\n", "mesh.obj:5: '4294967297' " CORNER);
+    refused(state, SQUARE "f 1 2 -5\n", "mesh.obj:5: '-5' names a vertex " FOUR);
+    refused(state, SQUARE "f 1 2 4294967297\n", "mesh.obj:5: '4294967297' names a vertex " FOUR);
     refused(state, SQUARE "f 1 2 99999999999999999999999\n",
-            "mesh.obj:5: '99999999999999999999999' " CORNER);
-    refused(state, SQUARE "f 1 2 3//1\n", "mesh.obj:5: '3//1' " CORNER);
+            "mesh.obj:5: '99999999999999999999999' names a vertex " FOUR);
+    refused(state, SQUARE "f 1 2 3//1\n",
+            "mesh.obj:5: '3//1' names a normal that is not there, only 0 are defined so far");
+    refused(state, "v 0 0 0\nf 1 2/1 3\n",
+            "mesh.obj:2: '2/1' names a vertex that is not there, only 1 is defined so far");
+    refused(state, SQUARE "f 1 2 5.0\n", "mesh.obj:5: '5.0' " CORNER);
     refused(state, SQUARE "f 1 2 3/\n", "mesh.obj:5: '3/' " LAST);
     refused(state, SQUARE "f 1 2 3//\n", "mesh.obj:5: '3//' " LAST);
     refused(state, "v 1e400 0 0\n",
