@@ -92,6 +92,27 @@ static bool half_height_good(double fov)
     return fov < 180 && isnormal(view_half_height(fov));
 }
 
+/* Without an eye that is set they cannot be. What the user has not written is told of as such. */
+static bool refuse_same_point(const struct loader *loader, const char *config)
+{
+    bool both = setting_is_set(loader, "camera", "look_at");
+    return refuse_setting(
+        loader, config, "camera", "eye",
+        both ? "eye and look_at are the same point, expected two different ones"
+             : "eye and look_at, the middle of the scene unless it is set, are the same point, "
+               "expected two different ones");
+}
+
+static bool refuse_up(const struct loader *loader, const char *config)
+{
+    bool is_set = setting_is_set(loader, "camera", "up");
+    return refuse_setting(
+        loader, config, "camera", is_set ? "up" : "eye",
+        is_set ? "up lies along the direction of view, expected another direction"
+               : "up, 0 1 0 unless it is set, lies along the direction of view, expected another "
+                 "direction, such as up = 0 0 -1");
+}
+
 static bool camera_good(const struct loader *loader, const char *config)
 {
     const struct settings *s = loader->settings;
@@ -108,17 +129,12 @@ static bool camera_good(const struct loader *loader, const char *config)
     if (!vec_is_finite(s->camera.eye) || !vec_is_finite(view))
         return refuse_setting(loader, config, "camera", "eye",
                               "eye and look_at are too far apart, expected a finite distance");
-    if (vec_is_zero(view))
-        return refuse_setting(loader, config, "camera",
-                              setting_is_set(loader, "camera", "eye") ? "eye" : "look_at",
-                              "eye and look_at are the same point, expected two different ones");
+    if (vec_is_zero(view)) return refuse_same_point(loader, config);
     if (vec_is_zero(up) || !vec_is_finite(up))
         return refuse_setting(loader, config, "camera", "up",
                               "up is zero or not finite, expected a direction");
     if (vec_length(vec_cross(vec_normalize(view), vec_normalize(up))) < PARALLEL)
-        return refuse_setting(loader, config, "camera",
-                              setting_is_set(loader, "camera", "up") ? "up" : "eye",
-                              "up lies along the direction of view, expected another direction");
+        return refuse_up(loader, config);
     return true;
 }
 

@@ -228,7 +228,13 @@ static void test_bad_combinations(void **state)
     refused(state, "[camera]\neye = 1 2 3\nlook_at = 1 2 3\n",
             "scene.ini:2: eye and look_at are the same point, expected two different ones");
     refused(state, "[camera]\neye = 0 5 0\nlook_at = 0 0 0\n",
-            "scene.ini:2: up lies along the direction of view, expected another direction");
+            "scene.ini:2: up, 0 1 0 unless it is set, lies along the direction of view, expected "
+            "another direction, such as up = 0 0 -1");
+    refused(state, "[camera]\neye = 0 5 0\nlook_at = 0 0 0\nup = 0 3 0\n",
+            "scene.ini:4: up lies along the direction of view, expected another direction");
+    refused(state, "[camera]\neye = 0 0 0\n",
+            "scene.ini:2: eye and look_at, the middle of the scene unless it is set, are the same "
+            "point, expected two different ones");
     refused(state, "[camera]\neye = 0 0 5\nlook_at = 0 0 0\nup = 0 0 0\n",
             "scene.ini:4: up is zero or not finite, expected a direction");
     refused(state, "[camera]\neye = 1e308 0 0\nlook_at = -1e308 0 0\n",
