@@ -56,16 +56,22 @@ bool warn_of_gain(const struct material *material, const char *file, long line)
 {
     /* A little more than 1 is rounding of the numbers as they were written. */
     bool gives = material->reflection + material->transmission > 1.0000001;
-    bool bright = vec_max(material->color) > 1;
     if (gives)
         user_warning(file, line,
                      "reflection and transmission together are %g, more than 1: the surface "
                      "gives off more light than it gets",
                      material->reflection + material->transmission);
+    return gives;
+}
+
+bool warn_of_bright_color(const struct material *material, const char *file, long line)
+{
+    bool bright = vec_max(material->color) > 1;
     if (bright)
         user_warning(file, line,
-                     "a component of the color is more than 1: full white is 1 1 1, not 255");
-    return gives || bright;
+                     "a component of the color is more than 1, expected 0 to 1: full white is "
+                     "1 1 1");
+    return bright;
 }
 
 /* ---- other files ---- */
@@ -214,7 +220,10 @@ static bool load_material(const struct reading *at, uint32_t *index)
     if (!*at->section->name)
         return refuse_section_key(at, "", "a material needs a name, expected [material NAME]");
     if (!read_section(at->ini, at->section, keys->keys, keys->count, &material)) return false;
-    warn_of_gain(&material, at->ini->file, at->section->line);
+    struct ini_place color = place_of(at->ini, at->section, "color");
+    struct ini_place transmission = place_of(at->ini, at->section, "transmission");
+    warn_of_gain(&material, transmission.file, transmission.line);
+    warn_of_bright_color(&material, color.file, color.line);
     return accept_object(at, builder_add_material(at->part->loader->builder, &material, index));
 }
 

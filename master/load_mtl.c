@@ -18,6 +18,7 @@ struct mtl_material {
     double illum;  /* < 0: not told */
     bool has_d;    /* which counts more than Tr, wherever either stands */
     long line;     /* where it begins */
+    long color_line;
 };
 
 struct material_library {
@@ -170,7 +171,10 @@ static bool read_value(struct mtl *mtl, struct mtl_material *m, const char *word
 {
     struct scan *scan = &mtl->scan;
     struct material *material = &m->material;
-    if (strcmp(word, "Kd") == 0) return read_color(mtl, &material->color);
+    if (strcmp(word, "Kd") == 0) {
+        m->color_line = scan->line;
+        return read_color(mtl, &material->color);
+    }
     if (strcmp(word, "Ns") == 0)
         return scan_number(scan, &material->shininess) && shininess_valid(material->shininess);
     if (strcmp(word, "Ni") == 0) return scan_number(scan, &material->ior) && material->ior > 0;
@@ -195,6 +199,7 @@ static void finish(struct material_library *library, size_t first, const char *p
         if (m->illum < 0 || m->illum >= 2) m->material.specular = m->mirror;
         if (m->illum >= 3) m->material.reflection = fmin(m->mirror, 1);
         warn_of_gain(&m->material, path, m->line);
+        warn_of_bright_color(&m->material, path, m->color_line);
     }
 }
 

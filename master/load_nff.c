@@ -174,7 +174,9 @@ static bool read_material(struct nff *nff)
     if (m.specular > 1) return refuse(nff, "Ks is out of range, expected a number from 0 to 1");
     if (!accept(nff, builder_add_material(nff->builder, &m, &nff->material))) return false;
     nff->has_material = true;
-    if (!nff->told_gain) nff->told_gain = warn_of_gain(&m, nff->path, scan->line);
+    if (nff->told_gain) return true;
+    nff->told_gain = warn_of_gain(&m, nff->path, scan->line);
+    nff->told_gain |= warn_of_bright_color(&m, nff->path, scan->line);
     return true;
 }
 

@@ -103,8 +103,9 @@ bool find_material(const struct part *part, const char *name, uint32_t *index);
 /* The names of all that it finds as candidates. */
 void try_materials(const struct part *part, struct nearest_name *search);
 
-/* Tells of a material that gives off more light than it gets; whether it is one. */
+/* Tell of a material that gives off more light than it gets; whether it is one. */
 bool warn_of_gain(const struct material *material, const char *file, long line);
+bool warn_of_bright_color(const struct material *material, const char *file, long line);
 
 /* A mesh in an OBJ file. */
 struct mesh {

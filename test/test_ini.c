@@ -317,11 +317,14 @@ static void test_warnings(void **state)
                                  "the background\n");
     free(loaded(state, LIGHT BALL "[material m]\nreflection = 0.5\ntransmission = 0.6\n"));
     assert_string_equal(s->said,
-                        "scene.ini:6: warning: reflection and transmission together are 1.1, "
+                        "scene.ini:8: warning: reflection and transmission together are 1.1, "
                         "more than 1: the surface gives off more light than it gets\n");
     free(loaded(state, LIGHT BALL "[material m]\ncolor = 1 0.5 255\n"));
-    assert_string_equal(s->said, "scene.ini:6: warning: a component of the color is more than 1: "
-                                 "full white is 1 1 1, not 255\n");
+    assert_string_equal(s->said, "scene.ini:7: warning: a component of the color is more than 1, "
+                                 "expected 0 to 1: full white is 1 1 1\n");
+    free(scratch_scene(s, "scene.ini", "material m.color=0 1.5 0"));
+    assert_string_equal(s->said, "material m.color=0 1.5 0: warning: a component of the color is "
+                                 "more than 1, expected 0 to 1: full white is 1 1 1\n");
     free(loaded(state, LIGHT BALL "[material m]\nreflection = 0.1\ntransmission = 0.9\n"));
     assert_string_equal(s->said, "");
 }

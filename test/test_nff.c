@@ -95,13 +95,13 @@ static void test_one_warning_of_gain(void **state)
     free(loaded(state,
                 VIEW LIGHT "f 200 0 0 1 0 1 0 1\ns 0 0 0 1\nf 0 200 0 1 0.5 1 0.6 1\ns 0 0 0 1\n",
                 NULL));
-    assert_string_equal(s->said, "scene.nff:9: warning: a component of the color is more than 1: "
-                                 "full white is 1 1 1, not 255\n");
+    assert_string_equal(s->said, "scene.nff:9: warning: a component of the color is more than 1, "
+                                 "expected 0 to 1: full white is 1 1 1\n");
     /* What is more than 1 by rounding alone is not told, nor does it keep others from being told. */
     free(loaded(state, VIEW LIGHT "f 1 0 0 1 0.5 1 0.50000001 1\nf 255 0 0 1 0 1 0 1\ns 0 0 0 1\n",
                 NULL));
-    assert_string_equal(s->said, "scene.nff:10: warning: a component of the color is more than 1: "
-                                 "full white is 1 1 1, not 255\n");
+    assert_string_equal(s->said, "scene.nff:10: warning: a component of the color is more than 1, "
+                                 "expected 0 to 1: full white is 1 1 1\n");
 }
 
 static void test_objects(void **state)
