@@ -82,6 +82,16 @@ static bool refuse_config(const char *path)
     return false;
 }
 
+/* A file without a section has been cut or never written; with one its picture may well show nothing. */
+static bool read_ini(const char *path, struct ini *ini)
+{
+    if (!ini_load(path, ini)) return false;
+    if (ini->count) return true;
+    user_error(path, 0, "has no sections, expected a scene with at least one");
+    ini_free(ini);
+    return false;
+}
+
 /* Of an OBJ file; the last sections of its document. */
 #define SHOULDER_LIGHTS 2
 
@@ -102,7 +112,7 @@ static void add_scene_file(struct ini *ini, const char *path, bool is_obj)
 static bool read_config(const char *path, struct ini *ini)
 {
     bool is_obj = path_has_extension(path, ".obj");
-    if (path_has_extension(path, ".ini")) return ini_load(path, ini);
+    if (path_has_extension(path, ".ini")) return read_ini(path, ini);
     if (!is_obj && !path_has_extension(path, ".nff")) return refuse_config(path);
     if (access(path, R_OK) != 0) {
         user_error(path, 0, "cannot be opened: %s", strerror(errno));
@@ -158,7 +168,8 @@ static bool load_shoulder_lights(struct loader *loader, const struct ini *sectio
 static void warn_of_little(const struct loader *loader, const char *config)
 {
     if (!builder_light_count(loader->builder))
-        user_warning(config, 0, "the scene has no light, expected at least one [light]");
+        user_warning(config, 0, "the scene has no light, expected at least one %s",
+                     path_has_extension(config, ".nff") ? "'l'" : "[light]");
     if (builder_is_empty(loader->builder))
         user_warning(config, 0, "the scene has no objects, the picture shows the background");
 }

@@ -182,6 +182,9 @@ check "a long name" bad 1 ".*" "[sphere $(printf '%060d' 0)]\nradius = 1\n"
 check "no closing bracket" bad 1 ".*" '[sphere a\nradius = 1\n'
 check "duplicate key" bad 3 ".*radius" '[sphere a]\nradius = 1\nradius = 2\n'
 
+: >void.ini
+check "an empty file" wrong 0 '^void.ini: has no sections' --check void.ini
+
 ok_check() { run 0 "$FARM" --check everything.ini && echo "$out" | grep -q 'all right' && [ ! -e everything.png ]; }
 check "--check renders nothing" ok_check
 round_trip() {

@@ -282,6 +282,11 @@ static void test_files_that_are_none(void **state)
     scratch_refused(*state, "folder", NULL,
                     "folder: is a folder, expected a scene: .ini, .nff or .obj");
     scratch_write("here.ini", "");
+    scratch_refused(*state, "here.ini", NULL,
+                    "here.ini: has no sections, expected a scene with at least one");
+    scratch_write("here.ini", "; nothing\n");
+    scratch_refused(*state, "here.ini", NULL,
+                    "here.ini: has no sections, expected a scene with at least one");
     scratch_refused(*state, "here", NULL, "here: is no scene, did you mean 'here.ini'?");
 }
 

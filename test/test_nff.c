@@ -73,6 +73,16 @@ static void test_lights(void **state)
     free(scene);
 }
 
+static void test_no_light(void **state)
+{
+    struct scratch *s = *state;
+    scratch_write("scene.nff", "s 0 0 0 1\n");
+    free(scratch_scene(s, "scene.nff", NULL));
+    assert_string_equal(s->said,
+                        "scene.nff: warning: the scene has no light, expected at least one "
+                        "'l'\n");
+}
+
 static void test_materials(void **state)
 {
     struct scene *scene = loaded(state,
@@ -254,6 +264,7 @@ int main(void)
         cmocka_unit_test(test_view),
         cmocka_unit_test(test_ini_wins_over_the_view),
         cmocka_unit_test(test_lights),
+        cmocka_unit_test(test_no_light),
         cmocka_unit_test(test_materials),
         cmocka_unit_test(test_one_warning_of_gain),
         cmocka_unit_test(test_objects),
