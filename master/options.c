@@ -20,15 +20,23 @@ static const struct {
     {"--print-config", ACTION_PRINT_CONFIG},
 };
 
+/* Only one thing is done; --help and --version need nothing else. */
+static bool set_action(enum action action, struct options *options)
+{
+    bool first = options->action == ACTION_RENDER || options->action == action;
+    if (first || action == ACTION_HELP || action == ACTION_VERSION) {
+        options->action = action;
+        return true;
+    }
+    user_error(NULL, 0, "--check and --print-config at once, expected one of them");
+    return false;
+}
+
 static bool parse_flag(const char *argument, struct options *options)
 {
     if (strcmp(argument, "--allow-outside") == 0) return options->allow_outside = true;
-    for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) {
-        if (strcmp(argument, flags[i].name) == 0) {
-            options->action = flags[i].action;
-            return true;
-        }
-    }
+    for (size_t i = 0; i < sizeof flags / sizeof *flags; i++)
+        if (strcmp(argument, flags[i].name) == 0) return set_action(flags[i].action, options);
     bool processes = strncmp(argument, "-n", 2) == 0; /* as mpiexec has it: -n 4, -np 4 */
     user_error(NULL, 0, "unknown option '%s', expected %s", argument,
                processes ? "mpiexec in front of it: mpiexec -n N farm CONFIG"
@@ -127,10 +135,13 @@ static void refuse_second_scene(const char *argument, const char *config)
 bool options_parse(int argc, char **argv, struct options *options)
 {
     size_t overrides = 0;
+    bool flags_ended = false; /* by "--": what follows are names, however they begin */
     *options = (struct options){.action = ACTION_RENDER, .overrides = argv};
     for (int i = 1; i < argc; i++) {
         char *argument = argv[i];
-        if (argument[0] == '-' && argument[1] != '\0') {
+        if (!flags_ended && strcmp(argument, "--") == 0) {
+            flags_ended = true;
+        } else if (!flags_ended && argument[0] == '-' && argument[1] != '\0') {
             if (!parse_flag(argument, options)) return false;
             if (options->action == ACTION_HELP || options->action == ACTION_VERSION) return true;
         } else if (is_override(argument)) {
@@ -185,8 +196,9 @@ void options_help(FILE *out)
           "  --check          read everything, say whether it is all right, render nothing\n"
           "  --print-config   print all settings in effect as an INI file, render nothing\n"
           "  --allow-outside  read files that the scene names outside of its folder, too\n"
-          "  --help           this text\n"
+          "  --help, -h       this text\n"
           "  --version        the version\n"
+          "  --               what follows is no option, also if it begins with '-'\n"
           "\n"
           "settings and their defaults:\n",
           out);

@@ -34,6 +34,9 @@ harmless() { # names of files write nothing else to the terminal
 }
 check "control characters in names" harmless
 
+short_help() { run 0 "$FARM" -h && echo "$out" | grep -q '^  --help, -h  '; }
+check "-h is --help, which tells so" short_help
+
 wrong() { # N PATTERN ARGUMENT...: one line on stderr that matches, status 2, nothing left behind
     n=$1 pattern=$2; shift 2
     before=$(ls)
@@ -182,6 +185,15 @@ check "a long name" bad 1 ".*" "[sphere $(printf '%060d' 0)]\nradius = 1\n"
 check "no closing bracket" bad 1 ".*" '[sphere a\nradius = 1\n'
 check "duplicate key" bad 3 ".*radius" '[sphere a]\nradius = 1\nradius = 2\n'
 
+for pair in '--check --print-config' '--print-config --check'; do
+    check "$pair" wrong 0 '^farm: --check and --print-config at once' $pair everything.ini
+done
+dashes() { # end the options
+    cp everything.ini ./-v.ini && run 0 "$FARM" --check -- -v.ini image.width=20 &&
+        echo "$out" | grep -q ' 20 x ' && wrong 0 "unknown option '-v.ini'" --check -v.ini &&
+        wrong 0 "'-v.ini' is a second scene" -- everything.ini -v.ini && rm ./-v.ini
+}
+check "-- before a name that begins with -" dashes
 : >void.ini
 check "an empty file" wrong 0 '^void.ini: has no sections' --check void.ini
 
