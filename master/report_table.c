@@ -279,7 +279,7 @@ static void put_rays(struct table *table, const struct report *report,
     double rays = 0;
     for (int kind = 0; kind < RAY_KINDS; kind++)
         rays += (double)counts->rays[kind];
-    flow(table, "%s rays", figure_count(rays).text);
+    flow(table, "%s ray%s", figure_count(rays).text, rays == 1 ? "" : "s");
     flow(table, "%s per second", figure_count(share_of(rays, report->time.render)).text);
     end_flow(table);
     for (int kind = 0; kind < RAY_KINDS; kind++)

@@ -360,6 +360,11 @@ static void test_table(void **state)
     text = table_text(&report, 80);
     assert_has(text, "\nCPU time is 75 % of busy time, as cores were shared\n");
     free(text);
+    for (int i = 0; i < 4; i++)
+        renderers[i].counts = (struct render_counts){.rays = {i == 0}};
+    text = table_text(&report, 80);
+    assert_has(text, "\n1 ray, ");
+    free(text);
 }
 
 /* Of the columns, pixels go first: a share and its bar say more. */
