@@ -662,8 +662,13 @@ static void test_sync_pause(void **state)
 static void test_picture(void **state)
 {
     struct scratch *s = *state;
-    scratch_write("scene.ini",
-                  "[light]\nposition = 1 2 3\n[sphere a]\ncenter = 0 0 0\nradius = 1\n");
+#define CAMERA "[camera]\neye = 0 0 9\nlook_at = 0 0 0\n"
+    static const char *const texts[] = {
+        CAMERA "[light]\nposition = 1 2 3\n[sphere a]\ncenter = 0 0 0\nradius = 1\n",
+        CAMERA "[light]\nposition = 1 2 3\n[sphere a]\ncenter = 0 0 0\nradius = 2\n",
+        CAMERA "[light]\nposition = 1 2 3\ncolor = 1 1 0.5\n"
+               "[sphere a]\ncenter = 0 0 0\nradius = 1\n"};
+    scratch_write("scene.ini", texts[0]);
     struct scene *scene = scratch_scene(s, "scene.ini", NULL);
     struct scene *same = scratch_scene(s, "scene.ini", "farm.tile=8");
     struct scene *other = scratch_scene(s, "scene.ini", "sampling.samples=2");
@@ -673,6 +678,14 @@ static void test_picture(void **state)
     assert_true(journal_picture(scene, 1) == journal_picture(same, 1));
     assert_true(journal_picture(scene, 1) != journal_picture(other, 1));
     assert_true(journal_picture(scene, 1) != journal_picture(scene, 2));
+    /* What stands before the objects and lights is the same. */
+    for (int i = 1; i < 3; i++) {
+        scratch_write("other.ini", texts[i]);
+        free(other);
+        other = scratch_scene(s, "other.ini", NULL);
+        assert_true(memcmp(scene, other, sizeof *scene) == 0 && scene->bytes == other->bytes);
+        assert_true(journal_picture(scene, 1) != journal_picture(other, 1));
+    }
     free(scene);
     free(same);
     free(other);
