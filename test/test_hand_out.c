@@ -291,6 +291,23 @@ static void test_who_is_silent(void **state)
     farm_close(farm);
 }
 
+/* Nobody is left who renders when all are silent, one is not enough; rank 0 itself never is. */
+static void test_who_is_left(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    for (unsigned silent = 0; silent < 4; silent++) {
+        for (uint32_t i = 0; i < RENDERERS; i++)
+            farm->contacts[i].is_silent = silent >> i & 1;
+        farm->server.first_remote = 1;
+        assert_false(is_deserted(&farm->server));
+        farm->server.first_remote = 0;
+        assert_int_equal(is_deserted(&farm->server), silent == 3);
+    }
+    farm->server.first_remote = 1;
+    farm_close(farm);
+}
+
 /* ---- recalls ---- */
 
 /* How often it was told of this tile, that it is finished or that somebody else has it. */
@@ -786,6 +803,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_who_calls),
         cmocka_unit_test(test_who_is_silent),
+        cmocka_unit_test(test_who_is_left),
         cmocka_unit_test(test_recalls),
         cmocka_unit_test(test_recalls_end),
         cmocka_unit_test(test_pass_fits_the_time),

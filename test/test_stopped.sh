@@ -44,6 +44,8 @@ check "and its tiles" square
 alone() { stops 75 result 2 farm.master_renders=no && grep -q "no renderer answers any more" err.txt &&
     grep -q "to go on: " err.txt && [ -e t.pfm ] && [ -e t.journal ]; }
 check "nobody is left who renders" alone
+other() { stops 0 result 3 farm.master_renders=no farm.patience=1 && cmp reference.pfm t.pfm; }
+check "one of two is left who renders" other
 late() { stops 0 exit 3 && cmp reference.pfm t.pfm; }
 check "a rank that stops when all is done" late
 finish
