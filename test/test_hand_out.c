@@ -468,6 +468,28 @@ static void test_pass_fits_the_time(void **state)
     check_asked((struct standing){0, 4, 1, 20}, 2.3, 6);
 }
 
+/* Of a time limit so much is kept as its end takes, but no more than half. */
+static void test_time_is_kept(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct service *service = &farm->service;
+    service->images[0] = "picture.png";
+    keep_for_writing(&farm->server, false);
+    assert_true(service->writing_s == 0); /* there is no limit */
+    service->limit = 10;
+    service->deadline = 100;
+    keep_for_writing(&farm->server, false);
+    assert_true(service->writing_s > 0);
+    service->writing_s = 2;
+    farm->server.last_plan_s = 0.5;
+    farm->server.fill_s = 0.25;
+    assert_true(rendering_ends(&farm->server) == 97.25);
+    service->writing_s = 5;
+    assert_true(rendering_ends(&farm->server) == 95);
+    farm_close(farm);
+}
+
 /* Whether the last lot is one tile, of which all pixels get samples. */
 static bool is_refined_lot(void)
 {
@@ -807,6 +829,7 @@ int main(void)
         cmocka_unit_test(test_recalls),
         cmocka_unit_test(test_recalls_end),
         cmocka_unit_test(test_pass_fits_the_time),
+        cmocka_unit_test(test_time_is_kept),
         cmocka_unit_test(test_trays),
         cmocka_unit_test(test_news),
         cmocka_unit_test(test_idle_get_what_is_overdue),
