@@ -4,9 +4,9 @@
 cd "$T" || exit 1
 SCENE=$DATA/everything.ini
 
-render() { # NAME N OVERRIDE...
-    name=$1 n=$2; shift 2
-    run 0 farm_n "$n" "$SCENE" output.image="$name" output.report="${name%.*}.json" "$@"
+render() { # IMAGE N OVERRIDE...
+    image=$1 n=$2; shift 2
+    run 0 farm_n "$n" "$SCENE" output.image="$image" output.report="${image%.*}.json" "$@"
 }
 # A number of a report: value NAME KEY
 value() { sed -n "s/^ *\"$2\": \"\\{0,1\\}\\([^\",]*\\)\"\\{0,1\\},\\{0,1\\}\$/\\1/p" "$1.json" | head -1; }
