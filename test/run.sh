@@ -2,8 +2,8 @@
 # Runs every test and ends with "N passed, N failed".
 #
 # Unit tests (cmocka) and scripts alike report one "ok" or "not ok" line per test (TAP). A program that
-# ends badly without having said "not ok" counts as one failure. From the Makefile: UNITS (programs),
-# FARM (the program under test), MPIEXEC.
+# ends badly without having said "not ok", or says neither, counts as one failure. From the Makefile:
+# UNITS (programs), FARM (the program under test), MPIEXEC.
 set -u
 cd "$(dirname "$0")/.." || exit 1
 passed=0 failed=0 skipped=0
@@ -18,6 +18,7 @@ run_one() { # name command...
     left_out=$(grep -c '^not ok .*# SKIP' "$log") good=$(grep -c '^ok ' "$log")
     bad=$(($(grep -c '^not ok ' "$log") - left_out))
     if [ "$status" -ne 0 ] && [ "$bad" -eq 0 ]; then bad=1; fi
+    if [ $((good + bad + left_out)) -eq 0 ]; then bad=1; fi
     passed=$((passed + good)) failed=$((failed + bad)) skipped=$((skipped + left_out))
     if [ "$bad" -eq 0 ]; then
         printf '%-28s %4d passed\n' "$name" "$good"
