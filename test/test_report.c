@@ -132,6 +132,93 @@ static void test_json(void **state)
     free(text);
 }
 
+/* Of rank i, every number another one. */
+static struct renderer_stats distinct_stats(uint32_t i)
+{
+    return (struct renderer_stats){
+        .rank = i,
+        .tiles = 11 + i,
+        .silent = i == 1,
+        .pixels = 1301 + 7 * i,
+        .busy_s = 3.1 + i / 4.0,
+        .cpu_s = 2.7 + i / 8.0,
+        .wait_s = 0.31 + i / 16.0,
+        .send_s = 0.017 + i / 32.0,
+        .finish_s = 3.7 + i / 64.0,
+        .bytes = 62207 + 13 * i,
+        .counts = {.rays = {1000003 + i, 700001 + 3 * i, 50021 + 5 * i, 313 + 7 * i},
+                   .exact_fallbacks = 7 + 10 * i,
+                   .intersect_s = 1.9 + i / 4.0,
+                   .shade_s = 0.83 + i / 8.0,
+                   .bound_rays = 41 + 3 * i,
+                   .truncation = 0.001 + i / 1024.0,
+                   .unmatched_media = 2 + i,
+                   .open_media = 9 + 4 * i},
+        .host = "node",
+    };
+}
+
+/* The text of the file, which the caller frees. */
+static char *read_text(const char *path)
+{
+    enum { ROOM = 1 << 16 };
+    char *text = calloc(ROOM, 1);
+    FILE *file = fopen(path, "r");
+    assert_true(text && file && fread(text, 1, ROOM - 1, file) > 0);
+    fclose(file);
+    return text;
+}
+
+/* Every number under its own name: none is like another, or twice as large. */
+static void test_json_whole(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[] = {distinct_stats(0), distinct_stats(1), distinct_stats(2)};
+    struct error_row rows[] = {
+        {0.51, 4, {0.021, 0.019, 0.023}, 0.037, 0.6}, /* above the interval, though not by much */
+        {1.53, 9.5, {0.0081, 0.0071, 0.0093}, 0.0083, 0.9},
+        {2.57, 16.25, {0.0043, 0.0037, 0.0047}, 0.0029, 1}, /* below it */
+        {3.59, 32.75, {0.0022, 0.0015, 0.0026}, (double)NAN, 1}};
+    struct error_log log = {rows, 4};
+    struct report report = sample_report(renderers, 0);
+    report.processes = 4;
+    report.renderer_count = 3;
+    report.primitives = 137;
+    report.triangles = 59;
+    report.time.build = 0.27;
+    report.time.probe = 0.033;
+    report.errors = &log;
+    report.forecast = (struct error_forecast){true, false, 0.0022, 3.59, 0.55, 0.06, 65};
+    report.min_samples = 6;
+    report.max_samples = 260;
+    report.unsampled = 19;
+    report.guessed_rmse = 0.0133;
+    report.passes = 8;
+    report.plan_s = 0.0123;
+    report.ended = "time";
+    report.has_reference = true;
+    report.truth = (struct truth){0.0029, 0.71, 0.053};
+    report.quantisation = (struct quantisation){0.00113, 0.0071, 29, 0.00037};
+    report.master_cpu_s = 0.0103;
+    report.master_messages = 601;
+    report.service_s = 0.000000631;
+    report.answer_wait_s = 0.000517;
+    report.answer_wait_most_s = 0.0089;
+    report.repeated_tiles = 38;
+    report.wasted_s = 0.067;
+    report.heat = (struct heat_range){0.00000021, 0.0000047};
+    report.resumed = (struct resumed){
+        .tiles = 15, .pixels = 977, .records = 18, .seconds = 1.37, .cpu_s = 1.21, .again_s = 0.41};
+    report.picture = report_counts(&report);
+    char *text = report_json(&report), *expected = read_text("test/data/report.json");
+    if (strcmp(text, expected) != 0) {
+        fprintf(stderr, "other than test/data/report.json:\n%s", text); /* print_error() cuts */
+        fail();
+    }
+    free(expected);
+    free(text);
+}
+
 /* The first in the picture, not on the lowest rank; what is not a number is null. */
 static void test_bad_samples(void **state)
 {
@@ -573,6 +660,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_balance),
         cmocka_unit_test(test_json),
+        cmocka_unit_test(test_json_whole),
         cmocka_unit_test(test_bad_samples),
         cmocka_unit_test(test_twice),
         cmocka_unit_test(test_resumed),
