@@ -201,6 +201,7 @@ $(INSIDE): %: %.o $(INSIDE_KERNEL) $(filter-out $(BUILD)/kernel_%.o $(BUILD)/wor
 $(BUILD)/avx2/test/test_bundles: WRAPPED := -Wl,--wrap=nearest_bundle,--wrap=occluded_packet
 $(BUILD)/test/test_cpu_time: WRAPPED := -Wl,--wrap=clock_gettime
 $(BUILD)/test/test_image_file: WRAPPED := -Wl,--wrap=png_encode
+$(BUILD)/test/test_journal: WRAPPED := -Wl,--wrap=fdatasync
 $(BUILD)/test/test_snapshot: WRAPPED := -Wl,--wrap=pthread_create
 
 # The simulated farm of bench-balance.

@@ -20,6 +20,17 @@
 #define HEADER  24 /* of the file, bytes */
 #define RECORD  (64 + PAYLOAD)
 
+/* How often a file was brought to the disk. */
+static unsigned syncs;
+
+int __real_fdatasync(int file);
+int __wrap_fdatasync(int file);
+int __wrap_fdatasync(int file)
+{
+    syncs++;
+    return __real_fdatasync(file);
+}
+
 /* The i-th of all records, made anew where it is needed. */
 static struct journal_record make_record(uint32_t i, unsigned char payload[PAYLOAD])
 {
@@ -652,11 +663,34 @@ static void test_sync_pause(void **state)
     assert_true(journal_sync_pause(0.001) == 5);
     unlink(PATH);
     struct journal *journal = open_as(s, PICTURE, &seen);
+    syncs = 0;
     append(journal, 0);
     journal_tick(journal, 0);
+    assert_int_equal(syncs, 0);
     journal_tick(journal, HUGE_VAL);
-    journal_tick(journal, HUGE_VAL);
+    assert_int_equal(syncs, 1);
+    journal_tick(journal, HUGE_VAL); /* nothing has come since */
+    assert_int_equal(syncs, 1);
     journal_remove(journal);
+}
+
+/* What is left to a later run, or is moved, is on the disk. */
+static void test_synced_at_the_end(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    for (int moved = 0; moved <= 1; moved++) {
+        write_journal(s, 2);
+        struct journal *journal = open_as(s, PICTURE, &seen);
+        syncs = 0;
+        if (moved)
+            assert_true(journal_move(journal, MOVED, 0));
+        else
+            assert_true(append(journal, 2));
+        journal_keep(journal);
+        assert_int_equal(syncs, 1);
+    }
+    assert_int_equal(unlink(MOVED), 0);
 }
 
 static void test_picture(void **state)
@@ -716,6 +750,7 @@ int main(void)
         cmocka_unit_test(test_reserved_by_killed),
         cmocka_unit_test(test_no_place),
         cmocka_unit_test(test_sync_pause),
+        cmocka_unit_test(test_synced_at_the_end),
         cmocka_unit_test(test_picture),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
