@@ -85,7 +85,8 @@ check "no journal" without
 twice() { # a second run of the same picture while one is at work
     rm -f a.*
     "$FARM" "$SCENE" $SIZE sampling.samples=400 output.image=a.pfm >o 2>e & pid=$!
-    sleep 1
+    i=0 # what is written to is locked
+    while ! [ -s a.journal ] && [ $i -lt 600 ]; do sleep 0.05; i=$((i + 1)); done
     run 2 farm_n 0 "$SCENE" $SIZE sampling.samples=400 output.image=a.pfm; status=$?
     kill -9 $pid; wait $pid 2>/dev/null
     [ $status -eq 0 ] && echo "$err" | grep -q 'another run is at work'
