@@ -1,10 +1,14 @@
-# PROGRAM ARGUMENT...: runs it beside three processes that use all of the core they get.
-spinners=
+# PROGRAM ARGUMENT...: runs it beside three processes that use all of the core they get. They end with this one,
+# however it ends.
+spinners= program=
+trap 'kill $spinners $program 2>/dev/null' EXIT
+trap 'exit 1' INT TERM
 for i in 1 2 3; do
-    sh -c 'while :; do :; done' & spinners="$spinners $!"
+    setpriv --pdeathsig KILL sh -c 'while :; do :; done' & spinners="$spinners $!"
 done
-"$@"
+# In the background: of a signal a shell takes no notice before what runs in the foreground has ended.
+"$@" & program=$!
+wait $program
 status=$?
-kill $spinners
-wait
+program=
 exit $status
