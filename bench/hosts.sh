@@ -26,7 +26,10 @@ trap 'exit 1' INT TERM
 hold() {
     unshare --net --uts --mount --ipc sh -c "echo \$\$ >'$T/$1.pid'; exec sleep 600" </dev/null >/dev/null 2>&1 &
     pids="$pids $!"
-    until [ -s "$T/$1.pid" ]; do sleep 0.05; done
+    until [ -s "$T/$1.pid" ]; do
+        kill -0 $! 2>/dev/null || { echo "hosts.sh: no namespaces can be made here, which needs root" >&2; exit 1; }
+        sleep 0.05
+    done
 }
 enter() { name=$1; shift; nsenter -t "$(cat "$T/$name.pid")" -n -u -m -i "$@"; }
 
