@@ -1,7 +1,8 @@
 # PROGRAM ARGUMENT...: runs it beside three processes that use all of the core they get. They end with this one,
 # however it ends.
 spinners= program=
-trap 'kill $spinners $program 2>/dev/null' EXIT
+# A loop that has hardly begun might take no notice of anything less.
+trap '{ kill -KILL $spinners; kill $program; } 2>/dev/null' EXIT
 trap 'exit 1' INT TERM
 for i in 1 2 3; do
     setpriv --pdeathsig KILL sh -c 'while :; do :; done' & spinners="$spinners $!"
