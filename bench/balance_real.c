@@ -195,7 +195,7 @@ static struct two_ranks run_two(const struct bench_scene *scene, bool slow)
     return two;
 }
 
-/* What the farm loses of the cores' time when rank 1 shares core 1 with three processes that do nothing
+/* What the farm loses of the cores' time when rank 1 shares its core with three processes that do nothing
  * but use it, beside what it loses when nobody does. Each run against its own work: the machine's speed
  * varies by more than what is to be told from minute to minute. Beside it by the wall alone. */
 static void measure_slow(FILE *out, const struct bench_scene *scene)
@@ -264,6 +264,7 @@ void section_real(void)
         draw_many(&bench_scenes[s], PAPER_PROCESSORS);
     }
     report_waiting(out);
-    if (sysconf(_SC_NPROCESSORS_ONLN) >= 2) put_slow(out);
+    unsigned two[2];
+    if (two_processors(two)) put_slow(out);
     fclose(out);
 }

@@ -1,6 +1,7 @@
 #include "bench/balance_run.h"
 
 #include <math.h>
+#include <sched.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -129,15 +130,27 @@ double farm_run_side_by_side(const char *config, const char *picture, const char
     return seconds;
 }
 
+bool two_processors(unsigned two[2])
+{
+    cpu_set_t own;
+    unsigned found = 0;
+    if (sched_getaffinity(0, sizeof own, &own) != 0) return false;
+    for (unsigned i = 0; i < CPU_SETSIZE && found < 2; i++)
+        if (CPU_ISSET(i, &own)) two[found++] = i;
+    return found == 2;
+}
+
 void farm_run_slow(struct farm_run *run, const char *config, const char *picture,
                    const char *options)
 {
     const char *farm = farm_program();
+    unsigned two[2];
+    if (!two_processors(two)) fatal("a renderer that is slowed wants a processor of its own");
     char *arguments = arguments_of(config, picture, options);
     char *launch =
-        format_text("-n 1 taskset -c 0 %s %s : -n 1 taskset -c 1 sh bench/balance_slow.sh "
+        format_text("-n 1 taskset -c %u %s %s : -n 1 taskset -c %u sh bench/balance_slow.sh "
                     "%s %s",
-                    farm, arguments, farm, arguments);
+                    two[0], farm, arguments, two[1], farm, arguments);
     run_and_read(run, command_of(launch, picture), picture);
     free(launch);
     free(arguments);

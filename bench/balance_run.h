@@ -2,6 +2,8 @@
 #ifndef FARM_BENCH_BALANCE_RUN_H
 #define FARM_BENCH_BALANCE_RUN_H
 
+#include <stdbool.h>
+
 struct run_worker {
     double busy_s, cpu_s, send_s, finish_s, tiles, pixels;
 };
@@ -28,8 +30,12 @@ void farm_run(struct farm_run *run, unsigned ranks, const char *config, const ch
  * end. What they leave behind stands in picture and beside it. */
 double farm_run_side_by_side(const char *config, const char *picture, const char *options);
 
+/* Two of the processors that this process may run on: in a container, or bound, it may be to others than the
+ * first ones. false: there is no second one. */
+bool two_processors(unsigned two[2]);
+
 /*
- * Two ranks, each bound to a core of its own; rank 1 shares it with three processes that use all
+ * Two ranks, each bound to one of two_processors(); rank 1 shares it with three processes that use all
  * they get: a renderer of a quarter of the speed.
  */
 void farm_run_slow(struct farm_run *run, const char *config, const char *picture,
