@@ -1,6 +1,6 @@
 /*
  * What messages cost here, measured between two ranks of one machine: mpiexec -n 2 balance_messages
- * prints "name value" lines for bench/balance.c.
+ * prints "name value" lines for bench/balance_measure.c.
  *
  *   latency_s       from one rank to the other, without content
  *   byte_s          for every byte more, up to 64 KiB
@@ -227,7 +227,10 @@ static void finish_tile(struct job *job, uint32_t who, const struct tile *answer
     }
     seconds = queue_seconds(job->queue, who, seconds, seconds);
     job->now += seconds_of(answered) / RENDERERS;
-    job->finished += queue_finish(job->queue, who, tile.id, job->now, seconds);
+    job->finished += queue_finish(job->queue, who, tile.id, job->now, seconds) == ANSWER_COUNTS;
+    struct fate fate;
+    while (queue_fate(job->queue, &fate))
+        job->finished += fate.counts;
 }
 
 static void answer_lot(struct job *job, uint32_t who)
@@ -288,6 +291,7 @@ static double queue_time(void)
             .width = WIDTH,
             .height = HEIGHT,
             .renderers = RENDERERS,
+            .master_renders = true,
             .tile_edge = queue_auto_edge(SCHEDULE_DYNAMIC, WIDTH, HEIGHT, 1, RENDERERS),
             .probe_edge = queue_auto_probe_edge(WIDTH, HEIGHT, 1, RENDERERS)};
         job = (struct job){.queue = queue_create(&config)};
