@@ -46,7 +46,8 @@ FILE *open_section(const char *section, const char *heading);
 void join_report(void);
 /* Runs gnuplot over a script that was written to OUT_FOLDER. */
 void plot(const char *script);
-/* The kept cost map of a scene; measures it first when there is none that is newer than scene and program. */
+/* The kept cost map of a scene; measures it first when there is none that is newer than
+ * scene, meshes and program. */
 const struct tile_costs *kept_costs(const struct bench_scene *scene, uint32_t width,
                                     uint32_t height, uint32_t samples);
 /* How often every tile is timed then: odd, so that there is a median. */

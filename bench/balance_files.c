@@ -1,4 +1,5 @@
 #include <errno.h>
+#include <glob.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -91,6 +92,20 @@ static bool is_newer(const char *path, const char *other)
            (one.st_mtim.tv_sec == two.st_mtim.tv_sec && one.st_mtim.tv_nsec > two.st_mtim.tv_nsec);
 }
 
+/* The meshes that scenes are made of: whichever of them a scene needs. */
+#define MESHES "config/generated/*"
+
+static bool is_newer_than_meshes(const char *path)
+{
+    glob_t meshes;
+    bool newer = true;
+    if (glob(MESHES, 0, NULL, &meshes) != 0) return false;
+    for (size_t i = 0; newer && i < meshes.gl_pathc; i++)
+        newer = is_newer(path, meshes.gl_pathv[i]);
+    globfree(&meshes);
+    return newer;
+}
+
 const struct tile_costs *kept_costs(const struct bench_scene *scene, uint32_t width,
                                     uint32_t height, uint32_t samples)
 {
@@ -102,7 +117,7 @@ const struct tile_costs *kept_costs(const struct bench_scene *scene, uint32_t wi
     if (map_count == MAPS_MAX) fatal("too many cost maps");
     struct kept_map *kept = &maps[map_count++];
     snprintf(kept->path, sizeof kept->path, "%s", path);
-    if (!is_newer(path, PROGRAM) || !is_newer(path, scene->config) ||
+    if (!is_newer(path, PROGRAM) || !is_newer(path, scene->config) || !is_newer_than_meshes(path) ||
         !costs_read(&kept->map, path)) {
         fprintf(stderr, "measuring the costs of %s, %u x %u, %u samples\n", scene->name, width,
                 height, samples);
