@@ -523,7 +523,7 @@ peers() {
     {
         echo "# Antialiasing beside POV-Ray and Tachyon, $W x $H, each against its own converged picture"
         echo
-        echo "Components clamped to 0..1, as the peers store them. The farm's time for the same RMSE is interpolated on logarithmic axes between its own pictures (<: its coarsest is better already). Peers get the scenes enlarged so that their tolerances do no harm; what their converged pictures differ from the farm's by, RMSE:"
+        echo "Components clamped to 0..1, as the peers store them. The farm samples with sampling.min_samples=2 in place of the default of 4, which gives it coarser pictures, too, as the peers have them. Its time for the same RMSE is interpolated on logarithmic axes between its own pictures (<: its coarsest is better already). Peers get the scenes enlarged so that their tolerances do no harm; what their converged pictures differ from the farm's by, RMSE:"
         echo "$apart."
         echo
         echo "| scene | program | setting | CPU s | RMSE | farm, CPU s | ratio |"
