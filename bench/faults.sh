@@ -4,7 +4,7 @@
 #   stop       SIGSTOP of a rank: the picture has to be finished without it
 #   moment     the same at a certain step, from before it has the scene to its last one (FAULTS_STOP,
 #              loaded in front of the C library); before it has reported for work, status 75
-#   signal     SIGTERM, SIGINT or SIGUSR1: status 75
+#   signal     SIGTERM, SIGINT or SIGUSR1: status 75, or 0 with the picture, which was complete already
 #   torn, flipped                  mpiexec killed, then the journal cut, or a bit of it turned
 #   full       a file system that is too small, then one with room (where none can be mounted torn, which is said)
 #   slow       a disk that takes its time (FAULTS_SLOW, loaded in front of the C library), and a kill
@@ -190,7 +190,8 @@ while [ $run -lt "$runs" ]; do
         if [ $kind = rank ]; then strike 9 "$(rank_pid $victim)"; else strike STOP "$(rank_pid $victim)"; fi ;;
     master) strike 9 "$(rank_pid 0)" ;;
     mpiexec | torn | flipped | alone | slow) strike 9 $job ;;
-    signal) pick 3; case $number in 0) s=TERM ;; 1) s=INT ;; *) s=USR1 ;; esac
+    signal) expected=75
+        pick 3; case $number in 0) s=TERM ;; 1) s=INT ;; *) s=USR1 ;; esac
         strike $s $job ;;
     esac
     finish
@@ -199,15 +200,16 @@ while [ $run -lt "$runs" ]; do
     case $kind in
     moment) [ -s note ] || hit='' expected=0 ;;
     full) [ $first -ne 0 ] || grep -q 'No space left' e || hit= ;;
+    signal) [ $first -ne 0 ] || [ ! -s a.pfm ] || [ -e a.journal ] || expected=0 ;;
     esac
     if [ $kind = none ]; then hit=-
     elif [ -n "$hit" ]; then injected=$((injected + 1))
     else hit=no missed=$((missed + 1)); fi
     # A rank that is killed while it starts cannot remove what it has just made, nor can anybody tell
-    # whose it was: such segments are counted apart.
+    # whose it was: such segments are counted apart. Of those kinds nobody is killed.
     number=$(orphans | wc -l)
     case $kind in
-    none) kept=$((kept + number)) ;;
+    none | signal | full) kept=$((kept + number)) ;;
     *) orphaned=$((orphaned + number)) ;;
     esac
     [ -z "$expected" ] || [ "$status" -eq "$expected" ] || { wrong=$((wrong + 1)); cp e "wrong.$run"; }
