@@ -4,7 +4,7 @@
 #   make deps test   install what is missing, then all tests
 #   make             build ./farm and the generated parts of the sample scenes
 #   make asan        all tests under the address and undefined-behaviour sanitizers
-#   make bench       all benches below, one after the other, some three hours
+#   make bench       all benches below, one after the other, some four hours
 #   make bench-kernel      the kernel beside Embree, Tachyon and POV-Ray (installs them, as make
 #                    bench-deps does); tables to bench/out/
 #   make valgrind    whole runs on one to three processes under valgrind
@@ -266,9 +266,10 @@ bench-kernel: $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
 	    --folder $(BUILD)/bench/kernel.out --csv bench/out/kernel.csv \
 	    --markdown bench/out/kernel.md --montage bench/out/kernel.png $(KERNEL_OPTIONS)
 
-# Error against run time, beside POV-Ray and Tachyon; about 40 minutes of two idle cores. What was
-# measured is kept: ended, it goes on where it was. ERROR_SECTIONS="sampling forecast" and
-# ERROR_SCENES="lantern" for less, ERROR_SIZE=640x480 for more; bench/error.sh has all of them.
+# Error against run time, beside POV-Ray and Tachyon; an hour and a half or more of two idle cores, half an
+# hour of it for the peers, a quarter of an hour for time limits. What was measured is kept: ended, it goes on
+# where it was. ERROR_SECTIONS="sampling forecast" and ERROR_SCENES="lantern" for less, ERROR_SIZE=640x480
+# for more; bench/error.sh has all of them.
 ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/error_allocation.c bench/error_lattice.c bench/error_scale.c \
               bench/kernel_export.c bench/kernel_picture.c bench/kernel_scenes.c)
 

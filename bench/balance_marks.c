@@ -67,7 +67,7 @@ void section_marks(void)
     mark("a rank that waits, of a core", "measured", value_get("waiting"), 0.01, false);
     mark("simulated against measured, -n 1, 2, 4, 8, 44: off by", "both, worst median of 5",
          value_get("model.worst"), 0.03, false);
-    mark("efficiency of 10,000 renderers, 7680 x 4320", "simulated",
+    mark("garden: efficiency of 10,000 renderers, 7680 x 4320, 4096 samples, 10 us", "simulated",
          value_get("plan.garden.10000.4096.10"), 0.9, true);
     mark("the same, speeds uneven by 4, 100 us", "simulated",
          value_get("plan.uneven.garden.10000.4096.100"), 0.9, true);
