@@ -46,7 +46,7 @@ static double measure_tile(void)
              "sampling.samples=1 farm.tile=8 image.width=1920 image.height=1440 "
              "output.trace=" KEPT_FOLDER "/tiles.trace.json");
     trace_read(&trace, KEPT_FOLDER "/tiles.trace.json");
-    double seconds = trace_beside(&trace, 1, run.workers[1].cpu_s);
+    double seconds = trace_beside(&trace, 1, run.cpu_s[1]);
     trace_free(&trace);
     farm_run_free(&run);
     return seconds;

@@ -23,16 +23,11 @@ const char *farm_program(void)
 static void read_workers(struct farm_run *run, const char *text)
 {
     const char *at = strstr(text, "\"workers\":");
-    run->workers = allocate_zeroed(run->renderers, sizeof *run->workers);
+    run->cpu_s = allocate_zeroed(run->renderers, sizeof *run->cpu_s);
     for (unsigned i = 0; i < run->renderers; i++) {
         at = at ? strstr(at + 1, "{\"rank\":") : NULL;
         if (!at) fatal("the report has too few workers");
-        run->workers[i] = (struct run_worker){.busy_s = report_number(at, "busy_s"),
-                                              .cpu_s = report_number(at, "cpu_s"),
-                                              .send_s = report_number(at, "send_s"),
-                                              .finish_s = report_number(at, "finish_s"),
-                                              .tiles = report_number(at, "tiles"),
-                                              .pixels = report_number(at, "pixels")};
+        run->cpu_s[i] = report_number(at, "cpu_s");
     }
 }
 
@@ -51,8 +46,6 @@ static void read_report(struct farm_run *run, const char *text)
                              .messages = report_number(master, "messages"),
                              .service_s = report_number(master, "service_s"),
                              .tail_s = report_number(text, "tail_s"),
-                             .efficiency = report_number(text, "efficiency"),
-                             .tiles = report_number(text, "tiles"),
                              .renderers = (unsigned)report_number(text, "renderers")};
     read_workers(run, text);
 }
@@ -160,7 +153,7 @@ double all_cpu(const struct farm_run *run)
 {
     double cpu = 0;
     for (unsigned i = 0; i < run->renderers; i++)
-        cpu += run->workers[i].cpu_s;
+        cpu += run->cpu_s[i];
     return cpu;
 }
 
@@ -168,12 +161,12 @@ double most_cpu(const struct farm_run *run)
 {
     double most = 0;
     for (unsigned i = 0; i < run->renderers; i++)
-        most = fmax(most, run->workers[i].cpu_s);
+        most = fmax(most, run->cpu_s[i]);
     return most;
 }
 
 void farm_run_free(struct farm_run *run)
 {
-    free(run->workers);
+    free(run->cpu_s);
     *run = (struct farm_run){0};
 }

@@ -4,15 +4,11 @@
 
 #include <stdbool.h>
 
-struct run_worker {
-    double busy_s, cpu_s, send_s, finish_s, tiles, pixels;
-};
-
 struct farm_run {
     double total_s, init_s, load_s, broadcast_s, build_s, render_s, write_s;
-    double master_cpu_s, messages, service_s, tail_s, efficiency, tiles;
+    double master_cpu_s, messages, service_s, tail_s;
     unsigned renderers;
-    struct run_worker *workers; /* owned */
+    double *cpu_s; /* of each renderer; owned */
 };
 
 /* Its file. */

@@ -312,7 +312,7 @@ static void test_in_vain(void **state)
     assert_true(work > 1.08 * 7 * all_s);
 }
 
-/* Who naps sees a message at the end of the nap: 20, 40, 80 ... us, and what each is too long. */
+/* Who naps sees a message at the end of the nap: 5, 10, 20 ... us, and what each is too long. */
 static void test_naps(void **state)
 {
     (void)state;
