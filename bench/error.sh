@@ -7,7 +7,8 @@
 #   limits    runs under a time limit: how far it is overrun, and the error beside uniform sampling's
 #   truncation  max_depth from 0 to 20 and cutoff from 1/16 to 1/65536: error, claimed bound
 #   formulas  the paper's formulas against the exact ones
-#   forecast  what a run says that half of its error will cost, and what it does
+#   forecast  what a run says that half of its error will cost, and what it does: as foretold, and for the
+#             error that was reached
 #   coverage  how often intervals hold, over pictures with different random numbers
 #   peers     POV-Ray's and Tachyon's antialiasing, each against its own converged picture
 #
@@ -56,17 +57,17 @@ renew "$KEPT/state" "" "$KEPT"/ref_*.pfm "$KEPT"/ref_*.json "$KEPT"/deep_*.pfm "
     "$WORK/balls.ini"
 
 # begin_csv SECTION SETTINGS NAMES-OF-COLUMNS: the CSV file of a section, with the rows that it has if
-# they were measured with the same settings.
+# they were measured with the same settings, and tell the same.
 begin_csv() {
     csv=$OUT/error_$1.csv
-    renew "$OUT/.error_$1" "$2" "$csv"
+    renew "$OUT/.error_$1" "$2 $3" "$csv"
     [ -e "$csv" ] || echo "$3" >"$csv"
 }
-# put_row FIELD,... [N]: ends the bench when one is empty or no finite number, as what should have told it
+# put_row FIELD,... [N...]: ends the bench when one is empty or no finite number, as what should have told it
 # failed. The N-th may be a bound that is not there: null or inf.
 put_row() {
-    echo "$1" | awk -F, -v open="${2:-0}" '
-        { for (i = 1; i <= NF; i++) if ($i == "" || $i ~ /^[-+]?nan$/ || (i != open && $i ~ /^([-+]?inf|null)$/)) exit 1 }' || {
+    echo "$1" | awk -F, -v open=" ${2:-} " '
+        { for (i = 1; i <= NF; i++) if ($i == "" || $i ~ /^[-+]?nan$/ || (!index(open, " " i " ") && $i ~ /^([-+]?inf|null)$/)) exit 1 }' || {
         echo "error.sh: not all of a row of $csv was measured: $1" >&2
         exit 1
     }
@@ -564,12 +565,22 @@ END
 
 # A run says what its goal costs; a run with that number of samples, or with that target, tells. CPU seconds: the
 # share that the run had of the wall time is the same in both figures.
+
+# foretold_of REPORT KEY: wall seconds of rendering that its forecast tells, in CPU seconds. 1e9: no end.
+foretold_of() {
+    awk -v s="$(of "$1" forecast "$2")" -v wall="$(of "$1" time render_s)" -v cpu="$(cpu_of "$1")" 'BEGIN {
+        if (s == "" || cpu == "" || !(wall > 0)) exit 1
+        print s == "null" ? 1e9 : s / wall * cpu }'
+}
+# A median of those for a row.
+foretold_median() { median_of "$@" | awk '{ print ($1 < 1e9 ? sprintf("%.3f", $1) : "inf") }'; }
+
 forecast() {
-    begin_csv forecast "$SIZE $REPEAT" "scene,method,rmse,cpu_s,later,foretold_s,low_s,high_s,took_s,off"
+    begin_csv forecast "$SIZE $REPEAT" "scene,method,rmse,cpu_s,later,equal_s,equal_low_s,equal_high_s,took_s,off,goal,foretold_s,low_s,high_s"
     for scene in $SCENES; do
         for setting in samples=4 samples=8 samples=16 target_error=0.02 target_error=0.012 target_error=0.007; do
             known "$scene,$setting" && continue
-            foretold="" took="" r=$WORK/first.json
+            cpu="" took="" told="" lows="" highs="" r=$WORK/first.json
             # In turns, so that a machine whose speed changes tells the same of both.
             for _ in $(seq "$REPEAT"); do
                 farm first "$scene" "sampling.$setting"
@@ -579,26 +590,46 @@ forecast() {
                 samples=*) farm run "$scene" sampling.samples="$(of "$r" forecast samples)" ;;
                 *) farm run "$scene" sampling.target_error="$goal" ;;
                 esac
-                foretold="$foretold $(cpu_of "$r")" took="$took $(cpu_of "$WORK/run.json")"
+                cpu="$cpu $(cpu_of "$r")" took="$took $(cpu_of "$WORK/run.json")"
+                s=$(foretold_of "$r" render_s) && low=$(foretold_of "$r" render_low_s) &&
+                    high=$(foretold_of "$r" render_high_s) || exit 1
+                told="$told $s" lows="$lows $low" highs="$highs $high"
             done
             rmse=$(value "$r" estimated_rmse) later=$(value "$WORK/run.json" estimated_rmse)
-            case $setting in samples=*) goal=$later ;; esac
-            cpu=$(median_of $foretold) took=$(median_of $took)
+            equal=$goal
+            case $setting in samples=*) equal=$later ;; esac
+            cpu=$(median_of $cpu) took=$(median_of $took)
             # Of samples the law carries the forecast from the goal to what the later run came to; of a target it
             # is told what the run takes, which comes further. Where the slope may as well be 0, or nobody knows its
             # spread, the interval has no upper end.
-            foretold=$(awk -v e="$rmse" -v g="$goal" -v t="$cpu" -v took="$took" -v b="$slope" \
+            at_equal=$(awk -v e="$rmse" -v g="$equal" -v t="$cpu" -v took="$took" -v b="$slope" \
                 -v d="$(of "$r" forecast slope_spread)" '
                 function at(b) { return t * (e / g) ^ (-1 / b) }
                 BEGIN { if (e == "" || g == "" || t == "" || took == "" || b == "" || d == "") exit 1
                     low = d == "null" ? t : at(b - d); high = d == "null" || b + d >= 0 ? 1e9 : at(b + d)
                     printf "%.3f,%.3f,%s,%s,%.3f\n", at(b), low, high < 1e9 ? sprintf("%.3f", high) : "inf",
                         took, at(b) / took - 1 }')
-            put_row "$scene,$setting,$rmse,$cpu,$later,$foretold" 8
+            put_row "$scene,$setting,$rmse,$cpu,$later,$at_equal,$goal,$(foretold_median $told),$(foretold_median $lows),$(foretold_median $highs)" "8 14"
         done
     done
     {
         echo "# Forecasts: CPU seconds to a lower error, $W x $H"
+        echo
+        echo "## What was foretold"
+        echo
+        echo "Goal, foretold s and low to high are what the run's report says, its wall seconds of rendering in CPU seconds; took s is what a run takes with the samples that it names for the goal, or with the goal as its target. Such a run ends above or below the goal: reached / goal says by how much, and a time that fits may belong to another error."
+        echo
+        echo "| scene | run | RMSE | CPU s | goal | reached / goal | foretold s (low to high) | took s | within 20 % | within low to high |"
+        echo "|---|---|---|---|---|---|---|---|---|---|"
+        awk -F, 'function s(t) { return t == "inf" ? t : sprintf("%.2f", t) }
+            NR > 1 { fits = $12 < 1.2 * $9 && $12 > 0.8 * $9; holds = $13 <= $9 && ($14 == "inf" || $9 <= $14)
+                printf "| %s | %s | %.3g | %.2f | %.3g | %.2f | %.2f (%.2f to %s) | %.2f | %s | %s |\n", $1, $2, $3, $4, $11, $5 / $11, $12, $13, s($14), $9, fits ? "yes" : "no", holds ? "yes" : "no"
+                n++; hit += fits; if ($14 == "inf") open++; else in1 += holds; reached += $5 <= $11; near += $5 <= 1.05 * $11 }
+            END { if (n) printf "\nWithin 20 %%: %d of %d. Within low to high: %d of %d (%d more have no upper end). Goal reached: %d of %d, to within 5 %% %d.\n", hit, n, in1, n - open, open, reached, n, near }' "$csv"
+        echo
+        echo "## At equal error"
+        echo
+        echo "Of runs that name samples, foretold is carried along the foretold slope to the error that the later run came to, so that time is compared with time for the same error. Of runs with a target it is what was foretold."
         echo
         echo "| scene | run | RMSE | CPU s | later RMSE | foretold s | interval of a standard deviation | took s | off by |"
         echo "|---|---|---|---|---|---|---|---|---|"
@@ -617,7 +648,7 @@ plot_forecast() {
 $LOGLOG
 set output "$OUT/error_forecast.svg"
 set xlabel "CPU seconds that it took"
-set ylabel "foretold, +- a standard deviation"
+set ylabel "foretold, for what was reached, +- a standard deviation"
 set key left top
 set title "Forecasts, $W x $H; the lines: as foretold, and 20 % off"
 plot for [scene in "$SCENES"] sprintf("< grep '^%s,' $csv", scene) using 9:6:7:(strcol(8) eq "inf" ? \$6 : \$8) with yerrorbars pt 7 title scene, \
