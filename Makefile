@@ -246,7 +246,7 @@ bench-error-truncation: $(BUILD)/bench/error_truncation all
 # The kernel beside Embree, Tachyon and POV-Ray, on one thread each; some quarter of an hour.
 # KERNEL_OPTIONS="--scenes balls,million --repeat 3 --programs farm,embree" for less.
 BENCH_KERNEL := $(patsubst %.c,$(BUILD)/%.o,bench/kernel_export.c bench/kernel_main.c \
-              bench/kernel_picture.c bench/kernel_report.c bench/kernel_run.c bench/kernel_scenes.c)
+              bench/kernel_picture.c bench/kernel_report.c bench/kernel_run.c bench/kernel_scenes.c bench/median.c)
 EMBREE := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/kernel_embree*.c))
 EMBREE_LIBRARY = $(shell test -e /usr/include/embree4/rtcore.h && echo -lembree4 || echo -lembree3)
 
@@ -281,7 +281,7 @@ bench-error: $(BUILD)/bench/error_tool all
 	FARM=$(abspath $(FARM)) TOOL=$(abspath $(BUILD)/bench/error_tool) WORK=$(BUILD)/bench/error.out \
 	    MPIEXEC="$(MPIEXEC)" sh bench/error.sh $(ERROR_SECTIONS)
 
-$(BUILD)/bench/omit: $(BUILD)/bench/omit.o $(BUILD)/bench/report_values.o $(BUILD)/common/message.o $(BUILD)/common/memory.o
+$(BUILD)/bench/omit: $(BUILD)/bench/omit.o $(BUILD)/bench/median.o $(BUILD)/bench/report_values.o $(BUILD)/common/message.o $(BUILD)/common/memory.o
 	$(call link,-lm)
 
 # About five minutes.
@@ -315,12 +315,12 @@ bench-faults: $(FAULTS) all
 # How the work is shared out. Some 20 minutes of two idle cores; BALANCE_OPTIONS="--only real,model" runs
 # the parts that need a quiet machine, the others being kept.
 BALANCE := $(patsubst %.c,$(BUILD)/%.o,$(filter-out bench/balance_messages.c,$(wildcard bench/balance*.c)) \
-           bench/report_values.c)
+           bench/median.c bench/report_values.c)
 
 $(BUILD)/bench/balance: $(BALANCE) $(LIBRARY)
 	$(call link,$(LIBS))
 
-$(BUILD)/bench/balance_messages: $(BUILD)/bench/balance_messages.o $(LIBRARY)
+$(BUILD)/bench/balance_messages: $(BUILD)/bench/balance_messages.o $(BUILD)/bench/median.o $(LIBRARY)
 	$(call link,$(LIBS))
 
 bench-balance: $(BUILD)/bench/balance $(BUILD)/bench/balance_messages all

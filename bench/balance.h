@@ -65,8 +65,6 @@ double measure_waiting(unsigned ranks, const char *config, const char *picture, 
 
 /* ---- statistics ---- */
 
-double median_of(double *values, unsigned count); /* sorts them */
-
 /* ---- sections ---- */
 
 void section_costs(void);

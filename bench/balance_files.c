@@ -126,15 +126,3 @@ const struct tile_costs *kept_costs(const struct bench_scene *scene, uint32_t wi
     }
     return &kept->map;
 }
-
-static int ascending(const void *a, const void *b)
-{
-    const double *x = a, *y = b;
-    return (*x > *y) - (*x < *y);
-}
-
-double median_of(double *values, unsigned count)
-{
-    qsort(values, count, sizeof *values, ascending);
-    return count % 2 ? values[count / 2] : (values[count / 2 - 1] + values[count / 2]) / 2;
-}

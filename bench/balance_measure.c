@@ -7,6 +7,7 @@
 #include "bench/balance_run.h"
 #include "bench/balance_schedules.h"
 #include "bench/balance_trace.h"
+#include "bench/median.h"
 #include "common/message.h"
 #include "common/nap.h"
 

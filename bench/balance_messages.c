@@ -19,6 +19,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bench/median.h"
 #include "common/clock.h"
 #include "common/message.h"
 #include "common/nap.h"
@@ -30,18 +31,6 @@
 #define ROUNDS 2001
 
 enum { TAG_PING = 1, TAG_DATA = 2, TAG_REPLY = 3 };
-
-static int ascending(const void *a, const void *b)
-{
-    const double *x = a, *y = b;
-    return (*x > *y) - (*x < *y);
-}
-
-static double median(double *values, int count)
-{
-    qsort(values, (size_t)count, sizeof *values, ascending);
-    return values[count / 2];
-}
 
 /* Half of a round trip, seconds. */
 static double one_way(int rank, int bytes)
@@ -55,7 +44,7 @@ static double one_way(int rank, int bytes)
         if (rank == 1) MPI_Send(buffer, bytes, MPI_BYTE, 0, TAG_PING, MPI_COMM_WORLD);
         times[i] = (clock_wall() - start) / 2;
     }
-    return median(times, ROUNDS);
+    return median_of(times, ROUNDS);
 }
 
 /* ---- the master's loop, over results that are there already ---- */
@@ -121,7 +110,8 @@ static double serve_flood(uint32_t edge, struct tray *trays)
 {
     static double times[LOTS];
     struct flood flood = {.tile = {.w = edge, .h = edge, .step = 1}, .trays = trays};
-    int samples = 0, handled = 0;
+    unsigned samples = 0;
+    int handled = 0;
     flood.bytes = result_bytes(&flood.tile, tile_pixels(&flood.tile), false);
     canvas_init(&flood.canvas, edge, edge);
     for (int i = 0; i < SLOTS; i++) {
@@ -145,7 +135,7 @@ static double serve_flood(uint32_t edge, struct tray *trays)
         free(flood.buffers[i]);
     }
     canvas_free(&flood.canvas);
-    return median(times, samples);
+    return median_of(times, samples);
 }
 
 /* Puts the result into the next slot. */
@@ -186,7 +176,7 @@ static double send_flood(uint32_t edge, struct tray *trays)
     for (int i = 0; i < SLOTS; i++)
         MPI_Recv(&reply, sizeof reply, MPI_BYTE, 0, TAG_REPLY, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
     free(message);
-    return median(times, LOTS);
+    return median_of(times, LOTS);
 }
 
 /* ---- the queue ---- */
@@ -298,7 +288,7 @@ static double queue_time(void)
         times[i] = work_off(&job);
         queue_destroy(job.queue);
     }
-    return median(times, REPEATS);
+    return median_of(times, REPEATS);
 }
 
 static double nap_overshoot(void)
@@ -309,7 +299,7 @@ static double nap_overshoot(void)
         clock_sleep(1e-4);
         times[i] = clock_wall() - start - 1e-4;
     }
-    return median(times, 200);
+    return median_of(times, 200);
 }
 
 /* Of square tiles: below RESULT_SHORT bytes, and above. */

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "bench/balance.h"
+#include "bench/median.h"
 #include "common/clock.h"
 #include "common/message.h"
 

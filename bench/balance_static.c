@@ -5,6 +5,7 @@
 #include "bench/balance.h"
 #include "bench/balance_run.h"
 #include "bench/balance_schedules.h"
+#include "bench/median.h"
 #include "common/message.h"
 
 #define SAMPLES 16

@@ -9,6 +9,7 @@
 
 #include "bench/balance.h"
 #include "bench/balance_run.h"
+#include "bench/median.h"
 #include "common/clock.h"
 #include "common/message.h"
 

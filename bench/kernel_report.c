@@ -2,36 +2,29 @@
 
 #include <errno.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
+#include "bench/median.h"
 #include "common/message.h"
 
 #define UNKNOWN ((double)NAN) /* a figure that was not measured */
 
 /* ---- medians and what is derived from them ---- */
 
-static int by_value(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median_of(const struct series *series, enum metric metric)
+static double series_median(const struct series *series, enum metric metric)
 {
     double values[REPEAT_MAX];
     unsigned n = series->count;
     if (n == 0) return UNKNOWN;
     for (unsigned i = 0; i < n; i++)
         values[i] = series->runs[i].at[metric];
-    qsort(values, n, sizeof *values, by_value);
-    return n % 2 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
+    return median_of(values, n);
 }
 
 static double median(const struct scene_results *at, enum program program, enum step step,
                      enum metric metric)
 {
-    return median_of(&at->series[program][step], metric);
+    return series_median(&at->series[program][step], metric);
 }
 
 /* The median over the rounds of the farm's time over the other's: what disturbs a round falls on
@@ -45,7 +38,7 @@ static double time_ratio(const struct scene_results *at, enum program other)
         unsigned i = ratios.count;
         ratios.runs[i].at[RENDER_S] = farm->runs[i].at[RENDER_S] / peer->runs[i].at[RENDER_S];
     }
-    return median_of(&ratios, RENDER_S);
+    return series_median(&ratios, RENDER_S);
 }
 
 static double all_rays(const struct scene_results *at, enum program program, enum step step)
@@ -245,7 +238,7 @@ void report_csv(const char *path, const struct scene_results *results, size_t co
                 fprintf(out, "%s,%s,%s,%u", results[i].scene.name, program_names[p], steps[s],
                         series->count);
                 for (unsigned m = 0; m < METRIC_COUNT; m++) {
-                    double value = median_of(series, m);
+                    double value = series_median(series, m);
                     if (isfinite(value))
                         fprintf(out, ",%.9g", value);
                     else

@@ -16,6 +16,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "bench/median.h"
 #include "bench/report_values.h"
 #include "common/message.h"
 #include "common/protocol.h"
@@ -281,18 +282,6 @@ struct result {
     bool differs;
 };
 
-static int ascending(const void *a, const void *b)
-{
-    const double *x = a, *y = b;
-    return (*x > *y) - (*x < *y);
-}
-
-static double quantile(double *values, unsigned count, double share)
-{
-    qsort(values, count, sizeof *values, ascending);
-    return values[(unsigned)(share * (count - 1) + 0.5)];
-}
-
 /* The medians of `count` runs. */
 static struct run median_run(const struct run *runs, unsigned count)
 {
@@ -301,8 +290,7 @@ static struct run median_run(const struct run *runs, unsigned count)
         times[i] = runs[i].cpu_s;
         memory[i] = runs[i].resident_kib;
     }
-    return (struct run){quantile(times, count, 0.5), runs[0].scene_bytes,
-                        quantile(memory, count, 0.5)};
+    return (struct run){median_of(times, count), runs[0].scene_bytes, median_of(memory, count)};
 }
 
 static struct result compare(const struct omission *omission, const char *folder, unsigned width,
@@ -322,9 +310,9 @@ static struct result compare(const struct omission *omission, const char *folder
         result.differs |= pictures_differ(folder);
         ratios[i] = own[i].cpu_s / full[i].cpu_s;
     }
-    result.ratio = quantile(ratios, pairs, 0.5);
-    result.lowest = quantile(ratios, pairs, 0);
-    result.highest = quantile(ratios, pairs, 1);
+    result.ratio = median_of(ratios, pairs); /* which sorts them */
+    result.lowest = ratios[0];
+    result.highest = ratios[pairs - 1];
     result.own = median_run(own, pairs);
     result.full = median_run(full, pairs);
     return result;
