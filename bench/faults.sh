@@ -14,8 +14,10 @@
 # schedule and tile size. FARM, MPIEXEC, FAULTS_JOURNAL, FAULTS_SLOW and FAULTS_STOP say where the programs
 # are; FAULTS_KINDS chooses kinds, FAULTS_LIMIT is how many seconds a run may take. Pixels get so many samples that
 # two processes render for FAULTS_SECONDS (4): a journal has tiles from the second second on. FAULTS_SIZE, settings,
-# is another picture. A fault counts as injected when somebody got it, and as missed when the run was over before
-# that or its process was not found. Status 1 if anything was lost, differed, hung or was left behind.
+# is another picture. Faults come in the first FAULTS_UNTIL (1) of the time that a run takes, but for those that wait
+# for a journal's first tile; after FAULTS_PATIENCE seconds (10) a stopped rank is given up. A fault counts as injected
+# when somebody got it, and as missed when the run was over before that, its process was not found or its journal had
+# no tile to be torn. Status 1 if anything was lost, differed, hung or was left behind.
 set -u
 export LC_ALL=C # figures with a decimal point
 runs=${1:-300} state=${2:-1} out=${3:-}
@@ -41,6 +43,7 @@ trap 'exit 1' INT TERM
 [ -z "$out" ] || out=$(realpath "$out")
 cd "$T" || exit 1
 LIMIT=${FAULTS_LIMIT:-120} # seconds until a run counts as hung
+PATIENCE=farm.patience=${FAULTS_PATIENCE:-10}
 JOURNAL_START=24 # bytes of a journal before its first tile
 
 # Pseudorandom numbers below $1, the same for the same seed (C. E. Haynes' multiplier).
@@ -108,6 +111,12 @@ unmount() { # a process that was killed may take a moment to let go
     until umount small; do [ $i -lt 40 ] || exit 1; nap 50; i=$((i + 1)); done
 }
 
+has_tile() { [ "$(stat -c %s a.journal 2>/dev/null || echo 0)" -gt "$JOURNAL_START" ]; }
+await_tile() {
+    i=0
+    while kill -0 $job 2>/dev/null && ! has_tile && [ $i -lt 1000 ]; do nap 20; i=$((i + 1)); done
+}
+
 # strike SIGNAL PROCESS: the fault; not injected when there is no such process any more.
 strike() { { [ -n "$2" ] && kill "-$1" "$2"; } 2>/dev/null || hit=; }
 
@@ -120,7 +129,8 @@ other_way() { # chooses processes and settings that do not change the picture
 field() { sed -n "/\"resumed\"/,/}/s/.*\"$1\": \([0-9.]*\).*/\1/p" a.json; }
 
 # How many samples a pixel gets so that rendering takes as long as wanted: where it took $1 seconds with 16; at least
-# those, and at most what there may be.
+# those, and at most what there may be. CPU seconds: where the machine was busy just then runs would be too short for
+# their faults.
 samples_for() {
     awk -v seconds="${1:-0}" -v wanted="${FAULTS_SECONDS:-4}" 'BEGIN {
         n = seconds > 0 ? int(16 * wanted / seconds) : 16
@@ -130,7 +140,7 @@ samples_for() {
 if [ -z "${FAULTS_SIZE:-}" ]; then
     mark=$$.samples
     start 2 output.image=ref.pfm output.report=ref.json output.journal=; finish
-    seconds=$(sed -n 's/^ *"render_s": \([0-9.]*\),*$/\1/p' ref.json 2>/dev/null | head -n 1)
+    seconds=$(sed -n 's/.*"rank".*"cpu_s": \([0-9.]*\),.*/\1/p' ref.json 2>/dev/null | sort -n | tail -n 1)
     SIZE="$PICTURE sampling.samples=$(samples_for "$seconds")"
     rm -f ref.pfm
 fi
@@ -139,6 +149,7 @@ mark=$$.0
 start 2 output.image=ref.pfm output.journal=
 begin=$(date +%s%N); finish
 span=$((($(date +%s%N) - begin) / 1000000)) # milliseconds that a run takes here
+latest=$(awk "BEGIN { print int(${FAULTS_UNTIL:-1} * $span) }")
 [ -s ref.pfm ] || { cat e; exit 1; }
 small=yes; mkdir small || exit 1
 mount -t tmpfs -o size=64k none small 2>/dev/null || small=
@@ -156,12 +167,12 @@ while [ $run -lt "$runs" ]; do
     shift $(((run - 1) % $#)); kind=$1
     [ "$kind" = full ] && [ -z "$small" ] && kind=torn
     rm -f a.* a-*.journal o e note; other_way; PRELOAD=
-    pick $((span * 3 / 4)); when=$((span / 4 + number))
+    pick $((latest - span / 4)); when=$((span / 4 + number))
     expected= target=a.pfm hit=yes # whether the fault was injected
     case $kind in
     alone) n=0 ;;
-    stop) way="$way farm.patience=10" ;;
-    moment) PRELOAD=$STOP way="$way farm.patience=10"
+    stop) way="$way $PATIENCE" ;;
+    moment) PRELOAD=$STOP way="$way $PATIENCE"
         pick 6; set -- share ready result stats finalize exit; shift $number
         export FAULTS_STOP_AT=$1 FAULTS_STOP_NOTE=note
         pick $((n - 1)); export FAULTS_STOP_RANK=$((number + 1)) ;;
@@ -183,13 +194,13 @@ while [ $run -lt "$runs" ]; do
     moment) expected=0
         [ "$FAULTS_STOP_AT" != share ] || expected=75 ;;
     rank | stop)
-        pick $((n - 1)); victim=$((number + 1)) i=0
-        # The ranks have begun to render when the journal has a first tile.
-        while kill -0 $job 2>/dev/null && [ "$(stat -c %s a.journal 2>/dev/null || echo 0)" -le "$JOURNAL_START" ] && [ $i -lt 1000 ]; do nap 20; i=$((i + 1)); done
+        pick $((n - 1)); victim=$((number + 1))
+        await_tile # the ranks have begun to render then
         [ $kind = rank ] || { nap 300; expected=0; }
         if [ $kind = rank ]; then strike 9 "$(rank_pid $victim)"; else strike STOP "$(rank_pid $victim)"; fi ;;
     master) strike 9 "$(rank_pid 0)" ;;
-    mpiexec | torn | flipped | alone | slow) strike 9 $job ;;
+    torn | flipped) await_tile; strike 9 $job ;;
+    mpiexec | alone | slow) strike 9 $job ;;
     signal) expected=75
         pick 3; case $number in 0) s=TERM ;; 1) s=INT ;; *) s=USR1 ;; esac
         strike $s $job ;;
@@ -199,8 +210,11 @@ while [ $run -lt "$runs" ]; do
     unset FAULTS_STOP_AT FAULTS_STOP_RANK
     case $kind in
     moment) [ -s note ] || hit='' expected=0 ;;
+    torn | flipped) has_tile || hit= ;;
     full) [ $first -ne 0 ] || grep -q 'No space left' e || hit= ;;
-    signal) [ $first -ne 0 ] || [ ! -s a.pfm ] || [ -e a.journal ] || expected=0 ;;
+    signal) # mpiexec ends ranks that have not come together yet with a status of its own
+        if [ $first -eq 0 ] && [ -s a.pfm ] && [ ! -e a.journal ]; then expected=0
+        elif [ ! -e a.journal ] && [ ! -s a.pfm ]; then expected=; fi ;;
     esac
     if [ $kind = none ]; then hit=-
     elif [ -n "$hit" ]; then injected=$((injected + 1))
