@@ -77,11 +77,11 @@ void frame_scene(const struct builder *builder, struct settings *settings, bool 
         vec_add_scaled(vec_scale(frame.up, -1), frame.back, slope_y),
     };
     if (any) builder_reach(builder, settings->camera.look_at, 4, directions, reach);
-    struct span across = fit(slope_x, reach, has_look_at),
-                up = fit(slope_y, reach + 2, has_look_at);
-    struct vec3 aside = vec_add_scaled(vec_scale(frame.right, across.eye_x), frame.up, up.eye_x);
+    struct span wide = fit(slope_x, reach, has_look_at);
+    struct span high = fit(slope_y, reach + 2, has_look_at);
+    struct vec3 aside = vec_add_scaled(vec_scale(frame.right, wide.eye_x), frame.up, high.eye_x);
     settings->camera.look_at = vec_add(settings->camera.look_at, aside);
-    double distance = fmax(across.eye_z, up.eye_z);
+    double distance = fmax(wide.eye_z, high.eye_z);
     /* A single point, and what is behind a look_at that was set, is seen from a distance of 1. */
     if (distance <= 0) distance = 1;
     settings->camera.eye = vec_add_scaled(settings->camera.look_at, frame.back, distance);
