@@ -539,7 +539,8 @@ static void settle(struct queue *queue, double now)
     queue->news++;
 }
 
-/* Answers of each of the others that the end of a run takes the master: all have short lots then. */
+/* So many answers of each of the others are the end of a run: all have short lots then. From 5 to 12 make no difference
+ * to single samples on 44 processors, up to 2.5 no gain; with 12 16 samples of the lantern are 0.1 % slower. */
 #define END_ANSWERS 8
 
 /*

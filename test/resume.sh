@@ -8,30 +8,23 @@ whole() { farm_n 0 "$SCENE" $SIZE output.image=whole.pfm output.report=whole.jso
 finished() { cmp whole.pfm a.pfm && [ ! -e a.journal ]; }
 resume_from() { rm -f a.*; cp "$1" a.journal; } # KEPT
 
-start_off() { # PROCESSES ARGUMENT...
-    processes=$1; shift
+# Ended when its journal has grown so far: SIGNAL BYTES PROCESSES ARGUMENT...
+broken_off() {
+    signal=$1 bytes=$2 processes=$3; shift 3
     rm -f a.*
     if [ "$processes" -eq 0 ]; then "$FARM" "$SCENE" $SIZE output.image=a.pfm "$@" >o 2>e &
     else "$MPIEXEC" -n "$processes" "$FARM" "$SCENE" $SIZE output.image=a.pfm "$@" >o 2>e & fi
     pid=$!
-}
-break_off() { # SIGNAL
-    kill -"$1" $pid; wait $pid 2>/dev/null
+    i=0
+    while [ "$(stat -c %s a.journal 2>/dev/null || echo 0)" -lt "$bytes" ] && [ $i -lt 600 ]; do
+        sleep 0.05; i=$((i + 1))
+    done
+    kill -"$signal" $pid; wait $pid 2>/dev/null
     status=$?
     # mpiexec's processes end when they see that it has gone.
     i=0
     while ! flock -n a.journal true && [ $i -lt 100 ]; do sleep 0.05; i=$((i + 1)); done
     [ -s a.journal ]
-}
-# Ended when its journal has grown so far: SIGNAL BYTES PROCESSES ARGUMENT...
-broken_off() {
-    signal=$1 bytes=$2; shift 2
-    start_off "$@"
-    i=0
-    while [ "$(stat -c %s a.journal 2>/dev/null || echo 0)" -lt "$bytes" ] && [ $i -lt 600 ]; do
-        sleep 0.05; i=$((i + 1))
-    done
-    break_off "$signal"
 }
 
 cut_tail() { # BYTES KEPT

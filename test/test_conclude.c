@@ -7,6 +7,7 @@
 #include "common/clock.h"
 #include "common/message.h"
 #include "master/run.h"
+#include "master/text_file.h"
 
 enum { RENDERERS = 4, EDGE = 8 };
 
@@ -19,7 +20,6 @@ static void set_text(char **setting, const char *text)
 /* The report of a run of RENDERERS with these figures, as text that the caller frees. */
 static char *report_of(struct service *service)
 {
-    enum { ROOM = 1 << 16 };
     const struct queue_config config = {
         .width = EDGE, .height = EDGE, .renderers = RENDERERS, .tile_edge = EDGE};
     const struct view view = {.min_samples = 4, .max_samples = 4};
@@ -47,11 +47,9 @@ static char *report_of(struct service *service)
     canvas_free(&run.canvas);
     queue_destroy(run.queue);
     settings_free(&run.job.settings);
-    char *text = calloc(ROOM, 1);
-    FILE *file = fopen("a.json", "r");
-    assert_true(text && file && fread(text, 1, ROOM - 1, file) > 0);
-    fclose(file);
-    return text;
+    struct text_file text;
+    assert_true(text_file_read("a.json", 1 << 16, &text));
+    return text.text;
 }
 
 static void assert_has(const char *text, const char *part)

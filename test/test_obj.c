@@ -554,8 +554,10 @@ static void test_obj_as_config(void **state)
     assert_string_equal(s->said, "");
     assert_string_equal(job.settings.output.image, "mesh.png");
     assert_int_equal(builder_light_count(job.builder), 2);
-    assert_true(job.settings.camera.eye.y > job.settings.camera.look_at.y);
     assert_true(job.settings.camera.eye.y > 1 && job.settings.camera.eye.z > 0.5);
+    job_free(&job);
+    assert_true(scratch_load(s, "mesh.obj", "camera.eye=7 8 9", &job));
+    assert_true(job.settings.camera.look_at.y == 1 && job.settings.camera.look_at.z == 0.5);
     job_free(&job);
 }
 

@@ -12,6 +12,7 @@
 #include "common/scene.h"
 #include "master/json.h"
 #include "master/report.h"
+#include "master/text_file.h"
 
 enum { RANKS = 100 };
 
@@ -158,17 +159,6 @@ static struct renderer_stats distinct_stats(uint32_t i)
     };
 }
 
-/* The text of the file, which the caller frees. */
-static char *read_text(const char *path)
-{
-    enum { ROOM = 1 << 16 };
-    char *text = calloc(ROOM, 1);
-    FILE *file = fopen(path, "r");
-    assert_true(text && file && fread(text, 1, ROOM - 1, file) > 0);
-    fclose(file);
-    return text;
-}
-
 /* Every number under its own name: none is like another, or twice as large. */
 static void test_json_whole(void **state)
 {
@@ -210,12 +200,14 @@ static void test_json_whole(void **state)
     report.resumed = (struct resumed){
         .tiles = 15, .pixels = 977, .records = 18, .seconds = 1.37, .cpu_s = 1.21, .again_s = 0.41};
     report.picture = report_counts(&report);
-    char *text = report_json(&report), *expected = read_text("test/data/report.json");
-    if (strcmp(text, expected) != 0) {
+    char *text = report_json(&report);
+    struct text_file expected;
+    assert_true(text_file_read("test/data/report.json", 1 << 16, &expected));
+    if (strcmp(text, expected.text) != 0) {
         fprintf(stderr, "other than test/data/report.json:\n%s", text); /* print_error() cuts */
         fail();
     }
-    free(expected);
+    text_file_free(&expected);
     free(text);
 }
 

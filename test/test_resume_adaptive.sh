@@ -70,23 +70,18 @@ timed() {
 }
 check "killed in a later pass under a time limit" timed
 
-# A limit of a third of what the first pass takes: it is cut off early, and the run killed among the lattices behind it,
-# in the midst of its time, whatever the machine has got done by then.
+# A limit of a small part of what the first pass takes: it is cut off early, and the run killed among the lattices behind
+# it, when its journal can lose the first pass. To get so far a busy machine has twice the time of those that go on.
 SIZE="image.width=240 image.height=240"
 check "a reference" run 0 farm_n 2 "$SCENE" $SIZE sampling.samples=16 output.image=even.pfm output.report=
-SIZE="$SIZE sampling.min_samples=512"
-rmse_of() { sed -n '/"reference"/,/}/s/^ *"rmse": \(.*\),$/\1/p' "$1"; }
-shorter() {
-    run 0 farm_n 2 "$SCENE" $SIZE sampling.time_limit=2.5 sampling.reference=even.pfm output.image=short.pfm
-}
-check "a run with a shorter limit" shorter
-SIZE="$SIZE sampling.time_limit=4"
-cut_off() { start_off 2 && sleep 2.5 && break_off 9 && cp a.journal cut; }
+SIZE="$SIZE sampling.min_samples=512 sampling.time_limit=4"
+cut_off() { broken_off 9 200000 2 sampling.time_limit=8 && cp a.journal cut; }
 check "killed among lattices" cut_off
-goes_on_among() { # with more time than that one, the picture is better
+goes_on_among() { # the picture is what it is to be
     run 0 farm_n 2 "$SCENE" $SIZE output.image=a.pfm sampling.reference=even.pfm && cat "$T/err" || return 1
-    echo "RMSE $(rmse_of a.json) and $(rmse_of short.json), $(resumed pixels) pixels"
-    awk "BEGIN { exit !($(rmse_of a.json) < $(rmse_of short.json)) }" && [ "$(resumed pixels)" -gt 100 ] &&
+    rmse=$(sed -n '/"reference"/,/}/s/^ *"rmse": \(.*\),$/\1/p' a.json)
+    echo "RMSE $rmse, $(resumed pixels) pixels"
+    awk "BEGIN { exit !($rmse < 0.035) }" && [ "$(resumed pixels)" -gt 100 ] &&
         grep -q 'going on with a.journal in pass [2-9]' "$T/err"
 }
 among_lattices() { resume_from cut && goes_on_among && ! grep -q 'cannot be used' "$T/err"; }
