@@ -293,7 +293,7 @@ $(BUILD)/bench/faults_journal: $(BUILD)/bench/faults_journal.o
 	$(call link)
 
 # Loaded in front of the C library, so without sanitizers of its own.
-$(BUILD)/bench/faults_slow.so $(BUILD)/bench/faults_stop.so: $(BUILD)/bench/%.so: bench/%.c Makefile
+$(BUILD)/bench/faults_slow.so $(BUILD)/bench/faults_stop.so: $(BUILD)/bench/%.so: bench/%.c common/protocol.h Makefile
 	@mkdir -p $(@D)
 	$(say)  link $@
 	$(quiet)$(LINK) $(filter-out -MMD -MP -Wmissing-prototypes $(SANITIZE),$(FLAGS)) -shared -fPIC $< -ldl -o $@

@@ -29,7 +29,7 @@ static void sweep(const struct bench_scene *scene, uint32_t samples, FILE *times
     double serial = serial_seconds(&costs);
     value_set(serial, "%s.%u.serial", scene->name, samples);
     for (uint32_t processors = 2; processors <= PAPER_PROCESSORS; processors++) {
-        struct machine machine = plain_machine(processors);
+        struct machine machine = one_machine(processors);
         if (times) fprintf(times, "%u", processors);
         if (speedups) fprintf(speedups, "%u", processors);
         for (unsigned k = 0; k < SCHEDULES_COMPARED; k++) {
@@ -67,7 +67,7 @@ static void each_processor(const struct bench_scene *scene, uint32_t processors,
                            double (*value)(const struct sim_renderer *))
 {
     struct picture_costs costs = scene_costs(scene, SAMPLES);
-    struct machine machine = plain_machine(processors);
+    struct machine machine = one_machine(processors);
     struct sim_outcome outcomes[SCHEDULES_COMPARED];
     char *name = format_text("%s_%u", kind, processors);
     FILE *csv = open_wide(name, scene, "rank");
@@ -89,7 +89,7 @@ static void each_processor(const struct bench_scene *scene, uint32_t processors,
 static void slow_one(const struct bench_scene *scene)
 {
     struct picture_costs costs = scene_costs(scene, SAMPLES);
-    struct machine machine = plain_machine(PAPER_PROCESSORS);
+    struct machine machine = one_machine(PAPER_PROCESSORS);
     double speeds[PAPER_PROCESSORS], worst = 0;
     struct sim_outcome outcome;
     schedule_simulate(FULL, &machine, &costs, &outcome);
@@ -260,16 +260,18 @@ void section_figures(void)
         slow_one(scene);
     }
     FILE *out = open_section("figures", "The paper's figures 10 to 13");
-    fprintf(out, "**Simulated**: the real queue in virtual time, a core for each processor (rank 0 "
-                 "included), tiles, what there is beside them and messages as dear as they were "
-                 "measured. Speed-up of the render phase against the full schedule on one "
-                 "processor, which has tiles of another size: in these the same pixels were "
-                 "measured to cost up to some per cent more or less, and speed-up is off by as "
-                 "much. Efficiency is free of that: the part of the processors' time that went "
-                 "into tiles that count, without the pre-pass, what is rendered in vain, what "
-                 "there is beside tiles, serving and waiting.\n\n"
-                 "![Time against processors](balance_fig10.svg)\n\n"
-                 "![Speed-up against processors](balance_fig11.svg)\n");
+    fprintf(
+        out,
+        "**Simulated**: the real queue in virtual time, one machine with a core for each processor "
+        "(rank 0 included), tiles, what there is beside them and messages as dear as they were "
+        "measured. Speed-up of the render phase against the full schedule on one "
+        "processor, which has tiles of another size: in these the same pixels were "
+        "measured to cost up to some per cent more or less, and speed-up is off by as "
+        "much. Efficiency is free of that: the part of the processors' time that went "
+        "into tiles that count, without the pre-pass, what is rendered in vain, what "
+        "there is beside tiles, serving and waiting.\n\n"
+        "![Time against processors](balance_fig10.svg)\n\n"
+        "![Speed-up against processors](balance_fig11.svg)\n");
     for (unsigned s = 0; s < SCENES; s++) {
         put_table(out, &bench_scenes[s], SAMPLES);
         put_table(out, &bench_scenes[s], 1);

@@ -51,13 +51,23 @@ static double one_way(int rank, int bytes)
 
 #define SLOTS 16
 #define LOTS  (ROUNDS + SLOTS)
-#define TRAYS SLOTS /* one result more than SLOTS may be under way */
+
+/* As if so many renderers were there, of whom each has a tray. */
+#define TRAYS 44
+
+struct trays {
+    struct tray tray[TRAYS];
+    struct arrivals arrivals; /* and its flags */
+};
+
+#define TRAYS_BYTES (sizeof(struct trays) + arrivals_words(TRAYS) * sizeof(uint64_t))
 
 struct flood {
     struct canvas canvas;
     struct tile tile;
     size_t bytes;
-    struct tray *trays; /* TRAYS of them; NULL: results come in messages */
+    struct trays *trays; /* NULL: results come in messages */
+    unsigned turns[TRAYS];
     char *buffers[SLOTS];
     MPI_Request requests[SLOTS];
 };
@@ -77,36 +87,50 @@ static void take_result(struct flood *flood, const char *result)
     canvas_put(&flood->canvas, &flood->tile, (const void *)(result + sizeof header));
 }
 
-/* As take_tray() of master/take_in.c and send_lot() of master/hand_out.c. */
-static void handle_tray(struct flood *flood, const char *message)
+/* As take_tray() of master/take_in.c and send_lot() of master/hand_out.c; returns how many results there were. */
+static int handle_tray(struct flood *flood, uint32_t who)
 {
-    struct tray_note note, answer = {.bytes = sizeof flood->tile};
-    memcpy(&note, message, sizeof note);
-    struct tray *tray = &flood->trays[note.slot / TRAY_SLOTS % TRAYS];
-    note.slot %= TRAY_SLOTS;
-    if (!tray_message_valid(&note, sizeof note, TRAY_RESULT_BYTES) ||
-        !slots_full(&tray->results, note.slot))
-        fatal("a note is wrong");
-    take_result(flood, tray->result[note.slot]);
-    slots_empty(&tray->results, note.slot);
-    memcpy(tray->lot[answer.slot], &flood->tile, sizeof flood->tile);
-    slots_fill(&tray->lots, (int)answer.slot);
-    MPI_Send(&answer, sizeof answer, MPI_BYTE, 1, TAG_REPLY, MPI_COMM_WORLD);
+    struct tray *tray = &flood->trays->tray[who];
+    int results = 0;
+    for (uint32_t bytes; (bytes = slots_bytes(&tray->results, flood->turns[who])) > 0; results++) {
+        unsigned turn = flood->turns[who]++;
+        if (bytes != flood->bytes) fatal("a result is too long");
+        take_result(flood, tray->result[turn % TRAY_SLOTS]);
+        slots_empty(&tray->results, turn);
+        memcpy(tray->lot[turn % TRAY_SLOTS], &flood->tile, sizeof flood->tile);
+        tray->numbers[turn % TRAY_SLOTS] = atomic_load_explicit(&tray->said, memory_order_relaxed);
+        slots_fill(&tray->lots, turn, sizeof flood->tile);
+        tray_say(tray);
+    }
+    return results;
+}
+
+static int handle_trays(struct flood *flood)
+{
+    int results = 0;
+    for (uint32_t word = 0; word < arrivals_words(TRAYS); word++)
+        for (uint64_t up = arrivals_take(&flood->trays->arrivals, word); up; up &= up - 1)
+            results += handle_tray(flood, FLAGS_PER_WORD * word + (uint32_t)__builtin_ctzll(up));
+    return results;
 }
 
 static void handle(struct flood *flood, int slot)
 {
-    if (flood->trays) {
-        handle_tray(flood, flood->buffers[slot]);
-    } else {
-        take_result(flood, flood->buffers[slot]);
-        MPI_Send(&flood->tile, sizeof flood->tile, MPI_BYTE, 1, TAG_REPLY, MPI_COMM_WORLD);
-    }
+    take_result(flood, flood->buffers[slot]);
+    MPI_Send(&flood->tile, sizeof flood->tile, MPI_BYTE, 1, TAG_REPLY, MPI_COMM_WORLD);
     post(flood, slot);
 }
 
+static void empty_trays(struct trays *trays)
+{
+    memset(trays, 0, TRAYS_BYTES);
+    for (int i = 0; i < TRAYS; i++)
+        tray_init(&trays->tray[i]);
+    arrivals_init(&trays->arrivals, TRAYS);
+}
+
 /* Seconds per result of edge x edge pixels; trays: see struct flood. */
-static double serve_flood(uint32_t edge, struct tray *trays)
+static double serve_flood(uint32_t edge, struct trays *trays)
 {
     static double times[LOTS];
     struct flood flood = {.tile = {.w = edge, .h = edge, .step = 1}, .trays = trays};
@@ -114,6 +138,7 @@ static double serve_flood(uint32_t edge, struct tray *trays)
     int handled = 0;
     flood.bytes = result_bytes(&flood.tile, tile_pixels(&flood.tile), false);
     canvas_init(&flood.canvas, edge, edge);
+    if (trays) empty_trays(trays);
     for (int i = 0; i < SLOTS; i++) {
         flood.buffers[i] = allocate(flood.bytes, 1);
         post(&flood, i);
@@ -123,8 +148,12 @@ static double serve_flood(uint32_t edge, struct tray *trays)
         int slots[SLOTS], count;
         MPI_Status statuses[SLOTS];
         double start = clock_wall();
-        MPI_Testsome(SLOTS, flood.requests, &count, slots, statuses);
-        for (int i = 0; i < count; i++)
+        /* As is_mpi_due() of master/take_in.c: nobody sends a message. */
+        if (trays)
+            count = handle_trays(&flood);
+        else
+            MPI_Testsome(SLOTS, flood.requests, &count, slots, statuses);
+        for (int i = 0; i < count && !trays; i++)
             handle(&flood, slots[i]);
         handled += count;
         if (count > 0) times[samples++] = (clock_wall() - start) / count;
@@ -138,35 +167,53 @@ static double serve_flood(uint32_t edge, struct tray *trays)
     return median_of(times, samples);
 }
 
-/* Puts the result into the next slot. */
-static struct tray_note put_result(struct tray *trays, int turn, const char *result, size_t bytes)
+/* ---- the renderers ---- */
+
+/* A tile's result of so many bytes, which the caller frees. */
+static char *make_result(const struct tile *tile, size_t bytes)
 {
-    struct tray_note note = {.slot = (uint32_t)turn % (TRAYS * TRAY_SLOTS),
-                             .bytes = (uint32_t)bytes};
-    struct tray *tray = &trays[note.slot / TRAY_SLOTS];
-    memcpy(tray->result[note.slot % TRAY_SLOTS], result, bytes);
-    slots_fill(&tray->results, (int)(note.slot % TRAY_SLOTS));
-    return note;
+    char *result = allocate_zeroed(bytes, 1);
+    struct result_header header = {.pixels = tile_pixels(tile)};
+    memcpy(result, &header, sizeof header);
+    return result;
 }
 
-/* The renderer's side: as many results as it may have under way; returns seconds per Isend. */
-static double send_flood(uint32_t edge, struct tray *trays)
+/* As renderers do in turn: each takes the answer to its last result and leaves the next one. */
+static void leave_flood(uint32_t edge, struct trays *trays)
+{
+    struct tile tile = {.w = edge, .h = edge, .step = 1}, reply;
+    size_t bytes = result_bytes(&tile, tile_pixels(&tile), false);
+    char *message = make_result(&tile, bytes);
+    MPI_Barrier(MPI_COMM_WORLD);
+    for (unsigned i = 0; i < LOTS; i++) {
+        uint32_t who = i % TRAYS;
+        unsigned turn = i / TRAYS;
+        struct tray *tray = &trays->tray[who];
+        if (turn > 0) {
+            while (slots_bytes(&tray->lots, turn - 1) == 0) {
+            }
+            memcpy(&reply, tray->lot[(turn - 1) % TRAY_SLOTS], sizeof reply);
+            slots_empty(&tray->lots, turn - 1);
+        }
+        memcpy(tray->result[turn % TRAY_SLOTS], message, bytes);
+        slots_fill(&tray->results, turn, (uint32_t)bytes);
+        arrivals_leave(&trays->arrivals, who);
+    }
+    free(message);
+}
+
+/* In messages: as many results as may be under way; returns seconds per Isend. */
+static double send_flood(uint32_t edge)
 {
     static double times[LOTS];
-    struct tile tile = {.w = edge, .h = edge, .step = 1};
+    struct tile tile = {.w = edge, .h = edge, .step = 1}, reply;
     size_t bytes = result_bytes(&tile, tile_pixels(&tile), false);
-    char *message = allocate_zeroed(bytes, 1);
-    struct result_header header = {.pixels = edge * edge};
-    memcpy(message, &header, sizeof header);
-    struct tile reply;
+    char *message = make_result(&tile, bytes);
     MPI_Barrier(MPI_COMM_WORLD);
     for (int i = 0; i < LOTS; i++) {
         MPI_Request request;
-        struct tray_note note;
-        if (trays) note = put_result(trays, i, message, bytes);
         double start = clock_wall();
-        MPI_Isend(trays ? (const void *)&note : message, (int)(trays ? sizeof note : bytes),
-                  MPI_BYTE, 0, TAG_DATA, MPI_COMM_WORLD, &request);
+        MPI_Isend(message, (int)bytes, MPI_BYTE, 0, TAG_DATA, MPI_COMM_WORLD, &request);
         times[i] = clock_wall() - start;
         MPI_Wait(&request, MPI_STATUS_IGNORE);
         if (i >= SLOTS)
@@ -311,32 +358,35 @@ struct service {
     double result_s, pixel_s;
 };
 
-static struct service serve_floods(struct tray *trays)
+static struct service serve_floods(struct trays *trays)
 {
     double small_lot = serve_flood(1, trays), whole_lot = serve_flood(WHOLE_EDGE, trays);
     double pixel_s = (whole_lot - small_lot) / (WHOLE_EDGE * WHOLE_EDGE - 1);
     return (struct service){.result_s = small_lot - pixel_s, .pixel_s = pixel_s};
 }
 
-static double send_floods(struct tray *trays)
+static double send_floods(void)
 {
-    double small_lot = send_flood(1, trays);
-    send_flood(WHOLE_EDGE, trays);
+    double small_lot = send_flood(1);
+    send_flood(WHOLE_EDGE);
     return small_lot;
 }
 
-static struct tray *make_trays(int rank, MPI_Win *window)
+static void leave_floods(struct trays *trays)
 {
-    struct tray *trays;
+    leave_flood(1, trays);
+    leave_flood(WHOLE_EDGE, trays);
+}
+
+static struct trays *make_trays(int rank, MPI_Win *window)
+{
+    char *memory;
     int unit;
-    MPI_Aint size = (MPI_Aint)((TRAYS + 1) * sizeof *trays);
-    MPI_Win_allocate_shared(rank == 0 ? size : 0, 1, MPI_INFO_NULL, MPI_COMM_WORLD, &trays, window);
-    MPI_Win_shared_query(*window, 0, &size, &unit, &trays);
-    trays = (void *)(((uintptr_t)trays + 63) / 64 * 64);
-    for (int i = 0; rank == 0 && i < TRAYS; i++)
-        tray_init(&trays[i]);
-    MPI_Barrier(MPI_COMM_WORLD);
-    return trays;
+    MPI_Aint size = (MPI_Aint)(TRAYS_BYTES + _Alignof(struct trays));
+    MPI_Win_allocate_shared(rank == 0 ? size : 0, 1, MPI_INFO_NULL, MPI_COMM_WORLD, &memory,
+                            window);
+    MPI_Win_shared_query(*window, 0, &size, &unit, &memory);
+    return (void *)(memory + -(uintptr_t)memory % _Alignof(struct trays));
 }
 
 int main(void)
@@ -349,7 +399,7 @@ int main(void)
     nap_sharpen();
     double empty = one_way(rank, 0), large = one_way(rank, 1 << 16);
     MPI_Win window;
-    struct tray *trays = make_trays(rank, &window);
+    struct trays *trays = make_trays(rank, &window);
     if (rank == 0) {
         struct service messages = serve_floods(NULL), tray = serve_floods(trays);
         double large_lot = serve_flood(LARGE_EDGE, NULL);
@@ -361,9 +411,9 @@ int main(void)
         printf("service_tile_s %.3e\n", queue_time());
         printf("nap_s %.3e\n", nap_overshoot());
     } else {
-        double small_lot = send_floods(NULL);
-        send_floods(trays);
-        send_flood(LARGE_EDGE, NULL);
+        double small_lot = send_floods();
+        leave_floods(trays);
+        send_flood(LARGE_EDGE);
         printf("send_s %.3e\n", small_lot);
     }
     MPI_Win_free(&window);

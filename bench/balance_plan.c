@@ -27,7 +27,7 @@ static struct picture_costs large_costs(const struct bench_scene *scene, uint32_
 /* A farm of nodes of so many cores, with nothing but serving on rank 0. */
 static struct machine large_machine(uint32_t renderers, uint32_t node_cores, double latency_s)
 {
-    struct machine machine = plain_machine(renderers / node_cores);
+    struct machine machine = apart_machines(renderers / node_cores);
     machine.node_cores = node_cores;
     machine.master_renders = false;
     machine.messages.latency_s = latency_s;

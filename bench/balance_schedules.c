@@ -68,12 +68,19 @@ void schedule_simulate(unsigned schedule, const struct machine *machine,
     crowd_free(&crowd);
 }
 
-struct machine plain_machine(uint32_t processors)
+struct machine apart_machines(uint32_t processors)
 {
     return (struct machine){.renderers = processors,
                             .node_cores = 1,
                             .master_renders = true,
                             .messages = kept_messages()};
+}
+
+struct machine one_machine(uint32_t processors)
+{
+    struct machine machine = apart_machines(processors);
+    machine.rings = true;
+    return machine;
 }
 
 struct picture_costs scene_costs(const struct bench_scene *scene, uint32_t samples)
@@ -88,7 +95,7 @@ struct picture_costs scene_costs(const struct bench_scene *scene, uint32_t sampl
 
 double serial_seconds(const struct picture_costs *costs)
 {
-    struct machine machine = plain_machine(1);
+    struct machine machine = one_machine(1);
     struct sim_outcome outcome;
     schedule_simulate(FULL, &machine, costs, &outcome);
     double seconds = outcome.render_s;

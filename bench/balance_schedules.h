@@ -18,8 +18,10 @@ extern const struct bench_schedule bench_schedules[SCHEDULES_COMPARED];
 void schedule_simulate(unsigned schedule, const struct machine *machine,
                        const struct picture_costs *costs, struct sim_outcome *outcome);
 
-/* `processors` ranks with a core each, as measured, rank 0 included. */
-struct machine plain_machine(uint32_t processors);
+/* `processors` ranks with a core each, rank 0 included, with what messages cost between two of one machine: all on that
+ * one; or each on its own, so that none has a tray or a bell. */
+struct machine one_machine(uint32_t processors);
+struct machine apart_machines(uint32_t processors);
 
 /* A scene at the paper's size. */
 struct picture_costs scene_costs(const struct bench_scene *scene, uint32_t samples);

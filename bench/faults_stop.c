@@ -1,20 +1,23 @@
 /*
- * Stops a rank, as SIGSTOP would, when it comes to a certain call of MPI; loaded in front of the C
+ * Stops a rank, as SIGSTOP would, when it comes to a certain call; loaded in front of the C
  * library (LD_PRELOAD). FAULTS_STOP_RANK: which one; FAULTS_STOP_AT: before one of
  *
  *   init      MPI_Init_thread
  *   share     the first collective call, before the scene is there
  *   ready     its first message, which reports for work
- *   result    the first results
+ *   tile      the first tile, or probes: it has work, and may have left nothing for the master yet
  *   stats     its last message, after STOP
  *   finalize  MPI_Finalize
  *   exit      the end of the process
  */
+#include <dlfcn.h>
 #include <mpi.h>
 #include <signal.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "common/protocol.h"
@@ -29,6 +32,19 @@ static void stop_at(const char *place)
     if (file) fprintf(file, "%d\n", (int)getpid());
     if (file) fclose(file);
     raise(SIGSTOP);
+}
+
+static bool has_reported;
+
+/* A renderer reads its CPU clock when it has reported for work, then before its first tile (worker/work.c,
+ * common/cpu_time.c). */
+int clock_gettime(clockid_t clock, struct timespec *time)
+{
+    static int (*next)(clockid_t, struct timespec *);
+    static int readings;
+    if (!next) *(void **)&next = dlsym(RTLD_NEXT, "clock_gettime");
+    if (has_reported && clock == CLOCK_THREAD_CPUTIME_ID && ++readings == 2) stop_at("tile");
+    return next(clock, time);
 }
 
 int MPI_Init_thread(int *argc, char ***argv, int required, int *provided)
@@ -47,9 +63,10 @@ int MPI_Ibcast(void *buffer, int count, MPI_Datatype type, int root, MPI_Comm co
 int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int tag, MPI_Comm comm,
               MPI_Request *request)
 {
-    if (tag == TAG_RENDERER_TO_MASTER_READY) stop_at("ready");
-    if (tag == TAG_RENDERER_TO_MASTER_RESULT || tag == TAG_RENDERER_TO_MASTER_TRAY)
-        stop_at("result");
+    if (tag == TAG_RENDERER_TO_MASTER_READY) {
+        stop_at("ready");
+        has_reported = true;
+    }
     if (tag == TAG_RENDERER_TO_MASTER_STATS) stop_at("stats");
     return PMPI_Isend(buffer, count, type, rank, tag, comm, request);
 }

@@ -154,12 +154,6 @@ bool start_message_valid(const struct start *start, size_t bytes)
     return bytes == sizeof *start && seconds_valid(start->elapsed_s);
 }
 
-bool tray_message_valid(const struct tray_note *note, size_t bytes, size_t room)
-{
-    return bytes == sizeof *note && note->slot < TRAY_SLOTS && note->bytes > 0 &&
-           note->bytes <= room;
-}
-
 bool stats_message_valid(const struct renderer_stats *stats, size_t bytes, int rank)
 {
     if (bytes != sizeof *stats || rank < 0 || stats->rank != (uint32_t)rank || stats->silent ||

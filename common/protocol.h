@@ -23,14 +23,15 @@
  *                                  takes long is a header alone, with RESULT_UNFINISHED and the time
  *                                  that it has taken so far. It comes once more when it is done, which
  *                                  may be taken in before
- *   TRAY      both ways            struct tray_note: what a TILES or RESULT message would hold lies in
- *                                  memory that the two share (common/tray.h), where they are on one
- *                                  node
  *   PING      master -> renderer   empty: a sign of life is asked for. Comes when nothing has been
  *                                  heard for a while, and not again before something is
  *   PONG      renderer -> master   empty: the answer, in the midst of a tile, too
  *   STOP      master -> renderer   empty: give up what is in work and leave
  *   STATS     renderer -> master   struct renderer_stats, the renderer's last message
+ *
+ * Most of what TILES and RESULT would hold lies in memory that the two share instead, where they are on one
+ * node: common/tray.h. A renderer hears what the master says in the order in which it is said, the other way
+ * round what lies in a tray may overtake a message; none of it comes behind STATS.
  *
  * STOP comes when the picture is whole, or at any time when the run is stopped. From the broadcast on
  * the master waits for no single renderer, and no message to one waits for it to be taken: what one that
@@ -61,8 +62,6 @@ enum message_tag {
     TAG_MASTER_TO_RENDERER_DROP = 7,
     TAG_MASTER_TO_RENDERER_PING = 8,
     TAG_RENDERER_TO_MASTER_PONG = 9,
-    TAG_MASTER_TO_RENDERER_TRAY = 10,
-    TAG_RENDERER_TO_MASTER_TRAY = 11,
 };
 
 /* Tiles of a lot, at most: a TILES message stays small. */
@@ -166,11 +165,6 @@ struct result_header {
     (sizeof(struct lot_header) + LOT_TILES * (sizeof(float) + sizeof(struct tile)))
 #define TRAY_RESULT_BYTES ((size_t)32 << 10)
 
-struct tray_note {
-    uint32_t slot;
-    uint32_t bytes; /* in it */
-};
-
 /* Half of a pixel's samples, the same number in each of its halves; 0: too few for that. */
 static inline uint32_t samples_halfway(uint32_t samples)
 {
@@ -201,7 +195,6 @@ _Static_assert(sizeof(struct ready) == 72, "struct ready goes over the wire as i
 _Static_assert(sizeof(struct start) == 8, "struct start goes over the wire as it is");
 _Static_assert(sizeof(struct result_header) == 224,
                "struct result_header goes over the wire as it is");
-_Static_assert(sizeof(struct tray_note) == 8, "struct tray_note goes over the wire as it is");
 _Static_assert(sizeof(struct renderer_stats) == 328,
                "struct renderer_stats goes over the wire as it is");
 
@@ -343,9 +336,6 @@ bool refinements_valid(const struct refinement *refinements, uint32_t count, uin
  */
 bool result_message_valid(const struct result_header *header, size_t bytes, const struct tile *tile,
                           bool halves);
-
-/* A TRAY message of so many bytes, about a slot with so much room. */
-bool tray_message_valid(const struct tray_note *note, size_t bytes, size_t room);
 
 /* A STATS message of so many bytes from rank. */
 bool stats_message_valid(const struct renderer_stats *stats, size_t bytes, int rank);

@@ -105,15 +105,17 @@ static size_t put_lot(struct server *server, uint32_t renderer, const struct til
 static void send_lot(struct server *server, uint32_t renderer, size_t bytes)
 {
     struct tray *tray = tray_of(server, renderer);
-    int slot = tray && bytes <= TRAY_LOT_BYTES ? slots_find(&tray->lots) : -1;
-    if (slot < 0) {
+    struct contact *contact = &server->contacts[renderer];
+    unsigned turn = contact->lots_put;
+    if (!tray || bytes > TRAY_LOT_BYTES || slots_bytes(&tray->lots, turn) > 0) {
         send(server, renderer, TAG_MASTER_TO_RENDERER_TILES, server->message, bytes);
         return;
     }
-    struct tray_note note = {.slot = (uint32_t)slot, .bytes = (uint32_t)bytes};
-    memcpy(tray->lot[slot], server->message, bytes);
-    slots_fill(&tray->lots, slot);
-    send(server, renderer, TAG_MASTER_TO_RENDERER_TRAY, &note, sizeof note);
+    memcpy(tray->lot[turn % TRAY_SLOTS], server->message, bytes);
+    tray->numbers[turn % TRAY_SLOTS] = atomic_load_explicit(&tray->said, memory_order_relaxed);
+    slots_fill(&tray->lots, turn, (uint32_t)bytes);
+    contact->lots_put++;
+    tray_say(tray);
 }
 
 void hand_out(struct server *server, uint32_t renderer)

@@ -107,6 +107,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
         .bell = shared->bell,
         .all_ring = shared->process_count == run->processes,
         .trays = shared->trays,
+        .arrivals = shared->arrivals,
         .patience = settings->farm.patience,
         .stats = run->stats};
     progress_start(&progress, stderr, clock_wall());

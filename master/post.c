@@ -96,6 +96,11 @@ static void forget_sends(struct post *post)
     post->sends = kept;
 }
 
+bool post_is_settled(const struct post *post)
+{
+    return post->sends == 0;
+}
+
 /* ---- receiving ---- */
 
 /* MPI tells what has come in the order of slots. In that of the receives, messages of one rank are in

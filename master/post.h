@@ -39,6 +39,9 @@ struct post *post_open(size_t largest);
  */
 void post_send(struct post *post, int rank, enum message_tag tag, const void *bytes, size_t size);
 
+/* Whether all that was sent is known to have been taken. */
+bool post_is_settled(const struct post *post);
+
 /* What has come meanwhile; returns how many messages. Each is to be given back. */
 int post_collect(struct post *post, struct letter letters[POST_RECEIVES]);
 void post_release(struct post *post, const struct letter *letter);

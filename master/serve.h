@@ -17,6 +17,7 @@
 
 struct bell;
 struct tray;
+struct arrivals;
 
 /* The picture, its heat map, and who rendered what. */
 #define SERVICE_IMAGES 3
@@ -46,6 +47,7 @@ struct service {
     struct bell *bell;
     bool all_ring;             /* there are no others */
     struct tray *const *trays; /* per rank; NULL: it has none, for it is on another machine */
+    struct arrivals *arrivals; /* from those who have one; NULL: nobody has */
     double patience;           /* seconds without a sign of life: others get what a renderer has */
     /* Set as soon as nothing of what is in work matters any more: own gives up, too. */
     atomic_bool ending;

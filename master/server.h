@@ -29,6 +29,7 @@ struct contact {
     int drops;           /* tiles in DROP messages since its last answer */
     uint32_t drop_count; /* of its drops, that it is to hear of in this turn of the loop */
     double heard;        /* the server's time awake when its last message came */
+    unsigned lots_put, results_taken; /* into its tray, from it */
 };
 
 /* Beside its contact: all contacts are walked, these hardly ever. */
@@ -87,10 +88,12 @@ struct server {
     double last_plan_s;       /* that the last plan took, or is guessed to take */
     double fill_s;   /* that it takes at the end to fill what has no samples; 0: all have some */
     double next_cut; /* server_elapsed() when pass 0 is to be looked at again */
-    unsigned late_looks;   /* that found it too late, one after the other */
-    uint32_t tiles_before; /* of passes before this one */
-    double polled;         /* when messages were last looked for */
-    uint64_t pixels;       /* that have come in messages */
+    unsigned late_looks;     /* that found it too late, one after the other */
+    uint32_t tiles_before;   /* of passes before this one */
+    double polled;           /* when messages were last looked for */
+    unsigned taken;          /* of the messages of those who have trays */
+    double next_look_at_mpi; /* when MPI is looked at, whether something is expected or not */
+    uint64_t pixels;         /* that have come in messages */
 };
 
 /* Seconds since the start of the render phase. */

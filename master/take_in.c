@@ -87,16 +87,40 @@ static void take_parts(struct server *server, uint32_t renderer, const char *res
         fatal("renderer %u sent a result for a tile that it was not asked for", renderer);
 }
 
-static void take_tray(struct server *server, uint32_t renderer, const char *message, size_t bytes)
+/* What lies in the renderer's tray; returns how many results. */
+static int take_tray(struct server *server, uint32_t renderer)
 {
-    struct tray_note note = {0};
-    struct tray *tray = tray_of(server, renderer);
-    if (bytes == sizeof note) memcpy(&note, message, sizeof note);
-    bool full = tray && tray_message_valid(&note, bytes, TRAY_RESULT_BYTES) &&
-                slots_full(&tray->results, note.slot);
-    if (!full) fatal("renderer %u told of a result where there is none", renderer);
-    take_parts(server, renderer, tray->result[note.slot], note.bytes);
-    slots_empty(&tray->results, note.slot);
+    struct slots *slots = &tray_of(server, renderer)->results;
+    struct contact *contact = &server->contacts[renderer];
+    int results = 0;
+    for (uint32_t bytes; (bytes = slots_bytes(slots, contact->results_taken)) > 0; results++) {
+        unsigned turn = contact->results_taken++;
+        if (bytes > TRAY_RESULT_BYTES)
+            fatal("renderer %u left a result that makes no sense", renderer);
+        take_parts(server, renderer, tray_of(server, renderer)->result[turn % TRAY_SLOTS], bytes);
+        slots_empty(slots, turn);
+    }
+    if (results == 0) return 0;
+    server->service->messages += (uint64_t)results;
+    note_sign(server, renderer);
+    hand_out(server, renderer);
+    return results;
+}
+
+/* The same of all whose flags are up. */
+static int take_trays(struct server *server)
+{
+    struct arrivals *arrivals = server->service->arrivals;
+    uint32_t ranks = server->first_rank + server->renderers;
+    int results = 0;
+    for (uint32_t word = 0; arrivals && word < arrivals_words(ranks); word++)
+        for (uint64_t up = arrivals_take(arrivals, word); up; up &= up - 1) {
+            uint32_t rank = FLAGS_PER_WORD * word + (uint32_t)__builtin_ctzll(up);
+            if (rank >= ranks || !server->service->trays[rank])
+                fatal("a flag is up of rank %u, who has no tray", rank);
+            results += take_tray(server, rank - server->first_rank);
+        }
+    return results;
 }
 
 static void take_ready(struct server *server, uint32_t renderer, const char *message, size_t bytes)
@@ -129,39 +153,60 @@ static void take_stats(struct server *server, uint32_t renderer, const char *mes
     server->left++;
 }
 
-static bool is_result(const struct letter *letter)
-{
-    return letter->tag == TAG_RENDERER_TO_MASTER_RESULT ||
-           letter->tag == TAG_RENDERER_TO_MASTER_TRAY;
-}
-
 static void take_letter(struct server *server, const struct letter *letter)
 {
     uint32_t renderer = (uint32_t)letter->rank - server->first_rank;
     if (letter->rank <= 0 || renderer >= server->renderers)
         fatal("a message came from rank %d, who is no renderer", letter->rank);
     server->service->messages++;
+    server->taken += tray_of(server, renderer) != NULL;
     note_sign(server, renderer);
     if (letter->tag == TAG_RENDERER_TO_MASTER_RESULT)
         take_parts(server, renderer, letter->bytes, letter->size);
-    else if (letter->tag == TAG_RENDERER_TO_MASTER_TRAY)
-        take_tray(server, renderer, letter->bytes, letter->size);
     else if (letter->tag == TAG_RENDERER_TO_MASTER_STATS)
         take_stats(server, renderer, letter->bytes, letter->size);
     else if (letter->tag == TAG_RENDERER_TO_MASTER_READY)
         take_ready(server, renderer, letter->bytes, letter->size);
     else if (letter->tag != TAG_RENDERER_TO_MASTER_PONG || letter->size != 0)
         fatal("rank %d sent a message of unknown kind %d", letter->rank, letter->tag);
-    if (is_result(letter)) hand_out(server, renderer);
+    if (letter->tag == TAG_RENDERER_TO_MASTER_RESULT) hand_out(server, renderer);
 }
 
-/* An answer has waited since the last look at the most. */
-static void note_wait(struct server *server, double looked)
+/* So many answers have waited since the last look at the most. */
+static void note_waits(struct server *server, double looked, int count)
 {
     struct service *service = server->service;
     double waited = looked - server->polled;
-    service->answer_wait_s += waited;
-    service->answer_wait_most_s = fmax(service->answer_wait_most_s, waited);
+    service->answer_wait_s += count * waited;
+    if (count > 0) service->answer_wait_most_s = fmax(service->answer_wait_most_s, waited);
+    server->polled = looked;
+}
+
+/* Seconds after which MPI is looked at though nobody has told of a message, and all would have. Nothing is known
+ * that needs that. */
+#define LOOK_SELDOM 1.0
+
+/* Whether MPI may have something for the master, or something of his to move. */
+static bool is_mpi_due(struct server *server, double now)
+{
+    const struct service *service = server->service;
+    bool due = !service->all_ring || !service->arrivals || !post_is_settled(server->post) ||
+               arrivals_has_messages(service->arrivals, server->taken) ||
+               now >= server->next_look_at_mpi;
+    if (due) server->next_look_at_mpi = now + LOOK_SELDOM;
+    return due;
+}
+
+/* Returns how many of them are results. */
+static int take_letters(struct server *server, const struct letter *letters, int count)
+{
+    int results = 0;
+    for (int i = 0; i < count; i++) {
+        results += letters[i].tag == TAG_RENDERER_TO_MASTER_RESULT;
+        take_letter(server, &letters[i]);
+        post_release(server->post, &letters[i]);
+    }
+    return results;
 }
 
 /* One of so many looks that find answers is measured: a thread's CPU time is a call into the system, which
@@ -174,14 +219,11 @@ bool take_in(struct server *server)
     bool measured = server->unmeasured == 0;
     double looked = clock_wall(), cpu = measured ? clock_thread_cpu() : 0;
     uint64_t pixels = server->pixels;
-    int count = post_collect(server->post, letters), results = 0;
-    for (int i = 0; i < count; i++) {
-        note_wait(server, looked);
-        results += is_result(&letters[i]);
-        take_letter(server, &letters[i]);
-        post_release(server->post, &letters[i]);
-    }
-    server->polled = looked;
+    int messages = is_mpi_due(server, looked) ? post_collect(server->post, letters) : 0;
+    /* Looked for behind them, but taken in before: the last of what a renderer sends is a message. */
+    int left = take_trays(server);
+    int results = left + take_letters(server, letters, messages), count = left + messages;
+    note_waits(server, looked, count);
     if (results < count || count == 0) return count > 0;
     server->unmeasured = (server->unmeasured + 1) % MEASURED_EACH;
     if (!measured) return true;

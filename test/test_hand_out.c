@@ -14,6 +14,7 @@
 #include "common/nap.h"
 #include "common/tray.h"
 #include "master/server.h"
+#include "test/arrivals_fixture.h"
 #include "test/fatal.h"
 #include "test/mpi_done.h"
 
@@ -22,7 +23,7 @@
 
 /* What was sent to renderer 1 since the last look. */
 static struct {
-    uint32_t lots, notes, starts, stops;
+    uint32_t lots, starts, stops;
     struct lot_header headers[4];
     uint32_t drops, drop_messages;
     struct drop drop[8 * LOT_TILES];
@@ -98,7 +99,6 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
     assert_int_equal(rank, 1);
     sent.stops += tag == TAG_MASTER_TO_RENDERER_STOP;
     sent.starts += tag == TAG_MASTER_TO_RENDERER_START;
-    sent.notes += tag == TAG_MASTER_TO_RENDERER_TRAY;
     if (tag == TAG_MASTER_TO_RENDERER_DROP) note_drops(buffer, (size_t)count);
     if (tag != TAG_MASTER_TO_RENDERER_TILES) return MPI_SUCCESS;
     assert_true(sent.lots < 4 && (size_t)count > sizeof *sent.headers);
@@ -115,6 +115,7 @@ struct farm {
     struct drops drops[RENDERERS];
     struct renderer_stats stats[RENDERERS];
     struct tray *trays[RENDERERS];
+    struct arrivals *arrivals;
     struct canvas canvas;
     struct watch watch;
     struct service service;
@@ -126,10 +127,12 @@ static struct farm *farm_open(const struct queue_config *config)
     struct farm *farm = calloc(1, sizeof *farm);
     assert_non_null(farm);
     canvas_init(&farm->canvas, config->width, config->height);
+    farm->arrivals = arrivals_create(RENDERERS);
     farm->service = (struct service){.queue = queue_create(config),
                                      .canvas = &farm->canvas,
                                      .watch = &farm->watch,
                                      .trays = farm->trays,
+                                     .arrivals = farm->arrivals,
                                      .stats = farm->stats,
                                      .patience = 60};
     farm->server = (struct server){.service = &farm->service,
@@ -156,6 +159,7 @@ static void farm_close(struct farm *farm)
     preview_free(&farm->server.preview);
     queue_destroy(farm->service.queue);
     canvas_free(&farm->canvas);
+    free(farm->arrivals);
     free(farm->server.sampled);
     free(farm->server.message);
     free(farm);
@@ -519,11 +523,11 @@ static void test_trays(void **state)
         assert_false(bell_wait(&tray->bell, 0));
         hand_out(&farm->server, 1);
         assert_true(bell_wait(&tray->bell, 0));
-        if (refined)
-            assert_true(sent.lots == 1 && sent.notes == 0 && is_refined_lot());
-        else
-            assert_true(sent.lots == 0 && sent.notes == 2 && slots_find(&tray->lots) == -1);
-        assert_int_equal(tray->said, sent.lots + sent.notes);
+        assert_int_equal(sent.lots, refined);
+        if (refined) assert_true(is_refined_lot());
+        assert_int_equal(tray->said, refined ? 1 : TRAY_SLOTS);
+        for (unsigned turn = 0; turn < TRAY_SLOTS; turn++)
+            assert_int_equal(slots_bytes(&tray->lots, turn) > 0, !refined);
         adaptive_destroy(farm->service.adaptive);
         tray_free(tray);
         free(tray);
@@ -671,6 +675,14 @@ static void test_what_is_not_finished(void **state)
     farm_close(farm);
 }
 
+/* The first result, of so many bytes, lies in the renderer's tray; the master looks. */
+static void leave_in_tray(struct farm *farm, uint32_t bytes)
+{
+    slots_fill(&farm->trays[1]->results, 0, bytes);
+    arrivals_leave(farm->arrivals, 1);
+    assert_true(take_in(&farm->server));
+}
+
 /* What lies in the tray is taken, and its place is free again. */
 static void test_answer_in_a_tray(void **state)
 {
@@ -683,11 +695,9 @@ static void test_answer_in_a_tray(void **state)
     hand_out(&farm->server, 1);
     assert_true(first_held(farm, &tile));
     write_part(&tile, (struct result_header){.pixels = 16, .busy_s = 1});
-    const struct tray_note note = {1, (uint32_t)letter.size};
-    memcpy(tray->result[1], letter.bytes, letter.size);
-    slots_fill(&tray->results, 1);
-    arrive_as(farm, TAG_RENDERER_TO_MASTER_TRAY, &note, sizeof note);
-    assert_true(farm->stats[1].tiles == 1 && !slots_full(&tray->results, 1));
+    memcpy(tray->result[0], letter.bytes, letter.size);
+    leave_in_tray(farm, (uint32_t)letter.size);
+    assert_true(farm->stats[1].tiles == 1 && slots_bytes(&tray->results, 0) == 0);
     tray_free(tray);
     free(tray);
     farm_close(farm);
@@ -739,7 +749,7 @@ enum wrong {
     RESULT_EMPTY,
     RESULT_OF_OTHERS,
     UNFINISHED_IN_NO_TIME,
-    TRAY_EMPTY,
+    TRAY_TOO_LONG,
     READY_AGAIN,
     STATS_EARLY,
     PONG_LONG,
@@ -777,11 +787,9 @@ static void try_wrong(void *state)
 {
     const struct attempt *it = state;
     const struct ready ready = {.rank = 1};
-    const struct tray_note note = {0, 8};
     const struct renderer_stats stats = {.rank = 1};
-    if (it->wrong < TRAY_EMPTY) send_result(it->farm, it->wrong);
-    if (it->wrong == TRAY_EMPTY)
-        arrive_as(it->farm, TAG_RENDERER_TO_MASTER_TRAY, &note, sizeof note);
+    if (it->wrong < TRAY_TOO_LONG) send_result(it->farm, it->wrong);
+    if (it->wrong == TRAY_TOO_LONG) leave_in_tray(it->farm, TRAY_RESULT_BYTES + 8);
     if (it->wrong == READY_AGAIN)
         arrive_as(it->farm, TAG_RENDERER_TO_MASTER_READY, &ready, sizeof ready);
     if (it->wrong == STATS_EARLY)
@@ -796,7 +804,7 @@ static void test_wrong_messages(void **state)
     (void)state;
     static const char *const said[] = {
         [RESULT_EMPTY] = "renderer 1 sent a result for a tile that it was not asked for",
-        [TRAY_EMPTY] = "renderer 1 told of a result where there is none",
+        [TRAY_TOO_LONG] = "renderer 1 left a result that makes no sense",
         [READY_AGAIN] = "renderer 1 reported for work in a way that makes no sense",
         [STATS_EARLY] = "renderer 1 sent statistics that make no sense",
         [PONG_LONG] = "rank 1 sent a message of unknown kind 9",
@@ -812,7 +820,7 @@ static void test_wrong_messages(void **state)
     for (enum wrong wrong = 0; wrong <= OTHER_KIND; wrong++) {
         char line[256];
         snprintf(line, sizeof line, "farm: rank 0: %s\n",
-                 said[wrong < TRAY_EMPTY ? RESULT_EMPTY : wrong]);
+                 said[wrong < TRAY_TOO_LONG ? RESULT_EMPTY : wrong]);
         assert_fatal(try_wrong, &(struct attempt){farm, wrong}, line);
     }
     tray_free(tray);

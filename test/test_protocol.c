@@ -395,23 +395,6 @@ static void test_drop(void **state)
     assert_false(dropped_valid(&header));
 }
 
-static void test_tray(void **state)
-{
-    (void)state;
-    const struct tray_note good = {.slot = TRAY_SLOTS - 1, .bytes = 1000};
-    struct tray_note note = good;
-    assert_true(tray_message_valid(&note, sizeof note, 1000));
-    assert_false(tray_message_valid(&note, sizeof note, 999));
-    assert_false(tray_message_valid(&note, sizeof note - 1, 1000));
-    assert_false(tray_message_valid(&note, 0, 1000));
-    note.slot = TRAY_SLOTS;
-    assert_false(tray_message_valid(&note, sizeof note, 1000));
-    note = good, note.bytes = 0;
-    assert_false(tray_message_valid(&note, sizeof note, 1000));
-    note.bytes = UINT32_MAX;
-    assert_false(tray_message_valid(&note, sizeof note, 1000));
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -432,7 +415,6 @@ int main(void)
         cmocka_unit_test(test_refinements),
         cmocka_unit_test(test_stats),
         cmocka_unit_test(test_drop),
-        cmocka_unit_test(test_tray),
         cmocka_unit_test(test_stats_numbers),
         cmocka_unit_test(test_welcome),
     };

@@ -23,7 +23,7 @@ stops() {
     { kill -KILL "$(cat note)"; } 2>/dev/null
     [ -e note ] && [ "$got" -eq "$want" ]
 }
-renderer() { stops 0 result 3 && cmp reference.pfm t.pfm; }
+renderer() { stops 0 tile 3 && cmp reference.pfm t.pfm; }
 check "a stopped renderer" renderer
 before() { stops 75 share 3 && grep -q "^farm: not all processes have come to the start" err.txt && [ ! -e t.journal ]; }
 check "a rank that stops before it has the scene" before
@@ -37,14 +37,14 @@ early() {
     done
 }
 check "a signal at that time" early
-share() { stops 0 result 3 farm.schedule=strips && cmp reference.pfm t.pfm; }
+share() { stops 0 tile 3 farm.schedule=strips && cmp reference.pfm t.pfm; }
 check "a stopped renderer's strip goes to the others" share
-square() { stops 0 result 3 farm.schedule=tiles farm.tile=32 && cmp reference.pfm t.pfm; }
+square() { stops 0 tile 3 farm.schedule=tiles farm.tile=32 && cmp reference.pfm t.pfm; }
 check "and its tiles" square
-alone() { stops 75 result 2 farm.master_renders=no && grep -q "no renderer answers any more" err.txt &&
+alone() { stops 75 tile 2 farm.master_renders=no && grep -q "no renderer answers any more" err.txt &&
     grep -q "to go on: " err.txt && [ -e t.pfm ] && [ -e t.journal ]; }
 check "nobody is left who renders" alone
-other() { stops 0 result 3 farm.master_renders=no farm.patience=1 && cmp reference.pfm t.pfm; }
+other() { stops 0 tile 3 farm.master_renders=no farm.patience=1 && cmp reference.pfm t.pfm; }
 check "one of two is left who renders" other
 late() { stops 0 exit 3 && cmp reference.pfm t.pfm; }
 check "a rank that stops when all is done" late

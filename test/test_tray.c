@@ -1,4 +1,4 @@
-/* Slots of a tray, and what the master makes of a note about one: MPI is played by this file. */
+/* Slots of a tray, and what the master makes of what lies in one: MPI is played by this file. */
 #include <mpi.h>
 #include <pthread.h>
 #include <setjmp.h>
@@ -14,9 +14,10 @@
 #include "common/message.h"
 #include "common/tray.h"
 #include "master/server.h"
+#include "test/arrivals_fixture.h"
 #include "test/mpi_done.h"
 
-/* ---- slots ---- */
+/* ---- slots and arrivals ---- */
 
 static void test_slots(void **state)
 {
@@ -24,18 +25,17 @@ static void test_slots(void **state)
     struct tray tray;
     memset(&tray, 0xff, sizeof tray); /* what the memory held before */
     tray_init(&tray);
-    assert_int_equal(slots_find(&tray.lots), 0);
-    for (int i = 0; i < TRAY_SLOTS; i++) {
-        assert_int_equal(slots_find(&tray.results), i);
-        assert_false(slots_full(&tray.results, (uint32_t)i));
-        slots_fill(&tray.results, i);
-        assert_true(slots_full(&tray.results, (uint32_t)i));
+    for (unsigned turn = 0; turn < TRAY_SLOTS; turn++) {
+        assert_int_equal(slots_bytes(&tray.results, turn), 0);
+        slots_fill(&tray.results, turn, 8 + turn);
+        assert_int_equal(slots_bytes(&tray.results, turn), 8 + turn);
     }
-    assert_int_equal(slots_find(&tray.results), -1);
-    assert_int_equal(slots_find(&tray.lots), 0);
-    slots_empty(&tray.results, 1);
-    assert_int_equal(slots_find(&tray.results), 1);
-    assert_true(slots_full(&tray.results, 0));
+    /* The first one is next. */
+    assert_int_equal(slots_bytes(&tray.results, TRAY_SLOTS), 8);
+    assert_int_equal(slots_bytes(&tray.lots, 0), 0);
+    slots_empty(&tray.results, 0);
+    assert_int_equal(slots_bytes(&tray.results, TRAY_SLOTS), 0);
+    assert_int_equal(slots_bytes(&tray.results, 1), 9);
 }
 
 /* What one slot holds is in no cache line of another's. */
@@ -47,41 +47,97 @@ static void test_slots_apart(void **state)
     assert_int_equal(offsetof(struct tray, result) % 64 + sizeof tray->result[0] % 64, 0);
 }
 
+/* Each rank has one, of which others' are independent; to take them lowers them. */
+static void test_flags(void **state)
+{
+    (void)state;
+    enum { RANKS = 130 };
+    struct arrivals *arrivals = arrivals_create(RANKS);
+    assert_int_equal(arrivals_words(RANKS), 3);
+    assert_int_equal(arrivals_words(128), 2);
+    for (uint32_t rank = 0; rank < RANKS; rank += 43)
+        arrivals_leave(arrivals, rank);
+    arrivals_leave(arrivals, 43);
+    assert_true(arrivals_take(arrivals, 0) == ((uint64_t)1 << 43 | 1));
+    assert_true(arrivals_take(arrivals, 1) == (uint64_t)1 << 22);
+    assert_true(arrivals_take(arrivals, 2) == 2);
+    for (uint32_t word = 0; word < 3; word++)
+        assert_true(arrivals_take(arrivals, word) == 0);
+    free(arrivals);
+}
+
 #define TURNS 20000
 
+/* Two renderers' trays, and who of them is read. */
+static struct {
+    struct tray *trays[2];
+    struct arrivals *arrivals;
+    unsigned turns[2];
+} shelf;
+
 /* Takes each result that comes, in the order of turns: all of it is there. */
+static bool read_slot(unsigned who)
+{
+    struct slots *slots = &shelf.trays[who]->results;
+    for (; slots_bytes(slots, shelf.turns[who]) > 0; shelf.turns[who]++) {
+        uint32_t found[2], turn = shelf.turns[who];
+        memcpy(found, shelf.trays[who]->result[turn % TRAY_SLOTS], sizeof found);
+        if (found[0] != turn || found[1] != ~turn) return false;
+        slots_empty(slots, turn);
+    }
+    return true;
+}
+
+/* Looks only where a flag is up. */
 static void *read_all(void *argument)
 {
+    while (shelf.turns[0] < TURNS || shelf.turns[1] < TURNS) {
+        uint64_t up = arrivals_take(shelf.arrivals, 0);
+        if (up == 0) sched_yield();
+        for (unsigned who = 0; who < 2; who++)
+            if (up >> who & 1 && !read_slot(who)) return NULL;
+    }
+    return argument;
+}
+
+static void *write_all(void *argument)
+{
+    unsigned who = argument == shelf.trays[1];
     struct tray *tray = argument;
     for (uint32_t turn = 0; turn < TURNS; turn++) {
-        uint32_t found[2], slot = 0;
-        while (!slots_full(&tray->results, slot))
+        uint32_t put[2] = {turn, ~turn};
+        while (slots_bytes(&tray->results, turn) > 0)
             sched_yield();
-        memcpy(found, tray->result[slot], sizeof found);
-        if (found[0] != turn || found[1] != ~turn) return NULL;
-        slots_empty(&tray->results, slot);
+        memcpy(tray->result[turn % TRAY_SLOTS], put, sizeof put);
+        slots_fill(&tray->results, turn, sizeof put);
+        arrivals_leave(shelf.arrivals, who);
     }
-    return tray;
+    return NULL;
 }
 
 static void test_threads(void **state)
 {
     (void)state;
-    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
-    pthread_t thread;
+    pthread_t reader, writers[2];
     void *read;
-    tray_init(tray);
-    assert_int_equal(pthread_create(&thread, NULL, read_all, tray), 0);
-    for (uint32_t turn = 0; turn < TURNS; turn++) {
-        uint32_t put[2] = {turn, ~turn};
-        while (slots_find(&tray->results) != 0)
-            sched_yield();
-        memcpy(tray->result[0], put, sizeof put);
-        slots_fill(&tray->results, 0);
+    memset(&shelf, 0, sizeof shelf);
+    shelf.arrivals = arrivals_create(2);
+    for (int who = 0; who < 2; who++) {
+        shelf.trays[who] = aligned_alloc(_Alignof(struct tray), sizeof(struct tray));
+        tray_init(shelf.trays[who]);
     }
-    pthread_join(thread, &read);
+    assert_int_equal(pthread_create(&reader, NULL, read_all, &shelf), 0);
+    for (int who = 0; who < 2; who++)
+        assert_int_equal(pthread_create(&writers[who], NULL, write_all, shelf.trays[who]), 0);
+    for (int who = 0; who < 2; who++)
+        pthread_join(writers[who], NULL);
+    pthread_join(reader, &read);
     assert_non_null(read);
-    free(tray);
+    for (int who = 0; who < 2; who++) {
+        tray_free(shelf.trays[who]);
+        free(shelf.trays[who]);
+    }
+    free(shelf.arrivals);
 }
 
 /* ---- the calls of master/post.c ---- */
@@ -93,15 +149,15 @@ static void test_threads(void **state)
 #define UNDER_WAY ((MPI_Request)0x77000001)
 
 static struct {
-    /* What has come. */
-    int rank;
-    const void *note;
-    size_t bytes;
-
     /* What was sent. */
     unsigned sent[RENDERERS];
     int tag;
-    size_t size;
+
+    unsigned looks; /* at what has come */
+
+    /* What comes once: from rank 1, its last message. */
+    bool stats_come;
+    struct renderer_stats stats;
 
     void *buffer;
     jmp_buf end; /* of a job that goes wrong */
@@ -128,9 +184,9 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
               MPI_Request *request)
 {
     (void)buffer, (void)type, (void)comm;
+    (void)count;
     wire.sent[rank]++;
     wire.tag = tag;
-    wire.size = (size_t)count;
     *request = UNDER_WAY;
     return MPI_SUCCESS;
 }
@@ -138,18 +194,21 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
 int MPI_Testsome(int count, MPI_Request requests[], int *done, int slots[], MPI_Status statuses[])
 {
     (void)count, (void)requests;
-    memcpy(wire.buffer, wire.note, wire.bytes);
-    *done = 1;
+    wire.looks++;
+    *done = wire.stats_come ? 1 : MPI_UNDEFINED;
+    if (!wire.stats_come) return MPI_SUCCESS;
+    memcpy(wire.buffer, &wire.stats, sizeof wire.stats);
     slots[0] = RENDERERS - 2;
-    statuses[0].MPI_SOURCE = wire.rank;
-    statuses[0].MPI_TAG = TAG_RENDERER_TO_MASTER_TRAY;
+    statuses[0].MPI_SOURCE = 1;
+    statuses[0].MPI_TAG = TAG_RENDERER_TO_MASTER_STATS;
+    wire.stats_come = false;
     return MPI_SUCCESS;
 }
 
 int MPI_Get_count(const MPI_Status *status, MPI_Datatype type, int *count)
 {
     (void)status, (void)type;
-    *count = (int)wire.bytes;
+    *count = (int)sizeof wire.stats;
     return MPI_SUCCESS;
 }
 
@@ -163,6 +222,7 @@ struct master_of_test {
     struct contact contacts[RENDERERS];
     struct drops drops[RENDERERS];
     struct tray *tray, *trays[RENDERERS];
+    struct arrivals *arrivals;
     struct watch watch;
 };
 
@@ -174,6 +234,7 @@ static void set_up(struct master_of_test *test)
         (struct master_of_test){.tray = aligned_alloc(_Alignof(struct tray), sizeof(struct tray))};
     memset(&wire, 0, sizeof wire);
     tray_init(test->tray);
+    test->arrivals = arrivals_create(RENDERERS);
     test->trays[1] = test->tray;
     canvas_init(&test->canvas, config.width, config.height);
     test->watch = (struct watch){.canvas = &test->canvas, .samples = 1, .first_samples = 1};
@@ -182,6 +243,8 @@ static void set_up(struct master_of_test *test)
                                      .canvas = &test->canvas,
                                      .watch = &test->watch,
                                      .trays = test->trays,
+                                     .arrivals = test->arrivals,
+                                     .all_ring = true,
                                      .stats = test->stats};
     test->server = (struct server){.service = &test->service,
                                    .start = clock_wall(),
@@ -204,69 +267,161 @@ static void tear_down(struct master_of_test *test)
     canvas_free(&test->canvas);
     free(test->server.message);
     free(test->tray);
+    free(test->arrivals);
 }
 
-/* The lot that the master has put into a slot: its first tile. */
-static struct tile first_tile(const struct master_of_test *test, uint32_t slot)
+/* The lot that the master has put into the slot: its first tile. */
+static struct tile first_tile(const struct master_of_test *test, unsigned turn)
 {
     struct tile tile;
     struct lot_header header;
-    const char *lot = test->tray->lot[slot];
-    assert_true(slots_full(&test->tray->lots, slot));
+    const char *lot = test->tray->lot[turn];
+    assert_true(slots_bytes(&test->tray->lots, turn) > sizeof header);
     memcpy(&header, lot, sizeof header);
     assert_true(lot_header_valid(&header) && header.tells > 0);
     memcpy(&tile, lot + sizeof header + lot_tells_bytes(header.tells), sizeof tile);
     return tile;
 }
 
+/* So many bytes lie in the slot; the master hears of it, or not yet. */
+static void leave(struct master_of_test *test, unsigned turn, size_t bytes, bool heard)
+{
+    slots_fill(&test->tray->results, turn, (uint32_t)bytes);
+    if (heard) arrivals_leave(test->arrivals, 1);
+}
+
 /* Into the slot, all pixels of one colour; returns its length. */
-static uint32_t put_result(struct tray *tray, int slot, const struct tile *tile, float colour)
+static size_t put_result(struct tray *tray, unsigned turn, const struct tile *tile, float colour)
 {
     uint32_t pixels = tile_pixels(tile);
     struct result_header header = {.tile_id = tile->id, .pixels = pixels};
-    char *result = tray->result[slot];
+    char *result = tray->result[turn];
     float *rgb = (void *)(result + sizeof header);
     memcpy(result, &header, sizeof header);
     for (uint32_t i = 0; i < 3 * pixels; i++)
         rgb[i] = colour;
-    slots_fill(&tray->results, slot);
-    return (uint32_t)result_bytes(tile, pixels, false);
+    return result_bytes(tile, pixels, false);
 }
 
-/* The master hears of it. */
-static void tell(struct master_of_test *test, int rank, const void *note, size_t bytes)
+static const float *pixel_of(const struct master_of_test *test, const struct tile *tile)
 {
-    wire.rank = rank;
-    wire.note = note;
-    wire.bytes = bytes;
-    assert_true(take_in(&test->server));
+    return test->canvas.rgb + 3 * ((size_t)tile->y * test->canvas.width + tile->x);
 }
 
+/* Lots and results pass without a message. */
 static void test_lots_and_results(void **state)
 {
     (void)state;
     struct master_of_test test;
     set_up(&test);
     hand_out(&test.server, 1);
-    assert_true(wire.sent[1] > 0 && wire.tag == TAG_MASTER_TO_RENDERER_TRAY);
-    assert_int_equal(wire.size, sizeof(struct tray_note));
-    struct tile tile = first_tile(&test, 0);
-    struct tray_note note = {.slot = 1, .bytes = put_result(test.tray, 1, &tile, 0.5f)};
-    tell(&test, 1, &note, sizeof note);
-    assert_false(slots_full(&test.tray->results, 1));
+    assert_int_equal(wire.sent[1], 0);
+    assert_int_equal(test.tray->said, TRAY_SLOTS);
+    assert_true(bell_wait(&test.tray->bell, 0));
+    for (unsigned turn = 0; turn < TRAY_SLOTS; turn++)
+        assert_int_equal(test.tray->numbers[turn], turn);
+    struct tile tiles[] = {first_tile(&test, 0), first_tile(&test, 1)};
+    size_t bytes = put_result(test.tray, 0, &tiles[0], 0.5f);
+    leave(&test, 0, bytes, false);
+    assert_false(take_in(&test.server));
+    leave(&test, 0, bytes, true);
+    slots_empty(&test.tray->lots, 0);
+    assert_true(take_in(&test.server));
+    assert_int_equal(slots_bytes(&test.tray->results, 0), 0);
     assert_int_equal(test.stats[1].tiles, 1);
-    assert_int_equal(test.stats[1].bytes, note.bytes);
-    const float *rgb = test.canvas.rgb + 3 * ((size_t)tile.y * test.canvas.width + tile.x);
-    assert_true(rgb[0] == 0.5f);
+    assert_int_equal(test.stats[1].bytes, bytes);
+    assert_true(*pixel_of(&test, &tiles[0]) == 0.5f);
+    /* The next lot is there, where the first one was. */
+    assert_true(slots_bytes(&test.tray->lots, 0) > 0 && wire.sent[1] == 0);
+    assert_int_equal(test.tray->numbers[0], TRAY_SLOTS);
+    leave(&test, 1, put_result(test.tray, 1, &tiles[1], 0.25f), true);
+    assert_true(take_in(&test.server));
+    assert_true(*pixel_of(&test, &tiles[1]) == 0.25f);
+    assert_false(take_in(&test.server));
+    tear_down(&test);
+}
+
+/* A second result, of which the flag is not up yet, is taken in with the first one; then that flag means nothing. */
+static void test_flag_that_comes_late(void **state)
+{
+    (void)state;
+    struct master_of_test test;
+    set_up(&test);
+    hand_out(&test.server, 1);
+    for (unsigned turn = 0; turn < TRAY_SLOTS; turn++) {
+        struct tile tile = first_tile(&test, turn);
+        leave(&test, turn, put_result(test.tray, turn, &tile, 0.5f), turn == 0);
+    }
+    assert_true(take_in(&test.server));
+    assert_int_equal(test.stats[1].tiles, 2);
+    arrivals_leave(test.arrivals, 1);
+    assert_false(take_in(&test.server));
+    assert_int_equal(test.service.messages, 2);
+    tear_down(&test);
+}
+
+/* What a renderer has left before its last message is taken in before that, even when both are found at once. */
+static void test_statistics_come_last(void **state)
+{
+    (void)state;
+    struct master_of_test test;
+    set_up(&test);
+    hand_out(&test.server, 1);
+    struct tile tile = first_tile(&test, 0);
+    leave(&test, 0, put_result(test.tray, 0, &tile, 0.5f), true);
+    test.service.ending = true;
+    wire.stats_come = true;
+    wire.stats = (struct renderer_stats){.rank = 1, .tiles = 17};
+    arrivals_send(test.arrivals);
+    assert_true(take_in(&test.server));
+    assert_true(*pixel_of(&test, &tile) == 0.5f);
+    assert_int_equal(test.stats[1].tiles, 17);
+    assert_int_equal(test.server.left, 1);
+    tear_down(&test);
+}
+
+/* Where all have trays, and say when they send messages, MPI is looked at for these, and now and then; until all is
+ * taken that the master has sent; and always where somebody has no tray. */
+static void test_looks_at_mpi(void **state)
+{
+    (void)state;
+    struct master_of_test test;
+    set_up(&test);
+    take_in(&test.server);
+    take_in(&test.server);
+    assert_int_equal(wire.looks, 1); /* the first one */
+    test.server.next_look_at_mpi = 0;
+    take_in(&test.server);
+    take_in(&test.server);
+    assert_int_equal(wire.looks, 2);
+    arrivals_send(test.arrivals);
+    take_in(&test.server); /* it is not there yet */
+    assert_int_equal(wire.looks, 3);
+    wire.stats_come = test.service.ending = true;
+    wire.stats = (struct renderer_stats){.rank = 1};
+    take_in(&test.server);
+    assert_true(wire.looks == 4 && test.server.left == 1);
+    take_in(&test.server);
+    assert_int_equal(wire.looks, 4);
+    tell_stop(&test.server, 2);
+    take_in(&test.server);
+    take_in(&test.server);
+    assert_int_equal(wire.looks, 6);
+    tear_down(&test);
+    set_up(&test);
+    test.service.all_ring = false;
+    for (unsigned look = 1; look <= 3; look++) {
+        take_in(&test.server);
+        assert_int_equal(wire.looks, look);
+    }
     tear_down(&test);
 }
 
 /* A header alone, in a slot. */
-static struct tray_note put_header(struct tray *tray, int slot, struct result_header header)
+static void put_header(struct master_of_test *test, unsigned turn, struct result_header header)
 {
-    memcpy(tray->result[slot], &header, sizeof header);
-    slots_fill(&tray->results, slot);
-    return (struct tray_note){.slot = (uint32_t)slot, .bytes = sizeof header};
+    memcpy(test->tray->result[turn], &header, sizeof header);
+    leave(test, turn, sizeof header, true);
 }
 
 /* That a tile takes long may be heard when it is back; then it is no news. */
@@ -278,15 +433,15 @@ static void test_takes_long(void **state)
     hand_out(&test.server, 1);
     struct tile tile = first_tile(&test, 0), held;
     struct result_header header = {.tile_id = tile.id, .pixels = RESULT_UNFINISHED, .busy_s = 0.25};
-    struct tray_note note = put_header(test.tray, 0, header);
-    tell(&test, 1, &note, sizeof note);
+    put_header(&test, 0, header);
+    assert_true(take_in(&test.server));
     assert_true(queue_held(test.service.queue, 1, tile.id, &held));
     assert_int_equal(test.stats[1].tiles, 0);
-    note = (struct tray_note){.slot = 1, .bytes = put_result(test.tray, 1, &tile, 0.5f)};
-    tell(&test, 1, &note, sizeof note);
+    leave(&test, 1, put_result(test.tray, 1, &tile, 0.5f), true);
+    assert_true(take_in(&test.server));
     assert_int_equal(test.stats[1].tiles, 1);
-    note = put_header(test.tray, 0, header);
-    tell(&test, 1, &note, sizeof note);
+    put_header(&test, 0, header);
+    assert_true(take_in(&test.server));
     assert_int_equal(test.stats[1].tiles, 1);
     tear_down(&test);
 }
@@ -297,8 +452,8 @@ static void test_no_room(void **state)
     (void)state;
     struct master_of_test test;
     set_up(&test);
-    slots_fill(&test.tray->lots, 0);
-    slots_fill(&test.tray->lots, 1);
+    for (unsigned turn = 0; turn < TRAY_SLOTS; turn++)
+        slots_fill(&test.tray->lots, turn, 8);
     for (uint32_t who = 1; who < RENDERERS; who++) {
         hand_out(&test.server, who);
         assert_true(wire.sent[who] > 0);
@@ -313,15 +468,17 @@ static void end_job(int status)
     longjmp(wire.end, 1);
 }
 
-/* Whether the job ends with that note. */
-static bool is_refused(struct master_of_test *test, int rank, struct tray_note note, size_t bytes)
+/* Whether the job ends with so many bytes in the slot, and the rank's flag. */
+static bool is_refused(struct master_of_test *test, size_t bytes, uint32_t rank)
 {
     if (setjmp(wire.end)) return true;
-    tell(test, rank, &note, bytes);
+    leave(test, 0, bytes, false);
+    arrivals_leave(test->arrivals, rank);
+    take_in(&test->server);
     return false;
 }
 
-static void test_notes_are_checked(void **state)
+static void test_trays_are_checked(void **state)
 {
     (void)state;
     struct master_of_test test;
@@ -329,14 +486,17 @@ static void test_notes_are_checked(void **state)
     message_set_rank(0, end_job);
     hand_out(&test.server, 1);
     struct tile tile = first_tile(&test, 0);
-    const struct tray_note good = {.slot = 1, .bytes = put_result(test.tray, 1, &tile, 0.5f)};
-    const size_t size = sizeof good;
-    assert_true(is_refused(&test, 1, (struct tray_note){TRAY_SLOTS, good.bytes}, size));
-    assert_true(is_refused(&test, 1, (struct tray_note){1, TRAY_RESULT_BYTES + 8}, size));
-    assert_true(is_refused(&test, 1, (struct tray_note){1, 0}, size));
-    assert_true(is_refused(&test, 1, good, size - 1));
-    assert_true(is_refused(&test, 1, (struct tray_note){0, good.bytes}, size));
-    assert_true(is_refused(&test, 2, good, size));
+    const struct {
+        size_t bytes;
+        uint32_t rank;
+    } wrong[] = {{TRAY_RESULT_BYTES + 8, 1}, {UINT32_MAX, 1}, {8, 1}, {0, 0}, {0, 2}, {0, 63}};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        put_result(test.tray, 0, &tile, 0.5f);
+        test.contacts[1].results_taken = 0;
+        assert_true(is_refused(&test, wrong[i].bytes, wrong[i].rank));
+        /* The job is over: what it holds is given back for the next one. */
+        pthread_mutex_unlock(&test.server.lock);
+    }
     assert_int_equal(test.stats[1].tiles, 0);
     message_set_rank(0, NULL);
     tear_down(&test);
@@ -347,11 +507,15 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_slots),
         cmocka_unit_test(test_slots_apart),
+        cmocka_unit_test(test_flags),
         cmocka_unit_test(test_threads),
         cmocka_unit_test(test_lots_and_results),
+        cmocka_unit_test(test_flag_that_comes_late),
+        cmocka_unit_test(test_statistics_come_last),
+        cmocka_unit_test(test_looks_at_mpi),
         cmocka_unit_test(test_takes_long),
         cmocka_unit_test(test_no_room),
-        cmocka_unit_test(test_notes_are_checked),
+        cmocka_unit_test(test_trays_are_checked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -15,6 +15,7 @@
 #include "common/clock.h"
 #include "common/tray.h"
 #include "master/builder.h"
+#include "test/arrivals_fixture.h"
 #include "test/view_fixture.h"
 #include "worker/node_scene.h"
 #include "worker/render.h"
@@ -39,16 +40,20 @@ static struct {
     size_t result_bytes;
     struct result_header headers[4]; /* that the first results begin with */
     size_t sizes[4];
-    unsigned results, stats;
+    unsigned results, stats, messages;
     unsigned wanted; /* results before STOP */
     struct bell bell;
     bool was_called;   /* between the last lot and the last result */
     struct tray *tray; /* NULL: this renderer has none */
-    unsigned notes;    /* of results in it */
-    unsigned looks;    /* for a message while it is quiet */
-    double heard_at;   /* seconds: when the second message was heard */
-    unsigned held_up;  /* so many looks it takes until a result is sent; then it says STOP */
-    unsigned left;     /* of these behind the last wanted result */
+    struct arrivals *arrivals;
+    unsigned left; /* results in it, which it leaves there */
+    bool full;     /* what is in it are others */
+    const struct line
+        *late_lot;         /* comes into the tray with the second message, before it; NULL: none */
+    unsigned looks;        /* for a message while it is quiet */
+    double heard_at;       /* seconds: when the second message was heard */
+    unsigned held_up;      /* so many looks it takes until a result is sent; then it says STOP */
+    unsigned held_up_left; /* of these behind the last wanted result */
 } master;
 
 /* Behind its first message it says nothing. */
@@ -86,16 +91,23 @@ static void take_result(const void *result, size_t bytes)
     memcpy(&master.headers[master.results], result, sizeof *master.headers);
 }
 
-/* The slot stays full. */
-static void take_note(const void *bytes, size_t size)
+static void count_result(const void *result, size_t bytes)
 {
-    struct tray_note note;
-    assert_int_equal(size, sizeof note);
-    memcpy(&note, bytes, size);
-    assert_true(master.tray && tray_message_valid(&note, size, TRAY_RESULT_BYTES));
-    assert_true(slots_full(&master.tray->results, note.slot));
-    take_result(master.tray->result[note.slot], note.bytes);
-    master.notes++;
+    take_result(result, bytes);
+    master.results++;
+    if (master.results == master.wanted) master.held_up_left = master.held_up;
+    master.was_called = master.bell.rung;
+}
+
+/* The slots stay full. */
+static void look_into_tray(void)
+{
+    while (master.tray && !master.full && master.left < TRAY_SLOTS) {
+        uint32_t bytes = slots_bytes(&master.tray->results, master.left);
+        if (bytes == 0) return;
+        assert_true(arrivals_take(master.arrivals, 0) >> 1 == 1);
+        count_result(master.tray->result[master.left++], bytes);
+    }
 }
 
 int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int tag, MPI_Comm comm,
@@ -103,16 +115,10 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
 {
     (void)type, (void)rank, (void)comm;
     *request = SEND;
+    master.messages++;
     master.stats += tag == TAG_RENDERER_TO_MASTER_STATS;
-    bool in_tray = tag == TAG_RENDERER_TO_MASTER_TRAY;
-    if (tag != TAG_RENDERER_TO_MASTER_RESULT && !in_tray) return MPI_SUCCESS;
-    if (in_tray)
-        take_note(buffer, (size_t)count);
-    else
-        take_result(buffer, (size_t)count);
-    master.results++;
-    if (master.results == master.wanted) master.left = master.held_up;
-    master.was_called = master.bell.rung;
+    look_into_tray();
+    if (tag == TAG_RENDERER_TO_MASTER_RESULT) count_result(buffer, (size_t)count);
     return MPI_SUCCESS;
 }
 
@@ -131,8 +137,17 @@ static bool is_held_up(void)
     return true;
 }
 
+/* Into the first slot; said: what the master has said before it. */
+static void put_lot(struct tray *tray, const struct line *lot, unsigned said)
+{
+    memcpy(tray->lot[0], lot->bytes, lot->size);
+    tray->numbers[0] = said;
+    slots_fill(&tray->lots, 0, (uint32_t)lot->size);
+}
+
 int MPI_Test(MPI_Request *request, int *done, MPI_Status *status)
 {
+    look_into_tray();
     *done = *request == RECEIVE || *request == MPI_REQUEST_NULL || !is_held_up();
     if (*request != RECEIVE) {
         if (*done) *request = MPI_REQUEST_NULL;
@@ -155,6 +170,7 @@ int MPI_Test(MPI_Request *request, int *done, MPI_Status *status)
     if (!*done && line->size) clock_sleep(1e-6 * (double)line->size);
     if (!*done) return MPI_SUCCESS;
     if (line->tag == TAG_MASTER_TO_RENDERER_TILES) bell_wait(&master.bell, 0);
+    if (master.said == 2 && master.late_lot) put_lot(master.tray, master.late_lot, 1);
     if (line->size) memcpy(master.buffer, line->bytes, line->size);
     master.heard = (int)line->size;
     status->MPI_TAG = line->tag;
@@ -209,7 +225,10 @@ static void *speak_late(void *argument)
 struct manner {
     struct tray *tray;        /* NULL: the renderer has none */
     struct late_master *late; /* NULL: all is said at once */
-    unsigned held_up;         /* as the master's */
+    /* As the master's. */
+    unsigned held_up;
+    bool full;
+    const struct line *late_lot;
 };
 
 static void begin_to_speak(const struct manner *manner, pthread_t *thread)
@@ -241,11 +260,20 @@ static void follow_in(const struct manner *manner, const struct line *lines, siz
     master.wanted = wanted;
     master.tray = manner->tray;
     master.held_up = manner->held_up;
+    master.full = manner->full;
+    master.late_lot = manner->late_lot;
     bell_init(&master.bell);
-    struct node_scene shared = {.scene = scene, .bell = &master.bell, .tray = manner->tray};
+    if (manner->tray) master.arrivals = arrivals_create(2);
+    struct node_scene shared = {
+        .scene = scene, .bell = &master.bell, .tray = manner->tray, .arrivals = master.arrivals};
+    for (unsigned turn = 0; manner->full && turn < TRAY_SLOTS; turn++)
+        slots_fill(&manner->tray->results, turn, 8);
     begin_to_speak(manner, &thread);
     work(MPI_COMM_WORLD, renderer, &shared);
     if (manner->late) pthread_join(thread, NULL);
+    /* All that was sent was counted. */
+    if (master.arrivals) assert_false(arrivals_has_messages(master.arrivals, master.messages));
+    free(master.arrivals);
     bell_free(&master.bell);
     renderer_destroy(renderer);
     free(memory);
@@ -367,36 +395,62 @@ static void test_drops_several(void **state)
     assert_true(second.tile_id == 9 && second.pixels == RESULT_DROPPED && !(second.busy_s > 0));
 }
 
-/* Where the master is on this node, a lot comes through the tray, and results go there while a slot is empty:
- * then in messages. */
+/* A renderer whose lot comes through the tray, the second of what the master says, or the one with that number:
+ * there, or late. */
+static void follow_lot(const struct line *lines, size_t count, unsigned number,
+                       struct manner manner)
+{
+    static const struct line in_tray = LOT;
+    struct tray *tray = manner.tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
+    tray_init(tray);
+    tray_say(tray);
+    if (manner.late_lot)
+        manner.late_lot = &in_tray;
+    else
+        put_lot(tray, &in_tray, number);
+    follow_in(&manner, lines, count, 1);
+    assert_int_equal(slots_bytes(&tray->lots, 0), 0);
+    tray_free(tray);
+    free(tray);
+}
+
+#define SAID                                                                                       \
+    {                                                                                              \
+        TAG_MASTER_TO_RENDERER_START, &start, sizeof start                                         \
+    }
+
+/* Where the master is on this node, a lot comes through the tray, and the result goes there if there is room: else
+ * in a message. */
 static void test_tray(void **state)
 {
     (void)state;
-    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
-    static const struct tray_note note = {.slot = 1, .bytes = sizeof lot};
-    for (unsigned full = 0; full <= TRAY_SLOTS; full++) {
-        static const struct line lines[] = {{TAG_MASTER_TO_RENDERER_START, &start, sizeof start},
-                                            {TAG_MASTER_TO_RENDERER_TRAY, &note, sizeof note},
-                                            NOTHING,
-                                            NOTHING,
-                                            NOTHING,
-                                            NOTHING,
-                                            STOP};
-        tray_init(tray);
-        memcpy(tray->lot[1], &lot, sizeof lot);
-        slots_fill(&tray->lots, 1);
-        for (unsigned i = 0; i < full; i++)
-            slots_fill(&tray->results, (int)i);
-        follow_with(tray, lines, sizeof lines / sizeof *lines, 1);
-        assert_false(slots_full(&tray->lots, 1));
-        assert_int_equal(master.notes, full < TRAY_SLOTS);
+    static const struct line lines[] = {SAID, NOTHING, NOTHING, NOTHING, NOTHING, STOP};
+    for (int full = 0; full <= 1; full++) {
+        follow_lot(lines, sizeof lines / sizeof *lines, 1, (struct manner){.full = full});
+        assert_int_equal(master.left, !full);
         assert_int_equal(master.results, 1);
         assert_int_equal(header_at(0).tile_id, lot.tiles[0].id);
         assert_int_equal(master.result_bytes,
                          2 * result_bytes(&lot.tiles[0], tile_pixels(&lot.tiles[0]), false));
-        tray_free(tray);
     }
-    free(tray);
+}
+
+/* What the master says is heard in that order, in the tray or not: which tile is to be dropped that the last message
+ * names, and which is not that the one before the lot names. */
+static void test_order(void **state)
+{
+    (void)state;
+    static const struct drop drop = {.tile_id = 5, .finished = 0};
+    static const struct line some_lot = LOT;
+    static const struct line lines[] = {SAID, DROP(drop), NOTHING, NOTHING, NOTHING, STOP};
+    size_t count = sizeof lines / sizeof *lines;
+    follow_lot(lines, count, 1, (struct manner){0});
+    assert_int_equal(header_at(0).pixels, RESULT_DROPPED);
+    /* It comes between the look into the tray and the one for messages. */
+    follow_lot(lines, count, 1, (struct manner){.late_lot = &some_lot});
+    assert_int_equal(header_at(0).pixels, RESULT_DROPPED);
+    follow_lot(lines, count, 2, (struct manner){0});
+    assert_int_equal(header_at(0).pixels, tile_pixels(&lot.tiles[0]));
 }
 
 /* One who is woken when there is a message neither looks for one nor computes until then. */
@@ -434,7 +488,7 @@ static void test_looks_now_and_then(void **state)
     free(tray);
 }
 
-/* But while its own result is on its way, MPI needs it to look. */
+/* But while its own result, for which there is no slot, is on its way, MPI needs it to look. */
 static void test_looks_while_it_sends(void **state)
 {
     (void)state;
@@ -442,8 +496,8 @@ static void test_looks_while_it_sends(void **state)
     struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
     tray_init(tray);
     double begin = clock_wall();
-    follow_in(&(struct manner){.tray = tray, .held_up = 20}, lines, sizeof lines / sizeof *lines,
-              1);
+    follow_in(&(struct manner){.tray = tray, .held_up = 20, .full = true}, lines,
+              sizeof lines / sizeof *lines, 1);
     assert_int_equal(master.results, 1);
     assert_int_equal(master.held_up, 0);
     assert_true(clock_wall() < begin + SOON);
@@ -451,7 +505,7 @@ static void test_looks_while_it_sends(void **state)
     free(tray);
 }
 
-/* It goes on rendering though none of its results has been taken. */
+/* It goes on rendering though none of its results has been taken: the first ones from the tray, then messages. */
 static void test_renders_on_while_it_sends(void **state)
 {
     (void)state;
@@ -462,8 +516,8 @@ static void test_renders_on_while_it_sends(void **state)
     follow_in(&(struct manner){.tray = tray, .held_up = 300}, lines, sizeof lines / sizeof *lines,
               4);
     assert_int_equal(master.results, 4);
-    assert_int_equal(master.notes, TRAY_SLOTS);
-    assert_true(master.left > 200);
+    assert_int_equal(master.left, TRAY_SLOTS);
+    assert_true(master.held_up_left > 200);
     tray_free(tray);
     free(tray);
 }
@@ -490,7 +544,7 @@ static void tell_of(uint32_t number, struct tray *tray)
     size_t each = result_bytes(&lot.tiles[0], EDGE * EDGE / 2, false);
     follow_with(tray, lines, sizeof lines / sizeof *lines, 3);
     assert_int_equal(master.results, 3);
-    assert_int_equal(master.notes, tray ? 2 - number : 0);
+    assert_int_equal(master.left, tray ? 2 - number : 0);
     const struct result_header *told = &master.headers[number];
     assert_true(told->tile_id == lot.tiles[number].id && unfinished_valid(told));
     assert_int_equal(master.sizes[number], sizeof *told);
@@ -567,6 +621,7 @@ int main(void)
         cmocka_unit_test(test_drops_what_is_not_begun),
         cmocka_unit_test(test_drops_several),
         cmocka_unit_test(test_tray),
+        cmocka_unit_test(test_order),
         cmocka_unit_test(test_sleeps_until_it_is_woken),
         cmocka_unit_test(test_looks_now_and_then),
         cmocka_unit_test(test_looks_while_it_sends),

@@ -78,15 +78,20 @@ static void take_lot(struct worker *worker, const char *message, size_t bytes)
     if (tells > 0 && tells != lot->count) fatal("the master sent a lot that makes no sense");
 }
 
-static void take_tray(struct worker *worker, size_t bytes)
+/* The lot in the tray, if it is what the master has said next; whether it is. */
+static bool take_tray(struct worker *worker)
 {
     struct tray *tray = worker->tray;
-    struct tray_note note = worker->incoming->note;
-    bool full = tray && tray_message_valid(&note, bytes, TRAY_LOT_BYTES) &&
-                slots_full(&tray->lots, note.slot);
-    if (!full) fatal("the master told of a lot where there is none");
-    take_lot(worker, tray->lot[note.slot], note.bytes);
-    slots_empty(&tray->lots, note.slot);
+    unsigned turn = worker->lots_taken;
+    uint32_t bytes = tray ? slots_bytes(&tray->lots, turn) : 0;
+    if (bytes == 0 || tray->numbers[turn % TRAY_SLOTS] != worker->heard) return false;
+    if (bytes > TRAY_LOT_BYTES || worker->waiting == LOTS_AHEAD)
+        fatal("the master left a lot where it makes no sense");
+    take_lot(worker, tray->lot[turn % TRAY_SLOTS], bytes);
+    slots_empty(&tray->lots, turn);
+    worker->lots_taken++;
+    worker->heard++;
+    return true;
 }
 
 static void drop_from(struct lot *lot, uint32_t id)
@@ -123,8 +128,7 @@ static void take_ping(struct worker *worker, size_t bytes)
     if (bytes != 0) fatal("the master asked for a sign of life in a way that makes no sense");
     /* One is still under way. */
     if (!done) return;
-    MPI_Isend(NULL, 0, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_PONG, worker->comm, &worker->pong);
-    worker->unsettled = true;
+    send_to_master(worker, TAG_RENDERER_TO_MASTER_PONG, NULL, 0, &worker->pong);
 }
 
 bool is_under_way(const struct worker *worker)
@@ -137,9 +141,13 @@ bool hear(struct worker *worker)
     int done, bytes;
     MPI_Status status;
     if (worker->stopped || worker->waiting == LOTS_AHEAD || !is_under_way(worker)) return false;
+    if (take_tray(worker)) return true;
     MPI_Test(&worker->receive, &done, &status);
     worker->unsettled = worker->unsettled && !all_is_sent(worker);
     if (!done) return false;
+    /* Lots that were said before it, and are there only since the look above. */
+    while (take_tray(worker)) {
+    }
     worker->heard++;
     MPI_Get_count(&status, MPI_BYTE, &bytes);
     if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_STOP) {
@@ -154,8 +162,6 @@ bool hear(struct worker *worker)
         take_ping(worker, (size_t)bytes);
     else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_TILES)
         take_lot(worker, worker->incoming->tiles, (size_t)bytes);
-    else if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_TRAY)
-        take_tray(worker, (size_t)bytes);
     else
         fatal("the master sent a message of unknown kind %d", status.MPI_TAG);
     post_receive(worker);

@@ -18,18 +18,20 @@
 
 /*
  * One window per node: the head, the scene block, the BVH, and on rank 0's node a tray for each of the
- * others. Collective calls are few, because MPI's own wait spins, and on a machine with more ranks than cores
- * that shows.
+ * others, and what arrives from them. Collective calls are few, because MPI's own wait spins, and on a machine
+ * with more ranks than cores that shows.
  *
- *   window  | head | ... | scene | ... | BVH | ... | trays |      each at a multiple of a cache line
+ *   window  | head | ... | scene | ... | BVH | ... | trays | arrivals |   each at a multiple of a
+ *                                                                           cache line
  */
 #define CACHE_LINE ((size_t)64)
 
 /* built is posted for every other rank when the BVH is there: who waits for that sleeps, and is there at
  * once, which it would not be after naps as long as a BVH takes. */
 struct window_head {
-    uint64_t offset; /* of the scene */
-    uint64_t trays;  /* offset of the first one; 0: there are none */
+    uint64_t offset;   /* of the scene */
+    uint64_t trays;    /* offset of the first one; 0: there are none */
+    uint64_t arrivals; /* offset, where there are trays */
     sem_t built;
     struct bell bell; /* see struct node_scene */
 };
@@ -40,6 +42,12 @@ _Static_assert(sizeof(struct window_head) <= HEAD_BYTES, "the scene begins behin
 static struct tray *first_tray(struct window_head *head)
 {
     return head->trays > 0 ? (void *)((char *)head + head->trays) : NULL;
+}
+
+/* Where there are trays. */
+static struct arrivals *find_arrivals(struct window_head *head)
+{
+    return (void *)((char *)head + head->arrivals);
 }
 
 static size_t whole_lines(size_t bytes)
@@ -126,15 +134,27 @@ static size_t count_trays(MPI_Comm comm, const struct node_scene *shared)
     return rank == 0 ? (size_t)shared->process_count - 1 : 0;
 }
 
-/* Each rank of the master's node finds its tray, the master all of them. */
-static void find_trays(MPI_Comm comm, struct tray *trays, struct node_scene *shared)
+/* Of trays and arrivals. */
+static size_t trays_bytes(MPI_Comm comm, size_t trays)
 {
+    int ranks;
+    MPI_Comm_size(comm, &ranks);
+    if (trays == 0) return 0;
+    return trays * sizeof(struct tray) + sizeof(struct arrivals) +
+           arrivals_words((uint32_t)ranks) * sizeof(uint64_t);
+}
+
+/* Each rank of the master's node finds its tray and the arrivals, the master all of them. */
+static void find_trays(MPI_Comm comm, struct node_scene *shared)
+{
+    struct tray *trays = first_tray(shared->head);
     int rank, ranks, node_rank;
     MPI_Group all, node;
     MPI_Comm_rank(comm, &rank);
     MPI_Comm_size(comm, &ranks);
     MPI_Comm_rank(shared->node, &node_rank);
     shared->tray = trays && node_rank > 0 ? trays + node_rank - 1 : NULL;
+    shared->arrivals = trays ? find_arrivals(shared->head) : NULL;
     shared->trays = rank == 0 ? allocate_zeroed((size_t)ranks, sizeof *shared->trays) : NULL;
     if (!shared->trays || !trays) return;
     MPI_Comm_group(comm, &all);
@@ -148,6 +168,20 @@ static void find_trays(MPI_Comm comm, struct tray *trays, struct node_scene *sha
     MPI_Group_free(&node);
 }
 
+static void init_trays(MPI_Comm comm, struct window_head *head, size_t trays)
+{
+    int ranks;
+    MPI_Comm_size(comm, &ranks);
+    for (size_t i = 0; i < trays; i++) {
+        struct tray *tray = first_tray(head) + i;
+        /* So that the master, who sees all of them, has their pages before the first result comes: page faults
+         * took a fifth of its time with 44 ranks. */
+        memset(tray, 0, sizeof *tray);
+        tray_init(tray);
+    }
+    arrivals_init(find_arrivals(head), (uint32_t)ranks);
+}
+
 /* By the first rank of the node, whose window has so many bytes for scene and BVH. */
 static void init_window(char *window, size_t content, size_t trays)
 {
@@ -157,13 +191,7 @@ static void init_window(char *window, size_t content, size_t trays)
     if (sem_init(&head->built, 1, 0) != 0) fatal("cannot create a semaphore");
     bell_init(&head->bell);
     head->trays = trays > 0 ? head->offset + content : 0;
-    for (size_t i = 0; i < trays; i++) {
-        struct tray *tray = first_tray(head) + i;
-        /* So that the master, who sees all of them, has their pages before the first result comes: page faults
-         * took a fifth of its time with 44 ranks. */
-        memset(tray, 0, sizeof *tray);
-        tray_init(tray);
-    }
+    head->arrivals = head->trays + trays * sizeof(struct tray);
 }
 
 /* By the first ranks of all nodes: from rank 0, who has the block, to where each has room for it. */
@@ -190,10 +218,11 @@ static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scen
     gather_processes(shared);
     size_t trays = count_trays(comm, shared);
     char *window =
-        allocate_window(shared, HEAD_BYTES + CACHE_LINE + content + trays * sizeof(struct tray));
+        allocate_window(shared, HEAD_BYTES + CACHE_LINE + content + trays_bytes(comm, trays));
     struct window_head *head = shared->head = (void *)window;
     if (shared->leads) {
         init_window(window, content, trays);
+        if (trays > 0) init_trays(comm, head, trays);
         send_scene(leaders, welcome, block, window + head->offset);
     }
     if (leaders != MPI_COMM_NULL) MPI_Comm_free(&leaders);
@@ -202,7 +231,7 @@ static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scen
     shared->bell = &head->bell;
     shared->scene = (const void *)scene;
     shared->bvh = (void *)(scene + bytes);
-    find_trays(comm, first_tray(head), shared);
+    find_trays(comm, shared);
     enum processor_level level = shared->scene->view.processor;
     if (!processor_has(level))
         fatal("farm.kernel = %s is not for this processor", processor_level_names[level]);

@@ -12,6 +12,7 @@
 struct window_head;
 struct bell;
 struct tray;
+struct arrivals;
 
 struct node_scene {
     const struct scene *scene;
@@ -20,6 +21,7 @@ struct node_scene {
     struct bell *bell;        /* in it: wakes the first rank of the node */
     struct tray *tray;   /* in it: this rank's lots, results and bell; NULL: rank 0 is elsewhere */
     struct tray **trays; /* to rank 0: of every rank, NULL on other nodes; owned */
+    struct arrivals *arrivals;   /* in it: from those who have trays; NULL: nobody has */
     double broadcast_s, build_s; /* wall seconds on this rank */
     MPI_Comm node;               /* the ranks of this node */
     MPI_Win window;              /* MPI_WIN_NULL for a rank alone on its node: */

@@ -8,6 +8,14 @@
 #include "common/message.h"
 #include "worker/collective.h"
 
+void send_to_master(struct worker *worker, enum message_tag tag, const void *bytes, size_t size,
+                    MPI_Request *request)
+{
+    MPI_Isend(bytes, (int)size, MPI_BYTE, 0, (int)tag, worker->comm, request);
+    if (worker->arrivals) arrivals_send(worker->arrivals);
+    worker->unsettled = true;
+}
+
 static bool is_sent(MPI_Request *request)
 {
     int sent;
@@ -15,7 +23,7 @@ static bool is_sent(MPI_Request *request)
     return sent;
 }
 
-/* The next send buffer, or slot of the tray, free and large enough. */
+/* The next send buffer, free and large enough. */
 static char *take_buffer(struct worker *worker, size_t bytes)
 {
     double start = clock_wall();
@@ -28,9 +36,6 @@ static char *take_buffer(struct worker *worker, size_t bytes)
     }
     worker->buffer = buffer;
     worker->stats.send_s += clock_wall() - start;
-    struct tray *tray = worker->tray;
-    worker->slot = tray && bytes <= TRAY_RESULT_BYTES ? slots_find(&tray->results) : -1;
-    if (worker->slot >= 0) return tray->result[worker->slot];
     if (worker->capacities[buffer] < bytes) {
         free(worker->buffers[buffer]);
         worker->buffers[buffer] = allocate_zeroed(bytes, 1);
@@ -41,18 +46,18 @@ static char *take_buffer(struct worker *worker, size_t bytes)
 
 void begin_result(struct worker *worker, size_t bytes)
 {
-    worker->result = take_buffer(worker, bytes);
+    struct tray *tray = worker->tray;
+    unsigned turn = worker->results_put;
+    worker->in_tray = tray && bytes <= TRAY_RESULT_BYTES && slots_bytes(&tray->results, turn) == 0;
+    worker->result = worker->in_tray ? tray->result[turn % TRAY_SLOTS] : take_buffer(worker, bytes);
     worker->done = worker->sent = 0;
 }
 
-/* In place of the result in the slot: the note about it. */
-static void send_note(struct worker *worker, size_t bytes)
+/* The master finds the result where it is. */
+static void leave_in_tray(struct worker *worker, size_t bytes)
 {
-    struct tray_note *note = &worker->notes[worker->buffer];
-    *note = (struct tray_note){.slot = (uint32_t)worker->slot, .bytes = (uint32_t)bytes};
-    slots_fill(&worker->tray->results, worker->slot);
-    MPI_Isend(note, sizeof *note, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_TRAY, worker->comm,
-              &worker->sends[worker->buffer]);
+    slots_fill(&worker->tray->results, worker->results_put++, (uint32_t)bytes);
+    arrivals_leave(worker->arrivals, worker->stats.rank);
 }
 
 void send_result(struct worker *worker)
@@ -61,14 +66,13 @@ void send_result(struct worker *worker)
     size_t bytes = worker->done - worker->sent;
     const char *rest = worker->result + worker->sent;
     if (bytes == 0) return;
-    if (worker->slot >= 0) {
+    if (worker->in_tray) {
         if (worker->sent > 0) memmove(worker->result, rest, bytes);
-        send_note(worker, bytes);
+        leave_in_tray(worker, bytes);
     } else {
-        MPI_Isend(rest, (int)bytes, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_RESULT, worker->comm,
-                  &worker->sends[worker->buffer]);
+        send_to_master(worker, TAG_RENDERER_TO_MASTER_RESULT, rest, bytes,
+                       &worker->sends[worker->buffer]);
     }
-    worker->unsettled = true;
     worker->stats.send_s += clock_wall() - start;
     worker->stats.bytes += bytes;
 }
@@ -88,9 +92,8 @@ static void send_finished(struct worker *worker, size_t bytes)
         worker->told_room = bytes;
     }
     memcpy(worker->told_bytes, worker->result + worker->sent, bytes);
-    MPI_Isend(worker->told_bytes, (int)bytes, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_RESULT,
-              worker->comm, &worker->finished);
-    worker->unsettled = true;
+    send_to_master(worker, TAG_RENDERER_TO_MASTER_RESULT, worker->told_bytes, bytes,
+                   &worker->finished);
     worker->sent += bytes;
     worker->stats.bytes += bytes;
 }
@@ -103,9 +106,8 @@ void tell(struct worker *worker, double now)
                                             .pixels = RESULT_UNFINISHED,
                                             .start_s = worker->time.begun - worker->start,
                                             .busy_s = now - worker->time.begun};
-    MPI_Isend(&worker->notice, (int)sizeof worker->notice, MPI_BYTE, 0,
-              TAG_RENDERER_TO_MASTER_RESULT, worker->comm, &worker->telling);
-    worker->unsettled = true;
+    send_to_master(worker, TAG_RENDERER_TO_MASTER_RESULT, &worker->notice, sizeof worker->notice,
+                   &worker->telling);
     bell_ring(worker->bell);
     worker->stats.bytes += sizeof worker->notice;
     worker->told = true;

@@ -118,7 +118,7 @@ static void call_for_more(struct worker *worker, uint32_t i)
 static bool is_full(const struct worker *worker, size_t whole, const struct tile *next)
 {
     size_t done = worker->done;
-    return worker->slot < 0 && result_is_full(whole, done, done + tile_bytes(worker, next));
+    return !worker->in_tray && result_is_full(whole, done, done + tile_bytes(worker, next));
 }
 
 /* Tile i of the current lot is next. */
@@ -191,6 +191,7 @@ static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *
                               .view = view,
                               .bell = shared->bell,
                               .tray = shared->tray,
+                              .arrivals = shared->arrivals,
                               .adaptive = view->max_samples > view->min_samples,
                               .incoming = allocate(1, sizeof *worker->incoming),
                               .pong = MPI_REQUEST_NULL,
@@ -204,7 +205,7 @@ static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *
     struct ready ready = {.rank = worker->stats.rank};
     memcpy(ready.host, worker->stats.host, sizeof ready.host);
     MPI_Request request;
-    MPI_Isend(&ready, sizeof ready, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_READY, comm, &request);
+    send_to_master(worker, TAG_RENDERER_TO_MASTER_READY, &ready, sizeof ready, &request);
     bell_ring(worker->bell);
     wait_request(&request);
     worker->cpu = clock_thread_cpu();
@@ -222,8 +223,8 @@ static void end_worker(struct worker *worker)
     wait_request(&worker->telling);
     worker->stats.cpu_s = clock_thread_cpu() - worker->cpu;
     MPI_Request request;
-    MPI_Isend(&worker->stats, sizeof worker->stats, MPI_BYTE, 0, TAG_RENDERER_TO_MASTER_STATS,
-              worker->comm, &request);
+    send_to_master(worker, TAG_RENDERER_TO_MASTER_STATS, &worker->stats, sizeof worker->stats,
+                   &request);
     bell_ring(worker->bell);
     wait_request(&request);
     for (int i = 0; i < SENDS; i++)

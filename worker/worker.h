@@ -40,8 +40,8 @@ struct lot {
  *
  *   render into buffer b -> Isend from b -> render into the first free one -> ...
  *
- * or, where the master is on this node, from the slots of a tray, if one is empty and has room for all that
- * is left of the lot.
+ * or, where the master is on this node, in the slots of a tray, if the next one is empty and has room for all
+ * that is left of the lot.
  */
 struct worker {
     MPI_Comm comm;
@@ -56,10 +56,9 @@ struct worker {
         char tiles[TILES_MAX_BYTES];
         struct drop drops[DROP_TILES];
         struct start start;
-        struct tray_note note;
     } * incoming;
     MPI_Request receive;
-    unsigned heard;     /* messages so far */
+    unsigned heard;     /* of what the master has said, in messages or in the tray */
     bool unsettled;     /* MPI may have something to move: what this renderer has sent, and now and
                          * then what nobody knows of */
     bool started;       /* the master has said START */
@@ -74,11 +73,13 @@ struct worker {
     MPI_Request pong; /* the last sign of life */
     char *buffers[SENDS];
     size_t capacities[SENDS];
-    struct tray_note notes[SENDS];
     MPI_Request sends[SENDS];
-    int buffer;        /* in use, or of the note about a slot */
-    struct tray *tray; /* NULL: the master is on another node */
-    int slot;          /* of it, into which is rendered; -1: into a buffer */
+    int buffer;                /* in use */
+    struct tray *tray;         /* NULL: the master is on another node */
+    struct arrivals *arrivals; /* where there is a tray: what the master has got */
+    bool
+        in_tray; /* where the result goes: into the slot whose turn it is; false: into the buffer */
+    unsigned lots_taken, results_put; /* from the tray, into it */
 
     /* The result that is being filled, in the buffer or slot. */
     char *result;
@@ -110,6 +111,10 @@ void begin_result(struct worker *worker, size_t bytes);
 
 /* What has not been sent of the result. In a slot it begins at the front. */
 void send_result(struct worker *worker);
+
+/* The master gets so many bytes in a message, which stay as they are until the request is done. */
+void send_to_master(struct worker *worker, enum message_tag tag, const void *bytes, size_t size,
+                    MPI_Request *request);
 
 /* Whether MPI has taken all that this renderer has sent. */
 bool all_is_sent(struct worker *worker);
