@@ -696,7 +696,9 @@ static void test_answer_in_a_tray(void **state)
     assert_true(first_held(farm, &tile));
     write_part(&tile, (struct result_header){.pixels = 16, .busy_s = 1});
     memcpy(tray->result[0], letter.bytes, letter.size);
+    farm->server.awake = 3;
     leave_in_tray(farm, (uint32_t)letter.size);
+    assert_true(farm->contacts[1].heard == 3);
     assert_true(farm->stats[1].tiles == 1 && slots_bytes(&tray->results, 0) == 0);
     tray_free(tray);
     free(tray);

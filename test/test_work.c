@@ -16,6 +16,7 @@
 #include "common/tray.h"
 #include "master/builder.h"
 #include "test/arrivals_fixture.h"
+#include "test/fatal.h"
 #include "test/view_fixture.h"
 #include "worker/node_scene.h"
 #include "worker/render.h"
@@ -453,6 +454,28 @@ static void test_order(void **state)
     assert_int_equal(header_at(0).pixels, tile_pixels(&lot.tiles[0]));
 }
 
+/* Says its tray's lot to be so long. */
+static void follow_long(void *state)
+{
+    static const struct line lines[] = {SAID, NOTHING, NOTHING, NOTHING, NOTHING, STOP};
+    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
+    tray_init(tray);
+    tray_say(tray);
+    put_lot(tray, &lines[0], 1);
+    slots_fill(&tray->lots, 0, *(const uint32_t *)state);
+    follow_with(tray, lines, sizeof lines / sizeof *lines, 1);
+}
+
+/* A lot that is longer than its slot ends the farm, whatever lies there. */
+static void test_tray_is_checked(void **state)
+{
+    (void)state;
+    uint32_t wrong[] = {TRAY_LOT_BYTES + 8, UINT32_MAX};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+        assert_fatal(follow_long, &wrong[i],
+                     "farm: rank 0: the master left a lot where it makes no sense\n");
+}
+
 /* One who is woken when there is a message neither looks for one nor computes until then. */
 static void test_sleeps_until_it_is_woken(void **state)
 {
@@ -622,6 +645,7 @@ int main(void)
         cmocka_unit_test(test_drops_several),
         cmocka_unit_test(test_tray),
         cmocka_unit_test(test_order),
+        cmocka_unit_test(test_tray_is_checked),
         cmocka_unit_test(test_sleeps_until_it_is_woken),
         cmocka_unit_test(test_looks_now_and_then),
         cmocka_unit_test(test_looks_while_it_sends),
