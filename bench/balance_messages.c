@@ -94,11 +94,12 @@ static int handle_tray(struct flood *flood, uint32_t who)
     int results = 0;
     for (uint32_t bytes; (bytes = slots_bytes(&tray->results, flood->turns[who])) > 0; results++) {
         unsigned turn = flood->turns[who]++;
-        if (bytes != flood->bytes) fatal("a result is too long");
+        if (bytes != flood->bytes) fatal("a result has another length");
         take_result(flood, tray->result[turn % TRAY_SLOTS]);
         slots_empty(&tray->results, turn);
         memcpy(tray->lot[turn % TRAY_SLOTS], &flood->tile, sizeof flood->tile);
-        tray->numbers[turn % TRAY_SLOTS] = atomic_load_explicit(&tray->said, memory_order_relaxed);
+        tray->said_before[turn % TRAY_SLOTS] =
+            atomic_load_explicit(&tray->said, memory_order_relaxed);
         slots_fill(&tray->lots, turn, sizeof flood->tile);
         tray_say(tray);
     }

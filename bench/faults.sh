@@ -173,7 +173,7 @@ while [ $run -lt "$runs" ]; do
     alone) n=0 ;;
     stop) way="$way $PATIENCE" ;;
     moment) PRELOAD=$STOP way="$way $PATIENCE"
-        pick 6; set -- share ready tile stats finalize exit; shift $number
+        pick 7; set -- share ready tile later stats finalize exit; shift $number
         export FAULTS_STOP_AT=$1 FAULTS_STOP_NOTE=note
         pick $((n - 1)); export FAULTS_STOP_RANK=$((number + 1)) ;;
     slow) PRELOAD=$SLOW ;;

@@ -5,7 +5,9 @@
  *   init      MPI_Init_thread
  *   share     the first collective call, before the scene is there
  *   ready     its first message, which reports for work
- *   tile      the first tile, or probes: it has work, and may have left nothing for the master yet
+ *   tile      the first tile, or probes: it has work, and has left nothing for the master yet
+ *   later     behind some more tiles, if it has so many: what it has left may or may not be taken
+ *   result    the first result that goes as a message
  *   stats     its last message, after STOP
  *   finalize  MPI_Finalize
  *   exit      the end of the process
@@ -36,14 +38,16 @@ static void stop_at(const char *place)
 
 static bool has_reported;
 
-/* A renderer reads its CPU clock when it has reported for work, then before its first tile (worker/work.c,
- * common/cpu_time.c). */
+/* A renderer reads its CPU clock when it has reported for work, then before its first tile and behind each that takes
+ * long enough (worker/work.c, common/cpu_time.c). */
 int clock_gettime(clockid_t clock, struct timespec *time)
 {
     static int (*next)(clockid_t, struct timespec *);
     static int readings;
     if (!next) *(void **)&next = dlsym(RTLD_NEXT, "clock_gettime");
-    if (has_reported && clock == CLOCK_THREAD_CPUTIME_ID && ++readings == 2) stop_at("tile");
+    if (has_reported && clock == CLOCK_THREAD_CPUTIME_ID) readings++;
+    if (readings == 2) stop_at("tile");
+    if (readings == 8) stop_at("later");
     return next(clock, time);
 }
 
@@ -67,6 +71,7 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
         stop_at("ready");
         has_reported = true;
     }
+    if (tag == TAG_RENDERER_TO_MASTER_RESULT) stop_at("result");
     if (tag == TAG_RENDERER_TO_MASTER_STATS) stop_at("stats");
     return PMPI_Isend(buffer, count, type, rank, tag, comm, request);
 }

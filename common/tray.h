@@ -15,6 +15,10 @@
 #include "common/bell.h"
 #include "common/protocol.h"
 
+_Static_assert(ATOMIC_INT_LOCK_FREE == 2 && ATOMIC_LLONG_LOCK_FREE == 2,
+               "atomics work between processes");
+_Static_assert((TRAY_SLOTS & (TRAY_SLOTS - 1)) == 0, "turns may begin anew at 0");
+
 /* One direction: how many bytes lie in each slot; 0: it is empty. */
 struct slots {
     atomic_uint bytes[TRAY_SLOTS];
@@ -31,7 +35,7 @@ struct tray {
     struct bell bell;
     /* The two directions, and what lies in the slots, share no cache line. */
     _Alignas(64) struct slots lots;
-    unsigned numbers[TRAY_SLOTS]; /* of the lots: what the master had said before each */
+    unsigned said_before[TRAY_SLOTS]; /* each of the lots */
     _Alignas(64) struct slots results;
     _Alignas(64) char lot[TRAY_SLOTS][TRAY_ROW(TRAY_LOT_BYTES)];
     _Alignas(64) char result[TRAY_SLOTS][TRAY_ROW(TRAY_RESULT_BYTES)];
@@ -108,7 +112,8 @@ static inline void arrivals_init(struct arrivals *arrivals, uint32_t ranks)
         atomic_init(&arrivals->flags[word], 0);
 }
 
-/* By a renderer: it has sent a message; it has filled a slot. */
+/* By a renderer: it is about to send a message (behind that, if it were stopped in between, the count would be less
+ * than what the master has taken in, and hide another one's); it has filled a slot. */
 static inline void arrivals_send(struct arrivals *arrivals)
 {
     atomic_fetch_add_explicit(&arrivals->messages, 1, memory_order_release);
@@ -126,8 +131,8 @@ static inline bool arrivals_has_messages(const struct arrivals *arrivals, unsign
     return atomic_load_explicit(&arrivals->messages, memory_order_acquire) != taken;
 }
 
-/* By the master: the flags of a word, which are down then. A slot that was filled of which the flag is not up
- * yet may be seen, too: that flag is about nothing then. */
+/* By the master: the flags of a word, which are down then. Who looks into a tray may find more than its flag was
+ * raised for: the next flag is about nothing then. */
 static inline uint64_t arrivals_take(struct arrivals *arrivals, uint32_t word)
 {
     if (atomic_load_explicit(&arrivals->flags[word], memory_order_relaxed) == 0) return 0;

@@ -112,7 +112,7 @@ static void send_lot(struct server *server, uint32_t renderer, size_t bytes)
         return;
     }
     memcpy(tray->lot[turn % TRAY_SLOTS], server->message, bytes);
-    tray->numbers[turn % TRAY_SLOTS] = atomic_load_explicit(&tray->said, memory_order_relaxed);
+    tray->said_before[turn % TRAY_SLOTS] = atomic_load_explicit(&tray->said, memory_order_relaxed);
     slots_fill(&tray->lots, turn, (uint32_t)bytes);
     contact->lots_put++;
     tray_say(tray);

@@ -39,7 +39,7 @@ struct post *post_open(size_t largest);
  */
 void post_send(struct post *post, int rank, enum message_tag tag, const void *bytes, size_t size);
 
-/* Whether all that was sent is known to have been taken. */
+/* Whether MPI has nothing more to do for what was sent. */
 bool post_is_settled(const struct post *post);
 
 /* What has come meanwhile; returns how many messages. Each is to be given back. */

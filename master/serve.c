@@ -9,6 +9,7 @@
 #include "common/clock.h"
 #include "common/message.h"
 #include "common/nap.h"
+#include "common/tray.h"
 #include "master/fill.h"
 #include "master/server.h"
 
@@ -247,6 +248,8 @@ static void start_server(struct server *server, struct service *service)
     memset(service->stats, 0, server->renderers * sizeof *service->stats);
     for (uint32_t i = 0; i < server->renderers; i++)
         service->stats[i].rank = server->first_rank + i;
+    for (uint32_t rank = 0; rank < server->first_rank + server->renderers; rank++)
+        if (service->trays[rank]) server->flag_words = arrivals_words(rank + 1);
     service->ending = service->timed_out = false;
     service->counts = (struct render_counts){0};
     service->silent = 0;

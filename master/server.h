@@ -28,7 +28,7 @@ struct contact {
     bool is_silent;
     int drops;           /* tiles in DROP messages since its last answer */
     uint32_t drop_count; /* of its drops, that it is to hear of in this turn of the loop */
-    double heard;        /* the server's time awake when its last message came */
+    double heard;        /* the server's time awake when its last message or result came */
     unsigned lots_put, results_taken; /* into its tray, from it */
 };
 
@@ -91,7 +91,8 @@ struct server {
     unsigned late_looks;     /* that found it too late, one after the other */
     uint32_t tiles_before;   /* of passes before this one */
     double polled;           /* when messages were last looked for */
-    unsigned taken;          /* of the messages of those who have trays */
+    unsigned messages_taken; /* not what lay in trays */
+    uint32_t flag_words;     /* of arrivals: up to the last rank who has a tray */
     double next_look_at_mpi; /* when MPI is looked at, whether something is expected or not */
     uint64_t pixels;         /* that have come in messages */
 };

@@ -90,20 +90,19 @@ static void take_parts(struct server *server, uint32_t renderer, const char *res
 /* What lies in the renderer's tray; returns how many results. */
 static int take_tray(struct server *server, uint32_t renderer)
 {
-    struct slots *slots = &tray_of(server, renderer)->results;
+    struct tray *tray = tray_of(server, renderer);
     struct contact *contact = &server->contacts[renderer];
     int results = 0;
-    for (uint32_t bytes; (bytes = slots_bytes(slots, contact->results_taken)) > 0; results++) {
+    for (uint32_t bytes; (bytes = slots_bytes(&tray->results, contact->results_taken)) > 0;) {
         unsigned turn = contact->results_taken++;
         if (bytes > TRAY_RESULT_BYTES)
             fatal("renderer %u left a result that makes no sense", renderer);
-        take_parts(server, renderer, tray_of(server, renderer)->result[turn % TRAY_SLOTS], bytes);
-        slots_empty(slots, turn);
+        if (results++ == 0) note_sign(server, renderer);
+        take_parts(server, renderer, tray->result[turn % TRAY_SLOTS], bytes);
+        slots_empty(&tray->results, turn);
     }
-    if (results == 0) return 0;
     server->service->messages += (uint64_t)results;
-    note_sign(server, renderer);
-    hand_out(server, renderer);
+    if (results > 0) hand_out(server, renderer);
     return results;
 }
 
@@ -113,7 +112,7 @@ static int take_trays(struct server *server)
     struct arrivals *arrivals = server->service->arrivals;
     uint32_t ranks = server->first_rank + server->renderers;
     int results = 0;
-    for (uint32_t word = 0; arrivals && word < arrivals_words(ranks); word++)
+    for (uint32_t word = 0; word < server->flag_words; word++)
         for (uint64_t up = arrivals_take(arrivals, word); up; up &= up - 1) {
             uint32_t rank = FLAGS_PER_WORD * word + (uint32_t)__builtin_ctzll(up);
             if (rank >= ranks || !server->service->trays[rank])
@@ -159,7 +158,7 @@ static void take_letter(struct server *server, const struct letter *letter)
     if (letter->rank <= 0 || renderer >= server->renderers)
         fatal("a message came from rank %d, who is no renderer", letter->rank);
     server->service->messages++;
-    server->taken += tray_of(server, renderer) != NULL;
+    server->messages_taken++;
     note_sign(server, renderer);
     if (letter->tag == TAG_RENDERER_TO_MASTER_RESULT)
         take_parts(server, renderer, letter->bytes, letter->size);
@@ -190,8 +189,9 @@ static void note_waits(struct server *server, double looked, int count)
 static bool is_mpi_due(struct server *server, double now)
 {
     const struct service *service = server->service;
-    bool due = !service->all_ring || !service->arrivals || !post_is_settled(server->post) ||
-               arrivals_has_messages(service->arrivals, server->taken) ||
+    bool all_count = service->all_ring && service->arrivals;
+    bool due = !all_count || !post_is_settled(server->post) ||
+               arrivals_has_messages(service->arrivals, server->messages_taken) ||
                now >= server->next_look_at_mpi;
     if (due) server->next_look_at_mpi = now + LOOK_SELDOM;
     return due;
@@ -221,8 +221,9 @@ bool take_in(struct server *server)
     uint64_t pixels = server->pixels;
     int messages = is_mpi_due(server, looked) ? post_collect(server->post, letters) : 0;
     /* Looked for behind them, but taken in before: the last of what a renderer sends is a message. */
-    int left = take_trays(server);
-    int results = left + take_letters(server, letters, messages), count = left + messages;
+    int from_trays = take_trays(server);
+    int results = from_trays + take_letters(server, letters, messages);
+    int count = from_trays + messages;
     note_waits(server, looked, count);
     if (results < count || count == 0) return count > 0;
     server->unmeasured = (server->unmeasured + 1) % MEASURED_EACH;

@@ -140,6 +140,7 @@ static struct farm *farm_open(const struct queue_config *config)
                                    .woken = clock_wall(),
                                    .last_pass = true,
                                    .first_remote = 1,
+                                   .flag_words = arrivals_words(RENDERERS),
                                    .renderers = RENDERERS,
                                    .post = post_open(sizeof letter.bytes),
                                    .contacts = farm->contacts,

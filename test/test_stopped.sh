@@ -41,6 +41,24 @@ share() { stops 0 tile 3 farm.schedule=strips && cmp reference.pfm t.pfm; }
 check "a stopped renderer's strip goes to the others" share
 square() { stops 0 tile 3 farm.schedule=tiles farm.tile=32 && cmp reference.pfm t.pfm; }
 check "and its tiles" square
+behind() { stops 0 later 3 && cmp reference.pfm t.pfm; }
+check "a renderer that has left results" behind
+# All tiles are too large for a slot.
+message() {
+    run 0 farm_n 0 "$SCENE" sampling.samples=400 image.width=128 image.height=192 output.image=large.pfm output.report= &&
+        stops 0 result 3 image.width=128 image.height=192 farm.schedule=tiles farm.tile=64 && cmp large.pfm t.pfm
+}
+check "a renderer that sends a message" message
+# It goes on before it is given up, and behind that: what it has in its slots is taken then, or of no use.
+goes_on() { # SECONDS
+    { until [ -s note ]; do sleep 0.05; done; sleep "$1"; kill -CONT "$(cat note)"; } &
+    stops 0 later 3 farm.patience=1 sampling.samples=2000 && cmp longer.pfm t.pfm
+}
+longer() { run 0 farm_n 0 "$SCENE" sampling.samples=2000 image.width=160 image.height=120 \
+    output.image=longer.pfm output.report=; }
+check "a longer picture" longer
+check "it goes on in time" goes_on 0.3
+check "it goes on late" goes_on 1.5
 alone() { stops 75 tile 2 farm.master_renders=no && grep -q "no renderer answers any more" err.txt &&
     grep -q "to go on: " err.txt && [ -e t.pfm ] && [ -e t.journal ]; }
 check "nobody is left who renders" alone

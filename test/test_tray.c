@@ -250,6 +250,7 @@ static void set_up(struct master_of_test *test)
                                    .start = clock_wall(),
                                    .last_pass = true,
                                    .first_remote = 1,
+                                   .flag_words = arrivals_words(RENDERERS),
                                    .renderers = RENDERERS,
                                    .message = allocate_zeroed(TILES_MAX_BYTES, 1),
                                    .contacts = test->contacts,
@@ -319,7 +320,7 @@ static void test_lots_and_results(void **state)
     assert_int_equal(test.tray->said, TRAY_SLOTS);
     assert_true(bell_wait(&test.tray->bell, 0));
     for (unsigned turn = 0; turn < TRAY_SLOTS; turn++)
-        assert_int_equal(test.tray->numbers[turn], turn);
+        assert_int_equal(test.tray->said_before[turn], turn);
     struct tile tiles[] = {first_tile(&test, 0), first_tile(&test, 1)};
     size_t bytes = put_result(test.tray, 0, &tiles[0], 0.5f);
     leave(&test, 0, bytes, false);
@@ -333,7 +334,7 @@ static void test_lots_and_results(void **state)
     assert_true(*pixel_of(&test, &tiles[0]) == 0.5f);
     /* The next lot is there, where the first one was. */
     assert_true(slots_bytes(&test.tray->lots, 0) > 0 && wire.sent[1] == 0);
-    assert_int_equal(test.tray->numbers[0], TRAY_SLOTS);
+    assert_int_equal(test.tray->said_before[0], TRAY_SLOTS);
     leave(&test, 1, put_result(test.tray, 1, &tiles[1], 0.25f), true);
     assert_true(take_in(&test.server));
     assert_true(*pixel_of(&test, &tiles[1]) == 0.25f);

@@ -1,6 +1,8 @@
 /* What a renderer on another rank does with the master's messages: MPI is played by this file. */
+#include <limits.h>
 #include <math.h>
 #include <pthread.h>
+#include <sched.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdatomic.h>
@@ -21,6 +23,7 @@
 #include "worker/node_scene.h"
 #include "worker/render.h"
 #include "worker/work.h"
+#include "worker/worker.h"
 
 #define EDGE 8u
 
@@ -117,6 +120,8 @@ int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int ta
     (void)type, (void)rank, (void)comm;
     *request = SEND;
     master.messages++;
+    /* It is counted before it is sent. */
+    if (master.arrivals) assert_false(arrivals_has_messages(master.arrivals, master.messages));
     master.stats += tag == TAG_RENDERER_TO_MASTER_STATS;
     look_into_tray();
     if (tag == TAG_RENDERER_TO_MASTER_RESULT) count_result(buffer, (size_t)count);
@@ -142,7 +147,7 @@ static bool is_held_up(void)
 static void put_lot(struct tray *tray, const struct line *lot, unsigned said)
 {
     memcpy(tray->lot[0], lot->bytes, lot->size);
-    tray->numbers[0] = said;
+    tray->said_before[0] = said;
     slots_fill(&tray->lots, 0, (uint32_t)lot->size);
 }
 
@@ -230,6 +235,7 @@ struct manner {
     unsigned held_up;
     bool full;
     const struct line *late_lot;
+    bool served; /* by another thread: nothing is said or filled here */
 };
 
 static void begin_to_speak(const struct manner *manner, pthread_t *thread)
@@ -239,7 +245,7 @@ static void begin_to_speak(const struct manner *manner, pthread_t *thread)
         atomic_store(&quiet, true);
         say(manner->tray, 0, 1);
         assert_int_equal(pthread_create(thread, NULL, speak_late, manner->late), 0);
-    } else if (manner->tray) {
+    } else if (manner->tray && !manner->served) {
         say(manner->tray, 0, manner->held_up ? master.count - 1 : master.count);
     }
 }
@@ -267,7 +273,7 @@ static void follow_in(const struct manner *manner, const struct line *lines, siz
     if (manner->tray) master.arrivals = arrivals_create(2);
     struct node_scene shared = {
         .scene = scene, .bell = &master.bell, .tray = manner->tray, .arrivals = master.arrivals};
-    for (unsigned turn = 0; manner->full && turn < TRAY_SLOTS; turn++)
+    for (unsigned turn = 0; manner->full && !manner->served && turn < TRAY_SLOTS; turn++)
         slots_fill(&manner->tray->results, turn, 8);
     begin_to_speak(manner, &thread);
     work(MPI_COMM_WORLD, renderer, &shared);
@@ -454,26 +460,90 @@ static void test_order(void **state)
     assert_int_equal(header_at(0).pixels, tile_pixels(&lot.tiles[0]));
 }
 
-/* Says its tray's lot to be so long. */
-static void follow_long(void *state)
+/* A lot in the tray that is said to be so long, and to come when so much has been said. */
+struct wrong_lot {
+    uint32_t bytes;
+    unsigned said_before;
+};
+
+static void follow_wrong(void *state)
 {
-    static const struct line lines[] = {SAID, NOTHING, NOTHING, NOTHING, NOTHING, STOP};
+    static const struct line lines[] = {SAID, NOTHING, NOTHING, NOTHING, NOTHING, STOP},
+                             in_tray = LOT;
+    const struct wrong_lot *wrong = state;
     struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
     tray_init(tray);
     tray_say(tray);
-    put_lot(tray, &lines[0], 1);
-    slots_fill(&tray->lots, 0, *(const uint32_t *)state);
+    put_lot(tray, &in_tray, 1);
+    tray->said_before[0] = wrong->said_before;
+    slots_fill(&tray->lots, 0, wrong->bytes);
     follow_with(tray, lines, sizeof lines / sizeof *lines, 1);
 }
 
-/* A lot that is longer than its slot ends the farm, whatever lies there. */
+/* One that is longer than its slot ends the farm, and one that should have been heard before, for which nobody would
+ * look again. */
 static void test_tray_is_checked(void **state)
 {
     (void)state;
-    uint32_t wrong[] = {TRAY_LOT_BYTES + 8, UINT32_MAX};
+    struct wrong_lot wrong[] = {{TRAY_LOT_BYTES + 8, 1}, {UINT32_MAX, 1}, {sizeof lot, UINT_MAX}};
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
-        assert_fatal(follow_long, &wrong[i],
+        assert_fatal(follow_wrong, &wrong[i],
                      "farm: rank 0: the master left a lot where it makes no sense\n");
+}
+
+#define LOTS_IN_ALL 7
+
+/* A master in another thread that leaves lots, each with other tiles, while there is room, and takes results; then it
+ * says STOP. */
+static void *serve_tray(void *argument)
+{
+    struct tray *tray = argument;
+    unsigned put = 0, taken = 0;
+    while (taken < LOTS_IN_ALL) {
+        if (put < LOTS_IN_ALL && put < taken + LOTS_AHEAD) {
+            struct lot_of_two next = lot;
+            next.tiles[0].id = 100 + 2 * put;
+            next.tiles[1].id = 101 + 2 * put;
+            unsigned slot = put % TRAY_SLOTS;
+            memcpy(tray->lot[slot], &next, sizeof next);
+            tray->said_before[slot] = atomic_load(&tray->said);
+            slots_fill(&tray->lots, put++, sizeof next);
+            tray_say(tray);
+        }
+        uint32_t bytes = slots_bytes(&tray->results, taken);
+        if (bytes == 0) {
+            sched_yield();
+            continue;
+        }
+        struct result_header header;
+        memcpy(&header, tray->result[taken % TRAY_SLOTS], sizeof header);
+        if (header.tile_id != 100 + 2 * taken) return NULL;
+        slots_empty(&tray->results, taken++);
+    }
+    atomic_store(&quiet, false);
+    tray_say(tray);
+    return tray;
+}
+
+/* More lots than there are slots, one after the other, and as many results: nothing but START and STOP is a message,
+ * nor what the renderer sends but READY and STATS. */
+static void test_many_lots(void **state)
+{
+    (void)state;
+    static const struct line lines[] = {SAID, STOP};
+    struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
+    pthread_t thread;
+    void *served;
+    tray_init(tray);
+    tray_say(tray); /* START */
+    atomic_store(&quiet, true);
+    assert_int_equal(pthread_create(&thread, NULL, serve_tray, tray), 0);
+    follow_in(&(struct manner){.tray = tray, .full = true, .served = true}, lines, 2, 0);
+    pthread_join(thread, &served);
+    assert_non_null(served);
+    assert_int_equal(master.messages, 2);
+    tray_free(tray);
+    free(tray);
 }
 
 /* One who is woken when there is a message neither looks for one nor computes until then. */
@@ -646,6 +716,7 @@ int main(void)
         cmocka_unit_test(test_tray),
         cmocka_unit_test(test_order),
         cmocka_unit_test(test_tray_is_checked),
+        cmocka_unit_test(test_many_lots),
         cmocka_unit_test(test_sleeps_until_it_is_woken),
         cmocka_unit_test(test_looks_now_and_then),
         cmocka_unit_test(test_looks_while_it_sends),

@@ -64,6 +64,7 @@ static size_t take_lot_header(struct lot *lot, const char *message, size_t bytes
  * used. */
 static void take_lot(struct worker *worker, const char *message, size_t bytes)
 {
+    if (worker->waiting == LOTS_AHEAD) fatal("the master sent more lots than it may");
     struct lot *lot = &worker->lots[worker->waiting++];
     uint32_t tells;
     size_t done = take_lot_header(lot, message, bytes, &tells), length = worker->started ? 1 : 0,
@@ -84,8 +85,10 @@ static bool take_tray(struct worker *worker)
     struct tray *tray = worker->tray;
     unsigned turn = worker->lots_taken;
     uint32_t bytes = tray ? slots_bytes(&tray->lots, turn) : 0;
-    if (bytes == 0 || tray->numbers[turn % TRAY_SLOTS] != worker->heard) return false;
-    if (bytes > TRAY_LOT_BYTES || worker->waiting == LOTS_AHEAD)
+    if (bytes == 0) return false;
+    int32_t messages_before = (int32_t)(tray->said_before[turn % TRAY_SLOTS] - worker->heard);
+    if (messages_before > 0) return false;
+    if (messages_before < 0 || bytes > TRAY_LOT_BYTES)
         fatal("the master left a lot where it makes no sense");
     take_lot(worker, tray->lot[turn % TRAY_SLOTS], bytes);
     slots_empty(&tray->lots, turn);

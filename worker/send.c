@@ -11,8 +11,8 @@
 void send_to_master(struct worker *worker, enum message_tag tag, const void *bytes, size_t size,
                     MPI_Request *request)
 {
-    MPI_Isend(bytes, (int)size, MPI_BYTE, 0, (int)tag, worker->comm, request);
     if (worker->arrivals) arrivals_send(worker->arrivals);
+    MPI_Isend(bytes, (int)size, MPI_BYTE, 0, (int)tag, worker->comm, request);
     worker->unsettled = true;
 }
 

@@ -74,14 +74,14 @@ struct worker {
     char *buffers[SENDS];
     size_t capacities[SENDS];
     MPI_Request sends[SENDS];
-    int buffer;                /* in use */
-    struct tray *tray;         /* NULL: the master is on another node */
-    struct arrivals *arrivals; /* where there is a tray: what the master has got */
-    bool
-        in_tray; /* where the result goes: into the slot whose turn it is; false: into the buffer */
+    int buffer; /* in use */
+
+    struct tray *tray;                /* NULL: the master is on another node */
+    struct arrivals *arrivals;        /* where there is a tray: what the master has got */
     unsigned lots_taken, results_put; /* from the tray, into it */
 
-    /* The result that is being filled, in the buffer or slot. */
+    /* The result that is being filled: in the slot whose turn it is, or in the buffer. */
+    bool in_tray;
     char *result;
     size_t done,
         sent; /* bytes of finished tiles, and of those that went with a tile that took long */
@@ -99,7 +99,8 @@ struct worker {
 /* The next message is awaited: once at the start, then hear() does it. */
 void post_receive(struct worker *worker);
 
-/* Takes in a message if one has arrived; returns whether one had. What makes no sense ends the farm. */
+/* Takes in what the master has said next, if it is there, and what comes before it in the tray; returns whether it
+ * was. What makes no sense ends the farm. */
 bool hear(struct worker *worker);
 
 /* Takes in all that have arrived. */
@@ -119,7 +120,7 @@ void send_to_master(struct worker *worker, enum message_tag tag, const void *byt
 /* Whether MPI has taken all that this renderer has sent. */
 bool all_is_sent(struct worker *worker);
 
-/* Whether MPI may have something to move, to this renderer or from it: without a look at MPI. */
+/* Whether there may be something to hear, or to move for MPI: without a look at that. */
 bool is_under_way(const struct worker *worker);
 
 /* The master hears that the tile in work takes long, and before that of what is finished, so that it knows

@@ -182,21 +182,23 @@ static void check_dropped(const uint8_t *data, size_t size)
     free(header);
 }
 
-static void check_tray(const uint8_t *data, size_t size)
+static void check_tells(const uint8_t *data, size_t size)
 {
-    struct tray_note good = {.slot = 1, .bytes = 4096};
+    float good[4] = {0.5f, 1, 2, HUGE_VALF};
     size_t bytes = sizeof good;
-    struct tray_note *note = damaged(data, size, &good, &bytes);
-    if (tray_message_valid(note, bytes, TRAY_RESULT_BYTES))
-        PROMISE(note->slot < TRAY_SLOTS && note->bytes > 0 && note->bytes <= TRAY_RESULT_BYTES);
-    free(note);
+    float *tells = damaged(data, size, good, &bytes);
+    uint32_t count = (uint32_t)(bytes / sizeof *tells);
+    if (lot_tells_valid(tells, count))
+        for (uint32_t i = 0; i < count; i++)
+            PROMISE(tells[i] >= 0);
+    free(tells);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     static void (*const checks[])(const uint8_t *data, size_t size) = {
         check_tile, check_result,      check_stats, check_welcome, check_ready,   check_start,
-        check_pass, check_refinements, check_lot,   check_drop,    check_dropped, check_tray};
+        check_pass, check_refinements, check_lot,   check_drop,    check_dropped, check_tells};
     if (size) checks[data[0] % (sizeof checks / sizeof *checks)](data + 1, size - 1);
     return 0;
 }
