@@ -97,11 +97,7 @@ static int handle_tray(struct flood *flood, uint32_t who)
         if (bytes != flood->bytes) fatal("a result has another length");
         take_result(flood, tray->result[turn % TRAY_SLOTS]);
         slots_empty(&tray->results, turn);
-        memcpy(tray->lot[turn % TRAY_SLOTS], &flood->tile, sizeof flood->tile);
-        tray->said_before[turn % TRAY_SLOTS] =
-            atomic_load_explicit(&tray->said, memory_order_relaxed);
-        slots_fill(&tray->lots, turn, sizeof flood->tile);
-        tray_say(tray);
+        tray_put_lot(tray, turn, &flood->tile, sizeof flood->tile);
     }
     return results;
 }

@@ -11,6 +11,7 @@
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
+#include <string.h>
 
 #include "common/bell.h"
 #include "common/protocol.h"
@@ -87,6 +88,15 @@ static inline void slots_fill(struct slots *slots, unsigned turn, uint32_t bytes
 static inline void slots_empty(struct slots *slots, unsigned turn)
 {
     atomic_store_explicit(&slots->bytes[turn % TRAY_SLOTS], 0, memory_order_release);
+}
+
+/* By the master: a lot of so many bytes into the slot whose turn it is, which is empty. */
+static inline void tray_put_lot(struct tray *tray, unsigned turn, const void *lot, size_t bytes)
+{
+    memcpy(tray->lot[turn % TRAY_SLOTS], lot, bytes);
+    tray->said_before[turn % TRAY_SLOTS] = atomic_load_explicit(&tray->said, memory_order_relaxed);
+    slots_fill(&tray->lots, turn, (uint32_t)bytes);
+    tray_say(tray);
 }
 
 /* ---- what has arrived for the master from those who have trays ---- */

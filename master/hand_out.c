@@ -106,16 +106,10 @@ static void send_lot(struct server *server, uint32_t renderer, size_t bytes)
 {
     struct tray *tray = tray_of(server, renderer);
     struct contact *contact = &server->contacts[renderer];
-    unsigned turn = contact->lots_put;
-    if (!tray || bytes > TRAY_LOT_BYTES || slots_bytes(&tray->lots, turn) > 0) {
+    if (!tray || bytes > TRAY_LOT_BYTES || slots_bytes(&tray->lots, contact->lots_put) > 0)
         send(server, renderer, TAG_MASTER_TO_RENDERER_TILES, server->message, bytes);
-        return;
-    }
-    memcpy(tray->lot[turn % TRAY_SLOTS], server->message, bytes);
-    tray->said_before[turn % TRAY_SLOTS] = atomic_load_explicit(&tray->said, memory_order_relaxed);
-    slots_fill(&tray->lots, turn, (uint32_t)bytes);
-    contact->lots_put++;
-    tray_say(tray);
+    else
+        tray_put_lot(tray, contact->lots_put++, server->message, bytes);
 }
 
 void hand_out(struct server *server, uint32_t renderer)

@@ -504,11 +504,7 @@ static void *serve_tray(void *argument)
             struct lot_of_two next = lot;
             next.tiles[0].id = 100 + 2 * put;
             next.tiles[1].id = 101 + 2 * put;
-            unsigned slot = put % TRAY_SLOTS;
-            memcpy(tray->lot[slot], &next, sizeof next);
-            tray->said_before[slot] = atomic_load(&tray->said);
-            slots_fill(&tray->lots, put++, sizeof next);
-            tray_say(tray);
+            tray_put_lot(tray, put++, &next, sizeof next);
         }
         uint32_t bytes = slots_bytes(&tray->results, taken);
         if (bytes == 0) {
