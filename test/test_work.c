@@ -51,7 +51,7 @@ static struct {
     struct tray *tray; /* NULL: this renderer has none */
     struct arrivals *arrivals;
     unsigned left; /* results in it, which it leaves there */
-    bool full;     /* what is in it are others */
+    unsigned full; /* its last slots for results hold others, all the time */
     const struct line
         *late_lot;         /* comes into the tray with the second message, before it; NULL: none */
     unsigned looks;        /* for a message while it is quiet */
@@ -106,7 +106,7 @@ static void count_result(const void *result, size_t bytes)
 /* The slots stay full. */
 static void look_into_tray(void)
 {
-    while (master.tray && !master.full && master.left < TRAY_SLOTS) {
+    while (master.tray && master.left < TRAY_SLOTS - master.full) {
         uint32_t bytes = slots_bytes(&master.tray->results, master.left);
         if (bytes == 0) return;
         assert_true(arrivals_take(master.arrivals, 0) >> 1 == 1);
@@ -233,7 +233,7 @@ struct manner {
     struct late_master *late; /* NULL: all is said at once */
     /* As the master's. */
     unsigned held_up;
-    bool full;
+    unsigned full;
     const struct line *late_lot;
     bool served; /* by another thread: nothing is said or filled here */
 };
@@ -273,8 +273,8 @@ static void follow_in(const struct manner *manner, const struct line *lines, siz
     if (manner->tray) master.arrivals = arrivals_create(2);
     struct node_scene shared = {
         .scene = scene, .bell = &master.bell, .tray = manner->tray, .arrivals = master.arrivals};
-    for (unsigned turn = 0; manner->full && !manner->served && turn < TRAY_SLOTS; turn++)
-        slots_fill(&manner->tray->results, turn, 8);
+    for (unsigned i = 1; i <= manner->full && !manner->served; i++)
+        slots_fill(&manner->tray->results, TRAY_SLOTS - i, 8);
     begin_to_speak(manner, &thread);
     work(MPI_COMM_WORLD, renderer, &shared);
     if (manner->late) pthread_join(thread, NULL);
@@ -426,15 +426,15 @@ static void follow_lot(const struct line *lines, size_t count, unsigned number,
         TAG_MASTER_TO_RENDERER_START, &start, sizeof start                                         \
     }
 
-/* Where the master is on this node, a lot comes through the tray, and the result goes there if there is room: else
- * in a message. */
+/* Where the master is on this node, a lot comes through the tray, and the result goes there if the next slot is empty:
+ * else in a message. */
 static void test_tray(void **state)
 {
     (void)state;
     static const struct line lines[] = {SAID, NOTHING, NOTHING, NOTHING, NOTHING, STOP};
-    for (int full = 0; full <= 1; full++) {
+    for (unsigned full = 0; full <= TRAY_SLOTS; full++) {
         follow_lot(lines, sizeof lines / sizeof *lines, 1, (struct manner){.full = full});
-        assert_int_equal(master.left, !full);
+        assert_int_equal(master.left, full < TRAY_SLOTS);
         assert_int_equal(master.results, 1);
         assert_int_equal(header_at(0).tile_id, lot.tiles[0].id);
         assert_int_equal(master.result_bytes,
@@ -534,7 +534,7 @@ static void test_many_lots(void **state)
     tray_say(tray); /* START */
     atomic_store(&quiet, true);
     assert_int_equal(pthread_create(&thread, NULL, serve_tray, tray), 0);
-    follow_in(&(struct manner){.tray = tray, .full = true, .served = true}, lines, 2, 0);
+    follow_in(&(struct manner){.tray = tray, .full = TRAY_SLOTS, .served = true}, lines, 2, 0);
     pthread_join(thread, &served);
     assert_non_null(served);
     assert_int_equal(master.messages, 2);
@@ -585,7 +585,7 @@ static void test_looks_while_it_sends(void **state)
     struct tray *tray = aligned_alloc(_Alignof(struct tray), sizeof *tray);
     tray_init(tray);
     double begin = clock_wall();
-    follow_in(&(struct manner){.tray = tray, .held_up = 20, .full = true}, lines,
+    follow_in(&(struct manner){.tray = tray, .held_up = 20, .full = TRAY_SLOTS}, lines,
               sizeof lines / sizeof *lines, 1);
     assert_int_equal(master.results, 1);
     assert_int_equal(master.held_up, 0);
