@@ -110,7 +110,7 @@ endef
 # comes last. Of each level one object is left that shows its table alone; the portable one, plain
 # functions without SIMD, is also what the tests of a single function are linked with.
 KERNEL := $(filter-out worker/bvh%.c worker/kernel.c worker/survey.c worker/work.c worker/hear.c \
-    worker/send.c worker/node_scene.c worker/collective.c,$(wildcard worker/*.c))
+    worker/send.c worker/node.c worker/node_scene.c worker/collective.c,$(wildcard worker/*.c))
 LEVELS := portable
 ifneq ($(findstring x86_64,$(shell $(MPICC) -dumpmachine)),)
 LEVELS += avx2 avx512
@@ -293,7 +293,8 @@ $(BUILD)/bench/faults_journal: $(BUILD)/bench/faults_journal.o
 	$(call link)
 
 # Loaded in front of the C library, so without sanitizers of its own.
-$(BUILD)/bench/faults_slow.so $(BUILD)/bench/faults_stop.so: $(BUILD)/bench/%.so: bench/%.c common/protocol.h Makefile
+PRELOADED := bench/faults_slow bench/faults_stop test/several_nodes
+$(PRELOADED:%=$(BUILD)/%.so): $(BUILD)/%.so: %.c common/protocol.h Makefile
 	@mkdir -p $(@D)
 	$(say)  link $@
 	$(quiet)$(LINK) $(filter-out -MMD -MP -Wmissing-prototypes $(SANITIZE),$(FLAGS)) -shared -fPIC $< -ldl -o $@
@@ -333,11 +334,11 @@ run: all
 	$(MPIEXEC) -n $$(nproc) ./$(FARM) config/lantern.ini
 
 test: all $(UNITS) $(BUILD)/bench/stability $(BUILD)/bench/kernel $(BUILD)/bench/omit \
-        $(FAULTS) $(BUILD)/bench/error_truncation
+        $(FAULTS) $(BUILD)/test/several_nodes.so $(BUILD)/bench/error_truncation
 	@FARM=./$(FARM) UNITS="$(UNITS)" STABILITY=$(BUILD)/bench/stability KERNEL=$(BUILD)/bench/kernel \
 	    OMIT=$(BUILD)/bench/omit FAULTS_JOURNAL=$(BUILD)/bench/faults_journal \
 	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so FAULTS_STOP=$(BUILD)/bench/faults_stop.so \
-	    TRUNCATION=$(BUILD)/bench/error_truncation MPIEXEC="$(MPIEXEC)" MPICC="$(MPICC)" sh test/run.sh
+	    NODES=$(BUILD)/test/several_nodes.so TRUNCATION=$(BUILD)/bench/error_truncation MPIEXEC="$(MPIEXEC)" MPICC="$(MPICC)" sh test/run.sh
 
 asan:
 	@$(MAKE) BUILD=build/asan FARM=build/asan/farm OPTIMISE='-O1 -g' \

@@ -247,7 +247,7 @@ static int run_rank(struct run *run, int rank)
     }
     /* All is written: a rank that stops from here on holds nobody up. */
     if (rank == 0) stop_watch_the_end(status);
-    unshare_scene(&shared);
+    unshare_scene(MPI_COMM_WORLD, &shared);
     return status;
 }
 

@@ -1,11 +1,12 @@
 # The picture is the same, bit for bit, for any number of processes, schedule and tile size.
 . test/lib.sh
+NODES=$(realpath -q "${NODES:-/nowhere}")
 cd "$T" || exit 1
 SCENE=$DATA/everything.ini
 
-render() { # NAME N OVERRIDE...
-    name=$1 n=$2; shift 2
-    run 0 farm_n "$n" "$SCENE" output.image="$name" output.report= "$@"
+render() { # PICTURE N OVERRIDE...
+    picture=$1 n=$2; shift 2
+    run 0 farm_n "$n" "$SCENE" output.image="$picture" output.report= "$@"
 }
 
 check "reference, without mpiexec" render reference.pfm 0
@@ -45,20 +46,6 @@ overtaken() {
 }
 check "messages that overtake each other" overtaken
 
-# MPICH can pretend that ranks are on different machines: a scene for each, messages instead of memory.
-for nodes in MPIR_CVAR_NOLOCAL MPIR_CVAR_ODD_EVEN_CLIQUES; do
-    for schedule in dynamic cyclic; do
-        same() {
-            export $nodes=1
-            render t.pfm 4 farm.schedule=$schedule
-            status=$?
-            unset $nodes
-            [ $status -eq 0 ] && cmp reference.pfm t.pfm
-        }
-        check "as if on several machines, $nodes, $schedule" same
-    done
-done
-
 check "5 samples, without mpiexec" render s0.pfm 0 sampling.samples=5
 for how in "farm.tile=8" "farm.schedule=strips" "farm.schedule=cyclic"; do
     same() { render t.pfm 3 sampling.samples=5 "$how" && cmp s0.pfm t.pfm; }
@@ -81,5 +68,25 @@ for extension in png hdr; do
             cmp "a.$extension" "b.$extension"
     }
     check "$extension files are identical too" same
+done
+
+# A scene for each node, messages instead of memory, see test/several_nodes.c; nodes of one rank share no memory.
+# nodes NUMBER SEGMENTS OVERRIDE...
+nodes() {
+    number=$1 segments=$2; shift 2
+    rm -f note t.pfm
+    SEVERAL_NODES=$number SEVERAL_NODES_NOTE=note run 0 timeout 60 "$MPIEXEC" -n 5 env LD_PRELOAD="$NODES" \
+        ASAN_OPTIONS="verify_asan_link_order=0:${ASAN_OPTIONS:-}" \
+        "$FARM" "$SCENE" output.image=t.pfm output.report= "$@" || return 1
+    touch note
+    [ "$(wc -l <note)" -eq "$segments" ] && cmp reference.pfm t.pfm
+}
+[ -e "$NODES" ] || { echo "not ok $((count + 1)) - nodes # SKIP without test/several_nodes.so"; finish; }
+for schedule in dynamic cyclic; do
+    check "one node, $schedule" nodes 1 1 farm.schedule=$schedule
+    check "each rank on a node of its own, $schedule" nodes 5 0 farm.schedule=$schedule
+    check "every other one, $schedule" nodes 2 2 farm.schedule=$schedule
+    check "two ranks on one of four nodes, $schedule" nodes 4 1 farm.schedule=$schedule
+    check "rank 0 only serves, $schedule" nodes 3 2 farm.schedule=$schedule farm.master_renders=no
 done
 finish

@@ -17,17 +17,16 @@ struct arrivals;
 struct node_scene {
     const struct scene *scene;
     struct bvh *bvh;          /* to be built by the first rank of the node */
-    struct window_head *head; /* of that memory */
-    struct bell *bell;        /* in it: wakes the first rank of the node */
+    struct window_head *head; /* of that memory, of so many bytes */
+    size_t window_bytes;
+    struct bell *bell;   /* in it: wakes the first rank of the node */
     struct tray *tray;   /* in it: this rank's lots, results and bell; NULL: rank 0 is elsewhere */
     struct tray **trays; /* to rank 0: of every rank, NULL on other nodes; owned */
     struct arrivals *arrivals;   /* in it: from those who have trays; NULL: nobody has */
     double broadcast_s, build_s; /* wall seconds on this rank */
-    MPI_Comm node;               /* the ranks of this node */
-    MPI_Win window;              /* MPI_WIN_NULL for a rank alone on its node: */
-    void *own_memory;            /* then this, else NULL */
-    bool leads;                  /* the first rank of its node, who puts things there */
-    int *processes;              /* to it: ids of the ranks on the node; the caller's to free */
+    void *own_memory; /* of a rank alone on its node, in place of shared one; else NULL */
+    bool leads;       /* the first rank of its node, who puts things there */
+    int *processes; /* to it: ids of the ranks on the node; the caller's to free; NULL to others */
     int process_count;
 };
 
@@ -42,6 +41,6 @@ struct node_scene {
 int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
                 struct node_scene *shared);
 void share_bvh(struct node_scene *shared);
-void unshare_scene(struct node_scene *shared);
+void unshare_scene(MPI_Comm comm, struct node_scene *shared);
 
 #endif

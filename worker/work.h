@@ -1,5 +1,5 @@
-/* A renderer's side of the farm: MPI is called here, in hear.c, send.c, node_scene.c and collective.c, and
- * nowhere else in worker/. */
+/* A renderer's side of the farm: MPI is called here, in hear.c, send.c, node.c, node_scene.c and collective.c,
+ * and nowhere else in worker/. */
 #ifndef FARM_WORKER_WORK_H
 #define FARM_WORKER_WORK_H
 

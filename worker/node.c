@@ -1,0 +1,105 @@
+#include "worker/node.h"
+
+#include <stdlib.h>
+
+#include "common/message.h"
+#include "common/segment.h"
+#include "worker/collective.h"
+
+struct entry {
+    uint64_t reach;
+    int32_t rank;
+};
+
+static int by_reach(const void *first, const void *second)
+{
+    const struct entry *a = first, *b = second;
+    if (a->reach != b->reach) return a->reach < b->reach ? -1 : 1;
+    return a->rank < b->rank ? -1 : 1;
+}
+
+/* The node of entries begin to end. */
+static void place_node(const struct entry *entries, int begin, int end,
+                       const struct node_sign *signs, struct node_place *places)
+{
+    int32_t first = entries[begin].rank;
+    for (int i = begin; i < end; i++)
+        places[entries[i].rank] = (struct node_place){
+            .key = signs[first].key, .first = first, .index = i - begin, .size = end - begin};
+}
+
+void node_places(const struct node_sign *signs, int ranks, struct node_place *places)
+{
+    struct entry *entries = allocate((size_t)ranks, sizeof *entries);
+    int nodes = 0;
+    for (int rank = 0; rank < ranks; rank++)
+        entries[rank] = (struct entry){signs[rank].reach, rank};
+    qsort(entries, (size_t)ranks, sizeof *entries, by_reach);
+    for (int begin = 0, end; begin < ranks; begin = end, nodes++) {
+        end = begin + 1;
+        while (entries[begin].reach != 0 && end < ranks &&
+               entries[end].reach == entries[begin].reach)
+            end++;
+        place_node(entries, begin, end, signs, places);
+    }
+    for (int rank = 0; rank < ranks; rank++)
+        places[rank].nodes = nodes;
+    free(entries);
+}
+
+/* By rank 0. */
+static struct node_place *place_all(const struct node_sign *signs, int ranks)
+{
+    struct node_place *places = allocate((size_t)ranks, sizeof *places);
+    node_places(signs, ranks, places);
+    return places;
+}
+
+/* Rank 0 hears all signs and tells each its place; returns all places there, the caller's to free, NULL elsewhere. */
+static struct node_place *ask_for_place(MPI_Comm comm, struct node_place *own)
+{
+    int rank, ranks;
+    const int sign_bytes = (int)sizeof(struct node_sign), bytes = (int)sizeof *own;
+    const struct node_sign sign = {segment_reach(), segment_key()};
+    struct node_sign *signs = NULL;
+    struct node_place *places = NULL;
+    MPI_Request request;
+    MPI_Comm_rank(comm, &rank);
+    MPI_Comm_size(comm, &ranks);
+    if (rank == 0) signs = allocate((size_t)ranks, sizeof *signs);
+    MPI_Igather(&sign, sign_bytes, MPI_BYTE, signs, sign_bytes, MPI_BYTE, 0, comm, &request);
+    wait_request(&request);
+    if (rank == 0) places = place_all(signs, ranks);
+    MPI_Iscatter(places, bytes, MPI_BYTE, own, bytes, MPI_BYTE, 0, comm, &request);
+    wait_request(&request);
+    free(signs);
+    return places;
+}
+
+/* places: rank 0's. */
+static void gather_leaders(MPI_Comm comm, const struct node_place *places, struct node *node)
+{
+    int ranks, count = 0;
+    MPI_Group all, group;
+    int *firsts = allocate((size_t)node->place.nodes, sizeof *firsts);
+    MPI_Comm_size(comm, &ranks);
+    for (int rank = 0; places && rank < ranks; rank++)
+        if (places[rank].index == 0) firsts[count++] = rank;
+    broadcast(comm, firsts, (size_t)node->place.nodes * sizeof *firsts);
+    if (node->place.index == 0) {
+        MPI_Comm_group(comm, &all);
+        MPI_Group_incl(all, node->place.nodes, firsts, &group);
+        MPI_Comm_create_group(comm, group, 0, &node->leaders);
+        MPI_Group_free(&group);
+        MPI_Group_free(&all);
+    }
+    free(firsts);
+}
+
+void node_find(MPI_Comm comm, struct node *node)
+{
+    struct node_place *places = ask_for_place(comm, &node->place);
+    node->leaders = MPI_COMM_NULL;
+    if (node->place.nodes > 1) gather_leaders(comm, places, node);
+    free(places);
+}
