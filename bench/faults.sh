@@ -173,7 +173,7 @@ while [ $run -lt "$runs" ]; do
     alone) n=0 ;;
     stop) way="$way $PATIENCE" ;;
     moment) PRELOAD=$STOP way="$way $PATIENCE"
-        pick 7; set -- share ready tile later stats finalize exit; shift $number
+        pick 8; set -- share memory ready tile later stats finalize exit; shift $number
         export FAULTS_STOP_AT=$1 FAULTS_STOP_NOTE=note
         pick $((n - 1)); export FAULTS_STOP_RANK=$((number + 1)) ;;
     slow) PRELOAD=$SLOW ;;
@@ -192,7 +192,7 @@ while [ $run -lt "$runs" ]; do
     none) expected=0 ;;
     full) ;;
     moment) expected=0
-        [ "$FAULTS_STOP_AT" != share ] || expected=75 ;;
+        case $FAULTS_STOP_AT in share | memory) expected=75 ;; esac ;;
     rank | stop)
         pick $((n - 1)); victim=$((number + 1))
         await_tile # the ranks have begun to render then

@@ -4,6 +4,8 @@
 #include <fcntl.h>
 #include <inttypes.h>
 #include <limits.h>
+#include <stdatomic.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -43,16 +45,24 @@ uint64_t segment_key(void)
     return key;
 }
 
+#define NAME_FORMAT "/farm-%016" PRIx64
+
 struct segment_name {
-    char text[32];
+    char text[sizeof "/farm-" + 16];
 };
 
 static struct segment_name name_of(uint64_t key)
 {
     struct segment_name name;
-    snprintf(name.text, sizeof name.text, "/farm-%016" PRIx64, key);
+    snprintf(name.text, sizeof name.text, NAME_FORMAT, key);
     return name;
 }
+
+/* The file of the segment that has a name. */
+static struct {
+    char path[sizeof SEGMENTS_FOLDER + sizeof(struct segment_name)];
+    atomic_bool there;
+} named;
 
 /* Writing to a segment that does not fit is a bus error. */
 static void check_room(size_t bytes)
@@ -79,7 +89,12 @@ static void *map(int file, size_t bytes)
 void *segment_create(uint64_t key, size_t bytes)
 {
     check_room(bytes);
-    int file = shm_open(name_of(key).text, O_RDWR | O_CREAT | O_EXCL, 0600);
+    struct segment_name name = name_of(key);
+    int file = shm_open(name.text, O_RDWR | O_CREAT | O_EXCL, 0600);
+    if (file >= 0) {
+        snprintf(named.path, sizeof named.path, "%s%s", SEGMENTS_FOLDER, name.text);
+        atomic_store(&named.there, true);
+    }
     if (file < 0 || ftruncate(file, (off_t)bytes) != 0)
         fatal("cannot create %.1f MB of shared memory: %s", 1e-6 * (double)bytes, strerror(errno));
     return map(file, bytes);
@@ -95,9 +110,10 @@ void *segment_open(uint64_t key, size_t *bytes)
     return map(file, *bytes);
 }
 
-void segment_forget(uint64_t key)
+/* shm_unlink() may not be called by a signal handler. */
+void segment_forget(void)
 {
-    (void)shm_unlink(name_of(key).text);
+    if (atomic_exchange(&named.there, false)) unlink(named.path);
 }
 
 void segment_close(void *segment, size_t bytes)

@@ -15,15 +15,16 @@ uint64_t segment_key(void);
 /*
  * A new segment, all zero, of so many bytes (at least 1), at a multiple of the page size; ends the program if there is
  * no room for it. It has a name until segment_forget(), and lasts until the last process that has opened it has
- * closed it or ended.
+ * closed it or ended. One at a time has a name.
  */
 void *segment_create(uint64_t key, size_t bytes);
 
 /* Of another process, as long as it has its name; *bytes: its size. Ends the program if there is none. */
 void *segment_open(uint64_t key, size_t *bytes);
 
-/* By the one who has created it, when all have opened it: nothing is left, however they end. */
-void segment_forget(uint64_t key);
+/* By the one who has created it, when all have opened it: from then on nothing is left, however they end. Also by
+ * one who ends before that, in a signal handler, too; where there is none this does nothing. */
+void segment_forget(void);
 
 void segment_close(void *segment, size_t bytes);
 

@@ -122,7 +122,7 @@ static void wait_for_members(struct node_scene *shared, const struct node_place 
     shared->processes = allocate((size_t)place->size, sizeof *shared->processes);
     for (int i = 1; i < place->size; i++)
         wait_for_post(&head->here);
-    if (place->size > 1) segment_forget(place->key);
+    segment_forget();
     for (int i = 0; i < place->size; i++)
         shared->processes[i] = head->members[i].process;
 }
