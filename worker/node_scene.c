@@ -64,8 +64,8 @@ static size_t whole_lines(size_t bytes)
 /* What a node's window has room for. */
 struct room {
     size_t head, content; /* bytes; content: scene and BVH */
-    size_t trays,
-        ranks; /* how many; trays for ranks of this node, arrivals from ranks of the farm */
+    size_t trays;         /* for so many ranks of the node */
+    size_t ranks;         /* of the farm, whose results arrive */
 };
 
 /* Trays are made by the first rank of rank 0's node, which is rank 0. */
@@ -156,10 +156,10 @@ static void find_trays(const struct room *room, const struct node_place *place,
                        struct node_scene *shared)
 {
     struct tray *trays = first_tray(shared->head);
-    bool masters = place->first == 0 && place->index == 0;
+    bool is_master = place->first == 0 && place->index == 0;
     shared->tray = trays && place->index > 0 ? trays + place->index - 1 : NULL;
     shared->arrivals = trays ? find_arrivals(shared->head) : NULL;
-    shared->trays = masters ? allocate_zeroed(room->ranks, sizeof *shared->trays) : NULL;
+    shared->trays = is_master ? allocate_zeroed(room->ranks, sizeof *shared->trays) : NULL;
     if (!shared->trays || !trays) return;
     for (int i = 1; i < place->size; i++)
         shared->trays[shared->head->members[i].rank] = trays + i - 1;
