@@ -24,6 +24,7 @@
 #include "common/message.h"
 #include "common/nap.h"
 #include "common/protocol.h"
+#include "common/segment.h"
 #include "common/tray.h"
 #include "master/canvas.h"
 #include "master/queue.h"
@@ -375,15 +376,18 @@ static void leave_floods(struct trays *trays)
     leave_flood(WHOLE_EDGE, trays);
 }
 
-static struct trays *make_trays(int rank, MPI_Win *window)
+static struct trays *share_trays(int rank)
 {
-    char *memory;
-    int unit;
-    MPI_Aint size = (MPI_Aint)(TRAYS_BYTES + _Alignof(struct trays));
-    MPI_Win_allocate_shared(rank == 0 ? size : 0, 1, MPI_INFO_NULL, MPI_COMM_WORLD, &memory,
-                            window);
-    MPI_Win_shared_query(*window, 0, &size, &unit, &memory);
-    return (void *)(memory + -(uintptr_t)memory % _Alignof(struct trays));
+    struct trays *trays = NULL;
+    uint64_t key = segment_key();
+    size_t bytes;
+    MPI_Bcast(&key, sizeof key, MPI_BYTE, 0, MPI_COMM_WORLD);
+    if (rank == 0) trays = segment_create(key, TRAYS_BYTES);
+    MPI_Barrier(MPI_COMM_WORLD);
+    if (rank != 0) trays = segment_open(key, &bytes);
+    MPI_Barrier(MPI_COMM_WORLD);
+    segment_forget();
+    return trays;
 }
 
 int main(void)
@@ -395,8 +399,7 @@ int main(void)
     if (size != 2) fatal("start two of me: mpiexec -n 2");
     nap_sharpen();
     double empty = one_way(rank, 0), large = one_way(rank, 1 << 16);
-    MPI_Win window;
-    struct trays *trays = make_trays(rank, &window);
+    struct trays *trays = share_trays(rank);
     if (rank == 0) {
         struct service messages = serve_floods(NULL), tray = serve_floods(trays);
         double large_lot = serve_flood(LARGE_EDGE, NULL);
@@ -413,7 +416,7 @@ int main(void)
         send_flood(LARGE_EDGE);
         printf("send_s %.3e\n", small_lot);
     }
-    MPI_Win_free(&window);
+    segment_close(trays, TRAYS_BYTES);
     MPI_Finalize();
     return 0;
 }
