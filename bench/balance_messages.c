@@ -379,14 +379,13 @@ static void leave_floods(struct trays *trays)
 static struct trays *share_trays(int rank)
 {
     struct trays *trays = NULL;
-    uint64_t key = segment_key();
+    struct segment_address own = segment_make(), address = own;
     size_t bytes;
-    MPI_Bcast(&key, sizeof key, MPI_BYTE, 0, MPI_COMM_WORLD);
-    if (rank == 0) trays = segment_create(key, TRAYS_BYTES);
+    if (rank == 0) trays = segment_size(own, TRAYS_BYTES);
+    MPI_Bcast(&address, sizeof address, MPI_BYTE, 0, MPI_COMM_WORLD);
+    if (rank != 0) trays = segment_open(address, &bytes);
     MPI_Barrier(MPI_COMM_WORLD);
-    if (rank != 0) trays = segment_open(key, &bytes);
-    MPI_Barrier(MPI_COMM_WORLD);
-    segment_forget();
+    segment_release(own);
     return trays;
 }
 

@@ -1,31 +1,43 @@
-/* Memory that processes of one machine share. */
+/* Memory that processes of one machine share. It has no name, so that nothing is left of it however they end. */
 #ifndef FARM_COMMON_SEGMENT_H
 #define FARM_COMMON_SEGMENT_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-/* Processes for which it is the same can open each other's segments, and know each other by the same process
- * ids; 0: unknown, and none can. */
+/* What processes need in common to open each other's segments, and to know each other by their process ids: else
+ * Linux forbids it, or the container that they are in means to. */
+struct segment_realm {
+    char machine[40]; /* as in struct berth */
+    uint64_t user;
+    uint64_t ids, users,
+        memory; /* namespaces: of process ids, of users, of what processes share (IPC) */
+};
+
+/* The same for those who have all of that in common; never 0. */
+uint64_t segment_realm_hash(const struct segment_realm *realm);
+
+/* The hash of this process's realm; 0: it is not known, or others may not look into this process. */
 uint64_t segment_reach(void);
 
-/* The name of a segment: different ones for all callers. */
-uint64_t segment_key(void);
+/* Who has made a segment, and its descriptor there. */
+struct segment_address {
+    int32_t process, file;
+};
 
-/*
- * A new segment, all zero, of so many bytes (at least 1), at a multiple of the page size; ends the program if there is
- * no room for it. It has a name until segment_forget(), and lasts until the last process that has opened it has
- * closed it or ended. One at a time has a name.
- */
-void *segment_create(uint64_t key, size_t bytes);
+/* A segment of no size; ends the program if there can be none. */
+struct segment_address segment_make(void);
 
-/* Of another process, as long as it has its name; *bytes: its size. Ends the program if there is none. */
-void *segment_open(uint64_t key, size_t *bytes);
+/* By who has made it: of so many bytes (at least 1), all zero, at a multiple of the page size. Ends the program if
+ * there is no room for it. */
+void *segment_size(struct segment_address address, size_t bytes);
 
-/* By the one who has created it, when all have opened it: from then on nothing is left, however they end. Also by
- * one who ends before that, in a signal handler, too; where there is none this does nothing. */
-void segment_forget(void);
+/* By another process of the same reach, from segment_size() to segment_release(); *bytes: its size. Ends the program
+ * if it cannot be opened. */
+void *segment_open(struct segment_address address, size_t *bytes);
 
+/* By who has made it: nobody else opens it from now on. Who has it keeps it until segment_close(). */
+void segment_release(struct segment_address address);
 void segment_close(void *segment, size_t bytes);
 
 #endif

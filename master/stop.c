@@ -11,7 +11,6 @@
 
 #include "common/clock.h"
 #include "common/nap.h"
-#include "common/segment.h"
 
 /* Leaving takes milliseconds; a node that pages heavily, or hundreds of ranks, some seconds. */
 #define LONGEST_END 5
@@ -133,7 +132,6 @@ static const struct timespec last_words = {.tv_nsec = 250000000};
 
 void stop_job(int status, void (*end)(int status))
 {
-    segment_forget();
     if (launcher >= 0) {
         (void)nanosleep(&last_words, NULL);
         say(launcher, "cmd=abort exitcode=", (unsigned)status, "\n");

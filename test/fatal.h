@@ -12,12 +12,11 @@
 
 #include <cmocka.h>
 
-#define FATAL_TEXT 256
-
-/* try(state) ends with status 1; text: what it has said on stderr, of at most FATAL_TEXT - 1 bytes. */
-static inline void catch_fatal(void (*try)(void *state), void *state, char text[FATAL_TEXT])
+/* try(state) ends with status 1, and says on stderr nothing but this, of at most 255 bytes. */
+static inline void assert_fatal(void (*try)(void *state), void *state, const char *expected)
 {
     int ends[2], status;
+    char text[256] = "";
     assert_int_equal(pipe(ends), 0);
     pid_t child = fork();
     if (child == 0) {
@@ -28,18 +27,11 @@ static inline void catch_fatal(void (*try)(void *state), void *state, char text[
     close(ends[1]);
     /* It comes in pieces. */
     FILE *said = fdopen(ends[0], "r");
-    size_t bytes = fread(text, 1, FATAL_TEXT - 1, said);
+    size_t bytes = fread(text, 1, sizeof text - 1, said);
     text[bytes] = '\0';
     fclose(said);
     assert_int_equal(waitpid(child, &status, 0), child);
     assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 1);
-}
-
-/* It says nothing but this. */
-static inline void assert_fatal(void (*try)(void *state), void *state, const char *expected)
-{
-    char text[FATAL_TEXT];
-    catch_fatal(try, state, text);
     assert_string_equal(text, expected);
 }
 

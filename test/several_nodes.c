@@ -1,15 +1,16 @@
 /*
- * Ranks that seem to have memory file systems of their own, as those of containers on one machine can; loaded in
- * front of the C library (LD_PRELOAD). SEVERAL_NODES: how many of them, dealt to the ranks in turn.
- * SEVERAL_NODES_NOTE: a file that gets a line for each segment that the farm creates.
+ * Ranks that seem to be in containers of their own on one machine; loaded in front of the C library (LD_PRELOAD).
+ * SEVERAL_NODES: how many of them, dealt to the ranks in turn. SEVERAL_NODES_NOTE: a file that gets a letter for each
+ * time that a rank opens memory which another one shares.
  */
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 int stat(const char *restrict path, struct stat *restrict status)
 {
@@ -17,20 +18,30 @@ int stat(const char *restrict path, struct stat *restrict status)
     const char *rank = getenv("PMI_RANK"), *nodes = getenv("SEVERAL_NODES");
     if (!next) *(void **)&next = dlsym(RTLD_NEXT, "stat");
     int result = next(path, status);
-    if (result == 0 && rank && nodes && strcmp(path, "/dev/shm") == 0)
-        status->st_dev += (dev_t)(atoi(rank) % atoi(nodes));
+    if (result == 0 && rank && nodes && strcmp(path, "/proc/self/ns/ipc") == 0)
+        status->st_ino += (ino_t)(atoi(rank) % atoi(nodes));
     return result;
 }
 
-int shm_open(const char *name, int flags, mode_t mode)
+static int open_next(const char *path, int flags, mode_t mode)
 {
-    static int (*next)(const char *, int, mode_t);
+    static int (*next)(const char *, int, ...);
+    if (!next) *(void **)&next = dlsym(RTLD_NEXT, "open");
+    return next(path, flags, mode);
+}
+
+int open(const char *path, int flags, ...)
+{
     const char *note = getenv("SEVERAL_NODES_NOTE");
-    if (!next) *(void **)&next = dlsym(RTLD_NEXT, "shm_open");
-    if (note && (flags & O_CREAT) && strncmp(name, "/farm-", strlen("/farm-")) == 0) {
-        FILE *file = fopen(note, "a");
-        if (file) fprintf(file, "%s\n", name);
-        if (file) fclose(file);
+    char target[64] = "";
+    va_list arguments;
+    va_start(arguments, flags);
+    mode_t mode = flags & O_CREAT ? va_arg(arguments, mode_t) : 0;
+    va_end(arguments);
+    if (note && strncmp(path, "/proc/", 6) == 0 && readlink(path, target, sizeof target - 1) > 0 &&
+        strncmp(target, "/memfd:farm", 11) == 0) {
+        int file = open_next(note, O_WRONLY | O_CREAT | O_APPEND, 0600);
+        if (file >= 0 && write(file, "m", 1) == 1) close(file);
     }
-    return next(name, flags, mode);
+    return open_next(path, flags, mode);
 }

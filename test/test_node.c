@@ -15,11 +15,12 @@ static void check(const uint64_t *reach, const struct node_place *expected)
     struct node_sign signs[RANKS];
     struct node_place places[RANKS];
     for (uint64_t rank = 0; rank < RANKS; rank++)
-        signs[rank] = (struct node_sign){reach[rank], 100 + rank};
+        signs[rank] = (struct node_sign){reach[rank], {100 + (int)rank, 200 + (int)rank}};
     node_places(signs, RANKS, places);
     for (int rank = 0; rank < RANKS; rank++) {
         assert_int_equal(places[rank].first, expected[rank].first);
-        assert_int_equal(places[rank].key, 100 + expected[rank].first);
+        assert_int_equal(places[rank].segment.process, 100 + expected[rank].first);
+        assert_int_equal(places[rank].segment.file, 200 + expected[rank].first);
         assert_int_equal(places[rank].index, expected[rank].index);
         assert_int_equal(places[rank].size, expected[rank].size);
         assert_int_equal(places[rank].nodes, expected[rank].nodes);

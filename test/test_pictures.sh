@@ -70,22 +70,28 @@ for extension in png hdr; do
     check "$extension files are identical too" same
 done
 
+# MPI's messages go by its network path.
+for schedule in dynamic cyclic; do
+    same() { MPIR_CVAR_NOLOCAL=1 render t.pfm 4 farm.schedule=$schedule && cmp reference.pfm t.pfm; }
+    check "messages as between machines, $schedule" same
+done
+
 # A scene for each node, messages instead of memory, see test/several_nodes.c; nodes of one rank share no memory.
-# nodes NUMBER SEGMENTS OVERRIDE...
+# nodes NUMBER SHARERS OVERRIDE...
 nodes() {
-    number=$1 segments=$2; shift 2
+    number=$1 sharers=$2; shift 2
     rm -f note t.pfm
     SEVERAL_NODES=$number SEVERAL_NODES_NOTE=note run 0 timeout 60 "$MPIEXEC" -n 5 env LD_PRELOAD="$NODES" \
         ASAN_OPTIONS="verify_asan_link_order=0:${ASAN_OPTIONS:-}" \
         "$FARM" "$SCENE" output.image=t.pfm output.report= "$@" || return 1
     touch note
-    [ "$(wc -l <note)" -eq "$segments" ] && cmp reference.pfm t.pfm
+    [ "$(wc -c <note)" -eq "$sharers" ] && cmp reference.pfm t.pfm
 }
 [ -e "$NODES" ] || { echo "not ok $((count + 1)) - nodes # SKIP without test/several_nodes.so"; finish; }
 for schedule in dynamic cyclic; do
-    check "one node, $schedule" nodes 1 1 farm.schedule=$schedule
+    check "one node, $schedule" nodes 1 4 farm.schedule=$schedule
     check "each rank on a node of its own, $schedule" nodes 5 0 farm.schedule=$schedule
-    check "every other one, $schedule" nodes 2 2 farm.schedule=$schedule
+    check "every other one, $schedule" nodes 2 3 farm.schedule=$schedule
     check "two ranks on one of four nodes, $schedule" nodes 4 1 farm.schedule=$schedule
     check "rank 0 only serves, $schedule" nodes 3 2 farm.schedule=$schedule farm.master_renders=no
 done

@@ -1,30 +1,56 @@
 /* Memory that processes share. */
 #include "test/fatal.h"
 
+#include <fcntl.h>
 #include <stdbool.h>
 #include <string.h>
+#include <sys/prctl.h>
 
 #include "common/segment.h"
 
 #define BYTES ((size_t)100001)
 
+/* Each thing that processes need in common. */
+static void test_realm(void **state)
+{
+    (void)state;
+    const struct segment_realm here = {
+        .machine = "a", .user = 1, .ids = 2, .users = 3, .memory = 4};
+    struct segment_realm others[] = {here, here, here, here, here};
+    others[0].machine[1] = 'b';
+    others[1].user++;
+    others[2].ids++;
+    others[3].users++;
+    others[4].memory++;
+    uint64_t hash = segment_realm_hash(&here);
+    assert_true(hash != 0 && segment_realm_hash(&(struct segment_realm){0}) != 0);
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++)
+        assert_true(segment_realm_hash(&others[i]) != hash);
+}
+
+/* Nobody may look into a process that leaves no core. */
 static void test_reach(void **state)
 {
     (void)state;
     uint64_t reach = segment_reach();
     assert_true(reach != 0);
     assert_true(segment_reach() == reach);
-    assert_true(segment_key() != segment_key());
+    assert_int_equal(prctl(PR_SET_DUMPABLE, 0), 0);
+    uint64_t hidden = segment_reach();
+    assert_int_equal(prctl(PR_SET_DUMPABLE, 1), 0);
+    assert_true(hidden == 0);
 }
 
-/* Whether another process finds mark at the end, and could leave its own there. */
-static bool answers(uint64_t key, char mark)
+/* Whether another process, which has none of this one's descriptors, finds mark at the end, and could leave its own
+ * there. */
+static bool answers(struct segment_address address, char mark)
 {
     int status;
     pid_t child = fork();
     if (child == 0) {
         size_t bytes = 0;
-        char *segment = segment_open(key, &bytes);
+        close(address.file);
+        char *segment = segment_open(address, &bytes);
         bool good = bytes == BYTES && segment[0] == 0 && segment[BYTES - 1] == mark;
         segment[BYTES - 1] = (char)(mark + 1);
         segment_close(segment, bytes);
@@ -37,68 +63,58 @@ static bool answers(uint64_t key, char mark)
 static void test_shared(void **state)
 {
     (void)state;
-    uint64_t key = segment_key(), other_key = segment_key();
-    char *segment = segment_create(key, BYTES);
+    struct segment_address address = segment_make(), other_address = segment_make();
+    assert_true(fcntl(address.file, F_GETFD) & FD_CLOEXEC);
+    char *segment = segment_size(address, BYTES), *other = segment_size(other_address, BYTES);
     for (size_t i = 0; i < BYTES; i++)
         assert_int_equal(segment[i], 0);
     assert_true((uintptr_t)segment % 4096 == 0);
     segment[BYTES - 1] = 'a';
-    assert_true(answers(key, 'a'));
+    assert_true(answers(address, 'a'));
     assert_int_equal(segment[BYTES - 1], 'b');
-    assert_true(answers(key, 'b'));
-    segment_forget();
-    assert_int_equal(segment[BYTES - 1], 'c');
-    char *other = segment_create(other_key, BYTES);
     assert_int_equal(other[BYTES - 1], 0);
-    assert_true(answers(other_key, 0));
-    segment_forget();
-    segment_forget();
+    segment_release(address);
+    assert_true(answers(other_address, 0));
+    assert_int_equal(segment[BYTES - 1], 'b');
+    assert_int_equal(other[BYTES - 1], 1);
+    segment_release(other_address);
     segment_close(other, BYTES);
     segment_close(segment, BYTES);
 }
 
-struct wish {
-    uint64_t key;
-    size_t bytes;
-};
-
 static void open_one(void *state)
 {
-    const struct wish *wish = state;
     size_t bytes;
-    (void)segment_open(wish->key, &bytes);
+    (void)segment_open(*(const struct segment_address *)state, &bytes);
 }
 
-static void create_one(void *state)
+static void size_one(void *state)
 {
-    const struct wish *wish = state;
-    (void)segment_create(wish->key, wish->bytes);
+    (void)segment_size(*(const struct segment_address *)state, (size_t)1 << 50);
 }
 
-/* A name is taken, has been given up; no machine has so much. */
+/* No machine has so much; there is no such segment. */
 static void test_refused(void **state)
 {
     (void)state;
-    struct wish wish = {segment_key(), BYTES}, large = {segment_key(), (size_t)1 << 50};
-    const char *none =
-        "farm: rank 0: cannot open the memory that this machine's processes share: No such "
-        "file or directory\n";
-    char text[FATAL_TEXT];
-    assert_fatal(open_one, &wish, none);
-    void *segment = segment_create(wish.key, BYTES);
-    assert_fatal(create_one, &wish,
-                 "farm: rank 0: cannot create 0.1 MB of shared memory: File exists\n");
-    segment_forget();
-    assert_fatal(open_one, &wish, none);
-    segment_close(segment, BYTES);
-    catch_fatal(create_one, &large, text);
-    assert_ptr_equal(
-        strstr(text, "farm: rank 0: the scene needs 1125899906.8 MB of shared memory, but "), text);
+    char expected[256];
+    struct segment_address address = segment_make();
+    assert_fatal(size_one, &address,
+                 "farm: rank 0: out of memory: 1125899906842624 bytes were needed\n");
+    segment_release(address);
+    address.file = 1000; /* the next file that is opened has its number */
+    snprintf(expected, sizeof expected,
+             "farm: rank 0: cannot open memory of process %d, /proc/%d/fd/%d: No such file or "
+             "directory\n",
+             address.process, address.process, address.file);
+    assert_int_equal(address.process, getpid());
+    assert_fatal(open_one, &address, expected);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_realm),
         cmocka_unit_test(test_reach),
         cmocka_unit_test(test_shared),
         cmocka_unit_test(test_refused),

@@ -24,8 +24,10 @@ static void place_node(const struct entry *entries, int begin, int end,
 {
     int32_t first = entries[begin].rank;
     for (int i = begin; i < end; i++)
-        places[entries[i].rank] = (struct node_place){
-            .key = signs[first].key, .first = first, .index = i - begin, .size = end - begin};
+        places[entries[i].rank] = (struct node_place){.segment = signs[first].segment,
+                                                      .first = first,
+                                                      .index = i - begin,
+                                                      .size = end - begin};
 }
 
 void node_places(const struct node_sign *signs, int ranks, struct node_place *places)
@@ -51,16 +53,23 @@ void node_places(const struct node_sign *signs, int ranks, struct node_place *pl
 static struct node_place *place_all(const struct node_sign *signs, int ranks)
 {
     struct node_place *places = allocate((size_t)ranks, sizeof *places);
+    int unknown = 0;
+    for (int rank = 0; rank < ranks; rank++)
+        unknown += signs[rank].reach == 0;
+    if (unknown > 0 && ranks > 1)
+        user_note("%d of %d processes can share no memory: each has a scene of its own", unknown,
+                  ranks);
     node_places(signs, ranks, places);
     return places;
 }
 
 /* Rank 0 hears all signs and tells each its place; returns all places there, the caller's to free, NULL elsewhere. */
-static struct node_place *ask_for_place(MPI_Comm comm, struct node_place *own)
+static struct node_place *ask_for_place(MPI_Comm comm, struct segment_address segment,
+                                        struct node_place *own)
 {
     int rank, ranks;
     const int sign_bytes = (int)sizeof(struct node_sign), bytes = (int)sizeof *own;
-    const struct node_sign sign = {segment_reach(), segment_key()};
+    const struct node_sign sign = {segment_reach(), segment};
     struct node_sign *signs = NULL;
     struct node_place *places = NULL;
     MPI_Request request;
@@ -96,9 +105,9 @@ static void gather_leaders(MPI_Comm comm, const struct node_place *places, struc
     free(firsts);
 }
 
-void node_find(MPI_Comm comm, struct node *node)
+void node_find(MPI_Comm comm, struct segment_address segment, struct node *node)
 {
-    struct node_place *places = ask_for_place(comm, &node->place);
+    struct node_place *places = ask_for_place(comm, segment, &node->place);
     node->leaders = MPI_COMM_NULL;
     if (node->place.nodes > 1) gather_leaders(comm, places, node);
     free(places);

@@ -2,7 +2,6 @@
 
 #include <errno.h>
 #include <semaphore.h>
-#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -38,7 +37,6 @@ struct window_head {
     uint64_t offset;   /* of the scene */
     uint64_t trays;    /* offset of the first one; 0: there are none */
     uint64_t arrivals; /* offset, where there are trays */
-    sem_t here;        /* posted by every other rank when it has the window and stands below */
     sem_t built;
     struct bell bell;        /* see struct node_scene */
     struct member members[]; /* the ranks of the node, in their order */
@@ -96,59 +94,35 @@ static struct window_head *create_window(struct node_scene *shared, const struct
 {
     shared->window_bytes = room_bytes(room);
     shared->own_memory = place->size == 1 ? allocate_large(shared->window_bytes) : NULL;
-    struct window_head *head =
-        shared->own_memory ? shared->own_memory : segment_create(place->key, shared->window_bytes);
+    struct window_head *head = shared->own_memory
+                                   ? shared->own_memory
+                                   : segment_size(place->segment, shared->window_bytes);
     /* Memory of its own may begin anywhere. */
     head->offset = room->head + (-(uintptr_t)head % CACHE_LINE);
-    if (sem_init(&head->here, 1, 0) != 0 || sem_init(&head->built, 1, 0) != 0)
-        fatal("cannot create a semaphore: %s", strerror(errno));
+    if (sem_init(&head->built, 1, 0) != 0) fatal("cannot create a semaphore: %s", strerror(errno));
     bell_init(&head->bell);
     head->trays = room->trays > 0 ? head->offset + room->content : 0;
     head->arrivals = head->trays + room->trays * sizeof(struct tray);
     return head;
 }
 
-static void wait_for_post(sem_t *semaphore)
-{
-    while (sem_wait(semaphore) != 0)
-        if (errno != EINTR) fatal("cannot wait for a semaphore: %s", strerror(errno));
-}
-
-/* Behind this the window has no name any more, and the first rank knows who there is: to lend their cores, and to
- * see them off in the end. */
-static void wait_for_members(struct node_scene *shared, const struct node_place *place)
-{
-    struct window_head *head = shared->head;
-    shared->processes = allocate((size_t)place->size, sizeof *shared->processes);
-    for (int i = 1; i < place->size; i++)
-        wait_for_post(&head->here);
-    segment_forget();
-    for (int i = 0; i < place->size; i++)
-        shared->processes[i] = head->members[i].process;
-}
-
-/* Every rank finds the window of its node, which is empty as yet. */
+/* Every rank finds the window of its node, which is empty as yet; the first one learns who there is, to lend their
+ * cores and to see them off in the end. own: the segment that this rank has made. */
 static void enter_window(MPI_Comm comm, const struct room *room, const struct node_place *place,
-                         struct node_scene *shared)
+                         struct segment_address own, struct node_scene *shared)
 {
     int rank;
     MPI_Comm_rank(comm, &rank);
     if (shared->leads) shared->head = create_window(shared, room, place);
     wait_for_all(comm);
-    if (!shared->leads) shared->head = segment_open(place->key, &shared->window_bytes);
+    if (!shared->leads) shared->head = segment_open(place->segment, &shared->window_bytes);
     shared->head->members[place->index] = (struct member){(int32_t)getpid(), rank};
-    if (shared->leads)
-        wait_for_members(shared, place);
-    else
-        sem_post(&shared->head->here);
-}
-
-/* What the first rank of each node has written before is visible to all its ranks behind this. */
-static void publish(MPI_Comm comm)
-{
-    atomic_thread_fence(memory_order_seq_cst);
     wait_for_all(comm);
-    atomic_thread_fence(memory_order_seq_cst);
+    segment_release(own);
+    if (!shared->leads) return;
+    shared->processes = allocate((size_t)place->size, sizeof *shared->processes);
+    for (int i = 0; i < place->size; i++)
+        shared->processes[i] = shared->head->members[i].process;
 }
 
 /* Each rank of the master's node finds its tray and the arrivals, the master all of them. */
@@ -196,11 +170,12 @@ static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scen
                        struct node_scene *shared)
 {
     struct node node;
-    node_find(comm, &node);
+    const struct segment_address own = segment_make();
+    node_find(comm, own, &node);
     const struct room room = find_room(comm, welcome, &node.place);
     shared->process_count = node.place.size;
     shared->leads = node.place.index == 0;
-    enter_window(comm, &room, &node.place, shared);
+    enter_window(comm, &room, &node.place, own, shared);
     struct window_head *head = shared->head;
     char *scene = (char *)head + head->offset;
     if (shared->leads) {
@@ -208,7 +183,8 @@ static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scen
         send_scene(node.leaders, welcome, block, scene);
     }
     if (node.leaders != MPI_COMM_NULL) MPI_Comm_free(&node.leaders);
-    publish(comm);
+    /* What the first rank of each node has written is there for all its ranks behind this. */
+    wait_for_all(comm);
     shared->bell = &head->bell;
     shared->scene = (const void *)scene;
     shared->bvh = (void *)(scene + whole_lines(welcome->scene_bytes));
@@ -246,20 +222,25 @@ static void build(struct node_scene *shared)
         sem_post(&shared->head->built);
 }
 
+static void wait_until_built(struct node_scene *shared)
+{
+    while (sem_wait(&shared->head->built) != 0)
+        if (errno != EINTR) fatal("cannot wait for the BVH: %s", strerror(errno));
+}
+
 void share_bvh(struct node_scene *shared)
 {
     double start = clock_wall();
     if (shared->leads)
         build(shared);
     else
-        wait_for_post(&shared->head->built);
+        wait_until_built(shared);
     shared->build_s = clock_wall() - start;
 }
 
 /* By the first rank of the node. */
 static void free_window(struct node_scene *shared)
 {
-    sem_destroy(&shared->head->here);
     sem_destroy(&shared->head->built);
     bell_free(shared->bell);
     struct tray *trays = first_tray(shared->head);
