@@ -102,7 +102,7 @@ bool error_point(const struct error_sum *sum, uint64_t pixels, double seconds,
 static struct error_forecast law_to(const struct error_point *now, double goal, double times,
                                     double slope_spread)
 {
-    struct error_forecast forecast = {.rmse = now->rmse, .seconds = now->seconds};
+    struct error_forecast forecast = {.rmse = now->rmse, .seconds = now->seconds, .goal = goal};
     if (!(goal < now->rmse && times > 0 && times < HUGE_VAL)) return forecast;
     forecast.slope = log(now->rmse / goal) / times;
     /* FORECAST_SPREAD of what is still to come is less of all. */

@@ -296,12 +296,12 @@ static void put_forecast(struct json *json, const struct report *report)
         json_null(json, "forecast");
         return;
     }
-    double low, high, goal = forecast_goal(forecast->rmse);
-    double seconds = forecast_seconds(forecast, goal, &low, &high);
+    double low, high;
+    double seconds = forecast_seconds(forecast, forecast->goal, &low, &high);
     json_open(json, "forecast", '{');
     json_number(json, "slope", -forecast->slope);
     json_number(json, "slope_spread", forecast->slope_spread);
-    json_number(json, "rmse", goal);
+    json_number(json, "rmse", forecast->goal);
     if (forecast_tells_samples(forecast)) json_number(json, "samples", forecast->samples);
     json_seconds(json, "render_s", seconds);
     json_seconds(json, "render_low_s", low);

@@ -335,9 +335,9 @@ static struct figure bound_figure(double bound)
     return shown < bound ? error_figure(shown + pow(10, floor(log10(bound)) - 1)) : figure;
 }
 
-static void put_beyond(struct table *table, double rmse, uint32_t most_samples)
+static void put_beyond(struct table *table, double goal, uint32_t most_samples)
 {
-    flow(table, "%s is beyond sampling.max_samples = %u", error_figure(forecast_goal(rmse)).text,
+    flow(table, "%s is beyond sampling.max_samples = %u", error_figure(goal).text,
          most_samples);
     end_flow(table);
 }
@@ -346,12 +346,12 @@ static void put_beyond(struct table *table, double rmse, uint32_t most_samples)
 static void put_forecast(struct table *table, const struct error_forecast *forecast,
                          uint32_t most_samples, double elapsed_s)
 {
-    if (forecast->beyond) put_beyond(table, forecast->rmse, most_samples);
+    if (forecast->beyond) put_beyond(table, forecast->goal, most_samples);
     if (!forecast->known) return;
-    double low, high, goal = forecast_goal(forecast->rmse);
+    double low, high;
     double others = elapsed_s - forecast->seconds;
-    double seconds = forecast_seconds(forecast, goal, &low, &high);
-    flow(table, "%s would take about %.3g s", error_figure(goal).text, others + seconds);
+    double seconds = forecast_seconds(forecast, forecast->goal, &low, &high);
+    flow(table, "%s would take about %.3g s", error_figure(forecast->goal).text, others + seconds);
     flow_on(table, "(%.3g to %.3g)", others + low, others + high);
     if (forecast_tells_samples(forecast)) flow(table, "with %.0f samples", forecast->samples);
     flow(table, "slope %.2f +- %.2f", -forecast->slope, forecast->slope_spread);

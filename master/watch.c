@@ -131,16 +131,23 @@ static double first_power(const struct watch *watch, double goal)
 #define TARGET_REACHED 0.88
 
 /* What a run takes that has the goal as its target. */
+static struct error_forecast forecast_to(const struct watch *watch, const struct error_point *now,
+                                         double goal)
+{
+    double power = first_power(watch, goal);
+    return error_forecast_to(now, goal,
+                             adaptive_foresee(watch->adaptive, TARGET_REACHED * goal, power));
+}
+
+/* Where the round goal is beyond the most samples of a pixel, half of the error may not be. */
 static struct error_forecast forecast_by_plan(const struct watch *watch)
 {
     struct error_point now;
     struct look look = look_at(watch);
     if (!error_point(&look.sum, look.pixels, adaptive_seconds(watch->adaptive), &now))
         return (struct error_forecast){0};
-    double goal = forecast_goal(now.rmse);
-    double power = first_power(watch, goal);
-    return error_forecast_to(&now, goal,
-                             adaptive_foresee(watch->adaptive, TARGET_REACHED * goal, power));
+    struct error_forecast forecast = forecast_to(watch, &now, forecast_goal(now.rmse));
+    return forecast.beyond ? forecast_to(watch, &now, now.rmse / 2) : forecast;
 }
 
 /* In the CPU time of rendering, which other programs do not stretch, then as a share of the wall

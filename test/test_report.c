@@ -178,7 +178,7 @@ static void test_json_whole(void **state)
     report.time.build = 0.27;
     report.time.probe = 0.033;
     report.errors = &log;
-    report.forecast = (struct error_forecast){true, false, 0.0022, 3.59, 0.55, 0.06, 65};
+    report.forecast = (struct error_forecast){true, false, 0.0022, 3.59, 0.001, 0.55, 0.06, 65};
     report.min_samples = 6;
     report.max_samples = 260;
     report.unsampled = 19;
@@ -573,7 +573,7 @@ static void test_table_error(void **state)
     struct error_row row = {2.4, 16, {0.000098, 0.000087, 0.00011}, (double)NAN, 1};
     struct error_log log = {&row, 1};
     report.errors = &log;
-    report.forecast = (struct error_forecast){true, false, 0.000098, 2, 0.5, 0, 64};
+    report.forecast = (struct error_forecast){true, false, 0.000098, 2, 0.00002, 0.5, 0, 64};
     char *text = table_text(&report, 80);
     assert_has(text, "\nsampling error: RMSE 0.000098 (0.000087 to 0.00011) after 2.4 s\n"
                      "0.00002 would take about 48.4 s (48.4 to 48.4), with 64 samples\n"
@@ -593,11 +593,11 @@ static void test_table_error(void **state)
                      "(20.0 s of CPU time, shared)\n"
                      "  0.00009 against the reference\n0.00002 would take about 289 s (");
     free(text);
-    report.forecast = (struct error_forecast){.rmse = 0.000098, .beyond = true};
+    report.forecast = (struct error_forecast){.rmse = 0.000098, .goal = 0.000049, .beyond = true};
     report.max_samples = 64;
     report.ended = "target";
     text = table_text(&report, 80);
-    assert_has(text, "\n0.00002 is beyond sampling.max_samples = 64\n"
+    assert_has(text, "\n0.000049 is beyond sampling.max_samples = 64\n"
                      "sampling.target_error is met\n");
     free(text);
     row.share = 0.0456;
