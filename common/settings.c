@@ -73,7 +73,7 @@ const struct key settings_keys[] = {
     {"farm", "kernel", VALUE_CHOICE, AT(farm.kernel), .fallback = "auto",
      .choices = processor_level_names, .help = "instructions that the kernel uses"},
     {"farm", "variant", VALUE_CHOICE, AT(farm.variant), .fallback = "auto", .choices = variants,
-     .help = "auto leaves out what the scene does not need, full nothing: same picture"},
+     .help = "auto leaves out what the scene does not need, full nothing; same picture"},
     {"output", "image", VALUE_TEXT, AT(output.image),
      .help = "picture file: .png, .hdr or .pfm (default: CONFIG's name, .png)"},
     {"output", "report", VALUE_TEXT, AT(output.report),

@@ -1,6 +1,7 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "common/clock.h"
 #include "common/message.h"
@@ -211,6 +212,14 @@ static char *reason(bool deserted)
     return format_text("stopped by %s", strsignal(*stop_signal()));
 }
 
+/* This one writes none, and the picture beside it is another now. */
+static void note_old_report(const char *report)
+{
+    struct stat status;
+    if (stat(report, &status) == 0 && S_ISREG(status.st_mode))
+        user_note("%s is of an earlier run", report);
+}
+
 /* The journal first: whoever sent the signal may not wait long. */
 int end_early(struct run *run, bool deserted)
 {
@@ -226,5 +235,6 @@ int end_early(struct run *run, bool deserted)
     free(why);
     bool resumable = keep(run, "to go on");
     if (image_write(image, &run->canvas)) user_note("the picture so far is in %s", image);
+    note_old_report(run->job.settings.output.report);
     return resumable ? STATUS_RESUMABLE : STATUS_FAILED;
 }

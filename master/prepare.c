@@ -97,8 +97,8 @@ static bool starts_in_time(struct run *run)
     if (!(limit > 0) || elapsed < limit || adaptive_unsampled(run->adaptive) < pixels) return true;
     user_error(NULL, 0,
                "sampling.time_limit = %g s was over before any sample was taken, expected a longer "
-               "one: scene and picture were in memory after %.3g s (starting MPI %.3g s, loading "
-               "%.3g s)",
+               "one: scene and picture were in memory after %.3f s (starting MPI %.3f s, loading "
+               "%.3f s)",
                limit, elapsed, run->report.time.init, run->report.time.load);
     save_drop(run->save);
     run->save = NULL;

@@ -142,7 +142,7 @@ static void put_heading(const struct table *table, bool hosts)
 {
     int used = fprintf(table->out, "\n%6s %6s", "rank", "tiles") - 1;
     if (shows_pixels(table)) used += fprintf(table->out, " %8s", "pixels");
-    used += fprintf(table->out, " %8s %8s %8s", "busy s", "wait s", "of image");
+    used += fprintf(table->out, " %8s %8s %8s", "busy s", "wait s", "share");
     if (hosts && used + 2 + 16 <= table->columns) fputs("  host", table->out);
     fputc('\n', table->out);
 }

@@ -26,7 +26,7 @@ static const struct key material_keys[] = {
     {"material", "specular", VALUE_NUMBER, AT(material, specular), FROM_0, .fallback = "0.2",
      .help = "strength of the highlight"},
     {"material", "shininess", VALUE_NUMBER, AT(material, shininess), .min = 0, .max = SHININESS_MAX,
-     .fallback = "20", .help = "exponent of the highlight: larger is smaller"},
+     .fallback = "20", .help = "exponent of the highlight, larger is smaller"},
     {"material", "reflection", VALUE_NUMBER, AT(material, reflection), .min = 0, .max = 1,
      .fallback = "0", .help = "share of light that is mirrored"},
     {"material", "transmission", VALUE_NUMBER, AT(material, transmission), .min = 0, .max = 1,

@@ -69,9 +69,11 @@ for n in 0 3; do
 
     for signal in INT TERM USR1; do
         interrupted() {
-            stopped $signal && [ $status -eq 75 ] && [ -s everything.png ] && [ -s everything.journal ] &&
-                grep -q 'stopped by' e && grep -q "to go on: .*farm.* $SCENE" e || return 1
-            rm everything.png everything.journal
+            echo >old.json
+            stopped $signal output.report=old.json && [ $status -eq 75 ] && [ -s everything.png ] &&
+                [ -s everything.journal ] && grep -q 'stopped by' e && grep -q "to go on: .*farm.* $SCENE" e &&
+                grep -q '^farm: old.json is of an earlier run' e || return 1
+            rm old.json everything.png everything.journal
         }
         check "SIG$signal, -n $n" interrupted
     done
@@ -90,7 +92,7 @@ check "started without standard input, output or errors" closed
 
 unkept() {
     stopped TERM output.journal= && [ $status -eq 1 ] && [ -s everything.png ] &&
-        [ ! -e everything.journal ] && grep -q 'nothing is kept' e && rm everything.png
+        [ ! -e everything.journal ] && grep -q 'nothing is kept' e && ! grep -q 'earlier run' e && rm everything.png
 }
 for n in 0 1 2; do check "stopped without a journal, -n $n" unkept; done
 

@@ -455,7 +455,7 @@ static void test_table_narrow(void **state)
     char *text = table_text(&report, 50);
     assert_fits(text, 50);
     assert_has(text, "farm 1.2.3, 1920 x 1080 pixels, 2 renderers\n  dynamic schedule, 300 ");
-    assert_has(text, "  rank  tiles   busy s   wait s of image\n"
+    assert_has(text, "  rank  tiles   busy s   wait s    share\n"
                      "     0     75    3.000    0.500   50.0 %  ########\n");
     free(text);
     text = table_text(&report, 57);
