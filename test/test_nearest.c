@@ -166,14 +166,26 @@ static void add_materials(struct builder *builder, bool transparency)
     }
 }
 
+/* One along two axes, and slanted ones, some of which meet it and each other in a recipe's points. */
+static void add_some_planes(struct builder *builder, const struct recipe *recipe)
+{
+    struct plane plane = {.point = some_point(recipe), .normal = {0, 1, 0}};
+    assert_added(builder_add_plane(builder, &plane));
+    for (uint32_t count = random_below(recipe->random, 4); count > 0; count--) {
+        if (random_below(recipe->random, 2)) plane.point = some_point(recipe);
+        plane.normal = vec_sub(some_point(recipe), some_point(recipe));
+        plane.material = random_below(recipe->random, MATERIALS);
+        if (!vec_is_zero(plane.normal)) assert_added(builder_add_plane(builder, &plane));
+    }
+}
+
 static struct scene *random_scene(const struct recipe *recipe, unsigned count, bool transparency)
 {
     struct builder *builder = builder_create();
     add_materials(builder, transparency);
     for (unsigned i = 0; i < count; i++)
         add_some(builder, recipe);
-    struct plane plane = {.point = some_point(recipe), .normal = {0, 1, 0}};
-    assert_added(builder_add_plane(builder, &plane));
+    add_some_planes(builder, recipe);
     return finish_scene(builder);
 }
 

@@ -96,6 +96,38 @@ static void leave_surfaces(const struct scene *scene, const struct hit hits[RAYS
     }
 }
 
+/* They end where they hit, but for some units in the last place. */
+static void end_at_hits(const struct hit hits[RAYS], uint64_t *random, struct ray rays[RAYS])
+{
+    for (int i = 0; i < RAYS; i++)
+        if (hits[i].primitive != PRIMITIVE_NONE)
+            rays[i].t_max = hits[i].t * (1 + random_exponent(random, -3, 3) * 2 * UNIT_ROUNDOFF);
+}
+
+/* They start where they hit, but for rounding, on either side. */
+static void start_at_hits(const struct hit hits[RAYS], struct ray rays[RAYS])
+{
+    for (int i = 0; i < RAYS; i++)
+        if (hits[i].primitive != PRIMITIVE_NONE)
+            rays[i].origin = vec_add_scaled(rays[i].origin, rays[i].direction, hits[i].t);
+}
+
+/* Rays whose first crossing is close to one of their ends. */
+static void check_ends(const struct scene *scene, const struct bvh *bvh,
+                       const struct hit hits[RAYS], const struct ray rays[RAYS], uint64_t *random)
+{
+    struct ray close[RAYS];
+    struct hit others[RAYS];
+    memcpy(close, rays, sizeof close);
+    end_at_hits(hits, random, close);
+    check_occluded(scene, bvh, close);
+    check_nearest(scene, bvh, close, others);
+    memcpy(close, rays, sizeof close);
+    start_at_hits(hits, close);
+    check_occluded(scene, bvh, close);
+    check_nearest(scene, bvh, close, others);
+}
+
 static void check_flock(const struct flock *flock, const struct scene *scene, const struct bvh *bvh,
                         uint64_t *random)
 {
@@ -105,6 +137,7 @@ static void check_flock(const struct flock *flock, const struct scene *scene, co
         make_rays(flock, scene, random, rays);
         check_occluded(scene, bvh, rays);
         check_nearest(scene, bvh, rays, hits);
+        check_ends(scene, bvh, hits, rays, random);
         leave_surfaces(scene, hits, rays, vec_scale(vec3(20, 30, 40), flock->size));
         check_occluded(scene, bvh, rays);
         check_nearest(scene, bvh, rays, hits);
@@ -229,6 +262,28 @@ static void test_all_kinds(void **state)
     check_scene(finish_scene(builder), &from_afar);
 }
 
+static void add_planes(struct builder *builder, uint64_t *random, unsigned count)
+{
+    for (unsigned i = 0; i < count; i++) {
+        struct plane plane = {.point = random_vector(random, 4),
+                              .normal = i % 4 ? random_vector(random, 1) : vec3(0, 0, 1),
+                              .material = i % 5 == 0};
+        assert_added(builder_add_plane(builder, &plane));
+    }
+}
+
+/* All but some transparent, so that rays pass more than one. */
+static void test_planes(void **state)
+{
+    (void)state;
+    uint64_t random = 46;
+    for (size_t i = 0; i < sizeof both_ways / sizeof *both_ways; i++) {
+        struct builder *builder = triangles(1, 0.5, 0.5, 50);
+        add_planes(builder, &random, 1 + 5 * (unsigned)i);
+        check_scene(finish_scene(builder), &both_ways[i]);
+    }
+}
+
 /* Of any size, up to where the boxes end that floats can hold. */
 static void test_sizes(void **state)
 {
@@ -276,10 +331,15 @@ static void test_odd_rays(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_triangles),          cmocka_unit_test(test_pieces),
-        cmocka_unit_test(test_vertices_and_edges), cmocka_unit_test(test_coplanar),
-        cmocka_unit_test(test_all_kinds),          cmocka_unit_test(test_sizes),
-        cmocka_unit_test(test_odd_rays),           cmocka_unit_test(test_both_ways),
+        cmocka_unit_test(test_triangles),
+        cmocka_unit_test(test_pieces),
+        cmocka_unit_test(test_vertices_and_edges),
+        cmocka_unit_test(test_coplanar),
+        cmocka_unit_test(test_all_kinds),
+        cmocka_unit_test(test_planes),
+        cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_odd_rays),
+        cmocka_unit_test(test_both_ways),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

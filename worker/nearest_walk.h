@@ -79,11 +79,21 @@ static INLINED void nearest_begin(struct nearest_walk *walk, const struct scene 
     walk->waiting_count = 0;
 }
 
+/* Whether a plane is certainly behind the ray, or farther than what it meets. */
+static INLINED bool plane_is_missed(const struct nearest_walk *walk, uint32_t id)
+{
+    const struct probe *probe = &walk->probe;
+    if (id == probe->ray->from) return false;
+    struct plane_span_one span = plane_span_of_one(probe->scene, id, &probe->line);
+    return span.told && (span.to < 0 || probe->purpose.farthest < span.from);
+}
+
 static INLINED void nearest_planes(struct nearest_walk *walk, bool naive)
 {
     uint32_t end = plane_ids_end(walk->probe.scene);
     for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < end; id++)
-        nearest_primitive(walk, id, naive);
+        if (!LANES_IN_SIMD || naive || !plane_is_missed(walk, id))
+            nearest_primitive(walk, id, naive);
 }
 
 /* ---- solids ---- */

@@ -256,14 +256,27 @@ static INLINED void occlusion_begin(struct occlusion_walk *walk, const struct sc
     walk->blocked = false;
 }
 
+/* How often the ray crosses a plane, close to its start or not. */
+static INLINED unsigned plane_passages(const struct occlusion_walk *walk, uint32_t id, bool naive)
+{
+    const struct probe *probe = &walk->probe;
+    const struct ray *ray = probe->ray;
+    if (LANES_IN_SIMD && !naive && id != ray->from) {
+        struct plane_span_one span = plane_span_of_one(probe->scene, id, &probe->line);
+        if (span.told && (span.to < 0 || ray->t_max < span.from)) return 0;
+        if (span.told && start_reach(ray) < span.from && span.to < ray->t_max) return 1;
+    }
+    struct crossings found = probe_crossings(probe, id, naive);
+    return crossings_that_count(ray, &found);
+}
+
 /* false: a plane is in the way. */
 static INLINED bool occlusion_planes(struct occlusion_walk *walk, bool naive)
 {
     const struct scene *scene = walk->probe.scene;
     uint32_t end = plane_ids_end(scene);
     for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < end; id++) {
-        struct crossings found = probe_crossings(&walk->probe, id, naive);
-        unsigned crossings = crossings_that_count(walk->probe.ray, &found);
+        unsigned crossings = plane_passages(walk, id, naive);
         if (crossings == 0) continue;
         struct bvh_leaf plane = bvh_leaf_of(scene, id);
         if (!occlusion_by(walk, &plane, crossings)) return false;

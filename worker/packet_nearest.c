@@ -179,7 +179,7 @@ struct nearest_bundle {
 static void nearest_prepare(struct nearest_packet *it, const struct bundle *bundle)
 {
     packet_prepare(&it->packet, bundle);
-    if (has_solids(it->scene)) it->ray_lanes = rays_in_lanes(it->packet.o, it->packet.d);
+    if (has_lines(it->scene)) it->ray_lanes = rays_in_lanes(it->packet.o, it->packet.d);
     struct lanes way = lanes_mul(largest_of(it->packet.o), lanes_abs(it->packet.inverse_dz));
     it->origin_error = lanes_mul(lanes_of(ORDER_ERROR), way);
     it->least = lanes_mul(lanes_of(PASSAGE_REACH), way);
@@ -315,31 +315,13 @@ static INLINED void visit_by_bundle(void *context, const struct bvh_node *node, 
     if (it->given_up) *limit = -INFINITE; /* which ends the walk */
 }
 
-/*
- * A plane: n.f errs by 4.1 u |f| and n.d by 3 u |d|, as n is unit, where n.d is more than 2^14 u |d|
- * their quotient t by less than 8 u (|f| + |t d|) / n.d, with its own rounding. Sums of absolute values
- * are bounds of the lengths.
- */
 static void plane_candidates(struct nearest_packet *it, uint32_t id)
 {
-    const struct plane *plane = &scene_planes(it->scene)[primitive_index(id)];
-    const struct packet *packet = &it->packet;
-    struct lanes3 n = lanes3_of(plane->normal);
-    struct lanes3 o = {packet->o[0], packet->o[1], packet->o[2]};
-    struct lanes3 d = {packet->d[0], packet->d[1], packet->d[2]};
-    struct lanes3 f = lanes3_sub(lanes3_of(plane->point), o);
-    struct lanes speed = lanes3_dot(d, n), t = lanes_div(lanes3_dot(f, n), speed);
-    struct lanes way = lanes3_sum_of_sizes(f), length = lanes3_sum_of_sizes(d);
-    struct lanes size = lanes_add(way, lanes_mul(lanes_abs(t), length));
-    struct lanes error = lanes_mul(lanes_of(16 * UNIT_ROUNDOFF), lanes_div(size, lanes_abs(speed)));
-    struct lanes from = lanes_sub(t, error), to = lanes_add(t, error);
-    lane_set told =
-        are_ordinary_lanes(lanes_larger(way, length), lanes_smaller(way, length)) &
-        lanes_less(lanes_mul(lanes_of(0x1p14 * UNIT_ROUNDOFF), length), lanes_abs(speed));
-    lane_set ahead = told & lanes_less(it->least, from),
-             behind = told & lanes_less(to, lanes_of(0));
-    lane_set set = ALL_LANES & ~rays_from(packet, id);
-    keep_nearer(it, id, set & ahead, from, to);
+    struct plane_span_lanes span = plane_span_of_rays(it->scene, id, &it->ray_lanes);
+    lane_set ahead = span.told & lanes_less(it->least, span.from),
+             behind = span.told & lanes_less(span.to, lanes_of(0));
+    lane_set set = ALL_LANES & ~rays_from(&it->packet, id);
+    keep_nearer(it, id, set & ahead, span.from, span.to);
     test_each(it, id, set & ~(ahead | behind));
 }
 
@@ -347,7 +329,7 @@ static void plane_candidates(struct nearest_packet *it, uint32_t id)
 static void bundle_planes(struct nearest_bundle *it, const struct scene *scene)
 {
     uint32_t end = plane_ids_end(scene);
-    if (scene->primitives[PRIMITIVE_PLANE].count == 0) return;
+    if (!has_planes(scene)) return;
     bundle_prepare(it);
     for (unsigned i = 0; i < it->bundle.count; i++) {
         struct nearest_packet *packet = &it->packets[i];

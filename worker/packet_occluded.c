@@ -155,16 +155,33 @@ static void look_at_blocker(struct occlusion_packet *it)
         solid_in_the_way(it, last.leaves, it->open);
 }
 
+static void plane_in_the_way(struct occlusion_packet *it, uint32_t id)
+{
+    struct bvh_leaf leaf = bvh_leaf_of(it->scene, id);
+    struct plane_span_lanes span = plane_span_of_rays(it->scene, id, &it->ray_lanes);
+    lane_set beyond = lanes_less(it->packet.t_max, span.from) | lanes_less(span.to, lanes_of(0));
+    lane_set within = lanes_less(it->least, span.from) & lanes_less(span.to, it->packet.t_max);
+    lane_set set = it->open & ~rays_from(&it->packet, id);
+    certain_crossings(it, &leaf, set & span.told & within, 1);
+    test_each(it, &leaf, set & ~(span.told & (within | beyond)));
+}
+
+/* The planes, which are no part of the tree. */
+static void planes_in_the_way(struct occlusion_packet *it)
+{
+    uint32_t end = plane_ids_end(it->scene);
+    for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < end && it->open; id++)
+        plane_in_the_way(it, id);
+}
+
 static void begin_rays(struct occlusion_packet *it)
 {
     const struct packet *packet = &it->packet;
     struct lanes way = lanes_mul(largest_of(packet->o), lanes_abs(packet->inverse_dz));
     it->least = lanes_mul(lanes_of(PASSAGE_REACH), way);
-    for (unsigned lane = 0; lane < LANES; lane++) {
-        if (it->passages) it->passages[lane].count = 0;
-        if (it->scene->primitives[PRIMITIVE_PLANE].count == 0) continue;
-        note(it, lane, occlusion_planes(walk_of(it, lane), false));
-    }
+    for (unsigned lane = 0; lane < LANES && it->passages; lane++)
+        it->passages[lane].count = 0;
+    planes_in_the_way(it);
 }
 
 bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
@@ -178,7 +195,7 @@ bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const str
     *open = ALL_LANES;
     if (!bundle_of(bvh, rays, &it.bundle)) return false;
     packet_prepare(&it.packet, &it.bundle);
-    if (has_solids(scene)) it.ray_lanes = rays_in_lanes(it.packet.o, it.packet.d);
+    if (has_lines(scene)) it.ray_lanes = rays_in_lanes(it.packet.o, it.packet.d);
     it.scene = scene;
     it.rays = rays;
     it.exact = exact;

@@ -12,7 +12,7 @@ struct probe {
     const struct ray *ray;
     struct shear shear;     /* of scenes with triangles */
     struct rough_ray rough; /* of probe_leaves() */
-    struct ray_one line;    /* of scenes with spheres or cones */
+    struct ray_one line;    /* of scenes that has_lines() is true of */
     struct purpose purpose;
     uint64_t *exact;
 };
@@ -23,9 +23,16 @@ static INLINED bool has_triangles(const struct scene *scene)
            0;
 }
 
-static INLINED bool has_solids(const struct scene *scene)
+static INLINED bool has_planes(const struct scene *scene)
 {
-    return scene->primitives[PRIMITIVE_SPHERE].count + scene->primitives[PRIMITIVE_CONE].count > 0;
+    return scene->primitives[PRIMITIVE_PLANE].count > 0;
+}
+
+/* Whether there is anything that worker/solid_lanes.h tells of. */
+static INLINED bool has_lines(const struct scene *scene)
+{
+    return has_planes(scene) ||
+           scene->primitives[PRIMITIVE_SPHERE].count + scene->primitives[PRIMITIVE_CONE].count > 0;
 }
 
 /* Member by member: as a whole it would be put together in one place and copied to another. */
@@ -38,7 +45,7 @@ static INLINED void probe_begin(struct probe *probe, const struct scene *scene,
     probe->exact = exact;
     probe->rough.has_corners = false;
     if (has_triangles(scene)) probe->shear = shear_of(&ray->direction);
-    if (has_solids(scene)) probe->line = ray_in_one(ray);
+    if (has_lines(scene)) probe->line = ray_in_one(ray);
 }
 
 /* For probe_triangles() in leaves of this tree. */

@@ -1,11 +1,11 @@
 /*
  * A ray and a sphere, cylinder, cone or frustum, in plain arithmetic, eight pairs of them or one:
- * between which distances the ray comes in and goes out, or that it does not. Where rounding leaves
+ * between which distances the ray comes in and goes out, or that it does not; and between which it crosses a plane. Where rounding leaves
  * that open, and for the distances themselves, worker/sphere.h and cone.h are asked. Eight rays of a
  * packet meet one solid; the few solids of a leaf are told one by one to a ray on its own, as what is
  * missed is told before any root.
  *
- * Both kinds look at the line from its point closest to the solid, o + t0 d, where t0 is a double
+ * Both kinds of solids look at the line from its point closest to the solid, o + t0 d, where t0 is a double
  * like any other and not rounded any more: what is left to be computed is of the size of the solid.
  * L, in the code `reach`, is the sum of absolute values of f = o - c (o - base) and the solid's own
  * lengths, and so not less than any of the vectors below.
@@ -141,6 +141,20 @@ static INLINED struct spans_lanes spans_of_rays(const struct scene *scene, uint3
     }
     struct sphere_lanes sphere = sphere_in_lanes(scene, id);
     return sphere_spans_lanes(&sphere, rays);
+}
+
+static INLINED struct plane_span_one plane_span_of_one(const struct scene *scene, uint32_t id,
+                                                       const struct ray_one *ray)
+{
+    const struct plane *it = &scene_planes(scene)[primitive_index(id)];
+    return plane_span_one(it->point, it->normal, ray);
+}
+
+static INLINED struct plane_span_lanes plane_span_of_rays(const struct scene *scene, uint32_t id,
+                                                          const struct ray_lanes *rays)
+{
+    const struct plane *it = &scene_planes(scene)[primitive_index(id)];
+    return plane_span_lanes(lanes3_of(it->point), lanes3_of(it->normal), rays);
 }
 
 #endif

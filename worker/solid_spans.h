@@ -244,6 +244,30 @@ static INLINED struct OF(spans)
     return spans;
 }
 
+/*
+ * Where the line crosses a plane: between `from` and `to`, if that is told. f = point - o errs by u of itself, n.f by
+ * 4.1 u |f| and n.d by 3 u |d|, as n is unit; where n.d is more than 2^14 u |d| their quotient t errs by less than
+ * 8 u (|f| + |t d|) / n.d, with its own rounding. Sums of absolute values are bounds of the lengths.
+ */
+#define PLANE_SPAN_ERROR (16 * UNIT_ROUNDOFF)
+
+struct OF(plane_span) {
+    lane_set told;
+    NUMBER from, to;
+};
+
+static INLINED struct OF(plane_span)
+    OF(plane_span)(VECTOR point, VECTOR normal, const struct OF(ray) * ray)
+{
+    VECTOR f = OP3(sub)(point, ray->o);
+    NUMBER speed = OP(fma_dot)(ray->d, normal), t = OP(div)(OP(fma_dot)(f, normal), speed);
+    NUMBER way = OP3(sum_of_sizes)(f), size = OP(fma)(OP(abs)(t), ray->speed, way);
+    NUMBER error = OP(div)(OP(times)(PLANE_SPAN_ERROR, size), OP(abs)(speed));
+    lane_set told = OF(are_ordinary)(OP(larger)(way, ray->speed), OP(smaller)(way, ray->speed)) &
+                    OP(less)(OP(times)(0x1p14 * UNIT_ROUNDOFF, ray->speed), OP(abs)(speed));
+    return (struct OF(plane_span)){told, OP(sub)(t, error), OP(add)(t, error)};
+}
+
 /* ---- what of it counts ---- */
 
 /* Where a ray meets the solid first, ahead of its origin, if that is told. */
