@@ -76,14 +76,27 @@ void *segment_size(struct segment_address address, size_t bytes)
     return map(address.file, bytes);
 }
 
-void *segment_open(struct segment_address address, size_t *bytes)
+static int open_file(struct segment_address address)
 {
     char path[64];
-    struct stat status;
     snprintf(path, sizeof path, "/proc/%d/fd/%d", address.process, address.file);
-    int file = open(path, O_RDWR | O_CLOEXEC);
+    return open(path, O_RDWR | O_CLOEXEC);
+}
+
+bool segment_opens(struct segment_address address)
+{
+    int file = open_file(address);
+    if (file >= 0) close(file);
+    return file >= 0;
+}
+
+void *segment_open(struct segment_address address, size_t *bytes)
+{
+    struct stat status;
+    int file = open_file(address);
     if (file < 0 || fstat(file, &status) != 0)
-        fatal("cannot open memory of process %d, %s: %s", address.process, path, strerror(errno));
+        fatal("cannot open memory of process %d, its file %d: %s", address.process, address.file,
+              strerror(errno));
     *bytes = (size_t)status.st_size;
     void *segment = map(file, *bytes);
     close(file);

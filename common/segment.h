@@ -2,6 +2,7 @@
 #ifndef FARM_COMMON_SEGMENT_H
 #define FARM_COMMON_SEGMENT_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -32,7 +33,11 @@ struct segment_address segment_make(void);
  * there is no room for it. */
 void *segment_size(struct segment_address address, size_t bytes);
 
-/* By another process of the same reach, from segment_size() to segment_release(); *bytes: its size. Ends the program
+/* By another process, as soon as there is one: whether that is allowed. Of the same reach it is, unless a security
+ * module says otherwise. */
+bool segment_opens(struct segment_address address);
+
+/* By another process for which it opens, from segment_size() to segment_release(); *bytes: its size. Ends the program
  * if it cannot be opened. */
 void *segment_open(struct segment_address address, size_t *bytes);
 

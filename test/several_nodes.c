@@ -1,9 +1,10 @@
 /*
  * Ranks that seem to be in containers of their own on one machine; loaded in front of the C library (LD_PRELOAD).
  * SEVERAL_NODES: how many of them, dealt to the ranks in turn. SEVERAL_NODES_NOTE: a file that gets a letter for each
- * time that a rank opens memory which another one shares.
+ * time that a rank opens memory which another one shares. SEVERAL_NODES_REFUSED: a rank that is not allowed to.
  */
 #include <dlfcn.h>
+#include <errno.h>
 #include <fcntl.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -40,6 +41,11 @@ int open(const char *path, int flags, ...)
     va_end(arguments);
     if (note && strncmp(path, "/proc/", 6) == 0 && readlink(path, target, sizeof target - 1) > 0 &&
         strncmp(target, "/memfd:farm", 11) == 0) {
+        const char *rank = getenv("PMI_RANK"), *refused = getenv("SEVERAL_NODES_REFUSED");
+        if (rank && refused && strcmp(rank, refused) == 0) {
+            errno = EACCES;
+            return -1;
+        }
         int file = open_next(note, O_WRONLY | O_CREAT | O_APPEND, 0600);
         if (file >= 0 && write(file, "m", 1) == 1) close(file);
     }

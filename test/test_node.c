@@ -10,7 +10,7 @@
 
 #define RANKS 8
 
-static void check(const uint64_t *reach, const struct node_place *expected)
+static void check(const uint64_t *reach, int loners, const struct node_place *expected)
 {
     struct node_sign signs[RANKS];
     struct node_place places[RANKS];
@@ -24,6 +24,7 @@ static void check(const uint64_t *reach, const struct node_place *expected)
         assert_int_equal(places[rank].index, expected[rank].index);
         assert_int_equal(places[rank].size, expected[rank].size);
         assert_int_equal(places[rank].nodes, expected[rank].nodes);
+        assert_int_equal(places[rank].loners, loners);
     }
 }
 
@@ -35,12 +36,12 @@ static void check(const uint64_t *reach, const struct node_place *expected)
 static void test_places(void **state)
 {
     (void)state;
-    check((uint64_t[RANKS]){7, 7, 7, 7, 7, 7, 7, 7},
+    check((uint64_t[RANKS]){7, 7, 7, 7, 7, 7, 7, 7}, 0,
           (struct node_place[RANKS]){PLACE(0, 0, 8, 1), PLACE(0, 1, 8, 1), PLACE(0, 2, 8, 1),
                                      PLACE(0, 3, 8, 1), PLACE(0, 4, 8, 1), PLACE(0, 5, 8, 1),
                                      PLACE(0, 6, 8, 1), PLACE(0, 7, 8, 1)});
     /* Three nodes in no order, and two ranks that do not know theirs. */
-    check((uint64_t[RANKS]){9, 3, 0, UINT64_MAX, 3, 9, 0, 3},
+    check((uint64_t[RANKS]){9, 3, 0, UINT64_MAX, 3, 9, 0, 3}, 2,
           (struct node_place[RANKS]){PLACE(0, 0, 2, 5), PLACE(1, 0, 3, 5), PLACE(2, 0, 1, 5),
                                      PLACE(3, 0, 1, 5), PLACE(1, 1, 3, 5), PLACE(0, 1, 2, 5),
                                      PLACE(6, 0, 1, 5), PLACE(1, 2, 3, 5)});

@@ -77,22 +77,27 @@ for schedule in dynamic cyclic; do
 done
 
 # A scene for each node, messages instead of memory, see test/several_nodes.c; nodes of one rank share no memory.
-# nodes NUMBER SHARERS OVERRIDE...
+# Others open it twice: to see whether they can, and to have it. nodes NUMBER OPENED OVERRIDE...
 nodes() {
-    number=$1 sharers=$2; shift 2
+    number=$1 opened=$2; shift 2
     rm -f note t.pfm
     SEVERAL_NODES=$number SEVERAL_NODES_NOTE=note run 0 timeout 60 "$MPIEXEC" -n 5 env LD_PRELOAD="$NODES" \
         ASAN_OPTIONS="verify_asan_link_order=0:${ASAN_OPTIONS:-}" \
         "$FARM" "$SCENE" output.image=t.pfm output.report= "$@" || return 1
     touch note
-    [ "$(wc -c <note)" -eq "$sharers" ] && cmp reference.pfm t.pfm
+    [ "$(wc -c <note)" -eq "$opened" ] && cmp reference.pfm t.pfm
 }
 [ -e "$NODES" ] || { echo "not ok $((count + 1)) - nodes # SKIP without test/several_nodes.so"; finish; }
 for schedule in dynamic cyclic; do
-    check "one node, $schedule" nodes 1 4 farm.schedule=$schedule
+    check "one node, $schedule" nodes 1 8 farm.schedule=$schedule
     check "each rank on a node of its own, $schedule" nodes 5 0 farm.schedule=$schedule
-    check "every other one, $schedule" nodes 2 3 farm.schedule=$schedule
-    check "two ranks on one of four nodes, $schedule" nodes 4 1 farm.schedule=$schedule
-    check "rank 0 only serves, $schedule" nodes 3 2 farm.schedule=$schedule farm.master_renders=no
+    check "every other one, $schedule" nodes 2 6 farm.schedule=$schedule
+    check "two ranks on one of four nodes, $schedule" nodes 4 2 farm.schedule=$schedule
+    check "rank 0 only serves, $schedule" nodes 3 4 farm.schedule=$schedule farm.master_renders=no
 done
+# Then the three others see once more whether they can.
+refused() {
+    SEVERAL_NODES_REFUSED=2 nodes 1 9 && grep -q '^farm: 1 of 5 processes can share no memory' "$T/err"
+}
+check "a rank that may not open the others' memory" refused
 finish

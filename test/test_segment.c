@@ -70,6 +70,7 @@ static void test_shared(void **state)
         assert_int_equal(segment[i], 0);
     assert_true((uintptr_t)segment % 4096 == 0);
     segment[BYTES - 1] = 'a';
+    assert_true(segment_opens(address));
     assert_true(answers(address, 'a'));
     assert_int_equal(segment[BYTES - 1], 'b');
     assert_int_equal(other[BYTES - 1], 0);
@@ -103,10 +104,11 @@ static void test_refused(void **state)
                  "farm: rank 0: out of memory: 1125899906842624 bytes were needed\n");
     segment_release(address);
     address.file = 1000; /* the next file that is opened has its number */
-    snprintf(expected, sizeof expected,
-             "farm: rank 0: cannot open memory of process %d, /proc/%d/fd/%d: No such file or "
-             "directory\n",
-             address.process, address.process, address.file);
+    snprintf(
+        expected, sizeof expected,
+        "farm: rank 0: cannot open memory of process %d, its file %d: No such file or directory\n",
+        address.process, address.file);
+    assert_false(segment_opens(address));
     assert_int_equal(address.process, getpid());
     assert_fatal(open_one, &address, expected);
 }

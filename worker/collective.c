@@ -22,6 +22,15 @@ void wait_for_all(MPI_Comm comm)
     wait_request(&request);
 }
 
+bool all_agree(MPI_Comm comm, bool yes)
+{
+    int own = yes, all;
+    MPI_Request request;
+    MPI_Iallreduce(&own, &all, 1, MPI_INT, MPI_MIN, comm, &request);
+    wait_request(&request);
+    return all;
+}
+
 /* In pieces: counts are ints in MPI, and a piece in flight stays small. */
 void broadcast(MPI_Comm comm, void *data, size_t bytes)
 {

@@ -3,6 +3,7 @@
 #define FARM_WORKER_COLLECTIVE_H
 
 #include <mpi.h>
+#include <stdbool.h>
 #include <stddef.h>
 
 /* Until the request is done, which is MPI_REQUEST_NULL then. */
@@ -10,6 +11,9 @@ void wait_request(MPI_Request *request);
 
 /* Until all ranks of comm are here. */
 void wait_for_all(MPI_Comm comm);
+
+/* Whether all ranks of comm say yes. */
+bool all_agree(MPI_Comm comm, bool yes);
 
 /* So many bytes of rank 0 of comm to all others, each of which has room for them. */
 void broadcast(MPI_Comm comm, void *data, size_t bytes);

@@ -33,9 +33,11 @@ static void place_node(const struct entry *entries, int begin, int end,
 void node_places(const struct node_sign *signs, int ranks, struct node_place *places)
 {
     struct entry *entries = allocate((size_t)ranks, sizeof *entries);
-    int nodes = 0;
-    for (int rank = 0; rank < ranks; rank++)
+    int nodes = 0, loners = 0;
+    for (int rank = 0; rank < ranks; rank++) {
         entries[rank] = (struct entry){signs[rank].reach, rank};
+        loners += signs[rank].reach == 0;
+    }
     qsort(entries, (size_t)ranks, sizeof *entries, by_reach);
     for (int begin = 0, end; begin < ranks; begin = end, nodes++) {
         end = begin + 1;
@@ -44,8 +46,10 @@ void node_places(const struct node_sign *signs, int ranks, struct node_place *pl
             end++;
         place_node(entries, begin, end, signs, places);
     }
-    for (int rank = 0; rank < ranks; rank++)
+    for (int rank = 0; rank < ranks; rank++) {
         places[rank].nodes = nodes;
+        places[rank].loners = loners;
+    }
     free(entries);
 }
 
@@ -53,36 +57,43 @@ void node_places(const struct node_sign *signs, int ranks, struct node_place *pl
 static struct node_place *place_all(const struct node_sign *signs, int ranks)
 {
     struct node_place *places = allocate((size_t)ranks, sizeof *places);
-    int unknown = 0;
-    for (int rank = 0; rank < ranks; rank++)
-        unknown += signs[rank].reach == 0;
-    if (unknown > 0 && ranks > 1)
-        user_note("%d of %d processes can share no memory: each has a scene of its own", unknown,
-                  ranks);
     node_places(signs, ranks, places);
     return places;
 }
 
 /* Rank 0 hears all signs and tells each its place; returns all places there, the caller's to free, NULL elsewhere. */
-static struct node_place *ask_for_place(MPI_Comm comm, struct segment_address segment,
+static struct node_place *ask_for_place(MPI_Comm comm, const struct node_sign *sign,
                                         struct node_place *own)
 {
     int rank, ranks;
-    const int sign_bytes = (int)sizeof(struct node_sign), bytes = (int)sizeof *own;
-    const struct node_sign sign = {segment_reach(), segment};
+    const int sign_bytes = (int)sizeof *sign, bytes = (int)sizeof *own;
     struct node_sign *signs = NULL;
     struct node_place *places = NULL;
     MPI_Request request;
     MPI_Comm_rank(comm, &rank);
     MPI_Comm_size(comm, &ranks);
     if (rank == 0) signs = allocate((size_t)ranks, sizeof *signs);
-    MPI_Igather(&sign, sign_bytes, MPI_BYTE, signs, sign_bytes, MPI_BYTE, 0, comm, &request);
+    MPI_Igather(sign, sign_bytes, MPI_BYTE, signs, sign_bytes, MPI_BYTE, 0, comm, &request);
     wait_request(&request);
     if (rank == 0) places = place_all(signs, ranks);
     MPI_Iscatter(places, bytes, MPI_BYTE, own, bytes, MPI_BYTE, 0, comm, &request);
     wait_request(&request);
     free(signs);
     return places;
+}
+
+/* The same, until all can open what their node shares: who cannot is alone. */
+static struct node_place *find_place(MPI_Comm comm, struct segment_address segment,
+                                     struct node_place *own)
+{
+    struct node_sign sign = {segment_reach(), segment};
+    for (;;) {
+        struct node_place *places = ask_for_place(comm, &sign, own);
+        bool opens = own->index == 0 || segment_opens(own->segment);
+        if (all_agree(comm, opens)) return places;
+        free(places);
+        if (!opens) sign.reach = 0;
+    }
 }
 
 /* places: rank 0's. */
@@ -107,7 +118,12 @@ static void gather_leaders(MPI_Comm comm, const struct node_place *places, struc
 
 void node_find(MPI_Comm comm, struct segment_address segment, struct node *node)
 {
-    struct node_place *places = ask_for_place(comm, segment, &node->place);
+    struct node_place *places = find_place(comm, segment, &node->place);
+    int ranks;
+    MPI_Comm_size(comm, &ranks);
+    if (places && node->place.loners > 0 && ranks > 1)
+        user_note("%d of %d processes can share no memory: each has a scene of its own",
+                  node->place.loners, ranks);
     node->leaders = MPI_COMM_NULL;
     if (node->place.nodes > 1) gather_leaders(comm, places, node);
     free(places);

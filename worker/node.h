@@ -17,8 +17,8 @@ struct node_sign {
 struct node_place {
     struct segment_address segment; /* of the node's first rank, the lowest one */
     int32_t first;                  /* that rank */
-    int32_t index, size; /* this rank's place on its node, from 0, and how many there are */
-    int32_t nodes;       /* altogether */
+    int32_t index, size;   /* this rank's place on its node, from 0, and how many there are */
+    int32_t nodes, loners; /* altogether: nodes, and ranks that can share no memory */
 };
 
 /* signs, places: of so many ranks, in their order. */
