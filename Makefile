@@ -294,7 +294,7 @@ $(BUILD)/bench/faults_journal: $(BUILD)/bench/faults_journal.o
 
 # Loaded in front of the C library, so without sanitizers of its own.
 PRELOADED := bench/faults_slow bench/faults_stop test/several_nodes
-$(PRELOADED:%=$(BUILD)/%.so): $(BUILD)/%.so: %.c common/protocol.h Makefile
+$(PRELOADED:%=$(BUILD)/%.so): $(BUILD)/%.so: %.c bench/preload_open.h common/protocol.h Makefile
 	@mkdir -p $(@D)
 	$(say)  link $@
 	$(quiet)$(LINK) $(filter-out -MMD -MP -Wmissing-prototypes $(SANITIZE),$(FLAGS)) -shared -fPIC $< -ldl -o $@
@@ -338,7 +338,8 @@ test: all $(UNITS) $(BUILD)/bench/stability $(BUILD)/bench/kernel $(BUILD)/bench
 	@FARM=./$(FARM) UNITS="$(UNITS)" STABILITY=$(BUILD)/bench/stability KERNEL=$(BUILD)/bench/kernel \
 	    OMIT=$(BUILD)/bench/omit FAULTS_JOURNAL=$(BUILD)/bench/faults_journal \
 	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so FAULTS_STOP=$(BUILD)/bench/faults_stop.so \
-	    NODES=$(BUILD)/test/several_nodes.so TRUNCATION=$(BUILD)/bench/error_truncation MPIEXEC="$(MPIEXEC)" MPICC="$(MPICC)" sh test/run.sh
+	    NODES=$(BUILD)/test/several_nodes.so TRUNCATION=$(BUILD)/bench/error_truncation \
+	    MPIEXEC="$(MPIEXEC)" MPICC="$(MPICC)" sh test/run.sh
 
 asan:
 	@$(MAKE) BUILD=build/asan FARM=build/asan/farm OPTIMISE='-O1 -g' \

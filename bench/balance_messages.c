@@ -381,7 +381,7 @@ static struct trays *share_trays(int rank)
     struct trays *trays = NULL;
     struct segment_address own = segment_make(), address = own;
     size_t bytes;
-    if (rank == 0) trays = segment_size(own, TRAYS_BYTES);
+    if (rank == 0) trays = segment_extend(own, TRAYS_BYTES);
     MPI_Bcast(&address, sizeof address, MPI_BYTE, 0, MPI_COMM_WORLD);
     if (rank != 0) trays = segment_open(address, &bytes);
     MPI_Barrier(MPI_COMM_WORLD);

@@ -14,10 +14,8 @@
  *   exit      the end of the process
  */
 #include <dlfcn.h>
-#include <fcntl.h>
 #include <mpi.h>
 #include <signal.h>
-#include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -25,6 +23,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "bench/preload_open.h"
 #include "common/protocol.h"
 
 static void stop_at(const char *place)
@@ -69,17 +68,12 @@ int MPI_Ibcast(void *buffer, int count, MPI_Datatype type, int root, MPI_Comm co
 
 int open(const char *path, int flags, ...)
 {
-    static int (*next)(const char *, int, ...);
-    char target[64] = "";
     va_list arguments;
+    if (is_segment(path)) stop_at("memory");
     va_start(arguments, flags);
-    mode_t mode = flags & O_CREAT ? va_arg(arguments, mode_t) : 0;
+    int file = open_next(path, flags, arguments);
     va_end(arguments);
-    if (!next) *(void **)&next = dlsym(RTLD_NEXT, "open");
-    if (strncmp(path, "/proc/", 6) == 0 && readlink(path, target, sizeof target - 1) > 0 &&
-        strncmp(target, "/memfd:farm", 11) == 0)
-        stop_at("memory");
-    return next(path, flags, mode);
+    return file;
 }
 
 int MPI_Isend(const void *buffer, int count, MPI_Datatype type, int rank, int tag, MPI_Comm comm,

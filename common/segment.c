@@ -36,6 +36,7 @@ uint64_t segment_reach(void)
     struct berth berth;
     struct segment_realm realm = {.user = geteuid()};
     berth_find(&berth);
+    _Static_assert(sizeof realm.machine == sizeof berth.machine, "it is copied whole");
     memcpy(realm.machine, berth.machine, sizeof realm.machine);
     if (realm.machine[0] == '\0' || prctl(PR_GET_DUMPABLE) != 1 ||
         !find_space("/proc/self/ns/pid", &realm.ids) ||
@@ -55,9 +56,7 @@ static int32_t own_process(void)
 
 struct segment_address segment_make(void)
 {
-    int file = memfd_create("farm", MFD_CLOEXEC);
-    if (file < 0) fatal("no memory can be shared: %s", strerror(errno));
-    return (struct segment_address){own_process(), file};
+    return (struct segment_address){own_process(), memfd_create("farm", MFD_CLOEXEC)};
 }
 
 static void *map(int file, size_t bytes)
@@ -68,7 +67,7 @@ static void *map(int file, size_t bytes)
     return segment;
 }
 
-void *segment_size(struct segment_address address, size_t bytes)
+void *segment_extend(struct segment_address address, size_t bytes)
 {
     if (!memory_holds(bytes)) fatal("out of memory: %zu bytes were needed", bytes);
     if (ftruncate(address.file, (off_t)bytes) != 0)
@@ -105,7 +104,7 @@ void *segment_open(struct segment_address address, size_t *bytes)
 
 void segment_release(struct segment_address address)
 {
-    close(address.file);
+    if (address.file >= 0) close(address.file);
 }
 
 void segment_close(void *segment, size_t bytes)

@@ -26,18 +26,18 @@ struct segment_address {
     int32_t process, file;
 };
 
-/* A segment of no size; ends the program if there can be none. */
+/* A segment of no size; its file is -1 where there can be none. */
 struct segment_address segment_make(void);
 
 /* By who has made it: of so many bytes (at least 1), all zero, at a multiple of the page size. Ends the program if
  * there is no room for it. */
-void *segment_size(struct segment_address address, size_t bytes);
+void *segment_extend(struct segment_address address, size_t bytes);
 
 /* By another process, as soon as there is one: whether that is allowed. Of the same reach it is, unless a security
  * module says otherwise. */
 bool segment_opens(struct segment_address address);
 
-/* By another process for which it opens, from segment_size() to segment_release(); *bytes: its size. Ends the program
+/* By another process for which it opens, from segment_extend() to segment_release(); *bytes: its size. Ends the program
  * if it cannot be opened. */
 void *segment_open(struct segment_address address, size_t *bytes);
 

@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <string.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 
 #include "common/segment.h"
 
@@ -65,7 +66,7 @@ static void test_shared(void **state)
     (void)state;
     struct segment_address address = segment_make(), other_address = segment_make();
     assert_true(fcntl(address.file, F_GETFD) & FD_CLOEXEC);
-    char *segment = segment_size(address, BYTES), *other = segment_size(other_address, BYTES);
+    char *segment = segment_extend(address, BYTES), *other = segment_extend(other_address, BYTES);
     for (size_t i = 0; i < BYTES; i++)
         assert_int_equal(segment[i], 0);
     assert_true((uintptr_t)segment % 4096 == 0);
@@ -89,9 +90,23 @@ static void open_one(void *state)
     (void)segment_open(*(const struct segment_address *)state, &bytes);
 }
 
-static void size_one(void *state)
+static void extend_one(void *state)
 {
-    (void)segment_size(*(const struct segment_address *)state, (size_t)1 << 50);
+    (void)segment_extend(*(const struct segment_address *)state, (size_t)1 << 50);
+}
+
+/* No more files may be opened. */
+static void test_none(void **state)
+{
+    (void)state;
+    struct rlimit limit, none;
+    assert_int_equal(getrlimit(RLIMIT_NOFILE, &limit), 0);
+    none = (struct rlimit){0, limit.rlim_max};
+    assert_int_equal(setrlimit(RLIMIT_NOFILE, &none), 0);
+    struct segment_address address = segment_make();
+    assert_int_equal(setrlimit(RLIMIT_NOFILE, &limit), 0);
+    assert_int_equal(address.file, -1);
+    segment_release(address);
 }
 
 /* No machine has so much; there is no such segment. */
@@ -100,7 +115,7 @@ static void test_refused(void **state)
     (void)state;
     char expected[256];
     struct segment_address address = segment_make();
-    assert_fatal(size_one, &address,
+    assert_fatal(extend_one, &address,
                  "farm: rank 0: out of memory: 1125899906842624 bytes were needed\n");
     segment_release(address);
     address.file = 1000; /* the next file that is opened has its number */
@@ -116,10 +131,8 @@ static void test_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_realm),
-        cmocka_unit_test(test_reach),
-        cmocka_unit_test(test_shared),
-        cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_realm),   cmocka_unit_test(test_reach), cmocka_unit_test(test_shared),
+        cmocka_unit_test(test_refused), cmocka_unit_test(test_none),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

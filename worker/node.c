@@ -53,14 +53,6 @@ void node_places(const struct node_sign *signs, int ranks, struct node_place *pl
     free(entries);
 }
 
-/* By rank 0. */
-static struct node_place *place_all(const struct node_sign *signs, int ranks)
-{
-    struct node_place *places = allocate((size_t)ranks, sizeof *places);
-    node_places(signs, ranks, places);
-    return places;
-}
-
 /* Rank 0 hears all signs and tells each its place; returns all places there, the caller's to free, NULL elsewhere. */
 static struct node_place *ask_for_place(MPI_Comm comm, const struct node_sign *sign,
                                         struct node_place *own)
@@ -75,7 +67,10 @@ static struct node_place *ask_for_place(MPI_Comm comm, const struct node_sign *s
     if (rank == 0) signs = allocate((size_t)ranks, sizeof *signs);
     MPI_Igather(sign, sign_bytes, MPI_BYTE, signs, sign_bytes, MPI_BYTE, 0, comm, &request);
     wait_request(&request);
-    if (rank == 0) places = place_all(signs, ranks);
+    if (rank == 0) {
+        places = allocate((size_t)ranks, sizeof *places);
+        node_places(signs, ranks, places);
+    }
     MPI_Iscatter(places, bytes, MPI_BYTE, own, bytes, MPI_BYTE, 0, comm, &request);
     wait_request(&request);
     free(signs);
@@ -86,7 +81,7 @@ static struct node_place *ask_for_place(MPI_Comm comm, const struct node_sign *s
 static struct node_place *find_place(MPI_Comm comm, struct segment_address segment,
                                      struct node_place *own)
 {
-    struct node_sign sign = {segment_reach(), segment};
+    struct node_sign sign = {segment.file < 0 ? 0 : segment_reach(), segment};
     for (;;) {
         struct node_place *places = ask_for_place(comm, &sign, own);
         bool opens = own->index == 0 || segment_opens(own->segment);

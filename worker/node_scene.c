@@ -96,7 +96,7 @@ static struct window_head *create_window(struct node_scene *shared, const struct
     shared->own_memory = place->size == 1 ? allocate_large(shared->window_bytes) : NULL;
     struct window_head *head = shared->own_memory
                                    ? shared->own_memory
-                                   : segment_size(place->segment, shared->window_bytes);
+                                   : segment_extend(place->segment, shared->window_bytes);
     /* Memory of its own may begin anywhere. */
     head->offset = room->head + (-(uintptr_t)head % CACHE_LINE);
     if (sem_init(&head->built, 1, 0) != 0) fatal("cannot create a semaphore: %s", strerror(errno));

@@ -1,0 +1,29 @@
+/* For what is loaded in front of the C library (LD_PRELOAD) and has an open() of its own. */
+#ifndef FARM_BENCH_PRELOAD_OPEN_H
+#define FARM_BENCH_PRELOAD_OPEN_H
+
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <string.h>
+#include <unistd.h>
+
+/* The C library's; arguments: what open() has behind its flags. */
+static int open_next(const char *path, int flags, va_list arguments)
+{
+    static int (*next)(const char *, int, ...);
+    if (!next) *(void **)&next = dlsym(RTLD_NEXT, "open");
+    return next(path, flags, flags & O_CREAT ? va_arg(arguments, mode_t) : 0);
+}
+
+/* Whether it is memory that a rank of the farm shares (common/segment.h). */
+static bool is_segment(const char *path)
+{
+    char target[64] = "";
+    return strncmp(path, "/proc/", strlen("/proc/")) == 0 &&
+           readlink(path, target, sizeof target - 1) > 0 &&
+           strncmp(target, "/memfd:farm", strlen("/memfd:farm")) == 0;
+}
+
+#endif
