@@ -11,8 +11,7 @@
 struct segment_realm {
     char machine[40]; /* as in struct berth */
     uint64_t user;
-    uint64_t ids, users,
-        memory; /* namespaces: of process ids, of users, of what processes share (IPC) */
+    uint64_t ids, users, memory; /* namespaces: process ids, users, what processes share (IPC) */
 };
 
 /* The same for those who have all of that in common; never 0. */

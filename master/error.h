@@ -75,7 +75,7 @@ struct error_forecast {
     bool known;
     bool beyond; /* it is not, for no run with so few samples at most comes so far */
     double rmse, seconds;
-    double goal; /* the smaller error that it is for */
+    double goal;                /* the smaller error that it is for */
     double slope, slope_spread; /* and its standard deviation */
     double samples;             /* of each pixel, to reach that; 0: they differ */
 };

@@ -337,8 +337,7 @@ static struct figure bound_figure(double bound)
 
 static void put_beyond(struct table *table, double goal, uint32_t most_samples)
 {
-    flow(table, "%s is beyond sampling.max_samples = %u", error_figure(goal).text,
-         most_samples);
+    flow(table, "%s is beyond sampling.max_samples = %u", error_figure(goal).text, most_samples);
     end_flow(table);
 }
 

@@ -256,7 +256,7 @@ static INLINED void occlusion_begin(struct occlusion_walk *walk, const struct sc
     walk->blocked = false;
 }
 
-/* How often the ray crosses a plane, close to its start or not. */
+/* How often the ray crosses a plane; a surface close to its start it may have passed. */
 static INLINED unsigned plane_passages(const struct occlusion_walk *walk, uint32_t id, bool naive)
 {
     const struct probe *probe = &walk->probe;

@@ -155,6 +155,7 @@ static void look_at_blocker(struct occlusion_packet *it)
         solid_in_the_way(it, last.leaves, it->open);
 }
 
+/* Rays that start on it do not meet it. */
 static void plane_in_the_way(struct occlusion_packet *it, uint32_t id)
 {
     struct bvh_leaf leaf = bvh_leaf_of(it->scene, id);

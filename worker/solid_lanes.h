@@ -1,12 +1,12 @@
 /*
- * A ray and a sphere, cylinder, cone or frustum, in plain arithmetic, eight pairs of them or one:
- * between which distances the ray comes in and goes out, or that it does not; and between which it crosses a plane. Where rounding leaves
- * that open, and for the distances themselves, worker/sphere.h and cone.h are asked. Eight rays of a
- * packet meet one solid; the few solids of a leaf are told one by one to a ray on its own, as what is
- * missed is told before any root.
+ * A ray and a sphere, cylinder, cone or frustum, in plain arithmetic, eight pairs of them or one: between which
+ * distances the ray comes in and goes out, or that it does not; and between which it crosses a plane. Where rounding
+ * leaves that open, and for the distances themselves, worker/sphere.h, cone.h and planar.h are asked. Eight rays of a
+ * packet meet one solid; the few solids of a leaf are told one by one to a ray on its own, as what is missed is told
+ * before any root.
  *
- * Both kinds of solids look at the line from its point closest to the solid, o + t0 d, where t0 is a double
- * like any other and not rounded any more: what is left to be computed is of the size of the solid.
+ * Both kinds of solids look at the line from its point closest to the solid, o + t0 d, where t0 is a double like any
+ * other and not rounded any more: what is left to be computed is of the size of the solid.
  * L, in the code `reach`, is the sum of absolute values of f = o - c (o - base) and the solid's own
  * lengths, and so not less than any of the vectors below.
  */
