@@ -30,6 +30,7 @@ struct contents {
     unsigned spheres;   /* count */
     unsigned grid;      /* edge of a mesh of 2 grid^2 triangles */
     unsigned idle_grid; /* the same, but its faces are left out: corners without an owner */
+    bool two_sided;     /* each face of the mesh once more, the other way round */
     double reflection, transmission, specular, diffuse;
     unsigned lights, black_lights;
     bool shadows;
@@ -121,6 +122,11 @@ static void leave_owners(struct contents *contents)
     contents->idle_grid = 200;
 }
 
+static void leave_other_sides(struct contents *contents)
+{
+    contents->two_sided = true;
+}
+
 static const struct omission omissions[] = {
     {"nothing", leave_nothing},
     {"triangles", leave_triangles},
@@ -136,6 +142,7 @@ static const struct omission omissions[] = {
     {"all but faces and a light", leave_all_but_faces},
     {"most objects", leave_objects},
     {"the owners of 40401 corners", leave_owners},
+    {"what a second side of faces shows", leave_other_sides},
 };
 
 #define OMISSIONS (sizeof omissions / sizeof *omissions)
@@ -149,18 +156,19 @@ static FILE *create(const char *folder, const char *name)
     return file;
 }
 
-/* Waves on a square sheet; faces: whether anything is made of the corners. */
-static void write_grid(FILE *file, unsigned edge, double height, bool faces, unsigned first)
+/* Waves on a square sheet, with faces for so many sides: 0, 1 or 2. */
+static void write_grid(FILE *file, unsigned edge, double height, unsigned sides, unsigned first)
 {
     for (unsigned j = 0; j <= edge; j++)
         for (unsigned i = 0; i <= edge; i++) {
             double x = 6.0 * i / edge - 3, z = 6.0 * j / edge - 3;
             fprintf(file, "v %.6f %.6f %.6f\n", x, height + 0.2 * sin(3 * x) * cos(2 * z), z);
         }
-    for (unsigned j = 0; faces && j < edge; j++)
+    for (unsigned j = 0; sides > 0 && j < edge; j++)
         for (unsigned i = 0; i < edge; i++) {
             unsigned a = first + j * (edge + 1) + i, b = a + edge + 1;
             fprintf(file, "f %u %u %u\nf %u %u %u\n", a, b, a + 1, a + 1, b, b + 1);
+            if (sides > 1) fprintf(file, "f %u %u %u\nf %u %u %u\n", a + 1, b, a, b + 1, b, a + 1);
         }
 }
 
@@ -168,9 +176,9 @@ static void write_mesh(const char *folder, const struct contents *contents)
 {
     FILE *file = create(folder, "omit.obj");
     unsigned edge = contents->grid;
-    write_grid(file, edge, -1, true, 1);
+    write_grid(file, edge, -1, contents->two_sided ? 2 : 1, 1);
     if (contents->idle_grid)
-        write_grid(file, contents->idle_grid, -2, false, (edge + 1) * (edge + 1) + 1);
+        write_grid(file, contents->idle_grid, -2, 0, (edge + 1) * (edge + 1) + 1);
     fclose(file);
 }
 

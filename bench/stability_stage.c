@@ -280,8 +280,10 @@ struct bvh *stage_tree(const struct scene *scene)
 
 struct stage stage_finish(struct builder *builder, const struct view *view)
 {
-    struct view plain = stage_view(vec3(0, 0, 0), vec3(0, 0, -1), 40, 1, 1);
-    struct stage stage = {.ours = builder_finish(builder, view ? view : &plain)};
+    struct view all = view ? *view : stage_view(vec3(0, 0, 0), vec3(0, 0, -1), 40, 1, 1);
+    all.variant = VARIANT_FULL; /* what lies in one place with something else is looked at, too */
+    struct stage stage = {.ours = builder_finish(builder, &all)};
+    stage.ours->view.variant = VARIANT_AUTO;
     builder_destroy(builder);
     const char *why;
     if (!scene_valid(stage.ours, stage.ours->bytes, &why)) fatal("a case's scene: %s", why);

@@ -7,6 +7,7 @@
 
 #include "common/message.h"
 #include "common/scene_check.h"
+#include "master/duplicates.h"
 
 /* A growing array; the size of an element is the user's business. */
 struct list {
@@ -239,11 +240,12 @@ uint32_t builder_light_count(const struct builder *builder)
     return (uint32_t)builder->lights.count;
 }
 
-bool builder_is_empty(const struct builder *builder)
+uint64_t builder_primitive_count(const struct builder *builder)
 {
+    uint64_t count = 0;
     for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
-        if (builder->primitives[kind].count > 0) return false;
-    return true;
+        count += builder->primitives[kind].count;
+    return count;
 }
 
 /* How far a disc reaches from its middle; normal: unit. */
@@ -412,6 +414,17 @@ static void drop_unused_corners(struct builder *builder)
     drop_unused(builder, &builder->normals, sizeof(struct vec3), normals, 3);
 }
 
+/* By the paper's formulas, which may take a ray's start for a hit, every surface is met. */
+static void drop_unseen(struct builder *builder)
+{
+    for (int k = 0; k < PRIMITIVE_KINDS; k++) {
+        struct list *list = &builder->primitives[k];
+        list->count = drop_duplicates((enum primitive_kind)k, list->items, list->count,
+                                      builder->vertices.items, builder->vertices.count,
+                                      builder->materials.items);
+    }
+}
+
 /* Lights that are black, or all of them where no surface shows light. */
 static void drop_dark_lights(struct builder *builder)
 {
@@ -442,8 +455,10 @@ static void move(struct scene *scene, const struct scene_span *span, struct list
 
 struct scene *builder_finish(struct builder *builder, const struct view *view)
 {
+    bool sparing = view->variant == VARIANT_AUTO;
+    if (sparing && view->formulas == FORMULAS_EXACT) drop_unseen(builder);
     drop_unused_materials(builder);
-    if (view->variant == VARIANT_AUTO) {
+    if (sparing) {
         drop_unused_corners(builder);
         drop_dark_lights(builder);
     }

@@ -37,8 +37,8 @@ uint32_t builder_vertex_count(const struct builder *builder);
 struct vec3 builder_vertex(const struct builder *builder, uint32_t index);
 uint32_t builder_light_count(const struct builder *builder);
 
-/* Whether no primitive was added. */
-bool builder_is_empty(const struct builder *builder);
+/* Of all kinds. */
+uint64_t builder_primitive_count(const struct builder *builder);
 
 /*
  * How far all primitives but planes reach from a place in each of these directions, times the direction's length: the
@@ -55,9 +55,9 @@ bool builder_reach(const struct builder *builder, struct vec3 origin, unsigned c
 bool builder_bounds(const struct builder *builder, struct vec3 *min, struct vec3 *max);
 
 /*
- * The finished block, without the materials that nothing uses (view is copied in, already valid);
- * the caller frees it. The builder is emptied as it goes, so that no second copy of a large mesh is
- * held.
+ * The finished block, without the materials that nothing uses, and by VARIANT_AUTO without primitives that are never
+ * seen, corners that none has and lights that none shows (view is copied in, already valid); the caller frees it. The
+ * builder is emptied as it goes, so that no second copy of a large mesh is held.
  */
 struct scene *builder_finish(struct builder *builder, const struct view *view);
 

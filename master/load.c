@@ -170,7 +170,7 @@ static void warn_of_little(const struct loader *loader, const char *config)
     if (!builder_light_count(loader->builder))
         user_warning(config, 0, "the scene has no light, expected at least one %s",
                      path_has_extension(config, ".nff") ? "'l'" : "[light]");
-    if (builder_is_empty(loader->builder))
+    if (builder_primitive_count(loader->builder) == 0)
         user_warning(config, 0, "the scene has no objects, the picture shows the background");
 }
 

@@ -75,15 +75,21 @@ static void describe_scene(struct report *report, const struct scene *scene)
     report->image_height = scene->view.region_h;
 }
 
+static void print_count(const char *before, uint64_t count, const char *name, const char *after)
+{
+    printf("%s%llu %s%s%s", before, (unsigned long long)count, name, count == 1 ? "" : "s", after);
+}
+
 static int print_check(const struct run *run)
 {
     const struct report *report = &run->report;
     char *name = printable_text(run->options.config);
-    printf("%s: all right: %llu primitive%s (%llu triangle%s), %llu light%s, %u x %u pixels\n",
-           name, (unsigned long long)report->primitives, report->primitives == 1 ? "" : "s",
-           (unsigned long long)report->triangles, report->triangles == 1 ? "" : "s",
-           (unsigned long long)report->lights, report->lights == 1 ? "" : "s", report->image_width,
-           report->image_height);
+    printf("%s: all right: ", name);
+    print_count("", report->primitives, "primitive", "");
+    print_count(" (", report->triangles, "triangle", ")");
+    if (report->duplicates > 0) print_count(" without ", report->duplicates, "duplicate", "");
+    print_count(", ", report->lights, "light", "");
+    printf(", %u x %u pixels\n", report->image_width, report->image_height);
     free(name);
     return close_output();
 }
@@ -131,6 +137,7 @@ int prepare(struct run *run, struct scene **block)
     const char *reference = run->job.settings.sampling.reference;
     if (*reference && !truth_read(reference, view.region_w, view.region_h, &run->reference))
         return STATUS_INPUT;
+    uint64_t added = builder_primitive_count(run->job.builder);
     *block = builder_finish(run->job.builder, &view);
     const char *why;
     if (!scene_valid(*block, (*block)->bytes, &why)) {
@@ -139,6 +146,7 @@ int prepare(struct run *run, struct scene **block)
         return STATUS_INPUT;
     }
     describe_scene(&run->report, *block);
+    run->report.duplicates = added - run->report.primitives;
     run->report.time.load = clock_wall() - start;
     if (options->action == ACTION_CHECK) {
         discard(block);

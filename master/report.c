@@ -125,6 +125,7 @@ static void put_scene(struct json *json, const struct report *report)
     json_string(json, "file", report->config);
     json_count(json, "primitives", report->primitives);
     json_count(json, "triangles", report->triangles);
+    json_count(json, "duplicates", report->duplicates);
     json_count(json, "lights", report->lights);
     json_count(json, "bytes", report->scene_bytes);
     json_count(json, "bvh_bytes", report->bvh_bytes);

@@ -135,6 +135,7 @@ static inline void add_sheet(struct builder *builder, unsigned bumpy, uint32_t m
     }
 }
 
+/* With all that is in it: what is in one place with something else, too. */
 static inline struct scene *finish_scene(struct builder *builder)
 {
     struct view view = {.camera = {.forward = {0, 0, 1}, .right = {1, 0, 0}, .down = {0, 1, 0}},
@@ -144,7 +145,8 @@ static inline struct scene *finish_scene(struct builder *builder)
                         .region_w = 1,
                         .region_h = 1,
                         .min_samples = 1,
-                        .max_samples = 1};
+                        .max_samples = 1,
+                        .variant = VARIANT_FULL};
     struct scene *scene = builder_finish(builder, &view);
     builder_destroy(builder);
     return scene;

@@ -52,6 +52,7 @@ static struct report sample_report(struct renderer_stats *renderers, int count)
         .tiles = 300,
         .primitives = 5,
         .triangles = 3,
+        .duplicates = 4,
         .lights = 2,
         .scene_bytes = 12345,
         .bvh_bytes = 678,
@@ -108,6 +109,7 @@ static void test_json(void **state)
     assert_has(text, "\"farm\": {\n    \"version\": \"1.2.3\",\n    \"processes\": 2,\n");
     assert_has(text, "\"kernel\": \"avx2\",\n    \"schedule\": \"dynamic\",\n    \"tile\": 32,\n   "
                      " \"tiles\": 300\n  },");
+    assert_has(text, "\"triangles\": 3,\n    \"duplicates\": 4,\n    \"lights\": 2,");
     assert_has(text, "\"bvh_bytes\": 678,\n    \"bytes_per_triangle\": 4341,\n    \"used\": [\"");
     assert_has(text, "\"load_s\": 0.125000,\n    \"resume_s\": 0.015625,\n");
     assert_has(text,
