@@ -13,6 +13,7 @@
 #include "common/clock.h"
 #include "common/hash.h"
 #include "common/message.h"
+#include "master/journal_aside.h"
 #include "master/journal_scan.h"
 #include "master/output_file.h"
 
@@ -134,35 +135,6 @@ static int open_locked(const char *path)
         if (is_still_there(path, file)) return file;
         close(file);
     }
-}
-
-/* ---- another picture's journal ---- */
-
-/* rename(), but never over another file, where the file system can promise that. */
-static bool rename_to_new(const char *from, const char *to)
-{
-    struct stat status;
-    if (renameat2(AT_FDCWD, from, AT_FDCWD, to, RENAME_NOREPLACE) == 0) return true;
-    if (errno != EINVAL && errno != ENOSYS) return false;
-    if (lstat(to, &status) == 0) {
-        errno = EEXIST;
-        return false;
-    }
-    return rename(from, to) == 0;
-}
-
-static bool set_aside(const char *path, const char *why)
-{
-    for (unsigned number = 1; number != 0; number++) {
-        char *name = format_text("%s.%u", path, number);
-        bool done = rename_to_new(path, name);
-        int error = errno;
-        if (done) user_warning(path, 0, "%s, it is now called %s", why, name);
-        free(name);
-        if (done) return true;
-        if (error != EEXIST) return refuse(path, "renamed", error);
-    }
-    return false;
 }
 
 /* ---- writing ---- */
@@ -355,36 +327,35 @@ static void give_back_room(const struct journal *journal)
     if (fstat(journal->file, &status) == 0) (void)!ftruncate(journal->file, status.st_size);
 }
 
-/*
- * What stands in the file: NULL when it is our journal, *size bytes long, or is to become it, being empty or another
- * picture's header alone (*size is 0 then); otherwise what it is instead. *whole: its header is not damaged.
- */
-static const char *recognise(const struct journal *journal, size_t largest, uint64_t *size,
-                             bool *whole)
+/* What stands in the file. */
+enum content {
+    CONTENT_OURS,
+    CONTENT_NONE, /* it is empty, or another picture's header alone */
+    CONTENT_OTHER,
+    CONTENT_UNREAD
+};
+
+/* Of *size bytes. *whole: its header is not damaged; *why: what it is instead, of CONTENT_OTHER. */
+static enum content recognise(const struct journal *journal, size_t largest, uint64_t *size,
+                              bool *whole, const char **why)
 {
     struct file_header ours = make_header(journal->picture), found = {0};
     struct stat status;
-    if (fstat(journal->file, &status) != 0) return "the journal cannot be read";
+    if (fstat(journal->file, &status) != 0) return CONTENT_UNREAD;
     *size = (uint64_t)status.st_size;
     size_t bytes = *size < sizeof found ? (size_t)*size : sizeof found;
-    if (!read_at(journal->file, &found, bytes, 0)) return "the journal cannot be read";
+    if (!read_at(journal->file, &found, bytes, 0)) return CONTENT_UNREAD;
     *whole = memcmp(&found, &ours, bytes) == 0;
-    if (*whole) {
-        if (bytes < sizeof found) *size = 0;
-        return NULL;
-    }
+    if (*whole) return bytes < sizeof found ? CONTENT_NONE : CONTENT_OURS;
     struct file_header sealed = make_header(found.picture);
     if (memcmp(&found, &sealed, sizeof found) == 0) {
-        if (*size > sizeof found) {
-            give_back_room(journal);
-            return "the journal holds another picture or other settings";
-        }
-        *size = 0; /* nothing of another picture, as of a run that was killed before it wrote any */
-        return NULL;
+        /* Nothing but a header: of a run that was killed before it wrote anything. */
+        if (*size == sizeof found) return CONTENT_NONE;
+        *why = "the journal holds another picture or other settings";
+        return CONTENT_OTHER;
     }
-    return holds_record(journal, *size, largest)
-               ? NULL
-               : "this is no journal, or its first bytes are damaged";
+    *why = "this is no journal, or its first bytes are damaged";
+    return holds_record(journal, *size, largest) ? CONTENT_OURS : CONTENT_OTHER;
 }
 
 /* What cannot be used is rendered again. */
@@ -407,7 +378,6 @@ static bool resume(struct journal *journal, uint64_t size, bool whole,
                    const struct journal_reader *reader)
 {
     give_back_room(journal);
-    if (size == 0) return begin_file(journal);
     if (!whole) {
         user_warning(journal->path, 0,
                      "the first bytes of the journal are damaged, what stands behind them is used");
@@ -420,21 +390,44 @@ static bool resume(struct journal *journal, uint64_t size, bool whole,
     return cut(journal) || refuse(journal->path, "shortened", errno);
 }
 
+/* Makes the open file the journal. *again: it has another name, or another one has its name. */
+static bool take_over(struct journal *journal, const struct journal_reader *reader, bool *again)
+{
+    uint64_t size;
+    bool whole;
+    const char *why = NULL;
+    struct file_header header = make_header(journal->picture);
+    switch (recognise(journal, reader->largest, &size, &whole, &why)) {
+    case CONTENT_OURS:
+        return resume(journal, size, whole, reader);
+    case CONTENT_NONE:
+        *again = journal_take_back(journal->path, &header, sizeof header);
+        if (*again) return false;
+        give_back_room(journal);
+        return begin_file(journal);
+    case CONTENT_OTHER:
+        give_back_room(journal);
+        *again = journal_set_aside(journal->path, why);
+        return false;
+    case CONTENT_UNREAD:
+        break;
+    }
+    return refuse(journal->path, "read", errno);
+}
+
 struct journal *journal_open(const char *path, uint64_t picture,
                              const struct journal_reader *reader)
 {
-    for (;;) {
-        uint64_t size;
-        bool whole;
+    bool again;
+    do {
+        again = false;
         int file = open_locked(path);
         if (file < 0) return NULL;
         struct journal *journal = create(path, picture, file);
-        const char *other = recognise(journal, reader->largest, &size, &whole);
-        if (!other && resume(journal, size, whole, reader)) return journal;
-        bool again = other && set_aside(path, other);
+        if (take_over(journal, reader, &again)) return journal;
         destroy(journal);
-        if (!again) return NULL;
-    }
+    } while (again);
+    return NULL;
 }
 
 struct journal_found journal_found(const struct journal *journal)

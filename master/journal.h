@@ -68,8 +68,9 @@ bool journal_writable(const char *path);
 /*
  * Opens or makes the journal at path and hands what it holds to the reader. A journal of another
  * picture that is not empty, and what is no journal, is renamed (path.1, path.2, ...) with a
- * warning; so is told how much is damaged or refused, once: it is not read again. One whose header is
- * damaged is known by any good record. NULL after user_error(): another run has it open, or there cannot be a file.
+ * warning, and one of this picture that was comes back with a note; so is told how much is damaged or refused, once:
+ * it is not read again. One whose header is damaged is known by any good record. NULL after user_error(): another run
+ * has it open, it cannot be read, or there cannot be a file.
  */
 struct journal *journal_open(const char *path, uint64_t picture,
                              const struct journal_reader *reader);

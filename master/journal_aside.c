@@ -1,0 +1,106 @@
+#include "master/journal_aside.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "common/message.h"
+#include "master/journal_scan.h"
+#include "master/path.h"
+
+/* rename(), but never over another file, where the file system can promise that. */
+static bool rename_to_new(const char *from, const char *to)
+{
+    struct stat status;
+    if (renameat2(AT_FDCWD, from, AT_FDCWD, to, RENAME_NOREPLACE) == 0) return true;
+    if (errno != EINVAL && errno != ENOSYS) return false;
+    if (lstat(to, &status) == 0) {
+        errno = EEXIST;
+        return false;
+    }
+    return rename(from, to) == 0;
+}
+
+bool journal_set_aside(const char *path, const char *why)
+{
+    for (unsigned number = 1; number != 0; number++) {
+        char *name = format_text("%s.%u", path, number);
+        bool done = rename_to_new(path, name);
+        int error = errno;
+        if (done) user_warning(path, 0, "%s, it is now called %s", why, name);
+        free(name);
+        if (done) return true;
+        if (error != EEXIST) {
+            user_error(path, 0,
+                       "the journal cannot be renamed: %s, choose another place with "
+                       "output.journal=FILE",
+                       strerror(error));
+            return false;
+        }
+    }
+    return false;
+}
+
+/* The file at this path, locked; -1: it is of no use, or another run is at work on it. */
+static int open_alone(const char *path)
+{
+    struct stat status;
+    struct flock whole = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
+    int file = open(path, O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+    if (file < 0) return -1;
+    if (fstat(file, &status) == 0 && S_ISREG(status.st_mode) &&
+        (fcntl(file, F_OFD_SETLK, &whole) == 0 || (errno != EAGAIN && errno != EACCES)))
+        return file;
+    close(file);
+    return -1;
+}
+
+static bool begins_with(int file, const void *header, size_t bytes)
+{
+    unsigned char begin[64];
+    struct stat status;
+    return bytes <= sizeof begin && fstat(file, &status) == 0 && (size_t)status.st_size > bytes &&
+           read_at(file, begin, bytes, 0) && memcmp(begin, header, bytes) == 0;
+}
+
+/* false: it is none of this picture. */
+static bool take_back(const char *name, const char *path, const void *header, size_t bytes)
+{
+    int file = open_alone(name);
+    if (file < 0) return false;
+    bool done = begins_with(file, header, bytes) && rename(name, path) == 0;
+    if (done) user_note("%s is this picture's, it is called %s again", name, path);
+    close(file);
+    return done;
+}
+
+/* Whether the name is this one with a number behind it. */
+static bool is_numbered(const char *name, const char *of)
+{
+    size_t length = strlen(of);
+    if (strncmp(name, of, length) != 0 || name[length] != '.') return false;
+    const char *number = name + length + 1;
+    return *number && strspn(number, "0123456789") == strlen(number);
+}
+
+bool journal_take_back(const char *path, const void *header, size_t bytes)
+{
+    char *folder = path_folder(path), *directory = path_directory(path);
+    DIR *names = opendir(directory);
+    bool done = false;
+    for (struct dirent *entry; names && !done && (entry = readdir(names)) != NULL;) {
+        if (!is_numbered(entry->d_name, path_name(path))) continue;
+        char *name = path_in(folder, entry->d_name);
+        done = take_back(name, path, header, bytes);
+        free(name);
+    }
+    if (names) closedir(names);
+    free(directory);
+    free(folder);
+    return done;
+}
