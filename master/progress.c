@@ -191,6 +191,7 @@ static void print_line(const struct progress *progress, const struct progress_st
     double elapsed = now - progress->started;
     struct pass pass = pass_of(state);
     const char *join = !pass.name[0] ? "" : state->only_limit ? ", " : " of ";
+    flockfile(stderr);
     fprintf(progress->out, "farm: %d%%%s%s, %u of %u tiles, %s rays/s, %s elapsed",
             (int)(100 * progress->share), join, pass.name, state->tiles_done - state->tiles_before,
             state->tiles - state->tiles_before, figure_count((double)state->rays / elapsed).text,
@@ -198,6 +199,7 @@ static void print_line(const struct progress *progress, const struct progress_st
     if (progress->left >= 0) fprintf(progress->out, ", %s left", figure_span(progress->left).text);
     fputc('\n', progress->out);
     fflush(progress->out);
+    funlockfile(stderr);
 }
 
 void progress_update(struct progress *progress, const struct progress_state *state, double now)

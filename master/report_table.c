@@ -125,24 +125,24 @@ static bool shows_pixels(const struct table *table)
     return table->columns >= ROW_COLUMNS + SHARE_COLUMNS + 2 + BAR_MIN;
 }
 
-/* pixels: of the picture; most: of a rank, whose bar is the longest. */
+/* pixels: of the picture; most: busy seconds of a rank, whose bar is the longest. */
 static void put_row(const struct table *table, const struct row *row, double pixels, double most)
 {
     int used = fprintf(table->out, "%6s %6s", row->label, whole_figure(row->tiles, 1e6).text);
     if (shows_pixels(table))
         used += fprintf(table->out, " %8s", whole_figure(row->pixels, 1e8).text);
-    used += fprintf(table->out, " %8s %8s %6.1f %%", seconds_figure(row->busy_s).text,
-                    seconds_figure(row->wait_s).text, 100 * share_of(row->pixels, pixels));
+    used += fprintf(table->out, " %6.1f %% %8s %8s", 100 * share_of(row->pixels, pixels),
+                    seconds_figure(row->wait_s).text, seconds_figure(row->busy_s).text);
     if (row->host && used + 2 + 16 <= table->columns)
         used += fprintf(table->out, "  %-16.16s", row->host);
-    end_with_bar(table, used, share_of(row->pixels, most));
+    end_with_bar(table, used, share_of(row->busy_s, most));
 }
 
 static void put_heading(const struct table *table, bool hosts)
 {
     int used = fprintf(table->out, "\n%6s %6s", "rank", "tiles") - 1;
     if (shows_pixels(table)) used += fprintf(table->out, " %8s", "pixels");
-    used += fprintf(table->out, " %8s %8s %8s", "busy s", "wait s", "share");
+    used += fprintf(table->out, " %8s %8s %8s", "share", "wait s", "busy s");
     if (hosts && used + 2 + 16 <= table->columns) fputs("  host", table->out);
     fputc('\n', table->out);
 }
@@ -171,11 +171,11 @@ static struct row mean_row(const struct report *report, bool hosts)
     return mean;
 }
 
-static double most_pixels(const struct report *report)
+static double busiest(const struct report *report)
 {
     double most = 0;
     for (int i = 0; i < report->renderer_count; i++)
-        most = fmax(most, (double)report->renderers[i].pixels);
+        most = fmax(most, report->renderers[i].busy_s);
     return most;
 }
 
@@ -203,7 +203,7 @@ static void put_ranks(const struct table *table, const struct report *report)
     bool hosts = hosts_differ(report);
     int count = report->renderer_count;
     struct row mean = mean_row(report, hosts);
-    double pixels = mean.pixels * count, most = most_pixels(report);
+    double pixels = mean.pixels * count, most = busiest(report);
     const struct renderer_stats **order = order_ranks(report);
     put_heading(table, hosts);
     for (int i = 0; i < count; i++) {
@@ -301,14 +301,16 @@ void report_path(FILE *out, const char *label, const char *path)
 
 static void put_shared_cores(struct table *table, const struct report *report)
 {
-    double busy = 0, cpu = 0;
+    double busy = 0, cpu = 0, most = 0;
     for (int i = 0; i < report->renderer_count; i++) {
         busy += report->renderers[i].busy_s;
         cpu += report->renderers[i].cpu_s;
+        most = fmax(most, report->renderers[i].cpu_s);
     }
     if (cpu >= SHARED_CORE * busy) return;
     flow(table, "CPU time is %.0f %% of busy time", 100 * cpu / busy);
     flow(table, "as cores were shared");
+    if (cpu > 0) flow(table, "its imbalance is %.3f", most * report->renderer_count / cpu);
     end_flow(table);
 }
 
@@ -380,6 +382,10 @@ static void put_guessed(struct table *table, const struct report *report, double
          error_figure(sqrt(squared)).text, error_figure(report->guessed_rmse).text);
 }
 
+/* So many times what was estimated no picture is wrong by; a reference of another view, or the picture itself where
+ * hardly a sample has met what is bright. */
+#define UNLIKELY_ERROR 10
+
 /* "sampling error: RMSE 0.0021 (0.0019 to 0.0024) after 12.4 s" */
 static void put_error(struct table *table, const struct report *report)
 {
@@ -404,6 +410,8 @@ static void put_error(struct table *table, const struct report *report)
     put_guessed(table, report, last->share, last->estimate.rmse);
     if (!isnan(last->true_rmse))
         flow(table, "%s against the reference", error_figure(last->true_rmse).text);
+    if (last->true_rmse > UNLIKELY_ERROR * last->estimate.high)
+        flow_on(table, "(is it of this view?)");
     end_flow(table);
     put_forecast(table, &report->forecast, report->max_samples, elapsed);
 }
@@ -424,11 +432,11 @@ static void put_truncation(struct table *table, const struct report *report)
 static void put_end(struct table *table, const struct report *report)
 {
     if (!report->ended) return;
+    const char *missed = report->target > 0 ? ": the target is not met" : "";
     if (strcmp(report->ended, "target") == 0) flow(table, "sampling.target_error is met");
-    if (strcmp(report->ended, "time") == 0) flow(table, "stopped by sampling.time_limit");
+    if (strcmp(report->ended, "time") == 0) flow(table, "stopped by sampling.time_limit%s", missed);
     if (strcmp(report->ended, "max_samples") == 0)
-        flow(table, "stopped by sampling.max_samples%s",
-             report->target > 0 ? ": the target is not met" : "");
+        flow(table, "stopped by sampling.max_samples%s", missed);
     end_flow(table);
 }
 

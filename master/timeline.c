@@ -88,7 +88,9 @@ static void put_entry(struct json *json, const struct timeline_entry *entry, uin
     static const char *const kinds[TIMELINE_KINDS] = {"tile", "pre-pass", "wasted"};
     struct tile tile = entry_tile(entry);
     /* The viewer gives names that differ in numbers alone the same colour. */
-    char *name = format_text("%s %u,%u", kinds[entry->kind], entry->x, entry->y);
+    uint32_t x, y;
+    tile_pixel(&tile, 0, &x, &y);
+    char *name = format_text("%s %u,%u", kinds[entry->kind], x, y);
     open_event(json, name, "X", rank);
     json_string(json, "cat", kinds[entry->kind]);
     put_span(json, entry->start_s, (double)entry->busy_s);
@@ -97,6 +99,8 @@ static void put_entry(struct json *json, const struct timeline_entry *entry, uin
     json_count(json, "y", entry->y);
     json_count(json, "w", entry->w);
     json_count(json, "h", entry->h);
+    if (tile.step > 1) json_count(json, "phase", tile.phase);
+    if (tile.step > 1) json_count(json, "step", tile.step);
     json_count(json, "pixels", tile_pixels(&tile));
     json_fixed(json, "cpu_us", 1e6 * (double)entry->cpu_s, 3);
     json_fixed(json, "cpu_us_per_pixel", 1e6 * (double)entry->cpu_s / tile_pixels(&tile), 3);

@@ -26,20 +26,34 @@ static bool read_word(FILE *file, char *word, size_t size)
     return false;
 }
 
-static bool read_header(FILE *file, uint32_t width, uint32_t height, bool *swapped)
+/* What the words between a header's white space say. */
+struct header {
+    char width[32], height[32];
+    bool swapped; /* its bytes are in the other order than this machine's */
+};
+
+static bool read_header(FILE *file, struct header *header)
 {
-    char word[4][32], size[2][32];
-    for (int i = 0; i < 4; i++)
-        if (!read_word(file, word[i], sizeof word[i])) return false;
-    snprintf(size[0], sizeof size[0], "%u", width);
-    snprintf(size[1], sizeof size[1], "%u", height);
-    char *end;
-    double scale = strtod(word[3], &end);
+    char kind[4], scale_word[32], *end;
+    if (!read_word(file, kind, sizeof kind) || strcmp(kind, "PF") != 0 ||
+        !read_word(file, header->width, sizeof header->width) ||
+        !read_word(file, header->height, sizeof header->height) ||
+        !read_word(file, scale_word, sizeof scale_word))
+        return false;
+    double scale = strtod(scale_word, &end);
     if (*end || !(scale != 0) || !isfinite(scale)) return false;
     const uint16_t one = 1;
     bool little = *(const char *)&one == 1;
-    *swapped = (scale < 0) != little;
-    return !strcmp(word[0], "PF") && !strcmp(word[1], size[0]) && !strcmp(word[2], size[1]);
+    header->swapped = (scale < 0) != little;
+    return true;
+}
+
+static bool has_size(const struct header *header, uint32_t width, uint32_t height)
+{
+    char size[2][32];
+    snprintf(size[0], sizeof size[0], "%u", width);
+    snprintf(size[1], sizeof size[1], "%u", height);
+    return !strcmp(header->width, size[0]) && !strcmp(header->height, size[1]);
 }
 
 static void swap_bytes(float *values, size_t count)
@@ -65,6 +79,23 @@ static bool read_rows(FILE *file, struct canvas *canvas, bool swapped)
     return getc(file) == EOF;
 }
 
+/* NULL, or what is wrong with the file, to be freed. */
+static char *read_reference(FILE *file, struct canvas *canvas)
+{
+    struct header header;
+    if (!read_header(file, &header)) return format_text("is no colour PFM");
+    if (!has_size(&header, canvas->width, canvas->height)) {
+        char *size = format_text("%s x %s", header.width, header.height);
+        char *shown = printable_text(size), *wrong = format_text("has %s pixels", shown);
+        free(shown);
+        free(size);
+        return wrong;
+    }
+    if (!read_rows(file, canvas, header.swapped))
+        return format_text("is cut, goes on behind its pixels, or has some that are not finite");
+    return NULL;
+}
+
 bool truth_read(const char *path, uint32_t width, uint32_t height, struct canvas *canvas)
 {
     if (path_is_device(path)) { /* a pipe's writer may never come */
@@ -76,16 +107,14 @@ bool truth_read(const char *path, uint32_t width, uint32_t height, struct canvas
         user_error(path, 0, "cannot be opened: %s", strerror(errno));
         return false;
     }
-    bool swapped;
     canvas_init(canvas, width, height);
-    bool good = read_header(file, width, height, &swapped) && read_rows(file, canvas, swapped);
+    char *wrong = read_reference(file, canvas);
     fclose(file);
-    if (good) return true;
+    if (!wrong) return true;
     canvas_free(canvas);
-    user_error(
-        path, 0,
-        "is no reference for this picture, expected a colour PFM of %u x %u pixels, all finite",
-        width, height);
+    user_error(path, 0, "%s, expected a colour PFM of %u x %u pixels, all finite", wrong, width,
+               height);
+    free(wrong);
     return false;
 }
 

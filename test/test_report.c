@@ -407,6 +407,7 @@ static void test_table(void **state)
     struct report report = sample_report(renderers, 4);
     renderers[0].pixels /= 2;
     renderers[1].pixels += renderers[0].pixels;
+    renderers[2].busy_s = 1.5;
     char *text = table_text(&report, 80);
     assert_has(text, "  rendering           4.000 s   80.0 %  ###################\n");
     assert_has(text, "  writing             0.312 s    6.2 %  ##\n"
@@ -414,11 +415,11 @@ static void test_table(void **state)
                      "  total               5.000 s\n");
     assert_has(text, "  intersection        2.000 s   50.0 %  ############\n");
     assert_has(text, "  waiting             0.500 s   12.5 %  ###\n");
-    assert_has(text, "     0     75   259200    3.000    0.500   12.5 %  ########\n");
     assert_has(text,
-               "     1     75   777600    3.010    0.500   37.5 %  ########################\n");
-    assert_has(text, "  mean     75   518400    3.015    0.500   25.0 %  ################\n");
-    assert_has(text, "efficiency 75.4 %, imbalance 1.005, tail 0.030 s\n");
+               "     0     75   259200   12.5 %    0.500    3.000  ########################\n");
+    assert_has(text, "     2     75   518400   25.0 %    0.500    1.500  ############\n");
+    assert_has(text, "  mean     75   518400   25.0 %    0.500    2.635  #####################\n");
+    assert_has(text, "efficiency 65.9 %, imbalance 1.150, tail 0.030 s\n");
     assert_has(text, "13.2M rays, 3.3M per second\n4.0M primary, 8.0M shadow, 1.2M reflection\n");
     assert_has(text, "picture lantern.png\n");
     assert_null(strstr(text, "NaN"));
@@ -439,7 +440,9 @@ static void test_table(void **state)
     free(text);
     renderers[3].cpu_s = 0;
     text = table_text(&report, 80);
-    assert_has(text, "\nCPU time is 75 % of busy time, as cores were shared\n");
+    assert_has(
+        text,
+        "\nCPU time is 85 % of busy time, as cores were shared\n  its imbalance is 1.333\n");
     free(text);
     for (int i = 0; i < 4; i++)
         renderers[i].counts = (struct render_counts){.rays = {i == 0}};
@@ -457,14 +460,14 @@ static void test_table_narrow(void **state)
     char *text = table_text(&report, 50);
     assert_fits(text, 50);
     assert_has(text, "farm 1.2.3, 1920 x 1080 pixels, 2 renderers\n  dynamic schedule, 300 ");
-    assert_has(text, "  rank  tiles   busy s   wait s    share\n"
-                     "     0     75    3.000    0.500   50.0 %  ########\n");
+    assert_has(text, "  rank  tiles    share   wait s   busy s\n"
+                     "     0     75   50.0 %    0.500    3.000  ########\n");
     free(text);
     text = table_text(&report, 57);
-    assert_has(text, "     0     75   518400    3.000    0.500   50.0 %  ######\n");
+    assert_has(text, "     0     75   518400   50.0 %    0.500    3.000  ######\n");
     free(text);
     text = table_text(&report, 40);
-    assert_has(text, "     0     75    3.000    0.500   50.0 %\n");
+    assert_has(text, "     0     75   50.0 %    0.500    3.000\n");
     free(text);
 }
 
@@ -554,13 +557,13 @@ static void test_table_of_many(void **state)
     struct report report = sample_report(renderers, RANKS);
     strcpy(renderers[7].host, "other");
     char *text = table_text(&report, 80);
-    assert_has(text, "\n    99     75   518400    3.990");
+    assert_has(text, "\n    99     75   518400    1.0 %    0.500    3.990");
     assert_has(text, "\n    96     75");
     assert_has(text, "\n   ...  92 more, then the idlest\n     3     75");
     assert_has(text, "\n     0     75");
     assert_null(strstr(text, "\n    95 "));
     assert_null(strstr(text, "\n     4 "));
-    assert_has(text, "  mean     75   518400    3.495");
+    assert_has(text, "  mean     75   518400    1.0 %    0.500    3.495");
     assert_has(text, "  host\n");
     assert_has(text, "  node ");
     free(text);
@@ -594,6 +597,10 @@ static void test_table_error(void **state)
     assert_has(text, " after 12.4 s\n  10.0 s of that saved by an earlier run "
                      "(20.0 s of CPU time, shared)\n"
                      "  0.00009 against the reference\n0.00002 would take about 289 s (");
+    free(text);
+    row.true_rmse = 0.2;
+    text = table_text(&report, 80);
+    assert_has(text, "\n  0.2 against the reference (is it of this view?)\n");
     free(text);
     report.forecast = (struct error_forecast){.rmse = 0.000098, .goal = 0.000049, .beyond = true};
     report.max_samples = 64;
