@@ -159,7 +159,8 @@ bool text_write_by(const char *key, const char *path, text_writer *put, void *co
 
 /* ---- tried before ---- */
 
-/* Writes a block beside target and removes it; errno of what failed, or 0. */
+/* Writes a block beside target, to a file that has its name for a moment alone: syncing may take long, and who is
+ * stopped meanwhile leaves nothing. errno of what failed, or 0. */
 static int try_folder(const char *target)
 {
     static const char block[4096]; /* what most file systems reserve at a time */
@@ -168,10 +169,10 @@ static int try_folder(const char *target)
     if (descriptor < 0) {
         error = errno;
     } else {
+        unlink(temporary);
         if (write(descriptor, block, sizeof block) != (ssize_t)sizeof block || fsync(descriptor))
             error = errno ? errno : ENOSPC;
         if (close(descriptor) && !error) error = errno;
-        unlink(temporary);
     }
     free(temporary);
     return error;
