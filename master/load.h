@@ -54,7 +54,4 @@ void job_free(struct job *job);
  */
 char *print_job(const struct job *job);
 
-/* For --help: the sections that make up a scene and their keys, with ranges and defaults. */
-void print_scene_keys(FILE *out);
-
 #endif

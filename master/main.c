@@ -17,6 +17,7 @@
 #include "common/message.h"
 #include "common/nap.h"
 #include "master/expect.h"
+#include "master/help.h"
 #include "master/run.h"
 #include "master/timeline_output.h"
 #include "worker/collective.h"
@@ -291,7 +292,7 @@ static int answer_without_mpi(int argc, char **argv, struct options *options)
     if (options->action != ACTION_HELP && options->action != ACTION_VERSION) return -1;
     if (!speaks_first()) return STATUS_DONE;
     if (options->action == ACTION_HELP)
-        options_help(stdout);
+        print_help(stdout, terminal_columns(stdout));
     else
         puts("farm " FARM_VERSION);
     return close_output();

@@ -4,7 +4,6 @@
 
 #include <stdbool.h>
 #include <stddef.h>
-#include <stdio.h>
 
 enum action { ACTION_RENDER, ACTION_HELP, ACTION_VERSION, ACTION_CHECK, ACTION_PRINT_CONFIG };
 
@@ -21,7 +20,5 @@ struct options {
  * arguments may be put into another order.
  */
 bool options_parse(int argc, char **argv, struct options *options);
-
-void options_help(FILE *out);
 
 #endif

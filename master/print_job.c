@@ -1,4 +1,4 @@
-/* The texts of --print-config and --help (declared in load.h). */
+/* The text of --print-config (declared in load.h). */
 #include <stdlib.h>
 #include <string.h>
 
@@ -114,28 +114,4 @@ char *print_job(const struct job *job)
     if (to.good) return text;
     free(text);
     return NULL;
-}
-
-/* ---- help ---- */
-
-static void print_key_help(FILE *out, const struct key *key)
-{
-    /* Of a text there is no more to say than what it is. */
-    bool help_is_all = key->help && key->type == VALUE_TEXT;
-    char *expected = help_is_all ? copy_text("") : key_expected(key);
-    fprintf(out, "    %-14s %s%s%s", key->name, key->help ? key->help : "",
-            key->help && !help_is_all ? ": " : "", expected);
-    if (key->fallback) fprintf(out, " (%s)", key->fallback);
-    fputc('\n', out);
-    free(expected);
-}
-
-void print_scene_keys(FILE *out)
-{
-    for (size_t i = 0; scene_section_kind(i); i++) {
-        const struct section_kind *kind = scene_section_kind(i);
-        fprintf(out, "  [%s NAME]\n", kind->name);
-        for (size_t j = 0; j < kind->count; j++)
-            print_key_help(out, &kind->keys[j]);
-    }
 }

@@ -36,6 +36,13 @@ check "control characters in names" harmless
 
 short_help() { run 0 "$FARM" -h && echo "$out" | grep -q '^  --help, -h  '; }
 check "-h is --help, which tells so" short_help
+narrow_help() { # on a terminal, what keys mean stays in its column; where columns are few the terminal breaks lines
+    script -qec "stty cols 64; '$FARM' --help" /dev/null | tr -d '\r' >wrapped
+    "$FARM" --help >whole
+    grep -v '^usage\|^  mpiexec\|^exit' wrapped | awk 'length > 64 { exit 1 }' || return 1
+    [ "$(tr -s ' \n' ' ' <wrapped)" = "$(tr -s ' \n' ' ' <whole)" ] && [ "$(wc -l <wrapped)" -gt "$(wc -l <whole)" ]
+}
+check "--help on a narrow terminal" narrow_help
 
 wrong() { # N PATTERN ARGUMENT...: one line on stderr that matches, status 2, nothing left behind
     n=$1 pattern=$2; shift 2
