@@ -178,9 +178,25 @@ static bool refuse_dotted_name(const struct override *override)
     return dotted;
 }
 
-static bool refuse_override_section(const struct override *override)
+/* "ball.radius=2" as "sphere ball.radius=2". */
+static bool refuse_name_alone(const struct ini *ini, const struct override *override)
 {
-    if (refuse_dotted_name(override)) return false;
+    for (size_t i = 0; i < ini->count; i++) {
+        const struct ini_section *section = &ini->sections[i];
+        size_t length = strlen(section->name);
+        if (length == 0 || strncmp(override->argument, section->name, length) != 0 ||
+            override->argument[length] != '.')
+            continue;
+        user_error(override->argument, 0, "unknown section '%s', did you mean \"%s %s\"?",
+                   section->name, section->kind, override->argument);
+        return true;
+    }
+    return false;
+}
+
+static bool refuse_override_section(const struct ini *ini, const struct override *override)
+{
+    if (refuse_dotted_name(override) || refuse_name_alone(ini, override)) return false;
     char *hint = section_hint(override->kind);
     user_error(override->argument, 0, "unknown section '%s'%s", override->kind, hint);
     free(hint);
@@ -253,7 +269,7 @@ static bool apply(struct loader *loader, struct ini *ini, const struct override 
                    override->kind, override->kind, override->key);
         return false;
     }
-    if (!is_scene_section(override->kind)) return refuse_override_section(override);
+    if (!is_scene_section(override->kind)) return refuse_override_section(ini, override);
     struct ini_section *section = overridden_section(ini, override);
     if (!section) return false;
     ini_set(section, override->key, override->value, &entry);

@@ -46,8 +46,11 @@ bool read_entry(const struct ini_section *section, const struct ini_entry *entry
     char *what = *hint       ? copy_text(hint)
                  : key->help ? format_text("; %s: %s", key->name, key->help)
                              : copy_text("");
-    user_error(entry->file, entry->line, "%s = %s in %s, expected %s%s", entry->key, entry->value,
-               title, expected, what);
+    if (entry->line > 0)
+        user_error(entry->file, entry->line, "%s = %s in %s, expected %s%s", entry->key,
+                   entry->value, title, expected, what);
+    else /* an argument, which stands in front of the message as it is */
+        user_error(entry->file, 0, "expected %s%s", expected, what);
     free(what);
     free(title);
     free(expected);

@@ -1,0 +1,82 @@
+/* The text of --help: all that can be set, in lines that fit. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "master/help.h"
+
+#define TEXT_MOST 65536
+
+static void make_text(char text[TEXT_MOST], int columns)
+{
+    FILE *out = fmemopen(text, TEXT_MOST, "w");
+    print_help(out, columns);
+    assert_int_equal(fclose(out), 0);
+}
+
+static void test_lists_all_keys(void **state)
+{
+    (void)state;
+    static char text[TEXT_MOST];
+    make_text(text, 0);
+    static const char *const words[] = {
+        "\n  image.width = 640                    pixels from left to right\n",
+        "cyclic, cyclic-rows\n",
+        "\n  [cone NAME]\n",
+        "\n    apex_radius    a finite number >= 0 (0)\n",
+        "[include NAME]",
+        "the world outside has 1): a finite number > 0 (1.5)"};
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        if (!strstr(text, words[i])) fail_msg("no %s", words[i]);
+}
+
+/* But for usage and examples, which are to be copied. */
+static void check_lines(char *text, size_t columns)
+{
+    *strstr(text, "examples:") = '\0';
+    for (char *line = strstr(text, "settings and"); *line; line += strcspn(line, "\n") + 1)
+        if (strcspn(line, "\n") > columns) fail_msg("%.90s", line);
+}
+
+/* Of what is broken, each line but the first begins in the column; no line ends with a blank. */
+static void test_fits(void **state)
+{
+    (void)state;
+    static char text[TEXT_MOST];
+    make_text(text, 70);
+    assert_non_null(strstr(text,
+                           "\n  camera.fov = 45                      vertical angle from edge to\n"
+                           "                                       edge, degrees\n"));
+    assert_non_null(strstr(text,
+                           "\n    a              corners, counter-clockwise seen from the front:\n"
+                           "                   three finite numbers separated by spaces\n"));
+    assert_null(strstr(text, " \n"));
+    check_lines(text, 70);
+}
+
+/* Words are the same, and where there is no room for a column lines are as long as they are. */
+static void test_no_room(void **state)
+{
+    (void)state;
+    static char narrow[TEXT_MOST], whole[TEXT_MOST], wide[TEXT_MOST];
+    make_text(narrow, 30);
+    make_text(whole, 0);
+    make_text(wide, 1000);
+    assert_string_equal(wide, whole);
+    assert_non_null(
+        strstr(narrow, "camera.fov = 45                      vertical angle from edge to edge"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_lists_all_keys),
+        cmocka_unit_test(test_fits),
+        cmocka_unit_test(test_no_room),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
