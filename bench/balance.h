@@ -63,8 +63,6 @@ double measure_slice(void);
 double measure_waiting(unsigned ranks, const char *config, const char *picture, const char *options,
                        unsigned *looks);
 
-/* ---- statistics ---- */
-
 /* ---- sections ---- */
 
 void section_costs(void);
@@ -75,5 +73,8 @@ void section_real(void);
 void section_model(void);
 void section_plan(void);
 void section_marks(void);
+
+/* Prints the speed-ups of a scene file, by 2 to PAPER_PROCESSORS processors and all schedules. */
+void compare_schedules(const char *config, uint32_t samples);
 
 #endif

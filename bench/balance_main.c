@@ -2,9 +2,11 @@
  * make bench-balance: how evenly the work is shared out, in real runs and in virtual time.
  *
  *   balance [--only SECTION[,SECTION...] [--fresh]] [--rounds N]
+ *   balance --scene FILE [--samples N] [--rounds N]
  *
  * Sections that are not run again keep what they said the last time; --fresh forgets all of it, the measured
- * costs, too, as a run of all sections does. --rounds: how often every tile is timed for its cost (3). Exit
+ * costs, too, as a run of all sections does. --scene tells of another scene how it would be shared out, in virtual
+ * time, and nothing else. --rounds: how often every tile is timed for its cost (3). Exit
  * status 1: a picture of many ranks was another one than that of one.
  */
 #include <stdlib.h>
@@ -76,20 +78,30 @@ static bool pictures_are_same(void)
 
 int main(int argc, char **argv)
 {
-    const char *only = NULL;
+    const char *only = NULL, *scene = NULL;
     bool fresh = false;
+    uint32_t samples = 1;
     if (system("mkdir -p " OUT_FOLDER " " KEPT_FOLDER) != 0) fatal("cannot make " OUT_FOLDER);
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--only") == 0 && i + 1 < argc && all_known(argv[i + 1]))
             only = argv[++i];
         else if (strcmp(argv[i], "--fresh") == 0)
             fresh = true;
+        else if (strcmp(argv[i], "--scene") == 0 && i + 1 < argc)
+            scene = argv[++i];
+        else if (strcmp(argv[i], "--samples") == 0 && i + 1 < argc && atoi(argv[i + 1]) > 0)
+            samples = (uint32_t)atoi(argv[++i]);
         else if (strcmp(argv[i], "--rounds") == 0 && i + 1 < argc && atoi(argv[i + 1]) > 0)
             bench_rounds = (unsigned)atoi(argv[++i]);
         else
-            fatal("usage: balance [--rounds N] [--fresh] [--only "
-                  "messages,costs,figures,static,real,"
-                  "model,plan,marks]");
+            fatal("usage: balance [--rounds N] [--scene FILE [--samples N]] [--fresh] [--only "
+                  "messages,costs,figures,static,real,model,plan,marks]");
+    }
+    if (scene) {
+        values_read();
+        compare_schedules(scene, samples);
+        values_write();
+        return 0;
     }
     if (fresh || !only) forget_all();
     values_read();

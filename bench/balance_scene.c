@@ -1,0 +1,42 @@
+/* Speed-ups of a scene of one's own, by the simulated farm. */
+#include <stdio.h>
+
+#include "bench/balance.h"
+#include "bench/balance_schedules.h"
+
+static void put_row(const struct picture_costs *costs, double serial, uint32_t processors)
+{
+    struct machine machine = one_machine(processors);
+    printf("| %u |", processors);
+    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++) {
+        struct sim_outcome outcome;
+        schedule_simulate(k, &machine, costs, &outcome);
+        printf(" %.1f |", serial / outcome.render_s);
+        sim_outcome_free(&outcome);
+    }
+    putchar('\n');
+    fflush(stdout);
+}
+
+void compare_schedules(const char *config, uint32_t samples)
+{
+    struct tile_costs map, single;
+    costs_measure(&map, config, PAPER_WIDTH, PAPER_HEIGHT, samples, bench_rounds);
+    costs_measure(&single, config, PAPER_WIDTH, PAPER_HEIGHT, 1, bench_rounds);
+    struct picture_costs costs = {.map = &map, .single = &single, .scale = 1, .samples = samples};
+    double serial = serial_seconds(&costs);
+    printf("Simulated speed-up of %s, %u x %u pixels, samples = %u, one processor: %.3f s\n\n"
+           "| processors |",
+           config, PAPER_WIDTH, PAPER_HEIGHT, samples, serial);
+    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
+        printf(" %s |", bench_schedules[k].name);
+    printf("\n|---|");
+    for (unsigned k = 0; k < SCHEDULES_COMPARED; k++)
+        printf("---|");
+    putchar('\n');
+    for (uint32_t processors = 2; processors < PAPER_PROCESSORS; processors *= 2)
+        put_row(&costs, serial, processors);
+    put_row(&costs, serial, PAPER_PROCESSORS);
+    costs_free(&map);
+    costs_free(&single);
+}
