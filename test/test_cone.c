@@ -68,6 +68,24 @@ static void test_from_inside(void **state)
     assert_crossings(&rod, ray, -1, CONE_BASE_CAP, 1, CONE_APEX_CAP);
 }
 
+/* From the floor under a rod, which is so far away that all of it is near the start: where it is entered is told. */
+static void test_from_the_floor_far_away(void **state)
+{
+    (void)state;
+    for (int exponent = 0; exponent <= 40; exponent++) {
+        double far = ldexp(1, exponent);
+        struct cone standing = rod;
+        standing.base.x = standing.apex.x = far;
+        struct ray up = ray_along(vec3(far + 0.5, 0, -0x1p-51 * far), vec3(0, 0, 1));
+        up.t_max = 10;
+        up.from = primitive_id(PRIMITIVE_PLANE, 0);
+        struct purpose number = {true, up.t_max};
+        struct crossings found = cone_crossings(&standing, &up, false, &number, &exact);
+        assert_true(is_near_start(&up, found.t[0]));
+        assert_near(found.t[1], 2, 1e-3);
+    }
+}
+
 static void test_tangent(void **state)
 {
     (void)state;
@@ -318,6 +336,7 @@ int main(void)
         cmocka_unit_test(test_cylinder_side),
         cmocka_unit_test(test_cylinder_caps),
         cmocka_unit_test(test_from_inside),
+        cmocka_unit_test(test_from_the_floor_far_away),
         cmocka_unit_test(test_tangent),
         cmocka_unit_test(test_cone_side),
         cmocka_unit_test(test_cone_generator),

@@ -177,9 +177,10 @@ static inline double cone_middle(const struct cone_sketch *s)
 static inline bool cone_is_pierced(const struct cone *cone, const struct cone_sketch *s,
                                    const struct ray *ray, double t_max, double *t)
 {
+    double start = start_reach(ray);
     *t = cone_middle(s);
-    return cone->capped && *t > 0 && *t < t_max && t_max * s->speed < 0x1p200 &&
-           cone_is_inside_at(cone, s, ray, *t) && cone_is_outside_at(s, ray, start_reach(ray)) &&
+    return cone->capped && *t > start && *t < t_max && t_max * s->speed < 0x1p200 &&
+           cone_is_inside_at(cone, s, ray, *t) && cone_is_outside_at(s, ray, start) &&
            cone_is_outside_at(s, ray, t_max);
 }
 
