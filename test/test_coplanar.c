@@ -377,6 +377,110 @@ static void test_each_is_passed_once(void **state)
             }
 }
 
+/* ---- what is round ---- */
+
+#define ROUND_AXIS vec3(0.36, 0.48, 0.8)
+
+/* Three of glass in one sphere, or in one cylinder or cone, all about the origin; the cylinders of different lengths. */
+static struct scene *round_pile(enum primitive_kind kind, double far, double apex_radius)
+{
+    struct builder *builder = builder_create();
+    struct vec3 axis = ROUND_AXIS, at = {far, -far, far / 3};
+    for (int i = 0; i < PILE; i++) {
+        uint32_t material = add_material(builder, vec3(1, 1, 1), 0.5);
+        double length = apex_radius == 1 ? 8 << i : 8;
+        struct cone cone = {vec_add_scaled(at, axis, -length),
+                            vec_add_scaled(at, axis, length),
+                            1,
+                            apex_radius,
+                            material,
+                            1};
+        /* Rounded, the axes are one only about the origin. */
+        if (kind == PRIMITIVE_SPHERE)
+            add_sphere(builder, at, 1.5, material);
+        else
+            assert_added(builder_add_cone(builder, &cone));
+    }
+    return finish_scene(builder);
+}
+
+/* From all around the axis, some by the rim of what is seen. */
+static struct ray ray_through(uint64_t *random, struct vec3 middle)
+{
+    struct vec3 from = vec_normalize(vec_cross(ROUND_AXIS, random_vector(random, 1)));
+    from = vec_add_scaled(middle, from, 6);
+    double off = random_below(random, 2) > 0 ? 0.3 : 1.4;
+    return ray_to(from, vec_add(middle, random_vector(random, off)));
+}
+
+/* Into and out of all three, in the same order, wherever the last one was entered from. */
+static void crosses_all(const struct scene *scene, const struct bvh *bvh, struct ray ray)
+{
+    uint32_t met[2 * PILE + 1];
+    uint64_t exact = 0;
+    struct hit hit;
+    struct vec3 light = light_through(scene, bvh, &ray);
+    for (int k = 0; k <= 2 * PILE; k++) {
+        nearest(scene, bvh, &ray, 1, &hit, &exact);
+        met[k] = hit.primitive;
+        if (hit.primitive == PRIMITIVE_NONE) break;
+        ray = ray_from(scene, &ray, &hit);
+    }
+    if (met[0] == PRIMITIVE_NONE) return;
+    for (int k = 0; k < 2 * PILE; k++)
+        assert_int_equal(primitive_index(met[k]), k % PILE);
+    assert_int_equal(met[2 * PILE], PRIMITIVE_NONE);
+    assert_near(light.x, 1.0 / 64, 0);
+}
+
+/* What the second one throws back goes out through the first one alone; and what that throws back, in again. */
+static void is_thrown_back(const struct scene *scene, const struct bvh *bvh, struct ray ray)
+{
+    uint64_t exact = 0;
+    struct hit hit;
+    for (uint32_t k = 0; k < 4; k++) {
+        nearest(scene, bvh, &ray, 1, &hit, &exact);
+        if (k == 0 && hit.primitive == PRIMITIVE_NONE) return;
+        assert_int_equal(primitive_index(hit.primitive), k % 2);
+        struct ray next = ray_from(scene, &ray, &hit);
+        if (k > 0) {
+            struct surface surface;
+            surface_at(scene, &ray, &hit, &surface);
+            double along = vec_dot(ray.direction, surface.geometric);
+            next.origin = surface_beyond(scene, &ray, &hit);
+            next.direction = vec_add_scaled(ray.direction, surface.geometric, -2 * along);
+            if (k % 2) next.from_part |= FROM_REVERSED;
+        }
+        ray = next;
+    }
+}
+
+static void test_round(void **state)
+{
+    (void)state;
+    uint64_t random = 76;
+    static const struct {
+        enum primitive_kind kind;
+        double far, apex_radius;
+    } piles[] = {{PRIMITIVE_SPHERE, 0, 0},
+                 {PRIMITIVE_SPHERE, 1000, 0},
+                 {PRIMITIVE_CONE, 0, 1},
+                 {PRIMITIVE_CONE, 0, 0.5},
+                 {PRIMITIVE_CONE, 1000, 0.5}};
+    for (size_t i = 0; i < sizeof piles / sizeof *piles; i++) {
+        double far = piles[i].far;
+        struct scene *scene = round_pile(piles[i].kind, far, piles[i].apex_radius);
+        struct bvh *bvh = build_tree(scene);
+        for (int k = 0; k < 4000; k++) {
+            struct ray ray = ray_through(&random, vec3(far, -far, far / 3));
+            crosses_all(scene, bvh, ray);
+            is_thrown_back(scene, bvh, ray);
+        }
+        free(bvh);
+        free(scene);
+    }
+}
+
 /* ---- sheets with common corners ---- */
 
 /* Two of a square in y = HEIGHT that are cut along different or the same diagonals, with the same vertices. */
@@ -558,6 +662,7 @@ int main(void)
         cmocka_unit_test(test_glass_on_floor),
         cmocka_unit_test(test_glass_on_glass),
         cmocka_unit_test(test_each_is_passed_once),
+        cmocka_unit_test(test_round),
         cmocka_unit_test(test_sheets_with_common_corners),
         cmocka_unit_test(test_three_through_one_line),
         cmocka_unit_test(test_oblique),

@@ -463,11 +463,10 @@ FLATTENED struct crossings cone_roots(const struct cone *cone, const struct ray 
     return found;
 }
 
-static struct dd parameter_at(const struct scaled *it, const struct ray *ray, double t,
-                              uint32_t part, bool leaving)
+static struct dd span_at(const struct scaled *it, const struct ray *ray, double rounded,
+                         uint32_t part, bool leaving)
 {
     uint64_t ignored = 0;
-    double rounded = ldexp(t, it->speed - it->length);
     if (part != CONE_SIDE) {
         struct dd cap = cap_parameter(it, part);
         if (cap.high == rounded) return cap;
@@ -478,18 +477,23 @@ static struct dd parameter_at(const struct scaled *it, const struct ray *ray, do
     return dd(rounded);
 }
 
+/* A way out was solved for as if the ray started on the side, which it does but for rounding; where it goes through the
+ * side again, its roots tell. */
+static struct dd parameter_at(const struct scaled *it, const struct ray *ray, double t,
+                              uint32_t part, bool leaving)
+{
+    uint64_t ignored = 0;
+    struct dd found = span_at(it, ray, ldexp(t, it->speed - it->length), part, leaving);
+    if (!leaving || part != CONE_SIDE) return found;
+    struct dd root = cone_side(it, &ignored).leave;
+    return fabs(root.high - found.high) <= WAY_OUT_ERROR * found.high ? root : found;
+}
+
 FLATTENED struct dd cone_parameter(const struct cone *cone, const struct ray *ray, double t,
                                    uint32_t part, bool leaving)
 {
     struct scaled it = scaled_of(cone, ray);
-    struct dd found = parameter_at(&it, ray, t, part, leaving);
-    if (leaving && part == CONE_SIDE) {
-        uint64_t ignored = 0;
-        struct dd root = cone_side(&it, &ignored).leave;
-        double apart = fabs(root.high - found.high);
-        if (apart <= WAY_OUT_ERROR * found.high) found = root;
-    }
-    return dd_ldexp(found, it.length - it.speed);
+    return dd_ldexp(parameter_at(&it, ray, t, part, leaving), it.length - it.speed);
 }
 
 FLATTENED struct dd3 cone_point(const struct cone *cone, const struct ray *ray, double t,

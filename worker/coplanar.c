@@ -104,10 +104,49 @@ static bool are_parallel(const struct dd3 *p, const struct dd3 *q)
     return true;
 }
 
+static bool is_same_point(struct vec3 a, struct vec3 b)
+{
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+static bool are_one_sphere(const struct sphere *a, const struct sphere *b)
+{
+    return a->radius == b->radius && is_same_point(a->center, b->center);
+}
+
+/* Cylinders of different lengths, too. */
+static bool are_one_side(const struct cone *a, const struct cone *b)
+{
+    if (is_same_point(a->base, b->base) && is_same_point(a->apex, b->apex))
+        return a->base_radius == b->base_radius && a->apex_radius == b->apex_radius;
+    if (a->base_radius == a->apex_radius) {
+        struct dd3 p = exact_difference3(a->apex, a->base), q = exact_difference3(b->apex, b->base);
+        struct dd3 way = exact_difference3(b->base, a->base);
+        return b->base_radius == a->base_radius && b->apex_radius == a->base_radius &&
+               are_parallel(&p, &q) && are_parallel(&p, &way);
+    }
+    return is_same_point(a->base, b->apex) && is_same_point(a->apex, b->base) &&
+           a->base_radius == b->apex_radius && a->apex_radius == b->base_radius;
+}
+
+/* Of one kind, and no part of them is flat. */
+static bool are_in_one(const struct scene *scene, uint32_t a, uint32_t part_of_a, uint32_t b,
+                       uint32_t part_of_b)
+{
+    uint32_t i = primitive_index(a), k = primitive_index(b);
+    if (primitive_kind(a) == PRIMITIVE_SPHERE)
+        return are_one_sphere(&scene_spheres(scene)[i], &scene_spheres(scene)[k]);
+    return primitive_kind(a) == PRIMITIVE_CONE && part_of_a == CONE_SIDE &&
+           part_of_b == CONE_SIDE && are_one_side(&scene_cones(scene)[i], &scene_cones(scene)[k]);
+}
+
 bool are_coplanar(const struct scene *scene, uint32_t a, uint32_t part_of_a, uint32_t b,
                   uint32_t part_of_b)
 {
     struct flat one = flat_of(scene, a, part_of_a), other = flat_of(scene, b, part_of_b);
+    if (one.corners == 0 && other.corners == 0)
+        return primitive_kind(a) == primitive_kind(b) &&
+               are_in_one(scene, a, part_of_a, b, part_of_b);
     if (one.corners == 0 || other.corners == 0) return false;
     const struct flat *points = one.corners == 3 ? &one : &other;
     const struct flat *plane = one.corners == 3 ? &other : &one;

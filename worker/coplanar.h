@@ -1,4 +1,5 @@
-/* Flat surfaces without rounding: whether two lie in one plane, and which of them a ray meets first. */
+/* Surfaces without rounding: whether two lie in one plane or other surface, and which of two flat ones a ray meets
+ * first. */
 #ifndef FARM_WORKER_COPLANAR_H
 #define FARM_WORKER_COPLANAR_H
 
@@ -7,8 +8,8 @@
 
 #include "worker/ray.h"
 
-/* Of two primitives, or those of their parts (as in struct hit) that are flat; without rounding. What
- * is round is in no plane. */
+/* Of two primitives, or of their parts (as in struct hit), without rounding: flat ones in one plane. What is round lies
+ * in the same sphere, in a cylinder of the same axis and radius, or in a cone with the same ends. */
 bool are_coplanar(const struct scene *scene, uint32_t a, uint32_t part_of_a, uint32_t b,
                   uint32_t part_of_b);
 

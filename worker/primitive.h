@@ -141,7 +141,8 @@ static inline struct crossings primitive_crossings(const struct scene *scene, ui
     struct crossings found = NO_CROSSINGS;
     switch (primitive_kind(id)) {
     case PRIMITIVE_SPHERE:
-        return sphere_crossings(&scene_spheres(scene)[index], ray, leaving, purpose, exact);
+        found = sphere_crossings(&scene_spheres(scene)[index], ray, leaving, purpose, exact);
+        return crossings_ahead(scene, id, ray, found);
     case PRIMITIVE_BOX:
         found = box_crossings(&scene_boxes(scene)[index], ray, leaving, exact);
         return crossings_ahead(scene, id, ray, found);
