@@ -6,6 +6,7 @@
 #include "bench/pictures.h"
 #include "common/clock.h"
 #include "common/message.h"
+#include "worker/bvh_leaf.h"
 #include "worker/primitive.h"
 
 /* ---- other trees ---- */
@@ -14,9 +15,11 @@ static struct bvh *allocate_tree(const struct bvh *model, uint32_t nodes)
 {
     size_t head = (sizeof(struct bvh) + 63) / 64 * 64;
     size_t list = head + nodes * sizeof(struct bvh_node);
-    size_t bytes = list + (model->leaf_count * sizeof(struct bvh_leaf) + 63) / 64 * 64;
+    size_t entries = model->leaf_count * ENTRY_ROOM + LEAF_END;
+    size_t bytes = list + (entries * sizeof(struct bvh_leaf) + 63) / 64 * 64;
     struct bvh *tree = aligned_alloc(64, bytes);
     if (!tree) fatal("no memory for a tree");
+    memset(tree, 0, bytes);
     *tree = (struct bvh){.bytes = bytes,
                          .node_count = nodes,
                          .leaf_count = model->leaf_count,
@@ -78,25 +81,29 @@ static void clear_node(struct bvh_node *node)
 
 /*
  * A tree in one leaf with infinite bounds: brute force by the same tests. (Slabs that are infinite
- * on both sides let every ray pass.)
+ * on both sides let every ray pass.) Its corners say nothing: what is told of roughly placed triangles
+ * is to be checked, too.
  */
-static struct bvh *one_leaf(const struct bvh *model)
+static struct bvh *one_leaf(const struct scene *scene, const struct bvh *model)
 {
     static const struct box3 everything = {{-INFINITY, -INFINITY, -INFINITY},
                                            {INFINITY, INFINITY, INFINITY}};
     struct bvh *tree = allocate_tree(model, 1);
     clear_node(nodes_of(tree));
     set_slot(nodes_of(tree), 0, &everything);
-    nodes_of(tree)->count[0] = (uint32_t)model->leaf_count;
+    uint32_t count = nodes_of(tree)->count[0] = (uint32_t)model->leaf_count;
     struct bvh_leaf *leaves = leaves_of(tree);
     copy_entries(model, leaves);
-    qsort(leaves, model->leaf_count, sizeof *leaves, by_id);
+    qsort(leaves, count, sizeof *leaves, by_id);
+    if (bvh_write_corners(scene, tree->center, leaves, count) > 0)
+        ((struct bvh_corners *)(void *)(leaves + count))->inverse = NAN;
     return tree;
 }
 
 /* A tree by median split along alternating axes, with so many primitives in a leaf; nodes have two
  * children. */
 struct median {
+    const struct scene *scene;
     const struct bvh_leaf *model;
     const struct box3 *bounds; /* of every place in the model's list */
     struct bvh_node *nodes;
@@ -127,6 +134,16 @@ static struct box3 bounds_around(const struct median *median, uint32_t first, ui
     return all;
 }
 
+static void write_leaf(const struct median *median, struct bvh_leaf *leaves, uint32_t first,
+                       uint32_t count)
+{
+    static const double center[3] = {0, 0, 0};
+    for (uint32_t i = 0; i < count; i++)
+        leaves[i] = median->model[median->places[first + i]];
+    qsort(leaves, count, sizeof *leaves, by_id);
+    bvh_write_corners(median->scene, center, leaves, count);
+}
+
 static void split(struct median *median, uint32_t at, uint32_t first, uint32_t count,
                   unsigned axis);
 
@@ -141,11 +158,9 @@ static void set_child(struct median *median, uint32_t at, int slot, uint32_t fir
         split(median, node->child[slot], first, count, (axis + 1) % 3);
         return;
     }
-    node->child[slot] = first;
+    node->child[slot] = first * ENTRY_ROOM;
     node->count[slot] = count;
-    for (uint32_t i = first; i < first + count; i++)
-        median->leaves[i] = median->model[median->places[i]];
-    qsort(median->leaves + first, count, sizeof *median->leaves, by_id);
+    write_leaf(median, median->leaves + node->child[slot], first, count);
 }
 
 static void split(struct median *median, uint32_t at, uint32_t first, uint32_t count, unsigned axis)
@@ -181,7 +196,8 @@ static struct bvh *median_tree(const struct scene *scene, const struct bvh *mode
     struct box3 *bounds = allocate(count, sizeof *bounds);
     struct bvh_leaf *entries = allocate(count, sizeof *entries);
     copy_entries(model, entries);
-    struct median median = {.model = entries,
+    struct median median = {.scene = scene,
+                            .model = entries,
                             .bounds = bounds,
                             .nodes = nodes_of(tree),
                             .leaves = leaves_of(tree),
@@ -221,7 +237,7 @@ struct forest {
 static void plant(struct forest *forest)
 {
     const struct bvh *model = forest->stage.bvh;
-    forest->brute = one_leaf(model);
+    forest->brute = one_leaf(forest->stage.ours, model);
     forest->trees[0] = forest->stage.bvh;
     for (uint32_t i = 1; i < TREES; i++) /* leaves of 1, 2, 4, 8, 16 */
         forest->trees[i] = median_tree(forest->stage.ours, model, 1u << (i - 1));

@@ -256,6 +256,11 @@ void stage_free(struct stage *stage);
 /* The tree of a scene; freed by free(). */
 struct bvh *stage_tree(const struct scene *scene);
 
+/* Entries' room for each primitive of a leaf and its corners, in a tree that a case makes itself; and for
+ * what a row of eight places is loaded with behind the last. */
+#define ENTRY_ROOM (1 + (uint32_t)((sizeof(struct bvh_corners) + CORNER_ROWS * 2 + 3) / 4))
+#define LEAF_END   4
+
 struct ray stage_ray(struct vec3 origin, struct vec3 direction);
 
 /* nearest() of each ray, as stage_set_way() has it; *fallbacks counts those of all copies.

@@ -4,6 +4,7 @@
 
 #include "bench/stability.h"
 #include "bench/stability_shapes.h"
+#include "worker/bvh_leaf.h"
 
 /* ---- row 22: triangles that add nothing ---- */
 
@@ -136,6 +137,29 @@ static struct stage overlap_stage(struct random *random)
     return stage_finish(builder, NULL);
 }
 
+/* A tree of a single triangle. */
+struct lone_tree {
+    struct bvh head;
+    struct bvh_node node;
+    struct bvh_leaf leaves[ENTRY_ROOM + LEAF_END];
+};
+
+static void plant_alone(struct lone_tree *tree, const struct stage *stage,
+                        const struct scene *scene, uint32_t id)
+{
+    *tree = (struct lone_tree){.head = *stage->bvh, .leaves = {bvh_leaf_of(scene, id)}};
+    tree->head.node_count = tree->head.leaf_count = tree->node.count[0] = 1;
+    tree->head.nodes_offset = offsetof(struct lone_tree, node);
+    tree->head.leaves_offset = offsetof(struct lone_tree, leaves);
+    for (int axis = 0; axis < 3; axis++) {
+        for (int slot = 0; slot < BVH_WIDTH; slot++) {
+            tree->node.min[axis][slot] = slot == 0 ? tree->head.min[axis] : INFINITY;
+            tree->node.max[axis][slot] = slot == 0 ? tree->head.max[axis] : -INFINITY;
+        }
+    }
+    bvh_write_corners(scene, tree->head.center, tree->leaves, 1);
+}
+
 /* The lowest of the triangles that the ray meets, each in a tree of its own: brute force by the
  * same test. All that it meets are equally far. */
 static uint32_t lowest_alone(const struct stage *stage, const struct scene *scene,
@@ -143,22 +167,10 @@ static uint32_t lowest_alone(const struct stage *stage, const struct scene *scen
 {
     uint64_t count = scene->primitives[PRIMITIVE_TRIANGLE].count;
     for (uint32_t id = 0; id < count; id++) {
-        struct {
-            struct bvh head;
-            struct bvh_node node;
-            struct bvh_leaf leaf;
-        } tree = {.head = *stage->bvh, .leaf = bvh_leaf_of(scene, id)};
-        tree.head.node_count = tree.head.leaf_count = tree.node.count[0] = 1;
-        tree.head.nodes_offset = (uint64_t)((char *)&tree.node - (char *)&tree);
-        tree.head.leaves_offset = (uint64_t)((char *)&tree.leaf - (char *)&tree);
-        for (int axis = 0; axis < 3; axis++) {
-            for (int slot = 0; slot < BVH_WIDTH; slot++) {
-                tree.node.min[axis][slot] = slot == 0 ? tree.head.min[axis] : INFINITY;
-                tree.node.max[axis][slot] = slot == 0 ? tree.head.max[axis] : -INFINITY;
-            }
-        }
+        struct lone_tree tree;
         struct hit hit;
         uint64_t fallbacks = 0;
+        plant_alone(&tree, stage, scene, id);
         nearest(scene, &tree.head, ray, 1, &hit, &fallbacks);
         if (hit.primitive != PRIMITIVE_NONE) return id;
     }

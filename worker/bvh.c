@@ -214,7 +214,6 @@ static void build_tree(const struct whole *whole, struct bvh *bvh)
     struct bvh_leaf *leaves = (void *)((char *)bvh + bvh->leaves_offset);
     struct leaf_room room = bvh_write_leaves(whole, nodes, node_count, leaves);
     size_t leaf_bytes = (size_t)room.room * sizeof *leaves;
-    bvh->has_corners = 1;
     bvh->leaf_count = room.entries;
     bvh->bytes = bvh->leaves_offset + align_up(leaf_bytes + ROW_END);
     /* The same scene gives the same bytes, gaps too. */

@@ -64,8 +64,6 @@ struct bvh {
     uint64_t bytes; /* in use */
     uint64_t node_count;
     uint64_t leaf_count;    /* entries of all leaves */
-    uint64_t has_corners;   /* 1: struct bvh_corners stand behind the entries of each leaf with
-                             * triangles; else 0 */
     uint64_t transparent;   /* 1: some material of the scene lets light through; else 0 */
     uint64_t nodes_offset;  /* struct bvh_node; the root is node 0 (absent when node_count is 0) */
     uint64_t leaves_offset; /* struct bvh_leaf */

@@ -233,7 +233,6 @@ static INLINED bool occlusion_by_blocker(struct occlusion_walk *walk)
     const struct probe *probe = &walk->probe;
     uint32_t count = walk->blocker->count, triangles = triangles_of(leaves, count);
     if (triangles == 0) return has_spans(leaves->id) && !occlusion_span(walk, leaves);
-    if (!probe->rough.has_corners) return false;
     for (uint32_t i = 0; i < triangles; i += LANES) {
         lane_set others = first_lanes(triangles - i) & ~entries_of(leaves + i, probe->ray->from);
         struct triangle_sets sets = {others, 0};

@@ -261,7 +261,7 @@ static INLINED bool have_one_origin(const struct ray *rays, unsigned count)
  * not alike. */
 static INLINED bool bundle_of(const struct bvh *bvh, const struct ray *rays, struct bundle *bundle)
 {
-    if (!bvh->has_corners) return false;
+    if (bvh->node_count == 0) return false;
     bundle->bvh = bvh;
     bundle->leaves = bundle->visits = 0;
     unsigned z = shear_of(&rays[0].direction).z;

@@ -43,7 +43,6 @@ static INLINED void probe_begin(struct probe *probe, const struct scene *scene,
     probe->ray = ray;
     probe->purpose = (struct purpose){any, ray->t_max};
     probe->exact = exact;
-    probe->rough.has_corners = false;
     if (has_triangles(scene)) probe->shear = shear_of(&ray->direction);
     if (has_lines(scene)) probe->line = ray_in_one(ray);
 }
@@ -126,7 +125,7 @@ static INLINED struct triangle_sets probe_triangles(const struct probe *probe,
         sets.maybe = naive_crossed(probe->scene, leaves + first, triangles - first, probe->ray);
         return sets;
     }
-    if (probe->rough.has_corners) sets.maybe &= ~entries_of(leaves + first, probe->ray->from);
+    sets.maybe &= ~entries_of(leaves + first, probe->ray->from);
     if (!sort_rough_triangles(bvh_corners(leaves, count), triangles, first, &probe->rough, reach,
                               &sets))
         sets.maybe &=

@@ -43,7 +43,6 @@ struct rough_ray {
     struct quad origin;      /* from the tree's centre, in this order */
     struct quad slant;       /* sx, sy, 0, 0 */
     struct floats sx, sy;
-    bool has_corners;
 };
 
 /* Member by member, as probe_begin(). */
@@ -59,7 +58,6 @@ static INLINED void rough_ray_begin(struct rough_ray *rough, const struct bvh *b
     rough->slant = quad_row(shear->sx, shear->sy, 0, 0);
     rough->sx = floats_of((float)shear->sx);
     rough->sy = floats_of((float)shear->sy);
-    rough->has_corners = bvh->has_corners != 0;
 }
 
 /* X, Y and Z of a leaf. */
@@ -168,7 +166,6 @@ static INLINED bool sort_rough_triangles(const struct bvh_corners *corners, uint
                                          uint32_t first, const struct rough_ray *ray,
                                          const struct reach *reach, struct triangle_sets *sets)
 {
-    if (!ray->has_corners) return false;
     struct quad base = rough_base_of(ray, corners);
     if (!is_rough_enough(base)) return false;
     size_t row = triangles, axis = 3 * row;
