@@ -488,7 +488,7 @@ bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const stru
     for (unsigned i = 0; i < packets; i++)
         nearest_packet_begin(&it.packets[i], scene, rays + (size_t)i * LANES, exact);
     bundle_planes(&it, scene);
-    bundle_traverse(bvh, &it.bundle, farthest_limit(&it), visit_by_bundle, &it);
+    bundle_traverse(&it.bundle, farthest_limit(&it), visit_by_bundle, &it);
     if (it.given_up) return false;
     for (unsigned i = 0; i < packets && it.prepared; i++)
         prefetch_firsts(&it.packets[i]);

@@ -207,8 +207,7 @@ bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const str
     it.blocker = blocker;
     begin_rays(&it);
     look_at_blocker(&it);
-    if (it.open)
-        bundle_traverse(bvh, &it.bundle, lanes_highest(it.packet.t_max), visit_by_packet, &it);
+    if (it.open) bundle_traverse(&it.bundle, lanes_highest(it.packet.t_max), visit_by_packet, &it);
     /* A blocker spares a packet the walk only where it blocks all rays. Where one of these came through,
      * some of the next are taken to do so, too: it is forgotten, however many it has blocked. */
     if (it.open && !it.given_up) blocker->count = 0;

@@ -258,7 +258,7 @@ static INLINED bool have_one_origin(const struct ray *rays, unsigned count)
 }
 
 /* Of the rays of bundle->count packets, for which there is room at bundle->packets. false: they are
- * not alike. */
+ * not alike, or the tree is empty. */
 static INLINED bool bundle_of(const struct bvh *bvh, const struct ray *rays, struct bundle *bundle)
 {
     if (bvh->node_count == 0) return false;
@@ -481,11 +481,10 @@ static INLINED bool is_worth_it(struct bundle *bundle, unsigned rays)
 typedef void visit_leaf_by_packet(void *context, const struct bvh_node *node, unsigned slot,
                                   double *limit);
 
-static INLINED void bundle_traverse(const struct bvh *bvh, const struct bundle *bundle,
-                                    double limit, visit_leaf_by_packet *visit, void *context)
+static INLINED void bundle_traverse(const struct bundle *bundle, double limit,
+                                    visit_leaf_by_packet *visit, void *context)
 {
-    if (bvh->node_count == 0) return;
-    const struct bvh_node *nodes = bvh_nodes(bvh);
+    const struct bvh_node *nodes = bvh_nodes(bundle->bvh);
     struct packet_pending stack[BVH_STACK + BVH_WIDTH];
     unsigned top = 0;
     uint32_t now = 0;
@@ -494,7 +493,7 @@ static INLINED void bundle_traverse(const struct bvh *bvh, const struct bundle *
         struct floats enter;
         lane_set set = ranges_meet(bundle, &nodes[now], float_limit, &enter);
         top = push_for_packet(stack, top, now, set, enter);
-        prefetch_children(bvh, &nodes[now], set);
+        prefetch_children(bundle->bvh, &nodes[now], set);
         for (;;) {
             if (top == 0) return;
             const struct packet_pending *next = &stack[--top];
