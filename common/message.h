@@ -74,8 +74,9 @@ void *allocate_large(size_t bytes) __attribute__((alloc_size(1), returns_nonnull
 /* The same, cleared, so that all its pages are there before somebody else waits for who uses them. */
 void *allocate_there(size_t count, size_t size) __attribute__((alloc_size(1, 2), returns_nonnull));
 
-/* Room for one more element behind count: the array is made twice as long when count is a power of
- * two. For arrays that only ever grow, one by one, by this. */
+/* Room for one more element behind count: when count is a power of two, or 0, the array is made to have twice
+ * as many. For arrays that get their room one by one, by this alone. count may go down in between: there is
+ * always room up to the next power of two, and what an array that had more is cut by lies behind that. */
 void *grow(void *items, size_t count, size_t size) __attribute__((returns_nonnull));
 
 /* A copy of text that the caller frees. */

@@ -491,8 +491,6 @@ bool queue_recall(struct queue *queue, struct recall *recall)
         /* It may have come back in the meantime. */
         if (holdings_find(&queue->holdings, recall->renderer, recall->id)) return true;
     }
-    free(queue->recalls);
-    queue->recalls = NULL;
     return false;
 }
 

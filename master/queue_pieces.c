@@ -5,7 +5,6 @@
  * So every pixel is in one tile that counts.
  */
 #include <math.h>
-#include <stdlib.h>
 
 #include "common/message.h"
 #include "master/queue_parts.h"
@@ -113,11 +112,7 @@ void pieces_keep(struct queue *queue, uint32_t id)
 
 bool queue_fate(struct queue *queue, struct fate *fate)
 {
-    if (queue->fate_count > 0) {
-        *fate = queue->fates[--queue->fate_count];
-        return true;
-    }
-    free(queue->fates);
-    queue->fates = NULL;
-    return false;
+    if (queue->fate_count == 0) return false;
+    *fate = queue->fates[--queue->fate_count];
+    return true;
 }
