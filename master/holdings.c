@@ -124,11 +124,11 @@ static bool lot_is_over(const struct holdings *holdings, const struct holder *ho
            (holdings->holds[holder->first].lot != lot && holdings->holds[holder->last].lot != lot);
 }
 
-void holdings_pass_on(struct holdings *holdings, uint32_t renderer, struct hold *hold)
+void holdings_pass_on(struct holdings *holdings, struct hold *hold)
 {
     assert(hold->may_pass && !hold->passed_on);
     hold->passed_on = true;
-    holdings->holders[renderer].open--;
+    holdings->holders[hold->renderer].open--;
 }
 
 struct hold holdings_take(struct holdings *holdings, uint32_t renderer, uint32_t id)

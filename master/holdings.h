@@ -56,8 +56,8 @@ uint32_t holdings_most_open(struct holdings *holdings);
 /* The renderer's hold on a tile; NULL: it has no such tile. */
 struct hold *holdings_find(const struct holdings *holdings, uint32_t renderer, uint32_t id);
 
-/* Somebody else gets the tile that the renderer has here. */
-void holdings_pass_on(struct holdings *holdings, uint32_t renderer, struct hold *hold);
+/* Somebody else gets the tile, too. */
+void holdings_pass_on(struct holdings *holdings, struct hold *hold);
 
 /* It has it no longer: returns what it was, with a hold of somebody else in other, or HOLD_NONE. The
  * renderer has the tile (asserted). */

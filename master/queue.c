@@ -468,7 +468,7 @@ enum answer queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, do
 
 void queue_tell(struct queue *queue, struct hold *hold, bool finished)
 {
-    if (!hold->passed_on) holdings_pass_on(&queue->holdings, hold->renderer, hold);
+    if (!hold->passed_on) holdings_pass_on(&queue->holdings, hold);
     queue->recalls = grow(queue->recalls, queue->recall_count, sizeof *queue->recalls);
     queue->recalls[queue->recall_count++] = (struct recall){hold->renderer, hold->id, finished};
 }

@@ -337,13 +337,12 @@ static void break_overdue(struct queue *queue, uint32_t asker, double now)
     if (renderer == HEAP_ABSENT) return;
     struct hold *hold = last_to_pass_on(queue, renderer, asker, false);
     if (!hold) return;
-    uint32_t id = hold->id;
     double overdue = now - pace->renderers[renderer].free_at;
     double loss = pace_even_end(pace, now, queue->waiting_work) / queue_processors(queue);
     if (loss > BREAK_LOSS * overdue) return;
     double known = overdue / pace_seconds(pace, renderer, 1);
-    if (!pieces_make(queue, id, pieces_wanted(queue, renderer, overdue), known)) return;
-    recall(queue, holdings_find(&queue->holdings, renderer, id));
+    if (!pieces_make(queue, hold->id, pieces_wanted(queue, renderer, overdue), known)) return;
+    recall(queue, hold);
 }
 
 /*
