@@ -227,7 +227,6 @@ static double send_flood(uint32_t edge)
 /* ---- the queue ---- */
 
 #define RENDERERS 44
-#define LOTS_HELD 2
 
 /* A picture of 640 x 480 at one sample per pixel, of which a fifth is ten times as dear as the rest, as the
  * master works it off: all renderers in turn answer one lot and ask for more. */
@@ -236,8 +235,8 @@ struct job {
     double now;
     unsigned finished;
     struct {
-        struct tile tiles[LOTS_HELD][LOT_TILES];
-        uint32_t counts[LOTS_HELD], first, lots; /* from the first one on */
+        struct tile tiles[LOTS_UNDER_WAY][LOT_TILES];
+        uint32_t counts[LOTS_UNDER_WAY], first, lots; /* from the first one on */
     } renderers[RENDERERS];
 };
 
@@ -276,7 +275,7 @@ static void answer_lot(struct job *job, uint32_t who)
         pixels += tile_pixels(tile);
         finish_tile(job, who, tile);
     }
-    job->renderers[who].first = (slot + 1) % LOTS_HELD;
+    job->renderers[who].first = (slot + 1) % LOTS_UNDER_WAY;
     job->renderers[who].lots--;
     queue_served(job->queue, 1e-6 + 1e-9 * pixels, pixels);
 }
@@ -285,8 +284,8 @@ static void ask(struct job *job, uint32_t who)
 {
     struct recall recall;
     float tells[LOT_TILES];
-    while (job->renderers[who].lots < LOTS_HELD && !queue_over(job->queue, who)) {
-        uint32_t slot = (job->renderers[who].first + job->renderers[who].lots) % LOTS_HELD;
+    while (job->renderers[who].lots < LOTS_UNDER_WAY && !queue_over(job->queue, who)) {
+        uint32_t slot = (job->renderers[who].first + job->renderers[who].lots) % LOTS_UNDER_WAY;
         uint32_t count = queue_next(job->queue, who, job->now, job->renderers[who].tiles[slot]);
         if (count == 0) break;
         job->renderers[who].counts[slot] = count;

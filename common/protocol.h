@@ -6,8 +6,8 @@
  *   START     master -> renderer   struct start: the answer to READY, before any other message
  *   TILES     master -> renderer   struct lot_header, then as many floats as it says, filled up to
  *                                  lot_tells_bytes(), then 1 .. LOT_TILES struct tile, a lot: render
- *                                  these; up to two lots are under way at a time. The floats are one
- *                                  for each tile, or none: what is in work for so many seconds is to be
+ *                                  these; up to LOTS_UNDER_WAY lots at a time. The floats are one for
+ *                                  each tile, or none: what is in work for so many seconds is to be
  *                                  told of, and again when it is twice as long. From pass 1 on,
  *                                  each is followed by a struct refinement per pixel, filled up to
  *                                  tile_part_bytes()
@@ -66,6 +66,9 @@ enum message_tag {
 
 /* Tiles of a lot, at most: a TILES message stays small. */
 #define LOT_TILES 64
+
+/* Lots that a renderer may have at a time: the one in work and the one that waits behind it. */
+#define LOTS_UNDER_WAY 2
 
 #define WELCOME_MAGIC  UINT64_C(0x314c57204d524146) /* "FARM WL1" */
 #define HOST_NAME_SIZE 64

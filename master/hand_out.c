@@ -5,9 +5,9 @@
 #include "common/tray.h"
 #include "master/server.h"
 
-/* Tiles of which a renderer hears that does not answer: two times each of those of the two lots
- * that it may have, when somebody else has got it and when that one has finished it. */
-#define DROPS_MOST (4 * LOT_TILES)
+/* Tiles of which a renderer hears that does not answer: two times each of those of all lots that it may
+ * have, when somebody else has got it and when that one has finished it. */
+#define DROPS_MOST (2 * LOTS_UNDER_WAY * LOT_TILES)
 
 struct tray *tray_of(const struct server *server, uint32_t renderer)
 {

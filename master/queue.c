@@ -389,7 +389,7 @@ uint32_t queue_next(struct queue *queue, uint32_t renderer, double now,
 
 bool queue_is_full(const struct queue *queue, uint32_t renderer)
 {
-    return queue->holdings.holders[renderer].lots == LOTS_HELD;
+    return queue->holdings.holders[renderer].lots == LOTS_UNDER_WAY;
 }
 
 uint32_t queue_holds(const struct queue *queue, uint32_t renderer)

@@ -11,9 +11,6 @@
 #include "master/queue.h"
 #include "master/share.h"
 
-/* Lots that a renderer may hold: the one that it renders and the one that waits behind it. */
-#define LOTS_HELD 2
-
 /* The dynamic schedule sends tiles in lots, so that they may be small: rays of 16 x 16 pixels find
  * more of the scene in the cache than those of more (1 to 10 % less CPU time for lantern and garden than
  * 32 x 32), and of smaller tiles the overhead begins to show at one sample per pixel. */

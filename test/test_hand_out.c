@@ -361,7 +361,7 @@ static void test_recalls_end(void **state)
     fall_silent(farm);
     for (int i = 0; i < 10; i++)
         assert_true(other_goes_on(farm));
-    farm->contacts[1].drops = 4 * LOT_TILES - 1; /* two for each tile of two lots, but one */
+    farm->contacts[1].drops = 2 * LOTS_UNDER_WAY * LOT_TILES - 1; /* one less than there may be */
     tell_recalls(&farm->server);
     assert_int_equal(sent.drops, 1);
     assert_true(first_held(farm, &tile));

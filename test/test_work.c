@@ -500,7 +500,7 @@ static void *serve_tray(void *argument)
     struct tray *tray = argument;
     unsigned put = 0, taken = 0;
     while (taken < LOTS_IN_ALL) {
-        if (put < LOTS_IN_ALL && put < taken + LOTS_AHEAD) {
+        if (put < LOTS_IN_ALL && put < taken + LOTS_UNDER_WAY) {
             struct lot_of_two next = lot;
             next.tiles[0].id = 100 + 2 * put;
             next.tiles[1].id = 101 + 2 * put;

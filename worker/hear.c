@@ -64,7 +64,7 @@ static size_t take_lot_header(struct lot *lot, const char *message, size_t bytes
  * used. */
 static void take_lot(struct worker *worker, const char *message, size_t bytes)
 {
-    if (worker->waiting == LOTS_AHEAD) fatal("the master sent more lots than it may");
+    if (worker->waiting == LOTS_UNDER_WAY) fatal("the master sent more lots than it may");
     struct lot *lot = &worker->lots[worker->waiting++];
     uint32_t tells;
     size_t done = take_lot_header(lot, message, bytes, &tells), length = worker->started ? 1 : 0,
@@ -143,7 +143,7 @@ bool hear(struct worker *worker)
 {
     int done, bytes;
     MPI_Status status;
-    if (worker->stopped || worker->waiting == LOTS_AHEAD || !is_under_way(worker)) return false;
+    if (worker->stopped || worker->waiting == LOTS_UNDER_WAY || !is_under_way(worker)) return false;
     if (take_tray(worker)) return true;
     MPI_Test(&worker->receive, &done, &status);
     worker->unsettled = worker->unsettled && !all_is_sent(worker);

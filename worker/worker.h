@@ -16,9 +16,6 @@
 #include "common/tray.h"
 #include "worker/render.h"
 
-/* Lots that the master may have sent: the one in work and the one that waits. */
-#define LOTS_AHEAD 2
-
 struct lot {
     struct tile tiles[LOT_TILES];
     float tells[LOT_TILES]; /* seconds in work after which the master is told; may be infinite */
@@ -66,7 +63,7 @@ struct worker {
     uint32_t rendering; /* the tile of it */
     bool given_up;      /* that tile: somebody else has finished it */
     double looked;      /* when messages were last looked for between waves */
-    struct lot lots[LOTS_AHEAD]; /* received, not rendered; the oldest first */
+    struct lot lots[LOTS_UNDER_WAY]; /* received, not rendered; the oldest first */
     int waiting;
     bool stopped; /* the master has said STOP */
 
