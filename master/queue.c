@@ -45,14 +45,14 @@ uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples
 
 uint32_t queue_tile_edge(const struct queue *queue)
 {
-    return queue->shared ? queue->shares.band_rows : queue->config.tile_edge;
+    return queue->is_static ? queue->shares.band_rows : queue->config.tile_edge;
 }
 
 /* ---- what a tile is ---- */
 
 struct tile queue_tile_of(const struct queue *queue, uint32_t id)
 {
-    if (queue->shared) return share_tile(&queue->shares, id);
+    if (queue->is_static) return share_tile(&queue->shares, id);
     struct tile tile;
     const struct item *item = &queue->items[id];
     if (item->pass == TILE_PROBE)
@@ -148,7 +148,6 @@ static double scattered(uint32_t i)
 static void add_base_tiles(struct queue *queue, uint32_t columns, uint32_t rows)
 {
     uint32_t edge = queue->config.tile_edge;
-    bool orders = queue->config.schedule == SCHEDULE_DYNAMIC;
     reserve_items(queue, columns * rows + queue->map.probes + smaller(columns * rows, SPARE_ITEMS));
     for (uint32_t i = 0; i < columns * rows; i++) {
         uint32_t x = i % columns * edge, y = i / columns * edge;
@@ -157,7 +156,7 @@ static void add_base_tiles(struct queue *queue, uint32_t columns, uint32_t rows)
                             .w = smaller(edge, queue->config.width - x),
                             .h = smaller(edge, queue->config.height - y)};
         item.work = item.worst = (float)area(&item);
-        item.priority = orders ? scattered(i) : 0;
+        item.priority = queue->is_dynamic ? scattered(i) : 0;
         note_size(queue, area(&item));
         queue_set_waiting(queue, queue_new_item(queue, &item));
     }
@@ -190,7 +189,7 @@ static bool start_items(struct queue *queue)
     uint32_t columns = divide_up(config->width, config->tile_edge);
     uint32_t rows = divide_up(config->height, config->tile_edge);
     if ((uint64_t)columns * rows > QUEUE_MAX_TILES) return false;
-    uint32_t edge = config->schedule == SCHEDULE_DYNAMIC ? config->probe_edge : 0;
+    uint32_t edge = queue->is_dynamic ? config->probe_edge : 0;
     /* Every renderer gets some. */
     uint64_t each = edge ? probes_at(config->width, config->height, edge) / config->renderers : 0;
     cost_init(&queue->map, config->width, config->height, edge,
@@ -234,10 +233,11 @@ struct queue *queue_create(const struct queue_config *config)
     struct queue *queue = allocate_zeroed(1, sizeof *queue);
     queue->config = *config;
     queue->retry = HUGE_VAL;
-    queue->shared = config->schedule != SCHEDULE_DYNAMIC && config->schedule != SCHEDULE_TILES;
+    queue->is_dynamic = config->schedule == SCHEDULE_DYNAMIC;
+    queue->is_static = !queue->is_dynamic && config->schedule != SCHEDULE_TILES;
     queue->silent = allocate_zeroed(config->renderers, sizeof *queue->silent);
     holdings_init(&queue->holdings, config->renderers);
-    if (queue->shared ? start_shares(queue) : start_items(queue)) return queue;
+    if (queue->is_static ? start_shares(queue) : start_items(queue)) return queue;
     queue_destroy(queue);
     return NULL;
 }
@@ -264,7 +264,7 @@ void queue_destroy(struct queue *queue)
 
 static void skip_tile(struct queue *queue, const struct tile *tile)
 {
-    if (queue->shared) {
+    if (queue->is_static) {
         queue->share_finished[tile->id] = 1;
         share_skip(&queue->shares, tile);
     } else {
@@ -286,7 +286,7 @@ void queue_skip(struct queue *queue, queue_finished_pixels *finished_pixels, voi
         uint32_t finished = finished_pixels(state, &tile);
         if (finished == tile_pixels(&tile)) {
             skip_tile(queue, &tile);
-        } else if (finished > 0 && !queue->shared && dynamic_can_split(queue, tile.id)) {
+        } else if (finished > 0 && !queue->is_static && dynamic_can_split(queue, tile.id)) {
             dynamic_split(queue, tile.id);
             next = tile.id; /* one half has this id now, the other one comes last */
         }
@@ -300,9 +300,8 @@ void queue_skip(struct queue *queue, queue_finished_pixels *finished_pixels, voi
 
 void queue_give(struct queue *queue, uint32_t renderer, uint32_t id, double work)
 {
-    bool may_pass =
-        queue->config.schedule == SCHEDULE_DYNAMIC && queue->items[id].pass != TILE_PROBE;
-    struct item *item = queue->shared ? NULL : &queue->items[id];
+    bool may_pass = queue->is_dynamic && queue->items[id].pass != TILE_PROBE;
+    struct item *item = queue->is_static ? NULL : &queue->items[id];
     queue->counted = false;
     uint32_t hold = holdings_give(&queue->holdings, renderer, id, work, may_pass,
                                   item ? item->hold : HOLD_NONE);
@@ -316,7 +315,7 @@ static struct hold take_back(struct queue *queue, uint32_t renderer, uint32_t id
 {
     struct hold hold = holdings_take(&queue->holdings, renderer, id);
     queue->counted = false;
-    if (queue->shared) return hold;
+    if (queue->is_static) return hold;
     queue->items[id].copies--;
     queue->items[id].hold = hold.other;
     return hold;
@@ -330,7 +329,7 @@ static bool next_of_silent(struct queue *queue, uint32_t silent, uint32_t render
     for (; i != HOLD_NONE; i = queue->holdings.holds[i].next) {
         struct hold *hold = &queue->holdings.holds[i];
         bool finished =
-            queue->shared ? queue->share_finished[hold->id] : queue->items[hold->id].finished;
+            queue->is_static ? queue->share_finished[hold->id] : queue->items[hold->id].finished;
         if (hold->passed_on || finished || holdings_find(&queue->holdings, renderer, hold->id))
             continue;
         hold->passed_on = true;
@@ -338,7 +337,7 @@ static bool next_of_silent(struct queue *queue, uint32_t silent, uint32_t render
         *tile = queue_tile_of(queue, hold->id);
         return true;
     }
-    return queue->shared && share_next(&queue->shares, silent, tile);
+    return queue->is_static && share_next(&queue->shares, silent, tile);
 }
 
 /* One who has nothing to do takes over. */
@@ -359,7 +358,7 @@ static uint32_t next_plain(struct queue *queue, uint32_t renderer, struct tile *
 {
     const struct holder *holder = &queue->holdings.holders[renderer];
     if (queue_is_full(queue, renderer)) return 0;
-    if (queue->shared) {
+    if (queue->is_static) {
         if (!share_next(&queue->shares, renderer, tile)) return take_over(queue, renderer, tile);
         queue_give(queue, renderer, tile->id, 0);
         return 1;
@@ -378,9 +377,8 @@ uint32_t queue_next(struct queue *queue, uint32_t renderer, double now,
 {
     assert(renderer < queue->config.renderers);
     if (queue->stopped) return 0;
-    bool dynamic = queue->config.schedule == SCHEDULE_DYNAMIC;
-    uint32_t count =
-        dynamic ? dynamic_next(queue, renderer, now, tiles) : next_plain(queue, renderer, tiles);
+    uint32_t count = queue->is_dynamic ? dynamic_next(queue, renderer, now, tiles)
+                                       : next_plain(queue, renderer, tiles);
     if (count > 0) holdings_end_lot(&queue->holdings, renderer);
     return count;
 }
@@ -422,7 +420,7 @@ void queue_set_finished(struct queue *queue, uint32_t id, double seconds)
 /* Marks the tile, which took so long. */
 static enum answer mark_finished(struct queue *queue, uint32_t id, double seconds)
 {
-    if (queue->shared) {
+    if (queue->is_static) {
         bool first = !queue->share_finished[id];
         queue->share_finished[id] = 1;
         return first ? ANSWER_COUNTS : ANSWER_IN_VAIN;
@@ -453,7 +451,7 @@ enum answer queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, do
         dynamic_probed(queue, now);
         return ANSWER_IN_VAIN;
     }
-    if (queue->config.schedule == SCHEDULE_DYNAMIC) {
+    if (queue->is_dynamic) {
         dynamic_learn(queue, renderer, &tile, seconds, hold.work);
         pace_answered(&queue->pace, renderer, now, hold.work, seconds, holds);
     }
@@ -462,7 +460,7 @@ enum answer queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, do
     if (answer != ANSWER_COUNTS) return answer;
     queue->count.finished++;
     queue->count.pixels_finished += tile_pixels(&tile);
-    if (queue->shared) share_finish(&queue->shares, &tile, now, seconds);
+    if (queue->is_static) share_finish(&queue->shares, &tile, now, seconds);
     return answer;
 }
 
@@ -510,7 +508,7 @@ void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now,
     struct hold hold = take_back(queue, renderer, id);
     assert(hold.passed_on);
     queue->count.wasted_s += seconds;
-    if (queue->config.schedule != SCHEDULE_DYNAMIC) return;
+    if (!queue->is_dynamic) return;
     withdraw_dropped(queue, id);
     pace_dropped(&queue->pace, renderer, now, hold.work, seconds,
                  queue->holdings.holders[renderer].count > 0);
@@ -518,7 +516,7 @@ void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now,
 
 double queue_answer_after(const struct queue *queue)
 {
-    if (queue->config.schedule != SCHEDULE_DYNAMIC) return HUGE_VAL;
+    if (!queue->is_dynamic) return HUGE_VAL;
     return pace_answer_after(&queue->pace);
 }
 
@@ -526,7 +524,7 @@ uint32_t queue_tells(const struct queue *queue, uint32_t renderer, const struct 
                      uint32_t count, float tells[LOT_TILES])
 {
     /* Where renderers share cores, time says little, and nothing is done twice. */
-    if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->turns) return 0;
+    if (!queue->is_dynamic || queue->turns) return 0;
     if (count == 0 || tiles[0].pass == TILE_PROBE) return 0;
     double least = pace_tell_after(&queue->pace, renderer, 0);
     double each = pace_tell_after(&queue->pace, renderer, 1) - least;
@@ -541,7 +539,7 @@ double queue_lot_seconds(const struct queue *queue, uint32_t renderer, const str
                          uint32_t count)
 {
     double work = 0;
-    if (queue->config.schedule != SCHEDULE_DYNAMIC || !queue->settled) return 0;
+    if (!queue->is_dynamic || !queue->settled) return 0;
     for (uint32_t i = 0; i < count; i++)
         work += (double)queue->items[tiles[i].id].work;
     return pace_seconds(&queue->pace, renderer, work);
@@ -550,13 +548,13 @@ double queue_lot_seconds(const struct queue *queue, uint32_t renderer, const str
 void queue_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, double now,
                       double seconds)
 {
-    if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->items[id].finished) return;
+    if (!queue->is_dynamic || queue->items[id].finished) return;
     dynamic_takes_long(queue, renderer, id, now, seconds);
 }
 
 void queue_served(struct queue *queue, double seconds, double pixels)
 {
-    if (queue->config.schedule == SCHEDULE_DYNAMIC) pace_served(&queue->pace, seconds, pixels);
+    if (queue->is_dynamic) pace_served(&queue->pace, seconds, pixels);
 }
 
 /* ---- from outside ---- */
@@ -570,7 +568,7 @@ uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, do
                         .pass = tile->pass,
                         .work = (float)work,
                         .priority = priority};
-    assert(queue->config.schedule == SCHEDULE_DYNAMIC && tile->pass != TILE_PROBE);
+    assert(queue->is_dynamic && tile->pass != TILE_PROBE);
     assert(area(&item) <= queue_largest_lot(queue));
     queue->needs_no_probes = queue->withdraws = false;
     uint32_t id = queue_new_item(queue, &item);
@@ -590,7 +588,7 @@ double queue_work(const struct queue *queue, const struct tile *tile)
 
 double queue_ends(const struct queue *queue, double now)
 {
-    if (queue->config.schedule != SCHEDULE_DYNAMIC || !queue->settled) return 0;
+    if (!queue->is_dynamic || !queue->settled) return 0;
     struct outlook_share share = outlook_share(&queue->outlook);
     uint32_t at_work = queue->config.renderers - queue->pace.lost_count;
     if (!(share.finished > share.skipped) || at_work == 0) return 0;
@@ -622,7 +620,7 @@ bool queue_check_late(struct queue *queue, double now)
 
 void queue_look(struct queue *queue, double now)
 {
-    if (queue->config.schedule == SCHEDULE_DYNAMIC) queue_check_late(queue, now);
+    if (queue->is_dynamic) queue_check_late(queue, now);
     if (now >= queue->retry) queue->retry = HUGE_VAL;
 }
 
@@ -649,13 +647,13 @@ uint64_t queue_news(const struct queue *queue)
 
 double queue_wake(struct queue *queue)
 {
-    if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->stopped) return HUGE_VAL;
+    if (!queue->is_dynamic || queue->stopped) return HUGE_VAL;
     return fmin(pace_next_late(&queue->pace), queue->retry);
 }
 
 double queue_calm(struct queue *queue, double now)
 {
-    if (queue->config.schedule != SCHEDULE_DYNAMIC || queue->stopped) return 0;
+    if (!queue->is_dynamic || queue->stopped) return 0;
     /* Any answer, or what rank 0's own renderer does, may be something to do for those who have nothing;
      * when one who has probes alone is done with them, nobody knows. */
     pace_place(&queue->pace);
@@ -669,8 +667,8 @@ struct queue_count queue_count(const struct queue *queue)
     double pixels = (double)queue->config.width * queue->config.height;
     struct outlook_share share = {.finished = (double)count.pixels_finished / pixels,
                                   .skipped = (double)queue->pixels_skipped / pixels};
-    if (queue->shared) share = share_outlook(&queue->shares);
-    if (queue->config.schedule == SCHEDULE_DYNAMIC) share = outlook_share(&queue->outlook);
+    if (queue->is_static) share = share_outlook(&queue->shares);
+    if (queue->is_dynamic) share = outlook_share(&queue->outlook);
     count.share_finished = queue_complete(queue) ? 1 : share.finished;
     count.share_skipped = share.skipped;
     count.share_finished = fmin(count.share_finished, 1);
@@ -680,12 +678,12 @@ struct queue_count queue_count(const struct queue *queue)
 
 bool queue_unfinished(const struct queue *queue, uint32_t *next, struct tile *tile)
 {
-    uint32_t ids = queue->shared ? (uint32_t)queue->shares.ids : queue->item_count;
+    uint32_t ids = queue->is_static ? (uint32_t)queue->shares.ids : queue->item_count;
     while (*next < ids) {
         uint32_t id = (*next)++;
         *tile = queue_tile_of(queue, id);
-        if (queue->shared ? share_has_pixels(tile) && !queue->share_finished[id]
-                          : tile->pass != TILE_PROBE && !queue->items[id].finished)
+        if (queue->is_static ? share_has_pixels(tile) && !queue->share_finished[id]
+                             : tile->pass != TILE_PROBE && !queue->items[id].finished)
             return true;
     }
     return false;
@@ -693,7 +691,7 @@ bool queue_unfinished(const struct queue *queue, uint32_t *next, struct tile *ti
 
 uint32_t queue_largest_lot(const struct queue *queue)
 {
-    if (queue->config.schedule != SCHEDULE_DYNAMIC) return queue->largest;
+    if (!queue->is_dynamic) return queue->largest;
     uint64_t picture = (uint64_t)queue->config.width * queue->config.height;
     uint32_t lot = picture < LOT_PIXELS ? (uint32_t)picture : LOT_PIXELS;
     return lot > queue->largest ? lot : queue->largest;

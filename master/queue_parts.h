@@ -51,7 +51,8 @@ struct turns {
 
 struct queue {
     struct queue_config config;
-    bool shared; /* a static schedule: shares in place of items */
+    bool is_dynamic;
+    bool is_static; /* strips, cyclic or cyclic-rows: shares in place of items */
     struct shares shares;
     unsigned char *share_finished; /* per id */
 

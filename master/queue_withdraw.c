@@ -57,7 +57,7 @@ void withdraw_lost(struct queue *queue)
 
 void queue_withdraw(struct queue *queue)
 {
-    assert(queue->config.schedule == SCHEDULE_DYNAMIC);
+    assert(queue->is_dynamic);
     for (uint32_t id = 0; id < queue->item_count; id++) {
         if (!queue_is_untouched(queue, id)) continue;
         queue_unset_waiting(queue, id);

@@ -122,7 +122,7 @@ static void drive(const struct queue_config *config, uint64_t seed)
     while (!queue_complete(queue)) {
         uint32_t renderer = random_below(&seed, config->renderers);
         now += 1e-3 * random_below(&seed, 100);
-        if (!queue->shared && random_below(&seed, 64) == 0) check_sums(queue);
+        if (!queue->is_static && random_below(&seed, 64) == 0) check_sums(queue);
         uint32_t tiles = queue_next(queue, renderer, now, lot), sum = 0;
         for (uint32_t i = 0; i < tiles; i++) {
             assert_true(count < most);
@@ -148,7 +148,7 @@ static void drive(const struct queue_config *config, uint64_t seed)
     }
     for (size_t i = 0; i < pixels; i++)
         assert_int_equal(seen[i], 1);
-    if (!queue->shared) check_sums(queue);
+    if (!queue->is_static) check_sums(queue);
     struct queue_count counted = queue_count(queue);
     assert_int_equal(counted.pixels_finished, pixels);
     assert_true(counted.share_finished > 0.999 && counted.share_finished <= 1);
