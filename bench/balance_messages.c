@@ -250,7 +250,7 @@ static void finish_tile(struct job *job, uint32_t who, const struct tile *answer
 {
     double seconds = seconds_of(answered);
     struct tile tile;
-    if (!queue_held(job->queue, who, answered->id, &tile)) fatal("a tile is lost");
+    if (!queue_find_held(job->queue, who, answered->id, &tile)) fatal("a tile is lost");
     if (tile.pass == TILE_PROBE) {
         float probed[64];
         uint32_t pixels = tile_pixels(&tile);
@@ -296,7 +296,7 @@ static void ask(struct job *job, uint32_t who)
         (void)queue_lot_seconds(job->queue, who, tiles, count);
         (void)queue_tells(job->queue, who, tiles, count, tells);
     }
-    while (queue_recall(job->queue, &recall))
+    while (queue_next_recall(job->queue, &recall))
         ;
     if (queue_wake(job->queue) <= job->now) queue_look(job->queue, job->now);
     (void)queue_calm(job->queue, job->now);

@@ -41,7 +41,7 @@ static void serve(struct sim *sim, double span)
 void sim_tell_recalls(struct sim *sim, double time)
 {
     struct recall recall;
-    while (queue_recall(sim->queue, &recall)) {
+    while (queue_next_recall(sim->queue, &recall)) {
         bool own = is_own(sim, recall.renderer);
         struct event drop = {.time = time + (own ? 0 : sim->machine->messages.latency_s),
                              .kind = recall.finished ? EVENT_GIVE_UP : EVENT_DROP,
@@ -61,7 +61,7 @@ static bool hand_out(struct sim *sim, uint32_t who, double time)
         arrival += lot->count * sizeof(struct tile) * costs->byte_s;
         sim_at(sim, arrival, EVENT_LOT, who, lot);
     }
-    sim->renderers[who].asks = queue_holds(sim->queue, who) == 0;
+    sim->renderers[who].asks = queue_tile_count(sim->queue, who) == 0;
     sim_tell_recalls(sim, time);
     return any;
 }

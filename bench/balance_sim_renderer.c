@@ -98,7 +98,7 @@ static void begin_next(struct sim *sim, uint32_t who, struct lot *lot)
     if (!lot->opened) open_result(sim, who, lot);
     if (!is_own(sim, who)) call_for_more(sim, who, lot);
     if (lot->begun++ == 0) lot->answered = sim->now;
-    if (is_own(sim, who)) part->dropped = queue_recalled(sim->queue, who, part->tile.id);
+    if (is_own(sim, who)) part->dropped = queue_is_recalled(sim->queue, who, part->tile.id);
     if (part->dropped)
         end_part(sim, who, part);
     else

@@ -63,7 +63,7 @@ void tell_recalls(struct server *server)
     struct recall recall;
     bool any = false;
     pthread_mutex_lock(&server->lock);
-    for (; queue_recall(server->service->queue, &recall); any = true)
+    for (; queue_next_recall(server->service->queue, &recall); any = true)
         note_recall(server, &recall);
     pthread_mutex_unlock(&server->lock);
     for (uint32_t i = server->first_remote; any && i < server->renderers; i++)
@@ -121,7 +121,7 @@ void hand_out(struct server *server, uint32_t renderer)
         pthread_mutex_lock(&server->lock);
         count = queue_next(queue, renderer, server_elapsed(server), tiles);
         size_t bytes = put_lot(server, renderer, tiles, count, server->message);
-        server->contacts[renderer].is_idle = queue_holds(queue, renderer) == 0;
+        server->contacts[renderer].is_idle = queue_tile_count(queue, renderer) == 0;
         server->contacts[renderer].is_full = queue_is_full(queue, renderer);
         pthread_mutex_unlock(&server->lock);
         if (count > 0) send_lot(server, renderer, bytes);

@@ -12,7 +12,8 @@
 static void own_unlock(struct server *server)
 {
     const struct queue *queue = server->service->queue;
-    bool rings = queue_news(queue) != server->news || queue_recalls(queue) || queue_complete(queue);
+    bool rings =
+        queue_news(queue) != server->news || queue_has_recalls(queue) || queue_complete(queue);
     pthread_mutex_unlock(&server->lock);
     if (rings) bell_ring(server->service->bell);
 }
@@ -45,7 +46,7 @@ static bool own_keeps(struct server *server, const struct tile *tile)
 {
     struct queue *queue = server->service->queue;
     pthread_mutex_lock(&server->lock);
-    bool dropped = queue_recalled(queue, 0, tile->id);
+    bool dropped = queue_is_recalled(queue, 0, tile->id);
     if (dropped) queue_drop(queue, 0, tile->id, server_elapsed(server), 0);
     bool over = server_is_through(server, 0);
     server->own_tile = tile->id;

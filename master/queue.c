@@ -390,13 +390,13 @@ bool queue_is_full(const struct queue *queue, uint32_t renderer)
     return queue->holdings.holders[renderer].lots == LOTS_UNDER_WAY;
 }
 
-uint32_t queue_holds(const struct queue *queue, uint32_t renderer)
+uint32_t queue_tile_count(const struct queue *queue, uint32_t renderer)
 {
     assert(renderer < queue->config.renderers);
     return queue->holdings.holders[renderer].count;
 }
 
-bool queue_held(const struct queue *queue, uint32_t renderer, uint32_t id, struct tile *tile)
+bool queue_find_held(const struct queue *queue, uint32_t renderer, uint32_t id, struct tile *tile)
 {
     assert(renderer < queue->config.renderers);
     if (!holdings_find(&queue->holdings, renderer, id)) return false;
@@ -482,7 +482,7 @@ void queue_tell_finished(struct queue *queue, uint32_t id)
     } while (i != first);
 }
 
-bool queue_recall(struct queue *queue, struct recall *recall)
+bool queue_next_recall(struct queue *queue, struct recall *recall)
 {
     while (queue->recall_count > 0) {
         *recall = queue->recalls[--queue->recall_count];
@@ -492,12 +492,12 @@ bool queue_recall(struct queue *queue, struct recall *recall)
     return false;
 }
 
-bool queue_recalls(const struct queue *queue)
+bool queue_has_recalls(const struct queue *queue)
 {
     return queue->recall_count > 0;
 }
 
-bool queue_recalled(const struct queue *queue, uint32_t renderer, uint32_t id)
+bool queue_is_recalled(const struct queue *queue, uint32_t renderer, uint32_t id)
 {
     const struct hold *hold = holdings_find(&queue->holdings, renderer, id);
     return hold && hold->passed_on;
@@ -637,7 +637,7 @@ bool queue_complete(const struct queue *queue)
 bool queue_over(struct queue *queue, uint32_t renderer)
 {
     /* Until then somebody may fall silent. */
-    return queue->stopped ? queue_holds(queue, renderer) == 0 : queue_complete(queue);
+    return queue->stopped ? queue_tile_count(queue, renderer) == 0 : queue_complete(queue);
 }
 
 uint64_t queue_news(const struct queue *queue)

@@ -129,10 +129,10 @@ double queue_calm(struct queue *queue, double now);
 bool queue_is_full(const struct queue *queue, uint32_t renderer);
 
 /* Tiles that this renderer holds. */
-uint32_t queue_holds(const struct queue *queue, uint32_t renderer);
+uint32_t queue_tile_count(const struct queue *queue, uint32_t renderer);
 
 /* The tile that this renderer holds under this id; false when it holds no such tile. */
-bool queue_held(const struct queue *queue, uint32_t renderer, uint32_t id, struct tile *tile);
+bool queue_find_held(const struct queue *queue, uint32_t renderer, uint32_t id, struct tile *tile);
 
 /*
  * What a tile has taken this renderer, as the functions below are to be told, of what it tells of it: wall
@@ -177,7 +177,7 @@ void queue_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, doubl
 /*
  * A tile that its renderer need not render any more: to be told to it after each queue_next() and
  * queue_finish(), until this returns false. It may render it all the same, or answer that it has dropped
- * it, after so many seconds of rendering: queue_drop(), of what queue_recalled() says.
+ * it, after so many seconds of rendering: queue_drop(), of what queue_is_recalled() says.
  */
 struct recall {
     uint32_t renderer, id;
@@ -185,9 +185,9 @@ struct recall {
         finished; /* by somebody else: even if it has begun it, its answer is of no use. false: somebody
                     * else has it, too */
 };
-bool queue_recall(struct queue *queue, struct recall *recall);
-bool queue_recalls(const struct queue *queue); /* whether there may be any */
-bool queue_recalled(const struct queue *queue, uint32_t renderer, uint32_t id);
+bool queue_next_recall(struct queue *queue, struct recall *recall);
+bool queue_has_recalls(const struct queue *queue); /* whether there may be any */
+bool queue_is_recalled(const struct queue *queue, uint32_t renderer, uint32_t id);
 void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now, double seconds);
 
 /* What each pixel of a probe took, CPU seconds; before queue_finish() of that tile. */

@@ -133,7 +133,7 @@ void accept_tile(struct server *server, uint32_t renderer, const struct tile *ti
 /* At the end of a run that was stopped, when no more answers come: pieces of tiles that are not finished. */
 void put_last_pieces(struct server *server);
 
-/* A tile that the renderer has left to others; it may (queue_recalled()). */
+/* A tile that the renderer has left to others; it may (queue_is_recalled()). */
 void accept_dropped(struct server *server, uint32_t renderer, const struct tile *tile,
                     const struct result_header *header);
 

@@ -23,7 +23,7 @@ static void count_part(struct renderer_stats *stats, const struct tile *tile,
 static size_t take_dropped(struct server *server, uint32_t renderer, const struct tile *tile,
                            const struct result_header *header)
 {
-    if (!queue_recalled(server->service->queue, renderer, tile->id) || !dropped_valid(header))
+    if (!queue_is_recalled(server->service->queue, renderer, tile->id) || !dropped_valid(header))
         return 0;
     accept_dropped(server, renderer, tile, header);
     struct renderer_stats *stats = &server->service->stats[renderer];
@@ -41,7 +41,7 @@ static size_t take_unfinished(struct server *server, uint32_t renderer,
     struct queue *queue = server->service->queue;
     struct tile tile;
     if (!unfinished_valid(header)) return 0;
-    if (queue_held(queue, renderer, header->tile_id, &tile))
+    if (queue_find_held(queue, renderer, header->tile_id, &tile))
         queue_takes_long(queue, renderer, tile.id, server_elapsed(server), header->busy_s);
     return sizeof *header;
 }
@@ -55,7 +55,7 @@ static size_t take_part(struct server *server, uint32_t renderer, const char *pa
     if (bytes < sizeof header) return 0;
     memcpy(&header, part, sizeof header);
     if (header.pixels == RESULT_UNFINISHED) return take_unfinished(server, renderer, &header);
-    if (!queue_held(server->service->queue, renderer, header.tile_id, &tile)) return 0;
+    if (!queue_find_held(server->service->queue, renderer, header.tile_id, &tile)) return 0;
     if (header.pixels == RESULT_DROPPED) return take_dropped(server, renderer, &tile, &header);
     bool halves = server->service->adaptive != NULL;
     if (!result_message_valid(&header, bytes, &tile, halves)) return 0;

@@ -186,8 +186,8 @@ static void finish_all(struct server *server, double seconds)
 {
     struct queue *queue = server->service->queue;
     struct tile tile;
-    for (uint32_t id = 0; queue_holds(queue, 1) > 0; id++)
-        if (queue_held(queue, 1, id, &tile))
+    for (uint32_t id = 0; queue_tile_count(queue, 1) > 0; id++)
+        if (queue_find_held(queue, 1, id, &tile))
             queue_finish(queue, 1, id, server_elapsed(server), seconds);
 }
 
@@ -217,9 +217,9 @@ static void write_part(const struct tile *tile, struct result_header header)
 /* The first tile that renderer 1 has; false: it has none. */
 static bool first_held(const struct farm *farm, struct tile *tile)
 {
-    if (queue_holds(farm->service.queue, 1) == 0) return false;
+    if (queue_tile_count(farm->service.queue, 1) == 0) return false;
     uint32_t id = 0;
-    while (!queue_held(farm->service.queue, 1, id, tile))
+    while (!queue_find_held(farm->service.queue, 1, id, tile))
         id++;
     return true;
 }
@@ -331,7 +331,7 @@ static void test_recalls(void **state)
     struct farm *farm = farm_open(&small_tiles);
     struct queue *queue = farm->service.queue;
     fall_silent(farm);
-    uint32_t holds = queue_holds(queue, 1);
+    uint32_t holds = queue_tile_count(queue, 1);
     assert_true(holds > DROP_TILES);
     while (other_goes_on(farm))
         ;
@@ -340,7 +340,7 @@ static void test_recalls(void **state)
     struct tile tile;
     uint32_t told = 0;
     for (uint32_t id = 0; told < holds; id++) {
-        if (!queue_held(queue, 1, id, &tile)) continue;
+        if (!queue_find_held(queue, 1, id, &tile)) continue;
         assert_true(count_told(id, true) == 1 && count_told(id, false) <= 1);
         told++;
     }
@@ -546,10 +546,10 @@ static void come_to_the_last(struct farm *farm)
     do {
         memset(&sent, 0, sizeof sent);
         hand_out(&farm->server, 1);
-        while (queue_holds(queue, 1) > 1 && first_held(farm, &tile))
+        while (queue_tile_count(queue, 1) > 1 && first_held(farm, &tile))
             queue_finish(queue, 1, tile.id, server_elapsed(&farm->server), LONG_AFTER);
     } while (sent.lots > 0);
-    assert_int_equal(queue_holds(queue, 1), 1);
+    assert_int_equal(queue_tile_count(queue, 1), 1);
 }
 
 /* Those who have one lot of the two that they may have, as nothing waited, get another when there is more. */
@@ -570,7 +570,7 @@ static void test_news(void **state)
     farm->server.news = 0;
     hand_out_to_idle(&farm->server);
     assert_true(sent.lots > 0 && farm->server.news == queue_news(farm->service.queue));
-    while (queue_holds(farm->service.queue, 1) > 0) {
+    while (queue_tile_count(farm->service.queue, 1) > 0) {
         assert_false(farm->contacts[1].is_idle);
         finish_all(&farm->server, LONG_AFTER);
         memset(&sent, 0, sizeof sent);
@@ -668,10 +668,10 @@ static void test_what_is_not_finished(void **state)
     while (other_goes_on(farm))
         ;
     assert_true(first_held(farm, &tile));
-    uint32_t holds = queue_holds(farm->service.queue, 1);
+    uint32_t holds = queue_tile_count(farm->service.queue, 1);
     write_part(&tile, (struct result_header){.pixels = RESULT_DROPPED, .start_s = 9});
     arrive(farm);
-    assert_int_equal(queue_holds(farm->service.queue, 1), holds - 1);
+    assert_int_equal(queue_tile_count(farm->service.queue, 1), holds - 1);
     assert_true(farm->stats[1].finish_s == 7 && farm->stats[1].tiles == 1);
     farm_close(farm);
 }
@@ -732,7 +732,8 @@ static void test_probes_are_not_counted(void **state)
     const struct renderer_stats *stats = &farm->stats[1];
     struct tile tile;
     hand_out(&farm->server, 1);
-    for (uint32_t id = 0; !queue_held(farm->service.queue, 1, id, &tile) || tile.pass == 0; id++)
+    for (uint32_t id = 0; !queue_find_held(farm->service.queue, 1, id, &tile) || tile.pass == 0;
+         id++)
         assert_true(id < 1000);
     write_part(&tile, (struct result_header){
                           .pixels = tile_pixels(&tile), .start_s = 5, .busy_s = 2, .cpu_s = 1});
@@ -769,8 +770,8 @@ static void send_result(struct farm *farm, enum wrong wrong)
     struct tile tile;
     struct result_header header = {.pixels = 16, .busy_s = 1};
     uint32_t id = 0;
-    while (!queue_held(farm->service.queue, 1, id, &tile) ||
-           queue_recalled(farm->service.queue, 1, id) != (wrong == DROPPED_IN_NO_TIME))
+    while (!queue_find_held(farm->service.queue, 1, id, &tile) ||
+           queue_is_recalled(farm->service.queue, 1, id) != (wrong == DROPPED_IN_NO_TIME))
         id++;
     if (wrong == DROP_UNASKED) header.pixels = RESULT_DROPPED;
     if (wrong == DROPPED_IN_NO_TIME) header.pixels = RESULT_DROPPED, header.busy_s = (double)NAN;
@@ -818,7 +819,7 @@ static void test_wrong_messages(void **state)
     farm->trays[1] = tray;
     farm->contacts[1].is_ready = true;
     fall_silent(farm);
-    while (!queue_recalls(farm->service.queue))
+    while (!queue_has_recalls(farm->service.queue))
         assert_true(other_goes_on(farm));
     for (enum wrong wrong = 0; wrong <= OTHER_KIND; wrong++) {
         char line[256];

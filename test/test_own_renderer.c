@@ -60,12 +60,12 @@ static bool render(void *state, const struct tile *tile, const struct refinement
     assert_false(test->service.given_up);
     assert_true(other_goes_on(test));
     tell_recalls(server);
-    assert_false(queue_recalled(queue, 0, tile->id) || test->service.given_up);
+    assert_false(queue_is_recalled(queue, 0, tile->id) || test->service.given_up);
     server->start -= LONG_AFTER;
     queue_look(queue, server_elapsed(server));
     for (int lots = 0; lots < 100 && !queue_complete(queue); lots++)
         other_goes_on(test);
-    assert_true(queue_recalled(queue, 0, tile->id) && queue_complete(queue));
+    assert_true(queue_is_recalled(queue, 0, tile->id) && queue_complete(queue));
     tell_recalls(server);
     assert_true(test->service.given_up);
     return false;
@@ -103,7 +103,7 @@ static void test_gives_up_what_is_finished(void **state)
     assert_int_equal(test.begun, 1);
     assert_true(test.server.own_done);
     /* It has told the queue so, and has not left as after a stop. */
-    assert_int_equal(queue_holds(test.service.queue, 0), 0);
+    assert_int_equal(queue_tile_count(test.service.queue, 0), 0);
     assert_int_equal(stats[0].tiles, 0);
     assert_true(queue_count(test.service.queue).wasted_s > 0);
     /* The main thread hears that it has left. */

@@ -135,16 +135,16 @@ static void drive(const struct queue_config *config, uint64_t seed)
         struct held back = held[i];
         if (back.renderer == 0 && random_below(&seed, 10) > 0) continue;
         held[i] = held[--count];
-        if (queue_recalled(queue, back.renderer, back.id) && random_below(&seed, 2)) {
+        if (queue_is_recalled(queue, back.renderer, back.id) && random_below(&seed, 2)) {
             queue_drop(queue, back.renderer, back.id, now, 0);
             continue;
         }
-        assert_true(queue_held(queue, back.renderer, back.id, &tile));
+        assert_true(queue_find_held(queue, back.renderer, back.id, &tile));
         if (tile.pass == TILE_PROBE) answer_probe(queue, &tile, &seed);
         enum answer answer = queue_finish(queue, back.renderer, back.id, now, 1e-3);
         if (answer == ANSWER_COUNTS) mark(seen, config, &tile);
         hear_fates(queue, seen, config);
-        assert_false(queue_held(queue, back.renderer, back.id, &tile));
+        assert_false(queue_find_held(queue, back.renderer, back.id, &tile));
     }
     for (size_t i = 0; i < pixels; i++)
         assert_int_equal(seen[i], 1);
@@ -242,7 +242,7 @@ static void answer(struct queue *queue, struct virtual *v, uint32_t i, double no
         queue_finish(queue, i, tile->id, now, cost_of(tile) / v->speed);
     }
     /* What was given out is taken off again, whatever was learnt of it meanwhile. */
-    if (queue_holds(queue, i) == 0)
+    if (queue_tile_count(queue, i) == 0)
         assert_true(queue->pace.renderers[i].held <= 1e-9 * queue->pace.total);
     memcpy(v->lots[0], v->lots[1], sizeof v->lots[0]);
     v->counts[0] = v->counts[1];
@@ -366,7 +366,7 @@ static uint32_t rows_of(struct queue *queue, uint32_t renderer, uint32_t *first)
         rows += tile.h;
         queue_finish(queue, renderer, tile.id, 0, 0);
     }
-    assert_int_equal(queue_holds(queue, renderer), 0);
+    assert_int_equal(queue_tile_count(queue, renderer), 0);
     return rows;
 }
 
@@ -464,7 +464,7 @@ static void test_reserve(void **state)
     assert_true(next_tile(queue, 0, &tile));
     assert_true(next_tile(queue, 0, &tile));
     assert_false(next_tile(queue, 0, &tile));
-    assert_int_equal(queue_holds(queue, 0), 2);
+    assert_int_equal(queue_tile_count(queue, 0), 2);
     assert_true(queue_is_full(queue, 0) && !queue_is_full(queue, 1));
     assert_true(next_tile(queue, 1, &tile));
     for (uint32_t id = 0; id < 2; id++)
@@ -597,9 +597,9 @@ static void test_silent(void **state)
         assert_int_equal(queue_count(queue).repeated, 2);
         queue_set_silent(queue, 1, false);
         assert_false(queue_finish(queue, 1, first.id, 0, 0));
-        assert_true(queue_recalled(queue, 1, second.id));
+        assert_true(queue_is_recalled(queue, 1, second.id));
         queue_drop(queue, 1, second.id, 0, 0);
-        assert_false(queue_held(queue, 1, second.id, &tile));
+        assert_false(queue_find_held(queue, 1, second.id, &tile));
         queue_destroy(queue);
     }
 }
@@ -646,7 +646,7 @@ static void test_stop(void **state)
         assert_int_equal(queue_next(queue, 1, 0, more), 0);
         assert_true(queue_over(queue, 1));
         assert_false(queue_over(queue, 0));
-        assert_true(queue_held(queue, 0, lot[0].id, &tile));
+        assert_true(queue_find_held(queue, 0, lot[0].id, &tile));
         queue_finish(queue, 0, lot[0].id, 0, 0);
         assert_int_equal(queue_count(queue).finished, 1);
         assert_false(queue_complete(queue));
@@ -661,10 +661,10 @@ static void test_answers_are_checked(void **state)
     struct queue *queue = queue_create(&config);
     struct tile lot[LOT_TILES], tile;
     assert_true(queue_next(queue, 0, 0, lot) > 0);
-    assert_true(queue_held(queue, 0, lot[0].id, &tile));
-    assert_false(queue_held(queue, 1, lot[0].id, &tile));
-    assert_false(queue_held(queue, 0, lot[0].id + 1, &tile));
-    assert_false(queue_held(queue, 0, UINT32_MAX, &tile));
+    assert_true(queue_find_held(queue, 0, lot[0].id, &tile));
+    assert_false(queue_find_held(queue, 1, lot[0].id, &tile));
+    assert_false(queue_find_held(queue, 0, lot[0].id + 1, &tile));
+    assert_false(queue_find_held(queue, 0, UINT32_MAX, &tile));
     queue_destroy(queue);
 }
 
@@ -906,17 +906,17 @@ static void test_idle_take_unbegun(void **state)
             assert_true(queue_finish(queue, 2, lot[i].id, 2e-3, 1e-6));
     } while (others > 0 && queue_count(queue).repeated == 0);
     while (queue_unfinished(queue, &next, &tile))
-        if (queue_held(queue, 1, tile.id, &tile)) queue_finish(queue, 1, tile.id, 2e-3, 1e-6);
-    while (queue_recall(queue, &recall)) {
+        if (queue_find_held(queue, 1, tile.id, &tile)) queue_finish(queue, 1, tile.id, 2e-3, 1e-6);
+    while (queue_next_recall(queue, &recall)) {
     }
-    uint32_t holds = queue_holds(queue, 0);
+    uint32_t holds = queue_tile_count(queue, 0);
     uint32_t count = queue_next(queue, 3, 2e-3, stolen), told = 0;
     assert_true(holds >= 4 && count >= 2 && count <= holds / 2);
     for (uint32_t i = 0; i < count; i++) {
         assert_true(stolen[i].id != first);
-        assert_true(queue_recalled(queue, 0, stolen[i].id));
+        assert_true(queue_is_recalled(queue, 0, stolen[i].id));
     }
-    for (; queue_recall(queue, &recall); told++)
+    for (; queue_next_recall(queue, &recall); told++)
         assert_true(recall.renderer == 0 && !recall.finished);
     assert_int_equal(told, count);
     queue_destroy(queue);
@@ -966,7 +966,8 @@ static void test_pieces_replace(void **state)
     struct queue *queue = queue_create(&four);
     struct tile last, lot[LOT_TILES];
     unsigned char seen[64 * 48] = {0};
-    uint32_t count = break_last(queue, &last, lot), renderer = queue_holds(queue, 2) > 0 ? 2 : 1;
+    uint32_t count = break_last(queue, &last, lot),
+             renderer = queue_tile_count(queue, 2) > 0 ? 2 : 1;
     uint32_t kept = 0, counted = 0, tiles = queue_count(queue).tiles;
     assert_true(count > 0 && tile_pixels(&lot[0]) < tile_pixels(&last));
     do {
@@ -1027,7 +1028,8 @@ static void test_whole_before_last_piece(void **state)
     struct queue *queue = queue_create(&four);
     struct tile last, lot[LOT_TILES];
     unsigned char seen[64 * 48] = {0};
-    uint32_t count = break_last(queue, &last, lot), renderer = queue_holds(queue, 2) > 0 ? 2 : 1;
+    uint32_t count = break_last(queue, &last, lot),
+             renderer = queue_tile_count(queue, 2) > 0 ? 2 : 1;
     uint32_t pieces = queue->items[last.id].pieces, tiles = queue_count(queue).tiles, kept = 0;
     assert_true(pieces > 2);
     for (; kept + 1 < pieces; count = queue_next(queue, renderer, 101, lot))
@@ -1061,7 +1063,7 @@ static void test_pieces_of_a_piece(void **state)
         for (bool held = false; (count = queue_next(queue, 1, 0, lot)) > 0;) {
             for (uint32_t i = 0; i < count; i++)
                 if (lot[i].id != piece) finish_and_mark(queue, 1, &lot[i], seen);
-            if (held || !queue_held(queue, 1, piece, &tile)) continue;
+            if (held || !queue_find_held(queue, 1, piece, &tile)) continue;
             held = true;
             assert_true(pieces_make(queue, piece, 4, 0));
             if (!by_parts) assert_false(finish_and_mark(queue, 1, &tile, seen));
@@ -1081,7 +1083,7 @@ static uint32_t told_finished(struct queue *queue, uint32_t renderer, uint32_t i
 {
     struct recall recall;
     uint32_t count = 0;
-    while (queue_recall(queue, &recall))
+    while (queue_next_recall(queue, &recall))
         count += recall.finished && recall.renderer == renderer && recall.id == id;
     return count;
 }
@@ -1095,12 +1097,12 @@ static void test_finished_is_told(void **state)
         struct queue *queue = queue_create(&four);
         struct tile last, lot[LOT_TILES];
         uint32_t count = break_last(queue, &last, lot),
-                 renderer = queue_holds(queue, 2) > 0 ? 2 : 1;
-        assert_true(count > 0 && queue_recalled(queue, 0, last.id));
+                 renderer = queue_tile_count(queue, 2) > 0 ? 2 : 1;
+        assert_true(count > 0 && queue_is_recalled(queue, 0, last.id));
         assert_int_equal(told_finished(queue, 0, last.id), 0); /* that others have it, yes */
         const struct tile *late = whole ? &lot[0] : &last;
         uint32_t loser = whole ? renderer : 0;
-        assert_int_equal(queue_recalled(queue, loser, late->id), !whole);
+        assert_int_equal(queue_is_recalled(queue, loser, late->id), !whole);
         if (whole) assert_int_equal(queue_finish(queue, 0, last.id, 101, 1e-4), ANSWER_COUNTS);
         for (; !whole && count > 0; count = queue_next(queue, renderer, 101, lot)) {
             for (uint32_t i = 0; i < count; i++) {
@@ -1109,13 +1111,13 @@ static void test_finished_is_told(void **state)
             }
             if (queue_complete(queue)) break;
         }
-        assert_true(queue_recalled(queue, loser, late->id));
+        assert_true(queue_is_recalled(queue, loser, late->id));
         assert_int_equal(told_finished(queue, loser, late->id), 1);
         assert_int_equal(told_finished(queue, loser, late->id), 0);
         double wasted = queue_count(queue).wasted_s;
         queue_drop(queue, loser, late->id, 102, 0.5);
         struct tile tile;
-        assert_false(queue_held(queue, loser, late->id, &tile));
+        assert_false(queue_find_held(queue, loser, late->id, &tile));
         assert_true(fabs(queue_count(queue).wasted_s - wasted - 0.5) < 1e-9);
         queue_destroy(queue);
     }
@@ -1145,7 +1147,7 @@ static void test_finished_copy_is_told(void **state)
         assert_true(queue_finish(queue, winner, id, 2e-3, 1e-4));
         assert_int_equal(told_finished(queue, 1 - winner, id), 1);
         queue_drop(queue, 1 - winner, id, 3e-3, 1e-4);
-        assert_false(queue_recalled(queue, 1 - winner, id));
+        assert_false(queue_is_recalled(queue, 1 - winner, id));
         queue_destroy(queue);
     }
 }
@@ -1169,14 +1171,14 @@ static void test_idle_ask_again(void **state)
         for (uint32_t i = 0; i < count; i++)
             assert_true(queue_finish(queue, 1, lot[i].id, 1e-3, 1e-4));
     }
-    assert_true(queue_holds(queue, 0) == 1 && queue_holds(queue, 1) == 0);
+    assert_true(queue_tile_count(queue, 0) == 1 && queue_tile_count(queue, 1) == 0);
     assert_int_equal(queue_next(queue, 2, 1e-3, lot), 0);
     double wake = queue_wake(queue);
     assert_true(wake > 1e-3 && wake < pace_next_late(&queue->pace));
     queue_look(queue, wake);
     assert_true(queue_wake(queue) > wake);
     assert_true(queue_next(queue, 2, wake, lot) > 0);
-    assert_true(queue_recalled(queue, 0, last.id));
+    assert_true(queue_is_recalled(queue, 0, last.id));
     queue_destroy(queue);
 }
 
@@ -1192,7 +1194,7 @@ static void test_idle_take_what_was_just_given(void **state)
     assert_int_equal(queue_next(queue, 0, 1, lot), 1);
     assert_int_equal(queue->waiting.count, 0);
     assert_true(queue_next(queue, 1, 1, more) > 0);
-    assert_true(queue_recalled(queue, 0, lot[0].id));
+    assert_true(queue_is_recalled(queue, 0, lot[0].id));
     queue_destroy(queue);
 }
 
@@ -1209,7 +1211,7 @@ static void test_overdue_is_broken_up(void **state)
     count = queue_next(queue, 1, 1e-3, lot);
     for (uint32_t i = 0; i < count; i++)
         assert_true(queue_finish(queue, 1, lot[i].id, 2e-3, 1e-3));
-    assert_true(queue->waiting.count > 0 && queue_holds(queue, 0) == 1);
+    assert_true(queue->waiting.count > 0 && queue_tile_count(queue, 0) == 1);
     queue_look(queue, 0.1); /* overdue, but most of the run is to come */
     count = queue_next(queue, 1, 0.1, lot);
     assert_true(count > 0);
@@ -1273,7 +1275,7 @@ static void test_own_renderer_leaves_the_end(void **state)
         assert_true(queue_next(queue, 1, 1e-3, lot) > 0);
         serve_for(queue, 1e-6);
         assert_true(queue_next(queue, 0, 1e-3, lot) > 0);
-        finish_part(queue, 0, lot, 0, queue_holds(queue, 0));
+        finish_part(queue, 0, lot, 0, queue_tile_count(queue, 0));
         serve_for(queue, 1);
         assert_true(queue->waiting.count > 0);
         assert_int_equal(queue_next(queue, 0, 1e-3, lot) == 0, own);
@@ -1315,9 +1317,9 @@ static void test_late_in_one_lot(void **state)
     assert_true(queue_next(queue, 2, 0.5, tiles) > 3);
     for (uint32_t i = 0; i < 3; i++)
         assert_int_equal(tiles[i].id, lots[1][3 - i].id); /* the last first */
-    assert_false(queue_recalled(queue, 1, lots[1][0].id));
+    assert_false(queue_is_recalled(queue, 1, lots[1][0].id));
     assert_int_equal(queue_count(queue).repeated, 3);
-    assert_true(queue_holds(queue, 2) > 3);
+    assert_true(queue_tile_count(queue, 2) > 3);
     queue_destroy(queue);
 }
 
@@ -1331,9 +1333,9 @@ static void test_answered_is_not_recalled(void **state)
     uint32_t told = 0;
     queue_look(queue, 0.5);
     assert_true(queue_next(queue, 2, 0.5, tiles) > 3);
-    assert_true(queue_recalled(queue, 1, lots[1][3].id));
+    assert_true(queue_is_recalled(queue, 1, lots[1][3].id));
     assert_true(queue_finish(queue, 1, lots[1][3].id, 0.5, 1e-3));
-    for (; queue_recall(queue, &recall); told += recall.renderer == 1)
+    for (; queue_next_recall(queue, &recall); told += recall.renderer == 1)
         assert_true(recall.renderer != 1 || recall.id != lots[1][3].id);
     assert_int_equal(told, 2);
     queue_destroy(queue);
@@ -1376,8 +1378,8 @@ static void test_takes_long(void **state)
         assert_true(count >= 3);
         for (uint32_t i = 0; i < 3; i++)
             assert_int_equal(tiles[i].id == lots[1][3 - i].id, !early);
-        assert_int_equal(queue_recalled(queue, 1, lots[1][1].id), !early);
-        assert_false(queue_recalled(queue, 1, first));
+        assert_int_equal(queue_is_recalled(queue, 1, lots[1][1].id), !early);
+        assert_false(queue_is_recalled(queue, 1, first));
         /* The neighbours are dear, too; its pieces are at least so dear. */
         assert_true((double)queue->items[first].seconds >= seconds * 0.999);
         queue_finish(queue, 1, first, 3e-3, 1);
@@ -1514,7 +1516,7 @@ static void test_whole_before_pieces(void **state)
     struct queue *queue = queue_create(&four);
     struct tile last, lot[LOT_TILES], tile;
     uint32_t next = 0, count = break_last(queue, &last, lot), tiles = queue_count(queue).tiles;
-    uint32_t renderer = queue_holds(queue, 2) > 0 ? 2 : 1;
+    uint32_t renderer = queue_tile_count(queue, 2) > 0 ? 2 : 1;
     assert_true(count > 0 && tile_pixels(&lot[0]) < tile_pixels(&last));
     /* Nor are pieces split like other tiles: the whole one counts on as many as it has. */
     for (uint32_t i = 0; i < count; i++) {
@@ -1695,7 +1697,7 @@ static void take_turn(struct queue *queue, uint32_t renderers, uint64_t *seed, d
         ids[held++] = holdings->holds[i].id;
     for (uint32_t i = 0; i < held && random_below(seed, 4) > 0; i++) {
         struct tile tile = queue_tile_of(queue, ids[i]);
-        if (queue_recalled(queue, renderer, ids[i]) && random_below(seed, 2)) {
+        if (queue_is_recalled(queue, renderer, ids[i]) && random_below(seed, 2)) {
             queue_drop(queue, renderer, ids[i], now, 0);
             continue;
         }
@@ -1758,7 +1760,7 @@ static void test_withdraw_from_stopped(void **state)
     uint64_t seed = 7;
     double now = 0;
     memset(seen, 0, sizeof seen);
-    while (!queue->settled || queue_holds(queue, 2) == 0)
+    while (!queue->settled || queue_tile_count(queue, 2) == 0)
         take_turn(queue, 3, &seed, now += 1e-6, seen); /* nobody is late yet */
     queue_withdraw(queue);
     assert_false(queue_complete(queue) || queue->pace.renderers[2].lost);
@@ -1766,7 +1768,7 @@ static void test_withdraw_from_stopped(void **state)
         take_turn(queue, 2, &seed, now += 1e-3, seen);
         queue_look(queue, now);
     }
-    assert_true(queue_complete(queue) && queue_holds(queue, 2) > 0);
+    assert_true(queue_complete(queue) && queue_tile_count(queue, 2) > 0);
     check_sums(queue);
     queue_destroy(queue);
 }
@@ -1829,7 +1831,7 @@ static void test_idle_without_a_core(void **state)
         struct tile lot[LOT_TILES];
         uint32_t working = 0;
         for (uint32_t i = 0; i < 4; i++)
-            working += queue_holds(queue, i) > 0;
+            working += queue_tile_count(queue, i) > 0;
         assert_int_equal(working, keepers);
         assert_int_equal(queue_idle_cores(queue), keepers == 1);
         assert_int_equal(queue_has_core(queue, 3), keepers == 1);

@@ -436,7 +436,7 @@ static void test_takes_long(void **state)
     struct result_header header = {.tile_id = tile.id, .pixels = RESULT_UNFINISHED, .busy_s = 0.25};
     put_header(&test, 0, header);
     assert_true(take_in(&test.server));
-    assert_true(queue_held(test.service.queue, 1, tile.id, &held));
+    assert_true(queue_find_held(test.service.queue, 1, tile.id, &held));
     assert_int_equal(test.stats[1].tiles, 0);
     leave(&test, 1, put_result(test.tray, 1, &tile, 0.5f), true);
     assert_true(take_in(&test.server));
