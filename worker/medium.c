@@ -225,10 +225,11 @@ static void probe(struct media *media, const struct bvh *bvh, struct ray ray, st
     }
 }
 
-static uint32_t count_of(const struct found *found, const struct node *medium)
+/* From the first-th on. */
+static uint32_t count_of(const struct found *found, uint32_t first, const struct node *medium)
 {
     uint32_t count = 0;
-    for (uint32_t i = 0; i < found->count; i++)
+    for (uint32_t i = first; i < found->count; i++)
         count += found->media[i].object == medium->object && found->media[i].ior == medium->ior;
     return count;
 }
@@ -238,10 +239,9 @@ static bool agreed(const struct found found[PROBES], uint32_t i)
 {
     const struct node *medium = &found[0].media[i];
     if (medium->object != PRIMITIVE_NONE) return true;
-    struct found rest = {.count = found[0].count - i};
-    memcpy(rest.media, medium, rest.count * sizeof *medium);
+    uint32_t wanted = count_of(&found[0], i, medium);
     for (int p = 1; p < PROBES; p++)
-        if (count_of(&found[p], medium) < count_of(&rest, medium)) return false;
+        if (count_of(&found[p], 0, medium) < wanted) return false;
     return true;
 }
 
