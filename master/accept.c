@@ -106,7 +106,7 @@ void accept_tile(struct server *server, uint32_t renderer, const struct tile *ti
     enum answer answer = queue_finish(service->queue, renderer, tile->id, now, seconds);
     struct fate fate;
     if (answer != ANSWER_IN_VAIN && service->adaptive && !is_as_asked(server, tile, header))
-        fatal("renderer %u sent other pixels than it was asked for", renderer);
+        fatal("rank %u sent other pixels than it was asked for", rank_of(server, renderer));
     if (answer == ANSWER_COUNTS)
         put_tile(server, renderer, tile, rgb, header);
     else if (answer == ANSWER_KEPT)

@@ -11,14 +11,14 @@
 
 struct tray *tray_of(const struct server *server, uint32_t renderer)
 {
-    return server->service->trays[server->first_rank + renderer];
+    return server->service->trays[rank_of(server, renderer)];
 }
 
 static void send(struct server *server, uint32_t renderer, enum message_tag tag, const void *bytes,
                  size_t size)
 {
     struct tray *tray = tray_of(server, renderer);
-    post_send(server->post, (int)(server->first_rank + renderer), tag, bytes, size);
+    post_send(server->post, (int)rank_of(server, renderer), tag, bytes, size);
     if (tray) tray_say(tray);
 }
 

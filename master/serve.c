@@ -247,7 +247,7 @@ static void start_server(struct server *server, struct service *service)
     if (service->adaptive) server->rendered_before = adaptive_seconds(service->adaptive);
     memset(service->stats, 0, server->renderers * sizeof *service->stats);
     for (uint32_t i = 0; i < server->renderers; i++)
-        service->stats[i].rank = server->first_rank + i;
+        service->stats[i].rank = rank_of(server, i);
     for (uint32_t rank = 0; rank < server->first_rank + server->renderers; rank++)
         if (service->trays[rank]) server->flag_words = arrivals_words(rank + 1);
     service->ending = service->timed_out = false;

@@ -100,6 +100,12 @@ struct server {
 /* Seconds since the start of the render phase. */
 double server_elapsed(const struct server *server);
 
+/* Of a renderer. Where rank 0 does not render, the first one is rank 1. */
+static inline uint32_t rank_of(const struct server *server, uint32_t renderer)
+{
+    return server->first_rank + renderer;
+}
+
 /* Whether nothing is left for this renderer, in later passes either; the lock is held. */
 bool server_is_through(struct server *server, uint32_t renderer);
 

@@ -55,7 +55,9 @@ static size_t take_part(struct server *server, uint32_t renderer, const char *pa
     if (bytes < sizeof header) return 0;
     memcpy(&header, part, sizeof header);
     if (header.pixels == RESULT_UNFINISHED) return take_unfinished(server, renderer, &header);
-    if (!queue_find_held(server->service->queue, renderer, header.tile_id, &tile)) return 0;
+    if (!queue_find_held(server->service->queue, renderer, header.tile_id, &tile))
+        fatal("rank %u sent a result for a tile that it was not asked for",
+              rank_of(server, renderer));
     if (header.pixels == RESULT_DROPPED) return take_dropped(server, renderer, &tile, &header);
     bool halves = server->service->adaptive != NULL;
     if (!result_message_valid(&header, bytes, &tile, halves)) return 0;
@@ -84,7 +86,7 @@ static void take_parts(struct server *server, uint32_t renderer, const char *res
     }
     pthread_mutex_unlock(&server->lock);
     if (bytes == 0 || done < bytes)
-        fatal("renderer %u sent a result for a tile that it was not asked for", renderer);
+        fatal("rank %u sent a result that is not valid", rank_of(server, renderer));
 }
 
 /* What lies in the renderer's tray; returns how many results. */
@@ -96,7 +98,7 @@ static int take_tray(struct server *server, uint32_t renderer)
     for (uint32_t bytes; (bytes = slots_bytes(&tray->results, contact->results_taken)) > 0;) {
         unsigned turn = contact->results_taken++;
         if (bytes > TRAY_RESULT_BYTES)
-            fatal("renderer %u left a result that makes no sense", renderer);
+            fatal("rank %u left a result that makes no sense", rank_of(server, renderer));
         if (results++ == 0) note_sign(server, renderer);
         take_parts(server, renderer, tray->result[turn % TRAY_SLOTS], bytes);
         slots_empty(&tray->results, turn);
@@ -126,9 +128,9 @@ static void take_ready(struct server *server, uint32_t renderer, const char *mes
 {
     struct ready ready = {0};
     if (bytes == sizeof ready) memcpy(&ready, message, sizeof ready);
-    int rank = (int)(server->first_rank + renderer);
+    int rank = (int)rank_of(server, renderer);
     if (!ready_message_valid(&ready, bytes, rank) || server->contacts[renderer].is_ready)
-        fatal("renderer %u reported for work in a way that makes no sense", renderer);
+        fatal("rank %d reported for work in a way that makes no sense", rank);
     server->contacts[renderer].is_ready = true;
     struct renderer_stats *stats = &server->service->stats[renderer];
     memcpy(stats->host, ready.host, sizeof stats->host);
@@ -140,13 +142,13 @@ static void take_stats(struct server *server, uint32_t renderer, const char *mes
 {
     struct renderer_stats stats;
     if (bytes == sizeof stats) memcpy(&stats, message, sizeof stats);
-    int rank = (int)(server->first_rank + renderer);
+    int rank = (int)rank_of(server, renderer);
     pthread_mutex_lock(&server->lock);
     bool due = server->service->ending || server_is_through(server, renderer);
     pthread_mutex_unlock(&server->lock);
     if (bytes != sizeof stats || !stats_message_valid(&stats, bytes, rank) || !due ||
         server->contacts[renderer].is_gone)
-        fatal("renderer %u sent statistics that make no sense", renderer);
+        fatal("rank %d sent statistics that make no sense", rank);
     server->service->stats[renderer] = stats;
     server->contacts[renderer].is_gone = true;
     server->left++;

@@ -807,10 +807,11 @@ static void test_wrong_messages(void **state)
 {
     (void)state;
     static const char *const said[] = {
-        [RESULT_EMPTY] = "renderer 1 sent a result for a tile that it was not asked for",
-        [TRAY_TOO_LONG] = "renderer 1 left a result that makes no sense",
-        [READY_AGAIN] = "renderer 1 reported for work in a way that makes no sense",
-        [STATS_EARLY] = "renderer 1 sent statistics that make no sense",
+        [RESULT_EMPTY] = "rank 1 sent a result that is not valid",
+        [RESULT_OF_OTHERS] = "rank 1 sent a result for a tile that it was not asked for",
+        [TRAY_TOO_LONG] = "rank 1 left a result that makes no sense",
+        [READY_AGAIN] = "rank 1 reported for work in a way that makes no sense",
+        [STATS_EARLY] = "rank 1 sent statistics that make no sense",
         [PONG_LONG] = "rank 1 sent a message of unknown kind 9",
         [OTHER_KIND] = "rank 1 sent a message of unknown kind 99"};
     struct farm *farm = farm_open(&small_tiles);
@@ -824,7 +825,7 @@ static void test_wrong_messages(void **state)
     for (enum wrong wrong = 0; wrong <= OTHER_KIND; wrong++) {
         char line[256];
         snprintf(line, sizeof line, "farm: rank 0: %s\n",
-                 said[wrong < TRAY_TOO_LONG ? RESULT_EMPTY : wrong]);
+                 said[wrong] ? said[wrong] : said[RESULT_EMPTY]);
         assert_fatal(try_wrong, &(struct attempt){farm, wrong}, line);
     }
     tray_free(tray);
