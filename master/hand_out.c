@@ -120,7 +120,7 @@ void hand_out(struct server *server, uint32_t renderer)
     do {
         pthread_mutex_lock(&server->lock);
         count = queue_next(queue, renderer, server_elapsed(server), tiles);
-        size_t bytes = put_lot(server, renderer, tiles, count, server->message);
+        size_t bytes = count > 0 ? put_lot(server, renderer, tiles, count, server->message) : 0;
         server->contacts[renderer].is_idle = queue_tile_count(queue, renderer) == 0;
         server->contacts[renderer].is_full = queue_is_full(queue, renderer);
         pthread_mutex_unlock(&server->lock);
