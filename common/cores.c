@@ -1,33 +1,76 @@
 #include "common/cores.h"
 
+#include <errno.h>
 #include <stdio.h>
+#include <string.h>
 
-unsigned cores_borrow(const int *processes, int count, cpu_set_t *own)
+/* Room for so many cores is not tried: Linux allows for 8192. */
+#define TOO_MANY (CPU_SETSIZE << 10)
+
+static void free_cores(struct core_set *set)
 {
-    cpu_set_t all, theirs;
-    CPU_ZERO(own);
-    if (sched_getaffinity(0, sizeof *own, own) != 0) return 1;
-    all = *own;
+    if (set->cores) CPU_FREE(set->cores);
+    *set = (struct core_set){NULL, 0};
+}
+
+/* Those of a process; 0: of the calling thread. The system refuses (EINVAL) to tell where there is less room
+ * than for all cores that the machine may ever have. */
+static struct core_set cores_of(int process)
+{
+    int refused = EINVAL;
+    for (int room = CPU_SETSIZE; room < TOO_MANY && refused == EINVAL; room *= 2) {
+        struct core_set set = {CPU_ALLOC((size_t)room), CPU_ALLOC_SIZE((size_t)room)};
+        if (!set.cores) break;
+        if (sched_getaffinity(process, set.bytes, set.cores) == 0) return set;
+        refused = errno;
+        free_cores(&set);
+    }
+    return (struct core_set){NULL, 0};
+}
+
+static void add_cores(struct core_set *all, int process)
+{
+    struct core_set theirs = cores_of(process);
+    if (theirs.bytes == all->bytes) CPU_OR_S(all->bytes, all->cores, all->cores, theirs.cores);
+    free_cores(&theirs);
+}
+
+unsigned cores_borrow(const int *processes, int count, struct core_set *own)
+{
+    struct core_set all = cores_of(0);
+    *own = cores_of(0);
+    if (!all.cores) return 1;
     for (int i = 0; i < count; i++)
-        if (sched_getaffinity(processes[i], sizeof theirs, &theirs) == 0)
-            CPU_OR(&all, &all, &theirs);
-    (void)sched_setaffinity(0, sizeof all, &all);
+        add_cores(&all, processes[i]);
+    (void)sched_setaffinity(0, all.bytes, all.cores);
+    free_cores(&all);
     /* The system may have granted a part of them (cpusets). */
-    if (sched_getaffinity(0, sizeof all, &all) != 0) return 1;
-    int cores = CPU_COUNT(&all);
+    all = cores_of(0);
+    int cores = all.cores ? CPU_COUNT_S(all.bytes, all.cores) : 1;
+    free_cores(&all);
     return (unsigned)(count < cores ? count : cores);
 }
 
-void cores_return(const cpu_set_t *own)
+void cores_return(struct core_set *own)
 {
-    if (CPU_COUNT(own) > 0) (void)sched_setaffinity(0, sizeof *own, own);
+    if (own->cores) (void)sched_setaffinity(0, own->bytes, own->cores);
+    free_cores(own);
+}
+
+static void find_cores(cpu_set_t *cores)
+{
+    struct core_set all = cores_of(0);
+    CPU_ZERO(cores);
+    if (all.cores && CPU_COUNT_S(all.bytes, all.cores) == CPU_COUNT_S(sizeof *cores, all.cores))
+        memcpy(cores, all.cores, sizeof *cores);
+    free_cores(&all);
 }
 
 /* Containers have names of their own, but the kernel and its cores in common. */
 void berth_find(struct berth *berth)
 {
     *berth = (struct berth){0};
-    if (sched_getaffinity(0, sizeof berth->cores, &berth->cores) != 0) CPU_ZERO(&berth->cores);
+    find_cores(&berth->cores);
     FILE *file = fopen("/proc/sys/kernel/random/boot_id", "r");
     if (!file) return;
     if (!fgets(berth->machine, sizeof berth->machine, file)) berth->machine[0] = '\0';

@@ -163,7 +163,7 @@ static struct renderer *start_renderer(struct node_scene *shared)
  * of all its ranks, as many as there are bands of rows to share. NULL: by the master alone. */
 static void gather_planners(struct run *run, const struct node_scene *shared)
 {
-    cpu_set_t own;
+    struct core_set own;
     if (!run->adaptive) return;
     unsigned threads = cores_borrow(shared->processes, shared->process_count, &own);
     unsigned bands = band_count(&run->canvas);

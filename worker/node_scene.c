@@ -214,7 +214,7 @@ int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *bloc
  * they wait. */
 static void build(struct node_scene *shared)
 {
-    cpu_set_t own;
+    struct core_set own;
     unsigned threads = cores_borrow(shared->processes, shared->process_count, &own);
     bvh_build(shared->scene, shared->bvh, threads);
     cores_return(&own);
