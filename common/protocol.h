@@ -51,6 +51,7 @@
 #include "common/refinement.h"
 #include "common/tile.h"
 #include "common/vec.h"
+#include "common/whole.h"
 
 enum message_tag {
     TAG_MASTER_TO_RENDERER_TILES = 1,
@@ -235,7 +236,7 @@ static inline size_t result_floats(const struct tile *tile, bool halves)
 static inline size_t result_bytes(const struct tile *tile, uint32_t pixels, bool halves)
 {
     size_t bytes = pixels * result_floats(tile, halves) * sizeof(float);
-    return sizeof(struct result_header) + (bytes + 7) / 8 * 8;
+    return sizeof(struct result_header) + round_up_to(bytes, 8);
 }
 
 /* Whether only some of the tile's pixels get samples in its pass, as struct refinement says. */
@@ -247,14 +248,14 @@ static inline bool tile_is_refined(const struct tile *tile)
 /* Bytes of so many floats in a TILES message, a multiple of 8. */
 static inline size_t lot_tells_bytes(uint32_t tells)
 {
-    return (tells * sizeof(float) + 7) / 8 * 8;
+    return round_up_to(tells * sizeof(float), 8);
 }
 
 /* Bytes of a tile's part of a TILES message, a multiple of 8. */
 static inline size_t tile_part_bytes(const struct tile *tile)
 {
     size_t bytes = tile_is_refined(tile) ? tile_pixels(tile) * sizeof(struct refinement) : 0;
-    return sizeof *tile + (bytes + 7) / 8 * 8;
+    return sizeof *tile + round_up_to(bytes, 8);
 }
 
 /*

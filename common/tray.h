@@ -15,6 +15,7 @@
 
 #include "common/bell.h"
 #include "common/protocol.h"
+#include "common/whole.h"
 
 _Static_assert(ATOMIC_INT_LOCK_FREE == 2 && ATOMIC_LLONG_LOCK_FREE == 2,
                "atomics work between processes");
@@ -112,7 +113,7 @@ struct arrivals {
 
 static inline uint32_t arrivals_words(uint32_t ranks)
 {
-    return (ranks + FLAGS_PER_WORD - 1) / FLAGS_PER_WORD;
+    return divide_up(ranks, FLAGS_PER_WORD);
 }
 
 static inline void arrivals_init(struct arrivals *arrivals, uint32_t ranks)

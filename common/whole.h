@@ -2,6 +2,7 @@
 #ifndef FARM_COMMON_WHOLE_H
 #define FARM_COMMON_WHOLE_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 static inline uint32_t smaller(uint32_t a, uint32_t b)
@@ -13,6 +14,12 @@ static inline uint32_t smaller(uint32_t a, uint32_t b)
 static inline uint32_t divide_up(uint32_t a, uint32_t b)
 {
     return (uint32_t)(((uint64_t)a + b - 1) / b);
+}
+
+/* Bytes, rounded up to a multiple of the unit. */
+static inline size_t round_up_to(size_t bytes, size_t unit)
+{
+    return (bytes + unit - 1) / unit * unit;
 }
 
 #endif

@@ -7,6 +7,7 @@
 
 #include "common/message.h"
 #include "common/scene_check.h"
+#include "common/whole.h"
 #include "master/duplicates.h"
 
 /* A growing array; the size of an element is the user's business. */
@@ -443,7 +444,7 @@ static void drop_dark_lights(struct builder *builder)
 static struct scene_span reserve(const struct list *list, size_t size, uint64_t *bytes)
 {
     struct scene_span span = {*bytes, list->count};
-    *bytes = (*bytes + list->count * size + 7) / 8 * 8;
+    *bytes = round_up_to(*bytes + list->count * size, 8);
     return span;
 }
 

@@ -6,6 +6,7 @@
 
 #include "common/message.h"
 #include "common/nap.h"
+#include "common/whole.h"
 
 /* Buffers are so far apart that no two share a cache line, but for the ends of a small block. */
 #define BUFFER_ALIGN ((size_t)64)
@@ -59,7 +60,7 @@ struct post *post_open(size_t largest)
     reserve_sends(post, 2 * POST_RECEIVES);
     /* For the longest message that may come: of most buffers the first few pages are used. To clear huge
      * ones took a fifth of the master's time with 44 ranks. */
-    size_t stride = (largest + BUFFER_ALIGN - 1) / BUFFER_ALIGN * BUFFER_ALIGN;
+    size_t stride = round_up_to(largest, BUFFER_ALIGN);
     post->block = allocate((size_t)post->receives, stride);
     for (int i = 0; i < post->receives; i++) {
         post->buffers[i] = post->block + (size_t)i * stride;

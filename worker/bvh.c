@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "common/whole.h"
 #include "worker/bvh_leaf.h"
 #include "worker/bvh_nodes.h"
 #include "worker/primitive.h"
@@ -17,11 +18,6 @@
 
 /* Behind the last leaf: who loads a row of places loads eight of them. */
 #define ROW_END (BVH_WIDTH * sizeof(uint16_t))
-
-static size_t align_up(size_t bytes)
-{
-    return (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
-}
 
 /* ---- memory ---- */
 
@@ -72,8 +68,9 @@ static size_t leaf_bytes_bound(const struct scene *scene)
 
 size_t bvh_bytes_bound(const struct scene *scene)
 {
-    return align_up(sizeof(struct bvh)) + (size_t)node_bound(scene) * sizeof(struct bvh_node) +
-           align_up(leaf_bytes_bound(scene) + ROW_END);
+    return round_up_to(sizeof(struct bvh), ALIGNMENT) +
+           (size_t)node_bound(scene) * sizeof(struct bvh_node) +
+           round_up_to(leaf_bytes_bound(scene) + ROW_END, ALIGNMENT);
 }
 
 /* ---- primitives ---- */
@@ -194,8 +191,8 @@ static void write_bounds(struct bvh *bvh, const struct extent *extent)
 static struct bvh *empty_tree(const struct scene *scene, void *memory)
 {
     struct bvh *bvh = memory;
-    memset(memory, 0, align_up(sizeof *bvh));
-    bvh->nodes_offset = bvh->leaves_offset = bvh->bytes = align_up(sizeof *bvh);
+    memset(memory, 0, round_up_to(sizeof *bvh, ALIGNMENT));
+    bvh->nodes_offset = bvh->leaves_offset = bvh->bytes = round_up_to(sizeof *bvh, ALIGNMENT);
     bvh->transparent = (scene_features(scene) & FEATURE_REFRACTION) != 0;
     return bvh;
 }
@@ -215,7 +212,7 @@ static void build_tree(const struct whole *whole, struct bvh *bvh)
     struct leaf_room room = bvh_write_leaves(whole, nodes, node_count, leaves);
     size_t leaf_bytes = (size_t)room.room * sizeof *leaves;
     bvh->leaf_count = room.entries;
-    bvh->bytes = bvh->leaves_offset + align_up(leaf_bytes + ROW_END);
+    bvh->bytes = bvh->leaves_offset + round_up_to(leaf_bytes + ROW_END, ALIGNMENT);
     /* The same scene gives the same bytes, gaps too. */
     memset((char *)leaves + leaf_bytes, 0, bvh->bytes - bvh->leaves_offset - leaf_bytes);
 }

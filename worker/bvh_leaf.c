@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "common/whole.h"
 #include "worker/primitive.h"
 
 struct bvh_leaf bvh_leaf_of(const struct scene *scene, uint32_t id)
@@ -180,7 +181,7 @@ static void write_part(void *context, uint32_t round)
 struct leaf_room bvh_write_leaves(const struct whole *whole, struct bvh_node *nodes,
                                   uint32_t node_count, struct bvh_leaf *leaves)
 {
-    uint32_t parts = (node_count + PART_NODES - 1) / PART_NODES;
+    uint32_t parts = divide_up(node_count, PART_NODES);
     struct leaf_writer writer = {whole, nodes, node_count, leaves,
                                  allocate(parts, sizeof *writer.parts)};
     struct leaf_room all = {0, 0};

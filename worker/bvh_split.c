@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "common/whole.h"
 #include "worker/primitive.h"
 
 /* ---- items ---- */
@@ -168,7 +169,7 @@ static void bin_range(const struct whole *whole, struct binning *binning, const 
                       bin_items *bin)
 {
     uint32_t begin = range->first, end = begin + range->count,
-             parts = (end - begin + ROUND_ITEMS - 1) / ROUND_ITEMS;
+             parts = divide_up(end - begin, ROUND_ITEMS);
     if (!whole->crew || parts < 2) {
         bin(whole, binning, begin, end);
         return;

@@ -13,6 +13,7 @@
 
 #include "common/crew.h"
 #include "common/scene.h"
+#include "common/whole.h"
 #include "worker/extent.h"
 
 /*
@@ -78,7 +79,7 @@ void range_append(struct range *range, const struct range *more);
 /* Of items of this weight together, as a leaf. */
 static inline double cost_of(uint32_t weight)
 {
-    uint32_t packs = (weight + PACK - 1) / PACK;
+    uint32_t packs = divide_up(weight, PACK);
     return LEAF_COST + packs;
 }
 

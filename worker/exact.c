@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "common/whole.h"
+
 /* The place of the accumulator's lowest bit. */
 #define LOWEST_EXPONENT (-64 * EXACT_LIMBS_BELOW)
 
@@ -96,7 +98,7 @@ void accumulator_add(struct accumulator *sum, const double *factors, unsigned co
         struct parts factor = parts_of(factors[i]);
         if (factor.mantissa == 0) return;
         multiply_by_limb(limbs, used, factor.mantissa);
-        used = (53 * (i + 1) + 63) / 64;
+        used = divide_up(53 * (i + 1), 64);
         limbs[used] = 0;
         exponent += factor.exponent;
         negative ^= factor.negative;

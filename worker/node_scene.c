@@ -14,6 +14,7 @@
 #include "common/processor.h"
 #include "common/segment.h"
 #include "common/tray.h"
+#include "common/whole.h"
 #include "worker/collective.h"
 #include "worker/node.h"
 
@@ -54,11 +55,6 @@ static struct arrivals *find_arrivals(struct window_head *head)
     return (void *)((char *)head + head->arrivals);
 }
 
-static size_t whole_lines(size_t bytes)
-{
-    return (bytes + CACHE_LINE - 1) / CACHE_LINE * CACHE_LINE;
-}
-
 /* What a node's window has room for. */
 struct room {
     size_t head, content; /* bytes; content: scene and BVH */
@@ -74,8 +70,10 @@ static struct room find_room(MPI_Comm comm, const struct welcome *welcome,
     MPI_Comm_size(comm, &ranks);
     size_t members = (size_t)place->size;
     return (struct room){
-        .head = whole_lines(sizeof(struct window_head) + members * sizeof(struct member)),
-        .content = whole_lines(welcome->scene_bytes) + whole_lines(welcome->bvh_bytes),
+        .head =
+            round_up_to(sizeof(struct window_head) + members * sizeof(struct member), CACHE_LINE),
+        .content = round_up_to(welcome->scene_bytes, CACHE_LINE) +
+                   round_up_to(welcome->bvh_bytes, CACHE_LINE),
         .trays = place->first == 0 ? members - 1 : 0,
         .ranks = (size_t)ranks};
 }
@@ -187,7 +185,7 @@ static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scen
     wait_for_all(comm);
     shared->bell = &head->bell;
     shared->scene = (const void *)scene;
-    shared->bvh = (void *)(scene + whole_lines(welcome->scene_bytes));
+    shared->bvh = (void *)(scene + round_up_to(welcome->scene_bytes, CACHE_LINE));
     find_trays(&room, &node.place, shared);
     enum processor_level level = shared->scene->view.processor;
     if (!processor_has(level))

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "common/message.h"
+#include "common/whole.h"
 #include "worker/exact.h"
 #include "worker/lanes.h"
 
@@ -73,7 +74,7 @@ static double sum_above(double sum, uint32_t n)
 
 static uint32_t block_count(const struct tree *tree)
 {
-    return (tree->count + TREE_BLOCK - 1) / TREE_BLOCK;
+    return divide_up(tree->count, TREE_BLOCK);
 }
 
 /* So few, as most trees have of a scene that only lets light through, are judged one after the other in
