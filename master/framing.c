@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "master/view.h"
+
 /* The picture is so many times as wide as what is in it: a twentieth stays free on either side. */
 #define MARGIN 1.1
 
@@ -67,7 +69,7 @@ void frame_scene(const struct builder *builder, struct settings *settings, bool 
     if (has_eye) return;
 
     struct frame frame = frame_of(three_quarter_view(settings->camera.up), settings->camera.up);
-    double slope_y = tan(settings->camera.fov * (M_PI / 360)) / MARGIN;
+    double slope_y = view_half_height(settings->camera.fov) / MARGIN;
     double slope_x = slope_y * settings->image.width / settings->image.height;
     double reach[4] = {1, 1, 1, 1};
     const struct vec3 directions[4] = {

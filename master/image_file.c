@@ -99,7 +99,7 @@ static void read_back(enum format format, const float *rgb, float *back)
 static bool has_room(enum format format, float value)
 {
     if (format == FORMAT_PFM) return true;
-    return value >= 0 && value <= (format == FORMAT_PNG ? 1 : 0x1.fep126f);
+    return value >= 0 && value <= (format == FORMAT_PNG ? 1 : HDR_LARGEST);
 }
 
 struct quantisation image_quantisation(const char *path, const struct canvas *canvas)

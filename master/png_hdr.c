@@ -55,9 +55,8 @@ void png_encode(const struct canvas *canvas, byte_sink *sink, void *context)
 /* The encoder's arithmetic is only defined for what a shared exponent of 8 bits can hold. */
 static float hdr_value(float value)
 {
-    const float largest = 0x1.fep126f; /* 255/256 * 2^127: mantissa and exponent byte both 255 */
     if (!(value > 0)) return 0;
-    return value < largest ? value : largest;
+    return value < HDR_LARGEST ? value : HDR_LARGEST;
 }
 
 void hdr_encode(const struct canvas *canvas, byte_sink *sink, void *context)

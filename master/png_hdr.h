@@ -4,6 +4,9 @@
 
 #include "master/canvas.h"
 
+/* The largest value in a Radiance file, 255/256 * 2^127: mantissa and exponent byte are both 255. */
+#define HDR_LARGEST 0x1.fep126f
+
 /* Takes the next bytes of the file; remembers its own errors. */
 typedef void byte_sink(void *context, void *data, int bytes);
 

@@ -222,8 +222,7 @@ static bool is_face_normal(const struct smoothing *s, uint64_t corner)
 {
     struct vec3 sum = s->normals[s->leader[corner]], face = s->faces[corner / 3];
     if (vec_is_zero(sum)) return true;
-    struct vec3 d = vec_sub(vec_normalize(sum), face);
-    return fmax(fabs(d.x), fmax(fabs(d.y), fabs(d.z))) <= 16 * DBL_EPSILON;
+    return vec_largest(vec_sub(vec_normalize(sum), face)) <= 16 * DBL_EPSILON;
 }
 
 static const char *corner_normal(struct smoothing *s, uint64_t corner, uint32_t *index)

@@ -55,7 +55,7 @@ static int size_exponent(const struct vec3 *polygon, size_t count)
     double largest = 0;
     for (size_t i = 0; i < count; i++) {
         struct vec3 half = vec_sub(vec_scale(polygon[i], 0.5), vec_scale(polygon[0], 0.5));
-        largest = fmax(largest, fmax(fabs(half.x), fmax(fabs(half.y), fabs(half.z))));
+        largest = fmax(largest, vec_largest(half));
     }
     int exponent;
     (void)frexp(largest, &exponent);
