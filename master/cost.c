@@ -80,7 +80,7 @@ void cost_put(struct cost_map *map, const struct tile *probe, const float *secon
 
 /* ---- smoothing ---- */
 
-/* The nearest of so many to the one before the i-th, the i-th, and the one behind it. */
+/* i - 1, i and i + 1; i in place of one that is not among 0 .. count - 1. */
 static void neighbours(uint32_t i, uint32_t count, uint32_t at[3])
 {
     at[0] = i > 0 ? i - 1 : 0;

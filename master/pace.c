@@ -255,9 +255,9 @@ void pace_given(struct pace *pace, uint32_t renderer, double now, double work)
     if (!r->holds) {
         r->since = now;
         r->rendered = 0;
-        r->ways = 0;
+        r->awaited = 0;
     }
-    if (!r->holds || r->free_at <= now) r->ways++;
+    if (!r->holds || r->free_at <= now) r->awaited++;
     r->holds = true;
     r->held += work;
     r->free_at = start + pace_seconds(pace, renderer, work);
@@ -293,7 +293,7 @@ static void measure_delay(struct pace *pace, struct pace_renderer *r, double now
 {
     r->rendered += busy;
     if (holds || pace->blind || isnan(r->since)) return;
-    double delay = larger_number(now - r->since - r->rendered, 0) / r->ways;
+    double delay = larger_number(now - r->since - r->rendered, 0) / r->awaited;
     pace->delay_s += DELAY_NEW * (delay - pace->delay_s);
 }
 

@@ -20,7 +20,7 @@ struct pace_renderer {
     double free_at;    /* when that should be done; of use while it has some */
     double since;      /* when it got some after it had none; NAN: nobody knows */
     double rendered;   /* seconds that it has told of since then */
-    uint32_t ways;     /* lots that it has got since then when it should have had none left */
+    uint32_t awaited;  /* lots that it has got since then when it should have had none left */
     bool holds;        /* it has some */
     bool lost;         /* it is late with that: nobody counts on it until it answers */
 };

@@ -141,8 +141,9 @@ static void take_tile(struct queue *queue, struct draft *draft, uint32_t id)
     queue_give(queue, draft->renderer, id, (double)item->work);
 }
 
-/* Whether a tile of so many pixels, so dear if it is as dear as it may be, is too much for one renderer to
- * begin at all. */
+/* Whether what the tile takes at worst is more than DEAR_PART of an even share of all work: too much for one
+ * renderer to begin at all. Only where few pixels come to each processor, when there are predictions, and of
+ * more than DEAR_PIXELS. */
 static bool is_dear(const struct queue *queue, const struct item *item)
 {
     uint64_t pixels = (uint64_t)queue->config.width * queue->config.height;

@@ -267,7 +267,8 @@ struct bundle_sets {
     unsigned met, packets; /* how many rays, and packets that have some */
 };
 
-/* In place: what is put together of parts is not yet there for a copy of the whole. */
+/* Into what the caller has: of a result that is returned, the whole would be copied while its parts are still
+ * on their way to memory, and the processor would wait for them. */
 static INLINED void rays_in_box(const struct nearest_bundle *it, const struct packet_box *box,
                                 struct bundle_sets *sets)
 {

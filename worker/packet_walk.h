@@ -277,7 +277,9 @@ static INLINED bool bundle_of(const struct bvh *bvh, const struct ray *rays, str
     if (!bundle_fits_floats(bundle, &ends, largest_origin)) return false;
     for (unsigned axis = 0; axis < 3; axis++)
         set_range(bundle, &ends, axis);
-    return !bundle->ranges[z].both_ways; /* of which an empty box would be no end */
+    /* The box of an empty slot is left out because it ends before it begins; where rays go both ways, nothing
+     * has an end. */
+    return !bundle->ranges[z].both_ways;
 }
 
 /* A component of rays whose largest is told: no less than FLOAT_SLANT_MIN of that. */

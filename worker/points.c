@@ -402,7 +402,7 @@ static inline struct place line_place(struct vec3 anchor, struct vec3 origin, st
                           dd3_add(exact_difference3(origin, anchor), dd3_scale(direction, t))};
 }
 
-/* a: the base; b: the apex; c: the radii; only: 1 for the apex's cap. */
+/* a: the base; b: the apex; c: the radii; special: 1 for the apex's cap. */
 static void gather_caps(const struct scene *scene, const struct hit *hits, uint32_t begin,
                         uint32_t end, struct points *points)
 {

@@ -46,7 +46,9 @@ struct slab {
 
 struct slabs {
     struct slab x, y, z;
-    bool blind; /* nothing is decided: by none, or the margin is infinite */
+    /* The boxes of empty slots are met, too: no component of the direction has an inverse, or the margin is
+     * infinite. */
+    bool blind;
 };
 
 /* 1 / d; NaN, so that the axis decides nothing, when that overflows although d is not zero. */
