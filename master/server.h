@@ -97,6 +97,8 @@ struct server {
     uint64_t pixels;         /* that have come in messages */
 };
 
+/* ---- serve.c ---- */
+
 /* Seconds since the start of the render phase. */
 double server_elapsed(const struct server *server);
 
@@ -112,18 +114,6 @@ bool server_is_through(struct server *server, uint32_t renderer);
 /* Where nobody has rendered pixels, the picture shows something like it: fill_unknown(). The lock is held, or nobody
  * renders. */
 void fill_picture(struct server *server);
-
-/* ---- passes.c ---- */
-
-/* When rendering is to end for the deadline: in time for files, and for what is told of the error at the end, which
- * takes about as long as a plan. HUGE_VAL: there is no deadline. */
-double rendering_ends(const struct server *server);
-
-/* Guesses what of a time limit it takes to plan a pass, and to fill the picture at the end, before either was done. */
-void guess_times(struct server *server);
-
-/* Tries how long files take that are to be written: whether the picture is rendered, or as for any of its size. */
-void keep_for_writing(struct server *server, bool rendered);
 
 /* ---- accept.c; the lock is held ---- */
 
@@ -195,6 +185,16 @@ void note_sign(struct server *server, uint32_t renderer);
 bool is_deserted(const struct server *server);
 
 /* ---- passes.c ---- */
+
+/* When rendering is to end for the deadline: in time for files, and for what is told of the error at the end, which
+ * takes about as long as a plan. HUGE_VAL: there is no deadline. */
+double rendering_ends(const struct server *server);
+
+/* Guesses what of a time limit it takes to plan a pass, and to fill the picture at the end, before either was done. */
+void guess_times(struct server *server);
+
+/* Tries how long files take that are to be written: whether the picture is rendered, or as for any of its size. */
+void keep_for_writing(struct server *server, bool rendered);
 
 /* Puts the next pass into the queue when one is complete. */
 void follow_passes(struct server *server);
