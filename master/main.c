@@ -66,14 +66,10 @@ static double deadline_of(const struct run *run)
     return limit > 0 ? run->start + limit : HUGE_VAL;
 }
 
-static int render_as_master(struct run *run, const struct node_scene *shared,
-                            struct renderer *renderer)
+/* What an earlier run has rendered is there from the start. */
+static void begin_watch(struct run *run, const struct view *view)
 {
     const struct settings *settings = &run->job.settings;
-    const struct view *view = &shared->scene->view;
-    struct progress progress;
-    struct tile_renderer own = {
-        .state = renderer, .render = render_own_tile, .probe = probe_own_tile};
     run->watch = (struct watch){
         .canvas = &run->canvas,
         .reference = run->reference.rgb ? &run->reference : NULL,
@@ -83,19 +79,23 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
         .begin = run->start,
         .snapshot = {.path = settings->output.image, .seconds = settings->output.preview}};
     if (!watch_start(&run->watch, settings->output.error)) end_job(STATUS_FAILED);
-    if (run->save) {
-        const struct resumed *resumed = &run->report.resumed;
-        struct result_header header = {.cpu_s = resumed->cpu_s, .counts = resumed->counts};
-        watch_add(&run->watch, resumed->pixels, &header);
-    }
-    run->stats = allocate_zeroed(run->renderers, sizeof *run->stats);
-    struct service service = {
+    if (!run->save) return;
+    const struct resumed *resumed = &run->report.resumed;
+    struct result_header header = {.cpu_s = resumed->cpu_s, .counts = resumed->counts};
+    watch_add(&run->watch, resumed->pixels, &header);
+}
+
+/* What serve() is to know; own: rank 0's renderer. */
+static struct service service_of(struct run *run, const struct node_scene *shared,
+                                 const struct tile_renderer *own)
+{
+    const struct settings *settings = &run->job.settings;
+    return (struct service){
         .queue = run->queue,
         .canvas = &run->canvas,
         .save = run->save,
-        .progress = &progress,
         .watch = &run->watch,
-        .first_samples = view->min_samples,
+        .first_samples = shared->scene->view.min_samples,
         .adaptive = run->adaptive,
         .deadline = deadline_of(run),
         .processors = run->crowd.processors,
@@ -103,7 +103,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
         .images = {settings->output.image, settings->output.heatmap, settings->output.ranks},
         .only_limit = settings->sampling.target_error == 0 && !run->job.named.max_samples,
         .timeline = timeline_wanted(settings) ? &run->timeline : NULL,
-        .own = settings->farm.master_renders ? &own : NULL,
+        .own = settings->farm.master_renders ? own : NULL,
         .stop = stop_signal(),
         .bell = shared->bell,
         .all_ring = shared->process_count == run->processes,
@@ -111,6 +111,32 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
         .arrivals = shared->arrivals,
         .patience = settings->farm.patience,
         .stats = run->stats};
+}
+
+/* The picture is complete: returns the exit status. */
+static int conclude(struct run *run, const struct service *service, const struct node_scene *shared)
+{
+    /* As if one run had rendered all. */
+    double render_s = service->render_s + run->report.resumed.render_s;
+    bool watched = watch_end(&run->watch, clock_wall(), render_s, &run->report.forecast);
+    run->report.errors = &run->watch.log;
+    run->report.bvh_bytes = shared->bvh->bytes;
+    run->report.time.broadcast = shared->broadcast_s;
+    run->report.time.build = shared->build_s;
+    int status = run_conclude(run, service, &shared->scene->view);
+    return status == STATUS_DONE && !watched ? STATUS_FAILED : status;
+}
+
+static int render_as_master(struct run *run, const struct node_scene *shared,
+                            struct renderer *renderer)
+{
+    struct progress progress;
+    struct tile_renderer own = {
+        .state = renderer, .render = render_own_tile, .probe = probe_own_tile};
+    begin_watch(run, &shared->scene->view);
+    run->stats = allocate_zeroed(run->renderers, sizeof *run->stats);
+    struct service service = service_of(run, shared, &own);
+    service.progress = &progress;
     progress_start(&progress, stderr, clock_wall());
     renderer_on_wave(renderer, gives_up, &service);
     stop_is_served();
@@ -120,16 +146,7 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     watch_leave_file(&run->watch);
     run->silent = service.silent;
     name_silent(run);
-    if (!complete) return end_early(run, service.deserted);
-    /* As if one run had rendered all. */
-    double render_s = service.render_s + run->report.resumed.render_s;
-    bool watched = watch_end(&run->watch, clock_wall(), render_s, &run->report.forecast);
-    run->report.errors = &run->watch.log;
-    run->report.bvh_bytes = shared->bvh->bytes;
-    run->report.time.broadcast = shared->broadcast_s;
-    run->report.time.build = shared->build_s;
-    int status = run_conclude(run, &service, view);
-    return status == STATUS_DONE && !watched ? STATUS_FAILED : status;
+    return complete ? conclude(run, &service, shared) : end_early(run, service.deserted);
 }
 
 struct preparation {
