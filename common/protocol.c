@@ -46,6 +46,19 @@ void render_counts_add(struct render_counts *sum, const struct render_counts *mo
     error_sum_add(&sum->halfway, &more->halfway);
 }
 
+void renderer_stats_add(struct renderer_stats *stats, const struct tile *tile,
+                        const struct result_header *header)
+{
+    stats->busy_s += header->busy_s;
+    stats->cpu_s += header->cpu_s;
+    if (tile->pass == TILE_PROBE) return;
+    if (header->busy_s > 0) stats->finish_s = header->start_s + header->busy_s;
+    if (header->pixels == RESULT_DROPPED) return;
+    stats->tiles++;
+    stats->pixels += header->pixels;
+    render_counts_add(&stats->counts, &header->counts);
+}
+
 static bool span_inside(uint32_t first, uint32_t count, uint32_t size)
 {
     return count >= 1 && first < size && count <= size - first;

@@ -301,6 +301,11 @@ void error_sum_add(struct error_sum *sum, const struct error_sum *more);
 
 void render_counts_add(struct render_counts *sum, const struct render_counts *more);
 
+/* What a tile adds, as its header tells, be it finished or dropped. cpu_s is that of tiles until the renderer's
+ * last message tells of all that it did. */
+void renderer_stats_add(struct renderer_stats *stats, const struct tile *tile,
+                        const struct result_header *header);
+
 /* Rays of all kinds. */
 static inline uint64_t render_counts_rays(const struct render_counts *counts)
 {

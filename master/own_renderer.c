@@ -91,7 +91,6 @@ static void own_answer(struct server *server, const struct tile *tile, const flo
 static bool render_one(struct server *server, const struct tile *tile, struct own_work *work)
 {
     const struct tile_renderer *own = server->service->own;
-    struct renderer_stats *stats = &server->service->stats[0];
     struct render_counts counts = {0};
     uint32_t pixels = own_refinements(server, tile, work->refinements);
     float *rgb = work->rgb;
@@ -102,19 +101,14 @@ static bool render_one(struct server *server, const struct tile *tile, struct ow
     bool whole = probes ? own->probe(own->state, tile, rgb, rgb + 3 * (size_t)pixels)
                         : own->render(own->state, tile, refinements, &to, &counts);
     double cpu = cpu_time_end(&work->time, &end);
-    stats->busy_s += end - begin;
-    if (!probes) stats->finish_s = end - server->start;
-    if (!whole && !server->service->given_up) return false;
     struct result_header header = {.pixels = whole ? pixels : RESULT_DROPPED,
                                    .start_s = begin - server->start,
                                    .busy_s = end - begin,
                                    .cpu_s = cpu,
                                    .counts = counts};
+    renderer_stats_add(&server->service->stats[0], tile, &header);
+    if (!whole && !server->service->given_up) return false;
     own_answer(server, tile, rgb, &header, whole);
-    if (probes || !whole) return true;
-    stats->tiles++;
-    stats->pixels += pixels;
-    render_counts_add(&stats->counts, &counts);
     return true;
 }
 

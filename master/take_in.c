@@ -6,19 +6,6 @@
 #include "common/tray.h"
 #include "master/server.h"
 
-/* What is known of a remote renderer before its last message, or if that never comes. */
-static void count_part(struct renderer_stats *stats, const struct tile *tile,
-                       const struct result_header *header)
-{
-    stats->busy_s += header->busy_s;
-    stats->cpu_s += header->cpu_s;
-    if (tile->pass == TILE_PROBE) return;
-    stats->finish_s = header->start_s + header->busy_s;
-    stats->tiles++;
-    stats->pixels += header->pixels;
-    render_counts_add(&stats->counts, &header->counts);
-}
-
 /* A tile that the renderer has left to others; 0: nobody asked it to. The lock is held. */
 static size_t take_dropped(struct server *server, uint32_t renderer, const struct tile *tile,
                            const struct result_header *header)
@@ -26,10 +13,7 @@ static size_t take_dropped(struct server *server, uint32_t renderer, const struc
     if (!queue_is_recalled(server->service->queue, renderer, tile->id) || !dropped_valid(header))
         return 0;
     accept_dropped(server, renderer, tile, header);
-    struct renderer_stats *stats = &server->service->stats[renderer];
-    stats->busy_s += header->busy_s;
-    stats->cpu_s += header->cpu_s;
-    if (header->busy_s > 0) stats->finish_s = header->start_s + header->busy_s;
+    renderer_stats_add(&server->service->stats[renderer], tile, header);
     return sizeof *header;
 }
 
@@ -68,7 +52,8 @@ static size_t take_part(struct server *server, uint32_t renderer, const char *pa
         accept_probes(server, renderer, &tile, rgb, &header);
     else
         accept_tile(server, renderer, &tile, rgb, &header);
-    count_part(&server->service->stats[renderer], &tile, &header);
+    /* All that is known of it before its last message, or if that never comes. */
+    renderer_stats_add(&server->service->stats[renderer], &tile, &header);
     server->pixels += header.pixels;
     return result_bytes(&tile, header.pixels, halves);
 }

@@ -65,19 +65,18 @@ static bool render_pixels(struct worker *worker, const struct tile *tile,
     return renderer_task(worker->renderer, &task, counts);
 }
 
-/* A header alone in place of a tile; returns its length. */
-static size_t put_dropped(struct result_header *header, char *part)
+/* A header alone in place of a tile that was not begun; returns its length. */
+static size_t put_dropped(const struct tile *tile, char *part)
 {
-    header->pixels = RESULT_DROPPED;
-    memcpy(part, header, sizeof *header);
-    return sizeof *header;
+    struct result_header header = {.tile_id = tile->id, .pixels = RESULT_DROPPED};
+    memcpy(part, &header, sizeof header);
+    return sizeof header;
 }
 
 /* Renders a tile into its part of a result; returns the length of that, 0: the master has said STOP. */
 static size_t render_part(struct worker *worker, const struct tile *tile,
                           const struct refinement *refinements, char *part)
 {
-    struct renderer_stats *stats = &worker->stats;
     struct render_counts counts = {0};
     uint32_t pixels = sampled_pixels(tile, refinements);
     /* Behind the header, a multiple of 8 bytes long like all parts, in an allocated block: aligned. */
@@ -86,21 +85,15 @@ static size_t render_part(struct worker *worker, const struct tile *tile,
     bool whole = render_pixels(worker, tile, refinements, pixels, rgb, &counts);
     double cpu = cpu_time_end(&worker->time, &end);
     struct result_header header = {.tile_id = tile->id,
-                                   .pixels = pixels,
+                                   .pixels = whole ? pixels : RESULT_DROPPED,
                                    .start_s = begin - worker->start,
                                    .busy_s = end - begin,
                                    .cpu_s = cpu,
                                    .counts = counts};
-    stats->busy_s += end - begin;
-    if (tile->pass != TILE_PROBE) stats->finish_s = end - worker->start;
-    if (!whole) return worker->stopped ? 0 : put_dropped(&header, part);
+    renderer_stats_add(&worker->stats, tile, &header);
     memcpy(part, &header, sizeof header);
-    size_t bytes = result_bytes(tile, pixels, worker->adaptive);
-    if (tile->pass == TILE_PROBE) return bytes;
-    stats->tiles++;
-    stats->pixels += pixels;
-    render_counts_add(&stats->counts, &counts);
-    return bytes;
+    if (whole) return result_bytes(tile, pixels, worker->adaptive);
+    return worker->stopped ? 0 : sizeof header;
 }
 
 /* Before tile i of the current lot: wakes the master, once, if half of the tiles are done and there is no lot
@@ -153,9 +146,8 @@ static uint32_t render_some(struct worker *worker, uint32_t first,
         const struct refinement *refined = tile_is_refined(tile) ? *refinements : NULL;
         if (refined) *refinements += tile_pixels(tile);
         char *part = worker->result + worker->done;
-        size_t bytes = lot->dropped[i]
-                           ? put_dropped(&(struct result_header){.tile_id = tile->id}, part)
-                           : render_part(worker, tile, refined, part);
+        size_t bytes =
+            lot->dropped[i] ? put_dropped(tile, part) : render_part(worker, tile, refined, part);
         stopped = bytes == 0;
         worker->done += bytes;
     } while (!stopped && ++i < lot->count && !worker->told &&
