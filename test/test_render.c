@@ -287,6 +287,48 @@ static void test_rays_are_bounded(void **state)
     }
 }
 
+/* A cube of twelve triangles from -1 to 1, with common vertices or vertices of their own. */
+static void add_cube(struct builder *builder, bool common, uint32_t m)
+{
+    static const unsigned sides[6][4] = {{0, 2, 6, 4}, {1, 5, 7, 3}, {0, 4, 5, 1},
+                                         {2, 3, 7, 6}, {0, 1, 3, 2}, {4, 6, 7, 5}};
+    uint32_t corner[8];
+    for (unsigned side = 0; side < 6; side++) {
+        for (unsigned i = 0; (side == 0 || !common) && i < 8; i++)
+            must(builder_add_vertex(builder, vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1),
+                                    &corner[i]));
+        for (unsigned i = 1; i < 3; i++) {
+            struct triangle half = {
+                {corner[sides[side][0]], corner[sides[side][i + 1]], corner[sides[side][i]]}, m};
+            must(builder_add_triangle(builder, &half));
+        }
+    }
+}
+
+/* Rays that meet the edges of a closed mesh exactly do not get out where they are thrown back, nor through glass into
+ * the wrong medium. */
+static void test_edges_do_not_leak(void **state)
+{
+    (void)state;
+    static struct picture picture;
+    struct view view = small_view(SIZE);
+    view.camera.right = vec3(1, 0, 0);
+    view.camera.down = vec3(0, -1, 0);
+    view.background_bottom = view.background_top = vec3(1000, 1000, 1000);
+    view.max_depth = 40;
+    for (int k = 0; k < 8; k++) {
+        struct builder *builder = builder_create();
+        uint32_t mirror = material(builder, 0.9, 0), glass = material(builder, 0.1, 0.8);
+        view.camera.eye = vec3(0, 0, k & 2 ? 0.5 : 0);
+        add_cube(builder, k & 1, k & 4 ? glass : mirror);
+        add_light(builder, 0.3, 0.4, 0.2);
+        render_scene(builder, &view, SIZE, SIZE, &picture);
+        assert_int_equal(picture.counts.open_media + picture.counts.unmatched_media, 0);
+        for (size_t i = 0; k < 4 && i < SIZE * SIZE * 3; i++)
+            assert_true(picture.rgb[i] < 50);
+    }
+}
+
 /* From inside a glass ball in a larger one of water, all rays end up outside of both. */
 static void test_eye_inside_glass(void **state)
 {
@@ -557,6 +599,7 @@ int main(void)
         cmocka_unit_test(test_filtered_shadow),
         cmocka_unit_test(test_shadows_can_be_left_out),
         cmocka_unit_test(test_rays_are_bounded),
+        cmocka_unit_test(test_edges_do_not_leak),
         cmocka_unit_test(test_eye_inside_glass),
         cmocka_unit_test(test_glass_on_glass),
         cmocka_unit_test(test_equal_media_are_one),

@@ -55,6 +55,38 @@ static inline double triangle_size(struct vec3 a, struct vec3 b, struct vec3 c)
     return vec_largest(vec_sub(b, a)) + vec_largest(vec_sub(c, a));
 }
 
+/*
+ * On an edge a hit is on the triangle behind it, too, as far as rounding tells. What goes on from there would be on this
+ * or that side of the other one by luck, and what is thrown back into a corner be lost outside of it. So a point that is
+ * nearer to an edge than EDGE_OFF of its largest coordinate is drawn in, towards the middle, until it is not: farther
+ * than stand_off() puts it off the plane, if the two meet at 3.4 degrees or more. Not by more than DRAWN_IN_MOST of the
+ * way, however narrow the triangle is.
+ */
+#define EDGE_OFF      (64 * UNIT_ROUNDOFF)
+#define DRAWN_IN_MOST 0x1p-20
+
+/* The share of the way to the middle that leads so far from each edge. normal: (b - a) x (c - a), twice the area, which
+ * is the lowest height times the longest edge, of 3^0.5 sizes at most; coordinate: the point's largest. */
+static inline double drawn_in(struct vec3 normal, double size, double coordinate)
+{
+    double share = 3 * EDGE_OFF * coordinate * 2 * size / vec_length(normal);
+    return share < DRAWN_IN_MOST ? share : DRAWN_IN_MOST;
+}
+
+static inline double least_weight(double u, double v)
+{
+    return smaller_number(smaller_number(u, v), 1 - u - v);
+}
+
+/* Whether the point may be so near to an edge, with something to spare for rounding; true where that is not to be told.
+ * Without a root or a quotient, for lanes. */
+static inline bool may_be_drawn_in(double u, double v, struct vec3 normal, double size,
+                                   double coordinate)
+{
+    double height = 4 * EDGE_OFF * coordinate * size, least = least_weight(u, v);
+    return !((least > 0) & (least * least * vec_dot(normal, normal) > height * height));
+}
+
 /* The mean, from a: b has the weight u, c has v. */
 static inline struct dd3 triangle_mean(struct vec3 a, struct vec3 b, struct vec3 c, double u,
                                        double v)

@@ -168,12 +168,6 @@ static FLATTENED void find_spheres(struct points *points, uint32_t begin, uint32
         find_sphere(points, i);
 }
 
-/* triangle_normal() */
-static inline struct vec3 corners_normal(struct vec3 a, struct vec3 b, struct vec3 c, bool *sure)
-{
-    return plain_unit(vec_cross(vec_sub(b, a), vec_sub(c, a)), sure);
-}
-
 /* What shear_of() makes of a vector, without a branch: z is its direction's longest component. */
 struct turn {
     bool to_z, to_y;
@@ -292,13 +286,22 @@ static FLATTENED bool triangles_are_far(struct points *points, uint32_t begin, u
     return near == 0;
 }
 
+/* The point of a triangle that is not drawn in. */
+static inline void put_triangle(struct points *points, uint32_t i, const struct place *place,
+                                struct vec3 b, struct vec3 c)
+{
+    struct vec3 a = place->anchor, across = vec_cross(vec_sub(b, a), vec_sub(c, a));
+    bool sure = points->sure[i] != 0;
+    sure &= !may_be_drawn_in(points->u[i], points->v[i], across, triangle_size(a, b, c),
+                             vec_largest(place_rounded(place)));
+    put_surface(points, i, place, plain_unit(across, &sure), sure);
+}
+
 static inline void find_far_triangle(struct points *points, uint32_t i)
 {
     struct vec3 a = lane(&points->a, i), b = lane(&points->b, i), c = lane(&points->c, i);
-    bool sure = points->sure[i] != 0;
     struct place mean = {a, triangle_mean(a, b, c, points->u[i], points->v[i])};
-    struct vec3 normal = corners_normal(a, b, c, &sure);
-    put_surface(points, i, &mean, normal, sure);
+    put_triangle(points, i, &mean, b, c);
 }
 
 static FLATTENED void find_far_triangles(struct points *points, uint32_t begin, uint32_t end)
@@ -313,14 +316,12 @@ static inline void find_triangle(struct points *points, uint32_t i)
     struct vec3 a = lane(&points->a, i), b = lane(&points->b, i), c = lane(&points->c, i);
     struct vec3 direction = lane(&points->view, i);
     double size = triangle_size(a, b, c), speed;
-    bool sure = points->sure[i] != 0;
     bool far = size <= fabs(points->t[i]) * vec_largest(direction);
     struct dd3 mean = triangle_mean(a, b, c, points->u[i], points->v[i]);
     struct dd3 passage = triangle_passage(a, b, c, lane(&points->origin, i), direction, &speed);
     bool passes = !far & triangle_passes(&passage, speed, &mean, size);
     struct place place = {a, choose_dd3(passes, passage, mean)};
-    struct vec3 normal = corners_normal(a, b, c, &sure);
-    put_surface(points, i, &place, normal, sure);
+    put_triangle(points, i, &place, b, c);
 }
 
 static FLATTENED void find_triangles(struct points *points, uint32_t begin, uint32_t end)

@@ -36,6 +36,18 @@ static struct place cone_place(const struct cone *cone, const struct ray *ray,
     return place;
 }
 
+/* See EDGE_OFF. */
+static void draw_in(struct place *place, struct vec3 b, struct vec3 c, const struct hit *hit)
+{
+    struct vec3 p = vec_sub(b, place->anchor), q = vec_sub(c, place->anchor);
+    double share = drawn_in(vec_cross(p, q), vec_largest(p) + vec_largest(q),
+                            vec_largest(place_rounded(place)));
+    if (least_weight(hit->u, hit->v) >= share / 3) return;
+    struct vec3 middle = vec_scale(vec_add(p, q), 1.0 / 3);
+    struct vec3 way = vec_sub(middle, dd3_round(place->offset));
+    place->offset = dd3_add(place->offset, dd3_of(vec_scale(way, share)));
+}
+
 /* See triangle_size(). */
 static struct place triangle_place(const struct scene *scene, const struct ray *ray,
                                    const struct hit *hit, struct vec3 *normal)
@@ -44,11 +56,14 @@ static struct place triangle_place(const struct scene *scene, const struct ray *
     const struct vec3 *vertices = scene_vertices(scene);
     struct vec3 a = vertices[corner[0]], b = vertices[corner[1]], c = vertices[corner[2]];
     double size = triangle_size(a, b, c), speed;
-    struct place mean = {a, triangle_mean(a, b, c, hit->u, hit->v)};
+    struct place place = {a, triangle_mean(a, b, c, hit->u, hit->v)};
     *normal = triangle_normal(&a, &b, &c);
-    if (size <= fabs(hit->t) * vec_largest(ray->direction)) return mean;
-    struct place passage = {a, triangle_passage(a, b, c, ray->origin, ray->direction, &speed)};
-    return triangle_passes(&passage.offset, speed, &mean.offset, size) ? passage : mean;
+    if (size > fabs(hit->t) * vec_largest(ray->direction)) {
+        struct dd3 passage = triangle_passage(a, b, c, ray->origin, ray->direction, &speed);
+        if (triangle_passes(&passage, speed, &place.offset, size)) place.offset = passage;
+    }
+    draw_in(&place, b, c, hit);
+    return place;
 }
 
 static struct vec3 patch_normal(const struct scene *scene, const struct hit *hit,

@@ -1,6 +1,7 @@
 /* What plain arithmetic leaves open about a ray and a triangle. */
 #include "worker/triangle.h"
 
+#include <float.h>
 #include <limits.h>
 
 /* The vertices, also from the ray's origin without rounding. In an order that depends on nothing
@@ -144,6 +145,27 @@ FLATTENED struct crossings triangle_careful(const struct vec3 corners[3], const 
     double *weights[3] = {NULL, &found.u, &found.v};
     for (unsigned i = 0; i < 3; i++)
         if (it.given[i] > 0) *weights[it.given[i]] = dd_div(edges[i], sum).high;
+    return found;
+}
+
+struct crossings scaled_crossings(const struct vec3 *a, const struct vec3 *b, const struct vec3 *c,
+                                  const struct ray *ray, const struct shear *shear,
+                                  const struct purpose *purpose, uint64_t *exact)
+{
+    double size = vec_largest(vec_sub(*a, ray->origin));
+    size = fmax(size, vec_largest(vec_sub(*b, ray->origin)));
+    size = fmax(size, vec_largest(vec_sub(*c, ray->origin)));
+    if (!(size > 0 && size <= DBL_MAX)) return careful_crossings(a, b, c, ray, shear);
+    int exponent;
+    (void)frexp(size, &exponent);
+    struct vec3 at[3] = {vec_scale_exactly(*a, -exponent), vec_scale_exactly(*b, -exponent),
+                         vec_scale_exactly(*c, -exponent)};
+    struct ray near = *ray;
+    struct purpose here = *purpose;
+    near.origin = vec_scale_exactly(ray->origin, -exponent);
+    here.farthest = ldexp(purpose->farthest, -exponent);
+    struct crossings found = triangle_crossings(&at[0], &at[1], &at[2], &near, shear, &here, exact);
+    found.t[0] = ldexp(found.t[0], exponent);
     return found;
 }
 

@@ -185,6 +185,21 @@ static inline struct crossings careful_crossings(const struct vec3 *a, const str
     return triangle_careful(corners, ray, shear, NULL);
 }
 
+/* Whether products of three coordinates stay within the range of double, and those that matter above 0. */
+static inline bool cubes_are_in_range(const struct sheared *p, const struct sheared *q,
+                                      const struct sheared *r)
+{
+    double size = fabs(p->x) + fabs(p->y) + fabs(p->z) + fabs(q->x) + fabs(q->y) + fabs(q->z) +
+                  fabs(r->x) + fabs(r->y) + fabs(r->z);
+    return size > 0x1p-300 && size < 0x1p300;
+}
+
+/* triangle_crossings() of what is very large or very small: by the same triangle at about the size 1, with the bits that
+ * it has there. */
+struct crossings scaled_crossings(const struct vec3 *a, const struct vec3 *b, const struct vec3 *c,
+                                  const struct ray *ray, const struct shear *shear,
+                                  const struct purpose *purpose, uint64_t *exact);
+
 /*
  * Either side is hit. Whether the line passes left or right of an edge is decided without error, by
  * exact arithmetic where the filter leaves it open, which is counted. Where a crossing certainly
@@ -211,6 +226,8 @@ static inline struct crossings triangle_crossings(const struct vec3 *a, const st
     e0 = edge_value(&q, &r);
     e1 = edge_value(&r, &p);
     e2 = edge_value(&p, &q);
+    if (!cubes_are_in_range(&p, &q, &r))
+        return scaled_crossings(a, b, c, ray, shear, purpose, exact);
     double sum = e0 + e1 + e2;
     struct crossings found = one_crossing((e0 * p.z + e1 * q.z + e2 * r.z) / sum / shear->dz);
     found.u = e1 / sum;
