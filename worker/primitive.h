@@ -142,6 +142,8 @@ static inline struct crossings primitive_crossings(const struct scene *scene, ui
     switch (primitive_kind(id)) {
     case PRIMITIVE_SPHERE:
         found = sphere_crossings(&scene_spheres(scene)[index], ray, leaving, purpose, exact);
+        /* Nothing else lies in a sphere but another one. */
+        if (primitive_kind(ray->from) != PRIMITIVE_SPHERE) return found;
         return crossings_ahead(scene, id, ray, found);
     case PRIMITIVE_BOX:
         found = box_crossings(&scene_boxes(scene)[index], ray, leaving, exact);
