@@ -68,6 +68,7 @@ extern const struct stability_case triangle_cases[]; /* 24, 25 */
 extern const struct stability_case contact_cases[];  /* 26-29 */
 extern const struct stability_case cone_cases[];     /* 40-44 */
 extern const struct stability_case picture_cases[];  /* 30-39, 45-59 */
+extern const struct stability_case touching_cases[]; /* 60, 61 */
 
 /* ---- random numbers: the same on every run and machine, whatever the number of threads ---- */
 

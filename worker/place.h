@@ -60,16 +60,23 @@ static inline double triangle_size(struct vec3 a, struct vec3 b, struct vec3 c)
  * or that side of the other one by luck, and what is thrown back into a corner be lost outside of it. So a point that is
  * nearer to an edge than EDGE_OFF of its largest coordinate is drawn in, towards the middle, until it is not: farther
  * than stand_off() puts it off the plane, if the two meet at 3.4 degrees or more. Not by more than DRAWN_IN_MOST of the
- * way, however narrow the triangle is.
+ * way, however narrow the triangle is; and by something at the origin, too, where there is no coordinate: as if that was
+ * SHARE_OF_SIZE of the triangle's size at least.
  */
 #define EDGE_OFF      (64 * UNIT_ROUNDOFF)
 #define DRAWN_IN_MOST 0x1p-20
+#define SHARE_OF_SIZE 0x1p-24
+
+static inline double edge_distance(double size, double coordinate)
+{
+    return EDGE_OFF * larger_number(coordinate, SHARE_OF_SIZE * size);
+}
 
 /* The share of the way to the middle that leads so far from each edge. normal: (b - a) x (c - a), twice the area, which
  * is the lowest height times the longest edge, of 3^0.5 sizes at most; coordinate: the point's largest. */
 static inline double drawn_in(struct vec3 normal, double size, double coordinate)
 {
-    double share = 3 * EDGE_OFF * coordinate * 2 * size / vec_length(normal);
+    double share = 3 * edge_distance(size, coordinate) * 2 * size / vec_length(normal);
     return share < DRAWN_IN_MOST ? share : DRAWN_IN_MOST;
 }
 
@@ -83,7 +90,7 @@ static inline double least_weight(double u, double v)
 static inline bool may_be_drawn_in(double u, double v, struct vec3 normal, double size,
                                    double coordinate)
 {
-    double height = 4 * EDGE_OFF * coordinate * size, least = least_weight(u, v);
+    double height = 4 * edge_distance(size, coordinate) * size, least = least_weight(u, v);
     return !((least > 0) & (least * least * vec_dot(normal, normal) > height * height));
 }
 
