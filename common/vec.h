@@ -125,6 +125,11 @@ static inline int vec_is_finite(struct vec3 a)
     return isfinite(a.x) && isfinite(a.y) && isfinite(a.z);
 }
 
+static inline int vec_is_same(struct vec3 a, struct vec3 b)
+{
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
 static inline int vec_is_zero(struct vec3 a)
 {
     return a.x == 0 && a.y == 0 && a.z == 0;

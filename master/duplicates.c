@@ -43,18 +43,13 @@ static uint64_t hash_of(const struct kind *kind, const unsigned char *item)
     return hash64(item + behind, kind->size - behind, hash);
 }
 
-static bool is_same_point(const struct vec3 *a, const struct vec3 *b)
-{
-    return memcmp(a, b, sizeof *a) == 0;
-}
-
 /* Each corner of the one is one of the other, which has not more of them. */
 static bool has_same_corners(const struct kind *kind, const uint32_t *a, const uint32_t *b)
 {
     bool met[3] = {false, false, false};
     for (int i = 0; i < 3; i++) {
         int k = 0;
-        while (k < 3 && (met[k] || !is_same_point(&kind->vertices[a[i]], &kind->vertices[b[k]])))
+        while (k < 3 && (met[k] || !vec_is_same(kind->vertices[a[i]], kind->vertices[b[k]])))
             k++;
         if (k == 3) return false;
         met[k] = true;

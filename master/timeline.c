@@ -99,8 +99,10 @@ static void put_entry(struct json *json, const struct timeline_entry *entry, uin
     json_count(json, "y", entry->y);
     json_count(json, "w", entry->w);
     json_count(json, "h", entry->h);
-    if (tile.step > 1) json_count(json, "phase", tile.phase);
-    if (tile.step > 1) json_count(json, "step", tile.step);
+    if (tile.step > 1) {
+        json_count(json, "phase", tile.phase);
+        json_count(json, "step", tile.step);
+    }
     json_count(json, "pixels", tile_pixels(&tile));
     json_fixed(json, "cpu_us", 1e6 * (double)entry->cpu_s, 3);
     json_fixed(json, "cpu_us_per_pixel", 1e6 * (double)entry->cpu_s / tile_pixels(&tile), 3);

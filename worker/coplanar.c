@@ -104,20 +104,15 @@ static bool are_parallel(const struct dd3 *p, const struct dd3 *q)
     return true;
 }
 
-static bool is_same_point(struct vec3 a, struct vec3 b)
-{
-    return a.x == b.x && a.y == b.y && a.z == b.z;
-}
-
 static bool are_one_sphere(const struct sphere *a, const struct sphere *b)
 {
-    return a->radius == b->radius && is_same_point(a->center, b->center);
+    return a->radius == b->radius && vec_is_same(a->center, b->center);
 }
 
 /* Cylinders of different lengths, too. */
 static bool are_one_side(const struct cone *a, const struct cone *b)
 {
-    if (is_same_point(a->base, b->base) && is_same_point(a->apex, b->apex))
+    if (vec_is_same(a->base, b->base) && vec_is_same(a->apex, b->apex))
         return a->base_radius == b->base_radius && a->apex_radius == b->apex_radius;
     if (a->base_radius == a->apex_radius) {
         struct dd3 p = exact_difference3(a->apex, a->base), q = exact_difference3(b->apex, b->base);
@@ -125,7 +120,7 @@ static bool are_one_side(const struct cone *a, const struct cone *b)
         return b->base_radius == a->base_radius && b->apex_radius == a->base_radius &&
                are_parallel(&p, &q) && are_parallel(&p, &way);
     }
-    return is_same_point(a->base, b->apex) && is_same_point(a->apex, b->base) &&
+    return vec_is_same(a->base, b->apex) && vec_is_same(a->apex, b->base) &&
            a->base_radius == b->apex_radius && a->apex_radius == b->base_radius;
 }
 

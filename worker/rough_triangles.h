@@ -169,6 +169,8 @@ static INLINED bool sort_rough_triangles(const struct bvh_corners *corners, uint
     struct quad base = rough_base_of(ray, corners);
     if (!is_rough_enough(base)) return false;
     size_t row = triangles, axis = 3 * row;
+    /* Where a leaf has triangles, the scene has some, and rough_ray_begin() was called.
+     * NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult) */
     const uint16_t *x = corners->place + ray->x * axis + first;
     const uint16_t *y = corners->place + ray->y * axis + first;
     const uint16_t *z = corners->place + ray->z * axis + first;
