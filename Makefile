@@ -134,7 +134,7 @@ UNITS   := $(patsubst test/%.c,$(BUILD)/test/%,$(filter-out test/test_bundles.c,
 # Tests of what is inside of the kernel are run as AVX2 has it, too, where the processor does: linked with
 # the level's single files.
 INSIDE := $(if $(shell grep -m1 avx2 /proc/cpuinfo 2>/dev/null),$(addprefix $(BUILD)/avx2/test/, \
-    test_bundles test_float_slabs test_pinhole test_pinhole_bounds test_points \
+    test_bundles test_duplicates test_float_slabs test_pinhole test_pinhole_bounds test_points \
     test_rough_triangles test_tree))
 UNITS  += $(INSIDE)
 INSIDE_KERNEL := $(patsubst %.c,$(BUILD)/avx2/%.o,$(filter-out worker/kernel_table.c,$(KERNEL)))

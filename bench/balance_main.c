@@ -97,6 +97,7 @@ int main(int argc, char **argv)
             fatal("usage: balance [--rounds N] [--scene FILE [--samples N]] [--fresh] [--only "
                   "messages,costs,figures,static,real,model,plan,marks]");
     }
+    if (scene && (only || fresh)) fatal("--scene is no section, and forgets nothing");
     if (scene) {
         values_read();
         compare_schedules(scene, samples);

@@ -11,6 +11,7 @@
  *
  * A face lies in the place of another if it has the same corners in any order: meshes often have one for each side.
  * Normals do not count, as those of the earlier one are shown. vertices and materials are what the items refer to.
+ * Meanwhile it takes 16 to 32 bytes for each item, and 8 for each vertex.
  */
 uint64_t drop_duplicates(enum primitive_kind kind, void *items, uint64_t count,
                          const struct vec3 *vertices, uint64_t vertex_count,

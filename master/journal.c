@@ -114,14 +114,6 @@ static bool lock(const char *path, int file)
     return false;
 }
 
-/* Another run may have renamed or removed the file between our opening and locking it. */
-static bool is_still_there(const char *path, int file)
-{
-    struct stat ours, there;
-    return fstat(file, &ours) == 0 && lstat(path, &there) == 0 && ours.st_dev == there.st_dev &&
-           ours.st_ino == there.st_ino;
-}
-
 /* The file at path, made if need be, locked; -1 after saying why not. */
 static int open_locked(const char *path)
 {
@@ -132,7 +124,7 @@ static int open_locked(const char *path)
             close(file);
             return -1;
         }
-        if (is_still_there(path, file)) return file;
+        if (journal_is_at(path, file)) return file;
         close(file);
     }
 }
@@ -341,16 +333,18 @@ static enum content recognise(const struct journal *journal, size_t largest, uin
 {
     struct file_header ours = make_header(journal->picture), found = {0};
     struct stat status;
+    errno = EIO; /* of a file that has become shorter */
     if (fstat(journal->file, &status) != 0) return CONTENT_UNREAD;
     *size = (uint64_t)status.st_size;
     size_t bytes = *size < sizeof found ? (size_t)*size : sizeof found;
     if (!read_at(journal->file, &found, bytes, 0)) return CONTENT_UNREAD;
     *whole = memcmp(&found, &ours, bytes) == 0;
-    if (*whole) return bytes < sizeof found ? CONTENT_NONE : CONTENT_OURS;
+    /* Nothing but a header: of a run that was killed before it wrote anything. */
+    bool is_bare = *size == sizeof found;
+    if (*whole) return bytes < sizeof found || is_bare ? CONTENT_NONE : CONTENT_OURS;
     struct file_header sealed = make_header(found.picture);
     if (memcmp(&found, &sealed, sizeof found) == 0) {
-        /* Nothing but a header: of a run that was killed before it wrote anything. */
-        if (*size == sizeof found) return CONTENT_NONE;
+        if (is_bare) return CONTENT_NONE;
         *why = "the journal holds another picture or other settings";
         return CONTENT_OTHER;
     }
@@ -465,7 +459,7 @@ void journal_reserve(struct journal *journal, uint64_t bytes)
 
 bool journal_stands(const struct journal *journal)
 {
-    return is_still_there(journal->path, journal->file);
+    return journal_is_at(journal->path, journal->file);
 }
 
 static bool copy_file(int from, int to, uint64_t bytes)

@@ -46,6 +46,13 @@ bool journal_set_aside(const char *path, const char *why)
     return false;
 }
 
+bool journal_is_at(const char *path, int file)
+{
+    struct stat ours, there;
+    return fstat(file, &ours) == 0 && lstat(path, &there) == 0 && ours.st_dev == there.st_dev &&
+           ours.st_ino == there.st_ino;
+}
+
 /* The file at this path, locked; -1: it is of no use, or another run is at work on it. */
 static int open_alone(const char *path)
 {
@@ -54,29 +61,11 @@ static int open_alone(const char *path)
     int file = open(path, O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     if (file < 0) return -1;
     if (fstat(file, &status) == 0 && S_ISREG(status.st_mode) &&
-        (fcntl(file, F_OFD_SETLK, &whole) == 0 || (errno != EAGAIN && errno != EACCES)))
+        (fcntl(file, F_OFD_SETLK, &whole) == 0 || (errno != EAGAIN && errno != EACCES)) &&
+        journal_is_at(path, file))
         return file;
     close(file);
     return -1;
-}
-
-static bool begins_with(int file, const void *header, size_t bytes)
-{
-    unsigned char begin[64];
-    struct stat status;
-    return bytes <= sizeof begin && fstat(file, &status) == 0 && (size_t)status.st_size > bytes &&
-           read_at(file, begin, bytes, 0) && memcmp(begin, header, bytes) == 0;
-}
-
-/* false: it is none of this picture. */
-static bool take_back(const char *name, const char *path, const void *header, size_t bytes)
-{
-    int file = open_alone(name);
-    if (file < 0) return false;
-    bool done = begins_with(file, header, bytes) && rename(name, path) == 0;
-    if (done) user_note("%s is this picture's, it is called %s again", name, path);
-    close(file);
-    return done;
 }
 
 /* Whether the name is this one with a number behind it. */
@@ -88,19 +77,55 @@ static bool is_numbered(const char *name, const char *of)
     return *number && strspn(number, "0123456789") == strlen(number);
 }
 
-bool journal_take_back(const char *path, const void *header, size_t bytes)
+/* The bytes of a file that begins with the header; 0: it does not, or nothing is behind it. */
+static off_t length_behind(int file, const void *header, size_t bytes)
 {
+    unsigned char begin[64];
+    struct stat status;
+    bool fits = bytes <= sizeof begin && fstat(file, &status) == 0 &&
+                (size_t)status.st_size > bytes && read_at(file, begin, bytes, 0) &&
+                memcmp(begin, header, bytes) == 0;
+    return fits ? status.st_size : 0;
+}
+
+/* One of them, locked while it is open. */
+struct aside {
+    char *path; /* owned; NULL: none */
+    int file;   /* -1: not open */
+    off_t length;
+};
+
+static void leave(struct aside *aside)
+{
+    if (aside->file >= 0) close(aside->file);
+    free(aside->path);
+}
+
+static struct aside find_longest(const char *path, const void *header, size_t bytes)
+{
+    struct aside longest = {NULL, -1, 0};
     char *folder = path_folder(path), *directory = path_directory(path);
     DIR *names = opendir(directory);
-    bool done = false;
-    for (struct dirent *entry; names && !done && (entry = readdir(names)) != NULL;) {
+    for (struct dirent *entry; names && (entry = readdir(names)) != NULL;) {
         if (!is_numbered(entry->d_name, path_name(path))) continue;
-        char *name = path_in(folder, entry->d_name);
-        done = take_back(name, path, header, bytes);
-        free(name);
+        struct aside next = {path_in(folder, entry->d_name), -1, 0};
+        next.file = open_alone(next.path);
+        if (next.file >= 0) next.length = length_behind(next.file, header, bytes);
+        struct aside other = next.length > longest.length ? longest : next;
+        if (next.length > longest.length) longest = next;
+        leave(&other);
     }
     if (names) closedir(names);
     free(directory);
     free(folder);
+    return longest;
+}
+
+bool journal_take_back(const char *path, const void *header, size_t bytes)
+{
+    struct aside aside = find_longest(path, header, bytes);
+    bool done = aside.path && rename(aside.path, path) == 0;
+    if (done) user_note("%s is this picture's, it is called %s again", aside.path, path);
+    leave(&aside);
     return done;
 }

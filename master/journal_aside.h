@@ -5,12 +5,15 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+/* Whether the open file stands at this path: another run may rename or remove it between its opening and locking. */
+bool journal_is_at(const char *path, int file);
+
 /* Renames the file at path, which the caller holds the lock of, to the first of these names that is free, with a
  * warning that tells why. false after user_error(). */
 bool journal_set_aside(const char *path, const char *why);
 
 /*
- * Brings one of them back to path, with a note: one that begins with this header, has more behind it, and is at
+ * Brings one of them back to path, with a note: the longest that begins with this header, has more behind it, and is at
  * work for nobody. What stands at path is lost. false: there is none, or it cannot be renamed; then nothing is changed.
  */
 bool journal_take_back(const char *path, const void *header, size_t bytes);

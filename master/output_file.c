@@ -170,6 +170,7 @@ static int try_folder(const char *target)
         error = errno;
     } else {
         unlink(temporary);
+        errno = 0;
         if (write(descriptor, block, sizeof block) != (ssize_t)sizeof block || fsync(descriptor))
             error = errno ? errno : ENOSPC;
         if (close(descriptor) && !error) error = errno;

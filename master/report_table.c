@@ -382,8 +382,7 @@ static void put_guessed(struct table *table, const struct report *report, double
          error_figure(sqrt(squared)).text, error_figure(report->guessed_rmse).text);
 }
 
-/* So many times what was estimated no picture is wrong by; a reference of another view, or the picture itself where
- * hardly a sample has met what is bright. */
+/* So many times what was estimated a picture is hardly wrong by: it is rather the reference that is of another view. */
 #define UNLIKELY_ERROR 10
 
 /* "sampling error: RMSE 0.0021 (0.0019 to 0.0024) after 12.4 s" */
@@ -410,7 +409,7 @@ static void put_error(struct table *table, const struct report *report)
     put_guessed(table, report, last->share, last->estimate.rmse);
     if (!isnan(last->true_rmse))
         flow(table, "%s against the reference", error_figure(last->true_rmse).text);
-    if (last->true_rmse > UNLIKELY_ERROR * last->estimate.high)
+    if (last->estimate.high > 0 && last->true_rmse > UNLIKELY_ERROR * last->estimate.high)
         flow_on(table, "(is it of this view?)");
     end_flow(table);
     put_forecast(table, &report->forecast, report->max_samples, elapsed);

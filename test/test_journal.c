@@ -442,6 +442,27 @@ static void test_back_again(void **state)
     assert_int_equal(unlink(PATH ".1"), 0);
 }
 
+/* Of several the longest, also in the place of a header alone. */
+static void test_longest_back_again(void **state)
+{
+    struct scratch *s = *state;
+    struct seen seen;
+    static const char *const names[] = {"first", "second", "third"};
+    for (uint32_t i = 0; i < 3; i++) {
+        write_journal(s, i == 1 ? 5 : 2);
+        assert_int_equal(rename(PATH, names[i]), 0);
+    }
+    write_journal(s, 0);
+    assert_int_equal(rename("first", PATH ".1") + rename("second", PATH ".12"), 0);
+    assert_int_equal(rename("third", PATH ".7"), 0);
+    struct journal *journal = open_as(s, PICTURE, &seen);
+    assert_int_equal(seen.records, 5);
+    assert_non_null(strstr(s->said, PATH ".12 is this picture's"));
+    journal_remove(journal);
+    assert_int_equal(access(PATH ".12", F_OK), -1);
+    assert_int_equal(unlink(PATH ".1") + unlink(PATH ".7"), 0);
+}
+
 /* Neither what another run has open nor what only begins like it. */
 static void test_not_back_again(void **state)
 {
@@ -787,6 +808,7 @@ int main(void)
         cmocka_unit_test(test_many_beginnings),
         cmocka_unit_test(test_other_pictures),
         cmocka_unit_test(test_back_again),
+        cmocka_unit_test(test_longest_back_again),
         cmocka_unit_test(test_not_back_again),
         cmocka_unit_test(test_other_picture_without_tiles),
         cmocka_unit_test(test_unusable_records),

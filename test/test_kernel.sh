@@ -29,6 +29,14 @@ level() { # LEVEL: renders with it if this processor has it
 for level in portable avx2 avx512; do
     check "kernel = $level gives the portable picture, or is refused" level $level
 done
+touching() {
+    for level in portable avx2 avx512; do
+        "$FARM" --check "$DATA/touching.ini" farm.kernel=$level >/dev/null 2>&1 || continue
+        run 0 farm_n 0 "$DATA/touching.ini" farm.kernel=$level output.image=$level.pfm output.report=kernel.json &&
+            cmp portable.pfm $level.pfm && grep -q '"unmatched_media": 0,' kernel.json || return 1
+    done
+}
+check "glass filled to the wall" touching
 chosen() {
     run 0 farm_n 0 "$DATA/everything.ini" image.width=96 image.height=72 \
         output.image=auto.pfm output.report=auto.json && cmp portable-exact.pfm auto.pfm &&

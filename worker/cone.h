@@ -106,6 +106,15 @@ static inline bool cone_is_off(const struct cone_sketch *s, double farthest)
     return square - CONE_FILTER * (size * size + length * size * spread) > limit;
 }
 
+/* More than 0 where the ray goes away from the double, unlimited cone at o + t d, less where it goes into it: half of
+ * what A t^2 - 2 B t + C grows by. */
+static inline double cone_outward(const struct cone *cone, const struct cone_sketch *s, double t)
+{
+    double widening = cone->apex_radius - cone->base_radius;
+    double radius = cone->base_radius + widening * ((s->height + t * s->rise) / s->W);
+    return vec_dot(s->F, s->D) + t * vec_dot(s->D, s->D) - radius * widening * s->rise;
+}
+
 /* Whether the ray certainly leaves its part of the surface outward. */
 static inline bool cone_is_left(const struct cone *cone, const struct cone_sketch *s,
                                 uint32_t from_part)

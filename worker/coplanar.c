@@ -135,8 +135,8 @@ static bool are_in_one(const struct scene *scene, uint32_t a, uint32_t part_of_a
            part_of_b == CONE_SIDE && are_one_side(&scene_cones(scene)[i], &scene_cones(scene)[k]);
 }
 
-bool are_coplanar(const struct scene *scene, uint32_t a, uint32_t part_of_a, uint32_t b,
-                  uint32_t part_of_b)
+bool are_in_one_surface(const struct scene *scene, uint32_t a, uint32_t part_of_a, uint32_t b,
+                        uint32_t part_of_b)
 {
     struct flat one = flat_of(scene, a, part_of_a), other = flat_of(scene, b, part_of_b);
     if (one.corners == 0 && other.corners == 0)

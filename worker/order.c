@@ -69,10 +69,36 @@ bool is_met_first(const struct scene *scene, uint32_t a, uint32_t b)
     return through_a == through_b ? a < b : through_b;
 }
 
+/* Outward at its start and t later, or inward at both: what is round is crossed twice, however close to the start the
+ * other side of it is. */
+static bool keeps_sense(const struct scene *scene, const struct ray *ray,
+                        const struct crossing *crossing)
+{
+    uint32_t index = primitive_index(crossing->primitive);
+    double first, later;
+    if (primitive_kind(crossing->primitive) == PRIMITIVE_SPHERE) {
+        struct vec3 d = ray->direction,
+                    f = vec_sub(ray->origin, scene_spheres(scene)[index].center);
+        first = vec_dot(f, d);
+        later = first + crossing->t * vec_dot(d, d);
+    } else if (primitive_kind(crossing->primitive) == PRIMITIVE_CONE &&
+               crossing->part == CONE_SIDE) {
+        const struct cone *cone = &scene_cones(scene)[index];
+        struct cone_sketch s = cone_sketch(cone, ray);
+        first = cone_outward(cone, &s, 0);
+        later = cone_outward(cone, &s, crossing->t);
+    } else {
+        return true;
+    }
+    return (first > 0) == (later > 0);
+}
+
 bool is_at_start(const struct scene *scene, const struct ray *ray, const struct crossing *crossing)
 {
     return is_near_start(ray, crossing->t) && crossing->primitive != ray->from &&
-           are_coplanar(scene, ray->from, ray_from_part(ray), crossing->primitive, crossing->part);
+           are_in_one_surface(scene, ray->from, ray_from_part(ray), crossing->primitive,
+                              crossing->part) &&
+           keeps_sense(scene, ray, crossing);
 }
 
 static bool is_reversed(const struct ray *ray)

@@ -41,16 +41,16 @@ int compare_crossings(const struct scene *scene, const struct ray *ray, const st
 bool is_met_first(const struct scene *scene, uint32_t a, uint32_t b);
 
 /*
- * Surfaces in one plane are crossed in the order of is_met_first(), whatever the ray's direction, as if
+ * Surfaces in one plane, sphere, cylinder or cone are crossed in the order of is_met_first(), whatever the ray's direction, as if
  * they were a hair apart in just that way. From each of them a ray goes on that starts on the side of
  * all of them that it came from: those before it lie ahead once more, and it has passed them. What one of
- * them throws back is between it and the one before it: it starts on the other side of the plane, see
+ * them throws back is between it and the one before it: it starts on the other side of the surface, see
  * surface_beyond(), and crosses them in the reverse order; and what is thrown back on its way, in their
  * order again. All this only where is_near_start() says so.
  */
 
-/* Whether the crossing lies where the ray starts: with a surface in the plane of that which it starts
- * on. */
+/* Whether the crossing lies where the ray starts: with a surface that lies in the one that it starts on, and, where
+ * that is round, on this side of it. */
 bool is_at_start(const struct scene *scene, const struct ray *ray, const struct crossing *crossing);
 
 /* Whether the ray has passed the surface of such a crossing already. */

@@ -152,7 +152,7 @@ static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *l
     if (!set) return;
     struct first_crossing_lanes first = first_crossing_lanes(&spans);
     lane_set told = is_told_solid(it->scene, leaf->id) ? set & first.told & ~leaving : 0;
-    if (primitive_kind(leaf->id) == PRIMITIVE_CONE) told &= lanes_less(it->least, first.from);
+    told &= lanes_less(it->least, first.from);
     double from[LANES], to[LANES];
     lanes_store(from, first.from);
     lanes_store(to, first.to);

@@ -88,8 +88,7 @@ static SHARED void solid_in_the_way(struct occlusion_packet *it, const struct bv
     if (!set) return;
     struct crossing_sets_lanes certain = crossing_sets_lanes(&spans, it->packet.t_max);
     lane_set told = is_told_solid(it->scene, leaf->id) ? set & ~leaving : 0;
-    if (primitive_kind(leaf->id) == PRIMITIVE_CONE)
-        told &= lanes_less(it->least, first_crossing_lanes(&spans).from);
+    told &= lanes_less(it->least, first_crossing_lanes(&spans).from);
     certain_crossings(it, leaf, told & certain.once, 1);
     certain_crossings(it, leaf, told & certain.twice, 2);
     test_each(it, leaf, set & ~(told & (certain.once | certain.twice)));

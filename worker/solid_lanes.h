@@ -104,12 +104,12 @@ static inline bool is_told_solid(const struct scene *scene, uint32_t id)
     return !scene_spheres(scene)[primitive_index(id)].inside_only;
 }
 
-/* The same of a ray that meets it at `from` or later: close to its start it may have passed the cap. */
+/* The same of a ray that meets it at `from` or later: close to its start it may have passed a surface that lies in the
+ * one that it starts on. */
 static inline bool is_told_ahead(const struct scene *scene, uint32_t id, const struct ray *ray,
                                  double from)
 {
-    if (primitive_kind(id) == PRIMITIVE_CONE && !(from > start_reach(ray))) return false;
-    return is_told_solid(scene, id);
+    return from > start_reach(ray) && is_told_solid(scene, id);
 }
 
 static inline bool has_spans(uint32_t id)

@@ -156,6 +156,7 @@ struct crossings scaled_crossings(const struct vec3 *a, const struct vec3 *b, co
     size = fmax(size, vec_largest(vec_sub(*b, ray->origin)));
     size = fmax(size, vec_largest(vec_sub(*c, ray->origin)));
     if (!(size > 0 && size <= DBL_MAX)) return careful_crossings(a, b, c, ray, shear);
+    /* From there on its size is 0.5 to 1, and this function is not called again. */
     int exponent;
     (void)frexp(size, &exponent);
     struct vec3 at[3] = {vec_scale_exactly(*a, -exponent), vec_scale_exactly(*b, -exponent),
@@ -163,6 +164,8 @@ struct crossings scaled_crossings(const struct vec3 *a, const struct vec3 *b, co
     struct ray near = *ray;
     struct purpose here = *purpose;
     near.origin = vec_scale_exactly(ray->origin, -exponent);
+    /* So much smaller than its coordinates that these overflow. */
+    if (!vec_is_finite(near.origin)) return careful_crossings(a, b, c, ray, shear);
     here.farthest = ldexp(purpose->farthest, -exponent);
     struct crossings found = triangle_crossings(&at[0], &at[1], &at[2], &near, shear, &here, exact);
     found.t[0] = ldexp(found.t[0], exponent);
