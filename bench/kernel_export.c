@@ -206,7 +206,7 @@ static void pov_vec(FILE *out, const char *key, struct vec3 v)
 static void pov_sky(FILE *out, const struct view *view)
 {
     struct vec3 bottom = view->background_bottom, top = view->background_top;
-    if (bottom.x == top.x && bottom.y == top.y && bottom.z == top.z) {
+    if (vec_is_same(bottom, top)) {
         pov_vec(out, "background { rgb ", top);
         fputs(" }\n", out);
         return;

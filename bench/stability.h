@@ -264,6 +264,10 @@ struct bvh *stage_tree(const struct scene *scene);
 
 struct ray stage_ray(struct vec3 origin, struct vec3 direction);
 
+/* From where a ray has met something, in this direction. */
+struct ray stage_going_on(const struct surface *surface, const struct hit *hit,
+                          struct vec3 direction);
+
 /* nearest() of each ray, as stage_set_way() has it; *fallbacks counts those of all copies.
  * That the same rays meet different things, in any bit, is fatal. */
 void stage_hits(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,

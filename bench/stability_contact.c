@@ -4,15 +4,6 @@
 #include "bench/stability.h"
 #include "worker/shade.h"
 
-static struct ray going_on(const struct surface *surface, const struct hit *hit,
-                           struct vec3 direction)
-{
-    struct ray ray = stage_ray(surface->point, direction);
-    ray.from = hit->primitive;
-    ray.from_part = hit->part;
-    return ray;
-}
-
 static struct vec3 any_center(struct random *random, double size)
 {
     return vec_scale(random_unit(random), size * random_log(random, 0.01, 100));
@@ -101,7 +92,7 @@ static int meets_again(const struct stage *stage, const struct scene *scene, con
                  primitive_kind(hit.primitive) == PRIMITIVE_DISC;
     struct vec3 normal = surface.geometric;
     if (sheet && vec_dot(ray->direction, normal) > 0) normal = vec_neg(normal);
-    struct ray next = going_on(&surface, &hit, outward(&random, normal));
+    struct ray next = stage_going_on(&surface, &hit, outward(&random, normal));
     return stage_nearest(stage, scene, &next, fallbacks).primitive == PRIMITIVE_NONE ? 1 : 2;
 }
 
@@ -228,7 +219,7 @@ static bool finds_inner(const struct stage *stage, const struct scene *scene, co
     if (hit.primitive != primitive_id(kind, 0)) return false;
     struct surface surface;
     surface_at(scene, ray, &hit, &surface);
-    struct ray next = going_on(&surface, &hit, inward(&random, surface.geometric));
+    struct ray next = stage_going_on(&surface, &hit, inward(&random, surface.geometric));
     return stage_nearest(stage, scene, &next, fallbacks).primitive == primitive_id(kind, 1);
 }
 
@@ -321,7 +312,7 @@ static bool pass_surface(const struct stage *stage, const struct scene *scene, s
     struct vec3 direction;
     if (!refract(&at, from, to, &direction)) return false;
     *cosine = fabs(vec_dot(ray->direction, surface.geometric));
-    *ray = going_on(&surface, &hit, direction);
+    *ray = stage_going_on(&surface, &hit, direction);
     return true;
 }
 
@@ -423,7 +414,7 @@ static bool reaches_floor(const struct stage *stage, const struct scene *scene, 
         if (hit.primitive != ball) return false;
         struct surface surface;
         surface_at(scene, &ray, &hit, &surface);
-        ray = going_on(&surface, &hit, ray.direction);
+        ray = stage_going_on(&surface, &hit, ray.direction);
     }
     struct hit hit = stage_nearest(stage, scene, &ray, fallbacks);
     return hit.primitive != PRIMITIVE_NONE && hit.primitive != ball;

@@ -307,6 +307,15 @@ struct ray stage_ray(struct vec3 origin, struct vec3 direction)
     return (struct ray){origin, direction, HUGE_VAL, PRIMITIVE_NONE, 0};
 }
 
+struct ray stage_going_on(const struct surface *surface, const struct hit *hit,
+                          struct vec3 direction)
+{
+    struct ray ray = stage_ray(surface->point, direction);
+    ray.from = hit->primitive;
+    ray.from_part = hit->part;
+    return ray;
+}
+
 struct hit stage_nearest(const struct stage *stage, const struct scene *scene,
                          const struct ray *ray, uint64_t *fallbacks)
 {

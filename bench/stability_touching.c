@@ -3,17 +3,6 @@
 
 #include "bench/stability.h"
 
-/* From where a ray has met something, in another direction. */
-static struct ray going_on(const struct scene *scene, const struct ray *ray, const struct hit *hit,
-                           struct surface *surface)
-{
-    surface_at(scene, ray, hit, surface);
-    struct ray next = stage_ray(surface->point, ray->direction);
-    next.from = hit->primitive;
-    next.from_part = hit->part;
-    return next;
-}
-
 /* ---- row 60: water in a glass ---- */
 
 struct filled {
@@ -71,7 +60,8 @@ static bool passes_both(const struct stage *stage, const struct scene *scene, st
         struct hit hit = stage_nearest(stage, scene, &ray, fallbacks);
         if (hit.primitive == PRIMITIVE_NONE) return k == 4;
         if (k == 4 || primitive_index(hit.primitive) != k % 2) return false;
-        ray = going_on(scene, &ray, &hit, &surface);
+        surface_at(scene, &ray, &hit, &surface);
+        ray = stage_going_on(&surface, &hit, ray.direction);
     }
 }
 
@@ -176,9 +166,10 @@ static bool stays_within(const struct stage *stage, const struct scene *scene, s
         struct surface surface;
         struct hit hit = stage_nearest(stage, scene, &ray, fallbacks);
         if (hit.primitive == PRIMITIVE_NONE) return false;
-        ray = going_on(scene, &ray, &hit, &surface);
+        surface_at(scene, &ray, &hit, &surface);
         double along = vec_dot(ray.direction, surface.geometric);
-        ray.direction = vec_add_scaled(ray.direction, surface.geometric, -2 * along);
+        struct vec3 back = vec_add_scaled(ray.direction, surface.geometric, -2 * along);
+        ray = stage_going_on(&surface, &hit, back);
     }
     return true;
 }

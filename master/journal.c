@@ -14,6 +14,7 @@
 #include "common/hash.h"
 #include "common/message.h"
 #include "master/journal_aside.h"
+#include "master/journal_file.h"
 #include "master/journal_scan.h"
 #include "master/output_file.h"
 
@@ -63,14 +64,6 @@ static struct file_header make_header(uint64_t picture)
 
 /* ---- the file and its lock ---- */
 
-static bool refuse(const char *path, const char *what, int error)
-{
-    user_error(path, 0,
-               "the journal cannot be %s: %s, choose another place with output.journal=FILE", what,
-               strerror(error));
-    return false;
-}
-
 static void refuse_kind(const char *path)
 {
     user_error(path, 0,
@@ -83,7 +76,7 @@ bool journal_writable(const char *path)
     struct stat old;
     if (lstat(path, &old) != 0) return output_writable(path, "output.journal");
     if (S_ISREG(old.st_mode))
-        return access(path, R_OK | W_OK) == 0 || refuse(path, "opened", errno);
+        return access(path, R_OK | W_OK) == 0 || journal_refuse(path, "opened", errno);
     refuse_kind(path);
     return false;
 }
@@ -97,17 +90,14 @@ static int open_regular(const char *path)
     if (file >= 0 || errno == EISDIR || errno == ELOOP)
         refuse_kind(path);
     else
-        refuse(path, "opened", errno);
+        journal_refuse(path, "opened", errno);
     if (file >= 0) close(file);
     return -1;
 }
 
-/* Goes with the open file, however the process ends. A file system without locks has no lock. */
 static bool lock(const char *path, int file)
 {
-    struct flock whole = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
-    if (fcntl(file, F_OFD_SETLK, &whole) == 0) return true;
-    if (errno != EAGAIN && errno != EACCES) return true;
+    if (journal_lock(file)) return true;
     user_error(path, 0,
                "another run is at work on this journal, wait for its end or choose another place "
                "with output.journal=FILE");
@@ -160,7 +150,7 @@ static bool write_header(struct journal *journal)
 {
     struct file_header header = make_header(journal->picture);
     if (!write_at(journal->file, &header, sizeof header, 0))
-        return refuse(journal->path, "written", errno);
+        return journal_refuse(journal->path, "written", errno);
     journal->end = sizeof header;
     return true;
 }
@@ -168,7 +158,7 @@ static bool write_header(struct journal *journal)
 static bool begin_file(struct journal *journal)
 {
     journal->torn = true;
-    return cut(journal) ? write_header(journal) : refuse(journal->path, "written", errno);
+    return cut(journal) ? write_header(journal) : journal_refuse(journal->path, "written", errno);
 }
 
 /* Once is enough: what follows fails for the same reason. */
@@ -381,7 +371,7 @@ static bool resume(struct journal *journal, uint64_t size, bool whole,
     read_records(journal, size, reader);
     tell_unused(journal);
     journal->torn = journal->end < size;
-    return cut(journal) || refuse(journal->path, "shortened", errno);
+    return cut(journal) || journal_refuse(journal->path, "shortened", errno);
 }
 
 /* Makes the open file the journal. *again: it has another name, or another one has its name. */
@@ -406,7 +396,7 @@ static bool take_over(struct journal *journal, const struct journal_reader *read
     case CONTENT_UNREAD:
         break;
     }
-    return refuse(journal->path, "read", errno);
+    return journal_refuse(journal->path, "read", errno);
 }
 
 struct journal *journal_open(const char *path, uint64_t picture,
@@ -477,8 +467,7 @@ bool journal_move(struct journal *journal, const char *path, uint64_t more)
 {
     int file = open(path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (file < 0) return false;
-    struct flock whole = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
-    fcntl(file, F_OFD_SETLK, &whole);
+    (void)journal_lock(file); /* it is new: nobody else has it */
     bool full = fallocate(file, FALLOC_FL_KEEP_SIZE, 0, (off_t)(journal->end + more)) != 0 &&
                 errno == ENOSPC;
     if (full || !copy_file(journal->file, file, journal->end)) {

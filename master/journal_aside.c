@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "common/message.h"
+#include "master/journal_file.h"
 #include "master/journal_scan.h"
 #include "master/path.h"
 
@@ -35,33 +36,18 @@ bool journal_set_aside(const char *path, const char *why)
         if (done) user_warning(path, 0, "%s, it is now called %s", why, name);
         free(name);
         if (done) return true;
-        if (error != EEXIST) {
-            user_error(path, 0,
-                       "the journal cannot be renamed: %s, choose another place with "
-                       "output.journal=FILE",
-                       strerror(error));
-            return false;
-        }
+        if (error != EEXIST) return journal_refuse(path, "renamed", error);
     }
     return false;
-}
-
-bool journal_is_at(const char *path, int file)
-{
-    struct stat ours, there;
-    return fstat(file, &ours) == 0 && lstat(path, &there) == 0 && ours.st_dev == there.st_dev &&
-           ours.st_ino == there.st_ino;
 }
 
 /* The file at this path, locked; -1: it is of no use, or another run is at work on it. */
 static int open_alone(const char *path)
 {
     struct stat status;
-    struct flock whole = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
     int file = open(path, O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     if (file < 0) return -1;
-    if (fstat(file, &status) == 0 && S_ISREG(status.st_mode) &&
-        (fcntl(file, F_OFD_SETLK, &whole) == 0 || (errno != EAGAIN && errno != EACCES)) &&
+    if (fstat(file, &status) == 0 && S_ISREG(status.st_mode) && journal_lock(file) &&
         journal_is_at(path, file))
         return file;
     close(file);

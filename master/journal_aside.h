@@ -5,9 +5,6 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Whether the open file stands at this path: another run may rename or remove it between its opening and locking. */
-bool journal_is_at(const char *path, int file);
-
 /* Renames the file at path, which the caller holds the lock of, to the first of these names that is free, with a
  * warning that tells why. false after user_error(). */
 bool journal_set_aside(const char *path, const char *why);
