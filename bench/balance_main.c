@@ -6,8 +6,8 @@
  *
  * Sections that are not run again keep what they said the last time; --fresh forgets all of it, the measured
  * costs, too, as a run of all sections does. --scene tells of another scene how it would be shared out, in virtual
- * time, and nothing else. --rounds: how often every tile is timed for its cost (3). Exit
- * status 1: a picture of many ranks was another one than that of one.
+ * time, and nothing else. --rounds: how often every tile is timed for its cost (3). Exit status 1: a picture of many
+ * ranks was another one than that of one.
  */
 #include <stdlib.h>
 #include <string.h>

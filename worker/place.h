@@ -85,8 +85,8 @@ static inline double least_weight(double u, double v)
     return smaller_number(smaller_number(u, v), 1 - u - v);
 }
 
-/* Whether the point may be so near to an edge, with something to spare for rounding; true where that is not to be told.
- * Without a root or a quotient, for lanes. */
+/* Whether the point may be so near to an edge, with twice the limit of drawn_in() to spare for rounding; true where that
+ * is not to be told. Without a root or a quotient, for lanes. */
 static inline bool may_be_drawn_in(double u, double v, struct vec3 normal, double size,
                                    double coordinate)
 {
