@@ -92,8 +92,7 @@ static void print_usage(FILE *out, int columns)
           out);
     print_row(out, columns, "CONFIG", KEY_INDENT,
               "an INI file that describes picture and scene, or a scene file (.nff, .obj) that is "
-              "rendered with "
-              "default settings");
+              "rendered with default settings");
     print_row(out, columns, "SECTION.KEY=VALUE", KEY_INDENT, "overrides a setting");
     fputc('\n', out);
     for (size_t i = 0; i < sizeof options / sizeof *options; i++)

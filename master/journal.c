@@ -312,7 +312,7 @@ static void give_back_room(const struct journal *journal)
 /* What stands in the file. */
 enum content {
     CONTENT_OURS,
-    CONTENT_NONE, /* it is empty, or another picture's header alone */
+    CONTENT_NONE, /* it is empty, or a header alone */
     CONTENT_OTHER,
     CONTENT_UNREAD
 };
@@ -335,6 +335,7 @@ static enum content recognise(const struct journal *journal, size_t largest, uin
     struct file_header sealed = make_header(found.picture);
     if (memcmp(&found, &sealed, sizeof found) == 0) {
         if (is_bare) return CONTENT_NONE;
+        give_back_room(journal);
         *why = "the journal holds another picture or other settings";
         return CONTENT_OTHER;
     }
@@ -390,7 +391,6 @@ static bool take_over(struct journal *journal, const struct journal_reader *read
         give_back_room(journal);
         return begin_file(journal);
     case CONTENT_OTHER:
-        give_back_room(journal);
         *again = journal_set_aside(journal->path, why);
         return false;
     case CONTENT_UNREAD:
