@@ -1,6 +1,7 @@
 #include <fcntl.h>
 #include <limits.h>
 #include <math.h>
+#include <poll.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -54,11 +55,21 @@ static void screen_close(struct screen *screen)
     close(screen->descriptor);
 }
 
-/* What has been written since the last call. */
+/* What has been written since the last call: up to a byte behind it, as a terminal hands it over bit by bit. */
 static const char *screen_read(struct screen *screen)
 {
-    ssize_t bytes = read(screen->descriptor, screen->text, sizeof screen->text - 1);
-    screen->text[bytes > 0 ? bytes : 0] = '\0';
+    static const char last = '\1';
+    struct pollfd ready = {.fd = screen->descriptor, .events = POLLIN};
+    size_t length = 0;
+    assert_int_equal(write(fileno(screen->out), &last, 1), 1);
+    while (length == 0 || screen->text[length - 1] != last) {
+        assert_int_equal(poll(&ready, 1, 10000), 1);
+        ssize_t bytes =
+            read(screen->descriptor, screen->text + length, sizeof screen->text - length);
+        assert_true(bytes > 0);
+        length += (size_t)bytes;
+    }
+    screen->text[length - 1] = '\0';
     return screen->text;
 }
 
