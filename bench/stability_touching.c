@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "bench/stability.h"
+#include "worker/corner.h"
 
 /* ---- row 60: water in a glass ---- */
 
@@ -108,16 +109,48 @@ static struct vec3 turned(const struct vec3 frame[3], struct vec3 v)
     return vec_add_scaled(vec_add_scaled(sum, frame[1], v.y), frame[2], v.z);
 }
 
-/* A cube or a tetrahedron of triangles with common vertices, along the axes or turned. */
-static struct room make_room(struct random *random)
+/* Of triangles with common vertices. */
+static void add_mesh(struct builder *builder, const struct room *room, uint32_t material)
 {
     static const unsigned cube[12][3] = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5},
                                          {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3},
                                          {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
     static const unsigned tetrahedron[4][3] = {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}};
+    uint32_t index[8];
+    bool is_cube = room->corners == 8;
+    for (unsigned i = 0; i < room->corners; i++)
+        expect_added(builder_add_vertex(builder, room->corner[i], &index[i]));
+    for (unsigned i = 0; i < (is_cube ? 12u : 4u); i++) {
+        const unsigned *corner = is_cube ? cube[i] : tetrahedron[i];
+        struct triangle wall = {{index[corner[0]], index[corner[1]], index[corner[2]]}, material};
+        expect_added(builder_add_triangle(builder, &wall));
+    }
+}
+
+/* A cube's walls, each a plane or a disc. */
+static void add_walls(struct builder *builder, struct random *random, const struct room *room,
+                      const struct vec3 frame[3], uint32_t material)
+{
+    double size = vec_largest(vec_sub(room->corner[7], room->corner[0]));
+    for (unsigned i = 0; i < 6; i++) {
+        /* The corners 0 and 7 are in three walls each. */
+        struct vec3 at = room->corner[i % 2 ? 7 : 0];
+        struct vec3 inward = vec_scale(frame[i / 2], i % 2 ? -1 : 1);
+        struct plane plane = {at, inward, material, 0};
+        struct disc disc = {at, inward, 4 * size, material, 0};
+        if (random_bits(random) >> 63)
+            expect_added(builder_add_plane(builder, &plane));
+        else
+            expect_added(builder_add_disc(builder, &disc));
+    }
+}
+
+/* A cube or a tetrahedron, along the axes or turned. */
+static struct room make_room(struct random *random)
+{
     static const unsigned of_cube[4] = {0, 3, 5, 6};
     struct builder *builder = builder_create();
-    uint32_t material = stage_material(builder), index[8];
+    uint32_t material = stage_material(builder);
     struct vec3 frame[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     bool is_cube = random_bits(random) >> 63;
     struct room room = {.corners = is_cube ? 8 : 4};
@@ -131,13 +164,11 @@ static struct room make_room(struct random *random)
         unsigned k = is_cube ? i : of_cube[i];
         struct vec3 unit = vec3(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
         room.corner[i] = vec_scale(vec_add(at, turned(frame, unit)), size);
-        expect_added(builder_add_vertex(builder, room.corner[i], &index[i]));
     }
-    for (unsigned i = 0; i < (is_cube ? 12u : 4u); i++) {
-        const unsigned *corner = is_cube ? cube[i] : tetrahedron[i];
-        struct triangle wall = {{index[corner[0]], index[corner[1]], index[corner[2]]}, material};
-        expect_added(builder_add_triangle(builder, &wall));
-    }
+    if (is_cube && random_bits(random) >> 63)
+        add_walls(builder, random, &room, frame, material);
+    else
+        add_mesh(builder, &room, material);
     room.stage = stage_finish(builder, NULL);
     return room;
 }
@@ -167,6 +198,7 @@ static bool stays_within(const struct stage *stage, const struct scene *scene, s
         struct hit hit = stage_nearest(stage, scene, &ray, fallbacks);
         if (hit.primitive == PRIMITIVE_NONE) return false;
         surface_at(scene, &ray, &hit, &surface);
+        if (hit.in_corner) surface.point = corner_point(scene, stage->bvh, &ray, &hit);
         double along = vec_dot(ray.direction, surface.geometric);
         struct vec3 back = vec_add_scaled(ray.direction, surface.geometric, -2 * along);
         ray = stage_going_on(&surface, &hit, back);

@@ -224,6 +224,7 @@ static inline struct hit nearest_of(const struct scene *scene, const struct bvh 
         if (!processor_has(level)) continue;
         kernel_at(level)->nearest(scene, bvh, ray, 1, &other, &exact);
         assert_same_hit(&other, &hit);
+        assert_int_equal(other.in_corner, hit.in_corner);
         kernel_at(level)->nearest_rough(scene, bvh, ray, 1, &other, &exact);
         assert_rough_hit(scene, ray, &other, &hit);
     }

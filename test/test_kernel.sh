@@ -37,6 +37,17 @@ touching() {
     done
 }
 check "glass filled to the wall" touching
+rooms() {
+    for level in portable avx2 avx512; do
+        "$FARM" --check "$DATA/corners.ini" farm.kernel=$level >/dev/null 2>&1 || continue
+        run 0 farm_n 0 "$DATA/corners.ini" farm.kernel=$level output.image=$level.pfm output.report=kernel.json &&
+            cmp portable.pfm $level.pfm || return 1
+    done
+    run 0 farm_n 0 "$DATA/corners.ini" camera.eye="1e-9 2e-9 3e-9" output.image=aside.pfm output.report=kernel.json &&
+        run 0 farm_n 0 "$DATA/corners.ini" sampling.reference=aside.pfm output.image=room.pfm output.report=kernel.json &&
+        awk '/"rmse"/ && !rmse { rmse = $2 + 0 } END { exit !(rmse > 0 && rmse < 0.002) }' kernel.json
+}
+check "a room from its very middle looks as from beside it" rooms
 chosen() {
     run 0 farm_n 0 "$DATA/everything.ini" image.width=96 image.height=72 \
         output.image=auto.pfm output.report=auto.json && cmp portable-exact.pfm auto.pfm &&

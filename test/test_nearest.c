@@ -44,7 +44,7 @@ static struct hit brute_nearest(const struct scene *scene, const struct ray *ray
             primitive_crossings(scene, id, ray, &shear, &ALL_CROSSINGS, &exact);
         for (unsigned i = 0; i < 2; i++) {
             if (!(found.t[i] > 0 && found.t[i] < ray->t_max)) continue;
-            struct hit next = {found.t[i], found.u, found.v, id, found.part[i]};
+            struct hit next = {found.t[i], found.u, found.v, id, (uint16_t)found.part[i], 0};
             if (comes_first(scene, ray, &shear, &next, &hit)) hit = next;
             break; /* the way out is behind the way in */
         }

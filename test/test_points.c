@@ -1,6 +1,7 @@
 /* Points in lanes against the functions for one point: the same bits. */
 #include "scene_fixture.h"
 
+#include "worker/corner.h"
 #include "worker/lanes.h"
 #include "worker/packet.h"
 #include "worker/points.h"
@@ -128,11 +129,12 @@ static void assert_same_vector(struct vec3 value, struct vec3 expected)
     assert_memory_equal(&value, &expected, sizeof value);
 }
 
-static void compare_point(const struct scene *scene, const struct ray *ray, const struct hit *hit,
-                          const struct points *points, uint32_t i)
+static void compare_point(const struct scene *scene, const struct bvh *bvh, const struct ray *ray,
+                          const struct hit *hit, const struct points *points, uint32_t i)
 {
     struct surface surface;
     surface_at(scene, ray, hit, &surface);
+    if (hit->in_corner) surface.point = corner_point(scene, bvh, ray, hit);
     struct shading_point at = shading_point(scene, ray, &surface);
     struct shading_point found = points_get(points, i);
     assert_same_vector(found.point, at.point);
@@ -144,14 +146,14 @@ static void compare_point(const struct scene *scene, const struct ray *ray, cons
 }
 
 /* The points of hits, which may be told roughly, are those of the exact ones. */
-static void compare_points(const struct scene *scene, const struct ray *rays,
+static void compare_points(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                            const struct hit *told, const struct hit *hits, uint32_t count,
                            struct points *points)
 {
     uint64_t exact = 0;
-    points_find(scene, rays, told, count, points, &exact);
+    points_find(scene, bvh, rays, told, count, points, &exact);
     for (uint32_t i = 0; i < points->count; i++)
-        compare_point(scene, &rays[points->slot[i]], &hits[points->slot[i]], points, i);
+        compare_point(scene, bvh, &rays[points->slot[i]], &hits[points->slot[i]], points, i);
 }
 
 /* Lights near and far, and one on the mirror direction, where the highlight is. */
@@ -240,10 +242,10 @@ static uint32_t compare_waves(const struct recipe *recipe, const struct scene *s
     random_rays(recipe, rays, count);
     for (int wave = 0; wave < 3 && count > 0; wave++) {
         nearest(scene, bvh, rays, count, hits, &exact);
-        compare_points(scene, rays, hits, hits, count, &points);
+        compare_points(scene, bvh, rays, hits, hits, count, &points);
         nearest_rough(scene, bvh, rays, count, rough, &exact);
         count_rough(rough, count);
-        compare_points(scene, rays, rough, hits, count, &points);
+        compare_points(scene, bvh, rays, rough, hits, count, &points);
         if (points.count == 0) break;
         compare_lights(recipe, &points);
         compare_onward(recipe, &points, &onward);
@@ -338,7 +340,7 @@ static struct hit roughened(uint64_t *random, const struct hit *hit)
 {
     double off = hit->t * pow(10, -random_between(random, 0, 15));
     double t = hit->t + off * random_between(random, -0.99, 0.99);
-    return (struct hit){t, off, WEIGHT_UNKNOWN, hit->primitive, 0};
+    return (struct hit){t, off, WEIGHT_UNKNOWN, hit->primitive, 0, 0};
 }
 
 static void compare_corners(uint64_t *random, unsigned *found)
@@ -357,11 +359,11 @@ static void compare_corners(uint64_t *random, unsigned *found)
     }
     struct scene *scene = finish_scene(builder);
     for (uint32_t i = 0; i < WAVE; i++) {
-        struct hit any = {1, 1, WEIGHT_UNKNOWN, primitive_id(PRIMITIVE_TRIANGLE, i), 0};
+        struct hit any = {1, 1, WEIGHT_UNKNOWN, primitive_id(PRIMITIVE_TRIANGLE, i), 0, 0};
         hits[i] = rough[i] = settled_hit(scene, &rays[i], &any, &exact);
         if (hits[i].primitive != PRIMITIVE_NONE) rough[i] = roughened(random, &hits[i]);
     }
-    compare_points(scene, rays, rough, hits, WAVE, &points);
+    compare_points(scene, NULL, rays, rough, hits, WAVE, &points);
     *found += points.count;
     free(scene);
 }
@@ -421,10 +423,10 @@ static void compare_flats(uint64_t *random, unsigned *found)
     struct scene *scene = finish_scene(builder);
     for (uint32_t i = 0; i < WAVE; i++) {
         enum primitive_kind kind = i % 2 ? PRIMITIVE_CONE : PRIMITIVE_PLANE;
-        struct hit any = {1, 1, 0, primitive_id(kind, i / 2), 0};
+        struct hit any = {1, 1, 0, primitive_id(kind, i / 2), 0, 0};
         hits[i] = settled_hit(scene, &rays[i], &any, &exact);
     }
-    compare_points(scene, rays, hits, hits, WAVE, &points);
+    compare_points(scene, NULL, rays, hits, hits, WAVE, &points);
     *found += points.count;
     free(scene);
 }

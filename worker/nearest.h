@@ -73,6 +73,14 @@ struct surface {
 void surface_at(const struct scene *scene, const struct ray *ray, const struct hit *hit,
                 struct surface *surface);
 
+/* More surfaces than so many others in one point are those of a crowd, not of a room. */
+#define CORNER_OTHERS 8
+
+/* Its point, drawn in from the corner with the first CORNER_OTHERS others, hits of the same ray: see
+ * worker/corner.h. */
+struct vec3 surface_drawn_in(const struct scene *scene, const struct ray *ray,
+                             const struct hit *hit, const struct hit *others, uint32_t count);
+
 /* Its point, but put off to the other side: where a ray starts that goes back through surfaces in the same
  * plane; see worker/order.h. */
 struct vec3 surface_beyond(const struct scene *scene, const struct ray *ray, const struct hit *hit);

@@ -2,6 +2,7 @@
 #ifndef FARM_WORKER_NEAREST_WALK_H
 #define FARM_WORKER_NEAREST_WALK_H
 
+#include "worker/coplanar.h"
 #include "worker/order.h"
 #include "worker/probe.h"
 
@@ -36,6 +37,14 @@ static bool precedes(const struct nearest_walk *walk, const struct crossing *cro
            (order == 0 && is_first_of_equals(probe->scene, probe->ray, crossing, &best));
 }
 
+/* Whether a crossing that is about as far as the hit may be with a surface that meets that one there. */
+static bool is_in_corner(const struct nearest_walk *walk, const struct crossing *crossing)
+{
+    const struct hit *hit = &walk->hit;
+    return !are_in_one_surface(walk->probe.scene, hit->primitive, hit->part, crossing->primitive,
+                               crossing->part);
+}
+
 /* Of the distance to a crossing, as worker/order.h tells. */
 static INLINED double crossing_error(const struct nearest_walk *walk, uint32_t id, double t)
 {
@@ -52,10 +61,12 @@ static INLINED void nearest_crossing(struct nearest_walk *walk, const struct cro
     if (id == walk->hit.primitive) return; /* a triangle of which there are several pieces */
     if (!naive) error = crossing_error(walk, id, t);
     if (t > walk->hit.t + (walk->hit_error + error)) return;
-    if (!(t < walk->hit.t - (walk->hit_error + error)) && !naive && !precedes(walk, &crossing))
-        return;
+    bool close = !naive && !(t < walk->hit.t - (walk->hit_error + error));
+    if (close && is_in_corner(walk, &crossing)) walk->hit.in_corner = 1;
+    if (close && !precedes(walk, &crossing)) return;
     if (naive && t == walk->hit.t && id >= walk->hit.primitive) return;
-    walk->hit = (struct hit){t, found->u, found->v, id, crossing.part};
+    uint16_t in_corner = close ? walk->hit.in_corner : 0;
+    walk->hit = (struct hit){t, found->u, found->v, id, (uint16_t)crossing.part, in_corner};
     walk->hit_error = error;
     /* Something that comes before the hit may seem to be that far. */
     walk->probe.purpose.farthest = smaller_number(t + 2 * error, walk->probe.purpose.farthest);
@@ -121,7 +132,7 @@ static inline void nearest_waiting(struct nearest_walk *walk)
 static inline struct hit rough_hit(uint32_t id, uint32_t part, double from, double to)
 {
     double v = primitive_kind(id) > PRIMITIVE_PATCH ? 0 : WEIGHT_UNKNOWN;
-    return (struct hit){from / 2 + to / 2, to - from, v, id, part};
+    return (struct hit){from / 2 + to / 2, to - from, v, id, (uint16_t)part, 0};
 }
 
 /* Whether a crossing that is no farther than this comes before the hit, whatever is rounded. */

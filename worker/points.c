@@ -1,6 +1,7 @@
 #include "worker/points.h"
 
 #include "worker/cone_line.h"
+#include "worker/corner.h"
 #include "worker/place.h"
 #include "worker/primitive.h"
 #include "worker/sphere_line.h"
@@ -538,17 +539,19 @@ static void put_point(struct points *points, uint32_t i, const struct shading_po
     points->entering[i] = at->entering;
 }
 
-/* The points that lanes are not sure of, one by one. */
-static void find_singly(const struct scene *scene, const struct ray *rays, const struct hit *hits,
-                        struct points *points, uint64_t *exact_fallbacks)
+/* The points that lanes are not sure of, or do not know of, one by one. */
+static void find_singly(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                        const struct hit *hits, struct points *points, uint64_t *exact_fallbacks)
 {
     for (uint32_t i = 0; i < points->count; i++) {
-        if (points->sure[i] != 0) continue;
         const struct ray *ray = &rays[points->slot[i]];
-        struct hit hit = hits[points->slot[i]];
+        const struct hit *found = &hits[points->slot[i]];
+        if (points->sure[i] != 0 && !found->in_corner) continue;
+        struct hit hit = *found;
         struct surface surface;
         if (is_rough_hit(&hit)) hit = settled_hit(scene, ray, &hit, exact_fallbacks);
         surface_at(scene, ray, &hit, &surface);
+        if (hit.in_corner) surface.point = corner_point(scene, bvh, ray, &hit);
         set_lane(&points->point, i, surface.point);
         set_lane(&points->geometric, i, surface.geometric);
         set_lane(&points->normal, i, surface.shading);
@@ -573,8 +576,9 @@ static void doubt_from(struct points *points, uint32_t begin)
         points->sure[i] = 0;
 }
 
-void points_find(const struct scene *scene, const struct ray *rays, const struct hit *hits,
-                 uint32_t count, struct points *points, uint64_t *exact_fallbacks)
+void points_find(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                 const struct hit *hits, uint32_t count, struct points *points,
+                 uint64_t *exact_fallbacks)
 {
     uint32_t first[GROUPS + 1];
     points->formulas = scene->view.formulas;
@@ -584,7 +588,7 @@ void points_find(const struct scene *scene, const struct ray *rays, const struct
     bool exact = points->formulas == FORMULAS_EXACT;
     if (exact) find_groups(scene, rays, hits, first, points);
     doubt_from(points, exact ? first[GROUP_OTHERS] : 0);
-    find_singly(scene, rays, hits, points, exact_fallbacks);
+    find_singly(scene, bvh, rays, hits, points, exact_fallbacks);
     if (exact)
         turn_normals(points);
     else

@@ -28,8 +28,9 @@ struct points {
 
 /* The points of the rays that have met something, by nearest_rough() or nearest(); count <= WAVE.
  * exact_fallbacks: as nearest(). */
-void points_find(const struct scene *scene, const struct ray *rays, const struct hit *hits,
-                 uint32_t count, struct points *points, uint64_t *exact_fallbacks);
+void points_find(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                 const struct hit *hits, uint32_t count, struct points *points,
+                 uint64_t *exact_fallbacks);
 
 /*
  * All of them in an order in which packets of rays from them to a light go much the same way. Several

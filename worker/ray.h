@@ -50,7 +50,9 @@ struct hit {
     double u, v;        /* triangle, patch: weights of vertex 1 and 2; else 0, but that of a rough
                          * hit u is what t may be off by: see nearest_rough(), is_rough_hit() */
     uint32_t primitive; /* PRIMITIVE_NONE: the ray meets nothing */
-    uint32_t part;
+    uint16_t part;
+    uint16_t
+        in_corner; /* 1: others may be crossed in the same point, see worker/corner.h; else 0 */
 };
 
 #endif

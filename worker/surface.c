@@ -155,6 +155,54 @@ static void exact_surface(const struct scene *scene, const struct ray *ray, cons
     surface->point = stand_off(&place, surface->geometric, ray->direction);
 }
 
+/* Along a surface away from another one that meets it. */
+struct inward {
+    struct vec3 way;
+    double missing; /* how far it is to be away yet */
+};
+
+/* Whether a place in a surface of that normal is near another one that meets it. */
+static bool meets(const struct scene *scene, const struct ray *ray, const struct place *place,
+                  struct vec3 normal, double off, const struct hit *other, struct inward *inward)
+{
+    struct vec3 across;
+    struct place there = place_of(scene, ray, other, &across);
+    if (vec_dot(ray->direction, across) > 0) across = vec_neg(across);
+    double apart = vec_dot(across, vec_sub(place_rounded(place), place_rounded(&there)));
+    *inward =
+        (struct inward){vec_add_scaled(across, normal, -vec_dot(across, normal)), off - apart};
+    return fabs(apart) < off && vec_dot(inward->way, inward->way) >= MEET_LEAST;
+}
+
+/* By so much of the sum of all ways that it is far enough from each; 0 where that leads to no such place. */
+static double step_inward(const struct inward *inward, uint32_t count, struct vec3 sum)
+{
+    double step = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        double gain = vec_dot(sum, inward[i].way);
+        if (!(gain >= MEET_LEAST)) return 0;
+        step = larger_number(step, inward[i].missing / gain);
+    }
+    return step;
+}
+
+struct vec3 surface_drawn_in(const struct scene *scene, const struct ray *ray,
+                             const struct hit *hit, const struct hit *others, uint32_t count)
+{
+    struct inward inward[CORNER_OTHERS];
+    struct vec3 normal, sum = {0, 0, 0};
+    uint32_t met = 0;
+    struct place place = place_of(scene, ray, hit, &normal);
+    double way = hit->t * vec_largest(ray->direction) * SHARE_OF_WAY;
+    double off = CORNER_OFF * larger_number(vec_largest(place_rounded(&place)), way);
+    for (uint32_t i = 0; i < count; i++)
+        if (meets(scene, ray, &place, normal, off, &others[i], &inward[met]))
+            sum = vec_add(sum, inward[met++].way);
+    struct vec3 step = vec_scale(sum, step_inward(inward, met, sum));
+    place.offset = dd3_add(place.offset, dd3_of(step));
+    return stand_off(&place, normal, ray->direction);
+}
+
 struct vec3 surface_beyond(const struct scene *scene, const struct ray *ray, const struct hit *hit)
 {
     struct vec3 normal;

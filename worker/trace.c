@@ -332,8 +332,8 @@ static INLINED void trace_rays(struct renderer *renderer, bool flat)
         nearest_rough(renderer->scene, renderer->bvh, renderer->rays, renderer->count,
                       renderer->hits, &renderer->counts.exact_fallbacks);
     renderer->counts.intersect_s += clock_wall() - start;
-    points_find(renderer->scene, renderer->rays, renderer->hits, renderer->count, &renderer->points,
-                &renderer->counts.exact_fallbacks);
+    points_find(renderer->scene, renderer->bvh, renderer->rays, renderer->hits, renderer->count,
+                &renderer->points, &renderer->counts.exact_fallbacks);
     add_unlit(renderer, flat);
     light_points(renderer, flat);
     if (!flat && renderer->bounding > 0) add_found(renderer);

@@ -1,0 +1,230 @@
+/* Rays that meet edges and corners of several primitives to the last bit. */
+#include "scene_fixture.h"
+
+#include "worker/box.h"
+#include "worker/corner.h"
+
+#define WALLS   6
+#define BOUNCES 20
+
+/* A cube of 2 sizes. */
+struct room {
+    struct vec3 middle;
+    double size;
+    struct scene *scene;
+    struct bvh *bvh;
+};
+
+static struct vec3 place_in(const struct room *room, struct vec3 unit)
+{
+    return vec_scale(vec_add(room->middle, unit), room->size);
+}
+
+static struct vec3 vec_of(const double at[3])
+{
+    return vec3(at[0], at[1], at[2]);
+}
+
+/* Behind the wall a box of the room's size, a plane or a disc in it, by kind. */
+static void add_wall(struct builder *builder, const struct room *room, unsigned wall,
+                     enum primitive_kind kind)
+{
+    struct vec3 out = box_normal(wall), at = place_in(room, out);
+    struct plane plane = {.point = at, .normal = vec_neg(out)};
+    struct disc disc = {at, vec_neg(out), 4 * room->size, 0, 0};
+    double min[3] = {-3, -3, -3}, max[3] = {3, 3, 3};
+    if (wall % 2)
+        min[wall / 2] = 1;
+    else
+        max[wall / 2] = -1;
+    if (kind == PRIMITIVE_BOX)
+        add_box(builder, place_in(room, vec_of(min)), place_in(room, vec_of(max)), 0);
+    else if (kind == PRIMITIVE_PLANE)
+        assert_added(builder_add_plane(builder, &plane));
+    else
+        assert_added(builder_add_disc(builder, &disc));
+}
+
+static struct room make_room(uint64_t *random)
+{
+    static const enum primitive_kind kinds[] = {PRIMITIVE_PLANE, PRIMITIVE_BOX, PRIMITIVE_DISC};
+    struct room room = {.size = ldexp(1, random_exponent(random, -30, 30))};
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    double middle[3];
+    for (unsigned axis = 0; axis < 3; axis++)
+        middle[axis] = random_below(random, 9) - 4.0;
+    room.middle = vec_of(middle);
+    for (unsigned wall = 0; wall < WALLS; wall++)
+        add_wall(builder, &room, wall, kinds[random_below(random, 3)]);
+    room.scene = finish_scene(builder);
+    room.bvh = build_tree(room.scene);
+    return room;
+}
+
+static void free_room(struct room *room)
+{
+    free(room->bvh);
+    free(room->scene);
+}
+
+/* From a place in the room, in quarters, to an edge, in eighths, or to a corner: all of it without rounding. */
+static struct ray ray_to_corner(uint64_t *random, const struct room *room)
+{
+    double from[3], to[3];
+    for (unsigned axis = 0; axis < 3; axis++) {
+        from[axis] = (random_below(random, 7) - 3.0) / 4;
+        to[axis] = random_below(random, 2) ? 1 : -1;
+    }
+    to[random_below(random, 3)] = (random_below(random, 17) - 8.0) / 8;
+    return ray_to(place_in(room, vec_of(from)), place_in(room, vec_of(to)));
+}
+
+/* As light does: to the point where it goes on from. */
+static struct surface surface_met(const struct room *room, const struct ray *ray,
+                                  const struct hit *hit)
+{
+    struct surface surface;
+    surface_at(room->scene, ray, hit, &surface);
+    if (hit->in_corner) surface.point = corner_point(room->scene, room->bvh, ray, hit);
+    return surface;
+}
+
+static struct ray thrown_back(const struct room *room, const struct ray *ray, const struct hit *hit)
+{
+    struct surface surface = surface_met(room, ray, hit);
+    double along = vec_dot(ray->direction, surface.geometric);
+    struct ray next =
+        ray_along(surface.point, vec_add_scaled(ray->direction, surface.geometric, -2 * along));
+    next.from = hit->primitive;
+    next.from_part = hit->part;
+    return next;
+}
+
+static void test_mirrors_keep_what_meets_their_edges(void **state)
+{
+    (void)state;
+    uint64_t random = 171;
+    unsigned in_corners = 0;
+    for (unsigned i = 0; i < 200; i++) {
+        struct room room = make_room(&random);
+        for (unsigned k = 0; k < 50; k++) {
+            struct ray ray = ray_to_corner(&random, &room);
+            for (unsigned bounce = 0; bounce < BOUNCES; bounce++) {
+                struct hit hit = nearest_of(room.scene, room.bvh, &ray);
+                assert_int_not_equal(hit.primitive, PRIMITIVE_NONE);
+                in_corners += hit.in_corner;
+                ray = thrown_back(&room, &ray, &hit);
+            }
+        }
+        free_room(&room);
+    }
+    assert_true(in_corners > 200 * 50);
+}
+
+/* Rims of a closed cylinder, or of a cone, which is one primitive. */
+static void test_rims_keep_what_meets_them(void **state)
+{
+    (void)state;
+    static const double on_circle[][2] = {{3, 4}, {4, 3}, {5, 0}, {-3, 4}, {0, -5}, {-4, -3}};
+    uint64_t random = 173;
+    for (unsigned i = 0; i < 40; i++) {
+        struct builder *builder = builder_create();
+        add_material(builder, vec3(1, 1, 1), 0);
+        struct cone tube = {{0, 0, -5}, {0, 0, 5}, 5, i % 2 ? 5 : 10, 0, 1};
+        assert_added(builder_add_cone(builder, &tube));
+        struct room room = {.scene = finish_scene(builder)};
+        room.bvh = build_tree(room.scene);
+        for (unsigned k = 0; k < 6; k++) {
+            double x = random_below(&random, 5) - 2.0, y = random_below(&random, 5) - 2.0;
+            struct ray ray = ray_to(vec3(x, y, 0), vec3(on_circle[k][0], on_circle[k][1], -5));
+            for (unsigned bounce = 0; bounce < BOUNCES; bounce++) {
+                struct hit hit = nearest_of(room.scene, room.bvh, &ray);
+                assert_int_not_equal(hit.primitive, PRIMITIVE_NONE);
+                ray = thrown_back(&room, &ray, &hit);
+            }
+        }
+        free_room(&room);
+    }
+}
+
+/* Drawn in by no more than rounding asks for, and along the wall. */
+static void test_points_stay_where_they_are(void **state)
+{
+    (void)state;
+    uint64_t random = 172;
+    for (unsigned i = 0; i < 200; i++) {
+        struct room room = make_room(&random);
+        struct ray ray = ray_to_corner(&random, &room);
+        struct hit hit = nearest_of(room.scene, room.bvh, &ray);
+        struct surface alone, surface = surface_met(&room, &ray, &hit);
+        surface_at(room.scene, &ray, &hit, &alone);
+        struct vec3 moved = vec_sub(surface.point, alone.point);
+        double u = 0x1p-53 * 5 * room.size;
+        assert_true(hit.in_corner);
+        assert_true(vec_largest(moved) > 16 * u / 5);
+        assert_true(vec_largest(moved) <= 72 * u);
+        assert_true(fabs(vec_dot(moved, surface.geometric)) <= 4 * u);
+        free_room(&room);
+    }
+}
+
+/* Two panes, the gap between which is some bits wide: a ray through the first goes on to the second. */
+static void test_no_corner_between_panes(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 1);
+    double next = nextafter(nextafter(nextafter(nextafter(1, 2), 2), 2), 2);
+    for (unsigned i = 0; i < 2; i++) {
+        struct plane plane = {.point = {0, i ? next : 1, 0}, .normal = {0, -1, 0}};
+        assert_added(builder_add_plane(builder, &plane));
+    }
+    struct room room = {.scene = finish_scene(builder)};
+    room.bvh = build_tree(room.scene);
+    struct ray ray = ray_along(vec3(0.25, 0, 0.5), vec3(0.5, 1, 0));
+    struct hit hit = nearest_of(room.scene, room.bvh, &ray);
+    struct surface alone, surface = surface_met(&room, &ray, &hit);
+    surface_at(room.scene, &ray, &hit, &alone);
+    assert_int_equal(hit.primitive, primitive_id(PRIMITIVE_PLANE, 0));
+    assert_memory_equal(&surface.point, &alone.point, sizeof alone.point);
+    ray.origin = surface.point;
+    ray.from = hit.primitive;
+    hit = nearest_of(room.scene, room.bvh, &ray);
+    assert_int_equal(hit.primitive, primitive_id(PRIMITIVE_PLANE, 1));
+    free_room(&room);
+}
+
+/* More walls than are looked at lean around one point: of a pyramid with 24 sides, seen from its axis. */
+static void test_a_crowd_in_one_point(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    for (unsigned i = 0; i < 24; i++) {
+        double angle = i * (2 * acos(-1) / 24);
+        struct vec3 inward = vec_normalize(vec3(cos(angle), sin(angle), -1));
+        struct plane plane = {.point = {0, 0, 1}, .normal = inward};
+        assert_added(builder_add_plane(builder, &plane));
+    }
+    struct room room = {.scene = finish_scene(builder)};
+    room.bvh = build_tree(room.scene);
+    struct ray ray = ray_along(vec3(0, 0, 0), vec3(0, 0, 1));
+    struct hit hit = nearest_of(room.scene, room.bvh, &ray);
+    struct surface surface = surface_met(&room, &ray, &hit);
+    assert_true(hit.in_corner);
+    assert_vector_near(surface.point, vec3(0, 0, 1), 1e-12);
+    free_room(&room);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_mirrors_keep_what_meets_their_edges),
+        cmocka_unit_test(test_rims_keep_what_meets_them),
+        cmocka_unit_test(test_points_stay_where_they_are),
+        cmocka_unit_test(test_no_corner_between_panes),
+        cmocka_unit_test(test_a_crowd_in_one_point),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

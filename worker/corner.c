@@ -1,0 +1,68 @@
+#include "worker/corner.h"
+
+#include "worker/order.h"
+#include "worker/probe.h"
+
+struct corner_walk {
+    struct probe probe;
+    double low, high; /* distances along the ray */
+    uint32_t hit;     /* the primitive that is met */
+    uint32_t count;
+    struct hit others[CORNER_OTHERS]; /* by their ids */
+};
+
+/* Each primitive once, and of too many those with the lowest ids: whatever the tree's order is. */
+static void add_other(struct corner_walk *walk, const struct hit *other)
+{
+    uint32_t at = 0;
+    while (at < walk->count && walk->others[at].primitive < other->primitive)
+        at++;
+    if (at == CORNER_OTHERS) return;
+    if (at < walk->count && walk->others[at].primitive == other->primitive) return;
+    if (walk->count < CORNER_OTHERS) walk->count++;
+    for (uint32_t i = walk->count - 1; i > at; i--)
+        walk->others[i] = walk->others[i - 1];
+    walk->others[at] = *other;
+}
+
+static void look_at(struct corner_walk *walk, uint32_t id)
+{
+    if (id == walk->hit) return;
+    struct crossings found = probe_crossings(&walk->probe, id, false);
+    unsigned i = crossing_counts(walk->probe.ray, found.t[0]) ? 0 : 1;
+    struct hit other = {found.t[i], found.u, found.v, id, (uint16_t)found.part[i], 0};
+    if (other.t >= walk->low && other.t <= walk->high) add_other(walk, &other);
+}
+
+static bool look_in_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
+                         double *limit)
+{
+    struct corner_walk *walk = context;
+    (void)limit;
+    for (uint32_t i = 0; i < count; i++)
+        look_at(walk, leaves[i].id);
+    return true;
+}
+
+/*
+ * Half as far from the hit as those are that nearest() has called close: what is close to the hit has been compared
+ * with it or with what was no farther, in whatever order, so that in_corner is not by luck.
+ */
+static double corner_reach(const struct ray *ray, double t)
+{
+    return order_error_of_origin(ray) + ORDER_ERROR * t;
+}
+
+struct vec3 corner_point(const struct scene *scene, const struct bvh *bvh, const struct ray *ray,
+                         const struct hit *hit)
+{
+    uint64_t exact = 0;
+    double reach = corner_reach(ray, hit->t);
+    struct corner_walk walk = {
+        .low = hit->t - reach, .high = hit->t + reach, .hit = hit->primitive};
+    probe_begin(&walk.probe, scene, ray, false, &exact);
+    for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < plane_ids_end(scene); id++)
+        look_at(&walk, id);
+    traverse(bvh, ray, walk.high, false, look_in_leaf, &walk);
+    return surface_drawn_in(scene, ray, hit, walk.others, walk.count);
+}
