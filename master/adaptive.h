@@ -42,6 +42,9 @@
  * reach the pass's aim: the target, or an eighth of the present error if that is more; or to take no
  * longer than there is time, if that is less. Nothing is doubled more than four times in a pass.
  *
+ * The error of the picture is estimated by what all halves tell, and by what surprises say that has been missed where
+ * halves tell nothing (struct hidden).
+ *
  * So a thin wire that few first samples have met is followed from there, by D, two pixels further in each
  * pass. What no sample has met, and no neighbour's, is not known and not looked for.
  *
@@ -111,7 +114,7 @@ uint64_t adaptive_unsampled(const struct adaptive *adaptive);
 bool adaptive_is_first(const struct adaptive *adaptive);
 
 /* Whether the target is met: so the last plan has found, or what it asked for has reached it. */
-bool adaptive_is_met(const struct adaptive *adaptive);
+bool adaptive_is_met(struct adaptive *adaptive);
 
 /* How many of a tile's pixels its answer has: those that get samples in the pass; in pass 0 all of them, also
  * where only some are still to come. */
@@ -158,8 +161,7 @@ uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *
 double adaptive_target(const struct adaptive *adaptive);
 
 /* Errors of all pixels that have samples; their number; samples of all. */
-struct error_sum adaptive_errors(const struct adaptive *adaptive, uint64_t *pixels,
-                                 uint64_t *samples);
+struct error_sum adaptive_errors(struct adaptive *adaptive, uint64_t *pixels, uint64_t *samples);
 
 /* Passes planned so far, pass 0 included. */
 unsigned adaptive_passes(const struct adaptive *adaptive);

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "common/message.h"
 #include "common/whole.h"
@@ -28,6 +29,11 @@ uint32_t band_count(const struct canvas *canvas)
 uint32_t band_begin(const struct canvas *canvas, uint32_t band)
 {
     return band < band_count(canvas) ? band * BAND_ROWS : canvas->height;
+}
+
+uint32_t block_count(const struct canvas *canvas)
+{
+    return divide_up(canvas->width, BLOCK_EDGE);
 }
 
 void levels_init(struct levels *levels, const struct view *view)
@@ -88,6 +94,7 @@ struct band {
     double *largest, *across; /* of each pixel of the present row */
     double *surprise;         /* of each block of the band: what nothing has warned of */
     double *doubles;          /* all of these; owned */
+    struct hidden *hidden;    /* of each block; the caller's */
     float *floats;            /* the colours; owned */
 };
 
@@ -124,10 +131,11 @@ static double weight_inside(uint32_t at, uint32_t size)
     return sum;
 }
 
-static void band_init(struct band *band, const struct sampled *pixels)
+static void band_init(struct band *band, const struct sampled *pixels, struct hidden *hidden)
 {
-    size_t width = pixels->canvas->width, blocks = divide_up(pixels->canvas->width, BLOCK_EDGE);
-    *band = (struct band){.pixels = pixels, .width = (uint32_t)width};
+    size_t width = pixels->canvas->width, blocks = block_count(pixels->canvas);
+    *band = (struct band){.pixels = pixels, .width = (uint32_t)width, .hidden = hidden};
+    memset(hidden, 0, blocks * sizeof *hidden);
     band->doubles =
         allocate_zeroed(2 * smooth_size(width) + 3 * width + blocks, sizeof *band->doubles);
     band->floats = allocate_zeroed(9 * (width + 2), sizeof *band->floats);
@@ -222,6 +230,21 @@ static double variance_of(double around, double spread_around, double spread, do
     return (PRIOR * around + (samples - 2) * ratio * spread) / (PRIOR + samples - 2);
 }
 
+/*
+ * A thing that covers the share p of a pixel and differs by c from what is around leaves a contrast C = p c and a spread S =
+ * p (1 - p) c^2, which tell p. Had all n samples missed it, with a chance of q = (1 - p)^n, nothing would tell of it, and
+ * the error be C. So for each one of its kind that was met there are q / (1 - q) others (D. Horvitz & D. Thompson, "A
+ * generalization of sampling without replacement from a finite universe", J. Am. Stat. Assoc. 47, 1952).
+ */
+static void add_hidden(const struct levels *levels, double contrast, double spread,
+                       struct hidden *hidden)
+{
+    if (!(contrast > 0 && spread > 0)) return;
+    double missed = log1p(-contrast / (contrast + spread));
+    for (unsigned level = 1; level <= LEVEL_MAX; level++)
+        hidden->error[level] += contrast / expm1(-levels->samples[level] * missed);
+}
+
 static void expect_row(struct band *band, uint32_t y, double *error)
 {
     const struct sampled *pixels = band->pixels;
@@ -235,28 +258,40 @@ static void expect_row(struct band *band, uint32_t y, double *error)
         double around = band->variance.around[x], across = band->across[x];
         double missed = MISSED * (band->largest[x] + across) / (samples * samples * samples);
         double own = own_variance(pixels, i);
-        if (own > SURPRISE * (around + across)) band->surprise[x / BLOCK_EDGE] += own;
         double spread = own_spread(pixels, i), spread_around = band->spread.around[x];
+        if (own > SURPRISE * (around + across)) {
+            band->surprise[block_of(x)] += own;
+            add_hidden(pixels->levels, band->largest[x], spread, &band->hidden[block_of(x)]);
+        }
         error[i] = variance_of(around, spread_around, spread, samples) / power + missed;
     }
 }
 
-/* What surprises there may still be, in a row of a band of so many. Blocks at the right edge are narrower. */
-static void expect_surprises(const struct band *band, uint32_t y, uint32_t rows, double *error)
+/* What there is in a block, for each of its pixels; those at the right edge are narrower. */
+static void spread_blocks(const struct band *band, uint32_t rows)
+{
+    for (uint32_t x = 0; x < band->width; x += BLOCK_EDGE) {
+        uint32_t block_pixels = rows * smaller(BLOCK_EDGE, band->width - x);
+        band->surprise[block_of(x)] /= block_pixels;
+        for (unsigned level = 0; level <= LEVEL_MAX; level++)
+            band->hidden[block_of(x)].error[level] /= block_pixels;
+    }
+}
+
+/* What surprises there may still be. */
+static void expect_surprises(const struct band *band, uint32_t y, double *error)
 {
     const struct sampled *pixels = band->pixels;
     for (uint32_t x = 0; x < band->width; x++) {
         size_t i = (size_t)y * band->width + x;
-        double power = pixels->levels->power[pixels->level[i]];
-        uint32_t left = band->width - x / BLOCK_EDGE * BLOCK_EDGE;
-        uint32_t block_pixels = rows * (left < BLOCK_EDGE ? left : BLOCK_EDGE);
-        error[i] += band->surprise[x / BLOCK_EDGE] / (block_pixels * power);
+        error[i] += band->surprise[block_of(x)] / pixels->levels->power[pixels->level[i]];
     }
 }
 
 struct expectation {
     const struct sampled *pixels;
     double *error;
+    struct hidden *hidden;
 };
 
 static void expect_band(void *context, uint32_t number)
@@ -265,7 +300,7 @@ static void expect_band(void *context, uint32_t number)
     const struct canvas *canvas = it->pixels->canvas;
     uint32_t begin = band_begin(canvas, number), end = band_begin(canvas, number + 1);
     struct band band;
-    band_init(&band, it->pixels);
+    band_init(&band, it->pixels, it->hidden + (size_t)number * block_count(canvas));
     for (int64_t y = (int64_t)begin - REACH; y < (int64_t)begin + REACH; y++)
         take_row(&band, y);
     color_row_take(&band.colors[(begin + 2) % 3], canvas, (int64_t)begin - 1);
@@ -274,13 +309,15 @@ static void expect_band(void *context, uint32_t number)
         take_row(&band, (int64_t)y + REACH);
         expect_row(&band, y, it->error);
     }
+    spread_blocks(&band, end - begin);
     for (uint32_t y = begin; y < end; y++)
-        expect_surprises(&band, y, end - begin, it->error);
+        expect_surprises(&band, y, it->error);
     band_free(&band);
 }
 
-void expect_errors(const struct sampled *pixels, struct crew *crew, double *error)
+void expect_errors(const struct sampled *pixels, struct crew *crew, double *error,
+                   struct hidden *hidden)
 {
-    struct expectation it = {pixels, error};
+    struct expectation it = {pixels, error, hidden};
     crew_share(crew, band_count(pixels->canvas), expect_band, &it);
 }
