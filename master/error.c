@@ -177,27 +177,51 @@ struct prospect {
     double samples, rmse;
 };
 
+/* The logarithms of both errors at powers of two, and how much farther they are apart than usual; of which this is the
+ * variance. */
+struct apart {
+    double part, now, log_ratio;
+    double too_steep, variance;
+};
+
+static struct apart apart_if_off(const struct halfway *it, struct off off)
+{
+    const struct error_point *points = it->points;
+    uint32_t half = samples_halfway(it->samples);
+    struct apart apart = {.part = log(points[0].rmse) + off.part,
+                          .now = log(points[1].rmse) + off.now,
+                          .log_ratio = log((double)it->samples / half)};
+    if (!is_power_of_two(half)) apart.part -= FORECAST_UNEVEN;
+    if (!is_power_of_two(it->samples)) apart.now -= FORECAST_UNEVEN;
+    apart.too_steep = apart.part - apart.now - (FORECAST_SLOPE + off.slope) * apart.log_ratio;
+    apart.variance = pow(points[0].spread, 2) + pow(points[1].spread, 2) +
+                     pow(FORECAST_SLOPE_SPREAD * apart.log_ratio, 2);
+    return apart;
+}
+
+/* Whether the error has gone up by more than both may be off by, CONTRADICTION standard deviations: a few pixels have most
+ * of it, and half of the samples had missed what is in them. */
+#define CONTRADICTION 3
+static bool has_gone_up(const struct halfway *it)
+{
+    struct apart apart = apart_if_off(it, (struct off){0});
+    double spread = hypot(it->points[0].spread, it->points[1].spread);
+    return apart.now - apart.part > CONTRADICTION * spread;
+}
+
 /* How the error goes down from the last point on, whose logarithm is `now` at powers of two. false: it does
  * not. */
 static bool decline_if_off(const struct halfway *it, struct off off, struct decline *decline,
                            double *at)
 {
-    const struct error_point *points = it->points;
-    uint32_t half = samples_halfway(it->samples);
-    double part = log(points[0].rmse) + off.part, now = log(points[1].rmse) + off.now;
-    if (!is_power_of_two(half)) part -= FORECAST_UNEVEN;
-    if (!is_power_of_two(it->samples)) now -= FORECAST_UNEVEN;
-    double ratio = (double)it->samples / half, log_ratio = log(ratio);
+    struct apart apart = apart_if_off(it, off);
     /* Both errors are moved, each by its part of the variance, towards the usual slope. */
-    double part_variance = pow(points[0].spread, 2), now_variance = pow(points[1].spread, 2);
-    double scatter = pow(FORECAST_SLOPE_SPREAD * log_ratio, 2);
-    double too_steep = part - now - (FORECAST_SLOPE + off.slope) * log_ratio;
-    double step = too_steep / (part_variance + now_variance + scatter);
-    part -= step * part_variance;
-    now += step * now_variance;
+    double step = apart.too_steep / apart.variance;
+    double part = apart.part - step * pow(it->points[0].spread, 2);
+    double now = apart.now + step * pow(it->points[1].spread, 2);
     *at = now;
     if (!(part > now)) return false;
-    *decline = decline_of(ratio, exp(2 * (part - now)));
+    *decline = decline_of(exp(apart.log_ratio), exp(2 * (part - now)));
     return true;
 }
 
@@ -247,6 +271,7 @@ struct error_forecast error_forecast(const struct error_point points[2], uint32_
                                      double goal)
 {
     const struct halfway it = {points, samples, goal};
+    if (has_gone_up(&it)) return law_to(&points[1], goal, 0, 0);
     double a = points[0].spread, b = points[1].spread;
     double s = FORECAST_SLOPE_SPREAD;
     double of_part = slope_off(&it, times_if_off(&it, (struct off){.part = a}),

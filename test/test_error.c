@@ -312,6 +312,9 @@ static void test_no_forecast(void **state)
     points[1].rmse = 0.05;
     assert_false(error_forecast(points, 4, 0.06).known); /* it is there already */
     assert_true(error_forecast(points, 4, 0.04).known);
+    /* Half of the samples had missed what has most of the error. */
+    const struct error_point missed[2] = {{1, 0.0008, 0.5}, {2, 0.053, 0.5}};
+    assert_false(error_forecast(missed, 7, 0.02).known);
     struct error_sum none = {0, 0}, lost = {HUGE_VAL, HUGE_VAL};
     struct error_point point;
     assert_false(error_point(&none, 10, 1, &point));

@@ -373,6 +373,27 @@ static void test_nested_placement(void **state)
     free(scene);
 }
 
+static void test_placed_kinds(void **state)
+{
+    scratch_write("part.ini",
+                  "[light]\nposition = 1 2 3\n"
+                  "[plane]\npoint = 1 0 0\nnormal = 1 0 0\n"
+                  "[disc]\ncenter = 1 0 0\nnormal = 1 0 0\nradius = 1.5\n"
+                  "[cone]\nbase = 1 0 0\napex = 2 0 0\nbase_radius = 3\napex_radius = 4\n");
+    struct scene *scene = loaded(state, "[include]\nfile = part.ini\ntranslate = 10 20 30\n"
+                                        "scale = 2\nrotate = 0 0 90\n");
+    struct vec3 l = scene_lights(scene)->position;
+    assert_true(l.x == 6 && l.y == 22 && l.z == 36);
+    const struct plane *plane = scene_planes(scene);
+    assert_true(plane->point.x == 10 && plane->point.y == 22 && plane->normal.y == 1);
+    const struct disc *disc = scene_discs(scene);
+    assert_true(disc->center.y == 22 && disc->normal.y == 1 && disc->radius == 3);
+    const struct cone *cone = scene_cones(scene);
+    assert_true(cone->base.y == 22 && cone->apex.y == 24);
+    assert_true(cone->base_radius == 6 && cone->apex_radius == 8);
+    free(scene);
+}
+
 /* Sixteen levels of two each are as many includes as there may be; one more is refused. */
 static void test_include_count_limit(void **state)
 {
@@ -455,6 +476,7 @@ static void test_include_mistakes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_placed_kinds),
         cmocka_unit_test(test_form),
         cmocka_unit_test(test_form_mistakes),
         cmocka_unit_test(test_long_lines),

@@ -63,6 +63,25 @@ static void test_ini_wins_over_the_view(void **state)
     free(scene);
 }
 
+static void test_placed(void **state)
+{
+    scratch_write("scene.nff", "v\nfrom 1 0 5\nat 1 0 0\nup 1 0 0\nangle 45\nhither 1\n" LIGHT
+                               "s 1 0 0 1.5\nc\n1 0 0 3\n2 0 0 4\n"
+                               "pp 3\n0 0 0 1 0 0\n1 0 0 1 0 0\n0 1 0 1 0 0\n");
+    scratch_write("scene.ini", "[include]\nfile = scene.nff\ntranslate = 10 20 30\nscale = 2\n"
+                               "rotate = 0 0 90\n");
+    struct scene *scene = scratch_scene(*state, "scene.ini", NULL);
+    const struct camera *camera = &scene->view.camera;
+    assert_true(camera->eye.y == 22 && camera->eye.z == 40 && camera->forward.z == -1);
+    assert_true(camera->down.y < -0.4 && fabs(camera->down.x) < 1e-15);
+    assert_true(scene_spheres(scene)->radius == 3);
+    const struct cone *cone = scene_cones(scene);
+    assert_true(cone->base.y == 22 && cone->base_radius == 6 && cone->apex_radius == 8);
+    for (uint64_t i = 0; i < scene->normals.count; i++)
+        assert_true(scene_normals(scene)[i].y == 1);
+    free(scene);
+}
+
 static void test_lights(void **state)
 {
     struct scene *scene = loaded(state, VIEW "l 1 2 3\nl 4 5 6\nl 7 8 9 1 0.5 0\nl 0 0 0\n", NULL);
@@ -261,6 +280,7 @@ static void test_mistakes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_placed),
         cmocka_unit_test(test_view),
         cmocka_unit_test(test_ini_wins_over_the_view),
         cmocka_unit_test(test_lights),

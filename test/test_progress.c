@@ -394,7 +394,7 @@ static void test_lines(void **state)
     for (int tenth = 0; tenth <= 110; tenth++)
         progress_update(&progress, &half, tenth / 10.0);
     struct progress_state pass = half;
-    pass.pass = 2;
+    pass.pass = 2, pass.tiles_before = 6;
     progress_update(&progress, &pass, 12);
     pass.pixels_done = 750;
     progress_update(&progress, &pass, 20);
@@ -407,8 +407,8 @@ static void test_lines(void **state)
     assert_string_equal(
         lines, "farm: 50%, 7 of 12 tiles, 5.0M rays/s, 0:05 elapsed, 0:05 left\n"
                "farm: 50%, 7 of 12 tiles, 2.5M rays/s, 0:10 elapsed, 0:09 left\n"
-               "farm: 50% of pass 2, 7 of 12 tiles, 1.2M rays/s, 0:20 elapsed, 0:06 left\n"
-               "farm: 60%, pass 2, 7 of 12 tiles, 833.3k rays/s, 0:30 elapsed, 0:20 left\n");
+               "farm: 50% of pass 2, 1 of 6 tiles, 1.2M rays/s, 0:20 elapsed, 0:06 left\n"
+               "farm: 60%, pass 2, 1 of 6 tiles, 833.3k rays/s, 0:30 elapsed, 0:20 left\n");
     fclose(out);
 }
 

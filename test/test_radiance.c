@@ -277,6 +277,28 @@ static void test_met_again(void **state)
     assert_true(meets_again(true, FORMULAS_EXACT, side, vec3(-1, 0, 0)));
 }
 
+static void test_box_met_again(void **state)
+{
+    (void)state;
+    struct builder *builder = builder_create();
+    struct material glass = {.color = one, .ambient = 0.5, .transmission = 0.5, .ior = 1};
+    uint32_t index;
+    assert_added(builder_add_material(builder, &glass, &index));
+    struct box box = {{-1, -1, -1}, {1, 1, 1}, index, 0};
+    assert_added(builder_add_box(builder, &box));
+    struct view view = small_view(EDGE);
+    view.background_bottom = view.background_top = vec3(0, 0, 0);
+    struct scene *scene = finish(builder, &view);
+    struct radiance radiance;
+    radiance_init(&radiance, scene);
+    struct ray ray = {{0, 0, 1}, {0, 0, 1}, HUGE_VAL, primitive_id(PRIMITIVE_BOX, 0), 5};
+    assert_true(radiance_of(&radiance, &ray, one, 1, true) == 0);
+    ray.direction.z = -1; /* through it, to the other face */
+    assert_true(radiance_of(&radiance, &ray, one, 1, true) >= 0.5);
+    radiance_free(&radiance);
+    free(scene);
+}
+
 /* Past a ball: the paper's formulas may be wrong by more than it is large, and find that it is met. */
 static void test_past(void **state)
 {
@@ -476,6 +498,7 @@ static void test_light_through_growing(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_box_met_again),
         cmocka_unit_test(test_shown),
         cmocka_unit_test(test_opposite_lights),
         cmocka_unit_test(test_nearly_opposite_lights),

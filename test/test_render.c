@@ -409,6 +409,8 @@ static void test_bad_samples_are_told(void **state)
         }
         struct view view = small_view(SIZE);
         view.min_samples = view.max_samples = 2;
+        view.width = view.height = SIZE + 5;
+        view.region_x = 3, view.region_y = 2;
         view.region_w = view.region_h = SIZE;
         render_scene(builder, &view, i ? 3 : SIZE, i ? 8 : SIZE, i ? &part : &whole);
         counts[i] = i ? part.counts : whole.counts;
@@ -417,7 +419,7 @@ static void test_bad_samples_are_told(void **state)
     assert_int_equal(counts[0].nonfinite, counts[1].nonfinite);
     assert_memory_equal(&counts[0].first, &counts[1].first, sizeof counts[0].first);
     const struct bad_sample *first = &counts[0].first;
-    size_t at = ((size_t)first->y * SIZE + first->x) * 3;
+    size_t at = ((size_t)(first->y - 2) * SIZE + first->x - 3) * 3;
     assert_true(!isfinite(whole.rgb[at]));
     for (size_t i = 0; i < at; i++)
         assert_true(isfinite(whole.rgb[i]));
@@ -474,6 +476,29 @@ static void test_light_on_a_surface(void **state)
     }
     /* Every pixel sees the wall; the lamp is behind its own light and shades nothing of it. */
     assert_memory_equal(lit.rgb, bare.rgb, sizeof lit.rgb);
+}
+
+static void test_lights_in_a_plane(void **state)
+{
+    (void)state;
+    static struct picture lit, bare;
+    for (int k = 0; k < 8; k++) {
+        for (int i = 0; i < 2; i++) {
+            struct builder *builder = builder_create();
+            uint32_t wall = material(builder, 0, 0);
+            struct plane plane = {.point = {0, 0, -1}, .normal = {0, 0, 1}, .material = wall};
+            must(builder_add_plane(builder, &plane));
+            double x = 0.1 + 0.07 * k, y = 0.2 - 0.03 * k, z = 1.3 + 0.11 * k;
+            struct plane lamp = {
+                .point = {x, y, z}, .normal = {0.1, 0.03 * k, -1}, .material = wall};
+            if (i == 0) must(builder_add_plane(builder, &lamp));
+            add_light(builder, x, y, z);
+            struct view view = small_view(SIZE);
+            view.camera.eye.z = 0.5;
+            render_scene(builder, &view, SIZE, SIZE, i ? &bare : &lit);
+        }
+        assert_memory_equal(lit.rgb, bare.rgb, sizeof lit.rgb);
+    }
 }
 
 /* The cluster, ready to be rendered with so many samples. */
@@ -546,6 +571,25 @@ static void test_spread_of_four_samples(void **state)
     prepared_free(&four);
 }
 
+/* Of three samples, two of which are one half, errors count by what halves of that size err by at edges. */
+static void test_error_of_three_samples(void **state)
+{
+    (void)state;
+    enum { PIXELS = SIZE * SIZE };
+    static float mean[PIXELS * 3], difference[PIXELS * 3];
+    struct prepared three = prepare(3, 3);
+    struct tile tile = {.w = SIZE, .h = SIZE, .step = 1};
+    struct render_counts counts;
+    struct task task = {.tile = &tile, .to.mean = mean, .to.difference = difference};
+    assert_true(renderer_task(three.renderer, &task, &counts));
+    double sum = 0, share = (sqrt(2) + 1) / 9 / (1 / sqrt(8) + 1);
+    for (uint32_t c = 0; c < 3 * PIXELS; c++)
+        sum += pow((double)difference[c], 2) / 3;
+    assert_true(sum > 0.01);
+    assert_true(fabs(counts.sampling.squares / (share * sum) - 1) < 1e-5);
+    prepared_free(&three);
+}
+
 /* Which pixels get how many samples in which pass changes no sample: the means of the passes add up
  * to what one pass gives, and so do the differences of the halves. */
 static void test_passes_add_up(void **state)
@@ -591,6 +635,7 @@ static void test_passes_add_up(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_lights_in_a_plane),
         cmocka_unit_test(test_empty_scene_is_background),
         cmocka_unit_test(test_tiles_do_not_matter),
         cmocka_unit_test(test_cutoff_keeps_its_bound),
@@ -605,6 +650,7 @@ int main(void)
         cmocka_unit_test(test_equal_media_are_one),
         cmocka_unit_test(test_bad_samples_are_told),
         cmocka_unit_test(test_spread_of_four_samples),
+        cmocka_unit_test(test_error_of_three_samples),
         cmocka_unit_test(test_passes_add_up),
         cmocka_unit_test(test_too_bright_for_floats),
         cmocka_unit_test(test_color_sum),

@@ -79,6 +79,35 @@ static void test_trace(void **state)
     timeline_free(&timeline);
 }
 
+static void test_trace_of_shares(void **state)
+{
+    (void)state;
+    struct timeline timeline = {0};
+    const struct renderer_stats stats[] = {{.rank = 0, .host = "a"}};
+    struct tile tile = {.x = 4, .y = 8, .w = 5, .h = 3, .phase = 7, .step = 3};
+    add(&timeline, TIMELINE_TILE, 0, tile, 0, 0.25);
+    char *text = trace_of(&timeline, stats, 1, 1);
+    assert_has(text, "\"name\": \"tile 6,9\"");
+    assert_has(text, "\"h\": 3, \"phase\": 7, \"step\": 3, \"pixels\": 3,");
+    free(text);
+    timeline_free(&timeline);
+}
+
+static void test_heatmap_of_passes(void **state)
+{
+    (void)state;
+    struct timeline timeline = {0};
+    struct canvas canvas;
+    canvas_init(&canvas, 8, 4);
+    add(&timeline, TIMELINE_TILE, 0, square(0, 0, 4), 0, 16e-6);
+    add(&timeline, TIMELINE_TILE, 0, square(4, 0, 4), 0, 16e-6);
+    add(&timeline, TIMELINE_TILE, 0, square(4, 0, 4), 1, 48e-6);
+    struct heat_range range = timeline_heatmap(&timeline, &canvas);
+    assert_true(fabs(range.highest / 4e-6 - 1) < 1e-5);
+    canvas_free(&canvas);
+    timeline_free(&timeline);
+}
+
 /* Somebody who got nothing has waited all the time; a trace without any tiles is one, too. */
 static void test_trace_of_nothing(void **state)
 {
@@ -196,6 +225,8 @@ static void test_outlines(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_trace_of_shares),
+        cmocka_unit_test(test_heatmap_of_passes),
         cmocka_unit_test(test_trace),
         cmocka_unit_test(test_trace_of_nothing),
         cmocka_unit_test(test_heatmap),

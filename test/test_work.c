@@ -303,7 +303,7 @@ struct lot_of_two {
     struct tile tiles[2];
 };
 
-static const struct start start = {.elapsed_s = 0};
+static const struct start start = {.elapsed_s = 1000};
 static const struct lot_of_two lot = {
     .header = {.answer_s = 1e9, .calls = 1},
     .tiles = {{.id = 5, .w = EDGE, .h = EDGE / 2, .step = 1},
@@ -348,6 +348,7 @@ static void check_result(bool dropped, bool begun)
     assert_int_equal(first.tile_id, lot.tiles[0].id);
     assert_int_equal(first.pixels, dropped ? RESULT_DROPPED : tile_pixels(&lot.tiles[0]));
     assert_int_equal(first.busy_s > 0, begun);
+    assert_true(second.start_s >= 1000 && second.start_s < 1100);
     assert_int_equal(second.tile_id, lot.tiles[1].id);
     assert_int_equal(second.pixels, tile_pixels(&lot.tiles[1]));
     assert_int_equal(master.result_bytes,

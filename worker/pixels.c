@@ -25,13 +25,21 @@ static struct vec3 halves_difference(const struct renderer *renderer, double eve
 }
 
 /*
- * The pixel is p A + q B, p and q the halves' shares of its samples. With errors of the halves that
- * are as large as those of random samples would be, or with halves of equal size and whatever
- * errors, p q (A - B)^2 is on average the square of its own error.
+ * The pixel is p A + q B, p and q the halves' shares a / n and b / n of its samples. Halves of equal size have errors of
+ * equal size, and (A - B)^2 / 4 is on average the square of the pixel's own. Of others a^-3/2 and b^-3/2 are what the
+ * squares of their errors go with at edges (master/error.h): (A - B)^2 is the sum of both, and the pixel's error p^2 a^-3/2 +
+ * q^2 b^-3/2 = (a^1/2 + b^1/2) / n^2.
  */
+static double share_of_square(double a, double b)
+{
+    if (a == b) return 0.25;
+    return (sqrt(a) + sqrt(b)) / ((a + b) * (a + b) * (1 / (a * sqrt(a)) + 1 / (b * sqrt(b))));
+}
+
 static void add_error(struct error_sum *sum, struct vec3 difference, double evens, double odds)
 {
-    double share = evens * odds / ((evens + odds) * (evens + odds));
+    if (evens == 0 || odds == 0) return;
+    double share = share_of_square(evens, odds);
     double square = vec_dot(difference, difference) / 3 * share;
     if (!(square < HUGE_VAL)) return; /* counted as not finite */
     sum->squares += square;

@@ -1,0 +1,71 @@
+#include "test/scratch.h"
+
+#include <math.h>
+
+#include "master/text_file.h"
+#include "master/watch.h"
+
+enum { EDGE = 10, PIXELS = EDGE * EDGE };
+
+static struct canvas canvas, reference;
+
+static struct watch begun(uint64_t pixels, const char *csv)
+{
+    canvas_init(&canvas, EDGE, EDGE);
+    canvas_init(&reference, EDGE, EDGE);
+    struct watch watch = {
+        .canvas = &canvas, .reference = &reference, .samples = 4, .first_samples = 4, .begin = 100};
+    assert_true(watch_start(&watch, csv));
+    struct result_header header = {.cpu_s = 10,
+                                   .counts = {.sampling = {1, 0.01}, .halfway = {3, 0.09}}};
+    watch_add(&watch, pixels, &header);
+    return watch;
+}
+
+static void ended(struct watch *watch)
+{
+    watch_free(watch);
+    canvas_free(&canvas);
+    canvas_free(&reference);
+}
+
+/* Behind the only pass the last row is its look, and CPU seconds become those that rendering took. */
+static void test_end(void **state)
+{
+    (void)state;
+    struct watch watch = begun(PIXELS, NULL);
+    struct error_forecast forecast;
+    watch_look(&watch, 101); /* a look between */
+    assert_true(watch_end(&watch, 103, 5, &forecast));
+    const struct error_row *last = &watch.log.rows[watch.log.count - 1];
+    const struct error_sum sum = {1, 0.01};
+    struct error_estimate told = error_estimate(&sum, PIXELS, ERROR_LOOK_PASS, 1);
+    assert_true(last->estimate.low == told.low && last->estimate.high == told.high);
+    assert_true(last->samples == 4 && last->share == 1 && last->true_rmse == 0);
+    assert_true(forecast.known && forecast.seconds == 5);
+    ended(&watch);
+}
+
+/* Of half of the picture: no true error, half the samples per pixel; the row is there at once. */
+static void test_half(void **state)
+{
+    (void)state;
+    struct watch watch = begun(PIXELS / 2, "rows.csv");
+    watch_look(&watch, 101);
+    assert_true(isnan(watch.log.rows[0].true_rmse));
+    assert_true(watch.log.rows[0].samples == 2 && watch.log.rows[0].share == 0.5);
+    struct text_file text;
+    assert_true(text_file_read("rows.csv", 1 << 12, &text));
+    assert_non_null(strstr(text.text, "\n1,2,"));
+    text_file_free(&text);
+    ended(&watch);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_end),
+        cmocka_unit_test(test_half),
+    };
+    return cmocka_run_group_tests(tests, scratch_open, scratch_close);
+}
