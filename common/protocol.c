@@ -51,8 +51,8 @@ void renderer_stats_add(struct renderer_stats *stats, const struct tile *tile,
 {
     stats->busy_s += header->busy_s;
     stats->cpu_s += header->cpu_s;
-    if (tile->pass == TILE_PROBE) return;
     if (header->busy_s > 0) stats->finish_s = header->start_s + header->busy_s;
+    if (tile->pass == TILE_PROBE) return;
     if (header->pixels == RESULT_DROPPED) return;
     stats->tiles++;
     stats->pixels += header->pixels;

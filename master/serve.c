@@ -172,8 +172,11 @@ static void fill_waits(struct server *server)
     for (uint32_t i = 0; i < server->renderers; i++) {
         struct renderer_stats *stats = &server->service->stats[i];
         double behind = fmax(0, stats->finish_s - render_s);
+        double share = stats->busy_s > behind ? (stats->busy_s - behind) / stats->busy_s : 0;
         stats->finish_s -= behind;
-        stats->busy_s = fmax(0, stats->busy_s - behind);
+        stats->busy_s *= share;
+        stats->counts.intersect_s *= share;
+        stats->counts.shade_s *= share;
         stats->wait_s = fmax(0, render_s - stats->busy_s - stats->send_s);
     }
 }
