@@ -9,7 +9,8 @@
 #   formulas  the paper's formulas against the exact ones
 #   forecast  what a run says that half of its error will cost, and what it does: as foretold, and for the
 #             error that was reached
-#   coverage  how often intervals hold, over pictures with different random numbers
+#   coverage  how often intervals hold, over pictures with different random numbers, also of specks that samples
+#             meet by luck
 #   peers     POV-Ray's and Tachyon's antialiasing, each against its own converged picture
 #
 # Times are CPU seconds of rendering, where runs are short the median of ERROR_REPEAT (3) of them. FARM
@@ -27,6 +28,7 @@ export LC_ALL=C
 SECTIONS=${*:-allocation sampling large limits truncation formulas forecast coverage peers}
 FOLDER=${SCENES:-}
 SCENES=${ERROR_SCENES:-lantern garden ground balls}
+COVERED=${ERROR_SCENES:-$SCENES specks}
 SIZE=${ERROR_SIZE:-320x240} PEERS_SIZE=${ERROR_PEERS_SIZE:-160x120}
 FINEST=${ERROR_FINEST:-16} REPEAT=${ERROR_REPEAT:-3}
 MANY=$((64 * FINEST))        # of a reference
@@ -54,7 +56,7 @@ renew() {
     echo "$state" >"$told"
 }
 renew "$KEPT/state" "" "$KEPT"/ref_*.pfm "$KEPT"/ref_*.json "$KEPT"/deep_*.pfm "$KEPT"/deep_*.json \
-    "$WORK/balls.ini"
+    "$WORK/balls.ini" "$WORK/specks.ini"
 
 # begin_csv SECTION SETTINGS NAMES-OF-COLUMNS: the CSV file of a section, with the rows that it has if
 # they were measured with the same settings, and tell the same.
@@ -76,12 +78,38 @@ put_row() {
 # Whether a row that begins like this is there.
 known() { awk -v begin="$1," 'index($0, begin) == 1 { found = 1 } END { exit !found }' "$csv"; }
 
+# Half of them balls of a sixth of a pixel's width and half needles of a twelfth at 200 x 150, anywhere: what adaptive
+# sampling meets by luck.
+specks() {
+    cat <<'END'
+[camera]
+eye = 0 0 6
+look_at = 0 0 0
+fov = 30
+[background]
+color = 0.1 0.1 0.1
+[material bright]
+color = 1 0.3 0.5
+ambient = 1
+diffuse = 0
+END
+    awk 'function part(x) { return x - int(x) }
+        BEGIN { for (i = 1; i <= 1200; i++) {
+            x = 4.2 * (part(i * 0.7548776662466927) - 0.5); y = 3.15 * (part(i * 0.5698402909980532) - 0.5)
+            turn = 6.28 * part(i * 0.618033988749895); u = 0.05 * cos(turn); v = 0.05 * sin(turn)
+            if (i % 2) printf "[sphere %d]\ncenter = %.9f %.9f 0\nradius = 0.0034\nmaterial = bright\n", i, x, y
+            else printf "[cylinder %d]\nbase = %.9f %.9f 0\napex = %.9f %.9f 0\nradius = 0.00086\nmaterial = bright\n",
+                i, x - u, y - v, x + u, y + v
+        } }'
+}
+
 config_of() {
     for ending in ini nff obj; do
         [ -n "$FOLDER" ] && [ -e "$FOLDER/$1.$ending" ] && echo "$FOLDER/$1.$ending" && return
     done
     case $1 in
     lantern | garden) echo "config/$1.ini" ;;
+    specks) [ -e "$WORK/specks.ini" ] || specks >"$WORK/specks.ini"; echo "$WORK/specks.ini" ;;
     balls) [ -e "$WORK/balls.ini" ] || "$TOOL" scene "$WORK" balls; echo "$WORK/balls.ini" ;;
     *) echo "config/extreme/$1.ini" ;;
     esac
@@ -660,7 +688,7 @@ END
 
 coverage() {
     begin_csv coverage "$SIZE $FINEST" "scene,method,run,rows,held"
-    for scene in $SCENES; do
+    for scene in $COVERED; do
         reference_of "$scene"
         for setting in sampling.samples=8 sampling.target_error=0.006; do
             # Not 10, which would be a part of the reference, with the same random numbers.
