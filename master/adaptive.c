@@ -166,7 +166,7 @@ static double error_of(const struct adaptive *adaptive, size_t pixel)
 /* Of a band of rows, or of all. */
 struct told {
     struct error_sum errors;
-    double hidden;
+    double hidden;            /* by things that were missed */
     uint64_t pixels, samples; /* pixels that have some */
 };
 
