@@ -331,7 +331,7 @@ static struct allocation *allocate_all(const struct adaptive *adaptive, const st
     uint32_t parts = (uint32_t)smaller_number(ceil((double)pixels / PART_PIXELS), PARTS_MOST);
     double squares = told->errors.squares;
     double sum = squares > 0 ? squares : expected_sum(adaptive);
-    struct allocation *made[PARTS_MOST];
+    struct allocation *made[PARTS_MOST] = {NULL};
     struct allocating it = {.adaptive = adaptive,
                             .told = squares > 0,
                             .error = sum / (double)pixels,
