@@ -68,7 +68,7 @@ struct adaptive {
     float *rays;           /* of each pixel, per sample: what it costs */
     uint8_t *level;        /* of each pixel */
     uint8_t *next;         /* which the pass brings it to */
-    double *error;         /* expected squared error of each pixel, when the pass was planned */
+    double *error;         /* expected squared error of each pixel */
     struct hidden *hidden; /* of each block, as expect_errors() has it */
 };
 

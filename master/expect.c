@@ -15,11 +15,10 @@ static const double weights[ROWS] = {1, 4, 6, 4, 1};
 
 /*
  * What nothing around a pixel has warned of: what its halves tell is SURPRISE times D and P together.
- * Edges, of which about 5 of the 24 pixels around one are part, hardly ever surprise. Such things are
- * counted by squares of this edge, in pixels: large enough that some thousand pixels tell of one.
+ * Edges, of which about 5 of the 24 pixels around one are part, hardly ever surprise. Blocks are so large
+ * that some thousand pixels tell of such things.
  */
-#define SURPRISE   8
-#define BLOCK_EDGE BAND_ROWS
+#define SURPRISE 8
 
 uint32_t band_count(const struct canvas *canvas)
 {
@@ -232,17 +231,17 @@ static double variance_of(double around, double spread_around, double spread, do
 
 /*
  * A thing that covers the share p of a pixel and differs by c from what is around leaves a contrast C = p c and a spread S =
- * p (1 - p) c^2, which tell p. Had all n samples missed it, with a chance of q = (1 - p)^n, nothing would tell of it, and
- * the error be C. So for each one of its kind that was met there are q / (1 - q) others (D. Horvitz & D. Thompson, "A
+ * p (1 - p) c^2, and p = C^2 / (C^2 + S). Had all n samples missed it, with a chance of q = (1 - p)^n, nothing would tell of
+ * it, and the squared error be C^2. So for each one of its kind that was met there are q / (1 - q) others (D. Horvitz & D. Thompson, "A
  * generalization of sampling without replacement from a finite universe", J. Am. Stat. Assoc. 47, 1952).
  */
-static void add_hidden(const struct levels *levels, double contrast, double spread,
+static void add_hidden(const struct levels *levels, double square, double spread,
                        struct hidden *hidden)
 {
-    if (!(contrast > 0 && spread > 0)) return;
-    double missed = log1p(-contrast / (contrast + spread));
+    if (!(square > 0 && spread > 0)) return;
+    double missed = log1p(-square / (square + spread));
     for (unsigned level = 1; level <= LEVEL_MAX; level++)
-        hidden->error[level] += contrast / expm1(-levels->samples[level] * missed);
+        hidden->error[level] += square / expm1(-levels->samples[level] * missed);
 }
 
 static void expect_row(struct band *band, uint32_t y, double *error)

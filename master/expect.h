@@ -35,10 +35,11 @@ struct sampled {
 double own_error(const float *difference);
 
 /* Surprises are counted by blocks, squares as high as a band: how many there are in one, and which one a column is in. */
+#define BLOCK_EDGE BAND_ROWS
 uint32_t block_count(const struct canvas *canvas);
 static inline uint32_t block_of(uint32_t x)
 {
-    return x / BAND_ROWS;
+    return x / BLOCK_EDGE;
 }
 
 /* Of a block, by level: the squared error that a pixel of it has, in the mean, by things that its samples have all

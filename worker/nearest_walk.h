@@ -62,7 +62,7 @@ static INLINED void nearest_crossing(struct nearest_walk *walk, const struct cro
     if (!naive) error = crossing_error(walk, id, t);
     if (t > walk->hit.t + (walk->hit_error + error)) return;
     bool close = !naive && !(t < walk->hit.t - (walk->hit_error + error));
-    if (close && is_in_corner(walk, &crossing)) walk->hit.in_corner = 1;
+    if (close && !walk->hit.in_corner) walk->hit.in_corner = is_in_corner(walk, &crossing);
     if (close && !precedes(walk, &crossing)) return;
     if (naive && t == walk->hit.t && id >= walk->hit.primitive) return;
     uint16_t in_corner = close ? walk->hit.in_corner : 0;

@@ -51,8 +51,8 @@ struct hit {
                          * hit u is what t may be off by: see nearest_rough(), is_rough_hit() */
     uint32_t primitive; /* PRIMITIVE_NONE: the ray meets nothing */
     uint16_t part;
-    uint16_t
-        in_corner; /* 1: others may be crossed in the same point, see worker/corner.h; else 0 */
+    /* 1: others may be crossed in the same point, see worker/corner.h; else 0. */
+    uint16_t in_corner;
 };
 
 #endif

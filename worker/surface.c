@@ -157,30 +157,48 @@ static void exact_surface(const struct scene *scene, const struct ray *ray, cons
 
 /* Along a surface away from another one that meets it. */
 struct inward {
-    struct vec3 way;
-    double missing; /* how far it is to be away yet */
+    struct vec3 way; /* unit */
+    double missing;  /* how far it is to be yet */
 };
 
-/* Whether a place in a surface of that normal is near another one that meets it. */
+/* Whether a place in a surface of that normal is near another one that meets it: on the side of it that the ray came from, or
+ * that it goes to, if it starts there. */
 static bool meets(const struct scene *scene, const struct ray *ray, const struct place *place,
                   struct vec3 normal, double off, const struct hit *other, struct inward *inward)
 {
     struct vec3 across;
     struct place there = place_of(scene, ray, other, &across);
-    if (vec_dot(ray->direction, across) > 0) across = vec_neg(across);
+    bool along = vec_dot(ray->direction, across) > 0, starts = other->primitive == ray->from;
+    if (along != starts) across = vec_neg(across);
     double apart = vec_dot(across, vec_sub(place_rounded(place), place_rounded(&there)));
-    *inward =
-        (struct inward){vec_add_scaled(across, normal, -vec_dot(across, normal)), off - apart};
-    return fabs(apart) < off && vec_dot(inward->way, inward->way) >= MEET_LEAST;
+    struct vec3 way = vec_add_scaled(across, normal, -vec_dot(across, normal));
+    double sine = vec_length(way);
+    if (!(apart < off && sine >= MEET_LEAST)) return false;
+    *inward = (struct inward){vec_scale(way, 1 / sine), (off - apart) / sine};
+    return true;
 }
 
-/* By so much of the sum of all ways that it is far enough from each; 0 where that leads to no such place. */
-static double step_inward(const struct inward *inward, uint32_t count, struct vec3 sum)
+/* The sum of the two ways that are farthest apart, between which all others lie, however many of them are the same. */
+static struct vec3 way_between(const struct inward *inward, uint32_t count)
+{
+    struct vec3 sum = {0, 0, 0};
+    double least = HUGE_VAL;
+    for (uint32_t i = 0; i < count; i++)
+        for (uint32_t k = 0; k <= i; k++) {
+            double cosine = vec_dot(inward[i].way, inward[k].way);
+            if (cosine < least) sum = vec_add(inward[i].way, inward[k].way);
+            least = smaller_number(least, cosine);
+        }
+    return sum;
+}
+
+/* By so much of that sum it is far enough from each; 0 where it leads to no such place. */
+static double step_between(const struct inward *inward, uint32_t count, struct vec3 sum)
 {
     double step = 0;
     for (uint32_t i = 0; i < count; i++) {
         double gain = vec_dot(sum, inward[i].way);
-        if (!(gain >= MEET_LEAST)) return 0;
+        if (!(gain >= GAIN_LEAST)) return 0;
         step = larger_number(step, inward[i].missing / gain);
     }
     return step;
@@ -189,16 +207,20 @@ static double step_inward(const struct inward *inward, uint32_t count, struct ve
 struct vec3 surface_drawn_in(const struct scene *scene, const struct ray *ray,
                              const struct hit *hit, const struct hit *others, uint32_t count)
 {
-    struct inward inward[CORNER_OTHERS];
-    struct vec3 normal, sum = {0, 0, 0};
+    struct inward inward[CORNER_OTHERS + 1];
+    struct vec3 normal;
     uint32_t met = 0;
     struct place place = place_of(scene, ray, hit, &normal);
     double way = hit->t * vec_largest(ray->direction) * SHARE_OF_WAY;
     double off = CORNER_OFF * larger_number(vec_largest(place_rounded(&place)), way);
     for (uint32_t i = 0; i < count; i++)
-        if (meets(scene, ray, &place, normal, off, &others[i], &inward[met]))
-            sum = vec_add(sum, inward[met++].way);
-    struct vec3 step = vec_scale(sum, step_inward(inward, met, sum));
+        met += meets(scene, ray, &place, normal, off, &others[i], &inward[met]);
+    /* Nor out through the surface that the ray starts on. */
+    const struct hit start = {0, 0, 0, ray->from, (uint16_t)ray_from_part(ray), 0};
+    if (met > 0 && ray->from != PRIMITIVE_NONE && ray->from != hit->primitive)
+        met += meets(scene, ray, &place, normal, off, &start, &inward[met]);
+    struct vec3 sum = way_between(inward, met);
+    struct vec3 step = vec_scale(sum, step_between(inward, met, sum));
     place.offset = dd3_add(place.offset, dd3_of(step));
     return stand_off(&place, normal, ray->direction);
 }
