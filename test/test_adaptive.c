@@ -819,22 +819,26 @@ static void test_dear_pixels_get_less(void **state)
 static void test_cost_of_all_samples(void **state)
 {
     (void)state;
+    const float rays[][2] = {{256, 1}, {1, 256}}; /* of the right half, in pass 0 and in pass 1 */
     struct view view = view_of(4, 4096);
     struct canvas canvas;
     struct refinement left, right;
     struct tile left_one = {.w = 1, .h = 1, .step = 1},
                 right_one = {.x = 12, .w = 1, .h = 1, .step = 1};
-    canvas_init(&canvas, WIDE, HIGH);
-    struct adaptive *adaptive = adaptive_create(&view, &canvas, 1e-3);
-    put(adaptive, all, (struct sent){0.5f, 0, APART, {1, 256}}, 1);
-    assert_true(adaptive_plan(adaptive, HUGE_VAL));
-    put(adaptive, all, (struct sent){0.5f, 0, -0.0113f, {1, 1}}, 1); /* the error is 0.0025 then */
-    assert_true(adaptive_plan(adaptive, HUGE_VAL));
-    adaptive_take(adaptive, &left_one, &left);
-    adaptive_take(adaptive, &right_one, &right);
-    assert_true(right.from == left.from && right.to < left.to);
-    adaptive_destroy(adaptive);
-    canvas_free(&canvas);
+    for (int i = 0; i < 2; i++) {
+        canvas_init(&canvas, WIDE, HIGH);
+        struct adaptive *adaptive = adaptive_create(&view, &canvas, 1e-3);
+        put(adaptive, all, (struct sent){0.5f, 0, APART, {1, rays[i][0]}}, 1);
+        assert_true(adaptive_plan(adaptive, HUGE_VAL));
+        /* The error is 0.0025 then. */
+        put(adaptive, all, (struct sent){0.5f, 0, -0.0113f, {1, rays[i][1]}}, 1);
+        assert_true(adaptive_plan(adaptive, HUGE_VAL));
+        adaptive_take(adaptive, &left_one, &left);
+        adaptive_take(adaptive, &right_one, &right);
+        assert_true(right.from == left.from && right.to < left.to);
+        adaptive_destroy(adaptive);
+        canvas_free(&canvas);
+    }
 }
 
 /* Whoever plans otherwise has another hash: other levels, at other places. */

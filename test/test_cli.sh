@@ -206,6 +206,11 @@ check "an empty file" wrong 0 '^void.ini: has no sections' --check void.ini
 
 ok_check() { run 0 "$FARM" --check everything.ini && echo "$out" | grep -q 'all right' && [ ! -e everything.png ]; }
 check "--check renders nothing" ok_check
+doubled() { # what is left out of a scene is told
+    printf '[sphere a]\ncenter = 0 0 0\nradius = 1\n[sphere b]\ncenter = 0 0 0\nradius = 1\n' >doubled.ini
+    run 0 "$FARM" --check doubled.ini && echo "$out" | grep -q ' 1 primitive .* without 1 duplicate, '
+}
+check "--check counts duplicates" doubled
 round_trip() {
     run 0 "$FARM" --print-config everything.ini image.width=40 image.height=30 || return 1
     printf '%s\n' "$out" >again.ini

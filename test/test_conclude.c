@@ -3,6 +3,8 @@
 
 #include <fcntl.h>
 #include <math.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
 
 #include "common/clock.h"
 #include "common/message.h"
@@ -17,36 +19,59 @@ static void set_text(char **setting, const char *text)
     *setting = copy_text(text);
 }
 
-/* The report of a run of RENDERERS with these figures, as text that the caller frees. */
-static char *report_of(struct service *service)
+static const struct view view = {.min_samples = 4, .max_samples = 4};
+static const struct view adaptive_view = {.min_samples = 4, .max_samples = 64};
+
+/* A run of RENDERERS, beside the rank that hands out; freed by run_close(). */
+static struct run run_open(void)
 {
     const struct queue_config config = {
-        .width = EDGE, .height = EDGE, .renderers = RENDERERS, .tile_edge = EDGE};
-    const struct view view = {.min_samples = 4, .max_samples = 4};
-    struct renderer_stats stats[RENDERERS] = {0};
+        .width = EDGE, .height = EDGE, .renderers = RENDERERS, .tile_edge = EDGE / 2};
     struct run run = {.options.config = "a.ini",
                       .queue = queue_create(&config),
                       .start = clock_wall(),
-                      .processes = RENDERERS,
+                      .processes = RENDERERS + 1,
                       .renderers = RENDERERS};
     settings_init(&run.job.settings);
     set_text(&run.job.settings.output.image, "a.pfm");
     set_text(&run.job.settings.output.report, "a.json");
     canvas_init(&run.canvas, EDGE, EDGE);
+    return run;
+}
+
+static void run_close(struct run *run)
+{
+    if (run->adaptive) adaptive_destroy(run->adaptive);
+    canvas_free(&run->canvas);
+    queue_destroy(run->queue);
+    settings_free(&run->job.settings);
+}
+
+/* It is adaptive, and so many rows have their first samples, whose halves are equal. */
+static void sample_rows(struct run *run, uint32_t rows)
+{
+    const struct tile tile = {.w = EDGE, .h = rows, .step = 1};
+    static const float part[EDGE * EDGE * REFINED_FLOATS];
+    run->adaptive = adaptive_create(&adaptive_view, &run->canvas, 0.01);
+    adaptive_put(run->adaptive, &tile, part, 1);
+    if (rows < EDGE) adaptive_cut(run->adaptive, 0);
+}
+
+/* The report of the run with these figures, as text that the caller frees. */
+static char *report_of(struct run *run, struct service *service)
+{
+    struct renderer_stats stats[RENDERERS] = {0};
     service->stats = stats;
     /* The table is not for the output of a test. */
     int table = open("table", O_WRONLY | O_CREAT | O_TRUNC, 0600), out = dup(STDOUT_FILENO);
     fflush(stdout);
     dup2(table, STDOUT_FILENO);
-    int status = run_conclude(&run, service, &view);
+    int status = run_conclude(run, service, run->adaptive ? &adaptive_view : &view);
     fflush(stdout);
     dup2(out, STDOUT_FILENO);
     close(table);
     close(out);
     assert_int_equal(status, 0);
-    canvas_free(&run.canvas);
-    queue_destroy(run.queue);
-    settings_free(&run.job.settings);
     struct text_file text;
     assert_true(text_file_read("a.json", 1 << 16, &text));
     return text.text;
@@ -73,12 +98,15 @@ static void test_means(void **state)
                               .service_cpu_s = 0.0015,
                               .answer_wait_s = 0.007,
                               .answer_wait_most_s = 0.0031};
-    char *text = report_of(&service);
+    struct run run = run_open();
+    char *text = report_of(&run, &service);
+    assert_has(text, "\"processes\": 5,");
     assert_has(text, "\"render_s\": 3.000000,\n    \"probe_s\": 0.375000,\n");
     assert_has(text, "\"master\": {\n    \"cpu_s\": 0.013000,\n    \"messages\": 35,\n"
                      "    \"service_s\": 0.000300000,\n    \"answer_wait_s\": 0.000200,\n"
                      "    \"answer_wait_most_s\": 0.003100\n");
     free(text);
+    run_close(&run);
 }
 
 /* Of a renderer alone there are no messages. */
@@ -86,17 +114,99 @@ static void test_no_messages(void **state)
 {
     (void)state;
     struct service service = {.render_s = 3, .guessed_rmse = (double)NAN};
-    char *text = report_of(&service);
+    struct run run = run_open();
+    char *text = report_of(&run, &service);
     assert_has(text, "\"messages\": 0,\n    \"service_s\": 0.000000000,\n"
                      "    \"answer_wait_s\": 0.000000,\n");
     free(text);
+    run_close(&run);
+}
+
+/* Though the time was over, too: a longer one would not make the picture better. */
+static void test_target_and_time(void **state)
+{
+    (void)state;
+    struct service service = {.guessed_rmse = (double)NAN, .timed_out = true};
+    struct run run = run_open();
+    sample_rows(&run, EDGE);
+    assert_false(adaptive_plan(run.adaptive, HUGE_VAL));
+    char *text = report_of(&run, &service);
+    assert_has(text, "\"ended\": \"target\"");
+    free(text);
+    run_close(&run);
+}
+
+/* What a time limit has left without samples is told, and not what has some. */
+static void test_pixels_without_samples(void **state)
+{
+    struct scratch *s = *state;
+    struct service service = {.guessed_rmse = 0.5, .timed_out = true};
+    struct run run = run_open();
+    run.job.settings.sampling.time_limit = 2;
+    sample_rows(&run, EDGE - 1);
+    message_capture(s->said, sizeof s->said);
+    char *text = report_of(&run, &service);
+    message_capture(NULL, 0);
+    assert_has(s->said, "sampling.time_limit = 2 s has left 8 of 64 pixels without a sample: ");
+    free(text);
+    run_close(&run);
+}
+
+/* The trace is written, too: into a pipe, until somebody reads it. */
+static void test_time_of_writing(void **state)
+{
+    struct scratch *s = *state;
+    struct service service = {.guessed_rmse = (double)NAN};
+    struct run run = run_open();
+    set_text(&run.job.settings.output.trace, "trace.json");
+    assert_int_equal(mkfifo("trace.json", 0600), 0);
+    pid_t reader = fork();
+    if (reader == 0) {
+        char bytes[4096];
+        clock_sleep(0.1);
+        int trace = open("trace.json", O_RDONLY);
+        while (read(trace, bytes, sizeof bytes) > 0)
+            ;
+        _exit(0);
+    }
+    message_capture(s->said, sizeof s->said);
+    char *text = report_of(&run, &service);
+    message_capture(NULL, 0);
+    int status;
+    assert_int_equal(waitpid(reader, &status, 0), reader);
+    assert_int_equal(status, 0);
+    const char *write_s = strstr(text, "\"write_s\": ");
+    assert_true(write_s && atof(write_s + strlen("\"write_s\": ")) > 0.05);
+    free(text);
+    run_close(&run);
+}
+
+/* How far it has come, not how far it has to go. */
+static void test_given_up(void **state)
+{
+    struct scratch *s = *state;
+    struct run run = run_open();
+    struct tile lot[LOT_TILES];
+    assert_true(queue_next(run.queue, 0, 0, lot) > 0);
+    queue_finish(run.queue, 0, lot[0].id, 1, 1);
+    uint64_t done = queue_count(run.queue).pixels_finished;
+    assert_true(done > 0 && done < EDGE * EDGE / 2);
+    char expected[64];
+    snprintf(expected, sizeof expected, " at %.1f %% of the pixels\n",
+             100 * (double)done / (EDGE * EDGE));
+    message_capture(s->said, sizeof s->said);
+    assert_int_equal(end_early(&run, true), STATUS_FAILED);
+    message_capture(NULL, 0);
+    assert_has(s->said, expected);
+    run_close(&run);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_means),
-        cmocka_unit_test(test_no_messages),
+        cmocka_unit_test(test_means),           cmocka_unit_test(test_no_messages),
+        cmocka_unit_test(test_target_and_time), cmocka_unit_test(test_pixels_without_samples),
+        cmocka_unit_test(test_time_of_writing), cmocka_unit_test(test_given_up),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
 }

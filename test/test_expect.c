@@ -108,6 +108,32 @@ static double expected(const struct picture *picture, int64_t x, int64_t y, doub
            4 * (largest + across) / pow(samples, 3);
 }
 
+/* For one thing like that in a pixel which was met, what others have that a level's samples have missed. */
+static double hidden(const struct picture *picture, int64_t x, int64_t y, unsigned level)
+{
+    double square, across, spread = own_spread(picture, x, y);
+    contrast(picture, x, y, &square, &across);
+    if (square == 0 || spread == 0) return 0;
+    double missed = pow(spread / (square + spread), picture->levels.samples[level]);
+    return square * missed / (1 - missed);
+}
+
+static void check_hidden(const struct picture *picture, const struct hidden *told, int64_t left,
+                         int64_t top)
+{
+    for (unsigned level = 1; level <= 4; level++) {
+        double sum = 0, pixels = 0, part;
+        for (int64_t y = top; y < top + 32; y++)
+            for (int64_t x = left; x < left + 32; x++) {
+                if (!is_inside(picture, x, y)) continue;
+                (void)expected(picture, x, y, &part);
+                if (part > 0) sum += hidden(picture, x, y, level);
+                pixels++;
+            }
+        assert_true(fabs(told->error[level] - sum / pixels) <= 1e-6 * told->error[level]);
+    }
+}
+
 static void check_square(const struct picture *picture, const double *error, int64_t left,
                          int64_t top)
 {
@@ -165,11 +191,16 @@ static void check_size(uint32_t width, uint32_t height, uint32_t min_samples)
     struct sampled sampled = {&picture.canvas, picture.difference, picture.spread, picture.level,
                               &picture.levels};
     struct crew *crew = crew_gather(2);
-    expect_errors(&sampled, crew, error);
+    uint32_t blocks = block_count(&picture.canvas);
+    struct hidden *found = allocate((size_t)band_count(&picture.canvas) * blocks, sizeof *found);
+    expect_errors(&sampled, crew, error, found);
     crew_dismiss(crew);
     for (uint32_t y = 0; y < height; y += 32)
-        for (uint32_t x = 0; x < width; x += 32)
+        for (uint32_t x = 0; x < width; x += 32) {
             check_square(&picture, error, x, y);
+            check_hidden(&picture, &found[y / 32 * blocks + block_of(x)], x, y);
+        }
+    free(found);
     free(error);
     free(picture.level);
     free(picture.spread);

@@ -293,6 +293,8 @@ static void test_who_is_silent(void **state)
     clock_sleep(0.05);
     look_for_silence(&farm->server);
     assert_true(contact->is_silent);
+    arrive_as(farm, TAG_RENDERER_TO_MASTER_PONG, "", 0);
+    assert_false(contact->is_silent);
     farm_close(farm);
 }
 
@@ -648,6 +650,7 @@ static void test_answers_are_counted(void **state)
         assert_true(stats->busy_s == 2 * i && stats->cpu_s == i && stats->finish_s == 5 * i + 2);
         assert_true(stats->counts.rays[0] == 3 * i && farm->service.counts.rays[0] == 3 * i);
     }
+    assert_int_equal(farm->server.rays, 3 * 9); /* of which the bar tells */
     assert_true(farm->service.messages == 9 && farm->server.pixels == 16 * 9);
     assert_int_equal(farm->service.answers, 2); /* one of eight is measured */
     farm_close(farm);
@@ -738,7 +741,7 @@ static void test_probes_are_not_counted(void **state)
     write_part(&tile, (struct result_header){
                           .pixels = tile_pixels(&tile), .start_s = 5, .busy_s = 2, .cpu_s = 1});
     arrive(farm);
-    assert_true(stats->busy_s == 2 && stats->cpu_s == 1);
+    assert_true(stats->busy_s == 2 && stats->cpu_s == 1 && farm->server.probe_s == 2);
     assert_true(stats->tiles == 0 && stats->pixels == 0 && stats->finish_s == 7);
     farm_close(farm);
 }
@@ -833,6 +836,31 @@ static void test_wrong_messages(void **state)
     farm_close(farm);
 }
 
+static void try_less(void *state)
+{
+    struct farm *farm = state;
+    struct tile tile;
+    assert_true(first_held(farm, &tile));
+    uint32_t pixels = tile_pixels(&tile) - 1;
+    write_part(&tile, (struct result_header){.pixels = pixels, .busy_s = 1});
+    letter.size = result_bytes(&tile, pixels, true);
+    arrive(farm);
+}
+
+/* Of a pass exactly those pixels are expected that were asked for: others would get their samples. */
+static void test_less_than_asked(void **state)
+{
+    (void)state;
+    struct view view = {.min_samples = 4, .max_samples = 64};
+    struct farm *farm = farm_open(&small_tiles);
+    farm->service.adaptive = adaptive_create(&view, &farm->canvas, 1e-3);
+    finish_first_pass(farm);
+    hand_out(&farm->server, 1);
+    assert_fatal(try_less, farm, "farm: rank 0: rank 1 sent other pixels than it was asked for\n");
+    adaptive_destroy(farm->service.adaptive);
+    farm_close(farm);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -853,6 +881,7 @@ int main(void)
         cmocka_unit_test(test_answer_in_a_tray),
         cmocka_unit_test(test_goodbye),
         cmocka_unit_test(test_wrong_messages),
+        cmocka_unit_test(test_less_than_asked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -447,20 +447,22 @@ static void test_longest_back_again(void **state)
 {
     struct scratch *s = *state;
     struct seen seen;
-    static const char *const names[] = {"first", "second", "third"};
-    for (uint32_t i = 0; i < 3; i++) {
-        write_journal(s, i == 1 ? 5 : 2);
-        assert_int_equal(rename(PATH, names[i]), 0);
+    static const char *const apart[] = {"first", "second", "third"};
+    static const char *const names[] = {PATH ".1", PATH ".12", PATH ".7"};
+    for (uint32_t longest = 0; longest < 3; longest++) { /* a folder may name it first or last */
+        for (uint32_t i = 0; i < 3; i++) {
+            write_journal(s, i == longest ? 5 : 2);
+            assert_int_equal(rename(PATH, apart[i]), 0);
+        }
+        write_journal(s, 0);
+        for (uint32_t i = 0; i < 3; i++)
+            assert_int_equal(rename(apart[i], names[i]), 0);
+        struct journal *journal = open_as(s, PICTURE, &seen);
+        assert_int_equal(seen.records, 5);
+        journal_remove(journal);
+        for (uint32_t i = 0; i < 3; i++)
+            assert_int_equal(unlink(names[i]), i == longest ? -1 : 0);
     }
-    write_journal(s, 0);
-    assert_int_equal(rename("first", PATH ".1") + rename("second", PATH ".12"), 0);
-    assert_int_equal(rename("third", PATH ".7"), 0);
-    struct journal *journal = open_as(s, PICTURE, &seen);
-    assert_int_equal(seen.records, 5);
-    assert_non_null(strstr(s->said, PATH ".12 is this picture's"));
-    journal_remove(journal);
-    assert_int_equal(access(PATH ".12", F_OK), -1);
-    assert_int_equal(unlink(PATH ".1") + unlink(PATH ".7"), 0);
 }
 
 /* Neither what another run has open nor what only begins like it. */

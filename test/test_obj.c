@@ -122,7 +122,7 @@ static void test_materials(void **state)
                   "# comment\nignored 1\nnewmtl red\nKa 1 1 1\nKd 1 0 0\nKs 0.2 0.4 0.3\n"
                   "Ns 50\nd 0.75\nNi 1.4\nillum 3\nmap_Kd x.png\n"
                   "newmtl dull\nKd 0.5\nKs 1 1 1\nTr 0.25\nillum 2\n");
-    scratch_write("c.mtl", "newmtl green\nKd 0 1 0\n");
+    scratch_write("c.mtl", "newmtl green\nKd 0 1 0\nKs 2 2 2\nillum 3\n");
     struct scene *scene =
         loaded(state,
                "mtllib a b.mtl\nmtllib c.mtl\n" SQUARE
@@ -137,7 +137,8 @@ static void test_materials(void **state)
     assert_true(red->transmission == 0.25 && red->ior == 1.4);
     const struct material *dull = material_of(scene, 2);
     assert_true(dull->color.z == 0.5 && dull->reflection == 0 && dull->transmission == 0.25);
-    assert_true(material_of(scene, 3)->color.y == 1);
+    /* No mirror gives back more than it gets. */
+    assert_true(material_of(scene, 3)->color.y == 1 && material_of(scene, 3)->reflection == 1);
     assert_true(material_of(scene, 4)->shininess == 88);
     assert_true(material_of(scene, 5)->shininess == 77);
     assert_ptr_equal(material_of(scene, 6), red);

@@ -48,6 +48,12 @@ static void add_light(struct builder *builder, double x, double y, double z)
     must(builder_add_light(builder, &light));
 }
 
+static void add_disc(struct builder *builder, double z, double normal, uint32_t m)
+{
+    struct disc disc = {.center = {0, 0, z}, .normal = {0, 0, normal}, .radius = 50, .material = m};
+    must(builder_add_disc(builder, &disc));
+}
+
 /* A cluster of glass and mirror balls: deep trees everywhere. */
 static struct builder *cluster(void)
 {
@@ -426,6 +432,62 @@ static void test_bad_samples_are_told(void **state)
     assert_true(first->origin.z == 6 && first->depth == 0 && first->direction.z < 0);
 }
 
+/* A mirror that shows no light of its own: what is seen in it is found by rays of depth 1. */
+static void add_mirror(struct builder *builder)
+{
+    uint32_t mirror;
+    struct material bare = {.color = {1, 1, 1}, .reflection = 1, .ior = 1};
+    must(builder_add_material(builder, &bare, &mirror));
+    add_disc(builder, 0, 1, mirror);
+}
+
+/* The sample that cannot be held is told with the depth at which it is spoilt. */
+static void test_bad_in_a_mirror(void **state)
+{
+    (void)state;
+    static struct picture picture;
+    struct view view = small_view(SIZE);
+    struct builder *builder = builder_create();
+    add_mirror(builder);
+    add_disc(builder, 9, -1, material(builder, 0, 0));
+    for (int k = 0; k < 2; k++) {
+        struct light light = {.position = {0, 0, 8}, .color = {1.7e308, 1, 1}};
+        must(builder_add_light(builder, &light));
+    }
+    render_scene(builder, &view, SIZE, SIZE, &picture);
+    assert_true(picture.counts.nonfinite > 0 && picture.counts.first.depth == 1);
+}
+
+/* A sheet of glass is no solid: what has gone in does not come out. */
+static void test_open_media_are_counted(void **state)
+{
+    (void)state;
+    static struct picture picture;
+    struct view view = small_view(SIZE);
+    struct builder *builder = builder_create();
+    add_disc(builder, 0, 1, material(builder, 0, 0.9));
+    render_scene(builder, &view, SIZE, SIZE, &picture);
+    assert_int_equal(picture.counts.open_media, SIZE * SIZE);
+}
+
+/* Of glass that is left without having been entered, the picture tells as far as it goes: what lies behind
+ * max_depth is no part of it. */
+static void test_bound_rays_tell_no_media(void **state)
+{
+    (void)state;
+    static struct picture picture;
+    struct view view = small_view(SIZE);
+    for (uint32_t depth = 0; depth < 2; depth++) {
+        struct builder *builder = builder_create();
+        view.max_depth = depth;
+        add_mirror(builder);
+        add_disc(builder, 9, 1, material(builder, 0, 0.9));
+        render_scene(builder, &view, SIZE, SIZE, &picture);
+        assert_true(picture.counts.bound_rays > 0);
+        assert_int_equal(picture.counts.unmatched_media, depth * SIZE * SIZE);
+    }
+}
+
 /* What floats cannot hold is not finite, even where doubles can. */
 static void test_too_bright_for_floats(void **state)
 {
@@ -649,6 +711,9 @@ int main(void)
         cmocka_unit_test(test_glass_on_glass),
         cmocka_unit_test(test_equal_media_are_one),
         cmocka_unit_test(test_bad_samples_are_told),
+        cmocka_unit_test(test_bad_in_a_mirror),
+        cmocka_unit_test(test_open_media_are_counted),
+        cmocka_unit_test(test_bound_rays_tell_no_media),
         cmocka_unit_test(test_spread_of_four_samples),
         cmocka_unit_test(test_error_of_three_samples),
         cmocka_unit_test(test_passes_add_up),

@@ -438,6 +438,17 @@ static void test_table(void **state)
     assert_has(text, "  planning passes     0.300 s    7.5 %  ##\n"
                      "  waiting             0.200 s    5.0 %  #\n");
     free(text);
+    /* No more of that than they have waited. What was read of a journal is nothing else besides. */
+    report.plan_s = 9;
+    report.resumed.records = 1;
+    report.time.resume = 1;
+    text = table_text(&report, 80);
+    assert_has(text, "  planning passes     0.500 s   12.5 %  ###\n"
+                     "  waiting             0.000 s    0.0 %\n");
+    assert_has(text, "  reading journal     1.000 s   12.5 %  ###\n");
+    assert_has(text, "  other               2.000 s   25.0 %  ######\n");
+    report.resumed.records = 0;
+    free(text);
     renderers[3].cpu_s = 0;
     text = table_text(&report, 80);
     assert_has(text,

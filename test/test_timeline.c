@@ -1,14 +1,9 @@
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
+#include "test/scratch.h"
 
-#include <cmocka.h>
+#include <math.h>
 
 #include "master/timeline.h"
+#include "master/timeline_output.h"
 
 static void add(struct timeline *timeline, enum timeline_kind kind, uint32_t renderer,
                 struct tile tile, double start_s, double cpu_s)
@@ -169,6 +164,21 @@ static void test_heatmap_of_cyclic_shares(void **state)
     timeline_free(&timeline);
 }
 
+/* Nor do pixels that cost next to nothing take the colours from all others. */
+static void test_heatmap_of_extremes(void **state)
+{
+    (void)state;
+    struct timeline timeline = {0};
+    struct canvas canvas;
+    canvas_init(&canvas, 8, 4);
+    add(&timeline, TIMELINE_TILE, 0, square(0, 0, 4), 0, 16e-9);
+    add(&timeline, TIMELINE_TILE, 0, square(4, 0, 4), 0, 16e-3);
+    struct heat_range range = timeline_heatmap(&timeline, &canvas);
+    assert_true(fabs(range.highest / range.lowest / 1000 - 1) < 1e-9);
+    canvas_free(&canvas);
+    timeline_free(&timeline);
+}
+
 static void test_heatmap_of_nothing(void **state)
 {
     (void)state;
@@ -206,6 +216,31 @@ static void test_ranks(void **state)
     timeline_free(&timeline);
 }
 
+/* The strip below names ranks, of which the first may render nothing: its numbers are not those of renderers. */
+static void test_legend_names_ranks(void **state)
+{
+    (void)state;
+    const struct timeline none = {0};
+    enum { MOST = 12 * 100 * 200 };
+    static char bytes[2][MOST];
+    for (uint32_t rank = 0; rank < 2; rank++) {
+        struct renderer_stats stats = {.rank = rank};
+        struct report report = {
+            .renderers = &stats, .renderer_count = 1, .image_width = 100, .image_height = 100};
+        struct settings settings;
+        settings_init(&settings);
+        free(settings.output.ranks);
+        settings.output.ranks = copy_text("ranks.pfm");
+        assert_true(timeline_write(&none, &settings, &report));
+        settings_free(&settings);
+        FILE *file = fopen("ranks.pfm", "rb");
+        assert_non_null(file);
+        assert_true(fread(bytes[rank], 1, MOST, file) > 0);
+        fclose(file);
+    }
+    assert_memory_not_equal(bytes[0], bytes[1], MOST);
+}
+
 /* A tile's upper and left edge are darker, so that tiles of one rank can be told apart. */
 static void test_outlines(void **state)
 {
@@ -231,9 +266,11 @@ int main(void)
         cmocka_unit_test(test_trace_of_nothing),
         cmocka_unit_test(test_heatmap),
         cmocka_unit_test(test_heatmap_of_cyclic_shares),
+        cmocka_unit_test(test_heatmap_of_extremes),
         cmocka_unit_test(test_heatmap_of_nothing),
         cmocka_unit_test(test_ranks),
+        cmocka_unit_test(test_legend_names_ranks),
         cmocka_unit_test(test_outlines),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, scratch_open, scratch_close);
 }

@@ -14,7 +14,8 @@ shown() { # N SCHEDULE
     for told in 'picture a.png' 'report  a.json' 'trace   t.json' 'heatmap h.png' 'ranks   r.png'; do
         echo "$out" | grep -qx "$told" || return 1
     done
-    head -c 8 h.png | grep -aq PNG && head -c 8 r.png | grep -aq PNG &&
+    grep -q "\"rank\": 0, \"host\": \"$(uname -n)\"" a.json &&
+        head -c 8 h.png | grep -aq PNG && head -c 8 r.png | grep -aq PNG &&
         grep -q '"black_s"' a.json && [ "$(traced_pixels t.json)" -eq 2700 ] &&
         [ "$(rows t.json)" -eq $(($1 > 0 ? $1 : 1)) ]
 }
@@ -23,6 +24,12 @@ for n in 0 3; do
         check "trace, heat map and ranks, $schedule, -n $n" shown $n $schedule
     done
 done
+
+part() { # of the picture: the heat map is of the same pixels
+    run 0 "$FARM" "$SCENE" image.width=60 image.height=45 image.region="3 4 10 20" output.image=p.pfm \
+        output.heatmap=h.pfm && [ "$(sed -n 2p h.pfm)" = '10 20' ]
+}
+check "a heat map of a region" part
 
 unshown() {
     run 0 "$FARM" "$SCENE" image.width=8 image.height=6 output.image=b.png &&
