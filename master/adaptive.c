@@ -175,11 +175,13 @@ struct telling {
     struct told *bands;
 };
 
-/* Of a pixel that has samples, in a block with this; before it depends on luck which of them have more, nothing. */
-static double hidden_of(const struct adaptive *adaptive, size_t pixel, const struct hidden *hidden)
+/* Of a pixel that has samples and tells this error, in a block with that; before it depends on luck which of them have
+ * more, nothing. */
+static double hidden_of(const struct adaptive *adaptive, size_t pixel, double told,
+                        const struct hidden *hidden)
 {
     double error = hidden->error[adaptive->level[pixel]];
-    return !adaptive->first && error_of(adaptive, pixel) < UNWARNED * error ? error : 0;
+    return !adaptive->first && told < UNWARNED * error ? error : 0;
 }
 
 /* One that has samples. */
@@ -189,7 +191,7 @@ static void sum_pixel(const struct adaptive *adaptive, size_t i, const struct hi
     double square = error_of(adaptive, i);
     sum->errors.squares += square;
     sum->errors.fourths += square * square;
-    sum->hidden += hidden_of(adaptive, i, hidden);
+    sum->hidden += hidden_of(adaptive, i, square, hidden);
     sum->pixels++;
     sum->samples += level_samples(&adaptive->view, adaptive->level[i]);
 }
@@ -301,7 +303,8 @@ static void allocate_pixel(const struct allocating *it, struct allocation *alloc
                            const struct hidden *hidden)
 {
     const struct adaptive *adaptive = it->adaptive;
-    double told = error_of(adaptive, i) + hidden_of(adaptive, i, hidden);
+    double told = error_of(adaptive, i);
+    told += hidden_of(adaptive, i, told, hidden);
     allocation_add(allocation, gain_of(adaptive, i), it->told ? told : adaptive->error[i],
                    effort_of(adaptive, i), adaptive->last - adaptive->level[i]);
 }
