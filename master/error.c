@@ -199,8 +199,8 @@ static struct apart apart_if_off(const struct halfway *it, struct off off)
     return apart;
 }
 
-/* Whether the error has gone up by more than both may be off by, CONTRADICTION standard deviations: a few pixels have most
- * of it, and half of the samples had missed what is in them. */
+/* Whether the error has gone up by more than both may be off by, CONTRADICTION standard deviations: a few pixels
+ * have most of it, and half of the samples had missed what is in them. */
 #define CONTRADICTION 3
 static bool has_gone_up(const struct halfway *it)
 {

@@ -230,10 +230,11 @@ static double variance_of(double around, double spread_around, double spread, do
 }
 
 /*
- * A thing that covers the share p of a pixel and differs by c from what is around leaves a contrast C = p c and a spread S =
- * p (1 - p) c^2, and p = C^2 / (C^2 + S). Had all n samples missed it, with a chance of q = (1 - p)^n, nothing would tell of
- * it, and the squared error be C^2. So for each one of its kind that was met there are q / (1 - q) others (D. Horvitz & D. Thompson, "A
- * generalization of sampling without replacement from a finite universe", J. Am. Stat. Assoc. 47, 1952).
+ * A thing that covers the share p of a pixel and differs by c from what is around leaves a contrast C = p c and a
+ * spread S = p (1 - p) c^2, and p = C^2 / (C^2 + S). Had all n samples missed it, with a chance of q = (1 - p)^n,
+ * nothing would tell of it, and the squared error be C^2. So for each one of its kind that was met there are
+ * q / (1 - q) others (D. Horvitz & D. Thompson, "A generalization of sampling without replacement from a finite
+ * universe", J. Am. Stat. Assoc. 47, 1952). square: C^2.
  */
 static void add_hidden(const struct levels *levels, double square, double spread,
                        struct hidden *hidden)

@@ -34,7 +34,8 @@ struct sampled {
 /* The squared error of a pixel as its own halves tell it, 3 floats; 0 where they are not finite. */
 double own_error(const float *difference);
 
-/* Surprises are counted by blocks, squares as high as a band: how many there are in one, and which one a column is in. */
+/* Surprises are counted by blocks, squares as high as a band: how many there are in one, and which one a column
+ * is in. */
 #define BLOCK_EDGE BAND_ROWS
 uint32_t block_count(const struct canvas *canvas);
 static inline uint32_t block_of(uint32_t x)

@@ -164,8 +164,8 @@ static void serve_until_done(struct server *server)
 }
 
 /* Whoever still rendered when the last tile came in, or the time was over, hears of it late, or much
- * later if he was stopped: what he did since then is behind the render phase. What is left of that
- * after rendering and sending is waiting. */
+ * later if he was stopped: what he did since then is behind the render phase, and of what he was busy with
+ * as large a share of each part. What is left of that phase after rendering and sending is waiting. */
 static void fill_waits(struct server *server)
 {
     double render_s = server->service->render_s;

@@ -37,6 +37,13 @@ static inline struct ray ray_to(struct vec3 origin, struct vec3 target)
     return ray_along(origin, vec_sub(target, origin));
 }
 
+/* That goes on from a hit, or is thrown back there. */
+static inline struct ray ray_going_on(struct vec3 point, const struct hit *hit,
+                                      struct vec3 direction)
+{
+    return (struct ray){point, direction, INFINITE, hit->primitive, hit->part};
+}
+
 static inline void assert_near(double value, double expected, double tolerance)
 {
     if (!(fabs(value - expected) <= tolerance))

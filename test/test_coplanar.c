@@ -156,10 +156,7 @@ static struct ray ray_from(const struct scene *scene, const struct ray *ray, con
 {
     struct surface surface;
     surface_at(scene, ray, hit, &surface);
-    struct ray next = ray_along(surface.point, ray->direction);
-    next.from = hit->primitive;
-    next.from_part = hit->part;
-    return next;
+    return ray_going_on(surface.point, hit, ray->direction);
 }
 
 static bool is_opaque(const struct scene *scene, const struct hit *hit)
@@ -413,7 +410,8 @@ static void assert_light(const struct scene *scene, const struct bvh *bvh,
 
 #define ROUND_AXIS vec3(0.36, 0.48, 0.8)
 
-/* Three of glass in one sphere, or in one cylinder or cone, all about the origin; the cylinders of different lengths. */
+/* Three of glass in one sphere, or in one cylinder or cone, all about the origin; the cylinders of different
+ * lengths. */
 static struct scene *round_pile(enum primitive_kind kind, double far, double apex_radius)
 {
     struct builder *builder = builder_create();

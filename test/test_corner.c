@@ -94,11 +94,8 @@ static struct ray thrown_back(const struct room *room, const struct ray *ray, co
 {
     struct surface surface = surface_met(room, ray, hit);
     double along = vec_dot(ray->direction, surface.geometric);
-    struct ray next =
-        ray_along(surface.point, vec_add_scaled(ray->direction, surface.geometric, -2 * along));
-    next.from = hit->primitive;
-    next.from_part = hit->part;
-    return next;
+    struct vec3 back = vec_add_scaled(ray->direction, surface.geometric, -2 * along);
+    return ray_going_on(surface.point, hit, back);
 }
 
 static void test_mirrors_keep_what_meets_their_edges(void **state)
@@ -122,8 +119,8 @@ static void test_mirrors_keep_what_meets_their_edges(void **state)
     assert_true(in_corners > 200 * 50);
 }
 
-/* Three surfaces, one of which may be there twice, that meet in one point at angles of 45 degrees or more; `normal` are to
- * the inside. */
+/* Three surfaces, one of which may be there twice, that meet in one point at angles of 45 degrees or more;
+ * `normal` are to the inside. */
 static struct room make_corner(uint64_t *random, struct vec3 at, struct vec3 normal[3])
 {
     struct room room = {.middle = at, .size = 1};

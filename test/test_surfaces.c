@@ -118,10 +118,7 @@ static struct ray going_on(const struct scene *scene, const struct ray *ray, con
 {
     struct surface surface;
     surface_at(scene, ray, hit, &surface);
-    struct ray next = ray_along(surface.point, direction);
-    next.from = hit->primitive;
-    next.from_part = hit->part;
-    return next;
+    return ray_going_on(surface.point, hit, direction);
 }
 
 /* Through a pane of two triangles at their common edge, bent in any direction: one passage. */

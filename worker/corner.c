@@ -45,8 +45,9 @@ static bool look_in_leaf(void *context, const struct bvh_leaf *leaves, uint32_t 
 }
 
 /*
- * Half as far from the hit as most are that nearest() calls close: what is so near has been compared with the hit, or with
- * what was no farther, in whatever order. So in_corner is 1 where the point moves; elsewhere it may be by luck.
+ * Half as far from the hit as most are that nearest() calls close: what is so near has been compared with the hit,
+ * or with what was no farther, in whatever order. So in_corner is 1 where the point moves; elsewhere it may be by
+ * luck.
  */
 static double corner_reach(const struct ray *ray, double t)
 {

@@ -25,10 +25,10 @@ static struct vec3 halves_difference(const struct renderer *renderer, double eve
 }
 
 /*
- * The pixel is p A + q B, p and q the halves' shares a / n and b / n of its samples. Halves of equal size have errors of
- * equal size, and (A - B)^2 / 4 is on average the square of the pixel's own. Of others a^-3/2 and b^-3/2 are what the
- * squares of their errors go with at edges (master/error.h): (A - B)^2 is the sum of both, and the pixel's error p^2 a^-3/2 +
- * q^2 b^-3/2 = (a^1/2 + b^1/2) / n^2.
+ * The pixel is p A + q B, p and q the halves' shares a / n and b / n of its samples. Halves of equal size have
+ * errors of equal size, and (A - B)^2 / 4 is on average the square of the pixel's own. Of others a^-3/2 and b^-3/2
+ * are what the squares of their errors go with at edges (master/error.h): (A - B)^2 is the sum of both, and the
+ * pixel's error p^2 a^-3/2 + q^2 b^-3/2 = (a^1/2 + b^1/2) / n^2.
  */
 static double share_of_square(double a, double b)
 {

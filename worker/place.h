@@ -43,11 +43,12 @@ static inline struct vec3 stand_off(const struct place *place, struct vec3 norma
 }
 
 /*
- * Where surfaces of several primitives meet, see worker/corner.h. A point that is nearer to another one than CORNER_OFF
- * of its largest coordinate is drawn away from it, along its own surface. That is more than both points' rounding and what
- * stand_off() adds. At the origin there is no coordinate: SHARE_OF_WAY, of the way that the ray has come, counts as one.
- * Surfaces that meet at less than 3.6 degrees, whose sine is MEET_LEAST, are not told from such that touch. Of two ways that
- * are opposite but for 5 degrees the sum leads GAIN_LEAST of itself along each: there is no place between them.
+ * Where surfaces of several primitives meet, see worker/corner.h. A point that is nearer to another one than
+ * CORNER_OFF of its largest coordinate is drawn away from it, along its own surface. That is more than both points'
+ * rounding and what stand_off() adds. At the origin there is no coordinate: SHARE_OF_WAY, of the way that the ray
+ * has come, counts as one. Surfaces that meet at less than 3.6 degrees, whose sine is MEET_LEAST, are not told from
+ * such that touch. Of two ways that are opposite but for 5 degrees the sum leads GAIN_LEAST of itself along each:
+ * there is no place between them.
  */
 #define CORNER_OFF   (64 * UNIT_ROUNDOFF)
 #define SHARE_OF_WAY 0x1p-30
@@ -68,12 +69,12 @@ static inline double triangle_size(struct vec3 a, struct vec3 b, struct vec3 c)
 }
 
 /*
- * On an edge a hit is on the triangle behind it, too, as far as rounding tells. What goes on from there would be on this
- * or that side of the other one by luck, and what is thrown back into a corner be lost outside of it. So a point that is
- * nearer to an edge than EDGE_OFF of its largest coordinate is drawn in, towards the middle, until it is not: farther
- * than stand_off() puts it off the plane, if the two meet at 3.4 degrees or more. Not by more than DRAWN_IN_MOST of the
- * way: in a triangle 10^4 times as long as high that is less far. Weights err by some u, a point by as much of the
- * triangle's size, and at the origin there is no coordinate: SHARE_OF_SIZE counts as one.
+ * On an edge a hit is on the triangle behind it, too, as far as rounding tells. What goes on from there would be on
+ * this or that side of the other one by luck, and what is thrown back into a corner be lost outside of it. So a
+ * point that is nearer to an edge than EDGE_OFF of its largest coordinate is drawn in, towards the middle, until it
+ * is not: farther than stand_off() puts it off the plane, if the two meet at 3.4 degrees or more. Not by more than
+ * DRAWN_IN_MOST of the way: in a triangle 10^4 times as long as high that is less far. Weights err by some u, a
+ * point by as much of the triangle's size, and at the origin there is no coordinate: SHARE_OF_SIZE counts as one.
  */
 #define EDGE_OFF      (64 * UNIT_ROUNDOFF)
 #define DRAWN_IN_MOST 0x1p-30
@@ -97,8 +98,8 @@ static inline double least_weight(double u, double v)
     return smaller_number(smaller_number(u, v), 1 - u - v);
 }
 
-/* Whether the point may be so near to an edge, with twice the limit of drawn_in() to spare for rounding; true where that
- * is not to be told. Without a root or a quotient, for lanes. */
+/* Whether the point may be so near to an edge, with twice the limit of drawn_in() to spare for rounding; true
+ * where that is not to be told. Without a root or a quotient, for lanes. */
 static inline bool may_be_drawn_in(double u, double v, struct vec3 normal, double size,
                                    double coordinate)
 {

@@ -161,8 +161,8 @@ struct inward {
     double missing;  /* how far it is to be yet */
 };
 
-/* Whether a place in a surface of that normal is near another one that meets it: on the side of it that the ray came from, or
- * that it goes to, if it starts there. */
+/* Whether a place in a surface of that normal is near another one that meets it: on the side of it that the ray
+ * came from, or that it goes to, if it starts there. */
 static bool meets(const struct scene *scene, const struct ray *ray, const struct place *place,
                   struct vec3 normal, double off, const struct hit *other, struct inward *inward)
 {
