@@ -63,7 +63,7 @@ static void fill_sampling(struct run *run, const struct service *service, const 
     struct report *report = &run->report;
     report->min_samples = view->min_samples;
     report->max_samples = view->max_samples;
-    report->ended = "samples";
+    report->ended = ENDED_BY_SAMPLES;
     report->guessed_rmse = service->guessed_rmse;
     report->has_reference = run->reference.rgb != NULL;
     if (report->has_reference) report->truth = truth_of(&run->canvas, &run->reference);
@@ -75,9 +75,9 @@ static void fill_sampling(struct run *run, const struct service *service, const 
     report->plan_s = service->plan_s;
     report->target = adaptive_target(run->adaptive);
     /* A limit may leave no time for the plan that finds the target met. */
-    report->ended = adaptive_is_met(run->adaptive) ? "target"
-                    : service->timed_out           ? "time"
-                                                   : "max_samples";
+    report->ended = adaptive_is_met(run->adaptive) ? ENDED_BY_TARGET
+                    : service->timed_out           ? ENDED_BY_TIME
+                                                   : ENDED_BY_MAX_SAMPLES;
 }
 
 /* false: it could not be, which has been said. */

@@ -312,12 +312,14 @@ static void put_forecast(struct json *json, const struct report *report)
 
 static void put_sampling(struct json *json, const struct report *report)
 {
+    static const char *const ends[] = {"samples", "target", "max_samples",
+                                       "time"}; /* enum sampling_end */
     json_open(json, "sampling", '{');
     json_count(json, "min_samples", report->min_samples);
     json_count(json, "max_samples", report->max_samples);
     json_count(json, "passes", report->passes);
     json_seconds(json, "plan_s", report->plan_s);
-    json_string(json, "ended", report->ended ? report->ended : "samples");
+    json_string(json, "ended", ends[report->ended]);
     json_count(json, "unsampled_pixels", report->unsampled);
     json_number(json, "guessed_rmse", report->guessed_rmse);
     json_close(json, '}');

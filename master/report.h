@@ -30,6 +30,14 @@ struct resumed {
     struct render_counts counts; /* of what needed no rendering, as found_sum() */
 };
 
+/* What ended the sampling. */
+enum sampling_end {
+    ENDED_BY_SAMPLES, /* every pixel had its `samples`: uniform sampling */
+    ENDED_BY_TARGET,
+    ENDED_BY_MAX_SAMPLES,
+    ENDED_BY_TIME
+};
+
 struct report {
     const char *version;    /* of the farm */
     const char *config;     /* path as the user gave it */
@@ -54,8 +62,8 @@ struct report {
     double guessed_rmse;               /* about, of these; NaN: none, or nobody knows */
     double target;                     /* RMSE of adaptive sampling; 0: none */
     unsigned passes;                   /* of adaptive sampling; 0: it was not */
-    double plan_s;     /* wall seconds in which passes were planned and all waited */
-    const char *ended; /* "samples", "target", "max_samples" or "time" */
+    double plan_s; /* wall seconds in which passes were planned and all waited */
+    enum sampling_end ended;
     bool has_reference;
     struct truth truth;               /* against the reference */
     struct quantisation quantisation; /* of the picture's file */

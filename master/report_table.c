@@ -430,11 +430,10 @@ static void put_truncation(struct table *table, const struct report *report)
 /* What has ended adaptive sampling. */
 static void put_end(struct table *table, const struct report *report)
 {
-    if (!report->ended) return;
     const char *missed = report->target > 0 ? ": the target is not met" : "";
-    if (strcmp(report->ended, "target") == 0) flow(table, "sampling.target_error is met");
-    if (strcmp(report->ended, "time") == 0) flow(table, "stopped by sampling.time_limit%s", missed);
-    if (strcmp(report->ended, "max_samples") == 0)
+    if (report->ended == ENDED_BY_TARGET) flow(table, "sampling.target_error is met");
+    if (report->ended == ENDED_BY_TIME) flow(table, "stopped by sampling.time_limit%s", missed);
+    if (report->ended == ENDED_BY_MAX_SAMPLES)
         flow(table, "stopped by sampling.max_samples%s", missed);
     end_flow(table);
 }

@@ -69,7 +69,7 @@ static void note_signal(int number)
 }
 
 /* Between Hydra and its ranks: PMI 1 over a file descriptor. */
-static void find_launcher(void)
+static void find_launcher_pipe(void)
 {
     const char *line = getenv("PMI_FD");
     if (line && getenv("HYDI_CONTROL_FD")) launcher = (int)strtol(line, NULL, 10);
@@ -77,7 +77,7 @@ static void find_launcher(void)
 
 void stop_install(int rank)
 {
-    find_launcher();
+    find_launcher_pipe();
     act(SIGINT, rank == 0 ? note_signal : SIG_IGN, 0);
     act(SIGTERM, rank == 0 ? note_signal : SIG_IGN, 0);
     act(SIGUSR1, rank == 0 ? note_signal : SIG_IGN, 0);
@@ -164,7 +164,7 @@ static void give_up_the_start(int number)
 
 void stop_watch_the_start(unsigned seconds)
 {
-    find_launcher();
+    find_launcher_pipe();
     start_limit = (sig_atomic_t)seconds;
     act(SIGALRM, give_up_the_start, (int)SA_RESETHAND);
     alarm(seconds);

@@ -187,7 +187,7 @@ static void test_json_whole(void **state)
     report.guessed_rmse = 0.0133;
     report.passes = 8;
     report.plan_s = 0.0123;
-    report.ended = "time";
+    report.ended = ENDED_BY_TIME;
     report.has_reference = true;
     report.truth = (struct truth){0.0029, 0.71, 0.053};
     report.quantisation = (struct quantisation){0.00113, 0.0071, 29, 0.00037};
@@ -614,7 +614,7 @@ static void test_table_error(void **state)
     free(text);
     report.forecast = (struct error_forecast){.rmse = 0.000098, .goal = 0.000049, .beyond = true};
     report.max_samples = 64;
-    report.ended = "target";
+    report.ended = ENDED_BY_TARGET;
     text = table_text(&report, 80);
     assert_has(text, "\n0.000049 is beyond sampling.max_samples = 64\n"
                      "sampling.target_error is met\n");
