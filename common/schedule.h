@@ -2,6 +2,8 @@
 #ifndef FARM_COMMON_SCHEDULE_H
 #define FARM_COMMON_SCHEDULE_H
 
+#include <stdbool.h>
+
 enum schedule {
     SCHEDULE_DYNAMIC,
     SCHEDULE_TILES,
@@ -13,5 +15,11 @@ enum schedule {
 
 /* "dynamic", "tiles", ..., then NULL, as struct key wants it. */
 extern const char *const schedule_names[SCHEDULES + 1];
+
+/* Each renderer's share is fixed before it begins. */
+static inline bool schedule_is_static(enum schedule schedule)
+{
+    return schedule != SCHEDULE_DYNAMIC && schedule != SCHEDULE_TILES;
+}
 
 #endif

@@ -24,9 +24,9 @@ static void tell_resumed(const struct run *run, uint64_t found)
     if (resumed->pixels < found)
         snprintf(again, sizeof again, ", but %.1f %% of the pixels, %.1f s, are rendered again%s",
                  per_cent(run, found - resumed->pixels), resumed->again_s,
-                 run->job.settings.farm.schedule <= SCHEDULE_TILES
-                     ? ""
-                     : " (farm.schedule=dynamic keeps them)");
+                 schedule_is_static(run->job.settings.farm.schedule)
+                     ? " (farm.schedule=dynamic keeps them)"
+                     : "");
     char where[80] = "";
     unsigned passes = run->adaptive ? adaptive_passes(run->adaptive) : 0;
     if (passes) snprintf(where, sizeof where, " in pass %u", passes);

@@ -71,7 +71,7 @@ static bool rows_good(const struct loader *loader, const char *config)
     uint32_t width = region[2] ? region[2] : s->image.width;
     uint32_t height = region[2] ? region[3] : s->image.height;
     uint32_t rows = s->farm.tile < height ? s->farm.tile : height;
-    if (s->farm.schedule <= SCHEDULE_TILES || rows * width <= TILE_MAX_PIXELS) return true;
+    if (!schedule_is_static(s->farm.schedule) || rows * width <= TILE_MAX_PIXELS) return true;
     char *text =
         format_text("tile = %u rows of %u pixels are too many at a time, expected at most %u",
                     s->farm.tile, width, TILE_MAX_PIXELS / width);

@@ -15,8 +15,7 @@ static uint32_t tile_edge(const struct settings *settings, const struct view *vi
                           uint32_t processors)
 {
     enum schedule schedule = settings->farm.schedule;
-    if (settings->farm.tile || (schedule != SCHEDULE_DYNAMIC && schedule != SCHEDULE_TILES))
-        return settings->farm.tile;
+    if (settings->farm.tile || schedule_is_static(schedule)) return settings->farm.tile;
     return queue_auto_edge(schedule, view->region_w, view->region_h, view->min_samples, processors);
 }
 

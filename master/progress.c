@@ -41,17 +41,11 @@ void progress_start(struct progress *progress, FILE *out, double now)
     if (progress->terminal) message_clear_line(erase_bar, progress);
 }
 
-static double share_of(uint64_t pixels, const struct progress_state *state)
-{
-    if (state->pixels == 0) return 0;
-    return fmin((double)pixels / (double)state->pixels, 1);
-}
-
 /* A pass begins with what those before it have done, which is no part of it. */
 static void note_pass(struct progress *progress, const struct progress_state *state)
 {
     if (state->pass == progress->pass) return;
-    progress->begun = state->pass > 1 ? share_of(state->pixels_done, state) : 0;
+    progress->begun = state->pass > 1 ? state->share_done : 0;
     progress->pass = state->pass;
     progress->share = 0;
 }
@@ -59,7 +53,7 @@ static void note_pass(struct progress *progress, const struct progress_state *st
 /* An estimate of what is to be done may grow; the bar waits then. */
 static void note_share(struct progress *progress, const struct progress_state *state)
 {
-    double done = share_of(state->pixels_done, state), before = progress->begun;
+    double done = fmin(state->share_done, 1), before = progress->begun;
     progress->share = fmax(progress->share, before < 1 ? (done - before) / (1 - before) : 1);
 }
 
@@ -207,8 +201,7 @@ void progress_update(struct progress *progress, const struct progress_state *sta
     note_pass(progress, state);
     if (now - progress->last_shown < (progress->terminal ? redraw_s : line_s)) return;
     note_share(progress, state);
-    estimate_left(progress, share_of(state->pixels_done, state),
-                  share_of(state->pixels_before, state), now);
+    estimate_left(progress, state->share_done, state->share_before, now);
     heed_limit(progress, state, now);
     if (progress->terminal)
         draw_bar(progress, state, now);

@@ -28,8 +28,8 @@ struct progress {
 
 /* What is done and what there is to do, of all passes so far together. */
 struct progress_state {
-    uint64_t pixels_done, pixels; /* the share that is finished */
-    uint64_t pixels_before;       /* of those done, by an earlier run */
+    double share_done;   /* of all seconds that the rays are expected to take: 0 to 1 */
+    double share_before; /* part of that which an earlier run has done */
     uint32_t tiles_done, tiles;
     uint32_t tiles_before; /* of these, those of earlier passes, which are not shown */
     unsigned pass; /* of adaptive sampling: with each one there is more to do; 0: there are none */

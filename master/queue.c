@@ -234,7 +234,7 @@ struct queue *queue_create(const struct queue_config *config)
     queue->config = *config;
     queue->retry = HUGE_VAL;
     queue->is_dynamic = config->schedule == SCHEDULE_DYNAMIC;
-    queue->is_static = !queue->is_dynamic && config->schedule != SCHEDULE_TILES;
+    queue->is_static = schedule_is_static(config->schedule);
     queue->silent = allocate_zeroed(config->renderers, sizeof *queue->silent);
     holdings_init(&queue->holdings, config->renderers);
     if (queue->is_static ? start_shares(queue) : start_items(queue)) return queue;

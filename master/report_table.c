@@ -266,7 +266,7 @@ static void put_title(struct table *table, const struct report *report)
     flow(table, "%u x %u pixels", report->image_width, report->image_height);
     flow(table, "%d renderer%s", report->renderer_count, report->renderer_count == 1 ? "" : "s");
     flow(table, "%s schedule", schedule_names[report->schedule]);
-    const char *what = report->schedule <= SCHEDULE_TILES ? "tile" : "band";
+    const char *what = schedule_is_static(report->schedule) ? "band" : "tile";
     const char *plural = report->tiles == 1 ? "" : "s";
     flow(table, "%u %s%s of %u", report->tiles, what, plural, report->tile_edge);
     end_flow(table);

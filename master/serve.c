@@ -41,13 +41,11 @@ static void show_progress(struct server *server, double now)
     server->next_show = now + SHOW_EVERY;
     const struct queue *queue = server->service->queue;
     const struct adaptive *adaptive = server->service->adaptive;
-    double pixels = (double)server->service->canvas->width * server->service->canvas->height;
     pthread_mutex_lock(&server->lock);
     struct queue_count count = queue_count(queue);
     struct progress_state state = {
-        .pixels_done = (uint64_t)(count.share_finished * pixels),
-        .pixels_before = (uint64_t)(count.share_skipped * pixels),
-        .pixels = (uint64_t)pixels,
+        .share_done = count.share_finished,
+        .share_before = count.share_skipped,
         .tiles_done = count.finished,
         .tiles = count.tiles,
         .tiles_before = server->tiles_before,

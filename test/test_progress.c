@@ -74,7 +74,7 @@ static const char *screen_read(struct screen *screen)
 }
 
 static const struct progress_state half = {
-    .pixels_done = 500, .pixels = 1000, .tiles_done = 7, .tiles = 12, .rays = 25000000};
+    .share_done = 0.5, .tiles_done = 7, .tiles = 12, .rays = 25000000};
 
 static void test_counts(void **state)
 {
@@ -225,16 +225,16 @@ static void test_time_left(void **state)
     (void)state;
     static struct screen screen;
     struct progress progress;
-    struct progress_state now = {.pixels = 1000, .tiles = 10};
+    struct progress_state now = {.tiles = 10};
     screen_open(&screen, 80);
     progress_start(&progress, screen.out, 0);
-    now.pixels_done = 10;
+    now.share_done = 0.01;
     progress_update(&progress, &now, 1);
     assert_non_null(strstr(screen_read(&screen), "-:-- left"));
-    now.pixels_done = 500;
+    now.share_done = 0.5;
     progress_update(&progress, &now, 10);
     assert_non_null(strstr(screen_read(&screen), "0:10 left"));
-    now.pixels_done = 900; /* a cheap part: by the plain rate it is 0:01 now */
+    now.share_done = 0.9; /* a cheap part: by the plain rate it is 0:01 now */
     progress_update(&progress, &now, 10.2);
     assert_non_null(strstr(screen_read(&screen), "0:09 left"));
     progress_update(&progress, &now, 40);
@@ -249,14 +249,14 @@ static void test_time_left_of_a_short_run(void **state)
     (void)state;
     static struct screen screen;
     struct progress progress;
-    struct progress_state now = {.pixels = 1000, .tiles = 10};
+    struct progress_state now = {.tiles = 10};
     screen_open(&screen, 80);
     progress_start(&progress, screen.out, 0);
-    now.pixels_done = 20;
+    now.share_done = 0.02;
     progress_update(&progress, &now, 0.1);
     assert_non_null(strstr(screen_read(&screen), "0:05 left"));
     for (int tenths = 2; tenths <= 15; tenths++) {
-        now.pixels_done = (uint64_t)(20 + 980 * (tenths - 1) / 15);
+        now.share_done = 0.02 + 0.98 * (tenths - 1) / 15;
         progress_update(&progress, &now, 0.101 * tenths); /* time to draw */
         const char *text = screen_read(&screen);
         if (tenths >= 12) assert_true(strstr(text, "0:00 left") || strstr(text, "0:01 left"));
@@ -271,13 +271,12 @@ static void test_time_left_resumed(void **state)
     (void)state;
     static struct screen screen;
     struct progress progress;
-    struct progress_state now = {
-        .pixels_done = 900, .pixels_before = 900, .pixels = 1000, .tiles = 10};
+    struct progress_state now = {.share_done = 0.9, .share_before = 0.9, .tiles = 10};
     screen_open(&screen, 80);
     progress_start(&progress, screen.out, 0);
     progress_update(&progress, &now, 1);
     assert_non_null(strstr(screen_read(&screen), "-:-- left"));
-    now.pixels_done = 950;
+    now.share_done = 0.95;
     progress_update(&progress, &now, 30);
     assert_non_null(strstr(screen_read(&screen), "0:30 left"));
     progress_end(&progress);
@@ -295,7 +294,7 @@ static void test_never_backwards(void **state)
     progress_start(&progress, screen.out, 0);
     progress_update(&progress, &now, 1);
     assert_non_null(strstr(screen_read(&screen), " 50% [#"));
-    now.pixels_done = 400;
+    now.share_done = 0.4;
     progress_update(&progress, &now, 2);
     assert_non_null(strstr(screen_read(&screen), " 50% [#"));
     now.pass = 1;
@@ -317,20 +316,20 @@ static void test_share_of_a_pass(void **state)
     now.pass = 1;
     progress_update(&progress, &now, 10);
     assert_non_null(strstr(screen_read(&screen), " 50% [#"));
-    now.pass = 2, now.pixels_done = 800; /* of more than before */
+    now.pass = 2, now.share_done = 0.8; /* of more than before */
     progress_update(&progress, &now, 10.01);
     assert_string_equal(screen_read(&screen), "");
     progress_update(&progress, &now, 20);
     assert_non_null(strstr(screen_read(&screen), "  0% [-"));
-    now.pixels_done = 750;
+    now.share_done = 0.75;
     progress_update(&progress, &now, 21);
     assert_non_null(strstr(screen_read(&screen), "  0% [-"));
-    now.pixels_done = 900;
+    now.share_done = 0.9;
     progress_update(&progress, &now, 40);
     const char *line = screen_read(&screen);
     assert_non_null(strstr(line, " 50% [#"));
     assert_non_null(strstr(line, "0:04 left  pass 2"));
-    now.pixels_done = 1000;
+    now.share_done = 1;
     progress_update(&progress, &now, 41);
     assert_non_null(strstr(screen_read(&screen), "100% [#"));
     progress_end(&progress);
@@ -347,9 +346,9 @@ static void test_limit(void **state)
     now.pass = 3, now.limit = 10, now.ends = 9;
     screen_open(&screen, 100);
     progress_start(&progress, screen.out, 0);
-    now.pixels_done = 0;
+    now.share_done = 0;
     progress_update(&progress, &now, 0);
-    now.pixels_done = half.pixels_done;
+    now.share_done = half.share_done;
     progress_update(&progress, &now, 6);
     const char *line = screen_read(&screen);
     assert_non_null(strstr(line, " 50% [#"));
@@ -359,7 +358,7 @@ static void test_limit(void **state)
     line = screen_read(&screen);
     assert_non_null(strstr(line, " 80% [#"));
     assert_non_null(strstr(line, "0:02 left"));
-    now.pass = 4, now.pixels_done = now.pixels;
+    now.pass = 4, now.share_done = 1;
     progress_update(&progress, &now, 8);
     assert_non_null(strstr(screen_read(&screen), " 90% [#"));
     progress_end(&progress);
@@ -376,8 +375,8 @@ static void test_strange_states(void **state)
     progress_start(&progress, screen.out, 0);
     progress_update(&progress, &now, 1);
     assert_non_null(strstr(screen_read(&screen), "  0% [-"));
-    now = (struct progress_state){10,       1,          20, UINT32_MAX, UINT32_MAX, 0,
-                                  UINT_MAX, UINT64_MAX, -1, HUGE_VAL,   true};
+    now = (struct progress_state){10,       20,         UINT32_MAX, UINT32_MAX, 0,
+                                  UINT_MAX, UINT64_MAX, -1,         HUGE_VAL,   true};
     progress_update(&progress, &now, 2);
     assert_non_null(strstr(screen_read(&screen), "100% [#"));
     progress_end(&progress);
@@ -396,7 +395,7 @@ static void test_lines(void **state)
     struct progress_state pass = half;
     pass.pass = 2, pass.tiles_before = 6;
     progress_update(&progress, &pass, 12);
-    pass.pixels_done = 750;
+    pass.share_done = 0.75;
     progress_update(&progress, &pass, 20);
     pass.only_limit = true, pass.limit = pass.ends = 50;
     progress_update(&progress, &pass, 30);

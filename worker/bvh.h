@@ -85,6 +85,18 @@ static inline const struct bvh_leaf *bvh_leaves(const struct bvh *bvh)
     return (const void *)((const char *)bvh + bvh->leaves_offset);
 }
 
+/* Where in a node the planes of an axis are that a ray meets first and last. */
+struct node_planes {
+    size_t near, far;
+};
+
+static inline struct node_planes node_planes_of(unsigned axis, bool down)
+{
+    size_t row = axis * (BVH_WIDTH * sizeof(float));
+    size_t min = offsetof(struct bvh_node, min) + row, max = offsetof(struct bvh_node, max) + row;
+    return down ? (struct node_planes){max, min} : (struct node_planes){min, max};
+}
+
 /* Of any primitive, planes too. */
 struct bvh_leaf bvh_leaf_of(const struct scene *scene, uint32_t id);
 

@@ -53,16 +53,23 @@ static double closest_approach(const struct scaled *it, struct dd3 w, struct dd3
     return cone_closest_approach(F, D);
 }
 
+/* Rounded once. What is smaller than 2^-900 is told as about that: where it ends only its sign counts, and so its low
+ * word does not underflow. */
+RARE static struct dd rounded_sum(const struct accumulator *sum)
+{
+    int exponent;
+    struct dd value = accumulator_round(sum, &exponent);
+    return dd_ldexp(value, exponent > -900 ? exponent : -900);
+}
+
 /* a x - b y, rounded once. */
 RARE static struct dd exact_minor(double a, struct dd x, double b, struct dd y)
 {
     struct accumulator minor;
-    int exponent;
     accumulator_clear(&minor);
     accumulator_add_dd(&minor, 1, dd(a), x, dd(1));
     accumulator_add_dd(&minor, -1, dd(b), y, dd(1));
-    struct dd value = accumulator_round(&minor, &exponent);
-    return dd_ldexp(value, exponent > -900 ? exponent : -900);
+    return rounded_sum(&minor);
 }
 
 /* d x w */
@@ -112,9 +119,7 @@ RARE static struct dd exact_A(const struct scaled *it, const struct cone_line *l
         accumulator_add_dd(&speed, 1, line->widening, di, dd3_component(&line->w, i));
     }
     accumulator_add_product(&sum, &speed, &speed, NULL, true);
-    int exponent;
-    struct dd value = accumulator_round(&sum, &exponent);
-    return dd_div(dd_ldexp(value, exponent > -900 ? exponent : -900), line->W);
+    return dd_div(rounded_sum(&sum), line->W);
 }
 
 /* f.(d x w) */
@@ -157,9 +162,7 @@ RARE static struct dd exact_discriminant(const struct scaled *it, const struct c
     accumulator_add_dd(&W, 1, line->widening, line->widening, dd(1));
     exact_volume(&P, it, line);
     accumulator_add_product(&sum, &W, &P, &P, true);
-    int exponent;
-    struct dd value = accumulator_round(&sum, &exponent);
-    return dd_ldexp(value, exponent > -900 ? exponent : -900);
+    return rounded_sum(&sum);
 }
 
 /* ---- the side ---- */
@@ -201,14 +204,14 @@ static struct interval nappe(const struct cone_line *line, const struct dd roots
     return (struct interval){{-INFINITE, 0}, low};
 }
 
-static bool is_between(double value, double error)
+static bool is_undecided(double value, double error)
 {
     return fabs(value) <= error;
 }
 
 static void decide_A(const struct scaled *it, struct cone_line *line)
 {
-    if (is_between(line->A.high, cone_A_error(line))) line->A = exact_A(it, line);
+    if (is_undecided(line->A.high, cone_A_error(line))) line->A = exact_A(it, line);
 }
 
 static struct dd decided_discriminant(const struct scaled *it, const struct cone_line *line,
@@ -216,7 +219,7 @@ static struct dd decided_discriminant(const struct scaled *it, const struct cone
 {
     double bound;
     struct dd value = cone_discriminant(line, &bound);
-    if (!is_between(value.high, CONE_LINE_FILTER * bound)) return value;
+    if (!is_undecided(value.high, CONE_LINE_FILTER * bound)) return value;
     ++*exact;
     return exact_discriminant(it, line);
 }
@@ -253,9 +256,7 @@ RARE static struct dd exact_C(const struct scaled *it, const struct cone_line *l
         accumulator_add_dd(&rho, 1, line->widening, fi, wi);
     }
     accumulator_add_product(&sum, &rho, &rho, NULL, true);
-    int exponent;
-    struct dd value = accumulator_round(&sum, &exponent);
-    return dd_div(dd_ldexp(value, exponent > -900 ? exponent : -900), line->W);
+    return dd_div(rounded_sum(&sum), line->W);
 }
 
 /* The roots with the parameter counted from the origin; the discriminant is the same there. */
@@ -332,17 +333,6 @@ static struct slab cone_slab(const struct scaled *it)
     slab.inside =
         speed.high < 0 ? (struct interval){to_apex, to_base} : (struct interval){to_base, to_apex};
     return slab;
-}
-
-/* One of the ends of the slab. */
-static struct dd cap_parameter(const struct scaled *it, uint32_t part)
-{
-    int e, e_speed;
-    struct dd3 w = exact_difference3(it->cone.apex, it->cone.base);
-    struct vec3 cap = part == CONE_BASE_CAP ? it->cone.base : it->cone.apex;
-    struct dd speed = exact_dot3(dd3_of(it->direction), w, &e_speed);
-    struct dd way = exact_dot3(exact_difference3(cap, it->origin), w, &e);
-    return ratio(way, e, speed, e_speed);
 }
 
 /*
@@ -468,7 +458,8 @@ static struct dd span_at(const struct scaled *it, const struct ray *ray, double 
 {
     uint64_t ignored = 0;
     if (part != CONE_SIDE) {
-        struct dd cap = cap_parameter(it, part);
+        struct slab slab = cone_slab(it);
+        struct dd cap = part == slab.enter_part ? slab.inside.enter : slab.inside.leave;
         if (cap.high == rounded) return cap;
     }
     struct spans spans = spans_of(it, ray, leaving, true, &ignored);

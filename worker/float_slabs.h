@@ -86,12 +86,11 @@ static INLINED struct float_slab float_slab_of(const struct bvh *bvh, const stru
     double origin = vec_component(&ray->origin, axis) - bvh->center[axis];
     double direction = vec_component(&ray->direction, axis);
     double inverse = 1 / copysign(larger_number(fabs(direction), least), direction);
-    size_t min = offsetof(struct bvh_node, min) + axis * (BVH_WIDTH * sizeof(float));
-    size_t max = offsetof(struct bvh_node, max) + axis * (BVH_WIDTH * sizeof(float));
     bool down = signbit(direction);
+    struct node_planes planes = node_planes_of(axis, down);
     double at = origin * inverse, outward = margin * fabs(inverse);
-    return (struct float_slab){.near_plane = down ? max : min,
-                               .far_plane = down ? min : max,
+    return (struct float_slab){.near_plane = planes.near,
+                               .far_plane = planes.far,
                                .near_origin = floats_of((float)(at + outward)),
                                .far_origin = floats_of((float)(at - outward)),
                                .inverse = floats_of((float)inverse)};

@@ -212,8 +212,6 @@ static INLINED bool have_one_shear(const struct bundle *bundle, const struct bun
 static INLINED void set_range(struct bundle *bundle, const struct bundle_ends *ends, unsigned axis)
 {
     struct range_slab *range = &bundle->ranges[axis];
-    size_t min = offsetof(struct bvh_node, min) + axis * (BVH_WIDTH * sizeof(float));
-    size_t max = offsetof(struct bvh_node, max) + axis * (BVH_WIDTH * sizeof(float));
     double least = ends->d[axis].low, most = ends->d[axis].high;
     double center = bundle->bvh->center[axis];
     double first = ends->o[axis].low - center, last = ends->o[axis].high - center;
@@ -226,8 +224,9 @@ static INLINED void set_range(struct bundle *bundle, const struct bundle_ends *e
         least = smaller_number(least, -FLOAT_COMPONENT_MIN);
         most = larger_number(most, FLOAT_COMPONENT_MIN);
     }
-    range->near_plane = down ? max : min;
-    range->far_plane = down ? min : max;
+    struct node_planes planes = node_planes_of(axis, down);
+    range->near_plane = planes.near;
+    range->far_plane = planes.far;
     range->in_origin = down ? low : high;
     range->out_origin = down ? high : low;
     range->ray_in = down ? ray_low : ray_high;

@@ -63,12 +63,11 @@ static INLINED struct slab slab_of(const struct bvh *bvh, const struct ray *ray,
 {
     double origin = vec_component(&ray->origin, axis) - bvh->center[axis];
     double direction = vec_component(&ray->direction, axis), inverse = slab_inverse(direction);
-    size_t min = offsetof(struct bvh_node, min) + axis * (BVH_WIDTH * sizeof(float));
-    size_t max = offsetof(struct bvh_node, max) + axis * (BVH_WIDTH * sizeof(float));
     bool down = signbit(direction);
+    struct node_planes planes = node_planes_of(axis, down);
     double outward = down ? -margin : margin;
-    return (struct slab){.near_plane = down ? max : min,
-                         .far_plane = down ? min : max,
+    return (struct slab){.near_plane = planes.near,
+                         .far_plane = planes.far,
                          .near_origin = origin + outward,
                          .far_origin = origin - outward,
                          .near_inverse = inverse,
