@@ -164,34 +164,45 @@ static const char *table_error(const struct scene *scene)
     return NULL;
 }
 
+/* The corners' indices are in range. */
+static bool corners_near(const struct scene *scene, const uint32_t corners[3])
+{
+    const struct vec3 *vertices = scene_vertices(scene);
+    return edges_finite(vertices[corners[0]], vertices[corners[1]], vertices[corners[2]]);
+}
+
 static const char *polygon_error(const struct scene *scene)
 {
     const struct triangle *triangles = scene_triangles(scene);
-    for (uint64_t i = 0; i < scene->primitives[PRIMITIVE_TRIANGLE].count; i++)
+    for (uint64_t i = 0; i < scene->primitives[PRIMITIVE_TRIANGLE].count; i++) {
         CHECK(indices_valid(triangles[i].vertex, scene->vertices.count) &&
                   triangles[i].material < scene->materials.count,
               "an index of a triangle is out of range");
+        CHECK(corners_near(scene, triangles[i].vertex), "corners of a triangle are too far apart");
+    }
     const struct patch *patches = scene_patches(scene);
-    for (uint64_t i = 0; i < scene->primitives[PRIMITIVE_PATCH].count; i++)
+    for (uint64_t i = 0; i < scene->primitives[PRIMITIVE_PATCH].count; i++) {
         CHECK(indices_valid(patches[i].vertex, scene->vertices.count) &&
                   indices_valid(patches[i].normal, scene->normals.count) &&
                   patches[i].material < scene->materials.count,
               "an index of a patch is out of range");
+        CHECK(corners_near(scene, patches[i].vertex), "corners of a patch are too far apart");
+    }
     return NULL;
 }
 
 static bool cone_valid(const struct cone *cone)
 {
-    return vec_is_finite(cone->base) && vec_is_finite(cone->apex) &&
-           !vec_is_zero(vec_sub(cone->apex, cone->base)) && at_least_zero(cone->base_radius) &&
+    struct vec3 axis = vec_sub(cone->apex, cone->base);
+    return vec_is_finite(cone->base) && vec_is_finite(cone->apex) && vec_is_finite(axis) &&
+           !vec_is_zero(axis) && at_least_zero(cone->base_radius) &&
            at_least_zero(cone->apex_radius) && cone->base_radius + cone->apex_radius > 0 &&
            cone->capped <= 1;
 }
 
 static bool box_valid(const struct box *box)
 {
-    return vec_is_finite(box->min) && vec_is_finite(box->max) && box->min.x <= box->max.x &&
-           box->min.y <= box->max.y && box->min.z <= box->max.z;
+    return vec_is_finite(box->min) && vec_is_finite(box->max) && box_has_volume(box);
 }
 
 static const char *solid_error(const struct scene *scene)

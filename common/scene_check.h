@@ -17,7 +17,8 @@ static inline bool positive(double value)
     return value > 0 && isfinite(value);
 }
 
-/* A larger exponent would make the rounding of a logarithm to 2^-100 visible. */
+/* A larger exponent would make visible what the logarithm of a highlight is wrong by, which is known to some 2^-104:
+ * 1e15 x 2^-104 is half of u (worker/optics.h). */
 #define SHININESS_MAX 1e15
 
 static inline bool shininess_valid(double value)
@@ -33,6 +34,18 @@ static inline bool color_valid(struct vec3 color)
 static inline bool indices_valid(const uint32_t index[3], uint64_t count)
 {
     return index[0] < count && index[1] < count && index[2] < count;
+}
+
+static inline bool box_has_volume(const struct box *box)
+{
+    return box->min.x < box->max.x && box->min.y < box->max.y && box->min.z < box->max.z;
+}
+
+/* All that is computed of a triangle begins with these differences. */
+static inline bool edges_finite(struct vec3 a, struct vec3 b, struct vec3 c)
+{
+    return vec_is_finite(vec_sub(b, a)) && vec_is_finite(vec_sub(c, a)) &&
+           vec_is_finite(vec_sub(c, b));
 }
 
 /* Where the index of the material (uint32_t) stands in an element of a kind's span, bytes. */

@@ -175,8 +175,7 @@ const char *builder_add_box(struct builder *builder, const struct box *box)
     clean.reserved = 0;
     if (!vec_is_finite(box->min) || !vec_is_finite(box->max))
         return "a corner is not finite, expected three finite numbers";
-    if (!(box->min.x < box->max.x && box->min.y < box->max.y && box->min.z < box->max.z))
-        return "the box has no volume, expected min < max in every component";
+    if (!box_has_volume(box)) return "the box has no volume, expected min < max in every component";
     return add_primitive(builder, PRIMITIVE_BOX, &clean);
 }
 
@@ -197,20 +196,17 @@ const char *builder_add_cone(struct builder *builder, const struct cone *cone)
 
 #define FAR_CORNERS "two corners are too far apart, expected finite distances"
 
-/* All that is computed of a triangle begins with these differences. */
-static bool edges_are_finite(const struct builder *builder, const uint32_t corners[3])
+static bool corners_near(const struct builder *builder, const uint32_t corners[3])
 {
-    struct vec3 a = builder_vertex(builder, corners[0]), b = builder_vertex(builder, corners[1]),
-                c = builder_vertex(builder, corners[2]);
-    return vec_is_finite(vec_sub(b, a)) && vec_is_finite(vec_sub(c, a)) &&
-           vec_is_finite(vec_sub(c, b));
+    return edges_finite(builder_vertex(builder, corners[0]), builder_vertex(builder, corners[1]),
+                        builder_vertex(builder, corners[2]));
 }
 
 const char *builder_add_triangle(struct builder *builder, const struct triangle *triangle)
 {
     assert(indices_valid(triangle->vertex, builder->vertices.count));
     assert(triangle->material < builder->materials.count);
-    if (!edges_are_finite(builder, triangle->vertex)) return FAR_CORNERS;
+    if (!corners_near(builder, triangle->vertex)) return FAR_CORNERS;
     return add_primitive(builder, PRIMITIVE_TRIANGLE, triangle);
 }
 
@@ -219,7 +215,7 @@ const char *builder_add_patch(struct builder *builder, const struct patch *patch
     assert(indices_valid(patch->vertex, builder->vertices.count));
     assert(indices_valid(patch->normal, builder->normals.count));
     assert(patch->material < builder->materials.count);
-    if (!edges_are_finite(builder, patch->vertex)) return FAR_CORNERS;
+    if (!corners_near(builder, patch->vertex)) return FAR_CORNERS;
     return add_primitive(builder, PRIMITIVE_PATCH, patch);
 }
 

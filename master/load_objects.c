@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "common/scene_check.h"
 #include "master/nearest_name.h"
 #include "master/placement.h"
 #include "master/sections.h"
@@ -152,7 +153,7 @@ bool load_box(const struct reading *at, void *data)
     struct builder *builder = at->part->loader->builder;
     const struct placement *placement = &at->part->placement;
     if (!resolve_material(at, &s->object, &box->material)) return false;
-    if (!(box->min.x < box->max.x && box->min.y < box->max.y && box->min.z < box->max.z))
+    if (!box_has_volume(box))
         return refuse_object(at, "the box has no volume, expected min < max in every component");
     if (!placement_keeps_axes(placement))
         return accept_object(at, add_turned_box(builder, placement, box));

@@ -116,6 +116,9 @@ static void test_elements(void **state)
     REFUSED(materials[0].transmission, 1.5);
     REFUSED(materials[0].ior, 0);
     REFUSED(lights[0].position.x, nan(""));
+    vertices[triangle->vertex[0]].y = vertices[patches->vertex[0]].y = 0x1.8p1023;
+    REFUSED(vertices[triangle->vertex[1]].y, -0x1.8p1023);
+    REFUSED(vertices[patches->vertex[1]].y, -0x1.8p1023);
     REFUSED(triangle->vertex[2], 6);
     REFUSED(triangle->material, too_many);
     REFUSED(patches->vertex[0], UINT32_MAX);
@@ -125,8 +128,12 @@ static void test_elements(void **state)
     REFUSED(sphere->inside_only, 2);
     REFUSED(sphere->material, too_many);
     REFUSED(box->min.x, 2);
+    REFUSED(box->min.x, box->max.x);
     REFUSED(box->material, too_many);
     REFUSED(cone->apex, cone->base);
+    cone->apex.x = 0x1.8p1023;
+    REFUSED(cone->base.x, -0x1.8p1023);
+    cone->apex.x = 0;
     REFUSED(cone->base_radius, -1);
     REFUSED(cone->base_radius, 0);
     REFUSED(cone->material, too_many);

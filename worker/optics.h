@@ -22,8 +22,8 @@
 /*
  * cos^n b, b the angle between the mirrored light and the eye; 0 when cos b <= 0, and below
  * e^-700 = 1e-304. to_light may have any length but 0. For these vectors as they are the relative
- * error is at most (2 + 0.05 |ln value|) u, 3.4 u above 1e-12, for any 0 <= shininess <= 1e9: it
- * does not grow with the exponent.
+ * error is at most (2 + 0.05 |ln value|) u, 3.4 u above 1e-12, for any 0 <= shininess <=
+ * SHININESS_MAX (1e15): it does not grow with the exponent.
  */
 double phong_lobe(struct vec3 view, struct vec3 normal, struct vec3 to_light, double shininess);
 

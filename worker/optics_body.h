@@ -146,7 +146,7 @@ static inline double power_of_e(struct dd x)
  *
  * with j so that 2^j P^2 / Q^2 is between 1/sqrt 2 and sqrt 2.
  * Next to the highlight's middle, where j = 0, the numerator is -Q^2 sin^2 b. It is all that is
- * left of two numbers that are nearly equal, and exponents up to 1e9 enlarge what is lost: hence
+ * left of two numbers that are nearly equal, and exponents up to 1e15 enlarge what is lost: hence
  * double-double up to there.
  */
 struct lobe {
