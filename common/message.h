@@ -32,6 +32,10 @@ size_t character_bytes(const char *characters);
 /* The same of one that a terminal can show; 0: it is a control character, or none at all. */
 size_t printable_bytes(const char *characters);
 
+/* The digits of a limit, for a text that is a constant. */
+#define DIGITS(limit)     DIGITS_OF(limit)
+#define DIGITS_OF(digits) #digits
+
 /* A copy of text, such as the name of a file, for a terminal: as in messages. The caller frees it. */
 char *printable_text(const char *text) __attribute__((returns_nonnull));
 

@@ -20,7 +20,7 @@
 #define SCENE_VERSION 1u
 
 /* Limits of what a view can ask for. A canvas of the largest picture takes 3 GiB. */
-#define PICTURE_MAX_EDGE   65535u
+#define PICTURE_MAX_EDGE   65535
 #define PICTURE_MAX_PIXELS (UINT64_C(1) << 28)
 #define RENDER_MAX_DEPTH   1000000u
 #define SAMPLES_MAX        65536u

@@ -85,11 +85,16 @@ double allocation_told(const struct allocation *allocation)
     return allocation->all_told;
 }
 
+/* What twice as many samples leave of a pixel's squared error, 2^-3/2 (allocation.h), and of its gain e / cost: half
+ * as much of that, 2^-5/2. */
+#define ERROR_OF_DOUBLE 0.35355339059327379
+#define GAIN_OF_DOUBLE  (ERROR_OF_DOUBLE / 2)
+
 unsigned allocation_doublings(double gain, double limit, unsigned most)
 {
     unsigned count = 0;
     while (count < most && gain > limit) {
-        gain *= 0.17677669529663687;
+        gain *= GAIN_OF_DOUBLE;
         count++;
     }
     return count;
@@ -109,7 +114,7 @@ struct allocation_outcome allocation_under(const struct allocation *allocation, 
             sum.left += factor * allocation->told[bin][k];
             sum.effort += efforts[k < most ? k : most] * allocation->efforts[bin][k];
             if (k >= most) continue;
-            factor *= 0.35355339059327379;
+            factor *= ERROR_OF_DOUBLE;
         }
     }
     return sum;

@@ -69,7 +69,7 @@ const char *builder_add_material(struct builder *builder, const struct material 
         !at_least_zero(material->specular))
         return "ambient, diffuse and specular have to be finite numbers >= 0";
     if (!shininess_valid(material->shininess))
-        return "shininess is out of range, expected a number from 0 to 1e15";
+        return "shininess is out of range, expected a number from 0 to " DIGITS(SHININESS_MAX);
     if (!at_least_zero(material->reflection) || material->reflection > 1)
         return "reflection is out of range, expected a number from 0 to 1";
     if (!at_least_zero(material->transmission) || material->transmission > 1)
@@ -354,7 +354,7 @@ static void pack(struct list *list, size_t size, uint32_t *place)
     list->count = kept;
 }
 
-/* Where the k-th reference to a table stands in a primitive. */
+/* Where an index into a table stands in the primitives of a kind. */
 struct reference {
     enum primitive_kind kind;
     size_t offset;

@@ -126,7 +126,9 @@ static int judge_samples(const struct run *run)
 /* The end of a sentence on pixels without a sample: what leaves fewer of them. */
 static const char *advice(const struct view *view)
 {
-    return view->min_samples > SAMPLES_FEW ? " (sampling.min_samples = 4 would leave fewer)" : "";
+    return view->min_samples > SAMPLES_FEW
+               ? " (sampling.min_samples = " DIGITS(SAMPLES_FEW) " would leave fewer)"
+               : "";
 }
 
 /* What a time limit has left without any sample; false: all of it, there is no picture. */

@@ -6,6 +6,7 @@
 
 #include "common/cores.h"
 #include "common/message.h"
+#include "master/union_find.h"
 
 #define NOBODY UINT32_MAX
 
@@ -13,31 +14,13 @@
 struct muster {
     const struct berth *berths;  /* per renderer, as all that follows */
     const struct berth **sorted; /* by machine */
-    uint32_t *before; /* somebody of its group with a lower number; its own: it is the first one */
-    uint32_t *cores;  /* of the group whose first one it is */
+    uint32_t *parent;            /* union_find.h */
+    uint32_t *cores;             /* of the group whose first one it is */
 };
 
 static bool is_known(const struct berth *berth)
 {
     return berth->machine[0] != '\0' && CPU_COUNT(&berth->cores) > 0;
-}
-
-/* The first one of the renderer's group; the next search is shorter. */
-static uint32_t first_of(struct muster *muster, uint32_t renderer)
-{
-    uint32_t *before = muster->before;
-    while (before[renderer] != renderer)
-        renderer = before[renderer] = before[before[renderer]];
-    return renderer;
-}
-
-static void unite(struct muster *muster, uint32_t a, uint32_t b)
-{
-    a = first_of(muster, a), b = first_of(muster, b);
-    if (a < b)
-        muster->before[b] = a;
-    else
-        muster->before[a] = b;
 }
 
 /* The renderer is in the group of everybody who has one of its cores. has: who has which core. */
@@ -48,7 +31,7 @@ static void join(struct muster *muster, uint32_t renderer, uint32_t has[CPU_SETS
     for (size_t core = 0; left > 0; core++) {
         if (!CPU_ISSET(core, cores)) continue;
         left--;
-        if (has[core] != NOBODY) unite(muster, renderer, has[core]);
+        if (has[core] != NOBODY) union_find_join(muster->parent, renderer, has[core]);
         has[core] = renderer;
     }
 }
@@ -61,7 +44,7 @@ static void join_machine(struct muster *muster, const struct berth *const *berth
     for (uint32_t i = 0; i < count; i++)
         if (is_known(berths[i])) join(muster, (uint32_t)(berths[i] - muster->berths), has);
     for (size_t core = 0; core < CPU_SETSIZE; core++)
-        if (has[core] != NOBODY) muster->cores[first_of(muster, has[core])]++;
+        if (has[core] != NOBODY) muster->cores[union_find_root(muster->parent, has[core])]++;
 }
 
 static int by_machine(const void *first, const void *second)
@@ -74,10 +57,9 @@ static int by_machine(const void *first, const void *second)
 static void join_all(struct muster *muster, uint32_t renderers)
 {
     const struct berth **sorted = muster->sorted;
-    for (uint32_t i = 0; i < renderers; i++) {
+    for (uint32_t i = 0; i < renderers; i++)
         sorted[i] = &muster->berths[i];
-        muster->before[i] = i;
-    }
+    union_find_init(muster->parent, renderers);
     qsort(sorted, renderers, sizeof *sorted, by_machine);
     for (uint32_t begin = 0, end = 0; begin < renderers; begin = end) {
         while (end < renderers && by_machine(&sorted[begin], &sorted[end]) == 0)
@@ -90,14 +72,14 @@ static void join_all(struct muster *muster, uint32_t renderers)
 static void number(struct crowd *crowd, struct muster *muster)
 {
     for (uint32_t i = 0; i < crowd->renderers; i++) {
-        uint32_t first = first_of(muster, i);
+        uint32_t first = union_find_root(muster->parent, i);
         crowd->group_of[i] = first == i ? crowd->count++ : crowd->group_of[first];
     }
     crowd->groups = allocate_zeroed(crowd->count, sizeof *crowd->groups);
     for (uint32_t i = 0; i < crowd->renderers; i++)
         crowd->groups[crowd->group_of[i]].renderers++;
     for (uint32_t i = 0; i < crowd->renderers; i++) {
-        if (first_of(muster, i) != i) continue;
+        if (union_find_root(muster->parent, i) != i) continue;
         struct crowd_group *group = &crowd->groups[crowd->group_of[i]];
         uint32_t cores = muster->cores[i];
         group->processors = cores == 0 || cores > group->renderers ? group->renderers : cores;
@@ -109,14 +91,14 @@ void crowd_init(struct crowd *crowd, const struct berth *berths, uint32_t render
 {
     struct muster muster = {.berths = berths,
                             .sorted = allocate(renderers, sizeof *muster.sorted),
-                            .before = allocate(renderers, sizeof *muster.before),
+                            .parent = allocate(renderers, sizeof *muster.parent),
                             .cores = allocate_zeroed(renderers, sizeof *muster.cores)};
     *crowd = (struct crowd){.renderers = renderers,
                             .group_of = allocate(renderers, sizeof *crowd->group_of)};
     join_all(&muster, renderers);
     number(crowd, &muster);
     free(muster.sorted);
-    free(muster.before);
+    free(muster.parent);
     free(muster.cores);
 }
 

@@ -141,7 +141,8 @@ static bool heading_good(struct feed *feed, const char *line, size_t length)
     if (!close || (comment && comment < close))
         return refuse(feed, "a section without its ']', expected [kind] or [kind name]");
     if (close - line - 1 > SECTION_MAX_BYTES)
-        return refuse(feed, "the section is too long, expected at most 49 bytes between [ and ]");
+        return refuse(feed, "the section is too long, expected at most " DIGITS(
+                                SECTION_MAX_BYTES) " bytes between [ and ]");
     const char *rest = close + 1, *end = line + length;
     while (rest < end && is_blank(*rest))
         rest++;
@@ -173,7 +174,8 @@ static bool feed_long_entry(struct feed *feed, const char *line, size_t length, 
         separator++;
     if (separator == end) return refuse(feed, "expected 'key = value', a [section] or a comment");
     if (separator - line > KEY_MAX_BYTES)
-        return refuse(feed, "the key's name is too long, expected at most 49 bytes");
+        return refuse(
+            feed, "the key's name is too long, expected at most " DIGITS(KEY_MAX_BYTES) " bytes");
     const char *value = separator + 1;
     while (value < end && is_blank(*value))
         value++;
@@ -218,7 +220,7 @@ static char *feed_line(char *buffer, int size, void *stream)
         const char *line = next_line(feed, &length);
         if (length == 0 || *line == ';' || *line == '#') continue;
         if (length > LINE_MAX_BYTES) {
-            refuse(feed, "the line is too long, expected at most 4096 bytes");
+            refuse(feed, "the line is too long, expected at most " DIGITS(LINE_MAX_BYTES) " bytes");
             return NULL;
         }
         bool fed = *line == '[' ? feed_heading(feed, line, length, buffer)

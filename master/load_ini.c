@@ -137,14 +137,16 @@ static bool may_include(const struct reading *at, const struct part *inner)
 {
     int depth = 0;
     if (++inner->loader->include_count > INCLUDE_MAX_COUNT)
-        return refuse_section_key(at, "file",
-                                  "too many files are included, at most 65536 are possible");
+        return refuse_section_key(
+            at, "file",
+            "too many files are included, at most " DIGITS(INCLUDE_MAX_COUNT) " are possible");
     for (const struct part *part = inner->outer; part; part = part->outer) {
         if (strcmp(part->real_path, inner->real_path) == 0)
             return refuse_section_key(at, "file", "the file includes itself, expected another one");
         if (++depth > INCLUDE_MAX_DEPTH)
-            return refuse_section_key(
-                at, "file", "includes are nested too deeply, at most 16 levels are possible");
+            return refuse_section_key(at, "file",
+                                      "includes are nested too deeply, at most " DIGITS(
+                                          INCLUDE_MAX_DEPTH) " levels are possible");
     }
     return true;
 }

@@ -128,7 +128,7 @@ static bool read_resolution(struct nff *nff)
                     scan_unsigned(&nff->scan, &size[0]) && scan_unsigned(&nff->scan, &size[1]) &&
                         size[0] >= 1 && size[0] <= PICTURE_MAX_EDGE && size[1] >= 1 &&
                         size[1] <= PICTURE_MAX_EDGE,
-                    "'resolution' needs two whole numbers from 1 to 65535");
+                    "'resolution' needs two whole numbers from 1 to " DIGITS(PICTURE_MAX_EDGE));
 }
 
 static bool read_background(struct nff *nff)
@@ -275,9 +275,10 @@ static bool read_corner_count(struct nff *nff, uint32_t *corners)
                         "text after the number of corners, expected the end of the line");
     /* In quotes, as a word of the file could begin like a warning. */
     char *given = scan_word(&ahead, word, sizeof word) ? format_text("'%s'", word) : NULL;
-    user_error(nff->path, nff->scan.line,
-               "%s in place of a polygon's number of corners, expected 3 to 20000",
-               given ? given : "nothing");
+    user_error(
+        nff->path, nff->scan.line,
+        "%s in place of a polygon's number of corners, expected 3 to " DIGITS(POLYGON_MAX_CORNERS),
+        given ? given : "nothing");
     free(given);
     return false;
 }

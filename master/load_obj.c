@@ -200,7 +200,8 @@ static bool read_corners(struct obj *obj)
     obj->corner_count = 0;
     while (!scan_at_end(&obj->scan)) {
         if (obj->corner_count == POLYGON_MAX_CORNERS)
-            return refuse(obj, "the face has too many corners, at most 20000 are possible");
+            return refuse(obj, "the face has too many corners, at most " DIGITS(
+                                   POLYGON_MAX_CORNERS) " are possible");
         make_corner_room(obj);
         const char *start = obj->scan.at;
         if (!read_corner(obj, &obj->corners[obj->corner_count]) ||

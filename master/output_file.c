@@ -55,18 +55,23 @@ static int open_pipe(const char *path)
     return pipe;
 }
 
+/* Of a descriptor, which belongs to the stream, or is closed where there is none; NULL, too, for one below 0. */
+static FILE *stream_of(int descriptor)
+{
+    FILE *file = descriptor < 0 ? NULL : fdopen(descriptor, "wb");
+    if (!file && descriptor >= 0) close(descriptor);
+    return file;
+}
+
 /* /dev/stdout is not opened again: of a regular file that would write over what is there. */
 FILE *open_in_place(const char *path)
 {
     struct stat there;
-    if (!path_is_stdout(path) && stat(path, &there) == 0 && S_ISFIFO(there.st_mode)) {
-        int pipe = open_pipe(path);
-        return pipe < 0 ? NULL : fdopen(pipe, "wb");
-    }
+    if (!path_is_stdout(path) && stat(path, &there) == 0 && S_ISFIFO(there.st_mode))
+        return stream_of(open_pipe(path));
     if (!path_is_stdout(path)) return fopen(path, "wb");
     fflush(stdout);
-    int copy = dup(STDOUT_FILENO);
-    return copy < 0 ? NULL : fdopen(copy, "wb");
+    return stream_of(dup(STDOUT_FILENO));
 }
 
 static FILE *open_beside(struct output *output, const char *path, const struct stat *old)
@@ -81,7 +86,7 @@ static FILE *open_beside(struct output *output, const char *path, const struct s
     if (descriptor < 0) return NULL;
     /* A file system without permissions refuses, and does no harm. */
     if (old && fchmod(descriptor, old->st_mode & 0777)) errno = 0;
-    return fdopen(descriptor, "wb");
+    return stream_of(descriptor);
 }
 
 static void output_open(struct output *output)

@@ -285,7 +285,7 @@ bool serve(struct service *service)
     fill_waits(&server);
     fill_picture(&server);
     service->guessed_rmse = guessed_rmse(&server);
-    put_last_pieces(&server);
+    put_last_pieces(&server); /* in the place of what was guessed there */
     end_server(&server);
     /* Between passes the queue is complete, the picture not. */
     return service->timed_out || (server.last_pass && queue_complete(service->queue));

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "master/union_find.h"
 
 /* Corner c is corner c % 3 of triangle c / 3. */
 struct spoke {
@@ -94,24 +95,6 @@ static double corner_angle(const struct smoothing *s, uint64_t corner)
     return atan2(vec_length(vec_cross(a, b)), vec_dot(a, b));
 }
 
-static uint32_t group_of(uint32_t *groups, uint32_t i)
-{
-    while (groups[i] != i)
-        i = groups[i] = groups[groups[i]];
-    return i;
-}
-
-/* The lower index leads, so that the result does not depend on the order of joining. */
-static void join(uint32_t *groups, uint32_t a, uint32_t b)
-{
-    a = group_of(groups, a);
-    b = group_of(groups, b);
-    if (a < b)
-        groups[b] = a;
-    else
-        groups[a] = b;
-}
-
 static int compare_spokes(const void *a, const void *b)
 {
     const struct spoke *x = a, *y = b;
@@ -183,16 +166,16 @@ static void join_at_edge(struct smoothing *s, const uint64_t *corners, struct sp
     for (size_t i = 1; i < count; i++)
         for (size_t k = i > EDGE_FACES ? i - EDGE_FACES : 0; k < i; k++)
             if (is_smooth_edge(s, corners[spokes[k].local], corners[spokes[i].local]))
-                join(s->groups, spokes[k].local, spokes[i].local);
+                union_find_join(s->groups, spokes[k].local, spokes[i].local);
 }
 
 /* Groups the corners of one vertex by the smooth edges between their triangles. */
 static void group_corners(struct smoothing *s, const uint64_t *corners, size_t count)
 {
     make_room(s, count);
+    union_find_init(s->groups, (uint32_t)count);
     for (uint32_t i = 0; i < count; i++) {
         const uint32_t *v = s->triangles[corners[i] / 3].vertex;
-        s->groups[i] = i;
         struct spoke *spokes = s->spokes + 2 * (size_t)i;
         spokes[0] = (struct spoke){v[(corners[i] + 1) % 3], i};
         spokes[1] = (struct spoke){v[(corners[i] + 2) % 3], i};
@@ -210,7 +193,7 @@ static void average_vertex(struct smoothing *s, const uint64_t *corners, size_t 
 {
     group_corners(s, corners, count);
     for (uint32_t i = 0; i < count; i++) {
-        uint64_t leader = corners[group_of(s->groups, i)];
+        uint64_t leader = corners[union_find_root(s->groups, i)];
         s->leader[corners[i]] = leader;
         s->normals[leader] = vec_add_scaled(s->normals[leader], s->faces[corners[i] / 3],
                                             corner_angle(s, corners[i]));

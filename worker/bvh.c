@@ -107,35 +107,24 @@ static struct collection parts_of(const struct whole *whole)
     return all;
 }
 
-static void add_bounds(struct bounds *all, const struct bounds *more)
-{
-    for (unsigned axis = 0; axis < 3; axis++) {
-        all->min[axis] = smaller_number(all->min[axis], more->min[axis]);
-        all->max[axis] = larger_number(all->max[axis], more->max[axis]);
-    }
-}
-
-static const struct bounds no_bounds = {{INFINITE, INFINITE, INFINITE},
-                                        {-INFINITE, -INFINITE, -INFINITE}};
-
 static void find_bounds(void *context, uint32_t round)
 {
     const struct collection *all = context;
     struct part *part = &all->parts[round];
-    part->bounds = no_bounds;
+    part->bounds = BOUNDS_NONE;
     for (uint32_t index = part->begin; index < part->end; index++) {
         struct bounds bounds = primitive_bounds(all->whole->scene, primitive_id(part->kind, index));
-        add_bounds(&part->bounds, &bounds);
+        bounds_add(&part->bounds, &bounds);
     }
 }
 
 /* The middle of everything, on axes where that is further from the origin than the scene is wide. */
 static void place_center(struct collection *all, double center[3])
 {
-    struct bounds bounds = no_bounds;
+    struct bounds bounds = BOUNDS_NONE;
     crew_share(all->whole->crew, all->count, find_bounds, all);
     for (uint32_t i = 0; i < all->count; i++)
-        add_bounds(&bounds, &all->parts[i].bounds);
+        bounds_add(&bounds, &all->parts[i].bounds);
     for (unsigned axis = 0; axis < 3; axis++) {
         double middle = bounds.min[axis] / 2 + bounds.max[axis] / 2;
         bool far = isfinite(middle) && fabs(middle) > bounds.max[axis] - bounds.min[axis];

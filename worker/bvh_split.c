@@ -30,9 +30,9 @@ float round_up(double x)
 
 static inline struct extent item_extent(const struct item *item)
 {
-    struct extent extent;
-    memcpy(&extent.min, item->min, sizeof extent.min);
-    memcpy(&extent.max, &item->max, sizeof extent.max);
+    struct extent extent; /* of four floats: the last ones are what follows */
+    memcpy(&extent.min, (const char *)item + offsetof(struct item, min), sizeof extent.min);
+    memcpy(&extent.max, (const char *)item + offsetof(struct item, max), sizeof extent.max);
     return extent;
 }
 
@@ -134,7 +134,6 @@ typedef void bin_items(const struct whole *whole, struct binning *binning, uint3
                        uint32_t end);
 
 /* Bins that some of the crew fill, each with the items of its round. */
-
 struct bin_parts {
     const struct whole *whole;
     uint32_t begin, end;

@@ -154,6 +154,7 @@ bool hear(struct worker *worker)
     worker->heard++;
     MPI_Get_count(&status, MPI_BYTE, &bytes);
     if (status.MPI_TAG == TAG_MASTER_TO_RENDERER_STOP) {
+        if (bytes != 0) fatal("the master said stop in a way that makes no sense");
         worker->stopped = true;
         return true;
     }

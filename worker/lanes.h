@@ -463,7 +463,8 @@ static INLINED void lanes_of_rows(const double *const at[LANES], struct lanes ou
 
 #endif
 
-/* lanes_lowest(), lanes_highest(): of all lanes, none of which is NaN.
+/* What all three of them have above:
+ * lanes_lowest(), lanes_highest(): of all lanes, none of which is NaN.
  * lanes_sum(): of all lanes, added up in the same order on every level.
  * lanes_choose(): a in the lanes of the set, b in the others.
  * equal_ids(): the lanes that have this id; put_ids(): gives it to those of the set.

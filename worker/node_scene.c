@@ -19,10 +19,10 @@
 #include "worker/node.h"
 
 /*
- * One window per node: the head, the scene block, the BVH, and on rank 0's node a tray for each of the
- * others, and what arrives from them.
+ * One segment per node, plain memory for a rank alone on its own: the head, the scene block, the BVH, and on rank
+ * 0's node a tray for each of the others, and what arrives from them.
  *
- *   window  | head | ... | scene | ... | BVH | ... | trays | arrivals |   each at a multiple of a
+ *   segment | head | ... | scene | ... | BVH | ... | trays | arrivals |   each at a multiple of a
  *                                                                           cache line
  */
 #define CACHE_LINE ((size_t)64)
@@ -34,7 +34,7 @@ struct member {
 
 /* built is posted for every other rank when the BVH is there: who waits for that sleeps, and is there at
  * once, which it would not be after naps as long as a BVH takes. */
-struct window_head {
+struct segment_head {
     uint64_t offset;   /* of the scene */
     uint64_t trays;    /* offset of the first one; 0: there are none */
     uint64_t arrivals; /* offset, where there are trays */
@@ -44,18 +44,18 @@ struct window_head {
 };
 
 /* NULL: there are none. */
-static struct tray *first_tray(struct window_head *head)
+static struct tray *first_tray(struct segment_head *head)
 {
     return head->trays > 0 ? (void *)((char *)head + head->trays) : NULL;
 }
 
 /* Where there are trays. */
-static struct arrivals *find_arrivals(struct window_head *head)
+static struct arrivals *find_arrivals(struct segment_head *head)
 {
     return (void *)((char *)head + head->arrivals);
 }
 
-/* What a node's window has room for. */
+/* What a node's segment has room for. */
 struct room {
     size_t head, content; /* bytes; content: scene and BVH */
     size_t trays;         /* for so many ranks of the node */
@@ -71,7 +71,7 @@ static struct room find_room(MPI_Comm comm, const struct welcome *welcome,
     size_t members = (size_t)place->size;
     return (struct room){
         .head =
-            round_up_to(sizeof(struct window_head) + members * sizeof(struct member), CACHE_LINE),
+            round_up_to(sizeof(struct segment_head) + members * sizeof(struct member), CACHE_LINE),
         .content = round_up_to(welcome->scene_bytes, CACHE_LINE) +
                    round_up_to(welcome->bvh_bytes, CACHE_LINE),
         .trays = place->first == 0 ? members - 1 : 0,
@@ -87,14 +87,14 @@ static size_t room_bytes(const struct room *room)
 }
 
 /* By the first rank of the node. A rank alone on its node shares no memory. */
-static struct window_head *create_window(struct node_scene *shared, const struct room *room,
-                                         const struct node_place *place)
+static struct segment_head *create_node_segment(struct node_scene *shared, const struct room *room,
+                                                const struct node_place *place)
 {
-    shared->window_bytes = room_bytes(room);
-    shared->own_memory = place->size == 1 ? allocate_large(shared->window_bytes) : NULL;
-    struct window_head *head = shared->own_memory
-                                   ? shared->own_memory
-                                   : segment_extend(place->segment, shared->window_bytes);
+    shared->segment_bytes = room_bytes(room);
+    shared->own_memory = place->size == 1 ? allocate_large(shared->segment_bytes) : NULL;
+    struct segment_head *head = shared->own_memory
+                                    ? shared->own_memory
+                                    : segment_extend(place->segment, shared->segment_bytes);
     /* Memory of its own may begin anywhere. */
     head->offset = room->head + (-(uintptr_t)head % CACHE_LINE);
     if (sem_init(&head->built, 1, 0) != 0) fatal("cannot create a semaphore: %s", strerror(errno));
@@ -104,16 +104,17 @@ static struct window_head *create_window(struct node_scene *shared, const struct
     return head;
 }
 
-/* Every rank finds the window of its node, which is empty as yet; the first one learns who there is, to lend their
+/* Every rank finds the segment of its node, which is empty as yet; the first one learns who there is, to lend their
  * cores and to see them off in the end. own: the segment that this rank has made. */
-static void enter_window(MPI_Comm comm, const struct room *room, const struct node_place *place,
-                         struct segment_address own, struct node_scene *shared)
+static void enter_node_segment(MPI_Comm comm, const struct room *room,
+                               const struct node_place *place, struct segment_address own,
+                               struct node_scene *shared)
 {
     int rank;
     MPI_Comm_rank(comm, &rank);
-    if (shared->leads) shared->head = create_window(shared, room, place);
+    if (shared->leads) shared->head = create_node_segment(shared, room, place);
     wait_for_all(comm);
-    if (!shared->leads) shared->head = segment_open(place->segment, &shared->window_bytes);
+    if (!shared->leads) shared->head = segment_open(place->segment, &shared->segment_bytes);
     shared->head->members[place->index] = (struct member){(int32_t)getpid(), rank};
     wait_for_all(comm);
     segment_release(own);
@@ -137,7 +138,7 @@ static void find_trays(const struct room *room, const struct node_place *place,
         shared->trays[shared->head->members[i].rank] = trays + i - 1;
 }
 
-static void init_trays(struct window_head *head, const struct room *room)
+static void init_trays(struct segment_head *head, const struct room *room)
 {
     for (size_t i = 0; i < room->trays; i++) {
         struct tray *tray = first_tray(head) + i;
@@ -163,7 +164,7 @@ static void send_scene(MPI_Comm leaders, const struct welcome *welcome, struct s
         fatal("rank 0 has left too little room for the BVH");
 }
 
-/* Brings the scene into the window of every node. */
+/* Brings the scene into the segment of every node. */
 static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
                        struct node_scene *shared)
 {
@@ -173,8 +174,8 @@ static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scen
     const struct room room = find_room(comm, welcome, &node.place);
     shared->process_count = node.place.size;
     shared->leads = node.place.index == 0;
-    enter_window(comm, &room, &node.place, own, shared);
-    struct window_head *head = shared->head;
+    enter_node_segment(comm, &room, &node.place, own, shared);
+    struct segment_head *head = shared->head;
     char *scene = (char *)head + head->offset;
     if (shared->leads) {
         init_trays(head, &room);
@@ -237,7 +238,7 @@ void share_bvh(struct node_scene *shared)
 }
 
 /* By the first rank of the node. */
-static void free_window(struct node_scene *shared)
+static void free_node_segment(struct node_scene *shared)
 {
     sem_destroy(&shared->head->built);
     bell_free(shared->bell);
@@ -249,10 +250,10 @@ static void free_window(struct node_scene *shared)
 void unshare_scene(MPI_Comm comm, struct node_scene *shared)
 {
     wait_for_all(comm);
-    if (shared->leads) free_window(shared);
+    if (shared->leads) free_node_segment(shared);
     if (shared->own_memory)
         free(shared->own_memory);
     else
-        segment_close(shared->head, shared->window_bytes);
+        segment_close(shared->head, shared->segment_bytes);
     free(shared->trays);
 }

@@ -9,16 +9,16 @@
 #include "common/scene.h"
 #include "worker/bvh.h"
 
-struct window_head;
+struct segment_head;
 struct bell;
 struct tray;
 struct arrivals;
 
 struct node_scene {
     const struct scene *scene;
-    struct bvh *bvh;          /* to be built by the first rank of the node */
-    struct window_head *head; /* of that memory, of so many bytes */
-    size_t window_bytes;
+    struct bvh *bvh;           /* to be built by the first rank of the node */
+    struct segment_head *head; /* of that memory, of so many bytes */
+    size_t segment_bytes;
     struct bell *bell;   /* in it: wakes the first rank of the node */
     struct tray *tray;   /* in it: this rank's lots, results and bell; NULL: rank 0 is elsewhere */
     struct tray **trays; /* to rank 0: of every rank, NULL on other nodes; owned */

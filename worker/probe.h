@@ -92,7 +92,7 @@ static inline uint32_t triangles_of(const struct bvh_leaf *leaves, uint32_t coun
     return triangles;
 }
 
-/* The same of up to LANES triangles by the filter of double, a few at a time. */
+/* Sorts up to LANES triangles (sort_triangles()) by the filter of double, a few at a time. */
 static lane_set __attribute__((noinline))
 sort_in_double(const struct probe *probe, const struct bvh_leaf *leaves, uint32_t count,
                const struct reach *reach, lane_set *certain)

@@ -30,18 +30,8 @@ struct cluster {
     struct bounds box;
 };
 
-static const struct bounds nothing = {{HUGE_VAL, HUGE_VAL, HUGE_VAL},
-                                      {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
 static const struct bounds everywhere = {{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL},
                                          {HUGE_VAL, HUGE_VAL, HUGE_VAL}};
-
-static void include(struct bounds *box, const struct bounds *more)
-{
-    for (int axis = 0; axis < 3; axis++) {
-        if (more->min[axis] < box->min[axis]) box->min[axis] = more->min[axis];
-        if (more->max[axis] > box->max[axis]) box->max[axis] = more->max[axis];
-    }
-}
 
 /* What surfaces make of what comes along reflected and refracted rays: each in groups of its own, as
  * far as there are any. */
@@ -82,10 +72,10 @@ static struct bounds bounds_of(const struct scene *scene, uint32_t id)
 
 static void measure(const struct scene *scene, const uint32_t *ids, struct cluster *cluster)
 {
-    cluster->box = nothing;
+    cluster->box = BOUNDS_NONE;
     for (uint32_t i = 0; i < cluster->count; i++) {
         struct bounds box = bounds_of(scene, ids[cluster->first + i]);
-        include(&cluster->box, &box);
+        bounds_add(&cluster->box, &box);
     }
 }
 
@@ -110,11 +100,11 @@ static bool split(const struct scene *scene, uint32_t *ids, struct cluster *clus
     unsigned axis = longest_axis(&cluster->box);
     double middle = cluster->box.min[axis] / 2 + cluster->box.max[axis] / 2;
     uint32_t below = 0, *id = ids + cluster->first;
-    struct bounds parts[2] = {nothing, nothing};
+    struct bounds parts[2] = {BOUNDS_NONE, BOUNDS_NONE};
     for (uint32_t i = 0; i < cluster->count; i++) {
         struct bounds box = bounds_of(scene, id[i]);
         bool is_below = box.min[axis] / 2 + box.max[axis] / 2 < middle;
-        include(&parts[!is_below], &box);
+        bounds_add(&parts[!is_below], &box);
         if (!is_below) continue;
         uint32_t other = id[below];
         id[below++] = id[i];
@@ -318,8 +308,8 @@ void radiance_init(struct radiance *radiance, const struct scene *scene)
     radiance->scene = scene;
     for (int axis = 0; axis < 3; axis++)
         for (uint32_t g = 0; g < RADIANCE_GROUPS; g++) {
-            radiance->min[axis][g] = nothing.min[axis];
-            radiance->max[axis][g] = nothing.max[axis];
+            radiance->min[axis][g] = BOUNDS_NONE.min[axis];
+            radiance->max[axis][g] = BOUNDS_NONE.max[axis];
             radiance->only[g] = PRIMITIVE_NONE;
         }
     radiance->light_grows = radiance_light_grows(scene);

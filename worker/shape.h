@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "common/extremes.h"
 #include "common/vec.h"
 #include "worker/exact.h"
 #include "worker/ray.h"
@@ -17,6 +18,18 @@
 struct bounds {
     double min[3], max[3];
 };
+
+/* Around nothing. */
+#define BOUNDS_NONE                                                                                \
+    ((struct bounds){{INFINITE, INFINITE, INFINITE}, {-INFINITE, -INFINITE, -INFINITE}})
+
+static inline void bounds_add(struct bounds *all, const struct bounds *more)
+{
+    for (unsigned axis = 0; axis < 3; axis++) {
+        all->min[axis] = smaller_number(all->min[axis], more->min[axis]);
+        all->max[axis] = larger_number(all->max[axis], more->max[axis]);
+    }
+}
 
 /*
  * Where a ray's line crosses a primitive: a surface at most once, a convex solid at most twice (in,

@@ -63,7 +63,7 @@ static inline struct vec3 plain_unit(struct vec3 v, bool *sure)
     return vec3(v.x / length, v.y / length, v.z / length);
 }
 
-/* The same for vectors, in place of a branch. */
+/* condition ? a : b for vectors, in place of a branch. */
 static inline struct vec3 choose(bool condition, struct vec3 a, struct vec3 b)
 {
     return vec3(condition ? a.x : b.x, condition ? a.y : b.y, condition ? a.z : b.z);
