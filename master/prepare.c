@@ -110,58 +110,69 @@ static bool starts_in_time(struct run *run)
     return false;
 }
 
-static void discard(struct scene **block)
+/* Of these three each returns an exit status, or -1 to go on. */
+
+static int load(struct run *run)
 {
-    free(*block);
-    *block = NULL;
+    const struct options *options = &run->options;
+    enum reach reach = options->allow_outside ? REACH_ANYWHERE : REACH_FOLDER;
+    if (!load_job(options->config, options->overrides, options->override_count, reach, &run->job))
+        return STATUS_INPUT;
+    if (options->action != ACTION_PRINT_CONFIG) return -1;
+    char *text = print_job(&run->job);
+    if (!text) return STATUS_INPUT;
+    fputs(text, stdout);
+    free(text);
+    return close_output();
+}
+
+/* The caller frees *block in any case; NULL: there is none. */
+static int make_scene(struct run *run, const struct view *view, struct scene **block)
+{
+    if (!make_queue(run, view)) return STATUS_INPUT;
+    if (!outputs_writable(&run->job.settings, view)) return STATUS_INPUT;
+    const char *reference = run->job.settings.sampling.reference;
+    if (*reference && !truth_read(reference, view->region_w, view->region_h, &run->reference))
+        return STATUS_INPUT;
+    uint64_t added = builder_primitive_count(run->job.builder);
+    *block = builder_finish(run->job.builder, view);
+    const char *why;
+    if (!scene_valid(*block, (*block)->bytes, &why)) {
+        user_error(run->options.config, 0, "%s, expected a scene of ordinary size", why);
+        return STATUS_INPUT;
+    }
+    describe_scene(&run->report, *block);
+    run->report.duplicates = added - run->report.primitives;
+    return -1;
+}
+
+static int open_rendering(struct run *run, const struct view *view, const struct scene *block)
+{
+    const struct settings *settings = &run->job.settings;
+    canvas_init(&run->canvas, view->region_w, view->region_h);
+    if (settings_adaptive(settings))
+        run->adaptive = adaptive_create(view, &run->canvas, settings->sampling.target_error);
+    double start = clock_wall();
+    bool opened = open_save(run, block);
+    run->report.time.resume = clock_wall() - start;
+    if (!opened) return STATUS_INPUT;
+    if (!starts_in_time(run)) return STATUS_FAILED;
+    if (run->save && save_was_empty(run->save)) stop_removes(settings->output.journal);
+    return -1;
 }
 
 int prepare(struct run *run, struct scene **block)
 {
     double start = clock_wall();
-    const struct options *options = &run->options;
-    enum reach reach = options->allow_outside ? REACH_ANYWHERE : REACH_FOLDER;
-    if (!load_job(options->config, options->overrides, options->override_count, reach, &run->job))
-        return STATUS_INPUT;
-    if (options->action == ACTION_PRINT_CONFIG) {
-        char *text = print_job(&run->job);
-        if (!text) return STATUS_INPUT;
-        fputs(text, stdout);
-        free(text);
-        return close_output();
-    }
+    int status = load(run);
+    if (status >= 0) return status;
     struct view view = settings_view(&run->job.settings);
-    if (!make_queue(run, &view)) return STATUS_INPUT;
-    if (!outputs_writable(&run->job.settings, &view)) return STATUS_INPUT;
-    const char *reference = run->job.settings.sampling.reference;
-    if (*reference && !truth_read(reference, view.region_w, view.region_h, &run->reference))
-        return STATUS_INPUT;
-    uint64_t added = builder_primitive_count(run->job.builder);
-    *block = builder_finish(run->job.builder, &view);
-    const char *why;
-    if (!scene_valid(*block, (*block)->bytes, &why)) {
-        user_error(options->config, 0, "%s, expected a scene of ordinary size", why);
-        discard(block);
-        return STATUS_INPUT;
-    }
-    describe_scene(&run->report, *block);
-    run->report.duplicates = added - run->report.primitives;
+    status = make_scene(run, &view, block);
     run->report.time.load = clock_wall() - start;
-    if (options->action == ACTION_CHECK) {
-        discard(block);
-        return print_check(run);
-    }
-    canvas_init(&run->canvas, view.region_w, view.region_h);
-    const struct settings *settings = &run->job.settings;
-    if (settings_adaptive(settings))
-        run->adaptive = adaptive_create(&view, &run->canvas, settings->sampling.target_error);
-    start = clock_wall();
-    bool opened = open_save(run, *block);
-    run->report.time.resume = clock_wall() - start;
-    if (!opened || !starts_in_time(run)) {
-        discard(block);
-        return opened ? STATUS_FAILED : STATUS_INPUT;
-    }
-    if (run->save && save_was_empty(run->save)) stop_removes(settings->output.journal);
-    return -1;
+    if (status < 0 && run->options.action == ACTION_CHECK) status = print_check(run);
+    if (status < 0) status = open_rendering(run, &view, *block);
+    if (status < 0) return status;
+    free(*block);
+    *block = NULL;
+    return status;
 }
