@@ -155,18 +155,18 @@ static bool judge_limit(const struct run *run, const struct service *service,
     return true;
 }
 
-/* Of a run that only writes what this one has rendered trace, heat map and ranks would be empty: for them
- * nothing is kept. What a time limit has ended would be rendered further, and be another picture. */
-static void keep_what_is_missing(struct run *run, struct written written, bool timed_out)
+/* Whether anything is kept. Of a run that only writes what this one has rendered trace, heat map and ranks would be
+ * empty: for them nothing is kept. What a time limit has ended would be rendered further, and be another picture. */
+static bool keep_what_is_missing(struct run *run, struct written written, bool timed_out)
 {
-    if (!written.picture) {
-        keep(run, timed_out ? "to go on" : "to write the picture without rendering it again");
-    } else if (!written.report && !timed_out) {
-        keep(run, "to write the report, too, without rendering the picture again");
-    } else {
-        save_drop(run->save);
-        run->save = NULL;
-    }
+    if (!written.picture)
+        return keep(run,
+                    timed_out ? "to go on" : "to write the picture without rendering it again");
+    if (!written.report && !timed_out)
+        return keep(run, "to write the report, too, without rendering the picture again");
+    save_drop(run->save);
+    run->save = NULL;
+    return false;
 }
 
 /* Below the table, which ends with the picture: where all else is. */
@@ -198,8 +198,8 @@ int run_conclude(struct run *run, const struct service *service, const struct vi
         return STATUS_FAILED;
     }
     struct written written = write_outputs(run);
-    keep_what_is_missing(run, written, service->timed_out);
-    if (!written.picture) return STATUS_FAILED;
+    bool kept = keep_what_is_missing(run, written, service->timed_out);
+    if (!written.picture) return kept && *stop_signal() ? STATUS_RESUMABLE : STATUS_FAILED;
     report_table(stdout, &run->report, terminal_columns(stderr));
     tell_outputs(run, written);
     int told = close_output(), judged = judge_samples(run);

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
@@ -463,14 +464,21 @@ static bool copy_file(int from, int to, uint64_t bytes)
     return fdatasync(to) == 0;
 }
 
+/* Reserves it in a new file where that is possible; false: there certainly is none. */
+static bool has_room_for(int file, uint64_t bytes)
+{
+    struct rlimit most;
+    if (getrlimit(RLIMIT_FSIZE, &most) == 0 && bytes > most.rlim_cur) return false;
+    return fallocate(file, FALLOC_FL_KEEP_SIZE, 0, (off_t)bytes) == 0 ||
+           (errno != ENOSPC && errno != EDQUOT);
+}
+
 bool journal_move(struct journal *journal, const char *path, uint64_t more)
 {
     int file = open(path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (file < 0) return false;
     (void)journal_lock(file); /* it is new: nobody else has it */
-    bool full = fallocate(file, FALLOC_FL_KEEP_SIZE, 0, (off_t)(journal->end + more)) != 0 &&
-                errno == ENOSPC;
-    if (full || !copy_file(journal->file, file, journal->end)) {
+    if (!has_room_for(file, journal->end + more) || !copy_file(journal->file, file, journal->end)) {
         unlink(path);
         close(file);
         return false;

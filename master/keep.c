@@ -150,7 +150,7 @@ bool keep(struct run *run, const char *then)
                    (unsigned long long)kept.lost, kept.lost_s);
     char *place = printable_text(kept.path);
     /* Not a message, in which a newline between quotes would become another command. */
-    fprintf(stderr, "farm: %s saved in %s; %s%s: %s\n", saved, place, then,
+    fprintf(stderr, "farm: %s saved in %s; %s%s: %s\n", saved, place, kept.lost ? "to go on" : then,
             plainly ? "" : ", start it in the same way", command);
     free(place);
     free(saved);

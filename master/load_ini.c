@@ -96,7 +96,8 @@ static bool find_file(const struct reading *at, const char *file, struct named_f
     char *why = NULL;
     named->path = path_in(entry->folder, file);
     /* What stands on the command line, which has no lines, is the user's own wish. */
-    named->root = entry->line ? copy_text(root) : root_of(named->path);
+    bool is_root_own = !entry->line && !path_is_within(named->path, root);
+    named->root = is_root_own ? root_of(named->path) : copy_text(root);
     if (access(named->path, R_OK) != 0)
         why = format_text("cannot open %s: %s%s", named->path, strerror(errno),
                           entry->line ? comment_hint(file) : "");

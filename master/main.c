@@ -294,6 +294,8 @@ static bool speaks_first(void)
     int length;
     const char *rank = getenv("PMI_RANK");
     MPI_Get_library_version(library, &length);
+    /* A rank without a line to who started it is left over from elsewhere: such a process is on its own. */
+    if (rank && !getenv("PMI_FD") && !getenv("PMI_PORT")) rank = NULL;
     if (!rank && strstr(library, "pmix")) rank = getenv("PMIX_RANK");
     return !rank || strcmp(rank, "0") == 0;
 }
@@ -337,6 +339,7 @@ static void occupy_standard_descriptors(void)
 int main(int argc, char **argv)
 {
     occupy_standard_descriptors();
+    stop_ignore_file_limit();
     struct run run = {.start = clock_wall(), .arguments = copy_arguments(argc, argv)};
     int status = answer_without_mpi(argc, argv, &run.options);
     if (status >= 0) return status;

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "common/clock.h"
@@ -15,16 +16,25 @@
 bool output_refused(const char *path, const char *key, int error)
 {
     bool full = error == ENOSPC || error == EDQUOT;
+    if (error == EINTR && *stop_signal()) { /* open_pipe() */
+        user_error(path, 0, "stopped by %s while waiting for somebody who reads from this pipe",
+                   strsignal(*stop_signal()));
+        return false;
+    }
     user_error(path, 0, "cannot write: %s, %schoose another place with %s=FILE", strerror(error),
                full ? "free some space or " : "", key);
     return false;
 }
 
-/* Cut, so that a name of the greatest length still leaves room for the rest. */
+/* Cut, so that a name of the greatest length still leaves room for the rest. The number is nobody else's, not even
+ * of a run in another container that has the same process number: it has the time in it, too. */
 static char *temporary_name(const char *target)
 {
+    struct timespec now;
+    clock_gettime(CLOCK_REALTIME, &now);
     char *folder = path_folder(target);
-    char *temporary = format_text("%s%.200s.%ld.tmp", folder, path_name(target), (long)getpid());
+    char *temporary = format_text("%s%.200s.%ld%09ld.tmp", folder, path_name(target),
+                                  (long)getpid(), now.tv_nsec);
     free(folder);
     return temporary;
 }
@@ -32,7 +42,6 @@ static char *temporary_name(const char *target)
 /* Created anew, for writing, with the permissions that any new file would get; -1 and errno. */
 static int create_temporary(const char *temporary)
 {
-    unlink(temporary); /* left by a killed process that had our number */
     return open(temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
 }
 
@@ -46,7 +55,10 @@ static int open_pipe(const char *path)
     bool told = false;
     int pipe;
     while ((pipe = open(path, O_WRONLY | O_NONBLOCK | O_CLOEXEC)) < 0 && errno == ENXIO) {
-        if (*stop_signal()) return -1;
+        if (*stop_signal()) {
+            errno = EINTR;
+            return -1;
+        }
         if (!told) user_note("%s is a pipe: waiting for somebody who reads from it", path);
         told = true;
         clock_sleep(PIPE_LOOK);

@@ -75,16 +75,20 @@ static void find_launcher_pipe(void)
     if (line && getenv("HYDI_CONTROL_FD")) launcher = (int)strtol(line, NULL, 10);
 }
 
+void stop_ignore_file_limit(void)
+{
+    act(SIGXFSZ, SIG_IGN, 0);
+}
+
 void stop_install(int rank)
 {
     find_launcher_pipe();
     act(SIGINT, rank == 0 ? note_signal : SIG_IGN, 0);
     act(SIGTERM, rank == 0 ? note_signal : SIG_IGN, 0);
     act(SIGUSR1, rank == 0 ? note_signal : SIG_IGN, 0);
-    /* A terminal or a reader that goes away, or a file grown to its limit. Of a hangup UCX makes a debugger's matter. */
+    /* A terminal or a reader that goes away. Of a hangup UCX makes a debugger's matter. */
     act(SIGHUP, SIG_IGN, 0);
     act(SIGPIPE, SIG_IGN, 0);
-    act(SIGXFSZ, SIG_IGN, 0);
 }
 
 void stop_is_served(void)
@@ -178,8 +182,8 @@ void stop_start_is_over(void)
 void stop_watch_the_end(int status)
 {
     final_status = status;
-    act(SIGINT, SIG_DFL, 0);
-    act(SIGTERM, SIG_DFL, 0);
+    act(SIGINT, SIG_IGN, 0);
+    act(SIGTERM, SIG_IGN, 0);
     act(SIGUSR1, SIG_IGN, 0);
     act(SIGALRM, leave, (int)SA_RESETHAND);
     alarm(LONGEST_END);

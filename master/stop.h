@@ -14,9 +14,13 @@ enum { STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_INPUT = 2, STATUS_RESUMABLE = 
  * second one, of whichever kind (what comes within a tenth of a second is one and the same: timeout(1)
  * signals a process and then its group); before stop_is_served() the first one ends the program with a
  * message. The other ranks ignore them (mpiexec passes signals to all ranks) and are told by rank 0.
- * A run goes on when its terminal goes (SIGHUP). Failed writes of all kinds become errors instead of signals.
+ * A run goes on when its terminal goes (SIGHUP). Failed writes to pipes become errors instead of signals.
  */
 void stop_install(int rank);
+
+/* A file grown to the limit of files (ulimit -f) is an error of who writes it, from here on: before MPI_Init(), too,
+ * which writes some of its own. */
+void stop_ignore_file_limit(void);
 
 /* From now on somebody looks at *stop_signal(): the number of the signal, or 0. */
 void stop_is_served(void);
@@ -46,8 +50,8 @@ void stop_watch_the_start(unsigned seconds);
 void stop_start_is_over(void);
 
 /*
- * All that matters is done: signals act as usual again, and if the process still stands after some
- * seconds the job ends with this status: MPI_Finalize waits for a rank that is stopped just then.
+ * All that matters is done: a signal changes nothing any more, not even the status, and if the process still
+ * stands after some seconds the job ends with this status: MPI_Finalize waits for a rank that is stopped just then.
  * (Over TCP alone, MPICH 4.0.2 was seen to wait in it for ever.)
  */
 void stop_watch_the_end(int status);

@@ -23,7 +23,8 @@ builds() {
 check "ranks of two builds do not render together" builds
 task() { # of Slurm, but no rank
     run 0 env -u PMI_RANK SLURM_PROCID=3 "$FARM" --version && [ "$out" ] &&
-        run 2 env -u PMI_RANK SLURM_PROCID=3 "$FARM" --frobnicate x.ini && echo "$err" | grep -q frobnicate
+        run 2 env -u PMI_RANK SLURM_PROCID=3 "$FARM" --frobnicate x.ini && echo "$err" | grep -q frobnicate &&
+        run 2 env PMI_RANK=1 "$FARM" --frobnicate x.ini && echo "$err" | grep -q frobnicate # left over
 }
 check "a farm in a Slurm task of its own speaks" task
 harmless() { # names of files write nothing else to the terminal

@@ -639,6 +639,11 @@ static void test_moved(void **state)
     assert_false(journal_stands(journal));
     assert_false(journal_move(journal, PATH, 0));
     assert_string_equal(journal_path(journal), PATH);
+    signal(SIGXFSZ, SIG_IGN);
+    struct rlimit old = limit_file_size(HEADER + 3 * RECORD);
+    assert_false(journal_move(journal, MOVED, 2 * RECORD)); /* no copy that does not take all */
+    assert_int_equal(access(MOVED, F_OK), -1);
+    setrlimit(RLIMIT_FSIZE, &old);
     assert_true(journal_move(journal, MOVED, PAYLOAD));
     assert_string_equal(journal_path(journal), MOVED);
     assert_true(journal_stands(journal) && append(journal, 2));

@@ -19,6 +19,7 @@ static int end_after(int first, int second, useconds_t pause)
     pid_t child = fork();
     assert_true(child >= 0);
     if (child == 0) {
+        stop_ignore_file_limit();
         stop_install(0);
         stop_is_served();
         raise(first);
@@ -66,12 +67,34 @@ static void test_goes_on(void **state)
     }
 }
 
+/* Whatever comes while ranks leave, all is done: it cannot change how the run has ended. */
+static void test_too_late(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        int status = 0;
+        pid_t child = fork();
+        assert_true(child >= 0);
+        if (child == 0) {
+            stop_install(0);
+            stop_is_served();
+            stop_watch_the_end(STATUS_DONE);
+            raise(kinds[i]);
+            _exit(9);
+        }
+        assert_int_equal(waitpid(child, &status, 0), child);
+        assert_true(WIFEXITED(status));
+        assert_int_equal(WEXITSTATUS(status), 9);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_second_ends),
         cmocka_unit_test(test_same_twice),
         cmocka_unit_test(test_goes_on),
+        cmocka_unit_test(test_too_late),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
