@@ -11,6 +11,7 @@
 #include "common/whole.h"
 #include "master/allocation.h"
 #include "master/expect.h"
+#include "master/hidden.h"
 #include "master/lattice.h"
 
 /* In one pass a pixel goes up this many levels at most: what is known of it is not enough for more. */
@@ -49,7 +50,7 @@ struct adaptive {
     unsigned passes;
     bool met;           /* the target */
     bool first;         /* pixels get their first samples in this pass */
-    bool expected;      /* error and hidden are of the pixels as they are */
+    bool expected;      /* error and warned are of the pixels as they are */
     uint64_t unsampled; /* pixels without any */
     double unsampled_s; /* that one of them is expected to take; 0: nobody knows */
     uint64_t missing;   /* pixels of the pass that are to come */
@@ -69,7 +70,8 @@ struct adaptive {
     uint8_t *level;        /* of each pixel */
     uint8_t *next;         /* which the pass brings it to */
     double *error;         /* expected squared error of each pixel */
-    struct hidden *hidden; /* of each block, as expect_errors() has it */
+    float *warned;         /* its root, by what is around each pixel alone */
+    struct hidden *hidden; /* what is missing in what they tell */
 };
 
 static size_t pixel_count(const struct adaptive *adaptive)
@@ -109,8 +111,8 @@ struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas,
     adaptive->level = allocate_there(pixels, 1);
     adaptive->next = memset(allocate_large(pixels), 1, pixels);
     adaptive->error = allocate_there(pixels, sizeof *adaptive->error);
-    adaptive->hidden =
-        allocate_zeroed((size_t)band_count(canvas) * block_count(canvas), sizeof *adaptive->hidden);
+    adaptive->warned = allocate_there(pixels, sizeof *adaptive->warned);
+    adaptive->hidden = hidden_create(pixels);
     adaptive->passes = 1;
     adaptive->first = true;
     adaptive->missing = adaptive->unsampled = adaptive->asked = pixels;
@@ -125,7 +127,8 @@ void adaptive_lend(struct adaptive *adaptive, struct crew *crew)
 void adaptive_destroy(struct adaptive *adaptive)
 {
     if (!adaptive) return;
-    free(adaptive->hidden);
+    hidden_destroy(adaptive->hidden);
+    free(adaptive->warned);
     free(adaptive->error);
     free(adaptive->next);
     free(adaptive->level);
@@ -143,31 +146,21 @@ static size_t first_pixel(const struct adaptive *adaptive, uint32_t band)
     return (size_t)band_begin(adaptive->canvas, band) * adaptive->canvas->width;
 }
 
-static const struct hidden *band_hidden(const struct adaptive *adaptive, uint32_t band)
-{
-    return adaptive->hidden + (size_t)band * block_count(adaptive->canvas);
-}
-
 static double error_of(const struct adaptive *adaptive, size_t pixel)
 {
     return own_error(adaptive->difference + 3 * pixel);
 }
 
-/*
- * Things smaller than a pixel that stand apart are met by luck. Those that are get more samples, as their own spread
- * says, and tell no more than they should from then on; those that are not tell nothing, and what all pixels tell
- * together comes out too small: 0.25 to 0.7 of the squared error in runs of scattered balls, stars and needles. So
- * pixels whose halves agree, to UNWARNED of what is hidden in their block, which is more than even colours leave, count
- * with that. HIDDEN_SPREAD is the standard deviation of the hidden error, relative: the sum with it was 0.73 to 1.02 of
- * the true one in six such scenes.
- */
-#define UNWARNED      0.01
-#define HIDDEN_SPREAD 0.3
+static struct sampled sampled(const struct adaptive *adaptive)
+{
+    return (struct sampled){adaptive->canvas, adaptive->difference, adaptive->spread,
+                            adaptive->level, &adaptive->levels};
+}
 
 /* Of a band of rows, or of all. */
 struct told {
-    struct error_sum errors;
-    double hidden;            /* by things that were missed */
+    struct error_sum errors; /* as halves tell them */
+    struct hidden_sum hidden;
     uint64_t pixels, samples; /* pixels that have some */
 };
 
@@ -176,85 +169,77 @@ struct telling {
     struct told *bands;
 };
 
-/* Of a pixel that has samples and tells this error, in a block with that; before it depends on luck which of them have
- * more, nothing. */
-static double hidden_of(const struct adaptive *adaptive, size_t pixel, double told,
-                        const struct hidden *hidden)
-{
-    double error = hidden->error[adaptive->level[pixel]];
-    return !adaptive->first && told < UNWARNED * error ? error : 0;
-}
-
 /* One that has samples. */
-static void sum_pixel(const struct adaptive *adaptive, size_t i, const struct hidden *hidden,
+static void sum_pixel(const struct adaptive *adaptive, const struct sampled *now, size_t i,
                       struct told *sum)
 {
     double square = error_of(adaptive, i);
     sum->errors.squares += square;
     sum->errors.fourths += square * square;
-    sum->hidden += hidden_of(adaptive, i, square, hidden);
     sum->pixels++;
     sum->samples += level_samples(&adaptive->view, adaptive->level[i]);
+    hidden_add(adaptive->hidden, now, i, &sum->hidden);
 }
 
 static void sum_band(void *context, uint32_t band)
 {
     const struct telling *it = context;
     const struct adaptive *adaptive = it->adaptive;
-    const struct hidden *hidden = band_hidden(adaptive, band);
-    size_t width = adaptive->canvas->width, end = first_pixel(adaptive, band + 1);
-    struct told sum = {{0, 0}, 0, 0, 0};
-    for (size_t i = first_pixel(adaptive, band); i < end; i += width)
-        for (uint32_t x = 0; x < width; x++)
-            if (adaptive->level[i + x] > 0) sum_pixel(adaptive, i + x, &hidden[block_of(x)], &sum);
+    size_t end = first_pixel(adaptive, band + 1);
+    struct sampled now = sampled(adaptive);
+    struct told sum = {.pixels = 0};
+    for (size_t i = first_pixel(adaptive, band); i < end; i++)
+        if (adaptive->level[i] > 0) sum_pixel(adaptive, &now, i, &sum);
     it->bands[band] = sum;
+}
+
+static void add_told(struct told *all, const struct told *more)
+{
+    all->errors.squares += more->errors.squares;
+    all->errors.fourths += more->errors.fourths;
+    all->pixels += more->pixels;
+    all->samples += more->samples;
+    hidden_join(&all->hidden, &more->hidden);
 }
 
 /* The crew is busy with tiles until all of the pass are in. */
 static struct told sum_told(const struct adaptive *adaptive)
 {
     uint32_t bands = band_count(adaptive->canvas);
-    struct told all = {{0, 0}, 0, 0, 0};
+    struct told all = {.pixels = 0};
     struct telling it = {adaptive, allocate(bands, sizeof *it.bands)};
     crew_share(adaptive->missing ? NULL : adaptive->crew, bands, sum_band, &it);
-    for (uint32_t k = 0; k < bands; k++) {
-        const struct told *band = &it.bands[k];
-        all.errors.squares += band->errors.squares;
-        all.errors.fourths += band->errors.fourths;
-        all.hidden += band->hidden;
-        all.pixels += band->pixels;
-        all.samples += band->samples;
-    }
+    for (uint32_t k = 0; k < bands; k++)
+        add_told(&all, &it.bands[k]);
     free(it.bands);
     return all;
 }
 
-/* What is expected of the pixels now, if all have samples. */
-static void expect(struct adaptive *adaptive)
-{
-    struct sampled pixels = {adaptive->canvas, adaptive->difference, adaptive->spread,
-                             adaptive->level, &adaptive->levels};
-    if (adaptive->expected || adaptive->unsampled > 0) return;
-    expect_errors(&pixels, adaptive->crew, adaptive->error, adaptive->hidden);
-    adaptive->expected = true;
-}
-
 /* With what is hidden. */
-static struct error_sum all_errors(const struct told *told)
+static struct error_sum all_errors(const struct adaptive *adaptive, const struct told *told)
 {
-    struct error_sum errors = told->errors;
-    errors.squares += told->hidden;
-    errors.fourths += HIDDEN_SPREAD * told->hidden * HIDDEN_SPREAD * told->hidden;
-    return errors;
+    return hidden_errors(adaptive->hidden, &told->hidden, told->errors);
 }
 
-struct error_sum adaptive_errors(struct adaptive *adaptive, uint64_t *pixels, uint64_t *samples)
+/* What is expected of the pixels now, if all have samples, and what they tell. */
+static struct told expect(struct adaptive *adaptive)
 {
-    if (adaptive->missing == 0) expect(adaptive);
+    struct told told = sum_told(adaptive);
+    hidden_share(adaptive->hidden, &told.hidden);
+    if (adaptive->expected || adaptive->unsampled > 0) return told;
+    struct sampled now = sampled(adaptive);
+    expect_errors(&now, adaptive->crew, adaptive->error, adaptive->warned);
+    adaptive->expected = true;
+    return told;
+}
+
+struct error_sum adaptive_errors(const struct adaptive *adaptive, uint64_t *pixels,
+                                 uint64_t *samples)
+{
     struct told told = sum_told(adaptive);
     *pixels = told.pixels;
     *samples = told.samples;
-    return all_errors(&told);
+    return all_errors(adaptive, &told);
 }
 
 /* ---- what they cost ---- */
@@ -273,9 +258,14 @@ static double effort_of(const struct adaptive *adaptive, size_t pixel)
     return (double)adaptive->rays[pixel] * adaptive->efforts[level][level + 1];
 }
 
+static double hidden_in(const struct adaptive *adaptive, size_t pixel)
+{
+    return hidden_of(adaptive->hidden, pixel, adaptive->level[pixel]);
+}
+
 static double gain_of(const struct adaptive *adaptive, size_t pixel)
 {
-    return adaptive->error[pixel] / cost_of(adaptive, pixel);
+    return (adaptive->error[pixel] + hidden_in(adaptive, pixel)) / cost_of(adaptive, pixel);
 }
 
 static double expected_sum(const struct adaptive *adaptive)
@@ -300,14 +290,12 @@ struct allocating {
     struct allocation **parts;
 };
 
-static void allocate_pixel(const struct allocating *it, struct allocation *allocation, size_t i,
-                           const struct hidden *hidden)
+static void allocate_pixel(const struct allocating *it, struct allocation *allocation, size_t i)
 {
     const struct adaptive *adaptive = it->adaptive;
-    double told = error_of(adaptive, i);
-    told += hidden_of(adaptive, i, told, hidden);
-    allocation_add(allocation, gain_of(adaptive, i), it->told ? told : adaptive->error[i],
-                   effort_of(adaptive, i), adaptive->last - adaptive->level[i]);
+    double told = it->told ? error_of(adaptive, i) + hidden_in(adaptive, i) : adaptive->error[i];
+    allocation_add(allocation, gain_of(adaptive, i), told, effort_of(adaptive, i),
+                   adaptive->last - adaptive->level[i]);
 }
 
 static void allocate_part(void *context, uint32_t part)
@@ -315,15 +303,10 @@ static void allocate_part(void *context, uint32_t part)
     const struct allocating *it = context;
     const struct adaptive *adaptive = it->adaptive;
     struct allocation *allocation = it->parts[part] = allocation_create(it->error);
-    uint32_t width = adaptive->canvas->width;
     uint32_t last = smaller((part + 1) * it->bands, band_count(adaptive->canvas));
-    for (uint32_t band = part * it->bands; band < last; band++) {
-        const struct hidden *hidden = band_hidden(adaptive, band);
-        size_t first = first_pixel(adaptive, band), end = first_pixel(adaptive, band + 1);
-        for (size_t i = first; i < end; i += width)
-            for (uint32_t x = 0; x < width; x++)
-                allocate_pixel(it, allocation, i + x, &hidden[block_of(x)]);
-    }
+    size_t end = first_pixel(adaptive, last);
+    for (size_t i = first_pixel(adaptive, part * it->bands); i < end; i++)
+        allocate_pixel(it, allocation, i);
 }
 
 /* All pixels, and what their halves tell, with what is hidden; where these tell nothing (of all of them), what is
@@ -382,6 +365,14 @@ struct stepping {
     struct step *bands;
 };
 
+/* Whether the pixel would get more samples by what is around it alone. */
+static bool is_warned(const struct adaptive *adaptive, size_t pixel, double limit)
+{
+    double warned = (double)adaptive->warned[pixel];
+    double gain = warned * warned / cost_of(adaptive, pixel);
+    return allocation_doublings(gain, limit, 1) > 0;
+}
+
 /* Its pixels' next levels. */
 static void step_band(void *context, uint32_t band)
 {
@@ -393,6 +384,8 @@ static void step_band(void *context, uint32_t band)
         unsigned level = adaptive->level[i], most = adaptive->last - level;
         if (most > LEVELS_PER_PASS) most = LEVELS_PER_PASS;
         unsigned up = allocation_doublings(gain_of(adaptive, i), it->limit, most);
+        if (hidden_is_open(adaptive->hidden, i) && !is_warned(adaptive, i, it->limit))
+            hidden_leave(adaptive->hidden, i, adaptive->warned[i]);
         adaptive->next[i] = (uint8_t)(level + up);
         step.missing += up > 0;
         step.left += error_of(adaptive, i) * left_of(adaptive, level, level + up);
@@ -432,9 +425,8 @@ struct looked {
 /* All pixels of the last pass are in. */
 static struct looked look_at_pass(struct adaptive *adaptive)
 {
-    expect(adaptive);
-    struct told told = sum_told(adaptive);
-    struct error_sum errors = all_errors(&told);
+    struct told told = expect(adaptive);
+    struct error_sum errors = all_errors(adaptive, &told);
     struct error_estimate estimate =
         error_estimate(&errors, told.pixels, ERROR_LOOK_PASS, adaptive->passes);
     return (struct looked){told, estimate.high};
@@ -608,9 +600,8 @@ static double effort_behind_first(const struct adaptive *adaptive, double limit)
 
 double adaptive_foresee(struct adaptive *adaptive, double rmse, double power)
 {
-    expect(adaptive);
-    struct told told = sum_told(adaptive);
-    double squares = told.errors.squares, with_hidden = all_errors(&told).squares;
+    struct told told = expect(adaptive);
+    double squares = told.errors.squares, with_hidden = all_errors(adaptive, &told).squares;
     if (told.pixels < pixel_count(adaptive) || !(squares > 0)) return (double)NAN;
     double exponent =
         (adaptive->log_kept + PROMISE_BEFORE) / (adaptive->log_promised + PROMISE_BEFORE);
@@ -778,6 +769,15 @@ static void put_first(struct adaptive *adaptive, size_t i, const struct news *mo
     adaptive->rays[i] = (float)rays_of(*more->rays);
 }
 
+static struct known known_of(const struct adaptive *adaptive, size_t i)
+{
+    struct known known = {.level = adaptive->level[i]};
+    memcpy(known.mean, &adaptive->canvas->rgb[3 * i], sizeof known.mean);
+    memcpy(known.difference, &adaptive->difference[3 * i], sizeof known.difference);
+    known.spread = adaptive->spread[i];
+    return known;
+}
+
 static void put_more(struct adaptive *adaptive, size_t i, const struct news *more)
 {
     double before = samples_of(adaptive, adaptive->level[i]);
@@ -796,6 +796,7 @@ static void put_more(struct adaptive *adaptive, size_t i, const struct news *mor
 static double put_pixel(struct adaptive *adaptive, size_t i, const struct news *more)
 {
     uint32_t from = adaptive->level[i], to = adaptive->next[i];
+    struct known before = known_of(adaptive, i);
     if (from == 0) {
         put_first(adaptive, i, more);
         adaptive->unsampled--;
@@ -803,6 +804,8 @@ static double put_pixel(struct adaptive *adaptive, size_t i, const struct news *
         put_more(adaptive, i, more);
     }
     adaptive->level[i] = (uint8_t)to;
+    struct sampled now = sampled(adaptive);
+    if (from > 0) hidden_settle(adaptive->hidden, &now, i, &before);
     adaptive->missing--;
     adaptive->expected = false;
     return rays_of(*more->rays) * adaptive->efforts[from][to];

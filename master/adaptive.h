@@ -42,8 +42,9 @@
  * reach the pass's aim: the target, or an eighth of the present error if that is more; or to take no
  * longer than there is time, if that is less. Nothing is doubled more than four times in a pass.
  *
- * The error of the picture is estimated by what all halves tell, and by what surprises say that has been missed where
- * halves tell nothing (struct hidden).
+ * The error of the picture is estimated by what all halves tell, and by what pixels that were left where they are show
+ * to have missed when they get more samples after all (master/hidden.h). What is hidden so counts in e, too, and with
+ * it what nobody has found yet.
  *
  * So a thin wire that few first samples have met is followed from there, by D, two pixels further in each
  * pass. What no sample has met, and no neighbour's, is not known and not looked for.
@@ -161,7 +162,8 @@ uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *
 double adaptive_target(const struct adaptive *adaptive);
 
 /* Errors of all pixels that have samples; their number; samples of all. */
-struct error_sum adaptive_errors(struct adaptive *adaptive, uint64_t *pixels, uint64_t *samples);
+struct error_sum adaptive_errors(const struct adaptive *adaptive, uint64_t *pixels,
+                                 uint64_t *samples);
 
 /* Passes planned so far, pass 0 included. */
 unsigned adaptive_passes(const struct adaptive *adaptive);

@@ -23,7 +23,7 @@ void color_row_take(const struct color_row *row, const struct canvas *canvas, in
     }
 }
 
-/* Differences of some pixels' colours, and their squares: of neighbours that do not count 0. */
+/* Differences of some pixels' colours, and their squares: of neighbours that do not count NaN, and 0. */
 struct differences {
     double x[CHUNK], y[CHUNK], z[CHUNK], square[CHUNK];
 };
@@ -43,10 +43,11 @@ static void find_differences(const struct color_row rows[3], uint32_t first, uin
         double y = (double)there[1][i] - (double)here[1][i];
         double z = (double)there[2][i] - (double)here[2][i];
         double square = x * x + y * y + z * z;
-        to->x[i] = x;
-        to->y[i] = y;
-        to->z[i] = z;
-        to->square[i] = square < HUGE_VAL ? square : 0;
+        bool counts = square < HUGE_VAL;
+        to->x[i] = counts ? x : (double)NAN;
+        to->y[i] = counts ? y : (double)NAN;
+        to->z[i] = counts ? z : (double)NAN;
+        to->square[i] = counts ? square : 0;
     }
 }
 
@@ -85,17 +86,53 @@ static void take_opposite(const struct differences *restrict to,
     }
 }
 
+/* Of one component of the neighbours' colours. */
+struct extremes {
+    double low[CHUNK], high[CHUNK];
+};
+
+static void take_extremes(const double *restrict value, struct extremes *restrict so_far)
+{
+    OVER_PIXELS
+    for (uint32_t i = 0; i < CHUNK; i++) {
+        double now = value[i], low = so_far->low[i], high = so_far->high[i];
+        so_far->low[i] = now < low ? now : low;
+        so_far->high[i] = now > high ? now : high;
+    }
+}
+
+/* The most that a value between the two can have. */
+static double range_variance(const struct extremes *extremes, uint32_t i)
+{
+    double range = extremes->high[i] - extremes->low[i];
+    return range > 0 ? range * range / 4 : 0;
+}
+
+static void extremes_init(struct extremes *extremes)
+{
+    for (uint32_t i = 0; i < CHUNK; i++) {
+        extremes->low[i] = HUGE_VAL;
+        extremes->high[i] = -HUGE_VAL;
+    }
+}
+
 #define HERE 4 /* of the 3 x 3 */
 
 static void contrast_of_chunk(const struct color_row rows[3], uint32_t first, uint32_t count,
-                              double *largest, double *across)
+                              const struct contrasts *contrasts)
 {
     struct differences to = {0}, farthest = {0};
+    struct extremes extremes[3];
     double opposite[CHUNK] = {0};
+    for (unsigned c = 0; c < 3; c++)
+        extremes_init(&extremes[c]);
     for (unsigned k = 0; k < 9; k++) {
         if (k == HERE) continue;
         find_differences(rows, first, count, k, &to);
         take_farther(&to, &farthest);
+        take_extremes(to.x, &extremes[0]);
+        take_extremes(to.y, &extremes[1]);
+        take_extremes(to.z, &extremes[2]);
     }
     for (unsigned k = 0; k < 9; k++) {
         if (k == HERE) continue;
@@ -103,15 +140,18 @@ static void contrast_of_chunk(const struct color_row rows[3], uint32_t first, ui
         take_opposite(&to, &farthest, opposite);
     }
     for (uint32_t i = 0; i < count; i++) {
-        largest[i] = farthest.square[i] / 3;
-        across[i] = opposite[i] / 3;
+        contrasts->largest[first + i] = farthest.square[i] / 3;
+        contrasts->across[first + i] = opposite[i] / 3;
+        contrasts->around[first + i] =
+            (range_variance(&extremes[0], i) + range_variance(&extremes[1], i) +
+             range_variance(&extremes[2], i)) /
+            3;
     }
 }
 
-void contrast_of_row(const struct color_row rows[3], uint32_t width, double *largest,
-                     double *across)
+void contrast_of_row(const struct color_row rows[3], uint32_t width,
+                     const struct contrasts *contrasts)
 {
     for (uint32_t first = 0; first < width; first += CHUNK)
-        contrast_of_chunk(rows, first, width - first < CHUNK ? width - first : CHUNK,
-                          largest + first, across + first);
+        contrast_of_chunk(rows, first, width - first < CHUNK ? width - first : CHUNK, contrasts);
 }

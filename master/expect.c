@@ -13,13 +13,6 @@
 #define ROWS  (2 * REACH + 1) /* that a filtered value is made of */
 static const double weights[ROWS] = {1, 4, 6, 4, 1};
 
-/*
- * What nothing around a pixel has warned of: what its halves tell is SURPRISE times D and P together.
- * Edges, of which about 5 of the 24 pixels around one are part, hardly ever surprise. Blocks are so large
- * that some thousand pixels tell of such things.
- */
-#define SURPRISE 8
-
 uint32_t band_count(const struct canvas *canvas)
 {
     return divide_up(canvas->height, BAND_ROWS);
@@ -30,9 +23,18 @@ uint32_t band_begin(const struct canvas *canvas, uint32_t band)
     return band < band_count(canvas) ? band * BAND_ROWS : canvas->height;
 }
 
-uint32_t block_count(const struct canvas *canvas)
+/* Surprises are counted by blocks, squares as high as a band: how many there are in one, and which one a column
+ * is in. */
+#define BLOCK_EDGE BAND_ROWS
+
+static uint32_t block_count(const struct canvas *canvas)
 {
     return divide_up(canvas->width, BLOCK_EDGE);
+}
+
+static uint32_t block_of(uint32_t x)
+{
+    return x / BLOCK_EDGE;
 }
 
 void levels_init(struct levels *levels, const struct view *view)
@@ -89,12 +91,11 @@ struct band {
     uint32_t width;
     struct smooth variance, spread;
     struct color_row colors[3];
-    double *row_weight;       /* of each column: the sum of the weights that lie in the picture */
-    double *largest, *across; /* of each pixel of the present row */
-    double *surprise;         /* of each block of the band: what nothing has warned of */
-    double *doubles;          /* all of these; owned */
-    struct hidden *hidden;    /* of each block; the caller's */
-    float *floats;            /* the colours; owned */
+    double *row_weight;         /* of each column: the sum of the weights that lie in the picture */
+    struct contrasts contrasts; /* of the present row */
+    double *surprise;           /* of each block of the band: what nothing has warned of */
+    double *doubles;            /* all of these; owned */
+    float *floats;              /* the colours; owned */
 };
 
 /* The next so many of the band's numbers. */
@@ -130,20 +131,18 @@ static double weight_inside(uint32_t at, uint32_t size)
     return sum;
 }
 
-static void band_init(struct band *band, const struct sampled *pixels, struct hidden *hidden)
+static void band_init(struct band *band, const struct sampled *pixels)
 {
     size_t width = pixels->canvas->width, blocks = block_count(pixels->canvas);
-    *band = (struct band){.pixels = pixels, .width = (uint32_t)width, .hidden = hidden};
-    memset(hidden, 0, blocks * sizeof *hidden);
+    *band = (struct band){.pixels = pixels, .width = (uint32_t)width};
     band->doubles =
-        allocate_zeroed(2 * smooth_size(width) + 3 * width + blocks, sizeof *band->doubles);
+        allocate_zeroed(2 * smooth_size(width) + 4 * width + blocks, sizeof *band->doubles);
     band->floats = allocate_zeroed(9 * (width + 2), sizeof *band->floats);
     double *left = band->doubles;
     smooth_init(&band->variance, width, &left);
     smooth_init(&band->spread, width, &left);
     band->row_weight = cut(&left, width);
-    band->largest = cut(&left, width);
-    band->across = cut(&left, width);
+    band->contrasts = (struct contrasts){cut(&left, width), cut(&left, width), cut(&left, width)};
     band->surprise = cut(&left, blocks);
     for (unsigned i = 0; i < 9; i++)
         band->colors[i / 3].plane[i % 3] = band->floats + i * (width + 2);
@@ -218,7 +217,7 @@ static void find_contrasts(struct band *band, uint32_t y)
     for (uint32_t k = 0; k < 3; k++)
         rows[k] = band->colors[(y + k + 2) % 3]; /* row y + k - 1 */
     color_row_take(&rows[2], band->pixels->canvas, (int64_t)y + 1);
-    contrast_of_row(rows, band->width, band->largest, band->across);
+    contrast_of_row(rows, band->width, &band->contrasts);
 }
 
 /* v */
@@ -229,23 +228,7 @@ static double variance_of(double around, double spread_around, double spread, do
     return (PRIOR * around + (samples - 2) * ratio * spread) / (PRIOR + samples - 2);
 }
 
-/*
- * A thing that covers the share p of a pixel and differs by c from what is around leaves a contrast C = p c and a
- * spread S = p (1 - p) c^2, and p = C^2 / (C^2 + S). Had all n samples missed it, with a chance of q = (1 - p)^n,
- * nothing would tell of it, and the squared error be C^2. So for each one of its kind that was met there are
- * q / (1 - q) others (D. Horvitz & D. Thompson, "A generalization of sampling without replacement from a finite
- * universe", J. Am. Stat. Assoc. 47, 1952). square: C^2.
- */
-static void add_hidden(const struct levels *levels, double square, double spread,
-                       struct hidden *hidden)
-{
-    if (!(square > 0 && spread > 0)) return;
-    double missed = log1p(-square / (square + spread));
-    for (unsigned level = 1; level <= LEVEL_MAX; level++)
-        hidden->error[level] += square / expm1(-levels->samples[level] * missed);
-}
-
-static void expect_row(struct band *band, uint32_t y, double *error)
+static void expect_row(struct band *band, uint32_t y, double *error, float *warned)
 {
     const struct sampled *pixels = band->pixels;
     find_around(band, &band->variance, y);
@@ -255,15 +238,14 @@ static void expect_row(struct band *band, uint32_t y, double *error)
         size_t i = (size_t)y * band->width + x;
         double samples = pixels->levels->samples[pixels->level[i]];
         double power = pixels->levels->power[pixels->level[i]];
-        double around = band->variance.around[x], across = band->across[x];
-        double missed = MISSED * (band->largest[x] + across) / (samples * samples * samples);
+        double around = band->variance.around[x], across = band->contrasts.across[x];
+        double missed = MISSED / (samples * samples * samples);
         double own = own_variance(pixels, i);
         double spread = own_spread(pixels, i), spread_around = band->spread.around[x];
-        if (own > SURPRISE * (around + across)) {
-            band->surprise[block_of(x)] += own;
-            add_hidden(pixels->levels, band->largest[x], spread, &band->hidden[block_of(x)]);
-        }
-        error[i] = variance_of(around, spread_around, spread, samples) / power + missed;
+        if (own > SURPRISE * (around + across)) band->surprise[block_of(x)] += own;
+        error[i] = variance_of(around, spread_around, spread, samples) / power +
+                   missed * (band->contrasts.largest[x] + across);
+        warned[i] = (float)sqrt((around + band->contrasts.around[x]) / power);
     }
 }
 
@@ -273,8 +255,6 @@ static void spread_blocks(const struct band *band, uint32_t rows)
     for (uint32_t x = 0; x < band->width; x += BLOCK_EDGE) {
         uint32_t block_pixels = rows * smaller(BLOCK_EDGE, band->width - x);
         band->surprise[block_of(x)] /= block_pixels;
-        for (unsigned level = 0; level <= LEVEL_MAX; level++)
-            band->hidden[block_of(x)].error[level] /= block_pixels;
     }
 }
 
@@ -291,7 +271,7 @@ static void expect_surprises(const struct band *band, uint32_t y, double *error)
 struct expectation {
     const struct sampled *pixels;
     double *error;
-    struct hidden *hidden;
+    float *warned;
 };
 
 static void expect_band(void *context, uint32_t number)
@@ -300,14 +280,14 @@ static void expect_band(void *context, uint32_t number)
     const struct canvas *canvas = it->pixels->canvas;
     uint32_t begin = band_begin(canvas, number), end = band_begin(canvas, number + 1);
     struct band band;
-    band_init(&band, it->pixels, it->hidden + (size_t)number * block_count(canvas));
+    band_init(&band, it->pixels);
     for (int64_t y = (int64_t)begin - REACH; y < (int64_t)begin + REACH; y++)
         take_row(&band, y);
     color_row_take(&band.colors[(begin + 2) % 3], canvas, (int64_t)begin - 1);
     color_row_take(&band.colors[begin % 3], canvas, begin);
     for (uint32_t y = begin; y < end; y++) {
         take_row(&band, (int64_t)y + REACH);
-        expect_row(&band, y, it->error);
+        expect_row(&band, y, it->error, it->warned);
     }
     spread_blocks(&band, end - begin);
     for (uint32_t y = begin; y < end; y++)
@@ -315,9 +295,8 @@ static void expect_band(void *context, uint32_t number)
     band_free(&band);
 }
 
-void expect_errors(const struct sampled *pixels, struct crew *crew, double *error,
-                   struct hidden *hidden)
+void expect_errors(const struct sampled *pixels, struct crew *crew, double *error, float *warned)
 {
-    struct expectation it = {pixels, error, hidden};
+    struct expectation it = {pixels, error, warned};
     crew_share(crew, band_count(pixels->canvas), expect_band, &it);
 }

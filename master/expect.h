@@ -34,24 +34,13 @@ struct sampled {
 /* The squared error of a pixel as its own halves tell it, 3 floats; 0 where they are not finite. */
 double own_error(const float *difference);
 
-/* Surprises are counted by blocks, squares as high as a band: how many there are in one, and which one a column
- * is in. */
-#define BLOCK_EDGE BAND_ROWS
-uint32_t block_count(const struct canvas *canvas);
-static inline uint32_t block_of(uint32_t x)
-{
-    return x / BLOCK_EDGE;
-}
-
-/* Of a block, by level: the squared error that a pixel of it has, in the mean, by things that its samples have all
- * missed. */
-struct hidden {
-    double error[LEVEL_MAX + 1];
-};
+/* What nothing around a pixel has warned of: what its halves tell is so many times what is expected by what is around
+ * it. Edges, of which about 5 of the 24 pixels around one are part, hardly ever surprise. Blocks are so large that some
+ * thousand pixels tell of such things. */
+#define SURPRISE 8
 
 /* Sets the expected squared error of every pixel: finite, as squares of floats are well inside of what doubles
- * hold; and what is hidden in each block, block_count() of them for each band. */
-void expect_errors(const struct sampled *pixels, struct crew *crew, double *error,
-                   struct hidden *hidden);
+ * hold; and the root of what is expected of it by what is around it alone, whatever its own samples have met. */
+void expect_errors(const struct sampled *pixels, struct crew *crew, double *error, float *warned);
 
 #endif

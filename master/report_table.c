@@ -427,6 +427,19 @@ static void put_truncation(struct table *table, const struct report *report)
     end_flow(table);
 }
 
+/* What the picture's file cannot show. */
+static void put_clipped(struct table *table, const struct report *report)
+{
+    const struct quantisation *file = &report->quantisation;
+    double pixels = (double)report->image_width * report->image_height;
+    if (file->clipped == 0) return;
+    flow(table, "clipped: %.2g %% of the pixels are brighter than white",
+         100 * (double)file->clipped / pixels);
+    flow_on(table, "(RMSE %s;", error_figure(file->clipped_rmse).text);
+    flow_on(table, ".hdr keeps them)");
+    end_flow(table);
+}
+
 /* What has ended adaptive sampling. */
 static void put_end(struct table *table, const struct report *report)
 {
@@ -452,6 +465,7 @@ static void put_summary(struct table *table, const struct report *report,
     put_error(table, report);
     put_end(table, report);
     put_truncation(table, report);
+    put_clipped(table, report);
     uint64_t nonfinite = report_picture_counts(report).nonfinite;
     if (nonfinite) {
         flow(table, "%llu sample%s not finite", (unsigned long long)nonfinite,

@@ -18,7 +18,7 @@ enum { STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_INPUT = 2, STATUS_RESUMABLE = 
  */
 void stop_install(int rank);
 
-/* A file grown to the limit of files (ulimit -f) is an error of who writes it, from here on: before MPI_Init(), too,
+/* A file grown to the limit of files (ulimit -f) is an error of who writes it, from here on: before MPI starts, too,
  * which writes some of its own. */
 void stop_ignore_file_limit(void);
 

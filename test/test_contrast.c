@@ -50,8 +50,23 @@ static struct differences differences_of(const struct canvas *canvas, int64_t x,
     return all;
 }
 
+/* The mean over components of a quarter of their range's square. */
+static double range_variance(const struct differences *all)
+{
+    double sum = 0;
+    for (int c = 0; c < 3 && all->count > 0; c++) {
+        double low = all->by[0][c], high = low;
+        for (unsigned k = 1; k < all->count; k++) {
+            low = fmin(low, all->by[k][c]);
+            high = fmax(high, all->by[k][c]);
+        }
+        sum += (high - low) * (high - low) / 4;
+    }
+    return sum / 3;
+}
+
 static void check_pixel(const struct canvas *canvas, uint32_t x, uint32_t y, double largest,
-                        double across)
+                        double across, double around)
 {
     struct differences all = differences_of(canvas, x, y);
     unsigned far = 0;
@@ -62,6 +77,7 @@ static void check_pixel(const struct canvas *canvas, uint32_t x, uint32_t y, dou
         opposite = fmax(opposite, -product(all.by[far], all.by[k]));
     assert_true(largest == (all.count ? all.square[far] / 3 : 0));
     assert_true(across == opposite / 3);
+    assert_true(around == range_variance(&all));
 }
 
 static void check_canvas(uint32_t width, uint32_t height)
@@ -72,19 +88,22 @@ static void check_canvas(uint32_t width, uint32_t height)
     for (size_t i = 0; i < 3 * (size_t)width * height; i++)
         canvas.rgb[i] = component(&state);
     float *floats = allocate(9 * ((size_t)width + 2), sizeof *floats);
-    double *largest = allocate(width, sizeof *largest), *across = allocate(width, sizeof *across);
+    struct contrasts contrasts = {allocate(width, sizeof(double)), allocate(width, sizeof(double)),
+                                  allocate(width, sizeof(double))};
     struct color_row rows[3];
     for (unsigned i = 0; i < 9; i++)
         rows[i / 3].plane[i % 3] = floats + i * ((size_t)width + 2);
     for (uint32_t y = 0; y < height; y++) {
         for (unsigned k = 0; k < 3; k++)
             color_row_take(&rows[k], &canvas, (int64_t)y + k - 1);
-        contrast_of_row(rows, width, largest, across);
+        contrast_of_row(rows, width, &contrasts);
         for (uint32_t x = 0; x < width; x++)
-            check_pixel(&canvas, x, y, largest[x], across[x]);
+            check_pixel(&canvas, x, y, contrasts.largest[x], contrasts.across[x],
+                        contrasts.around[x]);
     }
-    free(across);
-    free(largest);
+    free(contrasts.around);
+    free(contrasts.across);
+    free(contrasts.largest);
     free(floats);
     canvas_free(&canvas);
 }

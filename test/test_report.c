@@ -481,6 +481,24 @@ static void test_table_narrow(void **state)
     free(text);
 }
 
+/* What a PNG cannot show is told where there is any. */
+static void test_table_clipped(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[1];
+    struct report report = sample_report(renderers, 1);
+    char *text = table_text(&report, 80);
+    assert_null(strstr(text, "clipped"));
+    free(text);
+    report.quantisation = (struct quantisation){.clipped = 435, .clipped_rmse = 0.00651};
+    report.image_width = 640;
+    report.image_height = 480;
+    text = table_text(&report, 80);
+    assert_has(text, "\nclipped: 0.14 % of the pixels are brighter than white "
+                     "(RMSE 0.0065; .hdr keeps them)\n");
+    free(text);
+}
+
 /* What the picture may lack is told where it lacks something. */
 static void test_table_truncation(void **state)
 {
@@ -683,6 +701,7 @@ int main(void)
         cmocka_unit_test(test_json_numbers),
         cmocka_unit_test(test_table),
         cmocka_unit_test(test_table_narrow),
+        cmocka_unit_test(test_table_clipped),
         cmocka_unit_test(test_table_truncation),
         cmocka_unit_test(test_table_fits),
         cmocka_unit_test(test_table_extremes),
