@@ -183,16 +183,18 @@ void costs_derive(struct tile_costs *map)
     costs_integrate(map);
 }
 
-/* The scene at this size; the caller frees it. */
+/* The scene at this size, uniformly sampled whatever it asks for; the caller frees it. */
 static struct scene *load_scene(const char *config, uint32_t width, uint32_t height,
                                 uint32_t samples)
 {
     char *overrides[] = {format_text("image.width=%u", width),
                          format_text("image.height=%u", height),
-                         format_text("sampling.samples=%u", samples)};
+                         format_text("sampling.samples=%u", samples),
+                         copy_text("sampling.target_error=0"), copy_text("sampling.time_limit=0")};
+    const int count = sizeof overrides / sizeof *overrides;
     struct job job;
-    if (!load_job(config, overrides, 3, REACH_FOLDER, &job)) fatal("cannot load %s", config);
-    for (int i = 0; i < 3; i++)
+    if (!load_job(config, overrides, count, REACH_FOLDER, &job)) fatal("cannot load %s", config);
+    for (int i = 0; i < count; i++)
         free(overrides[i]);
     struct view view = settings_view(&job.settings);
     struct scene *scene = builder_finish(job.builder, &view);

@@ -435,8 +435,7 @@ static void put_clipped(struct table *table, const struct report *report)
     if (file->clipped == 0) return;
     flow(table, "clipped: %.2g %% of the pixels are brighter than white",
          100 * (double)file->clipped / pixels);
-    flow_on(table, "(RMSE %s;", error_figure(file->clipped_rmse).text);
-    flow_on(table, ".hdr keeps them)");
+    flow_on(table, "(RMSE %s)", error_figure(file->clipped_rmse).text);
     end_flow(table);
 }
 
