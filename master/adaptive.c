@@ -195,8 +195,7 @@ static void sum_band(void *context, uint32_t band)
 
 static void add_told(struct told *all, const struct told *more)
 {
-    all->errors.squares += more->errors.squares;
-    all->errors.fourths += more->errors.fourths;
+    error_sum_add(&all->errors, &more->errors);
     all->pixels += more->pixels;
     all->samples += more->samples;
     hidden_join(&all->hidden, &more->hidden);
@@ -384,13 +383,22 @@ static void step_band(void *context, uint32_t band)
         unsigned level = adaptive->level[i], most = adaptive->last - level;
         if (most > LEVELS_PER_PASS) most = LEVELS_PER_PASS;
         unsigned up = allocation_doublings(gain_of(adaptive, i), it->limit, most);
-        if (hidden_is_open(adaptive->hidden, i) && !is_warned(adaptive, i, it->limit))
-            hidden_leave(adaptive->hidden, i, adaptive->warned[i]);
         adaptive->next[i] = (uint8_t)(level + up);
         step.missing += up > 0;
         step.left += error_of(adaptive, i) * left_of(adaptive, level, level + up);
     }
     it->bands[band] = step;
+}
+
+/* Its pixels that are left where they are by what is around them, or would be. */
+static void leave_band(void *context, uint32_t band)
+{
+    const struct stepping *it = context;
+    struct adaptive *adaptive = it->adaptive;
+    size_t end = first_pixel(adaptive, band + 1);
+    for (size_t i = first_pixel(adaptive, band); i < end; i++)
+        if (hidden_is_open(adaptive->hidden, i) && !is_warned(adaptive, i, it->limit))
+            hidden_leave(adaptive->hidden, i, adaptive->warned[i]);
 }
 
 /* Every pixel's next level, and with them what the pass promises; returns whether any goes up. squares:
@@ -408,6 +416,7 @@ static bool assign_levels(struct adaptive *adaptive, double limit, double square
     }
     free(it.bands);
     if (adaptive->missing == 0) return false;
+    crew_share(adaptive->crew, bands, leave_band, &it);
     adaptive->promised = squares > 0 ? left / squares : 0;
     adaptive->before = squares;
     adaptive->limit = limit;
@@ -689,7 +698,8 @@ struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct
         uint32_t before = adaptive->level[i], after = adaptive->next[i];
         work.samples +=
             level_samples(&adaptive->view, after) - level_samples(&adaptive->view, before);
-        work.removed += adaptive->error[i] * (1 - left_of(adaptive, before, after));
+        work.removed +=
+            (adaptive->error[i] + hidden_in(adaptive, i)) * (1 - left_of(adaptive, before, after));
     }
     return work;
 }

@@ -47,7 +47,8 @@
  * it what nobody has found yet.
  *
  * So a thin wire that few first samples have met is followed from there, by D, two pixels further in each
- * pass. What no sample has met, and no neighbour's, is not known and not looked for.
+ * pass; and where things stand apart that few have met, all pixels that may have missed one are looked into until
+ * little is hidden. What no sample of the picture has met is not known and not looked for.
  *
  * Where there is no time for all of pass 0 it is cut off, and before anything is refined passes come that take
  * min_samples of pixels that have none: each of those of one lattice (master/lattice.h), the finest for which

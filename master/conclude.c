@@ -199,11 +199,12 @@ int run_conclude(struct run *run, const struct service *service, const struct vi
     }
     struct written written = write_outputs(run);
     bool kept = keep_what_is_missing(run, written, service->timed_out);
-    if (!written.picture) return kept && *stop_signal() ? STATUS_RESUMABLE : STATUS_FAILED;
+    int failed = kept && *stop_signal() ? STATUS_RESUMABLE : STATUS_FAILED;
+    if (!written.picture) return failed;
     report_table(stdout, &run->report, terminal_columns(stderr));
     tell_outputs(run, written);
     int told = close_output(), judged = judge_samples(run);
-    if (!written.timeline || !written.report) return STATUS_FAILED;
+    if (!written.timeline || !written.report) return failed;
     return told != STATUS_DONE ? told : judged;
 }
 

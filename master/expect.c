@@ -24,7 +24,7 @@ uint32_t band_begin(const struct canvas *canvas, uint32_t band)
 }
 
 /* Surprises are counted by blocks, squares as high as a band: how many there are in one, and which one a column
- * is in. */
+ * is in. Blocks are so large that some thousand pixels tell of such things. */
 #define BLOCK_EDGE BAND_ROWS
 
 static uint32_t block_count(const struct canvas *canvas)
@@ -245,6 +245,7 @@ static void expect_row(struct band *band, uint32_t y, double *error, float *warn
         if (own > SURPRISE * (around + across)) band->surprise[block_of(x)] += own;
         error[i] = variance_of(around, spread_around, spread, samples) / power +
                    missed * (band->contrasts.largest[x] + across);
+        /* At an edge between two neighbours' colours halves of 4 samples tell 8 times the second part at most. */
         warned[i] = (float)sqrt((around + band->contrasts.around[x]) / power);
     }
 }

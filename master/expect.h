@@ -35,8 +35,7 @@ struct sampled {
 double own_error(const float *difference);
 
 /* What nothing around a pixel has warned of: what its halves tell is so many times what is expected by what is around
- * it. Edges, of which about 5 of the 24 pixels around one are part, hardly ever surprise. Blocks are so large that some
- * thousand pixels tell of such things. */
+ * it. Edges, of which about 5 of the 24 pixels around one are part, hardly ever surprise. */
 #define SURPRISE 8
 
 /* Sets the expected squared error of every pixel: finite, as squares of floats are well inside of what doubles

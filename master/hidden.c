@@ -10,19 +10,13 @@
 #define OPEN (-1.0f)
 #define MET  (-2.0f)
 
-/*
- * What nothing has warned of is so much more than was expected. An edge between colours of neighbours that are c apart
- * lets c^2 / n^3 be expected at least, and c^2 is the most that its error can be: 64 times as much with 4 samples. So
- * edges are not among it. Errors that they tell and show are alike, and would add noise; and a pixel's new samples fill
- * gaps that its first ones have left, so that at an edge their mean is off to the other side, and shows too much.
- */
-#define FAR_OFF 64
-
 struct hidden {
-    float *expected;       /* of each pixel that was left, as hidden_leave() has it; OPEN or MET */
-    uint32_t *number;      /* of each pixel, its own in records; 0: it has none */
-    struct known *records; /* what pixels were that told or showed so much; room for room; owned */
-    uint32_t count, room;
+    float *expected; /* of each pixel that was left, as hidden_leave() has it; OPEN or MET */
+    uint32_t *met,
+        *found; /* of each pixel: which record has what it was when it left a level at which it had met
+                            * something, and at which it had missed what was found later; 0: none */
+    struct known *records; /* owned */
+    uint32_t count;
     uint64_t
         left[LEVEL_MAX + 1]; /* of each level: pixels that nothing had warned of, and that left */
     double share[LEVEL_MAX + 1]; /* of each level: hidden in each such pixel that is there */
@@ -32,7 +26,8 @@ struct hidden *hidden_create(size_t pixels)
 {
     struct hidden *hidden = allocate_zeroed(1, sizeof *hidden);
     hidden->expected = allocate_there(pixels, sizeof *hidden->expected);
-    hidden->number = allocate_there(pixels, sizeof *hidden->number);
+    hidden->met = allocate_there(pixels, sizeof *hidden->met);
+    hidden->found = allocate_there(pixels, sizeof *hidden->found);
     hidden->count = 1; /* the one that nobody has */
     for (size_t i = 0; i < pixels; i++)
         hidden->expected[i] = OPEN;
@@ -43,7 +38,8 @@ void hidden_destroy(struct hidden *hidden)
 {
     if (!hidden) return;
     free(hidden->records);
-    free(hidden->number);
+    free(hidden->found);
+    free(hidden->met);
     free(hidden->expected);
     free(hidden);
 }
@@ -66,28 +62,11 @@ static bool is_left(const struct hidden *hidden, size_t pixel)
 /* The samples of a pixel behind those that it had at a level. */
 struct later {
     double first, count; /* samples: at the level, and behind it */
-    double apart;        /* squared distance of the means */
-    double error;        /* squared, of the later mean, by its halves */
-    double stands_out;   /* squared distance of the later mean from what is around */
-    double spread;       /* squared, as struct pixel_floats has it */
+    double mean[3];
+    double apart;    /* squared distance of their mean from that of the first ones */
+    double error;    /* squared, of their mean, by its halves */
+    double variance; /* of one of them */
 };
-
-/* The mean of the neighbours, 8 at most, as they are now. */
-static void mean_around(const struct canvas *canvas, size_t pixel, double mean[3])
-{
-    uint32_t width = canvas->width, x = (uint32_t)(pixel % width), y = (uint32_t)(pixel / width);
-    double count = 0;
-    mean[0] = mean[1] = mean[2] = 0;
-    for (uint32_t v = y > 0 ? y - 1 : 0; v <= y + 1 && v < canvas->height; v++)
-        for (uint32_t u = x > 0 ? x - 1 : 0; u <= x + 1 && u < width; u++) {
-            if (u == x && v == y) continue;
-            for (size_t c = 0; c < 3; c++)
-                mean[c] += (double)canvas->rgb[3 * ((size_t)v * width + u) + c];
-            count++;
-        }
-    for (unsigned c = 0; c < 3; c++)
-        mean[c] /= count;
-}
 
 static double square(double a)
 {
@@ -98,40 +77,59 @@ static double square(double a)
 static struct later later_of(const struct sampled *now, size_t pixel, const struct known *before)
 {
     double all = now->levels->samples[now->level[pixel]];
-    double first = now->levels->samples[before->level], count = all - first, around[3];
+    double first = now->levels->samples[before->level], count = all - first, halves = 0;
     struct later later = {.first = first, .count = count};
-    double halves = 0;
-    mean_around(now->canvas, pixel, around);
     for (size_t c = 0; c < 3; c++) {
         double mean_before = (double)before->mean[c], split_before = (double)before->difference[c];
         double mean = (all * (double)now->canvas->rgb[3 * pixel + c] - first * mean_before) / count;
         double split =
             (all * (double)now->difference[3 * pixel + c] - first * split_before) / count;
+        later.mean[c] = mean;
         later.apart += square(mean - mean_before) / 3;
-        later.stands_out += square(mean - around[c]) / 3;
         later.error += square(split) / 12;
         halves += square(split - split_before) / 12;
     }
     double within =
         all * square((double)now->spread[pixel]) - first * square((double)before->spread);
-    later.spread = fmax(within / count - first / all * (later.apart + halves), 0);
+    double spread = fmax(within / count - first / all * (later.apart + halves), 0);
+    later.variance = spread + later.error; /* about the halves' means, and of these */
     return later;
+}
+
+/* The squared distance of a colour from the mean of the pixel's neighbours, 8 at most, as they are now; 0 where none is
+ * finite. */
+static double stands_out(const struct canvas *canvas, size_t pixel, const double color[3])
+{
+    uint32_t width = canvas->width, x = (uint32_t)(pixel % width), y = (uint32_t)(pixel / width);
+    double count = 0, sum[3] = {0, 0, 0}, distance = 0;
+    for (uint32_t v = y > 0 ? y - 1 : 0; v <= y + 1 && v < canvas->height; v++)
+        for (uint32_t u = x > 0 ? x - 1 : 0; u <= x + 1 && u < width; u++) {
+            const float *there = canvas->rgb + 3 * ((size_t)v * width + u);
+            bool counts = isfinite(there[0]) && isfinite(there[1]) && isfinite(there[2]);
+            if ((u == x && v == y) || !counts) continue;
+            for (unsigned c = 0; c < 3; c++)
+                sum[c] += (double)there[c];
+            count++;
+        }
+    if (count == 0) return 0;
+    for (unsigned c = 0; c < 3; c++)
+        distance += square(color[c] - sum[c] / count) / 3;
+    return distance;
 }
 
 /*
  * A thing that covers the share p of a pixel and differs by c from what is around leaves a mean that stands out by C =
- * p c and a spread of S^2 = p (1 - p) c^2, so that p = C^2 / (C^2 + S^2). n samples miss it with a chance of q = (1 -
+ * p c and a variance of V = p (1 - p) c^2, so that p = C^2 / (C^2 + V). n samples miss it with a chance of q = (1 -
  * p)^n, and C^2 is the error then. So for each such thing that was met there are q / (1 - q) others (D. Horvitz & D.
  * Thompson, "A generalization of sampling without replacement from a finite universe", J. Am. Stat. Assoc. 47, 1952).
- * By the later samples, as the first ones were lucky. In the mean this is the surplus of those that were met, which is
- * a small difference of large numbers itself.
+ * C and V are of the later samples, for the first ones were lucky. contrast: C^2.
  */
-static double missed_for(const struct later *later)
+static double missed_for(const struct later *later, double contrast)
 {
-    double all = later->stands_out + later->spread;
+    double all = contrast + later->variance;
     if (!(all > 0 && all < HUGE_VAL)) return 0;
-    double miss = later->first * log1p(-later->stands_out / all); /* ln q */
-    return miss < 0 ? later->stands_out / expm1(-miss) : 0;
+    double miss = later->first * log1p(-contrast / all); /* ln q */
+    return miss < 0 ? contrast / expm1(-miss) : 0;
 }
 
 /* One more of the later samples that had met it, while none need have, would have added that to missed_for(): c^2 is
@@ -148,16 +146,13 @@ static double shown_by(const struct later *later)
     return isfinite(shown) ? shown : 0;
 }
 
-static void record(struct hidden *hidden, size_t pixel, const struct known *before)
+static void record(struct hidden *hidden, uint32_t *number, const struct known *before)
 {
-    if (hidden->number[pixel] == 0) {
-        if (hidden->count >= hidden->room) {
-            hidden->room = 2 * hidden->room + 64;
-            hidden->records = reallocate(hidden->records, hidden->room, sizeof *hidden->records);
-        }
-        hidden->number[pixel] = hidden->count++;
+    if (*number == 0) {
+        hidden->records = grow(hidden->records, hidden->count, sizeof *hidden->records);
+        *number = hidden->count++;
     }
-    hidden->records[hidden->number[pixel]] = *before;
+    hidden->records[*number] = *before;
 }
 
 void hidden_settle(struct hidden *hidden, const struct sampled *now, size_t pixel,
@@ -165,44 +160,65 @@ void hidden_settle(struct hidden *hidden, const struct sampled *now, size_t pixe
 {
     if (!is_left(hidden, pixel)) return;
     double expected = (double)hidden->expected[pixel], much = SURPRISE * expected * expected;
-    struct later later = later_of(now, pixel, before);
-    bool met = own_error(before->difference) > much;
+    double of_mean = square((double)before->spread) / now->levels->samples[before->level];
+    bool met = fmax(own_error(before->difference), of_mean) > much; /* halves may agree by luck */
     hidden->left[before->level]++;
     hidden->expected[pixel] = met ? MET : OPEN;
-    if (met || shown_by(&later) > much) record(hidden, pixel, before);
+    if (met) {
+        record(hidden, &hidden->met[pixel], before);
+    } else {
+        struct later later = later_of(now, pixel, before);
+        if (shown_by(&later) > much) record(hidden, &hidden->found[pixel], before);
+    }
+}
+
+static void add_met(const struct sampled *now, size_t pixel, const struct known *before,
+                    struct hidden_sum *sum)
+{
+    struct unwarned *level = &sum->levels[before->level];
+    struct later later = later_of(now, pixel, before);
+    double contrast = stands_out(now->canvas, pixel, later.mean);
+    double missed = missed_for(&later, contrast);
+    level->expected += missed;
+    /* This one might not have been met; and the others, missed / contrast of them, may be more or fewer. */
+    if (missed > 0) level->variance += missed * (missed + contrast);
+    level->unseen = fmax(level->unseen, unseen_of(&later, before));
+}
+
+/* Halves do not tell the part of the error that first samples have which missed something: with the square of their
+ * share of the pixel's samples it is in its mean still. */
+static void add_found(const struct sampled *now, size_t pixel, const struct known *before,
+                      struct hidden_sum *sum)
+{
+    struct unwarned *level = &sum->levels[before->level];
+    struct later later = later_of(now, pixel, before);
+    double shown = shown_by(&later),
+           carried = square(later.first / (later.first + later.count)) * shown;
+    level->found += shown;
+    level->variance += shown * shown;
+    sum->carried.squares += carried;
+    sum->carried.fourths += carried * carried;
 }
 
 void hidden_add(const struct hidden *hidden, const struct sampled *now, size_t pixel,
                 struct hidden_sum *sum)
 {
+    uint32_t met = hidden->met[pixel], found = hidden->found[pixel];
     sum->levels[now->level[pixel]].pixels += is_left(hidden, pixel);
-    if (hidden->number[pixel] == 0) return;
-    const struct known *before = &hidden->records[hidden->number[pixel]];
-    struct unwarned *level = &sum->levels[before->level];
-    struct later later = later_of(now, pixel, before);
-    if (hidden->expected[pixel] == MET) {
-        double missed = missed_for(&later);
-        level->expected += missed;
-        level->squares += missed * missed;
-        level->unseen = fmax(level->unseen, unseen_of(&later, before));
-    } else {
-        double shown = shown_by(&later), all = later.first + later.count;
-        level->found += shown;
-        level->squares += shown * shown;
-        sum->carried += square(later.first / all) * shown;
-    }
+    if (met > 0) add_met(now, pixel, &hidden->records[met], sum);
+    if (found > 0) add_found(now, pixel, &hidden->records[found], sum);
 }
 
 void hidden_join(struct hidden_sum *all, const struct hidden_sum *more)
 {
-    all->carried += more->carried;
+    error_sum_add(&all->carried, &more->carried);
     for (unsigned k = 1; k <= LEVEL_MAX; k++) {
         struct unwarned *to = &all->levels[k];
         const struct unwarned *from = &more->levels[k];
         to->pixels += from->pixels;
         to->expected += from->expected;
         to->found += from->found;
-        to->squares += from->squares;
+        to->variance += from->variance;
         to->unseen = fmax(to->unseen, from->unseen);
     }
 }
@@ -226,12 +242,13 @@ static double hidden_at(const struct hidden *hidden, const struct hidden_sum *su
 struct error_sum hidden_errors(const struct hidden *hidden, const struct hidden_sum *sum,
                                struct error_sum told)
 {
-    struct error_sum errors = {fmax(told.squares + sum->carried, 0), told.fourths};
+    struct error_sum errors = {fmax(told.squares + sum->carried.squares, 0),
+                               told.fourths + sum->carried.fourths};
     for (unsigned level = 1; level <= LEVEL_MAX; level++) {
         const struct unwarned *it = &sum->levels[level];
         double part = part_there(hidden, sum, level);
         errors.squares += hidden_at(hidden, sum, level);
-        errors.fourths += part * part * (it->squares + it->unseen * it->unseen);
+        errors.fourths += part * part * (it->variance + it->unseen * it->unseen);
     }
     return errors;
 }

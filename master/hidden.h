@@ -1,7 +1,7 @@
 /*
  * The error of pixels by what their samples have missed, and nothing has told of.
  *
- * A plan that heeds what pixels themselves have met makes what all of them tell too little: of things smaller than a
+ * A plan that heeds what pixels themselves have met makes all of them together tell too little: of things smaller than a
  * pixel that stand apart, those that were met by luck get more samples and tell little from then on, those that were
  * missed tell nothing. But consider the pixels of a level which a plan would leave at it by what is around them. Who
  * these are does not depend on their own samples: what their halves tell together is their error, and for things that
@@ -29,7 +29,8 @@ void hidden_destroy(struct hidden *hidden);
 /* Whether a plan has still to tell if the pixel is left where it is by what is around it. */
 bool hidden_is_open(const struct hidden *hidden, size_t pixel);
 
-/* It is: warned is the error, not squared, which what is around it lets expect. From several threads, of a pixel each. */
+/* The plan leaves it. warned: root of the squared error that what is around it lets expect. From several threads, of a
+ * pixel each. */
 void hidden_leave(struct hidden *hidden, size_t pixel, float warned);
 
 /* What is known of a pixel at a level, above 0. */
@@ -45,17 +46,16 @@ void hidden_settle(struct hidden *hidden, const struct sampled *now, size_t pixe
 /* Of pixels of a level that nothing has warned of: sums over all or some of the picture. */
 struct unwarned {
     uint64_t pixels; /* that are at it */
-    double
-        expected; /* error of what all of them had missed at first, by those that had met something */
-    double found;   /* of that, in those that have left it since */
-    double squares; /* of what both are sums of */
-    double unseen;  /* the most that one part of what is expected may be wrong by */
+    double expected; /* error of what they all missed at first, by those that had met something */
+    double found;    /* of that, in those that have left since */
+    double variance; /* of both */
+    double unseen;   /* the most that one part of what is expected may be wrong by */
 };
 
 struct hidden_sum {
     struct unwarned levels[LEVEL_MAX + 1];
-    double
-        carried; /* what pixels tell too much still, as their first samples are among what they have */
+    /* What pixels tell too little: samples that have missed what was found since are among theirs. */
+    struct error_sum carried;
 };
 
 /* Adds a pixel. */

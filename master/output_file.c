@@ -26,8 +26,8 @@ bool output_refused(const char *path, const char *key, int error)
     return false;
 }
 
-/* Cut, so that a name of the greatest length still leaves room for the rest. The number is nobody else's, not even
- * of a run in another container that has the same process number: it has the time in it, too. */
+/* Cut, so that a name of the greatest length still leaves room for the rest. The number has the time in
+ * it, too: a run in another container may have the same process number. */
 static char *temporary_name(const char *target)
 {
     struct timespec now;

@@ -427,15 +427,14 @@ static void put_truncation(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-/* What the picture's file cannot show. */
+/* What the picture's file has no room for. */
 static void put_clipped(struct table *table, const struct report *report)
 {
     const struct quantisation *file = &report->quantisation;
-    double pixels = (double)report->image_width * report->image_height;
     if (file->clipped == 0) return;
-    flow(table, "clipped: %.2g %% of the pixels are brighter than white",
-         100 * (double)file->clipped / pixels);
-    flow_on(table, "(RMSE %s)", error_figure(file->clipped_rmse).text);
+    flow(table, "clipped: %llu pixel%s", (unsigned long long)file->clipped,
+         file->clipped == 1 ? "" : "s");
+    flow_on(table, "beyond what the file can hold, RMSE %s", error_figure(file->clipped_rmse).text);
     end_flow(table);
 }
 

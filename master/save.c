@@ -457,10 +457,13 @@ static uint64_t pixels_waiting(const struct save *save)
     return pixels;
 }
 
-/* A copy in another folder, with all that belongs to it. */
+/* A copy in another folder, with all that belongs to it; where the journal itself is gone, with what there is room
+ * for. */
 static bool move_to(struct save *save, const char *folder, const char *name)
 {
-    uint64_t more = bytes_to_come(save, save->waiting.count, pixels_waiting(save));
+    uint64_t more = journal_stands(save->journal)
+                        ? bytes_to_come(save, save->waiting.count, pixels_waiting(save))
+                        : 0;
     char *path = format_text("%s/%s-%ld.journal", folder, name, (long)getpid());
     bool moved = journal_move(save->journal, path, more) && is_safe(save);
     free(path);

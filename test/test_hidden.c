@@ -1,0 +1,252 @@
+/* What is hidden: of pixels whose samples are drawn one by one, against what they have missed in truth. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "common/message.h"
+#include "master/hidden.h"
+#include "test/random.h"
+
+#define EDGE   64
+#define PIXELS (EDGE * EDGE)
+
+/* A picture of black pixels; in each a thing of this share of its area, or none. */
+struct field {
+    struct canvas canvas;
+    float difference[3 * PIXELS], spread[PIXELS];
+    uint8_t level[PIXELS];
+    struct levels levels;
+    double share[PIXELS];
+    uint64_t state;
+};
+
+/* The first so many samples of a pixel, and those up to there. */
+struct drawn {
+    double sum[2], count; /* of its halves */
+};
+
+static struct drawn drawn[PIXELS];
+
+static void draw(struct field *field, size_t i, double samples)
+{
+    for (; drawn[i].count < samples; drawn[i].count++)
+        drawn[i].sum[(size_t)drawn[i].count % 2] +=
+            random_between(&field->state, 0, 1) < field->share[i];
+}
+
+/* Means, halves and spread, as a renderer tells them of all samples. */
+static void tell(struct field *field, size_t i, uint8_t level)
+{
+    double samples = field->levels.samples[level], half = samples / 2;
+    draw(field, i, samples);
+    double a = drawn[i].sum[0] / half, b = drawn[i].sum[1] / half;
+    for (size_t c = 0; c < 3; c++) {
+        field->canvas.rgb[3 * i + c] = (float)((a + b) / 2);
+        field->difference[3 * i + c] = (float)(a - b);
+    }
+    field->spread[i] = (float)sqrt((a * (1 - a) + b * (1 - b)) / 2);
+    field->level[i] = level;
+}
+
+static struct field *field_of(uint32_t edge, uint64_t seed)
+{
+    struct view view = {.min_samples = 4, .max_samples = 4096};
+    struct field *field = allocate_zeroed(1, sizeof *field);
+    canvas_init(&field->canvas, edge, edge);
+    levels_init(&field->levels, &view);
+    field->state = seed;
+    for (size_t i = 0; i < PIXELS; i++)
+        drawn[i] = (struct drawn){{0, 0}, 0};
+    return field;
+}
+
+static void field_free(struct field *field)
+{
+    canvas_free(&field->canvas);
+    free(field);
+}
+
+static struct sampled sampled_of(const struct field *field)
+{
+    return (struct sampled){&field->canvas, field->difference, field->spread, field->level,
+                            &field->levels};
+}
+
+static struct known known_of(const struct field *field, size_t i)
+{
+    struct known known = {.spread = field->spread[i], .level = field->level[i]};
+    for (size_t c = 0; c < 3; c++) {
+        known.mean[c] = field->canvas.rgb[3 * i + c];
+        known.difference[c] = field->difference[3 * i + c];
+    }
+    return known;
+}
+
+static void refine(struct field *field, struct hidden *hidden, size_t i, uint8_t level)
+{
+    struct known before = known_of(field, i);
+    tell(field, i, level);
+    struct sampled now = sampled_of(field);
+    hidden_settle(hidden, &now, i, &before);
+}
+
+static struct hidden_sum sum_of(const struct field *field, const struct hidden *hidden)
+{
+    struct sampled now = sampled_of(field);
+    struct hidden_sum sum = {.carried = {0, 0}};
+    uint32_t pixels = field->canvas.width * field->canvas.height;
+    for (size_t i = 0; i < pixels; i++)
+        hidden_add(hidden, &now, i, &sum);
+    return sum;
+}
+
+static double true_error(const struct field *field)
+{
+    double sum = 0;
+    for (size_t i = 0; i < PIXELS; i++)
+        sum += pow((double)field->canvas.rgb[3 * i] - field->share[i], 2);
+    return sum;
+}
+
+static struct error_sum told_by_halves(const struct field *field)
+{
+    struct error_sum sum = {0, 0};
+    for (size_t i = 0; i < PIXELS; i++) {
+        double error = own_error(field->difference + 3 * i);
+        error_sum_add(&sum, &(struct error_sum){error, error * error});
+    }
+    return sum;
+}
+
+/* Things apart, so that no neighbour is another one: every fifth pixel of every fifth row. */
+static void scatter(struct field *field, double least, double most)
+{
+    for (size_t y = 2; y < EDGE; y += 5)
+        for (size_t x = 2; x < EDGE; x += 5)
+            field->share[y * EDGE + x] =
+                least * pow(most / least, random_between(&field->state, 0, 1));
+}
+
+/* Level 1 everywhere; all are left; those that met something go on to level 5, then some of the others to level 3. */
+static void run(struct field *field, struct hidden *hidden, size_t others)
+{
+    for (size_t i = 0; i < PIXELS; i++) {
+        tell(field, i, 1);
+        hidden_leave(hidden, i, 0);
+    }
+    for (size_t i = 0; i < PIXELS; i++)
+        if (field->spread[i] > 0 || field->difference[3 * i] != 0) refine(field, hidden, i, 5);
+    for (size_t i = 0; i < others; i++)
+        if (field->level[i] == 1) refine(field, hidden, i, 3);
+}
+
+/* In the mean over many pictures it is the true error, whether none, some or most of the others have got more samples
+ * since; without it two thirds of it and less. The spread told is that of the pictures. */
+static void check_mean(double least, double most, size_t others)
+{
+    double told = 0, halves = 0, truth = 0, off = 0, variance = 0;
+    const int pictures = 200;
+    for (int k = 0; k < pictures; k++) {
+        struct field *field = field_of(EDGE, 1 + (uint64_t)k);
+        struct hidden *hidden = hidden_create(PIXELS);
+        scatter(field, least, most);
+        run(field, hidden, others);
+        struct hidden_sum sum = sum_of(field, hidden);
+        struct error_sum by_halves = told_by_halves(field);
+        struct error_sum errors = hidden_errors(hidden, &sum, by_halves);
+        halves += by_halves.squares;
+        told += errors.squares;
+        truth += true_error(field);
+        off += pow(errors.squares - true_error(field), 2);
+        variance += errors.fourths;
+        hidden_destroy(hidden);
+        field_free(field);
+    }
+    if (!(fabs(told / truth - 1) < 0.15))
+        fail_msg("%g to %g, %zu others: %g told of %g", least, most, others, told, truth);
+    assert_true(halves < 0.7 * truth);
+    if (!(off < 4 * variance && variance < 8 * off))
+        fail_msg("%g to %g, %zu others: variance %g, %g told", least, most, others, off, variance);
+}
+
+static void test_mean(void **state)
+{
+    (void)state;
+    const double shares[][2] = {{0.05, 0.05}, {0.02, 0.3}, {0.01, 0.1}};
+    for (int i = 0; i < 3; i++) {
+        check_mean(shares[i][0], shares[i][1], 0);
+        check_mean(shares[i][0], shares[i][1], PIXELS / 3);
+    }
+}
+
+/* What was found stays found when its pixel leaves another level, having met something there. */
+static void test_found_stays(void **state)
+{
+    (void)state;
+    struct field *field = field_of(EDGE, 1);
+    struct hidden *hidden = hidden_create(PIXELS);
+    const size_t at = 10 * EDGE + 10;
+    for (size_t i = 0; i < PIXELS; i++) {
+        tell(field, i, 1); /* nothing there */
+        hidden_leave(hidden, i, 0);
+    }
+    field->share[at] = 0.5;
+    refine(field, hidden, at, 4);
+    double found = sum_of(field, hidden).levels[1].found;
+    assert_true(found > 0);
+    assert_true(hidden_is_open(hidden, at));
+    hidden_leave(hidden, at, 0);
+    refine(field, hidden, at, 8);
+    struct hidden_sum sum = sum_of(field, hidden);
+    assert_true(fabs(sum.levels[1].found / found - 1) < 0.5);
+    assert_true(sum.levels[4].expected > 0);
+    assert_int_equal(sum.levels[1].pixels, PIXELS - 1);
+    assert_false(hidden_is_open(hidden, at)); /* later ones tell what they leave */
+    hidden_destroy(hidden);
+    field_free(field);
+}
+
+/* A picture of one pixel, and colours that are not finite. */
+static void test_strange(void **state)
+{
+    (void)state;
+    struct field *field = field_of(1, 1);
+    struct hidden *hidden = hidden_create(1);
+    field->share[0] = 0.5;
+    tell(field, 0, 1);
+    hidden_leave(hidden, 0, 0);
+    refine(field, hidden, 0, 5);
+    struct hidden_sum sum = sum_of(field, hidden);
+    assert_true(sum.levels[1].expected == 0 && isfinite(sum.levels[1].variance));
+    hidden_destroy(hidden);
+    field_free(field);
+    const float colors[] = {NAN, INFINITY, -INFINITY, 3e38f};
+    for (int k = 0; k < 4; k++) {
+        field = field_of(EDGE, 1);
+        hidden = hidden_create(PIXELS);
+        scatter(field, 0.05, 0.05);
+        run(field, hidden, 0);
+        for (size_t i = 0; i < PIXELS; i += 3)
+            field->canvas.rgb[3 * i] = field->difference[3 * i + 1] = field->spread[i] = colors[k];
+        sum = sum_of(field, hidden);
+        struct error_sum errors = hidden_errors(hidden, &sum, (struct error_sum){1, 1});
+        assert_true(isfinite(errors.squares) && errors.squares >= 0);
+        hidden_destroy(hidden);
+        field_free(field);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_mean),
+        cmocka_unit_test(test_found_stays),
+        cmocka_unit_test(test_strange),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
