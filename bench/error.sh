@@ -28,7 +28,7 @@ export LC_ALL=C
 SECTIONS=${*:-allocation sampling large limits truncation formulas forecast coverage peers}
 FOLDER=${SCENES:-}
 SCENES=${ERROR_SCENES:-lantern garden ground balls}
-COVERED=${ERROR_SCENES:-$SCENES specks}
+COVERED=${ERROR_SCENES:-$SCENES specks dust}
 SIZE=${ERROR_SIZE:-320x240} PEERS_SIZE=${ERROR_PEERS_SIZE:-160x120}
 FINEST=${ERROR_FINEST:-16} REPEAT=${ERROR_REPEAT:-3}
 MANY=$((64 * FINEST))        # of a reference
@@ -56,7 +56,7 @@ renew() {
     echo "$state" >"$told"
 }
 renew "$KEPT/state" "" "$KEPT"/ref_*.pfm "$KEPT"/ref_*.json "$KEPT"/deep_*.pfm "$KEPT"/deep_*.json \
-    "$WORK/balls.ini" "$WORK/specks.ini"
+    "$WORK/balls.ini" "$WORK/specks.ini" "$WORK/dust.ini"
 
 # begin_csv SECTION SETTINGS NAMES-OF-COLUMNS: the CSV file of a section, with the rows that it has if
 # they were measured with the same settings, and tell the same.
@@ -78,8 +78,8 @@ put_row() {
 # Whether a row that begins like this is there.
 known() { awk -v begin="$1," 'index($0, begin) == 1 { found = 1 } END { exit !found }' "$csv"; }
 
-# Half of them balls of a sixth of a pixel's width and half needles of a twelfth at 200 x 150, anywhere: what adaptive
-# sampling meets by luck.
+# specks COUNT THICKNESS: so many things, half of them balls and half needles, anywhere: what adaptive sampling meets by
+# luck. Of thickness 1, at 200 x 150, balls are a third of a pixel wide and needles a twelfth.
 specks() {
     cat <<'END'
 [camera]
@@ -93,13 +93,13 @@ color = 1 0.3 0.5
 ambient = 1
 diffuse = 0
 END
-    awk 'function part(x) { return x - int(x) }
-        BEGIN { for (i = 1; i <= 1200; i++) {
+    awk -v count="$1" -v thick="$2" 'function part(x) { return x - int(x) }
+        BEGIN { for (i = 1; i <= count; i++) {
             x = 4.2 * (part(i * 0.7548776662466927) - 0.5); y = 3.15 * (part(i * 0.5698402909980532) - 0.5)
             turn = 6.28 * part(i * 0.618033988749895); u = 0.05 * cos(turn); v = 0.05 * sin(turn)
-            if (i % 2) printf "[sphere %d]\ncenter = %.9f %.9f 0\nradius = 0.0034\nmaterial = bright\n", i, x, y
-            else printf "[cylinder %d]\nbase = %.9f %.9f 0\napex = %.9f %.9f 0\nradius = 0.00086\nmaterial = bright\n",
-                i, x - u, y - v, x + u, y + v
+            if (i % 2) printf "[sphere %d]\ncenter = %.9f %.9f 0\nradius = %g\nmaterial = bright\n", i, x, y, 0.0034 * thick
+            else printf "[cylinder %d]\nbase = %.9f %.9f 0\napex = %.9f %.9f 0\nradius = %g\nmaterial = bright\n",
+                i, x - u, y - v, x + u, y + v, 0.00086 * thick
         } }'
 }
 
@@ -109,7 +109,8 @@ config_of() {
     done
     case $1 in
     lantern | garden) echo "config/$1.ini" ;;
-    specks) [ -e "$WORK/specks.ini" ] || specks >"$WORK/specks.ini"; echo "$WORK/specks.ini" ;;
+    specks) [ -e "$WORK/specks.ini" ] || specks 1200 1 >"$WORK/specks.ini"; echo "$WORK/specks.ini" ;;
+    dust) [ -e "$WORK/dust.ini" ] || specks 300 0.5 >"$WORK/dust.ini"; echo "$WORK/dust.ini" ;; # few are met
     balls) [ -e "$WORK/balls.ini" ] || "$TOOL" scene "$WORK" balls; echo "$WORK/balls.ini" ;;
     *) echo "config/extreme/$1.ini" ;;
     esac

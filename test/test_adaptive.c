@@ -1138,6 +1138,26 @@ static void test_strange_limit_cuts_nothing(void **state)
     drop(&result);
 }
 
+/* A limit above which there is nothing, as a journal may have that was not written by us. */
+static void test_vain_plan_changes_nothing(void **state)
+{
+    (void)state;
+    struct view view = view_of(4, 1024);
+    struct result plain, disturbed;
+    run(&plain, scattered, &view, 0.012, 16, false);
+    canvas_init(&disturbed.canvas, EDGE, EDGE);
+    disturbed.adaptive = adaptive_create(&view, &disturbed.canvas, 0.012);
+    do {
+        render_pass(disturbed.adaptive, &view, scattered, 16, false);
+        assert_false(adaptive_plan_again(disturbed.adaptive, 1e300));
+    } while (adaptive_plan(disturbed.adaptive, HUGE_VAL));
+    assert_true(plain.passes > 3);
+    assert_int_equal(plain.passes, adaptive_passes(disturbed.adaptive));
+    assert_memory_equal(plain.canvas.rgb, disturbed.canvas.rgb, 3 * PIXELS * sizeof(float));
+    drop(&plain);
+    drop(&disturbed);
+}
+
 /* Behind pass 0 nothing is cut off. */
 static void test_complete_is_not_cut(void **state)
 {
@@ -1171,6 +1191,7 @@ int main(void)
         cmocka_unit_test(test_cut_off),
         cmocka_unit_test(test_no_time),
         cmocka_unit_test(test_lattice_again),
+        cmocka_unit_test(test_vain_plan_changes_nothing),
         cmocka_unit_test(test_complete_is_not_cut),
         cmocka_unit_test(test_strange_limit_cuts_nothing),
         cmocka_unit_test(test_crews_plan_the_same),
