@@ -390,15 +390,19 @@ static void step_band(void *context, uint32_t band)
     it->bands[band] = step;
 }
 
-/* Its pixels that are left where they are by what is around them, or would be. */
+/* Its pixels that are left where they are, or would be by what is around them. */
 static void leave_band(void *context, uint32_t band)
 {
     const struct stepping *it = context;
     struct adaptive *adaptive = it->adaptive;
     size_t end = first_pixel(adaptive, band + 1);
-    for (size_t i = first_pixel(adaptive, band); i < end; i++)
-        if (hidden_is_open(adaptive->hidden, i) && !is_warned(adaptive, i, it->limit))
+    for (size_t i = first_pixel(adaptive, band); i < end; i++) {
+        if (!hidden_is_open(adaptive->hidden, i)) continue;
+        if (!is_warned(adaptive, i, it->limit))
             hidden_leave(adaptive->hidden, i, adaptive->warned[i]);
+        else if (adaptive->next[i] == adaptive->level[i])
+            hidden_leave_warned(adaptive->hidden, i);
+    }
 }
 
 /* Every pixel's next level, and with them what the pass promises; returns whether any goes up. squares:

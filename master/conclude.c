@@ -204,7 +204,8 @@ int run_conclude(struct run *run, const struct service *service, const struct vi
     report_table(stdout, &run->report, terminal_columns(stderr));
     tell_outputs(run, written);
     int told = close_output(), judged = judge_samples(run);
-    if (!written.timeline || !written.report) return failed;
+    if (!written.timeline) return STATUS_FAILED; /* the same command would not make up for it */
+    if (!written.report) return failed;
     return told != STATUS_DONE ? told : judged;
 }
 

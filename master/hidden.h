@@ -6,8 +6,7 @@
  * missed tell nothing. But consider the pixels of a level which a plan would leave at it by what is around them. Who
  * these are does not depend on their own samples: what their halves tell together is their error, and for things that
  * some of them have met there are others that were missed, how many follows from how small they are. It is known when
- * pixels that had met something have got more samples. Others of these pixels get more samples later on: what they find
- * then is hidden no longer.
+ * pixels that had met something have got more samples.
  */
 #ifndef FARM_MASTER_HIDDEN_H
 #define FARM_MASTER_HIDDEN_H
@@ -33,6 +32,10 @@ bool hidden_is_open(const struct hidden *hidden, size_t pixel);
  * pixel each. */
 void hidden_leave(struct hidden *hidden, size_t pixel, float warned);
 
+/* The plan leaves it though what is around it warns of something, as its own samples have met nothing. Again from
+ * several threads. */
+void hidden_leave_warned(struct hidden *hidden, size_t pixel);
+
 /* What is known of a pixel at a level, above 0. */
 struct known {
     float mean[3], difference[3], spread;
@@ -46,9 +49,9 @@ void hidden_settle(struct hidden *hidden, const struct sampled *now, size_t pixe
 /* Of pixels of a level that nothing has warned of: sums over all or some of the picture. */
 struct unwarned {
     uint64_t pixels; /* that are at it */
+    uint64_t warned; /* and those that were left at it though something had warned */
     double expected; /* error of what they all missed at first, by those that had met something */
-    double found;    /* of that, in those that have left since */
-    double variance; /* of both */
+    double variance; /* of that */
     double unseen;   /* the most that one part of what is expected may be wrong by */
 };
 

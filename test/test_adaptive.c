@@ -524,7 +524,7 @@ static void check_foresight(scene_function *f, double mean_within, double within
 static void test_seconds_are_foreseen(void **state)
 {
     (void)state;
-    check_foresight(stripes, 1.1, 1.25);
+    check_foresight(stripes, 1.15, 1.3);
     check_foresight(balls, 1.2, 1.8);
     struct view view = view_of(4, 4096);
     struct result first, coarse;
