@@ -42,9 +42,8 @@
  * reach the pass's aim: the target, or an eighth of the present error if that is more; or to take no
  * longer than there is time, if that is less. Nothing is doubled more than four times in a pass.
  *
- * The error of the picture is estimated by what all halves tell, and by what pixels that were left where they are show
- * to have missed when they get more samples after all (master/hidden.h). What is hidden so counts in e, too, and with
- * it what nobody has found yet.
+ * The error of the picture is estimated by what all halves tell, and by what pixels that were left where they are have
+ * missed, as others like them tell that have met something (master/hidden.h). What is hidden counts in e, too.
  *
  * So a thin wire that few first samples have met is followed from there, by D, two pixels further in each
  * pass; and where things stand apart that few have met, all pixels that may have missed one are looked into until

@@ -5,23 +5,23 @@
 
 #include "common/message.h"
 
-/* In place of what was expected: no plan has left the pixel at its level, or what it had met at one has been found, and
- * its later samples tell what they leave of that. */
-#define OPEN (-1.0f)
-#define MET  (-2.0f)
-#define WARNED                                                                                     \
-    (-3.0f) /* it was left though what is around had warned of something: its own samples met nothing */
+/* In place of what was expected. OPEN: no plan has left the pixel at its level. MET: it has met something at one, and its
+ * own halves tell what later samples leave of that. WARNED: it was left though what is around had warned of something,
+ * as its own samples had met nothing. */
+#define OPEN   (-1.0f)
+#define MET    (-2.0f)
+#define WARNED (-3.0f)
 
 struct hidden {
-    float *expected; /* of each pixel that was left, as hidden_leave() has it; OPEN or MET */
+    float *expected; /* of each pixel that was left, as hidden_leave() has it; or one of these */
     /* Of each pixel: which record has what it was when it left a level; 0: none. */
     uint32_t *met;         /* at which it had met something */
     uint32_t *found;       /* at which it had missed what was found later: the last such level */
     struct known *records; /* owned */
     uint32_t count;
-    uint64_t
-        left[LEVEL_MAX + 1]; /* of each level: pixels that nothing had warned of, and that left */
-    double share[LEVEL_MAX + 1]; /* of each level: hidden in each such pixel that is there */
+    /* Of each level: pixels that nothing had warned of and that have left it; what is hidden in each that is there. */
+    uint64_t left[LEVEL_MAX + 1];
+    double share[LEVEL_MAX + 1];
 };
 
 struct hidden *hidden_create(size_t pixels)
@@ -235,8 +235,8 @@ static double part_there(const struct hidden *hidden, const struct hidden_sum *s
     return there > 0 ? there / (there + (double)hidden->left[level]) : 0;
 }
 
-/* What one of these has missed, in the mean: as all that nothing had warned of when plans looked at them. (What was found
- * in those that have left would tell more of the others, as the difference of two numbers that luck has made.) */
+/* What one of these has missed, in the mean: as much as any had that nothing warned of when a plan looked at it. What was
+ * found since in those that have left is not taken off: the difference would be mostly luck. */
 static double hidden_in_one(const struct hidden *hidden, const struct hidden_sum *sum,
                             unsigned level)
 {
@@ -251,8 +251,8 @@ static double hidden_at(const struct hidden *hidden, const struct hidden_sum *su
     return hidden_in_one(hidden, sum, level) * (double)(it->pixels + it->warned);
 }
 
-/* The standard deviation of what is hidden, relative, beside that by luck: with it the squared error of eight fields of
- * specks, dust, hairs and needles was told as 0.6 to 2 times what it was, most of which was hidden. */
+/* The standard deviation of what is hidden, relative, beside that by luck: with it the squared error of eight pictures of
+ * specks, dust, hairs and needles was told as 0.6 to 1.7 times what it was in the end, and much of that was hidden. */
 #define HIDDEN_SPREAD 0.6
 
 struct error_sum hidden_errors(const struct hidden *hidden, const struct hidden_sum *sum,
