@@ -75,7 +75,7 @@ struct later {
     double variance; /* of one of them */
 };
 
-static double square(double a)
+static double squared(double a)
 {
     return a * a;
 }
@@ -92,12 +92,12 @@ static struct later later_of(const struct sampled *now, size_t pixel, const stru
         double split =
             (all * (double)now->difference[3 * pixel + c] - first * split_before) / count;
         later.mean[c] = mean;
-        later.apart += square(mean - mean_before) / 3;
-        later.error += square(split) / 12;
-        halves += square(split - split_before) / 12;
+        later.apart += squared(mean - mean_before) / 3;
+        later.error += squared(split) / 12;
+        halves += squared(split - split_before) / 12;
     }
     double within =
-        all * square((double)now->spread[pixel]) - first * square((double)before->spread);
+        all * squared((double)now->spread[pixel]) - first * squared((double)before->spread);
     double spread = fmax(within / count - first / all * (later.apart + halves), 0);
     later.variance = spread + later.error; /* about the halves' means, and of these */
     return later;
@@ -120,7 +120,7 @@ static double stands_out(const struct canvas *canvas, size_t pixel, const double
         }
     if (count == 0) return 0;
     for (unsigned c = 0; c < 3; c++)
-        distance += square(color[c] - sum[c] / count) / 3;
+        distance += squared(color[c] - sum[c] / count) / 3;
     return distance;
 }
 
@@ -168,7 +168,7 @@ void hidden_settle(struct hidden *hidden, const struct sampled *now, size_t pixe
     if (hidden->expected[pixel] == WARNED) hidden->expected[pixel] = OPEN;
     if (!is_left(hidden, pixel)) return;
     double expected = (double)hidden->expected[pixel], much = SURPRISE * expected * expected;
-    double of_mean = square((double)before->spread) / now->levels->samples[before->level];
+    double of_mean = squared((double)before->spread) / now->levels->samples[before->level];
     bool met = fmax(own_error(before->difference), of_mean) > much; /* halves may agree by luck */
     hidden->left[before->level]++;
     hidden->expected[pixel] = met ? MET : OPEN;
@@ -199,7 +199,7 @@ static void add_found(const struct sampled *now, size_t pixel, const struct know
                       struct hidden_sum *sum)
 {
     struct later later = later_of(now, pixel, before);
-    double carried = square(later.first / (later.first + later.count)) * shown_by(&later);
+    double carried = squared(later.first / (later.first + later.count)) * shown_by(&later);
     sum->carried.squares += carried;
     sum->carried.fourths += carried * carried;
 }
@@ -266,7 +266,7 @@ struct error_sum hidden_errors(const struct hidden *hidden, const struct hidden_
         told.fourths += part * part * (it->variance + it->unseen * it->unseen);
     }
     told.squares = fmax(told.squares + sum->carried.squares, 0) + all;
-    told.fourths += sum->carried.fourths + square(HIDDEN_SPREAD * all);
+    told.fourths += sum->carried.fourths + squared(HIDDEN_SPREAD * all);
     return told;
 }
 
