@@ -405,18 +405,17 @@ static void test_targets_are_met(void **state)
 }
 
 /* Of what is smaller than a pixel and stands apart most is not met at first, and tells nothing: the estimate has it,
- * within a third or, where few are met, six tenths, whatever the target is, and the intervals hold. */
+ * within a third, whatever the target is, and the interval holds. */
 static void test_hidden_errors_count(void **state)
 {
     (void)state;
     const struct {
         scene_function *f;
-        double targets[5], within;
-    } scenes[] = {{scattered, {0.03, 0.02, 0.012, 0.008, 0.005}, 4.0 / 3},
-                  {needles, {0.03, 0.02, 0.012, 0.008, 0.005}, 4.0 / 3},
-                  {scarce, {0.004, 0.003, 0.002, 0.0014, 0.001}, 1.6}};
+        double targets[5];
+    } scenes[] = {{scattered, {0.03, 0.02, 0.012, 0.008, 0.005}},
+                  {needles, {0.03, 0.02, 0.012, 0.008, 0.005}},
+                  {scarce, {0.004, 0.003, 0.002, 0.0014, 0.001}}};
     static double truth[PIXELS];
-    int missed = 0;
     struct view view = view_of(4, 4096);
     for (int i = 0; i < 3; i++) {
         find_truth(scenes[i].f, 64, truth);
@@ -425,13 +424,11 @@ static void test_hidden_errors_count(void **state)
             double target = scenes[i].targets[k];
             run(&result, scenes[i].f, &view, target, 32, false);
             double error = true_error(&result, truth), ratio = result.estimated / error;
-            missed += error > result.high;
-            if (!(error <= target && fabs(log(ratio)) < log(scenes[i].within)))
+            if (!(error <= target && error <= result.high && fabs(log(ratio)) < log(4.0 / 3)))
                 fail_msg("scene %d, %g: %g, estimated %g", i, target, error, result.estimated);
             drop(&result);
         }
     }
-    assert_true(missed <= 1); /* intervals of 95 %, of 15 runs */
 }
 
 static double normal[2];
@@ -488,8 +485,9 @@ static void test_wire_is_followed(void **state)
     drop(&result);
 }
 
-/* What a run foresees for a lower error, in terms of what a run to that takes. How slow later passes are is learnt. */
-static double foresight(scene_function *f, double goal, double finer_goal)
+/* What a run foresees for a lower error, in terms of what a run to that takes; it has taken part of that at most. How
+ * slow later passes are is learnt. */
+static double foresight(scene_function *f, double goal, double finer_goal, double part)
 {
     struct view view = view_of(4, 4096);
     struct result coarse, fine;
@@ -497,6 +495,7 @@ static double foresight(scene_function *f, double goal, double finer_goal)
     run(&coarse, f, &view, goal, 32, false);
     double before = adaptive_seconds(coarse.adaptive), took = adaptive_seconds(fine.adaptive);
     double foreseen = before + adaptive_foresee(coarse.adaptive, fine.estimated, 1.5);
+    assert_true(before < part * took);
     /* What the first pass tells of the power counts as long as no other does. */
     double told = before + adaptive_foresee(coarse.adaptive, fine.estimated, 2);
     assert_true(fabs(told / foreseen - 1) < 1e-12);
@@ -512,7 +511,7 @@ static void check_foresight(scene_function *f, double mean_within, double within
     double sum = 0;
     const int goals = 8;
     for (int k = 0; k < goals; k++) {
-        double goal = 0.03 * pow(0.85, k), off = log(foresight(f, goal, goal / 2));
+        double goal = 0.03 * pow(0.85, k), off = log(foresight(f, goal, goal / 2, 0.9));
         if (!(fabs(off) < log(within))) fail_msg("goal %g: foreseen %g times", goal, exp(off));
         sum += off;
     }
@@ -524,6 +523,7 @@ static void check_foresight(scene_function *f, double mean_within, double within
 static void test_seconds_are_foreseen(void **state)
 {
     (void)state;
+    assert_true(fabs(foresight(stripes, 0.02, 0.01, 0.7) - 1) < 0.1);
     check_foresight(stripes, 1.15, 1.3);
     check_foresight(balls, 1.2, 1.8);
     struct view view = view_of(4, 4096);
