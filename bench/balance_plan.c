@@ -209,7 +209,8 @@ static void put_saturation(FILE *out, FILE *csv)
     for (uint32_t renderers = 1000; renderers <= 100000; renderers *= 10)
         for (unsigned i = 0; i < 3; i++)
             one_master(out, csv, garden, renderers, plan_samples[i], 1e-5);
-    one_master(out, csv, &bench_scenes[0], 10000, 4096, 1e-5);
+    for (uint32_t renderers = 1000; renderers <= 10000; renderers *= 10)
+        one_master(out, csv, &bench_scenes[0], renderers, 4096, 1e-5);
 }
 
 static void put_latencies(FILE *out, FILE *csv)

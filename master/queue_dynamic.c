@@ -416,14 +416,37 @@ static double expected_seconds(const struct queue *queue, uint32_t renderer, uin
     return pace_seconds(pace, asker, work) + fmax(now - pace->renderers[renderer].free_at, 0);
 }
 
+/* Whether somebody else can be given this, which the renderer has begun: in pieces; or whole, if nobody else has been
+ * yet, or nobody counts on the renderer. */
+static bool can_repeat(const struct queue *queue, uint32_t renderer, const struct hold *hold)
+{
+    const struct item *item = &queue->items[hold->id];
+    bool can_break = item->pieces == 0 && area(item) > 1;
+    return can_break || item->copies <= 1 || queue->pace.renderers[renderer].lost;
+}
+
+/* The first one in the heap who has begun something that others can be given; those before it are taken off, or the
+ * idle would wait behind a single pixel for all that comes after it. */
+static uint32_t top_to_repeat(struct queue *queue, struct heap *heap, uint32_t asker)
+{
+    uint32_t renderer;
+    while ((renderer = top_of(queue, heap, false)) != HEAP_ABSENT) {
+        const struct hold *hold = last_to_pass_on(queue, renderer, asker, false);
+        if (!hold || can_repeat(queue, renderer, hold)) break;
+        heap_remove(heap, renderer);
+    }
+    return renderer;
+}
+
 /*
- * What the renderer has begun: in pieces if two or more stand idle, who are done sooner than somebody
- * who has taken long already is expected to be. One alone does all of it, unless somebody else is to be
- * idle soon. HEAP_ABSENT: nobody.
+ * What the first one in the heap has begun: in pieces if two or more stand idle, who are done sooner than
+ * somebody who has taken long already is expected to be. One alone does all of it, unless somebody else is to
+ * be idle soon.
  */
-static uint32_t take_begun(struct queue *queue, uint32_t renderer, uint32_t asker, double now,
+static uint32_t take_begun(struct queue *queue, struct heap *heap, uint32_t asker, double now,
                            struct tile *tiles)
 {
+    uint32_t renderer = top_to_repeat(queue, heap, asker);
     if (renderer == HEAP_ABSENT) return 0;
     struct hold *hold = last_to_pass_on(queue, renderer, asker, false);
     if (!hold) return 0;
@@ -459,12 +482,9 @@ static uint32_t next_repeat(struct queue *queue, uint32_t renderer, double now, 
     if (queue->holdings.holders[renderer].count > 0 || !queue_has_core(queue, renderer)) return 0;
     uint32_t count = take_unbegun(queue, renderer, now, tiles);
     pace_place(pace);
-    if (count == 0)
-        count = take_begun(queue, top_of(queue, &pace->lost, false), renderer, now, tiles);
-    /* Nobody is taken off here: it is where those are found who have stopped. */
-    if (count == 0) count = take_begun(queue, heap_top(&pace->late), renderer, now, tiles);
-    if (count == 0)
-        count = take_begun(queue, top_of(queue, &pace->last, false), renderer, now, tiles);
+    if (count == 0) count = take_begun(queue, &pace->lost, renderer, now, tiles);
+    if (count == 0) count = take_begun(queue, &pace->soon, renderer, now, tiles);
+    if (count == 0) count = take_begun(queue, &pace->last, renderer, now, tiles);
     return count;
 }
 

@@ -1182,6 +1182,30 @@ static void test_idle_ask_again(void **state)
     queue_destroy(queue);
 }
 
+/* A single pixel that two have already is not what the idle wait for, whether it is to be done first or last: they get
+ * pieces of what is overdue besides. */
+static void test_idle_pass_over_a_pixel(void **state)
+{
+    (void)state;
+    const struct queue_config config = {.width = 3, .height = 1, .renderers = 5, .tile_edge = 3};
+    const struct tile row = {.w = 3, .h = 1, .step = 1, .pass = 1},
+                      first = {.w = 1, .h = 1, .step = 1, .pass = 1};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES];
+    assert_int_equal(queue_next(queue, 0, 0, lot), 1);
+    uint32_t overdue = queue_add(queue, &row, 3, 2), pixel = queue_add(queue, &first, 1, 1);
+    assert_true(queue_finish(queue, 0, lot[0].id, 1, 1)); /* a third of a second for each pixel */
+    assert_true(queue_next(queue, 1, 1, lot) == 1 && lot[0].id == overdue);
+    assert_true(queue_next(queue, 2, 1.4, lot) == 1 && lot[0].id == pixel);
+    assert_true(queue_next(queue, 3, 1.8, lot) == 1 &&
+                lot[0].id == pixel); /* 2 should have been done */
+    double now = 2.01;
+    assert_true(queue->pace.renderers[3].free_at > now && pace_next_late(&queue->pace) > now);
+    assert_true(queue_next(queue, 4, now, lot) > 0);
+    assert_int_equal(queue->items[lot[0].id].whole, overdue);
+    queue_destroy(queue);
+}
+
 /* One who has nothing to do takes over from one who has just been given something, too. */
 static void test_idle_take_what_was_just_given(void **state)
 {
@@ -1976,6 +2000,7 @@ int main(void)
         cmocka_unit_test(test_finished_copy_is_told),
         cmocka_unit_test(test_overdue_is_broken_up),
         cmocka_unit_test(test_idle_ask_again),
+        cmocka_unit_test(test_idle_pass_over_a_pixel),
         cmocka_unit_test(test_idle_take_what_was_just_given),
         cmocka_unit_test(test_own_renderer_leaves_the_end),
         cmocka_unit_test(test_unbegun_is_not_broken_up),
