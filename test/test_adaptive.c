@@ -524,7 +524,7 @@ static void test_seconds_are_foreseen(void **state)
 {
     (void)state;
     assert_true(fabs(foresight(stripes, 0.02, 0.01, 0.7) - 1) < 0.1);
-    check_foresight(stripes, 1.15, 1.3);
+    check_foresight(stripes, 1.12, 1.28);
     check_foresight(balls, 1.2, 1.8);
     struct view view = view_of(4, 4096);
     struct result first, coarse;

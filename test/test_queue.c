@@ -1197,8 +1197,8 @@ static void test_idle_pass_over_a_pixel(void **state)
     assert_true(queue_finish(queue, 0, lot[0].id, 1, 1)); /* a third of a second for each pixel */
     assert_true(queue_next(queue, 1, 1, lot) == 1 && lot[0].id == overdue);
     assert_true(queue_next(queue, 2, 1.4, lot) == 1 && lot[0].id == pixel);
-    assert_true(queue_next(queue, 3, 1.8, lot) == 1 &&
-                lot[0].id == pixel); /* 2 should have been done */
+    /* 2 should have been done. */
+    assert_true(queue_next(queue, 3, 1.8, lot) == 1 && lot[0].id == pixel);
     double now = 2.01;
     assert_true(queue->pace.renderers[3].free_at > now && pace_next_late(&queue->pace) > now);
     assert_true(queue_next(queue, 4, now, lot) > 0);
