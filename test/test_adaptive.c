@@ -904,7 +904,7 @@ static double foresee_doubling(struct adaptive *adaptive, double error)
     return adaptive_foresee(adaptive, 0.6 * error, 1.5);
 }
 
-/* After pass 0 as many samples again are taken to last 1.36 times as long, which counts a tenth beside what later
+/* After pass 0 as many samples again are taken to last 1.26 times as long, which counts a fifth beside what later
  * ones have lasted. These are taken as if all had come at once. How many rays the pixels take does not matter
  * where all take the same. */
 static void test_seconds_of_a_doubling(void **state)
@@ -912,10 +912,10 @@ static void test_seconds_of_a_doubling(void **state)
     (void)state;
     struct canvas canvas;
     struct adaptive *adaptive = begin_even(&canvas, 1024, 1e-3);
-    assert_true(fabs(foresee_doubling(adaptive, EVEN) - 1.36) < 1e-6);
+    assert_true(fabs(foresee_doubling(adaptive, EVEN) - 1.26) < 1e-6);
     follow_even(adaptive, EVEN * sqrt(LEFT));
     double effort = pow(2 * DENSE - 4, EFFORT_POWER), had = pow(MORE, EFFORT_POWER);
-    double all_s = effort * (2 + 0.1 * 1.36) / (had + 0.1 * pow(4, EFFORT_POWER));
+    double all_s = effort * (2 + 0.2 * 1.26) / (had + 0.2 * pow(4, EFFORT_POWER));
     assert_true(fabs(foresee_doubling(adaptive, EVEN * sqrt(LEFT)) / (all_s - 2) - 1) < 0.001);
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
@@ -923,7 +923,7 @@ static void test_seconds_of_a_doubling(void **state)
     canvas_init(&canvas, WIDE, HIGH);
     adaptive = adaptive_create(&view, &canvas, 1e-3);
     put(adaptive, all, (struct sent){0.5f, 0, APART, {7, 7}}, 1);
-    assert_true(fabs(foresee_doubling(adaptive, EVEN) - 1.36) < 1e-6);
+    assert_true(fabs(foresee_doubling(adaptive, EVEN) - 1.26) < 1e-6);
     adaptive_destroy(adaptive);
     canvas_free(&canvas);
 }
