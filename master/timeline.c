@@ -67,20 +67,26 @@ static void put_span(struct json *json, double start_s, double length_s)
     json_fixed(json, "dur", 1e6 * length_s, 3);
 }
 
-static void put_row(struct json *json, const struct renderer_stats *stats)
+/* What a row, or with rank 0's all of them, are called. */
+static void put_label(struct json *json, const char *what, const char *name, uint32_t rank)
 {
-    char *name = format_text("rank %u, %s", stats->rank, stats->host);
-    open_event(json, "thread_name", "M", stats->rank);
+    open_event(json, what, "M", rank);
     json_open(json, "args", '{');
     json_string(json, "name", name);
     json_close(json, '}');
     json_close(json, '}');
+}
+
+static void put_row(struct json *json, const struct renderer_stats *stats)
+{
+    char *name = format_text("rank %u, %s", stats->rank, stats->host);
+    put_label(json, "thread_name", name, stats->rank);
+    free(name);
     open_event(json, "thread_sort_index", "M", stats->rank);
     json_open(json, "args", '{');
     json_count(json, "sort_index", stats->rank);
     json_close(json, '}');
     json_close(json, '}');
-    free(name);
 }
 
 static void put_entry(struct json *json, const struct timeline_entry *entry, uint32_t rank)
@@ -146,6 +152,7 @@ void timeline_trace(const struct timeline *timeline, const struct renderer_stats
     json_open(&json, NULL, '{');
     json_string(&json, "displayTimeUnit", "ms");
     json_open(&json, "traceEvents", '[');
+    put_label(&json, "process_name", "farm", 0);
     put_rows(&json, timeline, stats, count, render_s);
     json_close(&json, ']');
     json_close(&json, '}');

@@ -57,6 +57,8 @@ static void test_trace(void **state)
     add(&timeline, TIMELINE_WASTED, 1, square(4, 4, 4), 0.25, 0.375);
     char *text = trace_of(&timeline, stats, 2, 1.00005);
     assert_has(text, "{\n  \"displayTimeUnit\": \"ms\",\n  \"traceEvents\": [\n");
+    assert_has(text, "{\"name\": \"process_name\", \"ph\": \"M\", \"pid\": 0, \"tid\": 0, "
+                     "\"args\": {\"name\": \"farm\"}}");
     assert_has(text, "{\"name\": \"thread_name\", \"ph\": \"M\", \"pid\": 0, \"tid\": 2, "
                      "\"args\": {\"name\": \"rank 2, b\\\"\\\\\"}},\n");
     assert_has(text,
@@ -113,7 +115,8 @@ static void test_trace_of_nothing(void **state)
     assert_has(text, "\"ts\": 0.000, \"dur\": 2000000.000}");
     free(text);
     text = trace_of(&none, stats, 0, 2);
-    assert_has(text, "\"traceEvents\": []\n}\n");
+    assert_has(text, "\"args\": {\"name\": \"farm\"}}\n  ]\n}\n");
+    assert_int_equal(count_of(text, "\"name\": "), 2);
     free(text);
 }
 
