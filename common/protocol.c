@@ -33,6 +33,7 @@ void render_counts_add(struct render_counts *sum, const struct render_counts *mo
 {
     for (int kind = 0; kind < RAY_KINDS; kind++)
         sum->rays[kind] += more->rays[kind];
+    sum->primary_hits += more->primary_hits;
     if (more->nonfinite) keep_first(sum, &more->first);
     sum->nonfinite += more->nonfinite;
     sum->unmatched_media += more->unmatched_media;

@@ -132,6 +132,7 @@ struct error_sum {
 /* What rendering cost and met: per tile, summed per renderer, summed over the farm. */
 struct render_counts {
     uint64_t rays[RAY_KINDS];
+    uint64_t primary_hits;    /* primary rays that have met something */
     uint64_t nonfinite;       /* samples that a picture of floats cannot hold: struct bad_sample */
     uint64_t exact_fallbacks; /* predicates whose error filter asked for exact arithmetic */
     double intersect_s;       /* wall seconds spent finding hits and occluders */
@@ -197,9 +198,9 @@ _Static_assert(sizeof(struct lot_header) == 16, "struct lot_header goes over the
 _Static_assert(sizeof(struct drop) == 8, "struct drop goes over the wire as it is");
 _Static_assert(sizeof(struct ready) == 72, "struct ready goes over the wire as it is");
 _Static_assert(sizeof(struct start) == 8, "struct start goes over the wire as it is");
-_Static_assert(sizeof(struct result_header) == 224,
+_Static_assert(sizeof(struct result_header) == 232,
                "struct result_header goes over the wire as it is");
-_Static_assert(sizeof(struct renderer_stats) == 328,
+_Static_assert(sizeof(struct renderer_stats) == 336,
                "struct renderer_stats goes over the wire as it is");
 
 /* Floats that are sent of a pixel where sampling is adaptive: those of struct pixel_floats. */

@@ -75,8 +75,8 @@ static struct render_counts scaled(const struct render_counts *counts, double sh
     if (share == 1) return part;
     for (int kind = 0; kind < RAY_KINDS; kind++)
         part.rays[kind] = part_of(part.rays[kind], share);
-    uint64_t *whole[] = {&part.nonfinite, &part.exact_fallbacks, &part.bound_rays,
-                         &part.unmatched_media, &part.open_media};
+    uint64_t *whole[] = {&part.primary_hits, &part.nonfinite,       &part.exact_fallbacks,
+                         &part.bound_rays,   &part.unmatched_media, &part.open_media};
     for (size_t i = 0; i < sizeof whole / sizeof *whole; i++)
         *whole[i] = part_of(*whole[i], share);
     part.intersect_s *= share;

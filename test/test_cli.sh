@@ -245,6 +245,18 @@ beside() {
         image.height=8 && [ -s pictures/a.b.pfm ] && [ -s pictures/a.b.json ]
 }
 check "the report lies beside the picture" beside
+printf '[camera]\neye = 0 0 0.5\nlook_at = 0 0 9\n[light]\nposition = 0 9 0\n[sphere]\ncenter = 0 0 0\nradius = 1\n' >inside.ini
+empty() { # WHAT SCENE ARGUMENT...: that nothing is to be seen is said once, or, without WHAT, not at all
+    said=$1; shift
+    run 0 farm_n 2 "$@" image.width=16 image.height=12 output.image=empty.png || return 1
+    if [ "$said" ]; then [ "$err" = "farm: $said" ]; else [ -z "$err" ]; fi
+}
+check "nothing in view" empty 'nothing is in view: no ray from camera.eye has met anything' \
+    everything.ini camera.eye='0 0 50' camera.look_at='0 0 99'
+check "the inside of a ball" empty 'all pixels have the same colour: is what is in view lit?' inside.ini
+check "something in view" empty '' everything.ini
+check "a part of nothing" empty '' everything.ini camera.eye='0 0 50' camera.look_at='0 0 99' \
+    image.region='0 0 4 4'
 for scene in parts.nff star.obj; do
     direct() { run 0 farm_n 2 "$scene" image.width=32 image.height=24 && [ -s "${scene%.*}.png" ]; }
     check "$scene directly" direct

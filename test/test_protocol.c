@@ -23,6 +23,7 @@ static void test_counts_add(void **state)
 {
     (void)state;
     struct render_counts sum = {.rays = {1, 2, 3, 4},
+                                .primary_hits = 9,
                                 .nonfinite = 5,
                                 .exact_fallbacks = 6,
                                 .intersect_s = 0.5,
@@ -34,6 +35,7 @@ static void test_counts_add(void **state)
                                 .halfway = {3, 4},
                                 .first = {.x = 3, .y = 2}};
     struct render_counts more = {.rays = {10, 20, 30, 40},
+                                 .primary_hits = 90,
                                  .nonfinite = 50,
                                  .exact_fallbacks = 60,
                                  .intersect_s = 1,
@@ -47,6 +49,7 @@ static void test_counts_add(void **state)
     render_counts_add(&sum, &more);
     for (unsigned kind = 0; kind < RAY_KINDS; kind++)
         assert_int_equal(sum.rays[kind], 11 * (kind + 1));
+    assert_int_equal(sum.primary_hits, 99);
     assert_int_equal(sum.nonfinite, 55);
     assert_int_equal(sum.exact_fallbacks, 66);
     assert_true(sum.intersect_s == 1.5 && sum.shade_s == 2.25);

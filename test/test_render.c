@@ -468,6 +468,7 @@ static void test_open_media_are_counted(void **state)
     add_disc(builder, 0, 1, material(builder, 0, 0.9));
     render_scene(builder, &view, SIZE, SIZE, &picture);
     assert_int_equal(picture.counts.open_media, SIZE * SIZE);
+    assert_int_equal(picture.counts.primary_hits, SIZE * SIZE); /* not those behind */
 }
 
 /* Of glass that is left without having been entered, the picture tells as far as it goes: what lies behind

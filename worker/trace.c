@@ -334,6 +334,7 @@ static INLINED void trace_rays(struct renderer *renderer, bool flat)
     renderer->counts.intersect_s += clock_wall() - start;
     points_find(renderer->scene, renderer->bvh, renderer->rays, renderer->hits, renderer->count,
                 &renderer->points, &renderer->counts.exact_fallbacks);
+    if (renderer->fresh) renderer->counts.primary_hits += renderer->points.count;
     add_unlit(renderer, flat);
     light_points(renderer, flat);
     if (!flat && renderer->bounding > 0) add_found(renderer);
