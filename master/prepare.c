@@ -79,7 +79,29 @@ static void print_count(const char *before, uint64_t count, const char *name, co
     printf("%s%llu %s%s%s", before, (unsigned long long)count, name, count == 1 ? "" : "s", after);
 }
 
-static int print_check(const struct run *run)
+/* The box around all that has an end. */
+struct extent {
+    bool any;
+    struct vec3 min, max;
+};
+
+static struct extent extent_of(const struct builder *builder)
+{
+    struct extent extent;
+    extent.any = builder_bounds(builder, &extent.min, &extent.max);
+    return extent;
+}
+
+static void print_extent(const struct extent *extent)
+{
+    const struct vec3 *min = &extent->min, *max = &extent->max;
+    if (extent->any)
+        printf("  from %.6g %.6g %.6g to %.6g %.6g %.6g\n", min->x, min->y, min->z, max->x, max->y,
+               max->z);
+}
+
+/* Of a scene that is all right. */
+static int print_check(const struct run *run, const struct extent *extent)
 {
     const struct report *report = &run->report;
     char *name = printable_text(run->options.config);
@@ -90,6 +112,7 @@ static int print_check(const struct run *run)
     print_count(", ", report->lights, "light", "");
     printf(", %u x %u pixels\n", report->image_width, report->image_height);
     free(name);
+    print_extent(extent);
     return close_output();
 }
 
@@ -167,9 +190,12 @@ int prepare(struct run *run, struct scene **block)
     int status = load(run);
     if (status >= 0) return status;
     struct view view = settings_view(&run->job.settings);
+    bool checks = run->options.action == ACTION_CHECK;
+    struct extent extent = {.any = false};
+    if (checks) extent = extent_of(run->job.builder); /* before the scene takes all of that */
     status = make_scene(run, &view, block);
     run->report.time.load = clock_wall() - start;
-    if (status < 0 && run->options.action == ACTION_CHECK) status = print_check(run);
+    if (status < 0 && checks) status = print_check(run, &extent);
     if (status < 0) status = open_rendering(run, &view, *block);
     if (status < 0) return status;
     free(*block);
