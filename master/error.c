@@ -313,7 +313,10 @@ double forecast_seconds(const struct error_forecast *forecast, double rmse, doub
 
 double forecast_goal(double rmse)
 {
+    static const double digits[] = {1, 1.5, 2, 3, 5, 7};
     double power = pow(10, floor(log10(rmse / 2)));
-    double digit = rmse / 2 / power;
-    return (digit >= 5 ? 5 : digit >= 2 ? 2 : 1) * power;
+    size_t i = sizeof digits / sizeof *digits - 1;
+    while (i > 0 && digits[i] * power > rmse / 2)
+        i--;
+    return digits[i] * power;
 }

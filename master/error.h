@@ -148,7 +148,8 @@ struct error_forecast error_forecast_to(const struct error_point *now, double go
 double forecast_seconds(const struct error_forecast *forecast, double rmse, double *low,
                         double *high);
 
-/* A round number (1, 2 or 5 times a power of ten) at most half of rmse: what less would be. */
+/* A round number (1, 1.5, 2, 3, 5 or 7 times a power of ten) at most half of rmse, and 0.3 of it at
+ * least: what less would be. */
 double forecast_goal(double rmse);
 
 #endif

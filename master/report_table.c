@@ -362,9 +362,11 @@ static void put_forecast(struct table *table, const struct error_forecast *forec
 /* One sample of each pixel tells nothing about its error, but a reference does. */
 static void put_truth(struct table *table, const struct report *report)
 {
-    if (!report->has_reference) return;
-    flow(table, "sampling error: RMSE %s against the reference",
-         error_figure(report->truth.rmse).text);
+    if (report->has_reference)
+        flow(table, "sampling error: RMSE %s against the reference",
+             error_figure(report->truth.rmse).text);
+    else if (report->max_samples == 1)
+        flow(table, "sampling error: unknown with one sample a pixel");
     end_flow(table);
 }
 
@@ -434,7 +436,8 @@ static void put_clipped(struct table *table, const struct report *report)
     if (file->clipped == 0) return;
     flow(table, "clipped: %llu pixel%s", (unsigned long long)file->clipped,
          file->clipped == 1 ? "" : "s");
-    flow_on(table, "beyond what the file can hold, RMSE %s", error_figure(file->clipped_rmse).text);
+    flow_on(table, "beyond what the file can hold");
+    flow(table, "RMSE %s", error_figure(file->clipped_rmse).text);
     end_flow(table);
 }
 

@@ -325,7 +325,9 @@ static void test_goals_are_round(void **state)
 {
     (void)state;
     assert_close(forecast_goal(0.0021), 0.001, 1e-15);
-    assert_close(forecast_goal(0.0019), 0.0005, 1e-15);
+    assert_close(forecast_goal(0.0019), 0.0007, 1e-15);
+    assert_close(forecast_goal(0.0039), 0.0015, 1e-15);
+    assert_close(forecast_goal(0.0061), 0.003, 1e-15);
     assert_close(forecast_goal(0.05), 0.02, 1e-15);
     assert_close(forecast_goal(0.11), 0.05, 1e-15);
     assert_close(forecast_goal(0.4), 0.2, 1e-15); /* half of it, where that is round */

@@ -494,6 +494,9 @@ static void test_table_clipped(void **state)
     text = table_text(&report, 80);
     assert_has(text, "\nclipped: 435 pixels beyond what the file can hold, RMSE 0.0065\n");
     free(text);
+    text = table_text(&report, 40);
+    assert_has(text, "\n  beyond what the file can hold\n  RMSE 0.0065\n");
+    free(text);
 }
 
 /* What the picture may lack is told where it lacks something. */
@@ -678,6 +681,15 @@ static void test_table_truth(void **state)
     report.truth.rmse = 0.0231;
     char *text = table_text(&report, 80);
     assert_has(text, "\nsampling error: RMSE 0.023 against the reference\n");
+    free(text);
+    report.has_reference = false;
+    report.max_samples = 1;
+    text = table_text(&report, 80);
+    assert_has(text, "\nsampling error: unknown with one sample a pixel\n");
+    free(text);
+    report.max_samples = 2; /* of which no pixel has come in */
+    text = table_text(&report, 80);
+    assert_null(strstr(text, "sampling error"));
     free(text);
 }
 
