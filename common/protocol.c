@@ -65,9 +65,8 @@ static bool span_inside(uint32_t first, uint32_t count, uint32_t size)
     return count >= 1 && first < size && count <= size - first;
 }
 
-bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, uint32_t height)
+bool tile_message_valid(const struct tile *tile, uint32_t width, uint32_t height)
 {
-    if (bytes != sizeof *tile) return false;
     if (!span_inside(tile->x, tile->w, width) || !span_inside(tile->y, tile->h, height))
         return false;
     uint64_t area = (uint64_t)tile->w * tile->h;

@@ -334,8 +334,8 @@ bool lot_tells_valid(const float *tells, uint32_t count);
 /* A DROP message of so many bytes. */
 bool drop_message_valid(const struct drop *drops, size_t bytes);
 
-/* A tile of so many bytes in a TILES message, for a region of width x height pixels. */
-bool tile_message_valid(const struct tile *tile, size_t bytes, uint32_t width, uint32_t height);
+/* A tile in a TILES message, for a region of width x height pixels. */
+bool tile_message_valid(const struct tile *tile, uint32_t width, uint32_t height);
 
 /* What a TILES message says of so many pixels of a tile; last: the highest level there is. */
 bool refinements_valid(const struct refinement *refinements, uint32_t count, uint32_t last);

@@ -257,7 +257,6 @@ static void read_records(struct journal *journal, uint64_t size,
             if (at > journal->end) close_gap(journal, at);
             journal->end = next;
             found->records++;
-            found->seconds += record.seconds;
         } else {
             found->refused_bytes += next - at;
         }

@@ -50,7 +50,6 @@ struct journal_found {
     uint64_t records;       /* taken */
     uint64_t damaged_bytes; /* that no good record has */
     uint64_t refused_bytes; /* of good records that were not taken */
-    double seconds;         /* of rendering, that are saved */
 };
 
 struct journal;

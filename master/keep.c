@@ -99,7 +99,7 @@ bool open_save(struct run *run, const struct scene *scene)
     if (!run->save) return false;
     resume(run);
     if (save_has_room(run->save, tiles_left(run), pixels_left(run))) return true;
-    if (save_found(run->save)->tiles)
+    if (save_found(run->save)->records)
         free(save_keep(run->save).path);
     else
         save_drop(run->save);

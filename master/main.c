@@ -18,6 +18,7 @@
 #include "common/nap.h"
 #include "master/expect.h"
 #include "master/help.h"
+#include "master/path.h"
 #include "master/run.h"
 #include "master/timeline_output.h"
 #include "worker/collective.h"
@@ -66,6 +67,12 @@ static double deadline_of(const struct run *run)
     return limit > 0 ? run->start + limit : HUGE_VAL;
 }
 
+/* Who reads from a pipe takes the first picture for the whole one. */
+static double preview_seconds(const struct settings *settings)
+{
+    return path_is_device(settings->output.image) ? 0 : settings->output.preview;
+}
+
 /* What an earlier run has rendered is there from the start. */
 static void begin_watch(struct run *run, const struct view *view)
 {
@@ -77,8 +84,11 @@ static void begin_watch(struct run *run, const struct view *view)
         .samples = view->max_samples,
         .first_samples = view->min_samples,
         .begin = run->start,
-        .snapshot = {.path = settings->output.image, .seconds = settings->output.preview}};
-    if (!watch_start(&run->watch, settings->output.error)) end_job(STATUS_FAILED);
+        .snapshot = {.path = settings->output.image, .seconds = preview_seconds(settings)}};
+    if (!watch_start(&run->watch, settings->output.error)) {
+        if (run->save && save_was_empty(run->save)) save_drop(run->save);
+        end_job(STATUS_FAILED);
+    }
     if (!run->save) return;
     const struct resumed *resumed = &run->report.resumed;
     struct result_header header = {.cpu_s = resumed->cpu_s, .counts = resumed->counts};

@@ -42,7 +42,11 @@ char *path_stem(const char *path)
 char *path_absolute(const char *path)
 {
     char *resolved = realpath(path, NULL);
-    if (resolved) return resolved;
+    return resolved ? resolved : path_unresolved(path);
+}
+
+char *path_unresolved(const char *path)
+{
     char *here = *path == '/' ? NULL : get_current_dir_name();
     char *absolute = here ? format_text("%s/%s", here, path) : copy_text(path);
     free(here);

@@ -25,6 +25,9 @@ char *path_stem(const char *path);
 /* The same path from the root, resolved if the file exists. The caller frees it. */
 char *path_absolute(const char *path);
 
+/* The same path from the root as it stands: a link keeps its name and folder. The caller frees it. */
+char *path_unresolved(const char *path);
+
 /* Whether path, with all links followed, lies in the folder, which is resolved; "/" holds all. */
 bool path_is_within(const char *path, const char *folder);
 

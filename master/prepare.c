@@ -23,6 +23,8 @@ static bool make_queue(struct run *run, const struct view *view)
 {
     const struct settings *settings = &run->job.settings;
     run->renderers = (uint32_t)run->processes - (settings->farm.master_renders ? 0 : 1);
+    bool checks = run->options.action == ACTION_CHECK;
+    if (run->renderers == 0 && checks) run->renderers = 1; /* whatever the run will have */
     if (run->renderers == 0) {
         user_error(
             NULL, 0,

@@ -42,7 +42,7 @@ static void print_setting(struct printing *to, const struct settings *settings,
 {
     char *value = key_format(key, settings);
     if (key->type == VALUE_TEXT && *value && !path_is_stdout(value)) {
-        char *absolute = path_absolute(value);
+        char *absolute = path_unresolved(value);
         free(value);
         value = absolute;
     }
@@ -82,7 +82,7 @@ static void print_section(struct printing *to, const struct ini_section *section
         char *value = NULL;
         if (strcmp(entry->key, "file") == 0) {
             char *path = path_in(entry->folder, entry->value);
-            value = path_absolute(path);
+            value = path_unresolved(path);
             free(path);
         }
         print_entry(to, entry->key, value ? value : entry->value);

@@ -100,7 +100,7 @@ static bool record_valid(const struct canvas *canvas, const struct journal_recor
                          struct tile_head *head)
 {
     const struct tile *tile = &record->tile;
-    if (tile->pass != 0 || !tile_message_valid(tile, sizeof *tile, canvas->width, canvas->height) ||
+    if (tile->pass != 0 || !tile_message_valid(tile, canvas->width, canvas->height) ||
         record->bytes != payload_bytes(tile))
         return false;
     memcpy(head, record->payload, sizeof *head);
@@ -132,8 +132,7 @@ static bool part_valid(struct save *save, const struct journal_record *record,
 {
     const struct tile *tile = &record->tile;
     const struct canvas *canvas = save->canvas;
-    if (!tile_message_valid(tile, sizeof *tile, canvas->width, canvas->height) ||
-        record->bytes < part_bytes(0))
+    if (!tile_message_valid(tile, canvas->width, canvas->height) || record->bytes < part_bytes(0))
         return false;
     memcpy(head, record->payload, sizeof *head);
     return part_head_valid(head) && follow_pass(save, tile->pass, head->limit) &&
@@ -149,7 +148,6 @@ static uint32_t note(struct save *save, const struct journal_record *record,
     struct found_tile tile = {record->tile, record->seconds, head->cpu_s, head->counts};
     uint32_t pixels = found_add(&save->tiles, &tile);
     save->found.records++;
-    save->found.tiles += pixels > 0 || record->tile.pass > 0;
     save->found.pixels += pixels;
     return pixels;
 }

@@ -25,7 +25,6 @@
 /* What an earlier run has left. */
 struct save_found {
     uint64_t records; /* good ones in the journal */
-    uint64_t tiles;   /* of these, that brought something new; as they were cut then */
     uint64_t pixels;  /* each counted once */
 };
 

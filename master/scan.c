@@ -94,10 +94,14 @@ bool scan_word(struct scan *scan, char *word, size_t size)
 
 bool scan_unsigned(struct scan *scan, uint32_t *value)
 {
-    char word[32];
-    struct scan ahead = *scan;
-    if (!scan_word(&ahead, word, sizeof word) || !number_parse_unsigned(word, value)) return false;
-    *scan = ahead;
+    uint64_t number = 0;
+    skip_blanks(scan);
+    const char *at = scan->at;
+    for (; (unsigned char)(*at - '0') < 10; at++)
+        if (number <= UINT32_MAX) number = number * 10 + (uint64_t)(*at - '0');
+    if (at == scan->at || number > UINT32_MAX || !ends_word(scan, at)) return false;
+    *value = (uint32_t)number;
+    scan->at = at;
     return true;
 }
 

@@ -162,6 +162,7 @@ journal() { # what a run refuses --check does, too, with the same word
 }
 check "--check tries the journal, too" journal
 check "nobody would render" wrong 1 'master_renders' everything.ini farm.master_renders=no
+check "which is nothing that is wrong with a file" run 0 "$FARM" --check everything.ini farm.master_renders=no
 check "too many tiles" wrong 0 'farm.tile' everything.ini farm.tile=1 image.width=16000 \
     image.height=16000
 
@@ -228,6 +229,15 @@ own_names() {
         [ -s named.json ] && [ ! -e named.png ] && grep -q '^journal = $' named.ini
 }
 check "what --print-config gives has its own picture" own_names
+links() { # keep their names, and the folder that what they name is looked for in
+    mkdir -p store linked && cp star.obj store/blob && cp star.mtl linked/ && ln -sf ../store/blob linked/star.obj &&
+        sed '/^\[include/,$d' everything.ini >linked/l.ini && ln -sf blob linked/l.pfm || return 1
+    run 0 "$FARM" --allow-outside linked/l.ini output.image=linked/a.pfm && [ -z "$err" ] &&
+        run 0 "$FARM" --allow-outside --print-config linked/l.ini output.image=linked/l.pfm || return 1
+    printf '%s\n' "$out" >printed.ini
+    run 0 "$FARM" --allow-outside printed.ini && [ -z "$err" ] && cmp linked/a.pfm linked/l.pfm
+}
+check "--print-config of what links name" links
 outside() {
     mkdir -p elsewhere && cp again.ini elsewhere/ || return 1
     run 2 "$FARM" --check elsewhere/again.ini && [ "$(lines "$err")" -eq 1 ] &&

@@ -99,7 +99,7 @@ for n in 0 1 2; do check "stopped without a journal, -n $n" unkept; done
 no_rows() { # found out at once, although the picture would take minutes
     run 1 timeout 20 "$FARM" "$SCENE" $SLOW output.image=r.png output.error=/dev/full || return 1
     cat "$T/err"
-    [ "$(lines "$err")" -eq 1 ] && [ ! -e r.png ] && rm -f r.journal &&
+    [ "$(lines "$err")" -eq 1 ] && [ ! -e r.png ] && [ ! -e r.journal ] &&
         echo "$err" | grep -q 'output.error = /dev/full cannot be written: No space left on device'
 }
 check "no space for the rows of error" no_rows
@@ -112,6 +112,15 @@ timed_out() { # what goes on would render further: the picture is there, so noth
 }
 check "no space for the report of a run that a time limit has ended" timed_out
 
+whole() { # no preview of it
+    mkfifo whole.png
+    cat whole.png >copy.png &
+    (SLOW="image.width=300 image.height=300 sampling.samples=64" &&
+        run 0 farm_n 2 "$SCENE" $SLOW output.image=whole.png output.preview=0.1 output.report=) || return 1
+    wait && rm whole.png && run 0 farm_n 2 "$SCENE" image.width=300 image.height=300 sampling.samples=64 \
+        output.image=whole.png output.report= && cmp copy.png whole.png
+}
+check "a picture into a pipe comes whole" whole
 no_reader() { # of a pipe: what is rendered is kept
     mkfifo pipe.png
     (SLOW= && stopped TERM output.image=pipe.png output.report=) || return 1

@@ -131,7 +131,6 @@ static void test_round_trip(void **state)
     assert_string_equal(s->said, "");
     check_resume(s, 7, 0, 12);
     struct journal *journal = open_as(s, PICTURE, &seen);
-    assert_true(journal_found(journal).seconds == 0.25 * 66);
     journal_remove(journal);
     assert_int_equal(access(PATH, F_OK), -1);
 }

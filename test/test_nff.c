@@ -42,6 +42,12 @@ static void test_view(void **state)
     scene = loaded(state, LIGHT "s 0 0 0 1\n", NULL); /* with neither, the default one */
     assert_true(scene->view.background_top.x == 0.2 && scene->view.background_bottom.x == 0.04);
     free(scene);
+    scene = loaded(state,
+                   "v\nfrom 2 1 1\nat 0 0 0\nup 0 0 1\nangle 45\nresolution "
+                   "000000000000000000000000000000640 4\n" LIGHT,
+                   NULL);
+    assert_int_equal(scene->view.width, 640);
+    free(scene);
     scene = loaded(state, VIEW LIGHT, "camera.fov=30");
     assert_true(fabs(fov_of(scene) - 30) < 1e-12);
     free(scene);
@@ -230,6 +236,8 @@ static void test_mistakes(void **state)
             "scene.nff:3: a part of the view twice, expected it once");
     refused(state, VIEW "v\n", "scene.nff:8: a second view, expected one");
     refused(state, "v\nangle 180\n", "scene.nff:2: 'angle' needs a number > 0 and < 180");
+    refused(state, "v\nresolution 4294967297 5\n",
+            "scene.nff:2: 'resolution' needs two whole numbers from 1 to 65535");
     refused(state, "v\nresolution 0 5\n",
             "scene.nff:2: 'resolution' needs two whole numbers from 1 to 65535");
     refused(state, "v\nfrom 0 0 1\nat 0 0 0\nup 0 0 1\nangle 45\nl 1 1 1\n",

@@ -119,7 +119,7 @@ static void test_tiles_come_back(void **state)
     assert_true(clock_wall() - begin < 0.9); /* the thread would have looked after a second */
     save = open_save(*state, &again, NULL);
     struct save_found found = *save_found(save);
-    assert_true(found.records == 3 && found.tiles == 2 && found.pixels == 2 * EDGE * EDGE);
+    assert_true(found.records == 3 && found.pixels == 2 * EDGE * EDGE);
     check_columns(&again, &whole, 0, 2 * EDGE);
     struct tile first = tile_at(0, EDGE, 0), wider = tile_at(EDGE, EDGE + 1, 0);
     assert_int_equal(save_use(save, &first), EDGE * EDGE);
@@ -198,7 +198,7 @@ static void check_passes(struct scratch *s, double left_s)
     keep(first.save);
     run_open(&next, s, 1e-3);
     struct save_found found = *save_found(next.save);
-    assert_true(found.records == 7 && found.tiles == 6 && found.pixels == PIXELS);
+    assert_true(found.records == 7 && found.pixels == PIXELS);
     assert_int_equal(adaptive_passes(next.adaptive), 3);
     assert_memory_equal(next.canvas.rgb, first.canvas.rgb, 3 * PIXELS * sizeof(float));
     assert_true(fabs(adaptive_seconds(next.adaptive) - (1 + 0.5 + 0.75 + 3)) < 1e-12);
@@ -232,7 +232,7 @@ static void test_lattices_come_back(void **state)
     assert_true(unsampled > 0 && unsampled < PIXELS - 2 * EDGE * EDGE);
     run_open(&next, s, 1e-3);
     struct save_found found = *save_found(next.save);
-    assert_true(found.records == 3 && found.tiles == 3 && found.pixels == EDGE * EDGE);
+    assert_true(found.records == 3 && found.pixels == EDGE * EDGE);
     assert_int_equal(adaptive_passes(next.adaptive), 3);
     assert_int_equal(adaptive_unsampled(next.adaptive), unsampled);
     assert_memory_equal(next.canvas.rgb, first.canvas.rgb, 3 * PIXELS * sizeof(float));

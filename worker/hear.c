@@ -31,7 +31,7 @@ static size_t take_tile(const struct worker *worker, struct lot *lot, const char
     struct tile *tile = &lot->tiles[lot->count++];
     memcpy(tile, part, sizeof *tile);
     const struct view *view = worker->view;
-    if (!tile_message_valid(tile, sizeof *tile, view->region_w, view->region_h)) return 0;
+    if (!tile_message_valid(tile, view->region_w, view->region_h)) return 0;
     if (!tile_is_refined(tile)) return sizeof *tile;
     uint32_t pixels = tile_pixels(tile);
     struct refinement *refinements = lot->refinements + *refined;

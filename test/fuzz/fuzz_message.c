@@ -32,7 +32,7 @@ static void check_tile(const uint8_t *data, size_t size)
 {
     size_t bytes = sizeof good_tile;
     struct tile *tile = damaged(data, size, &good_tile, &bytes);
-    if (tile_message_valid(tile, bytes, WIDTH, HEIGHT)) {
+    if (bytes == sizeof *tile && tile_message_valid(tile, WIDTH, HEIGHT)) {
         uint32_t pixels = tile_pixels(tile), x, y;
         PROMISE(pixels >= 1 && pixels <= TILE_MAX_PIXELS);
         for (uint32_t k = 0; k < pixels; k += pixels / 7 + 1) {
