@@ -15,7 +15,7 @@ static void note_in_timeline(struct service *service, enum timeline_kind kind, u
 uint32_t take_refinements(struct server *server, const struct tile *tile,
                           struct refinement *refinements)
 {
-    adaptive_take(server->service->adaptive, tile, refinements);
+    adaptive_refinements(server->service->adaptive, tile, refinements);
     if (tile->id >= server->sampled_room) {
         server->sampled_room = tile->id < 512 ? 1024 : 2 * tile->id;
         server->sampled =

@@ -476,8 +476,8 @@ void adaptive_cut(struct adaptive *adaptive, double seconds)
         adaptive->unsampled_s = adaptive->on_first.seconds / (double)(pixels - adaptive->unsampled);
 }
 
-/* The pixels of this lattice that have no samples; asks: they are to get some in the next pass. */
-static uint64_t find_unsampled(const struct adaptive *adaptive, uint32_t lattice, bool asks)
+/* The pixels of this lattice that have no samples; next: there they are to get some in the next pass; or NULL. */
+static uint64_t find_unsampled(const struct adaptive *adaptive, uint32_t lattice, uint8_t *next)
 {
     const struct canvas *canvas = adaptive->canvas;
     uint32_t step = lattice_step(lattice);
@@ -486,7 +486,7 @@ static uint64_t find_unsampled(const struct adaptive *adaptive, uint32_t lattice
         for (uint32_t x = lattice_first(lattice, y); x < canvas->width; x += step) {
             size_t i = (size_t)y * canvas->width + x;
             if (adaptive->level[i] > 0) continue;
-            if (asks) adaptive->next[i] = 1;
+            if (next) next[i] = 1;
             count++;
         }
     return count;
@@ -496,9 +496,9 @@ static uint64_t find_unsampled(const struct adaptive *adaptive, uint32_t lattice
 static uint32_t lattice_within(const struct adaptive *adaptive, double seconds)
 {
     uint32_t lattice = LATTICE_COARSEST;
-    bool any = find_unsampled(adaptive, lattice, false) > 0;
+    bool any = find_unsampled(adaptive, lattice, NULL) > 0;
     while (lattice > 0) {
-        uint64_t finer = find_unsampled(adaptive, lattice - 1, false);
+        uint64_t finer = find_unsampled(adaptive, lattice - 1, NULL);
         bool fits = adaptive->unsampled_s > 0 ? (double)finer * adaptive->unsampled_s <= seconds
                                               : seconds == HUGE_VAL;
         if (any && !fits) break;
@@ -520,7 +520,7 @@ static void learn_first(struct adaptive *adaptive)
 static void plan_lattice(struct adaptive *adaptive, uint32_t lattice)
 {
     assert(adaptive->missing == 0);
-    adaptive->asked = adaptive->missing = find_unsampled(adaptive, lattice, true);
+    adaptive->asked = adaptive->missing = find_unsampled(adaptive, lattice, adaptive->next);
     assert(adaptive->missing > 0);
     adaptive->spent_s = adaptive->on_first.seconds;
     adaptive->limit = -1 - (double)lattice;
@@ -531,7 +531,7 @@ static void plan_lattice(struct adaptive *adaptive, uint32_t lattice)
 static bool plan_lattice_again(struct adaptive *adaptive, double lattice)
 {
     bool is_one = lattice >= 0 && lattice <= LATTICE_COARSEST && lattice == floor(lattice);
-    if (!is_one || find_unsampled(adaptive, (uint32_t)lattice, false) == 0) return false;
+    if (!is_one || find_unsampled(adaptive, (uint32_t)lattice, NULL) == 0) return false;
     adaptive_cut(adaptive, 0);
     plan_lattice(adaptive, (uint32_t)lattice);
     return true;
@@ -710,8 +710,8 @@ struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct
     return work;
 }
 
-void adaptive_take(const struct adaptive *adaptive, const struct tile *tile,
-                   struct refinement *refinements)
+void adaptive_refinements(const struct adaptive *adaptive, const struct tile *tile,
+                          struct refinement *refinements)
 {
     uint32_t pixels = tile_pixels(tile);
     struct walk walk = walk_begin(adaptive, tile);

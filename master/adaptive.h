@@ -129,8 +129,8 @@ struct adaptive_work {
 struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct tile *tile);
 
 /* What is to be done for each pixel of a tile, in the tile's order. */
-void adaptive_take(const struct adaptive *adaptive, const struct tile *tile,
-                   struct refinement *refinements);
+void adaptive_refinements(const struct adaptive *adaptive, const struct tile *tile,
+                          struct refinement *refinements);
 
 /*
  * The tile's pixels that get samples in this pass, adaptive_pixels(), have come in, in the tile's order:

@@ -32,7 +32,7 @@ static float *pixel_at(const struct canvas *canvas, const struct tile *tile, uin
 {
     uint32_t x, y;
     tile_pixel(tile, k, &x, &y);
-    return canvas->rgb + 3 * ((size_t)y * canvas->width + x);
+    return canvas_at(canvas, x, y);
 }
 
 static void assert_inside(const struct canvas *canvas, const struct tile *tile)
@@ -45,7 +45,7 @@ static void assert_inside(const struct canvas *canvas, const struct tile *tile)
 /* A rectangle: without a division to find each row. */
 static void put_rows(struct canvas *canvas, const struct tile *tile, const float *rgb)
 {
-    float *there = canvas->rgb + 3 * ((size_t)tile->y * canvas->width + tile->x);
+    float *there = canvas_at(canvas, tile->x, tile->y);
     for (uint32_t row = 0; row < tile->h; row++) {
         memcpy(there, rgb, 3 * (size_t)tile->w * sizeof *rgb);
         there += 3 * (size_t)canvas->width;

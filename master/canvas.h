@@ -2,6 +2,7 @@
 #ifndef FARM_MASTER_CANVAS_H
 #define FARM_MASTER_CANVAS_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 #include "common/tile.h"
@@ -10,6 +11,12 @@ struct canvas {
     uint32_t width, height; /* pixels */
     float *rgb;             /* 3 * width * height; pixels that are not rendered yet are 0 */
 };
+
+/* The pixel's three floats. */
+static inline float *canvas_at(const struct canvas *canvas, uint32_t x, uint32_t y)
+{
+    return canvas->rgb + 3 * ((size_t)y * canvas->width + x);
+}
 
 void canvas_init(struct canvas *canvas, uint32_t width, uint32_t height);
 void canvas_free(struct canvas *canvas);

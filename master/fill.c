@@ -6,11 +6,6 @@
 
 #include "master/lattice.h"
 
-static float *at(const struct canvas *canvas, uint32_t x, uint32_t y)
-{
-    return canvas->rgb + 3 * ((size_t)y * canvas->width + x);
-}
-
 /* Of a pixel that a lattice has and the next coarser one has not: to the nearest that it has. */
 static const int straight[4][2] = {{0, -1}, {-1, 0}, {1, 0}, {0, 1}};
 static const int diagonal[4][2] = {{-1, -1}, {1, -1}, {-1, 1}, {1, 1}};
@@ -24,7 +19,7 @@ static void mean_around(const struct canvas *canvas, uint32_t x, uint32_t y, uin
     for (int i = 0; i < 4; i++) {
         uint32_t u = x + spacing * (uint32_t)steps[i][0], v = y + spacing * (uint32_t)steps[i][1];
         if (u >= canvas->width || v >= canvas->height) continue;
-        const float *near = at(canvas, u, v);
+        const float *near = canvas_at(canvas, u, v);
         for (int c = 0; c < 3; c++)
             sum[c] += near[c];
         count++;
@@ -59,7 +54,7 @@ static void fill_lattice(struct canvas *canvas, const uint8_t *known, const stru
     for (uint32_t y = lattice_between_row(lattice); y < canvas->height; y += rows)
         for (uint32_t x = lattice_between_first(lattice, y); x < canvas->width; x += step)
             if (!known[(size_t)y * canvas->width + x])
-                guess(canvas, preview, lattice, x, y, at(canvas, x, y));
+                guess(canvas, preview, lattice, x, y, canvas_at(canvas, x, y));
 }
 
 void fill_unknown(struct canvas *canvas, const uint8_t *known, struct preview *preview)
@@ -68,7 +63,7 @@ void fill_unknown(struct canvas *canvas, const uint8_t *known, struct preview *p
     for (uint32_t y = 0; y < canvas->height; y += LATTICE_SPACING)
         for (uint32_t x = 0; x < canvas->width; x += LATTICE_SPACING)
             if (!known[(size_t)y * canvas->width + x])
-                (void)take_block(preview, x, y, at(canvas, x, y));
+                (void)take_block(preview, x, y, canvas_at(canvas, x, y));
     for (uint32_t lattice = LATTICE_COARSEST; lattice-- > 0;)
         fill_lattice(canvas, known, preview, lattice);
 }
@@ -119,7 +114,7 @@ static double miss_of(const struct canvas *canvas, const uint8_t *known,
             float color[3];
             if (is_accompanied(canvas, known, x, y)) continue;
             guess(canvas, preview, lattice, x, y, color);
-            sum += squared_miss(color, at(canvas, x, y));
+            sum += squared_miss(color, canvas_at(canvas, x, y));
             count++;
         }
     return sum / count;

@@ -111,7 +111,7 @@ static double stands_out(const struct canvas *canvas, size_t pixel, const double
     double count = 0, sum[3] = {0, 0, 0}, distance = 0;
     for (uint32_t v = y > 0 ? y - 1 : 0; v <= y + 1 && v < canvas->height; v++)
         for (uint32_t u = x > 0 ? x - 1 : 0; u <= x + 1 && u < width; u++) {
-            const float *there = canvas->rgb + 3 * ((size_t)v * width + u);
+            const float *there = canvas_at(canvas, u, v);
             bool counts = isfinite(there[0]) && isfinite(there[1]) && isfinite(there[2]);
             if ((u == x && v == y) || !counts) continue;
             for (unsigned c = 0; c < 3; c++)

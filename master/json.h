@@ -1,5 +1,5 @@
 /*
- * Writing JSON (RFC 8259) as text in memory. Containers are opened and closed in pairs; key is NULL
+ * Writing JSON (RFC 8259), into memory or a file. Containers are opened and closed in pairs; key is NULL
  * inside an array and at the top. Memory that runs out ends the job.
  */
 #ifndef FARM_MASTER_JSON_H

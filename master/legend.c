@@ -59,7 +59,7 @@ uint32_t legend_height(uint32_t width, uint32_t height, const struct legend_entr
 
 static void put(struct canvas *canvas, uint32_t x, uint32_t y, const float rgb[3])
 {
-    float *pixel = canvas->rgb + 3 * ((size_t)y * canvas->width + x);
+    float *pixel = canvas_at(canvas, x, y);
     for (int c = 0; c < 3; c++)
         pixel[c] = rgb[c];
 }

@@ -59,7 +59,7 @@ void guess_times(struct server *server)
     server->last_plan_s = PLAN_PIXEL_S * pixels;
 }
 
-void keep_for_writing(struct server *server, bool rendered)
+void estimate_writing(struct server *server, bool rendered)
 {
     struct service *service = server->service;
     double seconds = 0;
@@ -191,7 +191,7 @@ static void look_at_picture(struct server *server)
         fill_picture(server);
         server->fill_s = clock_wall() - begin;
     }
-    if (is_to_try(adaptive)) keep_for_writing(server, true);
+    if (is_to_try(adaptive)) estimate_writing(server, true);
 }
 
 /* Between passes, when all that the last one has asked for is in. What the plan takes is taken to be what it takes the

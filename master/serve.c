@@ -255,7 +255,7 @@ static void start_server(struct server *server, struct service *service)
     service->counts = (struct render_counts){0};
     service->silent = 0;
     service->writing_s = 0;
-    keep_for_writing(server, false);
+    estimate_writing(server, false);
     guess_times(server);
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
     server->post = post_open(largest_message(service));

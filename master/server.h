@@ -194,7 +194,7 @@ double rendering_ends(const struct server *server);
 void guess_times(struct server *server);
 
 /* Tries how long files take that are to be written: whether the picture is rendered, or as for any of its size. */
-void keep_for_writing(struct server *server, bool rendered);
+void estimate_writing(struct server *server, bool rendered);
 
 /* Puts the next pass into the queue when one is complete. */
 void follow_passes(struct server *server);

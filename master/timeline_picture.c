@@ -68,11 +68,6 @@ void timeline_rank_color(uint32_t renderer, float rgb[3])
 
 /* ---- the pictures ---- */
 
-static float *pixel_at(const struct canvas *canvas, uint32_t x, uint32_t y)
-{
-    return canvas->rgb + 3 * ((size_t)y * canvas->width + x);
-}
-
 /* CPU seconds per pixel of the region, rows from the top; the caller frees it. */
 static float *pixel_costs(const struct timeline *timeline, uint32_t width, uint32_t height)
 {
@@ -143,7 +138,7 @@ void timeline_ranks(const struct timeline *timeline, uint32_t count, struct canv
             tile_pixel(&tile, k, &x, &y);
             float shade = outlined && (x == entry->x || y == entry->y) ? 0.75f : 1;
             for (int c = 0; c < 3; c++)
-                pixel_at(canvas, x, y)[c] = shade * colors[entry->renderer][c];
+                canvas_at(canvas, x, y)[c] = shade * colors[entry->renderer][c];
         }
     }
     free(colors);

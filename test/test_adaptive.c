@@ -133,7 +133,7 @@ static void render_tile(struct adaptive *adaptive, const struct view *view, scen
     double seconds = 0;
     struct refinement *refinements = allocate(pixels, sizeof *refinements);
     float *part = allocate(pixels, REFINED_FLOATS * sizeof *part);
-    adaptive_take(adaptive, tile, refinements);
+    adaptive_refinements(adaptive, tile, refinements);
     uint32_t work = adaptive_pixels(adaptive, tile);
     struct pixel_floats to = pixel_floats(part, work, true);
     for (uint32_t k = 0; k < pixels; k++) {
@@ -706,7 +706,7 @@ static void test_tile_with_steps(void **state)
         assert_int_equal(adaptive_work(adaptive, &tile).samples, 0);
         first.step = 1;
         first.phase = 0;
-        adaptive_take(adaptive, &first, refinements);
+        adaptive_refinements(adaptive, &first, refinements);
         assert_int_equal(refinements_sampled(refinements, 35), 35 - painted);
         assert_int_equal(adaptive_work(adaptive, &first).samples, 4 * (35 - painted));
         adaptive_destroy(adaptive);
@@ -836,8 +836,8 @@ static void test_dear_pixels_get_less(void **state)
         put(adaptive, columns(0, 8), sent, 1);
         put(adaptive, columns(4, 20), sent, 1); /* a part of it is there already */
         assert_true(adaptive_plan(adaptive, HUGE_VAL));
-        adaptive_take(adaptive, &cheap_one, &cheap);
-        adaptive_take(adaptive, &dear_one, &dear);
+        adaptive_refinements(adaptive, &cheap_one, &cheap);
+        adaptive_refinements(adaptive, &dear_one, &dear);
         assert_true(cheap.to == 5 && dear.to < 5);
         adaptive_destroy(adaptive);
         canvas_free(&canvas);
@@ -862,8 +862,8 @@ static void test_cost_of_all_samples(void **state)
         /* The error is 0.0025 then. */
         put(adaptive, all, (struct sent){0.5f, 0, -0.0113f, {1, rays[i][1]}}, 1);
         assert_true(adaptive_plan(adaptive, HUGE_VAL));
-        adaptive_take(adaptive, &left_one, &left);
-        adaptive_take(adaptive, &right_one, &right);
+        adaptive_refinements(adaptive, &left_one, &left);
+        adaptive_refinements(adaptive, &right_one, &right);
         assert_true(right.from == left.from && right.to < left.to);
         adaptive_destroy(adaptive);
         canvas_free(&canvas);
@@ -1037,7 +1037,7 @@ static void check_lattice(const struct adaptive *adaptive, uint32_t lattice)
     static struct refinement asked[PIXELS];
     const uint8_t *levels = adaptive_levels(adaptive);
     assert_true(adaptive_limit(adaptive) == -1 - (double)lattice && adaptive_is_first(adaptive));
-    adaptive_take(adaptive, &everything, asked);
+    adaptive_refinements(adaptive, &everything, asked);
     for (uint32_t i = 0; i < PIXELS; i++) {
         bool due = levels[i] == 0 && lattice_of(i % EDGE, i / EDGE) >= lattice;
         assert_true(asked[i].from == levels[i] && asked[i].to == (due ? 1 : levels[i]));
@@ -1071,8 +1071,8 @@ static void test_cut_off(void **state)
     assert_true(adaptive_is_first(cut.adaptive) && adaptive_foresee(cut.adaptive, 1e-4, 1.5) > 0);
     assert_memory_equal(cut.canvas.rgb, whole.canvas.rgb, 3 * PIXELS * sizeof(float));
     assert_true(adaptive_plan(whole.adaptive, HUGE_VAL) && adaptive_plan(cut.adaptive, HUGE_VAL));
-    adaptive_take(whole.adaptive, &everything, expected);
-    adaptive_take(cut.adaptive, &everything, asked);
+    adaptive_refinements(whole.adaptive, &everything, expected);
+    adaptive_refinements(cut.adaptive, &everything, asked);
     assert_memory_equal(asked, expected, sizeof asked);
     assert_false(adaptive_is_first(cut.adaptive));
     drop(&whole);

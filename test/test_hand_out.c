@@ -482,11 +482,11 @@ static void test_time_is_kept(void **state)
     struct farm *farm = farm_open(&small_tiles);
     struct service *service = &farm->service;
     service->images[0] = "picture.png";
-    keep_for_writing(&farm->server, false);
+    estimate_writing(&farm->server, false);
     assert_true(service->writing_s == 0); /* there is no limit */
     service->limit = 10;
     service->deadline = 100;
-    keep_for_writing(&farm->server, false);
+    estimate_writing(&farm->server, false);
     assert_true(service->writing_s > 0);
     service->writing_s = 2;
     farm->server.last_plan_s = 0.5;
