@@ -245,8 +245,7 @@ static struct prospect prospect_if_off(const struct halfway *it, struct off off)
 /* The logarithm of the time that so many samples take, up to a constant. */
 static double log_effort(double samples)
 {
-    double few = fmin(samples, FORECAST_MANY);
-    return FORECAST_TIME * log(few) + log(samples / few);
+    return log(samples + FORECAST_ROOT * sqrt(samples));
 }
 
 /* By how much the logarithm of time grows up to the goal if that is off, along a straight line to what is

@@ -123,16 +123,13 @@ struct error_forecast error_forecast(const struct error_point points[2], uint32_
 double error_power(const struct error_point points[2], uint32_t samples, double goal);
 
 /*
- * So do seconds grow with samples, as a power of them: rays find more of the caches filled and more rays
- * that go the same way. By CPU time twice as many took, in the mean of 15 scenes of 200 x 150 pixels,
- * 2^0.82 times as long from 4 on, 2^0.87 from 8, 2^0.91 from 16, 2^0.90 from 32 and 2^0.92 from 64; single
- * scenes from 2^0.68 (an object in front of nothing) to 2^1.03, with what the machine was off by. From 4 to
- * 16 and from 8 to 32, which is what forecasts mostly ask for, that is 0.84 and 0.89, and 0.88 and 0.90 in
- * seven scenes of 640 x 480. From FORECAST_MANY on, beyond what was measured, they are taken to be in
- * proportion.
+ * Seconds grow with samples a little slower than these, as n + FORECAST_ROOT n^1/2: rays find more of the caches filled
+ * and more rays that go the same way. By CPU time twice as many took, in the mean of 21 scenes of 200 x 150 pixels,
+ * 2^0.86 times as long from 4 on, 2^0.90 from 8, 2^0.92 from 16, 2^0.94 from 32 and 2^0.95 from 64, as this does to 0.01;
+ * single scenes from 2^0.70 (an object in front of nothing) to 2^1.03, with what the machine was off by. In seven
+ * scenes of 640 x 480 it was 2^0.87, 0.92, 0.94, 0.94 and 0.95.
  */
-#define FORECAST_TIME 0.88
-#define FORECAST_MANY 128
+#define FORECAST_ROOT 0.9
 
 /*
  * That so many seconds more lower the error from a point to goal, below it; HUGE_VAL: nothing that is allowed
