@@ -180,6 +180,16 @@ static void warn_of_idle_limits(const struct loader *loader)
     }
 }
 
+/* Of a picture from 0 to 1, black to white: a per cent, maybe. */
+static void warn_of_idle_target(const struct loader *loader)
+{
+    double target = loader->settings->sampling.target_error;
+    const struct origin *origin = setting_origin(loader, "sampling", "target_error");
+    if (target >= 1)
+        user_warning(origin->file, origin->line,
+                     "target_error = %g is an RMSE where 1 is white: any picture meets it", target);
+}
+
 /* An adaptive pixel's halves are of equal size. */
 static bool sampling_good(const struct loader *loader, const char *config)
 {
@@ -193,6 +203,7 @@ static bool sampling_good(const struct loader *loader, const char *config)
                               "samples is not used beside target_error or time_limit, expected "
                               "min_samples and max_samples, or samples alone (target_error = 0 and "
                               "time_limit = 0)");
+    warn_of_idle_target(loader);
     uint32_t min = s->sampling.min_samples, max = s->sampling.max_samples;
     if (min % 2)
         return refuse_setting(loader, config, "sampling", "min_samples",

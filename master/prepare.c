@@ -96,10 +96,11 @@ static struct extent extent_of(const struct builder *builder)
 
 static void print_extent(const struct extent *extent)
 {
-    const struct vec3 *min = &extent->min, *max = &extent->max;
+    const struct vec3 no_sign = vec3(0, 0, 0); /* -0 becomes 0 */
+    struct vec3 min = vec_add(extent->min, no_sign), max = vec_add(extent->max, no_sign);
     if (extent->any)
-        printf("  from %.6g %.6g %.6g to %.6g %.6g %.6g\n", min->x, min->y, min->z, max->x, max->y,
-               max->z);
+        printf("  from %.6g %.6g %.6g to %.6g %.6g %.6g\n", min.x, min.y, min.z, max.x, max.y,
+               max.z);
 }
 
 /* Of a scene that is all right. */

@@ -80,8 +80,14 @@ idle() { # MESSAGES ARGUMENT...
     run 0 "$FARM" --check everything.ini "$@" && echo "$err" &&
         [ "$(echo "$err" | grep -c 'samples of \[sampling\] is not used')" -eq "$messages" ]
 }
+idle_target() { # MESSAGES ERROR
+    run 0 "$FARM" --check everything.ini sampling.target_error="$2" &&
+        [ "$(printf '%s\n' "$err" | grep -c '1 is white')" -eq "$1" ]
+}
 check "min_samples and max_samples without a use" idle 2 sampling.min_samples=8 sampling.max_samples=16
 check "switched off for once" idle 0 sampling.min_samples=8 sampling.time_limit=0
+check "an error that any picture has" idle_target 1 5
+check "one that few have" idle_target 0 0.5
 check "with a use" idle 0 sampling.min_samples=8 sampling.time_limit=1
 unmade() { # that a folder exists where no file can be made is known
     wrong 0 '^/proc/x.png: the folder cannot be written to' everything.ini output.image=/proc/x.png
