@@ -96,16 +96,25 @@ bool number_parse(const char *text, double *value)
     return true;
 }
 
-bool number_parse_unsigned(const char *text, uint32_t *value)
+const char *number_scan_unsigned(const char *text, uint32_t *value)
 {
     uint64_t number = 0;
-    if (!*text) return false;
-    for (; *text; text++) {
-        if ((unsigned char)(*text - '0') >= 10) return false;
-        number = number * 10 + (uint64_t)(*text - '0');
-        if (number > UINT32_MAX) return false;
+    const char *at = text;
+    for (; (unsigned char)(*at - '0') < 10; at++) {
+        number = number * 10 + (uint64_t)(*at - '0');
+        if (number > UINT32_MAX) return NULL;
     }
+    if (at == text) return NULL;
     *value = (uint32_t)number;
+    return at;
+}
+
+bool number_parse_unsigned(const char *text, uint32_t *value)
+{
+    uint32_t number;
+    const char *end = number_scan_unsigned(text, &number);
+    if (!end || *end) return false;
+    *value = number;
     return true;
 }
 

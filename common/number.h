@@ -19,7 +19,10 @@ const char *number_scan(const char *text, double *value);
 /* The same for text that must be a number from its beginning to its end. */
 bool number_parse(const char *text, double *value);
 
-/* Decimal digits only, the whole text, at most UINT32_MAX. */
+/* Decimal digits only, at most UINT32_MAX; returns where they end, or NULL: there is no such number. */
+const char *number_scan_unsigned(const char *text, uint32_t *value);
+
+/* The same of the whole text. */
 bool number_parse_unsigned(const char *text, uint32_t *value);
 
 #define NUMBER_TEXT_SIZE 32

@@ -310,12 +310,18 @@ double forecast_seconds(const struct error_forecast *forecast, double rmse, doub
     return seconds_at(forecast, rmse, forecast->slope);
 }
 
+/* Times that power of ten: 0.0003 itself, not the product of 3 and 0.0001, which is beside it. */
+static double scaled(double digit, double power)
+{
+    return power < 0 ? digit / pow(10, -power) : digit * pow(10, power);
+}
+
 double forecast_goal(double rmse)
 {
     static const double digits[] = {1, 1.5, 2, 3, 5, 7};
-    double power = pow(10, floor(log10(rmse / 2)));
+    double power = floor(log10(rmse / 2));
     size_t i = sizeof digits / sizeof *digits - 1;
-    while (i > 0 && digits[i] * power > rmse / 2)
+    while (i > 0 && scaled(digits[i], power) > rmse / 2)
         i--;
-    return digits[i] * power;
+    return scaled(digits[i], power);
 }

@@ -125,9 +125,9 @@ double error_power(const struct error_point points[2], uint32_t samples, double 
 /*
  * Seconds grow with samples a little slower than these, as n + FORECAST_ROOT n^1/2: rays find more of the caches filled
  * and more rays that go the same way. By CPU time twice as many took, in the mean of 21 scenes of 200 x 150 pixels,
- * 2^0.86 times as long from 4 on, 2^0.90 from 8, 2^0.92 from 16, 2^0.94 from 32 and 2^0.95 from 64, as this does to 0.01;
- * single scenes from 2^0.70 (an object in front of nothing) to 2^1.03, with what the machine was off by. In seven
- * scenes of 640 x 480 it was 2^0.87, 0.92, 0.94, 0.94 and 0.95.
+ * 2^0.86 times as long from 4 on, 2^0.90 from 8, 2^0.92 from 16, 2^0.94 from 32 and 2^0.95 from 64, as this does to
+ * 0.01; single scenes from 2^0.70 (an object in front of nothing) to 2^1.03, with what the machine was off by. In
+ * seven scenes of 640 x 480 it was 2^0.87, 0.92, 0.94, 0.94 and 0.95.
  */
 #define FORECAST_ROOT 0.9
 

@@ -42,8 +42,8 @@ static struct vec3 three_quarter_view(struct vec3 up)
 }
 
 /*
- * Half of the view in one direction (unit, a is its slope: tan of the angle from the middle to the edge of the picture),
- * with x along it and z towards the eye: a point is in the picture if |x - eye_x| <= a (eye_z - z). So with
+ * Half of the view in one direction (unit, a is its slope: tan of the angle from the middle to the edge of the
+ * picture), with x along it and z towards the eye: a point is in the picture if |x - eye_x| <= a (eye_z - z). So with
  * A = max(x + a z) and B = max(-x + a z) over all points eye_x = (A - B) / 2 and eye_z = (A + B) / (2 a) show all of
  * them, from as near as that goes, as far from one edge as from the other.
  */

@@ -78,7 +78,8 @@ static void print_scene_keys(FILE *out, int columns)
 static void print_usage(FILE *out, int columns)
 {
     static const char *const options[][2] = {
-        {"  --check", "read everything, say whether it is all right and how large, render nothing"},
+        {"  --check",
+         "read everything, say whether it is all right and how large the scene is, render nothing"},
         {"  --print-config", "print all settings in effect as an INI file, render nothing"},
         {"  --allow-outside", "read files that the scene names outside of its folder, too"},
         {"  --help, -h", "this text"},

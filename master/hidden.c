@@ -5,9 +5,9 @@
 
 #include "common/message.h"
 
-/* In place of what was expected. OPEN: no plan has left the pixel at its level. MET: it has met something at one, and its
- * own halves tell what later samples leave of that. WARNED: it was left though what is around had warned of something,
- * as its own samples had met nothing. */
+/* In place of what was expected. OPEN: no plan has left the pixel at its level. MET: it has met something at one, and
+ * its own halves tell what later samples leave of that. WARNED: it was left though what is around had warned of
+ * something, as its own samples had met nothing. */
 #define OPEN   (-1.0f)
 #define MET    (-2.0f)
 #define WARNED (-3.0f)
@@ -139,8 +139,8 @@ static double missed_for(const struct later *later, double contrast)
     return miss < 0 ? contrast / expm1(-miss) : 0;
 }
 
-/* What missed_for() would be more if one more of the later samples, m, had met it, of which there need be none: about c^2
- * / (m n), where halves of n samples one of which has met it tell c^2 / n^2. */
+/* What missed_for() would be more if one more of the later samples, m, had met it, of which there need be none: about
+ * c^2 / (m n), where halves of n samples one of which has met it tell c^2 / n^2. */
 static double unseen_of(const struct later *later, const struct known *before)
 {
     return later->first / later->count * own_error(before->difference);
@@ -235,8 +235,8 @@ static double part_there(const struct hidden *hidden, const struct hidden_sum *s
     return there > 0 ? there / (there + (double)hidden->left[level]) : 0;
 }
 
-/* What one of these has missed, in the mean: as much as any had that nothing warned of when a plan looked at it. What was
- * found since in those that have left is not taken off: the difference would be mostly luck. */
+/* What one of these has missed, in the mean: as much as any had that nothing warned of when a plan looked at it. What
+ * was found since in those that have left is not taken off: the difference would be mostly luck. */
 static double hidden_in_one(const struct hidden *hidden, const struct hidden_sum *sum,
                             unsigned level)
 {
@@ -251,8 +251,9 @@ static double hidden_at(const struct hidden *hidden, const struct hidden_sum *su
     return hidden_in_one(hidden, sum, level) * (double)(it->pixels + it->warned);
 }
 
-/* The standard deviation of what is hidden, relative, beside that by luck: with it the squared error of eight pictures of
- * specks, dust, hairs and needles was told as 0.6 to 1.7 times what it was in the end, and much of that was hidden. */
+/* The standard deviation of what is hidden, relative, beside that by luck: with it the squared error of eight pictures
+ * of specks, dust, hairs and needles was told as 0.6 to 1.7 times what it was in the end, and much of that was
+ * hidden. */
 #define HIDDEN_SPREAD 0.6
 
 struct error_sum hidden_errors(const struct hidden *hidden, const struct hidden_sum *sum,

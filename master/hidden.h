@@ -1,8 +1,8 @@
 /*
  * The error of pixels by what their samples have missed, and nothing has told of.
  *
- * A plan that heeds what pixels themselves have met makes all of them together tell too little: of things smaller than a
- * pixel that stand apart, those that were met by luck get more samples and tell little from then on, those that were
+ * A plan that heeds what pixels themselves have met makes all of them together tell too little: of things smaller than
+ * a pixel that stand apart, those that were met by luck get more samples and tell little from then on, those that were
  * missed tell nothing. But consider the pixels of a level which a plan would leave at it by what is around them. Who
  * these are does not depend on their own samples: what their halves tell together is their error, and for things that
  * some of them have met there are others that were missed, how many follows from how small they are. It is known when

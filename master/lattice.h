@@ -45,8 +45,8 @@ static inline uint32_t lattice_of(uint32_t x, uint32_t y)
     return 2 * k + (((x ^ y) >> k & 1) == 0);
 }
 
-/* The pixels that a lattice has and the next coarser one has not: the first of its rows that has any, every so many rows
- * from there on another one, and in such a row the first pixel, and from there to the next one. lattice <
+/* The pixels that a lattice has and the next coarser one has not: the first of its rows that has any, every so many
+ * rows from there on another one, and in such a row the first pixel, and from there to the next one. lattice <
  * LATTICE_COARSEST. */
 static inline uint32_t lattice_between_row(uint32_t lattice)
 {

@@ -180,14 +180,15 @@ static void warn_of_idle_limits(const struct loader *loader)
     }
 }
 
-/* Of a picture from 0 to 1, black to white: a per cent, maybe. */
+/* Somebody may have thought of per cent. */
 static void warn_of_idle_target(const struct loader *loader)
 {
     double target = loader->settings->sampling.target_error;
+    if (target < 1) return;
     const struct origin *origin = setting_origin(loader, "sampling", "target_error");
-    if (target >= 1)
-        user_warning(origin->file, origin->line,
-                     "target_error = %g is an RMSE where 1 is white: any picture meets it", target);
+    user_warning(origin->file, origin->line,
+                 "target_error = %g is an RMSE where 1 is white: hardly any picture has so much",
+                 target);
 }
 
 /* An adaptive pixel's halves are of equal size. */

@@ -67,7 +67,7 @@ static double deadline_of(const struct run *run)
     return limit > 0 ? run->start + limit : HUGE_VAL;
 }
 
-/* Who reads from a pipe takes the first picture for the whole one. */
+/* What comes out of a pipe or a device cannot be replaced. */
 static double preview_seconds(const struct settings *settings)
 {
     return path_is_device(settings->output.image) ? 0 : settings->output.preview;

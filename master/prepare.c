@@ -3,6 +3,7 @@
 #include "common/clock.h"
 #include "common/cores.h"
 #include "common/message.h"
+#include "common/number.h"
 #include "master/image_file.h"
 #include "master/journal.h"
 #include "master/output_file.h"
@@ -22,22 +23,23 @@ static uint32_t tile_edge(const struct settings *settings, const struct view *vi
 static bool make_queue(struct run *run, const struct view *view)
 {
     const struct settings *settings = &run->job.settings;
-    run->renderers = (uint32_t)run->processes - (settings->farm.master_renders ? 0 : 1);
-    bool checks = run->options.action == ACTION_CHECK;
-    if (run->renderers == 0 && checks) run->renderers = 1; /* whatever the run will have */
+    /* Alone, --check is not the run that it is for. */
+    bool alone = run->options.action == ACTION_CHECK && run->processes == 1;
+    bool master_renders = settings->farm.master_renders || alone;
+    run->renderers = (uint32_t)run->processes - (master_renders ? 0 : 1);
     if (run->renderers == 0) {
         user_error(
             NULL, 0,
             "nobody would render: with farm.master_renders = no, start at least 2 processes");
         return false;
     }
-    crowd_init(&run->crowd, run->berths + (settings->farm.master_renders ? 0 : 1), run->renderers);
+    crowd_init(&run->crowd, run->berths + (master_renders ? 0 : 1), run->renderers);
     uint32_t processors = run->crowd.processors;
     struct queue_config config = {.schedule = settings->farm.schedule,
                                   .width = view->region_w,
                                   .height = view->region_h,
                                   .renderers = run->renderers,
-                                  .master_renders = settings->farm.master_renders,
+                                  .master_renders = master_renders,
                                   .crowd = &run->crowd,
                                   .tile_edge = tile_edge(settings, view, processors)};
     config.probe_edge =
@@ -81,30 +83,29 @@ static void print_count(const char *before, uint64_t count, const char *name, co
     printf("%s%llu %s%s%s", before, (unsigned long long)count, name, count == 1 ? "" : "s", after);
 }
 
-/* The box around all that has an end. */
-struct extent {
+/* Around all objects but planes. */
+struct bounds {
     bool any;
     struct vec3 min, max;
 };
 
-static struct extent extent_of(const struct builder *builder)
+static void print_corner(const char *before, struct vec3 corner, const char *after)
 {
-    struct extent extent;
-    extent.any = builder_bounds(builder, &extent.min, &extent.max);
-    return extent;
+    char x[NUMBER_TEXT_SIZE], y[NUMBER_TEXT_SIZE], z[NUMBER_TEXT_SIZE];
+    struct vec3 unsigned_zero = vec_add(corner, vec3(0, 0, 0));
+    printf("%s %s %s %s%s", before, number_format(unsigned_zero.x, x),
+           number_format(unsigned_zero.y, y), number_format(unsigned_zero.z, z), after);
 }
 
-static void print_extent(const struct extent *extent)
+static void print_bounds(const struct bounds *bounds)
 {
-    const struct vec3 no_sign = vec3(0, 0, 0); /* -0 becomes 0 */
-    struct vec3 min = vec_add(extent->min, no_sign), max = vec_add(extent->max, no_sign);
-    if (extent->any)
-        printf("  from %.6g %.6g %.6g to %.6g %.6g %.6g\n", min.x, min.y, min.z, max.x, max.y,
-               max.z);
+    if (!bounds->any) return;
+    print_corner("  from", bounds->min, "");
+    print_corner(" to", bounds->max, "\n");
 }
 
 /* Of a scene that is all right. */
-static int print_check(const struct run *run, const struct extent *extent)
+static int print_check(const struct run *run, const struct bounds *bounds)
 {
     const struct report *report = &run->report;
     char *name = printable_text(run->options.config);
@@ -115,7 +116,7 @@ static int print_check(const struct run *run, const struct extent *extent)
     print_count(", ", report->lights, "light", "");
     printf(", %u x %u pixels\n", report->image_width, report->image_height);
     free(name);
-    print_extent(extent);
+    print_bounds(bounds);
     return close_output();
 }
 
@@ -194,11 +195,12 @@ int prepare(struct run *run, struct scene **block)
     if (status >= 0) return status;
     struct view view = settings_view(&run->job.settings);
     bool checks = run->options.action == ACTION_CHECK;
-    struct extent extent = {.any = false};
-    if (checks) extent = extent_of(run->job.builder); /* before the scene takes all of that */
+    struct bounds bounds = {.any = false};
+    if (checks) /* before the scene takes all of that */
+        bounds.any = builder_bounds(run->job.builder, &bounds.min, &bounds.max);
     status = make_scene(run, &view, block);
     run->report.time.load = clock_wall() - start;
-    if (status < 0 && checks) status = print_check(run, &extent);
+    if (status < 0 && checks) status = print_check(run, &bounds);
     if (status < 0) status = open_rendering(run, &view, *block);
     if (status < 0) return status;
     free(*block);

@@ -282,9 +282,9 @@ static struct tile pass_on(struct queue *queue, uint32_t asker, struct hold *hol
 
 /*
  * What a late one has not begun waits in pieces if it is too dear for another one: it was given out before anything was
- * known of it. 16 samples of the lantern on 36 to 52 processors are 1.1 % faster than with it passed on as a whole; and one
- * of 44 that is four times slower, at each of their places, costs more than 2 % beside its missing share in 4 of 100
- * runs, not in 14.
+ * known of it. 16 samples of the lantern on 36 to 52 processors are 1.1 % faster than with it passed on as a whole; and
+ * one of 44 that is four times slower, at each of their places, costs more than 2 % beside its missing share in 4 of
+ * 100 runs, not in 14.
  */
 static bool break_dear(struct queue *queue, struct hold *hold)
 {
@@ -564,9 +564,9 @@ static void settle(struct queue *queue, double now)
 #define END_ANSWERS 8
 
 /*
- * Whether the renderer is the master's own and leaves what waits to the others. It would get a part of its core, down to a
- * fifth, and be the last one: with single samples on 44 processors it was that in most runs of two scenes of three. These
- * are 0.5 % faster without, others up to 0.1 %.
+ * Whether the renderer is the master's own and leaves what waits to the others. It would get a part of its core, down
+ * to a fifth, and be the last one: with single samples on 44 processors it was that in most runs of two scenes of
+ * three. These are 0.5 % faster without, others up to 0.1 %.
  */
 static bool leaves_the_end(const struct queue *queue, uint32_t renderer, double now)
 {

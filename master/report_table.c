@@ -359,8 +359,8 @@ static void put_forecast(struct table *table, const struct error_forecast *forec
     end_flow(table);
 }
 
-/* One sample of each pixel tells nothing about its error, but a reference does. */
-static void put_truth(struct table *table, const struct report *report)
+/* Where nothing tells the error but a reference, as one sample of each pixel does not. */
+static void put_unestimated(struct table *table, const struct report *report)
 {
     if (report->has_reference)
         flow(table, "sampling error: RMSE %s against the reference",
@@ -391,7 +391,7 @@ static void put_guessed(struct table *table, const struct report *report, double
 static void put_error(struct table *table, const struct report *report)
 {
     if (!report->errors || report->errors->count == 0) {
-        put_truth(table, report);
+        put_unestimated(table, report);
         return;
     }
     const struct error_row *last = &report->errors->rows[report->errors->count - 1];

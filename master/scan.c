@@ -94,14 +94,12 @@ bool scan_word(struct scan *scan, char *word, size_t size)
 
 bool scan_unsigned(struct scan *scan, uint32_t *value)
 {
-    uint64_t number = 0;
+    uint32_t number;
     skip_blanks(scan);
-    const char *at = scan->at;
-    for (; (unsigned char)(*at - '0') < 10; at++)
-        if (number <= UINT32_MAX) number = number * 10 + (uint64_t)(*at - '0');
-    if (at == scan->at || number > UINT32_MAX || !ends_word(scan, at)) return false;
-    *value = (uint32_t)number;
-    scan->at = at;
+    const char *end = number_scan_unsigned(scan->at, &number);
+    if (!end || !ends_word(scan, end)) return false;
+    *value = number;
+    scan->at = end;
     return true;
 }
 

@@ -67,7 +67,7 @@ static void put_span(struct json *json, double start_s, double length_s)
     json_fixed(json, "dur", 1e6 * length_s, 3);
 }
 
-/* What a row, or with rank 0's all of them, are called. */
+/* Names this rank's row, or with "process_name" all rows together. */
 static void put_label(struct json *json, const char *what, const char *name, uint32_t rank)
 {
     open_event(json, what, "M", rank);

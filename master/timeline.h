@@ -1,5 +1,5 @@
 /*
- * Who rendered what, and when: one entry per tile that somebody was at, those of probes and those that were dropped among them, in
+ * Who rendered what, and when: one entry per tile that somebody was at, with probes and what was dropped, in
  * the order in which they came in. Kept when somebody asked for the trace, the heat map or the picture of
  * ranks: 48 bytes each, 48 MB for a million.
  */

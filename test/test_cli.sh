@@ -213,7 +213,7 @@ check "-- before a name that begins with -" dashes
 check "an empty file" wrong 0 '^void.ini: has no sections' --check void.ini
 
 ok_check() { run 0 "$FARM" --check everything.ini && echo "$out" | grep -q 'all right' &&
-        echo "$out" | grep -qx '  from -4 -0.215252 -3 to 4 4.5 4.22247' && [ ! -e everything.png ]; }
+        echo "$out" | grep -qx '  from -4 -0.2152521442174924 -3 to 4 4.5 4.222470921542383' && [ ! -e everything.png ]; }
 check "--check renders nothing" ok_check
 doubled() { # what is left out of a scene is told
     printf '[sphere a]\ncenter = 0 0 0\nradius = 1\n[sphere b]\ncenter = 0 0 0\nradius = 1\n' >doubled.ini

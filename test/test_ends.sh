@@ -113,14 +113,14 @@ timed_out() { # what goes on would render further: the picture is there, so noth
 check "no space for the report of a run that a time limit has ended" timed_out
 
 whole() { # no preview of it
+    settings="image.width=300 image.height=300 sampling.samples=64 output.image=whole.png output.report="
     mkfifo whole.png
-    cat whole.png >copy.png &
-    (SLOW="image.width=300 image.height=300 sampling.samples=64" &&
-        run 0 farm_n 2 "$SCENE" $SLOW output.image=whole.png output.preview=0.1 output.report=) || return 1
-    wait && rm whole.png && run 0 farm_n 2 "$SCENE" image.width=300 image.height=300 sampling.samples=64 \
-        output.image=whole.png output.report= && cmp copy.png whole.png
+    timeout 60 cat whole.png >copy.png &
+    run 0 farm_n 2 "$SCENE" $settings output.preview=0.1 || return 1
+    wait && rm whole.png && run 0 farm_n 2 "$SCENE" $settings && cmp copy.png whole.png
 }
 check "a picture into a pipe comes whole" whole
+
 no_reader() { # of a pipe: what is rendered is kept
     mkfifo pipe.png
     (SLOW= && stopped TERM output.image=pipe.png output.report=) || return 1

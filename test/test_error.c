@@ -180,8 +180,10 @@ static void test_seconds_of_samples(void **state)
     const struct {
         uint32_t samples;
         double times; /* as long */
-    } cases[] = {{16, 3.633}, {64, 3.798}, {256, 3.893}, {MANY, 4}};
-    for (int i = 0; i < 4; i++) {
+    } cases[] = {{16, 4 * (1 + FORECAST_ROOT / 8) / (1 + FORECAST_ROOT / 4)},
+                 {64, 4 * (1 + FORECAST_ROOT / 16) / (1 + FORECAST_ROOT / 8)},
+                 {MANY, 4}};
+    for (int i = 0; i < 3; i++) {
         double low, high, goal = error_of(edge, 63.99);
         struct error_forecast forecast = error_forecast(points, cases[i].samples, goal);
         assert_true(forecast.samples == 4 * cases[i].samples);
@@ -326,6 +328,8 @@ static void test_goals_are_round(void **state)
     assert_close(forecast_goal(0.0019), 0.0007, 1e-15);
     assert_close(forecast_goal(0.0039), 0.0015, 1e-15);
     assert_close(forecast_goal(0.0061), 0.003, 1e-15);
+    assert_true(forecast_goal(0.0006) == 0.0003 && forecast_goal(0.6) == 0.3);
+    assert_true(forecast_goal(1.4) == 0.7 && forecast_goal(0.03) == 0.015);
     assert_close(forecast_goal(0.05), 0.02, 1e-15);
     assert_close(forecast_goal(0.11), 0.05, 1e-15);
     assert_close(forecast_goal(0.4), 0.2, 1e-15); /* half of it, where that is round */

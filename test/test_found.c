@@ -87,7 +87,7 @@ static void test_shares(void **state)
     found_init(&found, EDGE, EDGE);
     for (uint32_t x = 0; x < EDGE; x += 3) {
         struct found_tile it = told(box(x, 0, 3, 4));
-        if (x == 3) it.counts.nonfinite = 1, it.counts.truncation = 0.5;
+        if (x == 3) it.counts.nonfinite = it.counts.primary_hits = 1, it.counts.truncation = 0.5;
         found_add(&found, &it);
     }
     assert_int_equal(use(&found, box(0, 0, EDGE, 1)), EDGE);
@@ -95,7 +95,9 @@ static void test_shares(void **state)
     assert_true(sums.busy_s == EDGE && sums.again_s == 3 * EDGE);
     assert_true(fabs(sums.counts.sampling.squares - 66) < 1e-12);
     assert_int_equal(sums.counts.rays[RAY_PRIMARY], 4 * EDGE);
-    assert_int_equal(sums.counts.nonfinite, 1); /* none becomes 0 */
+    /* None becomes 0. */
+    assert_int_equal(sums.counts.nonfinite, 1);
+    assert_int_equal(sums.counts.primary_hits, 1);
     assert_true(sums.counts.truncation == 0.5);
     found_free(&found);
 }

@@ -41,8 +41,8 @@ int compare_crossings(const struct scene *scene, const struct ray *ray, const st
 bool is_met_first(const struct scene *scene, uint32_t a, uint32_t b);
 
 /*
- * Surfaces in one plane, sphere, cylinder or cone are crossed in the order of is_met_first(), whatever the ray's direction, as if
- * they were a hair apart in just that way. From each of them a ray goes on that starts on the side of
+ * Surfaces in one plane, sphere, cylinder or cone are crossed in the order of is_met_first(), whatever the ray's
+ * direction, as if they were a hair apart in just that way. From each of them a ray goes on that starts on the side of
  * all of them that it came from: those before it lie ahead once more, and it has passed them. What one of
  * them throws back is between it and the one before it: it starts on the other side of the surface, see
  * surface_beyond(), and crosses them in the reverse order; and what is thrown back on its way, in their

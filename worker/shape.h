@@ -62,8 +62,8 @@ static inline struct crossings one_crossing(double t)
 }
 
 /* Where a ray starts, surfaces may be found that it has passed (worker/order.h): only so close, in units of its
- * coordinates. Rays that meet a flat surface at less than 2^-33 may cross it farther away; of a round one the other side
- * may be as close. */
+ * coordinates. Rays that meet a flat surface at less than 2^-33 may cross it farther away; of a round one the other
+ * side may be as close. */
 #define START_REACH 0x1p-20
 
 static inline bool is_near_start(const struct ray *ray, double t)

@@ -194,8 +194,8 @@ static inline bool cubes_are_in_range(const struct sheared *p, const struct shea
     return size > 0x1p-300 && size < 0x1p300;
 }
 
-/* triangle_crossings() of what is very large or very small: by the same triangle at about the size 1, with the bits that
- * it has there. */
+/* triangle_crossings() of what is very large or very small: by the same triangle at about the size 1, with the bits
+ * that it has there. */
 struct crossings scaled_crossings(const struct vec3 *a, const struct vec3 *b, const struct vec3 *c,
                                   const struct ray *ray, const struct shear *shear,
                                   const struct purpose *purpose, uint64_t *exact);
