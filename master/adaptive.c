@@ -31,7 +31,7 @@
 #define PROMISE_BEFORE (-1.3862943611198906)
 
 /* Seconds per effort (master/allocation.h) of passes after the first, in terms of those of the first: pixels that are
- * even are quick and get none later on. 0.8 to 1.9 at the end of runs of 24 scenes, 1.3 in their median; but early
+ * even are quick and get none later on. 0.8 to 1.9 at the end of runs of 21 scenes, 1.3 in their median; but early
  * passes are small and up to twice as dear. So it counts as so much of the first pass's effort beside what the later
  * passes themselves have shown: of 527 forecasts from runs of these scenes, to a half to a quarter of their error, 40
  * are then more than 20 % off; with half of this weight 58, with 1.36 in place of 1.26, too, 64. */
