@@ -181,7 +181,7 @@ static void warn_of_idle_limits(const struct loader *loader)
 }
 
 /* Somebody may have thought of per cent. */
-static void warn_of_idle_target(const struct loader *loader)
+static void warn_of_large_target(const struct loader *loader)
 {
     double target = loader->settings->sampling.target_error;
     if (target < 1) return;
@@ -204,7 +204,7 @@ static bool sampling_good(const struct loader *loader, const char *config)
                               "samples is not used beside target_error or time_limit, expected "
                               "min_samples and max_samples, or samples alone (target_error = 0 and "
                               "time_limit = 0)");
-    warn_of_idle_target(loader);
+    warn_of_large_target(loader);
     uint32_t min = s->sampling.min_samples, max = s->sampling.max_samples;
     if (min % 2)
         return refuse_setting(loader, config, "sampling", "min_samples",

@@ -425,17 +425,17 @@ static bool can_repeat(const struct queue *queue, uint32_t renderer, const struc
     return can_break || item->copies <= 1 || queue->pace.renderers[renderer].lost;
 }
 
-/* The first one in the heap who has begun something that others can be given; those before it are taken off, or the
- * idle would wait behind a single pixel for all that comes after it. */
-static uint32_t top_to_repeat(struct queue *queue, struct heap *heap, uint32_t asker)
+/* What the first one in the heap, *renderer, has begun and others can be given; those before it are taken off, or the
+ * idle would wait behind a single pixel for all that comes after it. NULL: nothing. */
+static struct hold *top_to_repeat(struct queue *queue, struct heap *heap, uint32_t asker,
+                                  uint32_t *renderer)
 {
-    uint32_t renderer;
-    while ((renderer = top_of(queue, heap, false)) != HEAP_ABSENT) {
-        const struct hold *hold = last_to_pass_on(queue, renderer, asker, false);
-        if (!hold || can_repeat(queue, renderer, hold)) break;
-        heap_remove(heap, renderer);
+    while ((*renderer = top_of(queue, heap, false)) != HEAP_ABSENT) {
+        struct hold *hold = last_to_pass_on(queue, *renderer, asker, false);
+        if (!hold || can_repeat(queue, *renderer, hold)) return hold;
+        heap_remove(heap, *renderer);
     }
-    return renderer;
+    return NULL;
 }
 
 /*
@@ -446,9 +446,8 @@ static uint32_t top_to_repeat(struct queue *queue, struct heap *heap, uint32_t a
 static uint32_t take_begun(struct queue *queue, struct heap *heap, uint32_t asker, double now,
                            struct tile *tiles)
 {
-    uint32_t renderer = top_to_repeat(queue, heap, asker);
-    if (renderer == HEAP_ABSENT) return 0;
-    struct hold *hold = last_to_pass_on(queue, renderer, asker, false);
+    uint32_t renderer;
+    struct hold *hold = top_to_repeat(queue, heap, asker, &renderer);
     if (!hold) return 0;
     bool lost = queue->pace.renderers[renderer].lost;
     uint32_t idle = queue_idle_cores(queue);

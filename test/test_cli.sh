@@ -80,14 +80,14 @@ idle() { # MESSAGES ARGUMENT...
     run 0 "$FARM" --check everything.ini "$@" && echo "$err" &&
         [ "$(echo "$err" | grep -c 'samples of \[sampling\] is not used')" -eq "$messages" ]
 }
-idle_target() { # MESSAGES ERROR
+large_target() { # MESSAGES ERROR
     run 0 "$FARM" --check everything.ini sampling.target_error="$2" &&
         [ "$(printf '%s\n' "$err" | grep -c '1 is white')" -eq "$1" ]
 }
 check "min_samples and max_samples without a use" idle 2 sampling.min_samples=8 sampling.max_samples=16
 check "switched off for once" idle 0 sampling.min_samples=8 sampling.time_limit=0
-check "an error that any picture has" idle_target 1 5
-check "one that few have" idle_target 0 0.5
+check "an error that hardly any picture has" large_target 1 5
+check "one that some have" large_target 0 0.5
 check "with a use" idle 0 sampling.min_samples=8 sampling.time_limit=1
 unmade() { # that a folder exists where no file can be made is known
     wrong 0 '^/proc/x.png: the folder cannot be written to' everything.ini output.image=/proc/x.png
@@ -168,7 +168,7 @@ journal() { # what a run refuses --check does, too, with the same word
 }
 check "--check tries the journal, too" journal
 check "nobody would render" wrong 1 'master_renders' everything.ini farm.master_renders=no
-check "which is nothing that is wrong with a file" run 0 "$FARM" --check everything.ini farm.master_renders=no
+check "which --check alone does not mind" run 0 "$FARM" --check everything.ini farm.master_renders=no
 check "too many tiles" wrong 0 'farm.tile' everything.ini farm.tile=1 image.width=16000 \
     image.height=16000
 
