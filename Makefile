@@ -270,7 +270,8 @@ bench-kernel: $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
 # hour of it for the peers, a quarter of an hour for time limits. What was measured is kept: ended, it goes on
 # where it was. ERROR_SECTIONS="sampling forecast" and ERROR_SCENES="lantern" for less, ERROR_SIZE=640x480
 # for more; bench/error.sh has all of them.
-ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/error_allocation.c bench/error_lattice.c bench/error_scale.c \
+ERROR_TOOL := $(patsubst %.c,$(BUILD)/%.o,bench/error_tool.c bench/error_allocation.c bench/error_fields.c bench/error_lattice.c \
+              bench/error_scale.c \
               bench/kernel_export.c bench/kernel_picture.c bench/kernel_scenes.c)
 
 $(BUILD)/bench/error_tool: $(ERROR_TOOL) $(LIBRARY)

@@ -11,13 +11,15 @@
 #             error that was reached
 #   coverage  how often intervals hold, over pictures with different random numbers, also of specks that samples
 #             meet by luck
+#   fields    how well errors are told of things that few samples meet, and intervals hold: of drawn pictures
+#             that need no rays
 #   peers     POV-Ray's and Tachyon's antialiasing, each against its own converged picture
 #
 # Times are CPU seconds of rendering, where runs are short the median of ERROR_REPEAT (3) of them. FARM
 # and TOOL are the programs, WORK a folder for pictures; MPIEXEC starts references on all cores.
 # ERROR_SCENES, ERROR_SIZE (320x240), ERROR_PEERS_SIZE (160x120) and ERROR_FINEST (16: uniform samples per
-# pixel, at most), ERROR_LARGE (1920x1440), ERROR_LARGE_SAMPLES (lantern=64 garden=64), ERROR_LIMITS (1 2 5 10)
-# and ERROR_LIMITS_SIZE (640x480) can be set, and SCENES, a folder whose scene files are then among the names,
+# pixel, at most), ERROR_LARGE (1920x1440), ERROR_LARGE_SAMPLES (lantern=64 garden=64), ERROR_LIMITS (1 2 5 10),
+# ERROR_LIMITS_SIZE (640x480) and ERROR_FIELDS (400) can be set, and SCENES, a folder whose scene files are then among the names,
 # without their endings. Tables and plots go to bench/out/.
 #
 # What was measured stays in the CSV files: a section that was ended goes on there, row by row, with the
@@ -25,7 +27,7 @@
 # or drawn, which ends the bench, or, when all is done, a bound of truncation did not hold.
 set -u
 export LC_ALL=C
-SECTIONS=${*:-allocation sampling large limits truncation formulas forecast coverage peers}
+SECTIONS=${*:-allocation sampling large limits truncation formulas forecast coverage fields peers}
 FOLDER=${SCENES:-}
 SCENES=${ERROR_SCENES:-lantern garden ground balls}
 COVERED=${ERROR_SCENES:-$SCENES specks dust}
@@ -712,9 +714,21 @@ coverage() {
     cat "$OUT/error_coverage.md"
 }
 
+# ---- fields ----
+
+fields() {
+    md=$OUT/error_fields.md count=${ERROR_FIELDS:-400}
+    {
+        echo "# What few samples meet: $count fields of discs and needles, 96 x 96, to six errors from 0.03 to 0.0015"
+        echo
+        "$TOOL" fields "$count" || exit 1
+    } >"$md"
+    cat "$md"
+}
+
 for section in $SECTIONS; do
     case $section in
-    allocation | sampling | large | limits | truncation | formulas | forecast | coverage | peers) "$section" ;;
+    allocation | sampling | large | limits | truncation | formulas | forecast | coverage | fields | peers) "$section" ;;
     *) echo "error.sh: there is no section $section" >&2; exit 2 ;;
     esac
 done

@@ -12,12 +12,14 @@
  *                                        what two pictures (PFM) of the scene are wrong by, against so many
  *                                        samples of about so many of their pixels: RMSE of A, its standard
  *                                        deviation, the same of B, RMSE of what they are compared with
+ *   error_tool fields COUNT              how well errors are told of things that few samples meet (error_fields.h)
  */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "bench/error_allocation.h"
+#include "bench/error_fields.h"
 #include "bench/error_lattice.h"
 #include "bench/error_scale.h"
 #include "bench/kernel_export.h"
@@ -101,6 +103,14 @@ static int lattice(char **arguments, char **overrides, size_t count)
     return good ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
+static int fields(const char *count)
+{
+    int fields = atoi(count);
+    if (fields < 1) return EXIT_FAILURE;
+    fields_measure((uint32_t)fields);
+    return EXIT_SUCCESS;
+}
+
 int main(int argc, char **argv)
 {
     if (argc == 4 && !strcmp(argv[1], "compare")) return compare(argv[2], argv[3]);
@@ -112,9 +122,10 @@ int main(int argc, char **argv)
         return allocation(argv[2], argv[3], argv + 4, (size_t)argc - 4);
     if (argc >= 7 && !strcmp(argv[1], "lattice"))
         return lattice(argv + 2, argv + 7, (size_t)argc - 7);
+    if (argc == 3 && !strcmp(argv[1], "fields")) return fields(argv[2]);
     fputs("usage: error_tool compare A B | scene FOLDER NAME | export CONFIG OUT [KEY=VALUE ...] | "
           "allocation NAME CONFIG [KEY=VALUE ...] | lattice CONFIG PIXELS SAMPLES A B [KEY=VALUE "
-          "...]\n",
+          "...] | fields COUNT\n",
           stderr);
     return 2;
 }

@@ -217,7 +217,7 @@ static struct told sum_told(const struct adaptive *adaptive)
 }
 
 /* With what is hidden. */
-static struct error_sum all_errors(const struct adaptive *adaptive, const struct told *told)
+static struct error_told all_errors(const struct adaptive *adaptive, const struct told *told)
 {
     return hidden_errors(adaptive->hidden, &told->hidden, told->errors);
 }
@@ -234,8 +234,8 @@ static struct told expect(struct adaptive *adaptive)
     return told;
 }
 
-struct error_sum adaptive_errors(const struct adaptive *adaptive, uint64_t *pixels,
-                                 uint64_t *samples)
+struct error_told adaptive_errors(const struct adaptive *adaptive, uint64_t *pixels,
+                                  uint64_t *samples)
 {
     struct told told = sum_told(adaptive);
     *pixels = told.pixels;
@@ -441,7 +441,7 @@ struct looked {
 static struct looked look_at_pass(struct adaptive *adaptive)
 {
     struct told told = expect(adaptive);
-    struct error_sum errors = all_errors(adaptive, &told);
+    struct error_told errors = all_errors(adaptive, &told);
     struct error_estimate estimate =
         error_estimate(&errors, told.pixels, ERROR_LOOK_PASS, adaptive->passes);
     return (struct looked){told, estimate.high};
@@ -616,7 +616,7 @@ static double effort_behind_first(const struct adaptive *adaptive, double limit)
 double adaptive_foresee(struct adaptive *adaptive, double rmse, double power)
 {
     struct told told = expect(adaptive);
-    double squares = told.errors.squares, with_hidden = all_errors(adaptive, &told).squares;
+    double squares = told.errors.squares, with_hidden = all_errors(adaptive, &told).sum.squares;
     if (told.pixels < pixel_count(adaptive) || !(squares > 0)) return (double)NAN;
     double exponent =
         (adaptive->log_kept + PROMISE_BEFORE) / (adaptive->log_promised + PROMISE_BEFORE);

@@ -251,23 +251,18 @@ static double hidden_at(const struct hidden *hidden, const struct hidden_sum *su
     return hidden_in_one(hidden, sum, level) * (double)(it->pixels + it->warned);
 }
 
-/* The standard deviation of what is hidden, relative, beside that by luck: with it the squared error of eight pictures
- * of specks, dust, hairs and needles was told as 0.6 to 1.7 times what it was in the end, and much of that was
- * hidden. */
-#define HIDDEN_SPREAD 0.6
-
-struct error_sum hidden_errors(const struct hidden *hidden, const struct hidden_sum *sum,
-                               struct error_sum told)
+struct error_told hidden_errors(const struct hidden *hidden, const struct hidden_sum *sum,
+                                struct error_sum halves)
 {
-    double all = 0;
+    struct error_told told = {.sum = halves};
     for (unsigned level = 1; level <= LEVEL_MAX; level++) {
         const struct unwarned *it = &sum->levels[level];
         double part = part_there(hidden, sum, level);
-        all += hidden_at(hidden, sum, level);
-        told.fourths += part * part * (it->variance + it->unseen * it->unseen);
+        told.hidden += hidden_at(hidden, sum, level);
+        told.sum.fourths += part * part * (it->variance + it->unseen * it->unseen);
     }
-    told.squares = fmax(told.squares + sum->carried.squares, 0) + all;
-    told.fourths += sum->carried.fourths + squared(HIDDEN_SPREAD * all);
+    told.sum.squares = fmax(halves.squares + sum->carried.squares, 0) + told.hidden;
+    told.sum.fourths += sum->carried.fourths;
     return told;
 }
 

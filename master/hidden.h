@@ -67,8 +67,8 @@ void hidden_add(const struct hidden *hidden, const struct sampled *now, size_t p
 void hidden_join(struct hidden_sum *all, const struct hidden_sum *more);
 
 /* What errors as halves tell them are with what is hidden; sum: of all pixels. */
-struct error_sum hidden_errors(const struct hidden *hidden, const struct hidden_sum *sum,
-                               struct error_sum told);
+struct error_told hidden_errors(const struct hidden *hidden, const struct hidden_sum *sum,
+                                struct error_sum halves);
 
 /* Shares it out from now on. */
 void hidden_share(struct hidden *hidden, const struct hidden_sum *sum);

@@ -53,14 +53,15 @@ void watch_add(struct watch *watch, uint64_t pixels, const struct result_header 
 
 /* What is known of the picture as it is. */
 struct look {
-    struct error_sum sum;
+    struct error_told told;
     uint64_t pixels, samples;
 };
 
 static struct look look_at(const struct watch *watch)
 {
-    struct look look = {watch->sampling, watch->finished, watch->finished * watch->samples};
-    if (watch->adaptive) look.sum = adaptive_errors(watch->adaptive, &look.pixels, &look.samples);
+    struct look look = {
+        {.sum = watch->sampling}, watch->finished, watch->finished * watch->samples};
+    if (watch->adaptive) look.told = adaptive_errors(watch->adaptive, &look.pixels, &look.samples);
     return look;
 }
 
@@ -75,7 +76,7 @@ static void add_row(struct watch *watch, double now, unsigned pass)
     struct error_row row = {
         .elapsed_s = now - watch->begin,
         .samples = (double)look.samples / (double)pixel_count(watch),
-        .estimate = error_estimate(&look.sum, look.pixels, kind, number),
+        .estimate = error_estimate(&look.told, look.pixels, kind, number),
         .true_rmse = (double)NAN,
         .share = (double)look.pixels / (double)pixel_count(watch),
     };
@@ -105,13 +106,19 @@ void watch_pass(struct watch *watch, double now)
     add_row_now(watch, now, adaptive_passes(watch->adaptive));
 }
 
+/* How it was in the middle of the only pass, or the first one, and is at its end. */
+static bool points_of(const struct watch *watch, struct error_point points[2])
+{
+    const struct error_told halfway = {.sum = watch->halfway}, all = {.sum = watch->sampling};
+    return error_point(&halfway, watch->finished, watch->work_s, &points[0]) &&
+           error_point(&all, watch->finished, watch->work_s, &points[1]);
+}
+
 /* Where there is one pass, its middle is known, too. */
 static struct error_forecast forecast_by_middle(const struct watch *watch)
 {
     struct error_point points[2];
-    uint32_t half = samples_halfway(watch->samples);
-    if (half == 0 || !error_point(&watch->halfway, watch->finished, watch->work_s, &points[0]) ||
-        !error_point(&watch->sampling, watch->finished, watch->work_s, &points[1]))
+    if (samples_halfway(watch->samples) == 0 || !points_of(watch, points))
         return (struct error_forecast){0};
     return error_forecast(points, watch->samples, forecast_goal(points[1].rmse));
 }
@@ -120,9 +127,7 @@ static struct error_forecast forecast_by_middle(const struct watch *watch)
 static double first_power(const struct watch *watch, double goal)
 {
     struct error_point points[2];
-    if (!error_point(&watch->halfway, watch->finished, watch->work_s, &points[0]) ||
-        !error_point(&watch->sampling, watch->finished, watch->work_s, &points[1]))
-        return FORECAST_EDGE;
+    if (!points_of(watch, points)) return FORECAST_EDGE;
     return error_power(points, watch->first_samples, goal);
 }
 
@@ -144,7 +149,7 @@ static struct error_forecast forecast_by_plan(const struct watch *watch)
 {
     struct error_point now;
     struct look look = look_at(watch);
-    if (!error_point(&look.sum, look.pixels, adaptive_seconds(watch->adaptive), &now))
+    if (!error_point(&look.told, look.pixels, adaptive_seconds(watch->adaptive), &now))
         return (struct error_forecast){0};
     struct error_forecast forecast = forecast_to(watch, &now, forecast_goal(now.rmse));
     return forecast.beyond ? forecast_to(watch, &now, now.rmse / 2) : forecast;

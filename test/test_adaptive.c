@@ -18,6 +18,7 @@
 #include "master/allocation.h"
 #include "master/lattice.h"
 #include "master/watch.h"
+#include "test/halves.h"
 #include "worker/sample.h"
 
 enum { EDGE = 96, PIXELS = EDGE * EDGE };
@@ -60,10 +61,13 @@ static double balls(double x, double y)
     return hypot(u, v) < 0.3 ? 1 : 0.2;
 }
 
+/* Which of many pictures of scattered things of a kind it is. */
+static double draw;
+
 /* Two numbers from 0 to 1 of a cell of a grid. */
 static void luck_of(double column, double row, double luck[2])
 {
-    const double cell[2] = {column, row};
+    const double cell[3] = {column, row, draw};
     for (uint64_t i = 0; i < 2; i++)
         luck[i] = (double)(hash64(cell, sizeof cell, i) >> 11) * 0x1p-53;
 }
@@ -142,22 +146,13 @@ static void render_tile(struct adaptive *adaptive, const struct view *view, scen
         if (begin == end) continue;
         tile_pixel(tile, k, &x, &y);
         sampled[y * EDGE + x] = end;
-        double sum[2] = {0, 0}, squares = 0, half = (end - begin) / 2.0;
+        struct halves halves = {{0, 0}, 0};
         for (uint32_t s = begin; s < end; s++) {
             double at[2];
             sample_position(view, x, y, s, at);
-            double value = f(x + at[0], y + at[1]);
-            sum[s & 1] += value;
-            squares += value * value;
+            halves_add(&halves, s, f(x + at[0], y + at[1]));
         }
-        for (uint32_t c = 0; c < 3; c++) {
-            to.mean[3 * in + c] = (float)((sum[0] + sum[1]) / (2 * half));
-            to.difference[3 * in + c] = (float)((sum[0] - sum[1]) / half);
-        }
-        squares -= (sum[0] * sum[0] + sum[1] * sum[1]) / half;
-        to.spread[in] = (float)sqrt(fmax(0, squares / (2 * half)));
-        to.rays[in] = 1;
-        in++;
+        halves_tell(&halves, end - begin, in++, &to);
         seconds += pow(end - begin, EFFORT_POWER) * (begin > 0 ? SLOWER : 1);
     }
     adaptive_put(adaptive, tile, part, seconds);
@@ -186,17 +181,18 @@ struct result {
     struct adaptive *adaptive;
     unsigned passes;
     double samples; /* per pixel */
-    double estimated, high;
+    double estimated, low, high;
 };
 
 static void estimate(struct result *result)
 {
     uint64_t pixels, samples;
-    struct error_sum sum = adaptive_errors(result->adaptive, &pixels, &samples);
-    struct error_estimate estimate = error_estimate(&sum, pixels, ERROR_LOOK_PASS, result->passes);
+    struct error_told told = adaptive_errors(result->adaptive, &pixels, &samples);
+    struct error_estimate estimate = error_estimate(&told, pixels, ERROR_LOOK_PASS, result->passes);
     assert_int_equal(pixels, PIXELS);
     result->samples = (double)samples / PIXELS;
     result->estimated = estimate.rmse;
+    result->low = estimate.low;
     result->high = estimate.high;
 }
 
@@ -404,31 +400,57 @@ static void test_targets_are_met(void **state)
     }
 }
 
-/* Of what is smaller than a pixel and stands apart most is not met at first, and tells nothing: the estimate has it,
- * within a third, whatever the target is, and the interval holds. */
-static void test_hidden_errors_count(void **state)
+/* Of runs: logarithms of what their estimates are of the true error. */
+struct ratios {
+    unsigned runs, missed; /* missed: by the interval */
+    double sum, squares;
+};
+
+/* Pictures of a scene, each with five targets that follow each other by this factor. */
+static struct ratios check_scattered(scene_function *f, double target, double factor)
 {
-    (void)state;
-    const struct {
-        scene_function *f;
-        double targets[5];
-    } scenes[] = {{scattered, {0.03, 0.02, 0.012, 0.008, 0.005}},
-                  {needles, {0.03, 0.02, 0.012, 0.008, 0.005}},
-                  {scarce, {0.004, 0.003, 0.002, 0.0014, 0.001}}};
-    static double truth[PIXELS];
     struct view view = view_of(4, 4096);
-    for (int i = 0; i < 3; i++) {
-        find_truth(scenes[i].f, 64, truth);
+    static double truth[PIXELS];
+    struct ratios ratios = {0};
+    for (draw = 0; draw < 4; draw++) {
+        find_truth(f, 48, truth);
         for (int k = 0; k < 5; k++) {
             struct result result;
-            double target = scenes[i].targets[k];
-            run(&result, scenes[i].f, &view, target, 32, false);
-            double error = true_error(&result, truth), ratio = result.estimated / error;
-            if (!(error <= target && error <= result.high && fabs(log(ratio)) < log(4.0 / 3)))
-                fail_msg("scene %d, %g: %g, estimated %g", i, target, error, result.estimated);
+            double goal = target * pow(factor, k);
+            run(&result, f, &view, goal, 32, false);
+            double error = true_error(&result, truth), ratio = log(result.estimated / error);
+            if (!(error <= goal))
+                fail_msg("%g, estimated %g, of %g", error, result.estimated, goal);
+            ratios.runs++;
+            ratios.missed += !(result.low <= error && error <= result.high);
+            ratios.sum += ratio;
+            ratios.squares += ratio * ratio;
             drop(&result);
         }
     }
+    draw = 0;
+    return ratios;
+}
+
+/* Of what is smaller than a pixel and stands apart most is not met at first, and tells nothing. The estimate has it, and
+ * the target, whatever it is, is met: in the mean over pictures it is right within a tenth, or within a third where a
+ * handful are met at first, as runs end when these happen to tell little. Nearly all intervals hold. */
+static void test_hidden_errors_count(void **state)
+{
+    (void)state;
+    const struct ratios kinds[] = {check_scattered(scattered, 0.03, 0.64),
+                                   check_scattered(needles, 0.03, 0.64),
+                                   check_scattered(scarce, 0.004, 0.7)};
+    const double mean_within[] = {1.1, 1.1, 4.0 / 3}, mostly_within[] = {1.2, 1.2, 1.5};
+    unsigned missed = 0;
+    for (int i = 0; i < 3; i++) {
+        struct ratios it = kinds[i];
+        double mean = it.sum / it.runs, spread = sqrt(it.squares / it.runs);
+        if (!(fabs(mean) < log(mean_within[i]) && spread < log(mostly_within[i])))
+            fail_msg("kind %d: %g in the mean, +- %g", i, exp(mean), spread);
+        missed += it.missed;
+    }
+    assert_true(missed <= 3); /* of 60 */
 }
 
 static double normal[2];
@@ -505,18 +527,20 @@ static double foresight(scene_function *f, double goal, double finer_goal, doubl
     return foreseen / took;
 }
 
-/* In the mean it is right, and single ones are within so many times. */
+/* In the mean it is right, and nearly all single ones are within so many times. */
 static void check_foresight(scene_function *f, double mean_within, double within)
 {
     double sum = 0;
-    const int goals = 8;
+    const int goals = 32;
+    int far = 0;
     for (int k = 0; k < goals; k++) {
-        double goal = 0.03 * pow(0.85, k), off = log(foresight(f, goal, goal / 2, 0.9));
-        if (!(fabs(off) < log(within))) fail_msg("goal %g: foreseen %g times", goal, exp(off));
+        double goal = 0.03 * pow(0.96, k), off = log(foresight(f, goal, goal / 2, 0.9));
+        far += !(fabs(off) < log(within));
         sum += off;
     }
     if (!(fabs(sum / goals) < log(mean_within)))
         fail_msg("foreseen %g times in the mean", exp(sum / goals));
+    if (far > 2) fail_msg("%d of %d foresights are off by more than %g times", far, goals, within);
 }
 
 /* Where the error is in many pixels. Of the balls many are not met at first. */
@@ -524,7 +548,7 @@ static void test_seconds_are_foreseen(void **state)
 {
     (void)state;
     assert_true(fabs(foresight(stripes, 0.02, 0.01, 0.7) - 1) < 0.1);
-    check_foresight(stripes, 1.12, 1.28);
+    check_foresight(stripes, 1.12, 1.25);
     check_foresight(balls, 1.2, 1.8);
     struct view view = view_of(4, 4096);
     struct result first, coarse;

@@ -38,8 +38,8 @@ static void test_end(void **state)
     watch_look(&watch, 101); /* a look between */
     assert_true(watch_end(&watch, 103, 5, &forecast));
     const struct error_row *last = &watch.log.rows[watch.log.count - 1];
-    const struct error_sum sum = {1, 0.01};
-    struct error_estimate told = error_estimate(&sum, PIXELS, ERROR_LOOK_PASS, 1);
+    const struct error_told all = {.sum = {1, 0.01}};
+    struct error_estimate told = error_estimate(&all, PIXELS, ERROR_LOOK_PASS, 1);
     assert_true(last->estimate.low == told.low && last->estimate.high == told.high);
     assert_true(last->samples == 4 && last->share == 1 && last->true_rmse == 0);
     assert_true(forecast.known && forecast.seconds == 5);
