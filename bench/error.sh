@@ -22,9 +22,9 @@
 # ERROR_LIMITS_SIZE (640x480) and ERROR_FIELDS (400) can be set, and SCENES, a folder whose scene files are then among the names,
 # without their endings. Tables and plots go to bench/out/.
 #
-# What was measured stays in the CSV files: a section that was ended goes on there, row by row, with the
-# same settings, programs and scene files; otherwise it begins anew. Status 1: something could not be measured
-# or drawn, which ends the bench, or, when all is done, a bound of truncation did not hold.
+# What was measured stays in the CSV files, but for allocation and fields: a section that was ended goes on there,
+# row by row, with the same settings, programs and scene files; otherwise it begins anew. Status 1: something could
+# not be measured or drawn, which ends the bench, or, when all is done, a bound of truncation did not hold.
 set -u
 export LC_ALL=C
 SECTIONS=${*:-allocation sampling large limits truncation formulas forecast coverage fields peers}
@@ -722,7 +722,8 @@ fields() {
         echo "# What few samples meet: $count fields of discs and needles, 96 x 96, to six errors from 0.03 to 0.0015"
         echo
         "$TOOL" fields "$count" || exit 1
-    } >"$md"
+    } >"$WORK/fields.md"
+    mv "$WORK/fields.md" "$md"
     cat "$md"
 }
 

@@ -68,8 +68,7 @@ static struct thing thing_at(const struct field *field, double x, double y)
         luck[i] = drawn(field, column, row, i);
     if (luck[5] > field->filled) return (struct thing){.radius = 0};
     double radius = between(field->radius[0], field->radius[1], luck[2]);
-    double reach = fmin(radius + field->half_length, field->cell / 2),
-           free = field->cell - 2 * reach;
+    double reach = radius + field->half_length, free = field->cell - 2 * reach;
     return (struct thing){
         .x = column * field->cell + reach + free * luck[0],
         .y = row * field->cell + reach + free * luck[1],
@@ -90,9 +89,8 @@ static double value_of(const struct field *field, const struct thing *thing, dou
     return within ? thing->value : GROUND;
 }
 
-/* A pixel has one thing at most, as cells are of whole pixels. From FINE x FINE places: of a needle of a fiftieth of a
- * pixel's width, which is met by 4 of them across, some percent of what it covers are missed or too much in a pixel,
- * and the error of the pixel is that of four samples and more. */
+/* A pixel has one thing at most, as cells are of whole pixels. From FINE x FINE places: 8 of them lie across the
+ * thinnest needle, so that some percent of what it covers may be too little or too much in a pixel. */
 #define FINE 200
 static double true_value(const struct field *field, uint32_t x, uint32_t y)
 {
@@ -110,117 +108,178 @@ static void find_truth(const struct field *field, double truth[PIXELS])
         truth[i] = true_value(field, i % EDGE, i / EDGE);
 }
 
-static double true_squares(const struct canvas *canvas, const double truth[PIXELS])
-{
-    double sum = 0;
-    for (uint32_t i = 0; i < PIXELS; i++)
-        sum += pow((double)canvas->rgb[3 * i] - truth[i], 2);
-    return sum;
-}
+/* A field, sampled with random numbers of its own: those of pixels that are so far to the right. */
+struct picture {
+    const struct field *field;
+    struct view view;
+    uint32_t right;
+    const double *truth;
+    struct canvas canvas;
+    struct adaptive *adaptive;
+};
 
 /* The samples that a pixel gets, as the i-th pixel of a part. */
-static void sample_pixel(const struct field *field, const struct view *view, uint32_t pixel,
+static void sample_pixel(const struct picture *picture, uint32_t pixel,
                          struct refinement refinement, uint32_t i, const struct pixel_floats *to)
 {
+    const struct view *view = &picture->view;
     uint32_t x = pixel % EDGE, y = pixel / EDGE;
     uint32_t begin = level_samples(view, refinement.from), end = level_samples(view, refinement.to);
-    struct thing thing = thing_at(field, x + 0.5, y + 0.5);
+    struct thing thing = thing_at(picture->field, x + 0.5, y + 0.5);
     struct halves halves = {{0, 0}, 0};
     for (uint32_t s = begin; s < end; s++) {
         double at[2];
-        sample_position(view, x, y, s, at);
-        halves_add(&halves, s, value_of(field, &thing, x + at[0], y + at[1]));
+        sample_position(view, picture->right + x, y, s, at);
+        halves_add(&halves, s, value_of(picture->field, &thing, x + at[0], y + at[1]));
     }
     halves_tell(&halves, end - begin, i, to);
 }
 
-static void render_pass(const struct field *field, const struct view *view,
-                        struct adaptive *adaptive)
+static void render_pass(const struct picture *picture)
 {
     static struct refinement refinements[PIXELS];
     static float part[PIXELS * REFINED_FLOATS];
+    struct adaptive *adaptive = picture->adaptive;
     const struct tile whole = {.w = EDGE, .h = EDGE, .step = 1};
     adaptive_refinements(adaptive, &whole, refinements);
     struct pixel_floats to = pixel_floats(part, adaptive_pixels(adaptive, &whole), true);
     uint32_t in = 0;
     for (uint32_t pixel = 0; pixel < PIXELS; pixel++)
         if (refinements[pixel].to > refinements[pixel].from)
-            sample_pixel(field, view, pixel, refinements[pixel], in++, &to);
+            sample_pixel(picture, pixel, refinements[pixel], in++, &to);
     adaptive_put(adaptive, &whole, part, 1);
+}
+
+/* RMSE. */
+static double true_error(const struct picture *picture)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i < PIXELS; i++)
+        sum += pow((double)picture->canvas.rgb[3 * i] - picture->truth[i], 2);
+    return sqrt(sum / PIXELS);
 }
 
 /* ---- what came of it ---- */
 
-/* Widths of what is hidden, in terms of HIDDEN_LEAST and HIDDEN_MOST, that intervals are tried with. */
+/* Widths of what is hidden, in terms of those of HIDDEN_LEAST and HIDDEN_MOST, that intervals are tried with. */
 static const double widths[] = {0.5, 0.7, 1, 1.4, 2};
-enum { WIDTHS = sizeof widths / sizeof *widths, SHARES = 5 };
+enum { WIDTHS = sizeof widths / sizeof *widths, AS_IT_IS = 2, SHARES = 5 };
+
+/* Whether an interval of each width did not hold. */
+struct misses {
+    bool below[WIDTHS], above[WIDTHS]; /* the error was below it, above it */
+};
+
+/* True / told error, as logarithms. */
+struct ratios {
+    double *ratios; /* owned */
+    size_t count;
+};
+
+static void ratios_add(struct ratios *ratios, double ratio)
+{
+    ratios->ratios = grow(ratios->ratios, ratios->count, sizeof *ratios->ratios);
+    ratios->ratios[ratios->count++] = ratio;
+}
 
 struct outcome {
-    uint32_t runs, late; /* late: that ended above their target */
-    uint32_t below[WIDTHS],
-        above[WIDTHS]; /* runs with an interval that the error is below, above */
-    double samples, ratio,
-        squares;           /* per pixel, and true of told error as logarithms: sums over runs */
-    double *looks[SHARES]; /* of each share of what is hidden: that logarithm; owned */
-    size_t counts[SHARES];
+    uint32_t runs, unseen; /* unseen: no sample met anything, and no error was told */
+    uint32_t late;         /* that ended above the target */
+    uint32_t fields;       /* with a run that has an interval that did not hold */
+    uint32_t below[WIDTHS], above[WIDTHS]; /* runs with such intervals */
+    double samples;                        /* per pixel, logarithms: sum over runs */
+    struct ratios
+        looks[SHARES];  /* at all looks: of each share that was hidden of the square told */
+    struct ratios ends; /* of runs */
 };
 
-/* A run so far: whether an interval of each width did not hold. */
-struct misses {
-    bool below[WIDTHS], above[WIDTHS];
-};
-
-/* The logarithm of the true error in terms of the told one. */
-static double look(struct outcome *outcome, const struct error_told *told, unsigned pass,
-                   double squares, struct misses *misses)
+/* With another width of what is hidden in place of the one that error_estimate() has. */
+static void look_with(double width, const struct error_told *told, unsigned pass, double ratio,
+                      bool *below, bool *above)
 {
     const struct error_told seen = {.sum = told->sum};
     struct error_estimate by_luck = error_estimate(&seen, PIXELS, ERROR_LOOK_PASS, pass);
-    double luck = 2 * log(by_luck.high / by_luck.rmse), ratio = log(squares / told->sum.squares);
-    double share = told->hidden / told->sum.squares;
-    for (uint32_t k = 0; k < WIDTHS; k++) {
-        misses->below[k] |= ratio < -hypot(luck, widths[k] * share * log(HIDDEN_LEAST));
-        misses->above[k] |= ratio > hypot(luck, widths[k] * share * log(HIDDEN_MOST));
-    }
-    uint32_t bin = (uint32_t)fmin(share * SHARES, SHARES - 1);
-    outcome->looks[bin] = grow(outcome->looks[bin], outcome->counts[bin], sizeof(double));
-    outcome->looks[bin][outcome->counts[bin]++] = ratio / 2;
-    return ratio / 2;
+    double luck = 2 * log(by_luck.high / by_luck.rmse);
+    double hidden = width * told->hidden / told->sum.squares;
+    *below |= 2 * ratio < -hypot(luck, hidden * log(HIDDEN_LEAST));
+    *above |= 2 * ratio > hypot(luck, hidden * log(HIDDEN_MOST));
 }
 
-static void run(struct outcome *outcome, const struct field *field, double target,
-                const double truth[PIXELS])
+/* Returns the logarithm of the true error in terms of the told one, which is above 0. */
+static double look(struct outcome *outcome, const struct error_told *told, unsigned pass,
+                   double error, struct misses *misses)
 {
-    const struct view view = {.width = EDGE,
-                              .height = EDGE,
-                              .region_w = EDGE,
-                              .region_h = EDGE,
-                              .min_samples = 4,
-                              .max_samples = 4096};
-    struct canvas canvas;
-    canvas_init(&canvas, EDGE, EDGE);
-    struct adaptive *adaptive = adaptive_create(&view, &canvas, target);
+    struct error_estimate estimate = error_estimate(told, PIXELS, ERROR_LOOK_PASS, pass);
+    double ratio = log(error / estimate.rmse);
+    for (uint32_t k = 0; k < WIDTHS; k++)
+        if (k != AS_IT_IS)
+            look_with(widths[k], told, pass, ratio, &misses->below[k], &misses->above[k]);
+    misses->below[AS_IT_IS] |= error < estimate.low;
+    misses->above[AS_IT_IS] |= error > estimate.high;
+    uint32_t share = (uint32_t)fmin(SHARES * told->hidden / told->sum.squares, SHARES - 1);
+    ratios_add(&outcome->looks[share], ratio);
+    return ratio;
+}
+
+/* At the end of a run that took so many samples of a pixel; returns whether all intervals held. */
+static bool add_run(struct outcome *outcome, const struct misses *misses, double samples,
+                    double ratio)
+{
+    for (uint32_t k = 0; k < WIDTHS; k++) {
+        outcome->below[k] += misses->below[k];
+        outcome->above[k] += misses->above[k];
+    }
+    outcome->samples += log(samples);
+    ratios_add(&outcome->ends, ratio);
+    return !(misses->below[AS_IT_IS] || misses->above[AS_IT_IS]);
+}
+
+/* All passes; returns whether all intervals held. */
+static bool run(struct outcome *outcome, const struct picture *picture)
+{
     struct misses misses = {0};
     double ratio = 0;
     uint64_t pixels, samples;
+    bool seen;
     do {
-        render_pass(field, &view, adaptive);
-        struct error_told told = adaptive_errors(adaptive, &pixels, &samples);
-        if (told.sum.squares > 0)
-            ratio = look(outcome, &told, adaptive_passes(adaptive), true_squares(&canvas, truth),
+        render_pass(picture);
+        struct error_told told = adaptive_errors(picture->adaptive, &pixels, &samples);
+        seen = told.sum.squares > 0;
+        if (seen)
+            ratio = look(outcome, &told, adaptive_passes(picture->adaptive), true_error(picture),
                          &misses);
-    } while (adaptive_plan(adaptive, HUGE_VAL));
-    for (uint32_t k = 0; k < WIDTHS; k++) {
-        outcome->below[k] += misses.below[k];
-        outcome->above[k] += misses.above[k];
-    }
+    } while (adaptive_plan(picture->adaptive, HUGE_VAL));
     outcome->runs++;
-    outcome->late += sqrt(true_squares(&canvas, truth) / PIXELS) > target;
-    outcome->samples += log((double)samples / PIXELS);
-    outcome->ratio += ratio;
-    outcome->squares += ratio * ratio;
-    adaptive_destroy(adaptive);
-    canvas_free(&canvas);
+    outcome->late += true_error(picture) > adaptive_target(picture->adaptive);
+    outcome->unseen += !seen;
+    return !seen || add_run(outcome, &misses, (double)samples / PIXELS, ratio);
+}
+
+static void measure_field(struct outcome *outcome, uint64_t seed)
+{
+    static double truth[PIXELS];
+    struct field field = field_of(seed);
+    struct picture picture = {
+        .field = &field,
+        .view = {.width = EDGE,
+                 .height = EDGE,
+                 .region_w = EDGE,
+                 .region_h = EDGE,
+                 .min_samples = 4,
+                 .max_samples = 4096},
+        .truth = truth,
+    };
+    bool held = true;
+    find_truth(&field, truth);
+    for (uint32_t k = 0; k < FIELD_TARGETS; k++) {
+        canvas_init(&picture.canvas, EDGE, EDGE);
+        picture.right = k * EDGE;
+        picture.adaptive = adaptive_create(&picture.view, &picture.canvas, 0.03 * pow(0.55, k));
+        held &= run(outcome, &picture);
+        adaptive_destroy(picture.adaptive);
+        canvas_free(&picture.canvas);
+    }
+    outcome->fields += !held;
 }
 
 static int compare(const void *a, const void *b)
@@ -229,58 +288,57 @@ static int compare(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Of sorted logarithms. */
-static double quantile(const double *sorted, size_t count, double part)
+/* A row of quantiles; sorts and frees the ratios. */
+static void print_ratios(const char *name, struct ratios *it)
 {
-    return exp(sorted[(size_t)((double)(count - 1) * part)]);
+    const double parts[] = {0.01, 0.05, 0.5, 0.95, 0.99};
+    if (it->count == 0) return;
+    qsort(it->ratios, it->count, sizeof *it->ratios, compare);
+    printf("| %s | %zu |", name, it->count);
+    for (uint32_t k = 0; k < sizeof parts / sizeof *parts; k++)
+        printf(" %.2f |", exp(it->ratios[(size_t)((double)(it->count - 1) * parts[k])]));
+    putchar('\n');
+    free(it->ratios);
 }
 
 static void print_looks(struct outcome *outcome)
 {
-    puts("| hidden of the squared error told | looks | true / told, 1 % | 5 % | median | 95 % | 99 "
+    puts("| hidden of the square told | looks | true / told error, 1 % | 5 % | median | 95 % | 99 "
          "% |");
     puts("|---|---|---|---|---|---|---|");
-    for (uint32_t bin = 0; bin < SHARES; bin++) {
-        double *looks = outcome->looks[bin];
-        size_t count = outcome->counts[bin];
-        if (count == 0) continue;
-        qsort(looks, count, sizeof *looks, compare);
-        printf("| %.1f to %.1f | %zu | %.2f | %.2f | %.2f | %.2f | %.2f |\n", bin / (double)SHARES,
-               (bin + 1) / (double)SHARES, count, quantile(looks, count, 0.01),
-               quantile(looks, count, 0.05), quantile(looks, count, 0.5),
-               quantile(looks, count, 0.95), quantile(looks, count, 0.99));
-        free(looks);
+    for (uint32_t share = 0; share < SHARES; share++) {
+        char name[32];
+        snprintf(name, sizeof name, "%.1f to %.1f", share / (double)SHARES,
+                 (share + 1) / (double)SHARES);
+        print_ratios(name, &outcome->looks[share]);
     }
+    print_ratios("at the end, any", &outcome->ends);
 }
 
 static void print_runs(const struct outcome *outcome)
 {
-    double runs = outcome->runs, mean = outcome->ratio / runs;
-    printf("\n%u runs took %.1f samples a pixel (geometric mean) and ended with %.3f times the "
-           "error told, +- %.0f "
-           "%%; %u of them above the target.\n\n",
-           outcome->runs, exp(outcome->samples / runs), exp(mean),
-           100 * sqrt(outcome->squares / runs - mean * mean), outcome->late);
-    puts("| hidden is at least, at most, of what is told | runs with an error below an interval | "
-         "above one |");
-    puts("|---|---|---|");
+    printf("\n%u runs, of which %u met nothing, which tells no error. The others took %.1f samples "
+           "a pixel "
+           "(geometric mean). Above the target: %u. Fields with an interval that did not hold: "
+           "%u.\n\n",
+           outcome->runs, outcome->unseen,
+           exp(outcome->samples / (outcome->runs - outcome->unseen)), outcome->late,
+           outcome->fields);
+    puts("The same runs judged by intervals with other bounds of what is hidden, in terms of the "
+         "square told:\n");
+    puts("| at least | at most | runs with an error below an interval | above one |");
+    puts("|---|---|---|---|");
     for (uint32_t k = 0; k < WIDTHS; k++)
-        printf("| %.3g, %.3g%s | %u | %u |\n", pow(HIDDEN_LEAST, widths[k]),
-               pow(HIDDEN_MOST, widths[k]), widths[k] == 1 ? " (as it is)" : "", outcome->below[k],
+        printf("| %.3g | %.3g%s | %u | %u |\n", pow(HIDDEN_LEAST, widths[k]),
+               pow(HIDDEN_MOST, widths[k]), k == AS_IT_IS ? " (as it is)" : "", outcome->below[k],
                outcome->above[k]);
 }
 
 void fields_measure(uint32_t count)
 {
-    static double truth[PIXELS];
     struct outcome outcome = {0};
-    for (uint32_t seed = 0; seed < count; seed++) {
-        struct field field = field_of(seed);
-        find_truth(&field, truth);
-        double target = 0.03;
-        for (uint32_t k = 0; k < FIELD_TARGETS; k++, target *= 0.55)
-            run(&outcome, &field, target, truth);
-    }
+    for (uint32_t seed = 0; seed < count; seed++)
+        measure_field(&outcome, seed);
     print_looks(&outcome);
     print_runs(&outcome);
 }

@@ -5,8 +5,8 @@
 #include <stdint.h>
 
 /* Samples so many fields adaptively to FIELD_TARGETS errors each and prints, as Markdown: what the true errors were of
- * those told, by how much of these is hidden; and how often an interval of a run did not hold, as it is and with other
- * widths of what is hidden (HIDDEN_LEAST, HIDDEN_MOST). */
+ * those told behind passes, by how much of these is hidden; and how often an interval of a run did not hold, as it is
+ * and with other bounds of what is hidden (HIDDEN_LEAST, HIDDEN_MOST). */
 #define FIELD_TARGETS 6
 void fields_measure(uint32_t count);
 

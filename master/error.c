@@ -30,7 +30,8 @@ static double log_spread(const struct error_sum *sum)
     return sqrt(sum->fourths) / sum->squares;
 }
 
-/* The same of what is hidden, about as make bench-error ERROR_SECTIONS=fields has it where most is. */
+/* Of what is hidden, beside that by luck: with it the squared error of eight pictures of specks, dust, hairs and
+ * needles was told as 0.6 to 1.7 times what it was in the end, and much of that was hidden. */
 #define HIDDEN_SPREAD 0.6
 
 /* What a kind of look may miss of all that a run may: passes more, because wide intervals there cost

@@ -19,7 +19,7 @@
 
 /* What is known of the errors of pixels. */
 struct error_told {
-    struct error_sum sum; /* fourths: of what is off by luck alone */
+    struct error_sum sum; /* fourths: of what is off by luck, also in what is hidden */
     double hidden; /* part of sum.squares: the pixels themselves do not tell it (master/hidden.h) */
 };
 
@@ -38,9 +38,10 @@ enum error_look { ERROR_LOOK_PASS, ERROR_LOOK_BETWEEN };
 
 /*
  * What is hidden is told too large or too small for much the same reasons at all looks of a run, so that it gets no
- * wider with their number. It is this many times what is told, at least and at most: of 2400 adaptive runs of 400
- * pictures of discs and needles, 0.04 to 2 pixels wide, 39 had an interval that the error was below and 20 one that it
- * was above; with half of both logarithms 66 and 23, with twice both 27 and 18 (make bench-error ERROR_SECTIONS=fields).
+ * wider with their number. Its square is taken to be this many times what is told, at least and at most. Of 2309 runs
+ * of 400 pictures of discs and needles, 0.04 to 2 pixels wide, 29 then had an interval that the error was below and 24
+ * one that it was above; judged by bounds of half their logarithms 55 and 25, of twice these 18 and 21 (make
+ * bench-error ERROR_SECTIONS=fields). Misses above hardly depend on them: there something is met that nothing was like.
  */
 #define HIDDEN_LEAST (1.0 / 16)
 #define HIDDEN_MOST  4.0

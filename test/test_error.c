@@ -62,14 +62,15 @@ static void test_hidden_widens_the_interval(void **state)
     for (unsigned look = 1; look <= 100; look += 99) {
         const struct error_told all = {.sum = {.squares = 10, .fourths = 0}, .hidden = 10};
         struct error_estimate estimate = error_estimate(&all, 1000, ERROR_LOOK_PASS, look);
-        assert_close(estimate.high, 0.1 * sqrt(HIDDEN_MOST), 1e-12);
-        assert_close(estimate.low, 0.1 * sqrt(HIDDEN_LEAST), 1e-12);
+        assert_close(estimate.high, 0.2, 1e-12);
+        assert_close(estimate.low, 0.025, 1e-12);
         const struct error_told half = {.sum = {.squares = 10, .fourths = 0.3}, .hidden = 5},
                                 none = {.sum = half.sum};
         struct error_estimate by_luck = error_estimate(&none, 1000, ERROR_LOOK_PASS, look);
         estimate = error_estimate(&half, 1000, ERROR_LOOK_PASS, look);
-        double luck = log(by_luck.high / 0.1), more = log(HIDDEN_MOST) / 4;
-        assert_close(log(estimate.high / 0.1), hypot(luck, more), 1e-12);
+        double luck = log(by_luck.high / 0.1);
+        assert_close(log(estimate.high / 0.1), hypot(luck, log(2) / 2), 1e-12);
+        assert_close(log(0.1 / estimate.low), hypot(luck, log(4) / 2), 1e-12);
     }
 }
 
@@ -260,7 +261,7 @@ static void test_point(void **state)
     assert_false(error_point(&told, 0, 2, &point) || error_point(&told, 1000, 0, &point));
     told.hidden = 5;
     assert_true(error_point(&told, 1000, 2, &point));
-    assert_true(point.spread > sqrt(0.3) / 10 / 2);
+    assert_close(point.spread, hypot(sqrt(0.3) / 10, 0.6 * 0.5) / 2, 1e-15);
 }
 
 /* What the errors of both points make of forecasts is in their intervals. */
