@@ -49,7 +49,7 @@ static struct field field_of(uint64_t seed)
     double radius = between(0.04, 0.32, own[1]) / (field.needles ? 2 : 1);
     field.radius[0] = radius;
     field.radius[1] = own[2] < 0.5 ? radius : 3 * radius;
-    field.half_length = field.needles ? between(0.3, 3, own[3]) : 0;
+    field.half_length = field.needles ? between(0.3, 16, own[3]) : 0;
     field.cell = ceil(fmax(between(3, 14, own[4]), 2 * field.half_length + 1));
     field.faintest = own[5] < 0.4 ? 0.1 : 1;
     field.filled = between(0.1, 1, own[6]);
@@ -200,9 +200,9 @@ static void look_with(double width, const struct error_told *told, unsigned pass
     const struct error_told seen = {.sum = told->sum};
     struct error_estimate by_luck = error_estimate(&seen, PIXELS, ERROR_LOOK_PASS, pass);
     double luck = 2 * log(by_luck.high / by_luck.rmse);
-    double hidden = width * told->hidden / told->sum.squares;
-    *below |= 2 * ratio < -hypot(luck, hidden * log(HIDDEN_LEAST));
-    *above |= 2 * ratio > hypot(luck, hidden * log(HIDDEN_MOST));
+    double hidden = told->hidden / told->sum.squares, carried = told->carried / told->sum.squares;
+    *below |= 2 * ratio < -hypot(luck, width * (hidden + carried) * log(HIDDEN_LEAST));
+    *above |= 2 * ratio > hypot(luck, width * hidden * log(HIDDEN_MOST));
 }
 
 /* Returns the logarithm of the true error in terms of the told one, which is above 0. */

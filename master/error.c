@@ -47,10 +47,11 @@ struct error_estimate error_estimate(const struct error_told *told, uint64_t pix
     /* What the estimate is compared with is itself the sum of what these pixels happen to have: as
      * uncertain as the estimate, and independent of it but for the pixels they share. */
     double luck = normal_quantile(miss) * M_SQRT2 * log_spread(sum);
-    double share = told->hidden / sum->squares;
+    double less = (told->hidden + told->carried) / sum->squares * log(HIDDEN_LEAST);
+    double more = told->hidden / sum->squares * log(HIDDEN_MOST);
     double rmse = sqrt(sum->squares / (double)pixels);
-    return (struct error_estimate){rmse, rmse * exp(-hypot(luck, share * log(HIDDEN_LEAST)) / 2),
-                                   rmse * exp(hypot(luck, share * log(HIDDEN_MOST)) / 2)};
+    return (struct error_estimate){rmse, rmse * exp(-hypot(luck, less) / 2),
+                                   rmse * exp(hypot(luck, more) / 2)};
 }
 
 /* ---- rows ---- */

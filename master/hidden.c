@@ -254,7 +254,7 @@ static double hidden_at(const struct hidden *hidden, const struct hidden_sum *su
 struct error_told hidden_errors(const struct hidden *hidden, const struct hidden_sum *sum,
                                 struct error_sum halves)
 {
-    struct error_told told = {.sum = halves};
+    struct error_told told = {.sum = halves, .carried = sum->carried.squares};
     for (unsigned level = 1; level <= LEVEL_MAX; level++) {
         const struct unwarned *it = &sum->levels[level];
         double part = part_there(hidden, sum, level);

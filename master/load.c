@@ -72,10 +72,14 @@ static bool refuse_config(const char *path)
 {
     struct stat status;
     char *ini = format_text("%s.ini", path);
-    if (stat(path, &status) == 0 && S_ISDIR(status.st_mode))
+    int missing = stat(path, &status) == 0 ? 0 : errno;
+    if (!missing && S_ISDIR(status.st_mode))
         user_error(path, 0, "is a folder, expected a scene: .ini, .nff or .obj");
     else if (access(ini, R_OK) == 0)
         user_error(path, 0, "is no scene, did you mean '%s'?", ini);
+    else if (missing)
+        user_error(path, 0, "cannot be read: %s; expected a scene: .ini, .nff or .obj",
+                   strerror(missing));
     else
         user_error(path, 0, "has an unknown extension, expected .ini, .nff or .obj");
     free(ini);

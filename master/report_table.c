@@ -347,8 +347,15 @@ static void put_beyond(struct table *table, double goal, uint32_t most_samples)
 static void put_forecast(struct table *table, const struct error_forecast *forecast,
                          uint32_t most_samples, double elapsed_s)
 {
-    if (forecast->beyond) put_beyond(table, forecast->goal, most_samples);
-    if (!forecast->known) return;
+    if (forecast->beyond) {
+        put_beyond(table, forecast->goal, most_samples);
+        return;
+    }
+    if (!forecast->known) {
+        flow(table, "what less would take is not known");
+        end_flow(table);
+        return;
+    }
     double low, high;
     double others = elapsed_s - forecast->seconds;
     double seconds = forecast_seconds(forecast, forecast->goal, &low, &high);
@@ -414,7 +421,8 @@ static void put_error(struct table *table, const struct report *report)
     if (last->estimate.high > 0 && last->true_rmse > UNLIKELY_ERROR * last->estimate.high)
         flow_on(table, "(is it of this view?)");
     end_flow(table);
-    put_forecast(table, &report->forecast, report->max_samples, elapsed);
+    if (last->estimate.rmse > 0)
+        put_forecast(table, &report->forecast, report->max_samples, elapsed);
 }
 
 /* What depth and cutoff have left out. */

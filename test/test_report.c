@@ -634,9 +634,15 @@ static void test_table_error(void **state)
     report.max_samples = 64;
     report.ended = ENDED_BY_TARGET;
     text = table_text(&report, 80);
+    assert_null(strstr(text, "not known"));
     assert_has(text, "\n0.000049 is beyond sampling.max_samples = 64\n"
                      "sampling.target_error is met\n");
     free(text);
+    report.forecast = (struct error_forecast){.known = false};
+    text = table_text(&report, 80);
+    assert_has(text, "\nwhat less would take is not known\nsampling.target_error is met\n");
+    free(text);
+    report.forecast = (struct error_forecast){.rmse = 0.000098, .goal = 0.000049, .beyond = true};
     row.share = 0.0456;
     text = table_text(&report, 80);
     assert_has(text, "of the 4.5 % that has samples");
