@@ -78,7 +78,7 @@ static bool refuse_config(const char *path)
     else if (access(ini, R_OK) == 0)
         user_error(path, 0, "is no scene, did you mean '%s'?", ini);
     else if (missing)
-        user_error(path, 0, "cannot be read: %s; expected a scene: .ini, .nff or .obj",
+        user_error(path, 0, "cannot be opened: %s; expected a scene: .ini, .nff or .obj",
                    strerror(missing));
     else
         user_error(path, 0, "has an unknown extension, expected .ini, .nff or .obj");

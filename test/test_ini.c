@@ -276,9 +276,10 @@ static void test_files_that_are_none(void **state)
     scratch_refused(*state, "folder.ini", NULL, "folder.ini: is a folder, expected a file");
     assert_int_equal(mkfifo("pipe.ini", 0600), 0);
     scratch_refused(*state, "pipe.ini", NULL, "pipe.ini: is not a regular file, expected one");
-    scratch_refused(*state, "scene.in", NULL,
-                    "scene.in: cannot be read: No such file or directory; expected a scene: .ini, "
-                    ".nff or .obj");
+    scratch_refused(
+        *state, "scene.in", NULL,
+        "scene.in: cannot be opened: No such file or directory; expected a scene: .ini, "
+        ".nff or .obj");
     scratch_write("scene.txt", "");
     scratch_refused(*state, "scene.txt", NULL,
                     "scene.txt: has an unknown extension, expected .ini, .nff or .obj");
