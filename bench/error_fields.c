@@ -18,7 +18,7 @@ enum { EDGE = 96, PIXELS = EDGE * EDGE };
  * contrasts down to a part of full white. */
 struct field {
     uint64_t seed;
-    bool needles; /* or discs */
+    bool needles; /* or discs; long ones are hairs */
     double cell;
     double filled;
     double radius[2]; /* of a needle: half of its width */

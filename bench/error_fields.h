@@ -1,4 +1,4 @@
-/* How well errors are told of things that few samples meet: fields of discs and needles, functions of the place. */
+/* How well errors are told of things that few samples meet: fields of discs, needles and hairs, without any rays. */
 #ifndef FARM_BENCH_ERROR_FIELDS_H
 #define FARM_BENCH_ERROR_FIELDS_H
 
