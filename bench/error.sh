@@ -19,8 +19,8 @@
 # and TOOL are the programs, WORK a folder for pictures; MPIEXEC starts references on all cores.
 # ERROR_SCENES, ERROR_SIZE (320x240), ERROR_PEERS_SIZE (160x120) and ERROR_FINEST (16: uniform samples per
 # pixel, at most), ERROR_LARGE (1920x1440), ERROR_LARGE_SAMPLES (lantern=64 garden=64), ERROR_LIMITS (1 2 5 10),
-# ERROR_LIMITS_SIZE (640x480) and ERROR_FIELDS (400) can be set, and SCENES, a folder whose scene files are then among the names,
-# without their endings. Tables and plots go to bench/out/.
+# ERROR_LIMITS_SIZE (640x480) and ERROR_FIELDS (400) can be set, and SCENES, a folder whose scene files are then among
+# the names, without their endings. Tables and plots go to bench/out/.
 #
 # What was measured stays in the CSV files, but for allocation and fields: a section that was ended goes on there,
 # row by row, with the same settings, programs and scene files; otherwise it begins anew. Status 1: something could

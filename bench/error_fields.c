@@ -184,7 +184,7 @@ static void ratios_add(struct ratios *ratios, double ratio)
 
 struct outcome {
     uint32_t runs, unseen; /* unseen: no sample met anything, and no error was told */
-    uint32_t late;         /* that ended above the target */
+    uint32_t late;         /* of the others: that ended above the target */
     uint32_t fields;       /* with a run that has an interval that did not hold */
     uint32_t below[WIDTHS], above[WIDTHS]; /* runs with such intervals */
     double samples;                        /* per pixel, logarithms: sum over runs */
@@ -250,7 +250,7 @@ static bool run(struct outcome *outcome, const struct picture *picture)
                          &misses);
     } while (adaptive_plan(picture->adaptive, HUGE_VAL));
     outcome->runs++;
-    outcome->late += true_error(picture) > adaptive_target(picture->adaptive);
+    outcome->late += seen && true_error(picture) > adaptive_target(picture->adaptive);
     outcome->unseen += !seen;
     return !seen || add_run(outcome, &misses, (double)samples / PIXELS, ratio);
 }
@@ -317,13 +317,13 @@ static void print_looks(struct outcome *outcome)
 
 static void print_runs(const struct outcome *outcome)
 {
-    printf("\n%u runs, of which %u met nothing, which tells no error. The others took %.1f samples "
-           "a pixel "
-           "(geometric mean). Above the target: %u. Fields with an interval that did not hold: "
-           "%u.\n\n",
-           outcome->runs, outcome->unseen,
-           exp(outcome->samples / (outcome->runs - outcome->unseen)), outcome->late,
-           outcome->fields);
+    uint32_t seen = outcome->runs - outcome->unseen;
+    printf("\n%u runs, of which %u met nothing, which tells no error.\n", outcome->runs,
+           outcome->unseen);
+    printf("The others took %.1f samples a pixel (geometric mean); %u of them ended above the "
+           "target.\n",
+           exp(outcome->samples / seen), outcome->late);
+    printf("%u fields had an interval that did not hold.\n\n", outcome->fields);
     puts("The same runs judged by intervals with other bounds of what is hidden, in terms of the "
          "square told:\n");
     puts("| at least | at most | runs with an error below an interval | above one |");

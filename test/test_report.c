@@ -597,6 +597,29 @@ static void test_table_of_many(void **state)
     free(text);
 }
 
+/* Where less is beyond what is allowed, or nothing tells what it would take. */
+static void test_table_no_forecast(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct report report = sample_report(renderers, 2);
+    struct error_row row = {2.4, 16, {0.000098, 0.000087, 0.00011}, (double)NAN, 1};
+    struct error_log log = {&row, 1};
+    report.errors = &log;
+    report.forecast = (struct error_forecast){.rmse = 0.000098, .goal = 0.000049, .beyond = true};
+    report.max_samples = 64;
+    report.ended = ENDED_BY_TARGET;
+    char *text = table_text(&report, 80);
+    assert_null(strstr(text, "not known"));
+    assert_has(text, "\n0.000049 is beyond sampling.max_samples = 64\n"
+                     "sampling.target_error is met\n");
+    free(text);
+    report.forecast = (struct error_forecast){.known = false};
+    text = table_text(&report, 80);
+    assert_has(text, "\nwhat less would take is not known\nsampling.target_error is met\n");
+    free(text);
+}
+
 /* An error with what less would cost; an earlier run's part counts as this one's. */
 static void test_table_error(void **state)
 {
@@ -630,19 +653,6 @@ static void test_table_error(void **state)
     text = table_text(&report, 80);
     assert_has(text, "\n  0.2 against the reference (is it of this view?)\n");
     free(text);
-    report.forecast = (struct error_forecast){.rmse = 0.000098, .goal = 0.000049, .beyond = true};
-    report.max_samples = 64;
-    report.ended = ENDED_BY_TARGET;
-    text = table_text(&report, 80);
-    assert_null(strstr(text, "not known"));
-    assert_has(text, "\n0.000049 is beyond sampling.max_samples = 64\n"
-                     "sampling.target_error is met\n");
-    free(text);
-    report.forecast = (struct error_forecast){.known = false};
-    text = table_text(&report, 80);
-    assert_has(text, "\nwhat less would take is not known\nsampling.target_error is met\n");
-    free(text);
-    report.forecast = (struct error_forecast){.rmse = 0.000098, .goal = 0.000049, .beyond = true};
     row.share = 0.0456;
     text = table_text(&report, 80);
     assert_has(text, "of the 4.5 % that has samples");
@@ -702,15 +712,25 @@ static void test_table_truth(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_balance),       cmocka_unit_test(test_json),
-        cmocka_unit_test(test_json_whole),    cmocka_unit_test(test_bad_samples),
-        cmocka_unit_test(test_twice),         cmocka_unit_test(test_resumed),
-        cmocka_unit_test(test_table_error),   cmocka_unit_test(test_table_truth),
-        cmocka_unit_test(test_json_features), cmocka_unit_test(test_json_without_numbers),
-        cmocka_unit_test(test_json_strings),  cmocka_unit_test(test_json_numbers),
-        cmocka_unit_test(test_table),         cmocka_unit_test(test_table_narrow),
-        cmocka_unit_test(test_table_clipped), cmocka_unit_test(test_table_truncation),
-        cmocka_unit_test(test_table_fits),    cmocka_unit_test(test_table_extremes),
+        cmocka_unit_test(test_balance),
+        cmocka_unit_test(test_json),
+        cmocka_unit_test(test_json_whole),
+        cmocka_unit_test(test_bad_samples),
+        cmocka_unit_test(test_twice),
+        cmocka_unit_test(test_resumed),
+        cmocka_unit_test(test_table_no_forecast),
+        cmocka_unit_test(test_table_error),
+        cmocka_unit_test(test_table_truth),
+        cmocka_unit_test(test_json_features),
+        cmocka_unit_test(test_json_without_numbers),
+        cmocka_unit_test(test_json_strings),
+        cmocka_unit_test(test_json_numbers),
+        cmocka_unit_test(test_table),
+        cmocka_unit_test(test_table_narrow),
+        cmocka_unit_test(test_table_clipped),
+        cmocka_unit_test(test_table_truncation),
+        cmocka_unit_test(test_table_fits),
+        cmocka_unit_test(test_table_extremes),
         cmocka_unit_test(test_table_of_many),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
