@@ -206,8 +206,15 @@ static void go_on(struct server *server)
     /* What an earlier run has left need not be a whole pass. */
     if (adaptive_is_complete(adaptive)) watch_pass(server->service->watch, looked);
     begin_pass(server);
-    server->last_plan_s = clock_wall() - looked;
-    server->planned_s += clock_wall() - begin;
+    double end = clock_wall();
+    server->last_plan_s = end - looked;
+    server->planned_s += end - begin;
+    if (server->service->timeline && !server->last_pass) {
+        struct timeline_plan plan = {.start_s = begin - server->start,
+                                     .end_s = end - server->start,
+                                     .pass = adaptive_passes(adaptive) - 1};
+        timeline_add_plan(server->service->timeline, &plan);
+    }
 }
 
 void follow_passes(struct server *server)

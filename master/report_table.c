@@ -452,11 +452,11 @@ static void put_clipped(struct table *table, const struct report *report)
 /* What has ended adaptive sampling. */
 static void put_end(struct table *table, const struct report *report)
 {
-    const char *missed = report->target > 0 ? ": the target is not met" : "";
-    if (report->ended == ENDED_BY_TARGET) flow(table, "sampling.target_error is met");
-    if (report->ended == ENDED_BY_TIME) flow(table, "stopped by sampling.time_limit%s", missed);
-    if (report->ended == ENDED_BY_MAX_SAMPLES)
-        flow(table, "stopped by sampling.max_samples%s", missed);
+    if (report->ended == ENDED_BY_TIME) flow(table, "stopped by sampling.time_limit");
+    if (report->ended == ENDED_BY_MAX_SAMPLES) flow(table, "stopped by sampling.max_samples");
+    if (report->target > 0)
+        flow(table, "sampling.target_error = %g is %s", report->target,
+             report->ended == ENDED_BY_TARGET ? "met" : "not met");
     end_flow(table);
 }
 

@@ -1,16 +1,18 @@
 #include "master/timeline.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "common/message.h"
 #include "master/json.h"
 
 /* Shorter pauses are a message on its way, or the clock's own grain. */
-#define WAIT_SHOWN 1e-4
+#define PAUSE_SHOWN 1e-4
 
 void timeline_free(struct timeline *timeline)
 {
     free(timeline->entries);
+    free(timeline->plans);
     *timeline = (struct timeline){0};
 }
 
@@ -18,17 +20,26 @@ void timeline_add(struct timeline *timeline, enum timeline_kind kind, uint32_t r
                   const struct tile *tile, const struct result_header *header)
 {
     timeline->entries = grow(timeline->entries, timeline->count, sizeof *timeline->entries);
-    timeline->entries[timeline->count++] = (struct timeline_entry){.x = tile->x,
-                                                                   .y = tile->y,
-                                                                   .w = tile->w,
-                                                                   .h = tile->h,
-                                                                   .phase = tile->phase,
-                                                                   .step = tile->step,
-                                                                   .renderer = renderer,
-                                                                   .kind = kind,
-                                                                   .start_s = header->start_s,
-                                                                   .busy_s = (float)header->busy_s,
-                                                                   .cpu_s = (float)header->cpu_s};
+    timeline->entries[timeline->count++] =
+        (struct timeline_entry){.x = tile->x,
+                                .y = tile->y,
+                                .w = tile->w,
+                                .h = tile->h,
+                                .phase = tile->phase,
+                                .step = tile->step,
+                                .renderer = renderer,
+                                .kind = kind,
+                                .pass = tile->pass,
+                                .samples = header->counts.rays[RAY_PRIMARY],
+                                .start_s = header->start_s,
+                                .busy_s = (float)header->busy_s,
+                                .cpu_s = (float)header->cpu_s};
+}
+
+void timeline_add_plan(struct timeline *timeline, const struct timeline_plan *plan)
+{
+    timeline->plans = grow(timeline->plans, timeline->plan_count, sizeof *timeline->plans);
+    timeline->plans[timeline->plan_count++] = *plan;
 }
 
 /* ---- the trace ---- */
@@ -110,6 +121,10 @@ static void put_entry(struct json *json, const struct timeline_entry *entry, uin
         json_count(json, "step", tile.step);
     }
     json_count(json, "pixels", tile_pixels(&tile));
+    if (entry->kind != TIMELINE_PROBES) {
+        json_count(json, "pass", entry->pass);
+        json_count(json, "samples", entry->samples);
+    }
     json_fixed(json, "cpu_us", 1e6 * (double)entry->cpu_s, 3);
     json_fixed(json, "cpu_us_per_pixel", 1e6 * (double)entry->cpu_s / tile_pixels(&tile), 3);
     json_close(json, '}');
@@ -117,13 +132,36 @@ static void put_entry(struct json *json, const struct timeline_entry *entry, uin
     free(name);
 }
 
-static void put_wait(struct json *json, double from, double to, uint32_t rank)
+/* plan: why; NULL: it waited for something else. */
+static void put_pause(struct json *json, double from, double to, uint32_t rank,
+                      const struct timeline_plan *plan)
 {
-    if (to - from < WAIT_SHOWN) return;
-    open_event(json, "waiting", "X", rank);
-    json_string(json, "cat", "waiting");
+    const char *why = plan ? "planning" : "waiting";
+    if (to - from < PAUSE_SHOWN) return;
+    open_event(json, why, "X", rank);
+    json_string(json, "cat", why);
     put_span(json, from, to - from);
+    if (plan) {
+        json_open(json, "args", '{');
+        json_count(json, "pass", plan->pass);
+        json_close(json, '}');
+    }
     json_close(json, '}');
+}
+
+/* From an end of a bar to the start of the next one. */
+static void put_gap(struct json *json, const struct timeline *timeline, double from, double to,
+                    uint32_t rank)
+{
+    for (size_t i = 0; i < timeline->plan_count; i++) {
+        const struct timeline_plan *plan = &timeline->plans[i];
+        double begin = fmax(plan->start_s, from), end = fmin(plan->end_s, to);
+        if (begin >= end) continue;
+        put_pause(json, from, begin, rank, NULL);
+        put_pause(json, begin, end, rank, plan);
+        from = end;
+    }
+    put_pause(json, from, to, rank, NULL);
 }
 
 static void put_rows(struct json *json, const struct timeline *timeline,
@@ -135,11 +173,11 @@ static void put_rows(struct json *json, const struct timeline *timeline,
         double free_since = 0;
         put_row(json, &stats[i]);
         for (; next < timeline->count && rows[next]->renderer == i; next++) {
-            put_wait(json, free_since, rows[next]->start_s, stats[i].rank);
+            put_gap(json, timeline, free_since, rows[next]->start_s, stats[i].rank);
             put_entry(json, rows[next], stats[i].rank);
             free_since = rows[next]->start_s + (double)rows[next]->busy_s;
         }
-        put_wait(json, free_since, render_s, stats[i].rank);
+        put_gap(json, timeline, free_since, render_s, stats[i].rank);
     }
     free(rows);
 }

@@ -1,7 +1,7 @@
 /*
  * Who rendered what, and when: one entry per tile that somebody was at, with probes and what was dropped, in
- * the order in which they came in. Kept when somebody asked for the trace, the heat map or the picture of
- * ranks: 48 bytes each, 48 MB for a million.
+ * the order in which they came in; and when passes of adaptive sampling were planned. Kept when somebody asked for the
+ * trace, the heat map or the picture of ranks: 64 bytes each, 64 MB for a million.
  */
 #ifndef FARM_MASTER_TIMELINE_H
 #define FARM_MASTER_TIMELINE_H
@@ -26,16 +26,26 @@ struct timeline_entry {
     uint32_t phase, step; /* as in struct tile */
     uint32_t renderer;    /* 0 .. renderers - 1 */
     enum timeline_kind kind;
-    double start_s; /* seconds after the start of the render phase */
-    float busy_s;   /* wall seconds it took, from start_s on */
-    float cpu_s;    /* CPU seconds of that */
+    uint32_t pass;    /* as in struct tile */
+    uint64_t samples; /* that were traced; 0 of probes, and of what was given up */
+    double start_s;   /* seconds after the start of the render phase */
+    float busy_s;     /* wall seconds it took, from start_s on */
+    float cpu_s;      /* CPU seconds of that */
 };
 
-_Static_assert(sizeof(struct timeline_entry) == 48, "what timeline.h promises");
+_Static_assert(sizeof(struct timeline_entry) == 64, "what timeline.h promises");
+
+/* In which a pass was planned: nobody had anything to do but what was in vain. */
+struct timeline_plan {
+    double start_s, end_s; /* seconds after the start of the render phase */
+    unsigned pass;
+};
 
 struct timeline {
     struct timeline_entry *entries; /* owned */
     size_t count;
+    struct timeline_plan *plans; /* in the order of time; owned */
+    size_t plan_count;
 };
 
 static inline struct tile entry_tile(const struct timeline_entry *entry)
@@ -54,9 +64,13 @@ void timeline_free(struct timeline *timeline);
 void timeline_add(struct timeline *timeline, enum timeline_kind kind, uint32_t renderer,
                   const struct tile *tile, const struct result_header *header);
 
+/* Behind all that were added. */
+void timeline_add_plan(struct timeline *timeline, const struct timeline_plan *plan);
+
 /*
  * Chrome trace JSON, to be opened in Perfetto: a row for each of `count` renderers, a bar for each
- * entry with its place and cost, a bar "waiting" for each pause of 0.1 ms or more up to render_s.
+ * entry with its place and cost, for each pause of 0.1 ms or more up to render_s a bar "waiting", or "planning" where
+ * that is why.
  * stats are those of all renderers, in rank order. Errors are left in out.
  */
 void timeline_trace(const struct timeline *timeline, const struct renderer_stats *stats,

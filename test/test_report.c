@@ -609,14 +609,25 @@ static void test_table_no_forecast(void **state)
     report.forecast = (struct error_forecast){.rmse = 0.000098, .goal = 0.000049, .beyond = true};
     report.max_samples = 64;
     report.ended = ENDED_BY_TARGET;
+    report.target = 0.0001;
     char *text = table_text(&report, 80);
     assert_null(strstr(text, "not known"));
     assert_has(text, "\n0.000049 is beyond sampling.max_samples = 64\n"
-                     "sampling.target_error is met\n");
+                     "sampling.target_error = 0.0001 is met\n");
     free(text);
     report.forecast = (struct error_forecast){.known = false};
     text = table_text(&report, 80);
-    assert_has(text, "\nwhat less would take is not known\nsampling.target_error is met\n");
+    assert_has(text,
+               "\nwhat less would take is not known\nsampling.target_error = 0.0001 is met\n");
+    free(text);
+    report.ended = ENDED_BY_TIME;
+    text = table_text(&report, 80);
+    assert_has(text, "\nstopped by sampling.time_limit, "
+                     "sampling.target_error = 0.0001 is not met\n");
+    free(text);
+    report.target = 0;
+    text = table_text(&report, 80);
+    assert_has(text, "\nstopped by sampling.time_limit\n");
     free(text);
 }
 

@@ -9,6 +9,7 @@ static void add(struct timeline *timeline, enum timeline_kind kind, uint32_t ren
                 struct tile tile, double start_s, double cpu_s)
 {
     struct result_header header = {.start_s = start_s, .busy_s = 2 * cpu_s, .cpu_s = cpu_s};
+    if (kind == TIMELINE_TILE) header.counts.rays[RAY_PRIMARY] = 4 * tile_pixels(&tile);
     timeline_add(timeline, kind, renderer, &tile, &header);
 }
 
@@ -64,7 +65,8 @@ static void test_trace(void **state)
     assert_has(text,
                "{\"name\": \"tile 8,16\", \"ph\": \"X\", \"pid\": 0, \"tid\": 1, \"cat\": \"tile\","
                " \"ts\": 500000.000, \"dur\": 500000.000, \"args\": {\"x\": 8, \"y\": 16, "
-               "\"w\": 4, \"h\": 4, \"pixels\": 16, \"cpu_us\": 250000.000, "
+               "\"w\": 4, \"h\": 4, \"pixels\": 16, \"pass\": 0, \"samples\": 64, "
+               "\"cpu_us\": 250000.000, "
                "\"cpu_us_per_pixel\": 15625.000}},\n");
     assert_has(text, "\"pre-pass 0,0\", \"ph\": \"X\", \"pid\": 0, \"tid\": 2");
     assert_has(text, "\"wasted 4,4\"");
@@ -72,6 +74,35 @@ static void test_trace(void **state)
     assert_int_equal(count_of(text, "\"waiting\", \"ph\""), 1);
     assert_has(text, "\"tid\": 1, \"cat\": \"waiting\", \"ts\": 250000.000, \"dur\": 250000.000}");
     assert_has(text, "}\n  ]\n}\n");
+    free(text);
+    timeline_free(&timeline);
+}
+
+/* A pass is planned while rank 1 waits, and while rank 2 is at work until then; too short a pause is not shown. */
+static void test_trace_of_passes(void **state)
+{
+    (void)state;
+    struct timeline timeline = {0};
+    const struct renderer_stats stats[] = {{.rank = 1, .host = "a"}, {.rank = 2, .host = "b"}};
+    struct tile again = square(0, 0, 8);
+    again.pass = 1;
+    add(&timeline, TIMELINE_TILE, 0, square(0, 0, 4), 0, 0.125);
+    add(&timeline, TIMELINE_TILE, 1, square(4, 0, 4), 0, 0.25);
+    timeline_add_plan(&timeline, &(struct timeline_plan){0.5, 0.75, 1});
+    add(&timeline, TIMELINE_TILE, 0, again, 0.75, 0.125);
+    char *text = trace_of(&timeline, stats, 2, 1);
+    assert_has(text, "\"pixels\": 64, \"pass\": 1, \"samples\": 256, ");
+    assert_has(text, "\"tid\": 1, \"cat\": \"waiting\", \"ts\": 250000.000, \"dur\": 250000.000}");
+    for (int rank = 1; rank <= 2; rank++) {
+        char *plan = format_text("\"tid\": %d, \"cat\": \"planning\", \"ts\": 500000.000, "
+                                 "\"dur\": 250000.000, \"args\": {\"pass\": 1}}",
+                                 rank);
+        assert_has(text, plan);
+        free(plan);
+    }
+    assert_has(text, "\"tid\": 2, \"cat\": \"waiting\", \"ts\": 750000.000, \"dur\": 250000.000}");
+    assert_int_equal(count_of(text, "\"cat\": \"planning\""), 2);
+    assert_int_equal(count_of(text, "\"cat\": \"waiting\""), 2);
     free(text);
     timeline_free(&timeline);
 }
@@ -266,6 +297,7 @@ int main(void)
         cmocka_unit_test(test_trace_of_shares),
         cmocka_unit_test(test_heatmap_of_passes),
         cmocka_unit_test(test_trace),
+        cmocka_unit_test(test_trace_of_passes),
         cmocka_unit_test(test_trace_of_nothing),
         cmocka_unit_test(test_heatmap),
         cmocka_unit_test(test_heatmap_of_cyclic_shares),

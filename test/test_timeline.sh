@@ -25,6 +25,20 @@ for n in 0 3; do
     done
 done
 
+# What each pass has sampled, and that it was planned: who is still at work in vain sees less of that.
+passes() { # N
+    run 0 farm_n "$1" "$SCENE" image.width=200 image.height=150 sampling.target_error=0.002 output.image=a.png \
+        output.trace=t.json output.error=e.csv || return 1
+    sampled=$(awk -F'"samples": ' '/"cat": "tile"/ { sum += $2 + 0 } END { print sum / 30000 }' t.json)
+    told=$(tail -n 1 e.csv | awk -F, '{ print $2 + 0 }')
+    [ "$sampled" = "$told" ] || return 1
+    passes=$(sed -n 's/.*"passes": \([0-9]*\).*/\1/p' a.json)
+    last=$(awk -F'"pass": ' '/"cat": "tile"/ && $2 + 0 > most { most = $2 + 0 } END { print most + 0 }' t.json)
+    [ "$passes" -gt 1 ] && [ "$last" -eq $((passes - 1)) ] &&
+        grep -q '"cat": "planning".*{"pass": 1}' t.json
+}
+for n in 0 3; do check "trace of passes, -n $n" passes $n; done
+
 part() { # of the picture: the heat map is of the same pixels
     run 0 "$FARM" "$SCENE" image.width=60 image.height=45 image.region="3 4 10 20" output.image=p.pfm \
         output.heatmap=h.pfm && [ "$(sed -n 2p h.pfm)" = '10 20' ]
