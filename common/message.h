@@ -47,7 +47,7 @@ char *printable_text(const char *text) __attribute__((returns_nonnull));
 void message_clear_line(void (*clear)(void *state), void *state);
 
 /*
- * While text is not NULL, user errors and warnings are appended there (cut at size) instead of being
+ * While text is not NULL, errors, warnings and notes for the user are appended there (cut at size) instead of being
  * printed: for tests, and where another rank says the same.
  */
 void message_capture(char *text, size_t size);

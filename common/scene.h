@@ -86,7 +86,7 @@ struct disc {
 
 /* An axis-aligned solid. */
 struct box {
-    struct vec3 min, max; /* min <= max in every component */
+    struct vec3 min, max; /* min < max in every component */
     uint32_t material;
     uint32_t reserved;
 };
@@ -120,7 +120,7 @@ enum variant {
     VARIANT_FULL  /* nothing, to be compared with */
 };
 
-/* What is rendered, and how: all settings that change the picture, and one that does not. */
+/* What is rendered, and how: all settings that change the picture, and two that do not. */
 struct view {
     struct camera camera;
     struct vec3 background_bottom; /* colour seen straight down (against the camera's up) */

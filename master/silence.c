@@ -4,7 +4,7 @@
 #include "master/server.h"
 
 /* Seconds without a message after which a sign of life is asked for. A renderer looks for messages
- * between waves of rays, every few thousandths of a second of its own time. */
+ * between waves of rays, every few thousandths of a second of its own time, every tenth with very many lights. */
 #define ASK_AFTER 1.0
 
 /* A turn of the loop takes thousandths of a second; of one that took longer, because the process was

@@ -571,19 +571,24 @@ struct prepared {
     struct renderer *renderer;
 };
 
-static struct prepared prepare(uint32_t min_samples, uint32_t max_samples)
+/* Frees the builder. */
+static struct prepared prepare_scene(struct builder *builder, const struct view *view)
 {
     struct prepared prepared;
-    struct view view = small_view(SIZE);
-    view.min_samples = min_samples;
-    view.max_samples = max_samples;
-    struct builder *builder = cluster();
-    prepared.scene = builder_finish(builder, &view);
+    prepared.scene = builder_finish(builder, view);
     builder_destroy(builder);
     prepared.memory = aligned_alloc(64, (bvh_bytes_bound(prepared.scene) + 63) / 64 * 64);
     prepared.renderer =
         renderer_create(prepared.scene, bvh_build(prepared.scene, prepared.memory, 1));
     return prepared;
+}
+
+static struct prepared prepare(uint32_t min_samples, uint32_t max_samples)
+{
+    struct view view = small_view(SIZE);
+    view.min_samples = min_samples;
+    view.max_samples = max_samples;
+    return prepare_scene(cluster(), &view);
 }
 
 static void prepared_free(struct prepared *prepared)
@@ -695,6 +700,42 @@ static void test_passes_add_up(void **state)
     prepared_free(&passes);
 }
 
+static bool count_wave(void *waves)
+{
+    ++*(unsigned *)waves;
+    return false;
+}
+
+/* How often a renderer of 256 pixels looks up that has so many lights. */
+static unsigned waves_with(uint32_t lights)
+{
+    struct builder *builder = builder_create();
+    add_sphere(builder, 0, 0, 9, 1,
+               material(builder, 0, 0)); /* unseen; nothing to light, no lights */
+    for (uint32_t i = 0; i < lights; i++)
+        add_light(builder, i, 9, 0);
+    struct view view = small_view(16);
+    struct prepared prepared = prepare_scene(builder, &view);
+    unsigned waves = 0;
+    float rgb[256 * 3];
+    struct tile tile = {.w = 16, .h = 16, .step = 1};
+    struct render_counts counts;
+    renderer_on_wave(prepared.renderer, count_wave, &waves);
+    renderer_tile(prepared.renderer, &tile, rgb, &counts);
+    assert_int_equal(counts.rays[RAY_PRIMARY], 256);
+    prepared_free(&prepared);
+    return waves;
+}
+
+/* Each ray that meets something may have a shadow ray to each of them. */
+static void test_many_lights_make_short_waves(void **state)
+{
+    (void)state;
+    assert_int_equal(waves_with(0), 1);
+    assert_int_equal(waves_with(4000), 1);
+    assert_int_equal(waves_with((1u << 17) - 1), 29); /* of 9 samples */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -718,6 +759,7 @@ int main(void)
         cmocka_unit_test(test_spread_of_four_samples),
         cmocka_unit_test(test_error_of_three_samples),
         cmocka_unit_test(test_passes_add_up),
+        cmocka_unit_test(test_many_lights_make_short_waves),
         cmocka_unit_test(test_too_bright_for_floats),
         cmocka_unit_test(test_color_sum),
         cmocka_unit_test(test_light_on_a_surface),

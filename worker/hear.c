@@ -60,6 +60,15 @@ static size_t take_lot_header(struct lot *lot, const char *message, size_t bytes
     return length;
 }
 
+/* Of all tiles. */
+static uint64_t lot_pixels(const struct lot *lot)
+{
+    uint64_t pixels = 0;
+    for (uint32_t i = 0; i < lot->count; i++)
+        pixels += tile_pixels(&lot->tiles[i]);
+    return pixels;
+}
+
 /* A lot of so many bytes, from a message or from the tray: nothing of it is looked at twice before it is
  * used. */
 static void take_lot(struct worker *worker, const char *message, size_t bytes)
@@ -76,6 +85,7 @@ static void take_lot(struct worker *worker, const char *message, size_t bytes)
         done += length;
     }
     if (done < bytes) fatal("the master sent a tile that is not part of the picture");
+    if (lot_pixels(lot) > TILE_MAX_PIXELS) fatal("the master sent a lot of too many pixels");
     if (tells > 0 && tells != lot->count) fatal("the master sent a lot that makes no sense");
 }
 

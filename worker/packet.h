@@ -48,7 +48,7 @@ static inline bool packet_was(struct packet_trust *trust, bool worth_it)
 #define BUNDLE 4
 
 /* nearest_rough() of so many times LANES rays; eye: as nearest_from_eye() is told of them, or
- * NULL. false, and nothing done, when they are too different. */
+ * NULL. false, and no hit is told, when they are too different; what was tested until then counts in *exact. */
 bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                     const struct eye_rows *eye, unsigned packets, struct hit *hits,
                     uint64_t *exact);

@@ -21,7 +21,7 @@ struct points {
     struct rows3 origin, a, b, c; /* of the ray; what the surface is given by, kind by kind */
     lane_row t, u, v;             /* of the hit */
     lane_row radius;              /* of a sphere */
-    /* 1: a sphere is seen from inside alone, a ray starts on the side of a cone, or a cap is the apex's. */
+    /* 1: a sphere is seen from inside alone, a ray starts on the cone that it meets, or a cap is the apex's. */
     lane_row special;
     lane_row sure; /* 1 or 0 */
 };

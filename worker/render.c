@@ -257,14 +257,26 @@ static INLINED void start_path(struct renderer *renderer, uint32_t p, bool flat)
     renderer->owner[p] = p;
 }
 
+/* Shadow rays that the rays of a wave may bring, unless one alone does: a tenth of a second, so that who has so many
+ * lights hears of messages in time, too. */
+#define WAVE_SHADOW_RAYS (1u << 20)
+
+/* How many samples are traced together. */
+static INLINED uint32_t wave_of(const struct renderer *renderer)
+{
+    uint64_t left = renderer->progress.samples - renderer->progress.started;
+    uint64_t most = WAVE_SHADOW_RAYS / (renderer->scene->lights.count + UINT64_C(1)) + 1;
+    if (most > WAVE) most = WAVE;
+    return (uint32_t)(left < most ? left : most);
+}
+
 /* The first wave of the next samples, which are neighbours: their further rays keep together, too, as
  * long as no others join them. */
 static INLINED void start_paths(struct renderer *renderer, bool flat)
 {
     const struct view *view = &renderer->scene->view;
     struct progress *progress = &renderer->progress;
-    uint64_t left = progress->samples - progress->started;
-    uint32_t count = left < WAVE ? (uint32_t)left : WAVE;
+    uint32_t count = wave_of(renderer);
     renderer->dense = progress->next.end - progress->next.begin > 1;
     for (uint32_t p = 0; p < count; p++) {
         if (progress->next.sample == progress->next.begin) locate_pixel(renderer);

@@ -32,8 +32,8 @@ void renderer_destroy(struct renderer *renderer);
 const struct scene *renderer_scene(const struct renderer *renderer);
 
 /*
- * Asks a function between waves, whose rays take some tens of microseconds, whether to give up the
- * tile; NULL: never.
+ * Asks a function between waves, whose rays take some tens of microseconds, of a scene with a hundred thousand lights
+ * a tenth of a second, whether to give up the tile; NULL: never.
  */
 typedef bool renderer_interrupted(void *context);
 void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupted, void *context);
