@@ -26,11 +26,15 @@
 #include "bench/preload_open.h"
 #include "common/protocol.h"
 
+/* Once: who is told to go on does. */
 static void stop_at(const char *place)
 {
+    static bool has_stopped;
     const char *rank = getenv("FAULTS_STOP_RANK"), *at = getenv("FAULTS_STOP_AT");
     const char *own = getenv("PMI_RANK");
     if (!rank || !at || !own || strcmp(rank, own) != 0 || strcmp(at, place) != 0) return;
+    if (has_stopped) return;
+    has_stopped = true;
     const char *note = getenv("FAULTS_STOP_NOTE"); /* a file that tells who was stopped */
     FILE *file = note ? fopen(note, "w") : NULL;
     if (file) fprintf(file, "%d\n", (int)getpid());

@@ -152,8 +152,11 @@ linked() { # to a file that is not there yet, and by way of a second link
 check "no output over another behind a link" linked
 check "a setting without its section" wrong 0 "did you mean 'sampling.samples=4'" \
     everything.ini samples=4
-check "--check tries the outputs, too" wrong 0 'output.report' --check everything.ini \
-    output.report=missing/folder/a.json
+for key in report error trace heatmap ranks; do
+    case $key in report | trace) end=json ;; error) end=csv ;; *) end=png ;; esac
+    check "--check tries output.$key, too" wrong 0 "output.$key" --check everything.ini \
+        output.$key=missing/folder/a.$end
+done
 journal() { # what a run refuses --check does, too, with the same word
     ln -s missing.journal link.journal && mkdir folder.journal && ln -sf /dev/null null.journal || return 1
     wrong 0 '^/nonexistent/a.journal: the folder /nonexistent/ does not exist.*output.journal=FILE' \

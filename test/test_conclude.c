@@ -10,6 +10,7 @@
 #include "common/message.h"
 #include "master/run.h"
 #include "master/text_file.h"
+#include "test/text.h"
 
 enum { RENDERERS = 4, EDGE = 8 };
 
@@ -75,13 +76,6 @@ static char *report_of(struct run *run, struct service *service)
     struct text_file text;
     assert_true(text_file_read("a.json", 1 << 16, &text));
     return text.text;
-}
-
-static void assert_has(const char *text, const char *part)
-{
-    if (strstr(text, part)) return;
-    fprintf(stderr, "missing: %s\nin: %s\n", part, text); /* print_error() cuts */
-    fail();
 }
 
 /* The pre-pass is told of as one renderer's, service as of one answer that was measured, waiting as of one

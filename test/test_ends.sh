@@ -58,10 +58,8 @@ for n in 0 3; do
     check "no space for the trace, -n $n" no_trace
     check "no space for the table, -n $n" no_table
 
-    if [ "$n" -eq 0 ]; then STARTER=; else STARTER="$MPIEXEC -n $n"; fi
     head_run() {
-        { timeout 60 sh -c "$STARTER $FARM $SCENE output.image=h$n.png; echo \$? >status" |
-            head -n 1 >first; } 2>err
+        { { farm_n "$n" "$SCENE" output.image="h$n.png"; echo $? >status; } | head -n 1 >first; } 2>err
         cat err first
         [ -s first ] && [ -s "h$n.png" ] && [ -s status ] && [ "$(wc -l <err)" -le 1 ]
     }
@@ -71,7 +69,7 @@ for n in 0 3; do
         interrupted() {
             echo >old.json
             stopped $signal output.report=old.json && [ $status -eq 75 ] && [ -s everything.png ] &&
-                [ -s everything.journal ] && grep -q 'stopped by' e && grep -q "to go on: .*farm.* $SCENE" e &&
+                [ -s everything.journal ] && grep -q 'stopped by' e && grep -q "to go on: .*farm.*everything.ini" e &&
                 grep -q '^farm: old.json is of an earlier run' e || return 1
             rm old.json everything.png everything.journal
         }
@@ -95,6 +93,23 @@ unkept() {
         [ ! -e everything.journal ] && grep -q 'nothing is kept' e && ! grep -q 'earlier run' e && rm everything.png
 }
 for n in 0 1 2; do check "stopped without a journal, -n $n" unkept; done
+
+nowhere() { # ARGUMENT...: what is asked for instead of a picture
+    "$FARM" "$@" >/dev/full 2>e
+    status=$?
+    cat e
+    [ $status -eq 1 ] && grep -q 'cannot write to standard output: No space left' e
+}
+check "no space for --help" nowhere --help
+check "no space for --print-config" nowhere --print-config "$SCENE"
+
+rows_later() { # who reads them leaves
+    mkfifo rows.csv
+    head -c 10 rows.csv >/dev/null &
+    run 1 farm_n 0 "$SCENE" sampling.samples=16 output.image=later.png output.error=rows.csv && cat "$T/err" &&
+        grep -q '^farm: output.error could not be written' "$T/err" && [ -s later.png ] && rm rows.csv later.*
+}
+check "rows of error that nobody reads any more" rows_later
 
 no_rows() { # found out at once, although the picture would take minutes
     run 1 timeout 20 "$FARM" "$SCENE" $SLOW output.image=r.png output.error=/dev/full || return 1
@@ -123,29 +138,36 @@ check "a picture into a pipe comes whole" whole
 
 no_reader() { # of a pipe: what is rendered is kept
     mkfifo pipe.png
-    (SLOW= && stopped TERM output.image=pipe.png output.report=) || return 1
+    (SLOW= && stopped TERM output.image=pipe.png output.report= && [ $status -eq 75 ]) || return 1
     grep -q 'waiting for somebody who reads' e && grep -q 'without rendering it again: ' e &&
         [ -s pipe.journal ] && rm pipe.png pipe.journal
 }
 for n in 0 2; do check "a picture into a pipe that nobody reads from, -n $n" no_reader; done
 
-twice() { # the second signal ends it at once, whatever kind it is
-    "$MPIEXEC" -n "$n" "$FARM" "$SCENE" $SLOW output.image=w.png >o 2>e &
+# The second signal ends it at once, whatever kind it is: before the picture, which is large, is written.
+twice() { # STATUS FIRST SECOND
+    rm -f w.*
+    set -- "$@" "$FARM" "$SCENE" image.width=4000 image.height=4000 sampling.samples=64 output.image=w.png
+    want=$1 first=$2 second=$3; shift 3
+    [ "$n" -eq 0 ] || set -- "$MPIEXEC" -n "$n" "$@"
+    env --default-signal=INT "$@" >o 2>e &
     pid=$!
-    sleep 1.5; kill -USR1 $pid; sleep 0.15; kill -TERM $pid
+    sleep 2; kill -"$first" $pid; sleep 0.15; kill -"$second" $pid
     wait $pid
     status=$?
     cat e
     echo "status $status"
-    [ $status -eq 143 ] || [ $status -eq 75 ] # when it is quicker than the second one
+    [ $status -eq "$want" ] && [ ! -e w.png ] && [ -s w.journal ]
 }
-for n in 1 2; do check "two signals of different kinds, -n $n" twice; done
+for n in 0 1 2; do check "two signals of different kinds, -n $n" twice 143 USR1 TERM; done
+n=0
+check "a second Ctrl-C" twice 130 INT INT
 rm -f w.*
 
 other_launcher() { # srun, as far as a rank sees it: the command cannot tell all of it
     printf '#!/bin/sh\nexec env -u HYDI_CONTROL_FD "%s" "$@"\n' "$FARM" >launched && chmod +x launched
     (FARM=$T/launched && stopped TERM) &&
-        grep -q "; to go on, start it in the same way: [^ ]*farm[^ ]* $SCENE" e && rm everything.*
+        grep -q "; to go on, start it in the same way: .*farm.*everything.ini" e && rm everything.*
 }
 n=2
 check "stopped under another launcher" other_launcher

@@ -310,6 +310,8 @@ static void test_objects(void **state)
     assert_true(cones[0].apex_radius == 3 && cones[0].capped == 1 && cones[1].apex_radius == 0);
     material = &scene_materials(scene)[cones[0].material];
     assert_true(material->color.y == 0.8 && material->ambient == 0.1 && material->specular == 0.2);
+    assert_true(material->diffuse == 0.7 && material->reflection == 0);
+    assert_true(material->transmission == 0);
     free(scene);
 }
 

@@ -87,10 +87,16 @@ ini "reflection above 1" 2 '[material a]\nreflection = 1.1\n'
 ini "negative colour" 2 '[material a]\ncolor = 0 -1 0\n'
 ini "light at infinity" 2 '[light a]\nposition = 0 1e999 0\n'
 ini "light of no number" 3 '[light a]\nposition = 0 1 0\ncolor = nan 1 1\n'
-ini "overflow by an include's scale" '[0-9]*' '[include a]\nfile = big.nff\nscale = 1e300\n'
 ini "fov below all pixels" 4 '[camera]\neye = 0 0 5\nlook_at = 0 0 0\nfov = 1e-310\n'
 nff() { check "refused: NFF, $1" refused bad.nff "$2" "$3"; }
-printf 'f 1 1 1 1 0 0 0 1\ns 0 0 0 1e10\n' >big.nff
+scaled() { # what is wrong there is right in the file by itself
+    printf 'f 1 1 1 1 0 0 0 1\ns 0 0 0 1e10\n' >big.nff
+    printf '[include a]\nfile = big.nff\nscale = 1e300\n' >bad.ini
+    run 0 "$FARM" --check big.nff && run 2 "$FARM" --check bad.ini || return 1
+    echo "$err"
+    [ "$(lines "$err")" -eq 1 ] && echo "$err" | grep -q '^big.nff:2: the radius is out of range'
+}
+check "refused: overflow by an include's scale" scaled
 nff "sphere of radius 0" 2 'f 1 1 1 1 0 0 0 1\ns 0 0 0 0\n'
 nff "overflow" 2 'f 1 1 1 1 0 0 0 1\ns 0 0 1e999 1\n'
 nff "cone without length" '[0-9]*' 'f 1 1 1 1 0 0 0 1\nc\n1 1 1 2\n1 1 1 2\n'

@@ -13,6 +13,7 @@
 #include "master/json.h"
 #include "master/report.h"
 #include "master/text_file.h"
+#include "test/text.h"
 
 enum { RANKS = 100 };
 
@@ -91,13 +92,6 @@ static void test_balance(void **state)
     report.time.render = 0;
     balance = report_balance(&report);
     assert_true(balance.efficiency == 0 && balance.imbalance == 1 && balance.tail_s == 0);
-}
-
-static void assert_has(const char *text, const char *part)
-{
-    if (strstr(text, part)) return;
-    fprintf(stderr, "missing: %s\nin: %s\n", part, text); /* print_error() cuts */
-    fail();
 }
 
 static void test_json(void **state)

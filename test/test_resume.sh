@@ -21,10 +21,26 @@ records=$(resumed records)
 check "on three processes" goes_on 3
 check "with larger tiles" goes_on 0 farm.tile=48
 cyclic() { # of what there is some is of use
-    goes_on 2 farm.schedule=cyclic && sed -n 's/.*journal: \([0-9.]*\) % of the pixels, but \([0-9.]*\) %.*/\1 \2/p' "$T/err" |
+    goes_on 2 farm.schedule=cyclic && grep -q '"seconds_repeated": [0-9.]*[1-9]' a.json && sed -n 's/.*journal: \([0-9.]*\) % of the pixels, but \([0-9.]*\) %.*/\1 \2/p' "$T/err" |
         awk '{ again = $2 < $1 } END { exit !again }'
 }
 check "cyclic" cyclic
+
+# A disk with no room for the rest: nothing is rendered, and what an earlier run has left there stays.
+small_disk() (
+    SIZE="image.width=640 image.height=480 sampling.samples=64 farm.tile=16"
+    broken_off 9 100000 0 && [ "$(stat -c %s a.journal)" -lt 900000 ] && cp a.journal small/a.journal || return 1
+    run 2 farm_n 0 "$SCENE" $SIZE output.image=a.pfm output.journal=small/a.journal && cat "$T/err" &&
+        cmp a.journal small/a.journal && rm small/a.journal &&
+        run 2 farm_n 0 "$SCENE" $SIZE output.image=a.pfm output.journal=small/a.journal && [ ! -e small/a.journal ]
+)
+mkdir small
+if mount -t tmpfs -o size=1m none small 2>/dev/null; then
+    check "no room for the rest of a journal" small_disk
+    umount small
+else
+    ok "no room for the rest of a journal # SKIP no file system can be mounted"
+fi
 # Tiles that are rendered again are in the error once: it is that of the whole run where bands end with
 # tiles (three strips of 7 rows of tiles: 336), about that where tiles are used in part, and the picture is
 # known to be complete (true_rmse).

@@ -61,7 +61,16 @@ static void test_defaults(void **state)
     assert_int_equal(s.sampling.samples, 1);
     assert_int_equal(s.farm.schedule, SCHEDULE_DYNAMIC);
     assert_int_equal(s.farm.tile, 0);
+    assert_int_equal(s.farm.variant, VARIANT_AUTO);
+    assert_true(s.farm.patience == 60);
+    assert_int_equal(s.sampling.min_samples, 4);
+    assert_int_equal(s.sampling.max_samples, 4096);
+    assert_true(s.sampling.target_error == 0 && s.sampling.time_limit == 0);
+    assert_true(s.background.bottom.x == 0.04 && s.background.bottom.y == 0.04);
+    assert_true(s.background.bottom.z == 0.05 && s.background.top.x == 0.2);
+    assert_true(s.background.top.y == 0.26 && s.background.top.z == 0.36);
     assert_null(s.output.image);
+    assert_true(s.output.preview == 0);
     settings_free(&s);
 }
 

@@ -4,6 +4,7 @@
 
 #include "master/timeline.h"
 #include "master/timeline_output.h"
+#include "test/text.h"
 
 static void add(struct timeline *timeline, enum timeline_kind kind, uint32_t renderer,
                 struct tile tile, double start_s, double cpu_s)
@@ -28,13 +29,6 @@ static char *trace_of(const struct timeline *timeline, const struct renderer_sta
     timeline_trace(timeline, stats, count, render_s, file);
     assert_int_equal(fclose(file), 0);
     return text;
-}
-
-static void assert_has(const char *text, const char *part)
-{
-    if (strstr(text, part)) return;
-    print_error("missing: %s\nin: %s\n", part, text);
-    fail();
 }
 
 static unsigned count_of(const char *text, const char *part)

@@ -39,6 +39,32 @@ passes() { # N
 }
 for n in 0 3; do check "trace of passes, -n $n" passes $n; done
 
+# What the report says that took time adds up to what it took, and rays, pixels and samples to those of the picture.
+adds_up() {
+    run 0 farm_n 3 "$CONFIG/lantern.ini" image.width=320 image.height=240 sampling.samples=4 output.image=a.png ||
+        return 1
+    awk '
+        /"[a-z]*_s": / { split($0, part, /[:,]/); gsub(/[ "]/, "", part[1]); if (!(part[1] in of)) of[part[1]] = part[2] + 0 }
+        /"primary": / { primary = $2 + 0 }
+        /"file": "config|"file": "\// { scene = $0 ~ /lantern.ini"/ }
+        /"rank": / {
+            workers++
+            line = $0; gsub(/[{}" ]/, "", line); count = split(line, field, ",")
+            for (i = 1; i <= count; i++) { split(field[i], pair, ":"); is[pair[1]] = pair[2] + 0 }
+            pixels += is["pixels"]
+            away = is["busy_s"] + is["wait_s"] + is["send_s"] - of["render_s"]
+            if (away > 0.001 || away < -0.001 || is["finish_s"] > of["render_s"] || is["cpu_s"] <= 0) bad = 1
+        }
+        END {
+            sum = of["init_s"] + of["load_s"] + of["broadcast_s"] + of["build_s"] + of["render_s"] + of["write_s"]
+            print sum, of["total_s"], primary, pixels, workers, of["init_s"], of["build_s"], of["broadcast_s"], scene
+            if (sum > of["total_s"] || sum < 0.5 * of["total_s"] || of["init_s"] <= 0 || of["load_s"] <= 0) bad = 1
+            if (of["build_s"] <= of["broadcast_s"] || of["write_s"] <= 0 || of["service_s"] <= 0 || !scene) bad = 1
+            exit bad || primary < 320 * 240 * 4 || pixels < 320 * 240 || workers != 3
+        }' a.json
+}
+check "the report adds up" adds_up
+
 part() { # of the picture: the heat map is of the same pixels
     run 0 "$FARM" "$SCENE" image.width=60 image.height=45 image.region="3 4 10 20" output.image=p.pfm \
         output.heatmap=h.pfm && [ "$(sed -n 2p h.pfm)" = '10 20' ]
@@ -72,4 +98,12 @@ full() { # KEY
         echo "$err" | grep -q "$1=FILE"
 }
 check "no space for the trace" full output.trace
+for key in heatmap ranks; do
+    ln -s /dev/full $key.png
+    full_picture() {
+        run 1 "$FARM" "$SCENE" image.width=8 image.height=6 output.image=c.png output.$key=$key.png &&
+            echo "$err" | grep -q "$key.png: cannot write: No space left"
+    }
+    check "no space for output.$key" full_picture
+done
 finish

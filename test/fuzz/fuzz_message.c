@@ -76,7 +76,7 @@ static void check_pass(const uint8_t *data, size_t size)
     struct result_header *header = damaged(data, size, good, &bytes);
     if (result_message_valid(header, bytes, &tile, true) && header->pixels > 0) {
         float last;
-        size_t at = (6 * (size_t)header->pixels - 1) * sizeof last;
+        size_t at = (REFINED_FLOATS * (size_t)header->pixels - 1) * sizeof last;
         memcpy(&last, (const char *)(header + 1) + at, sizeof last);
         PROMISE(header->pixels <= tile_pixels(&tile));
     }
