@@ -31,7 +31,7 @@ struct material_library {
 struct mtl {
     struct material_library *library;
     struct scan scan;
-    bool told_curve, told_halo, told_texture; /* one warning for each is enough */
+    bool told_curve, told_halo, told_texture, told_case; /* one warning for each is enough */
 };
 
 struct material_library *material_library_create(void)
@@ -158,9 +158,17 @@ static bool is_texture(const char *word)
     return found;
 }
 
-/* What has no meaning here; textures are told of, as they are missed in the picture. */
+/* What has no meaning here. Keys in another case than theirs are told of, as they have none, and textures, as they are
+ * missed in the picture. */
 static void pass_over(struct mtl *mtl, const char *word)
 {
+    static const char *const keys[] = {"Kd", "Ks", "Ns", "Ni", "d", "Tr", "illum"};
+    for (size_t i = 0; i < sizeof keys / sizeof *keys && !mtl->told_case; i++) {
+        mtl->told_case = strcasecmp(word, keys[i]) == 0;
+        if (mtl->told_case)
+            user_warning(mtl->scan.path, mtl->scan.line, "'%s' is left out, did you mean '%s'?",
+                         word, keys[i]);
+    }
     if (mtl->told_texture || !is_texture(word)) return;
     user_warning(mtl->scan.path, mtl->scan.line,
                  "'%s' is left out: textures are not read, the color is used alone", word);

@@ -1,5 +1,6 @@
 #include "master/nearest_name.h"
 
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -40,10 +41,17 @@ static size_t distance(const char *a, const char *b)
     return last[length];
 }
 
+static bool is_listed(const struct nearest_name *search, const char *candidate)
+{
+    for (size_t i = 0; i < search->count && i < NAMES_LISTED; i++)
+        if (strcmp(search->tried[i], candidate) == 0) return true;
+    return false;
+}
+
 void nearest_name_try(struct nearest_name *search, const char *candidate)
 {
     size_t length = strlen(search->name);
-    if (!*candidate) return;
+    if (!*candidate || is_listed(search, candidate)) return;
     if (search->count < NAMES_LISTED) search->tried[search->count] = candidate;
     search->count++;
     if (length > LONGEST || strlen(candidate) > LONGEST) return;

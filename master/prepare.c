@@ -4,6 +4,7 @@
 #include "common/cores.h"
 #include "common/message.h"
 #include "common/number.h"
+#include "master/enclosed.h"
 #include "master/image_file.h"
 #include "master/journal.h"
 #include "master/output_file.h"
@@ -168,6 +169,7 @@ static int make_scene(struct run *run, const struct view *view, struct scene **b
         user_error(run->options.config, 0, "%s, expected a scene of ordinary size", why);
         return STATUS_INPUT;
     }
+    warn_of_enclosed_lights(*block, run->options.config);
     describe_scene(&run->report, *block);
     run->report.duplicates = added - run->report.primitives;
     return -1;

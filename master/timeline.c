@@ -30,6 +30,7 @@ void timeline_add(struct timeline *timeline, enum timeline_kind kind, uint32_t r
                                 .renderer = renderer,
                                 .kind = kind,
                                 .pass = tile->pass,
+                                .pixels = header->pixels == RESULT_DROPPED ? 0 : header->pixels,
                                 .samples = header->counts.rays[RAY_PRIMARY],
                                 .start_s = header->start_s,
                                 .busy_s = (float)header->busy_s,
@@ -120,27 +121,33 @@ static void put_entry(struct json *json, const struct timeline_entry *entry, uin
         json_count(json, "phase", tile.phase);
         json_count(json, "step", tile.step);
     }
-    json_count(json, "pixels", tile_pixels(&tile));
+    json_count(json, "pixels", entry->pixels);
     if (entry->kind != TIMELINE_PROBES) {
         json_count(json, "pass", entry->pass);
         json_count(json, "samples", entry->samples);
     }
     json_fixed(json, "cpu_us", 1e6 * (double)entry->cpu_s, 3);
-    json_fixed(json, "cpu_us_per_pixel", 1e6 * (double)entry->cpu_s / tile_pixels(&tile), 3);
+    if (entry->pixels > 0)
+        json_fixed(json, "cpu_us_per_pixel", 1e6 * (double)entry->cpu_s / entry->pixels, 3);
     json_close(json, '}');
     json_close(json, '}');
     free(name);
+}
+
+/* A bar that is of no tile; what is particular to it follows, then json_close(). */
+static void open_bar(struct json *json, const char *what, double from, double to, uint32_t rank)
+{
+    open_event(json, what, "X", rank);
+    json_string(json, "cat", what);
+    put_span(json, from, to - from);
 }
 
 /* plan: why; NULL: it waited for something else. */
 static void put_pause(struct json *json, double from, double to, uint32_t rank,
                       const struct timeline_plan *plan)
 {
-    const char *why = plan ? "planning" : "waiting";
     if (to - from < PAUSE_SHOWN) return;
-    open_event(json, why, "X", rank);
-    json_string(json, "cat", why);
-    put_span(json, from, to - from);
+    open_bar(json, plan ? "planning" : "waiting", from, to, rank);
     if (plan) {
         json_open(json, "args", '{');
         json_count(json, "pass", plan->pass);
@@ -164,19 +171,34 @@ static void put_gap(struct json *json, const struct timeline *timeline, double f
     put_pause(json, from, to, rank, NULL);
 }
 
+/* What a renderer was at when the time was over comes in no message, but it has been busy for longer than its bars are
+ * long, and it is known until when. Returns when it was free, if no such thing was since free_since then. */
+static double put_cut_off(struct json *json, const struct renderer_stats *stats, double bars_s,
+                          double free_since)
+{
+    double end = stats->finish_s, begin = fmax(free_since, end - (stats->busy_s - bars_s));
+    if (end - begin < PAUSE_SHOWN) return free_since;
+    put_pause(json, free_since, begin, stats->rank, NULL);
+    open_bar(json, "cut off", begin, end, stats->rank);
+    json_close(json, '}');
+    return end;
+}
+
 static void put_rows(struct json *json, const struct timeline *timeline,
                      const struct renderer_stats *stats, uint32_t count, double render_s)
 {
     const struct timeline_entry **rows = in_rows(timeline);
     size_t next = 0;
     for (uint32_t i = 0; i < count; i++) {
-        double free_since = 0;
+        double free_since = 0, bars_s = 0;
         put_row(json, &stats[i]);
         for (; next < timeline->count && rows[next]->renderer == i; next++) {
             put_gap(json, timeline, free_since, rows[next]->start_s, stats[i].rank);
             put_entry(json, rows[next], stats[i].rank);
             free_since = rows[next]->start_s + (double)rows[next]->busy_s;
+            bars_s += (double)rows[next]->busy_s;
         }
+        free_since = put_cut_off(json, &stats[i], bars_s, free_since);
         put_gap(json, timeline, free_since, render_s, stats[i].rank);
     }
     free(rows);

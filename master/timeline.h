@@ -27,6 +27,7 @@ struct timeline_entry {
     uint32_t renderer;    /* 0 .. renderers - 1 */
     enum timeline_kind kind;
     uint32_t pass;    /* as in struct tile */
+    uint32_t pixels;  /* that samples were traced of; 0 of what was given up */
     uint64_t samples; /* that were traced; 0 of probes, and of what was given up */
     double start_s;   /* seconds after the start of the render phase */
     float busy_s;     /* wall seconds it took, from start_s on */
@@ -70,7 +71,7 @@ void timeline_add_plan(struct timeline *timeline, const struct timeline_plan *pl
 /*
  * Chrome trace JSON, to be opened in Perfetto: a row for each of `count` renderers, a bar for each
  * entry with its place and cost, for each pause of 0.1 ms or more up to render_s a bar "waiting", or "planning" where
- * that is why.
+ * that is why, and "cut off" for what the end of a time limit has ended, of which stats alone tell.
  * stats are those of all renderers, in rank order. Errors are left in out.
  */
 void timeline_trace(const struct timeline *timeline, const struct renderer_stats *stats,

@@ -205,6 +205,18 @@ static void test_one_warning_of_textures(void **state)
     free(scene);
 }
 
+/* Keys have one case; what stands there is not used. */
+static void test_keys_in_another_case(void **state)
+{
+    struct scratch *s = *state;
+    scratch_write("case.mtl", "newmtl a\nkd 1 0 0\nKD 1 0 0\nka 1 1 1\n");
+    struct scene *scene = loaded(state, "mtllib case.mtl\n" SQUARE "usemtl a\nf 1 2 3\n", "");
+    assert_true(material_of(scene, 0)->color.y == 0.8);
+    assert_string_equal(s->said, "case.mtl:2: warning: 'kd' is left out, did you mean 'Kd'?\n");
+    free(scene);
+}
+
+/* The same name in two places is one to choose from. */
 static void test_unknown_name_of_a_material(void **state)
 {
     struct scratch *s = *state;
@@ -215,6 +227,10 @@ static void test_unknown_name_of_a_material(void **state)
     free(loaded(state, SQUARE "usemtl gld\nf 1 2 3\n", ""));
     assert_string_equal(s->said,
                         "mesh.obj:5: warning: no material is called 'gld', grey is used\n");
+    free(
+        loaded(state, "mtllib metals.mtl\n" SQUARE "usemtl silver\nf 1 2 3\n", "[material tin]\n"));
+    assert_string_equal(s->said, "mesh.obj:6: warning: no material is called 'silver', grey is "
+                                 "used, expected one of tin gold\n");
 }
 
 static void test_missing_library(void **state)
@@ -573,6 +589,7 @@ int main(void)
         cmocka_unit_test(test_library_between_uses),
         cmocka_unit_test(test_warnings_of_gain),
         cmocka_unit_test(test_one_warning_of_textures),
+        cmocka_unit_test(test_keys_in_another_case),
         cmocka_unit_test(test_unknown_name_of_a_material),
         cmocka_unit_test(test_missing_library),
         cmocka_unit_test(test_legal_forms_of_materials),

@@ -10,6 +10,7 @@ static void add(struct timeline *timeline, enum timeline_kind kind, uint32_t ren
                 struct tile tile, double start_s, double cpu_s)
 {
     struct result_header header = {.start_s = start_s, .busy_s = 2 * cpu_s, .cpu_s = cpu_s};
+    header.pixels = kind == TIMELINE_WASTED ? RESULT_DROPPED : tile_pixels(&tile);
     if (kind == TIMELINE_TILE) header.counts.rays[RAY_PRIMARY] = 4 * tile_pixels(&tile);
     timeline_add(timeline, kind, renderer, &tile, &header);
 }
@@ -63,7 +64,8 @@ static void test_trace(void **state)
                "\"cpu_us\": 250000.000, "
                "\"cpu_us_per_pixel\": 15625.000}},\n");
     assert_has(text, "\"pre-pass 0,0\", \"ph\": \"X\", \"pid\": 0, \"tid\": 2");
-    assert_has(text, "\"wasted 4,4\"");
+    assert_has(text,
+               "\"h\": 4, \"pixels\": 0, \"pass\": 0, \"samples\": 0, \"cpu_us\": 375000.000}}");
     /* Rank 1 from 0.25 to 0.5; nobody at the end: that is below a tenth of a millisecond. */
     assert_int_equal(count_of(text, "\"waiting\", \"ph\""), 1);
     assert_has(text, "\"tid\": 1, \"cat\": \"waiting\", \"ts\": 250000.000, \"dur\": 250000.000}");
@@ -97,6 +99,25 @@ static void test_trace_of_passes(void **state)
     assert_has(text, "\"tid\": 2, \"cat\": \"waiting\", \"ts\": 750000.000, \"dur\": 250000.000}");
     assert_int_equal(count_of(text, "\"cat\": \"planning\""), 2);
     assert_int_equal(count_of(text, "\"cat\": \"waiting\""), 2);
+    free(text);
+    timeline_free(&timeline);
+}
+
+/* Rank 0 has waited and was at a tile then until the end, rank 1 has only waited. */
+static void test_trace_of_a_time_limit(void **state)
+{
+    (void)state;
+    struct timeline timeline = {0};
+    const struct renderer_stats stats[] = {
+        {.rank = 0, .host = "a", .busy_s = 0.5, .finish_s = 1},
+        {.rank = 1, .host = "a", .busy_s = 0.25, .finish_s = 0.25}};
+    add(&timeline, TIMELINE_TILE, 0, square(0, 0, 4), 0, 0.125);
+    add(&timeline, TIMELINE_TILE, 1, square(4, 0, 4), 0, 0.125);
+    char *text = trace_of(&timeline, stats, 2, 1);
+    assert_has(text, "\"tid\": 0, \"cat\": \"waiting\", \"ts\": 250000.000, \"dur\": 500000.000}");
+    assert_has(text, "\"tid\": 0, \"cat\": \"cut off\", \"ts\": 750000.000, \"dur\": 250000.000}");
+    assert_has(text, "\"tid\": 1, \"cat\": \"waiting\", \"ts\": 250000.000, \"dur\": 750000.000}");
+    assert_int_equal(count_of(text, "cut off\", \"ph\""), 1);
     free(text);
     timeline_free(&timeline);
 }
@@ -292,6 +313,7 @@ int main(void)
         cmocka_unit_test(test_heatmap_of_passes),
         cmocka_unit_test(test_trace),
         cmocka_unit_test(test_trace_of_passes),
+        cmocka_unit_test(test_trace_of_a_time_limit),
         cmocka_unit_test(test_trace_of_nothing),
         cmocka_unit_test(test_heatmap),
         cmocka_unit_test(test_heatmap_of_cyclic_shares),
