@@ -84,9 +84,9 @@ struct disc {
     uint32_t reserved;
 };
 
-/* An axis-aligned solid. */
+/* An axis-aligned solid: min < max in every component. The kernel takes one without thickness, too. */
 struct box {
-    struct vec3 min, max; /* min < max in every component */
+    struct vec3 min, max;
     uint32_t material;
     uint32_t reserved;
 };

@@ -90,7 +90,9 @@ static void cross_box(ref r, const struct box *box, const struct ray *ray, bool 
     real d[] = {ray->direction.x, ray->direction.y, ray->direction.z};
     for (unsigned face = 0; face < 6; face++) {
         unsigned axis = face / 2;
-        if (sign(d[axis]) == 0 || (leaving && face == ray->from_part)) continue;
+        bool sheet = compare(min[axis], max[axis]) == 0;
+        bool own = leaving && (face == ray->from_part || (sheet && axis == ray->from_part / 2));
+        if (sign(d[axis]) == 0 || own || (sheet && face & 1)) continue;
         real t = divide(r, sub(r, face & 1 ? max[axis] : min[axis], o[axis]), d[axis]);
         bool inside = true;
         for (unsigned other = 0; other < 3; other++) {

@@ -100,6 +100,21 @@ static void test_leaving_is_not_an_epsilon(void **state)
     }
 }
 
+static void test_sheet(void **state)
+{
+    (void)state;
+    struct box sheet = {.min = {0, 1, 0}, .max = {4, 1, 4}};
+    struct ray ray = ray_along(vec3(1, 3, 1), vec3(0, -1, 0));
+    struct crossings found = box_crossings(&sheet, &ray, false, &exact);
+    assert_int_equal(count_ahead(&found), 1);
+    assert_same(found.t[0], 2);
+    assert_int_equal(found.part[0], 3);
+    ray = ray_along(vec3(1, 1, 1), vec3(0, -1, 0));
+    ray.from_part = 3;
+    found = box_crossings(&sheet, &ray, true, &exact);
+    assert_int_equal(count_ahead(&found), 0);
+}
+
 static void test_normals(void **state)
 {
     (void)state;
@@ -129,10 +144,15 @@ static void test_in_and_out_together(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_faces),         cmocka_unit_test(test_inside_behind_beside),
-        cmocka_unit_test(test_rays_in_faces), cmocka_unit_test(test_tiny_direction),
-        cmocka_unit_test(test_leaving),       cmocka_unit_test(test_leaving_is_not_an_epsilon),
-        cmocka_unit_test(test_normals),       cmocka_unit_test(test_in_and_out_together),
+        cmocka_unit_test(test_faces),
+        cmocka_unit_test(test_inside_behind_beside),
+        cmocka_unit_test(test_rays_in_faces),
+        cmocka_unit_test(test_tiny_direction),
+        cmocka_unit_test(test_leaving),
+        cmocka_unit_test(test_leaving_is_not_an_epsilon),
+        cmocka_unit_test(test_sheet),
+        cmocka_unit_test(test_normals),
+        cmocka_unit_test(test_in_and_out_together),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -48,6 +48,24 @@ static inline bool box_line(const struct box *box, const struct ray *ray, struct
     return true;
 }
 
+/* A box without thickness along some axis is a sheet, crossed once whatever the direction. */
+static inline bool box_is_sheet(const struct box *box)
+{
+    return box->min.x == box->max.x || box->min.y == box->max.y || box->min.z == box->max.z;
+}
+
+/* The face of a sheet that looks at the ray; `otherwise` for a ray along it. */
+static inline uint32_t box_sheet_face(const struct box *box, const struct ray *ray,
+                                      uint32_t otherwise)
+{
+    for (uint32_t low = 0; low < 6; low += 2) {
+        double speed = vec_component(&ray->direction, low / 2);
+        if (box_face(box, low) == box_face(box, low + 1) && speed != 0)
+            return speed < 0 ? low + 1 : low;
+    }
+    return otherwise;
+}
+
 /* Whether the line enters all three pairs of faces before it leaves any, without rounding. */
 bool box_is_met(const struct box *box, const struct ray *ray);
 
@@ -83,7 +101,7 @@ static inline struct crossings box_way_out(const struct box *box, const struct r
 {
     struct crossings line;
     uint32_t face = ray_from_part(ray);
-    if (!box_goes_inside(face, ray)) return NO_CROSSINGS;
+    if (!box_goes_inside(face, ray) || box_is_sheet(box)) return NO_CROSSINGS;
     if (!box_line(box, ray, &line)) {
         line = one_crossing(NOT_CROSSED);
         line.part[1] = face ^ 1;
@@ -106,6 +124,10 @@ static inline struct crossings box_crossings(const struct box *box, const struct
     if (!box_line(box, ray, &line)) return NO_CROSSINGS;
     if (!box_line_is_inside(box, ray, &line, exact)) return NO_CROSSINGS;
     if (line.t[1] < line.t[0]) line.t[1] = line.t[0]; /* in order but for their rounding */
+    if (box_is_sheet(box)) {
+        line.part[0] = box_sheet_face(box, ray, line.part[0]);
+        line.t[1] = NOT_CROSSED;
+    }
     return line;
 }
 
