@@ -229,6 +229,27 @@ SCENE_ACCESSOR(discs, disc, PRIMITIVE_DISC)
 SCENE_ACCESSOR(planes, plane, PRIMITIVE_PLANE)
 #undef SCENE_ACCESSOR
 
+/* A primitive that bounds a volume by itself. */
+static inline bool primitive_is_solid(const struct scene *scene, uint32_t primitive)
+{
+    uint32_t index = primitive_index(primitive);
+    switch (primitive_kind(primitive)) {
+    case PRIMITIVE_SPHERE:
+        return !scene_spheres(scene)[index].inside_only;
+    case PRIMITIVE_BOX:
+        return true;
+    case PRIMITIVE_CONE:
+        return scene_cones(scene)[index].capped;
+    case PRIMITIVE_TRIANGLE:
+    case PRIMITIVE_PATCH:
+    case PRIMITIVE_DISC:
+    case PRIMITIVE_PLANE:
+    case PRIMITIVE_KINDS:
+        break;
+    }
+    return false;
+}
+
 /* Bytes of one element of a kind's span. */
 size_t primitive_size(enum primitive_kind kind);
 

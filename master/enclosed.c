@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "common/message.h"
+#include "common/number.h"
 #include "common/vec.h"
 
 /* Pairs of a light and a solid; some nanoseconds each. */
@@ -12,7 +13,7 @@
 static bool is_in_sphere(const struct sphere *sphere, struct vec3 at)
 {
     struct vec3 way = vec_sub(at, sphere->center);
-    return !sphere->inside_only && vec_dot(way, way) < sphere->radius * sphere->radius;
+    return vec_dot(way, way) < sphere->radius * sphere->radius;
 }
 
 static bool is_in_box(const struct box *box, struct vec3 at)
@@ -27,30 +28,24 @@ static bool is_in_cone(const struct cone *cone, struct vec3 at)
     double height = vec_dot(way, axis) / vec_dot(axis, axis); /* 0 at the base, 1 at the apex */
     double radius = cone->base_radius + height * (cone->apex_radius - cone->base_radius);
     struct vec3 out = vec_add_scaled(way, axis, -height);
-    return cone->capped && height > 0 && height < 1 && vec_dot(out, out) < radius * radius;
+    return height > 0 && height < 1 && vec_dot(out, out) < radius * radius;
 }
 
-static bool is_in(const struct scene *scene, uint32_t id, struct vec3 at)
+static bool is_in(const struct scene *scene, uint32_t solid, struct vec3 at)
 {
-    uint32_t index = primitive_index(id);
-    switch (primitive_kind(id)) {
-    case PRIMITIVE_SPHERE:
-        return is_in_sphere(&scene_spheres(scene)[index], at);
-    case PRIMITIVE_BOX:
-        return is_in_box(&scene_boxes(scene)[index], at);
-    case PRIMITIVE_CONE:
-        return is_in_cone(&scene_cones(scene)[index], at);
-    default:
-        return false;
-    }
+    uint32_t index = primitive_index(solid);
+    enum primitive_kind kind = primitive_kind(solid);
+    return kind == PRIMITIVE_SPHERE ? is_in_sphere(&scene_spheres(scene)[index], at)
+           : kind == PRIMITIVE_BOX  ? is_in_box(&scene_boxes(scene)[index], at)
+                                    : is_in_cone(&scene_cones(scene)[index], at);
 }
 
-/* Whether the solid holds the light back from all that the eye sees. */
+/* Whether the primitive is a solid that holds the light back from all that the eye sees. */
 static bool encloses(const struct scene *scene, uint32_t id, const struct light *light)
 {
     const struct material *material = &scene_materials(scene)[primitive_material(scene, id)];
-    return !(material->transmission > 0) && is_in(scene, id, light->position) &&
-           !is_in(scene, id, scene->view.camera.eye);
+    return primitive_is_solid(scene, id) && !(material->transmission > 0) &&
+           is_in(scene, id, light->position) && !is_in(scene, id, scene->view.camera.eye);
 }
 
 static const enum primitive_kind solids[] = {PRIMITIVE_SPHERE, PRIMITIVE_BOX, PRIMITIVE_CONE};
@@ -81,7 +76,9 @@ void warn_of_enclosed_lights(const struct scene *scene, const char *config)
     char *which = enclosed == 1
                       ? copy_text("a light is inside of an opaque solid,")
                       : format_text("%u lights are inside of opaque solids, one", enclosed);
-    user_warning(config, 0, "%s at %g %g %g, expected nothing between it and what it lights", which,
-                 first->position.x, first->position.y, first->position.z);
+    char x[NUMBER_TEXT_SIZE], y[NUMBER_TEXT_SIZE], z[NUMBER_TEXT_SIZE];
+    user_warning(config, 0, "%s at %s %s %s, expected nothing between it and what it lights", which,
+                 number_format(first->position.x, x), number_format(first->position.y, y),
+                 number_format(first->position.z, z));
     free(which);
 }

@@ -158,8 +158,8 @@ static bool is_texture(const char *word)
     return found;
 }
 
-/* What has no meaning here. Keys in another case than theirs are told of, as they have none, and textures, as they are
- * missed in the picture. */
+/* What has no meaning here. Told of are keys of a material in another case than theirs, which were meant to have one,
+ * and textures, as they are missed in the picture. */
 static void pass_over(struct mtl *mtl, const char *word)
 {
     static const char *const keys[] = {"Kd", "Ks", "Ns", "Ni", "d", "Tr", "illum"};

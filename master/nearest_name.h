@@ -12,8 +12,8 @@ struct nearest_name {
     const char *name; /* looked for */
     const char *best; /* NULL: none is near enough */
     size_t errors;
-    const char *tried[NAMES_LISTED]; /* the first candidates */
-    size_t count;                    /* of all candidates */
+    const char *tried[NAMES_LISTED]; /* the first different candidates */
+    size_t count;                    /* of candidates, those in tried once */
 };
 
 /* The candidate has to live until the hint is made; an empty one is none. */

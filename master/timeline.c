@@ -171,15 +171,15 @@ static void put_gap(struct json *json, const struct timeline *timeline, double f
     put_pause(json, from, to, rank, NULL);
 }
 
-/* What a renderer was at when the time was over comes in no message, but it has been busy for longer than its bars are
- * long, and it is known until when. Returns when it was free, if no such thing was since free_since then. */
-static double put_cut_off(struct json *json, const struct renderer_stats *stats, double bars_s,
-                          double free_since)
+/* What a renderer was at when it was told to stop comes in no message, but it has been busy for longer than its bars
+ * are long, and it is known until when. Returns when it was free, if no such thing was since free_since then. */
+static double put_given_up(struct json *json, const struct timeline *timeline,
+                           const struct renderer_stats *stats, double bars_s, double free_since)
 {
     double end = stats->finish_s, begin = fmax(free_since, end - (stats->busy_s - bars_s));
     if (end - begin < PAUSE_SHOWN) return free_since;
-    put_pause(json, free_since, begin, stats->rank, NULL);
-    open_bar(json, "cut off", begin, end, stats->rank);
+    put_gap(json, timeline, free_since, begin, stats->rank);
+    open_bar(json, "given up", begin, end, stats->rank);
     json_close(json, '}');
     return end;
 }
@@ -198,7 +198,7 @@ static void put_rows(struct json *json, const struct timeline *timeline,
             free_since = rows[next]->start_s + (double)rows[next]->busy_s;
             bars_s += (double)rows[next]->busy_s;
         }
-        free_since = put_cut_off(json, &stats[i], bars_s, free_since);
+        free_since = put_given_up(json, timeline, &stats[i], bars_s, free_since);
         put_gap(json, timeline, free_since, render_s, stats[i].rank);
     }
     free(rows);

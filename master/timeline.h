@@ -71,7 +71,7 @@ void timeline_add_plan(struct timeline *timeline, const struct timeline_plan *pl
 /*
  * Chrome trace JSON, to be opened in Perfetto: a row for each of `count` renderers, a bar for each
  * entry with its place and cost, for each pause of 0.1 ms or more up to render_s a bar "waiting", or "planning" where
- * that is why, and "cut off" for what the end of a time limit has ended, of which stats alone tell.
+ * that is why, and "given up" for what was not done when the end came, of which stats alone tell.
  * stats are those of all renderers, in rank order. Errors are left in out.
  */
 void timeline_trace(const struct timeline *timeline, const struct renderer_stats *stats,

@@ -69,7 +69,7 @@ for n in 0 3; do
         interrupted() {
             echo >old.json
             stopped $signal output.report=old.json && [ $status -eq 75 ] && [ -s everything.png ] &&
-                [ -s everything.journal ] && grep -q 'stopped by' e && grep -q "to go on: .*farm.*everything.ini" e &&
+                [ -s everything.journal ] && grep -q 'stopped by' e && grep -q "to go on: .*farm.* '\{0,1\}$SCENE" e &&
                 grep -q '^farm: old.json is of an earlier run' e || return 1
             rm old.json everything.png everything.journal
         }
@@ -152,12 +152,14 @@ twice() { # STATUS FIRST SECOND
     [ "$n" -eq 0 ] || set -- "$MPIEXEC" -n "$n" "$@"
     env --default-signal=INT "$@" >o 2>e &
     pid=$!
-    sleep 2; kill -"$first" $pid; sleep 0.15; kill -"$second" $pid
+    i=0 # a journal's head alone has 24 bytes
+    while [ "$(stat -c %s w.journal 2>/dev/null || echo 0)" -le 24 ] && [ $i -lt 600 ]; do sleep 0.05; i=$((i + 1)); done
+    kill -"$first" $pid; sleep 0.3; kill -"$second" $pid
     wait $pid
     status=$?
     cat e
     echo "status $status"
-    [ $status -eq "$want" ] && [ ! -e w.png ] && [ -s w.journal ]
+    [ $status -eq "$want" ] && [ ! -e w.png ] && [ "$(stat -c %s w.journal)" -gt 24 ]
 }
 for n in 0 1 2; do check "two signals of different kinds, -n $n" twice 143 USR1 TERM; done
 n=0
@@ -167,7 +169,7 @@ rm -f w.*
 other_launcher() { # srun, as far as a rank sees it: the command cannot tell all of it
     printf '#!/bin/sh\nexec env -u HYDI_CONTROL_FD "%s" "$@"\n' "$FARM" >launched && chmod +x launched
     (FARM=$T/launched && stopped TERM) &&
-        grep -q "; to go on, start it in the same way: .*farm.*everything.ini" e && rm everything.*
+        grep -q "; to go on, start it in the same way: [^ ]*farm[^ ]* '\{0,1\}$SCENE" e && rm everything.*
 }
 n=2
 check "stopped under another launcher" other_launcher

@@ -103,8 +103,8 @@ static void test_trace_of_passes(void **state)
     timeline_free(&timeline);
 }
 
-/* Rank 0 has waited and was at a tile then until the end, rank 1 has only waited. */
-static void test_trace_of_a_time_limit(void **state)
+/* Rank 0 has waited, also for a plan, and was at a tile then until the end; rank 1 has only waited. */
+static void test_trace_of_what_was_given_up(void **state)
 {
     (void)state;
     struct timeline timeline = {0};
@@ -113,11 +113,14 @@ static void test_trace_of_a_time_limit(void **state)
         {.rank = 1, .host = "a", .busy_s = 0.25, .finish_s = 0.25}};
     add(&timeline, TIMELINE_TILE, 0, square(0, 0, 4), 0, 0.125);
     add(&timeline, TIMELINE_TILE, 1, square(4, 0, 4), 0, 0.125);
+    timeline_add_plan(&timeline, &(struct timeline_plan){0.5, 0.625, 1});
     char *text = trace_of(&timeline, stats, 2, 1);
-    assert_has(text, "\"tid\": 0, \"cat\": \"waiting\", \"ts\": 250000.000, \"dur\": 500000.000}");
-    assert_has(text, "\"tid\": 0, \"cat\": \"cut off\", \"ts\": 750000.000, \"dur\": 250000.000}");
-    assert_has(text, "\"tid\": 1, \"cat\": \"waiting\", \"ts\": 250000.000, \"dur\": 750000.000}");
-    assert_int_equal(count_of(text, "cut off\", \"ph\""), 1);
+    assert_has(text, "\"tid\": 0, \"cat\": \"waiting\", \"ts\": 250000.000, \"dur\": 250000.000}");
+    assert_has(text, "\"tid\": 0, \"cat\": \"planning\", \"ts\": 500000.000, \"dur\": 125000.000,");
+    assert_has(text, "\"tid\": 0, \"cat\": \"waiting\", \"ts\": 625000.000, \"dur\": 125000.000}");
+    assert_has(text, "\"tid\": 0, \"cat\": \"given up\", \"ts\": 750000.000, \"dur\": 250000.000}");
+    assert_has(text, "\"tid\": 1, \"cat\": \"waiting\", \"ts\": 625000.000, \"dur\": 375000.000}");
+    assert_int_equal(count_of(text, "given up\", \"ph\""), 1);
     free(text);
     timeline_free(&timeline);
 }
@@ -313,7 +316,7 @@ int main(void)
         cmocka_unit_test(test_heatmap_of_passes),
         cmocka_unit_test(test_trace),
         cmocka_unit_test(test_trace_of_passes),
-        cmocka_unit_test(test_trace_of_a_time_limit),
+        cmocka_unit_test(test_trace_of_what_was_given_up),
         cmocka_unit_test(test_trace_of_nothing),
         cmocka_unit_test(test_heatmap),
         cmocka_unit_test(test_heatmap_of_cyclic_shares),

@@ -39,7 +39,8 @@ passes() { # N
 }
 for n in 0 3; do check "trace of passes, -n $n" passes $n; done
 
-# What the report says that took time adds up to what it took, and rays, pixels and samples to those of the picture.
+# What the report says that took time adds up to what it took. Rays and pixels are those of the picture, or more where
+# something was rendered twice.
 adds_up() {
     run 0 farm_n 3 "$CONFIG/lantern.ini" image.width=320 image.height=240 sampling.samples=4 output.image=a.png ||
         return 1

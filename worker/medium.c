@@ -103,27 +103,6 @@ static uint32_t push(struct media *media, uint32_t below, struct node top)
 
 /* ---- crossings ---- */
 
-/* A primitive that bounds a volume by itself. */
-static bool is_solid(const struct scene *scene, uint32_t primitive)
-{
-    uint32_t index = primitive_index(primitive);
-    switch (primitive_kind(primitive)) {
-    case PRIMITIVE_SPHERE:
-        return !scene_spheres(scene)[index].inside_only;
-    case PRIMITIVE_BOX:
-        return true;
-    case PRIMITIVE_CONE:
-        return scene_cones(scene)[index].capped;
-    case PRIMITIVE_TRIANGLE:
-    case PRIMITIVE_PATCH:
-    case PRIMITIVE_DISC:
-    case PRIMITIVE_PLANE:
-    case PRIMITIVE_KINDS:
-        break;
-    }
-    return false;
-}
-
 /* The highest place of this medium, or MEDIUM_OUTSIDE. */
 static uint32_t find(const struct media *media, uint32_t stack, const struct node *medium)
 {
@@ -152,7 +131,8 @@ static uint32_t take_out(struct media *media, uint32_t stack, uint32_t place)
 static struct node medium_of(const struct scene *scene, uint32_t primitive)
 {
     const struct material *material = &scene_materials(scene)[primitive_material(scene, primitive)];
-    return (struct node){.object = is_solid(scene, primitive) ? primitive : PRIMITIVE_NONE,
+    return (struct node){.object =
+                             primitive_is_solid(scene, primitive) ? primitive : PRIMITIVE_NONE,
                          .ior = material->ior};
 }
 
