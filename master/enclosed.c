@@ -7,7 +7,7 @@
 #include "common/number.h"
 #include "common/vec.h"
 
-/* Pairs of a light and a solid; some nanoseconds each. */
+/* Pairs of a light and a solid: a tenth of a second, at 5 to 10 ns each. */
 #define PAIRS_MOST UINT64_C(10000000)
 
 static bool is_in_sphere(const struct sphere *sphere, struct vec3 at)

@@ -494,8 +494,8 @@ static struct ratios check_scattered(scene_function *f, double target, double fa
 
 /* Of what is smaller than a pixel and stands apart most is not met at first, and tells nothing. The estimate has it,
  * and the target, whatever it is, is met, and all intervals hold: it is right within a third, and in the mean over
- * pictures within a tenth; where a handful are met at first within a third in the mean, as runs end when these happen to
- * tell little. */
+ * pictures within a tenth; where a handful are met at first within a third in the mean, as runs end when these happen
+ * to tell little. */
 static void test_hidden_errors_count(void **state)
 {
     (void)state;

@@ -591,13 +591,16 @@ static void test_table_of_many(void **state)
     free(text);
 }
 
+/* Of the last row of a run. */
+static const struct error_row last_row = {2.4, 16, {0.000098, 0.000087, 0.00011}, (double)NAN, 1};
+
 /* Where less is beyond what is allowed, or nothing tells what it would take. */
 static void test_table_no_forecast(void **state)
 {
     (void)state;
     struct renderer_stats renderers[2];
     struct report report = sample_report(renderers, 2);
-    struct error_row row = {2.4, 16, {0.000098, 0.000087, 0.00011}, (double)NAN, 1};
+    struct error_row row = last_row;
     struct error_log log = {&row, 1};
     report.errors = &log;
     report.forecast = (struct error_forecast){.rmse = 0.000098, .goal = 0.000049, .beyond = true};
@@ -631,7 +634,7 @@ static void test_table_error(void **state)
     (void)state;
     struct renderer_stats renderers[2];
     struct report report = sample_report(renderers, 2);
-    struct error_row row = {2.4, 16, {0.000098, 0.000087, 0.00011}, (double)NAN, 1};
+    struct error_row row = last_row;
     struct error_log log = {&row, 1};
     report.errors = &log;
     report.forecast = (struct error_forecast){true, false, 0.000098, 2, 0.00002, 0.5, 0, 64};

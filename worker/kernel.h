@@ -10,8 +10,8 @@
 #include "worker/nearest.h"
 #include "worker/render.h"
 
-/* What is called from outside of the kernel's files, all but the last one by tests and benches alone; worker/kernel.c has
- * a function of the same name for each, which calls that of the level that the scene asks for. */
+/* What is called from outside of the kernel's files, all but the last one by tests and benches alone;
+ * worker/kernel.c has a function of the same name for each, which calls that of the level that the scene asks for. */
 struct kernel {
     __typeof__(nearest) *nearest;
     __typeof__(nearest_rough) *nearest_rough;

@@ -257,8 +257,8 @@ static INLINED void start_path(struct renderer *renderer, uint32_t p, bool flat)
     renderer->owner[p] = p;
 }
 
-/* Shadow rays that the rays of a wave may bring, unless one alone does: a tenth of a second, so that who has so many
- * lights hears of messages in time, too. */
+/* Shadow rays that the rays of a wave may bring, unless one alone does: a tenth of a second at ten million a second, so
+ * that who has so many lights hears of messages in time, too. Up to 4,000 lights waves are as long as without. */
 #define WAVE_SHADOW_RAYS (1u << 20)
 
 /* How many samples are traced together. */
