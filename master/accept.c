@@ -48,7 +48,6 @@ static void put_tile(struct server *server, uint32_t renderer, const struct tile
         save_tile(service->save, tile, header);
     }
     render_counts_add(&service->counts, &header->counts);
-    server->rays += render_counts_rays(&header->counts);
     watch_add(service->watch, header->pixels, header);
     if (!service->timed_out) server->finished = clock_wall();
     /* What nothing comes of lies behind the render phase, which ends with the last tile. */

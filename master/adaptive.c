@@ -92,6 +92,13 @@ static double left_of(const struct adaptive *adaptive, uint32_t from, uint32_t t
     return adaptive->levels.power[from] / adaptive->levels.power[to];
 }
 
+size_t adaptive_pixel_bytes(void)
+{
+    const struct adaptive *a = NULL;
+    return 3 * sizeof *a->difference + sizeof *a->spread + sizeof *a->rays + sizeof *a->level +
+           sizeof *a->next + sizeof *a->error + sizeof *a->warned + hidden_pixel_bytes();
+}
+
 struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas, double target)
 {
     struct adaptive *adaptive = allocate_zeroed(1, sizeof *adaptive);

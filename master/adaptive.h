@@ -68,6 +68,9 @@
 
 struct adaptive;
 
+/* Memory that is kept for each pixel beside the canvas. */
+size_t adaptive_pixel_bytes(void);
+
 /*
  * For the picture of a view whose min_samples is less than max_samples, both even. The canvas, of
  * the view's region, takes the means and must outlive it. target: RMSE, above 0; 0: there is none.

@@ -24,6 +24,12 @@ struct hidden {
     double share[LEVEL_MAX + 1];
 };
 
+size_t hidden_pixel_bytes(void)
+{
+    const struct hidden *h = NULL;
+    return sizeof *h->expected + sizeof *h->met + sizeof *h->found;
+}
+
 struct hidden *hidden_create(size_t pixels)
 {
     struct hidden *hidden = allocate_zeroed(1, sizeof *hidden);

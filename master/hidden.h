@@ -21,6 +21,9 @@
 
 struct hidden;
 
+/* Memory that is kept for each pixel. */
+size_t hidden_pixel_bytes(void);
+
 /* Of a picture of so many pixels that no plan has looked at; freed by hidden_destroy(), NULL: nothing is. */
 struct hidden *hidden_create(size_t pixels);
 void hidden_destroy(struct hidden *hidden);

@@ -1,6 +1,5 @@
 #include "master/image_file.h"
 
-#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,29 +24,6 @@ static enum format image_format(const char *path)
 bool image_extension_known(const char *path)
 {
     return image_format(path) != FORMAT_NONE;
-}
-
-/*
- * The encoders count in int. PNG: its buffers double, the last size below 2^31 is 1.5 * 2^30, and a
- * byte of a row becomes at most 9 bits: rows of 2^30 bytes are well inside.
- */
-bool image_size_writable(const char *path, uint32_t width, uint32_t height)
-{
-    enum format format = image_format(path);
-    uint64_t row = 3 * (uint64_t)width, limit;
-    if (format == FORMAT_PNG) {
-        row++; /* each row begins with the kind of its filter */
-        limit = UINT64_C(1) << 30;
-    } else if (format == FORMAT_HDR) {
-        limit = INT_MAX;
-    } else {
-        return true;
-    }
-    if (height == 0 || row <= limit / height) return true;
-    user_error(path, 0,
-               "%u x %u pixels are too many for a %s file, expected a name that ends in .pfm",
-               width, height, format == FORMAT_PNG ? ".png" : ".hdr");
-    return false;
 }
 
 static void output_sink(void *context, void *data, int bytes)
@@ -204,7 +180,6 @@ bool image_write_for(const char *key, const char *path, const struct canvas *can
                    "unknown kind of picture, expected a name that ends in .png, .hdr or .pfm");
         return false;
     }
-    if (!image_size_writable(path, canvas->width, canvas->height)) return false;
     int error = image_try(path, canvas);
     return error ? output_refused(path, key, error) : true;
 }

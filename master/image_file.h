@@ -17,12 +17,6 @@
 bool image_extension_known(const char *path);
 
 /*
- * Whether path's format holds a picture of this size (.png: 2^30 bytes of rows; .hdr: 2^31 - 1
- * values), tried before rendering. On failure says why and returns false.
- */
-bool image_size_writable(const char *path, uint32_t width, uint32_t height);
-
-/*
  * What a picture loses in a file of path's format. Of components that the format has room for (.png: 0
  * to 1) the rounding: root of the mean square, and the largest. The others are clipped: in so many pixels,
  * and the root of the mean, over all components of the picture, of the squares of what is cut off; what is

@@ -8,6 +8,7 @@
 #include "common/memory.h"
 #include "common/message.h"
 #include "common/tile.h"
+#include "master/adaptive.h"
 #include "master/image_file.h"
 #include "master/loader.h"
 #include "master/path.h"
@@ -22,15 +23,21 @@ static bool refuse_setting(const struct loader *loader, const char *config, cons
     return false;
 }
 
-/* Of a picture in memory: three floats. */
-#define PIXEL_BYTES (3 * sizeof(float))
+/* What rank 0 keeps of each pixel from start to end: the canvas, those of a preview and a reference, what adaptive
+ * sampling knows of it. */
+static uint64_t pixel_bytes(const struct settings *s)
+{
+    bool preview = s->output.preview > 0, reference = *s->sampling.reference != '\0';
+    uint64_t canvases = 1u + preview + reference, canvas_bytes = 3 * sizeof(float);
+    return canvases * canvas_bytes + (settings_adaptive(s) ? adaptive_pixel_bytes() : 0);
+}
 
 static bool size_good(const struct loader *loader, const char *config)
 {
     const struct settings *s = loader->settings;
     const uint32_t *region = s->image.region;
     uint64_t pixels = (uint64_t)s->image.width * s->image.height;
-    uint64_t bytes = (region[2] ? (uint64_t)region[2] * region[3] : pixels) * PIXEL_BYTES;
+    uint64_t bytes = (region[2] ? (uint64_t)region[2] * region[3] : pixels) * pixel_bytes(s);
     char *text = NULL;
     if (pixels > PICTURE_MAX_PIXELS)
         text = format_text("the picture has %llu pixels, expected width x height <= 2^28",

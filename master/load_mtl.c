@@ -162,9 +162,9 @@ static bool is_texture(const char *word)
  * and textures, as they are missed in the picture. */
 static void pass_over(struct mtl *mtl, const char *word)
 {
-    static const char *const keys[] = {"Kd", "Ks", "Ns", "Ni", "d", "Tr", "illum"};
+    static const char *const keys[] = {"newmtl", "Kd", "Ks", "Ns", "Ni", "d", "Tr", "illum"};
     for (size_t i = 0; i < sizeof keys / sizeof *keys && !mtl->told_case; i++) {
-        mtl->told_case = strcasecmp(word, keys[i]) == 0;
+        mtl->told_case = strcasecmp(word, keys[i]) == 0 && strcmp(word, keys[i]) != 0;
         if (mtl->told_case)
             user_warning(mtl->scan.path, mtl->scan.line, "'%s' is left out, did you mean '%s'?",
                          word, keys[i]);
@@ -233,8 +233,9 @@ static bool read_lines(struct mtl *mtl)
         scan_word(&mtl->scan, word, sizeof word);
         if (strcmp(word, "newmtl") == 0) {
             if (!add_material(mtl)) return false;
-        } else if (library->count > first &&
-                   !read_value(mtl, &library->items[library->count - 1], word)) {
+        } else if (library->count == first) {
+            pass_over(mtl, word);
+        } else if (!read_value(mtl, &library->items[library->count - 1], word)) {
             return refuse_value(mtl, word);
         }
         mtl->scan.at += strcspn(mtl->scan.at, "\n");

@@ -128,7 +128,9 @@ static int conclude(struct run *run, const struct service *service, const struct
 {
     /* As if one run had rendered all. */
     double render_s = service->render_s + run->report.resumed.render_s;
-    bool watched = watch_end(&run->watch, clock_wall(), render_s, &run->report.forecast);
+    /* Since then it may have been waited for who answers no more. */
+    double ended = service->began + service->render_s;
+    bool watched = watch_end(&run->watch, ended, render_s, &run->report.forecast);
     run->report.errors = &run->watch.log;
     run->report.bvh_bytes = shared->bvh->bytes;
     run->report.time.broadcast = shared->broadcast_s;

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "common/message.h"
+#include "common/scene.h"
 
 /* Out of memory inside the encoder then ends the job with a message instead of a crash. */
 #define STBIW_MALLOC(bytes)       allocate((size_t)(bytes), 1)
@@ -27,6 +28,10 @@
 #pragma GCC diagnostic ignored "-Wmissing-field-initializers"
 #include <stb/stb_image_write.h>
 #pragma GCC diagnostic pop
+
+/* The encoder counts in int. Its buffers double, so that the last size below 2^31 is 1.5 * 2^30; a row begins with the
+ * kind of its filter, and a byte becomes 9 bits at most. */
+_Static_assert(3 * PICTURE_MAX_PIXELS + PICTURE_MAX_EDGE <= UINT64_C(1) << 30, "a PNG's bytes");
 
 static unsigned char png_value(float value)
 {

@@ -14,7 +14,6 @@ typedef void byte_sink(void *context, void *data, int bytes);
 float png_read_back(float value);
 void hdr_read_back(const float *rgb, float *back);
 
-/* The largest sizes are image_size_writable()'s. */
 void png_encode(const struct canvas *canvas, byte_sink *sink, void *context);
 void hdr_encode(const struct canvas *canvas, byte_sink *sink, void *context);
 

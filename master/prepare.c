@@ -56,14 +56,13 @@ static bool make_queue(struct run *run, const struct view *view)
     return false;
 }
 
-static bool outputs_writable(const struct settings *settings, const struct view *view)
+static bool outputs_writable(const struct settings *settings)
 {
     if (!output_writable(settings->output.image, "output.image")) return false;
-    if (!image_size_writable(settings->output.image, view->region_w, view->region_h)) return false;
     if (*settings->output.error && !output_writable(settings->output.error, "output.error"))
         return false;
     if (*settings->output.journal && !journal_writable(settings->output.journal)) return false;
-    if (!timeline_writable(settings, view->region_w, view->region_h)) return false;
+    if (!timeline_writable(settings)) return false;
     return !wants_report(settings) || output_writable(settings->output.report, "output.report");
 }
 
@@ -158,7 +157,7 @@ static int load(struct run *run)
 static int make_scene(struct run *run, const struct view *view, struct scene **block)
 {
     if (!make_queue(run, view)) return STATUS_INPUT;
-    if (!outputs_writable(&run->job.settings, view)) return STATUS_INPUT;
+    if (!outputs_writable(&run->job.settings)) return STATUS_INPUT;
     const char *reference = run->job.settings.sampling.reference;
     if (*reference && !truth_read(reference, view->region_w, view->region_h, &run->reference))
         return STATUS_INPUT;

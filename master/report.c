@@ -20,14 +20,14 @@ struct balance report_balance(const struct report *report)
         const struct renderer_stats *stats = &report->renderers[i];
         sum += stats->busy_s;
         most = fmax(most, stats->busy_s);
-        first = fmin(first, stats->finish_s);
+        if (!stats->silent) first = fmin(first, stats->finish_s);
         last = fmax(last, stats->finish_s);
     }
     int count = report->renderer_count;
     return (struct balance){
         .efficiency = ratio(sum, count * report->time.render),
         .imbalance = sum > 0 ? most / (sum / count) : 1,
-        .tail_s = count > 0 ? last - first : 0,
+        .tail_s = first < last ? last - first : 0,
     };
 }
 

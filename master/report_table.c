@@ -51,6 +51,15 @@ static struct figure seconds_figure(double seconds)
     return figure;
 }
 
+/* Three digits, and whole seconds. */
+static struct figure rough_seconds(double seconds)
+{
+    struct figure figure;
+    bool many = seconds >= 999.5 && seconds < 1e9;
+    snprintf(figure.text, sizeof figure.text, many ? "%.0f" : "%.3g", seconds);
+    return figure;
+}
+
 static struct figure whole_figure(double count, double limit)
 {
     if (!(count < limit)) return figure_count(count);
@@ -114,8 +123,12 @@ struct row {
 
 static bool hosts_differ(const struct report *report)
 {
-    for (int i = 1; i < report->renderer_count; i++)
-        if (strcmp(report->renderers[i].host, report->renderers[0].host)) return true;
+    const char *known = ""; /* who has never reported has none */
+    for (int i = 0; i < report->renderer_count; i++) {
+        const char *host = report->renderers[i].host;
+        if (*known && *host && strcmp(host, known) != 0) return true;
+        if (*host) known = host;
+    }
     return false;
 }
 
@@ -359,8 +372,10 @@ static void put_forecast(struct table *table, const struct error_forecast *forec
     double low, high;
     double others = elapsed_s - forecast->seconds;
     double seconds = forecast_seconds(forecast, forecast->goal, &low, &high);
-    flow(table, "%s would take about %.3g s", error_figure(forecast->goal).text, others + seconds);
-    flow_on(table, "(%.3g to %.3g)", others + low, others + high);
+    flow(table, "%s would take about %s s", error_figure(forecast->goal).text,
+         rough_seconds(others + seconds).text);
+    flow_on(table, "(%s to %s)", rough_seconds(others + low).text,
+            rough_seconds(others + high).text);
     if (forecast_tells_samples(forecast)) flow(table, "with %.0f samples", forecast->samples);
     flow(table, "slope %.2f +- %.2f", -forecast->slope, forecast->slope_spread);
     end_flow(table);
@@ -407,13 +422,15 @@ static void put_error(struct table *table, const struct report *report)
     flow(table, "sampling error: RMSE %s", error_figure(last->estimate.rmse).text);
     flow_on(table, "(%s to %s)", error_figure(last->estimate.low).text,
             error_figure(last->estimate.high).text);
-    if (last->share < 1) /* never rounded to all */
+    if (last->share < 0.01)
+        flow_on(table, "of the %.2g %% that has samples", 100 * last->share);
+    else if (last->share < 1) /* never rounded to all */
         flow_on(table, "of the %.1f %% that has samples", floor(1000 * last->share) / 10);
     flow_on(table, elapsed < 1 ? "after %.2g s" : "after %.1f s", elapsed);
     if (before > 0) {
+        bool shared = report->resumed.cpu_s > before;
         flow(table, "%.1f s of that saved by an earlier run", before);
-        if (report->resumed.cpu_s > before)
-            flow_on(table, "(%.1f s of CPU time, shared)", report->resumed.cpu_s);
+        flow_on(table, "(%.1f s of CPU time%s)", report->resumed.cpu_s, shared ? ", shared" : "");
     }
     put_guessed(table, report, last->share, last->estimate.rmse);
     if (!isnan(last->true_rmse))

@@ -50,13 +50,13 @@ static void show_progress(struct server *server, double now)
         .tiles = count.tiles,
         .tiles_before = server->tiles_before,
         .pass = adaptive ? adaptive_passes(adaptive) : 0,
-        .rays = server->rays,
+        .rays = render_counts_rays(&server->service->counts),
         .ends = rendering_ends(server),
         .limit = rendering_limit(server),
         .only_limit = server->service->only_limit,
     };
     /* A preview that late would hold up what is written at the end, where the last row comes in any case. */
-    if (now + server->service->writing_s < rendering_ends(server)) {
+    if (!server->service->ending && now + server->service->writing_s < rendering_ends(server)) {
         struct snapshot *snapshot = &server->service->watch->snapshot;
         bool due = snapshot_is_due(snapshot, now);
         double begin = clock_wall();
@@ -68,12 +68,25 @@ static void show_progress(struct server *server, double now)
     progress_update(server->service->progress, &state, now);
 }
 
+/* Whether a renderer still there is counted on to leave. Who was asked for a sign of life and gave none has used up some
+ * of the time for it before the end. */
+static bool is_awaited(const struct server *server, const struct contact *contact)
+{
+    double since = contact->is_asked ? contact->heard : server->ended;
+    return !server->service->ending || server->awake - since <= SERVE_GRACE;
+}
+
 static bool all_left(struct server *server)
 {
     pthread_mutex_lock(&server->lock);
     bool own_done = server->own_done;
     pthread_mutex_unlock(&server->lock);
-    return own_done && server->left == server->renderers - server->first_remote;
+    if (!own_done) return false;
+    for (uint32_t i = server->first_remote; i < server->renderers; i++) {
+        const struct contact *contact = &server->contacts[i];
+        if (!contact->is_gone && is_awaited(server, contact)) return false;
+    }
+    return true;
 }
 
 /* Whether nothing of what is in work matters any more. */
@@ -98,11 +111,6 @@ static void end_all(struct server *server, bool timed_out, double now)
     pthread_mutex_unlock(&server->lock);
     for (uint32_t i = server->first_remote; i < server->renderers; i++)
         tell_stop(server, i);
-}
-
-static bool is_out_of_patience(const struct server *server)
-{
-    return server->service->ending && server->awake - server->ended > SERVE_GRACE;
 }
 
 static void count_silent(struct server *server)
@@ -144,7 +152,7 @@ static void take_nap(struct server *server, struct nap *nap)
 static void serve_until_done(struct server *server)
 {
     struct nap nap = {.heard = server->start};
-    while (!all_left(server) && !is_out_of_patience(server)) {
+    while (!all_left(server)) {
         bool busy = take_in(server);
         follow_passes(server);
         double now = clock_wall();

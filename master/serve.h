@@ -76,8 +76,8 @@ struct service {
 };
 
 /*
- * Serves the queue until every renderer has left, or SERVE_GRACE after the end for those that do not:
- * they are silent, and take part in nothing more. Returns whether the picture is complete (false
+ * Serves the queue until every renderer has left, or SERVE_GRACE after the end, or after the last sign of life of those
+ * that have been asked for one, for those that do not: they are silent, and take part in nothing more. Returns whether the picture is complete (false
  * after a stop: then the picture shows something like it where pixels are missing, fill_unknown()). Every rank calls
  * this or work().
  */

@@ -53,7 +53,6 @@ struct server {
     /* Shared with the rendering thread, under lock: queue, canvas, watch, and what follows. */
     pthread_mutex_t lock;
     struct preview preview;
-    uint64_t rays;
     double probe_s;         /* of all renderers */
     double plan_s;          /* see struct service: of passes of which something has come in */
     double planned_s;       /* of the one of which nothing has yet */
@@ -74,7 +73,7 @@ struct server {
     struct post *post;
     uint32_t first_rank;   /* of renderer 0 */
     uint32_t first_remote; /* renderers from here on are on other ranks */
-    uint32_t renderers, left;
+    uint32_t renderers;
     struct contact *contacts; /* per renderer */
     struct drops *drops;      /* per renderer */
     char *message;            /* TILES_MAX_BYTES, zeroed: what fills up parts is 0 or old */

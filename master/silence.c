@@ -3,7 +3,7 @@
 #include "common/clock.h"
 #include "master/server.h"
 
-/* Seconds without a message after which a sign of life is asked for. A renderer looks for messages
+/* Seconds without a message, at most, after which a sign of life is asked for. A renderer looks for messages
  * between waves of rays, every few thousandths of a second of its own time, every tenth with very many lights. */
 #define ASK_AFTER 1.0
 
@@ -35,13 +35,14 @@ void note_sign(struct server *server, uint32_t renderer)
 static void look_for(struct server *server, uint32_t renderer)
 {
     struct contact *contact = &server->contacts[renderer];
-    double since = server->awake - contact->heard;
-    if (contact->is_gone || contact->is_told || contact->is_silent || since < ASK_AFTER) return;
+    double since = server->awake - contact->heard, patience = server->service->patience;
+    double ask = fmin(ASK_AFTER, patience / 2); /* there has to be time for an answer */
+    if (contact->is_gone || contact->is_told || contact->is_silent || since < ask) return;
     if (contact->is_ready && !contact->is_asked) {
         contact->is_asked = true;
         ask_for_sign(server, renderer);
     }
-    if (since >= server->service->patience) set_silent(server, renderer, true);
+    if (since >= patience) set_silent(server, renderer, true);
 }
 
 void look_for_silence(struct server *server)

@@ -136,7 +136,6 @@ static void take_stats(struct server *server, uint32_t renderer, const char *mes
         fatal("rank %d sent statistics that make no sense", rank);
     server->service->stats[renderer] = stats;
     server->contacts[renderer].is_gone = true;
-    server->left++;
 }
 
 static void take_letter(struct server *server, const struct letter *letter)

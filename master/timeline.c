@@ -101,7 +101,8 @@ static void put_row(struct json *json, const struct renderer_stats *stats)
     json_close(json, '}');
 }
 
-static void put_entry(struct json *json, const struct timeline_entry *entry, uint32_t rank)
+static void put_entry(struct json *json, const struct timeline_entry *entry, double end,
+                      uint32_t rank)
 {
     static const char *const kinds[TIMELINE_KINDS] = {"tile", "pre-pass", "wasted"};
     struct tile tile = entry_tile(entry);
@@ -111,7 +112,7 @@ static void put_entry(struct json *json, const struct timeline_entry *entry, uin
     char *name = format_text("%s %u,%u", kinds[entry->kind], x, y);
     open_event(json, name, "X", rank);
     json_string(json, "cat", kinds[entry->kind]);
-    put_span(json, entry->start_s, (double)entry->busy_s);
+    put_span(json, entry->start_s, end - entry->start_s);
     json_open(json, "args", '{');
     json_count(json, "x", entry->x);
     json_count(json, "y", entry->y);
@@ -193,10 +194,13 @@ static void put_rows(struct json *json, const struct timeline *timeline,
         double free_since = 0, bars_s = 0;
         put_row(json, &stats[i]);
         for (; next < timeline->count && rows[next]->renderer == i; next++) {
-            put_gap(json, timeline, free_since, rows[next]->start_s, stats[i].rank);
-            put_entry(json, rows[next], stats[i].rank);
-            free_since = rows[next]->start_s + (double)rows[next]->busy_s;
-            bars_s += (double)rows[next]->busy_s;
+            const struct timeline_entry *entry = rows[next];
+            double end = fmin(entry->start_s + (double)entry->busy_s, render_s);
+            if (entry->start_s >= render_s) continue; /* in vain, behind what the report counts */
+            put_gap(json, timeline, free_since, entry->start_s, stats[i].rank);
+            put_entry(json, entry, end, stats[i].rank);
+            free_since = end;
+            bars_s += end - entry->start_s;
         }
         free_since = put_given_up(json, timeline, &stats[i], bars_s, free_since);
         put_gap(json, timeline, free_since, render_s, stats[i].rank);

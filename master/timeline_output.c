@@ -12,17 +12,16 @@ bool timeline_wanted(const struct settings *settings)
     return *settings->output.trace || *settings->output.heatmap || *settings->output.ranks;
 }
 
-static bool picture_writable(const char *path, const char *key, uint32_t width, uint32_t height)
+static bool is_writable(const char *path, const char *key)
 {
-    return !*path || (output_writable(path, key) && image_size_writable(path, width, height));
+    return !*path || output_writable(path, key);
 }
 
-bool timeline_writable(const struct settings *settings, uint32_t width, uint32_t height)
+bool timeline_writable(const struct settings *settings)
 {
-    const char *trace = settings->output.trace;
-    return (!*trace || output_writable(trace, "output.trace")) &&
-           picture_writable(settings->output.heatmap, "output.heatmap", width, height) &&
-           picture_writable(settings->output.ranks, "output.ranks", width, height);
+    return is_writable(settings->output.trace, "output.trace") &&
+           is_writable(settings->output.heatmap, "output.heatmap") &&
+           is_writable(settings->output.ranks, "output.ranks");
 }
 
 /* What a trace is made of. */

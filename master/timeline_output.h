@@ -12,7 +12,7 @@
 bool timeline_wanted(const struct settings *settings);
 
 /* Whether all that are asked for could be written, tried before rendering; says why not. */
-bool timeline_writable(const struct settings *settings, uint32_t width, uint32_t height);
+bool timeline_writable(const struct settings *settings);
 
 /*
  * Writes what is asked for; report tells the size, the renderers and the time, and gets the range of

@@ -298,6 +298,25 @@ static void test_who_is_silent(void **state)
     farm_close(farm);
 }
 
+/* However short the patience is, who is asked has time to answer. */
+static void test_who_is_asked(void **state)
+{
+    (void)state;
+    struct farm *farm = farm_open(&small_tiles);
+    struct contact *contact = &farm->contacts[1];
+    farm->service.patience = 0.5;
+    contact->is_ready = true;
+    for (double heard = 0; heard >= -0.5; heard -= 0.125) {
+        contact->heard = heard - 0.0625;
+        farm->server.next_look = farm->server.awake = 0;
+        farm->server.woken = clock_wall();
+        look_for_silence(&farm->server);
+        assert_int_equal(contact->is_asked, heard < -0.125);
+        assert_int_equal(contact->is_silent, heard < -0.375);
+    }
+    farm_close(farm);
+}
+
 /* Nobody is left who renders when all are silent, one is not enough; rank 0 itself never is. */
 static void test_who_is_left(void **state)
 {
@@ -650,7 +669,7 @@ static void test_answers_are_counted(void **state)
         assert_true(stats->busy_s == 2 * i && stats->cpu_s == i && stats->finish_s == 5 * i + 2);
         assert_true(stats->counts.rays[0] == 3 * i && farm->service.counts.rays[0] == 3 * i);
     }
-    assert_int_equal(farm->server.rays, 3 * 9); /* of which the bar tells */
+    assert_int_equal(render_counts_rays(&farm->service.counts), 3 * 9); /* of which the bar tells */
     assert_true(farm->service.messages == 9 && farm->server.pixels == 16 * 9);
     assert_int_equal(farm->service.answers, 2); /* one of eight is measured */
     farm_close(farm);
@@ -721,7 +740,7 @@ static void test_goodbye(void **state)
     farm->service.ending = true;
     const struct renderer_stats stats = {.rank = 1, .tiles = 5, .host = "host"};
     arrive_as(farm, TAG_RENDERER_TO_MASTER_STATS, &stats, sizeof stats);
-    assert_true(contact->is_gone && farm->server.left == 1 && farm->stats[1].tiles == 5);
+    assert_true(contact->is_gone && farm->stats[1].tiles == 5);
     farm_close(farm);
 }
 
@@ -866,6 +885,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_who_calls),
         cmocka_unit_test(test_who_is_silent),
+        cmocka_unit_test(test_who_is_asked),
         cmocka_unit_test(test_who_is_left),
         cmocka_unit_test(test_recalls),
         cmocka_unit_test(test_recalls_end),

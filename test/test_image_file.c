@@ -250,20 +250,6 @@ static void test_pfm_is_exact(void **state)
     canvas_free(&canvas);
 }
 
-static void test_size_limits(void **state)
-{
-    (void)state;
-    assert_true(image_size_writable("a.png", 7680, 4320));
-    assert_true(image_size_writable("a.png", 18918, 18918));
-    assert_false(image_size_writable("a.png", 18919, 18919));
-    assert_said("a.png: 18919 x 18919 pixels are too many for a .png file");
-    assert_one_line();
-    assert_true(image_size_writable("a.hdr", 26754, 26754));
-    assert_false(image_size_writable("a.hdr", 26755, 26755));
-    assert_false(image_size_writable("a.png", UINT32_MAX, UINT32_MAX));
-    assert_true(image_size_writable("a.pfm", 1u << 30, 1u << 30));
-}
-
 static void test_replaces_whole(void **state)
 {
     (void)state;
@@ -560,7 +546,6 @@ int main(void)
         TEST(test_hdr),
         TEST(test_hdr_extremes),
         TEST(test_pfm_is_exact),
-        TEST(test_size_limits),
         TEST(test_replaces_whole),
         TEST(test_permissions_of_new_file),
         TEST(test_links_stay),

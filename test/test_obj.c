@@ -214,6 +214,10 @@ static void test_keys_in_another_case(void **state)
     assert_true(material_of(scene, 0)->color.y == 0.8);
     assert_string_equal(s->said, "case.mtl:2: warning: 'kd' is left out, did you mean 'Kd'?\n");
     free(scene);
+    scratch_write("case.mtl", "Kd 1 1 1\nNewMtl a\n");
+    free(loaded(state, "mtllib case.mtl\n" SQUARE "f 1 2 3\n", ""));
+    assert_string_equal(s->said,
+                        "case.mtl:2: warning: 'NewMtl' is left out, did you mean 'newmtl'?\n");
 }
 
 /* The same name in two places is one to choose from. */

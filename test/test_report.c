@@ -88,6 +88,8 @@ static void test_balance(void **state)
     assert_true(fabs(balance.efficiency - 9.03 / 12) < 1e-9);
     assert_true(fabs(balance.imbalance - 3.02 / 3.01) < 1e-9);
     assert_true(fabs(balance.tail_s - 0.02) < 1e-9);
+    renderers[2] = (struct renderer_stats){.silent = 1}; /* nobody knows when it stopped */
+    assert_true(report_balance(&report).tail_s < 0.02);
     report.renderer_count = 0;
     report.time.render = 0;
     balance = report_balance(&report);
@@ -589,6 +591,10 @@ static void test_table_of_many(void **state)
     assert_has(text, "  host\n");
     assert_has(text, "  node ");
     free(text);
+    *renderers[7].host = '\0'; /* it has never reported: nobody knows */
+    text = table_text(&report, 80);
+    assert_null(strstr(text, "  host\n"));
+    free(text);
 }
 
 /* Of the last row of a run. */
@@ -648,6 +654,13 @@ static void test_table_error(void **state)
     assert_has(text, "\nsampling error: RMSE 0.000098\n  (0.000087 to 0.00011) after 2.4 s\n"
                      "0.00002 would take about 48.4 s\n  (48.4 to 48.4), with 64 samples\n");
     free(text);
+    report.forecast.seconds = 50;
+    row.share = 0.00095;
+    text = table_text(&report, 80);
+    assert_has(text, " of the 0.095 % that has samples after 2.4 s\n");
+    assert_has(text, "0.00002 would take about 1153 s (1153 to 1153), with 64 samples\n");
+    free(text);
+    row.share = 1;
     row.true_rmse = 0.00009;
     report.resumed.render_s = 10;
     report.resumed.cpu_s = 20;

@@ -61,6 +61,20 @@ goes_on() { # SECONDS
 longer() { run 0 farm_n 0 "$SCENE" sampling.samples=2000 image.width=160 image.height=120 \
     output.image=longer.pfm output.report=; }
 check "a longer picture" longer
+# Five seconds since its last sign of life that it was asked for, not since the last tile; they are not of those that the
+# error is told for.
+waiting() {
+    awk '
+        /"[a-z]*_s": / { split($0, part, /[:,]/); gsub(/[ "]/, "", part[1]); if (!(part[1] in of)) of[part[1]] = part[2] + 0 }
+        /"elapsed_s": / { sub(/.*"elapsed_s": /, ""); told = $0 + 0 }
+        END {
+            before = of["init_s"] + of["load_s"] + of["broadcast_s"] + of["build_s"]
+            print "# told after", told, "of", before, "+", of["render_s"], "in", of["total_s"]
+            exit told <= 0 || told - before - of["render_s"] > 0.5 || of["total_s"] - told >= 5
+        }' t.json
+}
+waited() { stops 0 tile 3 sampling.samples=2000 && cmp longer.pfm t.pfm && waiting; }
+check "how long it was waited for" waited
 in_time() { goes_on 0.3 && ! named; }
 check "it goes on in time" in_time
 check "it goes on late" goes_on 1.5

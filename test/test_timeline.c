@@ -125,6 +125,22 @@ static void test_trace_of_what_was_given_up(void **state)
     timeline_free(&timeline);
 }
 
+/* What is rendered in vain beyond the end of rendering is counted until then. */
+static void test_trace_ends_with_rendering(void **state)
+{
+    (void)state;
+    struct timeline timeline = {0};
+    const struct renderer_stats stats[] = {{.rank = 1, .host = "a", .busy_s = 1, .finish_s = 1}};
+    add(&timeline, TIMELINE_TILE, 0, square(0, 0, 4), 0, 0.25);
+    add(&timeline, TIMELINE_WASTED, 0, square(4, 4, 4), 0.5, 0.375);
+    add(&timeline, TIMELINE_WASTED, 0, square(8, 8, 4), 1.25, 0.125);
+    char *text = trace_of(&timeline, stats, 1, 1);
+    assert_has(text, "\"cat\": \"wasted\", \"ts\": 500000.000, \"dur\": 500000.000, ");
+    assert_int_equal(count_of(text, "\"cat\": "), 2);
+    free(text);
+    timeline_free(&timeline);
+}
+
 static void test_trace_of_shares(void **state)
 {
     (void)state;
@@ -312,6 +328,7 @@ static void test_outlines(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_trace_ends_with_rendering),
         cmocka_unit_test(test_trace_of_shares),
         cmocka_unit_test(test_heatmap_of_passes),
         cmocka_unit_test(test_trace),
