@@ -153,6 +153,17 @@ static bool is_dear(const struct queue *queue, const struct item *item)
     return (double)item->worst * processors > DEAR_PART * queue->pace.total;
 }
 
+/* If all pixels of a tile cost what the dearest around does, it may take so many times as long. */
+#define WORST_MOST 4
+
+/* Whether the tile is to be split as it may take too long for any renderer. */
+static bool is_too_long(const struct queue *queue, const struct item *item)
+{
+    double most = queue->config.most_work;
+    return queue->settled && most > 0 &&
+           ((double)item->work > most || (double)item->worst > WORST_MOST * most);
+}
+
 /* Whether the tile that would be the next one of the lot is to be split before. */
 static bool is_too_large(const struct queue *queue, const struct draft *draft, uint32_t id,
                          struct pace_lot lot)
@@ -160,7 +171,8 @@ static bool is_too_large(const struct queue *queue, const struct draft *draft, u
     const struct item *item = &queue->items[id];
     double from = area(item) <= DEAR_PIXELS ? SPLIT_SMALL : SPLIT_FROM;
     bool large = (double)item->work > from * lot.work || (double)item->worst > from * lot.worst;
-    return ((draft->count == 0 && large) || is_dear(queue, item)) && dynamic_can_split(queue, id);
+    return ((draft->count == 0 && large) || is_dear(queue, item) || is_too_long(queue, item)) &&
+           dynamic_can_split(queue, id);
 }
 
 /* The dearest tiles, so many that they make up a lot. */

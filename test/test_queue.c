@@ -724,6 +724,42 @@ static void test_cheap_go_with_dear(void **state)
     queue_destroy(queue);
 }
 
+/* Pixels of the largest tile that anybody gets of a picture whose left half costs 1e-4 a pixel, the right one a
+ * hundredth of that, on the left or the right. */
+static uint32_t largest_with(double most_work, bool right)
+{
+    const struct queue_config config = {.width = 640,
+                                        .height = 320,
+                                        .renderers = 1,
+                                        .tile_edge = 16,
+                                        .probe_edge = 8,
+                                        .most_work = most_work};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES];
+    uint32_t largest = 0;
+    settle_halves(queue, config.width);
+    for (double now = 2e-3; !queue_complete(queue);) {
+        uint32_t count = queue_next(queue, 0, now, lot);
+        for (uint32_t i = 0; i < count; i++) {
+            uint32_t pixels = tile_pixels(&lot[i]);
+            double seconds = (lot[i].x < 320 ? 1e-4 : 1e-6) * pixels;
+            if ((lot[i].x >= 320) == right && pixels > largest) largest = pixels;
+            queue_finish(queue, 0, lot[i].id, now += seconds, seconds);
+        }
+    }
+    queue_destroy(queue);
+    return largest;
+}
+
+/* What may be predicted to take so long at most is split, and nothing else. */
+static void test_tiles_take_so_long_at_most(void **state)
+{
+    (void)state;
+    assert_int_equal(largest_with(0, false), 256);
+    assert_int_equal(largest_with(16e-4, false), 16);
+    assert_int_equal(largest_with(16e-4, true), largest_with(0, true));
+}
+
 /* A tile in the cheap half that renderer 0 gets while the next one waits; all before were as dear as
  * predicted. */
 static struct tile begin_cheap(struct queue *queue, uint32_t width, double *now)
@@ -1988,6 +2024,7 @@ int main(void)
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_answers_are_checked),
         cmocka_unit_test(test_cheap_go_with_dear),
+        cmocka_unit_test(test_tiles_take_so_long_at_most),
         cmocka_unit_test(test_neighbours_are_warned),
         cmocka_unit_test(test_dear_of_few_are_split),
         cmocka_unit_test(test_dear_of_late_are_broken_up),
