@@ -25,7 +25,9 @@ VERSION := 0.1.0
 
 # All processors compile, unless make is told how many. Several goals are made one after the other:
 # what cleans or measures has the machine to itself.
-ifeq ($(MAKELEVEL)$(word 2,$(filter-out deps bench-deps,$(MAKECMDGOALS))),0)
+ifneq ($(word 2,$(filter-out deps bench-deps,$(MAKECMDGOALS))),)
+.NOTPARALLEL:
+else ifeq ($(MAKELEVEL),0)
 MAKEFLAGS += -j$(shell nproc)
 endif
 
@@ -144,7 +146,7 @@ FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
 
 .PHONY: all run test asan valgrind lint fuzz fuzz-deps bench bench-stability bench-kernel \
         bench-balance bench-error bench-error-truncation bench-faults bench-omit scenes install clean \
-        format
+        format FORCE
 .SECONDARY:
 
 all: $(FARM) scenes
@@ -152,21 +154,27 @@ all: $(FARM) scenes
 $(FARM): $(OBJECTS)
 	$(call link,$(LIBS))
 
-$(BUILD)/%.o: %.c Makefile
+# What compiles, and how: when that is not what it was, all is compiled again.
+COMPILES := '$(subst ','\'',$(COMPILE) $(FLAGS) $(CFLAGS))'
+$(BUILD)/flags: FORCE
+	@mkdir -p $(@D)
+	@echo $(COMPILES) | cmp -s - $@ || echo $(COMPILES) >$@
+
+$(BUILD)/%.o: %.c Makefile $(BUILD)/flags
 	@mkdir -p $(@D)
 	$(say)  compile $<
 	$(quiet)$(COMPILE) $(FLAGS) $(CFLAGS) $< -o $@
 
 # Which sources these are: common/build.h.
 CODE := $(sort $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch]))
-$(BUILD)/common/build.o: common/build.c $(CODE) Makefile
+$(BUILD)/common/build.o: common/build.c $(CODE) Makefile $(BUILD)/flags
 	@mkdir -p $(@D)
 	$(say)  compile $<
 	$(quiet)$(COMPILE) $(FLAGS) -DFARM_SOURCES="\"$$(cat $(CODE) | cksum | cut -d' ' -f1)\"" $(CFLAGS) $< -o $@
 
 # $(BUILD)/avx2/worker/nearest.o and so on, and $(BUILD)/kernel_avx2.o of them.
 define level_rules
-$(BUILD)/$(1)/%.o: %.c Makefile
+$(BUILD)/$(1)/%.o: %.c Makefile $(BUILD)/flags
 	@mkdir -p $$(@D)
 	$$(say)  compile $$< \($(1)\)
 	$$(quiet)$$(COMPILE) $$(FLAGS) $$(CFLAGS) $$(FLAGS_$(1)) -DKERNEL_TABLE=kernel_$(1) $$< -o $$@
@@ -295,10 +303,10 @@ $(BUILD)/bench/faults_journal: $(BUILD)/bench/faults_journal.o
 
 # Loaded in front of the C library, so without sanitizers of its own.
 PRELOADED := bench/faults_slow bench/faults_stop test/several_nodes
-$(PRELOADED:%=$(BUILD)/%.so): $(BUILD)/%.so: %.c bench/preload_open.h common/protocol.h Makefile
+$(PRELOADED:%=$(BUILD)/%.so): $(BUILD)/%.so: %.c Makefile $(BUILD)/flags
 	@mkdir -p $(@D)
 	$(say)  link $@
-	$(quiet)$(LINK) $(filter-out -MMD -MP -Wmissing-prototypes $(SANITIZE),$(FLAGS)) -shared -fPIC $< -ldl -o $@
+	$(quiet)$(LINK) $(filter-out -Wmissing-prototypes $(SANITIZE),$(FLAGS)) -MT $@ -MF $@.d -shared -fPIC $< -ldl -o $@
 
 FAULTS := $(addprefix $(BUILD)/bench/,faults_journal faults_slow.so faults_stop.so)
 # One run in twelve is without a fault.
@@ -395,17 +403,18 @@ fuzz: fuzz-deps
 	    $(FUZZ:%=build/fuzz/fuzz_%)
 	@sh test/fuzz/run.sh build/fuzz $(FUZZ)
 
-SHARE := $(DESTDIR)$(PREFIX)/share/farm
+ROOT  := $(DESTDIR)$(PREFIX)
+SHARE := $(ROOT)/share/farm
 
 install: all
-	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/share/man/man1 \
-	    $(DESTDIR)$(PREFIX)/share/man/man5 $(SHARE)/config/generated $(SHARE)/config/extreme
-	install -m 755 $(FARM) $(DESTDIR)$(PREFIX)/bin/farm
-	install -m 644 master/farm.1 $(DESTDIR)$(PREFIX)/share/man/man1/
-	install -m 644 config/farm.5 $(DESTDIR)$(PREFIX)/share/man/man5/
-	install -m 644 config/*.ini $(SHARE)/config/
-	install -m 644 config/generated/*.obj $(SHARE)/config/generated/
-	install -m 644 config/extreme/*.ini config/extreme/*.obj $(SHARE)/config/extreme/
+	install -d "$(ROOT)/bin" "$(ROOT)/share/man/man1" "$(ROOT)/share/man/man5" \
+	    "$(SHARE)/config/generated" "$(SHARE)/config/extreme"
+	install -m 755 $(FARM) "$(ROOT)/bin/farm"
+	install -m 644 master/farm.1 "$(ROOT)/share/man/man1/"
+	install -m 644 config/farm.5 "$(ROOT)/share/man/man5/"
+	install -m 644 config/*.ini "$(SHARE)/config/"
+	install -m 644 config/generated/*.obj "$(SHARE)/config/generated/"
+	install -m 644 config/extreme/*.ini config/extreme/*.obj "$(SHARE)/config/extreme/"
 
 clean:
 	rm -rf build $(FARM) config/generated
@@ -414,6 +423,6 @@ format:
 	clang-format -i $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] \
 	    test/*.[ch] test/fuzz/*.[ch] bench/*.[ch])
 
--include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/balance_messages.d $(BUILD)/bench/omit.d $(BALANCE:.o=.d) $(ERROR_TOOL:.o=.d) $(BUILD)/bench/error_truncation.d $(wildcard $(BUILD)/test/fuzz/*.d)
+-include $(OBJECTS:.o=.d) $(foreach level,$(LEVELS),$(KERNEL:%.c=$(BUILD)/$(level)/%.d)) $(MODELS:.o=.d) $(UNITS:=.d) $(STABILITY:.o=.d) $(BENCH_KERNEL:.o=.d) $(EMBREE:.o=.d) $(BUILD)/bench/balance_messages.d $(BUILD)/bench/omit.d $(BALANCE:.o=.d) $(ERROR_TOOL:.o=.d) $(BUILD)/bench/error_truncation.d $(PRELOADED:%=$(BUILD)/%.so.d) $(wildcard $(BUILD)/test/fuzz/*.d)
 
 endif # AFTERWARDS
