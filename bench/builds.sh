@@ -1,5 +1,6 @@
 #!/bin/sh
-# Builds the farm with other compilers and options and compares its pictures, byte by byte: one line
+# Builds the farm with other compilers and options and compares its pictures, byte by byte, with the instructions that
+# the processor has and with those of any one, which the options are about: one line
 # "same WHAT" or "differs WHAT" per build, "missing WHAT" where a compiler or what it compiles for is not
 # there. Status 1 when something differs or cannot be built.
 # From the top folder; builds go to OUT, build/bits/ unless told otherwise. COMPILERS="clang" for one of them.
@@ -7,14 +8,17 @@ set -u
 export LC_ALL=C
 SCENES="test/data/everything.ini config/extreme/ground.ini config/extreme/shells.ini"
 SIZE="image.width=120 image.height=90 sampling.samples=2"
+KERNELS="auto portable"
 OUT=${OUT:-build/bits}
 status=0
 mkdir -p "$OUT"
 
 render() { # FARM NAME
     for scene in $SCENES; do
-        "$1" "$scene" output.report= output.image="$OUT/$2-$(basename "$scene" .ini).pfm" $SIZE \
-            >/dev/null 2>"$OUT/$2.log" || return 1
+        for kernel in $KERNELS; do
+            "$1" "$scene" output.report= output.image="$OUT/$2-$kernel-$(basename "$scene" .ini).pfm" $SIZE \
+                farm.kernel=$kernel >/dev/null 2>"$OUT/$2.log" || return 1
+        done
     done
 }
 
@@ -28,7 +32,9 @@ build() { # NAME COMPILER OPTIONS
 compare() { # NAME
     for scene in $SCENES; do
         base=$(basename "$scene" .ini)
-        cmp -s "$OUT/reference-$base.pfm" "$OUT/$1-$base.pfm" || return 1
+        for kernel in $KERNELS; do
+            cmp -s "$OUT/reference-auto-$base.pfm" "$OUT/$1-$kernel-$base.pfm" || return 1
+        done
     done
 }
 

@@ -336,9 +336,10 @@ static struct figure error_figure(double error)
     snprintf(figure.text, sizeof figure.text, decimals ? "%.*f" : "%.*g", decimals ? decimals : 2,
              error);
     size_t end = strlen(figure.text);
-    while (decimals > 0 && figure.text[end - 1] == '0')
+    if (decimals == 0) return figure;
+    while (end > 1 && figure.text[end - 1] == '0')
         figure.text[--end] = '\0';
-    if (decimals > 0 && figure.text[end - 1] == '.') figure.text[end - 1] = '\0';
+    if (figure.text[end - 1] == '.') figure.text[end - 1] = '\0';
     return figure;
 }
 

@@ -457,10 +457,11 @@ static double asked_for(struct standing standing)
     farm->watch = (struct watch){.canvas = &farm->canvas, .adaptive = adaptive, .first_samples = 4};
     assert_true(watch_start(&farm->watch, NULL));
     farm->service.processors = 3;
-    farm->service.deadline = clock_wall() + standing.left;
-    farm->server.start -= standing.elapsed;
     farm->server.rendered_before = standing.earlier;
     farm->server.last_pass = false;
+    double now = clock_wall();
+    farm->service.deadline = now + standing.left;
+    farm->server.start = now - standing.elapsed;
     follow_passes(&farm->server);
     assert_false(farm->server.last_pass);
     double seconds = (double)adaptive_work(adaptive, &all).samples / samples * rendered;
@@ -490,8 +491,9 @@ static void test_pass_fits_the_time(void **state)
     check_asked((struct standing){10, 4, 2, 0}, 5, 9);
     check_asked((struct standing){10, 0.7, 1, 0}, 0.7, 1.5);
     check_asked((struct standing){10, 0, 1, 0}, 0, 0);
-    /* All three will render: what an earlier run's have done is not this one's. */
-    check_asked((struct standing){0, 4, 1, 20}, 2.3, 6);
+    /* All three will render, three hundredths of a second's work before anything is known: what an earlier run's have
+     * done is not this one's. A thousandth that passes meanwhile takes a tenth off. */
+    check_asked((struct standing){0, 4, 1, 20}, 1, 6);
 }
 
 /* Of a time limit so much is kept as its end takes, but no more than half. */
