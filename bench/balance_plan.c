@@ -229,11 +229,13 @@ static void put_latencies(FILE *out, FILE *csv)
 static void put_further(FILE *out, FILE *csv)
 {
     const struct bench_scene *garden = &bench_scenes[1];
-    fprintf(out,
-            "\n**What carries on from there**: a second level (the first rank of every node hands "
-            "out to the node's cores what it gets in lots), or no master in the way of handing "
-            "out (a list of tiles, dear ones first, the same on every rank; the next index by "
-            "fetch-and-add in a window of rank 0; pixels by one-sided messages).\n");
+    fprintf(
+        out,
+        "\n**What carries on from there**: a second level (the first rank of every node hands "
+        "out to the node's cores what it gets in lots), or no master in the way of handing "
+        "out (a list of tiles, dear ones first, the same on every rank; the next index by "
+        "fetch-and-add in a window of rank 0; pixels by one-sided messages; the list is taken to "
+        "know what tiles cost, not what probes predict). Neither is in the farm.\n");
     put_head(out);
     two_levels(out, csv, garden, 10000, 16, 256, 1e-5);
     two_levels(out, csv, garden, 100000, 16, 4096, 1e-5);

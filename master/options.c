@@ -32,22 +32,24 @@ static bool set_action(enum action action, struct options *options)
     return false;
 }
 
+static bool has_scene_extension(const char *argument)
+{
+    return path_has_extension(argument, ".ini") || path_has_extension(argument, ".nff") ||
+           path_has_extension(argument, ".obj");
+}
+
 static bool parse_flag(const char *argument, struct options *options)
 {
     if (strcmp(argument, "--allow-outside") == 0) return options->allow_outside = true;
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++)
         if (strcmp(argument, flags[i].name) == 0) return set_action(flags[i].action, options);
     bool processes = strncmp(argument, "-n", 2) == 0; /* as mpiexec has it: -n 4, -np 4 */
-    user_error(NULL, 0, "unknown option '%s', expected %s", argument,
-               processes ? "mpiexec in front of it: mpiexec -n N farm CONFIG"
-                         : "one of --help --version --check --print-config --allow-outside");
+    user_error(NULL, 0, "unknown option '%s', expected %s%s", argument,
+               has_scene_extension(argument) ? "./ in front of a file's name: ./"
+               : processes                   ? "mpiexec in front of it: mpiexec -n N farm CONFIG"
+                           : "one of --help --version --check --print-config --allow-outside",
+               has_scene_extension(argument) ? argument : "");
     return false;
-}
-
-static bool has_scene_extension(const char *argument)
-{
-    return path_has_extension(argument, ".ini") || path_has_extension(argument, ".nff") ||
-           path_has_extension(argument, ".obj");
 }
 
 /* Of settings and scenes. */

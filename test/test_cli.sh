@@ -208,7 +208,7 @@ for pair in '--check --print-config' '--print-config --check'; do
 done
 dashes() { # end the options
     cp everything.ini ./-v.ini && run 0 "$FARM" --check -- -v.ini image.width=20 &&
-        echo "$out" | grep -q ' 20 x ' && wrong 0 "unknown option '-v.ini'" --check -v.ini &&
+        echo "$out" | grep -q ' 20 x ' && wrong 0 "unknown option '-v.ini', expected ./ in front of a file's name: ./-v.ini" --check -v.ini &&
         wrong 0 "'-v.ini' is a second scene" -- everything.ini -v.ini && rm ./-v.ini
 }
 check "-- before a name that begins with -" dashes
