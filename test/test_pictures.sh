@@ -31,6 +31,8 @@ same() {
         cmp few.pfm t.pfm
 }
 check "more processes than tiles" same
+same() { render t.pfm 44 && cmp reference.pfm t.pfm; }
+check "as many as in the paper" same
 
 # Where processes may not read each other's memory, MPICH moves what is longer than 8 KB in pieces, and short
 # messages overtake it: a tile may be back before it is heard that it takes long.

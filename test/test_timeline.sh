@@ -66,6 +66,17 @@ adds_up() {
 }
 check "the report adds up" adds_up
 
+# Rank 0 that only serves sleeps meanwhile: it takes some hundredth of a core, and looking all the time a tenth and more.
+sleeps() {
+    run 0 farm_n 2 "$CONFIG/lantern.ini" image.width=320 image.height=240 sampling.samples=64 output.image=a.png \
+        farm.master_renders=no || return 1
+    awk '
+        /"render_s": / && !render { render = $2 + 0 }
+        /"master": / { getline; cpu = $2 + 0 }
+        END { print cpu, render; exit !(cpu > 0 && cpu < 0.05 * render) }' a.json
+}
+check "a master that waits sleeps" sleeps
+
 part() { # of the picture: the heat map is of the same pixels
     run 0 "$FARM" "$SCENE" image.width=60 image.height=45 image.region="3 4 10 20" output.image=p.pfm \
         output.heatmap=h.pfm && [ "$(sed -n 2p h.pfm)" = '10 20' ]
