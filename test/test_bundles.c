@@ -10,11 +10,9 @@
 static unsigned taken, refused; /* rays */
 
 bool __real_nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                           const struct eye_rows *eye, unsigned packets, struct hit *hits,
-                           uint64_t *exact);
+                           unsigned packets, struct hit *hits, uint64_t *exact);
 bool __wrap_nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                           const struct eye_rows *eye, unsigned packets, struct hit *hits,
-                           uint64_t *exact);
+                           unsigned packets, struct hit *hits, uint64_t *exact);
 bool __real_occluded_packet(const struct scene *scene, const struct bvh *bvh,
                             const struct ray *rays, struct passages *passages,
                             struct blocker *blocker, struct vec3 *transmittance, uint64_t *exact,
@@ -31,11 +29,9 @@ static bool count(bool worth_it, unsigned rays)
 }
 
 bool __wrap_nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                           const struct eye_rows *eye, unsigned packets, struct hit *hits,
-                           uint64_t *exact)
+                           unsigned packets, struct hit *hits, uint64_t *exact)
 {
-    return count(__real_nearest_bundle(scene, bvh, rays, eye, packets, hits, exact),
-                 packets * LANES);
+    return count(__real_nearest_bundle(scene, bvh, rays, packets, hits, exact), packets * LANES);
 }
 
 bool __wrap_occluded_packet(const struct scene *scene, const struct bvh *bvh,
@@ -80,25 +76,6 @@ static void trace_nearest(const struct scene *scene, const struct bvh *bvh,
     check_taken(at_least);
 }
 
-static void trace_from_eye(const struct scene *scene, const struct bvh *bvh,
-                           const struct ray rays[RAYS])
-{
-    double x[RAYS], y[RAYS], z[RAYS];
-    for (unsigned i = 0; i < RAYS; i++) {
-        x[i] = rays[i].direction.x;
-        y[i] = rays[i].direction.y;
-        z[i] = rays[i].direction.z;
-    }
-    const struct eye_rows eye = {x, y, z};
-    struct hit hits[RAYS], others[RAYS];
-    uint64_t exact = 0, other_exact = 0;
-    nearest_from_eye(scene, bvh, rays, &eye, RAYS, hits, &exact);
-    nearest_rough(scene, bvh, rays, RAYS, others, &other_exact);
-    assert_memory_equal(hits, others, sizeof hits);
-    assert_int_equal(exact, other_exact);
-    check_taken(2 * RAYS);
-}
-
 static void trace_occluded(const struct scene *scene, const struct bvh *bvh, struct ray rays[RAYS])
 {
     struct vec3 light[RAYS];
@@ -116,7 +93,6 @@ static void check_eye(struct vec3 eye, double x, double y)
     struct ray rays[RAYS];
     look(eye, x, y, 0.8, rays);
     trace_nearest(scene, bvh, rays, RAYS);
-    trace_from_eye(scene, bvh, rays);
     trace_occluded(scene, bvh, rays);
     for (unsigned i = 0; i < RAYS; i++) /* of many origins, as reflected ones are */
         rays[i].origin = vec_add_scaled(rays[i].origin, rays[i].direction, 0.001 * i);

@@ -74,24 +74,21 @@ static void nearest_of_paper(const struct scene *scene, const struct bvh *bvh,
         hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, true);
 }
 
-/* eye: NULL, or as nearest_from_eye() has it. */
 static void nearest_in_bundles(const struct scene *scene, const struct bvh *bvh,
-                               const struct ray *rays, const struct eye_rows *eye, size_t count,
-                               struct hit *hits, uint64_t *exact_fallbacks)
+                               const struct ray *rays, size_t count, struct hit *hits,
+                               uint64_t *exact_fallbacks)
 {
     struct packet_trust bundles = {0, 0}, packets = {0, 0};
-    struct eye_rows at;
     for (size_t i = 0; i < count;) {
         size_t left = (count - i) / LANES, many = left < BUNDLE ? left : BUNDLE;
         size_t end = left == 0 ? count : i + LANES;
-        if (eye) at = (struct eye_rows){eye->x + i, eye->y + i, eye->z + i};
         if (left > 1 && packet_is_due(&bundles) &&
-            packet_was(&bundles, nearest_bundle(scene, bvh, rays + i, eye ? &at : NULL,
-                                                (unsigned)many, hits + i, exact_fallbacks)))
+            packet_was(&bundles, nearest_bundle(scene, bvh, rays + i, (unsigned)many, hits + i,
+                                                exact_fallbacks)))
             i += many * LANES;
         else if (left > 0 && packet_is_due(&packets) &&
-                 packet_was(&packets, nearest_bundle(scene, bvh, rays + i, eye ? &at : NULL, 1,
-                                                     hits + i, exact_fallbacks)))
+                 packet_was(&packets,
+                            nearest_bundle(scene, bvh, rays + i, 1, hits + i, exact_fallbacks)))
             i += LANES;
         else
             for (; i < end; i++)
@@ -99,30 +96,16 @@ static void nearest_in_bundles(const struct scene *scene, const struct bvh *bvh,
     }
 }
 
-static void nearest_of_rays(const struct scene *scene, const struct bvh *bvh,
-                            const struct ray *rays, const struct eye_rows *eye, size_t count,
-                            struct hit *hits, uint64_t *exact_fallbacks)
+void nearest_rough(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
+                   size_t count, struct hit *hits, uint64_t *exact_fallbacks)
 {
     if (scene->view.formulas == FORMULAS_PAPER)
         nearest_of_paper(scene, bvh, rays, count, hits, exact_fallbacks);
     else if (LANES_IN_SIMD)
-        nearest_in_bundles(scene, bvh, rays, eye, count, hits, exact_fallbacks);
+        nearest_in_bundles(scene, bvh, rays, count, hits, exact_fallbacks);
     else
         for (size_t i = 0; i < count; i++)
             hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, false);
-}
-
-void nearest_rough(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                   size_t count, struct hit *hits, uint64_t *exact_fallbacks)
-{
-    nearest_of_rays(scene, bvh, rays, NULL, count, hits, exact_fallbacks);
-}
-
-void nearest_from_eye(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                      const struct eye_rows *eye, size_t count, struct hit *hits,
-                      uint64_t *exact_fallbacks)
-{
-    nearest_of_rays(scene, bvh, rays, eye, count, hits, exact_fallbacks);
 }
 
 void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays, size_t count,

@@ -27,17 +27,6 @@ void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray 
 void nearest_rough(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                    size_t count, struct hit *hits, uint64_t *exact_fallbacks);
 
-/* Directions of rays from the eye, component by component. */
-struct eye_rows {
-    const double *x, *y, *z;
-};
-
-/* nearest_rough() of rays that are also told by rows: all of them start where the first one does, on no
- * surface, and have no end. */
-void nearest_from_eye(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                      const struct eye_rows *eye, size_t count, struct hit *hits,
-                      uint64_t *exact_fallbacks);
-
 /* In place of a weight where a hit of a triangle or patch has none yet. */
 #define WEIGHT_UNKNOWN (-1.0)
 

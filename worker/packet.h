@@ -47,11 +47,9 @@ static inline bool packet_was(struct packet_trust *trust, bool worth_it)
  * as large as a pixel, is faster with 2. */
 #define BUNDLE 4
 
-/* nearest_rough() of so many times LANES rays; eye: as nearest_from_eye() is told of them, or
- * NULL. false, and no hit is told, when they are too different; what was tested until then counts in *exact. */
+/* nearest_rough() of so many times LANES rays. false, and no hit is told, when they are too different; what was tested until then counts in *exact. */
 bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    const struct eye_rows *eye, unsigned packets, struct hit *hits,
-                    uint64_t *exact);
+                    unsigned packets, struct hit *hits, uint64_t *exact);
 
 /*
  * occluded() of LANES rays, likewise; what is found before they turn out to be too different is kept:

@@ -422,44 +422,10 @@ static bool settle_roughly(struct nearest_packet *it, unsigned lane, struct hit 
     return true;
 }
 
-/* Where one ray certainly crosses a triangle, by the filter of double; false: certainly nowhere ahead. */
-static bool look_closer(struct nearest_packet *it, unsigned lane, struct candidate *triangle)
-{
-    lane_set ray = UINT32_C(1) << lane;
-    struct rough_crossings found = crossings_in_double(&it->packet, it->scene, triangle->id, ray);
-    if (!found.maybe) return false;
-    if (!(found.certain & ray)) return true;
-    double from[LANES], to[LANES];
-    lanes_store(from, found.from);
-    lanes_store(to, found.to);
-    if (to[lane] < 0) return false;
-    ray &= lanes_less(it->least, found.from);
-    lower_limits(it, ray, found.to);
-    *triangle = (struct candidate){triangle->id, 0, from[lane], ray ? to[lane] : INFINITE};
-    return true;
-}
-
-/* Double tells most triangles apart that float does not. */
-static void look_closer_at_triangles(struct nearest_packet *it, unsigned lane)
-{
-    unsigned count = it->count[lane];
-    it->count[lane] = 0;
-    for (unsigned i = 0; i < count; i++) {
-        struct candidate candidate = it->candidates[lane][i];
-        if (candidate.from > it->limit[lane]) continue;
-        if (is_triangle(candidate.id) && !look_closer(it, lane, &candidate)) continue;
-        it->candidates[lane][it->count[lane]++] = candidate;
-    }
-}
-
 /* The hit of a ray on its own. */
 static void settle_alone(struct nearest_packet *it, unsigned lane, struct hit *hit)
 {
     if (it->count[lane] > 0 && settle_roughly(it, lane, hit)) return;
-    if (it->count[lane] > 1) {
-        look_closer_at_triangles(it, lane);
-        if (it->count[lane] > 0 && settle_roughly(it, lane, hit)) return;
-    }
     settle(it, lane);
     if (it->walking >> lane & 1) *hit = it->walks[lane].hit;
 }
@@ -476,11 +442,10 @@ static void nearest_packet_end(struct nearest_packet *it, struct hit *hits)
 }
 
 bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    const struct eye_rows *eye, unsigned packets, struct hit *hits, uint64_t *exact)
+                    unsigned packets, struct hit *hits, uint64_t *exact)
 {
     struct nearest_bundle it;
     it.bundle.count = packets;
-    it.bundle.eye = eye;
     for (unsigned i = 0; i < packets; i++)
         it.bundle.packets[i] = &it.packets[i].packet;
     if (!bundle_of(bvh, rays, &it.bundle)) return false;
@@ -501,12 +466,11 @@ bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const stru
 #else
 
 bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    const struct eye_rows *eye, unsigned packets, struct hit *hits, uint64_t *exact)
+                    unsigned packets, struct hit *hits, uint64_t *exact)
 {
     (void)scene;
     (void)bvh;
     (void)rays;
-    (void)eye;
     (void)packets;
     (void)hits;
     (void)exact;

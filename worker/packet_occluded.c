@@ -190,7 +190,6 @@ bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const str
 {
     struct occlusion_packet it;
     it.bundle.count = 1;
-    it.bundle.eye = NULL;
     it.bundle.packets[0] = &it.packet;
     *open = ALL_LANES;
     if (!bundle_of(bvh, rays, &it.bundle)) return false;

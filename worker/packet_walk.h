@@ -57,7 +57,6 @@ struct packet {
 /* Packets that are walked through the tree together. */
 struct bundle {
     const struct bvh *bvh;
-    const struct eye_rows *eye; /* of rays from there; else NULL */
     unsigned count;
     struct packet *packets[BUNDLE];
     unsigned leaves, visits; /* leaves looked at; rays that were in them */
@@ -70,22 +69,6 @@ struct bundle {
 static INLINED struct lanes largest_of(const struct lanes v[3])
 {
     return lanes_largest(lanes_abs(v[0]), lanes_abs(v[1]), lanes_abs(v[2]));
-}
-
-/* Rays from the eye, whose origin is told. */
-static INLINED void load_rows(struct packet *packet, const struct bvh *bvh,
-                              const struct eye_rows *eye, size_t first, const struct vec3 *origin)
-{
-    const double *rows[3] = {eye->x + first, eye->y + first, eye->z + first};
-    packet->bvh = bvh;
-    packet->prepared = false;
-    put_ids(packet->from, ALL_LANES, PRIMITIVE_NONE);
-    UNROLLED
-    for (unsigned axis = 0; axis < 3; axis++) {
-        packet->d[axis] = lanes_load(rows[axis]);
-        packet->o[axis] = lanes_of(vec_component(origin, axis));
-    }
-    packet->t_max = lanes_of(INFINITE);
 }
 
 /* origin: of all of them; NULL: each has its own. */
@@ -174,10 +157,7 @@ static INLINED struct bundle_ends load_bundle(struct bundle *bundle, const struc
     const struct vec3 *origin = bundle->one_origin ? &rays[0].origin : NULL;
     for (unsigned i = 0; i < bundle->count; i++) {
         struct packet *packet = bundle->packets[i];
-        if (bundle->eye)
-            load_rows(packet, bundle->bvh, bundle->eye, (size_t)i * LANES, &rays[0].origin);
-        else
-            load_packet(packet, bundle->bvh, rays + (size_t)i * LANES, origin);
+        load_packet(packet, bundle->bvh, rays + (size_t)i * LANES, origin);
         widen(&d, packet->d);
         if (!origin) widen(&o, packet->o);
     }
@@ -267,7 +247,7 @@ static INLINED bool bundle_of(const struct bvh *bvh, const struct ray *rays, str
     bundle->axes[0] = (z + 1) % 3;
     bundle->axes[1] = (z + 2) % 3;
     bundle->axes[2] = z;
-    bundle->one_origin = bundle->eye || have_one_origin(rays, bundle->count * LANES);
+    bundle->one_origin = have_one_origin(rays, bundle->count * LANES);
     struct bundle_ends ends = load_bundle(bundle, rays);
     if (!ends.finite || !have_one_shear(bundle, &ends)) return false;
     double largest_origin = larger_number(

@@ -158,10 +158,8 @@ void sample_rays(const struct view *view, struct sample_lanes *lanes, uint32_t c
     aim_lanes(view, lanes, count);
     for (uint32_t i = 0; i < count; i++) {
         struct vec3 unit = lane(&lanes->direction, i);
-        if (lanes->sure[i] == 0) {
+        if (lanes->sure[i] == 0)
             unit = vec_normalize(direction_through(view, lanes->x[i], lanes->y[i]));
-            set_lane(&lanes->direction, i, unit);
-        }
         struct ray *ray = &rays[i]; /* field by field: no copy of a whole one */
         ray->origin = view->camera.eye;
         ray->direction = unit;

@@ -30,7 +30,6 @@ struct sample_lanes {
     lane_row sure;
 };
 void sample_put(struct sample_lanes *lanes, uint32_t i, uint32_t x, uint32_t y, uint32_t sample);
-/* Directions are the rays' afterwards. */
 void sample_rays(const struct view *view, struct sample_lanes *lanes, uint32_t count,
                  struct ray *rays);
 

@@ -314,23 +314,11 @@ static INLINED void add_unlit(struct renderer *renderer, bool flat)
             add_color(renderer, points->slot[i], shade_ambient(points->material[i]), flat);
 }
 
-/* The first rays of samples, as sample_rays() has left them in lanes, too. */
-static INLINED void trace_from_eye(struct renderer *renderer)
-{
-    const struct rows3 *way = &renderer->samples.direction;
-    struct eye_rows eye = {way->x, way->y, way->z};
-    nearest_from_eye(renderer->scene, renderer->bvh, renderer->rays, &eye, renderer->count,
-                     renderer->hits, &renderer->counts.exact_fallbacks);
-}
-
 static INLINED void trace_rays(struct renderer *renderer, bool flat)
 {
     double start = clock_wall();
-    if (renderer->fresh)
-        trace_from_eye(renderer);
-    else
-        nearest_rough(renderer->scene, renderer->bvh, renderer->rays, renderer->count,
-                      renderer->hits, &renderer->counts.exact_fallbacks);
+    nearest_rough(renderer->scene, renderer->bvh, renderer->rays, renderer->count, renderer->hits,
+                  &renderer->counts.exact_fallbacks);
     renderer->counts.intersect_s += clock_wall() - start;
     points_find(renderer->scene, renderer->bvh, renderer->rays, renderer->hits, renderer->count,
                 &renderer->points, &renderer->counts.exact_fallbacks);
