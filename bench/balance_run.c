@@ -5,14 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bench/outside.h"
 #include "bench/report_values.h"
 #include "common/message.h"
-
-static const char *from_environment(const char *name, const char *fallback)
-{
-    const char *value = getenv(name);
-    return value && *value ? value : fallback;
-}
 
 const char *farm_program(void)
 {

@@ -1,23 +1,11 @@
 #include "bench/kernel_export.h"
 
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "bench/outside.h"
 #include "common/message.h"
-
-static FILE *open_scene(const char *path)
-{
-    FILE *out = fopen(path, "w");
-    if (!out) fatal("%s: %s", path, strerror(errno));
-    return out;
-}
-
-static void close_scene(FILE *out, const char *path)
-{
-    if (ferror(out) || fclose(out)) fatal("%s cannot be written", path);
-}
 
 struct corners {
     struct vec3 at[3], normal[3];
@@ -185,14 +173,14 @@ static void dat_solids(FILE *out, const struct scene *scene)
 
 void export_tachyon(const char *path, const struct scene *scene)
 {
-    FILE *out = open_scene(path);
+    FILE *out = open_to_write(path);
     dat_view(out, &scene->view);
     dat_materials(out, scene);
     dat_lights(out, scene);
     dat_flat(out, scene);
     dat_solids(out, scene);
     fputs("END_SCENE\n", out);
-    close_scene(out, path);
+    close_written(out, path);
 }
 
 /* ---- POV-Ray ---- */
@@ -415,7 +403,7 @@ static void pov_flat(FILE *out, const struct scene *scene)
 
 void export_povray(const char *path, const struct scene *scene)
 {
-    FILE *out = open_scene(path);
+    FILE *out = open_to_write(path);
     pov_view(out, &scene->view);
     pov_materials(out, scene);
     pov_lights(out, scene);
@@ -425,5 +413,5 @@ void export_povray(const char *path, const struct scene *scene)
     }
     pov_flat(out, scene);
     pov_solids(out, scene);
-    close_scene(out, path);
+    close_written(out, path);
 }

@@ -1,11 +1,10 @@
 #include "bench/kernel_report.h"
 
-#include <errno.h>
 #include <math.h>
 #include <string.h>
 
 #include "bench/median.h"
-#include "common/message.h"
+#include "bench/outside.h"
 
 #define UNKNOWN ((double)NAN) /* a figure that was not measured */
 
@@ -210,22 +209,10 @@ void report_summary(FILE *out, const struct scene_results *results, size_t count
 
 /* ---- files ---- */
 
-static FILE *open_table(const char *path)
-{
-    FILE *out = fopen(path, "w");
-    if (!out) fatal("%s: %s", path, strerror(errno));
-    return out;
-}
-
-static void close_table(FILE *out, const char *path)
-{
-    if (ferror(out) || fclose(out)) fatal("%s cannot be written", path);
-}
-
 void report_csv(const char *path, const struct scene_results *results, size_t count)
 {
     static const char *const steps[STEP_COUNT] = {"picture", "direct", "primary", "shadowless"};
-    FILE *out = open_table(path);
+    FILE *out = open_to_write(path);
     fputs("scene,program,step,runs", out);
     for (unsigned m = 0; m < METRIC_COUNT; m++)
         fprintf(out, ",%s", metric_names[m]);
@@ -246,7 +233,7 @@ void report_csv(const char *path, const struct scene_results *results, size_t co
                 }
                 fputc('\n', out);
             }
-    close_table(out, path);
+    close_written(out, path);
 }
 
 static void row_begin(FILE *out, const struct scene_results *at)
@@ -360,7 +347,7 @@ static const char inside_the_figures[] = "Medians of rounds in which the program
 
 void report_markdown(const char *path, const struct scene_results *results, size_t count)
 {
-    FILE *out = open_table(path);
+    FILE *out = open_to_write(path);
     fputs(inside_the_figures, out);
     markdown_times(out, results, count);
     markdown_rates(out, results, count);
@@ -369,5 +356,5 @@ void report_markdown(const char *path, const struct scene_results *results, size
     fputs("\n```\n", out);
     report_summary(out, results, count);
     fputs("```\n", out);
-    close_table(out, path);
+    close_written(out, path);
 }

@@ -206,35 +206,29 @@ void picture_verdict(struct case_result *result, uint64_t samples, uint64_t wron
 
 /* ---- random objects ---- */
 
-struct vec3 picture_somewhere(struct random *random, double reach)
-{
-    double x = random_between(random, -reach, reach), y = random_between(random, -reach, reach);
-    return vec3(x, y, random_between(random, -reach, reach));
-}
-
 void picture_mixture(struct builder *builder, struct random *random, int count)
 {
     uint32_t m = stage_material(builder);
     for (int i = 0; i < count; i++) {
-        struct vec3 p = picture_somewhere(random, 10);
-        stage_sphere(builder, picture_somewhere(random, 10), random_between(random, 0.2, 2));
-        stage_triangle(builder, p, vec_add(p, picture_somewhere(random, 4)),
-                       vec_add(p, picture_somewhere(random, 4)));
-        struct vec3 low = picture_somewhere(random, 10), size = picture_somewhere(random, 1);
+        struct vec3 p = random_point(random, 10);
+        stage_sphere(builder, random_point(random, 10), random_between(random, 0.2, 2));
+        stage_triangle(builder, p, vec_add(p, random_point(random, 4)),
+                       vec_add(p, random_point(random, 4)));
+        struct vec3 low = random_point(random, 10), size = random_point(random, 1);
         struct box box = {.min = low, .material = m};
         box.max = vec_add(low, vec3(fabs(size.x), fabs(size.y), fabs(size.z)));
         expect_added(builder_add_box(builder, &box));
-        struct disc disc = {.center = picture_somewhere(random, 10),
+        struct disc disc = {.center = random_point(random, 10),
                             .normal = random_unit(random),
                             .radius = random_between(random, 0.2, 2),
                             .material = m};
         expect_added(builder_add_disc(builder, &disc));
-        struct cone cone = {.base = picture_somewhere(random, 10),
+        struct cone cone = {.base = random_point(random, 10),
                             .base_radius = random_between(random, 0.2, 1),
                             .apex_radius = random_between(random, 0, 1),
                             .material = m,
                             .capped = 1};
-        cone.apex = vec_add(cone.base, picture_somewhere(random, 3));
+        cone.apex = vec_add(cone.base, random_point(random, 3));
         expect_added(builder_add_cone(builder, &cone));
     }
 }

@@ -53,9 +53,6 @@ uint64_t picture_differences(const struct picture *a, const struct picture *b);
 
 /* ---- random objects ---- */
 
-/* In the cube of edge 2 * reach around the origin. */
-struct vec3 picture_somewhere(struct random *random, double reach);
-
 /* So many spheres, triangles, boxes, discs and capped cones of size 0.2 to 4 around the origin, in
  * a cube of edge 20. */
 void picture_mixture(struct builder *builder, struct random *random, int count);

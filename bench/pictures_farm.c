@@ -6,15 +6,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "bench/outside.h"
 #include "bench/pictures.h"
 #include "common/message.h"
-
-/* From the environment, as for the tests: FARM, the program, and MPIEXEC. */
-static const char *from_environment(const char *name, const char *fallback)
-{
-    const char *value = getenv(name);
-    return value && *value ? value : fallback;
-}
 
 /* Runs a shell command without its output; its exit status. */
 static int run_quietly(const char *command)

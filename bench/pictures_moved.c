@@ -292,8 +292,8 @@ static void translated_rays(struct block *block, const void *context)
     const struct stage *stage = &moved->stage;
     struct reference *reference = reference_create(stage->ours, 2048);
     for (uint64_t i = 0; i < block->count; i++) {
-        struct vec3 origin = vec_add(picture_somewhere(&block->random, 20), moved->by);
-        struct vec3 target = vec_add(picture_somewhere(&block->random, 10), moved->by);
+        struct vec3 origin = vec_add(random_point(&block->random, 20), moved->by);
+        struct vec3 target = vec_add(random_point(&block->random, 10), moved->by);
         struct ray ray = stage_ray(origin, vec_sub(target, origin));
         uint32_t part, id = reference_nearest(reference, ray.origin, ray.direction, &part);
         struct hit ours = stage_nearest(stage, stage->ours, &ray, &block->tally->fallbacks);

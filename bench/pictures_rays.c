@@ -121,7 +121,7 @@ static void see_both_ways(struct block *block, const void *context)
     struct reference *reference = reference_create(stage->ours, REFERENCE_BITS);
     struct random *random = &block->random;
     for (uint64_t i = 0; i < block->count; i++) {
-        struct vec3 p = picture_somewhere(random, 12), l = picture_somewhere(random, 12);
+        struct vec3 p = random_point(random, 12), l = random_point(random, 12);
         unsigned there = crossings(stage, stage->ours, p, l, &block->tally->fallbacks);
         unsigned back = crossings(stage, stage->ours, l, p, &block->tally->fallbacks);
         if (there != back && !uncertain(reference, p, l))

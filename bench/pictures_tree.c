@@ -298,8 +298,8 @@ static void compare_trees(const struct budget *budget, struct case_result *resul
 
 static struct ray any_ray(struct random *random)
 {
-    struct vec3 origin = picture_somewhere(random, 15);
-    return stage_ray(origin, vec_sub(picture_somewhere(random, 10), origin));
+    struct vec3 origin = random_point(random, 15);
+    return stage_ray(origin, vec_sub(random_point(random, 10), origin));
 }
 
 void run_tree(const struct budget *budget, struct case_result *result)

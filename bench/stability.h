@@ -120,6 +120,7 @@ struct vec3 random_unit(struct random *random);
 /* Unit vectors that make a right-handed frame with axis (unit), turned at random. */
 void random_frame(struct random *random, struct vec3 axis, struct vec3 *u, struct vec3 *v);
 
+/* In the cube of edge 2 * reach around the origin. */
 static inline struct vec3 random_point(struct random *random, double reach)
 {
     double x = random_between(random, -reach, reach), y = random_between(random, -reach, reach);

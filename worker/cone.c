@@ -235,7 +235,7 @@ static double distances(const struct scaled *it)
  * is met, that differ by 2^-88 of the distances involved, 2^-35 of the last place of t: far more
  * than double-double errs by.
  */
-#define SAME_PLACE 0x1p-88
+#define SAME_CROSSING 0x1p-88
 
 /* W C = W F.F - (r0 W + (r1 - r0) f.w)^2 at the origin, rounded once. */
 RARE static struct dd exact_C(const struct scaled *it, const struct cone_line *line)
@@ -290,7 +290,7 @@ static struct interval cone_side(const struct scaled *it, uint64_t *exact)
     if (small < CONE_ROOT_CANCELLED * (size + fabs(line.t)))
         roots_from_origin(it, &line, root, roots);
     /* From the tip both are 0. */
-    if (fabs(roots[1].high) < SAME_PLACE * size) roots[1] = dd(0);
+    if (fabs(roots[1].high) < SAME_CROSSING * size) roots[1] = dd(0);
     return nappe(&line, roots);
 }
 
@@ -366,7 +366,7 @@ struct spans {
 static bool clearly_less(struct dd a, struct dd b, double size)
 {
     if (isinf(a.high) || isinf(b.high)) return a.high < b.high;
-    return dd_sub(b, a).high > SAME_PLACE * (size + fabs(a.high));
+    return dd_sub(b, a).high > SAME_CROSSING * (size + fabs(a.high));
 }
 
 static struct spans solid_spans(struct interval side, const struct slab *slab, double size)
