@@ -68,8 +68,8 @@ static void show_progress(struct server *server, double now)
     progress_update(server->service->progress, &state, now);
 }
 
-/* Whether a renderer still there is counted on to leave. Who was asked for a sign of life and gave none has used up some
- * of the time for it before the end. */
+/* Whether a renderer still there is counted on to leave. Who was asked for a sign of life and gave none has used up
+ * some of the time for it before the end. */
 static bool is_awaited(const struct server *server, const struct contact *contact)
 {
     double since = contact->is_asked ? contact->heard : server->ended;

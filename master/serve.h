@@ -76,10 +76,10 @@ struct service {
 };
 
 /*
- * Serves the queue until every renderer has left, or SERVE_GRACE after the end, or after the last sign of life of those
- * that have been asked for one, for those that do not: they are silent, and take part in nothing more. Returns whether the picture is complete (false
- * after a stop: then the picture shows something like it where pixels are missing, fill_unknown()). Every rank calls
- * this or work().
+ * Serves the queue until every renderer has left. Who does not within SERVE_GRACE after the end, or after his last sign
+ * of life if he has been asked for one, is silent, and takes part in nothing more. Returns whether the picture is
+ * complete (false after a stop: then the picture shows something like it where pixels are missing, fill_unknown()).
+ * Every rank calls this or work().
  */
 bool serve(struct service *service);
 

@@ -47,7 +47,8 @@ static inline bool packet_was(struct packet_trust *trust, bool worth_it)
  * as large as a pixel, is faster with 2. */
 #define BUNDLE 4
 
-/* nearest_rough() of so many times LANES rays. false, and no hit is told, when they are too different; what was tested until then counts in *exact. */
+/* nearest_rough() of so many times LANES rays. false, and no hit is told, when they are too different; what was tested
+ * until then counts in *exact. */
 bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                     unsigned packets, struct hit *hits, uint64_t *exact);
 
