@@ -377,7 +377,7 @@ static void test_statistics_come_last(void **state)
     assert_true(take_in(&test.server));
     assert_true(*pixel_of(&test, &tile) == 0.5f);
     assert_int_equal(test.stats[1].tiles, 17);
-    assert_int_equal(test.server.left, 1);
+    assert_true(test.contacts[1].is_gone);
     tear_down(&test);
 }
 
@@ -401,7 +401,7 @@ static void test_looks_at_mpi(void **state)
     wire.stats_come = test.service.ending = true;
     wire.stats = (struct renderer_stats){.rank = 1};
     take_in(&test.server);
-    assert_true(wire.looks == 4 && test.server.left == 1);
+    assert_true(wire.looks == 4 && test.contacts[1].is_gone);
     take_in(&test.server);
     assert_int_equal(wire.looks, 4);
     tell_stop(&test.server, 2);
