@@ -155,10 +155,10 @@ $(FARM): $(OBJECTS)
 	$(call link,$(LIBS))
 
 # What compiles, and how: when that is not what it was, all is compiled again.
-COMPILES := '$(subst ','\'',$(COMPILE) $(FLAGS) $(CFLAGS))'
-$(BUILD)/flags: FORCE
+COMPILES := $(strip $(COMPILE) $(FLAGS) $(CFLAGS))
+$(BUILD)/flags: $(if $(findstring |$(COMPILES)|,|$(file <$(BUILD)/flags)|),,FORCE)
 	@mkdir -p $(@D)
-	@echo $(COMPILES) | cmp -s - $@ || echo $(COMPILES) >$@
+	@printf '%s\n' '$(subst ','\'',$(COMPILES))' >$@
 
 $(BUILD)/%.o: %.c Makefile $(BUILD)/flags
 	@mkdir -p $(@D)
@@ -259,8 +259,7 @@ EMBREE := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/kernel_embree*.c))
 EMBREE_LIBRARY = $(shell test -e /usr/include/embree4/rtcore.h && echo -lembree4 || echo -lembree3)
 
 # The peer has all that the compiler can do for it.
-$(EMBREE): OPTIMISE := -O3 -g -march=native
-$(EMBREE): FLOAT := -ffast-math -fno-finite-math-only
+$(EMBREE): FLAGS += -O3 -march=native -ffast-math -fno-finite-math-only -ffp-contract=fast
 
 $(BUILD)/bench/kernel: $(BENCH_KERNEL) $(LIBRARY)
 	$(call link,$(LIBS))

@@ -82,7 +82,9 @@ static bool all_left(struct server *server)
     bool own_done = server->own_done;
     pthread_mutex_unlock(&server->lock);
     if (!own_done) return false;
-    for (uint32_t i = server->first_remote; i < server->renderers; i++) {
+    while (server->first_there < server->renderers && server->contacts[server->first_there].is_gone)
+        server->first_there++;
+    for (uint32_t i = server->first_there; i < server->renderers; i++) {
         const struct contact *contact = &server->contacts[i];
         if (!contact->is_gone && is_awaited(server, contact)) return false;
     }
@@ -247,7 +249,7 @@ static void start_server(struct server *server, struct service *service)
 {
     *server = (struct server){.service = service, .own_done = !service->own};
     server->first_rank = service->own ? 0 : 1;
-    server->first_remote = service->own ? 1 : 0;
+    server->first_remote = server->first_there = service->own ? 1 : 0;
     server->renderers = (uint32_t)post_ranks() - server->first_rank;
     server->contacts = allocate_zeroed(server->renderers, sizeof *server->contacts);
     server->drops = allocate(server->renderers, sizeof *server->drops);

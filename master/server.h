@@ -74,6 +74,7 @@ struct server {
     uint32_t first_rank;   /* of renderer 0 */
     uint32_t first_remote; /* renderers from here on are on other ranks */
     uint32_t renderers;
+    uint32_t first_there;     /* all others before it are gone */
     struct contact *contacts; /* per renderer */
     struct drops *drops;      /* per renderer */
     char *message;            /* TILES_MAX_BYTES, zeroed: what fills up parts is 0 or old */
