@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bench/outside.h"
 #include "common/message.h"
 #include "common/vec.h"
 
@@ -25,8 +26,7 @@ struct scene_place {
 static FILE *open_part(const struct scene_place *place, const char *extension)
 {
     char *path = format_text("%s/%s.%s", place->folder, place->name, extension);
-    FILE *file = fopen(path, "w");
-    if (!file) fatal("%s: %s", path, strerror(errno));
+    FILE *file = open_to_write(path);
     free(path);
     return file;
 }

@@ -17,6 +17,7 @@
 #include <unistd.h>
 
 #include "bench/median.h"
+#include "bench/outside.h"
 #include "bench/report_values.h"
 #include "common/message.h"
 #include "common/protocol.h"
@@ -151,9 +152,7 @@ static FILE *create(const char *folder, const char *name)
 {
     char path[512];
     snprintf(path, sizeof path, "%s/%s", folder, name);
-    FILE *file = fopen(path, "w");
-    if (!file) fatal("cannot write %s", path);
-    return file;
+    return open_to_write(path);
 }
 
 /* Waves on a square sheet, with faces for so many sides: 0, 1 or 2. */
@@ -243,14 +242,13 @@ struct run {
 static void start_farm(const char *folder, const char *variant)
 {
     char config[512], picture[512], report[512], choice[64];
-    const char *farm = getenv("FARM");
+    const char *farm = from_environment("FARM", "./farm");
     snprintf(config, sizeof config, "%s/omit.ini", folder);
     snprintf(picture, sizeof picture, "output.image=%s/%s.pfm", folder, variant);
     snprintf(report, sizeof report, "output.report=%s/omit.json", folder);
     snprintf(choice, sizeof choice, "farm.variant=%s", variant);
     if (!freopen("/dev/null", "w", stdout) || !freopen("/dev/null", "w", stderr)) _exit(1);
-    execl(farm && *farm ? farm : "./farm", "farm", config, picture, report, choice,
-          "output.journal=", (char *)NULL);
+    execl(farm, "farm", config, picture, report, choice, "output.journal=", (char *)NULL);
     _exit(1);
 }
 

@@ -153,7 +153,8 @@ static bool is_dear(const struct queue *queue, const struct item *item)
     return (double)item->worst * processors > DEAR_PART * queue->pace.total;
 }
 
-/* If all pixels of a tile cost what the dearest around does, it may take so many times as long. */
+/* If all pixels of a tile cost what the dearest around does, it may take so many times as long: with a time limit a 16th
+ * of that. Ordinary tiles, which are far below the one, are far below the other, too. */
 #define WORST_MOST 4
 
 /* Whether the tile is to be split as it may take too long for any renderer. */

@@ -51,7 +51,7 @@ static struct figure seconds_figure(double seconds)
     return figure;
 }
 
-/* Three digits, and whole seconds. */
+/* Three digits, and from 1000 on whole seconds, as long as figures of digits are short. */
 static struct figure rough_seconds(double seconds)
 {
     struct figure figure;

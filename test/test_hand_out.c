@@ -436,8 +436,8 @@ static void put_uneven_pass(struct farm *farm, double seconds)
 }
 
 /* Samples that it then asks for, in seconds that as many took in the last pass; 0: none, as that would come too
- * late. */
-static double asked_for(struct standing standing)
+ * late. *took: wall seconds, which pass for the run as well. */
+static double asked_for(struct standing standing, double *took)
 {
     struct farm *farm = farm_open(&small_tiles);
     struct view view = {.min_samples = 4, .max_samples = 4096};
@@ -463,6 +463,7 @@ static double asked_for(struct standing standing)
     farm->service.deadline = now + standing.left;
     farm->server.start = now - standing.elapsed;
     follow_passes(&farm->server);
+    *took = clock_wall() - now;
     assert_false(farm->server.last_pass);
     double seconds = (double)adaptive_work(adaptive, &all).samples / samples * rendered;
     assert_true((seconds > 0) == !queue_complete(farm->service.queue));
@@ -474,7 +475,10 @@ static double asked_for(struct standing standing)
 
 static void check_asked(struct standing standing, double least, double most)
 {
-    double seconds = asked_for(standing);
+    double seconds = 0, took = HUGE_VAL;
+    /* Once more where the test was kept waiting: half of what is taken for work before anything is known (0.01 s). */
+    for (int attempt = 0; attempt < 100 && took > 0.005; attempt++)
+        seconds = asked_for(standing, &took);
     if (!(seconds >= least && seconds <= most))
         fail_msg("%g s are asked for where %g are left", seconds, standing.left);
 }
@@ -491,9 +495,8 @@ static void test_pass_fits_the_time(void **state)
     check_asked((struct standing){10, 4, 2, 0}, 5, 9);
     check_asked((struct standing){10, 0.7, 1, 0}, 0.7, 1.5);
     check_asked((struct standing){10, 0, 1, 0}, 0, 0);
-    /* All three will render, three hundredths of a second's work before anything is known: what an earlier run's have
-     * done is not this one's. A thousandth that passes meanwhile takes a tenth off. */
-    check_asked((struct standing){0, 4, 1, 20}, 1, 6);
+    /* All three will render: what an earlier run's have done is not this one's. */
+    check_asked((struct standing){0, 4, 1, 20}, 2.3, 6);
 }
 
 /* Of a time limit so much is kept as its end takes, but no more than half. */
