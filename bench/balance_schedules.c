@@ -45,7 +45,8 @@ static struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t 
                                   .height = height,
                                   .renderers = machine->renderers,
                                   .master_renders = machine->master_renders,
-                                  .crowd = crowd};
+                                  .crowd = crowd,
+                                  .samples = samples};
     uint32_t processors = crowd ? crowd->processors : machine->renderers * machine->node_cores;
     if (!bench_schedules[schedule].is_static)
         config.tile_edge = queue_auto_edge(config.schedule, width, height, samples, processors);

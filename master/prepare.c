@@ -48,6 +48,7 @@ static bool make_queue(struct run *run, const struct view *view)
                                   .master_renders = master_renders,
                                   .crowd = &run->crowd,
                                   .tile_edge = tile_edge(settings, view, processors),
+                                  .samples = view->min_samples,
                                   .most_work = TILE_PART * settings->sampling.time_limit /
                                                view->min_samples};
     config.probe_edge =

@@ -56,6 +56,7 @@ struct queue_config {
     uint32_t tile_edge;  /* dynamic, tiles: of a tile, pixels, at least 1; else: rows of a band, 0:
                           * auto */
     uint32_t probe_edge; /* dynamic: pixels from probe to probe; 0: no pre-pass */
+    uint32_t samples;    /* of a pixel, the fewest; 0: one */
     double most_work; /* dynamic: seconds of probing that a tile may be predicted to take; 0: any */
 };
 

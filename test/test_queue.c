@@ -855,6 +855,39 @@ static void test_dear_of_few_are_split(void **state)
     assert_int_equal(largest_dear(&config), 64 * 64);
 }
 
+/* Pixels of the first tile of a full lot, of which a tile of 4 x 4 pixels is two. */
+static uint32_t first_of_lot(uint32_t samples)
+{
+    const uint32_t renderers = 16;
+    const struct queue_config config = {.width = 4 * 2 * renderers,
+                                        .height = 4,
+                                        .renderers = renderers,
+                                        .tile_edge = 4,
+                                        .samples = samples};
+    struct queue *queue = queue_create(&config);
+    struct tile lot[LOT_TILES];
+    uint32_t count = queue_next(queue, 1, 0, lot);
+    double now = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        double seconds = 1e-2 * tile_pixels(&lot[i]);
+        queue_finish(queue, 1, lot[i].id, now += seconds, seconds);
+    }
+    assert_true(queue_next(queue, 2, now, lot) > 0);
+    queue_destroy(queue);
+    return tile_pixels(&lot[0]);
+}
+
+/* Parts of a small tile cost more than it does where a pixel has few samples, and only there it stays whole. */
+static void test_small_are_split_by_their_samples(void **state)
+{
+    (void)state;
+    assert_int_equal(first_of_lot(0), 16);
+    assert_int_equal(first_of_lot(1), 16);
+    assert_int_equal(first_of_lot(16), 16);
+    assert_int_equal(first_of_lot(17), 8);
+    assert_int_equal(first_of_lot(4096), 8);
+}
+
 /* The dear ones are the left half of these columns alone: so few that a tile of them is much of a share. */
 #define DEAR_WIDTH 32
 
@@ -2027,6 +2060,7 @@ int main(void)
         cmocka_unit_test(test_tiles_take_so_long_at_most),
         cmocka_unit_test(test_neighbours_are_warned),
         cmocka_unit_test(test_dear_of_few_are_split),
+        cmocka_unit_test(test_small_are_split_by_their_samples),
         cmocka_unit_test(test_dear_of_late_are_broken_up),
         cmocka_unit_test(test_idle_take_unbegun),
         cmocka_unit_test(test_pieces_replace),
