@@ -162,12 +162,7 @@ static inline void find_sphere(struct points *points, uint32_t i)
     put_surface(points, i, &place, normal, sure);
 }
 
-static FLATTENED void find_spheres(struct points *points, uint32_t begin, uint32_t end)
-{
-    OVER_LANES
-    for (uint32_t i = begin; i < end; i++)
-        find_sphere(points, i);
-}
+IN_LANES(find_spheres, points, find_sphere)
 
 /* What shear_of() makes of a vector, without a branch: z is its direction's longest component. */
 struct turn {
@@ -267,12 +262,7 @@ static inline void weigh_corners(struct points *points, uint32_t i)
     points->sure[i] = truth(sure | !rough);
 }
 
-static FLATTENED void weigh_triangles(struct points *points, uint32_t begin, uint32_t end)
-{
-    OVER_LANES
-    for (uint32_t i = begin; i < end; i++)
-        weigh_corners(points, i);
-}
+IN_LANES(weigh_triangles, points, weigh_corners)
 
 /* Whether all points are far enough from their rays' origins for the means of the corners. */
 static FLATTENED bool triangles_are_far(struct points *points, uint32_t begin, uint32_t end)
@@ -305,12 +295,7 @@ static inline void find_far_triangle(struct points *points, uint32_t i)
     put_triangle(points, i, &mean, b, c);
 }
 
-static FLATTENED void find_far_triangles(struct points *points, uint32_t begin, uint32_t end)
-{
-    OVER_LANES
-    for (uint32_t i = begin; i < end; i++)
-        find_far_triangle(points, i);
-}
+IN_LANES(find_far_triangles, points, find_far_triangle)
 
 static inline void find_triangle(struct points *points, uint32_t i)
 {
@@ -325,12 +310,7 @@ static inline void find_triangle(struct points *points, uint32_t i)
     put_triangle(points, i, &place, b, c);
 }
 
-static FLATTENED void find_triangles(struct points *points, uint32_t begin, uint32_t end)
-{
-    OVER_LANES
-    for (uint32_t i = begin; i < end; i++)
-        find_triangle(points, i);
-}
+IN_LANES(find_triangles, points, find_triangle)
 
 /* The interpolated normals of patches, from those in a, b and c. */
 static inline void interpolate_normal(struct points *points, uint32_t i)
@@ -344,12 +324,7 @@ static inline void interpolate_normal(struct points *points, uint32_t i)
     points->sure[i] = truth(sure);
 }
 
-static FLATTENED void interpolate_normals(struct points *points, uint32_t begin, uint32_t end)
-{
-    OVER_LANES
-    for (uint32_t i = begin; i < end; i++)
-        interpolate_normal(points, i);
-}
+IN_LANES(interpolate_normals, points, interpolate_normal)
 
 static void gather_sides(const struct scene *scene, const struct ray *rays, const struct hit *hits,
                          uint32_t begin, uint32_t end, struct points *points)
@@ -380,12 +355,7 @@ static inline void find_side(struct points *points, uint32_t i)
     put_surface(points, i, &place, normal, sure);
 }
 
-static FLATTENED void find_sides(struct points *points, uint32_t begin, uint32_t end)
-{
-    OVER_LANES
-    for (uint32_t i = begin; i < end; i++)
-        find_side(points, i);
-}
+IN_LANES(find_sides, points, find_side)
 
 /* How far along a line a plane through a point is: plane_parameter() and a cap's, where exact_dot3() does
  * without exact arithmetic. */
@@ -437,12 +407,7 @@ static inline void find_cap(struct points *points, uint32_t i)
     put_surface(points, i, &place, normal, sure);
 }
 
-static FLATTENED void find_caps(struct points *points, uint32_t begin, uint32_t end)
-{
-    OVER_LANES
-    for (uint32_t i = begin; i < end; i++)
-        find_cap(points, i);
-}
+IN_LANES(find_caps, points, find_cap)
 
 static void gather_flats(const struct scene *scene, const struct hit *hits, uint32_t begin,
                          uint32_t end, struct points *points)
@@ -467,12 +432,7 @@ static inline void find_flat(struct points *points, uint32_t i)
     put_surface(points, i, &place, normal, sure);
 }
 
-static FLATTENED void find_flats(struct points *points, uint32_t begin, uint32_t end)
-{
-    OVER_LANES
-    for (uint32_t i = begin; i < end; i++)
-        find_flat(points, i);
-}
+IN_LANES(find_flats, points, find_flat)
 
 static void find_groups(const struct scene *scene, const struct ray *rays, const struct hit *hits,
                         const uint32_t first[GROUPS + 1], struct points *points)
@@ -524,12 +484,7 @@ static inline void turn_normal(struct points *points, uint32_t i)
     points->sure[i] = truth(sure);
 }
 
-static FLATTENED void turn_normals(struct points *points)
-{
-    OVER_LANES
-    for (uint32_t i = 0; i < points->count; i++)
-        turn_normal(points, i);
-}
+IN_LANES(turn_normals, points, turn_normal)
 
 static void put_point(struct points *points, uint32_t i, const struct shading_point *at)
 {
@@ -590,7 +545,7 @@ void points_find(const struct scene *scene, const struct bvh *bvh, const struct 
     doubt_from(points, exact ? first[GROUP_OTHERS] : 0);
     find_singly(scene, bvh, rays, hits, points, exact_fallbacks);
     if (exact)
-        turn_normals(points);
+        turn_normals(points, 0, points->count);
     else
         doubt_from(points, 0);
     turn_singly(scene, rays, points);

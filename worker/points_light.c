@@ -61,12 +61,7 @@ static inline void light_diffuse_lane(struct lit *lit, uint32_t i)
     lit->sure[i] = truth(sure);
 }
 
-static FLATTENED void light_diffuse(struct lit *lit)
-{
-    OVER_LANES
-    for (uint32_t i = 0; i < lit->count; i++)
-        light_diffuse_lane(lit, i);
-}
+IN_LANES(light_diffuse, lit, light_diffuse_lane)
 
 static inline void add_highlight(struct lit *lit, uint32_t i)
 {
@@ -80,12 +75,7 @@ static inline void add_highlight(struct lit *lit, uint32_t i)
     lit->sure[i] = truth((lit->sure[i] != 0) & (sure | !(specular > 0)));
 }
 
-static FLATTENED void add_highlights(struct lit *lit)
-{
-    OVER_LANES
-    for (uint32_t i = 0; i < lit->count; i++)
-        add_highlight(lit, i);
-}
+IN_LANES(add_highlights, lit, add_highlight)
 
 static bool any_specular(const struct lit *lit)
 {
@@ -99,8 +89,8 @@ void points_light(const struct points *points, struct lit *lit)
     bool exact = points->formulas == FORMULAS_EXACT;
     if (exact) {
         gather_lit(points, lit);
-        light_diffuse(lit);
-        if (any_specular(lit)) add_highlights(lit);
+        light_diffuse(lit, 0, lit->count);
+        if (any_specular(lit)) add_highlights(lit, 0, lit->count);
     }
     for (uint32_t i = 0; i < lit->count; i++) {
         if (exact && lit->sure[i] != 0) continue;
@@ -133,19 +123,14 @@ static inline void reflect_lane(struct onward *onward, uint32_t i)
     onward->sure[i] = truth(sure);
 }
 
-static FLATTENED void reflect_lanes(struct onward *onward)
-{
-    OVER_LANES
-    for (uint32_t i = 0; i < onward->count; i++)
-        reflect_lane(onward, i);
-}
+IN_LANES(reflect_lanes, onward, reflect_lane)
 
 void points_reflect(const struct points *points, struct onward *onward)
 {
     bool exact = points->formulas == FORMULAS_EXACT;
     if (exact) {
         gather_onward(points, onward);
-        reflect_lanes(onward);
+        reflect_lanes(onward, 0, onward->count);
     }
     for (uint32_t i = 0; i < onward->count; i++) {
         if (exact && onward->sure[i] != 0) continue;
@@ -173,19 +158,14 @@ static inline void refract_lane(struct onward *onward, uint32_t i)
     onward->sure[i] = truth(plain & (from != to) & facing & (through | !passes));
 }
 
-static FLATTENED void refract_lanes(struct onward *onward)
-{
-    OVER_LANES
-    for (uint32_t i = 0; i < onward->count; i++)
-        refract_lane(onward, i);
-}
+IN_LANES(refract_lanes, onward, refract_lane)
 
 void points_refract(const struct points *points, struct onward *onward)
 {
     bool exact = points->formulas == FORMULAS_EXACT;
     if (exact) {
         gather_onward(points, onward);
-        refract_lanes(onward);
+        refract_lanes(onward, 0, onward->count);
     }
     for (uint32_t i = 0; i < onward->count; i++) {
         if (exact && onward->sure[i] != 0) continue;

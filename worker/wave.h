@@ -49,6 +49,15 @@ static inline double truth(bool value)
 /* Before a loop over lanes, which are independent of each other. */
 #define OVER_LANES _Pragma("omp simd")
 
+/* name(): does of_one() for each lane from begin to end - 1 of a struct of lanes. */
+#define IN_LANES(name, type, of_one)                                                               \
+    static FLATTENED void name(struct type *it, uint32_t begin, uint32_t end)                      \
+    {                                                                                              \
+        OVER_LANES                                                                                 \
+        for (uint32_t i = begin; i < end; i++)                                                     \
+            of_one(it, i);                                                                         \
+    }
+
 /* The squares of vec_normalize() are in range. */
 static inline bool is_plain_square(double square)
 {
