@@ -326,31 +326,47 @@ static inline void interpolate_normal(struct points *points, uint32_t i)
 
 IN_LANES(interpolate_normals, points, interpolate_normal)
 
-static void gather_sides(const struct scene *scene, const struct ray *rays, const struct hit *hits,
+/* a: the base; b: the apex; c: the radii; special: of a side 1 where the ray starts on that cone, of a cap 1 for the
+ * apex's. */
+static void gather_cones(const struct scene *scene, const struct ray *rays, const struct hit *hits,
                          uint32_t begin, uint32_t end, struct points *points)
 {
     const struct cone *cones = scene_cones(scene);
     for (uint32_t i = begin; i < end; i++) {
-        uint32_t primitive = hits[points->slot[i]].primitive;
-        const struct cone *cone = &cones[primitive_index(primitive)];
+        const struct hit *hit = &hits[points->slot[i]];
+        const struct cone *cone = &cones[primitive_index(hit->primitive)];
+        bool starts = rays[points->slot[i]].from == hit->primitive;
         set_lane(&points->a, i, cone->base);
         set_lane(&points->b, i, cone->apex);
         set_lane(&points->c, i, vec3(cone->base_radius, cone->apex_radius, 0));
-        points->special[i] = truth(rays[points->slot[i]].from == primitive);
+        points->special[i] = truth(hit->part == CONE_SIDE ? starts : hit->part == CONE_APEX_CAP);
     }
+}
+
+static inline struct cone cone_at(const struct points *points, uint32_t i)
+{
+    return (struct cone){.base = lane(&points->a, i),
+                         .apex = lane(&points->b, i),
+                         .base_radius = points->c.x[i],
+                         .apex_radius = points->c.y[i]};
+}
+
+/* A point of a line, seen from `anchor`, as plane_point() and cone_point() have it. */
+static inline struct place line_place(struct vec3 anchor, struct vec3 origin, struct vec3 direction,
+                                      struct dd t)
+{
+    return (struct place){anchor,
+                          dd3_add(exact_difference3(origin, anchor), dd3_scale(direction, t))};
 }
 
 /* cone_point() and cone_normal() of a ray that does not start on that cone. */
 static inline void find_side(struct points *points, uint32_t i)
 {
     struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
-    struct cone cone = {.base = lane(&points->a, i),
-                        .apex = lane(&points->b, i),
-                        .base_radius = points->c.x[i],
-                        .apex_radius = points->c.y[i]};
+    struct cone cone = cone_at(points, i);
     bool sure = points->special[i] == 0;
     struct dd t = cone_side_parameter(&cone, o, d, points->t[i], points->u[i], &sure);
-    struct place place = {cone.base, dd3_add(exact_difference3(o, cone.base), dd3_scale(d, t))};
+    struct place place = line_place(cone.base, o, d, t);
     struct vec3 normal = plain_unit(cone_side_gradient(&cone, place.offset, &sure), &sure);
     put_surface(points, i, &place, normal, sure);
 }
@@ -366,42 +382,17 @@ static inline struct dd flat_distance(struct vec3 through, struct dd3 normal, st
     return dd_div(plain_dot3(exact_difference3(through, origin), normal, sure), speed);
 }
 
-/* A point of a line, seen from `anchor`, as plane_point() and cone_point() have it. */
-static inline struct place line_place(struct vec3 anchor, struct vec3 origin, struct vec3 direction,
-                                      struct dd t)
-{
-    return (struct place){anchor,
-                          dd3_add(exact_difference3(origin, anchor), dd3_scale(direction, t))};
-}
-
-/* a: the base; b: the apex; c: the radii; special: 1 for the apex's cap. */
-static void gather_caps(const struct scene *scene, const struct hit *hits, uint32_t begin,
-                        uint32_t end, struct points *points)
-{
-    const struct cone *cones = scene_cones(scene);
-    for (uint32_t i = begin; i < end; i++) {
-        const struct hit *hit = &hits[points->slot[i]];
-        const struct cone *cone = &cones[primitive_index(hit->primitive)];
-        set_lane(&points->a, i, cone->base);
-        set_lane(&points->b, i, cone->apex);
-        set_lane(&points->c, i, vec3(cone->base_radius, cone->apex_radius, 0));
-        points->special[i] = truth(hit->part == CONE_APEX_CAP);
-    }
-}
-
 /* cone_point() and cone_normal(). A cap's own distance is another one than the hit's where a rim is
  * not told from it. */
 static inline void find_cap(struct points *points, uint32_t i)
 {
-    struct vec3 base = lane(&points->a, i), apex = lane(&points->b, i);
     struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
-    struct cone cone = {
-        .base = base, .apex = apex, .base_radius = points->c.x[i], .apex_radius = points->c.y[i]};
+    struct cone cone = cone_at(points, i);
     bool sure = cone_is_ordinary(&cone, o, d), at_apex = points->special[i] != 0;
-    struct dd3 w = exact_difference3(apex, base);
-    struct dd t = flat_distance(choose(at_apex, apex, base), w, o, d, &sure);
+    struct dd3 w = exact_difference3(cone.apex, cone.base);
+    struct dd t = flat_distance(choose(at_apex, cone.apex, cone.base), w, o, d, &sure);
     sure &= fabs(t.high - points->t[i]) <= points->u[i];
-    struct place place = line_place(base, o, d, t);
+    struct place place = line_place(cone.base, o, d, t);
     struct vec3 axis = dd3_round(w);
     struct vec3 normal = plain_unit(choose(at_apex, axis, vec_neg(axis)), &sure);
     put_surface(points, i, &place, normal, sure);
@@ -456,12 +447,9 @@ static void find_groups(const struct scene *scene, const struct ray *rays, const
         gather_normals(scene, hits, patches, sides, points);
         interpolate_normals(points, patches, sides);
     }
-    if (caps > sides) {
-        gather_sides(scene, rays, hits, sides, caps, points);
+    if (flats > sides) {
+        gather_cones(scene, rays, hits, sides, flats, points);
         find_sides(points, sides, caps);
-    }
-    if (flats > caps) {
-        gather_caps(scene, hits, caps, flats, points);
         find_caps(points, caps, flats);
     }
     if (others > flats) {
