@@ -150,9 +150,7 @@ static inline struct dd cone_side_parameter(const struct cone *cone, struct vec3
     *sure &= line.A.high > cone_A_error(&line);
     struct dd square = cone_discriminant(&line, &bound);
     *sure &= square.high > CONE_LINE_FILTER * bound;
-    double root = sqrt(square.high);
-    double rest = fma(-root, root, square.high) + square.low;
-    struct dd q = cone_larger_sum(line.B, sum_of_ordered(root, rest / (2 * root)));
+    struct dd q = cone_larger_sum(line.B, dd_root(square));
     struct dd first = dd_add(dd(line.t), dd_div(line.C, q));
     struct dd second = dd_add(dd(line.t), dd_div(q, line.A));
     double reach = cone_distances(cone, o, d) + fabs(line.t);
@@ -178,9 +176,7 @@ static inline struct vec3 cone_side_gradient(const struct cone *cone, struct dd3
     struct dd3 radial = dd3_sub(p, dd3_multiply(w, dd_div(dd3_dot(p, w), W)));
     struct dd square = dd3_dot(radial, radial);
     *sure &= square.high > 0;
-    double root = sqrt(square.high);
-    double rest = fma(-root, root, square.high) + square.low;
-    struct dd rho = sum_of_ordered(root, rest / (2 * root));
+    struct dd rho = dd_root(square);
     struct dd3 tilt = dd3_multiply(w, dd_div(dd_mul(rho, widening), W));
     return dd3_round(dd3_sub(radial, tilt));
 }

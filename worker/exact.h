@@ -125,13 +125,17 @@ static inline struct dd dd_div(struct dd a, struct dd b)
     return sum_of_ordered(quotient, rest / b.high);
 }
 
-/* 25/8; 0 for what is not positive */
+/* 25/8; NaN for what is not positive. */
+static inline struct dd dd_root(struct dd a)
+{
+    double root = sqrt(a.high), rest = fma(-root, root, a.high) + a.low;
+    return sum_of_ordered(root, rest / (2 * root));
+}
+
+/* The same, but 0 for what is not positive. */
 static inline struct dd dd_sqrt(struct dd a)
 {
-    if (!(a.high > 0)) return dd(0);
-    double root = sqrt(a.high);
-    double rest = fma(-root, root, a.high) + a.low;
-    return sum_of_ordered(root, rest / (2 * root));
+    return a.high > 0 ? dd_root(a) : dd(0);
 }
 
 /*

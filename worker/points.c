@@ -144,9 +144,7 @@ static inline struct place sphere_place(const struct points *points, uint32_t i,
     struct sphere_line line =
         sphere_line_from(center, r, o, d, sphere_closest_approach(center, o, d));
     *sure &= line.discriminant.high > SPHERE_LINE_FILTER * sphere_line_error(&line, r);
-    double root = sqrt(line.discriminant.high);
-    double rest = fma(-root, root, line.discriminant.high) + line.discriminant.low;
-    line.half = sum_of_ordered(root, rest / (2 * root));
+    line.half = dd_root(line.discriminant);
     double behind = sphere_line_behind(&line, t);
     *sure &= fabs(behind) > sphere_line_behind_error(&line, d, r) + points->u[i];
     bool second = (behind > 0) | (points->special[i] != 0);

@@ -147,9 +147,7 @@ static inline void refract_lane(struct onward *onward, uint32_t i)
     bool plain, facing = vec_dot(view, normal) < 0;
     struct transition at = transition_from(from, to, cosine_in(view, normal, &e, &d), &plain);
     bool passes = (at.k.high >= 0) & (to >= N2_MIN);
-    double root = sqrt(at.k.high), rest = fma(-root, root, at.k.high) + at.k.low;
-    struct dd cos_t = sum_of_ordered(root, rest / (2 * root));
-    struct vec3 out = passed_view(view, normal, &at, cos_t, e, d);
+    struct vec3 out = passed_view(view, normal, &at, dd_root(at.k), e, d);
     bool through = vec_dot(out, lane(&onward->geometric, i)) < 0;
     set_lane(&onward->direction, i, out);
     onward->passes[i] = truth(passes);
