@@ -55,7 +55,7 @@ static inline void light_diffuse_lane(struct lit *lit, uint32_t i)
 {
     bool sure = true;
     struct vec3 unit = plain_unit(lane(&lit->to_light, i), &sure);
-    double cos_a = vec_dot(unit, lane(&lit->normal, i));
+    double cos_a = lit_cosine(unit, lane(&lit->normal, i));
     struct vec3 color = vec_mul(lane(&lit->strength, i), lane(&lit->surface, i));
     set_lane(&lit->color, i, vec_scale(color, lit->diffuse[i] * cos_a));
     lit->sure[i] = truth(sure);

@@ -41,7 +41,7 @@ struct vec3 shade_light(const struct shading_point *at, struct vec3 to_light, st
 {
     const struct material *material = at->material;
     struct vec3 unit = vec_normalize(to_light);
-    double cos_a = vec_dot(unit, at->normal);
+    double cos_a = lit_cosine(unit, at->normal);
     struct vec3 color = vec_scale(vec_mul(strength, material->color), material->diffuse * cos_a);
     if (material->specular > 0) {
         double lobe = at->formulas == FORMULAS_PAPER

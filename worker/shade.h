@@ -52,10 +52,17 @@ struct vec3 reflect(const struct shading_point *at);
  * internal reflection. */
 bool refract(const struct shading_point *at, double from, double to, struct vec3 *direction);
 
-/* Colour of the background in a direction. */
+/* The cosine of a light that faces a point: next to 90 degrees rounding may take it below 0. NaN stays. */
+static inline double lit_cosine(struct vec3 unit, struct vec3 normal)
+{
+    return larger_number(0, vec_dot(unit, normal));
+}
+
+/* Colour of the background in a direction. Two unit vectors' product may be rounded beyond 1. */
 static inline struct vec3 background(const struct view *view, struct vec3 direction)
 {
     double up = 0.5 * (1 + vec_dot(direction, view->background_up));
+    up = smaller_number(1, larger_number(0, up));
     struct vec3 bottom = vec_scale(view->background_bottom, 1 - up);
     return vec_add_scaled(bottom, view->background_top, up);
 }
