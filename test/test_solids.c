@@ -185,81 +185,6 @@ static struct ray some_ray(uint64_t *random, const struct cone *cone, double spr
     return ray_to(vec_add(target, way), target);
 }
 
-/* Whether nothing of it is at 0 < t < farthest. */
-static bool is_elsewhere(const struct truth *truth, double farthest)
-{
-    return !truth->met || mpfr_sgn(truth->leave) < 0 || mpfr_cmp_d(truth->enter, farthest) > 0;
-}
-
-/* ---- one by one ---- */
-
-struct tally {
-    unsigned pierced, beyond, off, beside;
-};
-
-static void check_filters(const struct cone *cone, const struct ray *ray, double farthest,
-                          const struct truth *truth, struct tally *tally)
-{
-    struct cone_sketch sketch = cone_sketch(cone, ray);
-    double middle;
-    if (!cone_sketch_holds(&sketch)) return;
-    if (cone_is_beside(&sketch)) {
-        tally->beside++;
-        assert_false(truth->met);
-    }
-    if (cone_is_beyond(&sketch, farthest)) {
-        tally->beyond++;
-        assert_true(!truth->met || mpfr_cmp_d(truth->enter, farthest) > 0);
-    }
-    if (cone_is_off(&sketch, farthest)) {
-        tally->off++;
-        assert_true(is_elsewhere(truth, farthest));
-    }
-    if (cone_is_pierced(cone, &sketch, ray, farthest, &middle)) {
-        tally->pierced++;
-        assert_true(truth->met && mpfr_sgn(truth->enter) > 0);
-        assert_true(mpfr_cmp_d(truth->enter, middle) < 0 && mpfr_cmp_d(truth->leave, middle) > 0);
-        assert_true(mpfr_cmp_d(truth->leave, farthest) < 0);
-    }
-}
-
-/* At random, and next to where the ray comes in or goes out. */
-static double some_distance(uint64_t *random, const struct truth *truth)
-{
-    double t = random_between(random, 0, 2);
-    unsigned choice = random_below(random, 4);
-    if (choice > 1 || !truth->met) return t;
-    t = choice == 0 ? mpfr_get_d(truth->enter, MPFR_RNDN) : mpfr_get_d(truth->leave, MPFR_RNDN);
-    t *= 1 + random_between(random, -1, 1) * some_size(random, -17, -8);
-    return t > 0 && isfinite(t) ? t : 1;
-}
-
-static void check_cones(unsigned count, double spread)
-{
-    uint64_t random = 51;
-    struct tally tally = {0, 0, 0, 0};
-    struct truth truth;
-    truth_init(&truth);
-    for (unsigned i = 0; i < count; i++) {
-        struct cone cone = some_cone(&random, spread / 4);
-        struct ray ray = some_ray(&random, &cone, spread);
-        cone_truth(&cone, &ray, &truth);
-        for (unsigned k = 0; k < 4; k++)
-            check_filters(&cone, &ray, some_distance(&random, &truth), &truth, &tally);
-    }
-    truth_clear(&truth);
-    assert_true(tally.pierced > count / 50 && tally.beyond > count / 50);
-    assert_true(tally.off > count / 50 && tally.beside > count / 50);
-}
-
-static void test_cone_filters(void **state)
-{
-    (void)state;
-    check_cones(10000, 2);
-    check_cones(10000, 8);
-    check_cones(10000, 20);
-}
-
 /* ---- in lanes ---- */
 
 struct counts {
@@ -404,7 +329,6 @@ static void test_sphere_lanes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_cone_filters),
         cmocka_unit_test(test_cone_lanes),
         cmocka_unit_test(test_sphere_lanes),
     };

@@ -103,7 +103,7 @@ static INLINED void nearest_planes(struct nearest_walk *walk, bool naive)
 {
     uint32_t end = plane_ids_end(walk->probe.scene);
     for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < end; id++)
-        if (!LANES_IN_SIMD || naive || !plane_is_missed(walk, id))
+        if (naive || !plane_is_missed(walk, id))
             nearest_primitive(walk, id, naive);
 }
 
@@ -205,7 +205,7 @@ static INLINED void nearest_solids(struct nearest_walk *walk, const struct bvh_l
                                    uint32_t count, bool naive)
 {
     for (uint32_t i = 0; i < count; i++)
-        if (LANES_IN_SIMD && !naive && has_spans(leaves[i].id))
+        if (!naive && has_spans(leaves[i].id))
             nearest_span(walk, &leaves[i]);
         else
             nearest_primitive(walk, leaves[i].id, naive);

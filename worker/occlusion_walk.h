@@ -210,7 +210,7 @@ static INLINED bool occlusion_solids(struct occlusion_walk *walk, const struct b
                                      uint32_t count, bool naive)
 {
     for (uint32_t i = 0; i < count; i++)
-        if (!(LANES_IN_SIMD && !naive && has_spans(leaves[i].id)
+        if (!(!naive && has_spans(leaves[i].id)
                   ? occlusion_span(walk, &leaves[i])
                   : occlusion_primitive(walk, &leaves[i], naive)))
             return end_at_blocker(walk, &leaves[i], 1);
@@ -260,7 +260,7 @@ static INLINED unsigned plane_passages(const struct occlusion_walk *walk, uint32
 {
     const struct probe *probe = &walk->probe;
     const struct ray *ray = probe->ray;
-    if (LANES_IN_SIMD && !naive && id != ray->from) {
+    if (!naive && id != ray->from) {
         struct plane_span_one span = plane_span_of_one(probe->scene, id, &probe->line);
         if (span.told && (span.to < 0 || ray->t_max < span.from)) return 0;
         if (span.told && start_reach(ray) < span.from && span.to < ray->t_max) return 1;
