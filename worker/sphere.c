@@ -69,10 +69,13 @@ static struct dd exact_discriminant(const struct scaled *it)
  * discriminant is taken from exact arithmetic, also for the value: elsewhere its root errs by 2^-13
  * of itself times the error bound's root, or by less than 2^-56 of the radius.
  */
-static bool line_meets(const struct scaled *it, struct sphere_line *line)
+static bool line_meets(const struct scaled *it, struct sphere_line *line, uint64_t *exact)
 {
     double error = SPHERE_LINE_FILTER * sphere_line_error(line, it->sphere.radius);
-    if (fabs(line->discriminant.high) <= error) line->discriminant = exact_discriminant(it);
+    if (fabs(line->discriminant.high) <= error) {
+        ++*exact;
+        line->discriminant = exact_discriminant(it);
+    }
     line->half = dd_sqrt(line->discriminant);
     return line->discriminant.high >= 0;
 }
@@ -118,14 +121,13 @@ static void both_roots(const struct scaled *it, const struct sphere_line *line, 
 }
 
 FLATTENED struct crossings sphere_roots(const struct sphere *sphere, const struct ray *ray,
-                                        const struct sphere_approach *near, uint64_t *exact)
+                                        uint64_t *exact)
 {
     struct crossings found = NO_CROSSINGS;
     struct scaled it = scaled_of(sphere, ray);
     struct sphere_line line = line_from(&it, closest_approach(&it));
     struct dd roots[2];
-    if (!sphere_is_met(sphere, near)) ++*exact;
-    if (!line_meets(&it, &line)) return found;
+    if (!line_meets(&it, &line, exact)) return found;
     both_roots(&it, &line, roots);
     int exponent = it.length - it.speed;
     if (!sphere->inside_only) found.t[0] = ldexp(roots[0].high, exponent);
@@ -160,7 +162,8 @@ static unsigned root_at(const struct sphere *sphere, const struct dd roots[2], d
 static struct dd offset_at(const struct scaled *it, struct sphere_line *line, double t)
 {
     double scaled_t = it->length == it->speed ? t : ldexp(t, it->speed - it->length);
-    if (!line_meets(it, line)) return dd_div(dd_negate(line->along), line->a);
+    uint64_t ignored = 0;
+    if (!line_meets(it, line, &ignored)) return dd_div(dd_negate(line->along), line->a);
     double behind = sphere_line_behind(line, scaled_t);
     bool second = it->sphere.inside_only || behind > 0;
     /* Only next to the middle it takes the roots themselves to tell. */

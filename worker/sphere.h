@@ -25,57 +25,10 @@ static inline struct bounds sphere_bounds(const struct sphere *sphere)
 #define SQUARE_MIN 0x1p-900
 #define SQUARE_MAX 0x1p1000
 
-/* Where in plain arithmetic the line comes closest to the centre, seen from there. */
-struct sphere_approach {
-    double a; /* d.d */
-    double t;
-    struct vec3 l;
-    double reach; /* >= |o - centre| */
-};
-
-static inline struct sphere_approach sphere_approach(const struct sphere *sphere,
-                                                     const struct ray *ray)
-{
-    struct vec3 f = vec_sub(ray->origin, sphere->center);
-    double a = vec_dot(ray->direction, ray->direction);
-    double t = -vec_dot(f, ray->direction) / a;
-    double reach = fabs(f.x) + fabs(f.y) + fabs(f.z);
-    return (struct sphere_approach){a, t, vec_add_scaled(f, ray->direction, t), reach};
-}
-
-/* Whether the line certainly misses the sphere. */
-static inline bool sphere_is_missed(const struct sphere *sphere, const struct sphere_approach *near)
-{
-    double outer = sphere->radius + SPHERE_FILTER * near->reach;
-    double ll = vec_dot(near->l, near->l);
-    return ll > outer * outer && ll < SQUARE_MAX && outer * outer > SQUARE_MIN &&
-           near->a > SQUARE_MIN && near->a < SQUARE_MAX;
-}
-
-/* Whether it certainly does not. */
-static inline bool sphere_is_met(const struct sphere *sphere, const struct sphere_approach *near)
-{
-    double inner = sphere->radius - SPHERE_FILTER * (near->reach + sphere->radius);
-    double ll = vec_dot(near->l, near->l);
-    return inner > 0 && ll < inner * inner && inner * inner > SQUARE_MIN &&
-           inner * inner < SQUARE_MAX && near->a > SQUARE_MIN && near->a < SQUARE_MAX;
-}
-
-/* All that plain arithmetic knows of the crossings: between low and high. The parameter of the
- * closest approach errs by 8.2 u |f| / |d|, the rest by 5 u of what is added: see SPHERE_FILTER. */
+/* Between what a crossing lies. */
 struct sphere_span {
     double low, high;
 };
-
-static inline struct sphere_span sphere_span(const struct sphere *sphere,
-                                             const struct sphere_approach *near)
-{
-    double size = near->reach + sphere->radius;
-    if (!(near->a > SQUARE_MIN && near->a < SQUARE_MAX && size > SQUARE_MIN && size < SQUARE_MAX))
-        return (struct sphere_span){-INFINITE, INFINITE};
-    double half = (sphere->radius + SPHERE_FILTER * size) / sqrt(near->a);
-    return (struct sphere_span){near->t - half, near->t + half};
-}
 
 /* Whether a ray that starts on the sphere certainly leaves it: f.d errs by 4.1 u |f| |d|. */
 static inline bool sphere_is_left(const struct sphere *sphere, const struct ray *ray)
@@ -102,9 +55,8 @@ static inline bool sphere_way_out_span(const struct sphere *sphere, const struct
     return span->low > 0;
 }
 
-/* The crossings when sphere_is_missed() is not sure. */
-struct crossings sphere_roots(const struct sphere *sphere, const struct ray *ray,
-                              const struct sphere_approach *near, uint64_t *exact);
+/* The crossings of a ray that does not start on the sphere. */
+struct crossings sphere_roots(const struct sphere *sphere, const struct ray *ray, uint64_t *exact);
 
 /* The way out for a ray that starts on the sphere. */
 struct crossings sphere_way_out(const struct sphere *sphere, const struct ray *ray);
@@ -128,14 +80,7 @@ static inline struct crossings sphere_crossings(const struct sphere *sphere, con
             return (struct crossings){.t = {NOT_CROSSED, span.high}};
         return sphere_way_out(sphere, ray);
     }
-    struct sphere_approach near = sphere_approach(sphere, ray);
-    if (sphere_is_missed(sphere, &near)) return NO_CROSSINGS;
-    span = sphere_span(sphere, &near);
-    if (span.high < 0 || span.low > purpose->farthest) return NO_CROSSINGS;
-    if (purpose->any && span.low > 0 && span.high < purpose->farthest &&
-        sphere_is_met(sphere, &near))
-        return (struct crossings){.t = {sphere->inside_only ? NOT_CROSSED : near.t, near.t}};
-    return sphere_roots(sphere, ray, &near, exact);
+    return sphere_roots(sphere, ray, exact);
 }
 
 /*
