@@ -103,8 +103,7 @@ static INLINED void nearest_planes(struct nearest_walk *walk, bool naive)
 {
     uint32_t end = plane_ids_end(walk->probe.scene);
     for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < end; id++)
-        if (naive || !plane_is_missed(walk, id))
-            nearest_primitive(walk, id, naive);
+        if (naive || !plane_is_missed(walk, id)) nearest_primitive(walk, id, naive);
 }
 
 /* ---- solids ---- */

@@ -210,9 +210,8 @@ static INLINED bool occlusion_solids(struct occlusion_walk *walk, const struct b
                                      uint32_t count, bool naive)
 {
     for (uint32_t i = 0; i < count; i++)
-        if (!(!naive && has_spans(leaves[i].id)
-                  ? occlusion_span(walk, &leaves[i])
-                  : occlusion_primitive(walk, &leaves[i], naive)))
+        if (!(!naive && has_spans(leaves[i].id) ? occlusion_span(walk, &leaves[i])
+                                                : occlusion_primitive(walk, &leaves[i], naive)))
             return end_at_blocker(walk, &leaves[i], 1);
     return true;
 }
