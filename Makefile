@@ -237,9 +237,9 @@ bench:
 # "--kernel avx2 --alike 33" for a level of the kernel and rays that go through the tree in bundles.
 bench-stability: $(BUILD)/bench/stability all
 	@mkdir -p bench/out
-	FARM=$(abspath $(FARM)) $(BUILD)/bench/stability --csv bench/out/stability.csv \
+	FARM="$(abspath $(FARM))" $(BUILD)/bench/stability --csv bench/out/stability.csv \
 	    --markdown bench/out/stability.md $(STABILITY_OPTIONS); \
-	    status=$$?; FARM=$(abspath $(FARM)) sh bench/stability_cost.sh || status=1; exit $$status
+	    status=$$?; FARM="$(abspath $(FARM))" sh bench/stability_cost.sh || status=1; exit $$status
 
 # What pictures claim to be wrong by for max_depth and cutoff, against what they are.
 $(BUILD)/bench/error_truncation: $(BUILD)/bench/error_truncation.o $(filter-out %/stability_main.o,$(STABILITY)) $(LIBRARY)
@@ -286,7 +286,7 @@ $(BUILD)/bench/error_tool: $(ERROR_TOOL) $(LIBRARY)
 
 bench-error: $(BUILD)/bench/error_tool all
 	@mkdir -p bench/out
-	FARM=$(abspath $(FARM)) TOOL=$(abspath $(BUILD)/bench/error_tool) WORK=$(BUILD)/bench/error.out \
+	FARM="$(abspath $(FARM))" TOOL="$(abspath $(BUILD)/bench/error_tool)" WORK=$(BUILD)/bench/error.out \
 	    MPIEXEC="$(MPIEXEC)" sh bench/error.sh $(ERROR_SECTIONS)
 
 $(BUILD)/bench/omit: $(BUILD)/bench/omit.o $(BUILD)/bench/median.o $(BUILD)/bench/report_values.o $(BUILD)/common/message.o $(BUILD)/common/memory.o
@@ -295,7 +295,7 @@ $(BUILD)/bench/omit: $(BUILD)/bench/omit.o $(BUILD)/bench/median.o $(BUILD)/benc
 # About five minutes.
 bench-omit: $(BUILD)/bench/omit all
 	@mkdir -p bench/out
-	FARM=$(abspath $(FARM)) $(BUILD)/bench/omit
+	FARM="$(abspath $(FARM))" $(BUILD)/bench/omit
 
 $(BUILD)/bench/faults_journal: $(BUILD)/bench/faults_journal.o
 	$(call link)
@@ -316,10 +316,10 @@ FAULT_PAIRS ?= 7
 # Some forty minutes of two idle cores: FAULT_RUNS=50 for less, FAULTS_KINDS="none" for the soak alone.
 bench-faults: $(FAULTS) all
 	@mkdir -p bench/out
-	FARM=$(abspath $(FARM)) MPIEXEC="$(MPIEXEC)" FAULTS_JOURNAL=$(BUILD)/bench/faults_journal \
+	FARM="$(abspath $(FARM))" MPIEXEC="$(MPIEXEC)" FAULTS_JOURNAL=$(BUILD)/bench/faults_journal \
 	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so FAULTS_STOP=$(BUILD)/bench/faults_stop.so \
 	    sh bench/faults.sh $(FAULT_RUNS) 1 bench/out
-	FARM=$(abspath $(FARM)) sh bench/faults_cost.sh $(FAULT_PAIRS) bench/out
+	FARM="$(abspath $(FARM))" sh bench/faults_cost.sh $(FAULT_PAIRS) bench/out
 
 # How the work is shared out. Some 20 minutes of two idle cores; BALANCE_OPTIONS="--only real,model" runs
 # the parts that need a quiet machine, the others being kept.
@@ -335,7 +335,7 @@ $(BUILD)/bench/balance_messages: $(BUILD)/bench/balance_messages.o $(BUILD)/benc
 bench-balance: $(BUILD)/bench/balance $(BUILD)/bench/balance_messages all
 	@$(call install_missing,gnuplot-nox)
 	@mkdir -p bench/out
-	FARM=$(abspath $(FARM)) MPIEXEC="$(MPIEXEC)" MESSAGES=$(BUILD)/bench/balance_messages \
+	FARM="$(abspath $(FARM))" MPIEXEC="$(MPIEXEC)" MESSAGES=$(BUILD)/bench/balance_messages \
 	    $(BUILD)/bench/balance $(BALANCE_OPTIONS)
 
 run: all

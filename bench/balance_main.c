@@ -14,6 +14,7 @@
 
 #include "bench/balance.h"
 #include "common/message.h"
+#include "common/number.h"
 
 static const struct section {
     const char *name;
@@ -46,6 +47,11 @@ static bool all_known(const char *list)
     for (size_t i = 0; i < SECTIONS; i++)
         known += is_listed(list, sections[i].name);
     return known == words;
+}
+
+static bool is_count(const char *text, uint32_t *count)
+{
+    return number_parse_unsigned(text, count) && *count > 0;
 }
 
 static void run_sections(const char *only)
@@ -89,10 +95,12 @@ int main(int argc, char **argv)
             fresh = true;
         else if (strcmp(argv[i], "--scene") == 0 && i + 1 < argc)
             scene = argv[++i];
-        else if (strcmp(argv[i], "--samples") == 0 && i + 1 < argc && atoi(argv[i + 1]) > 0)
-            samples = (uint32_t)atoi(argv[++i]);
-        else if (strcmp(argv[i], "--rounds") == 0 && i + 1 < argc && atoi(argv[i + 1]) > 0)
-            bench_rounds = (unsigned)atoi(argv[++i]);
+        else if (strcmp(argv[i], "--samples") == 0 && i + 1 < argc &&
+                 is_count(argv[i + 1], &samples))
+            i++;
+        else if (strcmp(argv[i], "--rounds") == 0 && i + 1 < argc &&
+                 is_count(argv[i + 1], &bench_rounds))
+            i++;
         else
             fatal("usage: balance [--rounds N] [--scene FILE [--samples N]] [--fresh] [--only "
                   "messages,costs,figures,static,real,model,plan,marks]");

@@ -85,7 +85,7 @@ static char *farm_command(unsigned ranks, const char *config, const char *pictur
                           const char *options)
 {
     char *arguments = arguments_of(config, picture, options);
-    char *launch = format_text("-n %u %s %s", ranks, farm_program(), arguments);
+    char *launch = format_text("-n %u '%s' %s", ranks, farm_program(), arguments);
     char *command = command_of(launch, picture);
     free(launch);
     free(arguments);
@@ -136,8 +136,8 @@ void farm_run_slow(struct farm_run *run, const char *config, const char *picture
     if (!two_processors(two)) fatal("a renderer that is slowed wants a processor of its own");
     char *arguments = arguments_of(config, picture, options);
     char *launch =
-        format_text("-n 1 taskset -c %u %s %s : -n 1 taskset -c %u sh bench/balance_slow.sh "
-                    "%s %s",
+        format_text("-n 1 taskset -c %u '%s' %s : -n 1 taskset -c %u sh bench/balance_slow.sh "
+                    "'%s' %s",
                     two[0], farm, arguments, two[1], farm, arguments);
     run_and_read(run, command_of(launch, picture), picture);
     free(launch);

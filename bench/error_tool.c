@@ -25,6 +25,8 @@
 #include "bench/kernel_export.h"
 #include "bench/kernel_picture.h"
 #include "bench/kernel_scenes.h"
+#include "common/message.h"
+#include "common/number.h"
 #include "master/load.h"
 
 static int compare(const char *first, const char *second)
@@ -80,11 +82,20 @@ static int allocation(const char *name, const char *config, char **overrides, si
     return EXIT_SUCCESS;
 }
 
+/* A whole number that steps divide, above 0; ends the program when it is none. */
+static uint32_t whole_count(const char *text, uint32_t steps)
+{
+    uint32_t count;
+    if (!number_parse_unsigned(text, &count) || count == 0 || count % steps != 0)
+        fatal("expected %s number above 0, not %s", steps == 2 ? "an even" : "a whole", text);
+    return count;
+}
+
 static int lattice(char **arguments, char **overrides, size_t count)
 {
+    uint32_t pixels = whole_count(arguments[1], 1), samples = whole_count(arguments[2], 2);
     struct scene *scene = scene_of(arguments[0], overrides, count);
-    int pixels = atoi(arguments[1]), samples = atoi(arguments[2]);
-    if (!scene || pixels < 1 || samples < 2 || samples % 2 != 0) return EXIT_FAILURE;
+    if (!scene) return EXIT_FAILURE;
     struct canvas pictures[2] = {0};
     bool good =
         picture_read(arguments[3], &pictures[0]) && picture_read(arguments[4], &pictures[1]);
@@ -93,7 +104,7 @@ static int lattice(char **arguments, char **overrides, size_t count)
             pictures[i].width == scene->view.region_w && pictures[i].height == scene->view.region_h;
     if (good) {
         struct lattice_error errors[2];
-        lattice_compare(scene, (uint32_t)pixels, (uint32_t)samples, pictures, 2, errors);
+        lattice_compare(scene, pixels, samples, pictures, 2, errors);
         printf("%.9g %.3g %.9g %.3g %.3g\n", errors[0].rmse, errors[0].deviation, errors[1].rmse,
                errors[1].deviation, errors[0].reference);
     }
@@ -105,9 +116,7 @@ static int lattice(char **arguments, char **overrides, size_t count)
 
 static int fields(const char *count)
 {
-    int fields = atoi(count);
-    if (fields < 1) return EXIT_FAILURE;
-    fields_measure((uint32_t)fields);
+    fields_measure(whole_count(count, 1));
     return EXIT_SUCCESS;
 }
 

@@ -21,6 +21,7 @@
 set -u
 export LC_ALL=C # figures with a decimal point
 runs=${1:-300} state=${2:-1} out=${3:-}
+[ "$runs" -gt 0 ] || { echo "faults.sh: expected a number of runs, not $runs" >&2; exit 2; }
 FARM=$(realpath "${FARM:-./farm}")
 MPIEXEC=${MPIEXEC:-mpiexec}
 JOURNAL=$(realpath "${FAULTS_JOURNAL:-build/bench/faults_journal}")
@@ -42,6 +43,8 @@ trap clean_up EXIT
 trap 'exit 1' INT TERM
 [ -z "$out" ] || out=$(realpath "$out")
 cd "$T" || exit 1
+# LD_PRELOAD ends at a blank: names without.
+ln -s "$SLOW" slow.so && ln -s "$STOP" stop.so || exit 1
 LIMIT=${FAULTS_LIMIT:-120} # seconds until a run counts as hung
 PATIENCE=farm.patience=${FAULTS_PATIENCE:-10}
 JOURNAL_START=24 # bytes of a journal before its first tile
@@ -172,11 +175,11 @@ while [ $run -lt "$runs" ]; do
     case $kind in
     alone) n=0 ;;
     stop) way="$way $PATIENCE" ;;
-    moment) PRELOAD=$STOP way="$way $PATIENCE"
+    moment) PRELOAD=./stop.so way="$way $PATIENCE"
         pick 8; set -- share memory ready tile later stats finalize exit; shift $number
         export FAULTS_STOP_AT=$1 FAULTS_STOP_NOTE=note
         pick $((n - 1)); export FAULTS_STOP_RANK=$((number + 1)) ;;
-    slow) PRELOAD=$SLOW ;;
+    slow) PRELOAD=./slow.so ;;
     full) pick 60; target=small/a.pfm
         mount -t tmpfs -o size=$((40 + 20 * number))k none small || exit 1 ;;
     esac

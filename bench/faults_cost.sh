@@ -44,6 +44,7 @@ while kill -0 $farm 2>/dev/null; do
     sleep 0.1
 done
 wait $farm || exit 1
+[ -s spent ] || { echo "faults_cost.sh: no thread of a journal was seen" >&2; exit 1; }
 render=$(sed -n '/"workers"/,/\]/s/.*"cpu_s": \([0-9.]*\).*/\1/p' a.json | head -n 1)
 
 median() { sort -n | awk '{ v[NR] = $1 } END { m = int((NR + 1) / 2); print NR % 2 ? v[m] : (v[m] + v[m + 1]) / 2 }'; }
