@@ -228,6 +228,9 @@ $(BUILD)/bench/stability: $(STABILITY) $(LIBRARY)
 BENCHES := bench-kernel bench-omit bench-balance bench-error bench-error-truncation bench-stability \
            bench-faults
 
+# What a bench has found is drawn even where that makes it fail; behind its command.
+draw = ; status=$$?; gnuplot bench/$(1).gp || status=1; exit $$status
+
 bench:
 	@failed=""; for bench in $(BENCHES); do \
 	    $(MAKE) --no-print-directory $$bench || failed="$$failed $$bench"; done; \
@@ -236,10 +239,11 @@ bench:
 # Some 45 minutes of two idle cores: STABILITY_OPTIONS="--rays 100000" or "--rows 1-16" for less;
 # "--kernel avx2 --alike 33" for a level of the kernel and rays that go through the tree in bundles.
 bench-stability: $(BUILD)/bench/stability all
+	@$(call install_missing,gnuplot-nox)
 	@mkdir -p bench/out
-	FARM="$(abspath $(FARM))" $(BUILD)/bench/stability --csv bench/out/stability.csv \
+	export FARM="$(abspath $(FARM))"; $(BUILD)/bench/stability --csv bench/out/stability.csv \
 	    --markdown bench/out/stability.md $(STABILITY_OPTIONS); \
-	    status=$$?; FARM="$(abspath $(FARM))" sh bench/stability_cost.sh || status=1; exit $$status
+	    status=$$?; sh bench/stability_cost.sh || status=1; (exit $$status)$(call draw,stability)
 
 # What pictures claim to be wrong by for max_depth and cutoff, against what they are.
 $(BUILD)/bench/error_truncation: $(BUILD)/bench/error_truncation.o $(filter-out %/stability_main.o,$(STABILITY)) $(LIBRARY)
@@ -247,9 +251,10 @@ $(BUILD)/bench/error_truncation: $(BUILD)/bench/error_truncation.o $(filter-out 
 
 # Some minutes; SCENES=FOLDER for the scene files of another folder as well.
 bench-error-truncation: $(BUILD)/bench/error_truncation all
+	@$(call install_missing,gnuplot-nox)
 	@mkdir -p bench/out
 	$(BUILD)/bench/error_truncation --csv bench/out/error_claims.csv \
-	    --markdown bench/out/error_claims.md $(ERROR_TRUNCATION_OPTIONS)
+	    --markdown bench/out/error_claims.md $(ERROR_TRUNCATION_OPTIONS)$(call draw,error_claims)
 
 # The kernel beside Embree, Tachyon and POV-Ray, on one thread each; some quarter of an hour.
 # KERNEL_OPTIONS="--scenes balls,million --repeat 3 --programs farm,embree" for less.
@@ -271,7 +276,7 @@ bench-kernel: $(BUILD)/bench/kernel $(BUILD)/bench/kernel_embree all
 	@mkdir -p bench/out
 	$(BUILD)/bench/kernel --farm ./$(FARM) --embree $(BUILD)/bench/kernel_embree \
 	    --folder $(BUILD)/bench/kernel.out --csv bench/out/kernel.csv \
-	    --markdown bench/out/kernel.md --montage bench/out/kernel.png $(KERNEL_OPTIONS)
+	    --markdown bench/out/kernel.md --montage bench/out/kernel.png $(KERNEL_OPTIONS)$(call draw,kernel)
 
 # Error against run time, beside POV-Ray and Tachyon; an hour and a half or more of two idle cores, half an
 # hour of it for the peers, a quarter of an hour for time limits. What was measured is kept: ended, it goes on
@@ -294,8 +299,9 @@ $(BUILD)/bench/omit: $(BUILD)/bench/omit.o $(BUILD)/bench/median.o $(BUILD)/benc
 
 # About five minutes.
 bench-omit: $(BUILD)/bench/omit all
+	@$(call install_missing,gnuplot-nox)
 	@mkdir -p bench/out
-	FARM="$(abspath $(FARM))" $(BUILD)/bench/omit
+	FARM="$(abspath $(FARM))" $(BUILD)/bench/omit$(call draw,omit)
 
 $(BUILD)/bench/faults_journal: $(BUILD)/bench/faults_journal.o
 	$(call link)
@@ -315,11 +321,12 @@ FAULT_PAIRS ?= 7
 
 # Some forty minutes of two idle cores: FAULT_RUNS=50 for less, FAULTS_KINDS="none" for the soak alone.
 bench-faults: $(FAULTS) all
+	@$(call install_missing,gnuplot-nox)
 	@mkdir -p bench/out
 	FARM="$(abspath $(FARM))" MPIEXEC="$(MPIEXEC)" FAULTS_JOURNAL=$(BUILD)/bench/faults_journal \
 	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so FAULTS_STOP=$(BUILD)/bench/faults_stop.so \
-	    sh bench/faults.sh $(FAULT_RUNS) 1 bench/out
-	FARM="$(abspath $(FARM))" sh bench/faults_cost.sh $(FAULT_PAIRS) bench/out
+	    sh bench/faults.sh $(FAULT_RUNS) 1 bench/out$(call draw,faults)
+	FARM="$(abspath $(FARM))" sh bench/faults_cost.sh $(FAULT_PAIRS) bench/out$(call draw,faults_cost)
 
 # How the work is shared out. Some 20 minutes of two idle cores; BALANCE_OPTIONS="--only real,model" runs
 # the parts that need a quiet machine, the others being kept.

@@ -114,10 +114,8 @@ static FILE *open_plot(const char *figure, unsigned rows, unsigned columns)
     char *name = format_text("balance_%s.gp", figure);
     FILE *out = open_out(name);
     fprintf(out,
-            "set terminal svg size %u,%u font 'sans,12' background 'white'\n"
-            "set output 'balance_%s.svg'\nset datafile separator ','\n"
-            "set key top left Left reverse samplen 2\n"
-            "set grid lc rgb '#dddddd'\nset linetype 1 lc rgb '#b2182b' lw 2\n"
+            "WIDTH = %u\nHEIGHT = %u\nload '../plot.gp'\nset output 'balance_%s.svg'\n"
+            "set key top left Left reverse samplen 2\nset linetype 1 lc rgb '#b2182b' lw 2\n"
             "set linetype 2 lc rgb '#ef8a62' lw 2\nset linetype 3 lc rgb '#999999' lw 2\n"
             "set linetype 4 lc rgb '#67a9cf' lw 2\nset linetype 5 lc rgb '#2166ac' lw 2\n"
             "set multiplot layout %u,%u\n",

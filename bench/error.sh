@@ -120,15 +120,13 @@ config_of() {
 
 # For gnuplot: axes of all plots, with tics of 1, 2 and 5 along the seconds, of which a picture has an octave or
 # two.
-LOGLOG='set terminal svg size 640,480 background "white"
-set datafile separator ","
+LOGLOG='load "bench/plot.gp"
 set logscale xy
 set for [e=-3:4] xtics add (sprintf("%g", 10.0 ** e) 10.0 ** e, sprintf("%g", 2 * 10.0 ** e) 2 * 10.0 ** e, \
     sprintf("%g", 5 * 10.0 ** e) 5 * 10.0 ** e)
 set autoscale xfix
 set offsets graph 0.05, graph 0.05
-set rmargin 4
-set grid'
+set rmargin 4'
 
 # What gnuplot is told is read from standard input.
 plot() { gnuplot || { echo "error.sh: gnuplot failed" >&2; exit 1; }; }
@@ -358,6 +356,7 @@ limits() {
             printf "| %s | %s | %.2f | %+.1f %% | %.0f %% | %.1f | %.2f | %.3g | %s | %.3g +- %.2g | %s | %.2f | %.3g +- %.2g | %.3g | %.2f |\n",
             $1, $2, $3, 100 * ($3 / $2 - 1), int(100 * $4), $5, $6, $7, all, $13, $14, $8, $9, $11, $12, even, even / $13 }' "$csv"
     } >"$OUT/error_limits.md"
+    plot_limits
     cat "$OUT/error_limits.md"
     set_size "$SIZE"
 }
@@ -375,6 +374,22 @@ one_limit() { # SCENE LIMIT
     done
     errors=$(lattice_errors "$1" $n) || exit 1
     put_row "$1,$2,$total,$(value "$a" sampled_share),$(value "$a" samples_per_pixel),$(cpu_of "$a"),$(value "$a" estimated_rmse),$n,$(cpu_of "$u"),$(of "$u" forecast slope),$errors,$(of "$a" sampling guessed_rmse)" 16
+}
+
+plot_limits() {
+    plot <<END
+$LOGLOG
+set output "$OUT/error_limits.svg"
+set xlabel "seconds that the run took"
+set ylabel "RMSE"
+set format y "%g"
+set key outside below
+set title "Time limits, $W x $H, -n $(nproc); dashed: uniform, in the same CPU time"
+plot for [i=1:words("$SCENES")] sprintf("< grep '^%s,' $csv", word("$SCENES", i)) using 3:13 \
+         with linespoints lc i pt 7 title word("$SCENES", i), \
+     for [i=1:words("$SCENES")] sprintf("< grep '^%s,' $csv", word("$SCENES", i)) using 3:(\$11 * (\$6 / \$9) ** \$10) \
+         with linespoints lc i pt 6 dt 2 notitle
+END
 }
 
 # ---- truncation ----

@@ -50,6 +50,10 @@ render=$(sed -n '/"workers"/,/\]/s/.*"cpu_s": \([0-9.]*\).*/\1/p' a.json | head 
 median() { sort -n | awk '{ v[NR] = $1 } END { m = int((NR + 1) / 2); print NR % 2 ? v[m] : (v[m] + v[m + 1]) / 2 }'; }
 ratio() { paste -d ' ' with without | awk -v c="$1" '{ print $c / $(c + 2) }' | median; }
 {
+    echo "pair,with_cpu_s,with_render_s,without_cpu_s,without_render_s"
+    paste -d ' ' with without | awk -v OFS=, '{ print NR, $1, $2, $3, $4 }'
+} >cost.csv
+{
     echo "| journal's cost, $pairs pairs | without, s | with, s | ratio, median of pairs |"
     echo "|---|---|---|---|"
     echo "| CPU time of the run | $(cut -d ' ' -f 1 without | median) | $(cut -d ' ' -f 1 with | median) | $(ratio 1) |"
@@ -57,4 +61,4 @@ ratio() { paste -d ' ' with without | awk -v c="$1" '{ print $c / $(c + 2) }' | 
     awk -v render="$render" '{ printf "| CPU time: rendering, thread of the journal | %s | %.4f | %.5f |\n", render, $1 / 1e9, $1 / 1e9 / render }' spent
 } >cost.md
 cat cost.md
-[ -z "$out" ] || cp cost.md "$out/faults_cost.md"
+[ -z "$out" ] || { cp cost.csv "$out/faults_cost.csv" && cp cost.md "$out/faults_cost.md"; }

@@ -26,18 +26,23 @@ static double median(const struct scene_results *at, enum program program, enum 
     return series_median(&at->series[program][step], metric);
 }
 
-/* The median over the rounds of the farm's time over the other's: what disturbs a round falls on
- * both. */
-static double time_ratio(const struct scene_results *at, enum program other)
+/* The farm's time over the other's, round by round, as what disturbs a round falls on both. Returns their number. */
+static unsigned time_ratios(const struct scene_results *at, enum program other,
+                            double ratios[REPEAT_MAX])
 {
     const struct series *farm = &at->series[PROGRAM_FARM][STEP_PICTURE];
     const struct series *peer = &at->series[other][STEP_PICTURE];
-    struct series ratios = {0};
-    for (; ratios.count < farm->count && ratios.count < peer->count; ratios.count++) {
-        unsigned i = ratios.count;
-        ratios.runs[i].at[RENDER_S] = farm->runs[i].at[RENDER_S] / peer->runs[i].at[RENDER_S];
-    }
-    return series_median(&ratios, RENDER_S);
+    unsigned count = farm->count < peer->count ? farm->count : peer->count;
+    for (unsigned i = 0; i < count; i++)
+        ratios[i] = farm->runs[i].at[RENDER_S] / peer->runs[i].at[RENDER_S];
+    return count;
+}
+
+static double time_ratio(const struct scene_results *at, enum program other)
+{
+    double ratios[REPEAT_MAX];
+    unsigned count = time_ratios(at, other, ratios);
+    return count ? median_of(ratios, count) : UNKNOWN;
 }
 
 static double all_rays(const struct scene_results *at, enum program program, enum step step)
@@ -209,6 +214,19 @@ void report_summary(FILE *out, const struct scene_results *results, size_t count
 
 /* ---- files ---- */
 
+/* Median, least and most of what part of a peer's time the farm takes; empty where there is none. */
+static void csv_ratio(FILE *out, const struct scene_results *at, unsigned program, unsigned step)
+{
+    double ratios[REPEAT_MAX], median = 0;
+    bool peer = program != PROGRAM_FARM && step == STEP_PICTURE;
+    unsigned count = peer ? time_ratios(at, program, ratios) : 0;
+    if (count) median = median_of(ratios, count); /* which sorts them */
+    if (count)
+        fprintf(out, ",%.4f,%.4f,%.4f\n", median, ratios[0], ratios[count - 1]);
+    else
+        fputs(",,,\n", out);
+}
+
 void report_csv(const char *path, const struct scene_results *results, size_t count)
 {
     static const char *const steps[STEP_COUNT] = {"picture", "direct", "primary", "shadowless"};
@@ -216,7 +234,7 @@ void report_csv(const char *path, const struct scene_results *results, size_t co
     fputs("scene,program,step,runs", out);
     for (unsigned m = 0; m < METRIC_COUNT; m++)
         fprintf(out, ",%s", metric_names[m]);
-    fputc('\n', out);
+    fputs(",farm_ratio,farm_ratio_least,farm_ratio_most\n", out);
     for (size_t i = 0; i < count; i++)
         for (unsigned p = 0; p < PROGRAM_COUNT; p++)
             for (unsigned s = 0; s < STEP_COUNT; s++) {
@@ -231,7 +249,7 @@ void report_csv(const char *path, const struct scene_results *results, size_t co
                     else
                         fputc(',', out);
                 }
-                fputc('\n', out);
+                csv_ratio(out, &results[i], p, s);
             }
     close_written(out, path);
 }

@@ -41,8 +41,11 @@ struct case_result {
     char ours[96];      /* the same of ours */
     double worst;       /* largest error of ours */
     const char *unit;   /* of worst: "ulp", "u"; NULL when the case only counts decisions */
+    double limit;       /* what worst may be, where there is a unit */
     uint64_t samples;   /* compared with the oracle */
     uint64_t wrong;     /* wrong decisions of ours */
+    double paper_worst; /* the same of the paper's formulas, of paper_samples; 0: not counted */
+    uint64_t paper_wrong, paper_samples;
     uint64_t fallbacks; /* predicates of ours that needed exact arithmetic */
     enum verdict verdict;
     char note[256];

@@ -151,13 +151,28 @@ static FILE *open_table(const char *path, const char *head)
     return file;
 }
 
+/* A cell that is empty where nothing was measured. */
+static void put_cell(FILE *file, bool measured, double value)
+{
+    if (measured)
+        fprintf(file, "%.9g,", value);
+    else
+        fputc(',', file);
+}
+
 static void write_csv(FILE *file, const struct stability_case *c, const struct case_result *result,
                       double seconds)
 {
-    fprintf(file, "%d,\"%s\",\"%s\",\"%s\",%llu,\"%s\",\"%s\",%.6g,%s,%llu,%llu,%s,%.1f,\"%s\"\n",
-            c->number, c->name, c->oracle, c->pass_mark, (unsigned long long)result->samples,
-            result->paper, result->ours, result->worst, result->unit ? result->unit : "",
-            (unsigned long long)result->wrong, (unsigned long long)result->fallbacks,
+    bool measures = result->unit != NULL, paper = result->paper_samples > 0;
+    fprintf(file, "%d,\"%s\",\"%s\",\"%s\",%llu,\"%s\",\"%s\",%.6g,", c->number, c->name, c->oracle,
+            c->pass_mark, (unsigned long long)result->samples, result->paper, result->ours,
+            result->worst);
+    put_cell(file, measures, result->limit);
+    put_cell(file, measures && paper, result->paper_worst);
+    fprintf(file, "%s,%llu,", measures ? result->unit : "", (unsigned long long)result->wrong);
+    put_cell(file, paper, (double)result->paper_wrong);
+    put_cell(file, paper, (double)result->paper_samples);
+    fprintf(file, "%llu,%s,%.1f,\"%s\"\n", (unsigned long long)result->fallbacks,
             verdict_names[result->verdict], seconds, result->note);
     fflush(file);
 }
@@ -194,8 +209,9 @@ int main(int argc, char **argv)
 {
     struct options options = parse_options(argc, argv);
     stage_set_way(options.way);
-    FILE *csv = open_table(options.csv, "row,case,oracle,pass_mark,samples,paper,ours,worst,unit,"
-                                        "wrong,exact_fallbacks,verdict,seconds,note\n");
+    FILE *csv = open_table(
+        options.csv, "row,case,oracle,pass_mark,samples,paper,ours,worst,limit,paper_worst,unit,"
+                     "wrong,paper_wrong,paper_samples,exact_fallbacks,verdict,seconds,note\n");
     FILE *markdown =
         open_table(options.markdown,
                    "| row | case | oracle | pass mark | samples | paper | ours | verdict | note |\n"

@@ -132,6 +132,10 @@ void conclude(struct case_result *result, const struct tally *tally, const char 
     describe(result->ours, sizeof result->ours, &tally->ours, tally->samples, unit);
     result->unit = unit;
     result->worst = tally->ours.worst;
+    result->limit = limit;
+    result->paper_worst = tally->paper.worst;
+    result->paper_wrong = tally->paper.wrong;
+    result->paper_samples = paper_samples;
     result->samples = tally->samples;
     result->wrong = tally->ours.wrong;
     result->fallbacks = tally->fallbacks;
