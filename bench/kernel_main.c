@@ -126,8 +126,8 @@ static const struct {
 } all_scenes[] = {
     {"balls", true, false},     {"tetra", true, true},   {"mount", true, true},
     {"rings_mesh", true, true}, {"rings", true, false},  {"tree", true, false},
-    {"lattice", true, false},   {"million", true, true}, {"lantern", false, true},
-    {"garden", false, true},
+    {"lattice", true, false},   {"million", true, true}, {"planet", true, true},
+    {"lantern", false, true},   {"garden", false, true},
 };
 #define SCENE_COUNT (sizeof all_scenes / sizeof *all_scenes)
 

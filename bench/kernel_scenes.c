@@ -467,6 +467,30 @@ static void write_million(const struct scene_place *place, double scale)
     close_part(obj);
 }
 
+/* ---- planet: a mesh on a ball as large as the earth, with balls above it ---- */
+
+#define PLANET_RADIUS 6.37e6
+
+static void write_planet(const struct scene_place *place, double scale)
+{
+    FILE *out = begin_scene(place, vec3(-1.4, -1.7, 1.1), vec3(0, 0, 0.05), vec3(0, 0, 1));
+    const struct vec3 lights[] = {{-4, 1, 3}, {3, -5, 4}};
+    write_lights(out, lights, 2);
+    write_material(out, &(struct finish){"rock", {0.75, 0.68, 0.6}, 0.8, 0.15, 12, 0, 0, 1});
+    write_material(out, &(struct finish){"ground", {0.5, 0.6, 0.4}, 0.8, 0, 1, 0, 0, 1});
+    write_material(out, &(struct finish){"ball", {0.9, 0.9, 1}, 0.4, 0.5, 40, 0.5, 0, 1});
+    write_sphere(out, vec3(0, 0, -PLANET_RADIUS), PLANET_RADIUS, "ground");
+    for (int i = 0; i < 4; i++) {
+        double turn = i * PI / 2 + 0.4;
+        write_sphere(out, vec3(0.6 * cos(turn), 0.6 * sin(turn), 0.5), 0.15, "ball");
+    }
+    write_mesh(out, place, "rock");
+    close_part(out);
+    FILE *obj = open_part(place, "obj");
+    height_field(obj, (unsigned)ceil(300 * sqrt(scale)), 0.4, 9);
+    close_part(obj);
+}
+
 /* ---- all of them ---- */
 
 static const struct {
@@ -475,7 +499,7 @@ static const struct {
 } scenes[] = {
     {"balls", write_balls},           {"tetra", write_tetra},     {"mount", write_mount},
     {"rings_mesh", write_rings_mesh}, {"rings", write_rings},     {"tree", write_tree},
-    {"lattice", write_lattice},       {"million", write_million},
+    {"lattice", write_lattice},       {"million", write_million}, {"planet", write_planet},
 };
 
 bool kernel_scene_write(const char *folder, const char *name, double scale)

@@ -304,6 +304,32 @@ static void test_extreme_coordinates(void **state)
     assert_true(survey.largest_leaf <= 2); /* solids */
 }
 
+/* Small spheres next to (0, height, 0), on a ball of that radius. */
+static struct bvh *tree_on_ball(double height)
+{
+    uint64_t random = 18;
+    struct builder *builder = with_material();
+    add_sphere(builder, vec3(0, 0, 0), height, 0);
+    for (int i = 0; i < 1000; i++)
+        add_sphere(builder, vec_add(vec3(0, height, 0), random_vector(&random, 1)), 0.01, 0);
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    free(scene);
+    return bvh;
+}
+
+/* Where all but one of the boxes are far from the origin, float's bits are theirs. */
+static void test_center_is_where_most_are(void **state)
+{
+    (void)state;
+    struct bvh *far = tree_on_ball(6.37e6), *near = tree_on_ball(1);
+    assert_true(fabs(far->center[1] - 6.37e6) < 1e4);
+    assert_true(far->center[0] == 0 && far->center[2] == 0);
+    assert_true(near->center[0] == 0 && near->center[1] == 0 && near->center[2] == 0);
+    free(far);
+    free(near);
+}
+
 static struct builder *long_triangles(double transmission)
 {
     uint64_t random = 21;
@@ -483,6 +509,7 @@ int main(void)
         cmocka_unit_test(test_all_kinds),
         cmocka_unit_test(test_equal_centroids),
         cmocka_unit_test(test_depth_cap),
+        cmocka_unit_test(test_center_is_where_most_are),
         cmocka_unit_test(test_extreme_coordinates),
         cmocka_unit_test(test_spatial_splits),
         cmocka_unit_test(test_large_scene),

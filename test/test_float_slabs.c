@@ -154,10 +154,36 @@ static void test_left_to_double(void **state)
     assert_false(float_slabs_of(&bvh, &ray, &slabs));
 }
 
+/* How near a ray passes boxes that float does not tell from those that it meets has to do with its origin, not with how
+ * large the scene is, but on an axis that it hardly goes along. */
+static void test_size_does_not_blur(void **state)
+{
+    (void)state;
+    const struct bvh vast = {.reach = 0x1p23, .size = 0x1p23};
+    struct bvh_node node = {.child = {0}};
+    for (unsigned slot = 0; slot < BVH_WIDTH; slot++)
+        for (unsigned axis = 0; axis < 3; axis++) {
+            node.min[axis][slot] = slot == 0 ? 2 : INFINITY;
+            node.max[axis][slot] = slot == 0 ? 2.25f : -INFINITY;
+        }
+    struct float_slabs slabs;
+    struct floats enter;
+    struct ray near = ray_along(vec3(0, 0, 0), vec3(1, 1 - 0x1p-10, 1));
+    assert_true(float_slabs_of(&vast, &near, &slabs));
+    assert_int_equal(float_slabs_meet(&slabs, &node, INFINITY, &enter), 1);
+    struct ray past = ray_along(vec3(0, 0.25 + 0x1p-10, 0), vec3(1, 1, 1));
+    assert_true(float_slabs_of(&vast, &past, &slabs));
+    assert_int_equal(float_slabs_meet(&slabs, &node, INFINITY, &enter), 0);
+    past = ray_along(vec3(0, 2.5, 2.125), vec3(1, 0, 0));
+    assert_true(float_slabs_of(&vast, &past, &slabs));
+    assert_int_equal(float_slabs_meet(&slabs, &node, INFINITY, &enter), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_no_box_is_lost),
+        cmocka_unit_test(test_size_does_not_blur),
         cmocka_unit_test(test_rounds_outward),
         cmocka_unit_test(test_left_to_double),
     };

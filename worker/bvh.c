@@ -81,6 +81,7 @@ struct part {
     uint32_t begin, end; /* indices */
     uint32_t first;      /* item */
     struct bounds bounds;
+    double sum[3], squares[3]; /* of the boxes' middles */
     struct range range;
 };
 
@@ -115,21 +116,43 @@ static void find_bounds(void *context, uint32_t round)
     for (uint32_t index = part->begin; index < part->end; index++) {
         struct bounds bounds = primitive_bounds(all->whole->scene, primitive_id(part->kind, index));
         bounds_add(&part->bounds, &bounds);
+        for (unsigned axis = 0; axis < 3; axis++) {
+            double middle = bounds.min[axis] / 2 + bounds.max[axis] / 2;
+            part->sum[axis] += middle;
+            part->squares[axis] += middle * middle;
+        }
     }
 }
 
-/* The middle of everything, on axes where that is further from the origin than the scene is wide. */
+/*
+ * On an axis where everything is further from the origin than it is wide, the middle of everything. On others
+ * the mean of the boxes' middles where that is further than CENTER_FAR times their standard deviation: a
+ * mesh on a ball as large as a planet has all but one of its boxes far from the ball's centre, and float has
+ * bits for them or for the ball. A scene beside the origin keeps the coordinates that it has: many are floats.
+ */
+#define CENTER_FAR 16
+
+static double center_on(const struct collection *all, const struct bounds *bounds, unsigned axis)
+{
+    double middle = bounds->min[axis] / 2 + bounds->max[axis] / 2, sum = 0, squares = 0, count = 0;
+    if (isfinite(middle) && fabs(middle) > bounds->max[axis] - bounds->min[axis]) return middle;
+    for (uint32_t i = 0; i < all->count; i++) {
+        sum += all->parts[i].sum[axis];
+        squares += all->parts[i].squares[axis];
+        count += all->parts[i].end - all->parts[i].begin;
+    }
+    double mean = sum / count, variance = squares / count - mean * mean;
+    return isfinite(variance) && mean * mean > CENTER_FAR * CENTER_FAR * variance ? mean : 0;
+}
+
 static void place_center(struct collection *all, double center[3])
 {
     struct bounds bounds = BOUNDS_NONE;
     crew_share(all->whole->crew, all->count, find_bounds, all);
     for (uint32_t i = 0; i < all->count; i++)
         bounds_add(&bounds, &all->parts[i].bounds);
-    for (unsigned axis = 0; axis < 3; axis++) {
-        double middle = bounds.min[axis] / 2 + bounds.max[axis] / 2;
-        bool far = isfinite(middle) && fabs(middle) > bounds.max[axis] - bounds.min[axis];
-        center[axis] = far ? middle : 0;
-    }
+    for (unsigned axis = 0; axis < 3; axis++)
+        center[axis] = center_on(all, &bounds, axis);
 }
 
 static void collect_part(void *context, uint32_t round)

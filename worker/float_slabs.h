@@ -1,7 +1,8 @@
 /*
  * A ray and the eight boxes of a node, in float: a quarter of the work of worker/slabs.h. Boxes are
- * met that the ray passes by at a distance of some 2^-22 of its coordinates, never fewer than are met
- * in double.
+ * met that the ray passes by at a distance of some 2^-24 of its origin's from the tree's centre, along
+ * axes that it hardly goes along of some 2^-28 of the largest coordinates; never fewer than are met in
+ * double.
  */
 #ifndef FARM_WORKER_FLOAT_SLABS_H
 #define FARM_WORKER_FLOAT_SLABS_H
@@ -13,34 +14,30 @@
 #define FLOAT_ROUNDOFF 0x1p-24
 
 /*
- * A distance to a plane, (bound - origin) / d, is bound I - C with I = 1 / d and C = origin / d, both
- * rounded from double, in one fused operation or two. Of the roundings of I, C and the product each
- * is as if bound or origin were off by FLOAT_ROUNDOFF of themselves: together less than 2
- * FLOAT_ROUNDOFF of the size that worker/slabs.h takes a margin of. The boxes grow by twice that.
- * What is left is the rounding of the result, one in each of two distances that are compared, and
- * that of the limit: the far one is enlarged by this. Bundles, and rays in them that have one origin,
- * take (bound - origin) I, with three roundings in each of the two distances and one in the enlarging:
- * 7 of these 8. The boxes of such rays grow as those of others do, for axes that a ray hardly goes along.
+ * A distance to a plane, (bound - origin) I with I = 1 / d, is rounded three times: in the difference,
+ * in I and in the product. The origin, with the margin of worker/slabs.h, is rounded before that, away
+ * from the box (float_above(), float_below()). Two distances are compared, and the limit may be one of
+ * them: the far one is enlarged by this, in which 7 of its 8 roundings are used, one of them its own.
+ * Relative to the distance, however large the scene is: boxes next to the ray's origin do not grow with
+ * what lies far away.
  */
-#define FLOAT_MARGIN   (4 * FLOAT_ROUNDOFF)
 #define FLOAT_WIDENING (1 + 8 * FLOAT_ROUNDOFF)
 
 /*
- * An axis that the ray hardly goes along is treated as if it went by this part of its largest
- * component. Up to the last box, at t = size / largest, that makes less than 2^-29 of the size, an
- * eighth of what the boxes grow by: a ray that is in a slab comes in before 0. As it is inside by
- * almost half of what the boxes grow by then, it goes out at no less than 2 FLOAT_ROUNDOFF size * 2^30
- * / largest, which is beyond the last box.
+ * An axis that the ray hardly goes along is treated as if it went by FLOAT_SLANT_MIN of its largest
+ * component, and there the boxes grow by FLOAT_MARGIN of the size that worker/slabs.h takes a margin of,
+ * too. Up to the last box, at t = size / largest, that slant makes less than 2^-29 of the size, half of
+ * what the boxes grow by: a ray that is in a slab comes in before 0. As it is inside by the other half
+ * then, it goes out at no less than 2^-29 size * 2^30 / largest, which is beyond the last box.
  */
 #define FLOAT_SLANT_MIN 0x1p-30
+#define FLOAT_MARGIN    0x1p-28
 
 /*
- * Where neither overflow nor underflow matters. The boxes grow by 2^-72 at least then, and by 2^-112
- * in units of t; a result that is rounded to a subnormal number errs by 2^-150. bound I and C are
- * less than 2^50 2^70, and twice that. In bundles an axis has a range of components that ends at no
- * less than the last of these, or is widened to that where rays go both ways (set_range()): distances
- * are less than 2^52 2^60, and boxes grow by 2^-97 at least, and by 2^-137 in units of t: the margin
- * alone.
+ * Where neither overflow nor underflow matters. The boxes grow by 2^-97 at least then, by the margin
+ * alone, and by 2^-137 in units of t; a result that is rounded to a subnormal number errs by 2^-150.
+ * Distances are less than 2^52 2^70. In bundles an axis has a range of components that ends at no less
+ * than the last of these, or is widened to that where rays go both ways (set_range()).
  */
 #define FLOAT_SIZE_MIN      0x1p-50
 #define FLOAT_SIZE_MAX      0x1p50
@@ -48,8 +45,8 @@
 #define FLOAT_DIRECTION_MAX 0x1p40
 #define FLOAT_COMPONENT_MIN 0x1p-60
 
-/* An origin that is so many times further away than the tree is large would make every box as large
- * as the tree's last bits; double has bits left for that. */
+/* An origin that is so many times further from the tree's centre than the tree is large would make every
+ * box as large as the tree's last bits; double has bits left for that. */
 #define FLOAT_DISTANCE_MAX 64
 
 /*
@@ -70,7 +67,13 @@ static inline float float_below(double x)
     return (float)(x - FLOAT_OUTWARD * fabs(x));
 }
 
-/* Between the two planes of an axis: distances are plane * inverse - origin. */
+/* What boxes grow by on an axis that a ray hardly goes along, from what they do on others. */
+static inline double slow_margin(double margin)
+{
+    return margin * (1 + FLOAT_MARGIN / TEST_ERROR);
+}
+
+/* Between the two planes of an axis: distances are (plane - origin) * inverse. */
 struct float_slab {
     size_t near_plane, far_plane; /* offsets in struct bvh_node */
     struct floats near_origin, far_origin, inverse;
@@ -84,36 +87,39 @@ static INLINED struct float_slab float_slab_of(const struct bvh *bvh, const stru
                                                unsigned axis, double margin, double least)
 {
     double origin = vec_component(&ray->origin, axis) - bvh->center[axis];
-    double direction = vec_component(&ray->direction, axis);
-    double inverse = 1 / copysign(larger_number(fabs(direction), least), direction);
+    double direction = vec_component(&ray->direction, axis), size = fabs(direction);
+    double outward = size < least ? slow_margin(margin) : margin;
+    double inverse = 1 / copysign(larger_number(size, least), direction);
     bool down = signbit(direction);
     struct node_planes planes = node_planes_of(axis, down);
-    double at = origin * inverse, outward = margin * fabs(inverse);
+    float low = float_below(origin - outward), high = float_above(origin + outward);
     return (struct float_slab){.near_plane = planes.near,
                                .far_plane = planes.far,
-                               .near_origin = floats_of((float)(at + outward)),
-                               .far_origin = floats_of((float)(at - outward)),
+                               .near_origin = floats_of(down ? low : high),
+                               .far_origin = floats_of(down ? high : low),
                                .inverse = floats_of((float)inverse)};
 }
 
-/* Whether float does for a ray, or for some that are not larger. */
-static inline bool float_slabs_do(double largest_origin, double largest_direction, double margin,
+/* Whether float does for a ray, or for some that are not larger, whose origins are not farther from the tree's
+ * centre on any axis. */
+static inline bool float_slabs_do(double farthest_origin, double largest_direction, double margin,
                                   double reach)
 {
     double size = margin * (1 / TEST_ERROR);
     return size > FLOAT_SIZE_MIN && size < FLOAT_SIZE_MAX &&
            largest_direction > FLOAT_DIRECTION_MIN && largest_direction < FLOAT_DIRECTION_MAX &&
-           largest_origin < FLOAT_DISTANCE_MAX * reach;
+           farthest_origin < FLOAT_DISTANCE_MAX * reach;
 }
 
 static INLINED bool float_slabs_of(const struct bvh *bvh, const struct ray *ray,
                                    struct float_slabs *slabs)
 {
-    double origin = vec_largest(ray->origin), margin = slab_margin(bvh, origin);
+    double margin = slab_margin(bvh, vec_largest(ray->origin));
     double direction = vec_largest(ray->direction);
-    if (!float_slabs_do(origin, direction, margin, bvh->reach)) return false;
+    const struct vec3 center = {bvh->center[0], bvh->center[1], bvh->center[2]};
+    double distance = vec_largest(vec_sub(ray->origin, center));
+    if (!float_slabs_do(distance, direction, margin, bvh->reach)) return false;
     double least = FLOAT_SLANT_MIN * direction;
-    margin *= 1 + FLOAT_MARGIN / TEST_ERROR;
     slabs->x = float_slab_of(bvh, ray, 0, margin, least);
     slabs->y = float_slab_of(bvh, ray, 1, margin, least);
     slabs->z = float_slab_of(bvh, ray, 2, margin, least);
@@ -135,13 +141,15 @@ static inline struct floats node_floats(const struct bvh_node *node, size_t offs
 static INLINED struct floats float_slab_in(const struct float_slab *slab,
                                            const struct bvh_node *node)
 {
-    return floats_mul_sub(node_floats(node, slab->near_plane), slab->inverse, slab->near_origin);
+    return floats_mul(floats_sub(node_floats(node, slab->near_plane), slab->near_origin),
+                      slab->inverse);
 }
 
 static INLINED struct floats float_slab_out(const struct float_slab *slab,
                                             const struct bvh_node *node)
 {
-    return floats_mul_sub(node_floats(node, slab->far_plane), slab->inverse, slab->far_origin);
+    return floats_mul(floats_sub(node_floats(node, slab->far_plane), slab->far_origin),
+                      slab->inverse);
 }
 
 /* slabs_meet(), of a float_slab_limit(). */

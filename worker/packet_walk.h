@@ -19,9 +19,7 @@
 #define PINHOLE_LEAVES_TO_A_RAY 8
 
 /*
- * One axis for all rays. A distance, (bound - origin) * (1 / d), is rounded three times, in the
- * difference, the inverse and the product: the far one is enlarged in the end by FLOAT_WIDENING, of
- * whose 8 roundings 7 are used.
+ * One axis for all rays. A distance is (bound - origin) * (1 / d), as in worker/float_slabs.h.
  *
  * Where rays go both ways, those that go up most are the first in a box above them, and those that go
  * down most in one below; nothing tells when they leave it.
@@ -196,10 +194,10 @@ static INLINED void set_range(struct bundle *bundle, const struct bundle_ends *e
     double center = bundle->bvh->center[axis];
     double first = ends->o[axis].low - center, last = ends->o[axis].high - center;
     float low = float_below(first - bundle->margin), high = float_above(last + bundle->margin);
-    double outward = bundle->margin * (1 + FLOAT_MARGIN / TEST_ERROR);
-    float ray_low = float_below(first - outward), ray_high = float_above(last + outward);
     bool down = most < -FLOAT_COMPONENT_MIN;
     range->both_ways = !down && !(least > FLOAT_COMPONENT_MIN);
+    double outward = range->both_ways ? slow_margin(bundle->margin) : bundle->margin;
+    float ray_low = float_below(first - outward), ray_high = float_above(last + outward);
     if (range->both_ways) {
         least = smaller_number(least, -FLOAT_COMPONENT_MIN);
         most = larger_number(most, FLOAT_COMPONENT_MIN);
@@ -217,11 +215,11 @@ static INLINED void set_range(struct bundle *bundle, const struct bundle_ends *e
 
 /* Whether float does for all of them. */
 static INLINED bool bundle_fits_floats(const struct bundle *bundle, const struct bundle_ends *ends,
-                                       double largest_origin)
+                                       double farthest_origin)
 {
     struct ends z = ends->d[bundle->axes[2]];
     double least = smallest_end(z), most = largest_end(z);
-    return float_slabs_do(largest_origin, least, bundle->margin, bundle->bvh->reach) &&
+    return float_slabs_do(farthest_origin, least, bundle->margin, bundle->bvh->reach) &&
            most < FLOAT_DIRECTION_MAX;
 }
 
@@ -250,10 +248,16 @@ static INLINED bool bundle_of(const struct bvh *bvh, const struct ray *rays, str
     bundle->one_origin = have_one_origin(rays, bundle->count * LANES);
     struct bundle_ends ends = load_bundle(bundle, rays);
     if (!ends.finite || !have_one_shear(bundle, &ends)) return false;
-    double largest_origin = larger_number(
-        larger_number(largest_end(ends.o[0]), largest_end(ends.o[1])), largest_end(ends.o[2]));
+    double largest_origin = 0, distance = 0;
+    for (unsigned axis = 0; axis < 3; axis++) {
+        struct ends o = ends.o[axis];
+        double center = bvh->center[axis];
+        largest_origin = larger_number(largest_end(o), largest_origin);
+        distance =
+            larger_number(largest_end((struct ends){o.low - center, o.high - center}), distance);
+    }
     bundle->margin = slab_margin(bvh, largest_origin);
-    if (!bundle_fits_floats(bundle, &ends, largest_origin)) return false;
+    if (!bundle_fits_floats(bundle, &ends, distance)) return false;
     for (unsigned axis = 0; axis < 3; axis++)
         set_range(bundle, &ends, axis);
     /* The box of an empty slot is left out because it ends before it begins; where rays go both ways, nothing
@@ -261,29 +265,32 @@ static INLINED bool bundle_of(const struct bvh *bvh, const struct ray *rays, str
     return !bundle->ranges[z].both_ways;
 }
 
-/* A component of rays whose largest is told: no less than FLOAT_SLANT_MIN of that. */
-static INLINED struct lanes not_too_slow(struct lanes d, struct lanes largest)
+/* A component of rays, no less than that. */
+static INLINED struct lanes not_too_slow(struct lanes d, struct lanes least)
 {
-    struct lanes least = lanes_mul(lanes_of(FLOAT_SLANT_MIN), lanes_abs(largest));
     struct lanes size = lanes_larger(lanes_abs(d), least);
     return lanes_choose(lanes_less(d, lanes_of(0)), lanes_negate(size), size);
 }
 
-/* struct float_slab of rays that have origins of their own. */
+/* struct float_slab of rays that have origins of their own; see float_below() and float_above(). */
 static INLINED void lane_slab_of(struct lane_slab *slab, struct lanes origin, struct lanes inverse,
-                                 double margin)
+                                 struct lanes margin)
 {
-    struct lanes at = lanes_mul(origin, inverse);
-    struct lanes outward = lanes_mul(lanes_of(margin), lanes_abs(inverse));
-    slab->near_origin = floats_of_lanes(lanes_add(at, outward));
-    slab->far_origin = floats_of_lanes(lanes_sub(at, outward));
+    struct lanes low = lanes_sub(origin, margin), high = lanes_add(origin, margin);
+    struct lanes outward = lanes_of(FLOAT_OUTWARD);
+    lane_set down = lanes_less(inverse, lanes_of(0));
+    low = lanes_sub(low, lanes_mul(outward, lanes_abs(low)));
+    high = lanes_add(high, lanes_mul(outward, lanes_abs(high)));
+    slab->near_origin = floats_of_lanes(lanes_choose(down, low, high));
+    slab->far_origin = floats_of_lanes(lanes_choose(down, high, low));
 }
 
 /* For tests of leaves, of which many packets meet none. As for a single ray, see float_slab_of(). */
 static INLINED void packet_prepare(struct packet *packet, const struct bundle *bundle)
 {
     const unsigned *axes = bundle->axes;
-    double margin = bundle->margin * (1 + FLOAT_MARGIN / TEST_ERROR);
+    struct lanes slow = lanes_mul(lanes_of(FLOAT_SLANT_MIN), lanes_abs(packet->d[axes[2]]));
+    struct lanes margin = lanes_of(bundle->margin), wide = lanes_of(slow_margin(bundle->margin));
     struct lanes inverse[3];
     packet->prepared = true;
     UNROLLED
@@ -291,13 +298,14 @@ static INLINED void packet_prepare(struct packet *packet, const struct bundle *b
         packet->axes[i] = axes[i];
         packet->origin[i] = packet->o[axes[i]];
         struct lanes way = packet->d[i];
-        if (bundle->ranges[i].both_ways) way = not_too_slow(way, packet->d[axes[2]]);
+        lane_set is_slow = lanes_less(lanes_abs(way), slow);
+        if (bundle->ranges[i].both_ways) way = not_too_slow(way, slow);
         inverse[i] = lanes_div(lanes_of(1), way);
         packet->slabs[i].inverse = floats_of_lanes(inverse[i]);
         if (!bundle->one_origin)
             lane_slab_of(&packet->slabs[i],
                          lanes_sub(packet->o[i], lanes_of(bundle->bvh->center[i])), inverse[i],
-                         margin);
+                         lanes_choose(is_slow, wide, margin));
     }
     packet->sx = lanes_div(packet->d[axes[0]], packet->d[axes[2]]);
     packet->sy = lanes_div(packet->d[axes[1]], packet->d[axes[2]]);
@@ -404,8 +412,8 @@ static INLINED lane_set rays_meet(const struct packet *packet, const struct pack
             in = floats_mul(first, slab->inverse);
             out = floats_mul(last, slab->inverse);
         } else {
-            in = floats_mul_sub(first, slab->inverse, slab->near_origin);
-            out = floats_mul_sub(last, slab->inverse, slab->far_origin);
+            in = floats_mul(floats_sub(first, slab->near_origin), slab->inverse);
+            out = floats_mul(floats_sub(last, slab->far_origin), slab->inverse);
         }
         near = floats_larger(in, near);
         far = floats_smaller(out, far);
