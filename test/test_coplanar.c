@@ -31,12 +31,17 @@ static struct scene *planes_scene(void)
     return finish_scene(builder);
 }
 
-/* The same in either order. */
+/* The same in either order. Then rays meet both at once. */
 static bool coplanar(const struct scene *scene, const uint32_t a[2], const uint32_t b[2])
 {
-    bool found = are_in_one_surface(scene, a[0], a[1], b[0], b[1]);
-    assert_int_equal(are_in_one_surface(scene, b[0], b[1], a[0], a[1]), found);
-    return found;
+    enum surfaces found = surfaces_of(scene, a[0], a[1], b[0], b[1]);
+    assert_int_equal(surfaces_of(scene, b[0], b[1], a[0], a[1]), found);
+    assert_true(found == SURFACES_TWO || found == SURFACES_ONE_PLANE);
+    struct ray ray = ray_along(vec3(0.1, 7.3, 0.7), vec3(0.1, -0.9, 0.3));
+    int order = 0;
+    if (compare_flats(scene, &ray, a[0], a[1], b[0], b[1], &order) && order != 0)
+        assert_int_equal(found, SURFACES_TWO);
+    return found == SURFACES_ONE_PLANE;
 }
 
 static void test_are_in_one_surface(void **state)

@@ -135,19 +135,44 @@ static bool are_in_one(const struct scene *scene, uint32_t a, uint32_t part_of_a
            part_of_b == CONE_SIDE && are_one_side(&scene_cones(scene)[i], &scene_cones(scene)[k]);
 }
 
-bool are_in_one_surface(const struct scene *scene, uint32_t a, uint32_t part_of_a, uint32_t b,
-                        uint32_t part_of_b)
+/* Whether all corners have this coordinate. */
+static bool is_across(const struct flat *flat, unsigned axis, double place)
 {
-    struct flat one = flat_of(scene, a, part_of_a), other = flat_of(scene, b, part_of_b);
-    if (one.corners == 0 && other.corners == 0)
-        return primitive_kind(a) == primitive_kind(b) &&
-               are_in_one(scene, a, part_of_a, b, part_of_b);
-    if (one.corners == 0 || other.corners == 0) return false;
-    const struct flat *points = one.corners == 3 ? &one : &other;
-    const struct flat *plane = one.corners == 3 ? &other : &one;
+    for (unsigned i = 0; i < flat->corners; i++)
+        if (vec_component(&flat->at[i], axis) != place) return false;
+    return true;
+}
+
+/* Whether two triangles have one coordinate in common: what walls and floors have is told without arithmetic. */
+static bool are_across_one_axis(const struct flat *a, const struct flat *b)
+{
+    if (a->corners != 3 || b->corners != 3) return false;
+    for (unsigned axis = 0; axis < 3; axis++) {
+        double place = vec_component(&a->at[0], axis);
+        if (is_across(a, axis, place) && is_across(b, axis, place)) return true;
+    }
+    return false;
+}
+
+static bool are_in_one_plane(const struct flat *a, const struct flat *b)
+{
+    if (a->corners == 0 || b->corners == 0) return false;
+    if (are_across_one_axis(a, b)) return true;
+    const struct flat *points = a->corners == 3 ? a : b, *plane = a->corners == 3 ? b : a;
     for (unsigned i = 0; i < points->corners; i++)
         if (!is_in_plane(points->at[i], plane)) return false;
-    return points->corners == 3 || are_parallel(&one.normal, &other.normal);
+    return points->corners == 3 || are_parallel(&a->normal, &b->normal);
+}
+
+enum surfaces surfaces_of(const struct scene *scene, uint32_t a, uint32_t part_of_a, uint32_t b,
+                          uint32_t part_of_b)
+{
+    struct flat one = flat_of(scene, a, part_of_a), other = flat_of(scene, b, part_of_b);
+    if (are_in_one_plane(&one, &other)) return SURFACES_ONE_PLANE;
+    bool round = one.corners == 0 && other.corners == 0;
+    bool same = round && primitive_kind(a) == primitive_kind(b) &&
+                are_in_one(scene, a, part_of_a, b, part_of_b);
+    return same ? SURFACES_ONE_ROUND : SURFACES_TWO;
 }
 
 /* The plane's normal n times a way: n.way. */

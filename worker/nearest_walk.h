@@ -24,25 +24,22 @@ struct nearest_walk {
 };
 
 /* Whether a crossing of another primitive that is about as far as the hit comes first; counted as
- * exact arithmetic. */
-static bool precedes(const struct nearest_walk *walk, const struct crossing *crossing)
+ * exact arithmetic. Notes whether it may be with a surface that meets the hit's there. */
+static bool precedes(struct nearest_walk *walk, const struct crossing *crossing)
 {
     const struct probe *probe = &walk->probe;
-    const struct hit *hit = &walk->hit;
+    struct hit *hit = &walk->hit;
     if (hit->primitive == PRIMITIVE_NONE) return true;
-    ++*probe->exact;
     struct crossing best = {hit->primitive, hit->part, hit->t};
-    int order = compare_crossings(probe->scene, probe->ray, &probe->shear, crossing, &best);
+    enum surfaces surfaces =
+        surfaces_of(probe->scene, hit->primitive, hit->part, crossing->primitive, crossing->part);
+    ++*probe->exact;
+    if (surfaces == SURFACES_TWO) hit->in_corner = 1;
+    int order = surfaces == SURFACES_ONE_PLANE
+                    ? 0
+                    : compare_crossings(probe->scene, probe->ray, &probe->shear, crossing, &best);
     return order < 0 ||
            (order == 0 && is_first_of_equals(probe->scene, probe->ray, crossing, &best));
-}
-
-/* Whether a crossing that is about as far as the hit may be with a surface that meets that one there. */
-static bool is_in_corner(const struct nearest_walk *walk, const struct crossing *crossing)
-{
-    const struct hit *hit = &walk->hit;
-    return !are_in_one_surface(walk->probe.scene, hit->primitive, hit->part, crossing->primitive,
-                               crossing->part);
 }
 
 /* Of the distance to a crossing, as worker/order.h tells. */
@@ -62,7 +59,6 @@ static INLINED void nearest_crossing(struct nearest_walk *walk, const struct cro
     if (!naive) error = crossing_error(walk, id, t);
     if (t > walk->hit.t + (walk->hit_error + error)) return;
     bool close = !naive && !(t < walk->hit.t - (walk->hit_error + error));
-    if (close && !walk->hit.in_corner) walk->hit.in_corner = is_in_corner(walk, &crossing);
     if (close && !precedes(walk, &crossing)) return;
     if (naive && t == walk->hit.t && id >= walk->hit.primitive) return;
     uint16_t in_corner = close ? walk->hit.in_corner : 0;
