@@ -6,6 +6,7 @@
 
 #include <cmocka.h>
 
+#include "test/random.h"
 #include "worker/shade.h"
 
 static const struct material plain = {.color = {0.5, 0.25, 1},
@@ -188,6 +189,48 @@ static void test_background_gradient(void **state)
     assert_vec_near(background(&view, vec3(1, 0, 0)), 0.5, 0, 0.5);
 }
 
+static struct vec3 random_unit(uint64_t *random)
+{
+    double x = random_between(random, -1, 1), y = random_between(random, -1, 1);
+    return vec_normalize(vec3(x, y, random_between(random, -1, 1)));
+}
+
+/* Whether a light faces a point is decided before its direction is rounded to a unit vector: the cosine of one
+ * next to 90 degrees may be rounded below 0 then. */
+static void test_no_light_is_negative(void **state)
+{
+    (void)state;
+    uint64_t random = 5;
+    unsigned facing = 0;
+    struct material matt = plain;
+    matt.specular = 0;
+    for (int i = 0; i < 100000; i++) {
+        struct shading_point at = point_on_floor(&matt);
+        struct vec3 to_light, away = random_unit(&random);
+        at.geometric = at.normal = random_unit(&random);
+        struct light light = {.position = vec_cross(away, at.normal)};
+        if (!light_faces(&at, &light, &to_light)) continue;
+        facing++;
+        struct vec3 color = shade_light(&at, to_light, vec3(1, 1, 1));
+        assert_true(color.x >= 0 && color.x < 1e-15);
+    }
+    assert_true(facing > 10000);
+}
+
+/* Straight up and down, where the product of two unit vectors may be rounded beyond 1. */
+static void test_background_is_not_negative(void **state)
+{
+    (void)state;
+    uint64_t random = 6;
+    for (int i = 0; i < 1000; i++) {
+        struct vec3 up = random_unit(&random);
+        struct view view = {
+            .background_bottom = {1, 0, 1}, .background_top = {0, 1, 1}, .background_up = up};
+        struct vec3 above = background(&view, up), below = background(&view, vec_neg(up));
+        assert_true(above.x >= 0 && below.y >= 0 && above.y <= 1 && below.x <= 1);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -202,6 +245,8 @@ int main(void)
         cmocka_unit_test(test_light_at_the_point),
         cmocka_unit_test(test_light_scales),
         cmocka_unit_test(test_background_gradient),
+        cmocka_unit_test(test_no_light_is_negative),
+        cmocka_unit_test(test_background_is_not_negative),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
