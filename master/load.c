@@ -23,6 +23,15 @@ const char *keep_path(struct loader *loader, const char *path)
     return loader->paths[loader->path_count++] = copy_text(path);
 }
 
+void note_source(struct loader *loader, const char *path)
+{
+    struct stat status;
+    if (stat(path, &status) != 0) return; /* who reads it says so */
+    loader->sources = grow(loader->sources, loader->source_count, sizeof *loader->sources);
+    loader->sources[loader->source_count++] =
+        (struct source){keep_path(loader, path), status.st_dev, status.st_ino};
+}
+
 bool may_read(const struct loader *loader, const char *path, const char *root)
 {
     return loader->reach == REACH_ANYWHERE || path_is_within(path, root);
@@ -40,6 +49,7 @@ void loader_free(struct loader *loader)
     for (size_t i = 0; i < loader->path_count; i++)
         free(loader->paths[i]);
     free(loader->paths);
+    free(loader->sources);
 }
 
 /* ---- the names of outputs ---- */
@@ -209,6 +219,7 @@ bool load_job(const char *path, char *const *overrides, size_t count, enum reach
     *job->document = ini;
     settings_init(&job->settings);
     struct loader loader = {.builder = job->builder, .settings = &job->settings, .reach = reach};
+    note_source(&loader, path);
     bool good = load_document(&loader, job->document, overrides, count);
     job->named =
         (struct named_settings){.image = setting_is_set(&loader, "output", "image"),

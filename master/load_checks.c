@@ -288,6 +288,26 @@ static void refuse_same(const struct loader *loader, const char *config,
     free(text);
 }
 
+/* false, after saying so, where a link leads an output to what the scene is read from. */
+static bool spares_sources(const struct loader *loader, const char *config,
+                           const struct checked_file *file)
+{
+    struct stat status;
+    if (stat(file->path, &status) != 0) return true;
+    for (size_t i = 0; i < loader->source_count; i++) {
+        const struct source *source = &loader->sources[i];
+        if (source->device != status.st_dev || source->inode != status.st_ino) continue;
+        char *text =
+            format_text("%s = %s leads to %s, which the scene is read from, expected a file "
+                        "of its own",
+                        file->key, file->path, source->path);
+        refuse_setting(loader, config, file->section, file->key, text);
+        free(text);
+        return false;
+    }
+    return true;
+}
+
 /* Of the i-th name. */
 static bool name_good(const struct loader *loader, const char *config,
                       const struct checked_file *files, size_t i)
@@ -308,11 +328,10 @@ static bool name_good(const struct loader *loader, const char *config,
         refuse_same(loader, config, file, &files[k]);
         return false;
     }
-    return true;
+    return spares_sources(loader, config, file);
 }
 
-/* No two outputs are one file, nor is any the reference, and the kinds of their names keep them off
- * the scene and its parts. */
+/* No two outputs are one file, nor is any the reference or a file that the scene is read from. */
 static bool output_good(const struct loader *loader, const char *config)
 {
     const struct settings *s = loader->settings;

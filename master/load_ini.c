@@ -103,7 +103,10 @@ static bool find_file(const struct reading *at, const char *file, struct named_f
                           entry->line ? comment_hint(file) : "");
     else if (entry->line && !may_read(at->part->loader, named->path, root))
         why = format_text(LIES_OUTSIDE, named->path, root);
-    if (!why) return true;
+    if (!why) {
+        note_source(at->part->loader, named->path);
+        return true;
+    }
     refuse_section_key(at, "file", why);
     free(why);
     named_file_free(named);

@@ -280,6 +280,7 @@ static bool read_library_once(struct obj *obj, const char *path, bool is_regular
     free(file);
     if (known) return true;
     name_table_free(&obj->used); /* what a name meant it may mean no more */
+    note_source(obj->part->loader, path);
     return material_library_read(obj->library, path);
 }
 

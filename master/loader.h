@@ -8,6 +8,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <sys/types.h>
 
 #include "common/settings.h"
 #include "master/builder.h"
@@ -29,6 +30,13 @@ struct origin {
     long line; /* 0 for an argument */
 };
 
+/* A file that the scene is read from, told by what it is, not by its name: links lead to it, too. */
+struct source {
+    const char *path;
+    dev_t device;
+    ino_t inode;
+};
+
 struct loader {
     struct builder *builder;
     struct settings *settings;
@@ -38,7 +46,9 @@ struct loader {
     bool has_default_material; /* default_material is in the builder */
     uint32_t default_material;
     uint32_t include_count; /* files included so far */
-    char **paths;           /* of files that origins name; owned */
+    struct source *sources; /* owned */
+    size_t source_count;
+    char **paths; /* of files that origins and sources name; owned */
     size_t path_count;
 };
 
@@ -90,6 +100,9 @@ bool check_settings(const struct loader *loader, const char *config);
 
 /* Keeps a copy of path until the loader ends. */
 const char *keep_path(struct loader *loader, const char *path);
+
+/* The scene is read from this file: no output may take its place. */
+void note_source(struct loader *loader, const char *path);
 
 /* Frees what the loader owns; settings and builder are others'. */
 void loader_free(struct loader *loader);

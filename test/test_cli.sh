@@ -150,6 +150,29 @@ linked() { # to a file that is not there yet, and by way of a second link
             output.image=behind.png output.heatmap=last.png
 }
 check "no output over another behind a link" linked
+spared() { # FILE KEY.EXTENSION: no output takes the place of what the scene is read from
+    ln -sf "$1" "over.${2#*.}" && cp "$1" kept || return 1
+    for check in '' --check; do
+        wrong 0 "^output.${2%.*}=over.${2#*.}: ${2%.*} = over.${2#*.} leads to (./)?$1, which the scene is read from" \
+            $check everything.ini "output.${2%.*}=over.${2#*.}" && cmp "$1" kept || return 1
+    done
+}
+for key in image.png report.json journal.journal error.csv trace.json heatmap.hdr ranks.png; do
+    check "no output.${key%.*} over CONFIG behind a link" spared everything.ini $key
+done
+for file in parts.nff star.obj star.mtl; do
+    check "nor over $file" spared $file image.png
+done
+derived() { # names that nobody has given, an included INI file, and a second name of the same file
+    printf '[sphere a]\ncenter = 0 0 0\nradius = 1\n' >inner.ini && ln -s star.mtl star.json &&
+        printf '[include a]\nfile = inner.ini\n' >outer.ini && ln -s inner.ini outer.json && ln inner.ini hard.png &&
+        wrong 2 '^outer.ini: report = outer.json leads to inner.ini, which the scene is read from' outer.ini &&
+        wrong 0 '^output.image=hard.png: image = hard.png leads to inner.ini' outer.ini \
+            output.image=hard.png output.report= &&
+        wrong 0 '^star.obj: report = star.json leads to star.mtl' star.obj output.image=star.png &&
+        rm star.json
+}
+check "no output of a name by default over what is read" derived
 check "a setting without its section" wrong 0 "did you mean 'sampling.samples=4'" \
     everything.ini samples=4
 for key in report error trace heatmap ranks; do
