@@ -106,7 +106,8 @@ static bool read_ini(const char *path, struct ini *ini)
     return false;
 }
 
-/* Of an OBJ file; the last sections of its document. */
+/* The document of an OBJ file has a section for the mesh, then so many for lights, then one for each material of
+ * its MTL files that arguments amend. */
 #define SHOULDER_LIGHTS 2
 
 /* A section for the file; for a mesh its lights', too, which arguments may fill before it is known where they
@@ -188,19 +189,30 @@ static void warn_of_little(const struct loader *loader, const char *config)
         user_warning(config, 0, "the scene has no objects, the picture shows the background");
 }
 
+/* So many sections of a document, which keeps them. */
+static struct ini sections_from(const struct ini *ini, size_t first, size_t count)
+{
+    struct ini sections = *ini;
+    sections.sections += first;
+    sections.count = count;
+    return sections;
+}
+
 static bool load_document(struct loader *loader, struct ini *ini, char *const *overrides,
                           size_t count)
 {
     const char *config = ini->file;
     struct settings *settings = loader->settings;
-    /* Where the lights of an OBJ file are depends on the camera, and that on all else. */
-    struct ini scene = *ini, lights = *ini;
-    lights.count = path_has_extension(config, ".obj") ? SHOULDER_LIGHTS : 0;
-    scene.count -= lights.count;
-    lights.sections += scene.count;
-    if (!read_settings(loader, ini) || !apply_overrides(loader, ini, overrides, count) ||
-        !load_scene(loader, &scene))
+    if (!read_settings(loader, ini) || !apply_overrides(loader, ini, overrides, count))
         return false;
+    /* Where the lights of an OBJ file are depends on the camera, and that on all else. */
+    bool is_obj = path_has_extension(config, ".obj");
+    size_t first = is_obj ? 1 : ini->count;
+    struct ini scene = sections_from(ini, 0, first);
+    struct ini lights = sections_from(ini, first, is_obj ? SHOULDER_LIGHTS : 0);
+    first += lights.count;
+    loader->amended = sections_from(ini, first, ini->count - first);
+    if (!load_scene(loader, &scene)) return false;
     frame_scene(loader->builder, settings, setting_is_set(loader, "camera", "eye"),
                 setting_is_set(loader, "camera", "look_at"));
     name_outputs(settings, config);

@@ -219,17 +219,52 @@ bool is_scene_section(const char *kind)
     return scene_section_of(kind) < SCENE_SECTIONS;
 }
 
-static bool load_material(const struct reading *at, uint32_t *index)
+static bool read_material(const struct ini *ini, const struct ini_section *section,
+                          struct material *material)
 {
     const struct section_kind *keys = scene_section_kind(SECTION_MATERIAL);
-    struct material material = {0};
+    *material = (struct material){0};
+    if (!read_section(ini, section, keys->keys, keys->count, material)) return false;
+    struct ini_place color = place_of(ini, section, "color");
+    struct ini_place transmission = place_of(ini, section, "transmission");
+    warn_of_gain(material, transmission.file, transmission.line);
+    warn_of_bright_color(material, color.file, color.line);
+    return true;
+}
+
+/* So complete it stands for the material wherever it is named, and in what --print-config prints. */
+static void complete_section(struct ini_section *section, const char *file,
+                             const struct material *material)
+{
+    const struct section_kind *keys = scene_section_kind(SECTION_MATERIAL);
+    struct ini_entry origin = {.file = file, .folder = ""};
+    for (size_t i = 0; i < keys->count; i++) {
+        const struct key *key = &keys->keys[i];
+        if (ini_entry(section, key->name)) continue;
+        char *text = key_format(key, material);
+        ini_set(section, key->name, text, &origin);
+        free(text);
+    }
+}
+
+bool amend_material(const struct loader *loader, const char *name, struct material *material)
+{
+    const struct ini *amended = &loader->amended;
+    for (size_t i = 0; i < amended->count; i++) {
+        struct ini_section *section = &amended->sections[i];
+        if (strcmp(section->name, name) != 0) continue;
+        complete_section(section, amended->file, material);
+        return read_material(amended, section, material);
+    }
+    return true;
+}
+
+static bool load_material(const struct reading *at, uint32_t *index)
+{
+    struct material material;
     if (!*at->section->name)
         return refuse_section_key(at, "", "a material needs a name, expected [material NAME]");
-    if (!read_section(at->ini, at->section, keys->keys, keys->count, &material)) return false;
-    struct ini_place color = place_of(at->ini, at->section, "color");
-    struct ini_place transmission = place_of(at->ini, at->section, "transmission");
-    warn_of_gain(&material, transmission.file, transmission.line);
-    warn_of_bright_color(&material, color.file, color.line);
+    if (!read_material(at->ini, at->section, &material)) return false;
     return accept_object(at, builder_add_material(at->part->loader->builder, &material, index));
 }
 

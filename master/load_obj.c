@@ -333,8 +333,12 @@ static void warn_of_unknown_name(const struct obj *obj, const char *name)
 static bool look_up(struct obj *obj, const char *name, uint32_t *index)
 {
     if (find_material(obj->part, name, index)) return true;
-    const struct material *material = material_library_find(obj->library, name);
-    if (material) return accept(obj, builder_add_material(obj->builder, material, index));
+    const struct material *found = material_library_find(obj->library, name);
+    if (found) {
+        struct material material = *found;
+        return amend_material(obj->part->loader, name, &material) &&
+               accept(obj, builder_add_material(obj->builder, &material, index));
+    }
     *index = obj->mesh->material;
     /* A missing library has been told of already. */
     if (!obj->library_missing && obj->unknown_names++ < TOLD_NAMES) warn_of_unknown_name(obj, name);
@@ -349,6 +353,24 @@ static bool use_material(struct obj *obj)
     if (name_table_find(&obj->used, name, &obj->material)) return true;
     if (!look_up(obj, name, &obj->material)) return false;
     name_table_set(&obj->used, name, obj->material);
+    return true;
+}
+
+/* Whether there are all materials that arguments amend. */
+static bool amended_found(const struct obj *obj)
+{
+    const struct ini *amended = &obj->part->loader->amended;
+    for (size_t i = 0; i < amended->count; i++) {
+        const struct ini_section *section = &amended->sections[i];
+        if (material_library_find(obj->library, section->name)) continue;
+        struct nearest_name search = {.name = section->name};
+        material_library_try(obj->library, &search);
+        char *hint = nearest_name_hint(&search);
+        user_error(section->entries[0].file, 0, "%s has no material '%s'%s", obj->mesh->path,
+                   section->name, hint);
+        free(hint);
+        return false;
+    }
     return true;
 }
 
@@ -405,7 +427,8 @@ static bool read_all(struct obj *obj)
         return false;
     }
     double crease = fmax(obj->mesh->crease, 0);
-    return accept(obj, add_smooth_triangles(obj->builder, obj->plain, obj->plain_count, crease));
+    return amended_found(obj) &&
+           accept(obj, add_smooth_triangles(obj->builder, obj->plain, obj->plain_count, crease));
 }
 
 bool load_obj(const struct part *part, const struct mesh *mesh)

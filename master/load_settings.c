@@ -203,9 +203,16 @@ static bool refuse_override_section(const struct ini *ini, const struct override
     return false;
 }
 
+/* An OBJ file in place of CONFIG has no sections for the materials of its MTL files, which are still to be read:
+ * one begins with the first argument for it. */
+static bool begins_section(const struct ini *ini, const struct override *override)
+{
+    return path_has_extension(ini->file, ".obj") && strcmp(override->kind, "material") == 0 &&
+           *override->name;
+}
+
 /* The one section that an override names. */
-static struct ini_section *overridden_section(const struct ini *ini,
-                                              const struct override *override)
+static struct ini_section *overridden_section(struct ini *ini, const struct override *override)
 {
     struct nearest_name search = {.name = override->name};
     struct ini_section *found = NULL;
@@ -225,6 +232,7 @@ static struct ini_section *overridden_section(const struct ini *ini,
                    override->kind);
         return NULL;
     }
+    if (begins_section(ini, override)) return ini_add_section(ini, "material", override->name, 0);
     char *hint = nearest_name_hint(&search);
     user_error(override->argument, 0, "%s has no section [%s%s%s]%s", ini->file, override->kind,
                *override->name ? " " : "", override->name, hint);

@@ -46,6 +46,8 @@ struct loader {
     bool has_default_material; /* default_material is in the builder */
     uint32_t default_material;
     uint32_t include_count; /* files included so far */
+    struct ini
+        amended; /* materials of MTL files, with what arguments have set of them; the job's */
     struct source *sources; /* owned */
     size_t source_count;
     char **paths; /* of files that origins and sources name; owned */
@@ -119,6 +121,10 @@ void try_materials(const struct part *part, struct nearest_name *search);
 /* Tell of a material that gives off more light than it gets; whether it is one. */
 bool warn_of_gain(const struct material *material, const char *file, long line);
 bool warn_of_bright_color(const struct material *material, const char *file, long line);
+
+/* A material of an MTL file, of which arguments may have set some keys: their section gets the others, and is
+ * what the material is read from. false after saying what is wrong. */
+bool amend_material(const struct loader *loader, const char *name, struct material *material);
 
 /* A mesh in an OBJ file. */
 struct mesh {

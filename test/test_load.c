@@ -434,6 +434,39 @@ static void test_overridden_shoulder_lights(void **state)
                     "color");
 }
 
+/* So are the materials of an OBJ file's MTL: what arguments do not set is as it is there. */
+static void test_overridden_mtl(void **state)
+{
+    scratch_write("glass.mtl", "newmtl glass\nKd 0.1 0.2 0.3\nKs 0.4 0.4 0.4\nd 0.25\n"
+                               "newmtl unused\nKd 1 0 0\n");
+    scratch_write("ball.obj",
+                  "mtllib glass.mtl\nusemtl glass\nv -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    char diffuse[] = "material glass.diffuse=0.5", ior[] = "material glass.ior=1.25";
+    char *both[] = {diffuse, ior};
+    struct job job;
+    struct scene *scene = scratch_scene(*state, "ball.obj", diffuse);
+    const struct material *material = scene_materials(scene);
+    assert_int_equal(scene->materials.count, 1);
+    assert_true(material->diffuse == 0.5 && material->color.y == 0.2 && material->ior == 1 &&
+                material->specular == 0.4 && material->transmission == 0.75);
+    free(scene);
+    assert_true(load_job("ball.obj", both, 2, REACH_FOLDER, &job));
+    char *printed = print_job(&job);
+    assert_non_null(
+        strstr(printed, "[material glass]\ndiffuse = 0.5\nior = 1.25\ncolor = 0.1 0.2 0.3\n"));
+    free(printed);
+    job_free(&job);
+    check_round_trip(state, "ball.obj", diffuse);
+    check_round_trip(state, "ball.obj", "material unused.color=0 1 0");
+    scratch_refused(*state, "ball.obj", "material glas.ior=2",
+                    "material glas.ior=2: ball.obj has no material 'glas', did you mean 'glass'?");
+    scratch_refused(*state, "ball.obj", "material glass.size=2",
+                    "material glass.size=2: unknown key 'size' in [material glass], expected one "
+                    "of color ambient diffuse specular shininess reflection transmission ior");
+    scratch_refused(*state, "ball.obj", "material.ior=2",
+                    "material.ior=2: ball.obj has no section [material]");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -451,6 +484,7 @@ int main(void)
         cmocka_unit_test(test_sides_of_the_automatic_view),
         cmocka_unit_test(test_print_round_trip),
         cmocka_unit_test(test_overridden_shoulder_lights),
+        cmocka_unit_test(test_overridden_mtl),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
 }
