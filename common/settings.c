@@ -27,7 +27,8 @@ const struct key settings_keys[] = {
     {"camera", "eye", VALUE_VECTOR, AT(camera.eye),
      .help = "where the eye is (default: so that the scene fills the picture)"},
     {"camera", "look_at", VALUE_VECTOR, AT(camera.look_at),
-     .help = "the point in the middle of the picture (default: the scene's centre)"},
+     .help = "the point in the middle of the picture (default: so that the scene is in the middle; "
+             "with an eye, the centre of the box around the scene)"},
     {"camera", "up", VALUE_VECTOR, AT(camera.up), .fallback = "0 1 0",
      .help = "the direction that is up in the picture"},
     {"camera", "fov", VALUE_NUMBER, AT(camera.fov), RANGE(0, 180),

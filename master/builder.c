@@ -258,7 +258,9 @@ static double corners_reach(const struct builder *builder, const uint32_t vertex
     double most = -HUGE_VAL;
     for (int i = 0; i < 3; i++) {
         struct vec3 corner = vec_sub(builder_vertex(builder, vertex[i]), origin);
-        most = fmax(most, vec_dot(corner, direction));
+        double reach = vec_dot(corner, direction);
+        if (reach > most)
+            most = reach; /* fmax() would be a call, of which large meshes make millions */
     }
     return most;
 }

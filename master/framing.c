@@ -41,21 +41,75 @@ static struct vec3 three_quarter_view(struct vec3 up)
     return vec_add_scaled(vec_scale(level, cos(M_PI / 9)), vertical, sin(M_PI / 9));
 }
 
-/*
- * Half of the view in one direction (unit, a is its slope: tan of the angle from the middle to the edge of the
- * picture), with x along it and z towards the eye: a point is in the picture if |x - eye_x| <= a (eye_z - z). So with
- * A = max(x + a z) and B = max(-x + a z) over all points eye_x = (A - B) / 2 and eye_z = (A + B) / (2 a) show all of
- * them, from as near as that goes, as far from one edge as from the other.
- */
-struct span {
-    double eye_x, eye_z;
+/* What is to be seen, from which side. */
+struct subject {
+    const struct builder *builder;
+    struct vec3 middle, back;
+    bool is_aimed_at; /* the user has set that the eye looks at the middle */
 };
 
-/* centred: eye_x is 0. */
-static struct span fit(double slope, const double reach[2], bool centred)
+/*
+ * Half of the view along an axis of the picture (unit; slope: tan of the angle from the middle to the edge of the
+ * picture), with x along it and z towards the eye: a point is in the picture if |x - eye_x| <= slope (eye_z - z). So
+ * with A = max(x + slope z) and B = max(-x + slope z) over all points eye_x = (A - B) / 2 and eye_z = (A + B) /
+ * (2 slope) show all of them, from as near as that goes, as far from one edge as from the other.
+ */
+struct span {
+    double eye_x;
+    double half; /* slope eye_z */
+};
+
+static struct span span_of(const struct subject *subject, struct vec3 axis, double slope)
 {
-    if (centred) return (struct span){0, fmax(reach[0], reach[1]) / slope};
-    return (struct span){(reach[0] - reach[1]) / 2, (reach[0] / 2 + reach[1] / 2) / slope};
+    double reach[2];
+    const struct vec3 sides[2] = {vec_add_scaled(axis, subject->back, slope),
+                                  vec_add_scaled(vec_scale(axis, -1), subject->back, slope)};
+    if (!builder_reach(subject->builder, subject->middle, 2, sides, reach))
+        return (struct span){0, 1};
+    if (subject->is_aimed_at) return (struct span){0, fmax(reach[0], reach[1])};
+    return (struct span){(reach[0] - reach[1]) / 2, reach[0] / 2 + reach[1] / 2};
+}
+
+/* What is left and right of the scene differs by less than so much of its width in the picture. */
+#define OFF_CENTRE 1e-4
+
+/*
+ * The eye_x that has the scene in the middle as it is seen from that distance, which is more than the slope asks for
+ * where the picture is filled along its other axis. What is seen fills a picture of a smaller slope then, where half =
+ * slope distance. As half is convex in the slope, a straight line to it from slope 0 gives one that is still too large,
+ * or the one looked for, and leads there in a few steps.
+ */
+static double centred(const struct subject *subject, struct vec3 axis, double slope,
+                      struct span span, double distance)
+{
+    double excess = slope * distance - span.half, half = 0;
+    for (int i = 0; i < 40 && excess > OFF_CENTRE * span.half; i++) {
+        if (i == 0) half = span_of(subject, axis, 0).half;
+        slope *= half / (half + excess);
+        span = span_of(subject, axis, slope);
+        excess = slope * distance - span.half;
+    }
+    return span.eye_x;
+}
+
+/* As near as shows all of it, and in the middle of the picture unless that is set. */
+static void place_camera(const struct subject *subject, const struct frame *frame,
+                         struct settings *settings)
+{
+    double slope_y = view_half_height(settings->camera.fov) / MARGIN;
+    double slope_x = slope_y * settings->image.width / settings->image.height;
+    struct span wide = span_of(subject, frame->right, slope_x);
+    struct span high = span_of(subject, frame->up, slope_y);
+    double distance = fmax(wide.half / slope_x, high.half / slope_y);
+    /* A single point, and what is behind a look_at that was set, is seen from a distance of 1. */
+    if (distance <= 0) distance = 1;
+    struct vec3 *look_at = &settings->camera.look_at;
+    if (!subject->is_aimed_at) {
+        double right = centred(subject, frame->right, slope_x, wide, distance);
+        double up = centred(subject, frame->up, slope_y, high, distance);
+        *look_at = vec_add(*look_at, vec_add_scaled(vec_scale(frame->right, right), frame->up, up));
+    }
+    settings->camera.eye = vec_add_scaled(*look_at, frame->back, distance);
 }
 
 void frame_scene(const struct builder *builder, struct settings *settings, bool has_eye,
@@ -67,26 +121,9 @@ void frame_scene(const struct builder *builder, struct settings *settings, bool 
     struct vec3 middle = any ? vec_add(vec_scale(min, 0.5), vec_scale(max, 0.5)) : vec3(0, 0, 0);
     if (!has_look_at) settings->camera.look_at = middle;
     if (has_eye) return;
-
     struct frame frame = frame_of(three_quarter_view(settings->camera.up), settings->camera.up);
-    double slope_y = view_half_height(settings->camera.fov) / MARGIN;
-    double slope_x = slope_y * settings->image.width / settings->image.height;
-    double reach[4] = {1, 1, 1, 1};
-    const struct vec3 directions[4] = {
-        vec_add_scaled(frame.right, frame.back, slope_x),
-        vec_add_scaled(vec_scale(frame.right, -1), frame.back, slope_x),
-        vec_add_scaled(frame.up, frame.back, slope_y),
-        vec_add_scaled(vec_scale(frame.up, -1), frame.back, slope_y),
-    };
-    if (any) builder_reach(builder, settings->camera.look_at, 4, directions, reach);
-    struct span wide = fit(slope_x, reach, has_look_at);
-    struct span high = fit(slope_y, reach + 2, has_look_at);
-    struct vec3 aside = vec_add_scaled(vec_scale(frame.right, wide.eye_x), frame.up, high.eye_x);
-    settings->camera.look_at = vec_add(settings->camera.look_at, aside);
-    double distance = fmax(wide.eye_z, high.eye_z);
-    /* A single point, and what is behind a look_at that was set, is seen from a distance of 1. */
-    if (distance <= 0) distance = 1;
-    settings->camera.eye = vec_add_scaled(settings->camera.look_at, frame.back, distance);
+    struct subject subject = {builder, settings->camera.look_at, frame.back, has_look_at};
+    place_camera(&subject, &frame, settings);
 }
 
 void shoulder_lights(const struct settings *settings, struct light lights[2])

@@ -230,7 +230,13 @@ static bool is_near(double value, double expected)
     return fabs(value - expected) < 1e-9;
 }
 
-/* The scene is in the middle of the picture, and up or across its largest extent leaves a tenth of it free; with a
+/* Closer than half a pixel, of 200. */
+static bool is_centred(struct extent extent)
+{
+    return fabs(extent.least + extent.most) < 0.5 / 200;
+}
+
+/* The scene is in the middle of the picture, across and up, and its larger extent leaves a tenth of it free; with a
  * look_at that is set it touches the same margin on one side. */
 static void test_automatic_camera(void **state)
 {
@@ -246,6 +252,7 @@ static void test_automatic_camera(void **state)
         struct extent wide = x.most - x.least > y.most - y.least ? x : y;
         assert_true(is_near(fmax(fmax(-x.least, x.most), fmax(-y.least, y.most)), 1 / 1.1));
         if (i < 4) assert_true(is_near(wide.least, -1 / 1.1) && is_near(wide.most, 1 / 1.1));
+        if (i < 4) assert_true(is_centred(x) && is_centred(y));
         free(scene);
     }
 }
