@@ -196,13 +196,15 @@ static int try_folder(const char *target)
     return error;
 }
 
-static bool has_folder(const char *target)
+/* errno of why no file can be made in a folder that a try has not found. /proc says of a file to be made, not of
+ * itself, that it does not exist; a folder that a process is still in may have been removed. */
+static int folder_error(const char *target)
 {
     struct stat status;
     char *folder = path_directory(target);
-    bool found = stat(folder, &status) == 0;
+    int error = stat(folder, &status) != 0 ? ENOENT : status.st_nlink == 0 ? ESTALE : EACCES;
     free(folder);
-    return found;
+    return error;
 }
 
 static bool folder_writable(const char *path, const char *key)
@@ -210,9 +212,10 @@ static bool folder_writable(const char *path, const char *key)
     char *target = path_behind_links(path);
     if (!target) return output_refused(path, key, ELOOP);
     int error = try_folder(target);
-    /* /proc says of a file to be made, not of itself, that it does not exist. */
-    if (error == ENOENT && has_folder(target)) error = EACCES;
-    if (error == ENOENT)
+    if (error == ENOENT) error = folder_error(target);
+    if (error == ESTALE)
+        user_error(path, 0, "its folder has been removed, choose another place with %s=FILE", key);
+    else if (error == ENOENT)
         user_error(path, 0,
                    "the folder %.*s does not exist, make it or choose another place with %s=FILE",
                    (int)(path_name(target) - target), target, key);

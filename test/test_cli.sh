@@ -93,6 +93,11 @@ unmade() { # that a folder exists where no file can be made is known
     wrong 0 '^/proc/x.png: the folder cannot be written to' everything.ini output.image=/proc/x.png
 }
 check "a folder without files of ours" unmade
+removed() { # the folder that a run is started in
+    mkdir gone && (cd gone && rmdir ../gone && "$FARM" "$T/everything.ini" 2>"$T/err"; [ $? -eq 2 ]) &&
+        grep -qx 'everything.png: its folder has been removed, choose another place with output.image=FILE' "$T/err"
+}
+check "the true reason where the current folder has been removed" removed
 for n in 0 2; do
     check "no arguments, -n $n" wrong $n 'no scene given'
     check "unknown option, -n $n" wrong $n "unknown option '--frobnicate'" --frobnicate everything.ini
