@@ -6,10 +6,16 @@
 #   sh bench/hosts.sh "2 3 1" config/garden.ini [SECTION.KEY=VALUE ...]
 #
 # renders on hosts with 2, 3 and 1 ranks, and says who took part, what went over the network to each
-# host, and whether the picture is that of a single process. Leaves nothing behind.
+# host, and whether the picture is that of a single process. Leaves nothing behind, picture and report neither.
 set -u
 export LC_ALL=C
 ranks=$1 scene=$2; shift 2
+for argument; do
+    case $argument in output.image=* | output.report=*)
+        echo "hosts.sh: $argument: picture and report are thrown away, expected no name for them" >&2
+        exit 2
+    esac
+done
 FARM=$(realpath "${FARM:-./farm}")
 MPIEXEC=${MPIEXEC:-mpiexec}
 T=$(mktemp -d)

@@ -14,4 +14,12 @@ hosts
 said() { grep -q "$1" "$T/hosts" || { cat "$T/hosts"; return 1; }; }
 check "two hosts with different numbers of ranks render the picture of one" said '^the same picture'
 check "every host took part" said '^node2: 1 ranks'
+refused() {
+    for argument in output.image="$T/y.png" output.report="$T/y.json"; do
+        run 2 sh bench/hosts.sh "2 1" config/hello.ini image.width=16 "$argument" &&
+            [ "$err" = "hosts.sh: $argument: picture and report are thrown away, expected no name for them" ] ||
+            return 1
+    done
+}
+check "no names for what is thrown away" refused
 finish
