@@ -435,7 +435,7 @@ static void put_error(struct table *table, const struct report *report)
     }
     put_guessed(table, report, last->share, last->estimate.rmse);
     if (!isnan(last->true_rmse))
-        flow(table, "%s against the reference", error_figure(last->true_rmse).text);
+        flow(table, "RMSE %s against the reference", error_figure(last->true_rmse).text);
     if (last->estimate.high > 0 && last->true_rmse > UNLIKELY_ERROR * last->estimate.high)
         flow_on(table, "(is it of this view?)");
     end_flow(table);

@@ -668,11 +668,11 @@ static void test_table_error(void **state)
     text = table_text(&report, 80);
     assert_has(text, " after 12.4 s\n  10.0 s of that saved by an earlier run "
                      "(20.0 s of CPU time, shared)\n"
-                     "  0.00009 against the reference\n0.00002 would take about 289 s (");
+                     "  RMSE 0.00009 against the reference\n0.00002 would take about 289 s (");
     free(text);
     row.true_rmse = 0.2;
     text = table_text(&report, 80);
-    assert_has(text, "\n  0.2 against the reference (is it of this view?)\n");
+    assert_has(text, "\n  RMSE 0.2 against the reference (is it of this view?)\n");
     free(text);
     row.share = 0.0456;
     text = table_text(&report, 80);
