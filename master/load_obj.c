@@ -383,8 +383,8 @@ static bool pass_over(struct obj *obj, const char *word)
     for (size_t i = 0; i < sizeof harmless / sizeof *harmless; i++)
         known |= strcmp(word, harmless[i]) == 0;
     if (!known && !obj->told_unknown) {
-        user_warning(obj->mesh->path, obj->scan.line, "'%s' and what else is unknown is left out",
-                     word);
+        user_warning(obj->mesh->path, obj->scan.line,
+                     "unknown statement '%s' is left out, as are others after it", word);
         obj->told_unknown = true;
     }
     char ignored[2];

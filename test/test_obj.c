@@ -67,7 +67,9 @@ static void test_unknown_statements_warn_once(void **state)
 {
     struct scratch *s = *state;
     free(loaded(state, SQUARE "l 1 2\np 1\ncurv 0 1\nf 1 2 3\n", ""));
-    assert_string_equal(s->said, "mesh.obj:5: warning: 'l' and what else is unknown is left out\n");
+    assert_string_equal(
+        s->said,
+        "mesh.obj:5: warning: unknown statement 'l' is left out, as are others after it\n");
 }
 
 static void test_mistakes(void **state)
@@ -101,8 +103,8 @@ static void test_mistakes(void **state)
             "mesh.obj:2: a number is out of range, expected none beyond 1.79e308");
     refused(state, "", "mesh.obj: has no faces, expected a mesh with at least one 'f'");
     refused(state, "solid ball\n",
-            "mesh.obj:1: warning: 'solid' and what else is unknown is left "
-            "out\nmesh.obj: has no faces, expected a mesh with at least one 'f'");
+            "mesh.obj:1: warning: unknown statement 'solid' is left out, as are others after it\n"
+            "mesh.obj: has no faces, expected a mesh with at least one 'f'");
     refused(state, "mtllib .\n",
             "mesh.obj:1: '.' is no regular file, expected a file of materials");
     refused(state, SQUARE "f 1 2 3.0\n", "mesh.obj:5: '3.0' " CORNER);
