@@ -31,7 +31,8 @@ struct material_library {
 struct mtl {
     struct material_library *library;
     struct scan scan;
-    bool told_curve, told_halo, told_texture, told_case; /* one warning for each is enough */
+    bool told_curve, told_halo, told_texture, told_emission,
+        told_case; /* one warning for each is enough */
 };
 
 struct material_library *material_library_create(void)
@@ -158,8 +159,19 @@ static bool is_texture(const char *word)
     return found;
 }
 
+/* Many programs write of each material that it gives off no light. */
+static void warn_of_emission(struct mtl *mtl)
+{
+    struct vec3 color;
+    struct scan ahead = mtl->scan;
+    if (mtl->told_emission || !read_numbers(&ahead, &color) || vec_is_zero(color)) return;
+    user_warning(mtl->scan.path, mtl->scan.line,
+                 "'Ke' is left out: surfaces give off no light of their own, lights alone do");
+    mtl->told_emission = true;
+}
+
 /* What has no meaning here. Told of are keys of a material in another case than theirs, which were meant to have one,
- * and textures, as they are missed in the picture. */
+ * textures, and light that a surface gives off, as they are missed in the picture. */
 static void pass_over(struct mtl *mtl, const char *word)
 {
     static const char *const keys[] = {"newmtl", "Kd", "Ks", "Ns", "Ni", "d", "Tr", "illum"};
@@ -169,6 +181,7 @@ static void pass_over(struct mtl *mtl, const char *word)
             user_warning(mtl->scan.path, mtl->scan.line, "'%s' is left out, did you mean '%s'?",
                          word, keys[i]);
     }
+    if (strcmp(word, "Ke") == 0) warn_of_emission(mtl);
     if (mtl->told_texture || !is_texture(word)) return;
     user_warning(mtl->scan.path, mtl->scan.line,
                  "'%s' is left out: textures are not read, the color is used alone", word);

@@ -207,6 +207,18 @@ static void test_one_warning_of_textures(void **state)
     free(scene);
 }
 
+/* Of light that a surface gives off; that it gives off none is no loss, nor what is no colour. */
+static void test_one_warning_of_emission(void **state)
+{
+    struct scratch *s = *state;
+    scratch_write("lamp.mtl", "newmtl wall\nKe 0 0 0\nKe 0\nKe red\nKe spectral a.rfl\n"
+                              "newmtl lamp\nKe 0 0.5 0\nnewmtl fire\nKe 2\n");
+    free(loaded(state, "mtllib lamp.mtl\n" SQUARE "usemtl lamp\nf 1 2 3\n", ""));
+    assert_string_equal(s->said,
+                        "lamp.mtl:7: warning: 'Ke' is left out: surfaces give off no light "
+                        "of their own, lights alone do\n");
+}
+
 /* Keys have one case; what stands there is not used. */
 static void test_keys_in_another_case(void **state)
 {
@@ -595,6 +607,7 @@ int main(void)
         cmocka_unit_test(test_library_between_uses),
         cmocka_unit_test(test_warnings_of_gain),
         cmocka_unit_test(test_one_warning_of_textures),
+        cmocka_unit_test(test_one_warning_of_emission),
         cmocka_unit_test(test_keys_in_another_case),
         cmocka_unit_test(test_unknown_name_of_a_material),
         cmocka_unit_test(test_missing_library),
