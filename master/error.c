@@ -311,12 +311,20 @@ static double seconds_at(const struct error_forecast *forecast, double rmse, dou
     return forecast->seconds * pow(forecast->rmse / rmse, 1 / slope);
 }
 
+void forecast_scatters(struct error_forecast *forecast, double plan_s)
+{
+    forecast->scatter = FORECAST_SCATTER * forecast->seconds + plan_s;
+}
+
 double forecast_seconds(const struct error_forecast *forecast, double rmse, double *low,
                         double *high)
 {
-    *low = seconds_at(forecast, rmse, forecast->slope + forecast->slope_spread);
-    *high = seconds_at(forecast, rmse, forecast->slope - forecast->slope_spread);
-    return seconds_at(forecast, rmse, forecast->slope);
+    double seconds = seconds_at(forecast, rmse, forecast->slope);
+    double least = fmax(seconds - forecast->scatter, fmin(forecast->seconds, seconds));
+    *low = fmin(seconds_at(forecast, rmse, forecast->slope + forecast->slope_spread), least);
+    *high = fmax(seconds_at(forecast, rmse, forecast->slope - forecast->slope_spread),
+                 seconds + forecast->scatter);
+    return seconds;
 }
 
 /* Times that power of ten: 0.0003 itself, not the product of 3 and 0.0001, which is beside it. */

@@ -101,6 +101,7 @@ struct error_forecast {
     double goal;                /* the smaller error that it is for */
     double slope, slope_spread; /* and its standard deviation */
     double samples;             /* of each pixel, to reach that; 0: they differ */
+    double scatter;             /* seconds of rendering that it is uncertain by at least */
 };
 
 /* Whether there is a number of samples to ask for. */
@@ -163,8 +164,21 @@ double error_power(const struct error_point points[2], uint32_t samples, double 
 #define FORECAST_SPREAD 0.2
 struct error_forecast error_forecast_to(const struct error_point *now, double goal, double more);
 
-/* Seconds of rendering until the error is rmse; *low and *high: +- one standard deviation of the
- * slope. */
+/*
+ * Where hardly anything is still to come the slope hardly matters, but a run takes more or less time than another one
+ * just like it: by FORECAST_SCATTER, the standard deviation of eight runs of 5 ms by themselves (8 to 36 % where others
+ * used the processor, too, which nobody foresees). What is to come takes at least a pass, whose planning takes plan_s
+ * and is not foreseen.
+ */
+#define FORECAST_SCATTER 0.02
+void forecast_scatters(struct error_forecast *forecast, double plan_s);
+
+/* No slope by which errors go down is steeper: of n samples the error is at best n^-3/2, and they take n^0.70 as long
+ * at least. What is steeper says that a few pixels have most of the error, and is no law. */
+#define FORECAST_STEEPEST (1.5 / 0.70)
+
+/* Seconds of rendering until the error is rmse; *low and *high: +- one standard deviation of the slope, and what time
+ * scatters by at least, but none is less than what there has been. */
 double forecast_seconds(const struct error_forecast *forecast, double rmse, double *low,
                         double *high);
 

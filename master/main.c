@@ -131,6 +131,7 @@ static int conclude(struct run *run, const struct service *service, const struct
     /* Since then it may have been waited for who answers no more. */
     double ended = service->began + service->render_s;
     bool watched = watch_end(&run->watch, ended, render_s, &run->report.forecast);
+    forecast_scatters(&run->report.forecast, service->last_plan_s);
     run->report.errors = &run->watch.log;
     run->report.bvh_bytes = shared->bvh->bytes;
     run->report.time.broadcast = shared->broadcast_s;

@@ -378,7 +378,8 @@ static void put_forecast(struct table *table, const struct error_forecast *forec
     flow_on(table, "(%s to %s)", rough_seconds(others + low).text,
             rough_seconds(others + high).text);
     if (forecast_tells_samples(forecast)) flow(table, "with %.0f samples", forecast->samples);
-    flow(table, "slope %.2f +- %.2f", -forecast->slope, forecast->slope_spread);
+    if (forecast->slope <= FORECAST_STEEPEST)
+        flow(table, "slope %.2f +- %.2f", -forecast->slope, forecast->slope_spread);
     end_flow(table);
 }
 

@@ -290,6 +290,7 @@ bool serve(struct service *service)
     service->kept_s = service->limit > 0 ? service->deadline - rendering_ends(&server) : 0;
     service->render_s = server.finished - server.start;
     service->plan_s = server.plan_s;
+    service->last_plan_s = server.last_plan_s;
     service->master_cpu_s = clock_thread_cpu() - cpu;
     service->probe_s = server.probe_s;
     fill_waits(&server);

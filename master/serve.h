@@ -70,9 +70,10 @@ struct service {
     double service_cpu_s;         /* of that, for answers: taking them in, sending more work */
     double answer_wait_s;         /* of all answers until they were looked at, at most */
     double answer_wait_most_s;    /* of one */
-    double plan_s;   /* wall seconds between passes, in which the next one was planned */
-    double probe_s;  /* of the pre-pass, wall seconds of all renderers together */
-    uint32_t silent; /* renderers that answered no more: MPI_Finalize would wait for ever */
+    double plan_s;      /* wall seconds between passes, in which the next one was planned */
+    double last_plan_s; /* of that, the last plan, also if it was that there is no more to do */
+    double probe_s;     /* of the pre-pass, wall seconds of all renderers together */
+    uint32_t silent;    /* renderers that answered no more: MPI_Finalize would wait for ever */
 };
 
 /*

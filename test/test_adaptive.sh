@@ -79,6 +79,23 @@ for n in 1 3; do
     check "-n $n, ended by it" test "$(value t ended)" = time
 done
 
+# Specks in emptiness: nearly all of the time is the first pass's, and next to nothing would meet the next goal.
+awk 'BEGIN {
+    print "[light]\nposition = 5 9 9\n[image]\nwidth = 160\nheight = 120"
+    for (i = 0; i < 40; i++)
+        printf "[sphere s%d]\ncenter = %g %g %g\nradius = 0.003\n", i,
+            i * 389 % 997 / 997, i * 631 % 991 / 991, i * 53 % 97 / 97
+}' >specks.ini
+nearly() {
+    run 0 farm_n 0 specks.ini sampling.target_error=0.01 output.image=t.pfm || return 1
+    echo "$out" | grep -A1 'would take'
+    grep -A7 '"forecast"' t.json
+    low=$(value t render_low_s) high=$(value t render_high_s)
+    below 10 "-1 * $(value t slope)" && below "$(value t render_s) * 1.02" "$high" && below "$low" "$high * 0.98" &&
+        case $out in *"would take"*slope*) return 1 ;; *"would take"*) ;; *) return 1 ;; esac
+}
+check "a forecast of next to nothing scatters as runs do, and has no slope" nearly
+
 # Two pixels, of which one takes for ever: it has been rendered until the time was over.
 cat >forever.ini <<'END'
 [image]

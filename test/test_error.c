@@ -153,6 +153,25 @@ static void test_forecast_to_a_goal(void **state)
     assert_false(error_forecast_to(&now, 0.02, 1).known);
 }
 
+/* Where next to nothing is to come, time is as uncertain as from run to run; where much is, nothing changes. */
+static void test_forecast_scatters(void **state)
+{
+    (void)state;
+    struct error_point now = {.seconds = 4, .rmse = 0.01, .spread = 0.01};
+    double low, high, before_low, before_high;
+    struct error_forecast forecast = error_forecast_to(&now, 0.005, 1e-6);
+    assert_true(forecast.slope > FORECAST_STEEPEST);
+    forecast_scatters(&forecast, 0.3);
+    assert_close(forecast_seconds(&forecast, 0.005, &low, &high), 4 + 1e-6, 1e-9);
+    assert_close(low, 4, 1e-6);
+    assert_close(high, 4 + 4 * FORECAST_SCATTER + 0.3, 1e-5);
+    forecast = error_forecast_to(&now, 0.005, 8);
+    forecast_seconds(&forecast, 0.005, &before_low, &before_high);
+    forecast_scatters(&forecast, 0.3);
+    forecast_seconds(&forecast, 0.005, &low, &high);
+    assert_true(low == before_low && high == before_high);
+}
+
 /* So many that numbers beside powers of two are as good as any. */
 #define MANY (1u << 20)
 
@@ -388,6 +407,7 @@ int main(void)
         cmocka_unit_test(test_all_looks_together),
         cmocka_unit_test(test_intervals_hold),
         cmocka_unit_test(test_forecast_to_a_goal),
+        cmocka_unit_test(test_forecast_scatters),
         cmocka_unit_test(test_forecast_of_even_samples),
         cmocka_unit_test(test_seconds_of_samples),
         cmocka_unit_test(test_powers_of_two_are_better),

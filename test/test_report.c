@@ -176,7 +176,7 @@ static void test_json_whole(void **state)
     report.time.build = 0.27;
     report.time.probe = 0.033;
     report.errors = &log;
-    report.forecast = (struct error_forecast){true, false, 0.0022, 3.59, 0.001, 0.55, 0.06, 65};
+    report.forecast = (struct error_forecast){true, false, 0.0022, 3.59, 0.001, 0.55, 0.06, 65, 0};
     report.min_samples = 6;
     report.max_samples = 260;
     report.unsampled = 19;
@@ -634,6 +634,28 @@ static void test_table_no_forecast(void **state)
     free(text);
 }
 
+/* A slope that no sampling has is not shown, and the report has it. */
+static void test_table_steep_forecast(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct report report = sample_report(renderers, 2);
+    struct error_row row = last_row;
+    struct error_log log = {&row, 1};
+    report.errors = &log;
+    report.forecast =
+        (struct error_forecast){true, false, 0.000098, 2, 0.00004, 351.1, 154.88, 0, 0.06};
+    char *text = table_text(&report, 80), *json = report_json(&report);
+    assert_has(text, "\n0.00004 would take about 2.41 s (2.4 to 2.47)\n");
+    assert_has(json, "\"slope\": -351.1,");
+    free(text);
+    free(json);
+    report.forecast.slope = 2.1;
+    text = table_text(&report, 80);
+    assert_has(text, ", slope -2.10 +- ");
+    free(text);
+}
+
 /* An error with what less would cost; an earlier run's part counts as this one's. */
 static void test_table_error(void **state)
 {
@@ -643,7 +665,7 @@ static void test_table_error(void **state)
     struct error_row row = last_row;
     struct error_log log = {&row, 1};
     report.errors = &log;
-    report.forecast = (struct error_forecast){true, false, 0.000098, 2, 0.00002, 0.5, 0, 64};
+    report.forecast = (struct error_forecast){true, false, 0.000098, 2, 0.00002, 0.5, 0, 64, 0};
     char *text = table_text(&report, 80);
     assert_has(text, "\nsampling error: RMSE 0.000098 (0.000087 to 0.00011) after 2.4 s\n"
                      "0.00002 would take about 48.4 s (48.4 to 48.4), with 64 samples\n"
@@ -740,6 +762,7 @@ int main(void)
         cmocka_unit_test(test_twice),
         cmocka_unit_test(test_resumed),
         cmocka_unit_test(test_table_no_forecast),
+        cmocka_unit_test(test_table_steep_forecast),
         cmocka_unit_test(test_table_error),
         cmocka_unit_test(test_table_truth),
         cmocka_unit_test(test_json_features),
