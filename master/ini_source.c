@@ -230,6 +230,12 @@ static char *feed_line(char *buffer, int size, void *stream)
     return NULL;
 }
 
+bool ini_can_name(const char *kind, const char *name)
+{
+    return strlen(kind) + 1 + strlen(name) <= SECTION_MAX_BYTES && *name != ';' &&
+           !strpbrk(name, "]\n") && !find_comment(name, name + strlen(name));
+}
+
 bool ini_can_hold(const char *key, const char *value)
 {
     size_t length = strlen(value);

@@ -52,6 +52,9 @@ void ini_set(struct ini_section *section, const char *key, const char *value,
 /* The entry of a key, or NULL. */
 const struct ini_entry *ini_entry(const struct ini_section *section, const char *key);
 
+/* Whether a line "[kind name]" in a file is read back as this section. */
+bool ini_can_name(const char *kind, const char *name);
+
 /* Whether a line "key = value" in a file is read back as this value. */
 bool ini_can_hold(const char *key, const char *value);
 

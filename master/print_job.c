@@ -76,6 +76,14 @@ static void print_settings(struct printing *to, const struct job *job)
 
 static void print_section(struct printing *to, const struct ini_section *section)
 {
+    /* Materials of MTL files have names of any kind. */
+    if (to->good && !ini_can_name(section->kind, section->name)) {
+        user_error(to->config, 0,
+                   "[%s %s] cannot be written in an INI file, expected a shorter name, without ']' "
+                   "and ';'",
+                   section->kind, section->name);
+        to->good = false;
+    }
     fprintf(to->out, "\n[%s%s%s]\n", section->kind, *section->name ? " " : "", section->name);
     for (size_t i = 0; i < section->count; i++) {
         const struct ini_entry *entry = &section->entries[i];

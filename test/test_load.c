@@ -474,6 +474,22 @@ static void test_overridden_mtl(void **state)
                     "material.ior=2: ball.obj has no section [material]");
 }
 
+/* Names of materials in MTL files may be such as no section can have. */
+static void test_unprintable_name(void **state)
+{
+    struct scratch *s = *state;
+    struct job job;
+    scratch_write("ball.obj", "mtllib odd.mtl\nusemtl g]h\nv -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    scratch_write("odd.mtl", "newmtl g]h\nKd 0.1 0.2 0.3\n");
+    assert_true(scratch_load(s, "ball.obj", "material g]h.ior=2", &job));
+    message_capture(s->said, sizeof s->said);
+    assert_null(print_job(&job));
+    message_capture(NULL, 0);
+    assert_string_equal(s->said, "ball.obj: [material g]h] cannot be written in an INI file, "
+                                 "expected a shorter name, without ']' and ';'\n");
+    job_free(&job);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -492,6 +508,7 @@ int main(void)
         cmocka_unit_test(test_print_round_trip),
         cmocka_unit_test(test_overridden_shoulder_lights),
         cmocka_unit_test(test_overridden_mtl),
+        cmocka_unit_test(test_unprintable_name),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
 }
