@@ -71,7 +71,7 @@ void berth_find(struct berth *berth)
 {
     *berth = (struct berth){0};
     find_cores(&berth->cores);
-    FILE *file = fopen("/proc/sys/kernel/random/boot_id", "r");
+    FILE *file = fopen("/proc/sys/kernel/random/boot_id", "re");
     if (!file) return;
     if (!fgets(berth->machine, sizeof berth->machine, file)) berth->machine[0] = '\0';
     fclose(file);

@@ -211,7 +211,8 @@ static bool read_value(struct mtl *mtl, struct mtl_material *m, const char *word
 
 /*
  * Illumination models 0 and 1 have no highlight; from 3 on, the highlight's colour is the mirror's
- * as well.
+ * as well. What lets light through shows so much less of its own colour: next to nothing, where it hides next
+ * to nothing of what is behind it.
  */
 static void finish(struct material_library *library, size_t first, const char *path)
 {
@@ -219,6 +220,8 @@ static void finish(struct material_library *library, size_t first, const char *p
         struct mtl_material *m = &library->items[i];
         if (m->illum < 0 || m->illum >= 2) m->material.specular = m->mirror;
         if (m->illum >= 3) m->material.reflection = fmin(m->mirror, 1);
+        m->material.ambient *= 1 - m->material.transmission;
+        m->material.diffuse *= 1 - m->material.transmission;
         warn_of_gain(&m->material, path, m->line);
         warn_of_bright_color(&m->material, path, m->color_line);
     }

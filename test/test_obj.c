@@ -134,11 +134,15 @@ static void test_materials(void **state)
                MESH_MATERIAL "[material ours]\nshininess = 88\n");
     assert_true(material_of(scene, 0)->shininess == 77);
     const struct material *red = material_of(scene, 1);
-    assert_true(red->color.x == 1 && red->color.y == 0 && red->diffuse == 1 && red->ambient == 0.1);
+    assert_true(red->color.x == 1 && red->color.y == 0);
+    assert_true(red->diffuse == 0.75 && red->ambient == 0.1 * 0.75);
     assert_true(red->specular == 0.4 && red->reflection == 0.4 && red->shininess == 50);
     assert_true(red->transmission == 0.25 && red->ior == 1.4);
     const struct material *dull = material_of(scene, 2);
     assert_true(dull->color.z == 0.5 && dull->reflection == 0 && dull->transmission == 0.25);
+    assert_true(dull->diffuse == 0.75);
+    const struct material *green = material_of(scene, 3);
+    assert_true(green->transmission == 0 && green->diffuse == 1 && green->ambient == 0.1);
     /* No mirror gives back more than it gets. */
     assert_true(material_of(scene, 3)->color.y == 1 && material_of(scene, 3)->reflection == 1);
     assert_true(material_of(scene, 4)->shininess == 88);
