@@ -64,12 +64,26 @@ static float hdr_value(float value)
     return value < HDR_LARGEST ? value : HDR_LARGEST;
 }
 
+/* The nearest that three numbers of 8 bits and a shared exponent can be: the encoder itself cuts off, and pictures
+ * would be darker. */
+static void hdr_round(const float *rgb, float rounded[3])
+{
+    for (int c = 0; c < 3; c++)
+        rounded[c] = hdr_value(rgb[c]);
+    float largest = fmaxf(rounded[0], fmaxf(rounded[1], rounded[2]));
+    int exponent;
+    (void)frexpf(largest, &exponent);
+    if (ldexpf(largest, 8 - exponent) >= 255.5f) exponent++;
+    for (int c = 0; c < 3; c++)
+        rounded[c] = ldexpf(floorf(ldexpf(rounded[c], 8 - exponent) + 0.5f), exponent - 8);
+}
+
 void hdr_encode(const struct canvas *canvas, byte_sink *sink, void *context)
 {
     size_t values = (size_t)canvas->width * canvas->height * 3;
     float *rgb = allocate(values, sizeof *rgb);
-    for (size_t i = 0; i < values; i++)
-        rgb[i] = hdr_value(canvas->rgb[i]);
+    for (size_t i = 0; i < values; i += 3)
+        hdr_round(canvas->rgb + i, rgb + i);
     if (!stbi_write_hdr_to_func(sink, context, (int)canvas->width, (int)canvas->height, 3, rgb))
         fatal("cannot encode the Radiance picture");
     free(rgb);
@@ -77,8 +91,9 @@ void hdr_encode(const struct canvas *canvas, byte_sink *sink, void *context)
 
 void hdr_read_back(const float *rgb, float *back)
 {
-    float value[3] = {hdr_value(rgb[0]), hdr_value(rgb[1]), hdr_value(rgb[2])};
+    float value[3];
     unsigned char bytes[4];
+    hdr_round(rgb, value);
     stbiw__linear_to_rgbe(bytes, value);
     for (int c = 0; c < 3; c++)
         back[c] = ldexpf(bytes[c], bytes[3] - (128 + 8));
