@@ -2,6 +2,7 @@
 #include "scene_fixture.h"
 
 #include "worker/float_slabs.h"
+#include "worker/packet_walk.h"
 
 #define TRIES 400000
 
@@ -122,6 +123,94 @@ static void test_no_box_is_lost(void **state)
     assert_true(more < met / 4);
 }
 
+/* ---- packets ---- */
+
+#define RAYS (BUNDLE * LANES)
+
+/* A tree's centre, which coordinates in nodes are from: often far beyond its reach. */
+static struct bvh random_tree(uint64_t *random, int exponent)
+{
+    double reach = ldexp(1, exponent), far = ldexp(1, exponent + random_exponent(random, -5, 30));
+    struct vec3 center = vec3(0, 0, 0);
+    if (random_below(random, 2) > 0) center = random_parts(random, far);
+    return (struct bvh){.node_count = 1,
+                        .center = {center.x, center.y, center.z},
+                        .reach = reach,
+                        .size = reach + vec_largest(center)};
+}
+
+/* Rays that go about the same way, some of them hardly along an axis; from one place, or from next to it. */
+static void random_rays(uint64_t *random, struct vec3 origin, struct vec3 way, struct ray *rays)
+{
+    double length = vec_largest(way), spread = ldexp(length, random_exponent(random, -60, -1));
+    double apart =
+        random_below(random, 2) ? ldexp(vec_largest(origin), random_exponent(random, -30, 0)) : 0;
+    for (unsigned i = 0; i < RAYS; i++) {
+        struct vec3 from = vec_add(origin, random_parts(random, apart));
+        struct vec3 direction = vec_add(way, random_parts(random, spread));
+        if (random_below(random, 4) == 0 && fabs(way.x) < length / 2)
+            direction.x = random_part(random, ldexp(length, -25));
+        if (random_below(random, 4) == 0 && fabs(way.y) < length / 2)
+            direction.y = random_part(random, ldexp(length, -25));
+        rays[i] = ray_along(from, direction);
+    }
+}
+
+/* As a bundle and in its packets they are in all boxes that they are in one by one, in double. Returns in how many. */
+static unsigned check_bundle(const struct bundle *bundle, const struct bvh_node *node,
+                             const struct ray *rays)
+{
+    struct floats enter;
+    lane_set all = ranges_meet(bundle, node, float_slab_limit(INFINITE), &enter);
+    lane_set in[BVH_WIDTH];
+    unsigned met = 0;
+    assert_int_equal(all & 0x80, 0);
+    for (unsigned p = 0; p < bundle->count; p++) {
+        packet_prepare(bundle->packets[p], bundle);
+        for (unsigned slot = 0; slot < 7; slot++) {
+            struct packet_box box = packet_box(bundle, node, slot);
+            in[slot] = rays_meet(bundle->packets[p], &box, ray_limits(lanes_of(INFINITE)));
+        }
+        for (unsigned i = 0; i < LANES; i++) {
+            struct slabs slabs = slabs_of(bundle->bvh, &rays[p * LANES + i]);
+            struct lanes ignored;
+            lane_set wanted = slabs_meet(&slabs, node, INFINITE, &ignored);
+            assert_int_equal(wanted & ~all, 0);
+            for (unsigned slot = 0; slot < 7; slot++)
+                assert_true(!(wanted >> slot & 1) || in[slot] >> i & 1);
+            met += (unsigned)__builtin_popcount(wanted);
+        }
+    }
+    return met;
+}
+
+static void test_packets_lose_no_box(void **state)
+{
+    (void)state;
+    uint64_t random = 3;
+    unsigned taken = 0, met = 0;
+    for (int i = 0; i < TRIES / 20; i++) {
+        struct sizes sizes = random_sizes(&random);
+        struct bvh bvh = random_tree(&random, sizes.scene);
+        struct vec3 center = vec3(bvh.center[0], bvh.center[1], bvh.center[2]);
+        struct vec3 place = random_parts(&random, ldexp(1, sizes.origin));
+        struct bvh_node node = {.child = {0}};
+        fill_node(&random, bvh.reach, &place, &node);
+        struct vec3 way = random_direction(&random, sizes.direction, &place, &node);
+        if (vec_is_zero(way)) continue;
+        struct ray rays[RAYS];
+        struct packet packets[BUNDLE];
+        struct bundle bundle = {.count = BUNDLE};
+        for (unsigned p = 0; p < BUNDLE; p++)
+            bundle.packets[p] = &packets[p];
+        random_rays(&random, vec_add(center, place), way, rays);
+        if (!bundle_of(&bvh, rays, &bundle)) continue;
+        taken++;
+        met += check_bundle(&bundle, &node, rays);
+    }
+    assert_true(taken > TRIES / 80 && met > taken * RAYS / 4);
+}
+
 static void test_rounds_outward(void **state)
 {
     (void)state;
@@ -177,14 +266,17 @@ static void test_size_does_not_blur(void **state)
     past = ray_along(vec3(0, 2.5, 2.125), vec3(1, 0, 0));
     assert_true(float_slabs_of(&vast, &past, &slabs));
     assert_int_equal(float_slabs_meet(&slabs, &node, INFINITY, &enter), 0);
+    const struct bvh far = {.center = {0x1p40, 0, 0}, .reach = 4, .size = 0x1p40 + 4};
+    past = ray_along(vec3(0x1p40, 2.5, 2.125), vec3(1, 0, 0));
+    assert_true(float_slabs_of(&far, &past, &slabs));
+    assert_int_equal(float_slabs_meet(&slabs, &node, INFINITY, &enter), 0);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_no_box_is_lost),
-        cmocka_unit_test(test_size_does_not_blur),
-        cmocka_unit_test(test_rounds_outward),
+        cmocka_unit_test(test_no_box_is_lost),     cmocka_unit_test(test_packets_lose_no_box),
+        cmocka_unit_test(test_size_does_not_blur), cmocka_unit_test(test_rounds_outward),
         cmocka_unit_test(test_left_to_double),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -125,24 +125,26 @@ static void find_bounds(void *context, uint32_t round)
 }
 
 /*
- * On an axis where everything is further from the origin than it is wide, the middle of everything. On others
- * the mean of the boxes' middles where that is further than CENTER_FAR times their standard deviation: a
- * mesh on a ball as large as a planet has all but one of its boxes far from the ball's centre, and float has
- * bits for them or for the ball. A scene beside the origin keeps the coordinates that it has: many are floats.
+ * On an axis where the mean of the boxes' middles is further from the origin than CENTER_FAR times their standard
+ * deviation, that mean: a mesh on a ball as large as a planet has all but one of its boxes far from the ball's
+ * centre, and float has bits for them or for the ball. (A second ball, far from both, keeps it from being told.)
+ * Else the middle of everything where that is further from the origin than everything is wide. Else 0: what is
+ * beside the origin keeps its coordinates, of which many are floats.
  */
 #define CENTER_FAR 16
 
 static double center_on(const struct collection *all, const struct bounds *bounds, unsigned axis)
 {
     double middle = bounds->min[axis] / 2 + bounds->max[axis] / 2, sum = 0, squares = 0, count = 0;
-    if (isfinite(middle) && fabs(middle) > bounds->max[axis] - bounds->min[axis]) return middle;
     for (uint32_t i = 0; i < all->count; i++) {
         sum += all->parts[i].sum[axis];
         squares += all->parts[i].squares[axis];
         count += all->parts[i].end - all->parts[i].begin;
     }
     double mean = sum / count, variance = squares / count - mean * mean;
-    return isfinite(variance) && mean * mean > CENTER_FAR * CENTER_FAR * variance ? mean : 0;
+    if (isfinite(variance) && mean * mean > CENTER_FAR * CENTER_FAR * variance) return mean;
+    bool far = isfinite(middle) && fabs(middle) > bounds->max[axis] - bounds->min[axis];
+    return far ? middle : 0;
 }
 
 static void place_center(struct collection *all, double center[3])

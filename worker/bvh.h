@@ -67,9 +67,8 @@ struct bvh {
     uint64_t transparent;   /* 1: some material of the scene lets light through; else 0 */
     uint64_t nodes_offset;  /* struct bvh_node; the root is node 0 (absent when node_count is 0) */
     uint64_t leaves_offset; /* struct bvh_leaf */
-    double
-        center[3]; /* 0 unless most of the scene is small and far from the origin: a float's spacing
-                           * is 64 at 1e9 */
+    /* 0 unless most of the scene is small and far from the origin: a float's spacing is 64 at 1e9. */
+    double center[3];
     float min[3], max[3]; /* of the root, like a node's */
     double reach;         /* the largest coordinate of these */
     double size; /* the same, and the centre's largest coordinate: no coordinate of the scene

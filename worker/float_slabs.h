@@ -1,8 +1,8 @@
 /*
  * A ray and the eight boxes of a node, in float: a quarter of the work of worker/slabs.h. Boxes are
- * met that the ray passes by at a distance of some 2^-24 of its origin's from the tree's centre, along
- * axes that it hardly goes along of some 2^-28 of the largest coordinates; never fewer than are met in
- * double.
+ * met that the ray passes by at a distance of some 2^-24 of its origin's and the box's from the tree's
+ * centre, and of 2^-21 of the way to it; along axes that it hardly goes along of some 2^-28 of that to the
+ * farthest one. Never fewer are met than in double.
  */
 #ifndef FARM_WORKER_FLOAT_SLABS_H
 #define FARM_WORKER_FLOAT_SLABS_H
@@ -25,10 +25,10 @@
 
 /*
  * An axis that the ray hardly goes along is treated as if it went by FLOAT_SLANT_MIN of its largest
- * component, and there the boxes grow by FLOAT_MARGIN of the size that worker/slabs.h takes a margin of,
- * too. Up to the last box, at t = size / largest, that slant makes less than 2^-29 of the size, half of
- * what the boxes grow by: a ray that is in a slab comes in before 0. As it is inside by the other half
- * then, it goes out at no less than 2^-29 size * 2^30 / largest, which is beyond the last box.
+ * component, and there the boxes grow by FLOAT_MARGIN of the way to the farthest plane, too. Up to the last
+ * box, at t = way / largest, that slant makes less than 2^-29 of the way, half of what the boxes grow by: a
+ * ray that is in a slab comes in before 0. As it is inside by the other half then, it goes out at no less
+ * than 2^-29 way * 2^30 / largest, which is beyond the last box. The way is that to grown boxes.
  */
 #define FLOAT_SLANT_MIN 0x1p-30
 #define FLOAT_MARGIN    0x1p-28
@@ -67,10 +67,11 @@ static inline float float_below(double x)
     return (float)(x - FLOAT_OUTWARD * fabs(x));
 }
 
-/* What boxes grow by on an axis that a ray hardly goes along, from what they do on others. */
-static inline double slow_margin(double margin)
+/* What boxes grow by on an axis that a ray hardly goes along, from what they do on others and from how far the
+ * farthest plane is from its origin on any axis. */
+static inline double slow_margin(double margin, double way)
 {
-    return margin * (1 + FLOAT_MARGIN / TEST_ERROR);
+    return margin + FLOAT_MARGIN * (way + margin);
 }
 
 /* Between the two planes of an axis: distances are (plane - origin) * inverse. */
@@ -84,11 +85,12 @@ struct float_slabs {
 };
 
 static INLINED struct float_slab float_slab_of(const struct bvh *bvh, const struct ray *ray,
-                                               unsigned axis, double margin, double least)
+                                               unsigned axis, double margin, double wide,
+                                               double least)
 {
     double origin = vec_component(&ray->origin, axis) - bvh->center[axis];
     double direction = vec_component(&ray->direction, axis), size = fabs(direction);
-    double outward = size < least ? slow_margin(margin) : margin;
+    double outward = size < least ? wide : margin;
     double inverse = 1 / copysign(larger_number(size, least), direction);
     bool down = signbit(direction);
     struct node_planes planes = node_planes_of(axis, down);
@@ -119,10 +121,10 @@ static INLINED bool float_slabs_of(const struct bvh *bvh, const struct ray *ray,
     const struct vec3 center = {bvh->center[0], bvh->center[1], bvh->center[2]};
     double distance = vec_largest(vec_sub(ray->origin, center));
     if (!float_slabs_do(distance, direction, margin, bvh->reach)) return false;
-    double least = FLOAT_SLANT_MIN * direction;
-    slabs->x = float_slab_of(bvh, ray, 0, margin, least);
-    slabs->y = float_slab_of(bvh, ray, 1, margin, least);
-    slabs->z = float_slab_of(bvh, ray, 2, margin, least);
+    double least = FLOAT_SLANT_MIN * direction, wide = slow_margin(margin, distance + bvh->reach);
+    slabs->x = float_slab_of(bvh, ray, 0, margin, wide, least);
+    slabs->y = float_slab_of(bvh, ray, 1, margin, wide, least);
+    slabs->z = float_slab_of(bvh, ray, 2, margin, wide, least);
     return true;
 }
 

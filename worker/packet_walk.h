@@ -59,7 +59,7 @@ struct bundle {
     struct packet *packets[BUNDLE];
     unsigned leaves, visits; /* leaves looked at; rays that were in them */
     unsigned axes[3];        /* x, y and z of the shear, the same for all rays */
-    double margin;
+    double margin, wide;     /* what boxes grow by; on axes that rays hardly go along */
     struct range_slab ranges[3];
     bool one_origin; /* of all rays */
 };
@@ -196,7 +196,7 @@ static INLINED void set_range(struct bundle *bundle, const struct bundle_ends *e
     float low = float_below(first - bundle->margin), high = float_above(last + bundle->margin);
     bool down = most < -FLOAT_COMPONENT_MIN;
     range->both_ways = !down && !(least > FLOAT_COMPONENT_MIN);
-    double outward = range->both_ways ? slow_margin(bundle->margin) : bundle->margin;
+    double outward = range->both_ways ? bundle->wide : bundle->margin;
     float ray_low = float_below(first - outward), ray_high = float_above(last + outward);
     if (range->both_ways) {
         least = smaller_number(least, -FLOAT_COMPONENT_MIN);
@@ -257,6 +257,7 @@ static INLINED bool bundle_of(const struct bvh *bvh, const struct ray *rays, str
             larger_number(largest_end((struct ends){o.low - center, o.high - center}), distance);
     }
     bundle->margin = slab_margin(bvh, largest_origin);
+    bundle->wide = slow_margin(bundle->margin, distance + bvh->reach);
     if (!bundle_fits_floats(bundle, &ends, distance)) return false;
     for (unsigned axis = 0; axis < 3; axis++)
         set_range(bundle, &ends, axis);
@@ -290,7 +291,7 @@ static INLINED void packet_prepare(struct packet *packet, const struct bundle *b
 {
     const unsigned *axes = bundle->axes;
     struct lanes slow = lanes_mul(lanes_of(FLOAT_SLANT_MIN), lanes_abs(packet->d[axes[2]]));
-    struct lanes margin = lanes_of(bundle->margin), wide = lanes_of(slow_margin(bundle->margin));
+    struct lanes margin = lanes_of(bundle->margin), wide = lanes_of(bundle->wide);
     struct lanes inverse[3];
     packet->prepared = true;
     UNROLLED
