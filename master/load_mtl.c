@@ -31,8 +31,8 @@ struct material_library {
 struct mtl {
     struct material_library *library;
     struct scan scan;
-    bool told_curve, told_halo, told_texture, told_emission,
-        told_case; /* one warning for each is enough */
+    /* One warning for each is enough. */
+    bool told_curve, told_halo, told_texture, told_emission, told_case;
 };
 
 struct material_library *material_library_create(void)

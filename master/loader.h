@@ -46,8 +46,8 @@ struct loader {
     bool has_default_material; /* default_material is in the builder */
     uint32_t default_material;
     uint32_t include_count; /* files included so far */
-    struct ini
-        amended; /* materials of MTL files, with what arguments have set of them; the job's */
+    /* Materials of MTL files, with what arguments have set of them; the job's. */
+    struct ini amended;
     struct source *sources; /* owned */
     size_t source_count;
     char **paths; /* of files that origins and sources name; owned */

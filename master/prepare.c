@@ -21,9 +21,9 @@ static uint32_t tile_edge(const struct settings *settings, const struct view *vi
     return queue_auto_edge(schedule, view->region_w, view->region_h, view->min_samples, processors);
 }
 
-/* Of a time limit a tile is predicted to take this part at most, less than the 2 % that a run may be late, so that little
- * is lost where its end cuts one off, however dear samples are. By its probes, that is: what comes with a tile's other
- * samples takes down to a fifth. */
+/* Of a time limit a tile is predicted to take this part at most, less than the 2 % that a run may be late, so that
+ * little is lost where its end cuts one off, however dear samples are. By its probes, that is: what comes with a tile's
+ * other samples takes down to a fifth. */
 #define TILE_PART (1.0 / 64)
 
 static bool make_queue(struct run *run, const struct view *view)

@@ -163,8 +163,8 @@ static bool is_small(const struct queue *queue, const struct item *item)
     return area(item) <= DEAR_PIXELS && (uint64_t)area(item) * samples <= SMALL_SAMPLES;
 }
 
-/* If all pixels of a tile cost what the dearest around does, it may take so many times as long: with a time limit a 16th
- * of that. Ordinary tiles, which are far below the one, are far below the other, too. */
+/* If all pixels of a tile cost what the dearest around does, it may take so many times as long: with a time limit a
+ * 16th of that. Ordinary tiles, which are far below the one, are far below the other, too. */
 #define WORST_MOST 4
 
 /* Whether the tile is to be split as it may take too long for any renderer. */

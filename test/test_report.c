@@ -600,15 +600,25 @@ static void test_table_of_many(void **state)
 /* Of the last row of a run. */
 static const struct error_row last_row = {2.4, 16, {0.000098, 0.000087, 0.00011}, (double)NAN, 1};
 
+/* Of a run with two renderers, here, and that row. */
+static struct report report_of_row(struct renderer_stats *renderers, struct error_row *row,
+                                   struct error_log *log)
+{
+    struct report report = sample_report(renderers, 2);
+    *row = last_row;
+    *log = (struct error_log){row, 1};
+    report.errors = log;
+    return report;
+}
+
 /* Where less is beyond what is allowed, or nothing tells what it would take. */
 static void test_table_no_forecast(void **state)
 {
     (void)state;
     struct renderer_stats renderers[2];
-    struct report report = sample_report(renderers, 2);
-    struct error_row row = last_row;
-    struct error_log log = {&row, 1};
-    report.errors = &log;
+    struct error_row row;
+    struct error_log log;
+    struct report report = report_of_row(renderers, &row, &log);
     report.forecast = (struct error_forecast){.rmse = 0.000098, .goal = 0.000049, .beyond = true};
     report.max_samples = 64;
     report.ended = ENDED_BY_TARGET;
@@ -639,10 +649,9 @@ static void test_table_steep_forecast(void **state)
 {
     (void)state;
     struct renderer_stats renderers[2];
-    struct report report = sample_report(renderers, 2);
-    struct error_row row = last_row;
-    struct error_log log = {&row, 1};
-    report.errors = &log;
+    struct error_row row;
+    struct error_log log;
+    struct report report = report_of_row(renderers, &row, &log);
     report.forecast =
         (struct error_forecast){true, false, 0.000098, 2, 0.00004, 351.1, 154.88, 0, 0.06};
     char *text = table_text(&report, 80), *json = report_json(&report);
@@ -661,10 +670,9 @@ static void test_table_error(void **state)
 {
     (void)state;
     struct renderer_stats renderers[2];
-    struct report report = sample_report(renderers, 2);
-    struct error_row row = last_row;
-    struct error_log log = {&row, 1};
-    report.errors = &log;
+    struct error_row row;
+    struct error_log log;
+    struct report report = report_of_row(renderers, &row, &log);
     report.forecast = (struct error_forecast){true, false, 0.000098, 2, 0.00002, 0.5, 0, 64, 0};
     char *text = table_text(&report, 80);
     assert_has(text, "\nsampling error: RMSE 0.000098 (0.000087 to 0.00011) after 2.4 s\n"
