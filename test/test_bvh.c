@@ -304,13 +304,14 @@ static void test_extreme_coordinates(void **state)
     assert_true(survey.largest_leaf <= 2); /* solids */
 }
 
-/* Small spheres next to (0, height, 0), on a ball of that radius. */
-static struct bvh *tree_on_ball(double height)
+/* Small spheres next to (0, height, 0), on a ball of that radius, with as large a sun so many times as high. */
+static struct bvh *tree_on_ball(double height, double sun)
 {
     uint64_t random = 18;
     struct builder *builder = with_material();
     add_sphere(builder, vec3(0, 0, 0), height, 0);
-    for (int i = 0; i < 1000; i++)
+    if (sun > 0) add_sphere(builder, vec3(sun * height, sun * height, 0), height, 0);
+    for (int i = 0; i < 3000; i++)
         add_sphere(builder, vec_add(vec3(0, height, 0), random_vector(&random, 1)), 0.01, 0);
     struct scene *scene = finish_scene(builder);
     struct bvh *bvh = build_tree(scene);
@@ -318,16 +319,22 @@ static struct bvh *tree_on_ball(double height)
     return bvh;
 }
 
-/* Where all but one of the boxes are far from the origin, float's bits are theirs. */
+/* On axes where that is 0, exactly there. */
+static void assert_center(struct bvh *bvh, double x, double y, double z)
+{
+    const double expected[3] = {x, y, z};
+    for (unsigned axis = 0; axis < 3; axis++)
+        assert_true(fabs(bvh->center[axis] - expected[axis]) <= (expected[axis] == 0 ? 0 : 1));
+    free(bvh);
+}
+
+/* Where most of the boxes are far from the origin, float's bits are theirs, whatever else there is. */
 static void test_center_is_where_most_are(void **state)
 {
     (void)state;
-    struct bvh *far = tree_on_ball(6.37e6), *near = tree_on_ball(1);
-    assert_true(fabs(far->center[1] - 6.37e6) < 1e4);
-    assert_true(far->center[0] == 0 && far->center[2] == 0);
-    assert_true(near->center[0] == 0 && near->center[1] == 0 && near->center[2] == 0);
-    free(far);
-    free(near);
+    assert_center(tree_on_ball(6.37e6, 0), 0, 6.37e6, 0);
+    assert_center(tree_on_ball(6.37e6, 1e4), 0, 6.37e6, 0);
+    assert_center(tree_on_ball(1, 0), 0, 0, 0);
 }
 
 static struct builder *long_triangles(double transmission)

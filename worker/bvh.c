@@ -81,7 +81,6 @@ struct part {
     uint32_t begin, end; /* indices */
     uint32_t first;      /* item */
     struct bounds bounds;
-    double sum[3], squares[3]; /* of the boxes' middles */
     struct range range;
 };
 
@@ -116,45 +115,82 @@ static void find_bounds(void *context, uint32_t round)
     for (uint32_t index = part->begin; index < part->end; index++) {
         struct bounds bounds = primitive_bounds(all->whole->scene, primitive_id(part->kind, index));
         bounds_add(&part->bounds, &bounds);
-        for (unsigned axis = 0; axis < 3; axis++) {
-            double middle = bounds.min[axis] / 2 + bounds.max[axis] / 2;
-            part->sum[axis] += middle;
-            part->squares[axis] += middle * middle;
-        }
     }
 }
 
+/* So many of the boxes tell where most of them are: what has half of all has 47 to 53 % of these (two standard
+ * deviations). */
+#define CENTER_BOXES 1024
+
+/* Of all primitives in order of kind and index. */
+static uint32_t bounded_id(const struct scene *scene, uint64_t index)
+{
+    enum primitive_kind kind = 0;
+    for (; index >= scene->primitives[kind].count; kind++)
+        index -= scene->primitives[kind].count;
+    return primitive_id(kind, (uint32_t)index);
+}
+
+/* Of the boxes of up to CENTER_BOXES primitives, all or by multiples of the golden ratio, which keep clear of the rows
+ * of a mesh; returns how many. */
+static uint32_t take_middles(const struct scene *scene, double middles[3][CENTER_BOXES])
+{
+    uint64_t all = bounded_count(scene);
+    uint32_t count = all < CENTER_BOXES ? (uint32_t)all : CENTER_BOXES;
+    for (uint32_t i = 0; i < count; i++) {
+        double turns = 0.6180339887 * i;
+        uint64_t index = count == all ? i : (uint64_t)((turns - floor(turns)) * (double)all);
+        struct bounds bounds = primitive_bounds(scene, bounded_id(scene, index));
+        for (unsigned axis = 0; axis < 3; axis++)
+            middles[axis][i] = bounds.min[axis] / 2 + bounds.max[axis] / 2;
+    }
+    return count;
+}
+
+static int by_size(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Sorts them; the larger one of the two in the middle. */
+static double median_of(double *values, uint32_t count)
+{
+    qsort(values, count, sizeof *values, by_size);
+    return values[count / 2];
+}
+
 /*
- * On an axis where the mean of the boxes' middles is further from the origin than CENTER_FAR times their standard
- * deviation, that mean: a mesh on a ball as large as a planet has all but one of its boxes far from the ball's
- * centre, and float has bits for them or for the ball. (A second ball, far from both, keeps it from being told.)
+ * On an axis where the median of the boxes' middles is further from the origin than CENTER_FAR times their median
+ * distance from it, that median: a mesh on a ball as large as a planet has all but one of its boxes far from the
+ * ball's centre, and float has bits for them or for the ball. Less than half of the boxes may be anywhere else.
  * Else the middle of everything where that is further from the origin than everything is wide. Else 0: what is
  * beside the origin keeps its coordinates, of which many are floats.
  */
 #define CENTER_FAR 16
 
-static double center_on(const struct collection *all, const struct bounds *bounds, unsigned axis)
+/* Overwrites the middles, of which there is one at least. */
+static double center_on(const struct bounds *bounds, unsigned axis, double *middles, uint32_t count)
 {
-    double middle = bounds->min[axis] / 2 + bounds->max[axis] / 2, sum = 0, squares = 0, count = 0;
-    for (uint32_t i = 0; i < all->count; i++) {
-        sum += all->parts[i].sum[axis];
-        squares += all->parts[i].squares[axis];
-        count += all->parts[i].end - all->parts[i].begin;
-    }
-    double mean = sum / count, variance = squares / count - mean * mean;
-    if (isfinite(variance) && mean * mean > CENTER_FAR * CENTER_FAR * variance) return mean;
+    double median = median_of(middles, count);
+    for (uint32_t i = 0; i < count; i++)
+        middles[i] = fabs(middles[i] - median);
+    if (fabs(median) > CENTER_FAR * median_of(middles, count)) return median;
+    double middle = bounds->min[axis] / 2 + bounds->max[axis] / 2;
     bool far = isfinite(middle) && fabs(middle) > bounds->max[axis] - bounds->min[axis];
     return far ? middle : 0;
 }
 
 static void place_center(struct collection *all, double center[3])
 {
+    double middles[3][CENTER_BOXES];
     struct bounds bounds = BOUNDS_NONE;
     crew_share(all->whole->crew, all->count, find_bounds, all);
     for (uint32_t i = 0; i < all->count; i++)
         bounds_add(&bounds, &all->parts[i].bounds);
+    uint32_t count = take_middles(all->whole->scene, middles);
     for (unsigned axis = 0; axis < 3; axis++)
-        center[axis] = center_on(all, &bounds, axis);
+        center[axis] = center_on(&bounds, axis, middles[axis], count);
 }
 
 static void collect_part(void *context, uint32_t round)
