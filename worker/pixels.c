@@ -102,17 +102,17 @@ static void finish_pixel(struct renderer *renderer, uint32_t pixel, uint32_t beg
 
 /* A pixel's only sample: there are no halves, and no sum but that with 0. */
 static INLINED void finish_only(struct renderer *renderer, uint32_t pixel, struct vec3 color,
-                                double truncation, uint32_t rays)
+                                double truncation, uint64_t rays)
 {
     const struct vec3 none = {0, 0, 0};
     struct pixel_result result = {
-        .mean = vec_add(color, none), .difference = none, .spread = 0, .rays = rays};
+        .mean = vec_add(color, none), .difference = none, .spread = 0, .rays = (double)rays};
     put_pixel(renderer, pixel, &result);
     note_truncation(renderer, truncation, 1);
 }
 
 static INLINED void add_sample(struct renderer *renderer, uint32_t pixel, struct vec3 color,
-                               double truncation, uint32_t rays)
+                               double truncation, uint64_t rays)
 {
     struct progress *progress = &renderer->progress;
     struct task_cursor *adds = &progress->adds;

@@ -20,7 +20,7 @@ struct path {
     struct color_sum color;
     uint32_t pixel;  /* of the tile */
     uint32_t sample; /* of the pixel */
-    uint32_t traced; /* rays of all kinds, to be shown or not; none towards lights without colour */
+    uint64_t traced; /* rays of all kinds, to be shown or not; none towards lights without colour */
     bool bad;        /* counted as not finite */
     bool bounding;   /* all that is shown is traced; the rest goes into the bound */
     bool branched;   /* it has more than its first ray */
