@@ -78,8 +78,8 @@ static void take_lot(struct worker *worker, const char *message, size_t bytes)
     uint32_t tells;
     size_t done = take_lot_header(lot, message, bytes, &tells), length = worker->started ? 1 : 0,
            refined = 0;
-    /* The refinements in a message are fewer than its bytes. */
-    if (worker->adaptive) lot->refinements = allocate(bytes, sizeof *lot->refinements);
+    /* Those in a message have fewer bytes than the message. */
+    if (worker->adaptive) lot->refinements = allocate(bytes, 1);
     while (length > 0 && done < bytes) {
         length = take_tile(worker, lot, message + done, bytes - done, &refined);
         done += length;
