@@ -1,6 +1,7 @@
 # From the top folder: bench/out/faults_cost.svg, what the journal costs, pair by pair.
 load 'bench/plot.gp'
 CSV = 'bench/out/faults_cost.csv'
+if (system(sprintf("awk 'NR > 1' %s", CSV)) eq '') exit
 
 set output 'bench/out/faults_cost.svg'
 set title 'What the journal costs'
