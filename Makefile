@@ -343,7 +343,7 @@ bench-balance: $(BUILD)/bench/balance $(BUILD)/bench/balance_messages all
 	@$(call install_missing,gnuplot-nox)
 	@mkdir -p bench/out
 	FARM="$(abspath $(FARM))" MPIEXEC="$(MPIEXEC)" MESSAGES=$(BUILD)/bench/balance_messages \
-	    $(BUILD)/bench/balance $(BALANCE_OPTIONS)
+	    $(BUILD)/bench/balance $(BALANCE_OPTIONS)$(call draw,balance_plan)
 
 run: all
 	$(MPIEXEC) -n $$(nproc) ./$(FARM) config/lantern.ini

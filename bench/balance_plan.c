@@ -139,8 +139,8 @@ static void put_plan(FILE *out, FILE *csv, const char *what, const struct bench_
     fprintf(out, "| %s | %s | %u | %u | %.0f | %.3f | %.1f %% | %.1f %% | %.1f %% |\n", what,
             scene->name, renderers, samples, 1e6 * latency_s, plan->render_s,
             100 * plan->efficiency, 100 * plan->master, 100 * plan->repeated);
-    fprintf(csv, "%s,%s,%u,%u,%.1e,%.6f,%.5f,%.5f,%.5f\n", what, scene->name, renderers, samples,
-            latency_s, plan->render_s, plan->efficiency, plan->master, plan->repeated);
+    fprintf(csv, "\"%s\",%s,%u,%u,%.1e,%.6f,%.5f,%.5f,%.5f\n", what, scene->name, renderers,
+            samples, latency_s, plan->render_s, plan->efficiency, plan->master, plan->repeated);
     fflush(out);
     fflush(csv);
 }
@@ -260,7 +260,7 @@ void section_plan(void)
         "What decides is how long there is something to do: %s with 16 samples is %.0f s of work, "
         "%.3f s for each of 10,000 renderers, in which "
         "rank 0 gets 398 MB of pixels; the paper's pictures, 14.8 ms a pixel, would be 49 s for "
-        "each at this size.\n",
+        "each at this size.\n\n![Efficiency, and how busy rank 0 is](balance_plan.svg)\n",
         garden->name, costs_total(&costs), costs_total(&costs) / 10000);
     put_saturation(out, csv);
     put_latencies(out, csv);
