@@ -83,7 +83,7 @@ static void print_usage(FILE *out, int columns)
         {"  --print-config", "print all settings in effect as an INI file, render nothing"},
         {"  --allow-outside", "read files that the scene names outside of its folder, too"},
         {"  --help, -h", "this text"},
-        {"  --version", "the version"},
+        {"  --version", "the version, the MPI library's, and the kernel for this processor"},
         {"  --", "what follows is no option, also if it begins with '-'"},
     };
     fputs("farm: one picture, ray-traced by as many processors as you have\n"

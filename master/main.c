@@ -16,6 +16,7 @@
 #include "common/cores.h"
 #include "common/message.h"
 #include "common/nap.h"
+#include "common/processor.h"
 #include "master/expect.h"
 #include "master/help.h"
 #include "master/path.h"
@@ -313,6 +314,19 @@ static bool speaks_first(void)
     return !rank || strcmp(rank, "0") == 0;
 }
 
+/* Of the library its name and version, which are its first line. */
+static void print_version(void)
+{
+    char library[MPI_MAX_LIBRARY_VERSION_STRING];
+    int length;
+    MPI_Get_library_version(library, &length);
+    library[strcspn(library, "\n")] = '\0';
+    for (char *tab = library; (tab = strchr(tab, '\t')) != NULL;)
+        *tab = ' ';
+    printf("farm " FARM_VERSION "\nMPI: %s\nkernel: %s\n", library,
+           processor_level_names[processor_resolve(PROCESSOR_AUTO)]);
+}
+
 /* Returns the exit status, or -1 when there is a scene to go on with. */
 static int answer_without_mpi(int argc, char **argv, struct options *options)
 {
@@ -326,7 +340,7 @@ static int answer_without_mpi(int argc, char **argv, struct options *options)
     if (options->action == ACTION_HELP)
         print_help(stdout, terminal_columns(stdout));
     else
-        puts("farm " FARM_VERSION);
+        print_version();
     return close_output();
 }
 

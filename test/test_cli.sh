@@ -5,13 +5,17 @@ cp "$DATA"/everything.ini "$DATA"/star.* "$DATA"/parts.nff .
 
 help() { run 0 "$FARM" --help && echo "$out" | grep -q 'usage:' && [ -z "$err" ]; }
 check "--help on stdout" help
-version() { run 0 "$FARM" --version && echo "$out" | grep -Eq '^farm [0-9]+\.[0-9]+\.[0-9]+$'; }
+version() {
+    run 0 "$FARM" --version && echo "$out" | head -n 1 | grep -Eqx 'farm [0-9]+\.[0-9]+\.[0-9]+' &&
+        echo "$out" | sed -n 2p | grep -q '^MPI: .*[0-9]' &&
+        echo "$out" | sed -n 3p | grep -Eqx 'kernel: (portable|avx2|avx512)' && [ "$(echo "$out" | wc -l)" -eq 3 ]
+}
 check "--version on stdout" version
 once() { run 0 farm_n 3 --help && [ "$(echo "$out" | grep -c usage:)" -eq 1 ]; }
 check "--help under mpiexec is said once" once
 
 # Another build: the same program with another checksum of its sources in it.
-build=$(LC_ALL=C grep -ao "$("$FARM" --version | cut -d' ' -f2)-[0-9][0-9]*" "$FARM" | head -n 1)
+build=$(LC_ALL=C grep -ao "$("$FARM" --version | head -n 1 | cut -d' ' -f2)-[0-9][0-9]*" "$FARM" | head -n 1)
 digit=${build#"${build%?}"}
 LC_ALL=C sed "s/$build/${build%?}$(((digit + 1) % 10))/g" "$FARM" >"$T/other"
 chmod +x "$T/other"
