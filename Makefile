@@ -2,23 +2,27 @@
 #
 #   make deps run    install what is missing, build, render the lantern on all cores
 #   make deps test   install what is missing, then all tests
-#   make             build ./farm and the generated parts of the sample scenes
+#   make             build ./farm and the generated parts of the sample scenes (make scenes)
+#   make install     program, manual pages and scenes; PREFIX=/usr/local DESTDIR=
+#   make uninstall   remove what make install with the same PREFIX and DESTDIR has put there
+#   make clean       remove what was built, but for bench/out/
 #   make asan        all tests under the address and undefined-behaviour sanitizers
-#   make bench       all benches below, one after the other, some four hours
-#   make bench-kernel      the kernel beside Embree, Tachyon and POV-Ray (installs them, as make
-#                    bench-deps does); tables to bench/out/
 #   make valgrind    whole runs on one to three processes under valgrind
-#   make lint        clang's warnings, clang-tidy and cppcheck, as .clang-tidy and .cppcheck say
 #   make fuzz        every parser and validator against hostile input, FUZZ_SECONDS=30 each
-#   make bench-stability   the catalogue of stiff and extreme cases at full size, 1e9 rays through
-#                    closed meshes among them; tables to bench/out/
+#                    (make fuzz-deps installs what it needs)
+#   make lint        clang's warnings, clang-tidy and cppcheck, as .clang-tidy and .cppcheck say
+#   make format      clang-format over all sources
+#   make help        this text
+#   make bench       all of these, one after the other, some four hours; reports, tables and plots to bench/out/:
+#   make bench-kernel      the kernel beside Embree, Tachyon and POV-Ray (which make bench-deps installs)
+#   make bench-omit        what is saved by leaving out what a scene does not need
+#   make bench-balance     how evenly the work is shared out, in real runs and simulated on machines
+#                          that are not here
 #   make bench-error       error against run time: uniform, adaptive, depth, cutoff, peers
 #   make bench-error-truncation   what pruned pictures claim to be wrong by, and are
-#   make bench-faults   kill -9, SIGSTOP, torn journals, full and slow disks, hundreds of times
-#   make bench-balance     how evenly the work is shared out, in real runs and simulated on machines
-#                    that are not here; report, tables and plots to bench/out/
-#   make bench-omit  what is saved by leaving out what a scene does not need
-#   make install     PREFIX=/usr/local DESTDIR=
+#   make bench-stability   the catalogue of stiff and extreme cases at full size, 1e9 rays through
+#                          closed meshes among them
+#   make bench-faults      kill -9, SIGSTOP, torn journals, full and slow disks, hundreds of times
 
 VERSION := 0.1.0
 .DEFAULT_GOAL := all
@@ -145,8 +149,8 @@ STABILITY := $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/oracle.c bench/stabili
 FUZZERS := $(patsubst test/fuzz/fuzz_%.c,%,$(wildcard test/fuzz/fuzz_*.c))
 
 .PHONY: all run test asan valgrind lint fuzz fuzz-deps bench bench-stability bench-kernel \
-        bench-balance bench-error bench-error-truncation bench-faults bench-omit scenes install clean \
-        format FORCE
+        bench-balance bench-error bench-error-truncation bench-faults bench-omit scenes install uninstall \
+        clean format help FORCE
 .SECONDARY:
 
 all: $(FARM) scenes
@@ -422,8 +426,18 @@ install: all
 	install -m 644 config/generated/*.obj "$(SHARE)/config/generated/"
 	install -m 644 config/extreme/*.ini config/extreme/*.obj "$(SHARE)/config/extreme/"
 
+# What somebody else has put beside the scenes stays.
+uninstall:
+	rm -f "$(ROOT)/bin/farm" "$(ROOT)/share/man/man1/farm.1" "$(ROOT)/share/man/man5/farm.5"
+	rm -rf "$(SHARE)/config"
+	if [ -d "$(SHARE)" ]; then rmdir --ignore-fail-on-non-empty "$(SHARE)"; fi
+
 clean:
 	rm -rf build $(FARM) config/generated
+
+# What stands at the top of this file.
+help:
+	@sed -n '/^#/!q; s/^# \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
 
 format:
 	clang-format -i $(wildcard common/*.[ch] master/*.[ch] worker/*.[ch] config/models/*.[ch] \

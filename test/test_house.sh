@@ -23,4 +23,18 @@ every_bench() {
     [ -n "$listed" ]
 }
 check "make bench makes every bench" every_bench
+every_target() { # a word behind make
+    make -s help >"$T/help" || return 1
+    for target in $(sed -n '/^\.PHONY: all/,/FORCE/p' Makefile | tr -d '\\' | sed 's/^\.PHONY: all//'); do
+        [ "$target" = FORCE ] || grep -Eq "make (deps )?$target( |\)|\$)" "$T/help" ||
+            { echo "$target is missing"; return 1; }
+    done
+}
+check "make help tells of every target" every_target
+uninstalls() {
+    make -s install DESTDIR="$T/root" PREFIX=/usr && "$T/root/usr/bin/farm" --check "$T/root/usr/share/farm/config/hello.ini" &&
+        touch "$T/root/usr/share/other" && make -s uninstall DESTDIR="$T/root" PREFIX=/usr &&
+        [ "$(find "$T/root" ! -type d)" = "$T/root/usr/share/other" ] && [ ! -e "$T/root/usr/share/farm" ]
+}
+check "make uninstall removes what make install has put there, and nothing else" uninstalls
 finish
