@@ -7,7 +7,7 @@
 #include "worker/primitive.h"
 
 /* A stack is its top on another stack. */
-struct node {
+struct medium {
     uint32_t below;  /* MEDIUM_OUTSIDE: nothing */
     uint32_t object; /* a solid's primitive id; PRIMITIVE_NONE: known by its index alone */
     double ior;
@@ -16,7 +16,7 @@ struct node {
 
 struct media {
     const struct scene *scene;
-    struct node *nodes; /* [0] is the world outside */
+    struct medium *stacks; /* by their tops; [0] is the world outside */
     uint32_t count, capacity;
     uint32_t *heads; /* of the chains, [head_mask + 1]; 0: empty */
     uint32_t head_mask;
@@ -29,7 +29,7 @@ struct media *media_create(const struct scene *scene)
     struct media *media = allocate_zeroed(1, sizeof *media);
     media->scene = scene;
     media->capacity = FIRST_CAPACITY;
-    media->nodes = allocate(media->capacity, sizeof *media->nodes);
+    media->stacks = allocate(media->capacity, sizeof *media->stacks);
     media->heads = allocate(media->capacity, sizeof *media->heads);
     media->head_mask = media->capacity - 1;
     media_clear(media);
@@ -39,7 +39,7 @@ struct media *media_create(const struct scene *scene)
 void media_destroy(struct media *media)
 {
     if (!media) return;
-    free(media->nodes);
+    free(media->stacks);
     free(media->heads);
     free(media);
 }
@@ -47,7 +47,7 @@ void media_destroy(struct media *media)
 void media_clear(struct media *media)
 {
     memset(media->heads, 0, ((size_t)media->head_mask + 1) * sizeof *media->heads);
-    media->nodes[MEDIUM_OUTSIDE] = (struct node){.object = PRIMITIVE_NONE, .ior = 1};
+    media->stacks[MEDIUM_OUTSIDE] = (struct medium){.object = PRIMITIVE_NONE, .ior = 1};
     media->count = 1;
 }
 
@@ -58,7 +58,7 @@ uint32_t media_count(const struct media *media)
 
 /* ---- equal stacks, equal numbers ---- */
 
-static uint32_t *chain(struct media *media, uint32_t below, const struct node *top)
+static uint32_t *chain(struct media *media, uint32_t below, const struct medium *top)
 {
     uint64_t bits;
     memcpy(&bits, &top->ior, sizeof bits);
@@ -68,11 +68,11 @@ static uint32_t *chain(struct media *media, uint32_t below, const struct node *t
     return &media->heads[(uint32_t)(bits >> 32) & media->head_mask];
 }
 
-static void link_node(struct media *media, uint32_t index)
+static void link_stack(struct media *media, uint32_t index)
 {
-    struct node *node = &media->nodes[index];
-    uint32_t *head = chain(media, node->below, node);
-    node->next = *head;
+    struct medium *top = &media->stacks[index];
+    uint32_t *head = chain(media, top->below, top);
+    top->next = *head;
     *head = index;
 }
 
@@ -80,35 +80,35 @@ static void enlarge(struct media *media)
 {
     if (media->capacity > UINT32_MAX / 2) fatal("too many different stacks of media");
     media->capacity *= 2;
-    media->nodes = reallocate(media->nodes, media->capacity, sizeof *media->nodes);
+    media->stacks = reallocate(media->stacks, media->capacity, sizeof *media->stacks);
     media->heads = reallocate(media->heads, media->capacity, sizeof *media->heads);
     media->head_mask = media->capacity - 1;
     memset(media->heads, 0, (size_t)media->capacity * sizeof *media->heads);
     for (uint32_t i = 1; i < media->count; i++)
-        link_node(media, i);
+        link_stack(media, i);
 }
 
-static uint32_t push(struct media *media, uint32_t below, struct node top)
+static uint32_t push(struct media *media, uint32_t below, struct medium medium)
 {
-    for (uint32_t i = *chain(media, below, &top); i != 0; i = media->nodes[i].next) {
-        const struct node *node = &media->nodes[i];
-        if (node->below == below && node->object == top.object && node->ior == top.ior) return i;
+    for (uint32_t i = *chain(media, below, &medium); i != 0; i = media->stacks[i].next) {
+        const struct medium *top = &media->stacks[i];
+        if (top->below == below && top->object == medium.object && top->ior == medium.ior) return i;
     }
     if (media->count == media->capacity) enlarge(media);
-    top.below = below;
-    media->nodes[media->count] = top;
-    link_node(media, media->count);
+    medium.below = below;
+    media->stacks[media->count] = medium;
+    link_stack(media, media->count);
     return media->count++;
 }
 
 /* ---- crossings ---- */
 
 /* The highest place of this medium, or MEDIUM_OUTSIDE. */
-static uint32_t find(const struct media *media, uint32_t stack, const struct node *medium)
+static uint32_t find(const struct media *media, uint32_t stack, const struct medium *medium)
 {
-    for (; stack != MEDIUM_OUTSIDE; stack = media->nodes[stack].below) {
-        const struct node *node = &media->nodes[stack];
-        if (node->object == medium->object && node->ior == medium->ior) break;
+    for (; stack != MEDIUM_OUTSIDE; stack = media->stacks[stack].below) {
+        const struct medium *top = &media->stacks[stack];
+        if (top->object == medium->object && top->ior == medium->ior) break;
     }
     return stack;
 }
@@ -116,33 +116,33 @@ static uint32_t find(const struct media *media, uint32_t stack, const struct nod
 /* The stack without the medium at `place`, which is part of it: what lies above is put back. */
 static uint32_t take_out(struct media *media, uint32_t stack, uint32_t place)
 {
-    uint32_t rest = media->nodes[place].below;
+    uint32_t rest = media->stacks[place].below;
     /* The media above are put back from the lowest one up; stacks are short. */
     for (uint32_t done = place; done != stack;) {
         uint32_t above = stack;
-        while (media->nodes[above].below != done)
-            above = media->nodes[above].below;
-        rest = push(media, rest, media->nodes[above]);
+        while (media->stacks[above].below != done)
+            above = media->stacks[above].below;
+        rest = push(media, rest, media->stacks[above]);
         done = above;
     }
     return rest;
 }
 
-static struct node medium_of(const struct scene *scene, uint32_t primitive)
+static struct medium medium_of(const struct scene *scene, uint32_t primitive)
 {
     const struct material *material = &scene_materials(scene)[primitive_material(scene, primitive)];
-    return (struct node){.object =
-                             primitive_is_solid(scene, primitive) ? primitive : PRIMITIVE_NONE,
-                         .ior = material->ior};
+    return (struct medium){.object =
+                               primitive_is_solid(scene, primitive) ? primitive : PRIMITIVE_NONE,
+                           .ior = material->ior};
 }
 
 struct crossing_media media_cross(struct media *media, uint32_t stack, uint32_t primitive,
                                   bool entering)
 {
-    struct node medium = medium_of(media->scene, primitive);
+    struct medium medium = medium_of(media->scene, primitive);
     uint32_t place = find(media, stack, &medium);
     bool inside = place != MEDIUM_OUTSIDE, solid = medium.object != PRIMITIVE_NONE;
-    struct crossing_media crossing = {.from = media->nodes[stack].ior, .stack = stack};
+    struct crossing_media crossing = {.from = media->stacks[stack].ior, .stack = stack};
     if (entering) {
         crossing.unmatched = solid && inside;
         if (!crossing.unmatched) crossing.stack = push(media, stack, medium);
@@ -153,7 +153,7 @@ struct crossing_media media_cross(struct media *media, uint32_t stack, uint32_t 
         else
             crossing.from = medium.ior;
     }
-    crossing.to = media->nodes[crossing.stack].ior;
+    crossing.to = media->stacks[crossing.stack].ior;
     return crossing;
 }
 
@@ -172,7 +172,7 @@ struct crossing_media media_by_side(const struct scene *scene, uint32_t primitiv
 /* Media that a ray left without having entered them: the innermost first. */
 struct found {
     uint32_t count;
-    struct node media[FOUND_MAX];
+    struct medium media[FOUND_MAX];
 };
 
 static void note_crossing(struct media *media, const struct ray *ray, const struct hit *hit,
@@ -206,7 +206,7 @@ static void probe(struct media *media, const struct bvh *bvh, struct ray ray, st
 }
 
 /* From the first-th on. */
-static uint32_t count_of(const struct found *found, uint32_t first, const struct node *medium)
+static uint32_t count_of(const struct found *found, uint32_t first, const struct medium *medium)
 {
     uint32_t count = 0;
     for (uint32_t i = first; i < found->count; i++)
@@ -217,7 +217,7 @@ static uint32_t count_of(const struct found *found, uint32_t first, const struct
 /* Whether all rays have found as many of this medium as there are from the i-th on. */
 static bool agreed(const struct found found[PROBES], uint32_t i)
 {
-    const struct node *medium = &found[0].media[i];
+    const struct medium *medium = &found[0].media[i];
     if (medium->object != PRIMITIVE_NONE) return true;
     uint32_t wanted = count_of(&found[0], i, medium);
     for (int p = 1; p < PROBES; p++)
