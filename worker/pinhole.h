@@ -263,8 +263,9 @@ static INLINED struct pinhole_rays rays_at_leaf(const struct pinhole_rays *rays,
 static INLINED struct floats edge_at(const struct pinhole_edge *edge, unsigned i,
                                      const struct pinhole_rays *rays)
 {
-    return floats_mul_add(place_of(&edge->x, i), rays->x,
-                          floats_mul_add(place_of(&edge->y, i), rays->y, place_of(&edge->at, i)));
+    return floats_mul_add(
+        floats_splat(&edge->x, i), rays->x,
+        floats_mul_add(floats_splat(&edge->y, i), rays->y, floats_splat(&edge->at, i)));
 }
 
 /*
@@ -281,7 +282,7 @@ pinhole_crossings(const struct packet *packet, const struct pinhole_leaf *leaf,
     struct floats e1 = edge_at(&seen->edges[1], i, through);
     struct floats e2 = edge_at(&seen->edges[2], i, through);
     struct floats low = floats_smaller(floats_smaller(e0, e1), e2);
-    struct floats error = place_of(&seen->error, i);
+    struct floats error = floats_splat(&seen->error, i);
     lane_set sided = seen->sided >> i & 1 ? ALL_LANES : 0;
     lane_set crossed = rays & sided & floats_less(error, low);
     lane_set missed = sided & floats_less(floats_add(low, error), floats_of(0));
@@ -289,12 +290,12 @@ pinhole_crossings(const struct packet *packet, const struct pinhole_leaf *leaf,
     *open = rays & ~(crossed | missed);
     if (!crossed) return found;
     struct floats inverse = floats_div(floats_of(1), sum_of_three(e0, e1, e2));
-    struct floats mean = floats_mul(e0, place_of(&seen->z[0], i));
-    mean = floats_mul_add(e1, place_of(&seen->z[1], i), mean);
-    mean = floats_mul(floats_mul_add(e2, place_of(&seen->z[2], i), mean), inverse);
+    struct floats mean = floats_mul(e0, floats_splat(&seen->z[0], i));
+    mean = floats_mul_add(e1, floats_splat(&seen->z[1], i), mean);
+    mean = floats_mul(floats_mul_add(e2, floats_splat(&seen->z[2], i), mean), inverse);
     struct floats share = floats_mul(floats_mul(floats_of(6.1f), error), inverse);
     struct floats doubt = floats_mul_add(floats_smaller(share, floats_of(1)),
-                                         place_of(&seen->range, i), floats_of(1));
+                                         floats_splat(&seen->range, i), floats_of(1));
     struct lanes scale = lanes_mul(lanes_of(leaf->unit), packet->inverse_dz);
     struct lanes t = lanes_mul(lanes_add(lanes_of_floats(mean), lanes_of(leaf->base_z)), scale);
     struct lanes off = lanes_mul(lanes_of_floats(doubt), lanes_abs(scale));

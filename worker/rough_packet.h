@@ -71,7 +71,7 @@ struct rough_view {
     struct rough_sets sets;
 };
 
-static INLINED struct floats place_of(const struct floats *row, unsigned i)
+static INLINED struct floats floats_splat(const struct floats *row, unsigned i)
 {
     return floats_of(((const float *)(const void *)row)[i]);
 }
@@ -83,9 +83,10 @@ static INLINED struct rough_view rough_view(const struct packet *packet,
     struct rough_view view;
     UNROLLED
     for (unsigned k = 0; k < 3; k++)
-        view.corner[k] = rough_shear(place_of(&places->at[0][k], i), place_of(&places->at[1][k], i),
-                                     place_of(&places->at[2][k], i), leaf->base_x, leaf->base_y,
-                                     packet->float_sx, packet->float_sy);
+        view.corner[k] =
+            rough_shear(floats_splat(&places->at[0][k], i), floats_splat(&places->at[1][k], i),
+                        floats_splat(&places->at[2][k], i), leaf->base_x, leaf->base_y,
+                        packet->float_sx, packet->float_sy);
     view.sets = rough_sets(view.corner);
     return view;
 }
