@@ -8,7 +8,7 @@
 #include "worker/renderer.h"
 
 /*
- * The functions below that take `flat` are compiled twice: true for a scene in which nothing
+ * The functions below that take `primary_only` are compiled twice: true for a scene in which nothing
  * reflects or refracts. Every sample is one ray then, of weight 1, so that there are no trees and no
  * media.
  */
@@ -42,7 +42,7 @@ static void begin_media(struct renderer *renderer)
 }
 
 /* Whether every sample is one ray. */
-static bool is_flat(const struct scene *scene)
+static bool is_primary_only(const struct scene *scene)
 {
     unsigned spawning = FEATURE_REFLECTION | FEATURE_REFRACTION;
     return scene->view.variant == VARIANT_AUTO && !(scene_features(scene) & spawning);
@@ -52,8 +52,8 @@ struct renderer *renderer_prepare(const struct scene *scene)
 {
     struct renderer *renderer = allocate_zeroed(1, sizeof *renderer);
     renderer->scene = scene;
-    renderer->flat = is_flat(scene);
-    if (!renderer->flat) {
+    renderer->primary_only = is_primary_only(scene);
+    if (!renderer->primary_only) {
         radiance_init(&renderer->radiance, scene);
         renderer->ray_budget = ray_budget_of(renderer);
     }
@@ -194,7 +194,7 @@ static bool is_in_band(struct progress *progress, uint32_t k)
 }
 
 /* Which pixel of the tile is the k-th to be rendered, and where it lies in the rendered region. */
-static uint32_t place_of(struct progress *progress, uint32_t k, uint32_t *x, uint32_t *y)
+static uint32_t kth_pixel(struct progress *progress, uint32_t k, uint32_t *x, uint32_t *y)
 {
     const struct tile *tile = progress->task.tile;
     if (!is_in_band(progress, k)) {
@@ -213,7 +213,7 @@ static void locate_pixel(struct renderer *renderer)
 {
     struct progress *progress = &renderer->progress;
     uint32_t x, y;
-    progress->place = place_of(progress, progress->next.pixel, &x, &y);
+    progress->place = kth_pixel(progress, progress->next.pixel, &x, &y);
     progress->x = x + renderer->scene->view.region_x;
     progress->y = y + renderer->scene->view.region_y;
 }
@@ -231,14 +231,14 @@ static void arrange_refinements(struct renderer *renderer)
         renderer->numbers = reallocate(renderer->numbers, room, sizeof *renderer->numbers);
     }
     for (uint32_t k = 0; k < pixels; k++) {
-        renderer->refinements[k] = given[place_of(&order, k, &x, &y)];
+        renderer->refinements[k] = given[kth_pixel(&order, k, &x, &y)];
         renderer->numbers[k] = number;
         number += given[k].to > given[k].from;
     }
     renderer->progress.task.refinements = renderer->refinements;
 }
 
-static INLINED void start_path(struct renderer *renderer, uint32_t p, bool flat)
+static INLINED void start_path(struct renderer *renderer, uint32_t p, bool primary_only)
 {
     const struct progress *progress = &renderer->progress;
     struct path *path = &renderer->paths[p];
@@ -247,7 +247,7 @@ static INLINED void start_path(struct renderer *renderer, uint32_t p, bool flat)
     path->sample = progress->next.sample;
     path->bad = path->bounding = path->branched = false;
     path->traced = 1;
-    if (flat) return;
+    if (primary_only) return;
     path->rays = 1;
     struct branch *primary = &renderer->branches[p];
     primary->weight = vec3(1, 1, 1);
@@ -272,7 +272,7 @@ static INLINED uint32_t wave_of(const struct renderer *renderer)
 
 /* The first wave of the next samples, which are neighbours: their further rays keep together, too, as
  * long as no others join them. */
-static INLINED void start_paths(struct renderer *renderer, bool flat)
+static INLINED void start_paths(struct renderer *renderer, bool primary_only)
 {
     const struct view *view = &renderer->scene->view;
     struct progress *progress = &renderer->progress;
@@ -281,7 +281,7 @@ static INLINED void start_paths(struct renderer *renderer, bool flat)
     for (uint32_t p = 0; p < count; p++) {
         if (progress->next.sample == progress->next.begin) locate_pixel(renderer);
         sample_put(&renderer->samples, p, progress->x, progress->y, progress->next.sample);
-        start_path(renderer, p, flat);
+        start_path(renderer, p, primary_only);
         cursor_advance(&progress->next, &progress->task, view);
     }
     sample_rays(view, &renderer->samples, count, renderer->rays);
@@ -313,13 +313,13 @@ static bool trace_trees(struct renderer *renderer)
     return true;
 }
 
-static bool trace_flat(struct renderer *renderer)
+static bool trace_primaries(struct renderer *renderer)
 {
     const struct progress *progress = &renderer->progress;
     while (progress->started < progress->samples) {
         start_paths(renderer, true);
         if (is_interrupted(renderer)) return false;
-        trace_flat_wave(renderer);
+        trace_primary_wave(renderer);
         add_samples(renderer, renderer->count);
     }
     return true;
@@ -353,7 +353,7 @@ bool renderer_task(struct renderer *renderer, const struct task *task, struct re
 {
     double start = clock_wall();
     begin_task(renderer, task);
-    if (!(renderer->flat ? trace_flat(renderer) : trace_trees(renderer))) return false;
+    if (!(renderer->primary_only ? trace_primaries(renderer) : trace_trees(renderer))) return false;
     renderer->counts.shade_s = clock_wall() - start - renderer->counts.intersect_s;
     *counts = renderer->counts;
     return true;

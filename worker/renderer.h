@@ -57,7 +57,7 @@ struct renderer {
     const struct bvh *bvh;
     struct radiance radiance;
     uint64_t ray_budget; /* of a sample */
-    bool flat;           /* nothing reflects or refracts */
+    bool primary_only;   /* nothing reflects or refracts */
     struct media *media;
     uint32_t eye_media; /* the stack that the eye is in */
     struct progress progress;
@@ -111,8 +111,8 @@ static inline struct vec3 finished_sum(const struct renderer *renderer, const st
 /* The hits of a wave become colour and further rays. */
 void trace_wave(struct renderer *renderer);
 
-/* The same where the scene is flat. */
-void trace_flat_wave(struct renderer *renderer);
+/* The same where the scene has primary and shadow rays only. */
+void trace_primary_wave(struct renderer *renderer);
 
 /* Adds the samples of the first so many paths, which are the task's next ones in their order, to their
  * pixels; hands a pixel over behind its last one. */

@@ -8,7 +8,7 @@
 #include "worker/shade.h"
 
 /*
- * The functions below that take `flat` are compiled twice: true for a scene in which nothing
+ * The functions below that take `primary_only` are compiled twice: true for a scene in which nothing
  * reflects or refracts. Every sample is one ray then, of weight 1, so that there are no trees and no
  * media.
  */
@@ -151,10 +151,10 @@ static void spawn_children(struct renderer *renderer)
 /* ---- light ---- */
 
 static INLINED void add_color(struct renderer *renderer, uint32_t slot, struct vec3 color,
-                              bool flat)
+                              bool primary_only)
 {
-    uint32_t p = flat ? slot : renderer->owner[slot];
-    if (!flat) color = vec_mul(color, renderer->branches[slot].weight);
+    uint32_t p = primary_only ? slot : renderer->owner[slot];
+    if (!primary_only) color = vec_mul(color, renderer->branches[slot].weight);
     color_sum_add(&renderer->paths[p].color, color);
 }
 
@@ -190,7 +190,7 @@ static void gather_reached(struct renderer *renderer)
 }
 
 /* Traces the gathered shadow rays as one batch and adds what comes through. */
-static INLINED void flush_lit(struct renderer *renderer, bool flat)
+static INLINED void flush_lit(struct renderer *renderer, bool primary_only)
 {
     struct lit *lit = &renderer->lit;
     uint32_t count = renderer->facing_count;
@@ -204,19 +204,20 @@ static INLINED void flush_lit(struct renderer *renderer, bool flat)
     gather_reached(renderer);
     points_light(&renderer->points, lit);
     for (uint32_t i = 0; i < lit->count; i++)
-        add_color(renderer, renderer->points.slot[lit->point[i]], lane(&lit->color, i), flat);
+        add_color(renderer, renderer->points.slot[lit->point[i]], lane(&lit->color, i),
+                  primary_only);
     renderer->facing_count = 0;
 }
 
 static INLINED void add_facing(struct renderer *renderer, uint32_t point, uint32_t light,
-                               uint32_t counts, bool flat)
+                               uint32_t counts, bool primary_only)
 {
     uint32_t slot = renderer->points.slot[point], i = renderer->facing_count++;
-    renderer->paths[flat ? slot : renderer->owner[slot]].traced += counts;
+    renderer->paths[primary_only ? slot : renderer->owner[slot]].traced += counts;
     renderer->facing[i] = (struct facing){point, light};
     /* Field by field: a whole ray would be copied from where it has only just been put together. */
     struct ray *ray = &renderer->shadow_rays[i];
-    if (flat) {
+    if (primary_only) {
         ray->origin = lane(&renderer->points.point, point);
         ray->from = renderer->hits[slot].primitive;
         ray->from_part = renderer->hits[slot].part;
@@ -228,16 +229,16 @@ static INLINED void add_facing(struct renderer *renderer, uint32_t point, uint32
 }
 
 /* Whether light matters at a point. */
-static INLINED bool is_shown(const struct renderer *renderer, uint32_t point, bool flat)
+static INLINED bool is_shown(const struct renderer *renderer, uint32_t point, bool primary_only)
 {
     const struct points *points = &renderer->points;
     if (!material_shows_light(points->material[point])) return false;
-    return flat || !is_bounding(renderer, points->slot[point]);
+    return primary_only || !is_bounding(renderer, points->slot[point]);
 }
 
 /* Light by light, so that the shadow rays of a batch keep together. A surface that shows no light
  * needs none. */
-static INLINED void light_points(struct renderer *renderer, bool flat)
+static INLINED void light_points(struct renderer *renderer, bool primary_only)
 {
     const struct light *lights = scene_lights(renderer->scene);
     const struct points *points = &renderer->points;
@@ -245,15 +246,15 @@ static INLINED void light_points(struct renderer *renderer, bool flat)
     if (points->count == 0 || renderer->scene->lights.count == 0) return;
     points_order(points, renderer->dense && renderer->scene->view.shadows, order);
     for (uint32_t k = 0; k < renderer->scene->lights.count; k++) {
-        if (renderer->facing_count + points->count > WAVE) flush_lit(renderer, flat);
+        if (renderer->facing_count + points->count > WAVE) flush_lit(renderer, primary_only);
         /* What a pixel costs decides on its samples: the same without lights that can be left out. */
         uint32_t counts = !vec_is_zero(lights[k].color);
         points_face(points, &lights[k], &renderer->faced);
         for (uint32_t n = 0; n < points->count; n++)
-            if (renderer->faced.faces[order[n]] != 0 && is_shown(renderer, order[n], flat))
-                add_facing(renderer, order[n], k, counts, flat);
+            if (renderer->faced.faces[order[n]] != 0 && is_shown(renderer, order[n], primary_only))
+                add_facing(renderer, order[n], k, counts, primary_only);
     }
-    flush_lit(renderer, flat);
+    flush_lit(renderer, primary_only);
 }
 
 /* ---- the wave ---- */
@@ -280,41 +281,45 @@ static void tell_bad(struct renderer *renderer, struct path *path, const struct 
 }
 
 /* Looks at every sample after one of its rays, of which the first starts at the eye: a finite place. */
-static INLINED void check_paths(struct renderer *renderer, bool flat)
+static INLINED void check_paths(struct renderer *renderer, bool primary_only)
 {
     for (uint32_t i = 0; i < renderer->count; i++) {
-        struct path *path = &renderer->paths[flat ? i : renderer->owner[i]];
+        struct path *path = &renderer->paths[primary_only ? i : renderer->owner[i]];
         const struct ray *ray = &renderer->rays[i];
-        if (!flat && path->bounding) continue;
-        if (is_good(path->color.plain) && (flat || vec_is_finite(ray->origin))) continue;
-        if (!path->bad) tell_bad(renderer, path, ray, flat ? 0 : renderer->branches[i].depth);
+        if (!primary_only && path->bounding) continue;
+        if (is_good(path->color.plain) && (primary_only || vec_is_finite(ray->origin))) continue;
+        if (!path->bad)
+            tell_bad(renderer, path, ray, primary_only ? 0 : renderer->branches[i].depth);
     }
 }
 
-static INLINED void add_background(struct renderer *renderer, uint32_t slot, bool flat)
+static INLINED void add_background(struct renderer *renderer, uint32_t slot, bool primary_only)
 {
     struct vec3 color = background(&renderer->scene->view, renderer->rays[slot].direction);
-    if (!flat && is_bounding(renderer, slot)) {
+    if (!primary_only && is_bounding(renderer, slot)) {
         omission_found(&renderer->further[renderer->owner[slot]].omission,
                        renderer->branches[slot].weight, color);
         return;
     }
-    if (!flat && renderer->branches[slot].media != MEDIUM_OUTSIDE) renderer->counts.open_media++;
-    add_color(renderer, slot, color, flat);
+    if (!primary_only && renderer->branches[slot].media != MEDIUM_OUTSIDE)
+        renderer->counts.open_media++;
+    add_color(renderer, slot, color, primary_only);
 }
 
 /* What is there without any light: the background, and ambient. */
-static INLINED void add_unlit(struct renderer *renderer, bool flat)
+static INLINED void add_unlit(struct renderer *renderer, bool primary_only)
 {
     const struct points *points = &renderer->points;
     for (uint32_t i = 0; i < renderer->count; i++)
-        if (renderer->hits[i].primitive == PRIMITIVE_NONE) add_background(renderer, i, flat);
+        if (renderer->hits[i].primitive == PRIMITIVE_NONE)
+            add_background(renderer, i, primary_only);
     for (uint32_t i = 0; i < points->count; i++)
-        if (points->material[i]->ambient > 0 && (flat || !is_bounding(renderer, points->slot[i])))
-            add_color(renderer, points->slot[i], shade_ambient(points->material[i]), flat);
+        if (points->material[i]->ambient > 0 &&
+            (primary_only || !is_bounding(renderer, points->slot[i])))
+            add_color(renderer, points->slot[i], shade_ambient(points->material[i]), primary_only);
 }
 
-static INLINED void trace_rays(struct renderer *renderer, bool flat)
+static INLINED void trace_rays(struct renderer *renderer, bool primary_only)
 {
     double start = clock_wall();
     nearest_rough(renderer->scene, renderer->bvh, renderer->rays, renderer->count, renderer->hits,
@@ -323,11 +328,11 @@ static INLINED void trace_rays(struct renderer *renderer, bool flat)
     points_find(renderer->scene, renderer->bvh, renderer->rays, renderer->hits, renderer->count,
                 &renderer->points, &renderer->counts.exact_fallbacks);
     if (renderer->fresh) renderer->counts.primary_hits += renderer->points.count;
-    add_unlit(renderer, flat);
-    light_points(renderer, flat);
-    if (!flat && renderer->bounding > 0) add_found(renderer);
-    check_paths(renderer, flat);
-    if (!flat) spawn_children(renderer);
+    add_unlit(renderer, primary_only);
+    light_points(renderer, primary_only);
+    if (!primary_only && renderer->bounding > 0) add_found(renderer);
+    check_paths(renderer, primary_only);
+    if (!primary_only) spawn_children(renderer);
 }
 
 void trace_wave(struct renderer *renderer)
@@ -335,7 +340,7 @@ void trace_wave(struct renderer *renderer)
     trace_rays(renderer, false);
 }
 
-void trace_flat_wave(struct renderer *renderer)
+void trace_primary_wave(struct renderer *renderer)
 {
     trace_rays(renderer, true);
 }
