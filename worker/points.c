@@ -423,8 +423,9 @@ static inline void find_flat(struct points *points, uint32_t i)
 
 IN_LANES(find_flats, points, find_flat)
 
-static void find_groups(const struct scene *scene, const struct ray *rays, const struct hit *hits,
-                        const uint32_t first[GROUPS + 1], struct points *points)
+static void find_by_groups(const struct scene *scene, const struct ray *rays,
+                           const struct hit *hits, const uint32_t first[GROUPS + 1],
+                           struct points *points)
 {
     uint32_t spheres = first[GROUP_SPHERES], triangles = first[GROUP_TRIANGLES];
     uint32_t patches = first[GROUP_PATCHES], sides = first[GROUP_SIDES];
@@ -527,7 +528,7 @@ void points_find(const struct scene *scene, const struct bvh *bvh, const struct 
     gather_rays(rays, hits, points);
     gather_materials(scene, hits, points);
     bool exact = points->formulas == FORMULAS_EXACT;
-    if (exact) find_groups(scene, rays, hits, first, points);
+    if (exact) find_by_groups(scene, rays, hits, first, points);
     doubt_from(points, exact ? first[GROUP_OTHERS] : 0);
     find_singly(scene, bvh, rays, hits, points, exact_fallbacks);
     if (exact)

@@ -17,12 +17,12 @@
 
 _Static_assert(KEY_BITS <= 2 * DIGIT_BITS && WAVE <= 1u << 16, "what a key and its point take");
 
-struct extent {
+struct limits {
     double low, high;
 };
 
 /* Of LANES numbers or more. */
-static INLINED struct extent extent_of(const double *row, uint32_t count)
+static INLINED struct limits limits_of(const double *row, uint32_t count)
 {
     /* The last ones, some of which come in the loop, too. */
     struct lanes low = lanes_load(row + count - LANES), high = low;
@@ -31,7 +31,7 @@ static INLINED struct extent extent_of(const double *row, uint32_t count)
         low = lanes_smaller(low, next);
         high = lanes_larger(high, next);
     }
-    return (struct extent){lanes_lowest(low), lanes_highest(high)};
+    return (struct limits){lanes_lowest(low), lanes_highest(high)};
 }
 
 /* Two zeros between each two bits of a cell's number. */
@@ -53,8 +53,8 @@ static FLATTENED void find_keys(const struct points *points, uint32_t keys[WAVE]
 {
     const double *x = points->point.x, *y = points->point.y, *z = points->point.z;
     uint32_t count = points->count;
-    struct extent in_x = extent_of(x, count), in_y = extent_of(y, count),
-                  in_z = extent_of(z, count);
+    struct limits in_x = limits_of(x, count), in_y = limits_of(y, count),
+                  in_z = limits_of(z, count);
     double edge = larger_number(in_x.high - in_x.low,
                                 larger_number(in_y.high - in_y.low, in_z.high - in_z.low));
     /* The last cell ends behind the farthest point. */
