@@ -35,16 +35,6 @@ static inline uint32_t lattice_step(uint32_t lattice)
     return lattice_rows(lattice) << lattice % 2;
 }
 
-/* The coarsest lattice that has this pixel; those finer than it have it, too. */
-static inline uint32_t lattice_of(uint32_t x, uint32_t y)
-{
-    uint32_t k = 0;
-    while (k < LATTICE_COARSEST / 2 && ((x | y) >> k & 1) == 0)
-        k++;
-    if (k == LATTICE_COARSEST / 2) return LATTICE_COARSEST;
-    return 2 * k + (((x ^ y) >> k & 1) == 0);
-}
-
 /* The pixels that a lattice has and the next coarser one has not: the first of its rows that has any, every so many
  * rows from there on another one, and in such a row the first pixel, and from there to the next one. lattice <
  * LATTICE_COARSEST. */

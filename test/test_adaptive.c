@@ -16,9 +16,9 @@
 #include "common/message.h"
 #include "master/adaptive.h"
 #include "master/allocation.h"
-#include "master/lattice.h"
 #include "master/watch.h"
 #include "test/halves.h"
+#include "test/lattice_of.h"
 #include "worker/sample.h"
 
 enum { EDGE = 96, PIXELS = EDGE * EDGE };

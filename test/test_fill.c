@@ -12,7 +12,7 @@
 
 #include "common/message.h"
 #include "master/fill.h"
-#include "master/lattice.h"
+#include "test/lattice_of.h"
 #include "test/random.h"
 
 /* ---- lattices ---- */
