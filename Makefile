@@ -371,7 +371,7 @@ valgrind: all
 	@FARM=./$(FARM) MPIEXEC="$(MPIEXEC)" sh test/valgrind.sh
 
 # clang's warnings are others than gcc's: what is clean here compiles with both.
-# What is looked at, and how a compiler that is not mpicc finds mpi.h. In lanes the kernel is another
+# What is looked at, bench/ by cppcheck alone, and how a compiler that is not mpicc finds mpi.h. In lanes the kernel is another
 # program than without: it is looked at twice.
 LINT_IN   ?= common master worker test/fuzz config/models
 tidy = printf '%s\n' $(1) | xargs -P $$(nproc) -I FILE clang-tidy --quiet FILE -- -std=c17 \
@@ -383,7 +383,8 @@ lint:
 	@$(call tidy,$(wildcard $(LINT_IN:%=%/*.c)))
 	@$(call tidy,$(filter $(LINT_IN:%=%/%),$(KERNEL)),$(FLAGS_$(lastword $(LEVELS))))
 	cppcheck --quiet --std=c11 --enable=warning,style,performance,portability --error-exitcode=1 \
-	    --inline-suppr --suppressions-list=.cppcheck -I. -D_GNU_SOURCE -DFARM_VERSION='"$(VERSION)"' $(LINT_IN)
+	    --inline-suppr --suppressions-list=.cppcheck -I. -D_GNU_SOURCE -DFARM_VERSION='"$(VERSION)"' \
+	    -D_Noreturn='__attribute__((noreturn))' $(LINT_IN) bench
 
 # libFuzzer comes with clang; where its run-time library is a package of its own, clang alone cannot
 # link a fuzz target.

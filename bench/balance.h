@@ -16,8 +16,8 @@
 
 /* The paper's machine and its pictures. */
 #define PAPER_PROCESSORS 44
-#define PAPER_WIDTH      640
-#define PAPER_HEIGHT     480
+#define PAPER_WIDTH      640u
+#define PAPER_HEIGHT     480u
 
 struct bench_scene {
     const char *name, *config;

@@ -10,9 +10,9 @@
 #include "common/message.h"
 
 #define SAMPLES   16
-#define PAIRS     5 /* of runs with a renderer slowed and without */
-#define TURNS     11 /* of -n 1 and -n 2: odd. Ratios of single ones were seen to differ by a third */
-#define MANY_RUNS 5 /* with forty-four ranks: odd */
+#define PAIRS     5u /* of runs with a renderer slowed and without */
+#define TURNS     11u /* of -n 1 and -n 2: odd. Ratios of single ones were seen to differ by a third */
+#define MANY_RUNS 5u /* with forty-four ranks: odd */
 #define PHASES    7
 #define RENDERING 4 /* of them */
 #define ONE_FILE  KEPT_FOLDER "/one.pfm"
@@ -201,12 +201,10 @@ static struct two_ranks run_two(const struct bench_scene *scene, bool slow)
  * varies by more than what is to be told from minute to minute. Beside it by the wall alone. */
 static void measure_slow(FILE *out, const struct bench_scene *scene)
 {
-    struct two_ranks even, slow;
     double shares[PAIRS], times[PAIRS], best[PAIRS], lost[PAIRS], lost_evenly[PAIRS];
     double more[PAIRS], by_wall[PAIRS];
     for (unsigned i = 0; i < PAIRS; i++) {
-        even = run_two(scene, false);
-        slow = run_two(scene, true);
+        struct two_ranks even = run_two(scene, false), slow = run_two(scene, true);
         shares[i] = slow.share;
         times[i] = slow.render_s;
         best[i] = slow.best_s;

@@ -141,10 +141,10 @@ size_t bytes_of(const struct part *parts)
 struct lot *next_lot(struct sim *sim, uint32_t who)
 {
     struct tile tiles[LOT_TILES];
-    float tells[LOT_TILES];
+    float tell_s[LOT_TILES];
     uint32_t count = queue_next(sim->queue, who, sim->now, tiles);
     if (count == 0) return NULL;
-    uint32_t told = queue_tells(sim->queue, who, tiles, count, tells);
+    uint32_t told = queue_tells(sim->queue, who, tiles, count, tell_s);
     struct lot *lot = allocate(1, sizeof *lot + count * sizeof *lot->parts);
     *lot = (struct lot){.after = sim->lots,
                         .count = count,
@@ -155,7 +155,7 @@ struct lot *next_lot(struct sim *sim, uint32_t who)
     lot->last = &lot->ready;
     for (uint32_t i = 0; i < count; i++)
         lot->parts[i] = (struct part){
-            .tile = tiles[i], .lot = lot, .tell_s = told > 0 ? (double)tells[i] : HUGE_VAL};
+            .tile = tiles[i], .lot = lot, .tell_s = told > 0 ? (double)tell_s[i] : HUGE_VAL};
     return lot;
 }
 

@@ -15,11 +15,11 @@ struct value {
 };
 
 static struct value *values;
-static size_t count, capacity;
+static size_t value_count, capacity;
 
 static struct value *find(const char *name)
 {
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < value_count; i++)
         if (strcmp(values[i].name, name) == 0) return &values[i];
     return NULL;
 }
@@ -28,11 +28,11 @@ static void set(const char *name, double value)
 {
     struct value *old = find(name);
     if (!old) {
-        if (count == capacity) {
+        if (value_count == capacity) {
             capacity = capacity ? 2 * capacity : 256;
             values = reallocate(values, capacity, sizeof *values);
         }
-        old = &values[count++];
+        old = &values[value_count++];
         snprintf(old->name, sizeof old->name, "%s", name);
     }
     old->value = value;
@@ -74,7 +74,7 @@ void values_write(void)
 {
     FILE *file = fopen(VALUES_FILE, "w");
     if (!file) fatal("cannot write %s", VALUES_FILE);
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < value_count; i++)
         fprintf(file, "%s %.9g\n", values[i].name, values[i].value);
     if (fclose(file) != 0) fatal("cannot write %s", VALUES_FILE);
 }

@@ -257,7 +257,7 @@ static bool run(struct outcome *outcome, const struct picture *picture)
 
 static void measure_field(struct outcome *outcome, uint64_t seed)
 {
-    static double truth[PIXELS];
+    static double means[PIXELS];
     struct field field = field_of(seed);
     struct picture picture = {
         .field = &field,
@@ -267,10 +267,10 @@ static void measure_field(struct outcome *outcome, uint64_t seed)
                  .region_h = EDGE,
                  .min_samples = 4,
                  .max_samples = 4096},
-        .truth = truth,
+        .truth = means,
     };
     bool held = true;
-    find_truth(&field, truth);
+    find_truth(&field, means);
     for (uint32_t k = 0; k < FIELD_TARGETS; k++) {
         canvas_init(&picture.canvas, EDGE, EDGE);
         picture.right = k * EDGE;

@@ -35,8 +35,8 @@ static bool head_number(FILE *file, double *value)
     int c;
     while ((c = getc(file)) == '#' || c == ' ' || c == '\n' || c == '\t')
         if (c == '#')
-            while ((c = getc(file)) != '\n' && c != EOF)
-                continue;
+            while ((c = getc(file)) != '\n' && c != EOF) {
+            }
     ungetc(c, file);
     return fscanf(file, "%lf", value) == 1;
 }

@@ -217,14 +217,15 @@ void report_summary(FILE *out, const struct scene_results *results, size_t count
 /* Median, least and most of what part of a peer's time the farm takes; empty where there is none. */
 static void csv_ratio(FILE *out, const struct scene_results *at, unsigned program, unsigned step)
 {
-    double ratios[REPEAT_MAX], median = 0;
+    double ratios[REPEAT_MAX];
     bool peer = program != PROGRAM_FARM && step == STEP_PICTURE;
     unsigned count = peer ? time_ratios(at, program, ratios) : 0;
-    if (count) median = median_of(ratios, count); /* which sorts them */
-    if (count)
-        fprintf(out, ",%.4f,%.4f,%.4f\n", median, ratios[0], ratios[count - 1]);
-    else
+    if (count) {
+        double middle = median_of(ratios, count); /* which sorts them */
+        fprintf(out, ",%.4f,%.4f,%.4f\n", middle, ratios[0], ratios[count - 1]);
+    } else {
         fputs(",,,\n", out);
+    }
 }
 
 void report_csv(const char *path, const struct scene_results *results, size_t count)

@@ -32,10 +32,10 @@ static bool bounce(const struct scene *scene, const struct bvh *bvh, struct ray 
 static struct scene *facing_mirrors(double kr, uint32_t depth, enum formulas formulas)
 {
     struct builder *builder = builder_create();
-    struct material mirror = {.color = {1, 1, 1}, .ambient = 0.1, .reflection = kr, .ior = 1.5};
+    struct material silvered = {.color = {1, 1, 1}, .ambient = 0.1, .reflection = kr, .ior = 1.5};
     struct plane low = {.point = {0, 0, 0}, .normal = {0, 0, 1}};
     struct plane high = {.point = {0, 0, 8}, .normal = {0, 0, -1}};
-    expect_added(builder_add_material(builder, &mirror, &low.material));
+    expect_added(builder_add_material(builder, &silvered, &low.material));
     high.material = low.material;
     expect_added(builder_add_plane(builder, &low));
     expect_added(builder_add_plane(builder, &high));
@@ -223,9 +223,9 @@ static bool exact_bounce(struct exact_path *x, double center, double *amplificat
 
 static double distance_to(struct exact_path *x, struct vec3 p)
 {
-    const double component[] = {p.x, p.y, p.z};
+    const double at[] = {p.x, p.y, p.z};
     for (int i = 0; i < 3; i++)
-        mpfr_sub_d(x->f[i], x->o[i], component[i], MPFR_RNDN);
+        mpfr_sub_d(x->f[i], x->o[i], at[i], MPFR_RNDN);
     real_dot(x->c, x->f, x->f);
     return sqrt(mpfr_get_d(x->c, MPFR_RNDN));
 }
@@ -296,7 +296,7 @@ static struct scene *cluster(bool lossless, uint32_t edge)
                              .reflection = 0.2,
                              .transmission = 0.75,
                              .ior = 1.5};
-    struct material mirror = {
+    struct material silvered = {
         .color = {0.9, 0.9, 0.9}, .ambient = 0.1, .diffuse = 0.3, .reflection = 0.7, .ior = 1.5};
     uint32_t of_glass, of_mirror;
     if (lossless) {
@@ -304,7 +304,7 @@ static struct scene *cluster(bool lossless, uint32_t edge)
         glass.transmission = 0.8;
     }
     expect_added(builder_add_material(builder, &glass, &of_glass));
-    expect_added(builder_add_material(builder, &mirror, &of_mirror));
+    expect_added(builder_add_material(builder, &silvered, &of_mirror));
     for (int i = 0; i < 9; i++) {
         struct sphere ball = {.center = {i % 3 - 1, i / 3 - 1, 0.3 * (i % 2)}, .radius = 0.45};
         ball.material = i % 2 && !lossless ? of_mirror : of_glass;

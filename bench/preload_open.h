@@ -14,7 +14,7 @@ static int open_next(const char *path, int flags, va_list arguments)
 {
     static int (*next)(const char *, int, ...);
     if (!next) *(void **)&next = dlsym(RTLD_NEXT, "open");
-    return next(path, flags, flags & O_CREAT ? va_arg(arguments, mode_t) : 0);
+    return next(path, flags, (flags & O_CREAT) ? va_arg(arguments, mode_t) : 0);
 }
 
 /* Whether it is memory that a rank of the farm shares (common/segment.h). */

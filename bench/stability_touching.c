@@ -179,14 +179,14 @@ static struct ray ray_to_edge(struct random *random, const struct room *room)
     struct vec3 from = {0, 0, 0}, target;
     unsigned a = (unsigned)random_below(random, room->corners),
              b = (unsigned)random_below(random, room->corners);
-    double share = (double)random_below(random, 9) / 8;
+    double part = (double)random_below(random, 9) / 8;
     for (unsigned i = 0; i < room->corners; i++)
         from = vec_add_scaled(from, room->corner[i], 1.0 / room->corners);
     from = vec_add_scaled(vec_scale(from, 0.75), room->corner[random_below(random, room->corners)],
                           0.25);
     while (room->corners == 8 && (a ^ b) == 7)
         b = (unsigned)random_below(random, 8); /* no diagonal of the room */
-    target = vec_add_scaled(vec_scale(room->corner[a], 1 - share), room->corner[b], share);
+    target = vec_add_scaled(vec_scale(room->corner[a], 1 - part), room->corner[b], part);
     return stage_ray(from, vec_sub(target, from));
 }
 
