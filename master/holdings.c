@@ -126,9 +126,9 @@ static bool lot_is_over(const struct holdings *holdings, const struct holder *ho
 
 void holdings_pass_on(struct holdings *holdings, struct hold *hold)
 {
-    assert(hold->may_pass && !hold->passed_on);
+    assert(!hold->passed_on);
     hold->passed_on = true;
-    holdings->holders[hold->renderer].open--;
+    holdings->holders[hold->renderer].open -= hold->may_pass;
 }
 
 struct hold holdings_take(struct holdings *holdings, uint32_t renderer, uint32_t id)

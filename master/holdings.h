@@ -20,7 +20,7 @@ struct hold {
     uint32_t renderer;
     uint32_t other; /* the next hold on the same tile, in a ring of all of them */
     bool may_pass;  /* may be passed on */
-    bool passed_on; /* handed out to somebody else, too */
+    bool passed_on; /* handed out to somebody else, too, or of no use any more */
     double work;    /* predicted */
 };
 
@@ -56,7 +56,7 @@ uint32_t holdings_most_open(struct holdings *holdings);
 /* The renderer's hold on a tile; NULL: it has no such tile. */
 struct hold *holdings_find(const struct holdings *holdings, uint32_t renderer, uint32_t id);
 
-/* Somebody else gets the tile, too. */
+/* Somebody else gets the tile, too, or nobody needs it any more. */
 void holdings_pass_on(struct holdings *holdings, struct hold *hold);
 
 /* It has it no longer: returns what it was, with a hold of somebody else in other, or HOLD_NONE. The

@@ -106,6 +106,17 @@ static double seconds_for_pass(const struct server *server)
     return share * fmax(left, 0) * processors;
 }
 
+/* So much of the time may go into probes, which else take next to none of it. Where samples are as dear as that, a
+ * picture of evenly spread single samples is more than what the time would do for whole pixels; but the error is
+ * told of pixels. */
+#define PROBES_PART 0.5
+
+static void end_late_probes(struct server *server)
+{
+    double elapsed = server_elapsed(server), left = seconds_left(server);
+    if (elapsed > PROBES_PART * (elapsed + left)) queue_end_probes(server->service->queue, elapsed);
+}
+
 /* Pass 0 is cut off when no more than this share of what is left of it fits into the time: later than as soon as
  * a bit will not. Its tiles are rendered quicker than the pixels of a lattice, up to a third in the lantern, and
  * the end is foretold too late at first, up to half as late again; from the middle of the pass on rather too
@@ -221,6 +232,7 @@ void follow_passes(struct server *server)
 {
     if (server->last_pass || server->service->ending) return;
     pthread_mutex_lock(&server->lock);
+    end_late_probes(server);
     cut_when_late(server);
     while (!server->last_pass && queue_complete(server->service->queue) && seconds_left(server) > 0)
         go_on(server);

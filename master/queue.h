@@ -195,6 +195,13 @@ void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now,
 /* What each pixel of a probe took, CPU seconds; before queue_finish() of that tile. */
 void queue_probed(struct queue *queue, const struct tile *probe, const float *seconds);
 
+/*
+ * There is no time for more probes (dynamic only): none is handed out any more, who has some may leave those that it
+ * has not begun, and predictions come from those that are back, or from the first that comes. Nothing where the queue
+ * predicts already.
+ */
+void queue_end_probes(struct queue *queue, double now);
+
 /* How long the master has worked on an answer of so many pixels. */
 void queue_served(struct queue *queue, double seconds, double pixels);
 

@@ -553,8 +553,7 @@ static void predict_held(struct queue *queue, double now)
     }
 }
 
-/* Predictions from the probes that are back, and with them another order. */
-static void settle(struct queue *queue, double now)
+void dynamic_settle(struct queue *queue, double now)
 {
     float *ratios = allocate(queue->item_count, sizeof *ratios);
     for (uint32_t id = 0; id < queue->item_count; id++)
@@ -615,7 +614,7 @@ uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
     if (!queue->settled && !queue->needs_no_probes) {
         uint32_t probes = next_probes(queue, renderer, tiles);
         if (probes > 0) return probes;
-        if (settles(queue, renderer)) settle(queue, now);
+        if (settles(queue, renderer)) dynamic_settle(queue, now);
     }
     /* Who asked before, and got nothing, may get what a late one has. */
     if (queue_check_late(queue, now)) queue->news++;
@@ -635,7 +634,8 @@ uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
 void dynamic_probed(struct queue *queue, double now)
 {
     queue->probes_back++;
-    if (queue->probes_back == queue->probes) settle(queue, now);
+    bool first_behind_end = queue->probes_ended && !queue->settled;
+    if (first_behind_end || queue->probes_back == queue->probes) dynamic_settle(queue, now);
 }
 
 /* What costs so many times what was predicted is news about its neighbours. */

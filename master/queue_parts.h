@@ -60,6 +60,7 @@ struct queue {
     uint32_t item_count, item_room;
     uint32_t first_probe, probes, next_probe, probe_stride, probes_back;
     bool needs_no_probes;  /* all is finished or withdrawn, and no more work has come since */
+    bool probes_ended;     /* queue_end_probes() */
     bool settled;          /* the map predicts: all probes are back, or enough */
     struct agenda waiting; /* items */
     double waiting_work;
@@ -146,6 +147,9 @@ bool dynamic_can_split(const struct queue *queue, uint32_t id);
 
 /* A probe tile is back. */
 void dynamic_probed(struct queue *queue, double now);
+
+/* Predictions from the probes that are back, one at least, and with them another order. */
+void dynamic_settle(struct queue *queue, double now);
 
 /* A tile is back that took the renderer so long; predicted: its work. */
 void dynamic_learn(struct queue *queue, uint32_t renderer, const struct tile *tile, double seconds,

@@ -23,16 +23,22 @@ static void take_out(struct queue *queue, uint32_t id)
     queue->news++;
 }
 
-/* All but the first one, which it has begun if any: that one is the end of this work like any other tile, and
- * others may take over. */
-static void recall_unbegun(struct queue *queue, uint32_t renderer)
+static bool is_probe(const struct item *item)
+{
+    return item->pass == TILE_PROBE;
+}
+
+/* Of those that are meant all but the first tile, which it has begun if any: that one is the end of this work like any
+ * other tile, and others may take over. */
+static void recall_unbegun(struct queue *queue, uint32_t renderer,
+                           bool (*is_meant)(const struct item *item))
 {
     const struct holdings *holdings = &queue->holdings;
     uint32_t i = holdings->holders[renderer].first;
     if (i == HOLD_NONE) return;
     while ((i = holdings->holds[i].next) != HOLD_NONE) {
         struct hold *hold = &holdings->holds[i];
-        if (is_single(&queue->items[hold->id]) && !hold->passed_on) queue_tell(queue, hold, false);
+        if (is_meant(&queue->items[hold->id]) && !hold->passed_on) queue_tell(queue, hold, false);
     }
 }
 
@@ -64,6 +70,17 @@ void queue_withdraw(struct queue *queue)
         take_out(queue, id);
     }
     for (uint32_t renderer = 0; renderer < queue->config.renderers; renderer++)
-        recall_unbegun(queue, renderer);
+        recall_unbegun(queue, renderer, is_single);
     queue->needs_no_probes = queue->withdraws = true;
+}
+
+void queue_end_probes(struct queue *queue, double now)
+{
+    if (!queue->is_dynamic || queue->settled || queue->probes_ended) return;
+    for (uint32_t renderer = 0; renderer < queue->config.renderers; renderer++)
+        recall_unbegun(queue, renderer, is_probe);
+    queue->next_probe = queue->probes;
+    queue->probes_ended = true;
+    queue->news++;
+    if (queue->map.blocks_known > 0) dynamic_settle(queue, now);
 }

@@ -1872,6 +1872,54 @@ static void test_withdraw_from_stopped(void **state)
     queue_destroy(queue);
 }
 
+/* Probe tiles that somebody has. */
+static uint32_t probes_out(const struct queue *queue)
+{
+    uint32_t out = 0;
+    for (uint32_t i = 0; i < queue->probes; i++)
+        out += queue->items[queue->first_probe + i].copies;
+    return out;
+}
+
+/* Wherever the pre-pass is ended, no probe goes out any more, and of those that are out each renderer may leave all but
+ * the one that it is at; the queue predicts from the first that is back, and the picture is as whole as ever. */
+static void test_probes_end(void **state)
+{
+    (void)state;
+    static unsigned char seen[256 * 192];
+    uint32_t ended_with_none = 0, ended_with_some = 0;
+    for (uint64_t round = 1; round <= 60; round++) {
+        struct queue *queue = queue_create(&withdrawing);
+        uint64_t seed = round;
+        double now = 0;
+        memset(seen, 0, sizeof seen);
+        for (uint32_t turn = 0; turn < round % 6 || probes_out(queue) == 0; turn++)
+            take_turn(queue, 3, &seed, now += 1e-3, seen);
+        uint32_t out = probes_out(queue), given = queue->next_probe, recalls = 0;
+        bool knew = queue->settled, knows = queue->map.blocks_known > 0;
+        queue_end_probes(queue, now);
+        assert_true(queue->settled == (knew || knows));
+        for (struct recall recall; queue_next_recall(queue, &recall); recalls++)
+            assert_true(!recall.finished && queue->items[recall.id].pass == TILE_PROBE);
+        assert_true(knew || (out - recalls >= 1 && out - recalls <= 3));
+        for (uint32_t turn = 0; !queue_complete(queue); turn++) {
+            take_turn(queue, 3, &seed, now += 1e-3, seen);
+            assert_true(turn < 100000 && probes_out(queue) <= out);
+            for (uint32_t i = given; !knew && i < queue->probes; i++) {
+                uint64_t id = (uint64_t)i * queue->probe_stride % queue->probes;
+                assert_int_equal(queue->items[queue->first_probe + id].copies, 0);
+            }
+        }
+        for (uint32_t i = 0; i < 256 * 192; i++)
+            assert_int_equal(seen[i], 1);
+        check_sums(queue);
+        ended_with_none += !knows;
+        ended_with_some += knows && !knew;
+        queue_destroy(queue);
+    }
+    assert_true(ended_with_none > 2 && ended_with_some > 2);
+}
+
 /* The end is known when some of the picture is finished, from what cheap and dear tiles have taken. */
 static void test_end_is_foretold(void **state)
 {
@@ -2097,6 +2145,7 @@ int main(void)
         cmocka_unit_test(test_passes_behind_a_finished_one),
         cmocka_unit_test(test_withdraw),
         cmocka_unit_test(test_withdraw_from_stopped),
+        cmocka_unit_test(test_probes_end),
         cmocka_unit_test(test_end_is_foretold),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
