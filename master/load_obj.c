@@ -123,17 +123,23 @@ static bool read_index(struct scan *scan, uint32_t count, uint32_t *index)
     return true;
 }
 
-/* The texture's index has no meaning here, but it has to be one. */
+/* The texture's index has no meaning here, but what stands in its place has to be one, or nothing. */
 static bool skip_texture_index(struct scan *scan)
 {
-    if (*scan->at == '-') scan->at++;
+    bool back = *scan->at == '-';
+    if (back) scan->at++;
     const char *digits = scan->at;
     while ((unsigned char)(*scan->at - '0') < 10)
         scan->at++;
-    return scan->at > digits;
+    return !back || scan->at > digits;
 }
 
-/* v, v/t, v//n or v/t/n */
+static bool at_end_of_corner(const struct scan *scan)
+{
+    return strchr(" \t\r\n#\\", *scan->at);
+}
+
+/* v, v/t, v//n or v/t/n; some programs write the slashes of what there is none of, too: v/, v//, v/t/. */
 static bool read_corner(struct obj *obj, struct obj_corner *corner)
 {
     struct scan *scan = &obj->scan;
@@ -142,9 +148,10 @@ static bool read_corner(struct obj *obj, struct obj_corner *corner)
     *corner = (struct obj_corner){obj->first_vertex + vertex, NONE};
     if (*scan->at != '/') return true;
     scan->at++;
-    if (*scan->at != '/' && !skip_texture_index(scan)) return false;
+    if (!skip_texture_index(scan)) return false;
     if (*scan->at != '/') return true;
     scan->at++;
+    if (at_end_of_corner(scan)) return true;
     if (!read_index(scan, obj->normal_count, &normal)) return false;
     corner->normal = obj->normals[normal];
     return true;
@@ -184,14 +191,10 @@ static bool refuse_corner(struct obj *obj)
     if (is_beyond(word, obj->vertex_count)) return refuse_index(obj, word, false);
     if (last != slash && is_beyond(last + 1, obj->normal_count))
         return refuse_index(obj, word, true);
-    if (word[strlen(word) - 1] == '/')
-        user_error(obj->mesh->path, obj->scan.line,
-                   "'%s' has no index behind its last '/', expected 1, 1/2, 1//3 or 1/2/3", word);
-    else
-        user_error(obj->mesh->path, obj->scan.line,
-                   "'%s' is no corner of a face, expected indices of defined vertices such as "
-                   "1, 1/2, 1//3 or 1/2/3",
-                   word);
+    user_error(obj->mesh->path, obj->scan.line,
+               "'%s' is no corner of a face, expected indices of defined vertices such as "
+               "1, 1/2, 1//3 or 1/2/3",
+               word);
     return false;
 }
 
@@ -204,8 +207,7 @@ static bool read_corners(struct obj *obj)
                                    POLYGON_MAX_CORNERS) " are possible");
         make_corner_room(obj);
         const char *start = obj->scan.at;
-        if (!read_corner(obj, &obj->corners[obj->corner_count]) ||
-            (!strchr(" \t\r\n#\\", *obj->scan.at))) {
+        if (!read_corner(obj, &obj->corners[obj->corner_count]) || !at_end_of_corner(&obj->scan)) {
             obj->scan.at = start;
             return refuse_corner(obj);
         }

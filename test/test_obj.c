@@ -50,6 +50,21 @@ static void test_faces(void **state)
     free(scene);
 }
 
+/* An index that is left out behind its slash is none, at the end of the file, too. */
+static void test_empty_indices(void **state)
+{
+    struct scratch *s = *state;
+    struct scene *scene = loaded(state,
+                                 SQUARE "vt 0 0\nvn 0 0 1\nf 1// 2// 3//\nf 1/ 2/ 3/ 4/\n"
+                                        "f 1/1/ 2/-1/\\\n3/1/\r\nf 1/1/1 2//1 3//1\n"
+                                        "f 1 2/ 3/1/1\nf 1// 2//1 3//",
+                                 "");
+    assert_int_equal(triangles_of(scene), 1 + 2 + 1 + 1 + 1);
+    assert_int_equal(patches_of(scene), 1);
+    assert_string_equal(s->said, "");
+    free(scene);
+}
+
 static void test_text_form(void **state)
 {
     struct scene *scene =
@@ -74,7 +89,6 @@ static void test_unknown_statements_warn_once(void **state)
 
 static void test_mistakes(void **state)
 {
-#define LAST "has no index behind its last '/', expected 1, 1/2, 1//3 or 1/2/3"
 #define FOUR "that is not there, only 4 are defined so far"
 #define CORNER                                                                                     \
     "is no corner of a face, expected indices of defined vertices such as 1, 1/2, 1//3 or 1/2/3"
@@ -95,8 +109,11 @@ static void test_mistakes(void **state)
     refused(state, "v 0 0 0\nf 1 2/1 3\n",
             "mesh.obj:2: '2/1' names a vertex that is not there, only 1 is defined so far");
     refused(state, SQUARE "f 1 2 5.0\n", "mesh.obj:5: '5.0' " CORNER);
-    refused(state, SQUARE "f 1 2 3/\n", "mesh.obj:5: '3/' " LAST);
-    refused(state, SQUARE "f 1 2 3//\n", "mesh.obj:5: '3//' " LAST);
+    refused(state, SQUARE "f 1 2 3///\n", "mesh.obj:5: '3///' " CORNER);
+    refused(state, SQUARE "f 1 2 3/-\n", "mesh.obj:5: '3/-' " CORNER);
+    refused(state, SQUARE "f 1 2 3//-\n", "mesh.obj:5: '3//-' " CORNER);
+    refused(state, SQUARE "f 1 2 3/x\n", "mesh.obj:5: '3/x' " CORNER);
+    refused(state, SQUARE "f 1 2 /\n", "mesh.obj:5: '/' " CORNER);
     refused(state, "v 1e400 0 0\n",
             "mesh.obj:1: a number is out of range, expected none beyond 1.79e308");
     refused(state, "v 0 0 0\nvn 0 -1e999 0\n",
@@ -604,6 +621,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_faces),
+        cmocka_unit_test(test_empty_indices),
         cmocka_unit_test(test_text_form),
         cmocka_unit_test(test_unknown_statements_warn_once),
         cmocka_unit_test(test_mistakes),
