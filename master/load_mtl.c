@@ -19,6 +19,7 @@ struct mtl_material {
     bool has_d;    /* which counts more than Tr, wherever either stands */
     long line;     /* where it begins */
     long color_line;
+    long no_ior_line; /* where Ni is 0; 0: nowhere */
 };
 
 struct material_library {
@@ -27,12 +28,15 @@ struct material_library {
     uint32_t count;
 };
 
+/* Without an index of refraction light is not bent: what is thin is often modelled so. */
+#define NO_IOR 1
+
 /* A file being read into a library. */
 struct mtl {
     struct material_library *library;
     struct scan scan;
     /* One warning for each is enough. */
-    bool told_curve, told_halo, told_texture, told_emission, told_case;
+    bool told_curve, told_halo, told_texture, told_emission, told_case, told_no_ior;
 };
 
 struct material_library *material_library_create(void)
@@ -78,12 +82,13 @@ static bool add_material(struct mtl *mtl)
     }
     library->items = grow(library->items, library->count, sizeof *library->items);
     name_table_set(&library->names, name, library->count);
-    /* Without an index of refraction light is not bent: what is thin is often modelled so. */
-    library->items[library->count++] = (struct mtl_material){
-        .illum = -1,
-        .line = mtl->scan.line,
-        .material = {
-            .color = {0.8, 0.8, 0.8}, .ambient = 0.1, .diffuse = 1, .shininess = 20, .ior = 1}};
+    library->items[library->count++] = (struct mtl_material){.illum = -1,
+                                                             .line = mtl->scan.line,
+                                                             .material = {.color = {0.8, 0.8, 0.8},
+                                                                          .ambient = 0.1,
+                                                                          .diffuse = 1,
+                                                                          .shininess = 20,
+                                                                          .ior = NO_IOR}};
     return true;
 }
 
@@ -149,6 +154,16 @@ static bool read_transparency(struct mtl *mtl, struct mtl_material *m)
     return true;
 }
 
+/* Some programs write 0 where no index of refraction was set; it counts as none. */
+static bool read_ior(struct scan *scan, struct mtl_material *m)
+{
+    double ior;
+    if (!scan_number(scan, &ior) || !(ior >= 0)) return false;
+    m->material.ior = ior > 0 ? ior : NO_IOR;
+    m->no_ior_line = ior > 0 ? 0 : scan->line;
+    return true;
+}
+
 /* What names a picture: map_Kd, map_Bump and others, in any case, some without map_. */
 static bool is_texture(const char *word)
 {
@@ -198,7 +213,7 @@ static bool read_value(struct mtl *mtl, struct mtl_material *m, const char *word
     }
     if (strcmp(word, "Ns") == 0)
         return scan_number(scan, &material->shininess) && shininess_valid(material->shininess);
-    if (strcmp(word, "Ni") == 0) return scan_number(scan, &material->ior) && material->ior > 0;
+    if (strcmp(word, "Ni") == 0) return read_ior(scan, m);
     if (strcmp(word, "d") == 0) return read_opacity(mtl, m);
     if (strcmp(word, "Tr") == 0) return read_transparency(mtl, m);
     if (strcmp(word, "illum") == 0) return scan_number(scan, &m->illum);
@@ -209,13 +224,24 @@ static bool read_value(struct mtl *mtl, struct mtl_material *m, const char *word
     return true;
 }
 
+/* It shows in what lets light through alone. */
+static void warn_of_no_ior(struct mtl *mtl, const struct mtl_material *m)
+{
+    if (mtl->told_no_ior || !m->no_ior_line || !(m->material.transmission > 0)) return;
+    user_warning(mtl->scan.path, m->no_ior_line,
+                 "'Ni' is 0 and counts as not given: light that is let through is not bent");
+    mtl->told_no_ior = true;
+}
+
 /*
  * Illumination models 0 and 1 have no highlight; from 3 on, the highlight's colour is the mirror's
  * as well. What lets light through shows so much less of its own colour: next to nothing, where it hides next
  * to nothing of what is behind it.
  */
-static void finish(struct material_library *library, size_t first, const char *path)
+static void finish(struct mtl *mtl, size_t first)
 {
+    struct material_library *library = mtl->library;
+    const char *path = mtl->scan.path;
     for (size_t i = first; i < library->count; i++) {
         struct mtl_material *m = &library->items[i];
         if (m->illum < 0 || m->illum >= 2) m->material.specular = m->mirror;
@@ -224,6 +250,7 @@ static void finish(struct material_library *library, size_t first, const char *p
         m->material.diffuse *= 1 - m->material.transmission;
         warn_of_gain(&m->material, path, m->line);
         warn_of_bright_color(&m->material, path, m->color_line);
+        warn_of_no_ior(mtl, m);
     }
 }
 
@@ -256,7 +283,7 @@ static bool read_lines(struct mtl *mtl)
         }
         mtl->scan.at += strcspn(mtl->scan.at, "\n");
     }
-    finish(library, first, mtl->scan.path);
+    finish(mtl, first);
     return true;
 }
 

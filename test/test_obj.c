@@ -325,6 +325,34 @@ static void test_legal_forms_of_materials(void **state)
         "share from 0 to 1");
 }
 
+/* Is none, which is told where light goes through; what is no index is a mistake still. */
+static void test_index_of_refraction_of_0(void **state)
+{
+    struct scratch *s = *state;
+    scratch_write("zero.mtl", "newmtl a\nNi 0.000000\nd 1\n");
+    struct scene *scene = loaded(state, "mtllib zero.mtl\n" SQUARE "usemtl a\nf 1 2 3\n", "");
+    assert_true(material_of(scene, 0)->ior == 1);
+    assert_string_equal(s->said, "");
+    free(scene);
+    scratch_write("zero.mtl", "newmtl a\nNi 0\nnewmtl b\nNi 1.5\nNi 0\nTr 0.5\n"
+                              "newmtl c\nd 0.25\nNi 0\nnewmtl d\nd 0.5\nNi 0\nNi 1.25\n");
+    scene = loaded(state, "mtllib zero.mtl\n" SQUARE "usemtl b\nf 1 2 3\nusemtl d\nf 1 2 3\n", "");
+    assert_true(material_of(scene, 0)->ior == 1 && material_of(scene, 1)->ior == 1.25);
+    assert_string_equal(s->said,
+                        "zero.mtl:5: warning: 'Ni' is 0 and counts as not given: light that "
+                        "is let through is not bent\n");
+    free(scene);
+    static const char *const mistakes[] = {"-1", "nan", "-1e-300", "inf", "x"};
+    for (size_t i = 0; i < sizeof mistakes / sizeof *mistakes; i++) {
+        char mtl[64];
+        snprintf(mtl, sizeof mtl, "newmtl a\nNi %s\n", mistakes[i]);
+        scratch_write("bad.mtl", mtl);
+        refused(state, "mtllib bad.mtl\n",
+                "bad.mtl:2: 'Ni' needs finite numbers in their range, such as a colour >= 0 or a "
+                "share from 0 to 1");
+    }
+}
+
 /* The latest definition of a name counts; a file named again is not read again. */
 static void test_libraries_and_names(void **state)
 {
@@ -634,6 +662,7 @@ int main(void)
         cmocka_unit_test(test_unknown_name_of_a_material),
         cmocka_unit_test(test_missing_library),
         cmocka_unit_test(test_legal_forms_of_materials),
+        cmocka_unit_test(test_index_of_refraction_of_0),
         cmocka_unit_test(test_libraries_and_names),
         cmocka_unit_test(test_several_smooth_meshes),
         cmocka_unit_test(test_bumpy_grid),
