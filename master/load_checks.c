@@ -1,4 +1,4 @@
-/* What settings that are right by themselves have to be together (declared in loader.h). */
+/* What settings that are right by themselves have to be together; faces that are not seen (declared in loader.h). */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -358,4 +358,42 @@ bool check_settings(const struct loader *loader, const char *config)
     return region_good(loader, config) && size_good(loader, config) && rows_good(loader, config) &&
            camera_good(loader, config) && kernel_good(loader, config) &&
            sampling_good(loader, config) && output_good(loader, config);
+}
+
+/* ---- faces ---- */
+
+bool corners_have_area(struct vec3 a, struct vec3 b, struct vec3 c)
+{
+    struct vec3 ab = vec_sub(b, a), ac = vec_sub(c, a);
+    /* Nearly all of the millions that a mesh may have end here; what is left may be too small for a product. */
+    struct vec3 cross = vec_cross(ab, ac);
+    if (!vec_is_zero(cross)) return true;
+    return !vec_is_zero(ab) && !vec_is_zero(ac) &&
+           !vec_is_zero(vec_cross(vec_normalize(ab), vec_normalize(ac)));
+}
+
+bool triangles_have_area(const struct vec3 *corners, const struct triangulation *triangles)
+{
+    for (size_t i = 0; i < triangles->count; i++) {
+        const uint32_t *corner = triangles->triangles[i];
+        if (corners_have_area(corners[corner[0]], corners[corner[1]], corners[corner[2]]))
+            return true;
+    }
+    return false;
+}
+
+void note_face(struct faces *faces, bool has_area, long line)
+{
+    faces->count++;
+    if (has_area) return;
+    if (faces->flat++ == 0) faces->first_flat = line;
+}
+
+void warn_of_flat_faces(const struct faces *faces, const char *path)
+{
+    if (faces->flat > 0)
+        user_warning(path, faces->first_flat,
+                     "faces without an area, whose corners lie on a line, are never seen: %llu of "
+                     "%llu, the first one here",
+                     (unsigned long long)faces->flat, (unsigned long long)faces->count);
 }

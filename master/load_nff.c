@@ -48,6 +48,7 @@ struct nff {
     uint32_t *vertex_index, *normal_index;
     uint32_t corner_room;
     struct triangulation triangulation;
+    struct faces faces;
 };
 
 enum view_field { FROM = 1, AT = 2, UP = 4, ANGLE = 8, RESOLUTION = 16 };
@@ -295,6 +296,7 @@ static bool read_corners(struct nff *nff, bool with_normals)
         user_warning(nff->path, nff->scan.line, IMPROPER_POLYGON);
         nff->told_improper = true;
     }
+    note_face(&nff->faces, triangles_have_area(nff->corners, &nff->triangulation), nff->scan.line);
     for (size_t i = 0; i < nff->triangulation.count; i++)
         if (!accept(nff, add_face(nff, nff->triangulation.triangles[i], with_normals)))
             return false;
@@ -405,6 +407,7 @@ static bool read_all(struct nff *nff)
 {
     while (scan_next_line(&nff->scan))
         if (!read_statement(nff)) return false;
+    warn_of_flat_faces(&nff->faces, nff->path);
     if (!add_lights(nff) || !offer_view(nff)) return false;
     offer_background(nff);
     return true;

@@ -53,7 +53,7 @@ struct obj {
 
     struct triangle *plain; /* faces without normals of the file */
     size_t plain_count;
-    bool has_face;
+    struct faces faces;
 };
 
 static bool refuse(const struct obj *obj, const char *text)
@@ -236,12 +236,20 @@ static const char *add_triangle(struct obj *obj, const uint32_t index[3])
     return builder_add_patch(obj->builder, &patch);
 }
 
-static bool read_face(struct obj *obj)
+static bool read_triangle(struct obj *obj)
 {
     static const uint32_t all[3] = {0, 1, 2};
+    struct vec3 point[3];
+    for (int i = 0; i < 3; i++)
+        point[i] = builder_vertex(obj->builder, obj->corners[i].vertex);
+    note_face(&obj->faces, corners_have_area(point[0], point[1], point[2]), obj->scan.line);
+    return accept(obj, add_triangle(obj, all));
+}
+
+static bool read_face(struct obj *obj)
+{
     if (!read_corners(obj)) return false;
-    obj->has_face = true;
-    if (obj->corner_count == 3) return accept(obj, add_triangle(obj, all));
+    if (obj->corner_count == 3) return read_triangle(obj);
     for (size_t i = 0; i < obj->corner_count; i++)
         obj->points[i] = builder_vertex(obj->builder, obj->corners[i].vertex);
     struct triangulation *triangles = &obj->triangulation;
@@ -250,6 +258,7 @@ static bool read_face(struct obj *obj)
         user_warning(obj->mesh->path, obj->scan.line, IMPROPER_POLYGON);
         obj->told_improper = true;
     }
+    note_face(&obj->faces, triangles_have_area(obj->points, triangles), obj->scan.line);
     for (size_t i = 0; i < triangles->count; i++)
         if (!accept(obj, add_triangle(obj, triangles->triangles[i]))) return false;
     return true;
@@ -424,10 +433,11 @@ static bool read_all(struct obj *obj)
     if (obj->unknown_names > TOLD_NAMES)
         user_warning(obj->mesh->path, 0, "%u more names of materials are not known",
                      obj->unknown_names - TOLD_NAMES);
-    if (!obj->has_face) {
+    if (obj->faces.count == 0) {
         user_error(obj->mesh->path, 0, "has no faces, expected a mesh with at least one 'f'");
         return false;
     }
+    warn_of_flat_faces(&obj->faces, obj->mesh->path);
     double crease = fmax(obj->mesh->crease, 0);
     return amended_found(obj) &&
            accept(obj, add_smooth_triangles(obj->builder, obj->plain, obj->plain_count, crease));

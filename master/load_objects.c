@@ -109,9 +109,7 @@ bool load_triangle(const struct reading *at, void *data)
     struct builder *builder = at->part->loader->builder;
     struct triangle triangle;
     if (!resolve_material(at, &s->object, &triangle.material)) return false;
-    struct vec3 ab = vec_sub(s->corner[1], s->corner[0]), ac = vec_sub(s->corner[2], s->corner[0]);
-    if (vec_is_zero(ab) || vec_is_zero(ac) ||
-        vec_is_zero(vec_cross(vec_normalize(ab), vec_normalize(ac))))
+    if (!corners_have_area(s->corner[0], s->corner[1], s->corner[2]))
         return refuse_object(at, "the corners lie on a line, expected a triangle with an area");
     for (int i = 0; i < 3; i++) {
         struct vec3 corner = place_point(&at->part->placement, s->corner[i]);

@@ -16,6 +16,7 @@
 #include "master/load.h"
 #include "master/nearest_name.h"
 #include "master/placement.h"
+#include "master/triangulate.h"
 
 /* Scene files may be large, but not larger than this. */
 #define SCENE_MAX_BYTES   ((size_t)64 << 30)
@@ -125,6 +126,17 @@ bool warn_of_bright_color(const struct material *material, const char *file, lon
 /* A material of an MTL file, of which arguments may have set some keys: their section gets the others, and is
  * what the material is read from. false after saying what is wrong. */
 bool amend_material(const struct loader *loader, const char *name, struct material *material);
+
+/* The faces of a file. Those without an area are no mistake, as many a mesh has some, but they are never seen. */
+struct faces {
+    uint64_t count, flat;
+    long first_flat; /* its line */
+};
+bool corners_have_area(struct vec3 a, struct vec3 b, struct vec3 c);
+/* Of a polygon, whether any of its triangles has one. */
+bool triangles_have_area(const struct vec3 *corners, const struct triangulation *triangles);
+void note_face(struct faces *faces, bool has_area, long line);
+void warn_of_flat_faces(const struct faces *faces, const char *path);
 
 /* A mesh in an OBJ file. */
 struct mesh {

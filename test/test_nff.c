@@ -196,6 +196,20 @@ static void test_extreme_numbers(void **state)
             "scene.nff:1: fov is too close to 0 or 180, expected an angle between them");
 }
 
+/* Faces without an area are told of, once, and are no mistake. */
+static void test_flat_faces(void **state)
+{
+    struct scratch *s = *state;
+    free(loaded(state,
+                VIEW LIGHT
+                "p 3\n0 0 0\n1 0 0\n0 1 0\np 3\n0 0 0\n1 1 1\n2 2 2\n"
+                "p 4\n0 0 0\n1 0 0\n2 0 0\n3 0 0\np 5\n1 0 0\n1 0 0\n1 0 0\n1 0 0\n1 0 0\n",
+                NULL));
+    assert_string_equal(s->said,
+                        "scene.nff:16: warning: faces without an area, whose corners lie on a "
+                        "line, are never seen: 3 of 4, the first one here\n");
+}
+
 /* A bow tie is told of, once. */
 static void test_crossing_polygons(void **state)
 {
@@ -300,6 +314,7 @@ int main(void)
         cmocka_unit_test(test_negative_cone),
         cmocka_unit_test(test_extreme_numbers),
         cmocka_unit_test(test_crossing_polygons),
+        cmocka_unit_test(test_flat_faces),
         cmocka_unit_test(test_mistakes),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);

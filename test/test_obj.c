@@ -555,6 +555,21 @@ static void test_odd_meshes(void **state)
     free(scene);
 }
 
+/* Of faces, not of triangles: a polygon with two corners in one place has an area. Nor is a small one without. */
+static void test_flat_faces(void **state)
+{
+#define FLAT "faces without an area, whose corners lie on a line, are never seen: "
+    struct scratch *s = *state;
+    struct scene *scene =
+        loaded(state, SQUARE "v 1e-200 0 0\nv 0 1e-200 0\nf 1 5 6\nf 1 1 2 3\nf 1 2 2 3 3 4\n", "");
+    assert_string_equal(s->said, "");
+    free(scene);
+    free(loaded(state, SQUARE "v 2 2 0\nf 1 2 3\nf 1 3 5\nf 1 2 2\nf 1 1 3 5\nf 1 3 5 3 1\n", ""));
+    assert_string_equal(s->said, "mesh.obj:7: warning: " FLAT "4 of 5, the first one here\n");
+    free(loaded(state, SQUARE "vn 0 0 1\nf 1//1 2//1 1//1\n", "smooth = 180\n"));
+    assert_string_equal(s->said, "mesh.obj:6: warning: " FLAT "1 of 1, the first one here\n");
+}
+
 /* The normals of all corners of the faces, each of three corners, in the order that they stand in. */
 static void corner_normals(void **state, const char *const *faces, size_t count,
                            struct vec3 *normals)
@@ -671,6 +686,7 @@ int main(void)
         cmocka_unit_test(test_normals_of_the_file),
         cmocka_unit_test(test_smooth_sphere),
         cmocka_unit_test(test_odd_meshes),
+        cmocka_unit_test(test_flat_faces),
         cmocka_unit_test(test_order_of_faces),
         cmocka_unit_test(test_fan_at_an_edge),
         cmocka_unit_test(test_obj_as_config),
