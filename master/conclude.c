@@ -45,7 +45,6 @@ static void fill_report(struct run *run, const struct service *service)
     report->repeated_tiles = count.repeated;
     report->wasted_s = count.wasted_s;
     report->time.render = service->render_s;
-    report->quantisation = image_quantisation(report->image_file, &run->canvas);
     report->renderers = service->stats;
     report->picture = service->counts;
     report->renderer_count = (int)run->renderers;
@@ -93,6 +92,7 @@ static struct written write_outputs(struct run *run)
     struct written written = {.report = true};
     written.picture = image_write(settings->output.image, &run->canvas);
     if (!written.picture) return written;
+    report->quantisation = image_quantisation(report->image_file, &run->canvas);
     written.timeline = timeline_write(&run->timeline, settings, report);
     report->time.write = clock_wall() - start;
     report->time.total = clock_wall() - run->start;

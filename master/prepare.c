@@ -185,10 +185,12 @@ static int make_scene(struct run *run, const struct view *view, struct scene **b
 static int open_rendering(struct run *run, const struct view *view, const struct scene *block)
 {
     const struct settings *settings = &run->job.settings;
+    double start = clock_wall();
     canvas_init(&run->canvas, view->region_w, view->region_h);
     if (settings_adaptive(settings))
         run->adaptive = adaptive_create(view, &run->canvas, settings->sampling.target_error);
-    double start = clock_wall();
+    run->report.time.room = clock_wall() - start;
+    start = clock_wall();
     bool opened = open_save(run, block);
     run->report.time.resume = clock_wall() - start;
     if (!opened) return STATUS_INPUT;

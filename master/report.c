@@ -142,6 +142,7 @@ static void put_time(struct json *json, const struct run_times *time)
     json_seconds(json, "init_s", time->init);
     json_seconds(json, "load_s", time->load);
     json_seconds(json, "resume_s", time->resume);
+    json_seconds(json, "room_s", time->room);
     json_seconds(json, "broadcast_s", time->broadcast);
     json_seconds(json, "build_s", time->build);
     json_seconds(json, "render_s", time->render);

@@ -76,15 +76,22 @@ static void put_seconds(const struct table *table, const char *label, double sec
     end_with_bar(table, used, share);
 }
 
-/* MPI's own calls wait in the first and the fourth until all ranks are there; of which part is waiting it
+/* Of a picture that takes so much of the whole time to be made room for it is told: that takes seconds where it has
+ * a hundred million pixels. */
+#define ROOM_TOLD 0.01
+
+/* MPI's own calls wait in the first and the one of sharing until all ranks are there; of which part is waiting it
  * does not tell. */
 static void put_run(const struct table *table, const struct run_times *time, bool resumed)
 {
     double rest = time->total - time->init - time->load - time->broadcast - time->build -
                   time->render - time->write - (resumed ? time->resume : 0);
+    bool room_told = time->room >= ROOM_TOLD * time->total;
+    if (room_told) rest -= time->room;
     fprintf(table->out, "\nWall time of rank 0\n");
     put_seconds(table, "starting MPI", time->init, time->total);
     put_seconds(table, "loading", time->load, time->total);
+    if (room_told) put_seconds(table, "picture memory", time->room, time->total);
     if (resumed) put_seconds(table, "reading journal", time->resume, time->total);
     put_seconds(table, "sharing scene", time->broadcast, time->total);
     put_seconds(table, "building the BVH", time->build, time->total);

@@ -67,7 +67,8 @@ static struct report sample_report(struct renderer_stats *renderers, int count)
                  .render = 4,
                  .write = 0.3125,
                  .probe = 0.03125,
-                 .resume = 0.015625},
+                 .resume = 0.015625,
+                 .room = 0.0078125},
         .renderers = renderers,
         .renderer_count = count,
         .master_cpu_s = 0.01,
@@ -108,6 +109,7 @@ static void test_json(void **state)
     assert_has(text, "\"triangles\": 3,\n    \"duplicates\": 4,\n    \"lights\": 2,");
     assert_has(text, "\"bvh_bytes\": 678,\n    \"bytes_per_triangle\": 4341,\n    \"used\": [\"");
     assert_has(text, "\"load_s\": 0.125000,\n    \"resume_s\": 0.015625,\n");
+    assert_has(text, "\"room_s\": 0.007812,\n");
     assert_has(text,
                "\"render_s\": 4.000000,\n    \"probe_s\": 0.031250,\n    \"write_s\": 0.312500\n");
     assert_has(text,
@@ -443,7 +445,14 @@ static void test_table(void **state)
                      "  waiting             0.000 s    0.0 %\n");
     assert_has(text, "  reading journal     1.000 s   12.5 %  ###\n");
     assert_has(text, "  other               2.000 s   25.0 %  ######\n");
+    assert_null(strstr(text, "picture memory"));
+    free(text);
+    report.time.room = 1;
+    text = table_text(&report, 80);
+    assert_has(text, "  picture memory      1.000 s   12.5 %  ###\n");
+    assert_has(text, "  other               1.000 s   12.5 %  ###\n");
     report.resumed.records = 0;
+    report.time.room = 0;
     free(text);
     renderers[3].cpu_s = 0;
     text = table_text(&report, 80);
