@@ -8,7 +8,6 @@
 #include "common/message.h"
 #include "common/scene_check.h"
 #include "common/whole.h"
-#include "master/duplicates.h"
 
 /* A growing array; the size of an element is the user's business. */
 struct list {
@@ -243,6 +242,18 @@ uint64_t builder_primitive_count(const struct builder *builder)
     for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
         count += builder->primitives[kind].count;
     return count;
+}
+
+uint32_t builder_kind_count(const struct builder *builder, enum primitive_kind kind)
+{
+    return (uint32_t)builder->primitives[kind].count;
+}
+
+struct doubles builder_doubles(const struct builder *builder, enum primitive_kind kind)
+{
+    const struct list *list = &builder->primitives[kind];
+    return find_doubles(kind, list->items, list->count, builder->vertices.items,
+                        builder->vertices.count, builder->materials.items);
 }
 
 /* How far a disc reaches from its middle; normal: unit. */

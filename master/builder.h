@@ -8,6 +8,7 @@
 #define FARM_MASTER_BUILDER_H
 
 #include "common/scene.h"
+#include "master/duplicates.h"
 
 struct builder;
 
@@ -39,6 +40,11 @@ uint32_t builder_light_count(const struct builder *builder);
 
 /* Of all kinds. */
 uint64_t builder_primitive_count(const struct builder *builder);
+
+/* Of one kind. */
+uint32_t builder_kind_count(const struct builder *builder, enum primitive_kind kind);
+/* Of one kind, by their numbers in the order that they were added in. */
+struct doubles builder_doubles(const struct builder *builder, enum primitive_kind kind);
 
 /*
  * How far all primitives but planes reach from a place in each of these directions, times the direction's length: the

@@ -13,6 +13,7 @@ struct kind {
     const struct vec3 *vertices;
     const uint64_t *vertex_hashes;
     const struct material *materials;
+    bool one_way; /* faces that look the other way lie in another place */
 };
 
 /* The corners of a triangle or patch; NULL for what has none. */
@@ -57,10 +58,23 @@ static bool has_same_corners(const struct kind *kind, const uint32_t *a, const u
     return true;
 }
 
+/* The corners run in the same sense, too. */
+static bool looks_the_same_way(const struct kind *kind, const uint32_t *a, const uint32_t *b)
+{
+    for (int turn = 0; turn < 3; turn++) {
+        int i = 0;
+        while (i < 3 && vec_is_same(kind->vertices[a[i]], kind->vertices[b[(i + turn) % 3]]))
+            i++;
+        if (i == 3) return true;
+    }
+    return false;
+}
+
 static bool are_in_one_place(const struct kind *kind, const unsigned char *a,
                              const unsigned char *b)
 {
     const uint32_t *corners = corners_of(kind, a);
+    if (corners && kind->one_way) return looks_the_same_way(kind, corners, corners_of(kind, b));
     if (corners) return has_same_corners(kind, corners, corners_of(kind, b));
     size_t behind = kind->material_offset + sizeof(uint32_t);
     return memcmp(a, b, kind->material_offset) == 0 &&
@@ -88,19 +102,19 @@ static struct table table_for(uint64_t count)
     return (struct table){allocate_there(slots, sizeof(struct slot)), slots - 1};
 }
 
-/* Item number `index` takes its place; false: an earlier one of all has it. */
-static bool take_place(const struct table *table, const struct kind *kind, const unsigned char *all,
-                       const unsigned char *item, uint32_t index)
+/* Item number `index` takes its place, unless an earlier one of all has it: whose it is then. */
+static uint32_t take_place(const struct table *table, const struct kind *kind,
+                           const unsigned char *all, const unsigned char *item, uint32_t index)
 {
     uint64_t hash = hash_of(kind, item), at = hash & table->mask;
     uint32_t tag = (uint32_t)(hash >> 32);
     for (; table->slots[at].taken > 0; at = (at + 1) & table->mask) {
-        size_t earlier = table->slots[at].taken - 1;
+        uint32_t earlier = table->slots[at].taken - 1;
         if (table->slots[at].tag == tag && are_in_one_place(kind, item, all + earlier * kind->size))
-            return false;
+            return earlier;
     }
     table->slots[at] = (struct slot){tag, index + 1};
-    return true;
+    return index;
 }
 
 static uint64_t *hash_vertices(const struct vec3 *vertices, uint64_t count)
@@ -111,25 +125,65 @@ static uint64_t *hash_vertices(const struct vec3 *vertices, uint64_t count)
     return hashes;
 }
 
+static bool has_corners(enum primitive_kind kind)
+{
+    return kind == PRIMITIVE_TRIANGLE || kind == PRIMITIVE_PATCH;
+}
+
 uint64_t drop_duplicates(enum primitive_kind kind, void *items, uint64_t count,
                          const struct vec3 *vertices, uint64_t vertex_count,
                          const struct material *materials)
 {
     if (count < 2) return count;
-    bool has_corners = kind == PRIMITIVE_TRIANGLE || kind == PRIMITIVE_PATCH;
-    uint64_t *hashes = has_corners ? hash_vertices(vertices, vertex_count) : NULL;
-    struct kind own = {
-        kind, primitive_size(kind), primitive_material_offset(kind), vertices, hashes, materials};
+    uint64_t *hashes = has_corners(kind) ? hash_vertices(vertices, vertex_count) : NULL;
+    struct kind own = {.kind = kind,
+                       .size = primitive_size(kind),
+                       .material_offset = primitive_material_offset(kind),
+                       .vertices = vertices,
+                       .vertex_hashes = hashes,
+                       .materials = materials};
     struct table table = table_for(count);
     unsigned char *all = items;
     uint32_t kept = 0;
     for (uint64_t i = 0; i < count; i++) {
         unsigned char *item = all + i * own.size;
-        if (is_opaque(&own, item) && !take_place(&table, &own, all, item, kept)) continue;
+        if (is_opaque(&own, item) && take_place(&table, &own, all, item, kept) != kept) continue;
         if (kept < i) memcpy(all + kept * own.size, item, own.size);
         kept++;
     }
     free(table.slots);
     free(hashes);
     return kept;
+}
+
+struct doubles find_doubles(enum primitive_kind kind, const void *items, uint64_t count,
+                            const struct vec3 *vertices, uint64_t vertex_count,
+                            const struct material *materials)
+{
+    struct doubles doubles = {0};
+    struct kind own = {.kind = kind,
+                       .size = primitive_size(kind),
+                       .material_offset = primitive_material_offset(kind),
+                       .vertices = vertices,
+                       .materials = materials,
+                       .one_way = true};
+    const unsigned char *all = items;
+    uint64_t clear = 0;
+    for (uint64_t i = 0; i < count; i++)
+        clear += !is_opaque(&own, all + i * own.size);
+    if (clear < 2) return doubles;
+    uint64_t *hashes = has_corners(kind) ? hash_vertices(vertices, vertex_count) : NULL;
+    own.vertex_hashes = hashes;
+    struct table table = table_for(clear);
+    for (uint32_t i = 0; i < count; i++) {
+        const unsigned char *item = all + i * own.size;
+        uint32_t holder = is_opaque(&own, item) ? i : take_place(&table, &own, all, item, i);
+        if (holder != i && doubles.count++ == 0) {
+            doubles.earlier = holder;
+            doubles.first = i;
+        }
+    }
+    free(table.slots);
+    free(hashes);
+    return doubles;
 }

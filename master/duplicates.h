@@ -1,4 +1,4 @@
-/* Primitives that stand exactly where an earlier one does, and so are never seen. */
+/* Primitives that stand exactly where an earlier one does: never seen, or where light passes, crossed in vain. */
 #ifndef FARM_MASTER_DUPLICATES_H
 #define FARM_MASTER_DUPLICATES_H
 
@@ -16,5 +16,19 @@
 uint64_t drop_duplicates(enum primitive_kind kind, void *items, uint64_t count,
                          const struct vec3 *vertices, uint64_t vertex_count,
                          const struct material *materials);
+
+/* What lets light through and lies in the very place of an earlier one that does. */
+struct doubles {
+    uint64_t count;
+    uint32_t first, earlier; /* the first of them, and the one whose place it is */
+};
+
+/*
+ * Light is split by each of them, so that they are met and not dropped. A face that looks the other way is none of
+ * them: it may be the border of another medium that touches the first one's. Parameters and memory as above.
+ */
+struct doubles find_doubles(enum primitive_kind kind, const void *items, uint64_t count,
+                            const struct vec3 *vertices, uint64_t vertex_count,
+                            const struct material *materials);
 
 #endif

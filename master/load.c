@@ -49,6 +49,7 @@ void loader_free(struct loader *loader)
     for (size_t i = 0; i < loader->path_count; i++)
         free(loader->paths[i]);
     free(loader->paths);
+    free(loader->sections);
     free(loader->sources);
 }
 
@@ -213,6 +214,7 @@ static bool load_document(struct loader *loader, struct ini *ini, char *const *o
     first += lights.count;
     loader->amended = sections_from(ini, first, ini->count - first);
     if (!load_scene(loader, &scene)) return false;
+    warn_of_doubles(loader);
     frame_scene(loader->builder, settings, setting_is_set(loader, "camera", "eye"),
                 setting_is_set(loader, "camera", "look_at"));
     name_outputs(settings, config);

@@ -319,14 +319,27 @@ static bool load_section(const struct reading *at)
     return good;
 }
 
+/* An included file's own sections come before the one that includes it, so that each primitive is the first's that
+ * ends behind it. */
+static void note_section(struct loader *loader, const char *file, long line)
+{
+    loader->sections = grow(loader->sections, loader->section_count, sizeof *loader->sections);
+    struct loaded_section *section = &loader->sections[loader->section_count++];
+    *section = (struct loaded_section){.file = file, .line = line};
+    for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
+        section->end[kind] = builder_kind_count(loader->builder, (enum primitive_kind)kind);
+}
+
 bool load_scene_sections(struct part *part, const struct ini *ini)
 {
     if (!load_materials(part, ini)) return false;
+    const char *file = keep_path(part->loader, ini->file);
     for (size_t i = 0; i < ini->count; i++) {
         struct reading at = {part, ini, &ini->sections[i]};
         /* The settings of CONFIG itself are dealt with elsewhere. */
         if (!part->outer && is_settings_section(at.section->kind)) continue;
         if (!load_section(&at)) return false;
+        note_section(part->loader, file, at.section->line);
     }
     return true;
 }

@@ -38,6 +38,13 @@ struct source {
     ino_t inode;
 };
 
+/* A section that has been put into the scene: all primitives up to these counts that earlier ones have not. */
+struct loaded_section {
+    const char *file;
+    long line; /* 0: of an argument, or CONFIG is the file itself */
+    uint32_t end[PRIMITIVE_KINDS];
+};
+
 struct loader {
     struct builder *builder;
     struct settings *settings;
@@ -51,6 +58,8 @@ struct loader {
     struct ini amended;
     struct source *sources; /* owned */
     size_t source_count;
+    struct loaded_section *sections; /* in the order that they were loaded in; owned */
+    size_t section_count;
     char **paths; /* of files that origins and sources name; owned */
     size_t path_count;
 };
@@ -137,6 +146,9 @@ bool corners_have_area(struct vec3 a, struct vec3 b, struct vec3 c);
 bool triangles_have_area(const struct vec3 *corners, const struct triangulation *triangles);
 void note_face(struct faces *faces, bool has_area, long line);
 void warn_of_flat_faces(const struct faces *faces, const char *path);
+
+/* Told are those that let light through, in one warning: each makes rays more, and nothing shows it but the time. */
+void warn_of_doubles(const struct loader *loader);
 
 /* A mesh in an OBJ file. */
 struct mesh {

@@ -490,6 +490,63 @@ static void test_unprintable_name(void **state)
     job_free(&job);
 }
 
+#define DOUBLES                                                                                    \
+    "surfaces that let light through stand in the very place of earlier ones: each splits all "    \
+    "rays once more, which may take very long: "
+#define CLEAR "[material clear]\ntransmission = 0.9\n[light]\nposition = 1 2 3\n"
+#define BALL  "center = 0 0 0\nradius = 1\n"
+
+static void assert_said(void **state, const char *scene, const char *said)
+{
+    struct scratch *s = *state;
+    scratch_write("scene.ini", scene);
+    struct job job = load(state, "scene.ini", NULL);
+    job_free(&job);
+    assert_string_equal(s->said, said);
+}
+
+/* Of what is opaque, and of what touches, nothing is said. */
+static void test_glass_in_one_place(void **state)
+{
+    assert_said(
+        state,
+        CLEAR "[sphere a]\n" BALL "[sphere b]\n" BALL "[sphere c]\n" BALL "material = clear\n", "");
+    assert_said(state,
+                CLEAR "[sphere a]\n" BALL "[sphere b]\n" BALL "material = clear\n"
+                      "[box a]\nmin = 0 0 0\nmax = 1 1 1\nmaterial = clear\n"
+                      "[box b]\nmin = 1 0 0\nmax = 2 1 1\nmaterial = clear\n"
+                      "[sphere c]\n" BALL "material = clear\n[sphere d]\n" BALL "[sphere e]\n" BALL
+                      "material = clear\n",
+                "scene.ini:20: warning: " DOUBLES "2, the first one here in the place of line 8\n");
+    scratch_write("ball.ini",
+                  "[material clear]\ntransmission = 0.5\n\n[sphere]\n" BALL "material = clear\n");
+    assert_said(state, CLEAR "[sphere]\n" BALL "material = clear\n[include]\nfile = ball.ini\n",
+                "ball.ini:4: warning: " DOUBLES
+                "1, the first one here in the place of scene.ini:5\n");
+    assert_said(
+        state,
+        "[include a]\nfile = ball.ini\n[include b]\nfile = ball.ini\ntranslate = 1 0 0\n" CLEAR,
+        "");
+}
+
+/* Faces that look the other way are of what lies behind them; those of the same sense have any corner first. */
+static void test_glass_faces_in_one_place(void **state)
+{
+    static const char mesh[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 1 0\n";
+    char obj[128];
+    snprintf(obj, sizeof obj, "%sf 1 2 3\nf 3 2 1\n", mesh);
+    scratch_write("mesh.obj", obj);
+    assert_said(state, CLEAR "[mesh m]\nfile = mesh.obj\nmaterial = clear\n", "");
+    snprintf(obj, sizeof obj, "%sf 1 2 3\nf 3 2 1\nf 2 4 1\n", mesh);
+    scratch_write("mesh.obj", obj);
+    assert_said(state, CLEAR "[mesh m]\nfile = mesh.obj\nmaterial = clear\n",
+                "scene.ini:5: warning: " DOUBLES "1, both of the first two are here\n");
+    assert_said(state,
+                CLEAR "[mesh m]\nfile = mesh.obj\n"
+                      "[mesh n]\nfile = mesh.obj\nmaterial = clear\ntranslate = 0 0 1\n",
+                "scene.ini:7: warning: " DOUBLES "1, both of the first two are here\n");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -509,6 +566,8 @@ int main(void)
         cmocka_unit_test(test_overridden_shoulder_lights),
         cmocka_unit_test(test_overridden_mtl),
         cmocka_unit_test(test_unprintable_name),
+        cmocka_unit_test(test_glass_in_one_place),
+        cmocka_unit_test(test_glass_faces_in_one_place),
     };
     return cmocka_run_group_tests(tests, scratch_open, scratch_close);
 }
