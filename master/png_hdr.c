@@ -33,6 +33,10 @@
  * kind of its filter, and a byte becomes 9 bits at most. */
 _Static_assert(3 * PICTURE_MAX_PIXELS + PICTURE_MAX_EDGE <= UINT64_C(1) << 30, "a PNG's bytes");
 
+/* Paeth's for all rows. To try all five for each row took half as long again (lantern: 0.22 s of 1920 x 1440 against
+ * 0.14) for files 0 to 2 % smaller (garden, lantern). */
+#define PNG_FILTER 4
+
 static unsigned char png_value(float value)
 {
     double scaled = (double)value * 255 + 0.5; /* floor of this is the nearest integer */
@@ -52,6 +56,7 @@ void png_encode(const struct canvas *canvas, byte_sink *sink, void *context)
     for (size_t i = 0; i < values; i++)
         bytes[i] = png_value(canvas->rgb[i]);
     int width = (int)canvas->width, height = (int)canvas->height;
+    stbi_write_force_png_filter = PNG_FILTER;
     if (!stbi_write_png_to_func(sink, context, width, height, 3, bytes, 3 * width))
         fatal("cannot encode the PNG picture");
     free(bytes);

@@ -20,6 +20,7 @@
 #include "master/image_file.h"
 #include "master/output_file.h"
 #include "master/png_hdr.h"
+#include "test/random.h"
 
 #define STBI_ONLY_PNG
 #define STBI_ONLY_HDR
@@ -185,6 +186,31 @@ static void test_png_all_values(void **state)
     assert_non_null(bytes);
     for (int i = 0; i < 256 * 3; i++)
         assert_int_equal(bytes[i], i / 3);
+    stbi_image_free(bytes);
+    canvas_free(&canvas);
+}
+
+/* Rows that follow from those above, by steps and by noise. */
+static void test_png_rows(void **state)
+{
+    (void)state;
+    enum { WIDTH = 67, HEIGHT = 41 };
+    struct canvas canvas;
+    canvas_init(&canvas, WIDTH, HEIGHT);
+    unsigned char expected[3 * WIDTH * HEIGHT];
+    uint64_t random = 1;
+    for (int i = 0; i < 3 * WIDTH * HEIGHT; i++) {
+        int slope = i / (3 * WIDTH) * 5 + i % (3 * WIDTH) / 3;
+        expected[i] = (unsigned char)(i % 2 ? slope & 255 : (int)random_below(&random, 256));
+        canvas.rgb[i] = (float)expected[i] / 255;
+    }
+    assert_true(image_write("a.png", &canvas));
+    int width, height, channels;
+    unsigned char *bytes = stbi_load("a.png", &width, &height, &channels, 0);
+    assert_non_null(bytes);
+    assert_int_equal(width, WIDTH);
+    assert_int_equal(height, HEIGHT);
+    assert_memory_equal(bytes, expected, sizeof expected);
     stbi_image_free(bytes);
     canvas_free(&canvas);
 }
@@ -543,6 +569,7 @@ int main(void)
         TEST(test_png_values),
         TEST(test_quantisation),
         TEST(test_png_all_values),
+        TEST(test_png_rows),
         TEST(test_hdr),
         TEST(test_hdr_extremes),
         TEST(test_pfm_is_exact),
