@@ -145,9 +145,9 @@ static void test_materials(void **state)
     struct scene *scene =
         loaded(state,
                "mtllib a b.mtl\nmtllib c.mtl\n" SQUARE
-               "f 1 2 3\nusemtl red\nf 1 2 3\nusemtl dull\nf 1 2 3\n"
+               "f 1 2 3\nusemtl red\nf 1 2 3\nusemtl dull\nf 2 3 4\n"
                "usemtl green\nf 1 2 3\nusemtl ours\nf 1 2 3\nusemtl none\nf 1 2 3\n"
-               "usemtl red\nf 1 2 3\nusemtl none\nf 1 2 3\n",
+               "usemtl red\nf 1 3 4\nusemtl none\nf 1 2 3\n",
                MESH_MATERIAL "[material ours]\nshininess = 88\n");
     assert_true(material_of(scene, 0)->shininess == 77);
     const struct material *red = material_of(scene, 1);
@@ -202,7 +202,7 @@ static void test_warnings_of_gain(void **state)
                               "newmtl red\nKd 255 0 0\nnewmtl mirror\nillum 3\nKs 1 1 1\n");
     free(loaded(state,
                 "mtllib gain.mtl\n" SQUARE "usemtl glass\nf 1 2 3\nusemtl red\nf 1 2 3\n"
-                "usemtl glass\nf 1 2 3\nmtllib gain.mtl\n",
+                "usemtl glass\nf 2 3 4\nmtllib gain.mtl\n",
                 ""));
     assert_string_equal(s->said,
                         "gain.mtl:1: warning: reflection and transmission together are 1.9, more "
@@ -294,7 +294,7 @@ static void test_legal_forms_of_materials(void **state)
                   "newmtl d\nKs 0.5 0.5 0.5\nNi 1.25\n");
     struct scene *scene =
         loaded(state,
-               "mtllib forms.mtl\n" SQUARE "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n"
+               "mtllib forms.mtl\n" SQUARE "usemtl a\nf 1 2 3\nusemtl b\nf 2 3 4\n"
                "usemtl c\nf 1 2 3\nusemtl d\nf 1 2 3\n",
                "");
     const struct material *m = material_of(scene, 0);
@@ -336,7 +336,7 @@ static void test_index_of_refraction_of_0(void **state)
     free(scene);
     scratch_write("zero.mtl", "newmtl a\nNi 0\nnewmtl b\nNi 1.5\nNi 0\nTr 0.5\n"
                               "newmtl c\nd 0.25\nNi 0\nnewmtl d\nd 0.5\nNi 0\nNi 1.25\n");
-    scene = loaded(state, "mtllib zero.mtl\n" SQUARE "usemtl b\nf 1 2 3\nusemtl d\nf 1 2 3\n", "");
+    scene = loaded(state, "mtllib zero.mtl\n" SQUARE "usemtl b\nf 1 2 3\nusemtl d\nf 2 3 4\n", "");
     assert_true(material_of(scene, 0)->ior == 1 && material_of(scene, 1)->ior == 1.25);
     assert_string_equal(s->said,
                         "zero.mtl:5: warning: 'Ni' is 0 and counts as not given: light that "
