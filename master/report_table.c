@@ -101,23 +101,70 @@ static void put_run(const struct table *table, const struct run_times *time, boo
     fprintf(table->out, "  %-16s %8s s\n", "total", seconds_figure(time->total).text);
 }
 
+/* Busy time is wall time: where cores are shared it says more than was computed. */
+#define SHARED_CORE 0.9
+
+/* What all renderers did together, in seconds. */
+struct work {
+    double busy, cpu, most_cpu;
+    double probe, intersect, shade; /* wall time of tiles: parts of busy */
+    double wait;
+    bool shared; /* cores were */
+};
+
+static struct work work_of(const struct report *report, const struct render_counts *counts)
+{
+    struct work work = {.intersect = counts->intersect_s, .shade = counts->shade_s};
+    for (int i = 0; i < report->renderer_count; i++) {
+        const struct renderer_stats *stats = &report->renderers[i];
+        work.busy += stats->busy_s;
+        work.cpu += stats->cpu_s;
+        work.most_cpu = fmax(work.most_cpu, stats->cpu_s);
+        work.wait += stats->wait_s;
+    }
+    work.shared = work.cpu < SHARED_CORE * work.busy;
+    work.probe = fmin(report->time.probe * report->renderer_count,
+                      fmax(work.busy - work.intersect - work.shade, 0));
+    return work;
+}
+
+/* Where cores were shared, the CPU time of busy time is divided as the wall time of tiles was, for a turn of somebody
+ * else falls on each of its parts alike; but for what falls between two tiles: to ask for the CPU time is a
+ * call to the system, which likes to let others run then. */
+static double part_of(const struct work *work, double seconds)
+{
+    double parts = work->probe + work->intersect + work->shade;
+    return work->shared ? work->cpu * share_of(seconds, parts) : seconds;
+}
+
 /* What the renderers did with the time of rendering, each counted from its start to its end. */
 static void put_rendering(const struct table *table, const struct report *report,
-                          const struct render_counts *counts)
+                          const struct work *work)
 {
     int renderers = report->renderer_count;
-    double whole = report->time.render * renderers, wait = 0;
-    for (int i = 0; i < renderers; i++)
-        wait += report->renderers[i].wait_s;
-    double rest = whole - counts->intersect_s - counts->shade_s - wait;
-    double plan = fmin(report->plan_s * renderers, wait); /* in which all of them wait */
+    double whole = report->time.render * renderers;
+    double plan = fmin(report->plan_s * renderers, work->wait); /* in which all of them wait */
+    const struct {
+        const char *label;
+        double seconds;
+        bool shown;
+    } parts[] = {
+        {"pre-pass", part_of(work, work->probe), work->probe > 0},
+        {"intersection", part_of(work, work->intersect), true},
+        {"shading", part_of(work, work->shade), true},
+        {"without a core", work->busy - work->cpu, work->shared},
+        {"planning passes", plan, plan > 0},
+        {"waiting", work->wait - plan, true},
+    };
     fprintf(table->out,
             renderers == 1 ? "\nOf rendering\n" : "\nOf rendering, mean of %d renderers\n",
             renderers);
-    put_seconds(table, "intersection", counts->intersect_s / renderers, whole / renderers);
-    put_seconds(table, "shading", counts->shade_s / renderers, whole / renderers);
-    if (plan > 0) put_seconds(table, "planning passes", plan / renderers, whole / renderers);
-    put_seconds(table, "waiting", (wait - plan) / renderers, whole / renderers);
+    double rest = whole;
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
+        if (!parts[i].shown) continue;
+        put_seconds(table, parts[i].label, parts[i].seconds / renderers, whole / renderers);
+        rest -= parts[i].seconds;
+    }
     put_seconds(table, "sending, other", fmax(rest, 0) / renderers, whole / renderers);
 }
 
@@ -316,21 +363,14 @@ void report_path(FILE *out, const char *label, const char *path)
     free(name);
 }
 
-/* Busy time is wall time: where cores are shared it says more than was computed. */
-#define SHARED_CORE 0.9
-
-static void put_shared_cores(struct table *table, const struct report *report)
+static void put_shared_cores(struct table *table, const struct report *report,
+                             const struct work *work)
 {
-    double busy = 0, cpu = 0, most = 0;
-    for (int i = 0; i < report->renderer_count; i++) {
-        busy += report->renderers[i].busy_s;
-        cpu += report->renderers[i].cpu_s;
-        most = fmax(most, report->renderers[i].cpu_s);
-    }
-    if (cpu >= SHARED_CORE * busy) return;
-    flow(table, "CPU time is %.0f %% of busy time", 100 * cpu / busy);
+    if (!work->shared) return;
+    flow(table, "CPU time is %.0f %% of busy time", 100 * work->cpu / work->busy);
     flow(table, "as cores were shared");
-    if (cpu > 0) flow(table, "its imbalance is %.3f", most * report->renderer_count / cpu);
+    if (work->cpu > 0)
+        flow(table, "its imbalance is %.3f", work->most_cpu * report->renderer_count / work->cpu);
     end_flow(table);
 }
 
@@ -487,7 +527,7 @@ static void put_end(struct table *table, const struct report *report)
 }
 
 static void put_summary(struct table *table, const struct report *report,
-                        const struct render_counts *counts)
+                        const struct render_counts *counts, const struct work *work)
 {
     struct balance balance = report_balance(report);
     fputc('\n', table->out);
@@ -495,7 +535,7 @@ static void put_summary(struct table *table, const struct report *report,
     flow(table, "imbalance %.3f", balance.imbalance);
     flow(table, "tail %.3f s", balance.tail_s);
     end_flow(table);
-    put_shared_cores(table, report);
+    put_shared_cores(table, report, work);
     put_rays(table, report, counts);
     put_error(table, report);
     put_end(table, report);
@@ -513,14 +553,15 @@ static void put_summary(struct table *table, const struct report *report,
 void report_table(FILE *out, const struct report *report, int columns)
 {
     struct render_counts counts = report_counts(report);
+    struct work work = work_of(report, &counts);
     struct table table = {.out = out, .columns = columns > 0 ? columns : COLUMNS_UNKNOWN};
     if (table.columns < COLUMNS_MIN) table.columns = COLUMNS_MIN;
     if (table.columns > COLUMNS_MAX) table.columns = COLUMNS_MAX;
     put_title(&table, report);
     put_run(&table, &report->time, report->resumed.records > 0);
     if (report->renderer_count > 0) {
-        put_rendering(&table, report, &counts);
+        put_rendering(&table, report, &work);
         put_ranks(&table, report);
     }
-    put_summary(&table, report, &counts);
+    put_summary(&table, report, &counts, &work);
 }

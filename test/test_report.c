@@ -466,6 +466,68 @@ static void test_table(void **state)
     free(text);
 }
 
+/* The seconds in the line of the second table that begins so; 0: there is none. */
+static double seconds_of(const char *text, const char *label)
+{
+    char *start = format_text("\n  %s  ", label), *line = strstr(text, start);
+    double seconds = line ? strtod(line + strlen(start), NULL) : 0;
+    free(start);
+    return seconds;
+}
+
+static double sum_of_parts(const char *text)
+{
+    static const char *const labels[] = {"pre-pass",       "intersection", "shading",
+                                         "without a core", "waiting",      "sending, other"};
+    double sum = 0;
+    for (size_t i = 0; i < sizeof labels / sizeof *labels; i++)
+        sum += seconds_of(text, labels[i]);
+    return sum;
+}
+
+/* The pre-pass is none of what is left, nor is the time in which somebody else had the core. */
+static void test_table_parts(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct report report = sample_report(renderers, 2);
+    for (int i = 0; i < 2; i++) {
+        renderers[i].busy_s = renderers[i].cpu_s = 3.375;
+        renderers[i].wait_s = 0.5;
+    }
+    report.time.probe = 0.25;
+    char *text = table_text(&report, 80);
+    assert_has(text, "renderers\n  pre-pass            0.250 s    6.2 %  ##\n"
+                     "  intersection        2.000 s   50.0 %");
+    assert_has(text,
+               "  sending, other      0.250 s    6.2 %  ##\n"); /* 0.125 s in tiles given up */
+    assert_null(strstr(text, "without a core"));
+    free(text);
+    /* 0.65 of 3.25 s of tiles, and of 3.375 s that were busy. */
+    renderers[0].cpu_s = 1;
+    renderers[1].cpu_s = 0.3;
+    text = table_text(&report, 80);
+    assert_has(text, "  pre-pass            0.050 s    1.2 %\n"
+                     "  intersection        0.400 s   10.0 %  ##\n"
+                     "  shading             0.200 s    5.0 %  #\n"
+                     "  without a core      2.725 s   68.1 %  ################\n"
+                     "  waiting             0.500 s   12.5 %  ###\n"
+                     "  sending, other      0.125 s    3.1 %  #\n");
+    assert_true(fabs(sum_of_parts(text) - 4) < 0.002);
+    free(text);
+    /* No more of it than fits beside the rest, as where a time limit cuts it off. */
+    report.time.probe = 3;
+    renderers[0].cpu_s = renderers[1].cpu_s = 3.375;
+    text = table_text(&report, 80);
+    assert_has(text, "  pre-pass            0.375 s    9.4 %");
+    assert_true(fabs(sum_of_parts(text) - 4) < 0.002);
+    free(text);
+    report.time.probe = 0;
+    text = table_text(&report, 80);
+    assert_null(strstr(text, "pre-pass"));
+    free(text);
+}
+
 /* Of the columns, pixels go first: a share and its bar say more. */
 static void test_table_narrow(void **state)
 {
@@ -787,6 +849,7 @@ int main(void)
         cmocka_unit_test(test_json_strings),
         cmocka_unit_test(test_json_numbers),
         cmocka_unit_test(test_table),
+        cmocka_unit_test(test_table_parts),
         cmocka_unit_test(test_table_narrow),
         cmocka_unit_test(test_table_clipped),
         cmocka_unit_test(test_table_truncation),
