@@ -38,6 +38,8 @@ static void fill_report(struct run *run, const struct service *service)
     report->config = run->options.config;
     report->image_file = settings->output.image;
     report->processes = run->processes;
+    report->cores = run->crowd.cores;
+    report->processors = run->crowd.processors;
     report->kernel = processor_resolve(settings->farm.kernel);
     report->schedule = settings->farm.schedule;
     struct queue_count count = queue_count(run->queue);

@@ -84,6 +84,7 @@ static void number(struct crowd *crowd, struct muster *muster)
         uint32_t cores = muster->cores[i];
         group->processors = cores == 0 || cores > group->renderers ? group->renderers : cores;
         crowd->processors += group->processors;
+        crowd->cores += cores == 0 ? group->renderers : cores;
     }
 }
 

@@ -15,11 +15,13 @@ static double ratio(double part, double whole)
 
 struct balance report_balance(const struct report *report)
 {
-    double sum = 0, most = 0, first = HUGE_VAL, last = 0;
+    double sum = 0, most = 0, cpu = 0, most_cpu = 0, first = HUGE_VAL, last = 0;
     for (int i = 0; i < report->renderer_count; i++) {
         const struct renderer_stats *stats = &report->renderers[i];
         sum += stats->busy_s;
         most = fmax(most, stats->busy_s);
+        cpu += stats->cpu_s;
+        most_cpu = fmax(most_cpu, stats->cpu_s);
         if (!stats->silent) first = fmin(first, stats->finish_s);
         last = fmax(last, stats->finish_s);
     }
@@ -28,6 +30,8 @@ struct balance report_balance(const struct report *report)
         .efficiency = ratio(sum, count * report->time.render),
         .imbalance = sum > 0 ? most / (sum / count) : 1,
         .tail_s = first < last ? last - first : 0,
+        .cpu_share = sum > 0 ? fmin(cpu / sum, 1) : 1,
+        .cpu_imbalance = cpu > 0 ? most_cpu / (cpu / count) : 1,
     };
 }
 
@@ -85,6 +89,8 @@ static void put_farm(struct json *json, const struct report *report)
     json_string(json, "version", report->version);
     json_count(json, "processes", (uint64_t)report->processes);
     json_count(json, "renderers", (uint64_t)report->renderer_count);
+    json_count(json, "cores", report->cores);
+    json_count(json, "at_once", report->processors);
     json_string(json, "kernel", processor_level_names[report->kernel]);
     json_string(json, "schedule", schedule_names[report->schedule]);
     json_count(json, "tile", report->tile_edge);
@@ -205,6 +211,8 @@ static void put_balance(struct json *json, const struct report *report)
     json_open(json, "balance", '{');
     json_number(json, "efficiency", balance.efficiency);
     json_number(json, "imbalance", balance.imbalance);
+    json_number(json, "cpu_share", balance.cpu_share);
+    json_number(json, "cpu_imbalance", balance.cpu_imbalance);
     json_seconds(json, "tail_s", balance.tail_s);
     json_count(json, "repeated_tiles", report->repeated_tiles);
     json_seconds(json, "wasted_s", report->wasted_s);

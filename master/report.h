@@ -46,6 +46,8 @@ struct report {
     const char *image_file; /* path */
     uint32_t image_width, image_height;
     int processes;
+    uint32_t cores;              /* that the renderers may use, on all machines together */
+    uint32_t processors;         /* renderers that can work at a time, each on a core */
     enum processor_level kernel; /* what rank 0's processor runs */
     enum schedule schedule;
     uint32_t tile_edge; /* pixels: of a tile (dynamic, tiles), rows of a band */
@@ -87,6 +89,8 @@ struct balance {
     double efficiency; /* sum of busy / (renderers * render time), 0..1 */
     double imbalance;  /* max busy / mean busy, >= 1 */
     double tail_s;     /* last finish - first finish of a renderer, seconds */
+    double cpu_share;  /* sum of CPU time / sum of busy, 0..1: less than 1 where cores are shared */
+    double cpu_imbalance; /* max CPU time / mean CPU time, >= 1 */
 };
 
 struct balance report_balance(const struct report *report);

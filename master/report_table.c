@@ -106,7 +106,7 @@ static void put_run(const struct table *table, const struct run_times *time, boo
 
 /* What all renderers did together, in seconds. */
 struct work {
-    double busy, cpu, most_cpu;
+    double busy, cpu;
     double probe, intersect, shade; /* wall time of tiles: parts of busy */
     double wait;
     bool shared; /* cores were */
@@ -119,7 +119,6 @@ static struct work work_of(const struct report *report, const struct render_coun
         const struct renderer_stats *stats = &report->renderers[i];
         work.busy += stats->busy_s;
         work.cpu += stats->cpu_s;
-        work.most_cpu = fmax(work.most_cpu, stats->cpu_s);
         work.wait += stats->wait_s;
     }
     work.shared = work.cpu < SHARED_CORE * work.busy;
@@ -363,14 +362,32 @@ void report_path(FILE *out, const char *label, const char *path)
     free(name);
 }
 
+/* What speed-up more renderers than cores can have at most. */
+static void put_cores(struct table *table, const struct report *report)
+{
+    uint32_t most = report->processors;
+    if (most == 0 || most >= (uint32_t)report->renderer_count) return;
+    flow(table, "%d renderers", report->renderer_count);
+    if (report->cores == most)
+        flow_on(table, "on %u core%s:", most, most == 1 ? "" : "s");
+    else /* cores of one machine are none for those of another */
+        flow(table, "%u on a core at a time:", most);
+    if (most == 1)
+        flow_on(table, "no faster than one");
+    else
+        flow_on(table, "at most %u times as fast as one", most);
+    end_flow(table);
+}
+
 static void put_shared_cores(struct table *table, const struct report *report,
                              const struct work *work)
 {
+    put_cores(table, report);
     if (!work->shared) return;
     flow(table, "CPU time is %.0f %% of busy time", 100 * work->cpu / work->busy);
     flow(table, "as cores were shared");
-    if (work->cpu > 0)
-        flow(table, "its imbalance is %.3f", work->most_cpu * report->renderer_count / work->cpu);
+    if (work->cpu > 0 && report->renderer_count > 1)
+        flow(table, "its imbalance is %.3f", report_balance(report).cpu_imbalance);
     end_flow(table);
 }
 

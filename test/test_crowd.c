@@ -48,6 +48,7 @@ static void test_machines(void **state)
     assert_true(three->renderers == 3 && three->processors == 2);
     const struct crowd_group *two = &crowd.groups[crowd.group_of[1]];
     assert_true(two->renderers == 2 && two->processors == 2);
+    assert_int_equal(crowd.cores, 2 + 8);
     crowd_free(&crowd);
 }
 
@@ -65,6 +66,7 @@ static void test_bound(void **state)
     for (unsigned i = 0; i < 4; i++)
         berths[i] = berth_of("a", i, i);
     crowd = crowd_of(berths, 4, 4, 4);
+    assert_int_equal(crowd.cores, 4);
     crowd_free(&crowd);
 }
 
@@ -75,6 +77,7 @@ static void test_groups_merge(void **state)
     const struct berth berths[] = {berth_of("a", 0, 0), berth_of("a", 9, 9), berth_of("a", 1, 1),
                                    berth_of("a", 1, 1), berth_of("a", 0, 1)};
     struct crowd crowd = crowd_of(berths, 5, 2, 3);
+    assert_int_equal(crowd.cores, 3);
     for (uint32_t i = 2; i < 5; i++)
         assert_int_equal(crowd.group_of[i], crowd.group_of[0]);
     assert_int_not_equal(crowd.group_of[1], crowd.group_of[0]);
@@ -90,6 +93,7 @@ static void test_unknown(void **state)
     berths[3] = berth_of("", 0, 0);
     berths[4].machine[0] = 'a';
     struct crowd crowd = crowd_of(berths, 5, 5, 5);
+    assert_int_equal(crowd.cores, 5);
     crowd_free(&crowd);
 }
 

@@ -47,6 +47,8 @@ static struct report sample_report(struct renderer_stats *renderers, int count)
         .image_width = 1920,
         .image_height = 1080,
         .processes = count,
+        .cores = (uint32_t)count + 3,
+        .processors = (uint32_t)count,
         .kernel = PROCESSOR_AVX2,
         .schedule = SCHEDULE_DYNAMIC,
         .tile_edge = 32,
@@ -89,12 +91,18 @@ static void test_balance(void **state)
     assert_true(fabs(balance.efficiency - 9.03 / 12) < 1e-9);
     assert_true(fabs(balance.imbalance - 3.02 / 3.01) < 1e-9);
     assert_true(fabs(balance.tail_s - 0.02) < 1e-9);
+    assert_true(fabs(balance.cpu_share - 9 / 9.03) < 1e-9 && balance.cpu_imbalance == 1);
+    renderers[1].cpu_s = 1.5;
+    balance = report_balance(&report);
+    assert_true(fabs(balance.cpu_share - 7.5 / 9.03) < 1e-9);
+    assert_true(fabs(balance.cpu_imbalance - 1.2) < 1e-9);
     renderers[2] = (struct renderer_stats){.silent = 1}; /* nobody knows when it stopped */
     assert_true(report_balance(&report).tail_s < 0.02);
     report.renderer_count = 0;
     report.time.render = 0;
     balance = report_balance(&report);
     assert_true(balance.efficiency == 0 && balance.imbalance == 1 && balance.tail_s == 0);
+    assert_true(balance.cpu_share == 1 && balance.cpu_imbalance == 1);
 }
 
 static void test_json(void **state)
@@ -173,6 +181,8 @@ static void test_json_whole(void **state)
     struct report report = sample_report(renderers, 0);
     report.processes = 4;
     report.renderer_count = 3;
+    report.cores = 7;
+    report.processors = 2;
     report.primitives = 137;
     report.triangles = 59;
     report.time.build = 0.27;
@@ -528,6 +538,39 @@ static void test_table_parts(void **state)
     free(text);
 }
 
+/* More renderers than cores are no faster than these, and the CPU time of one is not uneven. */
+static void test_table_cores(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[8];
+    struct report report = sample_report(renderers, 8);
+    char *text = table_text(&report, 80);
+    assert_null(strstr(text, " core"));
+    free(text);
+    report.cores = report.processors = 2;
+    for (int i = 0; i < 8; i++)
+        renderers[i].cpu_s = 0.75;
+    text = table_text(&report, 80);
+    assert_has(text,
+               "\n8 renderers on 2 cores: at most 2 times as fast as one\n"
+               "CPU time is 25 % of busy time, as cores were shared, its imbalance is 1.000\n");
+    free(text);
+    report.cores = 9;
+    report.processors = 5;
+    text = table_text(&report, 80);
+    assert_has(text, "\n8 renderers, 5 on a core at a time: at most 5 times as fast as one\n");
+    free(text);
+    report.cores = report.processors = 1;
+    text = table_text(&report, 80);
+    assert_has(text, "\n8 renderers on 1 core: no faster than one\n");
+    free(text);
+    report.renderer_count = 1;
+    text = table_text(&report, 80);
+    assert_has(text, "\nCPU time is 25 % of busy time, as cores were shared\n");
+    assert_null(strstr(text, "1 renderers"));
+    free(text);
+}
+
 /* Of the columns, pixels go first: a share and its bar say more. */
 static void test_table_narrow(void **state)
 {
@@ -850,6 +893,7 @@ int main(void)
         cmocka_unit_test(test_json_numbers),
         cmocka_unit_test(test_table),
         cmocka_unit_test(test_table_parts),
+        cmocka_unit_test(test_table_cores),
         cmocka_unit_test(test_table_narrow),
         cmocka_unit_test(test_table_clipped),
         cmocka_unit_test(test_table_truncation),
