@@ -492,10 +492,10 @@ static void put_error(struct table *table, const struct report *report)
         flow_on(table, "of the %.2g %% that has samples", 100 * last->share);
     else if (last->share < 1) /* never rounded to all */
         flow_on(table, "of the %.1f %% that has samples", floor(1000 * last->share) / 10);
-    flow_on(table, elapsed < 1 ? "after %.2g s" : "after %.1f s", elapsed);
+    flow_on(table, last->elapsed_s < 1 ? "after %.2g s" : "after %.1f s", last->elapsed_s);
     if (before > 0) {
         bool shared = report->resumed.cpu_s > before;
-        flow(table, "%.1f s of that saved by an earlier run", before);
+        flow_on(table, "and %.1f s of an earlier run", before);
         flow_on(table, "(%.1f s of CPU time%s)", report->resumed.cpu_s, shared ? ", shared" : "");
     }
     put_guessed(table, report, last->share, last->estimate.rmse);

@@ -810,8 +810,7 @@ static void test_table_error(void **state)
     report.resumed.cpu_s = 20;
     report.forecast.seconds = 12;
     text = table_text(&report, 80);
-    assert_has(text, " after 12.4 s\n  10.0 s of that saved by an earlier run "
-                     "(20.0 s of CPU time, shared)\n"
+    assert_has(text, " after 2.4 s\n  and 10.0 s of an earlier run (20.0 s of CPU time, shared)\n"
                      "  RMSE 0.00009 against the reference\n0.00002 would take about 289 s (");
     free(text);
     row.true_rmse = 0.2;

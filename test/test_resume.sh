@@ -86,7 +86,7 @@ turns_saved() {
     ended=$(date +%s.%N)
     rm a.pfm
     run 0 farm_n 0 "$SCENE" $SIZE output.image=a.pfm && finished || return 1
-    spared=$(tr '\n' ' ' <"$T/out" | sed -n 's/.*[, ]\([0-9.]*\) s of that saved by an earlier run.*/\1/p')
+    spared=$(tr '\n' ' ' <"$T/out" | sed -n 's/.* and \([0-9.]*\) s of an earlier run.*/\1/p')
     echo "saved: $spared s, the earlier run took $ended - $begun s"
     awk "BEGIN { exit !($spared > 0 && $spared < $ended - $begun) }"
 }
