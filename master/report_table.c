@@ -501,6 +501,9 @@ static void put_error(struct table *table, const struct report *report)
     put_guessed(table, report, last->share, last->estimate.rmse);
     if (!isnan(last->true_rmse))
         flow(table, "RMSE %s against the reference", error_figure(last->true_rmse).text);
+    else if (report->has_reference) /* a row knows it where all pixels have samples */
+        flow(table, "RMSE %s of the whole picture against the reference",
+             error_figure(report->truth.rmse).text);
     if (last->estimate.high > 0 && last->true_rmse > UNLIKELY_ERROR * last->estimate.high)
         flow_on(table, "(is it of this view?)");
     end_flow(table);

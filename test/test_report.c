@@ -836,6 +836,16 @@ static void test_table_error(void **state)
     char *json = report_json(&report);
     assert_has(json, "\"guessed_rmse\": 0.01\n");
     free(json);
+    /* The true error is known also where no row knows it, as pixels are without samples. */
+    row.true_rmse = (double)NAN;
+    report.has_reference = true;
+    report.truth.rmse = 0.0123;
+    text = table_text(&report, 80);
+    assert_has(text, ", 0.01 of what is guessed\n"
+                     "  RMSE 0.012 of the whole picture against the reference\n");
+    free(text);
+    row.true_rmse = 0.2;
+    report.has_reference = false;
     report.guessed_rmse = (double)NAN;
     report.unsampled = 0;
     row.share = 0.9996;
