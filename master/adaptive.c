@@ -428,6 +428,7 @@ static bool assign_levels(struct adaptive *adaptive, double limit, double square
         left += it.bands[k].left;
     }
     free(it.bands);
+    adaptive->asked = adaptive->missing;
     if (adaptive->missing == 0) return false;
     crew_share(adaptive->crew, bands, leave_band, &it);
     adaptive->promised = squares > 0 ? left / squares : 0;
@@ -642,6 +643,11 @@ double adaptive_foresee(struct adaptive *adaptive, double rmse, double power)
 bool adaptive_is_complete(const struct adaptive *adaptive)
 {
     return adaptive->missing == 0;
+}
+
+double adaptive_missing(const struct adaptive *adaptive)
+{
+    return adaptive->missing ? (double)adaptive->missing / (double)adaptive->asked : 0;
 }
 
 double adaptive_target(const struct adaptive *adaptive)

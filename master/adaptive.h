@@ -158,6 +158,9 @@ double adaptive_foresee(struct adaptive *adaptive, double rmse, double power);
 /* Whether all pixels of the last planned pass are in. */
 bool adaptive_is_complete(const struct adaptive *adaptive);
 
+/* Of the last planned pass the share of its pixels that are not in. */
+double adaptive_missing(const struct adaptive *adaptive);
+
 /* A hash of what is to be done in a tile: the same plan for the same pixels still to come. */
 uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *tile);
 

@@ -73,6 +73,7 @@ static void fill_sampling(struct run *run, const struct service *service, const 
     adaptive_errors(run->adaptive, &pixels, &samples);
     report->unsampled = (uint64_t)run->canvas.width * run->canvas.height - pixels;
     report->passes = adaptive_passes(run->adaptive);
+    report->missing_share = adaptive_missing(run->adaptive);
     report->plan_s = service->plan_s;
     report->target = adaptive_target(run->adaptive);
     /* A limit may leave no time for the plan that finds the target met. */

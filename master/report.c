@@ -329,6 +329,7 @@ static void put_sampling(struct json *json, const struct report *report)
     json_count(json, "min_samples", report->min_samples);
     json_count(json, "max_samples", report->max_samples);
     json_count(json, "passes", report->passes);
+    json_number(json, "missing_share", report->missing_share);
     json_seconds(json, "plan_s", report->plan_s);
     json_string(json, "ended", ends[report->ended]);
     json_count(json, "unsampled_pixels", report->unsampled);

@@ -66,6 +66,7 @@ struct report {
     double guessed_rmse;               /* about, of these; NaN: none, or nobody knows */
     double target;                     /* RMSE of adaptive sampling; 0: none */
     unsigned passes;                   /* of adaptive sampling; 0: it was not */
+    double missing_share;              /* of the last pass's pixels: a time limit cut it off */
     double plan_s; /* wall seconds in which passes were planned and all waited */
     enum sampling_end ended;
     bool has_reference;

@@ -539,6 +539,11 @@ static void put_clipped(struct table *table, const struct report *report)
 static void put_end(struct table *table, const struct report *report)
 {
     if (report->ended == ENDED_BY_TIME) flow(table, "stopped by sampling.time_limit");
+    /* Of pixels without any sample another line tells. */
+    if (report->missing_share > 0 && report->unsampled == 0) {
+        flow(table, "pass %u was cut off:", report->passes);
+        flow_on(table, "%.1f %% of its pixels are missing", fmax(100 * report->missing_share, 0.1));
+    }
     if (report->ended == ENDED_BY_MAX_SAMPLES) flow(table, "stopped by sampling.max_samples");
     if (report->target > 0)
         flow(table, "sampling.target_error = %g is %s", report->target,
@@ -546,17 +551,36 @@ static void put_end(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-static void put_summary(struct table *table, const struct report *report,
-                        const struct render_counts *counts, const struct work *work)
+/* Whether all there is was in the journal of an earlier run. */
+static bool rendered_nothing(const struct report *report, const struct render_counts *counts)
+{
+    return report->resumed.pixels > 0 && counts->rays[RAY_PRIMARY] == 0;
+}
+
+/* How well the renderers were used, and what for. */
+static void put_use(struct table *table, const struct report *report,
+                    const struct render_counts *counts, const struct work *work)
 {
     struct balance balance = report_balance(report);
-    fputc('\n', table->out);
     flow(table, "efficiency %.1f %%", 100 * balance.efficiency);
     flow(table, "imbalance %.3f", balance.imbalance);
     flow(table, "tail %.3f s", balance.tail_s);
     end_flow(table);
     put_shared_cores(table, report, work);
     put_rays(table, report, counts);
+}
+
+static void put_summary(struct table *table, const struct report *report,
+                        const struct render_counts *counts, const struct work *work)
+{
+    fputc('\n', table->out);
+    if (rendered_nothing(report, counts)) {
+        flow(table, "nothing was rendered");
+        flow(table, "all was in the journal");
+        end_flow(table);
+    } else {
+        put_use(table, report, counts, work);
+    }
     put_error(table, report);
     put_end(table, report);
     put_truncation(table, report);
@@ -579,7 +603,7 @@ void report_table(FILE *out, const struct report *report, int columns)
     if (table.columns > COLUMNS_MAX) table.columns = COLUMNS_MAX;
     put_title(&table, report);
     put_run(&table, &report->time, report->resumed.records > 0);
-    if (report->renderer_count > 0) {
+    if (report->renderer_count > 0 && !rendered_nothing(report, &counts)) {
         put_rendering(&table, report, &work);
         put_ranks(&table, report);
     }

@@ -1240,9 +1240,11 @@ static void test_strange_limit_cuts_nothing(void **state)
     assert_false(adaptive_plan_again(result.adaptive, -1.5));
     assert_false(adaptive_plan_again(result.adaptive, -2 - (double)LATTICE_COARSEST));
     assert_false(adaptive_is_complete(result.adaptive));
+    assert_true(adaptive_missing(result.adaptive) == 1 - 256.0 / PIXELS);
     assert_int_equal(adaptive_passes(result.adaptive), 1);
     assert_true(adaptive_plan_again(result.adaptive, -1));
     assert_int_equal(adaptive_passes(result.adaptive), 2);
+    assert_true(adaptive_missing(result.adaptive) == 1);
     check_lattice(result.adaptive, 0);
     drop(&result);
 }
@@ -1276,10 +1278,19 @@ static void test_complete_is_not_cut(void **state)
     canvas_init(&result.canvas, EDGE, EDGE);
     result.adaptive = adaptive_create(&view, &result.canvas, 0);
     render_pass(result.adaptive, &view, ball, 16, false);
+    assert_true(adaptive_missing(result.adaptive) == 0);
     adaptive_cut(result.adaptive, 1);
     assert_true(adaptive_plan(result.adaptive, HUGE_VAL) && adaptive_limit(result.adaptive) >= 0);
     adaptive_cut(result.adaptive, 1);
     assert_false(adaptive_is_complete(result.adaptive));
+    assert_true(adaptive_missing(result.adaptive) == 1); /* of those that the pass asks for */
+    const struct tile half = {.w = EDGE, .h = EDGE / 2, .step = 1};
+    uint32_t asked =
+        adaptive_pixels(result.adaptive, &(struct tile){.w = EDGE, .h = EDGE, .step = 1});
+    uint32_t above = adaptive_pixels(result.adaptive, &half);
+    assert_true(above > 0 && above < asked);
+    render_tile(result.adaptive, &view, ball, &half);
+    assert_true(adaptive_missing(result.adaptive) == (double)(asked - above) / asked);
     drop(&result);
 }
 

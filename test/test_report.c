@@ -194,6 +194,7 @@ static void test_json_whole(void **state)
     report.unsampled = 19;
     report.guessed_rmse = 0.0133;
     report.passes = 8;
+    report.missing_share = 0.375;
     report.plan_s = 0.0123;
     report.ended = ENDED_BY_TIME;
     report.has_reference = true;
@@ -571,6 +572,28 @@ static void test_table_cores(void **state)
     free(text);
 }
 
+/* A picture that an earlier run has left as a whole says nothing of the renderers. */
+static void test_table_nothing_rendered(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2] = {0};
+    struct report report = sample_report(renderers, 0);
+    report.renderer_count = 2;
+    report.resumed.records = report.resumed.tiles = 300;
+    report.resumed.pixels = 2073600;
+    char *text = table_text(&report, 40);
+    assert_fits(text, 40);
+    assert_has(text, "  total               5.000 s\n\n"
+                     "nothing was rendered\n  all was in the journal\n");
+    assert_null(strstr(text, "efficiency"));
+    assert_null(strstr(text, " rays"));
+    free(text);
+    renderers[1].counts.rays[RAY_PRIMARY] = 1;
+    text = table_text(&report, 80);
+    assert_has(text, "efficiency");
+    free(text);
+}
+
 /* Of the columns, pixels go first: a share and its bar say more. */
 static void test_table_narrow(void **state)
 {
@@ -756,6 +779,20 @@ static void test_table_no_forecast(void **state)
     text = table_text(&report, 80);
     assert_has(text, "\nstopped by sampling.time_limit\n");
     free(text);
+    report.passes = 3;
+    report.missing_share = 0.4;
+    text = table_text(&report, 80);
+    assert_has(text, "\nstopped by sampling.time_limit, pass 3 was cut off:\n"
+                     "  40.0 % of its pixels are missing\n");
+    free(text);
+    report.missing_share = 0.0001; /* never none */
+    text = table_text(&report, 130);
+    assert_has(text, ", pass 3 was cut off: 0.1 % of its pixels are missing\n");
+    free(text);
+    report.unsampled = 1;
+    text = table_text(&report, 80);
+    assert_null(strstr(text, "cut off"));
+    free(text);
 }
 
 /* A slope that no sampling has is not shown, and the report has it. */
@@ -902,6 +939,7 @@ int main(void)
         cmocka_unit_test(test_json_numbers),
         cmocka_unit_test(test_table),
         cmocka_unit_test(test_table_parts),
+        cmocka_unit_test(test_table_nothing_rendered),
         cmocka_unit_test(test_table_cores),
         cmocka_unit_test(test_table_narrow),
         cmocka_unit_test(test_table_clipped),
