@@ -66,17 +66,18 @@ static void swap_bytes(float *values, size_t count)
     }
 }
 
-static bool read_rows(FILE *file, struct canvas *canvas, bool swapped)
+/* NULL, or what is wrong. */
+static const char *read_rows(FILE *file, struct canvas *canvas, bool swapped)
 {
     size_t row = (size_t)canvas->width * 3;
     for (uint32_t y = canvas->height; y-- > 0;) {
         float *values = canvas->rgb + y * row;
-        if (fread(values, sizeof *values, row, file) != row) return false;
+        if (fread(values, sizeof *values, row, file) != row) return "is cut";
         if (swapped) swap_bytes(values, row);
         for (size_t i = 0; i < row; i++)
-            if (!isfinite(values[i])) return false;
+            if (!isfinite(values[i])) return "has a pixel that is not finite";
     }
-    return getc(file) == EOF;
+    return getc(file) == EOF ? NULL : "goes on behind its pixels";
 }
 
 /* NULL, or what is wrong with the file, to be freed. */
@@ -91,9 +92,8 @@ static char *read_reference(FILE *file, struct canvas *canvas)
         free(size);
         return wrong;
     }
-    if (!read_rows(file, canvas, header.swapped))
-        return format_text("is cut, goes on behind its pixels, or has some that are not finite");
-    return NULL;
+    const char *wrong = read_rows(file, canvas, header.swapped);
+    return wrong ? copy_text(wrong) : NULL;
 }
 
 bool truth_read(const char *path, uint32_t width, uint32_t height, struct canvas *canvas)

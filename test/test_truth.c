@@ -5,6 +5,7 @@
 #include "master/image_file.h"
 #include "master/truth.h"
 #include "test/scratch.h"
+#include "test/text.h"
 
 /* Writes bytes to a file in the scratch folder. */
 static const char *put(const char *text, size_t bytes)
@@ -17,6 +18,8 @@ static const char *put(const char *text, size_t bytes)
     return path;
 }
 
+static char why[512]; /* was it refused */
+
 static bool reads(const char *header, const float *values, size_t count)
 {
     char text[512];
@@ -24,7 +27,7 @@ static bool reads(const char *header, const float *values, size_t count)
     memcpy(text, header, length);
     memcpy(text + length, values, count * sizeof *values);
     struct canvas canvas;
-    char why[512] = "";
+    why[0] = '\0';
     message_capture(why, sizeof why);
     bool read = truth_read(put(text, length + count * sizeof *values), 2, 2, &canvas);
     message_capture(NULL, 0);
@@ -45,7 +48,11 @@ static void test_reading(void **state)
     assert_true(reads("PF\n2 2\n-1.0\n", values, 12));
     assert_true(reads("PF 2 2 -0.5\n", values, 12));
     assert_false(reads("PF\n2 2\n-1.0\n", values, 11));
+    assert_has(why, "reference.pfm: is cut, expected a colour PFM of 2 x 2 pixels");
+    assert_false(reads("PF\n2 2\n-1.0\n", values, 0));
+    assert_has(why, " is cut,");
     assert_false(reads("PF\n2 2\n-1.0\n", values, 13));
+    assert_has(why, " goes on behind its pixels,");
     assert_false(reads("PF\n2 3\n-1.0\n", values, 12));
     assert_false(reads("PF\n2 2\n0\n", values, 12));
     assert_false(reads("PF\n2 2\nx\n", values, 12));
@@ -57,6 +64,7 @@ static void test_reading(void **state)
         reads("PF\n22222222222222222222222222222222222222222222222 2\n-1.0\n", values, 12));
     values[7] = NAN;
     assert_false(reads("PF\n2 2\n-1.0\n", values, 12));
+    assert_has(why, " has a pixel that is not finite,");
 }
 
 /* It is not waited for who may write into a pipe, nor is a folder read. */
@@ -65,7 +73,6 @@ static void test_no_file(void **state)
     (void)state;
     static const char *const paths[] = {"pipe.pfm", "folder.pfm", "nothing.pfm"};
     struct canvas canvas;
-    char why[512] = "";
     assert_int_equal(mkfifo(paths[0], 0600), 0);
     assert_int_equal(mkdir(paths[1], 0700), 0);
     for (size_t i = 0; i < sizeof paths / sizeof *paths; i++) {
