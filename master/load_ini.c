@@ -88,6 +88,21 @@ static void named_file_free(struct named_file *named)
     free(named->root);
 }
 
+/* Why the file that a section names cannot be opened. If it might not be read either, that is said at once. */
+static char *why_not_open(const struct reading *at, const struct ini_entry *entry, const char *file,
+                          const struct named_file *named)
+{
+    const struct part *part = at->part;
+    const char *reason = strerror(errno), *hint = entry->line ? comment_hint(file) : "";
+    bool may = !entry->line || part->loader->reach == REACH_ANYWHERE ||
+               path_would_be_within(named->path, part->root);
+    if (may) return format_text("cannot open %s: %s%s", named->path, reason, hint);
+    return format_text(
+        "cannot open %s: %s%s; that is outside of the scene's folder %s, too, expected a "
+        "file in it (farm --allow-outside reads any)",
+        named->path, reason, hint, part->root);
+}
+
 /* false, after saying so at that line, when no file can be read there. */
 static bool find_file(const struct reading *at, const char *file, struct named_file *named)
 {
@@ -99,8 +114,7 @@ static bool find_file(const struct reading *at, const char *file, struct named_f
     bool is_root_own = !entry->line && !path_is_within(named->path, root);
     named->root = is_root_own ? root_of(named->path) : copy_text(root);
     if (access(named->path, R_OK) != 0)
-        why = format_text("cannot open %s: %s%s", named->path, strerror(errno),
-                          entry->line ? comment_hint(file) : "");
+        why = why_not_open(at, entry, file, named);
     else if (entry->line && !may_read(at->part->loader, named->path, root))
         why = format_text(LIES_OUTSIDE, named->path, root);
     if (!why) {

@@ -53,13 +53,31 @@ char *path_unresolved(const char *path)
     return absolute;
 }
 
+/* What of a resolved path is behind the folder: "/a.obj", or nothing if it is the folder; NULL: it does not lie
+ * there. */
+static const char *behind_folder(const char *resolved, const char *folder)
+{
+    size_t length = strlen(folder);
+    if (length && folder[length - 1] == '/') length--;
+    const char *rest = strncmp(resolved, folder, length) == 0 ? resolved + length : NULL;
+    return rest && (*rest == '/' || *rest == '\0') ? rest : NULL;
+}
+
 bool path_is_within(const char *path, const char *folder)
 {
     char *resolved = realpath(path, NULL);
-    size_t length = strlen(folder);
-    if (length && folder[length - 1] == '/') length--;
-    bool within = resolved && strncmp(resolved, folder, length) == 0 && resolved[length] == '/';
+    const char *rest = resolved ? behind_folder(resolved, folder) : NULL;
+    bool within = rest && *rest == '/';
     free(resolved);
+    return within;
+}
+
+bool path_would_be_within(const char *path, const char *folder)
+{
+    char *directory = path_directory(path), *resolved = realpath(directory, NULL);
+    bool within = !resolved || behind_folder(resolved, folder);
+    free(resolved);
+    free(directory);
     return within;
 }
 

@@ -31,6 +31,9 @@ char *path_unresolved(const char *path);
 /* Whether path, with all links followed, lies in the folder, which is resolved; "/" holds all. */
 bool path_is_within(const char *path, const char *folder);
 
+/* The same of a file that does not exist, by its folder; where there is no such folder either, true. */
+bool path_would_be_within(const char *path, const char *folder);
+
 /* Where a file written to path would end up: behind all symbolic links, whether it is there or not. The caller
  * frees it; NULL: they go in circles. */
 char *path_behind_links(const char *path);

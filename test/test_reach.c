@@ -110,14 +110,35 @@ static void test_arguments(void **state)
     scratch_refused(s, "scene/scene.ini", "include p.file=scenery/up.ini", line);
 }
 
-/* What does not exist is missing, wherever it would be. */
+/* What does not exist is missing, wherever it would be; that it could not be read there is told with it. */
 static void test_missing_outside(void **state)
 {
     struct scratch *s = *state;
     scratch_write("scene/scene.ini", "[mesh]\nfile = ../none.obj\n");
+    char line[1024];
+    snprintf(
+        line, sizeof line,
+        "scene/scene.ini:2: [mesh]: cannot open scene/../none.obj: No such file or directory; that "
+        "is outside of the scene's folder %s/scene, too, expected a file in it (farm "
+        "--allow-outside reads any)",
+        s->folder);
+    scratch_refused(s, "scene/scene.ini", NULL, line);
+    s->reach = REACH_ANYWHERE;
     scratch_refused(s, "scene/scene.ini", NULL,
                     "scene/scene.ini:2: [mesh]: cannot open scene/../none.obj: No such file or "
                     "directory");
+    s->reach = REACH_FOLDER;
+    static const char *const inside[] = {"none.obj", "parts/none.obj", "../scene/none.obj",
+                                         "nowhere/none.obj"};
+    for (size_t i = 0; i < sizeof inside / sizeof *inside; i++) {
+        char text[128];
+        snprintf(text, sizeof text, "[mesh]\nfile = %s\n", inside[i]);
+        scratch_write("scene/scene.ini", text);
+        snprintf(line, sizeof line,
+                 "scene/scene.ini:2: [mesh]: cannot open scene/%s: No such file or directory",
+                 inside[i]);
+        scratch_refused(s, "scene/scene.ini", NULL, line);
+    }
     scratch_write("scene/lost.obj", "mtllib ../none.mtl\n" FACE);
     free(scratch_scene(s, "scene/lost.obj", NULL));
     assert_string_equal(s->said,
