@@ -151,7 +151,8 @@ static int render_as_master(struct run *run, const struct node_scene *shared,
     run->stats = allocate_zeroed(run->renderers, sizeof *run->stats);
     struct service service = service_of(run, shared, &own);
     service.progress = &progress;
-    progress_start(&progress, stderr, clock_wall());
+    double now = clock_wall();
+    progress_start(&progress, stderr, now, now - run->start);
     renderer_on_wave(renderer, gives_up, &service);
     stop_is_served();
     if (run->save) save_start(run->save, tiles_left(run), pixels_left(run));

@@ -27,7 +27,7 @@ static void erase_bar(void *state)
     progress->drawn = false;
 }
 
-void progress_start(struct progress *progress, FILE *out, double now)
+void progress_start(struct progress *progress, FILE *out, double now, double before)
 {
     int descriptor = terminal_draws() ? terminal_open(out) : -1;
     *progress = (struct progress){
@@ -35,6 +35,7 @@ void progress_start(struct progress *progress, FILE *out, double now)
         .terminal = descriptor >= 0,
         .descriptor = descriptor,
         .started = now,
+        .before = before,
         .last_shown = now,
         .left = -1,
     };
@@ -122,7 +123,8 @@ static void make_fields(struct fields *fields, const struct progress *progress,
     snprintf(fields->text[FIELD_TILES], size, "%s%s%*u/%u tiles", pass.name,
              pass.name[0] ? " " : "", digits, done, tiles);
     snprintf(fields->text[FIELD_RATE], size, "%6s rays/s", rate.text);
-    snprintf(fields->text[FIELD_ELAPSED], size, "%5s", figure_span(elapsed).text);
+    snprintf(fields->text[FIELD_ELAPSED], size, "%5s",
+             figure_span(progress->before + elapsed).text);
 }
 
 /* As many fields as fit in room characters beside the percentage and the shortest bar. */
@@ -189,7 +191,7 @@ static void print_line(const struct progress *progress, const struct progress_st
     fprintf(progress->out, "farm: %d%%%s%s, %u of %u tiles, %s rays/s, %s elapsed",
             (int)(100 * progress->share), join, pass.name, state->tiles_done - state->tiles_before,
             state->tiles - state->tiles_before, figure_count((double)state->rays / elapsed).text,
-            figure_span(elapsed).text);
+            figure_span(progress->before + elapsed).text);
     if (progress->left >= 0) fprintf(progress->out, ", %s left", figure_span(progress->left).text);
     fputc('\n', progress->out);
     fflush(progress->out);

@@ -17,7 +17,8 @@ struct progress {
     FILE *out;         /* stderr */
     bool terminal;     /* redraw in place */
     int descriptor;    /* of the terminal, for its width; -1: none */
-    double started;    /* seconds, any origin */
+    double started;    /* rendering: seconds, any origin */
+    double before;     /* seconds of the run until then: loading a large scene takes a while */
     double last_shown; /* seconds, same origin */
     double left;       /* estimate of the seconds still to go, smoothed; < 0: unknown */
     unsigned pass;     /* that the display is in */
@@ -39,7 +40,8 @@ struct progress_state {
     bool only_limit; /* nothing else is expected to end it */
 };
 
-void progress_start(struct progress *progress, FILE *out, double now);
+/* Rendering starts; before: seconds of the run until now, which count as elapsed, but not for any rate. */
+void progress_start(struct progress *progress, FILE *out, double now, double before);
 
 /* Shows state if it is time to (10 times a second on a terminal, else every 5 s). */
 void progress_update(struct progress *progress, const struct progress_state *state, double now);

@@ -107,7 +107,7 @@ static void test_bar(void **state)
     static struct screen screen;
     struct progress progress;
     screen_open(&screen, 100);
-    progress_start(&progress, screen.out, 100);
+    progress_start(&progress, screen.out, 100, 0);
     progress_update(&progress, &half, 110);
     assert_string_equal(screen_read(&screen),
                         "\r 50% [####################--------------------]   0:10 left"
@@ -127,7 +127,7 @@ static void test_tiles_of_a_pass(void **state)
     later.tiles_before = 6;
     later.pass = 2;
     screen_open(&screen, 100);
-    progress_start(&progress, screen.out, 100);
+    progress_start(&progress, screen.out, 100, 0);
     progress_update(&progress, &later, 110);
     assert_non_null(strstr(screen_read(&screen), "  pass 2 1/6 tiles  "));
     progress_end(&progress);
@@ -141,7 +141,7 @@ static void test_bar_fits(void **state)
     static struct screen screen;
     struct progress progress;
     screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0);
+    progress_start(&progress, screen.out, 0, 0);
     for (unsigned short columns = 1; columns < 300; columns++) {
         screen_resize(&screen, columns); /* as while it is running */
         progress_update(&progress, &half, 10.0 * columns);
@@ -163,7 +163,7 @@ static void test_bar_rate_of_redraws(void **state)
     static struct screen screen;
     struct progress progress;
     screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0);
+    progress_start(&progress, screen.out, 0, 0);
     unsigned redraws = 0;
     for (int ms = 0; ms <= 1000; ms += 2) {
         progress_update(&progress, &half, ms / 1000.0);
@@ -192,7 +192,7 @@ static void test_message_between(void **state)
     static struct screen screen;
     struct progress progress;
     screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0);
+    progress_start(&progress, screen.out, 0, 0);
     assert_string_equal(screen_warn(&screen), "farm: warning: odd\n");
     progress_update(&progress, &half, 1);
     assert_non_null(strstr(screen_read(&screen), " 50% [#"));
@@ -212,7 +212,7 @@ static void test_nothing_to_clean(void **state)
     static struct screen screen;
     struct progress progress;
     screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0);
+    progress_start(&progress, screen.out, 0, 0);
     progress_update(&progress, &half, 0.05);
     progress_end(&progress);
     assert_string_equal(screen_read(&screen), "");
@@ -227,7 +227,7 @@ static void test_time_left(void **state)
     struct progress progress;
     struct progress_state now = {.tiles = 10};
     screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0);
+    progress_start(&progress, screen.out, 0, 0);
     now.share_done = 0.01;
     progress_update(&progress, &now, 1);
     assert_non_null(strstr(screen_read(&screen), "-:-- left"));
@@ -251,7 +251,7 @@ static void test_time_left_of_a_short_run(void **state)
     struct progress progress;
     struct progress_state now = {.tiles = 10};
     screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0);
+    progress_start(&progress, screen.out, 0, 0);
     now.share_done = 0.02;
     progress_update(&progress, &now, 0.1);
     assert_non_null(strstr(screen_read(&screen), "0:05 left"));
@@ -273,7 +273,7 @@ static void test_time_left_resumed(void **state)
     struct progress progress;
     struct progress_state now = {.share_done = 0.9, .share_before = 0.9, .tiles = 10};
     screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0);
+    progress_start(&progress, screen.out, 0, 0);
     progress_update(&progress, &now, 1);
     assert_non_null(strstr(screen_read(&screen), "-:-- left"));
     now.share_done = 0.95;
@@ -291,7 +291,7 @@ static void test_never_backwards(void **state)
     struct progress progress;
     struct progress_state now = half;
     screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0);
+    progress_start(&progress, screen.out, 0, 0);
     progress_update(&progress, &now, 1);
     assert_non_null(strstr(screen_read(&screen), " 50% [#"));
     now.share_done = 0.4;
@@ -312,7 +312,7 @@ static void test_share_of_a_pass(void **state)
     struct progress progress;
     struct progress_state now = half;
     screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0);
+    progress_start(&progress, screen.out, 0, 0);
     now.pass = 1;
     progress_update(&progress, &now, 10);
     assert_non_null(strstr(screen_read(&screen), " 50% [#"));
@@ -345,7 +345,7 @@ static void test_limit(void **state)
     struct progress_state now = half;
     now.pass = 3, now.limit = 10, now.ends = 9;
     screen_open(&screen, 100);
-    progress_start(&progress, screen.out, 0);
+    progress_start(&progress, screen.out, 0, 0);
     now.share_done = 0;
     progress_update(&progress, &now, 0);
     now.share_done = half.share_done;
@@ -372,7 +372,7 @@ static void test_strange_states(void **state)
     struct progress progress;
     struct progress_state now = {0};
     screen_open(&screen, 80);
-    progress_start(&progress, screen.out, 0);
+    progress_start(&progress, screen.out, 0, 0);
     progress_update(&progress, &now, 1);
     assert_non_null(strstr(screen_read(&screen), "  0% [-"));
     now = (struct progress_state){10,       20,         UINT32_MAX, UINT32_MAX, 0,
@@ -389,7 +389,7 @@ static void test_lines(void **state)
     FILE *out = tmpfile();
     assert_non_null(out);
     struct progress progress;
-    progress_start(&progress, out, 0);
+    progress_start(&progress, out, 0, 0);
     for (int tenth = 0; tenth <= 110; tenth++)
         progress_update(&progress, &half, tenth / 10.0);
     struct progress_state pass = half;
@@ -411,6 +411,30 @@ static void test_lines(void **state)
     fclose(out);
 }
 
+/* Elapsed is the time of the run, rates and what is left are of rendering. */
+static void test_elapsed_before(void **state)
+{
+    (void)state;
+    static struct screen screen;
+    FILE *out = tmpfile();
+    assert_non_null(out);
+    struct progress progress;
+    progress_start(&progress, out, 0, 12);
+    progress_update(&progress, &half, 5);
+    progress_end(&progress);
+    char lines[200] = {0};
+    rewind(out);
+    assert_true(fread(lines, 1, sizeof lines - 1, out) > 0);
+    assert_string_equal(lines, "farm: 50%, 7 of 12 tiles, 5.0M rays/s, 0:17 elapsed, 0:05 left\n");
+    fclose(out);
+    screen_open(&screen, 100);
+    progress_start(&progress, screen.out, 0, 12);
+    progress_update(&progress, &half, 5);
+    assert_non_null(strstr(screen_read(&screen), "5.0M rays/s   0:17"));
+    progress_end(&progress);
+    screen_close(&screen);
+}
+
 static void test_dumb_terminal(void **state)
 {
     (void)state;
@@ -419,7 +443,7 @@ static void test_dumb_terminal(void **state)
     screen_open(&screen, 33);
     setenv("TERM", "dumb", 1);
     assert_int_equal(terminal_columns(screen.out), 33);
-    progress_start(&progress, screen.out, 0);
+    progress_start(&progress, screen.out, 0, 0);
     progress_update(&progress, &half, 1);
     assert_string_equal(screen_read(&screen), "");
     progress_update(&progress, &half, 6);
@@ -464,6 +488,7 @@ int main(void)
         cmocka_unit_test(test_limit),
         cmocka_unit_test(test_strange_states),
         cmocka_unit_test(test_lines),
+        cmocka_unit_test(test_elapsed_before),
         cmocka_unit_test(test_dumb_terminal),
         cmocka_unit_test(test_pipe_without_launcher),
     };
