@@ -184,7 +184,24 @@ bool image_write_for(const char *key, const char *path, const struct canvas *can
     return error ? output_refused(path, key, error) : true;
 }
 
+/* Bytes that a disk takes in a second, or memory that is written to it later: 0.7e9 were measured. */
+#define DISK_BYTES 1e9
+
+void image_announce(const char *path, const struct canvas *canvas, double seconds)
+{
+    double bytes =
+        3.0 * sizeof(float) * canvas->width * canvas->height; /* as a PFM, others are shorter */
+    double disk = image_format(path) == FORMAT_PFM ? bytes / DISK_BYTES : 0;
+    double expected = disk + image_seconds(path, canvas, true, false);
+    if (expected > seconds) user_note("writing %s takes about %.0f s", path, fmax(expected, 1));
+}
+
+/* Of a picture of fewer pixels nobody waits for a file, nor is to wait for a trial of one: 100 to 140 ns a pixel were
+ * measured. */
+#define ANNOUNCE_PIXELS 4e6
+
 bool image_write(const char *path, const struct canvas *canvas)
 {
+    if ((double)canvas->width * canvas->height > ANNOUNCE_PIXELS) image_announce(path, canvas, 1);
     return image_write_for("output.image", path, canvas);
 }

@@ -37,7 +37,11 @@ struct quantisation image_quantisation(const char *path, const struct canvas *ca
 double image_seconds(const char *path, const struct canvas *canvas, bool rendered,
                      bool with_quantisation);
 
-/* false, after saying why (disk full, ...), when the picture could not be written. */
+/* Says that the picture is being written where that is expected to take longer than so many seconds. */
+void image_announce(const char *path, const struct canvas *canvas, double seconds);
+
+/* false, after saying why (disk full, ...), when the picture could not be written. Where it takes longer than a
+ * second, that it is being written is said first. */
 bool image_write(const char *path, const struct canvas *canvas);
 
 /* The same without a word, for a path and a size that can be written: errno of what failed, or 0. */

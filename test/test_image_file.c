@@ -561,10 +561,31 @@ static void test_seconds(void **state)
     }
 }
 
+/* What takes a while is told of before it is done. */
+static void test_announced(void **state)
+{
+    (void)state;
+    const char *const paths[] = {"a.png", "a.hdr", "a.pfm"};
+    struct canvas canvas;
+    canvas_init(&canvas, 1000, 700);
+    for (size_t i = 0; i < 3; i++) {
+        char announced[200] = "", expected[40];
+        message_capture(announced, sizeof announced);
+        image_announce(paths[i], &canvas, 3600);
+        assert_string_equal(announced, "");
+        image_announce(paths[i], &canvas, 0);
+        message_capture(NULL, 0);
+        snprintf(expected, sizeof expected, "writing %s takes about ", paths[i]);
+        assert_non_null(strstr(announced, expected));
+    }
+    canvas_free(&canvas);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         TEST(test_no_file_while_encoding),
+        TEST(test_announced),
         TEST(test_extensions),
         TEST(test_png_values),
         TEST(test_quantisation),
