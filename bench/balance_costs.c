@@ -5,9 +5,12 @@
 #include <stdlib.h>
 
 #include "bench/balance_trace.h"
+#include "bench/median.h"
 #include "common/clock.h"
 #include "common/message.h"
 #include "master/load.h"
+#include "master/queue.h"
+#include "master/share.h"
 #include "worker/bvh.h"
 #include "worker/render.h"
 
@@ -37,6 +40,7 @@ static struct tile tile_at(const struct tile_costs *map, unsigned level, size_t 
 struct cost_target {
     struct tile_costs *map;
     struct renderer *renderer;
+    float *rgb; /* room for the whole picture, more than any tile needs */
 };
 
 /* What reading the clock twice takes: the least of many. */
@@ -65,18 +69,19 @@ static void keep_medians(float *out, float *all, size_t tiles, unsigned rounds)
     }
 }
 
-/* What a round measures: rounds measurements of each tile, at all levels. */
+/* What a round measures: rounds measurements of each tile, at all levels, and of shares. */
 struct rounds {
     unsigned count, round;
     float *all[COST_LEVELS];
     double clock; /* seconds that reading it takes */
+    uint64_t renderers;
+    double *shares; /* seconds: per share (as measure_shares() numbers them) and round */
 };
 
 static void render_tile(const struct cost_target *target, const struct tile *tile)
 {
-    static float rgb[3 << (2 * (COST_LEVELS - 1))];
     struct render_counts counts;
-    renderer_tile(target->renderer, tile, rgb, &counts);
+    renderer_tile(target->renderer, tile, target->rgb, &counts);
 }
 
 static void measure_tile(const struct cost_target *target, struct rounds *rounds, unsigned level,
@@ -103,19 +108,71 @@ static void measure_block(const struct cost_target *target, struct rounds *round
     }
 }
 
-static void measure_levels(const struct cost_target *target, unsigned count)
+static const enum schedule apart_schedules[APART_SCHEDULES] = {
+    [APART_CYCLIC] = SCHEDULE_CYCLIC,
+    [APART_CYCLIC_ROWS] = SCHEDULE_CYCLIC_ROWS,
+};
+
+#define SHARES (APART_SCHEDULES * (APART_MOST + 1))
+
+/* Of each number of renderers every round takes another one's share, evenly over all of them: shares of all would
+ * take more than ten times as long, and rays are as far apart in each. */
+static uint32_t renderer_of_round(uint32_t renderers, unsigned round, unsigned rounds)
+{
+    return (uint32_t)((2 * (uint64_t)round + 1) * renderers / (2 * (uint64_t)rounds));
+}
+
+/* What the tiles of a renderer's share cost in all, in its order, each as the function tells. */
+static double sum_share(const struct share_config *config, uint32_t renderer,
+                        double (*cost)(const void *, const struct tile *), const void *context)
+{
+    struct shares shares;
+    struct tile tile;
+    double sum = 0;
+    shares_init(&shares, config, QUEUE_MAX_TILES);
+    while (share_next(&shares, renderer, &tile))
+        sum += cost(context, &tile);
+    shares_free(&shares);
+    return sum;
+}
+
+static double seconds_of(const void *context, const struct tile *tile)
+{
+    const struct cost_target *target = context;
+    double start = clock_thread_cpu();
+    render_tile(target, tile);
+    return clock_thread_cpu() - start;
+}
+
+/* Shares in between blocks: what else the machine does weighs on them as on the tiles that they are compared with. */
+static void measure_shares(const struct cost_target *target, struct rounds *rounds, size_t block)
+{
+    for (size_t i = block; i < SHARES; i += tiles_of(target->map, COST_LEVELS - 1)) {
+        struct share_config config = {.schedule = apart_schedules[i % APART_SCHEDULES],
+                                      .width = target->map->width,
+                                      .height = target->map->height,
+                                      .renderers = (uint32_t)(i / APART_SCHEDULES)};
+        if (!(rounds->renderers >> config.renderers & 1)) continue;
+        uint32_t renderer = renderer_of_round(config.renderers, rounds->round, rounds->count);
+        rounds->shares[i * rounds->count + rounds->round] =
+            sum_share(&config, renderer, seconds_of, target);
+    }
+}
+
+static void measure_levels(const struct cost_target *target, struct rounds *rounds)
 {
     struct tile_costs *map = target->map;
-    struct rounds rounds = {.count = count, .clock = clock_cost()};
     for (unsigned level = 0; level < COST_LEVELS; level++)
-        rounds.all[level] = allocate(tiles_of(map, level) * count, sizeof(float));
-    for (; rounds.round < count; rounds.round++)
-        for (size_t block = 0; block < tiles_of(map, COST_LEVELS - 1); block++)
-            measure_block(target, &rounds, block);
+        rounds->all[level] = allocate(tiles_of(map, level) * rounds->count, sizeof(float));
+    for (; rounds->round < rounds->count; rounds->round++)
+        for (size_t block = 0; block < tiles_of(map, COST_LEVELS - 1); block++) {
+            measure_block(target, rounds, block);
+            measure_shares(target, rounds, block);
+        }
     for (unsigned level = 0; level < COST_LEVELS; level++) {
         map->levels[level] = allocate(tiles_of(map, level), sizeof(float));
-        keep_medians(map->levels[level], rounds.all[level], tiles_of(map, level), count);
-        free(rounds.all[level]);
+        keep_medians(map->levels[level], rounds->all[level], tiles_of(map, level), rounds->count);
+        free(rounds->all[level]);
     }
 }
 
@@ -230,15 +287,41 @@ static void close_stage(struct cost_stage *stage)
     free(stage->scene);
 }
 
+/* Each share that was measured against what the model says of the very same one. */
+static void compare_shares(struct tile_costs *map, const struct rounds *rounds)
+{
+    struct picture_costs view = {.map = map, .scale = 1, .samples = map->samples};
+    double *ratios = allocate(rounds->count, sizeof *ratios);
+    for (size_t i = 0; i < SHARES; i++) {
+        uint32_t renderers = (uint32_t)(i / APART_SCHEDULES);
+        if (!(rounds->renderers >> renderers & 1)) continue;
+        for (unsigned round = 0; round < rounds->count; round++) {
+            uint32_t renderer = renderer_of_round(renderers, round, rounds->count);
+            ratios[round] =
+                rounds->shares[i * rounds->count + round] /
+                costs_of_share(&view, apart_schedules[i % APART_SCHEDULES], renderers, renderer);
+        }
+        map->apart[i % APART_SCHEDULES][renderers] = median_of(ratios, rounds->count);
+    }
+    free(ratios);
+}
+
 void costs_measure(struct tile_costs *map, const char *config, uint32_t width, uint32_t height,
-                   uint32_t samples, unsigned rounds)
+                   uint32_t samples, unsigned rounds, uint64_t renderers)
 {
     struct cost_stage stage;
+    struct rounds all = {
+        .count = rounds, .clock = clock_cost(), .renderers = renderers & APART_ALL};
+    all.shares = allocate_zeroed((size_t)SHARES * rounds, sizeof *all.shares);
     open_stage(&stage, config, width, height, samples);
     *map = (struct tile_costs){.width = width, .height = height, .samples = samples};
-    measure_levels(&(struct cost_target){map, stage.renderer}, rounds);
+    float *rgb = allocate(3 * (size_t)width * height, sizeof *rgb);
+    measure_levels(&(struct cost_target){map, stage.renderer, rgb}, &all);
+    free(rgb);
     close_stage(&stage);
     costs_derive(map);
+    compare_shares(map, &all);
+    free(all.shares);
 }
 
 void costs_free(struct tile_costs *map)
@@ -265,6 +348,7 @@ void costs_save(const struct tile_costs *map, const char *path)
         size_t tiles = tiles_of(map, level);
         good = fwrite(map->levels[level], sizeof(float), tiles, file) == tiles;
     }
+    good = good && fwrite(map->apart, sizeof map->apart, 1, file) == 1;
     if (!good || fclose(file) != 0) fatal("cannot write %s", path);
 }
 
@@ -282,6 +366,7 @@ bool costs_read(struct tile_costs *map, const char *path)
         if (fread(map->levels[level], sizeof(float), tiles, file) != tiles)
             fatal("%s is damaged: remove it", path);
     }
+    if (fread(map->apart, sizeof map->apart, 1, file) != 1) fatal("%s is damaged: remove it", path);
     fclose(file);
     costs_derive(map);
     return true;
@@ -373,12 +458,10 @@ static double cost_of_probes(const struct picture_costs *view, const struct tile
     return sum;
 }
 
-double costs_of(const struct picture_costs *view, const struct tile *tile)
+/* As if its pixels lay together. */
+static double cost_together(const struct picture_costs *view, const struct tile *tile)
 {
     const struct tile_costs *map = view->map;
-    double seen = view->run ? run_costs_of(view->run, tile) : -1;
-    if (seen >= 0) return seen;
-    if (tile->pass == TILE_PROBE) return cost_of_probes(view, tile);
     if (!view->run && view->scale == 1 && view->samples == map->samples && view->top == 0) {
         double cost = measured(map, tile);
         if (cost >= 0) return cost;
@@ -386,6 +469,40 @@ double costs_of(const struct picture_costs *view, const struct tile *tile)
     double base = tile->step == 1 ? base_of_rectangle(view, tile) : base_of_pixels(view, tile);
     double samples = (double)tile_pixels(tile) * view->samples;
     return map->fixed + costs_spread(map, samples) * base * growth(view);
+}
+
+double costs_of(const struct picture_costs *view, const struct tile *tile)
+{
+    double seen = view->run ? run_costs_of(view->run, tile) : -1;
+    if (seen >= 0) return seen;
+    if (tile->pass == TILE_PROBE) return cost_of_probes(view, tile);
+    return (view->apart > 0 ? view->apart : 1) * cost_together(view, tile);
+}
+
+static double cost_in_view(const void *context, const struct tile *tile)
+{
+    return costs_of(context, tile);
+}
+
+double costs_of_share(const struct picture_costs *view, enum schedule schedule, uint32_t renderers,
+                      uint32_t renderer)
+{
+    struct share_config config = {.schedule = schedule,
+                                  .width = costs_width(view),
+                                  .height = costs_height(view),
+                                  .renderers = renderers};
+    return sum_share(&config, renderer, cost_in_view, view);
+}
+
+double costs_apart(const struct tile_costs *map, enum schedule schedule, uint32_t renderers)
+{
+    for (unsigned i = 0; i < APART_SCHEDULES; i++) {
+        if (apart_schedules[i] != schedule || renderers < 2) continue;
+        if (renderers > APART_MOST || !(map->apart[i][renderers] > 0))
+            fatal("shares of %u renderers were not measured", renderers);
+        return map->apart[i][renderers];
+    }
+    return 1;
 }
 
 uint32_t costs_width(const struct picture_costs *view)

@@ -267,7 +267,8 @@ void section_figures(void)
         "measured to cost up to some per cent more or less, and speed-up is off by as "
         "much. Efficiency is free of that: the part of the processors' time that went "
         "into tiles that count, without the pre-pass, what is rendered in vain, what "
-        "there is beside tiles, serving and waiting.\n\n"
+        "there is beside tiles, serving and waiting; nor does it show that cyclic shares take more "
+        "time for the same pixels.\n\n"
         "![Time against processors](balance_fig10.svg)\n\n"
         "![Speed-up against processors](balance_fig11.svg)\n");
     for (unsigned s = 0; s < SCENES; s++) {

@@ -121,7 +121,7 @@ const struct tile_costs *kept_costs(const struct bench_scene *scene, uint32_t wi
         !costs_read(&kept->map, path)) {
         fprintf(stderr, "measuring the costs of %s, %u x %u, %u samples\n", scene->name, width,
                 height, samples);
-        costs_measure(&kept->map, scene->config, width, height, samples, bench_rounds);
+        costs_measure(&kept->map, scene->config, width, height, samples, bench_rounds, APART_ALL);
         costs_save(&kept->map, path);
     }
     return &kept->map;

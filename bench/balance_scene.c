@@ -21,8 +21,11 @@ static void put_row(const struct picture_costs *costs, double serial, uint32_t p
 void compare_schedules(const char *config, uint32_t samples)
 {
     struct tile_costs map, single;
-    costs_measure(&map, config, PAPER_WIDTH, PAPER_HEIGHT, samples, bench_rounds);
-    costs_measure(&single, config, PAPER_WIDTH, PAPER_HEIGHT, 1, bench_rounds);
+    uint64_t shown = UINT64_C(1) << PAPER_PROCESSORS;
+    for (uint32_t processors = 2; processors < PAPER_PROCESSORS; processors *= 2)
+        shown |= UINT64_C(1) << processors;
+    costs_measure(&map, config, PAPER_WIDTH, PAPER_HEIGHT, samples, bench_rounds, shown);
+    costs_measure(&single, config, PAPER_WIDTH, PAPER_HEIGHT, 1, bench_rounds, 0);
     struct picture_costs costs = {.map = &map, .single = &single, .scale = 1, .samples = samples};
     double serial = serial_seconds(&costs);
     printf("Simulated speed-up of %s, %u x %u pixels, samples = %u, one processor: %.3f s\n\n"

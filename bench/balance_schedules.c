@@ -14,6 +14,14 @@ const struct bench_schedule bench_schedules[SCHEDULES_COMPARED] = {
     [FULL] = {"dynamic", "farm.schedule=dynamic", false},
 };
 
+static const enum schedule schedules[] = {
+    [STRIPS] = SCHEDULE_STRIPS,
+    [CYCLIC_PIXELS] = SCHEDULE_CYCLIC,
+    [CYCLIC_ROWS] = SCHEDULE_CYCLIC_ROWS,
+    [PLAIN_TILES] = SCHEDULE_TILES,
+    [FULL] = SCHEDULE_DYNAMIC,
+};
+
 /* The renderers on the cores that they share. */
 static void share_cores(struct crowd *crowd, const struct machine *machine)
 {
@@ -33,13 +41,6 @@ static struct queue *schedule_queue(unsigned schedule, uint32_t width, uint32_t 
                                     uint32_t samples, const struct machine *machine,
                                     const struct crowd *crowd)
 {
-    static const enum schedule schedules[] = {
-        [STRIPS] = SCHEDULE_STRIPS,
-        [CYCLIC_PIXELS] = SCHEDULE_CYCLIC,
-        [CYCLIC_ROWS] = SCHEDULE_CYCLIC_ROWS,
-        [PLAIN_TILES] = SCHEDULE_TILES,
-        [FULL] = SCHEDULE_DYNAMIC,
-    };
     struct queue_config config = {.schedule = schedules[schedule],
                                   .width = width,
                                   .height = height,
@@ -64,7 +65,9 @@ void schedule_simulate(unsigned schedule, const struct machine *machine,
     if (shares) share_cores(&crowd, machine);
     struct queue *queue = schedule_queue(schedule, costs_width(costs), costs_height(costs),
                                          costs->samples, machine, shares ? &crowd : NULL);
-    simulate(machine, queue, costs, outcome);
+    struct picture_costs own = *costs;
+    own.apart = costs_apart(costs->map, schedules[schedule], machine->renderers);
+    simulate(machine, queue, &own, outcome);
     queue_destroy(queue);
     crowd_free(&crowd);
 }

@@ -13,6 +13,7 @@
 #include "bench/balance_sim.h"
 #include "bench/balance_trace.h"
 #include "common/message.h"
+#include "test/fatal.h"
 
 enum { WIDTH = 64, HEIGHT = 64 };
 
@@ -361,6 +362,75 @@ static void test_scaled_costs(void **state)
     costs_free(&map);
 }
 
+/* ---- shares whose pixels lie apart ---- */
+
+static void test_apart(void **state)
+{
+    (void)state;
+    struct machine machine = machine_of(4);
+    struct tile_costs map = even_costs();
+    struct picture_costs costs = {.map = &map, .single = &map, .scale = 1, .samples = 1};
+    struct queue_config config = {
+        .schedule = SCHEDULE_CYCLIC, .width = WIDTH, .height = HEIGHT, .renderers = 4};
+    double once = 0;
+    for (uint32_t i = 0; i < 4; i++)
+        once += costs_of_share(&costs, SCHEDULE_CYCLIC, 4, i);
+    assert_near(once, all_s, 0.05);
+    costs.apart = 1.5;
+    assert_near(costs_of_share(&costs, SCHEDULE_CYCLIC, 4, 0), 1.5 * once / 4, 0.01);
+    struct queue *queue = queue_create(&config);
+    struct sim_outcome outcome;
+    simulate(&machine, queue, &costs, &outcome);
+    assert_near(outcome.render_s, 1.5 * once / 4, 0.01);
+    queue_destroy(queue);
+    sim_outcome_free(&outcome);
+    costs_free(&map);
+}
+
+static void ask_for_unmeasured(void *map)
+{
+    costs_apart(map, SCHEDULE_CYCLIC, 3);
+}
+
+static void read_torn(void *path)
+{
+    struct tile_costs map;
+    costs_read(&map, path);
+}
+
+/* It is measured for as many renderers as were asked for, and kept with the rest. */
+static void test_apart_is_kept(void **state)
+{
+    (void)state;
+    char folder[] = "/tmp/test_simulate_XXXXXX", said[128];
+    assert_non_null(mkdtemp(folder));
+    char *path = format_text("%s/costs", folder);
+    struct tile_costs map, kept;
+    costs_measure(&map, "config/hello.ini", WIDTH, HEIGHT, 1, 3, 1u << 2 | 1u << 5);
+    costs_save(&map, path);
+    assert_true(costs_read(&kept, path));
+    for (unsigned i = 0; i < APART_SCHEDULES; i++)
+        for (unsigned renderers = 0; renderers <= APART_MOST; renderers++) {
+            assert_true((map.apart[i][renderers] > 0) == (renderers == 2 || renderers == 5));
+            assert_true(kept.apart[i][renderers] == map.apart[i][renderers]);
+        }
+    assert_true(costs_apart(&kept, SCHEDULE_CYCLIC, 5) == map.apart[APART_CYCLIC][5]);
+    assert_true(costs_apart(&kept, SCHEDULE_CYCLIC_ROWS, 2) == map.apart[APART_CYCLIC_ROWS][2]);
+    assert_true(costs_apart(&kept, SCHEDULE_CYCLIC, 1) == 1);
+    assert_true(costs_apart(&kept, SCHEDULE_STRIPS, 3) == 1);
+    assert_true(costs_apart(&kept, SCHEDULE_DYNAMIC, 3) == 1);
+    assert_fatal(ask_for_unmeasured, &kept,
+                 "farm: rank 0: shares of 3 renderers were not measured\n");
+    assert_int_equal(truncate(path, 12 + 4 * (64 * 64 + 32 * 32 + 16 * 16 + 64 + 16 + 4 + 1)), 0);
+    snprintf(said, sizeof said, "farm: rank 0: %s is damaged: remove it\n", path);
+    assert_fatal(read_torn, path, said);
+    costs_free(&map);
+    costs_free(&kept);
+    remove(path);
+    rmdir(folder);
+    free(path);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -371,6 +441,7 @@ int main(void)
         cmocka_unit_test(test_nodes),         cmocka_unit_test(test_scaled_costs),
         cmocka_unit_test(test_starts),        cmocka_unit_test(test_beside_tiles),
         cmocka_unit_test(test_run_costs),     cmocka_unit_test(test_in_vain),
+        cmocka_unit_test(test_apart),         cmocka_unit_test(test_apart_is_kept),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
