@@ -3,6 +3,7 @@
 
 #include "worker/coplanar.h"
 #include "worker/order.h"
+#include "worker/primitive.h"
 
 /* ---- whether they are ---- */
 
@@ -71,6 +72,158 @@ static void test_are_in_one_surface(void **state)
     assert_true(coplanar(scene, (uint32_t[]){2, 0}, (uint32_t[]){3, 0}));
     assert_false(coplanar(scene, (uint32_t[]){2, 0}, (uint32_t[]){4, 0}));
     free(scene);
+}
+
+/* ---- the same without anything but exact sums ---- */
+
+/* sum += (a x b).c */
+static void add_determinant(struct accumulator *sum, struct vec3 a, struct vec3 b, struct vec3 c,
+                            bool subtract)
+{
+    for (unsigned x = 0; x < 3; x++) {
+        unsigned y = (x + 1) % 3, z = (x + 2) % 3;
+        double first[] = {vec_component(&a, x), vec_component(&b, y), vec_component(&c, z)};
+        double second[] = {vec_component(&a, x), vec_component(&b, z), vec_component(&c, y)};
+        accumulator_add(sum, first, 3, subtract);
+        accumulator_add(sum, second, 3, !subtract);
+    }
+}
+
+struct corners {
+    struct vec3 at[3];
+};
+
+static struct corners corners_of(const struct scene *scene, uint32_t id)
+{
+    const uint32_t *corner = corner_indices(scene, id);
+    const struct vec3 *vertices = scene_vertices(scene);
+    return (struct corners){{vertices[corner[0]], vertices[corner[1]], vertices[corner[2]]}};
+}
+
+/* sum += n.way with n = (b - a) x (c - a) = a x b + b x c + c x a */
+static void add_along_normal(struct accumulator *sum, const struct corners *of, struct vec3 way,
+                             bool subtract)
+{
+    for (unsigned i = 0; i < 3; i++)
+        add_determinant(sum, of->at[i], of->at[(i + 1) % 3], way, subtract);
+}
+
+/* n.(a - point) */
+static void height_above(struct accumulator *sum, const struct corners *of, struct vec3 point)
+{
+    accumulator_clear(sum);
+    add_determinant(sum, of->at[0], of->at[1], of->at[2], false);
+    add_along_normal(sum, of, point, true);
+}
+
+static bool reference_coplanar(const struct corners *a, const struct corners *b)
+{
+    struct accumulator height;
+    for (unsigned i = 0; i < 3; i++) {
+        height_above(&height, a, b->at[i]);
+        if (accumulator_sign(&height) != 0) return false;
+    }
+    return true;
+}
+
+/* 2: one of them is along the ray. */
+static int reference_order(const struct corners *a, const struct corners *b, const struct ray *ray)
+{
+    struct accumulator height[2], speed[2], difference;
+    const struct corners *of[2] = {a, b};
+    for (unsigned i = 0; i < 2; i++) {
+        height_above(&height[i], of[i], ray->origin);
+        accumulator_clear(&speed[i]);
+        add_along_normal(&speed[i], of[i], ray->direction, false);
+    }
+    accumulator_clear(&difference);
+    accumulator_add_product(&difference, &height[0], &speed[1], NULL, false);
+    accumulator_add_product(&difference, &height[1], &speed[0], NULL, true);
+    int sign = accumulator_sign(&speed[0]) * accumulator_sign(&speed[1]);
+    return sign == 0 ? 2 : sign * accumulator_sign(&difference);
+}
+
+#define NEARLY_FLAT 24
+
+static double random_whole(uint64_t *random, int reach)
+{
+    return (double)random_below(random, 2 * (uint32_t)reach + 1) - reach;
+}
+
+/* A third of its triangles in one oblique plane, a third off it by the last bit of a coordinate, a third where
+ * rounding puts them; some have a side along the plane's first direction. */
+static struct scene *nearly_flat(uint64_t *random)
+{
+    struct builder *builder = builder_create();
+    uint32_t grey = add_material(builder, vec3(1, 1, 1), 0);
+    struct vec3 at = vec3(random_whole(random, 99), random_whole(random, 9), 1);
+    struct vec3 p = vec3(3, random_whole(random, 3), random_whole(random, 2));
+    struct vec3 q = vec3(random_whole(random, 3), 5, random_whole(random, 2));
+    double scale = ldexp(1, random_exponent(random, -130, 130));
+    for (int i = 0; i < NEARLY_FLAT; i++) {
+        struct vec3 corner[3];
+        double x = random_whole(random, 20), y = random_whole(random, 20);
+        double share = i % 3 == 2 ? random_between(random, 0.1, 1) : 1;
+        for (int k = 0; k < 3; k++) {
+            double u = k == 1 ? x + 1 + random_below(random, 5) : x;
+            double v = k == 2 ? y + 1 + random_below(random, 5) : y;
+            struct vec3 way = vec_add(vec_scale(p, share * u), vec_scale(q, share * v));
+            corner[k] = vec_scale(vec_add(at, way), scale);
+        }
+        double *last = &corner[random_below(random, 3)].y;
+        if (i % 3 == 1) *last = nextafter(*last, random_below(random, 2) ? INFINITE : -INFINITE);
+        add_triangle(builder, corner[0], corner[1], corner[2], grey);
+    }
+    return finish_scene(builder);
+}
+
+/* From about the plane or far from it, to a corner, in a plane, or across. */
+static struct ray ray_at(uint64_t *random, const struct corners *to)
+{
+    double size = sum_of_sizes(to->at[0]);
+    struct vec3 origin =
+        vec_add(to->at[1], random_vector(random, size * pow(10, random_between(random, -9, 3))));
+    if (random_below(random, 8) == 0) origin = to->at[1];
+    return ray_to(origin, random_below(random, 4) ? to->at[0] : vec_scale(to->at[2], 1.001));
+}
+
+/* How often each answer was right. */
+struct answers {
+    unsigned one_plane, two, orders[4];
+};
+
+static void check_pair(const struct scene *scene, uint32_t i, uint32_t k, uint64_t *random,
+                       struct answers *answers)
+{
+    struct corners a = corners_of(scene, i), b = corners_of(scene, k);
+    bool one = reference_coplanar(&a, &b);
+    assert_int_equal(surfaces_of(scene, i, 0, k, 0), one ? SURFACES_ONE_PLANE : SURFACES_TWO);
+    (*(one ? &answers->one_plane : &answers->two))++;
+    for (unsigned n = 0; n < 4; n++) {
+        struct ray ray = ray_at(random, n % 2 ? &a : &b);
+        int order, expected = reference_order(&a, &b, &ray);
+        bool told = compare_flats(scene, &ray, i, 0, k, 0, &order);
+        assert_int_equal(told, expected != 2);
+        if (told) assert_int_equal(order, expected);
+        answers->orders[expected + 1]++;
+    }
+}
+
+static void test_by_exact_sums(void **state)
+{
+    (void)state;
+    uint64_t random = 73;
+    struct answers answers = {0};
+    for (int n = 0; n < 40; n++) {
+        struct scene *scene = nearly_flat(&random);
+        for (uint32_t i = 0; i < NEARLY_FLAT; i++)
+            for (uint32_t k = 0; k < i; k++)
+                check_pair(scene, i, k, &random, &answers);
+        free(scene);
+    }
+    assert_true(answers.one_plane > 999 && answers.two > 999);
+    for (int i = 0; i < 4; i++)
+        assert_true(answers.orders[i] > 99);
 }
 
 /* ---- which is first ---- */
@@ -740,6 +893,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_are_in_one_surface),
+        cmocka_unit_test(test_by_exact_sums),
         cmocka_unit_test(test_glass_on_floor),
         cmocka_unit_test(test_glass_on_glass),
         cmocka_unit_test(test_each_is_passed_once),

@@ -70,13 +70,18 @@ static void add_triple(struct accumulator *sum, const struct dd3 *p, const struc
     }
 }
 
-/* Whether (p x q).r = 0. Two-term arithmetic errs by less than 128 u^2 of the product of the sizes. */
+/* Whether (p x q).r = 0. Rounded to double, it errs by less than 16 u of the product of the sizes. What is near 0 are
+ * mostly vectors between points of one magnitude: those fit into integers. */
 static bool triple_is_zero(const struct dd3 *p, const struct dd3 *q, const struct dd3 *r)
 {
-    double value = fabs(dd3_dot(dd3_cross(*p, *q), *r).high);
-    double size = sum_of_sizes(dd3_round(*p)) * sum_of_sizes(dd3_round(*q));
-    size *= sum_of_sizes(dd3_round(*r));
-    if (value > 0x1p-90 * size && size > 0x1p-400 && size < 0x1p400) return false;
+    struct vec3 a = dd3_round(*p), b = dd3_round(*q), c = dd3_round(*r);
+    double size = sum_of_sizes(a) * sum_of_sizes(b) * sum_of_sizes(c);
+    bool in_range = size > 0x1p-400 && size < 0x1p400;
+    if (in_range && fabs(vec_dot(vec_cross(a, b), c)) > 16 * UNIT_ROUNDOFF * size) return false;
+    struct integers i, j, k;
+    int ignored;
+    if (exact_integers(p, &i) && exact_integers(q, &j) && exact_integers(r, &k))
+        return integers_triple(&i, &j, &k, &ignored).high == 0;
     struct accumulator sum;
     accumulator_clear(&sum);
     add_triple(&sum, p, q, r);
@@ -201,6 +206,46 @@ static void approach_of(const struct flat *flat, const struct ray *ray, struct a
     along_normal(flat, dd3_of(ray->direction), &approach->speed);
 }
 
+/* The same in double-double, and bounds of their sizes. */
+struct rough_approach {
+    struct dd height, speed;
+    double way, step;
+};
+
+static struct rough_approach rough_approach_of(const struct flat *flat, const struct ray *ray)
+{
+    struct dd3 normal = flat->normal, way = exact_difference3(flat->at[0], ray->origin);
+    double size = dd3_size(normal);
+    if (flat->corners == 3) {
+        struct dd3 p = exact_difference3(flat->at[1], flat->at[0]);
+        struct dd3 q = exact_difference3(flat->at[2], flat->at[0]);
+        normal = dd3_cross(p, q);
+        size = dd3_size(p) * dd3_size(q);
+    }
+    return (struct rough_approach){dd3_dot(normal, way), dd3_dot_vec(normal, ray->direction),
+                                   size * dd3_size(way), size * sum_of_sizes(ray->direction)};
+}
+
+/* Of the sizes, more than double-double errs by: heights and speeds by less than 64 u^2. */
+#define ROUGH_ERROR 0x1p-96
+
+/* -1, 0 or 1; 0: the sign of a number of such size may be any. */
+static int rough_sign(struct dd value, double size)
+{
+    bool in_range = size > 0x1p-400 && size < 0x1p400;
+    if (!in_range || !(fabs(value.high) > ROUGH_ERROR * size)) return 0;
+    return value.high < 0 ? -1 : 1;
+}
+
+/* The order of compare_flats(), or 0: it takes exact arithmetic. */
+static int rough_order(const struct flat *a, const struct flat *b, const struct ray *ray)
+{
+    struct rough_approach p = rough_approach_of(a, ray), q = rough_approach_of(b, ray);
+    struct dd difference = dd_sub(dd_mul(p.height, q.speed), dd_mul(q.height, p.speed));
+    int sign = rough_sign(p.speed, p.step) * rough_sign(q.speed, q.step);
+    return sign * rough_sign(difference, p.way * q.step + q.way * p.step);
+}
+
 bool compare_flats(const struct scene *scene, const struct ray *ray, uint32_t a, uint32_t part_of_a,
                    uint32_t b, uint32_t part_of_b, int *order)
 {
@@ -208,6 +253,8 @@ bool compare_flats(const struct scene *scene, const struct ray *ray, uint32_t a,
     struct approach p, q;
     struct accumulator difference;
     if (one.corners == 0 || other.corners == 0) return false;
+    *order = rough_order(&one, &other, ray);
+    if (*order != 0) return true;
     approach_of(&one, ray, &p);
     approach_of(&other, ray, &q);
     accumulator_clear(&difference);
