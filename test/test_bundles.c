@@ -10,9 +10,11 @@
 static unsigned taken, refused; /* rays */
 
 bool __real_nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                           unsigned packets, struct hit *hits, uint64_t *exact);
+                           unsigned packets, struct hit *hits, struct known_planes *planes,
+                           uint64_t *exact);
 bool __wrap_nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                           unsigned packets, struct hit *hits, uint64_t *exact);
+                           unsigned packets, struct hit *hits, struct known_planes *planes,
+                           uint64_t *exact);
 bool __real_occluded_packet(const struct scene *scene, const struct bvh *bvh,
                             const struct ray *rays, struct passages *passages,
                             struct blocker *blocker, struct vec3 *transmittance, uint64_t *exact,
@@ -29,9 +31,11 @@ static bool count(bool worth_it, unsigned rays)
 }
 
 bool __wrap_nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                           unsigned packets, struct hit *hits, uint64_t *exact)
+                           unsigned packets, struct hit *hits, struct known_planes *planes,
+                           uint64_t *exact)
 {
-    return count(__real_nearest_bundle(scene, bvh, rays, packets, hits, exact), packets * LANES);
+    return count(__real_nearest_bundle(scene, bvh, rays, packets, hits, planes, exact),
+                 packets * LANES);
 }
 
 bool __wrap_occluded_packet(const struct scene *scene, const struct bvh *bvh,

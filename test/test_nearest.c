@@ -302,6 +302,67 @@ static void test_lattice(void **state)
     compare_scenes((struct recipe){&random, LATTICE, 4, {0, 0, 0}}, 16, 60, 5000);
 }
 
+/* Triangles and discs, opaque and clear, in three planes one behind the other: more than struct known_planes has
+ * room for. */
+static struct scene *piles(uint64_t *random, double slope)
+{
+    struct builder *builder = builder_create();
+    add_materials(builder, true);
+    for (int i = 0; i < 3000; i++) {
+        struct vec3 at[3];
+        double level = random_below(random, 3), size = 1 + random_below(random, 40);
+        double x = (double)random_below(random, 64) - 32, y = (double)random_below(random, 64) - 32;
+        for (int k = 0; k < 3; k++) {
+            double u = k == 1 ? x + size : x, v = k == 2 ? y + size : y;
+            at[k] = vec3(u, v, level + slope * (u - 2 * v));
+        }
+        struct disc disc = {
+            at[0], {slope, -2 * slope, -1}, size, random_below(random, MATERIALS), 0};
+        if (i % 4)
+            add_triangle(builder, at[0], at[1], at[2], random_below(random, MATERIALS));
+        else
+            assert_added(builder_add_disc(builder, &disc));
+    }
+    return finish_scene(builder);
+}
+
+#define PILE_RAYS 512
+
+/* Together, so that what one has met is known to the next: the same as without. */
+static void compare_with_brute(const struct scene *scene, const struct ray *rays)
+{
+    static struct hit expected[PILE_RAYS], hits[PILE_RAYS];
+    struct bvh *bvh = build_tree(scene);
+    uint64_t exact = 0;
+    for (int i = 0; i < PILE_RAYS; i++)
+        expected[i] = brute_nearest(scene, &rays[i]);
+    for (enum processor_level level = PROCESSOR_PORTABLE; level < PROCESSOR_LEVELS; level++) {
+        if (!processor_has(level)) continue;
+        kernel_at(level)->nearest(scene, bvh, rays, PILE_RAYS, hits, &exact);
+        for (int i = 0; i < PILE_RAYS; i++)
+            assert_same_hit(&hits[i], &expected[i]);
+    }
+    free(bvh);
+}
+
+static void test_piles(void **state)
+{
+    (void)state;
+    uint64_t random = 17;
+    static struct ray rays[PILE_RAYS];
+    for (int form = 0; form < 4; form++) {
+        struct scene *scene = piles(&random, form % 2 ? 0.25 : 0);
+        for (int i = 0; i < PILE_RAYS; i++) {
+            struct vec3 eye = vec3(1.3, 0.7, -300), target = random_vector(&random, 24);
+            if (form > 1) eye = vec_add(random_vector(&random, 30), vec3(0, 0, -60));
+            if (i % 2) target = vec3(floor(target.x), floor(target.y), 0);
+            rays[i] = ray_to(eye, target);
+        }
+        compare_with_brute(scene, rays);
+        free(scene);
+    }
+}
+
 /* Enough triangles for leaves of all sizes. */
 static void test_meshes(void **state)
 {
@@ -548,6 +609,7 @@ int main(void)
         cmocka_unit_test(test_scattered),
         cmocka_unit_test(test_face_before_a_way_out),
         cmocka_unit_test(test_lattice),
+        cmocka_unit_test(test_piles),
         cmocka_unit_test(test_meshes),
         cmocka_unit_test(test_tiny_and_far_away),
         cmocka_unit_test(test_duplicates),

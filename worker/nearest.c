@@ -14,6 +14,7 @@ static INLINED void nearest_triangles(struct nearest_walk *walk, const struct bv
             probe_triangles(&walk->probe, leaves, count, triangles, i, NULL, naive).maybe;
         for (; set; set = without_lowest(set)) {
             const struct bvh_leaf *leaf = &leaves[i + lowest_lane(set)];
+            if (!naive && is_behind_hit(walk, leaf->id)) continue;
             struct crossings found = probe_triangle(&walk->probe, leaf, naive);
             nearest_crossing(walk, &found, 0, leaf->id, naive);
         }
@@ -43,10 +44,11 @@ static INLINED bool naive_nearest_leaf(void *context, const struct bvh_leaf *lea
 }
 
 static INLINED struct hit nearest_hit(const struct scene *scene, const struct bvh *bvh,
-                                      const struct ray *ray, uint64_t *exact, bool naive)
+                                      const struct ray *ray, struct known_planes *planes,
+                                      uint64_t *exact, bool naive)
 {
     struct nearest_walk walk;
-    nearest_begin(&walk, scene, ray, exact);
+    nearest_begin(&walk, scene, ray, planes, exact);
     if (!ray_is_finite(ray)) return walk.hit;
     probe_leaves(&walk.probe, bvh);
     nearest_planes(&walk, naive);
@@ -61,7 +63,7 @@ struct hit settled_hit(const struct scene *scene, const struct ray *ray, const s
 {
     if (!is_rough_hit(hit)) return *hit;
     struct nearest_walk walk;
-    nearest_begin(&walk, scene, ray, exact_fallbacks);
+    nearest_begin(&walk, scene, ray, NULL, exact_fallbacks);
     nearest_primitive(&walk, hit->primitive, false);
     return walk.hit;
 }
@@ -71,12 +73,12 @@ static void nearest_of_paper(const struct scene *scene, const struct bvh *bvh,
                              uint64_t *exact_fallbacks)
 {
     for (size_t i = 0; i < count; i++)
-        hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, true);
+        hits[i] = nearest_hit(scene, bvh, &rays[i], NULL, exact_fallbacks, true);
 }
 
 static void nearest_in_bundles(const struct scene *scene, const struct bvh *bvh,
                                const struct ray *rays, size_t count, struct hit *hits,
-                               uint64_t *exact_fallbacks)
+                               struct known_planes *planes, uint64_t *exact_fallbacks)
 {
     struct packet_trust bundles = {0, 0}, packets = {0, 0};
     for (size_t i = 0; i < count;) {
@@ -84,28 +86,30 @@ static void nearest_in_bundles(const struct scene *scene, const struct bvh *bvh,
         size_t end = left == 0 ? count : i + LANES;
         if (left > 1 && packet_is_due(&bundles) &&
             packet_was(&bundles, nearest_bundle(scene, bvh, rays + i, (unsigned)many, hits + i,
-                                                exact_fallbacks)))
+                                                planes, exact_fallbacks)))
             i += many * LANES;
         else if (left > 0 && packet_is_due(&packets) &&
-                 packet_was(&packets,
-                            nearest_bundle(scene, bvh, rays + i, 1, hits + i, exact_fallbacks)))
+                 packet_was(&packets, nearest_bundle(scene, bvh, rays + i, 1, hits + i, planes,
+                                                     exact_fallbacks)))
             i += LANES;
         else
             for (; i < end; i++)
-                hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, false);
+                hits[i] = nearest_hit(scene, bvh, &rays[i], planes, exact_fallbacks, false);
     }
 }
 
 void nearest_rough(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                    size_t count, struct hit *hits, uint64_t *exact_fallbacks)
 {
+    struct known_planes planes;
+    planes.any = false;
     if (scene->view.formulas == FORMULAS_PAPER)
         nearest_of_paper(scene, bvh, rays, count, hits, exact_fallbacks);
     else if (LANES_IN_SIMD)
-        nearest_in_bundles(scene, bvh, rays, count, hits, exact_fallbacks);
+        nearest_in_bundles(scene, bvh, rays, count, hits, &planes, exact_fallbacks);
     else
         for (size_t i = 0; i < count; i++)
-            hits[i] = nearest_hit(scene, bvh, &rays[i], exact_fallbacks, false);
+            hits[i] = nearest_hit(scene, bvh, &rays[i], &planes, exact_fallbacks, false);
 }
 
 void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays, size_t count,

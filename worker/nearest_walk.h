@@ -16,12 +16,27 @@ struct waiting {
 
 struct nearest_walk {
     struct probe probe;
+    struct known_planes *planes;
     double origin_error; /* of distances along the ray */
     struct hit hit;
     double hit_error; /* of its distance */
     uint32_t waiting_count;
     struct waiting waiting[WAITING_MAX];
 };
+
+/* What a crossing and the hit lie in; remembered of planes. */
+static enum surfaces surfaces_at_hit(const struct nearest_walk *walk,
+                                     const struct crossing *crossing)
+{
+    const struct hit *hit = &walk->hit;
+    if (are_known_coplanar(walk->planes, hit->primitive, crossing->primitive))
+        return SURFACES_ONE_PLANE;
+    enum surfaces surfaces = surfaces_of(walk->probe.scene, hit->primitive, hit->part,
+                                         crossing->primitive, crossing->part);
+    if (surfaces == SURFACES_ONE_PLANE)
+        note_coplanar(walk->planes, hit->primitive, crossing->primitive);
+    return surfaces;
+}
 
 /* Whether a crossing of another primitive that is about as far as the hit comes first; counted as
  * exact arithmetic. Notes whether it may be with a surface that meets the hit's there. */
@@ -31,8 +46,7 @@ static bool precedes(struct nearest_walk *walk, const struct crossing *crossing)
     struct hit *hit = &walk->hit;
     if (hit->primitive == PRIMITIVE_NONE) return true;
     struct crossing best = {hit->primitive, hit->part, hit->t};
-    enum surfaces surfaces =
-        surfaces_of(probe->scene, hit->primitive, hit->part, crossing->primitive, crossing->part);
+    enum surfaces surfaces = surfaces_at_hit(walk, crossing);
     ++*probe->exact;
     if (surfaces == SURFACES_TWO) hit->in_corner = 1;
     int order = surfaces == SURFACES_ONE_PLANE
@@ -68,17 +82,31 @@ static INLINED void nearest_crossing(struct nearest_walk *walk, const struct cro
     walk->probe.purpose.farthest = smaller_number(t + 2 * error, walk->probe.purpose.farthest);
 }
 
+/* Whether a primitive is known to lie in the plane of the hit, and behind it by is_first_of_equals(), wherever it is
+ * crossed. */
+static INLINED bool is_behind_hit(const struct nearest_walk *walk, uint32_t id)
+{
+    const struct probe *probe = &walk->probe;
+    uint32_t hit = walk->hit.primitive;
+    return hit != PRIMITIVE_NONE && are_known_coplanar(walk->planes, hit, id) &&
+           !is_reversed(probe->ray) && !is_met_first(probe->scene, id, hit);
+}
+
 static INLINED void nearest_primitive(struct nearest_walk *walk, uint32_t id, bool naive)
 {
+    if (!naive && is_behind_hit(walk, id)) return;
     struct crossings found = probe_crossings(&walk->probe, id, naive);
     /* Where it comes in, if that is ahead: at a rim it may go out at the same place. */
     unsigned first = crossing_counts(walk->probe.ray, found.t[0]) ? 0 : 1;
     nearest_crossing(walk, &found, first, id, naive);
 }
 
+/* planes: of what rays before this one have met; not needed where it is tested with one primitive alone. */
 static INLINED void nearest_begin(struct nearest_walk *walk, const struct scene *scene,
-                                  const struct ray *ray, uint64_t *exact)
+                                  const struct ray *ray, struct known_planes *planes,
+                                  uint64_t *exact)
 {
+    walk->planes = planes;
     probe_begin(&walk->probe, scene, ray, false, exact);
     walk->origin_error = order_error_of_origin(ray);
     walk->hit = (struct hit){.t = INFINITE, .primitive = PRIMITIVE_NONE};

@@ -101,11 +101,6 @@ bool is_at_start(const struct scene *scene, const struct ray *ray, const struct 
            keeps_sense(scene, ray, crossing);
 }
 
-static bool is_reversed(const struct ray *ray)
-{
-    return (ray->from_part & FROM_REVERSED) != 0;
-}
-
 bool is_passed(const struct scene *scene, const struct ray *ray, const struct crossing *crossing)
 {
     return is_met_first(scene, crossing->primitive, ray->from) != is_reversed(ray);

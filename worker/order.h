@@ -56,6 +56,12 @@ bool is_at_start(const struct scene *scene, const struct ray *ray, const struct 
 /* Whether the ray has passed the surface of such a crossing already. */
 bool is_passed(const struct scene *scene, const struct ray *ray, const struct crossing *crossing);
 
+/* Whether it crosses them in the reverse order. */
+static inline bool is_reversed(const struct ray *ray)
+{
+    return (ray->from_part & FROM_REVERSED) != 0;
+}
+
 /* Which of two crossings that compare_crossings() calls equal comes first. */
 bool is_first_of_equals(const struct scene *scene, const struct ray *ray, const struct crossing *a,
                         const struct crossing *b);

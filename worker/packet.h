@@ -15,6 +15,7 @@
 #include "worker/nearest.h"
 #include "worker/wide.h"
 
+struct known_planes;
 struct passages;
 struct blocker;
 
@@ -50,7 +51,8 @@ static inline bool packet_was(struct packet_trust *trust, bool worth_it)
 /* nearest_rough() of so many times LANES rays. false, and no hit is told, when they are too different; what was tested
  * until then counts in *exact. */
 bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    unsigned packets, struct hit *hits, uint64_t *exact);
+                    unsigned packets, struct hit *hits, struct known_planes *planes,
+                    uint64_t *exact);
 
 /*
  * occluded() of LANES rays, likewise; what is found before they turn out to be too different is kept:

@@ -31,6 +31,7 @@ struct nearest_packet {
     struct ray_lanes ray_lanes;
     const struct scene *scene;
     const struct ray *rays;
+    struct known_planes *planes;
     uint64_t *exact;
     alignas(64) double limit[LANES]; /* nothing beyond is of interest to the ray */
     struct floats float_limit;       /* ray_limits() */
@@ -51,7 +52,8 @@ struct nearest_packet {
 static struct nearest_walk *walk_of(struct nearest_packet *it, unsigned lane)
 {
     struct nearest_walk *walk = &it->walks[lane];
-    if (!(it->walking >> lane & 1)) nearest_begin(walk, it->scene, &it->rays[lane], it->exact);
+    if (!(it->walking >> lane & 1))
+        nearest_begin(walk, it->scene, &it->rays[lane], it->planes, it->exact);
     it->walking |= UINT32_C(1) << lane;
     return walk;
 }
@@ -341,10 +343,12 @@ static void bundle_planes(struct nearest_bundle *it, const struct scene *scene)
 }
 
 static INLINED void nearest_packet_begin(struct nearest_packet *it, const struct scene *scene,
-                                         const struct ray *rays, uint64_t *exact)
+                                         const struct ray *rays, struct known_planes *planes,
+                                         uint64_t *exact)
 {
     it->scene = scene;
     it->rays = rays;
+    it->planes = planes;
     it->exact = exact;
     it->keeping = it->walking = 0;
     memset(it->count, 0, sizeof it->count);
@@ -442,7 +446,8 @@ static void nearest_packet_end(struct nearest_packet *it, struct hit *hits)
 }
 
 bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    unsigned packets, struct hit *hits, uint64_t *exact)
+                    unsigned packets, struct hit *hits, struct known_planes *planes,
+                    uint64_t *exact)
 {
     struct nearest_bundle it;
     it.bundle.count = packets;
@@ -452,7 +457,7 @@ bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const stru
     it.leaves = bvh_leaves(bvh);
     it.given_up = it.prepared = false;
     for (unsigned i = 0; i < packets; i++)
-        nearest_packet_begin(&it.packets[i], scene, rays + (size_t)i * LANES, exact);
+        nearest_packet_begin(&it.packets[i], scene, rays + (size_t)i * LANES, planes, exact);
     bundle_planes(&it, scene);
     bundle_traverse(&it.bundle, farthest_limit(&it), visit_by_bundle, &it);
     if (it.given_up) return false;
@@ -466,13 +471,15 @@ bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const stru
 #else
 
 bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    unsigned packets, struct hit *hits, uint64_t *exact)
+                    unsigned packets, struct hit *hits, struct known_planes *planes,
+                    uint64_t *exact)
 {
     (void)scene;
     (void)bvh;
     (void)rays;
     (void)packets;
     (void)hits;
+    (void)planes;
     (void)exact;
     return false; /* none is worth it */
 }
