@@ -8,8 +8,10 @@ whole() { farm_n 0 "$SCENE" $SIZE output.image=whole.pfm output.report=whole.jso
 finished() { cmp whole.pfm a.pfm && [ ! -e a.journal ]; }
 resume_from() { rm -f a.*; cp "$1" a.journal; } # KEPT
 
-# Ended when its journal has grown so far: SIGNAL BYTES PROCESSES ARGUMENT...
-broken_off() {
+# Ended when its journal has grown so far: SIGNAL BYTES PROCESSES ARGUMENT... On a busy machine it may be through
+# before that is seen; then it is tried again.
+broken_off() { broken_off_once "$@" || broken_off_once "$@" || broken_off_once "$@"; }
+broken_off_once() {
     signal=$1 bytes=$2 processes=$3; shift 3
     rm -f a.*
     if [ "$processes" -eq 0 ]; then "$FARM" "$SCENE" $SIZE output.image=a.pfm "$@" >o 2>e &
@@ -19,8 +21,10 @@ broken_off() {
     while [ "$(stat -c %s a.journal 2>/dev/null || echo 0)" -lt "$bytes" ] && [ $i -lt 600 ]; do
         sleep 0.05; i=$((i + 1))
     done
-    kill -"$signal" $pid; wait $pid 2>/dev/null
+    kill -"$signal" $pid; sent=$?
+    wait $pid 2>/dev/null
     status=$?
+    [ $sent -eq 0 ] || return 1
     # mpiexec's processes end when they see that it has gone.
     i=0
     while ! flock -n a.journal true && [ $i -lt 100 ]; do sleep 0.05; i=$((i + 1)); done
