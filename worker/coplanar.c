@@ -75,8 +75,8 @@ static void add_triple(struct accumulator *sum, const struct dd3 *p, const struc
 static bool triple_is_zero(const struct dd3 *p, const struct dd3 *q, const struct dd3 *r)
 {
     struct vec3 a = dd3_round(*p), b = dd3_round(*q), c = dd3_round(*r);
-    double size = sum_of_sizes(a) * sum_of_sizes(b) * sum_of_sizes(c);
-    bool in_range = size > 0x1p-400 && size < 0x1p400;
+    double base = sum_of_sizes(a) * sum_of_sizes(b), size = base * sum_of_sizes(c);
+    bool in_range = base > 0x1p-400 && size > 0x1p-400 && size < 0x1p400;
     if (in_range && fabs(vec_dot(vec_cross(a, b), c)) > 16 * UNIT_ROUNDOFF * size) return false;
     struct integers i, j, k;
     int ignored;

@@ -83,7 +83,8 @@ static INLINED void nearest_crossing(struct nearest_walk *walk, const struct cro
 }
 
 /* Whether a primitive is known to lie in the plane of the hit, and behind it by is_first_of_equals(), wherever it is
- * crossed. */
+ * crossed. Then precedes() would refuse it: as far as the hit within both errors, it comes to be compared, and is an
+ * equal. So what rays before this one have met changes no hit. */
 static INLINED bool is_behind_hit(const struct nearest_walk *walk, uint32_t id)
 {
     const struct probe *probe = &walk->probe;
