@@ -130,18 +130,25 @@ static bool has_corners(enum primitive_kind kind)
     return kind == PRIMITIVE_TRIANGLE || kind == PRIMITIVE_PATCH;
 }
 
+/* The caller adds vertex_hashes before places are compared. */
+static struct kind kind_of(enum primitive_kind kind, const struct vec3 *vertices,
+                           const struct material *materials)
+{
+    return (struct kind){.kind = kind,
+                         .size = primitive_size(kind),
+                         .material_offset = primitive_material_offset(kind),
+                         .vertices = vertices,
+                         .materials = materials};
+}
+
 uint64_t drop_duplicates(enum primitive_kind kind, void *items, uint64_t count,
                          const struct vec3 *vertices, uint64_t vertex_count,
                          const struct material *materials)
 {
     if (count < 2) return count;
     uint64_t *hashes = has_corners(kind) ? hash_vertices(vertices, vertex_count) : NULL;
-    struct kind own = {.kind = kind,
-                       .size = primitive_size(kind),
-                       .material_offset = primitive_material_offset(kind),
-                       .vertices = vertices,
-                       .vertex_hashes = hashes,
-                       .materials = materials};
+    struct kind own = kind_of(kind, vertices, materials);
+    own.vertex_hashes = hashes;
     struct table table = table_for(count);
     unsigned char *all = items;
     uint32_t kept = 0;
@@ -161,12 +168,8 @@ struct doubles find_doubles(enum primitive_kind kind, const void *items, uint64_
                             const struct material *materials)
 {
     struct doubles doubles = {0};
-    struct kind own = {.kind = kind,
-                       .size = primitive_size(kind),
-                       .material_offset = primitive_material_offset(kind),
-                       .vertices = vertices,
-                       .materials = materials,
-                       .one_way = true};
+    struct kind own = kind_of(kind, vertices, materials);
+    own.one_way = true;
     const unsigned char *all = items;
     uint64_t clear = 0;
     for (uint64_t i = 0; i < count; i++)

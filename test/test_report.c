@@ -816,7 +816,15 @@ static void test_table_steep_forecast(void **state)
     free(text);
 }
 
-/* An error with what less would cost; an earlier run's part counts as this one's. */
+/* In a terminal of 80 columns. */
+static void assert_table_has(const struct report *report, const char *expected)
+{
+    char *text = table_text(report, 80);
+    assert_has(text, expected);
+    free(text);
+}
+
+/* An error with what less would cost. */
 static void test_table_error(void **state)
 {
     (void)state;
@@ -825,51 +833,61 @@ static void test_table_error(void **state)
     struct error_log log;
     struct report report = report_of_row(renderers, &row, &log);
     report.forecast = (struct error_forecast){true, false, 0.000098, 2, 0.00002, 0.5, 0, 64, 0};
-    char *text = table_text(&report, 80);
-    assert_has(text, "\nsampling error: RMSE 0.000098 (0.000087 to 0.00011) after 2.4 s\n"
-                     "0.00002 would take about 48.4 s (48.4 to 48.4), with 64 samples\n"
-                     "  slope -0.50 +- 0.00\n");
-    free(text);
-    text = table_text(&report, 40);
+    assert_table_has(&report, "\nsampling error: RMSE 0.000098 (0.000087 to 0.00011) after 2.4 s\n"
+                              "0.00002 would take about 48.4 s (48.4 to 48.4), with 64 samples\n"
+                              "  slope -0.50 +- 0.00\n");
+    char *text = table_text(&report, 40);
     assert_fits(text, 40);
     assert_has(text, "\nsampling error: RMSE 0.000098\n  (0.000087 to 0.00011) after 2.4 s\n"
                      "0.00002 would take about 48.4 s\n  (48.4 to 48.4), with 64 samples\n");
     free(text);
     report.forecast.seconds = 50;
-    row.share = 0.00095;
-    text = table_text(&report, 80);
-    assert_has(text, " of the 0.095 % that has samples after 2.4 s\n");
-    assert_has(text, "0.00002 would take about 1153 s (1153 to 1153), with 64 samples\n");
-    free(text);
-    row.share = 1;
+    assert_table_has(&report, "0.00002 would take about 1153 s (1153 to 1153), with 64 samples\n");
+    row.elapsed_s = 0.0374;
+    assert_table_has(&report, " after 0.037 s\n");
+}
+
+/* An earlier run's part counts as this one's. */
+static void test_table_error_of_two_runs(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct error_row row;
+    struct error_log log;
+    struct report report = report_of_row(renderers, &row, &log);
+    report.forecast = (struct error_forecast){true, false, 0.000098, 12, 0.00002, 0.5, 0, 64, 0};
     row.true_rmse = 0.00009;
     report.resumed.render_s = 10;
     report.resumed.cpu_s = 20;
-    report.forecast.seconds = 12;
-    text = table_text(&report, 80);
-    assert_has(text, " after 2.4 s\n  and 10.0 s of an earlier run (20.0 s of CPU time, shared)\n"
+    assert_table_has(&report,
+                     " after 2.4 s\n  and 10.0 s of an earlier run (20.0 s of CPU time, shared)\n"
                      "  RMSE 0.00009 against the reference\n0.00002 would take about 289 s (");
-    free(text);
     row.true_rmse = 0.2;
-    text = table_text(&report, 80);
-    assert_has(text, "\n  RMSE 0.2 against the reference (is it of this view?)\n");
-    free(text);
+    assert_table_has(&report, "\n  RMSE 0.2 against the reference (is it of this view?)\n");
+}
+
+/* Where only a part of the pixels has samples. */
+static void test_table_error_of_a_part(void **state)
+{
+    (void)state;
+    struct renderer_stats renderers[2];
+    struct error_row row;
+    struct error_log log;
+    struct report report = report_of_row(renderers, &row, &log);
+    row.share = 0.00095;
+    assert_table_has(&report, " of the 0.095 % that has samples after 2.4 s\n");
     row.share = 0.0456;
-    text = table_text(&report, 80);
+    char *text = table_text(&report, 80);
     assert_has(text, "of the 4.5 % that has samples");
     assert_null(strstr(text, "guessed"));
     free(text);
     report.unsampled = 9544;
-    text = table_text(&report, 80);
-    assert_has(text, "that of what is guessed is not known");
-    free(text);
+    assert_table_has(&report, "that of what is guessed is not known");
     report.guessed_rmse = 0.01;
     row.share = 0.36;
     row.estimate = (struct error_estimate){0.002, 0.0019, 0.0021};
-    text = table_text(&report, 80);
     /* 0.36 * 0.002^2 + 0.64 * 0.01^2 = 0.0081^2 */
-    assert_has(text, "about 0.0081 of the whole picture, 0.01 of what is guessed");
-    free(text);
+    assert_table_has(&report, "about 0.0081 of the whole picture, 0.01 of what is guessed");
     char *json = report_json(&report);
     assert_has(json, "\"guessed_rmse\": 0.01\n");
     free(json);
@@ -877,23 +895,16 @@ static void test_table_error(void **state)
     row.true_rmse = (double)NAN;
     report.has_reference = true;
     report.truth.rmse = 0.0123;
-    text = table_text(&report, 80);
-    assert_has(text, ", 0.01 of what is guessed\n"
-                     "  RMSE 0.012 of the whole picture against the reference\n");
-    free(text);
+    assert_table_has(&report, ", 0.01 of what is guessed\n"
+                              "  RMSE 0.012 of the whole picture against the reference\n");
     row.true_rmse = 0.2;
     report.has_reference = false;
     report.guessed_rmse = (double)NAN;
     report.unsampled = 0;
     row.share = 0.9996;
-    text = table_text(&report, 80);
-    assert_has(text, "of the 99.9 % that has samples");
-    free(text);
+    assert_table_has(&report, "of the 99.9 % that has samples");
     row.elapsed_s = 0.0374;
-    report.resumed.render_s = 0;
-    text = table_text(&report, 80);
-    assert_has(text, " after 0.037 s,");
-    free(text);
+    assert_table_has(&report, " after 0.037 s,");
 }
 
 /* One sample tells nothing about its own error. */
@@ -932,6 +943,8 @@ int main(void)
         cmocka_unit_test(test_table_no_forecast),
         cmocka_unit_test(test_table_steep_forecast),
         cmocka_unit_test(test_table_error),
+        cmocka_unit_test(test_table_error_of_two_runs),
+        cmocka_unit_test(test_table_error_of_a_part),
         cmocka_unit_test(test_table_truth),
         cmocka_unit_test(test_json_features),
         cmocka_unit_test(test_json_without_numbers),
