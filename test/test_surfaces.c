@@ -148,6 +148,30 @@ static void test_one_passage_at_an_edge(void **state)
     free(scene);
 }
 
+/* Which face of a far box is entered beside its edge, rounded distances tell; the point is on the box all the same. */
+static void test_edge_of_a_far_box(void **state)
+{
+    (void)state;
+    const struct vec3 min = {0x1p40 + 2, -4, -3}, max = {0x1p40 + 3, -2, -1};
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    add_box(builder, min, max, 0);
+    struct scene *scene = finish_scene(builder);
+    struct bvh *bvh = build_tree(scene);
+    const struct ray ray =
+        ray_along(vec3(806973078284459.75, -805873566654852.5, -402936783327793.69),
+                  vec3(-2199023255559, 2199023255554, 1099511627778));
+    struct hit hit = nearest_of(scene, bvh, &ray);
+    assert_int_equal(hit.primitive, primitive_id(PRIMITIVE_BOX, 0));
+    struct surface surface;
+    surface_at(scene, &ray, &hit, &surface);
+    assert_true(fabs(surface.point.x - max.x) <= 0x1p-11);
+    assert_true(surface.point.y >= min.y && surface.point.y <= max.y);
+    assert_true(surface.point.z >= min.z && surface.point.z <= max.z);
+    free(bvh);
+    free(scene);
+}
+
 /* A box of glass on a floor with a plane and one of triangles: out of the box, then the floor; up
  * from the floor nothing but the box's way out. */
 static void test_box_on_a_floor(void **state)
@@ -217,6 +241,7 @@ int main(void)
         cmocka_unit_test(test_surface_of_ground_sphere),
         cmocka_unit_test(test_one_passage_at_an_edge),
         cmocka_unit_test(test_box_on_a_floor),
+        cmocka_unit_test(test_edge_of_a_far_box),
         cmocka_unit_test(test_order_of_near_surfaces),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

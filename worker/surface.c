@@ -11,7 +11,16 @@ static struct place sphere_place(const struct sphere *sphere, const struct ray *
     return place;
 }
 
-/* The two coordinates along the face from o + t d, the third from the face. */
+/* From an anchor's coordinate, between two others. */
+static struct dd between(struct dd offset, double anchor, double low, double high)
+{
+    struct dd to_low = exact_difference(low, anchor), to_high = exact_difference(high, anchor);
+    if (dd_sub(offset, to_low).high < 0) return to_low;
+    return dd_sub(to_high, offset).high < 0 ? to_high : offset;
+}
+
+/* The two coordinates along the face from o + t d, the third from the face. Which of two faces is entered next to their
+ * edge was told by rounded distances: from far away the line may cross the one that it was not beside the box. */
 static struct place box_place(const struct box *box, const struct ray *ray, const struct hit *hit)
 {
     unsigned axis = hit->part / 2;
@@ -20,11 +29,12 @@ static struct place box_place(const struct box *box, const struct ray *ray, cons
     struct dd t = dd_div(to_face, dd(vec_component(&ray->direction, axis)));
     /* A way out that takes no time is not at the face that it is said to lead through. */
     if (!(fabs(t.high - hit->t) <= 0x1p-40 * fabs(t.high))) t = dd(hit->t);
-    struct place place = {ray->origin, dd3_scale(ray->direction, t)};
-    if (axis == 0) place.offset.x = to_face;
-    if (axis == 1) place.offset.y = to_face;
-    if (axis == 2) place.offset.z = to_face;
-    return place;
+    const struct vec3 o = ray->origin;
+    const struct dd3 way = dd3_scale(ray->direction, t);
+    return (struct place){o,
+                          {axis == 0 ? to_face : between(way.x, o.x, box->min.x, box->max.x),
+                           axis == 1 ? to_face : between(way.y, o.y, box->min.y, box->max.y),
+                           axis == 2 ? to_face : between(way.z, o.z, box->min.z, box->max.z)}};
 }
 
 static struct place cone_place(const struct cone *cone, const struct ray *ray,
