@@ -1,6 +1,7 @@
 #include "scene_fixture.h"
 
 #include "test/fatal.h"
+#include "worker/bvh_trees.h"
 #include "worker/primitive.h"
 #include "worker/slabs.h"
 
@@ -16,7 +17,8 @@ struct survey {
     const struct bvh *bvh;
     uint64_t nodes, entries, primitives;
     uint64_t places; /* of all leaves, in entries' bytes */
-    unsigned depth;  /* of nodes */
+    uint64_t bytes;
+    unsigned depth; /* of nodes */
     uint32_t largest_leaf;
     struct piece *pieces; /* per entry of the leaves, in the order in which they are seen */
 };
@@ -188,29 +190,43 @@ static void check_size(const struct bvh *bvh)
     assert_true(bvh->reach == reach && bvh->size == reach + center);
 }
 
-/* Every bounded primitive is in a leaf, and so in all boxes above it; frees the tree and the scene. */
-static struct survey check_tree(struct scene *scene)
+/* What is in a tree is in all boxes above it. */
+static struct survey survey_tree(const struct scene *scene, const struct bvh *bvh)
 {
-    struct bvh *bvh = build_tree(scene);
     struct survey survey = {.scene = scene, .bvh = bvh};
-    assert_true(bvh->bytes <= bvh_bytes_bound(scene));
     survey.pieces = malloc((bvh->leaf_count + 1) * sizeof *survey.pieces);
     assert_non_null(survey.pieces);
     memset(survey.pieces, 0xff, (bvh->leaf_count + 1) * sizeof *survey.pieces);
     if (bvh->node_count > 0) check_node(&survey, 0, bvh->min, bvh->max, 1);
     check_size(bvh);
     assert_int_equal(survey.entries, bvh->leaf_count);
-    assert_true(bvh->leaves_offset + survey.places * sizeof(struct bvh_leaf) <= bvh->bytes);
     check_pieces(&survey);
     assert_int_equal(survey.nodes, bvh->node_count);
-    uint64_t planes = scene->primitives[PRIMITIVE_PLANE].count;
-    assert_int_equal(survey.primitives + planes, scene_primitive_count(scene));
+    survey.bytes = bvh->leaves_offset + survey.places * sizeof(struct bvh_leaf);
+    free(survey.pieces);
+    return survey;
+}
+
+/* Every bounded primitive is in a leaf of one of the trees; frees these and the scene. Returns what is in the first. */
+static struct survey check_tree(struct scene *scene)
+{
+    struct bvh *bvh = build_tree(scene);
+    uint64_t primitives = scene->primitives[PRIMITIVE_PLANE].count, bytes = 0;
+    assert_true(bvh->bytes <= bvh_bytes_bound(scene));
+    struct survey survey = survey_tree(scene, bvh);
+    for (const struct bvh *tree = bvh; tree; tree = bvh_next(tree)) {
+        struct survey here = survey_tree(scene, tree);
+        primitives += here.primitives;
+        bytes += here.bytes;
+        assert_true(!tree->next_offset || here.bytes <= tree->next_offset);
+    }
+    assert_int_equal(primitives, scene_primitive_count(scene));
+    assert_true(bytes <= bvh->bytes);
     struct bvh *again = build_tree_by(scene, 3);
     assert_int_equal(again->bytes, bvh->bytes);
     assert_memory_equal(again, bvh, bvh->bytes);
     free(again);
     free(bvh);
-    free(survey.pieces);
     free(scene);
     return survey;
 }
@@ -335,6 +351,66 @@ static void test_center_is_where_most_are(void **state)
     assert_center(tree_on_ball(6.37e6, 0), 0, 6.37e6, 0);
     assert_center(tree_on_ball(6.37e6, 1e4), 0, 6.37e6, 0);
     assert_center(tree_on_ball(1, 0), 0, 0, 0);
+}
+
+/* Small spheres around some places on a ball, so many at each. */
+static struct scene *clusters_on_ball(const struct vec3 *places, unsigned count, unsigned spheres)
+{
+    uint64_t random = 19;
+    struct builder *builder = with_material();
+    add_sphere(builder, vec3(0, 0, 0), 6.37e6, 0);
+    for (unsigned i = 0; i < count * spheres; i++) {
+        struct vec3 at = vec_add(places[i % count], random_vector(&random, 1));
+        add_sphere(builder, at, 0.01, 0);
+    }
+    return finish_scene(builder);
+}
+
+/* Each has the ball, and so many trees are there. */
+static unsigned count_trees(struct scene *scene)
+{
+    struct bvh *bvh = build_tree(scene);
+    unsigned count = 0;
+    for (const struct bvh *tree = bvh; tree; tree = bvh_next(tree))
+        count++;
+    free(bvh);
+    check_tree(scene);
+    return count;
+}
+
+/* What is too fine for floats where it stands has a tree with a centre in its midst. */
+static void test_clusters_have_trees(void **state)
+{
+    (void)state;
+    const struct vec3 places[] = {{6.37e6, 0, 0}, {0, 6.37e6, 0}, {0, 0, 6.37e6}, {0, 0, -6.37e6}};
+    struct scene *scene = clusters_on_ball(places, 4, 500);
+    struct bvh *bvh = build_tree(scene);
+    unsigned near = 0;
+    for (const struct bvh *tree = bvh_next(bvh); tree; tree = bvh_next(tree))
+        for (unsigned i = 0; i < 4; i++) {
+            const struct vec3 center = {tree->center[0], tree->center[1], tree->center[2]};
+            near += vec_largest(vec_sub(center, places[i])) <= 1 && tree->reach < 3;
+        }
+    assert_int_equal(near, 4);
+    free(bvh);
+    assert_int_equal(count_trees(scene), 5);
+    /* Too few; and specks that are far from each other. */
+    assert_int_equal(count_trees(clusters_on_ball(places, 4, 20)), 1);
+    uint64_t random = 20;
+    struct builder *builder = with_material();
+    for (int i = 0; i < 3000; i++)
+        add_sphere(builder, random_vector(&random, 1e6), 0.01, 0);
+    assert_int_equal(count_trees(finish_scene(builder)), 1);
+}
+
+/* More clusters than there are trees; nothing is lost. */
+static void test_more_clusters_than_trees(void **state)
+{
+    (void)state;
+    struct vec3 places[40];
+    for (unsigned i = 0; i < 40; i++)
+        places[i] = vec3(1e7 * cos(i), 1e7 * sin(i), 1e6 * i);
+    assert_int_equal(count_trees(clusters_on_ball(places, 40, 100)), TREES_MAX);
 }
 
 static struct builder *long_triangles(double transmission)
@@ -517,6 +593,8 @@ int main(void)
         cmocka_unit_test(test_equal_centroids),
         cmocka_unit_test(test_depth_cap),
         cmocka_unit_test(test_center_is_where_most_are),
+        cmocka_unit_test(test_clusters_have_trees),
+        cmocka_unit_test(test_more_clusters_than_trees),
         cmocka_unit_test(test_extreme_coordinates),
         cmocka_unit_test(test_spatial_splits),
         cmocka_unit_test(test_large_scene),

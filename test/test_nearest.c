@@ -89,6 +89,7 @@ struct recipe {
     enum style style;
     double reach;
     struct vec3 offset;
+    double apart; /* above 0: in three clusters, so far from each other */
 };
 
 static double some_length(const struct recipe *recipe)
@@ -97,11 +98,19 @@ static double some_length(const struct recipe *recipe)
     return recipe->reach * pow(10, random_between(recipe->random, -4, -0.5));
 }
 
+static struct vec3 cluster(const struct recipe *recipe, unsigned which)
+{
+    double apart = recipe->apart;
+    const struct vec3 places[] = {{0, 0, 0}, {apart, 0, 0}, {-apart, 2 * apart, apart}};
+    return places[which];
+}
+
 static struct vec3 some_point(const struct recipe *recipe)
 {
     struct vec3 p = random_vector(recipe->random, recipe->reach);
     if (recipe->style != SCATTERED) p = vec3(floor(p.x), floor(p.y), floor(p.z));
-    return vec_add(p, recipe->offset);
+    p = vec_add(p, recipe->offset);
+    return recipe->apart > 0 ? vec_add(p, cluster(recipe, random_below(recipe->random, 3))) : p;
 }
 
 static struct vec3 near_point(const struct recipe *recipe, struct vec3 p)
@@ -251,7 +260,7 @@ static void test_scattered(void **state)
 {
     (void)state;
     uint64_t random = 13;
-    compare_scenes((struct recipe){&random, SCATTERED, 10, {0, 0, 0}}, 16, 80, 5000);
+    compare_scenes((struct recipe){&random, SCATTERED, 10, {0, 0, 0}, 0}, 16, 80, 5000);
 }
 
 /*
@@ -299,7 +308,7 @@ static void test_lattice(void **state)
 {
     (void)state;
     uint64_t random = 14;
-    compare_scenes((struct recipe){&random, LATTICE, 4, {0, 0, 0}}, 16, 60, 5000);
+    compare_scenes((struct recipe){&random, LATTICE, 4, {0, 0, 0}, 0}, 16, 60, 5000);
 }
 
 /* Triangles and discs, opaque and clear, in three planes one behind the other: more than struct known_planes has
@@ -363,23 +372,61 @@ static void test_piles(void **state)
     }
 }
 
+/* Rays of all kinds from and to one of the clusters. */
+static void cluster_rays(const struct recipe *recipe, unsigned form, struct ray *rays)
+{
+    uint64_t *random = recipe->random;
+    struct vec3 to = cluster(recipe, form % 3), away = random_vector(random, 3 * recipe->reach);
+    struct vec3 eye = vec_add(to, away);
+    if (form >= 6) eye = vec_add(cluster(recipe, (form + 1) % 3), away);
+    for (int i = 0; i < PILE_RAYS; i++) {
+        struct vec3 target = vec_add(to, random_vector(random, recipe->reach / 2));
+        if (form >= 3) eye = vec_add(eye, random_vector(random, recipe->reach / 64));
+        rays[i] = ray_to(eye, target);
+    }
+}
+
+/* Of which each is too fine for the floats of the other's tree. */
+static void test_clusters(void **state)
+{
+    (void)state;
+    uint64_t random = 18;
+    static struct ray rays[PILE_RAYS];
+    const struct recipe recipes[] = {{&random, SCATTERED, 1e-2, {0, 0, 0}, 1e6},
+                                     {&random, SCATTERED, 1e-3, {9, 1, 7}, 1e6},
+                                     {&random, MESH, 6, {0, 0, 0}, 0x1p40},
+                                     {&random, LATTICE, 4, {0, 0, 0}, 0x1p40}};
+    for (size_t i = 0; i < sizeof recipes / sizeof *recipes; i++) {
+        struct scene *scene = random_scene(&recipes[i], 600, i % 2);
+        struct bvh *bvh = build_tree(scene);
+        assert_non_null(bvh_next(bvh));
+        free(bvh);
+        assert_true(compare_rays(&recipes[i], scene, 1500) > 1500 / 20);
+        for (unsigned form = 0; form < 9; form++) {
+            cluster_rays(&recipes[i], form, rays);
+            compare_with_brute(scene, rays);
+        }
+        free(scene);
+    }
+}
+
 /* Enough triangles for leaves of all sizes. */
 static void test_meshes(void **state)
 {
     (void)state;
     uint64_t random = 16;
-    compare_scenes((struct recipe){&random, MESH, 6, {0, 0, 0}}, 6, 400, 1500);
-    compare_scenes((struct recipe){&random, MESH, 3, {0x1p50, -0x1p50, 0}}, 2, 100, 1000);
+    compare_scenes((struct recipe){&random, MESH, 6, {0, 0, 0}, 0}, 6, 400, 1500);
+    compare_scenes((struct recipe){&random, MESH, 3, {0x1p50, -0x1p50, 0}, 0}, 2, 100, 1000);
 }
 
 static void test_tiny_and_far_away(void **state)
 {
     (void)state;
     uint64_t random = 15;
-    compare_scenes((struct recipe){&random, SCATTERED, 1e-9, {0, 0, 0}}, 4, 50, 4000);
-    compare_scenes((struct recipe){&random, SCATTERED, 1, {1e6, -1e6, 1e6}}, 4, 50, 4000);
-    compare_scenes((struct recipe){&random, SCATTERED, 1e9, {0, 0, 0}}, 4, 50, 4000);
-    compare_scenes((struct recipe){&random, SCATTERED, 1e-3, {1e9, 0, 0}}, 4, 50, 4000);
+    compare_scenes((struct recipe){&random, SCATTERED, 1e-9, {0, 0, 0}, 0}, 4, 50, 4000);
+    compare_scenes((struct recipe){&random, SCATTERED, 1, {1e6, -1e6, 1e6}, 0}, 4, 50, 4000);
+    compare_scenes((struct recipe){&random, SCATTERED, 1e9, {0, 0, 0}, 0}, 4, 50, 4000);
+    compare_scenes((struct recipe){&random, SCATTERED, 1e-3, {1e9, 0, 0}, 0}, 4, 50, 4000);
 }
 
 /* ---- rules ---- */
@@ -556,7 +603,7 @@ static void test_scaling_by_powers_of_two(void **state)
 {
     (void)state;
     uint64_t random = 16;
-    struct recipe recipe = {&random, SCATTERED, 10, {0, 0, 0}};
+    struct recipe recipe = {&random, SCATTERED, 10, {0, 0, 0}, 0};
     struct scene *scene = random_scene(&recipe, 100, true);
     struct bvh *bvh = build_tree(scene);
     /* Floats end at 2^128, the square and the cube of a length where doubles do. */
@@ -585,7 +632,7 @@ static void test_naive_formulas(void **state)
 {
     (void)state;
     uint64_t random = 20;
-    struct recipe recipe = {&random, SCATTERED, 10, {0, 0, 0}};
+    struct recipe recipe = {&random, SCATTERED, 10, {0, 0, 0}, 0};
     struct scene *scene = random_scene(&recipe, 100, true);
     struct bvh *bvh = build_tree(scene);
     unsigned same = 0, all = 5000;
@@ -610,6 +657,7 @@ int main(void)
         cmocka_unit_test(test_face_before_a_way_out),
         cmocka_unit_test(test_lattice),
         cmocka_unit_test(test_piles),
+        cmocka_unit_test(test_clusters),
         cmocka_unit_test(test_meshes),
         cmocka_unit_test(test_tiny_and_far_away),
         cmocka_unit_test(test_duplicates),

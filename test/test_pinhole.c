@@ -104,10 +104,12 @@ static void check_bundle(const struct scene *scene, const struct bvh *bvh, const
     struct packet packets[2];
     struct bundle bundle = {.count = 2, .packets = {&packets[0], &packets[1]}};
     const struct bvh_node *root = bvh_nodes(bvh);
-    if (!bundle_of(bvh, rays, &bundle)) return;
+    if (!bundle_of(rays, &bundle) || !bundle_enters(&bundle, bvh)) return;
     assert_true(bundle.one_origin);
-    for (unsigned i = 0; i < bundle.count; i++)
+    for (unsigned i = 0; i < bundle.count; i++) {
         packet_prepare(&packets[i], &bundle);
+        packet_enters(&packets[i], &bundle);
+    }
     for (unsigned slot = 0; slot < BVH_WIDTH; slot++)
         if (root->count[slot] > 0)
             check_leaf(scene, &bundle, bvh_leaves(bvh) + root->child[slot], root->count[slot], rays,

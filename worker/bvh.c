@@ -9,6 +9,8 @@
 #include "common/whole.h"
 #include "worker/bvh_leaf.h"
 #include "worker/bvh_nodes.h"
+#include "worker/bvh_trees.h"
+#include "worker/inlined.h"
 #include "worker/primitive.h"
 
 /* At most one piece of a triangle is added for so many. */
@@ -20,11 +22,6 @@
 #define ROW_END (BVH_WIDTH * sizeof(uint16_t))
 
 /* ---- memory ---- */
-
-static uint64_t bounded_count(const struct scene *scene)
-{
-    return scene_primitive_count(scene) - scene->primitives[PRIMITIVE_PLANE].count;
-}
 
 /* Pieces that spatial splits may add. */
 static uint64_t room_for_pieces(const struct scene *scene)
@@ -66,159 +63,107 @@ static size_t leaf_bytes_bound(const struct scene *scene)
     return (size_t)(leaf_bound(scene) + triangles * corner_entries(1)) * sizeof(struct bvh_leaf);
 }
 
+/* What a tree takes beside its nodes and leaves: a header, a node, as bounds of nodes are rounded down, the end of rows
+ * and a gap. */
+#define TREE_OVERHEAD (2 * ALIGNMENT + sizeof(struct bvh_node) + 2 * ALIGNMENT)
+_Static_assert(sizeof(struct bvh) <= 2 * ALIGNMENT && ROW_END <= ALIGNMENT, "TREE_OVERHEAD");
+
 size_t bvh_bytes_bound(const struct scene *scene)
 {
-    return round_up_to(sizeof(struct bvh), ALIGNMENT) +
-           (size_t)node_bound(scene) * sizeof(struct bvh_node) +
-           round_up_to(leaf_bytes_bound(scene) + ROW_END, ALIGNMENT);
+    return (size_t)node_bound(scene) * sizeof(struct bvh_node) +
+           round_up_to(leaf_bytes_bound(scene), ALIGNMENT) + TREES_MAX * TREE_OVERHEAD;
 }
 
 /* ---- primitives ---- */
 
-/* Some primitives of one kind, in a row, which one thread looks at. */
+/* ROUND_ITEMS primitives, or what is left of them, which one thread looks at. */
 struct part {
-    enum primitive_kind kind;
-    uint32_t begin, end; /* indices */
-    uint32_t first;      /* item */
-    struct bounds bounds;
+    uint32_t count;     /* of those in the tree */
+    uint32_t triangles; /* of these */
+    uint32_t first;     /* item */
     struct range range;
 };
 
+/* What is in one of the trees. */
 struct collection {
     const struct whole *whole;
+    const struct bvh_trees *trees;
+    uint32_t tree;
     struct part *parts;
-    uint32_t count;
 };
 
-static struct collection parts_of(const struct whole *whole)
+static bool is_member(const struct collection *all, uint64_t index)
 {
-    struct collection all = {.whole = whole};
-    uint32_t first = 0;
-    for (enum primitive_kind kind = 0; kind < PRIMITIVE_PLANE; kind++) {
-        uint32_t end = (uint32_t)whole->scene->primitives[kind].count;
-        for (uint32_t begin = 0, next; begin < end; begin = next) {
-            next = end - begin < ROUND_ITEMS ? end : begin + ROUND_ITEMS;
-            all.parts = grow(all.parts, all.count, sizeof *all.parts);
-            all.parts[all.count++] =
-                (struct part){.kind = kind, .begin = begin, .end = next, .first = first};
-            first += next - begin;
-        }
-    }
-    return all;
+    return !all->trees->tree_of || all->trees->tree_of[index] == all->tree;
 }
 
-static void find_bounds(void *context, uint32_t round)
+/* Calls a function with each primitive of a part that is in the tree. */
+typedef void visit_member(const struct collection *all, struct part *part, uint32_t id);
+
+static INLINED void visit_members(const struct collection *all, uint32_t round, visit_member *visit)
+{
+    const struct scene *scene = all->whole->scene;
+    uint64_t first = (uint64_t)round * ROUND_ITEMS, end = bounded_count(scene);
+    if (end - first > ROUND_ITEMS) end = first + ROUND_ITEMS;
+    uint32_t id = bounded_id(scene, first);
+    for (uint64_t index = first; index < end; index++) {
+        if (index > first) id = bounded_id_after(scene, id);
+        if (is_member(all, index)) visit(all, &all->parts[round], id);
+    }
+}
+
+static INLINED void count_member(const struct collection *all, struct part *part, uint32_t id)
+{
+    (void)all;
+    part->count++;
+    part->triangles += is_triangle(id);
+}
+
+static void count_part(void *context, uint32_t round)
 {
     const struct collection *all = context;
-    struct part *part = &all->parts[round];
-    part->bounds = BOUNDS_NONE;
-    for (uint32_t index = part->begin; index < part->end; index++) {
-        struct bounds bounds = primitive_bounds(all->whole->scene, primitive_id(part->kind, index));
-        bounds_add(&part->bounds, &bounds);
+    all->parts[round].count = all->parts[round].triangles = 0;
+    visit_members(all, round, count_member);
+}
+
+static INLINED void collect_member(const struct collection *all, struct part *part, uint32_t id)
+{
+    const struct whole *whole = all->whole;
+    struct item *item = &whole->items[part->first + part->range.count];
+    item->id = id;
+    item->weight = weight_of(primitive_kind(id));
+    struct bounds bounds = primitive_bounds(whole->scene, id);
+    for (unsigned axis = 0; axis < 3; axis++) {
+        item->min[axis] = round_down(bounds.min[axis] - whole->center[axis]);
+        item->max[axis] = round_up(bounds.max[axis] - whole->center[axis]);
     }
-}
-
-/* So many of the boxes tell where most of them are: what has half of all has 47 to 53 % of these (two standard
- * deviations). */
-#define CENTER_BOXES 1024
-
-/* Of all primitives in order of kind and index. */
-static uint32_t bounded_id(const struct scene *scene, uint64_t index)
-{
-    enum primitive_kind kind = 0;
-    for (; index >= scene->primitives[kind].count; kind++)
-        index -= scene->primitives[kind].count;
-    return primitive_id(kind, (uint32_t)index);
-}
-
-/* Of the boxes of up to CENTER_BOXES primitives, all or by multiples of the golden ratio, which keep clear of the rows
- * of a mesh; returns how many. */
-static uint32_t take_middles(const struct scene *scene, double middles[3][CENTER_BOXES])
-{
-    uint64_t all = bounded_count(scene);
-    uint32_t count = all < CENTER_BOXES ? (uint32_t)all : CENTER_BOXES;
-    for (uint32_t i = 0; i < count; i++) {
-        double turns = 0.6180339887 * i;
-        uint64_t index = count == all ? i : (uint64_t)((turns - floor(turns)) * (double)all);
-        struct bounds bounds = primitive_bounds(scene, bounded_id(scene, index));
-        for (unsigned axis = 0; axis < 3; axis++)
-            middles[axis][i] = bounds.min[axis] / 2 + bounds.max[axis] / 2;
-    }
-    return count;
-}
-
-static int by_size(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-/* Sorts them; the larger one of the two in the middle. */
-static double median_of(double *values, uint32_t count)
-{
-    qsort(values, count, sizeof *values, by_size);
-    return values[count / 2];
-}
-
-/*
- * On an axis where the median of the boxes' middles is further from the origin than CENTER_FAR times their median
- * distance from it, that median: a mesh on a ball as large as a planet has all but one of its boxes far from the
- * ball's centre, and float has bits for them or for the ball. Less than half of the boxes may be anywhere else.
- * Else the middle of everything where that is further from the origin than everything is wide. Else 0: what is
- * beside the origin keeps its coordinates, of which many are floats.
- */
-#define CENTER_FAR 16
-
-/* Overwrites the middles, of which there is one at least. */
-static double center_on(const struct bounds *bounds, unsigned axis, double *middles, uint32_t count)
-{
-    double median = median_of(middles, count);
-    for (uint32_t i = 0; i < count; i++)
-        middles[i] = fabs(middles[i] - median);
-    if (fabs(median) > CENTER_FAR * median_of(middles, count)) return median;
-    double middle = bounds->min[axis] / 2 + bounds->max[axis] / 2;
-    bool far = isfinite(middle) && fabs(middle) > bounds->max[axis] - bounds->min[axis];
-    return far ? middle : 0;
-}
-
-static void place_center(struct collection *all, double center[3])
-{
-    double middles[3][CENTER_BOXES];
-    struct bounds bounds = BOUNDS_NONE;
-    crew_share(all->whole->crew, all->count, find_bounds, all);
-    for (uint32_t i = 0; i < all->count; i++)
-        bounds_add(&bounds, &all->parts[i].bounds);
-    uint32_t count = take_middles(all->whole->scene, middles);
-    for (unsigned axis = 0; axis < 3; axis++)
-        center[axis] = center_on(&bounds, axis, middles[axis], count);
+    range_add(&part->range, item);
 }
 
 static void collect_part(void *context, uint32_t round)
 {
     const struct collection *all = context;
-    const struct whole *whole = all->whole;
-    struct part *part = &all->parts[round];
-    part->range = range_empty(part->first);
-    for (uint32_t index = part->begin; index < part->end; index++) {
-        struct item *item = &whole->items[part->first + (index - part->begin)];
-        item->id = primitive_id(part->kind, index);
-        item->weight = weight_of(part->kind);
-        struct bounds bounds = primitive_bounds(whole->scene, item->id);
-        for (unsigned axis = 0; axis < 3; axis++) {
-            item->min[axis] = round_down(bounds.min[axis] - whole->center[axis]);
-            item->max[axis] = round_up(bounds.max[axis] - whole->center[axis]);
-        }
-        range_add(&part->range, item);
-    }
+    all->parts[round].range = range_empty(all->parts[round].first);
+    visit_members(all, round, collect_member);
 }
 
-static struct range collect_items(struct collection *all)
+static struct range collect_items(const struct whole *whole, const struct bvh_trees *trees,
+                                  uint32_t tree)
 {
+    uint32_t parts = divide_up((uint32_t)bounded_count(whole->scene), ROUND_ITEMS), triangles = 0;
+    struct collection all = {whole, trees, tree, allocate(parts, sizeof *all.parts)};
     struct range range = range_empty(0);
-    crew_share(all->whole->crew, all->count, collect_part, all);
-    for (uint32_t i = 0; i < all->count; i++)
-        range_append(&range, &all->parts[i].range);
-    range.room = (uint32_t)room_for_pieces(all->whole->scene);
+    crew_share(whole->crew, parts, count_part, &all);
+    for (uint32_t i = 0, first = 0; i < parts; i++) {
+        all.parts[i].first = first;
+        first += all.parts[i].count;
+        triangles += all.parts[i].triangles;
+    }
+    crew_share(whole->crew, parts, collect_part, &all);
+    for (uint32_t i = 0; i < parts; i++)
+        range_append(&range, &all.parts[i].range);
+    range.room = triangles / PIECES_SHARE;
+    free(all.parts);
     return range;
 }
 
@@ -247,12 +192,11 @@ static struct bvh *empty_tree(const struct scene *scene, void *memory)
     return bvh;
 }
 
-static void build_tree(const struct whole *whole, struct bvh *bvh)
+/* Behind a tree, in bytes from its beginning, the next one begins. */
+static size_t build_tree(const struct whole *whole, const struct bvh_trees *trees, uint32_t tree,
+                         struct bvh *bvh)
 {
-    struct collection primitives = parts_of(whole);
-    place_center(&primitives, bvh->center);
-    struct range all = collect_items(&primitives);
-    free(primitives.parts);
+    struct range all = collect_items(whole, trees, tree);
     write_bounds(bvh, &all.extent);
     struct bvh_node *nodes = (void *)((char *)bvh + bvh->nodes_offset);
     uint32_t node_count = bvh_build_nodes(whole, &all, nodes);
@@ -262,9 +206,25 @@ static void build_tree(const struct whole *whole, struct bvh *bvh)
     struct leaf_room room = bvh_write_leaves(whole, nodes, node_count, leaves);
     size_t leaf_bytes = (size_t)room.room * sizeof *leaves;
     bvh->leaf_count = room.entries;
-    bvh->bytes = bvh->leaves_offset + round_up_to(leaf_bytes + ROW_END, ALIGNMENT);
+    size_t end = bvh->leaves_offset + round_up_to(leaf_bytes + ROW_END, ALIGNMENT);
     /* The same scene gives the same bytes, gaps too. */
-    memset((char *)leaves + leaf_bytes, 0, bvh->bytes - bvh->leaves_offset - leaf_bytes);
+    memset((char *)leaves + leaf_bytes, 0, end - bvh->leaves_offset - leaf_bytes);
+    return end;
+}
+
+static void build_trees(struct whole *whole, const struct bvh_trees *trees, struct bvh *first)
+{
+    struct bvh *bvh = first;
+    size_t bytes = 0;
+    for (uint32_t tree = 0; tree < trees->count; tree++) {
+        if (tree > 0) bvh = empty_tree(whole->scene, (char *)first + bytes);
+        memcpy(bvh->center, trees->center[tree], sizeof bvh->center);
+        whole->center = bvh->center;
+        size_t end = build_tree(whole, trees, tree, bvh);
+        bytes += end;
+        if (tree + 1 < trees->count) bvh->next_offset = end;
+    }
+    first->bytes = bytes;
 }
 
 struct bvh *bvh_build(const struct scene *scene, void *memory, unsigned threads)
@@ -274,10 +234,13 @@ struct bvh *bvh_build(const struct scene *scene, void *memory, unsigned threads)
     if (weight_bound(scene) > UINT32_MAX) /* of a range: struct range */
         fatal("the scene has too many primitives for a tree");
     if (bounded_count(scene) <= SUBTREE_ITEMS) threads = 1; /* there is nothing to share out */
-    struct whole whole = {scene, bvh->center,
-                          allocate_large((size_t)leaf_bound(scene) * sizeof *whole.items),
-                          threads > 1 ? crew_gather(threads) : NULL};
-    build_tree(&whole, bvh);
+    struct bvh_trees trees;
+    struct whole whole = {.scene = scene,
+                          .items = allocate_large((size_t)leaf_bound(scene) * sizeof *whole.items),
+                          .crew = threads > 1 ? crew_gather(threads) : NULL};
+    bvh_trees_find(scene, whole.crew, &trees);
+    build_trees(&whole, &trees, bvh);
+    bvh_trees_free(&trees);
     if (whole.crew) crew_dismiss(whole.crew);
     free(whole.items);
     return bvh;

@@ -60,8 +60,13 @@ struct bvh_corners {
 #define BVH_MAX_DEPTH 32
 #define BVH_STACK     ((BVH_WIDTH - 1) * BVH_MAX_DEPTH + 1)
 
+/*
+ * A tree. What is too fine for floats that count from the centre of most of a scene is in further trees, with centres
+ * of their own, which stand behind the first one in the same block; see worker/bvh_trees.h. A ray is traced through
+ * all of them, in any order.
+ */
 struct bvh {
-    uint64_t bytes; /* in use */
+    uint64_t bytes; /* of the first tree: in use, all trees together; of others 0 */
     uint64_t node_count;
     uint64_t leaf_count;    /* entries of all leaves */
     uint64_t transparent;   /* 1: some material of the scene lets light through; else 0 */
@@ -73,7 +78,13 @@ struct bvh {
     double reach;         /* the largest coordinate of these */
     double size; /* the same, and the centre's largest coordinate: no coordinate of the scene
                            * is larger but by rounding */
+    uint64_t next_offset; /* from this one to the next tree, in bytes; 0: there is none */
 };
+
+static inline const struct bvh *bvh_next(const struct bvh *bvh)
+{
+    return bvh->next_offset ? (const void *)((const char *)bvh + bvh->next_offset) : NULL;
+}
 
 static inline const struct bvh_node *bvh_nodes(const struct bvh *bvh)
 {
@@ -113,7 +124,7 @@ static inline uint32_t corner_entries(uint32_t triangles)
     return (uint32_t)((bytes + sizeof(struct bvh_leaf) - 1) / sizeof(struct bvh_leaf));
 }
 
-/* Bytes that bvh_build() may need for this scene. */
+/* Bytes that bvh_build() may need for this scene, a multiple of 64. */
 size_t bvh_bytes_bound(const struct scene *scene);
 
 /* Builds into memory of bvh_bytes_bound() bytes, aligned to 64, with at most so many threads, the

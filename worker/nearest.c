@@ -50,10 +50,12 @@ static INLINED struct hit nearest_hit(const struct scene *scene, const struct bv
     struct nearest_walk walk;
     nearest_begin(&walk, scene, ray, planes, exact);
     if (!ray_is_finite(ray)) return walk.hit;
-    probe_leaves(&walk.probe, bvh);
     nearest_planes(&walk, naive);
     visit_leaf *visit = naive ? naive_nearest_leaf : nearest_leaf;
-    traverse(bvh, ray, walk.probe.purpose.farthest, true, visit, &walk);
+    for (const struct bvh *tree = bvh; tree; tree = bvh_next(tree)) {
+        probe_leaves(&walk.probe, tree);
+        traverse(tree, ray, walk.probe.purpose.farthest, true, visit, &walk);
+    }
     if (!naive && !nearest_is_told(&walk)) nearest_waiting(&walk);
     return walk.hit;
 }

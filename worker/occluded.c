@@ -24,15 +24,18 @@ static INLINED bool is_blocked(const struct scene *scene, const struct bvh *bvh,
     struct occlusion_walk walk;
     occlusion_begin(&walk, scene, ray, passages, exact);
     if (!ray_is_finite(ray)) return false;
-    probe_leaves(&walk.probe, bvh);
     if (!occlusion_planes(&walk, naive)) return true;
     walk.blocker = blocker;
     if (LANES_IN_SIMD && !naive && blocker->count > 0) {
+        probe_leaves(&walk.probe, blocker->bvh);
         if (occlusion_by_blocker(&walk)) return true;
         blocker->count = 0;
     }
     visit_leaf *visit = naive ? naive_occlusion_leaf : occlusion_leaf;
-    traverse(bvh, ray, ray->t_max, false, visit, &walk);
+    for (walk.bvh = bvh; walk.bvh && !walk.blocked; walk.bvh = bvh_next(walk.bvh)) {
+        probe_leaves(&walk.probe, walk.bvh);
+        traverse(walk.bvh, ray, ray->t_max, false, visit, &walk);
+    }
     return walk.blocked;
 }
 
@@ -58,7 +61,7 @@ void occluded(const struct scene *scene, const struct bvh *bvh, const struct ray
     struct passages *transparent = bvh->transparent ? passages : NULL;
     bool packets = LANES_IN_SIMD && scene->view.formulas != FORMULAS_PAPER;
     struct packet_trust trust = {0, 0};
-    struct blocker blocker = {NULL, 0};
+    struct blocker blocker = {NULL, 0, NULL};
     for (unsigned lane = 0; lane < LANES; lane++)
         passages_begin(&passages[lane]);
     for (size_t i = 0; i < count; i += LANES) {

@@ -114,10 +114,12 @@ static inline struct vec3 transmittance_of(const struct scene *scene, struct pas
 struct blocker {
     const struct bvh_leaf *leaves;
     uint32_t count;
+    const struct bvh *bvh; /* the tree that they are in */
 };
 
 struct occlusion_walk {
     struct blocker *blocker;
+    const struct bvh *bvh; /* the tree that is walked through */
     struct probe probe;
     struct reach reach;
     struct passages *passages;
@@ -201,7 +203,7 @@ static INLINED bool occlusion_span(struct occlusion_walk *walk, const struct bvh
 static INLINED bool end_at_blocker(struct occlusion_walk *walk, const struct bvh_leaf *leaves,
                                    uint32_t count)
 {
-    *walk->blocker = (struct blocker){leaves, count};
+    *walk->blocker = (struct blocker){leaves, count, walk->bvh};
     return false;
 }
 

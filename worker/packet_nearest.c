@@ -172,12 +172,13 @@ static void solid_candidates(struct nearest_packet *it, const struct bvh_leaf *l
 /* Packets that are walked through the tree together. */
 struct nearest_bundle {
     struct bundle bundle;
-    const struct bvh_leaf *leaves;
-    bool given_up, prepared;
+    const struct bvh_leaf *leaves; /* of the tree that is walked through */
+    bool given_up, prepared, among_leaves;
     struct pinhole eye;
     struct nearest_packet packets[BUNDLE];
 };
 
+/* Before all that is tested with the packet. */
 static void nearest_prepare(struct nearest_packet *it, const struct bundle *bundle)
 {
     packet_prepare(&it->packet, bundle);
@@ -191,13 +192,22 @@ static void nearest_prepare(struct nearest_packet *it, const struct bundle *bund
     memset(it->first, 0xff, sizeof it->first);
 }
 
-/* Before the first leaf. */
+/* Before anything is tested. */
 static void bundle_prepare(struct nearest_bundle *it)
 {
-    const struct bundle *bundle = &it->bundle;
     it->prepared = true;
+    for (unsigned i = 0; i < it->bundle.count; i++)
+        nearest_prepare(&it->packets[i], &it->bundle);
+}
+
+/* Before the first leaf of a tree. */
+static void bundle_enter_leaves(struct nearest_bundle *it)
+{
+    const struct bundle *bundle = &it->bundle;
+    if (!it->prepared) bundle_prepare(it);
+    it->among_leaves = true;
     for (unsigned i = 0; i < bundle->count; i++)
-        nearest_prepare(&it->packets[i], bundle);
+        packet_enters(&it->packets[i].packet, bundle);
     if (!bundle->one_origin) return;
     it->eye = pinhole_of(bundle);
     for (unsigned i = 0; i < bundle->count; i++)
@@ -306,7 +316,7 @@ static INLINED void visit_by_bundle(void *context, const struct bvh_node *node, 
                                     double *limit)
 {
     struct nearest_bundle *it = context;
-    if (!it->prepared) bundle_prepare(it);
+    if (!it->among_leaves) bundle_enter_leaves(it);
     struct packet_box box = packet_box(&it->bundle, node, slot);
     struct bundle_sets sets;
     rays_in_box(it, &box, &sets);
@@ -316,6 +326,22 @@ static INLINED void visit_by_bundle(void *context, const struct bvh_node *node, 
     }
     it->given_up = !is_worth_it(&it->bundle, sets.met);
     if (it->given_up) *limit = -INFINITE; /* which ends the walk */
+}
+
+/* false: the rays are better off on their own. */
+static INLINED bool walk_trees(struct nearest_bundle *it, const struct bvh *bvh)
+{
+    for (; bvh; bvh = bvh_next(bvh)) {
+        if (!bundle_enters(&it->bundle, bvh)) {
+            if (bundle_may_meet(&it->bundle, bvh, farthest_limit(it))) return false;
+            continue;
+        }
+        it->leaves = bvh_leaves(bvh);
+        it->among_leaves = false;
+        bundle_traverse(&it->bundle, farthest_limit(it), visit_by_bundle, it);
+        if (it->given_up) return false;
+    }
+    return true;
 }
 
 static void plane_candidates(struct nearest_packet *it, uint32_t id)
@@ -453,14 +479,12 @@ bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const stru
     it.bundle.count = packets;
     for (unsigned i = 0; i < packets; i++)
         it.bundle.packets[i] = &it.packets[i].packet;
-    if (!bundle_of(bvh, rays, &it.bundle)) return false;
-    it.leaves = bvh_leaves(bvh);
+    if (bvh->node_count == 0 || !bundle_of(rays, &it.bundle)) return false;
     it.given_up = it.prepared = false;
     for (unsigned i = 0; i < packets; i++)
         nearest_packet_begin(&it.packets[i], scene, rays + (size_t)i * LANES, planes, exact);
     bundle_planes(&it, scene);
-    bundle_traverse(&it.bundle, farthest_limit(&it), visit_by_bundle, &it);
-    if (it.given_up) return false;
+    if (!walk_trees(&it, bvh)) return false;
     for (unsigned i = 0; i < packets && it.prepared; i++)
         prefetch_firsts(&it.packets[i]);
     for (unsigned i = 0; i < packets; i++)

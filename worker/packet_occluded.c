@@ -103,14 +103,14 @@ static SHARED void look_in_leaf(struct occlusion_packet *it, const struct bvh_le
     if (triangles > 0)
         packet_triangles(&it->packet, it->scene, leaves, count, triangles, rays,
                          triangle_in_the_way, it);
-    if (it->open != before) *it->blocker = (struct blocker){leaves, count};
+    if (it->open != before) *it->blocker = (struct blocker){leaves, count, it->packet.bvh};
     for (uint32_t i = triangles; i < count && (rays & it->open); i++) {
         before = it->open;
         if (has_spans(leaves[i].id))
             solid_in_the_way(it, &leaves[i], rays & it->open);
         else
             test_each(it, &leaves[i], rays & it->open);
-        if (it->open != before) *it->blocker = (struct blocker){&leaves[i], 1};
+        if (it->open != before) *it->blocker = (struct blocker){&leaves[i], 1, it->packet.bvh};
     }
 }
 
@@ -135,6 +135,7 @@ static void look_in_last_leaf(struct occlusion_packet *it, const struct blocker 
     uint32_t triangles = triangles_of(last->leaves, last->count);
     struct rough_leaf rough;
     struct rough_places places;
+    it->packet.bvh = last->bvh;
     lane_set rays = it->open & ~rough_leaf_of(&it->packet, corners, &rough), untold;
     for (uint32_t i = 0; i < triangles && rays; i++) {
         if (i % LANES == 0) places = rough_places(&it->packet, corners, triangles, i);
@@ -184,6 +185,20 @@ static void begin_rays(struct occlusion_packet *it)
     planes_in_the_way(it);
 }
 
+/* Until all rays are blocked, or the packet gives up. */
+static INLINED void walk_trees(struct occlusion_packet *it, const struct bvh *bvh)
+{
+    double limit = lanes_highest(it->packet.t_max);
+    for (; bvh && it->open && !it->given_up; bvh = bvh_next(bvh)) {
+        if (!bundle_enters(&it->bundle, bvh)) {
+            it->given_up = bundle_may_meet(&it->bundle, bvh, limit);
+            continue;
+        }
+        packet_enters(&it->packet, &it->bundle);
+        bundle_traverse(&it->bundle, limit, visit_by_packet, it);
+    }
+}
+
 bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                      struct passages *passages, struct blocker *blocker, struct vec3 *transmittance,
                      uint64_t *exact, lane_set *open)
@@ -192,7 +207,7 @@ bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const str
     it.bundle.count = 1;
     it.bundle.packets[0] = &it.packet;
     *open = ALL_LANES;
-    if (!bundle_of(bvh, rays, &it.bundle)) return false;
+    if (bvh->node_count == 0 || !bundle_of(rays, &it.bundle)) return false;
     packet_prepare(&it.packet, &it.bundle);
     if (has_lines(scene)) it.ray_lanes = rays_in_lanes(it.packet.o, it.packet.d);
     it.scene = scene;
@@ -205,7 +220,7 @@ bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const str
     it.blocker = blocker;
     begin_rays(&it);
     look_at_blocker(&it);
-    if (it.open) bundle_traverse(&it.bundle, lanes_highest(it.packet.t_max), visit_by_packet, &it);
+    walk_trees(&it, bvh);
     /* A blocker spares a packet the walk only where it blocks all rays. Where one of these came through,
      * some of the next are taken to do so, too: it is forgotten, however many it has blocked. */
     if (it.open && !it.given_up) blocker->count = 0;

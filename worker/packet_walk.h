@@ -39,11 +39,11 @@ struct lane_slab {
 
 /* LANES rays, one to a lane. */
 struct packet {
-    const struct bvh *bvh;
-    uint32_t from[LANES]; /* what the rays start on, as in struct ray */
+    const struct bvh *bvh; /* whose leaves it is tested with */
+    uint32_t from[LANES];  /* what the rays start on, as in struct ray */
     struct lanes o[3], d[3], t_max;
 
-    /* What only tests of leaves need; see packet_prepare(). */
+    /* What only tests need; see packet_prepare(), and of slabs' origins packet_enters(). */
     bool prepared;
     unsigned axes[3]; /* x, y and z of the shear */
     struct lane_slab slabs[3];
@@ -52,14 +52,26 @@ struct packet {
     struct floats float_sx, float_sy;
 };
 
+/* Between what the components of some rays lie. */
+struct ends {
+    double low, high;
+};
+
+/* Of the rays of all packets. */
+struct bundle_ends {
+    struct ends o[3], d[3];
+    bool finite;
+};
+
 /* Packets that are walked through the tree together. */
 struct bundle {
-    const struct bvh *bvh;
+    const struct bvh *bvh; /* that it walks through */
     unsigned count;
     struct packet *packets[BUNDLE];
     unsigned leaves, visits; /* leaves looked at; rays that were in them */
     unsigned axes[3];        /* x, y and z of the shear, the same for all rays */
-    double margin, wide;     /* what boxes grow by; on axes that rays hardly go along */
+    struct bundle_ends ends;
+    double margin, wide; /* what boxes grow by; on axes that rays hardly go along */
     struct range_slab ranges[3];
     bool one_origin; /* of all rays */
 };
@@ -70,8 +82,8 @@ static INLINED struct lanes largest_of(const struct lanes v[3])
 }
 
 /* origin: of all of them; NULL: each has its own. */
-static INLINED void load_packet(struct packet *packet, const struct bvh *bvh,
-                                const struct ray *rays, const struct vec3 *origin)
+static INLINED void load_packet(struct packet *packet, const struct ray *rays,
+                                const struct vec3 *origin)
 {
     _Static_assert(offsetof(struct ray, t_max) ==
                        offsetof(struct ray, direction) + sizeof(struct vec3),
@@ -79,7 +91,6 @@ static INLINED void load_packet(struct packet *packet, const struct bvh *bvh,
     const struct axis_order xyz = axis_order(0, 1, 2);
     const double *origins[LANES], *ways[LANES];
     struct lanes way[4];
-    packet->bvh = bvh;
     packet->prepared = false;
     UNROLLED
     for (unsigned i = 0; i < LANES; i++) {
@@ -96,17 +107,6 @@ static INLINED void load_packet(struct packet *packet, const struct bvh *bvh,
     packet->t_max = way[3];
     if (!origin) lanes_transpose(origins, &xyz, packet->o);
 }
-
-/* Between what the components of some rays lie. */
-struct ends {
-    double low, high;
-};
-
-/* Of the rays of all packets. */
-struct bundle_ends {
-    struct ends o[3], d[3];
-    bool finite;
-};
 
 /* Lane by lane. */
 struct lane_ends {
@@ -148,20 +148,19 @@ static INLINED bool ends_of_point(const struct vec3 *point, struct ends ends[3])
     return vec_is_finite(*point);
 }
 
-static INLINED struct bundle_ends load_bundle(struct bundle *bundle, const struct ray *rays)
+static INLINED void load_bundle(struct bundle *bundle, const struct ray *rays)
 {
     struct lane_ends o = no_ends(), d = no_ends();
-    struct bundle_ends ends;
+    struct bundle_ends *ends = &bundle->ends;
     const struct vec3 *origin = bundle->one_origin ? &rays[0].origin : NULL;
     for (unsigned i = 0; i < bundle->count; i++) {
         struct packet *packet = bundle->packets[i];
-        load_packet(packet, bundle->bvh, rays + (size_t)i * LANES, origin);
+        load_packet(packet, rays + (size_t)i * LANES, origin);
         widen(&d, packet->d);
         if (!origin) widen(&o, packet->o);
     }
-    ends.finite = ends_of_lanes(&d, ends.d);
-    ends.finite &= origin ? ends_of_point(origin, ends.o) : ends_of_lanes(&o, ends.o);
-    return ends;
+    ends->finite = ends_of_lanes(&d, ends->d);
+    ends->finite &= origin ? ends_of_point(origin, ends->o) : ends_of_lanes(&o, ends->o);
 }
 
 /* The largest and, where they all have one sign, the smallest; else nothing above 0. */
@@ -176,8 +175,9 @@ static INLINED double smallest_end(struct ends ends)
 }
 
 /* Whether z is certainly the longest axis of all directions. */
-static INLINED bool have_one_shear(const struct bundle *bundle, const struct bundle_ends *ends)
+static INLINED bool have_one_shear(const struct bundle *bundle)
 {
+    const struct bundle_ends *ends = &bundle->ends;
     const unsigned *axes = bundle->axes;
     double least = smallest_end(ends->d[axes[2]]);
     return largest_end(ends->d[axes[0]]) < least && largest_end(ends->d[axes[1]]) < least;
@@ -187,15 +187,15 @@ static INLINED bool have_one_shear(const struct bundle *bundle, const struct bun
  * of both ends. That does no harm: it is as if there were faster rays, too, which come into a box
  * before the others, and nothing is told of when they leave it; more boxes are met, none fewer. What a
  * ray's own component counts for is not_too_slow(). */
-static INLINED void set_range(struct bundle *bundle, const struct bundle_ends *ends, unsigned axis)
+static INLINED void set_range(struct bundle *bundle, unsigned axis)
 {
+    const struct bundle_ends *ends = &bundle->ends;
     struct range_slab *range = &bundle->ranges[axis];
     double least = ends->d[axis].low, most = ends->d[axis].high;
     double center = bundle->bvh->center[axis];
     double first = ends->o[axis].low - center, last = ends->o[axis].high - center;
     float low = float_below(first - bundle->margin), high = float_above(last + bundle->margin);
     bool down = most < -FLOAT_COMPONENT_MIN;
-    range->both_ways = !down && !(least > FLOAT_COMPONENT_MIN);
     double outward = range->both_ways ? bundle->wide : bundle->margin;
     float ray_low = float_below(first - outward), ray_high = float_above(last + outward);
     if (range->both_ways) {
@@ -214,10 +214,9 @@ static INLINED void set_range(struct bundle *bundle, const struct bundle_ends *e
 }
 
 /* Whether float does for all of them. */
-static INLINED bool bundle_fits_floats(const struct bundle *bundle, const struct bundle_ends *ends,
-                                       double farthest_origin)
+static INLINED bool bundle_fits_floats(const struct bundle *bundle, double farthest_origin)
 {
-    struct ends z = ends->d[bundle->axes[2]];
+    struct ends z = bundle->ends.d[bundle->axes[2]];
     double least = smallest_end(z), most = largest_end(z);
     return float_slabs_do(farthest_origin, least, bundle->margin, bundle->bvh->reach) &&
            most < FLOAT_DIRECTION_MAX;
@@ -235,22 +234,34 @@ static INLINED bool have_one_origin(const struct ray *rays, unsigned count)
 }
 
 /* Of the rays of bundle->count packets, for which there is room at bundle->packets. false: they are
- * not alike, or the tree is empty. */
-static INLINED bool bundle_of(const struct bvh *bvh, const struct ray *rays, struct bundle *bundle)
+ * not alike. */
+static INLINED bool bundle_of(const struct ray *rays, struct bundle *bundle)
 {
-    if (bvh->node_count == 0) return false;
-    bundle->bvh = bvh;
     bundle->leaves = bundle->visits = 0;
     unsigned z = shear_of(&rays[0].direction).z;
     bundle->axes[0] = (z + 1) % 3;
     bundle->axes[1] = (z + 2) % 3;
     bundle->axes[2] = z;
     bundle->one_origin = have_one_origin(rays, bundle->count * LANES);
-    struct bundle_ends ends = load_bundle(bundle, rays);
-    if (!ends.finite || !have_one_shear(bundle, &ends)) return false;
-    double largest_origin = 0, distance = 0;
+    load_bundle(bundle, rays);
+    if (!bundle->ends.finite || !have_one_shear(bundle)) return false;
     for (unsigned axis = 0; axis < 3; axis++) {
-        struct ends o = ends.o[axis];
+        struct ends d = bundle->ends.d[axis];
+        bool down = d.high<-FLOAT_COMPONENT_MIN, up = d.low> FLOAT_COMPONENT_MIN;
+        bundle->ranges[axis].both_ways = !down && !up;
+    }
+    /* The box of an empty slot is left out because it ends before it begins; where rays go both ways, nothing
+     * has an end. */
+    return !bundle->ranges[z].both_ways;
+}
+
+/* Before a walk through a tree, which is not empty. false: float does not do for it. */
+static INLINED bool bundle_enters(struct bundle *bundle, const struct bvh *bvh)
+{
+    double largest_origin = 0, distance = 0;
+    bundle->bvh = bvh;
+    for (unsigned axis = 0; axis < 3; axis++) {
+        struct ends o = bundle->ends.o[axis];
         double center = bvh->center[axis];
         largest_origin = larger_number(largest_end(o), largest_origin);
         distance =
@@ -258,12 +269,48 @@ static INLINED bool bundle_of(const struct bvh *bvh, const struct ray *rays, str
     }
     bundle->margin = slab_margin(bvh, largest_origin);
     bundle->wide = slow_margin(bundle->margin, distance + bvh->reach);
-    if (!bundle_fits_floats(bundle, &ends, distance)) return false;
+    if (!bundle_fits_floats(bundle, distance)) return false;
     for (unsigned axis = 0; axis < 3; axis++)
-        set_range(bundle, &ends, axis);
-    /* The box of an empty slot is left out because it ends before it begins; where rays go both ways, nothing
-     * has an end. */
-    return !bundle->ranges[z].both_ways;
+        set_range(bundle, axis);
+    return true;
+}
+
+/* Where some of the rays may first, and last, be between two planes of an axis, when the first of them goes by the
+ * largest component and the last by the smallest; first infinite: none ever is. As in worker/slabs.h, but that
+ * the planes are those of the whole tree. */
+static inline struct ends time_between(double min, double max, struct ends o, struct ends d)
+{
+    if (d.high <= 0) {
+        o = (struct ends){-o.high, -o.low};
+        d = (struct ends){-d.high, -d.low};
+        double swapped = min;
+        min = -max;
+        max = -swapped;
+    }
+    if (d.low < 0) { /* they go both ways */
+        double in = larger_number((min - o.high) / d.high, (o.low - max) / -d.low);
+        return (struct ends){larger_number(in, 0), INFINITE};
+    }
+    if (max < o.low) return (struct ends){INFINITE, 0};
+    double in = min > o.high ? (min - o.high) / d.high : 0;
+    return (struct ends){in, d.low > 0 ? (max - o.low) / d.low * FAR_WIDENING : INFINITE};
+}
+
+/* Of a bundle for which bundle_enters() is false: whether one of its rays may meet what is in the tree at 0 <= t <=
+ * limit. Far from a small tree, hardly any does. */
+static INLINED bool bundle_may_meet(const struct bundle *bundle, const struct bvh *bvh,
+                                    double limit)
+{
+    struct ends time = {0, limit};
+    for (unsigned axis = 0; axis < 3; axis++) {
+        double center = bvh->center[axis];
+        double min = center + (double)bvh->min[axis] - bundle->margin;
+        double max = center + (double)bvh->max[axis] + bundle->margin;
+        struct ends here = time_between(min, max, bundle->ends.o[axis], bundle->ends.d[axis]);
+        time.low = larger_number(time.low, here.low);
+        time.high = smaller_number(time.high, here.high);
+    }
+    return !(time.low > time.high);
 }
 
 /* A component of rays, no less than that. */
@@ -273,46 +320,59 @@ static INLINED struct lanes not_too_slow(struct lanes d, struct lanes least)
     return lanes_choose(lanes_less(d, lanes_of(0)), lanes_negate(size), size);
 }
 
-/* struct float_slab of rays that have origins of their own; see float_below() and float_above(). */
-static INLINED void lane_slab_of(struct lane_slab *slab, struct lanes origin, struct lanes inverse,
-                                 struct lanes margin)
+/* Slower than that along an axis, a ray hardly goes along it: float_slab_of(). */
+static INLINED struct lanes slow_way(const struct packet *packet, const struct bundle *bundle)
 {
-    struct lanes low = lanes_sub(origin, margin), high = lanes_add(origin, margin);
-    struct lanes outward = lanes_of(FLOAT_OUTWARD);
-    lane_set down = lanes_less(inverse, lanes_of(0));
-    low = lanes_sub(low, lanes_mul(outward, lanes_abs(low)));
-    high = lanes_add(high, lanes_mul(outward, lanes_abs(high)));
-    slab->near_origin = floats_of_lanes(lanes_choose(down, low, high));
-    slab->far_origin = floats_of_lanes(lanes_choose(down, high, low));
+    return lanes_mul(lanes_of(FLOAT_SLANT_MIN), lanes_abs(packet->d[bundle->axes[2]]));
 }
 
-/* For tests of leaves, of which many packets meet none. As for a single ray, see float_slab_of(). */
+/* For tests of leaves, of which many packets meet none, and of planes. */
 static INLINED void packet_prepare(struct packet *packet, const struct bundle *bundle)
 {
     const unsigned *axes = bundle->axes;
-    struct lanes slow = lanes_mul(lanes_of(FLOAT_SLANT_MIN), lanes_abs(packet->d[axes[2]]));
-    struct lanes margin = lanes_of(bundle->margin), wide = lanes_of(bundle->wide);
-    struct lanes inverse[3];
+    struct lanes slow = slow_way(packet, bundle), inverse[3];
     packet->prepared = true;
     UNROLLED
     for (unsigned i = 0; i < 3; i++) {
         packet->axes[i] = axes[i];
         packet->origin[i] = packet->o[axes[i]];
         struct lanes way = packet->d[i];
-        lane_set is_slow = lanes_less(lanes_abs(way), slow);
         if (bundle->ranges[i].both_ways) way = not_too_slow(way, slow);
         inverse[i] = lanes_div(lanes_of(1), way);
         packet->slabs[i].inverse = floats_of_lanes(inverse[i]);
-        if (!bundle->one_origin)
-            lane_slab_of(&packet->slabs[i],
-                         lanes_sub(packet->o[i], lanes_of(bundle->bvh->center[i])), inverse[i],
-                         lanes_choose(is_slow, wide, margin));
     }
     packet->sx = lanes_div(packet->d[axes[0]], packet->d[axes[2]]);
     packet->sy = lanes_div(packet->d[axes[1]], packet->d[axes[2]]);
     packet->inverse_dz = inverse[axes[2]];
     packet->float_sx = floats_of_lanes(packet->sx);
     packet->float_sy = floats_of_lanes(packet->sy);
+}
+
+/* struct float_slab of rays that have origins of their own; see float_below() and float_above(). */
+static INLINED void set_origins(struct lane_slab *slab, struct lanes origin, struct lanes margin)
+{
+    struct lanes low = lanes_sub(origin, margin), high = lanes_add(origin, margin);
+    struct lanes outward = lanes_of(FLOAT_OUTWARD);
+    lane_set down = floats_less(slab->inverse, floats_of(0));
+    low = lanes_sub(low, lanes_mul(outward, lanes_abs(low)));
+    high = lanes_add(high, lanes_mul(outward, lanes_abs(high)));
+    slab->near_origin = floats_of_lanes(lanes_choose(down, low, high));
+    slab->far_origin = floats_of_lanes(lanes_choose(down, high, low));
+}
+
+/* Before it looks at leaves of the tree that the bundle walks through. As for a single ray, see float_slab_of(). */
+static INLINED void packet_enters(struct packet *packet, const struct bundle *bundle)
+{
+    packet->bvh = bundle->bvh;
+    if (bundle->one_origin) return;
+    struct lanes slow = slow_way(packet, bundle);
+    struct lanes margin = lanes_of(bundle->margin), wide = lanes_of(bundle->wide);
+    UNROLLED
+    for (unsigned i = 0; i < 3; i++) {
+        lane_set is_slow = lanes_less(lanes_abs(packet->d[i]), slow);
+        set_origins(&packet->slabs[i], lanes_sub(packet->o[i], lanes_of(bundle->bvh->center[i])),
+                    lanes_choose(is_slow, wide, margin));
+    }
 }
 
 /* The rays that start on a primitive. */

@@ -1,0 +1,344 @@
+#include "worker/bvh_trees.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+#include "common/whole.h"
+#include "worker/bvh_split.h"
+#include "worker/primitive.h"
+
+/* ---- primitives ---- */
+
+uint64_t bounded_count(const struct scene *scene)
+{
+    return scene_primitive_count(scene) - scene->primitives[PRIMITIVE_PLANE].count;
+}
+
+uint32_t bounded_id(const struct scene *scene, uint64_t index)
+{
+    enum primitive_kind kind = 0;
+    for (; index >= scene->primitives[kind].count; kind++)
+        index -= scene->primitives[kind].count;
+    return primitive_id(kind, (uint32_t)index);
+}
+
+uint32_t bounded_id_after(const struct scene *scene, uint32_t id)
+{
+    enum primitive_kind kind = primitive_kind(id);
+    if (primitive_index(id) + 1 < scene->primitives[kind].count) return id + 1;
+    do
+        kind++;
+    while (scene->primitives[kind].count == 0);
+    return primitive_id(kind, 0);
+}
+
+/* The largest extent of a box. */
+static double size_of(const struct bounds *box)
+{
+    double size = 0;
+    for (unsigned axis = 0; axis < 3; axis++)
+        size = larger_number(size, box->max[axis] - box->min[axis]);
+    return size;
+}
+
+static double middle_of(const struct bounds *box, unsigned axis)
+{
+    return box->min[axis] / 2 + box->max[axis] / 2;
+}
+
+/* How far a box reaches from there, on the axis on which that is most. */
+static double farthest_from(const struct bounds *box, const double center[3])
+{
+    double far = 0;
+    for (unsigned axis = 0; axis < 3; axis++)
+        far = larger_number(far, larger_number(fabs(box->min[axis] - center[axis]),
+                                               fabs(box->max[axis] - center[axis])));
+    return far;
+}
+
+/* Around all, and the least size above 0 of a box. */
+struct survey {
+    const struct scene *scene;
+    struct survey_part {
+        struct bounds all;
+        double least;
+    } * parts; /* of ROUND_ITEMS primitives each */
+};
+
+static void survey_part(void *context, uint32_t round)
+{
+    const struct survey *survey = context;
+    const struct scene *scene = survey->scene;
+    uint64_t first = (uint64_t)round * ROUND_ITEMS, left = bounded_count(scene) - first;
+    uint32_t count = left < ROUND_ITEMS ? (uint32_t)left : ROUND_ITEMS;
+    struct survey_part part = {BOUNDS_NONE, INFINITE};
+    for (uint32_t i = 0, id = bounded_id(scene, first); i < count; i++) {
+        if (i > 0) id = bounded_id_after(scene, id);
+        struct bounds box = primitive_bounds(scene, id);
+        double size = size_of(&box);
+        bounds_add(&part.all, &box);
+        if (size > 0) part.least = smaller_number(part.least, size);
+    }
+    survey->parts[round] = part;
+}
+
+static struct survey_part survey_scene(const struct scene *scene, struct crew *crew)
+{
+    uint32_t rounds = divide_up((uint32_t)bounded_count(scene), ROUND_ITEMS);
+    struct survey survey = {scene, allocate(rounds, sizeof *survey.parts)};
+    struct survey_part whole = {BOUNDS_NONE, INFINITE};
+    crew_share(crew, rounds, survey_part, &survey);
+    for (uint32_t i = 0; i < rounds; i++) {
+        bounds_add(&whole.all, &survey.parts[i].all);
+        whole.least = smaller_number(whole.least, survey.parts[i].least);
+    }
+    free(survey.parts);
+    return whole;
+}
+
+/* ---- the centre of most ---- */
+
+/* So many of the boxes tell where most of them are: what has half of all has 47 to 53 % of these (two standard
+ * deviations). */
+#define CENTER_BOXES 1024
+
+/* Which of `all` is the i-th of so many: all of them, or by multiples of the golden ratio, which keep clear of the rows
+ * of a mesh. */
+static uint64_t spread(uint32_t i, uint32_t count, uint64_t all)
+{
+    double turns = 0.6180339887 * i;
+    return count == all ? i : (uint64_t)((turns - floor(turns)) * (double)all);
+}
+
+/* Of the boxes of up to CENTER_BOXES primitives; returns how many. */
+static uint32_t take_middles(const struct scene *scene, double middles[3][CENTER_BOXES])
+{
+    uint64_t all = bounded_count(scene);
+    uint32_t count = all < CENTER_BOXES ? (uint32_t)all : CENTER_BOXES;
+    for (uint32_t i = 0; i < count; i++) {
+        struct bounds box = primitive_bounds(scene, bounded_id(scene, spread(i, count, all)));
+        for (unsigned axis = 0; axis < 3; axis++)
+            middles[axis][i] = middle_of(&box, axis);
+    }
+    return count;
+}
+
+static int by_size(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Sorts them; the larger one of the two in the middle. */
+static double median_of(double *values, uint32_t count)
+{
+    qsort(values, count, sizeof *values, by_size);
+    return values[count / 2];
+}
+
+/*
+ * On an axis where the median of the boxes' middles is further from the origin than CENTER_FAR times their median
+ * distance from it, that median: a mesh on a ball as large as a planet has all but one of its boxes far from the
+ * ball's centre, and float has bits for them or for the ball. Less than half of the boxes may be anywhere else.
+ * Else the middle of everything where that is further from the origin than everything is wide. Else 0: what is
+ * beside the origin keeps its coordinates, of which many are floats.
+ */
+#define CENTER_FAR 16
+
+/* Overwrites the middles, of which there is one at least. */
+static double center_on(const struct bounds *all, unsigned axis, double *middles, uint32_t count)
+{
+    double median = median_of(middles, count);
+    for (uint32_t i = 0; i < count; i++)
+        middles[i] = fabs(middles[i] - median);
+    if (fabs(median) > CENTER_FAR * median_of(middles, count)) return median;
+    double middle = middle_of(all, axis);
+    bool far = isfinite(middle) && fabs(middle) > all->max[axis] - all->min[axis];
+    return far ? middle : 0;
+}
+
+static void find_center(const struct scene *scene, const struct bounds *all, double center[3])
+{
+    double middles[3][CENTER_BOXES];
+    uint32_t count = take_middles(scene, middles);
+    for (unsigned axis = 0; axis < 3; axis++)
+        center[axis] = center_on(all, axis, middles[axis], count);
+}
+
+/* ---- what is too fine ---- */
+
+/* A box is fine where it is smaller than its distance from the centre by that: rounded outward to float, by up to
+ * 2^-23 of the distance to each side, it may be half as large again. */
+#define FINE 0x1p20
+
+static bool is_fine(const struct bounds *box, const double center[3])
+{
+    double size = size_of(box), far = farthest_from(box, center);
+    return size > 0 && size * FINE < far && far < INFINITE;
+}
+
+/*
+ * Fine boxes matter where they are crowded: CROWD of them have their middles in one cube with an edge of 1/FINE of the
+ * distance from the centre, or of the next power of two above it. Of a surface these are smaller than a quarter of
+ * that, and look three times as large in float. Specks of dust far from each other are just as well off as they are.
+ */
+#define CROWD 16
+
+/* A tree for fewer is not worth the box that each ray has to look at. */
+#define FINE_MIN 64
+
+/* Some fine primitives, in order. */
+struct fine {
+    const struct scene *scene;
+    uint32_t *indices; /* as of bounded_id(); owned */
+    uint32_t count;
+};
+
+static struct bounds fine_box(const struct fine *fine, uint32_t i)
+{
+    return primitive_bounds(fine->scene, bounded_id(fine->scene, fine->indices[i]));
+}
+
+static struct fine find_fine(const struct scene *scene, const double center[3])
+{
+    struct fine fine = {scene, NULL, 0};
+    uint32_t all = (uint32_t)bounded_count(scene);
+    for (uint32_t i = 0, id = bounded_id(scene, 0); i < all; i++) {
+        if (i > 0) id = bounded_id_after(scene, id);
+        struct bounds box = primitive_bounds(scene, id);
+        if (!is_fine(&box, center)) continue;
+        fine.indices = grow(fine.indices, fine.count, sizeof *fine.indices);
+        fine.indices[fine.count++] = i;
+    }
+    return fine;
+}
+
+/* Of the cube that a box's middle is in: its place among those of its size, and its size. */
+static uint64_t hash_of_cube(const struct bounds *box, const double center[3])
+{
+    int exponent;
+    frexp(farthest_from(box, center), &exponent);
+    uint64_t hash = (uint64_t)(int64_t)exponent;
+    for (unsigned axis = 0; axis < 3; axis++) {
+        double place = ldexp(middle_of(box, axis) - center[axis], -exponent) * FINE;
+        /* An odd factor near 2^64 divided by the golden ratio: D. Knuth, TAOCP 3, 6.4. */
+        hash = (hash ^ (uint64_t)(int64_t)floor(place)) * UINT64_C(0x9e3779b97f4a7c15);
+        hash ^= hash >> 32;
+    }
+    return hash;
+}
+
+/* Leaves the crowded ones. Two cubes may be taken for one: there are four counters for each primitive. */
+static void keep_crowded(struct fine *fine, const double center[3])
+{
+    uint32_t mask = 1, kept = 0;
+    while (mask < 4 * (uint64_t)fine->count && mask < UINT32_MAX / 2)
+        mask = 2 * mask + 1;
+    uint8_t *counts = allocate((size_t)mask + 1, sizeof *counts);
+    memset(counts, 0, (size_t)mask + 1);
+    for (uint32_t i = 0; i < fine->count; i++) {
+        struct bounds box = fine_box(fine, i);
+        uint8_t *count = &counts[hash_of_cube(&box, center) & mask];
+        if (*count < CROWD) ++*count;
+    }
+    for (uint32_t i = 0; i < fine->count; i++) {
+        struct bounds box = fine_box(fine, i);
+        if (counts[hash_of_cube(&box, center) & mask] == CROWD)
+            fine->indices[kept++] = fine->indices[i];
+    }
+    free(counts);
+    fine->count = kept;
+}
+
+/* ---- their trees ---- */
+
+/* Of so many of the fine boxes the middles are tried as a centre. */
+#define CENTERS_TRIED 64
+
+/* The middle of one for which the most of them are fine no more. */
+static void find_fine_center(const struct fine *fine, double center[3])
+{
+    struct bounds boxes[CENTER_BOXES];
+    uint32_t count = fine->count < CENTER_BOXES ? fine->count : CENTER_BOXES, most = 0;
+    for (uint32_t i = 0; i < count; i++)
+        boxes[i] = fine_box(fine, (uint32_t)spread(i, count, fine->count));
+    for (uint32_t i = 0; i < count && i < CENTERS_TRIED; i++) {
+        double middle[3];
+        uint32_t near = 0;
+        for (unsigned axis = 0; axis < 3; axis++)
+            middle[axis] = middle_of(&boxes[i], axis);
+        for (uint32_t k = 0; k < count; k++)
+            near += !is_fine(&boxes[k], middle);
+        if (near <= most) continue;
+        most = near;
+        memcpy(center, middle, sizeof middle);
+    }
+}
+
+/* Gives what is not fine from there a tree, if that is enough; the others stay. */
+static bool add_tree(struct fine *fine, const double center[3], struct bvh_trees *trees)
+{
+    uint32_t near = 0, kept = 0;
+    for (uint32_t i = 0; i < fine->count; i++) {
+        struct bounds box = fine_box(fine, i);
+        near += !is_fine(&box, center);
+    }
+    if (near < FINE_MIN) return false;
+    for (uint32_t i = 0; i < fine->count; i++) {
+        struct bounds box = fine_box(fine, i);
+        if (is_fine(&box, center))
+            fine->indices[kept++] = fine->indices[i];
+        else
+            trees->tree_of[fine->indices[i]] = (uint8_t)trees->count;
+    }
+    fine->count = kept;
+    memcpy(trees->center[trees->count++], center, 3 * sizeof *center);
+    return true;
+}
+
+static bool is_empty(const struct bvh_trees *trees, uint32_t all, uint8_t tree)
+{
+    return !memchr(trees->tree_of, tree, all);
+}
+
+static void remove_first_tree(struct bvh_trees *trees, uint32_t all)
+{
+    for (uint32_t i = 0; i < all; i++)
+        trees->tree_of[i]--;
+    trees->count--;
+    memmove(trees->center[0], trees->center[1], trees->count * sizeof *trees->center);
+}
+
+static void divide(const struct scene *scene, struct bvh_trees *trees)
+{
+    uint32_t all = (uint32_t)bounded_count(scene);
+    struct fine fine = find_fine(scene, trees->center[0]);
+    if (fine.count >= FINE_MIN) keep_crowded(&fine, trees->center[0]);
+    if (fine.count >= FINE_MIN) {
+        trees->tree_of = allocate(all, 1);
+        memset(trees->tree_of, 0, all);
+    }
+    while (fine.count >= FINE_MIN && trees->count < TREES_MAX) {
+        double center[3];
+        find_fine_center(&fine, center);
+        if (!add_tree(&fine, center, trees)) break;
+    }
+    free(fine.indices);
+    if (trees->count > 1 && is_empty(trees, all, 0)) remove_first_tree(trees, all);
+}
+
+void bvh_trees_find(const struct scene *scene, struct crew *crew, struct bvh_trees *trees)
+{
+    struct survey_part whole = survey_scene(scene, crew);
+    *trees = (struct bvh_trees){.count = 1};
+    find_center(scene, &whole.all, trees->center[0]);
+    if (whole.least * FINE < farthest_from(&whole.all, trees->center[0])) divide(scene, trees);
+}
+
+void bvh_trees_free(struct bvh_trees *trees)
+{
+    free(trees->tree_of);
+}
