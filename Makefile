@@ -36,8 +36,8 @@ MAKEFLAGS += -j$(shell nproc)
 endif
 
 # What a fresh Debian or Ubuntu lacks; from cmocka on, the tests' own: pgrep, ip.
-PACKAGES := gcc binutils libc6-dev mpich libmpich-dev libinih-dev libstb-dev libcmocka-dev \
-            libgmp-dev libmpfr-dev procps iproute2
+PACKAGES := gcc binutils libc6-dev mpich libmpich-dev libinih-dev libstb-dev zlib1g-dev \
+            libcmocka-dev libgmp-dev libmpfr-dev procps iproute2
 
 # What the bench beside the peers needs beyond that.
 BENCH_PACKAGES := tachyon-bin-nox povray libembree-dev gnuplot-nox
@@ -100,7 +100,7 @@ FLAGS    := -std=c17 $(OPTIMISE) $(WARNINGS) $(FLOAT) -pthread -D_GNU_SOURCE -I.
 # build. A plain compiler, which shows nothing, is called as it is.
 COMPILE  := $(or $(shell $(MPICC) -show -c 2>/dev/null),$(MPICC) -c)
 LINK     := $(filter-out -c,$(COMPILE))
-LIBS     := -linih -lm $(filter -L% -l% -Wl%,$(shell $(MPICC) -show 2>/dev/null))
+LIBS     := -linih -lz -lm $(filter -L% -l% -Wl%,$(shell $(MPICC) -show 2>/dev/null))
 
 # `make V=1` shows the whole commands.
 quiet := $(if $(V),,@)

@@ -71,6 +71,11 @@ struct crew *crew_gather(unsigned members)
     return crew;
 }
 
+unsigned crew_size(const struct crew *crew)
+{
+    return crew ? crew->threads + 1 : 1;
+}
+
 void crew_dismiss(struct crew *crew)
 {
     pthread_mutex_lock(&crew->lock);

@@ -12,6 +12,9 @@ struct crew;
 struct crew *crew_gather(unsigned members);
 void crew_dismiss(struct crew *crew);
 
+/* How many they are. NULL: 1. */
+unsigned crew_size(const struct crew *crew);
+
 /* A round; those of one loop must not depend on each other. */
 typedef void crew_work(void *context, uint32_t round);
 

@@ -11,6 +11,7 @@
 
 #include <stdbool.h>
 
+#include "common/crew.h"
 #include "master/canvas.h"
 
 /* Whether the extension is one that image_write() knows. */
@@ -27,27 +28,33 @@ struct quantisation {
     uint64_t clipped;
     double clipped_rmse;
 };
-struct quantisation image_quantisation(const char *path, const struct canvas *canvas);
+struct quantisation image_quantisation(const char *path, const struct canvas *canvas,
+                                       struct crew *crew);
+
+/* So many threads are worth having for all that. */
+unsigned image_threads(const struct canvas *canvas);
 
 /*
- * CPU seconds to work out the bytes of the picture's file, and its quantisation if that is told of, as tried on a
- * small one: of parts of this one if it is rendered, else on one that is about as hard to pack. What the disk takes is
- * not in it.
+ * Seconds to work out the bytes of the picture's file by so many threads, and its quantisation if that is told of, as
+ * tried on a small one: of parts of this one if it is rendered, else on one that is about as hard to pack. What the
+ * disk takes is not in it.
  */
 double image_seconds(const char *path, const struct canvas *canvas, bool rendered,
-                     bool with_quantisation);
+                     bool with_quantisation, unsigned threads);
 
 /* Says that the picture is being written where that is expected to take longer than so many seconds. */
-void image_announce(const char *path, const struct canvas *canvas, double seconds);
+void image_announce(const char *path, const struct canvas *canvas, unsigned threads,
+                    double seconds);
 
 /* false, after saying why (disk full, ...), when the picture could not be written. Where it takes longer than a
- * second, that it is being written is said first. */
-bool image_write(const char *path, const struct canvas *canvas);
+ * second, that it is being written is said first. The crew, which may be NULL, makes no difference to the file. */
+bool image_write(const char *path, const struct canvas *canvas, struct crew *crew);
 
 /* The same without a word, for a path and a size that can be written: errno of what failed, or 0. */
-int image_try(const char *path, const struct canvas *canvas);
+int image_try(const char *path, const struct canvas *canvas, struct crew *crew);
 
 /* The same for a picture that another setting than output.image names. */
-bool image_write_for(const char *key, const char *path, const struct canvas *canvas);
+bool image_write_for(const char *key, const char *path, const struct canvas *canvas,
+                     struct crew *crew);
 
 #endif

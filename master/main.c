@@ -19,6 +19,7 @@
 #include "common/processor.h"
 #include "master/expect.h"
 #include "master/help.h"
+#include "master/image_file.h"
 #include "master/path.h"
 #include "master/run.h"
 #include "master/timeline_output.h"
@@ -111,6 +112,7 @@ static struct service service_of(struct run *run, const struct node_scene *share
         .deadline = deadline_of(run),
         .processors = run->crowd.processors,
         .limit = settings->sampling.time_limit,
+        .crew = run->crew,
         .images = {settings->output.image, settings->output.heatmap, settings->output.ranks},
         .only_limit = settings->sampling.target_error == 0 && !run->job.named.max_samples,
         .timeline = timeline_wanted(settings) ? &run->timeline : NULL,
@@ -122,6 +124,24 @@ static struct service service_of(struct run *run, const struct node_scene *share
         .arrivals = shared->arrivals,
         .patience = settings->farm.patience,
         .stats = run->stats};
+}
+
+/* The whole node waits for the next plan of adaptive sampling, and in the end for the picture to be written: that is
+ * done on the cores of all its ranks. */
+static void gather_crew(struct run *run, unsigned most)
+{
+    struct core_set own;
+    unsigned threads = cores_borrow(run->neighbours, run->neighbour_count, &own);
+    if (threads > most) threads = most;
+    if (threads > 1) run->crew = crew_gather(threads);
+    cores_return(&own);
+}
+
+static void dismiss_crew(struct run *run)
+{
+    if (run->adaptive) adaptive_lend(run->adaptive, NULL);
+    if (run->crew) crew_dismiss(run->crew);
+    run->crew = NULL;
 }
 
 /* The picture is complete: returns the exit status. */
@@ -137,6 +157,7 @@ static int conclude(struct run *run, const struct service *service, const struct
     run->report.bvh_bytes = shared->bvh->bytes;
     run->report.time.broadcast = shared->broadcast_s;
     run->report.time.build = shared->build_s;
+    if (!run->crew) gather_crew(run, image_threads(&run->canvas));
     int status = run_conclude(run, service, &shared->scene->view);
     return status == STATUS_DONE && !watched ? STATUS_FAILED : status;
 }
@@ -191,32 +212,18 @@ static struct renderer *start_renderer(struct node_scene *shared)
     return it.renderer;
 }
 
-/* Between the passes of adaptive sampling the whole node waits for the next plan: it is made on the cores
- * of all its ranks, as many as there are bands of rows to share. NULL: by the master alone. */
-static void gather_planners(struct run *run, const struct node_scene *shared)
-{
-    struct core_set own;
-    if (!run->adaptive) return;
-    unsigned threads = cores_borrow(shared->processes, shared->process_count, &own);
-    unsigned bands = band_count(&run->canvas);
-    if (threads > bands) threads = bands;
-    run->planners = threads > 1 ? crew_gather(threads) : NULL;
-    cores_return(&own);
-    adaptive_lend(run->adaptive, run->planners);
-}
-
 /* Returns the exit status; on ranks other than 0 that of a rank that has done its part. */
 static int render(struct run *run, int rank, const struct node_scene *shared,
                   struct renderer *renderer)
 {
     int status = STATUS_DONE;
     if (rank == 0) {
-        gather_planners(run, shared);
-        status = render_as_master(run, shared, renderer);
-        if (run->planners) {
-            adaptive_lend(run->adaptive, NULL);
-            crew_dismiss(run->planners);
+        if (run->adaptive) {
+            gather_crew(run, band_count(&run->canvas));
+            adaptive_lend(run->adaptive, run->crew);
         }
+        status = render_as_master(run, shared, renderer);
+        dismiss_crew(run);
     } else {
         work(MPI_COMM_WORLD, renderer, shared);
     }

@@ -66,7 +66,8 @@ void estimate_writing(struct server *server, bool rendered)
     if (!(service->limit > 0)) return;
     for (int i = 0; i < SERVICE_IMAGES; i++)
         if (service->images[i] && *service->images[i])
-            seconds += image_seconds(service->images[i], service->canvas, rendered, i == 0);
+            seconds += image_seconds(service->images[i], service->canvas, rendered, i == 0,
+                                     i == 0 ? crew_size(service->crew) : 1);
     service->writing_s = seconds;
 }
 

@@ -28,8 +28,9 @@ struct run {
     struct canvas reference; /* rgb is NULL: there is none */
     struct watch watch;
     struct adaptive *adaptive; /* NULL: it is not */
-    struct crew *planners; /* of adaptive's plans, while rendering; NULL: rank 0 makes them alone */
-    struct save *save;     /* NULL: output.journal is empty, or the work on it is done */
+    struct crew *
+        crew; /* for what the ranks of the node wait for: plans, the picture's file; NULL: rank 0 alone */
+    struct save *save; /* NULL: output.journal is empty, or the work on it is done */
     struct timeline timeline;
     struct renderer_stats *stats;
     struct report report;

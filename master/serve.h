@@ -36,6 +36,7 @@ struct service {
     /* Files of the picture's size that are to be written by then; NULL or empty: none. Of the first one it is told
      * what rounding costs. */
     const char *images[SERVICE_IMAGES];
+    struct crew *crew;         /* by which the first one is written; NULL: by the caller alone */
     bool only_limit;           /* nothing else is expected to end it */
     uint32_t processors;       /* that renderers have together: struct crowd */
     struct timeline *timeline; /* gets every finished tile; NULL: not kept */

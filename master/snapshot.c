@@ -22,7 +22,7 @@ static void *write_copy(void *argument)
 {
     struct snapshot *snapshot = argument;
     /* Whoever looks at it meanwhile sees the one or the other. */
-    int error = image_try(snapshot->path, &snapshot->copy);
+    int error = image_try(snapshot->path, &snapshot->copy, NULL);
     if (error) tell_failure(snapshot, error);
     snapshot->is_written = true;
     return NULL;

@@ -50,7 +50,7 @@ static bool write_heatmap(const struct timeline *timeline, const char *path, str
     struct canvas canvas;
     canvas_init(&canvas, report->image_width, report->image_height);
     report->heat = timeline_heatmap(timeline, &canvas);
-    bool written = image_write_for("output.heatmap", path, &canvas);
+    bool written = image_write_for("output.heatmap", path, &canvas, NULL);
     canvas_free(&canvas);
     return written;
 }
@@ -77,7 +77,7 @@ static bool write_ranks(const struct timeline *timeline, const char *path,
                 height + legend_height(report->image_width, height, entries, count));
     timeline_ranks(timeline, count, &canvas);
     if (canvas.height > height) legend_draw(&canvas, height, entries, count);
-    bool written = image_write_for("output.ranks", path, &canvas);
+    bool written = image_write_for("output.ranks", path, &canvas, NULL);
     canvas_free(&canvas);
     free(entries);
     return written;

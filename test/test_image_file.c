@@ -17,9 +17,10 @@
 #include <cmocka.h>
 
 #include "common/message.h"
+#include "master/hdr.h"
 #include "master/image_file.h"
 #include "master/output_file.h"
-#include "master/png_hdr.h"
+#include "master/png.h"
 #include "test/random.h"
 
 #define STBI_ONLY_PNG
@@ -108,16 +109,19 @@ static void assert_one_line(void)
 }
 
 /* The linker calls __wrap_ for png_encode(). */
-void __real_png_encode(const struct canvas *canvas, byte_sink *sink, void *context);
-void __wrap_png_encode(const struct canvas *canvas, byte_sink *sink, void *context);
+void __real_png_encode(const struct canvas *canvas, struct crew *crew, byte_sink *sink,
+                       void *context);
+void __wrap_png_encode(const struct canvas *canvas, struct crew *crew, byte_sink *sink,
+                       void *context);
 
 /* What the encoder finds in the folder when it begins, which takes it a while, and in the end. */
 static unsigned files_before, files_behind;
 
-void __wrap_png_encode(const struct canvas *canvas, byte_sink *sink, void *context)
+void __wrap_png_encode(const struct canvas *canvas, struct crew *crew, byte_sink *sink,
+                       void *context)
 {
     files_before = count_files();
-    __real_png_encode(canvas, sink, context);
+    __real_png_encode(canvas, crew, sink, context);
     files_behind = count_files();
 }
 
@@ -142,7 +146,7 @@ static void test_extensions(void **state)
     assert_false(image_extension_known(""));
     assert_false(image_extension_known("a.png/b"));
     struct canvas canvas = sample_canvas(1, 1);
-    assert_false(image_write("a.gif", &canvas));
+    assert_false(image_write("a.gif", &canvas, NULL));
     assert_said("a.gif: unknown kind of picture");
     assert_int_equal(count_files(), 0);
     canvas_free(&canvas);
@@ -159,7 +163,7 @@ static void test_png_values(void **state)
     struct canvas canvas;
     canvas_init(&canvas, 3, 2);
     memcpy(canvas.rgb, values, sizeof values);
-    assert_true(image_write("a.png", &canvas));
+    assert_true(image_write("a.png", &canvas, NULL));
     int width, height, channels;
     unsigned char *bytes = stbi_load("a.png", &width, &height, &channels, 0);
     assert_non_null(bytes);
@@ -172,6 +176,56 @@ static void test_png_values(void **state)
     assert_int_equal(count_files(), 1);
 }
 
+/* The bytes of a file; owned by the caller. */
+static char *bytes_of(const char *path, size_t *size)
+{
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    assert_int_equal(fseek(file, 0, SEEK_END), 0);
+    *size = (size_t)ftell(file);
+    rewind(file);
+    char *bytes = allocate(*size, 1);
+    assert_int_equal(fread(bytes, 1, *size, file), *size);
+    fclose(file);
+    return bytes;
+}
+
+/* Alone and by three threads, the same file comes, which is what was written, and so does what is told of it. */
+static void assert_written_together(uint32_t width, uint32_t height)
+{
+    struct canvas canvas = sample_canvas(width, height);
+    struct crew *crew = crew_gather(3);
+    size_t sizes[2];
+    assert_true(image_write("a.png", &canvas, NULL) && image_write("b.png", &canvas, crew));
+    char *alone = bytes_of("a.png", &sizes[0]), *together = bytes_of("b.png", &sizes[1]);
+    assert_int_equal(sizes[0], sizes[1]);
+    assert_memory_equal(alone, together, sizes[0]);
+    free(alone);
+    free(together);
+    int w, h, channels;
+    unsigned char *bytes = stbi_load("b.png", &w, &h, &channels, 0);
+    assert_non_null(bytes);
+    assert_true(w == (int)width && h == (int)height && channels == 3);
+    for (size_t i = 0; i < 3 * (size_t)width * height; i++)
+        assert_int_equal(bytes[i], (int)floor((double)canvas.rgb[i] * 255 + 0.5));
+    stbi_image_free(bytes);
+    struct quantisation mine = image_quantisation("a.png", &canvas, NULL);
+    struct quantisation ours = image_quantisation("a.png", &canvas, crew);
+    assert_memory_equal(&mine, &ours, sizeof mine);
+    crew_dismiss(crew);
+    canvas_free(&canvas);
+}
+
+/* Of many bands, of rows that are longer than a band should be, and of next to nothing. */
+static void test_png_by_a_crew(void **state)
+{
+    (void)state;
+    assert_written_together(1400, 900);
+    assert_written_together(65535, 9);
+    assert_written_together(1, 3000);
+    assert_written_together(1, 1);
+}
+
 /* Every 8-bit value v / 255 survives. */
 static void test_png_all_values(void **state)
 {
@@ -180,7 +234,7 @@ static void test_png_all_values(void **state)
     canvas_init(&canvas, 256, 1);
     for (int i = 0; i < 256 * 3; i++)
         canvas.rgb[i] = (float)(i / 3) / 255;
-    assert_true(image_write("a.png", &canvas));
+    assert_true(image_write("a.png", &canvas, NULL));
     int width, height, channels;
     unsigned char *bytes = stbi_load("a.png", &width, &height, &channels, 0);
     assert_non_null(bytes);
@@ -204,7 +258,7 @@ static void test_png_rows(void **state)
         expected[i] = (unsigned char)(i % 2 ? slope & 255 : (int)random_below(&random, 256));
         canvas.rgb[i] = (float)expected[i] / 255;
     }
-    assert_true(image_write("a.png", &canvas));
+    assert_true(image_write("a.png", &canvas, NULL));
     int width, height, channels;
     unsigned char *bytes = stbi_load("a.png", &width, &height, &channels, 0);
     assert_non_null(bytes);
@@ -221,7 +275,7 @@ static void test_hdr(void **state)
     struct canvas canvas = sample_canvas(40, 7);
     for (size_t i = 0; i < 30; i++)
         canvas.rgb[i] *= 1000;
-    assert_true(image_write("a.hdr", &canvas));
+    assert_true(image_write("a.hdr", &canvas, NULL));
     int width, height, channels;
     float *rgb = stbi_loadf("a.hdr", &width, &height, &channels, 3);
     assert_non_null(rgb);
@@ -244,7 +298,7 @@ static void test_hdr_extremes(void **state)
     struct canvas canvas;
     canvas_init(&canvas, 4, 1);
     memcpy(canvas.rgb, values, sizeof values);
-    assert_true(image_write("a.hdr", &canvas));
+    assert_true(image_write("a.hdr", &canvas, NULL));
     int width, height, channels;
     float *rgb = stbi_loadf("a.hdr", &width, &height, &channels, 3);
     assert_non_null(rgb);
@@ -262,7 +316,7 @@ static void test_pfm_is_exact(void **state)
     canvas.rgb[0] = NAN;
     canvas.rgb[1] = -HUGE_VALF;
     canvas.rgb[2] = 1e-45f;
-    assert_true(image_write("a.pfm", &canvas));
+    assert_true(image_write("a.pfm", &canvas, NULL));
     size_t bytes;
     char *text = read_all("a.pfm", &bytes);
     const char *header =
@@ -343,7 +397,7 @@ static void test_failure_leaves_the_old_file(void **state)
     small.rlim_cur = 50000;
     void (*handler)(int) = signal(SIGXFSZ, SIG_IGN);
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
-    bool written = image_write("a.pfm", &canvas);
+    bool written = image_write("a.pfm", &canvas, NULL);
     setrlimit(RLIMIT_FSIZE, &old);
     signal(SIGXFSZ, handler);
     assert_false(written);
@@ -362,11 +416,11 @@ static void test_full_device(void **state)
     assert_int_equal(symlink("/dev/full", "a.png"), 0);
     assert_int_equal(symlink("/dev/full", "a.pfm"), 0);
     assert_true(output_writable("a.png", "output.image"));
-    assert_false(image_write("a.png", &canvas));
+    assert_false(image_write("a.png", &canvas, NULL));
     assert_said("a.png: cannot write: No space left on device, free some space or choose another "
                 "place with output.image=FILE");
     assert_one_line();
-    assert_false(image_write("a.pfm", &canvas));
+    assert_false(image_write("a.pfm", &canvas, NULL));
     assert_false(text_write("output.report", "/dev/full", "x", 1));
     assert_said("with output.report=FILE");
     assert_true(text_write("output.report", "/dev/null", "x", 1));
@@ -498,26 +552,26 @@ static void test_quantisation(void **state)
     canvas_init(&canvas, 40, 3);
     for (int i = 0; i < 360; i++)
         canvas.rgb[i] = (float)i / 363 + 0.0003f;
-    struct quantisation png = image_quantisation("a.png", &canvas);
+    struct quantisation png = image_quantisation("a.png", &canvas, NULL);
     assert_true(png.clipped == 0 && png.clipped_rmse == 0);
     /* Half a step at most, and evenly spread below that. */
     assert_true(png.most <= 0.5 / 255 + 1e-7 && png.most > 0.45 / 255);
     assert_true(fabs(png.rmse * 255 * sqrt(12) - 1) < 0.1);
-    struct quantisation pfm = image_quantisation("a.pfm", &canvas);
+    struct quantisation pfm = image_quantisation("a.pfm", &canvas, NULL);
     assert_true(pfm.rmse == 0 && pfm.most == 0 && pfm.clipped == 0);
-    assert_true(image_write("a.hdr", &canvas));
+    assert_true(image_write("a.hdr", &canvas, NULL));
     int width, height, channels;
     float *back = stbi_loadf("a.hdr", &width, &height, &channels, 3);
     double most = 0;
     for (int i = 0; i < 360; i++)
         most = fmax(most, fabs((double)canvas.rgb[i] - (double)back[i]));
     stbi_image_free(back);
-    struct quantisation hdr = image_quantisation("a.hdr", &canvas);
+    struct quantisation hdr = image_quantisation("a.hdr", &canvas, NULL);
     assert_true(hdr.most == most && hdr.rmse < most && hdr.rmse > 0 && hdr.clipped == 0);
     canvas.rgb[3] = 2;
     canvas.rgb[5] = 5;
     canvas.rgb[7] = NAN;
-    png = image_quantisation("a.png", &canvas);
+    png = image_quantisation("a.png", &canvas, NULL);
     assert_true(png.clipped == 2 && png.most <= 0.5 / 255 + 1e-7);
     assert_true(fabs(png.clipped_rmse - sqrt((1 + 16) / 360.0)) < 1e-12);
     canvas_free(&canvas);
@@ -528,7 +582,7 @@ static void test_no_file_while_encoding(void **state)
 {
     (void)state;
     struct canvas canvas = sample_canvas(7, 5);
-    assert_true(image_write("a.png", &canvas));
+    assert_true(image_write("a.png", &canvas, NULL));
     assert_int_equal(files_before, 0);
     assert_int_equal(files_behind, 1);
     assert_int_equal(count_files(), 1);
@@ -539,10 +593,10 @@ static double seconds_of(const char *path, uint32_t width, uint32_t height, bool
 {
     struct canvas canvas;
     canvas_init(&canvas, width, height);
-    double seconds = image_seconds(path, &canvas, rendered, true);
+    double seconds = image_seconds(path, &canvas, rendered, true, 1);
     /* Nothing of it is packed: without its rounding there is nothing to do. */
     if (strcmp(path, "a.pfm") == 0)
-        assert_true(image_seconds(path, &canvas, rendered, false) < seconds);
+        assert_true(image_seconds(path, &canvas, rendered, false, 1) < seconds);
     canvas_free(&canvas);
     return seconds;
 }
@@ -571,9 +625,9 @@ static void test_announced(void **state)
     for (size_t i = 0; i < 3; i++) {
         char announced[200] = "", expected[40];
         message_capture(announced, sizeof announced);
-        image_announce(paths[i], &canvas, 3600);
+        image_announce(paths[i], &canvas, 1, 3600);
         assert_string_equal(announced, "");
-        image_announce(paths[i], &canvas, 0);
+        image_announce(paths[i], &canvas, 1, 0);
         message_capture(NULL, 0);
         snprintf(expected, sizeof expected, "writing %s takes about ", paths[i]);
         assert_non_null(strstr(announced, expected));
@@ -591,6 +645,7 @@ int main(void)
         TEST(test_quantisation),
         TEST(test_png_all_values),
         TEST(test_png_rows),
+        TEST(test_png_by_a_crew),
         TEST(test_hdr),
         TEST(test_hdr_extremes),
         TEST(test_pfm_is_exact),

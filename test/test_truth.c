@@ -102,7 +102,7 @@ static void test_round_trip(void **state)
     canvas_init(&canvas, 7, 3);
     for (int i = 0; i < 63; i++)
         canvas.rgb[i] = (float)i / 7;
-    assert_true(image_write("written.pfm", &canvas));
+    assert_true(image_write("written.pfm", &canvas, NULL));
     assert_true(truth_read("written.pfm", 7, 3, &back));
     assert_memory_equal(canvas.rgb, back.rgb, 63 * sizeof *canvas.rgb);
     assert_true(truth_rmse(&canvas, &back) == 0);

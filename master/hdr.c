@@ -1,10 +1,9 @@
-#include "master/png_hdr.h"
+#include "master/hdr.h"
 
 #include <math.h>
 #include <stdlib.h>
 
 #include "common/message.h"
-#include "common/scene.h"
 
 /* Out of memory inside the encoder then ends the job with a message instead of a crash. */
 #define STBIW_MALLOC(bytes)       allocate((size_t)(bytes), 1)
@@ -28,39 +27,6 @@
 #pragma GCC diagnostic ignored "-Wmissing-field-initializers"
 #include <stb/stb_image_write.h>
 #pragma GCC diagnostic pop
-
-/* The encoder counts in int. Its buffers double, so that the last size below 2^31 is 1.5 * 2^30; a row begins with the
- * kind of its filter, and a byte becomes 9 bits at most. */
-_Static_assert(3 * PICTURE_MAX_PIXELS + PICTURE_MAX_EDGE <= UINT64_C(1) << 30, "a PNG's bytes");
-
-/* Paeth's for all rows. To try all five for each row took half as long again (lantern: 0.22 s of 1920 x 1440 against
- * 0.14) for files 0 to 2 % smaller (garden, lantern). */
-#define PNG_FILTER 4
-
-static unsigned char png_value(float value)
-{
-    double scaled = (double)value * 255 + 0.5; /* floor of this is the nearest integer */
-    if (!(scaled >= 1)) return 0;              /* NaN too */
-    return scaled >= 255 ? 255 : (unsigned char)scaled;
-}
-
-float png_read_back(float value)
-{
-    return (float)png_value(value) / 255;
-}
-
-void png_encode(const struct canvas *canvas, byte_sink *sink, void *context)
-{
-    size_t values = (size_t)canvas->width * canvas->height * 3;
-    unsigned char *bytes = allocate(values, 1);
-    for (size_t i = 0; i < values; i++)
-        bytes[i] = png_value(canvas->rgb[i]);
-    int width = (int)canvas->width, height = (int)canvas->height;
-    stbi_write_force_png_filter = PNG_FILTER;
-    if (!stbi_write_png_to_func(sink, context, width, height, 3, bytes, 3 * width))
-        fatal("cannot encode the PNG picture");
-    free(bytes);
-}
 
 /* The encoder's arithmetic is only defined for what a shared exponent of 8 bits can hold. */
 static float hdr_value(float value)
