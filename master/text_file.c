@@ -86,6 +86,15 @@ static void drop_byte_order_mark(struct text_file *file)
     memmove(file->text, file->text + 3, file->bytes + 1);
 }
 
+/* Old programs, of the Macintosh above all, end lines by CR alone: taken for a blank, it would make one line of a file
+ * that begins with a comment, and of a material. Beside any LF it stays what it is. */
+static void end_lines(struct text_file *file)
+{
+    if (memchr(file->text, '\n', file->bytes)) return;
+    for (char *at = file->text; (at = strchr(at, '\r'));)
+        *at = '\n';
+}
+
 bool text_file_read(const char *path, size_t max_bytes, struct text_file *file)
 {
     size_t size;
@@ -99,11 +108,13 @@ bool text_file_read(const char *path, size_t max_bytes, struct text_file *file)
     else
         user_error(path, 0, "has %zu bytes, expected at most %zu", size, max_bytes);
     close(descriptor);
-    if (good)
-        drop_byte_order_mark(file);
-    else
+    if (!good) {
         text_file_free(file);
-    return good;
+        return false;
+    }
+    drop_byte_order_mark(file);
+    end_lines(file);
+    return true;
 }
 
 void text_file_free(struct text_file *file)

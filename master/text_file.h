@@ -11,8 +11,8 @@ struct text_file {
 };
 
 /*
- * Reads a regular file of at most max_bytes, and no more than memory holds, without a byte order mark;
- * false after saying why not (user_error).
+ * Reads a regular file of at most max_bytes, and no more than memory holds, without a byte order mark; where all
+ * lines end by CR alone, LF stands in its place. false after saying why not (user_error).
  */
 bool text_file_read(const char *path, size_t max_bytes, struct text_file *file);
 void text_file_free(struct text_file *file);

@@ -78,6 +78,29 @@ static void test_text_form(void **state)
     scratch_refused(*state, "scene.ini", NULL, "mesh.obj:4: 'v' needs three finite numbers");
 }
 
+static const struct material *material_of(const struct scene *scene, int triangle)
+{
+    return &scene_materials(scene)[scene_triangles(scene)[triangle].material];
+}
+
+/* Without any LF, in the file of materials, too. */
+static void test_lines_that_end_by_cr(void **state)
+{
+    struct scratch *s = *state;
+    scratch_write("paint.mtl", "# paints\rnewmtl red\rKd 0.5 0.25 0\rnewmtl blue\rKd 0 0 1\r");
+    struct scene *scene =
+        loaded(state,
+               "# a mesh\rmtllib paint.mtl\ro thing\rv 0 0 0\rv 1 0 \\\r 0\rv 1 1 0\r"
+               "usemtl red\rf 1 2 3",
+               "");
+    assert_int_equal(triangles_of(scene), 1);
+    const struct vec3 *color = &material_of(scene, 0)->color;
+    assert_true(color->x == 0.5 && color->y == 0.25 && color->z == 0);
+    assert_string_equal(s->said, "");
+    free(scene);
+    refused(state, "v 0 0 0\rv 1 0 x\r", "mesh.obj:2: 'v' needs three finite numbers");
+}
+
 static void test_unknown_statements_warn_once(void **state)
 {
     struct scratch *s = *state;
@@ -127,11 +150,6 @@ static void test_mistakes(void **state)
     refused(state, SQUARE "f 1 2 3.0\n", "mesh.obj:5: '3.0' " CORNER);
     refused(state, SQUARE "usemtl\n", "mesh.obj:5: 'usemtl' needs the name of a material");
     refused(state, SQUARE "mtllib\n", "mesh.obj:5: 'mtllib' needs the name of a file");
-}
-
-static const struct material *material_of(const struct scene *scene, int triangle)
-{
-    return &scene_materials(scene)[scene_triangles(scene)[triangle].material];
 }
 
 static void test_materials(void **state)
@@ -666,6 +684,7 @@ int main(void)
         cmocka_unit_test(test_faces),
         cmocka_unit_test(test_empty_indices),
         cmocka_unit_test(test_text_form),
+        cmocka_unit_test(test_lines_that_end_by_cr),
         cmocka_unit_test(test_unknown_statements_warn_once),
         cmocka_unit_test(test_mistakes),
         cmocka_unit_test(test_materials),
