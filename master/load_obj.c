@@ -307,7 +307,14 @@ static bool try_library(struct obj *obj, const char *name, bool *good)
     return there;
 }
 
-/* Names of files with blanks in them are common: the whole line is tried first, then its words. */
+static void warn_of_missing_library(struct obj *obj, const char *name)
+{
+    name_table_set(&obj->libraries_seen, name, 0);
+    user_warning(obj->mesh->path, obj->scan.line, "the material file '%s' is missing", name);
+    obj->library_missing = true;
+}
+
+/* Names of files with blanks in them are common: the whole line is tried first, then its words, up to a comment. */
 static bool read_library(struct obj *obj)
 {
     char line[4096];
@@ -316,13 +323,11 @@ static bool read_library(struct obj *obj)
         return refuse(obj, "'mtllib' needs the name of a file");
     if (try_library(obj, line, &good)) return good;
     char *rest = line;
-    for (char *word; good && (word = strtok_r(rest, " \t", &rest));)
-        if (!try_library(obj, word, &good) && !is_known(&obj->libraries_seen, word)) {
-            name_table_set(&obj->libraries_seen, word, 0);
-            user_warning(obj->mesh->path, obj->scan.line, "the material file '%s' is missing",
-                         word);
-            obj->library_missing = true;
-        }
+    for (char *word; good && (word = strtok_r(rest, " \t", &rest));) {
+        if (try_library(obj, word, &good)) continue;
+        if (*word == '#' && word != line) return true; /* a first word is a name in any case */
+        if (!is_known(&obj->libraries_seen, word)) warn_of_missing_library(obj, word);
+    }
     return good;
 }
 

@@ -302,6 +302,25 @@ static void test_missing_library(void **state)
             "0 to 1");
 }
 
+/* A '#' may begin a name, too: it begins a comment behind other words, where no file is called so. */
+static void test_comment_behind_a_library(void **state)
+{
+    struct scratch *s = *state;
+    scratch_write("one.mtl", "newmtl red\nKd 1 0 0\n");
+    scratch_write("#2.mtl", "newmtl blue\nKd 0 0 1\n");
+    struct scene *scene = loaded(state,
+                                 "mtllib one.mtl #2.mtl\nmtllib one.mtl # my paints\n" SQUARE
+                                 "usemtl blue\nf 1 2 3\nusemtl gren\nf 2 3 4\n",
+                                 "");
+    assert_true(material_of(scene, 0)->color.z == 1);
+    assert_string_equal(s->said, "mesh.obj:9: warning: no material is called 'gren', grey is used, "
+                                 "did you mean 'red'?\n");
+    free(scene);
+    free(loaded(state, "mtllib #3.mtl\n" SQUARE "f 1 2 3\n", ""));
+    assert_non_null(
+        strstr(s->said, "mesh.obj:1: warning: the material file '#3.mtl' is missing\n"));
+}
+
 static void test_legal_forms_of_materials(void **state)
 {
     struct scratch *s = *state;
@@ -695,6 +714,7 @@ int main(void)
         cmocka_unit_test(test_keys_in_another_case),
         cmocka_unit_test(test_unknown_name_of_a_material),
         cmocka_unit_test(test_missing_library),
+        cmocka_unit_test(test_comment_behind_a_library),
         cmocka_unit_test(test_legal_forms_of_materials),
         cmocka_unit_test(test_index_of_refraction_of_0),
         cmocka_unit_test(test_libraries_and_names),
