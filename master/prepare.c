@@ -122,6 +122,9 @@ static int print_check(const struct run *run, const struct bounds *bounds)
     print_count(" (", report->triangles, "triangle", ")");
     if (report->duplicates > 0) print_count(" without ", report->duplicates, "duplicate", "");
     print_count(", ", report->lights, "light", "");
+    if (report->idle_lights > 0)
+        printf(" and %llu that %s nothing", (unsigned long long)report->idle_lights,
+               report->idle_lights == 1 ? "lights" : "light");
     printf(", %u x %u pixels\n", report->image_width, report->image_height);
     free(name);
     print_bounds(bounds);
@@ -170,6 +173,7 @@ static int make_scene(struct run *run, const struct view *view, struct scene **b
     if (*reference && !truth_read(reference, view->region_w, view->region_h, &run->reference))
         return STATUS_INPUT;
     uint64_t added = builder_primitive_count(run->job.builder);
+    uint64_t added_lights = builder_light_count(run->job.builder);
     *block = builder_finish(run->job.builder, view);
     const char *why;
     if (!scene_valid(*block, (*block)->bytes, &why)) {
@@ -179,6 +183,7 @@ static int make_scene(struct run *run, const struct view *view, struct scene **b
     warn_of_enclosed_lights(*block, run->options.config);
     describe_scene(&run->report, *block);
     run->report.duplicates = added - run->report.primitives;
+    run->report.idle_lights = added_lights - run->report.lights;
     return -1;
 }
 

@@ -53,8 +53,9 @@ struct report {
     uint32_t tile_edge; /* pixels: of a tile (dynamic, tiles), rows of a band */
     uint32_t tiles;
     uint64_t primitives, triangles, lights, scene_bytes, bvh_bytes;
-    uint64_t duplicates; /* primitives that the file has besides: master/duplicates.h */
-    unsigned features;   /* enum scene_feature */
+    uint64_t duplicates;  /* primitives that the file has besides: master/duplicates.h */
+    uint64_t idle_lights; /* that it has besides, which light nothing */
+    unsigned features;    /* enum scene_feature */
     struct run_times time;
     const struct renderer_stats *renderers; /* in rank order */
     int renderer_count;

@@ -255,6 +255,20 @@ doubled() { # what is left out of a scene is told
     run 0 "$FARM" --check doubled.ini && echo "$out" | grep -q ' 1 primitive .* without 1 duplicate, '
 }
 check "--check counts duplicates" doubled
+idle() { # a light of no colour, and all where nothing but glass is lit
+    printf '[light a]\nposition = 0 5 0\n[light b]\nposition = 5 5 0\ncolor = 0 0 0\n%s' \
+        '[sphere a]
+center = 0 0 0
+radius = 1
+material = m
+[material m]
+' >idle.ini
+    run 0 "$FARM" --check idle.ini && echo "$out" | grep -q ', 1 light and 1 that lights nothing, ' &&
+        run 0 "$FARM" --check idle.ini 'light b.color=1 1 1' && echo "$out" | grep -q ', 2 lights, ' &&
+        run 0 "$FARM" --check idle.ini 'material m.diffuse=0' 'material m.specular=0' &&
+        echo "$out" | grep -q ', 0 lights and 2 that light nothing, '
+}
+check "--check counts lights that light nothing" idle
 round_trip() {
     run 0 "$FARM" --print-config everything.ini image.width=40 image.height=30 || return 1
     printf '%s\n' "$out" >again.ini
