@@ -33,7 +33,7 @@ void refuse_key(const struct ini_section *section, const struct ini_entry *entry
 
 const char *comment_hint(const char *value)
 {
-    bool comment = strstr(value, " #") || strstr(value, "\t#");
+    bool comment = strstr(value, " #") || strstr(value, "\t#") || strchr(value, ';');
     return comment ? "; a comment behind a value begins with ' ;'" : "";
 }
 

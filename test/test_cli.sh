@@ -215,6 +215,8 @@ bad() {
 check "unknown key" bad 3 "unknown key.*radus.*radius" '[sphere a]\ncenter = 0 0 0\nradus = 1\n'
 check "a comment behind a value" bad 2 ".*begins with ' ;'" '[sphere a]\nradius = 1 # one\ncenter = 0 0 0\n'
 check "a comment behind a tab" bad 2 ".*begins with ' ;'" '[sphere a]\nradius = 1\t# one\ncenter = 0 0 0\n'
+check "a comment without a blank before it" bad 2 ".*begins with ' ;'" \
+    '[sphere a]\nradius = 1; one\ncenter = 0 0 0\n'
 check "unknown section" bad 1 "unknown section.*spher.*sphere" '[spher a]\nradius = 1\n'
 check "missing key" bad 1 ".*radius" '[sphere a]\ncenter = 0 0 0\n'
 check "negative radius" bad 3 ".*radius" '[sphere a]\ncenter = 0 0 0\nradius = -1\n'
