@@ -107,17 +107,18 @@ static bool read_settings_section(struct loader *loader, const struct ini *ini,
 
 bool read_settings(struct loader *loader, const struct ini *ini)
 {
-    bool seen[SETTINGS_KEYS] = {false};
+    long first[SETTINGS_KEYS] = {0}; /* the line of each that was met */
     for (size_t i = 0; i < ini->count; i++) {
         const struct ini_section *section = &ini->sections[i];
         if (!is_settings_section(section->kind)) continue;
         size_t count;
         size_t which = (size_t)(settings_of(section->kind, &count) - settings_keys);
-        if (seen[which]) {
-            user_error(ini->file, section->line, "a second [%s], expected one", section->kind);
+        if (first[which] > 0) {
+            user_error(ini->file, section->line, "[%s] is already in line %ld, expected it once",
+                       section->kind, first[which]);
             return false;
         }
-        seen[which] = true;
+        first[which] = section->line;
         if (!read_settings_section(loader, ini, section)) return false;
     }
     return true;

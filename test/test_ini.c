@@ -62,7 +62,8 @@ static void test_form_mistakes(void **state)
     refused(state, "[image]\n= 3\n", "scene.ini:2: a value without a key, expected 'key = value'");
     refused(state, "[image]\nwidth = 3\nheight = 4\nwidth = 5\n",
             "scene.ini:4: width is already set in line 2, expected it once");
-    refused(state, "[image]\nwidth = 3\n[image]\n", "scene.ini:3: a second [image], expected one");
+    refused(state, "[image]\nwidth = 3\n[image]\n",
+            "scene.ini:3: [image] is already in line 1, expected it once");
     refused(state, "[light a]\nposition = 1 2 3\n[light  a]\nposition = 1 2 3\n",
             "scene.ini:3: [light a] is already in line 1, expected another name");
 
