@@ -133,7 +133,8 @@ void accept_probes(struct server *server, uint32_t renderer, const struct tile *
     note_in_timeline(service, TIMELINE_PROBES, renderer, tile, header);
     const float *seconds = rgb + 3 * (size_t)tile_pixels(tile);
     preview_put(&server->preview, service->canvas->width, service->canvas->height, tile, rgb);
-    queue_probed(service->queue, tile, seconds);
+    if (!queue_probed(service->queue, tile, seconds))
+        fatal("rank %u sent probes whose times make no sense", rank_of(server, renderer));
     queue_finish(service->queue, renderer, tile->id, server_elapsed(server), header->busy_s);
     server->probe_s += header->busy_s;
 }

@@ -67,15 +67,18 @@ struct tile cost_probe(const struct cost_map *map, uint32_t i)
                          .pass = TILE_PROBE};
 }
 
-void cost_put(struct cost_map *map, const struct tile *probe, const float *seconds)
+bool cost_put(struct cost_map *map, const struct tile *probe, const float *seconds)
 {
     assert(probe->pass == TILE_PROBE);
     uint32_t pixels = tile_pixels(probe);
     size_t first = (size_t)(probe->y / map->edge) * map->columns + probe->x / map->edge;
     for (uint32_t k = 0; k < pixels; k++) {
+        float took = seconds[k];
+        if (!(took >= 0 && took < HUGE_VALF)) return false;
         if (map->seconds[first + k] < 0) map->blocks_known++;
-        map->seconds[first + k] = fmaxf(seconds[k], 0);
+        map->seconds[first + k] = took;
     }
+    return true;
 }
 
 /* ---- smoothing ---- */

@@ -10,6 +10,7 @@
 #ifndef FARM_MASTER_COST_H
 #define FARM_MASTER_COST_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "common/tile.h"
@@ -36,8 +37,8 @@ void cost_free(struct cost_map *map);
 /* Probe tile i < probes; its id is the caller's business. */
 struct tile cost_probe(const struct cost_map *map, uint32_t i);
 
-/* What the pixels of a probe tile took. */
-void cost_put(struct cost_map *map, const struct tile *probe, const float *seconds);
+/* What the pixels of a probe tile took; false: one of them is below 0 or not finite. Each is read once. */
+bool cost_put(struct cost_map *map, const struct tile *probe, const float *seconds);
 
 /* Makes predictions from the probes that are back, at least one. */
 void cost_settle(struct cost_map *map);

@@ -404,9 +404,9 @@ bool queue_find_held(const struct queue *queue, uint32_t renderer, uint32_t id, 
     return true;
 }
 
-void queue_probed(struct queue *queue, const struct tile *probe, const float *seconds)
+bool queue_probed(struct queue *queue, const struct tile *probe, const float *seconds)
 {
-    cost_put(&queue->map, probe, seconds);
+    return cost_put(&queue->map, probe, seconds);
 }
 
 void queue_set_finished(struct queue *queue, uint32_t id, double seconds)

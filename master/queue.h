@@ -192,8 +192,9 @@ bool queue_has_recalls(const struct queue *queue); /* whether there may be any *
 bool queue_is_recalled(const struct queue *queue, uint32_t renderer, uint32_t id);
 void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now, double seconds);
 
-/* What each pixel of a probe took, CPU seconds; before queue_finish() of that tile. */
-void queue_probed(struct queue *queue, const struct tile *probe, const float *seconds);
+/* What each pixel of a probe took, CPU seconds; before queue_finish() of that tile. false: one of them is below 0 or
+ * not finite. */
+bool queue_probed(struct queue *queue, const struct tile *probe, const float *seconds);
 
 /*
  * There is no time for more probes (dynamic only): none is handed out any more, who has some may leave those that it

@@ -668,6 +668,25 @@ static void test_answers_are_checked(void **state)
     queue_destroy(queue);
 }
 
+/* A number that is none would go into all predictions, of which no order could be made. */
+static void test_probes_are_checked(void **state)
+{
+    (void)state;
+    const float bad[] = {HUGE_VALF, -HUGE_VALF, NAN, -1};
+    struct queue_config config = {
+        .width = 100, .height = 100, .renderers = 2, .tile_edge = 10, .probe_edge = 10};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        struct queue *queue = queue_create(&config);
+        struct tile lot[LOT_TILES];
+        float seconds[64] = {0};
+        assert_true(queue_next(queue, 0, 0, lot) > 0 && lot[0].pass == TILE_PROBE);
+        assert_true(queue_probed(queue, &lot[0], seconds));
+        seconds[tile_pixels(&lot[0]) - 1] = bad[i];
+        assert_false(queue_probed(queue, &lot[0], seconds));
+        queue_destroy(queue);
+    }
+}
+
 /* Pixels in the left half are a hundred times as dear. */
 static void probe_halves(struct queue *queue, const struct tile *probe, uint32_t width)
 {
@@ -2110,6 +2129,7 @@ int main(void)
         cmocka_unit_test(test_nobody_is_silent),
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_answers_are_checked),
+        cmocka_unit_test(test_probes_are_checked),
         cmocka_unit_test(test_cheap_go_with_dear),
         cmocka_unit_test(test_tiles_take_so_long_at_most),
         cmocka_unit_test(test_neighbours_are_warned),
