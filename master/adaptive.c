@@ -76,11 +76,6 @@ struct adaptive {
     struct hidden *hidden; /* what is missing in what they tell */
 };
 
-static size_t pixel_count(const struct adaptive *adaptive)
-{
-    return (size_t)adaptive->canvas->width * adaptive->canvas->height;
-}
-
 static double samples_of(const struct adaptive *adaptive, uint32_t level)
 {
     return adaptive->levels.samples[level];
@@ -112,7 +107,7 @@ struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas,
             adaptive->efforts[from][to] =
                 pow(samples_of(adaptive, to) - samples_of(adaptive, from), EFFORT_POWER);
     assert(view->min_samples % 2 == 0 && view->max_samples % 2 == 0);
-    size_t pixels = pixel_count(adaptive);
+    size_t pixels = canvas_pixels(adaptive->canvas);
     /* As the canvas, and for the same reason. */
     adaptive->difference = allocate_there(pixels, 3 * sizeof *adaptive->difference);
     adaptive->spread = allocate_there(pixels, sizeof *adaptive->spread);
@@ -278,7 +273,7 @@ static double gain_of(const struct adaptive *adaptive, size_t pixel)
 
 static double expected_sum(const struct adaptive *adaptive)
 {
-    size_t pixels = pixel_count(adaptive);
+    size_t pixels = canvas_pixels(adaptive->canvas);
     double sum = 0;
     for (size_t i = 0; i < pixels; i++)
         sum += adaptive->error[i];
@@ -321,7 +316,7 @@ static void allocate_part(void *context, uint32_t part)
  * expected, as contrasts may still hide something. */
 static struct allocation *allocate_all(const struct adaptive *adaptive, const struct told *told)
 {
-    size_t pixels = pixel_count(adaptive);
+    size_t pixels = canvas_pixels(adaptive->canvas);
     uint32_t bands = band_count(adaptive->canvas);
     uint32_t parts = (uint32_t)smaller_number(ceil((double)pixels / PART_PIXELS), PARTS_MOST);
     double squares = told->errors.squares;
@@ -474,7 +469,7 @@ static struct looked look(struct adaptive *adaptive)
 void adaptive_cut(struct adaptive *adaptive, double seconds)
 {
     if (adaptive->passes > 1 || adaptive->unsampled == 0) return;
-    size_t pixels = pixel_count(adaptive);
+    size_t pixels = canvas_pixels(adaptive->canvas);
     for (size_t i = 0; i < pixels; i++)
         adaptive->next[i] = adaptive->level[i];
     adaptive->missing = adaptive->asked = 0;
@@ -612,7 +607,7 @@ double adaptive_seconds(const struct adaptive *adaptive)
 static double effort_behind_first(const struct adaptive *adaptive, double limit)
 {
     double sum = 0;
-    size_t pixels = pixel_count(adaptive);
+    size_t pixels = canvas_pixels(adaptive->canvas);
     for (size_t i = 0; i < pixels; i++) {
         unsigned level = adaptive->level[i];
         unsigned up = allocation_doublings(gain_of(adaptive, i), limit, adaptive->last - level);
@@ -625,7 +620,7 @@ double adaptive_foresee(struct adaptive *adaptive, double rmse, double power)
 {
     struct told told = expect(adaptive);
     double squares = told.errors.squares, with_hidden = all_errors(adaptive, &told).sum.squares;
-    if (told.pixels < pixel_count(adaptive) || !(squares > 0)) return (double)NAN;
+    if (told.pixels < canvas_pixels(adaptive->canvas) || !(squares > 0)) return (double)NAN;
     double exponent =
         (adaptive->log_kept + PROMISE_BEFORE) / (adaptive->log_promised + PROMISE_BEFORE);
     if (adaptive->first) exponent = power / FORECAST_EDGE; /* promises are for edges */

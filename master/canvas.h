@@ -9,8 +9,13 @@
 
 struct canvas {
     uint32_t width, height; /* pixels */
-    float *rgb;             /* 3 * width * height; pixels that are not rendered yet are 0 */
+    float *rgb; /* 3 for each of canvas_pixels(); those that are not rendered yet are 0 */
 };
+
+static inline size_t canvas_pixels(const struct canvas *canvas)
+{
+    return (size_t)canvas->width * canvas->height;
+}
 
 /* The pixel's three floats. */
 static inline float *canvas_at(const struct canvas *canvas, uint32_t x, uint32_t y)

@@ -71,7 +71,7 @@ static void fill_sampling(struct run *run, const struct service *service, const 
     if (!run->adaptive) return;
     uint64_t pixels, samples;
     adaptive_errors(run->adaptive, &pixels, &samples);
-    report->unsampled = (uint64_t)run->canvas.width * run->canvas.height - pixels;
+    report->unsampled = canvas_pixels(&run->canvas) - pixels;
     report->passes = adaptive_passes(run->adaptive);
     report->missing_share = adaptive_missing(run->adaptive);
     report->plan_s = service->plan_s;
@@ -124,7 +124,7 @@ static int judge_samples(const struct run *run)
 
 static bool is_one_color(const struct canvas *canvas)
 {
-    size_t others = (size_t)canvas->width * canvas->height - 1;
+    size_t others = canvas_pixels(canvas) - 1;
     return others > 0 &&
            memcmp(canvas->rgb, canvas->rgb + 3, 3 * others * sizeof *canvas->rgb) == 0;
 }
@@ -157,7 +157,7 @@ static bool judge_limit(const struct run *run, const struct service *service,
                         const struct view *view)
 {
     double limit = run->job.settings.sampling.time_limit;
-    uint64_t pixels = (uint64_t)run->canvas.width * run->canvas.height;
+    uint64_t pixels = canvas_pixels(&run->canvas);
     uint64_t unsampled = run->report.unsampled;
     if (unsampled == pixels) {
         user_error(NULL, 0,
@@ -250,7 +250,7 @@ static void note_old_report(const char *report)
 int end_early(struct run *run, bool deserted)
 {
     const char *image = run->job.settings.output.image;
-    double pixels = (double)run->canvas.width * run->canvas.height;
+    double pixels = (double)canvas_pixels(&run->canvas);
     char *why = reason(deserted);
     if (run->adaptive)
         user_error(NULL, 0, "%s in pass %u of adaptive sampling", why,

@@ -51,7 +51,7 @@ static void hdr_round(const float *rgb, float rounded[3])
 
 void hdr_encode(const struct canvas *canvas, byte_sink *sink, void *context)
 {
-    size_t values = (size_t)canvas->width * canvas->height * 3;
+    size_t values = 3 * canvas_pixels(canvas);
     float *rgb = allocate(values, sizeof *rgb);
     for (size_t i = 0; i < values; i += 3)
         hdr_round(canvas->rgb + i, rgb + i);

@@ -113,16 +113,12 @@ static void add_pixel(struct loss *loss, enum format format, const float *rgb)
     loss->clipped += clipped;
 }
 
-static uint32_t pixels_of(const struct canvas *canvas)
-{
-    return canvas->width * canvas->height;
-}
-
 static void find_loss(void *context, uint32_t round)
 {
     const struct losses *losses = context;
-    uint32_t begin = round * PART_PIXELS, left = pixels_of(losses->canvas) - begin;
-    uint32_t count = left < PART_PIXELS ? left : PART_PIXELS;
+    uint32_t begin = round * PART_PIXELS;
+    size_t left = canvas_pixels(losses->canvas) - begin;
+    uint32_t count = left < PART_PIXELS ? (uint32_t)left : PART_PIXELS;
     struct loss loss = {0};
     for (uint32_t i = 0; i < count; i++)
         add_pixel(&loss, losses->format, losses->canvas->rgb + 3 * ((size_t)begin + i));
@@ -132,7 +128,7 @@ static void find_loss(void *context, uint32_t round)
 struct quantisation image_quantisation(const char *path, const struct canvas *canvas,
                                        struct crew *crew)
 {
-    uint32_t parts = divide_up(pixels_of(canvas), PART_PIXELS);
+    uint32_t parts = divide_up((uint32_t)canvas_pixels(canvas), PART_PIXELS);
     struct losses losses = {image_format(path), canvas, allocate(parts, sizeof *losses.parts)};
     struct loss all = {0};
     crew_share(crew, parts, find_loss, &losses);
@@ -147,7 +143,7 @@ struct quantisation image_quantisation(const char *path, const struct canvas *ca
     free(losses.parts);
     struct quantisation result = {.most = all.most, .clipped = all.clipped};
     if (all.rounded > 0) result.rmse = sqrt(all.squares / (double)all.rounded);
-    result.clipped_rmse = sqrt(all.cut / (3 * (double)pixels_of(canvas)));
+    result.clipped_rmse = sqrt(all.cut / (3 * (double)canvas_pixels(canvas)));
     return result;
 }
 
@@ -196,14 +192,14 @@ static void no_sink(void *context, void *data, int bytes)
 
 unsigned image_threads(const struct canvas *canvas)
 {
-    return pixels_of(canvas) / THREAD_PIXELS + 1;
+    return (unsigned)(canvas_pixels(canvas) / THREAD_PIXELS) + 1;
 }
 
 double image_seconds(const char *path, const struct canvas *canvas, bool rendered,
                      bool with_quantisation, unsigned threads)
 {
     enum format format = image_format(path);
-    double pixels = pixels_of(canvas);
+    double pixels = (double)canvas_pixels(canvas);
     bool small = canvas->width < TRIAL_BLOCK || canvas->height < TRIAL_BLOCK;
     struct canvas trial;
     canvas_init(&trial, TRIAL_EDGE, TRIAL_EDGE);
@@ -246,7 +242,7 @@ bool image_write_for(const char *key, const char *path, const struct canvas *can
 void image_announce(const char *path, const struct canvas *canvas, unsigned threads, double seconds)
 {
     double bytes =
-        3.0 * sizeof(float) * canvas->width * canvas->height; /* as a PFM, others are shorter */
+        3.0 * sizeof(float) * (double)canvas_pixels(canvas); /* as a PFM, others are shorter */
     double disk = image_format(path) == FORMAT_PFM ? bytes / DISK_BYTES : 0;
     double expected = disk + image_seconds(path, canvas, true, false, threads);
     if (expected > seconds) user_note("writing %s takes about %.0f s", path, fmax(expected, 1));

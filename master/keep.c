@@ -12,7 +12,7 @@ static uint32_t saved_pixels(void *save, const struct tile *tile)
 /* Of the picture. Tiles tell nothing from run to run: each cuts them as it needs them. */
 static double per_cent(const struct run *run, uint64_t pixels)
 {
-    return 100 * (double)pixels / ((double)run->canvas.width * run->canvas.height);
+    return 100 * (double)pixels / (double)canvas_pixels(&run->canvas);
 }
 
 /* found: pixels. */
@@ -41,7 +41,7 @@ static void tell_resumed(const struct run *run, uint64_t found)
 /* That have samples. */
 static uint64_t pixels_in(const struct run *run)
 {
-    return (uint64_t)run->canvas.width * run->canvas.height - adaptive_unsampled(run->adaptive);
+    return canvas_pixels(&run->canvas) - adaptive_unsampled(run->adaptive);
 }
 
 /* Takes over what an earlier run has left. */
@@ -87,8 +87,7 @@ uint32_t tiles_left(const struct run *run)
 uint64_t pixels_left(const struct run *run)
 {
     if (run->adaptive) return adaptive_unsampled(run->adaptive);
-    return (uint64_t)run->canvas.width * run->canvas.height -
-           queue_count(run->queue).pixels_finished;
+    return canvas_pixels(&run->canvas) - queue_count(run->queue).pixels_finished;
 }
 
 bool open_save(struct run *run, const struct scene *scene)

@@ -53,7 +53,7 @@ static void add_work(struct server *server, struct tile tile)
 void guess_times(struct server *server)
 {
     const struct service *service = server->service;
-    double pixels = (double)service->canvas->width * service->canvas->height;
+    double pixels = (double)canvas_pixels(service->canvas);
     if (!(service->limit > 0) || !service->adaptive) return;
     server->fill_s = FILL_PIXEL_S * pixels;
     server->last_plan_s = PLAN_PIXEL_S * pixels;

@@ -136,7 +136,7 @@ static int print_check(const struct run *run, const struct bounds *bounds)
 static bool starts_in_time(struct run *run)
 {
     double limit = run->job.settings.sampling.time_limit, elapsed = clock_wall() - run->start;
-    uint64_t pixels = (uint64_t)run->canvas.width * run->canvas.height;
+    uint64_t pixels = canvas_pixels(&run->canvas);
     if (!(limit > 0) || elapsed < limit || adaptive_unsampled(run->adaptive) < pixels) return true;
     user_error(NULL, 0,
                "sampling.time_limit = %g s was over before any sample was taken, expected a longer "

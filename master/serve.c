@@ -192,7 +192,7 @@ static void fill_waits(struct server *server)
 /* One for each pixel, 0 where it has no samples; the caller's. */
 static uint8_t *find_known(const struct service *service)
 {
-    size_t pixels = (size_t)service->canvas->width * service->canvas->height;
+    size_t pixels = canvas_pixels(service->canvas);
     const struct coverage *there = save_there(service->save);
     uint8_t *known = memset(allocate(pixels, 1), 1, pixels);
     uint32_t next = 0;

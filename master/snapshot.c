@@ -32,7 +32,7 @@ static void copy_canvas(struct snapshot *snapshot, const struct canvas *canvas)
 {
     struct canvas *copy = &snapshot->copy;
     if (!copy->rgb) canvas_init(copy, canvas->width, canvas->height);
-    memcpy(copy->rgb, canvas->rgb, 3 * (size_t)canvas->width * canvas->height * sizeof *copy->rgb);
+    memcpy(copy->rgb, canvas->rgb, 3 * canvas_pixels(canvas) * sizeof *copy->rgb);
 }
 
 /* Pictures so far keep who serves from serving for no more than this part of the time. */

@@ -104,7 +104,7 @@ static struct heat_range find_range(const float *costs, size_t pixels)
 
 struct heat_range timeline_heatmap(const struct timeline *timeline, struct canvas *canvas)
 {
-    size_t pixels = (size_t)canvas->width * canvas->height;
+    size_t pixels = canvas_pixels(canvas);
     float shades[SHADES][3], *costs = pixel_costs(timeline, canvas->width, canvas->height);
     struct heat_range range = find_range(costs, pixels);
     double scale = range.highest > 0 ? (SHADES - 1) / log(range.highest / range.lowest) : 0;

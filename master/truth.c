@@ -120,11 +120,6 @@ bool truth_read(const char *path, uint32_t width, uint32_t height, struct canvas
 
 /* ---- comparing ---- */
 
-static size_t value_count(const struct canvas *canvas)
-{
-    return (size_t)canvas->width * canvas->height * 3;
-}
-
 static double difference(const struct canvas *canvas, const struct canvas *reference, size_t i)
 {
     return fabs((double)canvas->rgb[i] - (double)reference->rgb[i]);
@@ -133,7 +128,7 @@ static double difference(const struct canvas *canvas, const struct canvas *refer
 double truth_rmse(const struct canvas *canvas, const struct canvas *reference)
 {
     double sum = 0;
-    size_t count = value_count(canvas);
+    size_t count = 3 * canvas_pixels(canvas);
     for (size_t i = 0; i < count; i++) {
         double miss = difference(canvas, reference, i);
         sum += miss * miss;
@@ -180,7 +175,7 @@ static float kth_smallest(const float *values, size_t count, size_t k)
 
 struct truth truth_of(const struct canvas *canvas, const struct canvas *reference)
 {
-    size_t pixels = value_count(canvas) / 3;
+    size_t pixels = canvas_pixels(canvas);
     float *largest = allocate(pixels, sizeof *largest), most = 0;
     for (size_t i = 0; i < pixels; i++) {
         double worst = 0;

@@ -13,11 +13,6 @@
 #define FIRST_ROW  0.5
 #define ROW_FACTOR 1.25
 
-static uint64_t pixel_count(const struct watch *watch)
-{
-    return (uint64_t)watch->canvas->width * watch->canvas->height;
-}
-
 /* Of failures the first one tells why: later ones may have no errno of their own. */
 static void flush_rows(struct watch *watch)
 {
@@ -75,12 +70,12 @@ static void add_row(struct watch *watch, double now, unsigned pass)
     unsigned number = pass ? pass : ++watch->looks;
     struct error_row row = {
         .elapsed_s = now - watch->begin,
-        .samples = (double)look.samples / (double)pixel_count(watch),
+        .samples = (double)look.samples / (double)canvas_pixels(watch->canvas),
         .estimate = error_estimate(&look.told, look.pixels, kind, number),
         .true_rmse = (double)NAN,
-        .share = (double)look.pixels / (double)pixel_count(watch),
+        .share = (double)look.pixels / (double)canvas_pixels(watch->canvas),
     };
-    if (watch->reference && look.pixels == pixel_count(watch))
+    if (watch->reference && look.pixels == canvas_pixels(watch->canvas))
         row.true_rmse = truth_rmse(watch->canvas, watch->reference);
     error_log_add(&watch->log, &row);
     if (!watch->csv) return;
@@ -165,14 +160,19 @@ static struct error_forecast forecast_of(const struct watch *watch, double rende
     return forecast;
 }
 
+/* Whether the last row is of the picture as it is: that behind the last pass. */
+static bool is_told(const struct watch *watch)
+{
+    if (watch->log.count == 0) return false;
+    const struct error_row *last = &watch->log.rows[watch->log.count - 1];
+    double told = last->samples * (double)canvas_pixels(watch->canvas);
+    return (double)look_at(watch).samples <= told + 0.5;
+}
+
 bool watch_end(struct watch *watch, double now, double render_s, struct error_forecast *forecast)
 {
-    size_t rows = watch->log.count;
-    if (!watch->adaptive) add_row(watch, now, watch->finished == pixel_count(watch) ? 1 : 0);
-    /* After the last pass there is a row already. */
-    else if (rows == 0 || (double)look_at(watch).samples >
-                              watch->log.rows[rows - 1].samples * (double)pixel_count(watch) + 0.5)
-        add_row(watch, now, 0);
+    bool whole = !watch->adaptive && watch->finished == canvas_pixels(watch->canvas);
+    if (!watch->adaptive || !is_told(watch)) add_row(watch, now, whole ? 1 : 0);
     *forecast = forecast_of(watch, render_s);
     if (!watch->csv) return true;
     flush_rows(watch);
