@@ -51,7 +51,7 @@ static void put_tile(struct server *server, uint32_t renderer, const struct tile
     watch_add(service->watch, header->pixels, header);
     if (!service->timed_out) server->finished = clock_wall();
     /* What nothing comes of lies behind the render phase, which ends with the last tile. */
-    server->plan_s += server->planned_s;
+    service->plan_s += server->planned_s;
     server->planned_s = 0;
 }
 
@@ -136,5 +136,5 @@ void accept_probes(struct server *server, uint32_t renderer, const struct tile *
     if (!queue_probed(service->queue, tile, seconds))
         fatal("rank %u sent probes whose times make no sense", rank_of(server, renderer));
     queue_finish(service->queue, renderer, tile->id, server_elapsed(server), header->busy_s);
-    server->probe_s += header->busy_s;
+    service->probe_s += header->busy_s;
 }

@@ -52,11 +52,11 @@ static void add_work(struct server *server, struct tile tile)
 
 void guess_times(struct server *server)
 {
-    const struct service *service = server->service;
+    struct service *service = server->service;
     double pixels = (double)canvas_pixels(service->canvas);
     if (!(service->limit > 0) || !service->adaptive) return;
     server->fill_s = FILL_PIXEL_S * pixels;
-    server->last_plan_s = PLAN_PIXEL_S * pixels;
+    service->last_plan_s = PLAN_PIXEL_S * pixels;
 }
 
 void estimate_writing(struct server *server, bool rendered)
@@ -74,7 +74,7 @@ void estimate_writing(struct server *server, bool rendered)
 double rendering_ends(const struct server *server)
 {
     const struct service *service = server->service;
-    double end = service->writing_s + server->last_plan_s + server->fill_s;
+    double end = service->writing_s + service->last_plan_s + server->fill_s;
     return service->deadline - fmin(end, KEPT_MOST * service->limit);
 }
 
@@ -82,7 +82,7 @@ double rendering_ends(const struct server *server)
  * one; 0 or less: it would come too late. */
 static double seconds_left(const struct server *server)
 {
-    return rendering_ends(server) - clock_wall() - server->last_plan_s;
+    return rendering_ends(server) - clock_wall() - server->service->last_plan_s;
 }
 
 /* CPU seconds that this run has rendered for the picture. */
@@ -219,7 +219,7 @@ static void go_on(struct server *server)
     if (adaptive_is_complete(adaptive)) watch_pass(server->service->watch, looked);
     begin_pass(server);
     double end = clock_wall();
-    server->last_plan_s = end - looked;
+    server->service->last_plan_s = end - looked;
     server->planned_s += end - begin;
     if (server->service->timeline && !server->last_pass) {
         struct timeline_plan plan = {.start_s = begin - server->start,

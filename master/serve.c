@@ -261,10 +261,6 @@ static void start_server(struct server *server, struct service *service)
         service->stats[i].rank = rank_of(server, i);
     for (uint32_t rank = 0; rank < server->first_rank + server->renderers; rank++)
         if (service->trays[rank]) server->flag_words = arrivals_words(rank + 1);
-    service->ending = service->timed_out = false;
-    service->counts = (struct render_counts){0};
-    service->silent = 0;
-    service->writing_s = 0;
     estimate_writing(server, false);
     guess_times(server);
     if (pthread_mutex_init(&server->lock, NULL) != 0) fatal("cannot create a lock");
@@ -289,10 +285,7 @@ bool serve(struct service *service)
     service->began = server.start;
     service->kept_s = service->limit > 0 ? service->deadline - rendering_ends(&server) : 0;
     service->render_s = server.finished - server.start;
-    service->plan_s = server.plan_s;
-    service->last_plan_s = server.last_plan_s;
     service->master_cpu_s = clock_thread_cpu() - cpu;
-    service->probe_s = server.probe_s;
     fill_waits(&server);
     fill_picture(&server);
     service->guessed_rmse = guessed_rmse(&server);

@@ -55,7 +55,7 @@ struct service {
     /* What own renders is of no use any more: it gives up this tile, not the run. */
     atomic_bool given_up;
 
-    /* Results. */
+    /* Results, 0 or false before. */
     struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */
     struct render_counts counts;  /* of the tiles that are in the picture, each once */
     double writing_s;             /* seconds that writing images is expected to take */
@@ -71,10 +71,11 @@ struct service {
     double service_cpu_s;         /* of that, for answers: taking them in, sending more work */
     double answer_wait_s;         /* of all answers until they were looked at, at most */
     double answer_wait_most_s;    /* of one */
-    double plan_s;      /* wall seconds between passes, in which the next one was planned */
-    double last_plan_s; /* of that, the last plan, also if it was that there is no more to do */
-    double probe_s;     /* of the pre-pass, wall seconds of all renderers together */
-    uint32_t silent;    /* renderers that answered no more: MPI_Finalize would wait for ever */
+    double plan_s;                /* wall seconds between passes of which something has come in */
+    double
+        last_plan_s; /* the last plan, also if it was that there is no more to do; before, a guess */
+    double probe_s;  /* of the pre-pass, wall seconds of all renderers together */
+    uint32_t silent; /* renderers that answered no more: MPI_Finalize would wait for ever */
 };
 
 /*

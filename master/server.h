@@ -53,9 +53,7 @@ struct server {
     /* Shared with the rendering thread, under lock: queue, canvas, watch, and what follows. */
     pthread_mutex_t lock;
     struct preview preview;
-    double probe_s;         /* of all renderers */
-    double plan_s;          /* see struct service: of passes of which something has come in */
-    double planned_s;       /* of the one of which nothing has yet */
+    double planned_s;       /* plan_s of the pass of which nothing has come in yet */
     double rendered_before; /* adaptive_seconds() of earlier runs */
     bool last_pass;         /* what is in the queue is all there will be */
     bool is_cut;            /* pass 0 would not have been done in time */
@@ -85,7 +83,6 @@ struct server {
     double woken;             /* clock_wall() at the last look at it */
     double next_look;         /* when silence is to be looked for */
     double next_show;         /* when the progress is to be looked at */
-    double last_plan_s;       /* that the last plan took, or is guessed to take */
     double fill_s;   /* that it takes at the end to fill what has no samples; 0: all have some */
     double next_cut; /* server_elapsed() when pass 0 is to be looked at again */
     unsigned late_looks;     /* that found it too late, one after the other */

@@ -513,7 +513,7 @@ static void test_time_is_kept(void **state)
     estimate_writing(&farm->server, false);
     assert_true(service->writing_s > 0);
     service->writing_s = 2;
-    farm->server.last_plan_s = 0.5;
+    service->last_plan_s = 0.5;
     farm->server.fill_s = 0.25;
     assert_true(rendering_ends(&farm->server) == 97.25);
     service->writing_s = 5;
@@ -765,7 +765,7 @@ static void test_probes_are_not_counted(void **state)
     write_part(&tile, (struct result_header){
                           .pixels = tile_pixels(&tile), .start_s = 5, .busy_s = 2, .cpu_s = 1});
     arrive(farm);
-    assert_true(stats->busy_s == 2 && stats->cpu_s == 1 && farm->server.probe_s == 2);
+    assert_true(stats->busy_s == 2 && stats->cpu_s == 1 && farm->service.probe_s == 2);
     assert_true(stats->tiles == 0 && stats->pixels == 0 && stats->finish_s == 7);
     farm_close(farm);
 }
