@@ -59,11 +59,9 @@ static void fill_report(struct run *run, const struct service *service)
     report->time.probe = service->probe_s / run->renderers;
 }
 
-static void fill_sampling(struct run *run, const struct service *service, const struct view *view)
+static void fill_sampling(struct run *run, const struct service *service)
 {
     struct report *report = &run->report;
-    report->min_samples = view->min_samples;
-    report->max_samples = view->max_samples;
     report->ended = ENDED_BY_SAMPLES;
     report->guessed_rmse = service->guessed_rmse;
     report->has_reference = run->reference.rgb != NULL;
@@ -130,11 +128,13 @@ static bool is_one_color(const struct canvas *canvas)
 }
 
 /* A whole picture without anything in it, or without any light, is seldom meant. */
-static void note_emptiness(const struct run *run, const struct view *view)
+static void note_emptiness(const struct run *run)
 {
-    if (view->region_w < view->width || view->region_h < view->height) return;
-    if (run->report.unsampled > 0) return;
-    if (report_picture_counts(&run->report).primary_hits == 0)
+    const struct report *report = &run->report;
+    const struct settings *settings = &run->job.settings;
+    if (report->image_width < settings->image.width) return;
+    if (report->image_height < settings->image.height || report->unsampled > 0) return;
+    if (report_picture_counts(report).primary_hits == 0)
         user_note("nothing is in view: no ray from camera.eye has met anything");
     else if (is_one_color(&run->canvas))
         user_note("all pixels have the same colour: is what is in view lit?");
@@ -145,16 +145,15 @@ static void note_emptiness(const struct run *run, const struct view *view)
 #define SAMPLES_FEW 4
 
 /* The end of a sentence on pixels without a sample: what leaves fewer of them. */
-static const char *advice(const struct view *view)
+static const char *advice(const struct report *report)
 {
-    return view->min_samples > SAMPLES_FEW
+    return report->min_samples > SAMPLES_FEW
                ? " (sampling.min_samples = " DIGITS(SAMPLES_FEW) " would leave fewer)"
                : "";
 }
 
 /* What a time limit has left without any sample; false: all of it, there is no picture. */
-static bool judge_limit(const struct run *run, const struct service *service,
-                        const struct view *view)
+static bool judge_limit(const struct run *run, const struct service *service)
 {
     double limit = run->job.settings.sampling.time_limit;
     uint64_t pixels = canvas_pixels(&run->canvas);
@@ -172,7 +171,7 @@ static bool judge_limit(const struct run *run, const struct service *service,
             NULL, 0,
             "sampling.time_limit = %g s has left %llu of %llu pixels without a sample: what "
             "stands there is guessed from those around, or black%s",
-            limit, (unsigned long long)unsampled, (unsigned long long)pixels, advice(view));
+            limit, (unsigned long long)unsampled, (unsigned long long)pixels, advice(&run->report));
     return true;
 }
 
@@ -209,11 +208,11 @@ static void tell_outputs(const struct run *run, struct written written)
             report_path(stdout, outputs[i].what, outputs[i].path);
 }
 
-int run_conclude(struct run *run, const struct service *service, const struct view *view)
+int run_conclude(struct run *run, const struct service *service)
 {
     fill_report(run, service);
-    fill_sampling(run, service, view);
-    if (!judge_limit(run, service, view)) {
+    fill_sampling(run, service);
+    if (!judge_limit(run, service)) {
         save_drop(run->save);
         run->save = NULL;
         return STATUS_FAILED;
@@ -225,7 +224,7 @@ int run_conclude(struct run *run, const struct service *service, const struct vi
     report_table(stdout, &run->report, terminal_columns(stderr));
     tell_outputs(run, written);
     int told = close_output(), judged = judge_samples(run);
-    note_emptiness(run, view);
+    note_emptiness(run);
     if (!written.timeline) return STATUS_FAILED; /* the same command would not make up for it */
     if (!written.report) return failed;
     return told != STATUS_DONE ? told : judged;

@@ -158,7 +158,7 @@ static int conclude(struct run *run, const struct service *service, const struct
     run->report.time.broadcast = shared->broadcast_s;
     run->report.time.build = shared->build_s;
     if (!run->crew) gather_crew(run, image_threads(&run->canvas));
-    int status = run_conclude(run, service, &shared->scene->view);
+    int status = run_conclude(run, service);
     return status == STATUS_DONE && !watched ? STATUS_FAILED : status;
 }
 

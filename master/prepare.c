@@ -84,6 +84,8 @@ static void describe_scene(struct report *report, const struct scene *scene)
     report->features = scene_features(scene);
     report->image_width = scene->view.region_w;
     report->image_height = scene->view.region_h;
+    report->min_samples = scene->view.min_samples;
+    report->max_samples = scene->view.max_samples;
 }
 
 static void print_count(const char *before, uint64_t count, const char *name, const char *after)

@@ -80,7 +80,7 @@ bool keep(struct run *run, const char *then);
 void name_silent(const struct run *run);
 
 /* The picture is complete, or its time is over: writes all that was asked for. Returns the exit status. */
-int run_conclude(struct run *run, const struct service *service, const struct view *view);
+int run_conclude(struct run *run, const struct service *service);
 
 /* The run was stopped by a signal, or nobody was left who renders: writes what there is. Returns the exit
  * status. */

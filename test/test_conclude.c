@@ -20,7 +20,6 @@ static void set_text(char **setting, const char *text)
     *setting = copy_text(text);
 }
 
-static const struct view view = {.min_samples = 4, .max_samples = 4};
 static const struct view adaptive_view = {.min_samples = 4, .max_samples = 64};
 
 /* A run of RENDERERS, beside the rank that hands out; freed by run_close(). */
@@ -29,6 +28,7 @@ static struct run run_open(void)
     const struct queue_config config = {
         .width = EDGE, .height = EDGE, .renderers = RENDERERS, .tile_edge = EDGE / 2};
     struct run run = {.options.config = "a.ini",
+                      .report = {.min_samples = 4, .max_samples = 4},
                       .queue = queue_create(&config),
                       .start = clock_wall(),
                       .processes = RENDERERS + 1,
@@ -54,6 +54,7 @@ static void sample_rows(struct run *run, uint32_t rows)
     const struct tile tile = {.w = EDGE, .h = rows, .step = 1};
     static const float part[EDGE * EDGE * REFINED_FLOATS];
     run->adaptive = adaptive_create(&adaptive_view, &run->canvas, 0.01);
+    run->report.max_samples = adaptive_view.max_samples;
     adaptive_put(run->adaptive, &tile, part, 1);
     if (rows < EDGE) adaptive_cut(run->adaptive, 0);
 }
@@ -67,7 +68,7 @@ static char *report_of(struct run *run, struct service *service)
     int table = open("table", O_WRONLY | O_CREAT | O_TRUNC, 0600), out = dup(STDOUT_FILENO);
     fflush(stdout);
     dup2(table, STDOUT_FILENO);
-    int status = run_conclude(run, service, run->adaptive ? &adaptive_view : &view);
+    int status = run_conclude(run, service);
     fflush(stdout);
     dup2(out, STDOUT_FILENO);
     close(table);
