@@ -18,9 +18,9 @@ void color_row_take(const struct color_row *row, const struct canvas *canvas, in
 /* Of each pixel of a row, as many as it has; the caller's. */
 struct contrasts {
     double *largest, *across; /* C^2 and P of master/adaptive.h */
-    double *
-        around; /* the most that the variance of a single sample can be that has a colour of neighbours: whatever
-                     * the pixel's own colour is */
+    /* The most that the variance of a single sample can be that has a colour of neighbours, whatever the pixel's own
+     * colour is. */
+    double *around;
 };
 
 /*

@@ -19,8 +19,8 @@ struct crowd {
     uint32_t *group_of;        /* per renderer */
     struct crowd_group *groups;
     uint32_t processors; /* of all groups */
-    uint32_t
-        cores; /* that one of them or more may use; who has one of its own because nothing is known counts it */
+    /* That one of them or more may use; who has one of its own because nothing is known counts it. */
+    uint32_t cores;
 };
 
 /* berths: per renderer. One of which nothing is known has a core of its own. */

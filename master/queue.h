@@ -48,13 +48,11 @@
 
 struct queue_config {
     enum schedule schedule;
-    uint32_t width, height; /* of the rendered region, pixels, at least 1 */
-    uint32_t renderers;     /* at least 1 */
-    bool master_renders;    /* renderer 0 is rank 0's own: what serving takes, it loses */
-    const struct crowd
-        *crowd;          /* of the renderers, as long as the queue lives; NULL: each has a core */
-    uint32_t tile_edge;  /* dynamic, tiles: of a tile, pixels, at least 1; else: rows of a band, 0:
-                          * auto */
+    uint32_t width, height;    /* of the rendered region, pixels, at least 1 */
+    uint32_t renderers;        /* at least 1 */
+    bool master_renders;       /* renderer 0 is rank 0's own: what serving takes, it loses */
+    const struct crowd *crowd; /* of the renderers, outlives the queue; NULL: each has a core */
+    uint32_t tile_edge;  /* dynamic, tiles: pixels, at least 1; else: rows of a band, 0: auto */
     uint32_t probe_edge; /* dynamic: pixels from probe to probe; 0: no pre-pass */
     uint32_t samples;    /* of a pixel, the fewest; 0: one */
     double most_work; /* dynamic: seconds of probing that a tile may be predicted to take; 0: any */
@@ -183,9 +181,8 @@ void queue_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, doubl
  */
 struct recall {
     uint32_t renderer, id;
-    bool
-        finished; /* by somebody else: even if it has begun it, its answer is of no use. false: somebody
-                    * else has it, too */
+    /* By somebody else: even if it has begun it, its answer is of no use. false: somebody else has it, too. */
+    bool finished;
 };
 bool queue_next_recall(struct queue *queue, struct recall *recall);
 bool queue_has_recalls(const struct queue *queue); /* whether there may be any */
@@ -243,8 +240,7 @@ struct queue_count {
                                * pixels */
     double share_skipped;     /* of that: by an earlier run */
     uint32_t repeated;        /* handed out a second time */
-    double wasted_s; /* in answers that came second, and in what was dropped half done before the
-                                 end of the run */
+    double wasted_s; /* in answers that came second, or was dropped half done before the end */
 };
 struct queue_count queue_count(const struct queue *queue);
 

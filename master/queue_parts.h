@@ -23,10 +23,9 @@
 struct item {
     uint32_t x, y, w, h;
     uint32_t pass;
-    float work;  /* predicted */
-    float worst; /* if the tile is all that its neighbourhood may be */
-    float
-        seconds; /* that it took, when it is finished; before, for which it is known to be in work */
+    float work;    /* predicted */
+    float worst;   /* if the tile is all that its neighbourhood may be */
+    float seconds; /* that it took; before it is finished, for which it is known to be in work */
     double priority;
     uint32_t copies; /* renderers that have it */
     uint32_t hold;   /* of one of them (master/holdings.h), or HOLD_NONE */
@@ -77,8 +76,7 @@ struct queue {
     uint32_t fate_count;
     uint32_t *probes_given; /* per renderer: probe tiles that it has had */
     struct turns *turns;    /* per group of the crowd; NULL: each renderer has a core */
-    bool
-        counted; /* their renderers are; not any more when one gets or gives back a tile, or is late */
+    bool counted; /* their renderers are, until one gets or gives back a tile, or is late */
     bool *silent; /* per renderer */
     uint32_t silent_count;
     bool withdraws; /* what nobody has begun, until there is more work */

@@ -16,8 +16,7 @@ struct run_times {
     double total, init, load, broadcast, build, render, write;
     double probe;  /* of the pre-pass, part of render: mean of the renderers */
     double resume; /* reading the journal of an earlier run, and whether there is one */
-    double
-        room; /* until the picture's memory is there, and that of what adaptive sampling knows of it */
+    double room;   /* until the memory of picture and adaptive sampling is there */
 };
 
 /* What was taken over from the journal of an earlier run. */

@@ -19,8 +19,8 @@ struct share_config {
     enum schedule schedule; /* one of those above */
     uint32_t width, height; /* of the rendered region, pixels, at least 1 */
     uint32_t renderers;     /* at least 1 */
-    uint32_t rows; /* of a band; 0: BAND_LEAST to BAND_PIXELS of each share. cyclic-rows: of
-                             * a renderer's turn, 0: 1 */
+    /* Of a band; 0: BAND_LEAST to BAND_PIXELS of each share. cyclic-rows: of a renderer's turn, 0: 1. */
+    uint32_t rows;
 };
 
 /*
