@@ -44,7 +44,6 @@ struct spent {
 };
 
 struct adaptive {
-    struct view view;
     struct canvas *canvas; /* the means */
     struct crew *crew;     /* that plans; NULL: who calls does, alone */
     struct levels levels;
@@ -97,7 +96,6 @@ size_t adaptive_pixel_bytes(void)
 struct adaptive *adaptive_create(const struct view *view, struct canvas *canvas, double target)
 {
     struct adaptive *adaptive = allocate_zeroed(1, sizeof *adaptive);
-    adaptive->view = *view;
     adaptive->canvas = canvas;
     adaptive->target = target;
     adaptive->last = level_last(view);
@@ -181,7 +179,7 @@ static void sum_pixel(const struct adaptive *adaptive, const struct sampled *now
     sum->errors.squares += square;
     sum->errors.fourths += square * square;
     sum->pixels++;
-    sum->samples += level_samples(&adaptive->view, adaptive->level[i]);
+    sum->samples += (uint64_t)samples_of(adaptive, adaptive->level[i]);
     hidden_add(adaptive->hidden, now, i, &sum->hidden);
 }
 
@@ -710,8 +708,7 @@ struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct
         size_t i = walk.pixel;
         if (!comes(adaptive, i)) continue;
         uint32_t before = adaptive->level[i], after = adaptive->next[i];
-        work.samples +=
-            level_samples(&adaptive->view, after) - level_samples(&adaptive->view, before);
+        work.samples += samples_of(adaptive, after) - samples_of(adaptive, before);
         work.removed +=
             (adaptive->error[i] + hidden_in(adaptive, i)) * (1 - left_of(adaptive, before, after));
     }

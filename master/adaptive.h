@@ -126,7 +126,7 @@ uint32_t adaptive_pixels(const struct adaptive *adaptive, const struct tile *til
 
 /* What is still to come of the pass in a tile. */
 struct adaptive_work {
-    uint64_t samples;
+    double samples;
     double removed; /* from the sum of the pixels' squared errors, expected; 0 for first samples */
 };
 struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct tile *tile);

@@ -17,9 +17,9 @@ static void add_work(struct server *server, struct tile tile)
     if (work.samples == 0) return;
     /* Predicted from what all of its pixels took in pass 0. */
     double first = (double)tile_pixels(&tile) * service->first_samples;
-    double cost = queue_work(service->queue, &tile) * (double)work.samples / first;
+    double cost = queue_work(service->queue, &tile) * work.samples / first;
     /* Of first samples nobody knows what they are good for: dear ones first, as in pass 0. */
-    double priority = adaptive_is_first(service->adaptive) ? cost / (double)work.samples
+    double priority = adaptive_is_first(service->adaptive) ? cost / work.samples
                                                            : work.removed / fmax(cost, 1e-300);
     queue_add(service->queue, &tile, cost, priority);
 }

@@ -450,7 +450,7 @@ static double asked_for(struct standing standing, double *took)
         put_uneven_pass(farm, i == standing.passes ? rendered : 0);
         if (i == standing.passes) break;
         assert_true(adaptive_plan(adaptive, HUGE_VAL));
-        samples = (double)adaptive_work(adaptive, &all).samples;
+        samples = adaptive_work(adaptive, &all).samples;
     }
     while (other_goes_on(farm))
         ;
@@ -465,7 +465,7 @@ static double asked_for(struct standing standing, double *took)
     follow_passes(&farm->server);
     *took = clock_wall() - now;
     assert_false(farm->server.last_pass);
-    double seconds = (double)adaptive_work(adaptive, &all).samples / samples * rendered;
+    double seconds = adaptive_work(adaptive, &all).samples / samples * rendered;
     assert_true((seconds > 0) == !queue_complete(farm->service.queue));
     watch_free(&farm->watch);
     adaptive_destroy(adaptive);
