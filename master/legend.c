@@ -4,6 +4,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 
+#include "common/scene.h"
 #include "common/whole.h"
 
 /* The ten digits side by side, three dots wide each, with a gap of one dot behind it. */
@@ -53,7 +54,7 @@ uint32_t legend_height(uint32_t width, uint32_t height, const struct legend_entr
 {
     struct layout layout = lay_out(width, entries, count);
     uint64_t rows = (uint64_t)layout.rows * ROW_HEIGHT * layout.dot;
-    bool room = rows <= height && (uint64_t)width * height <= UINT64_C(1) << 27;
+    bool room = rows <= height && (uint64_t)width * height <= PICTURE_MAX_PIXELS / 2;
     return room ? (uint32_t)rows : 0;
 }
 

@@ -14,8 +14,8 @@ struct legend_entry {
 
 /*
  * Rows of pixels that the strip takes below a picture of this size; 0 where it has no room: below a
- * picture that is narrower than one entry or less high than the strip, or has more than 2^27 pixels
- * (with the strip, it still fits into any kind of file).
+ * picture that is narrower than one entry or less high than the strip, or has more than half of
+ * PICTURE_MAX_PIXELS (with the strip, it still fits into any kind of file).
  */
 uint32_t legend_height(uint32_t width, uint32_t height, const struct legend_entry *entries,
                        uint32_t count);

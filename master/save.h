@@ -6,9 +6,8 @@
  *   save_open() --> save_use() ... --> save_start() --> save_tile() ... --> save_keep() or
  *                                                                              save_drop()
  *
- * A tile is in the file within a few hundredths of a second. In the first second nothing is written,
- * so that short runs have no journal to make and to remove; what has not been written when the run
- * ends in order is written then.
+ * A tile is in the file within a few hundredths of a second; in the first second none is, so that short runs write
+ * nothing. What has not been written when the run ends in order is written then.
  */
 #ifndef FARM_MASTER_SAVE_H
 #define FARM_MASTER_SAVE_H
