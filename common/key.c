@@ -170,18 +170,6 @@ static char *expected_number(const struct key *key, const char *noun)
                        key->flags & KEY_BELOW_MAX ? "<" : "<=", high);
 }
 
-static char *expected_choice(const struct key *key)
-{
-    char *text = copy_text(key->choices[0]);
-    for (size_t i = 1; key->choices[i]; i++) {
-        const char *joint = key->choices[i + 1] ? "," : " or";
-        char *longer = format_text("%s%s %s", text, joint, key->choices[i]);
-        free(text);
-        text = longer;
-    }
-    return text;
-}
-
 char *key_expected(const struct key *key)
 {
     switch (key->type) {
@@ -197,7 +185,7 @@ char *key_expected(const struct key *key)
     case VALUE_BOOLEAN:
         return copy_text("yes or no");
     case VALUE_CHOICE:
-        return expected_choice(key);
+        return join_names(key->choices);
     case VALUE_AUTO:
         return expected_number(key, "auto or a whole number");
     case VALUE_REGION:

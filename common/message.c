@@ -227,3 +227,14 @@ char *format_text(const char *format, ...)
     va_end(arguments);
     return text;
 }
+
+char *join_names(const char *const *names)
+{
+    char *text = copy_text(*names);
+    while (*++names) {
+        char *longer = format_text("%s%s %s", text, names[1] ? "," : " or", *names);
+        free(text);
+        text = longer;
+    }
+    return text;
+}

@@ -89,4 +89,7 @@ char *copy_text(const char *text) __attribute__((returns_nonnull));
 /* printf into a new string that the caller frees. */
 char *format_text(const char *format, ...) MESSAGE_FORMAT(1, 2) __attribute__((returns_nonnull));
 
+/* "a, b or c", of names up to a NULL, one at least; the caller frees it. */
+char *join_names(const char *const *names) __attribute__((returns_nonnull));
+
 #endif

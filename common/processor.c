@@ -2,7 +2,6 @@
 
 #include <stdatomic.h>
 #include <stddef.h>
-#include <stdlib.h>
 #ifdef __x86_64__
 #include <cpuid.h>
 #endif
@@ -62,18 +61,11 @@ bool processor_has(enum processor_level level)
 
 char *processor_choices(bool (*has)(enum processor_level level))
 {
-    char *text = copy_text(processor_level_names[PROCESSOR_AUTO]);
-    int left = 0;
+    const char *names[PROCESSOR_LEVELS + 1] = {processor_level_names[PROCESSOR_AUTO]};
+    size_t count = 1;
     for (int level = PROCESSOR_AUTO + 1; level < PROCESSOR_LEVELS; level++)
-        left += has((enum processor_level)level);
-    for (int level = PROCESSOR_AUTO + 1; level < PROCESSOR_LEVELS; level++) {
-        if (!has((enum processor_level)level)) continue;
-        char *longer =
-            format_text("%s%s %s", text, --left ? "," : " or", processor_level_names[level]);
-        free(text);
-        text = longer;
-    }
-    return text;
+        if (has((enum processor_level)level)) names[count++] = processor_level_names[level];
+    return join_names(names);
 }
 
 enum processor_level processor_resolve(enum processor_level level)
