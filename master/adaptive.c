@@ -11,6 +11,7 @@
 #include "common/whole.h"
 #include "master/allocation.h"
 #include "master/expect.h"
+#include "master/forecast.h"
 #include "master/hidden.h"
 #include "master/lattice.h"
 

@@ -6,7 +6,7 @@
 
 #include "common/protocol.h"
 #include "common/settings.h"
-#include "master/error.h"
+#include "master/forecast.h"
 #include "master/image_file.h"
 #include "master/timeline.h"
 #include "master/truth.h"

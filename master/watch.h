@@ -10,7 +10,7 @@
 
 #include "master/adaptive.h"
 #include "master/canvas.h"
-#include "master/error.h"
+#include "master/forecast.h"
 #include "master/snapshot.h"
 
 struct watch {

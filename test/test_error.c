@@ -8,7 +8,7 @@
 
 #include <cmocka.h>
 
-#include "master/error.h"
+#include "master/forecast.h"
 
 static uint64_t seed = 88172645463325252u;
 

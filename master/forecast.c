@@ -1,0 +1,239 @@
+#include "master/forecast.h"
+
+#include <math.h>
+
+/* The law from now to goal, a logarithm of time of `times` later, as far as the errors are known. */
+static struct error_forecast law_to(const struct error_point *now, double goal, double times,
+                                    double slope_spread)
+{
+    struct error_forecast forecast = {.rmse = now->rmse, .seconds = now->seconds, .goal = goal};
+    if (!(goal < now->rmse && times > 0 && times < HUGE_VAL)) return forecast;
+    forecast.slope = log(now->rmse / goal) / times;
+    /* FORECAST_SPREAD of what is still to come is less of all. */
+    double foresight = FORECAST_SPREAD * -expm1(-times) * forecast.slope / times;
+    forecast.slope_spread = hypot(foresight, slope_spread);
+    forecast.known = true;
+    return forecast;
+}
+
+struct error_forecast error_forecast_to(const struct error_point *now, double goal, double more)
+{
+    double times = log1p(more / now->seconds);
+    struct error_forecast forecast = law_to(now, goal, times, now->spread / times);
+    forecast.beyond = more == HUGE_VAL;
+    return forecast;
+}
+
+/* How the squared error goes down with samples: what edges leave, and a share of it that is smooth; or
+ * without any such share by a power below that of edges. */
+struct decline {
+    double power, share;
+};
+
+/* Whose squared error ratio times the samples have lowered `went` times, more than 1. */
+static struct decline decline_of(double ratio, double went)
+{
+    double edge = pow(ratio, FORECAST_EDGE), smooth = pow(ratio, FORECAST_SMOOTH);
+    if (went <= edge) return (struct decline){log(went) / log(ratio), 0};
+    return (struct decline){FORECAST_EDGE, fmin((went - edge) / (smooth - edge), 1)};
+}
+
+/* What so many times the samples leave of the squared error. */
+static double left_after(const struct decline *decline, double times)
+{
+    return (1 - decline->share) * pow(times, -decline->power) +
+           decline->share * pow(times, -FORECAST_SMOOTH);
+}
+
+/* How many times the samples leave so much of it, below 1. */
+static double times_samples(const struct decline *decline, double left)
+{
+    double low = 1, high = pow(left, -1 / decline->power); /* as if nothing were smooth */
+    for (int i = 0; i < 60; i++) {
+        double middle = (low + high) / 2;
+        if (left_after(decline, middle) > left)
+            low = middle;
+        else
+            high = middle;
+    }
+    return high;
+}
+
+static bool is_power_of_two(uint32_t samples)
+{
+    return (samples & (samples - 1)) == 0;
+}
+
+/* What error_forecast() takes. */
+struct halfway {
+    const struct error_point *points;
+    uint32_t samples;
+    double goal;
+};
+
+/* What is wrong, in logarithms: both points' errors, and the usual slope. */
+struct off {
+    double part, now, slope;
+};
+
+/* What is expected of a run with so many samples. */
+struct prospect {
+    double samples, rmse;
+};
+
+/* The logarithms of both errors at powers of two, and how much farther they are apart than usual; of which this is the
+ * variance. */
+struct apart {
+    double part, now, log_ratio;
+    double too_steep, variance;
+};
+
+static struct apart apart_if_off(const struct halfway *it, struct off off)
+{
+    const struct error_point *points = it->points;
+    uint32_t half = samples_halfway(it->samples);
+    struct apart apart = {.part = log(points[0].rmse) + off.part,
+                          .now = log(points[1].rmse) + off.now,
+                          .log_ratio = log((double)it->samples / half)};
+    if (!is_power_of_two(half)) apart.part -= FORECAST_UNEVEN;
+    if (!is_power_of_two(it->samples)) apart.now -= FORECAST_UNEVEN;
+    apart.too_steep = apart.part - apart.now - (FORECAST_SLOPE + off.slope) * apart.log_ratio;
+    apart.variance = pow(points[0].spread, 2) + pow(points[1].spread, 2) +
+                     pow(FORECAST_SLOPE_SPREAD * apart.log_ratio, 2);
+    return apart;
+}
+
+/* Whether the error has gone up by more than both may be off by, CONTRADICTION standard deviations: a few pixels
+ * have most of it, and half of the samples had missed what is in them. */
+#define CONTRADICTION 3
+static bool has_gone_up(const struct halfway *it)
+{
+    struct apart apart = apart_if_off(it, (struct off){0});
+    double spread = hypot(it->points[0].spread, it->points[1].spread);
+    return apart.now - apart.part > CONTRADICTION * spread;
+}
+
+/* How the error goes down from the last point on, whose logarithm is `now` at powers of two. false: it does
+ * not. */
+static bool decline_if_off(const struct halfway *it, struct off off, struct decline *decline,
+                           double *at)
+{
+    struct apart apart = apart_if_off(it, off);
+    /* Both errors are moved, each by its part of the variance, towards the usual slope. */
+    double step = apart.too_steep / apart.variance;
+    double part = apart.part - step * pow(it->points[0].spread, 2);
+    double now = apart.now + step * pow(it->points[1].spread, 2);
+    *at = now;
+    if (!(part > now)) return false;
+    *decline = decline_of(exp(apart.log_ratio), exp(2 * (part - now)));
+    return true;
+}
+
+/* Of the fewest samples, even or a power of two, that reach the goal; HUGE_VAL of them: errors do not go
+ * down. */
+static struct prospect prospect_if_off(const struct halfway *it, struct off off)
+{
+    struct decline decline;
+    double now;
+    if (!decline_if_off(it, off, &decline, &now)) return (struct prospect){HUGE_VAL, 0};
+    double left = pow(it->goal, 2) * exp(-2 * now), left_even = fmin(left, 1),
+           left_uneven = fmin(left * exp(-2 * FORECAST_UNEVEN), 1);
+    double uneven = it->samples * times_samples(&decline, left_uneven);
+    double even = exp2(ceil(log2(it->samples * times_samples(&decline, left_even)) - 1e-9));
+    double samples = fmin(2 * ceil(uneven / 2), even);
+    double above = samples < even ? FORECAST_UNEVEN : 0;
+    return (struct prospect){samples,
+                             exp(now + above) * sqrt(left_after(&decline, samples / it->samples))};
+}
+
+/* The logarithm of the time that so many samples take, up to a constant. */
+static double log_effort(double samples)
+{
+    return log(samples + FORECAST_ROOT * sqrt(samples));
+}
+
+/* By how much the logarithm of time grows up to the goal if that is off, along a straight line to what is
+ * expected; HUGE_VAL: errors do not go down. */
+static double times_if_off(const struct halfway *it, struct off off)
+{
+    struct prospect to = prospect_if_off(it, off);
+    double now = it->points[1].rmse;
+    if (!(to.samples < HUGE_VAL)) return HUGE_VAL;
+    if (!(it->goal < now && to.rmse < now && to.samples > it->samples)) return 0;
+    double times = log_effort(to.samples) - log_effort(it->samples);
+    return times * log(now / it->goal) / log(now / to.rmse);
+}
+
+/* What an error that may be off to both sides makes of the slope. */
+static double slope_off(const struct halfway *it, double steep, double flat)
+{
+    return log(it->points[1].rmse / it->goal) * (1 / steep - 1 / flat) / 2;
+}
+
+struct error_forecast error_forecast(const struct error_point points[2], uint32_t samples,
+                                     double goal)
+{
+    const struct halfway it = {points, samples, goal};
+    if (has_gone_up(&it)) return law_to(&points[1], goal, 0, 0);
+    double a = points[0].spread, b = points[1].spread;
+    double s = FORECAST_SLOPE_SPREAD;
+    double of_part = slope_off(&it, times_if_off(&it, (struct off){.part = a}),
+                               times_if_off(&it, (struct off){.part = -a}));
+    double of_now = slope_off(&it, times_if_off(&it, (struct off){.now = -b}),
+                              times_if_off(&it, (struct off){.now = b}));
+    double of_slope = slope_off(&it, times_if_off(&it, (struct off){.slope = s}),
+                                times_if_off(&it, (struct off){.slope = -s}));
+    struct error_forecast forecast = law_to(&points[1], goal, times_if_off(&it, (struct off){0}),
+                                            hypot(hypot(of_part, of_now), of_slope));
+    forecast.samples = prospect_if_off(&it, (struct off){0}).samples;
+    return forecast;
+}
+
+double error_power(const struct error_point points[2], uint32_t samples, double goal)
+{
+    const struct halfway it = {points, samples, goal};
+    struct decline decline;
+    double now;
+    if (!decline_if_off(&it, (struct off){0}, &decline, &now)) return FORECAST_EDGE;
+    double left = pow(goal, 2) * exp(-2 * now);
+    if (!(left < 1)) return FORECAST_EDGE;
+    return -log(left) / log(times_samples(&decline, left));
+}
+
+static double seconds_at(const struct error_forecast *forecast, double rmse, double slope)
+{
+    if (!(slope > 0)) return HUGE_VAL;
+    return forecast->seconds * pow(forecast->rmse / rmse, 1 / slope);
+}
+
+void forecast_scatters(struct error_forecast *forecast, double plan_s)
+{
+    forecast->scatter = FORECAST_SCATTER * forecast->seconds + plan_s;
+}
+
+double forecast_seconds(const struct error_forecast *forecast, double rmse, double *low,
+                        double *high)
+{
+    double seconds = seconds_at(forecast, rmse, forecast->slope);
+    double least = fmax(seconds - forecast->scatter, fmin(forecast->seconds, seconds));
+    *low = fmin(seconds_at(forecast, rmse, forecast->slope + forecast->slope_spread), least);
+    *high = fmax(seconds_at(forecast, rmse, forecast->slope - forecast->slope_spread),
+                 seconds + forecast->scatter);
+    return seconds;
+}
+
+/* Times that power of ten: 0.0003 itself, not the product of 3 and 0.0001, which is beside it. */
+static double scaled(double digit, double power)
+{
+    return power < 0 ? digit / pow(10, -power) : digit * pow(10, power);
+}
+
+double forecast_goal(double rmse)
+{
+    static const double digits[] = {1, 1.5, 2, 3, 5, 7};
+    double power = floor(log10(rmse / 2));
+    size_t i = sizeof digits / sizeof *digits - 1;
+    while (i > 0 && scaled(digits[i], power) > rmse / 2)
+        i--;
+    return scaled(digits[i], power);
+}
