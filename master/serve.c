@@ -24,7 +24,7 @@ bool server_is_through(struct server *server, uint32_t renderer)
     return over && (server->last_pass || server->service->ending);
 }
 
-/* Seconds from one look at the progress to the next: the bar moves ten times a second. */
+/* Seconds from one look at the progress to the next: two in a step of the bar, which moves ten times a second. */
 #define SHOW_EVERY 0.05
 
 /* Seconds from the start of the run until rendering_ends(), more than 0; 0: there is no limit. */
