@@ -89,7 +89,7 @@ bool lot_tells_valid(const float *tells, uint32_t count)
 
 static bool seconds_valid(double seconds)
 {
-    return isfinite(seconds) && seconds >= 0;
+    return seconds >= 0 && seconds <= SECONDS_MOST;
 }
 
 /* Squares may have become infinite. */

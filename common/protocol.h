@@ -99,6 +99,9 @@ struct drop {
     uint32_t finished;
 };
 
+/* Seconds that a renderer may tell of, at most: 30 years. */
+#define SECONDS_MOST 1e9
+
 struct ready {
     uint32_t rank;
     uint32_t reserved;         /* 0 */

@@ -6,6 +6,7 @@
 
 #include "common/extremes.h"
 #include "common/message.h"
+#include "common/protocol.h"
 #include "common/whole.h"
 
 /*
@@ -74,7 +75,7 @@ bool cost_put(struct cost_map *map, const struct tile *probe, const float *secon
     size_t first = (size_t)(probe->y / map->edge) * map->columns + probe->x / map->edge;
     for (uint32_t k = 0; k < pixels; k++) {
         float took = seconds[k];
-        if (!(took >= 0 && took < HUGE_VALF)) return false;
+        if (!(took >= 0 && took <= (float)SECONDS_MOST)) return false;
         if (map->seconds[first + k] < 0) map->blocks_known++;
         map->seconds[first + k] = took;
     }

@@ -37,7 +37,7 @@ void cost_free(struct cost_map *map);
 /* Probe tile i < probes; its id is the caller's business. */
 struct tile cost_probe(const struct cost_map *map, uint32_t i);
 
-/* What the pixels of a probe tile took; false: one of them is below 0 or not finite. Each is read once. */
+/* What the pixels of a probe tile took; false: one of them is below 0 or above SECONDS_MOST. Each is read once. */
 bool cost_put(struct cost_map *map, const struct tile *probe, const float *seconds);
 
 /* Makes predictions from the probes that are back, at least one. */

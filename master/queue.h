@@ -190,7 +190,7 @@ bool queue_is_recalled(const struct queue *queue, uint32_t renderer, uint32_t id
 void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now, double seconds);
 
 /* What each pixel of a probe took, CPU seconds; before queue_finish() of that tile. false: one of them is below 0 or
- * not finite. */
+ * above SECONDS_MOST. */
 bool queue_probed(struct queue *queue, const struct tile *probe, const float *seconds);
 
 /*

@@ -524,8 +524,8 @@ static void predict(struct queue *queue, uint32_t id, double ratio)
 {
     struct item *item = &queue->items[id];
     struct cost cost = cost_predict(&queue->map, item->x, item->y, item->w, item->h);
-    item->work = (float)(cost.work * ratio);
-    item->worst = (float)(larger_number(cost.worst, cost.work) * ratio);
+    item->work = (float)fmin(cost.work * ratio, WORK_MOST);
+    item->worst = (float)fmin(larger_number(cost.worst, cost.work) * ratio, WORK_MOST);
     if (is_of_picture(item) && !item->skipped) queue->pace.total += (double)item->work;
     /* In later passes it is the one that it was added with, once that was told by what is known. */
     if (item->pass == 0 || !queue->settled) item->priority = priority_of(item, cost);
@@ -684,7 +684,7 @@ void dynamic_learn(struct queue *queue, uint32_t renderer, const struct tile *ti
     if (!queue->settled || unit <= 0 || seconds <= SURPRISE * predicted * unit) return;
     if (tile->pass > 0) return; /* those of pass 0 around it are finished */
     if (seconds < pace_least(&queue->pace, renderer)) return;
-    warn_neighbours(queue, tile, seconds / unit);
+    warn_neighbours(queue, tile, fmin(seconds / unit, WORK_MOST));
 }
 
 /* Of the rest of the run: what is in work is expected to take as long again, and when that and what its

@@ -19,6 +19,11 @@
 /* A lot has at most so many pixels, unless one tile has more: 400 KB of floats. */
 #define LOT_PIXELS 32768u
 
+/* No tile is predicted to be more work: what renderers tell can be as much more than what their clocks let expect as
+ * many of them share a core, each such surprise makes the next one larger, and predictions have to stay numbers. A tile
+ * of the most pixels that each took SECONDS_MOST is 1e15. */
+#define WORK_MOST 1e20
+
 /* A tile under dynamic and tiles. */
 struct item {
     uint32_t x, y, w, h;

@@ -23,7 +23,8 @@ bool pieces_make(struct queue *queue, uint32_t id, uint32_t wanted, double work)
     uint32_t columns = divide_up(whole.w, w), pieces = columns * divide_up(whole.h, h);
     if (pieces < 2 || whole.pieces > 0 || queue->item_count + pieces > QUEUE_MAX_TILES)
         return false;
-    double all = fmax((double)whole.work, work), density = all / (double)area(&whole);
+    double all = fmin(fmax((double)whole.work, work), WORK_MOST),
+           density = all / (double)area(&whole);
     queue->items[id].first_piece = queue->item_count;
     queue->items[id].pieces = queue->items[id].missing = pieces;
     for (uint32_t i = 0; i < pieces; i++) {

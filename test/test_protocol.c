@@ -166,6 +166,8 @@ static void test_result(void **state)
     assert_false(result_message_valid(&header, bytes, &good_tile, false));
     header.busy_s = HUGE_VAL;
     assert_false(result_message_valid(&header, bytes, &good_tile, false));
+    header.busy_s = 1.1 * SECONDS_MOST;
+    assert_false(result_message_valid(&header, bytes, &good_tile, false));
     double *const sums[] = {&header.counts.sampling.squares, &header.counts.sampling.fourths,
                             &header.counts.halfway.squares, &header.counts.halfway.fourths};
     for (size_t i = 0; i < 4; i++) {

@@ -672,7 +672,7 @@ static void test_answers_are_checked(void **state)
 static void test_probes_are_checked(void **state)
 {
     (void)state;
-    const float bad[] = {HUGE_VALF, -HUGE_VALF, NAN, -1};
+    const float bad[] = {HUGE_VALF, -HUGE_VALF, NAN, -1, 2e9f};
     struct queue_config config = {
         .width = 100, .height = 100, .renderers = 2, .tile_edge = 10, .probe_edge = 10};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
@@ -683,6 +683,35 @@ static void test_probes_are_checked(void **state)
         assert_true(queue_probed(queue, &lot[0], seconds));
         seconds[tile_pixels(&lot[0]) - 1] = bad[i];
         assert_false(queue_probed(queue, &lot[0], seconds));
+        queue_destroy(queue);
+    }
+}
+
+/* Renderers tell of far more time than there was for every fifth tile, as one may of many that share a core. */
+static void test_predictions_stay_numbers(void **state)
+{
+    (void)state;
+    const double told[] = {2, 5, 10, 100, 1e6, SECONDS_MOST};
+    struct queue_config config = {
+        .width = 128, .height = 96, .renderers = 2, .tile_edge = 16, .probe_edge = 8};
+    for (size_t k = 0; k < sizeof told / sizeof *told; k++) {
+        struct queue *queue = queue_create(&config);
+        struct tile lot[LOT_TILES];
+        double now = 0;
+        uint32_t turns = 0, tiles = 0;
+        for (; !queue_complete(queue) && turns < 10000; turns++) {
+            uint32_t count = queue_next(queue, turns % 2, now += 1e-4, lot);
+            for (uint32_t i = 0; i < count; i++) {
+                bool probes = lot[i].pass == TILE_PROBE;
+                float seconds[64];
+                for (int p = 0; p < 64; p++)
+                    seconds[p] = 1e-4f;
+                if (probes) assert_true(queue_probed(queue, &lot[i], seconds));
+                queue_finish(queue, turns % 2, lot[i].id, now += 1e-4,
+                             !probes && tiles++ % 5 == 2 ? told[k] : 1e-4);
+            }
+        }
+        assert_true(queue_complete(queue));
         queue_destroy(queue);
     }
 }
@@ -2130,6 +2159,7 @@ int main(void)
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_answers_are_checked),
         cmocka_unit_test(test_probes_are_checked),
+        cmocka_unit_test(test_predictions_stay_numbers),
         cmocka_unit_test(test_cheap_go_with_dear),
         cmocka_unit_test(test_tiles_take_so_long_at_most),
         cmocka_unit_test(test_neighbours_are_warned),
