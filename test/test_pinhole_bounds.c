@@ -356,11 +356,13 @@ static void check_sight(const struct sight *sight, uint64_t *random, struct off 
     struct packet packets[2];
     struct bundle bundle = {.count = 2, .packets = {&packets[0], &packets[1]}};
     rays_in_sight(random, sight, rays);
-    if (bundle_of(bvh, rays, &bundle)) {
+    if (bundle_of(rays, &bundle) && bundle_enters(&bundle, bvh)) {
         struct bvh_leaf *leaves = leaf_in_sight(scene, bvh);
         struct looked at = {.scene = scene, .sight = sight};
-        for (unsigned i = 0; i < bundle.count; i++)
+        for (unsigned i = 0; i < bundle.count; i++) {
             packet_prepare(&packets[i], &bundle);
+            packet_enters(&packets[i], &bundle);
+        }
         check_leaf(&at, bvh_corners(leaves, LANES), &bundle, rays, off);
         free(leaves);
     }
