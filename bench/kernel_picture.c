@@ -120,7 +120,7 @@ bool picture_montage(const char *path, const struct canvas *pictures, unsigned c
     for (unsigned i = 0; i < count; i++)
         if (pictures[i].rgb)
             put_half(&all, &pictures[i], i % columns * step_x, i / columns * step_y);
-    bool good = image_write(path, &all);
+    bool good = image_write(path, &all, NULL);
     canvas_free(&all);
     return good;
 }
