@@ -45,7 +45,19 @@ static void add_wall(struct builder *builder, const struct room *room, unsigned 
         assert_added(builder_add_disc(builder, &disc));
 }
 
-static struct room make_room(uint64_t *random)
+/* More specks far away than there are behind the walls: what is here is in another tree than the first. */
+static void add_specks(struct builder *builder, const struct room *room)
+{
+    for (unsigned i = 0; i < 200; i++) {
+        double along = i / 256.0;
+        struct vec3 far = place_in(room, vec3(0x1p30, along, 0));
+        struct vec3 behind = place_in(room, vec3(2 + along, 2, 2));
+        add_sphere(builder, far, room->size / 256, 0);
+        if (i < 80) add_sphere(builder, behind, room->size / 1024, 0);
+    }
+}
+
+static struct room make_room(uint64_t *random, bool specks)
 {
     static const enum primitive_kind kinds[] = {PRIMITIVE_PLANE, PRIMITIVE_BOX, PRIMITIVE_DISC};
     struct room room = {.size = ldexp(1, random_exponent(random, -30, 30))};
@@ -57,8 +69,10 @@ static struct room make_room(uint64_t *random)
     room.middle = vec_of(middle);
     for (unsigned wall = 0; wall < WALLS; wall++)
         add_wall(builder, &room, wall, kinds[random_below(random, 3)]);
+    if (specks) add_specks(builder, &room);
     room.scene = finish_scene(builder);
     room.bvh = build_tree(room.scene);
+    assert_int_equal(bvh_next(room.bvh) != NULL, specks);
     return room;
 }
 
@@ -104,7 +118,7 @@ static void test_mirrors_keep_what_meets_their_edges(void **state)
     uint64_t random = 171;
     unsigned in_corners = 0;
     for (unsigned i = 0; i < 200; i++) {
-        struct room room = make_room(&random);
+        struct room room = make_room(&random, i % 4 == 3);
         for (unsigned k = 0; k < 50; k++) {
             struct ray ray = ray_to_corner(&random, &room);
             for (unsigned bounce = 0; bounce < BOUNCES; bounce++) {
@@ -215,7 +229,7 @@ static void test_points_stay_where_they_are(void **state)
     (void)state;
     uint64_t random = 172;
     for (unsigned i = 0; i < 200; i++) {
-        struct room room = make_room(&random);
+        struct room room = make_room(&random, false);
         struct ray ray = ray_to_corner(&random, &room);
         struct hit hit = nearest_of(room.scene, room.bvh, &ray);
         struct surface alone, surface = surface_met(&room, &ray, &hit);

@@ -64,6 +64,7 @@ struct vec3 corner_point(const struct scene *scene, const struct bvh *bvh, const
     probe_begin(&walk.probe, scene, ray, false, &exact);
     for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < plane_ids_end(scene); id++)
         look_at(&walk, id);
-    traverse(bvh, ray, walk.high, false, look_in_leaf, &walk);
+    for (; bvh; bvh = bvh_next(bvh))
+        traverse(bvh, ray, walk.high, false, look_in_leaf, &walk);
     return surface_drawn_in(scene, ray, hit, walk.others, walk.count);
 }
