@@ -3,6 +3,7 @@
 #include "test/fatal.h"
 #include "worker/bvh_trees.h"
 #include "worker/primitive.h"
+#include "worker/several.h"
 #include "worker/slabs.h"
 
 /* A primitive in a leaf, and the leaf's box. */
@@ -207,6 +208,34 @@ static struct survey survey_tree(const struct scene *scene, const struct bvh *bv
     return survey;
 }
 
+/* The box of each of several trees holds what is in the tree. */
+static void check_boxes(const struct bvh *first)
+{
+    const struct bvh *boxes = bvh_boxes(first);
+    assert_true((boxes != NULL) == (first->next_offset != 0));
+    if (!boxes) return;
+    lane_set left = all_trees(first);
+    unsigned i = 0;
+    for (const struct bvh *tree = first; tree; tree = bvh_next(tree), i++) {
+        const struct bvh_node *node = &bvh_nodes(boxes)[i / BVH_WIDTH];
+        unsigned slot = i % BVH_WIDTH;
+        assert_ptr_equal(take_tree(first, &left), tree);
+        assert_int_equal(node->count[slot], 1);
+        for (unsigned axis = 0; axis < 3; axis++) {
+            double aside = tree->center[axis] - boxes->center[axis];
+            assert_true((double)node->min[axis][slot] <= (double)tree->min[axis] + aside);
+            assert_true((double)node->max[axis][slot] >= (double)tree->max[axis] + aside);
+            assert_true(boxes->min[axis] <= node->min[axis][slot]);
+            assert_true(boxes->max[axis] >= node->max[axis][slot]);
+        }
+    }
+    assert_int_equal(left, 0);
+    assert_int_equal(i, boxes->leaf_count);
+    for (; i < boxes->node_count * BVH_WIDTH; i++)
+        assert_false(occupied(&bvh_nodes(boxes)[i / BVH_WIDTH]) >> i % BVH_WIDTH & 1);
+    check_size(boxes);
+}
+
 /* Every bounded primitive is in a leaf of one of the trees; frees these and the scene. Returns what is in the first. */
 static struct survey check_tree(struct scene *scene)
 {
@@ -222,6 +251,7 @@ static struct survey check_tree(struct scene *scene)
     }
     assert_int_equal(primitives, scene_primitive_count(scene));
     assert_true(bytes <= bvh->bytes);
+    check_boxes(bvh);
     struct bvh *again = build_tree_by(scene, 3);
     assert_int_equal(again->bytes, bvh->bytes);
     assert_memory_equal(again, bvh, bvh->bytes);

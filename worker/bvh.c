@@ -16,8 +16,6 @@
 /* At most one piece of a triangle is added for so many. */
 #define PIECES_SHARE 4
 
-#define ALIGNMENT 64
-
 /* Behind the last leaf: who loads a row of places loads eight of them. */
 #define ROW_END (BVH_WIDTH * sizeof(uint16_t))
 
@@ -65,13 +63,19 @@ static size_t leaf_bytes_bound(const struct scene *scene)
 
 /* What a tree takes beside its nodes and leaves: a header, a node, as bounds of nodes are rounded down, the end of rows
  * and a gap. */
-#define TREE_OVERHEAD (2 * ALIGNMENT + sizeof(struct bvh_node) + 2 * ALIGNMENT)
-_Static_assert(sizeof(struct bvh) <= 2 * ALIGNMENT && ROW_END <= ALIGNMENT, "TREE_OVERHEAD");
+#define TREE_OVERHEAD (2 * BVH_ALIGNMENT + sizeof(struct bvh_node) + 2 * BVH_ALIGNMENT)
+_Static_assert(sizeof(struct bvh) <= 2 * BVH_ALIGNMENT && ROW_END <= BVH_ALIGNMENT,
+               "TREE_OVERHEAD");
+
+/* Of bvh_boxes(). */
+#define BOXES_BYTES (2 * BVH_ALIGNMENT + TREES_MAX / BVH_WIDTH * sizeof(struct bvh_node))
+_Static_assert(TREES_MAX % BVH_WIDTH == 0, "BOXES_BYTES");
 
 size_t bvh_bytes_bound(const struct scene *scene)
 {
     return (size_t)node_bound(scene) * sizeof(struct bvh_node) +
-           round_up_to(leaf_bytes_bound(scene), ALIGNMENT) + TREES_MAX * TREE_OVERHEAD;
+           round_up_to(leaf_bytes_bound(scene), BVH_ALIGNMENT) + TREES_MAX * TREE_OVERHEAD +
+           BOXES_BYTES;
 }
 
 /* ---- primitives ---- */
@@ -186,8 +190,8 @@ static void write_bounds(struct bvh *bvh, const struct extent *extent)
 static struct bvh *empty_tree(const struct scene *scene, void *memory)
 {
     struct bvh *bvh = memory;
-    memset(memory, 0, round_up_to(sizeof *bvh, ALIGNMENT));
-    bvh->nodes_offset = bvh->leaves_offset = bvh->bytes = round_up_to(sizeof *bvh, ALIGNMENT);
+    memset(memory, 0, round_up_to(sizeof *bvh, BVH_ALIGNMENT));
+    bvh->nodes_offset = bvh->leaves_offset = bvh->bytes = round_up_to(sizeof *bvh, BVH_ALIGNMENT);
     bvh->transparent = (scene_features(scene) & FEATURE_REFRACTION) != 0;
     return bvh;
 }
@@ -206,10 +210,56 @@ static size_t build_tree(const struct whole *whole, const struct bvh_trees *tree
     struct leaf_room room = bvh_write_leaves(whole, nodes, node_count, leaves);
     size_t leaf_bytes = (size_t)room.room * sizeof *leaves;
     bvh->leaf_count = room.entries;
-    size_t end = bvh->leaves_offset + round_up_to(leaf_bytes + ROW_END, ALIGNMENT);
+    size_t end = bvh->leaves_offset + round_up_to(leaf_bytes + ROW_END, BVH_ALIGNMENT);
     /* The same scene gives the same bytes, gaps too. */
     memset((char *)leaves + leaf_bytes, 0, end - bvh->leaves_offset - leaf_bytes);
     return end;
+}
+
+static void clear_node(struct bvh_node *node)
+{
+    memset(node, 0, sizeof *node);
+    for (unsigned axis = 0; axis < 3; axis++)
+        for (unsigned slot = 0; slot < BVH_WIDTH; slot++) {
+            node->min[axis][slot] = INFINITY;
+            node->max[axis][slot] = -INFINITY;
+        }
+}
+
+/* A tree's box, counted from the centre of `boxes`; the bounds grow by it. */
+static void write_box(const struct bvh *boxes, const struct bvh *tree, struct bvh_node *node,
+                      unsigned slot, struct extent *all)
+{
+    for (unsigned axis = 0; axis < 3; axis++) {
+        double aside = tree->center[axis] - boxes->center[axis];
+        float min = open_below(round_down((double)tree->min[axis] + aside));
+        float max = open_above(round_up((double)tree->max[axis] + aside));
+        node->min[axis][slot] = min;
+        node->max[axis][slot] = max;
+        all->min[axis] = fminf(all->min[axis], min);
+        all->max[axis] = fmaxf(all->max[axis], max);
+    }
+}
+
+/* Behind the trees, of which there are several. Returns where they end. */
+static size_t write_boxes(const struct scene *scene, struct bvh *first, size_t offset)
+{
+    struct bvh *boxes = empty_tree(scene, (char *)first + offset);
+    struct bvh_node *nodes = (void *)((char *)boxes + boxes->nodes_offset);
+    struct extent all = range_empty(0).extent;
+    first->boxes_offset = offset;
+    memcpy(boxes->center, first->center, sizeof boxes->center);
+    for (const struct bvh *tree = first; tree; tree = bvh_next(tree)) {
+        unsigned slot = boxes->leaf_count++ % BVH_WIDTH;
+        if (slot == 0) clear_node(&nodes[boxes->node_count++]);
+        struct bvh_node *node = &nodes[boxes->node_count - 1];
+        size_t bytes = (size_t)((const char *)tree - (const char *)first);
+        write_box(boxes, tree, node, slot, &all);
+        node->child[slot] = (uint32_t)(bytes / BVH_ALIGNMENT);
+        node->count[slot] = 1;
+    }
+    write_bounds(boxes, &all);
+    return offset + boxes->nodes_offset + boxes->node_count * sizeof *nodes;
 }
 
 static void build_trees(struct whole *whole, const struct bvh_trees *trees, struct bvh *first)
@@ -224,6 +274,7 @@ static void build_trees(struct whole *whole, const struct bvh_trees *trees, stru
         bytes += end;
         if (tree + 1 < trees->count) bvh->next_offset = end;
     }
+    if (trees->count > 1) bytes = write_boxes(whole->scene, first, bytes);
     first->bytes = bytes;
 }
 

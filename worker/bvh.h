@@ -15,11 +15,14 @@
 
 #define BVH_WIDTH 8
 
+/* Of trees, and of what is in them. */
+#define BVH_ALIGNMENT 64
+
 /* The boxes of a node's children, from the tree's centre and rounded outward to float. Those of an
  * empty slot, which comes behind the others, are min = infinity, max = -infinity; its child and
  * count are 0, as only the root's number is. */
 struct bvh_node {
-    alignas(64) float min[3][BVH_WIDTH];
+    alignas(BVH_ALIGNMENT) float min[3][BVH_WIDTH];
     float max[3][BVH_WIDTH];
     uint32_t child[BVH_WIDTH]; /* an inner node's index; a leaf's place in bvh_leaves() */
     uint32_t count[BVH_WIDTH]; /* entries of a leaf; 0: an inner node, or empty */
@@ -78,12 +81,23 @@ struct bvh {
     double reach;         /* the largest coordinate of these */
     double size; /* the same, and the centre's largest coordinate: no coordinate of the scene
                            * is larger but by rounding */
-    uint64_t next_offset; /* from this one to the next tree, in bytes; 0: there is none */
+    uint64_t next_offset;  /* from this one to the next tree, in bytes; 0: there is none */
+    uint64_t boxes_offset; /* of the first of several trees: to bvh_boxes(); else 0 */
 };
 
 static inline const struct bvh *bvh_next(const struct bvh *bvh)
 {
     return bvh->next_offset ? (const void *)((const char *)bvh + bvh->next_offset) : NULL;
+}
+
+/*
+ * The boxes of all trees, so that a ray is made ready for those alone that it may meet something in: a tree whose nodes
+ * stand side by side, and none above the others. A box's child is where its tree begins behind the first one, in units
+ * of BVH_ALIGNMENT; its count is 1, and leaf_count is how many there are. NULL: there is one tree.
+ */
+static inline const struct bvh *bvh_boxes(const struct bvh *first)
+{
+    return first->boxes_offset ? (const void *)((const char *)first + first->boxes_offset) : NULL;
 }
 
 static inline const struct bvh_node *bvh_nodes(const struct bvh *bvh)

@@ -2,6 +2,7 @@
 
 #include "worker/order.h"
 #include "worker/probe.h"
+#include "worker/several.h"
 
 struct corner_walk {
     struct probe probe;
@@ -64,7 +65,7 @@ struct vec3 corner_point(const struct scene *scene, const struct bvh *bvh, const
     probe_begin(&walk.probe, scene, ray, false, &exact);
     for (uint32_t id = primitive_id(PRIMITIVE_PLANE, 0); id < plane_ids_end(scene); id++)
         look_at(&walk, id);
-    for (; bvh; bvh = bvh_next(bvh))
-        traverse(bvh, ray, walk.high, false, look_in_leaf, &walk);
+    for (lane_set trees = trees_of_ray(bvh, ray, walk.high); trees;)
+        traverse(take_tree(bvh, &trees), ray, walk.high, false, look_in_leaf, &walk);
     return surface_drawn_in(scene, ray, hit, walk.others, walk.count);
 }

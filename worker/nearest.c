@@ -4,6 +4,7 @@
 
 #include "worker/nearest_walk.h"
 #include "worker/packet.h"
+#include "worker/several.h"
 
 /* The triangles of a leaf with `count` entries. */
 static INLINED void nearest_triangles(struct nearest_walk *walk, const struct bvh_leaf *leaves,
@@ -52,7 +53,8 @@ static INLINED struct hit nearest_hit(const struct scene *scene, const struct bv
     if (!ray_is_finite(ray)) return walk.hit;
     nearest_planes(&walk, naive);
     visit_leaf *visit = naive ? naive_nearest_leaf : nearest_leaf;
-    for (const struct bvh *tree = bvh; tree; tree = bvh_next(tree)) {
+    for (lane_set trees = trees_of_ray(bvh, ray, walk.probe.purpose.farthest); trees;) {
+        const struct bvh *tree = take_tree(bvh, &trees);
         probe_leaves(&walk.probe, tree);
         traverse(tree, ray, walk.probe.purpose.farthest, true, visit, &walk);
     }

@@ -1,6 +1,7 @@
 #include "worker/nearest.h"
 #include "worker/occlusion_walk.h"
 #include "worker/packet.h"
+#include "worker/several.h"
 
 static INLINED bool occlusion_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
                                    double *limit)
@@ -32,7 +33,8 @@ static INLINED bool is_blocked(const struct scene *scene, const struct bvh *bvh,
         blocker->count = 0;
     }
     visit_leaf *visit = naive ? naive_occlusion_leaf : occlusion_leaf;
-    for (walk.bvh = bvh; walk.bvh && !walk.blocked; walk.bvh = bvh_next(walk.bvh)) {
+    for (lane_set trees = trees_of_ray(bvh, ray, ray->t_max); trees && !walk.blocked;) {
+        walk.bvh = take_tree(bvh, &trees);
         probe_leaves(&walk.probe, walk.bvh);
         traverse(walk.bvh, ray, ray->t_max, false, visit, &walk);
     }

@@ -331,12 +331,10 @@ static INLINED void visit_by_bundle(void *context, const struct bvh_node *node, 
 /* false: the rays are better off on their own. */
 static INLINED bool walk_trees(struct nearest_bundle *it, const struct bvh *bvh)
 {
-    for (; bvh; bvh = bvh_next(bvh)) {
-        if (!bundle_enters(&it->bundle, bvh)) {
-            if (bundle_may_meet(&it->bundle, bvh, farthest_limit(it))) return false;
-            continue;
-        }
-        it->leaves = bvh_leaves(bvh);
+    for (lane_set trees = trees_of_bundle(&it->bundle, bvh, farthest_limit(it)); trees;) {
+        const struct bvh *tree = take_tree(bvh, &trees);
+        if (!bundle_enters(&it->bundle, tree)) return false;
+        it->leaves = bvh_leaves(tree);
         it->among_leaves = false;
         bundle_traverse(&it->bundle, farthest_limit(it), visit_by_bundle, it);
         if (it->given_up) return false;

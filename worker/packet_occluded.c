@@ -189,11 +189,11 @@ static void begin_rays(struct occlusion_packet *it)
 static INLINED void walk_trees(struct occlusion_packet *it, const struct bvh *bvh)
 {
     double limit = lanes_highest(it->packet.t_max);
-    for (; bvh && it->open && !it->given_up; bvh = bvh_next(bvh)) {
-        if (!bundle_enters(&it->bundle, bvh)) {
-            it->given_up = bundle_may_meet(&it->bundle, bvh, limit);
-            continue;
-        }
+    if (!it->open) return;
+    lane_set trees = trees_of_bundle(&it->bundle, bvh, limit);
+    while (trees && it->open && !it->given_up) {
+        it->given_up = !bundle_enters(&it->bundle, take_tree(bvh, &trees));
+        if (it->given_up) return;
         packet_enters(&it->packet, &it->bundle);
         bundle_traverse(&it->bundle, limit, visit_by_packet, it);
     }

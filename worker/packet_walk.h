@@ -4,6 +4,7 @@
 
 #include "worker/lanes3.h"
 #include "worker/packet.h"
+#include "worker/several.h"
 #include "worker/traverse.h"
 #include "worker/triangle_lanes.h"
 
@@ -275,44 +276,6 @@ static INLINED bool bundle_enters(struct bundle *bundle, const struct bvh *bvh)
     return true;
 }
 
-/* Where some of the rays may first, and last, be between two planes of an axis, when the first of them goes by the
- * largest component and the last by the smallest; first infinite: none ever is. As in worker/slabs.h, but that
- * the planes are those of the whole tree. */
-static inline struct ends time_between(double min, double max, struct ends o, struct ends d)
-{
-    if (d.high <= 0) {
-        o = (struct ends){-o.high, -o.low};
-        d = (struct ends){-d.high, -d.low};
-        double swapped = min;
-        min = -max;
-        max = -swapped;
-    }
-    if (d.low < 0) { /* they go both ways */
-        double in = larger_number((min - o.high) / d.high, (o.low - max) / -d.low);
-        return (struct ends){larger_number(in, 0), INFINITE};
-    }
-    if (max < o.low) return (struct ends){INFINITE, 0};
-    double in = min > o.high ? (min - o.high) / d.high : 0;
-    return (struct ends){in, d.low > 0 ? (max - o.low) / d.low * FAR_WIDENING : INFINITE};
-}
-
-/* Of a bundle for which bundle_enters() is false: whether one of its rays may meet what is in the tree at 0 <= t <=
- * limit. Far from a small tree, hardly any does. */
-static INLINED bool bundle_may_meet(const struct bundle *bundle, const struct bvh *bvh,
-                                    double limit)
-{
-    struct ends time = {0, limit};
-    for (unsigned axis = 0; axis < 3; axis++) {
-        double center = bvh->center[axis];
-        double min = center + (double)bvh->min[axis] - bundle->margin;
-        double max = center + (double)bvh->max[axis] + bundle->margin;
-        struct ends here = time_between(min, max, bundle->ends.o[axis], bundle->ends.d[axis]);
-        time.low = larger_number(time.low, here.low);
-        time.high = smaller_number(time.high, here.high);
-    }
-    return !(time.low > time.high);
-}
-
 /* A component of rays, no less than that. */
 static INLINED struct lanes not_too_slow(struct lanes d, struct lanes least)
 {
@@ -413,6 +376,19 @@ static INLINED lane_set ranges_meet(const struct bundle *bundle, const struct bv
     range_cut(&bundle->ranges[2], node, &near, &far);
     *enter = near;
     return floats_at_most(near, floats_mul(far, floats_of((float)FLOAT_WIDENING)));
+}
+
+/* Of several trees those whose boxes some ray may be in at 0 <= t <= limit. Before the bundle enters one. */
+static INLINED lane_set trees_of_bundle(struct bundle *bundle, const struct bvh *bvh, double limit)
+{
+    const struct bvh *boxes = bvh_boxes(bvh);
+    if (!boxes || !bundle_enters(bundle, boxes)) return all_trees(bvh);
+    struct floats enter;
+    lane_set set = 0;
+    for (unsigned i = 0; i < boxes->node_count; i++)
+        set |= ranges_meet(bundle, &bvh_nodes(boxes)[i], float_slab_limit(limit), &enter)
+               << i * BVH_WIDTH;
+    return set;
 }
 
 static INLINED struct floats one_plane(const struct bvh_node *node, size_t offset, unsigned slot)
