@@ -217,10 +217,8 @@ static INLINED void set_range(struct bundle *bundle, unsigned axis)
 /* Whether float does for all of them. */
 static INLINED bool bundle_fits_floats(const struct bundle *bundle, double farthest_origin)
 {
-    struct ends z = bundle->ends.d[bundle->axes[2]];
-    double least = smallest_end(z), most = largest_end(z);
-    return float_slabs_do(farthest_origin, least, bundle->margin, bundle->bvh->reach) &&
-           most < FLOAT_DIRECTION_MAX;
+    double least = smallest_end(bundle->ends.d[bundle->axes[2]]);
+    return float_slabs_do(farthest_origin, least, bundle->margin, bundle->bvh->reach);
 }
 
 static INLINED bool have_one_origin(const struct ray *rays, unsigned count)
@@ -253,7 +251,10 @@ static INLINED bool bundle_of(const struct ray *rays, struct bundle *bundle)
     }
     /* The box of an empty slot is left out because it ends before it begins; where rays go both ways, nothing
      * has an end. */
-    return !bundle->ranges[z].both_ways;
+    if (bundle->ranges[z].both_ways) return false;
+    /* Such as float does for in any tree: planes and what blocked others are looked at before the first one. */
+    struct ends ahead = bundle->ends.d[z];
+    return smallest_end(ahead) > FLOAT_DIRECTION_MIN && largest_end(ahead) < FLOAT_DIRECTION_MAX;
 }
 
 /* Before a walk through a tree, which is not empty. false: float does not do for it. */
