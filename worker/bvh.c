@@ -109,6 +109,9 @@ static INLINED void visit_members(const struct collection *all, uint32_t round, 
     const struct scene *scene = all->whole->scene;
     uint64_t first = (uint64_t)round * ROUND_ITEMS, end = bounded_count(scene);
     if (end - first > ROUND_ITEMS) end = first + ROUND_ITEMS;
+    /* Most parts have nothing in most trees. */
+    const uint8_t *tree_of = all->trees->tree_of;
+    if (tree_of && !memchr(tree_of + first, (int)all->tree, end - first)) return;
     uint32_t id = bounded_id(scene, first);
     for (uint64_t index = first; index < end; index++) {
         if (index > first) id = bounded_id_after(scene, id);

@@ -190,28 +190,25 @@ static bool is_fine(const struct bounds *box, const double center[3])
 /* A tree for fewer is not worth the box that each ray has to look at. */
 #define FINE_MIN 64
 
-/* Some fine primitives, in order. */
+/* Some fine primitives, in order; each is looked at once for every tree. */
 struct fine {
-    const struct scene *scene;
-    uint32_t *indices; /* as of bounded_id(); owned */
+    struct fine_box {
+        struct bounds box;
+        uint32_t index; /* as of bounded_id() */
+    } * at;             /* owned */
     uint32_t count;
 };
 
-static struct bounds fine_box(const struct fine *fine, uint32_t i)
-{
-    return primitive_bounds(fine->scene, bounded_id(fine->scene, fine->indices[i]));
-}
-
 static struct fine find_fine(const struct scene *scene, const double center[3])
 {
-    struct fine fine = {scene, NULL, 0};
+    struct fine fine = {NULL, 0};
     uint32_t all = (uint32_t)bounded_count(scene);
     for (uint32_t i = 0, id = bounded_id(scene, 0); i < all; i++) {
         if (i > 0) id = bounded_id_after(scene, id);
         struct bounds box = primitive_bounds(scene, id);
         if (!is_fine(&box, center)) continue;
-        fine.indices = grow(fine.indices, fine.count, sizeof *fine.indices);
-        fine.indices[fine.count++] = i;
+        fine.at = grow(fine.at, fine.count, sizeof *fine.at);
+        fine.at[fine.count++] = (struct fine_box){box, i};
     }
     return fine;
 }
@@ -240,14 +237,12 @@ static void keep_crowded(struct fine *fine, const double center[3])
     uint8_t *counts = allocate((size_t)mask + 1, sizeof *counts);
     memset(counts, 0, (size_t)mask + 1);
     for (uint32_t i = 0; i < fine->count; i++) {
-        struct bounds box = fine_box(fine, i);
-        uint8_t *count = &counts[hash_of_cube(&box, center) & mask];
+        uint8_t *count = &counts[hash_of_cube(&fine->at[i].box, center) & mask];
         if (*count < CROWD) ++*count;
     }
     for (uint32_t i = 0; i < fine->count; i++) {
-        struct bounds box = fine_box(fine, i);
-        if (counts[hash_of_cube(&box, center) & mask] == CROWD)
-            fine->indices[kept++] = fine->indices[i];
+        if (counts[hash_of_cube(&fine->at[i].box, center) & mask] == CROWD)
+            fine->at[kept++] = fine->at[i];
     }
     free(counts);
     fine->count = kept;
@@ -264,7 +259,7 @@ static void find_fine_center(const struct fine *fine, double center[3])
     struct bounds boxes[CENTER_BOXES];
     uint32_t count = fine->count < CENTER_BOXES ? fine->count : CENTER_BOXES, most = 0;
     for (uint32_t i = 0; i < count; i++)
-        boxes[i] = fine_box(fine, (uint32_t)spread(i, count, fine->count));
+        boxes[i] = fine->at[spread(i, count, fine->count)].box;
     for (uint32_t i = 0; i < count && i < CENTERS_TRIED; i++) {
         double middle[3];
         uint32_t near = 0;
@@ -282,17 +277,14 @@ static void find_fine_center(const struct fine *fine, double center[3])
 static bool add_tree(struct fine *fine, const double center[3], struct bvh_trees *trees)
 {
     uint32_t near = 0, kept = 0;
-    for (uint32_t i = 0; i < fine->count; i++) {
-        struct bounds box = fine_box(fine, i);
-        near += !is_fine(&box, center);
-    }
+    for (uint32_t i = 0; i < fine->count; i++)
+        near += !is_fine(&fine->at[i].box, center);
     if (near < FINE_MIN) return false;
     for (uint32_t i = 0; i < fine->count; i++) {
-        struct bounds box = fine_box(fine, i);
-        if (is_fine(&box, center))
-            fine->indices[kept++] = fine->indices[i];
+        if (is_fine(&fine->at[i].box, center))
+            fine->at[kept++] = fine->at[i];
         else
-            trees->tree_of[fine->indices[i]] = (uint8_t)trees->count;
+            trees->tree_of[fine->at[i].index] = (uint8_t)trees->count;
     }
     fine->count = kept;
     memcpy(trees->center[trees->count++], center, 3 * sizeof *center);
@@ -326,7 +318,7 @@ static void divide(const struct scene *scene, struct bvh_trees *trees)
         find_fine_center(&fine, center);
         if (!add_tree(&fine, center, trees)) break;
     }
-    free(fine.indices);
+    free(fine.at);
     if (trees->count > 1 && is_empty(trees, all, 0)) remove_first_tree(trees, all);
 }
 
