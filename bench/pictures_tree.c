@@ -11,18 +11,27 @@
 
 /* ---- other trees ---- */
 
+/* Of all trees that the farm has made of a scene. */
+static uint64_t entries_of(const struct bvh *model)
+{
+    uint64_t count = 0;
+    for (; model; model = bvh_next(model))
+        count += model->leaf_count;
+    return count;
+}
+
 static struct bvh *allocate_tree(const struct bvh *model, uint32_t nodes)
 {
     size_t head = (sizeof(struct bvh) + 63) / 64 * 64;
     size_t list = head + nodes * sizeof(struct bvh_node);
-    size_t entries = model->leaf_count * ENTRY_ROOM + LEAF_END;
+    size_t entries = entries_of(model) * ENTRY_ROOM + LEAF_END;
     size_t bytes = list + (entries * sizeof(struct bvh_leaf) + 63) / 64 * 64;
     struct bvh *tree = aligned_alloc(64, bytes);
     if (!tree) fatal("no memory for a tree");
     memset(tree, 0, bytes);
     *tree = (struct bvh){.bytes = bytes,
                          .node_count = nodes,
-                         .leaf_count = model->leaf_count,
+                         .leaf_count = entries_of(model),
                          .nodes_offset = head,
                          .leaves_offset = list};
     return tree;
@@ -38,17 +47,25 @@ static struct bvh_leaf *leaves_of(struct bvh *tree)
     return (void *)((char *)tree + tree->leaves_offset);
 }
 
-/* The entries of all leaves of a tree, one behind the other; the own trees have no more. */
-static void copy_entries(const struct bvh *model, struct bvh_leaf *entries)
+/* Behind which the next ones stand. */
+static struct bvh_leaf *copy_leaves(const struct bvh *tree, struct bvh_leaf *entries)
 {
-    const struct bvh_node *nodes = bvh_nodes(model);
-    for (uint64_t n = 0; n < model->node_count; n++) {
+    const struct bvh_node *nodes = bvh_nodes(tree);
+    for (uint64_t n = 0; n < tree->node_count; n++) {
         for (unsigned slot = 0; slot < BVH_WIDTH; slot++) {
             uint32_t count = nodes[n].count[slot];
-            memcpy(entries, bvh_leaves(model) + nodes[n].child[slot], count * sizeof *entries);
+            memcpy(entries, bvh_leaves(tree) + nodes[n].child[slot], count * sizeof *entries);
             entries += count;
         }
     }
+    return entries;
+}
+
+/* The entries of all leaves, one behind the other; the own trees have no more. */
+static void copy_entries(const struct bvh *model, struct bvh_leaf *entries)
+{
+    for (; model; model = bvh_next(model))
+        entries = copy_leaves(model, entries);
 }
 
 static int by_id(const void *a, const void *b)
@@ -91,7 +108,7 @@ static struct bvh *one_leaf(const struct scene *scene, const struct bvh *model)
     struct bvh *tree = allocate_tree(model, 1);
     clear_node(nodes_of(tree));
     set_slot(nodes_of(tree), 0, &everything);
-    uint32_t count = nodes_of(tree)->count[0] = (uint32_t)model->leaf_count;
+    uint32_t count = nodes_of(tree)->count[0] = (uint32_t)entries_of(model);
     struct bvh_leaf *leaves = leaves_of(tree);
     copy_entries(model, leaves);
     qsort(leaves, count, sizeof *leaves, by_id);
@@ -191,7 +208,7 @@ static struct box3 bounds_of(const struct scene *scene, uint32_t id)
 
 static struct bvh *median_tree(const struct scene *scene, const struct bvh *model, uint32_t leaf)
 {
-    uint32_t count = (uint32_t)model->leaf_count;
+    uint32_t count = (uint32_t)entries_of(model);
     struct bvh *tree = allocate_tree(model, count);
     struct box3 *bounds = allocate(count, sizeof *bounds);
     struct bvh_leaf *entries = allocate(count, sizeof *entries);

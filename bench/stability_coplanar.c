@@ -149,6 +149,7 @@ static void plant_alone(struct lone_tree *tree, const struct stage *stage,
 {
     *tree = (struct lone_tree){.head = *stage->bvh, .leaves = {bvh_leaf_of(scene, id)}};
     tree->head.node_count = tree->head.leaf_count = tree->node.count[0] = 1;
+    tree->head.next_offset = tree->head.boxes_offset = 0;
     tree->head.nodes_offset = offsetof(struct lone_tree, node);
     tree->head.leaves_offset = offsetof(struct lone_tree, leaves);
     for (int axis = 0; axis < 3; axis++) {
