@@ -66,7 +66,7 @@ struct bvh_corners {
 /*
  * A tree. What is too fine for floats that count from the centre of most of a scene is in further trees, with centres
  * of their own, which stand behind the first one in the same block; see worker/bvh_trees.h. A ray is traced through
- * all of them, in any order.
+ * those whose boxes it meets, in any order; see worker/several.h.
  */
 struct bvh {
     uint64_t bytes; /* of the first tree: in use, all trees together; of others 0 */

@@ -187,7 +187,7 @@ static bool is_fine(const struct bounds *box, const double center[3])
  */
 #define CROWD 16
 
-/* A tree for fewer is not worth the box that each ray has to look at. */
+/* A tree for fewer is not worth the place among TREES_MAX. */
 #define FINE_MIN 64
 
 /* Some fine primitives, in order; each is looked at once for every tree. */

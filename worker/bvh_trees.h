@@ -13,7 +13,8 @@
 #include "common/crew.h"
 #include "common/scene.h"
 
-/* Each more is a box more for every ray. */
+/* Each more is a look more at some primitives while trees are built, and a box for every ray; eight boxes cost what one
+ * node does. */
 #define TREES_MAX 32
 
 struct bvh_trees {
