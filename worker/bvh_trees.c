@@ -190,12 +190,14 @@ static bool is_fine(const struct bounds *box, const double center[3])
 /* A tree for fewer is not worth the place among TREES_MAX. */
 #define FINE_MIN 64
 
+struct fine_box {
+    struct bounds box;
+    uint32_t index; /* as of bounded_id() */
+};
+
 /* Some fine primitives, in order; each is looked at once for every tree. */
 struct fine {
-    struct fine_box {
-        struct bounds box;
-        uint32_t index; /* as of bounded_id() */
-    } * at;             /* owned */
+    struct fine_box *at; /* owned */
     uint32_t count;
 };
 

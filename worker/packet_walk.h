@@ -196,7 +196,7 @@ static INLINED void set_range(struct bundle *bundle, unsigned axis)
     double center = bundle->bvh->center[axis];
     double first = ends->o[axis].low - center, last = ends->o[axis].high - center;
     float low = float_below(first - bundle->margin), high = float_above(last + bundle->margin);
-    bool down = most < -FLOAT_COMPONENT_MIN;
+    bool down = !range->both_ways && most < 0;
     double outward = range->both_ways ? bundle->wide : bundle->margin;
     float ray_low = float_below(first - outward), ray_high = float_above(last + outward);
     if (range->both_ways) {
@@ -246,8 +246,7 @@ static INLINED bool bundle_of(const struct ray *rays, struct bundle *bundle)
     if (!bundle->ends.finite || !have_one_shear(bundle)) return false;
     for (unsigned axis = 0; axis < 3; axis++) {
         struct ends d = bundle->ends.d[axis];
-        bool down = d.high<-FLOAT_COMPONENT_MIN, up = d.low> FLOAT_COMPONENT_MIN;
-        bundle->ranges[axis].both_ways = !down && !up;
+        bundle->ranges[axis].both_ways = !(smallest_end(d) > FLOAT_COMPONENT_MIN);
     }
     /* The box of an empty slot is left out because it ends before it begins; where rays go both ways, nothing
      * has an end. */
