@@ -16,7 +16,7 @@
 #define BVH_WIDTH 8
 
 /* Of trees, and of what is in them. */
-#define BVH_ALIGNMENT 64
+#define BVH_ALIGNMENT ((size_t)64)
 
 /* The boxes of a node's children, from the tree's centre and rounded outward to float. Those of an
  * empty slot, which comes behind the others, are min = infinity, max = -infinity; its child and
