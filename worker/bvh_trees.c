@@ -259,7 +259,7 @@ static void keep_crowded(struct fine *fine, const double center[3])
 static void find_fine_center(const struct fine *fine, double center[3])
 {
     struct bounds boxes[CENTER_BOXES];
-    uint32_t count = fine->count < CENTER_BOXES ? fine->count : CENTER_BOXES, most = 0;
+    uint32_t count = smaller(fine->count, CENTER_BOXES), most = 0;
     for (uint32_t i = 0; i < count; i++)
         boxes[i] = fine->at[spread(i, count, fine->count)].box;
     for (uint32_t i = 0; i < count && i < CENTERS_TRIED; i++) {
