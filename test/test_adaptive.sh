@@ -174,7 +174,8 @@ preview() {
     for i in 1 2 3 4 5 6 7 8 9 10; do
         sleep 0.25
         [ -e so_far.pfm ] || continue
-        cp so_far.pfm copy.pfm && [ "$(wc -c <copy.pfm)" -eq "$(wc -c <reference.pfm)" ] || return 1
+        # cp gives up a file that is replaced while it looks at it.
+        cat so_far.pfm >copy.pfm && [ "$(wc -c <copy.pfm)" -eq "$(wc -c <reference.pfm)" ] || return 1
         seen=$((${seen:-0} + 1))
     done
     wait
