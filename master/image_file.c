@@ -254,7 +254,7 @@ void image_announce(const char *path, const struct canvas *canvas, unsigned thre
 
 bool image_write(const char *path, const struct canvas *canvas, struct crew *crew)
 {
-    if ((double)canvas->width * canvas->height > ANNOUNCE_PIXELS)
+    if ((double)canvas_pixels(canvas) > ANNOUNCE_PIXELS)
         image_announce(path, canvas, crew_size(crew), 1);
     return image_write_for("output.image", path, canvas, crew);
 }

@@ -22,7 +22,7 @@ float png_read_back(float value)
 
 /* ---- bands ---- */
 
-/* So many bytes are compressed by themselves: 2 to 4 ms, and what is lost at the seams is less than a thousandth. */
+/* So many bytes are compressed by themselves, in 1 to 3 ms; at the seams 0.03 to 0.3 % are lost (garden, hello). */
 #define BAND_BYTES (1u << 19)
 
 /* Of the five filters of rows the one that takes least room for nearly all rows of rendered pictures: to try all for

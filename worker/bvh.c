@@ -219,29 +219,16 @@ static size_t build_tree(const struct whole *whole, const struct bvh_trees *tree
     return end;
 }
 
-static void clear_node(struct bvh_node *node)
+/* A tree's box, counted from the centre of `boxes`. */
+static struct extent box_of(const struct bvh *boxes, const struct bvh *tree)
 {
-    memset(node, 0, sizeof *node);
-    for (unsigned axis = 0; axis < 3; axis++)
-        for (unsigned slot = 0; slot < BVH_WIDTH; slot++) {
-            node->min[axis][slot] = INFINITY;
-            node->max[axis][slot] = -INFINITY;
-        }
-}
-
-/* A tree's box, counted from the centre of `boxes`; the bounds grow by it. */
-static void write_box(const struct bvh *boxes, const struct bvh *tree, struct bvh_node *node,
-                      unsigned slot, struct extent *all)
-{
+    struct extent box = empty_extent();
     for (unsigned axis = 0; axis < 3; axis++) {
         double aside = tree->center[axis] - boxes->center[axis];
-        float min = open_below(round_down((double)tree->min[axis] + aside));
-        float max = open_above(round_up((double)tree->max[axis] + aside));
-        node->min[axis][slot] = min;
-        node->max[axis][slot] = max;
-        all->min[axis] = fminf(all->min[axis], min);
-        all->max[axis] = fmaxf(all->max[axis], max);
+        box.min[axis] = round_down((double)tree->min[axis] + aside);
+        box.max[axis] = round_up((double)tree->max[axis] + aside);
     }
+    return box;
 }
 
 /* Behind the trees, of which there are several. Returns where they end. */
@@ -249,15 +236,17 @@ static size_t write_boxes(const struct scene *scene, struct bvh *first, size_t o
 {
     struct bvh *boxes = empty_tree(scene, (char *)first + offset);
     struct bvh_node *nodes = (void *)((char *)boxes + boxes->nodes_offset);
-    struct extent all = range_empty(0).extent;
+    struct extent all = empty_extent();
     first->boxes_offset = offset;
     memcpy(boxes->center, first->center, sizeof boxes->center);
     for (const struct bvh *tree = first; tree; tree = bvh_next(tree)) {
         unsigned slot = boxes->leaf_count++ % BVH_WIDTH;
-        if (slot == 0) clear_node(&nodes[boxes->node_count++]);
+        if (slot == 0) bvh_empty_node(&nodes[boxes->node_count++]);
         struct bvh_node *node = &nodes[boxes->node_count - 1];
         size_t bytes = (size_t)((const char *)tree - (const char *)first);
-        write_box(boxes, tree, node, slot, &all);
+        struct extent box = box_of(boxes, tree);
+        extend(&all, &box);
+        bvh_fill_slot(node, slot, &box);
         node->child[slot] = (uint32_t)(bytes / BVH_ALIGNMENT);
         node->count[slot] = 1;
     }

@@ -69,7 +69,7 @@ struct bvh_corners {
  * those whose boxes it meets, in any order; see worker/several.h.
  */
 struct bvh {
-    uint64_t bytes; /* of the first tree: in use, all trees together; of others 0 */
+    uint64_t bytes; /* of the first tree: in use, all trees together */
     uint64_t node_count;
     uint64_t leaf_count;    /* entries of all leaves */
     uint64_t transparent;   /* 1: some material of the scene lets light through; else 0 */

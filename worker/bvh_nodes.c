@@ -134,21 +134,23 @@ static unsigned find_children(struct build *build, const struct range *range, un
     return count;
 }
 
-static void fill_slot(struct bvh_node *node, unsigned slot, const struct range *range)
+void bvh_fill_slot(struct bvh_node *node, unsigned slot, const struct extent *extent)
 {
     for (unsigned axis = 0; axis < 3; axis++) {
-        node->min[axis][slot] = open_below(range->extent.min[axis]);
-        node->max[axis][slot] = open_above(range->extent.max[axis]);
+        node->min[axis][slot] = open_below(extent->min[axis]);
+        node->max[axis][slot] = open_above(extent->max[axis]);
     }
 }
 
-static void empty_slot(struct bvh_node *node, unsigned slot)
+void bvh_empty_node(struct bvh_node *node)
 {
-    for (unsigned axis = 0; axis < 3; axis++) {
-        node->min[axis][slot] = INFINITY;
-        node->max[axis][slot] = -INFINITY;
+    for (unsigned slot = 0; slot < BVH_WIDTH; slot++) {
+        for (unsigned axis = 0; axis < 3; axis++) {
+            node->min[axis][slot] = INFINITY;
+            node->max[axis][slot] = -INFINITY;
+        }
+        node->child[slot] = node->count[slot] = 0;
     }
-    node->child[slot] = node->count[slot] = 0;
 }
 
 /* ---- nodes ---- */
@@ -168,11 +170,10 @@ static void build_node(struct build *build, uint32_t index, const struct range *
     struct child children[BVH_WIDTH];
     unsigned count = find_children(build, range, depth, children);
     struct bvh_node *node = &build->nodes[index];
-    for (unsigned i = 0; i < BVH_WIDTH; i++)
-        empty_slot(node, i);
+    bvh_empty_node(node);
     for (unsigned i = 0; i < count; i++) {
         const struct range *part = &children[i].range;
-        fill_slot(node, i, part);
+        bvh_fill_slot(node, i, &part->extent);
         if (may_be_leaf(part)) {
             node->child[i] = part->first;
             node->count[i] = part->count;

@@ -24,6 +24,10 @@ static inline uint64_t bvh_nodes_bound(uint64_t weight)
     return weight == 0 ? 0 : weight / (BVH_WIDTH - 1) + 1;
 }
 
+/* A node without children, and the box of one of them, rounded outward already. */
+void bvh_empty_node(struct bvh_node *node);
+void bvh_fill_slot(struct bvh_node *node, unsigned slot, const struct extent *extent);
+
 /*
  * The nodes over all items, whose range is not empty, into memory for bvh_nodes_bound() of them; returns
  * how many there are. Where a leaf begins (child) and how many entries it has (count) are told of
