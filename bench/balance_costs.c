@@ -259,9 +259,6 @@ static struct scene *load_scene(const char *config, uint32_t width, uint32_t hei
     return scene;
 }
 
-/* What bvh_build() asks for, a multiple of which aligned_alloc() wants. */
-#define BVH_ALIGNMENT 64
-
 /* A renderer of the scene as it is to be measured, and what it needs. */
 struct cost_stage {
     struct scene *scene;
@@ -274,7 +271,7 @@ static void open_stage(struct cost_stage *stage, const char *config, uint32_t wi
 {
     stage->scene = load_scene(config, width, height, samples);
     size_t bytes = bvh_bytes_bound(stage->scene);
-    stage->bvh = aligned_alloc(BVH_ALIGNMENT, (bytes / BVH_ALIGNMENT + 1) * BVH_ALIGNMENT);
+    stage->bvh = aligned_alloc(BVH_ALIGNMENT, bytes);
     if (!stage->bvh) fatal("out of memory");
     bvh_build(stage->scene, stage->bvh, 1);
     stage->renderer = renderer_create(stage->scene, stage->bvh);
