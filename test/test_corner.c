@@ -3,6 +3,7 @@
 
 #include "worker/box.h"
 #include "worker/corner.h"
+#include "worker/primitive.h"
 
 #define WALLS   6
 #define BOUNCES 20
@@ -292,6 +293,59 @@ static void test_a_crowd_in_one_point(void **state)
     free_room(&room);
 }
 
+/* A heap of grains, some of which are smaller than the way that leads out of a corner: half balls, half boxes. */
+static struct room make_heap(uint64_t *random)
+{
+    struct builder *builder = builder_create();
+    struct room room = {.middle = random_vector(random, 2), .size = 256 * UNIT_ROUNDOFF};
+    add_material(builder, vec3(1, 1, 1), 0);
+    for (unsigned i = 0; i < 60; i++) {
+        struct vec3 at = vec_add(room.middle, random_vector(random, room.size));
+        double radius = room.size / (1 + random_below(random, 16));
+        struct vec3 half = vec3(radius, radius, radius);
+        if (i % 2)
+            add_sphere(builder, at, radius, 0);
+        else
+            add_box(builder, vec_sub(at, half), vec_add(at, half), 0);
+    }
+    room.scene = finish_scene(builder);
+    room.bvh = build_tree(room.scene);
+    return room;
+}
+
+/* How far a point is out of a box, along the axis along which that is most; 0 inside. */
+static double way_to_box(struct vec3 point, struct bounds bounds)
+{
+    double way = 0;
+    for (unsigned axis = 0; axis < 3; axis++) {
+        double at = vec_component(&point, axis);
+        way = fmax(way, fmax(bounds.min[axis] - at, at - bounds.max[axis]));
+    }
+    return way;
+}
+
+/* Boxes of the tree grow by no more. */
+static void test_points_stay_within_small_surfaces(void **state)
+{
+    (void)state;
+    uint64_t random = 174;
+    unsigned in_corners = 0;
+    for (unsigned i = 0; i < 2000; i++) {
+        struct room room = make_heap(&random);
+        struct vec3 from = vec_add(room.middle, random_vector(&random, 1));
+        struct ray ray = ray_to(from, vec_add(room.middle, random_vector(&random, room.size)));
+        struct hit hit = nearest_of(room.scene, room.bvh, &ray);
+        if (hit.primitive != PRIMITIVE_NONE && hit.in_corner) {
+            struct surface surface = surface_met(&room, &ray, &hit);
+            struct bounds bounds = primitive_bounds(room.scene, hit.primitive);
+            assert_true(way_to_box(surface.point, bounds) <= 8 * UNIT_ROUNDOFF * 2);
+            in_corners++;
+        }
+        free_room(&room);
+    }
+    assert_true(in_corners > 200);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -301,6 +355,7 @@ int main(void)
         cmocka_unit_test(test_points_stay_where_they_are),
         cmocka_unit_test(test_no_corner_between_panes),
         cmocka_unit_test(test_a_crowd_in_one_point),
+        cmocka_unit_test(test_points_stay_within_small_surfaces),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

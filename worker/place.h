@@ -48,7 +48,7 @@ static inline struct vec3 stand_off(const struct place *place, struct vec3 norma
  * rounding and what stand_off() adds. At the origin there is no coordinate: SHARE_OF_WAY, of the way that the ray
  * has come, counts as one. Surfaces that meet at less than 3.6 degrees, whose sine is MEET_LEAST, are not told from
  * such that touch. Of two ways that are opposite but for 5 degrees the sum leads GAIN_LEAST of itself along each:
- * there is no place between them.
+ * there is no place between them. Nor is there one on a surface so small that it would lead out of its box.
  */
 #define CORNER_OFF   (64 * UNIT_ROUNDOFF)
 #define SHARE_OF_WAY 0x1p-30

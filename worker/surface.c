@@ -214,6 +214,19 @@ static double step_between(const struct inward *inward, uint32_t count, struct v
     return step;
 }
 
+/* Whether a point is in the box of a primitive, but for rounding, as slabs.h has it; planes have none. */
+static bool is_in_bounds(const struct scene *scene, uint32_t id, struct vec3 point)
+{
+    if (primitive_kind(id) == PRIMITIVE_PLANE) return true;
+    struct bounds bounds = primitive_bounds(scene, id);
+    double slack = 4 * UNIT_ROUNDOFF * vec_largest(point);
+    for (unsigned axis = 0; axis < 3; axis++) {
+        double at = vec_component(&point, axis);
+        if (!(at >= bounds.min[axis] - slack && at <= bounds.max[axis] + slack)) return false;
+    }
+    return true;
+}
+
 struct vec3 surface_drawn_in(const struct scene *scene, const struct ray *ray,
                              const struct hit *hit, const struct hit *others, uint32_t count)
 {
@@ -231,7 +244,8 @@ struct vec3 surface_drawn_in(const struct scene *scene, const struct ray *ray,
         met += meets(scene, ray, &place, normal, off, &start, &inward[met]);
     struct vec3 sum = way_between(inward, met);
     struct vec3 step = vec_scale(sum, step_between(inward, met, sum));
-    place.offset = dd3_add(place.offset, dd3_of(step));
+    struct place moved = {place.anchor, dd3_add(place.offset, dd3_of(step))};
+    if (is_in_bounds(scene, hit->primitive, place_rounded(&moved))) place = moved;
     return stand_off(&place, normal, ray->direction);
 }
 
