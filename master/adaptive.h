@@ -168,8 +168,7 @@ uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *
 double adaptive_target(const struct adaptive *adaptive);
 
 /* Errors of all pixels that have samples; their number; samples of all. */
-struct error_told adaptive_errors(const struct adaptive *adaptive, uint64_t *pixels,
-                                  uint64_t *samples);
+struct error_told adaptive_errors(struct adaptive *adaptive, uint64_t *pixels, uint64_t *samples);
 
 /* Passes planned so far, pass 0 included. */
 unsigned adaptive_passes(const struct adaptive *adaptive);

@@ -23,6 +23,11 @@ uint32_t band_begin(const struct canvas *canvas, uint32_t band)
     return band < band_count(canvas) ? band * BAND_ROWS : canvas->height;
 }
 
+size_t band_first_pixel(const struct canvas *canvas, uint32_t band)
+{
+    return (size_t)band_begin(canvas, band) * canvas->width;
+}
+
 /* Surprises are counted by blocks, squares as high as a band: how many there are in one, and which one a column
  * is in. Blocks are so large that some thousand pixels tell of such things. */
 #define BLOCK_EDGE BAND_ROWS
@@ -35,23 +40,6 @@ static uint32_t block_count(const struct canvas *canvas)
 static uint32_t block_of(uint32_t x)
 {
     return x / BLOCK_EDGE;
-}
-
-void levels_init(struct levels *levels, const struct view *view)
-{
-    for (uint32_t level = 0; level <= LEVEL_MAX; level++) {
-        double samples = level_samples(view, level);
-        levels->samples[level] = samples;
-        levels->power[level] = samples * sqrt(samples);
-    }
-}
-
-double own_error(const float *difference)
-{
-    double sum = 0;
-    for (int c = 0; c < 3; c++)
-        sum += (double)difference[c] * (double)difference[c];
-    return sum < HUGE_VAL ? sum / 12 : 0;
 }
 
 /*

@@ -5,8 +5,8 @@
 #include <stdint.h>
 
 #include "common/crew.h"
-#include "common/refinement.h"
 #include "master/canvas.h"
+#include "master/statistics.h"
 
 /* Pixels are looked at in bands of so many rows, each by one thread: sums over a picture are sums of those
  * of bands, in their order, and so the same for any number of threads. */
@@ -15,24 +15,8 @@
 uint32_t band_count(const struct canvas *canvas);
 /* Its first row; that of the band behind it is where it ends. */
 uint32_t band_begin(const struct canvas *canvas, uint32_t band);
-
-/* Of each level: its samples n, and n^3/2. */
-struct levels {
-    double samples[LEVEL_MAX + 1], power[LEVEL_MAX + 1];
-};
-void levels_init(struct levels *levels, const struct view *view);
-
-/* What is known of a picture's pixels, all of which have samples. */
-struct sampled {
-    const struct canvas *canvas;
-    const float *difference; /* 3 per pixel: A - B */
-    const float *spread;     /* of each pixel, as struct pixel_floats has it */
-    const uint8_t *level;    /* of each pixel */
-    const struct levels *levels;
-};
-
-/* The squared error of a pixel as its own halves tell it, 3 floats; 0 where they are not finite. */
-double own_error(const float *difference);
+/* The first pixel of that row. */
+size_t band_first_pixel(const struct canvas *canvas, uint32_t band);
 
 /* What nothing around a pixel has warned of: what its halves tell is so many times what is expected by what is around
  * it. Edges, of which about 5 of the 24 pixels around one are part, hardly ever surprise. */

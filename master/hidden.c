@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "common/message.h"
+#include "master/expect.h"
 
 /* In place of what was expected. OPEN: no plan has left the pixel at its level. MET: it has met something at one, and
  * its own halves tell what later samples leave of that. WARNED: it was left though what is around had warned of

@@ -17,7 +17,7 @@
 
 #include "common/refinement.h"
 #include "master/error.h"
-#include "master/expect.h"
+#include "master/statistics.h"
 
 struct hidden;
 
@@ -39,13 +39,7 @@ void hidden_leave(struct hidden *hidden, size_t pixel, float warned);
  * several threads. */
 void hidden_leave_warned(struct hidden *hidden, size_t pixel);
 
-/* What is known of a pixel at a level, above 0. */
-struct known {
-    float mean[3], difference[3], spread;
-    uint8_t level;
-};
-
-/* The pixel has got more samples: what it was before. now: as it is with these. */
+/* The pixel, which had some, has got more samples: what it was before. now: as it is with these. */
 void hidden_settle(struct hidden *hidden, const struct sampled *now, size_t pixel,
                    const struct known *before);
 

@@ -1,0 +1,130 @@
+/* What a pass is in a tile: what is to be done for its pixels, and what comes in of them. */
+#include <assert.h>
+
+#include "common/hash.h"
+#include "master/adaptive_state.h"
+
+/* Over a tile's pixels in its order, without a division for each. */
+struct walk {
+    size_t pixel;                 /* of the canvas */
+    uint32_t column, width, step; /* in the tile; a step's columns beside whole rows */
+    size_t on, back; /* pixels of the canvas: of a step, and from a row's end to the next row */
+};
+
+static struct walk walk_begin(const struct adaptive *adaptive, const struct tile *tile)
+{
+    const struct canvas *canvas = adaptive->statistics.canvas;
+    size_t row = canvas->width;
+    uint32_t column = tile->phase % tile->w, step = tile->step % tile->w;
+    assert(tile->x + tile->w <= row && tile->y + tile->h <= canvas->height);
+    return (struct walk){.pixel = (tile->y + tile->phase / tile->w) * row + tile->x + column,
+                         .column = column,
+                         .width = tile->w,
+                         .step = step,
+                         .on = tile->step / tile->w * row + step,
+                         .back = row - tile->w};
+}
+
+static void walk_on(struct walk *walk)
+{
+    walk->pixel += walk->on;
+    walk->column += walk->step;
+    if (walk->column < walk->width) return;
+    walk->column -= walk->width;
+    walk->pixel += walk->back;
+}
+
+/* ---- what is to be done ---- */
+
+/* In pass 0 also where only some are still to come. */
+static bool has_all_pixels(const struct adaptive *adaptive)
+{
+    return adaptive->pass.number == 1;
+}
+
+uint32_t adaptive_pixels(const struct adaptive *adaptive, const struct tile *tile)
+{
+    uint32_t pixels = tile_pixels(tile), in = 0;
+    if (has_all_pixels(adaptive)) return pixels;
+    struct walk walk = walk_begin(adaptive, tile);
+    for (uint32_t k = 0; k < pixels; k++, walk_on(&walk))
+        in += adaptive_comes(adaptive, walk.pixel);
+    return in;
+}
+
+struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct tile *tile)
+{
+    const struct levels *levels = &adaptive->statistics.levels;
+    struct adaptive_work work = {0};
+    uint32_t pixels = tile_pixels(tile);
+    struct walk walk = walk_begin(adaptive, tile);
+    for (uint32_t k = 0; k < pixels; k++, walk_on(&walk)) {
+        size_t i = walk.pixel;
+        if (!adaptive_comes(adaptive, i)) continue;
+        uint32_t before = adaptive->statistics.level[i], after = adaptive->pass.next[i];
+        work.samples += levels->samples[after] - levels->samples[before];
+        work.removed +=
+            pixel_errors_in_all(&adaptive->errors, i) * (1 - levels_left(levels, before, after));
+    }
+    return work;
+}
+
+void adaptive_refinements(const struct adaptive *adaptive, const struct tile *tile,
+                          struct refinement *refinements)
+{
+    uint32_t pixels = tile_pixels(tile);
+    struct walk walk = walk_begin(adaptive, tile);
+    for (uint32_t k = 0; k < pixels; k++, walk_on(&walk))
+        refinements[k] = (struct refinement){adaptive->statistics.level[walk.pixel],
+                                             adaptive->pass.next[walk.pixel]};
+}
+
+/* Pixels whose levels are hashed at once: calls cost more than bytes. */
+#define HASHED_PIXELS 256u
+
+uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *tile)
+{
+    uint64_t hash = adaptive->pass.number;
+    uint8_t levels[2 * HASHED_PIXELS];
+    uint32_t pixels = tile_pixels(tile), count = 0;
+    struct walk walk = walk_begin(adaptive, tile);
+    for (uint32_t k = 0; k < pixels; k++, walk_on(&walk)) {
+        levels[count++] = adaptive->statistics.level[walk.pixel];
+        levels[count++] = adaptive->pass.next[walk.pixel];
+        if (count < sizeof levels && k + 1 < pixels) continue;
+        hash = hash64(levels, count, hash);
+        count = 0;
+    }
+    return hash;
+}
+
+/* ---- what comes in ---- */
+
+/* What the pass brings to a pixel is in. */
+static void put_pixel(struct adaptive *adaptive, size_t pixel, const struct new_samples *more)
+{
+    struct known before = statistics_known(&adaptive->statistics, pixel);
+    uint32_t from = before.level, to = adaptive->pass.next[pixel];
+    double rays = statistics_put(&adaptive->statistics, pixel, to, more);
+    pixel_errors_settle(&adaptive->errors, pixel, &before);
+    effort_add(&adaptive->effort, from, to, rays);
+    adaptive->pass.missing--;
+}
+
+void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part,
+                  double seconds)
+{
+    bool all = has_all_pixels(adaptive);
+    size_t in = adaptive_pixels(adaptive, tile);
+    struct new_samples at = {.mean = part, .difference = part + 3 * in};
+    at.spread = at.difference + 3 * in;
+    at.rays = at.spread + in;
+    effort_add_seconds(&adaptive->effort, adaptive->pass.is_first, seconds);
+    uint32_t pixels = tile_pixels(tile);
+    struct walk walk = walk_begin(adaptive, tile);
+    for (uint32_t k = 0; k < pixels; k++, walk_on(&walk)) {
+        bool more = adaptive_comes(adaptive, walk.pixel);
+        if (more) put_pixel(adaptive, walk.pixel, &at);
+        if (more || all) at.mean += 3, at.difference += 3, at.spread++, at.rays++;
+    }
+}

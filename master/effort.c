@@ -1,0 +1,51 @@
+#include "master/effort.h"
+
+#include <math.h>
+
+#include "master/allocation.h"
+
+/* Seconds per effort of passes after the first, in terms of those of the first: pixels that are even are quick and get
+ * none later on. 0.8 to 1.9 at the end of runs of 21 scenes, 1.3 in their median; but early passes are small and up to
+ * twice as dear. So it counts as so much of the first pass's effort beside what the later passes themselves have
+ * shown: of 527 forecasts from runs of these scenes, to a half to a quarter of their error, 40 are then more than 20 %
+ * off; with half of this weight 58, with 1.36 in place of 1.26, too, 64. */
+#define LATER_SECONDS 1.26
+#define LATER_WEIGHT  0.2
+
+void effort_init(struct effort *effort, const struct levels *levels)
+{
+    *effort = (struct effort){.on_first = {0, 0}};
+    for (uint32_t to = 1; to <= LEVEL_MAX; to++)
+        for (uint32_t from = 0; from < to; from++)
+            effort->of_levels[from][to] =
+                pow(levels->samples[to] - levels->samples[from], EFFORT_POWER);
+}
+
+void effort_add_seconds(struct effort *effort, bool first, double seconds)
+{
+    struct spent *spent = first ? &effort->on_first : &effort->on_later;
+    spent->seconds += seconds;
+}
+
+void effort_add(struct effort *effort, uint32_t from, uint32_t to, double rays)
+{
+    struct spent *spent = from == 0 ? &effort->on_first : &effort->on_later;
+    spent->effort += rays * effort_between(effort, from, to);
+}
+
+double effort_first_seconds(const struct effort *effort)
+{
+    return effort->on_first.seconds;
+}
+
+double effort_later_seconds(const struct effort *effort)
+{
+    return effort->on_later.seconds;
+}
+
+double effort_seconds(const struct effort *effort)
+{
+    const struct spent *first = &effort->on_first, *later = &effort->on_later;
+    return (later->seconds + LATER_WEIGHT * LATER_SECONDS * first->seconds) /
+           (later->effort + LATER_WEIGHT * first->effort);
+}

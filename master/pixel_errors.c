@@ -1,0 +1,158 @@
+#include "master/pixel_errors.h"
+
+#include <assert.h>
+#include <stdlib.h>
+
+#include "common/message.h"
+#include "master/expect.h"
+
+size_t pixel_errors_bytes(void)
+{
+    const struct pixel_errors *e = NULL;
+    return sizeof *e->expected + sizeof *e->warned + hidden_pixel_bytes();
+}
+
+void pixel_errors_init(struct pixel_errors *errors, const struct statistics *statistics)
+{
+    size_t pixels = canvas_pixels(statistics->canvas);
+    *errors = (struct pixel_errors){.statistics = statistics, .hidden = hidden_create(pixels)};
+    errors->expected = allocate_there(pixels, sizeof *errors->expected);
+    errors->warned = allocate_there(pixels, sizeof *errors->warned);
+}
+
+void pixel_errors_free(struct pixel_errors *errors)
+{
+    hidden_destroy(errors->hidden);
+    free(errors->expected);
+    free(errors->warned);
+}
+
+/* ---- what changes ---- */
+
+void pixel_errors_settle(struct pixel_errors *errors, size_t pixel, const struct known *before)
+{
+    errors->is_expected = errors->is_summed = false;
+    if (before->level == 0) return;
+    struct sampled now = statistics_sampled(errors->statistics);
+    hidden_settle(errors->hidden, &now, pixel, before);
+}
+
+bool pixel_errors_is_open(const struct pixel_errors *errors, size_t pixel)
+{
+    return hidden_is_open(errors->hidden, pixel);
+}
+
+void pixel_errors_leave(struct pixel_errors *errors, size_t pixel)
+{
+    hidden_leave(errors->hidden, pixel, errors->warned[pixel]);
+}
+
+void pixel_errors_leave_warned(struct pixel_errors *errors, size_t pixel)
+{
+    hidden_leave_warned(errors->hidden, pixel);
+}
+
+void pixel_errors_left(struct pixel_errors *errors)
+{
+    errors->is_summed = false;
+}
+
+/* ---- totals ---- */
+
+struct summing {
+    const struct pixel_errors *errors;
+    struct error_totals *bands;
+};
+
+/* One that has samples. */
+static void add_pixel(const struct pixel_errors *errors, const struct sampled *now, size_t pixel,
+                      struct error_totals *totals)
+{
+    double square = pixel_errors_own(errors, pixel);
+    totals->halves.squares += square;
+    totals->halves.fourths += square * square;
+    totals->pixels++;
+    totals->samples += (uint64_t)statistics_samples(errors->statistics, pixel);
+    hidden_add(errors->hidden, now, pixel, &totals->hidden);
+}
+
+static void sum_band(void *context, uint32_t band)
+{
+    const struct summing *it = context;
+    struct sampled now = statistics_sampled(it->errors->statistics);
+    size_t end = band_first_pixel(now.canvas, band + 1);
+    struct error_totals totals = {.pixels = 0};
+    for (size_t i = band_first_pixel(now.canvas, band); i < end; i++)
+        if (now.level[i] > 0) add_pixel(it->errors, &now, i, &totals);
+    it->bands[band] = totals;
+}
+
+static void add_totals(struct error_totals *all, const struct error_totals *more)
+{
+    error_sum_add(&all->halves, &more->halves);
+    all->pixels += more->pixels;
+    all->samples += more->samples;
+    hidden_join(&all->hidden, &more->hidden);
+}
+
+const struct error_totals *pixel_errors_totals(struct pixel_errors *errors, struct crew *crew)
+{
+    uint32_t bands = band_count(errors->statistics->canvas);
+    struct summing it = {errors, allocate(bands, sizeof *it.bands)};
+    crew_share(crew, bands, sum_band, &it);
+    errors->totals = (struct error_totals){.pixels = 0};
+    for (uint32_t k = 0; k < bands; k++)
+        add_totals(&errors->totals, &it.bands[k]);
+    free(it.bands);
+    errors->is_summed = true;
+    return &errors->totals;
+}
+
+const struct error_totals *pixel_errors_expect(struct pixel_errors *errors, struct crew *crew)
+{
+    const struct error_totals *totals = pixel_errors_totals(errors, crew);
+    hidden_share(errors->hidden, &totals->hidden);
+    if (errors->is_expected || errors->statistics->unsampled > 0) return totals;
+    struct sampled now = statistics_sampled(errors->statistics);
+    expect_errors(&now, crew, errors->expected, errors->warned);
+    errors->is_expected = true;
+    return totals;
+}
+
+double pixel_errors_halves(const struct pixel_errors *errors)
+{
+    assert(errors->is_summed);
+    return errors->totals.halves.squares;
+}
+
+struct error_told pixel_errors_told(const struct pixel_errors *errors)
+{
+    assert(errors->is_summed);
+    return hidden_errors(errors->hidden, &errors->totals.hidden, errors->totals.halves);
+}
+
+/* ---- of a pixel ---- */
+
+double pixel_errors_own(const struct pixel_errors *errors, size_t pixel)
+{
+    return own_error(errors->statistics->difference + 3 * pixel);
+}
+
+double pixel_errors_hidden(const struct pixel_errors *errors, size_t pixel)
+{
+    return hidden_of(errors->hidden, pixel, errors->statistics->level[pixel]);
+}
+
+double pixel_errors_in_all(const struct pixel_errors *errors, size_t pixel)
+{
+    return pixel_errors_expected(errors, pixel) + pixel_errors_hidden(errors, pixel);
+}
+
+double pixel_errors_expected_sum(const struct pixel_errors *errors)
+{
+    size_t pixels = canvas_pixels(errors->statistics->canvas);
+    double sum = 0;
+    for (size_t i = 0; i < pixels; i++)
+        sum += errors->expected[i];
+    return sum;
+}

@@ -1,0 +1,28 @@
+#include "master/promise.h"
+
+#include <math.h>
+
+/* A pass that promised to leave a share s of the squared error left s^exponent: with an exponent of 0.90 to 1.12
+ * the first one behind pass 0 in 14 runs of seven scenes, and in each of them the later ones, which are smaller,
+ * with one that was less than 0.1 from that. Of few pixels it tells hardly anything; so it is taken as if one that
+ * left a quarter had kept its promise before them: the logarithm of that. */
+#define PROMISE_BEFORE (-1.3862943611198906)
+
+void promise_make(struct promise *promise, double before, double left)
+{
+    promise->promised = before > 0 ? left / before : 0;
+    promise->before = before;
+}
+
+void promise_judge(struct promise *promise, double squares)
+{
+    if (!(promise->promised > 0 && promise->promised < 1 && squares > 0)) return;
+    promise->log_promised += log(promise->promised);
+    promise->log_kept += log(squares / promise->before);
+    promise->promised = 0;
+}
+
+double promise_exponent(const struct promise *promise)
+{
+    return (promise->log_kept + PROMISE_BEFORE) / (promise->log_promised + PROMISE_BEFORE);
+}

@@ -1,0 +1,135 @@
+#include "master/statistics.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/message.h"
+
+void levels_init(struct levels *levels, const struct view *view)
+{
+    for (uint32_t level = 0; level <= LEVEL_MAX; level++) {
+        double samples = level_samples(view, level);
+        levels->samples[level] = samples;
+        levels->power[level] = samples * sqrt(samples);
+    }
+    levels->last = level_last(view);
+}
+
+double own_error(const float *difference)
+{
+    double sum = 0;
+    for (int c = 0; c < 3; c++)
+        sum += (double)difference[c] * (double)difference[c];
+    return sum < HUGE_VAL ? sum / 12 : 0;
+}
+
+size_t statistics_pixel_bytes(void)
+{
+    const struct statistics *s = NULL;
+    return 3 * sizeof *s->difference + sizeof *s->spread + sizeof *s->rays + sizeof *s->level;
+}
+
+void statistics_init(struct statistics *statistics, const struct view *view, struct canvas *canvas)
+{
+    size_t pixels = canvas_pixels(canvas);
+    *statistics = (struct statistics){.canvas = canvas, .unsampled = pixels};
+    levels_init(&statistics->levels, view);
+    /* As the canvas, and for the same reason. */
+    statistics->difference = allocate_there(pixels, 3 * sizeof *statistics->difference);
+    statistics->spread = allocate_there(pixels, sizeof *statistics->spread);
+    statistics->rays = allocate_there(pixels, sizeof *statistics->rays);
+    statistics->level = allocate_there(pixels, sizeof *statistics->level);
+}
+
+void statistics_free(struct statistics *statistics)
+{
+    free(statistics->difference);
+    free(statistics->spread);
+    free(statistics->rays);
+    free(statistics->level);
+}
+
+struct sampled statistics_sampled(const struct statistics *statistics)
+{
+    return (struct sampled){statistics->canvas, statistics->difference, statistics->spread,
+                            statistics->level, &statistics->levels};
+}
+
+struct known statistics_known(const struct statistics *statistics, size_t pixel)
+{
+    struct known known = {.level = statistics->level[pixel], .spread = statistics->spread[pixel]};
+    memcpy(known.mean, &statistics->canvas->rgb[3 * pixel], sizeof known.mean);
+    memcpy(known.difference, &statistics->difference[3 * pixel], sizeof known.difference);
+    return known;
+}
+
+/* What so many samples and so many more come to together. */
+static float combined(float mean, double samples, float more, double count)
+{
+    return (float)((samples * (double)mean + count * (double)more) / (samples + count));
+}
+
+static double squared_distance(float a, float b)
+{
+    return ((double)a - (double)b) * ((double)a - (double)b);
+}
+
+/* The spread of so many samples and so many more together, of the pixel and of what has come in: by the
+ * means of their halves, mean + difference / 2 and mean - difference / 2 (T. Chan, G. Golub & R. LeVeque,
+ * Updating formulae and a pairwise algorithm for computing sample variances, 1979). */
+static float combined_spread(const struct statistics *statistics, size_t pixel, double samples,
+                             const struct new_samples *more, double count)
+{
+    double apart = 0, all = samples + count;
+    for (size_t c = 0; c < 3; c++)
+        apart += squared_distance(statistics->canvas->rgb[3 * pixel + c], more->mean[c]) +
+                 squared_distance(statistics->difference[3 * pixel + c], more->difference[c]) / 4;
+    double within = samples * squared_distance(statistics->spread[pixel], 0) +
+                    count * squared_distance(*more->spread, 0);
+    return (float)sqrt(within / all + samples * count / (all * all) * apart / 3);
+}
+
+static void put_first(struct statistics *statistics, size_t pixel, const struct new_samples *more,
+                      float rays)
+{
+    memcpy(&statistics->canvas->rgb[3 * pixel], more->mean, 3 * sizeof *more->mean);
+    memcpy(&statistics->difference[3 * pixel], more->difference, 3 * sizeof *more->difference);
+    statistics->spread[pixel] = *more->spread;
+    statistics->rays[pixel] = rays;
+    statistics->unsampled--;
+}
+
+/* So many more. */
+static void put_more(struct statistics *statistics, size_t pixel, double count,
+                     const struct new_samples *more, float rays)
+{
+    double before = statistics_samples(statistics, pixel);
+    statistics->spread[pixel] = combined_spread(statistics, pixel, before, more, count);
+    for (size_t c = 0; c < 3; c++) {
+        float *mean = &statistics->canvas->rgb[3 * pixel + c],
+              *difference = &statistics->difference[3 * pixel + c];
+        *mean = combined(*mean, before, more->mean[c], count);
+        *difference = combined(*difference, before, more->difference[c], count);
+    }
+    statistics->rays[pixel] = combined(statistics->rays[pixel], before, rays, count);
+}
+
+/* Rays per sample as they came in: a sample is one ray at least. */
+static double rays_of(float rays)
+{
+    return rays >= 1 && rays < HUGE_VALF ? (double)rays : 1;
+}
+
+double statistics_put(struct statistics *statistics, size_t pixel, uint32_t level,
+                      const struct new_samples *more)
+{
+    double rays = rays_of(*more->rays);
+    double count = statistics->levels.samples[level] - statistics_samples(statistics, pixel);
+    if (statistics->level[pixel] == 0)
+        put_first(statistics, pixel, more, (float)rays);
+    else
+        put_more(statistics, pixel, count, more, (float)rays);
+    statistics->level[pixel] = (uint8_t)level;
+    return rays;
+}
