@@ -167,7 +167,8 @@ uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *
 /* As it was given to adaptive_create(). */
 double adaptive_target(const struct adaptive *adaptive);
 
-/* Errors of all pixels that have samples; their number; samples of all. */
+/* Errors of all pixels that have samples; their number; samples of all. Where nothing has come in since they were
+ * asked for, and no pass was planned, that takes no time. */
 struct error_told adaptive_errors(struct adaptive *adaptive, uint64_t *pixels, uint64_t *samples);
 
 /* Passes planned so far, pass 0 included. */

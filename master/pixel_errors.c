@@ -97,6 +97,7 @@ static void add_totals(struct error_totals *all, const struct error_totals *more
 
 const struct error_totals *pixel_errors_totals(struct pixel_errors *errors, struct crew *crew)
 {
+    if (errors->is_summed) return &errors->totals;
     uint32_t bands = band_count(errors->statistics->canvas);
     struct summing it = {errors, allocate(bands, sizeof *it.bands)};
     crew_share(crew, bands, sum_band, &it);

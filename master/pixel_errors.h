@@ -1,6 +1,9 @@
 /*
  * The errors of an adaptive picture: what the halves of pixels tell, what is expected of pixels by what is around them
  * (master/expect.h), what they have missed (master/hidden.h), and the sums of these over the picture.
+ *
+ * Sums are kept until a pixel changes: they are looked at more often, by a plan, a row of the log, a forecast and the
+ * report, than there is something new in them.
  */
 #ifndef FARM_MASTER_PIXEL_ERRORS_H
 #define FARM_MASTER_PIXEL_ERRORS_H
