@@ -100,13 +100,15 @@ uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *
 
 /* ---- what comes in ---- */
 
-/* What the pass brings to a pixel is in. */
+/* What the pass brings to a pixel is in. To look at what is not there yet would take as long as to put first samples
+ * in. */
 static void put_pixel(struct adaptive *adaptive, size_t pixel, const struct new_samples *more)
 {
-    struct known before = statistics_known(&adaptive->statistics, pixel);
-    uint32_t from = before.level, to = adaptive->pass.next[pixel];
+    uint32_t from = adaptive->statistics.level[pixel], to = adaptive->pass.next[pixel];
+    struct known before;
+    if (from > 0) before = statistics_known(&adaptive->statistics, pixel);
     double rays = statistics_put(&adaptive->statistics, pixel, to, more);
-    pixel_errors_settle(&adaptive->errors, pixel, &before);
+    pixel_errors_settle(&adaptive->errors, pixel, from > 0 ? &before : NULL);
     effort_add(&adaptive->effort, from, to, rays);
     adaptive->pass.missing--;
 }

@@ -32,7 +32,7 @@ void pixel_errors_free(struct pixel_errors *errors)
 void pixel_errors_settle(struct pixel_errors *errors, size_t pixel, const struct known *before)
 {
     errors->is_expected = errors->is_summed = false;
-    if (before->level == 0) return;
+    if (!before) return;
     struct sampled now = statistics_sampled(errors->statistics);
     hidden_settle(errors->hidden, &now, pixel, before);
 }

@@ -42,7 +42,7 @@ size_t pixel_errors_bytes(void);
 void pixel_errors_init(struct pixel_errors *errors, const struct statistics *statistics);
 void pixel_errors_free(struct pixel_errors *errors);
 
-/* The pixel has got more samples: what it was before. */
+/* The pixel has got more samples: what it was before; NULL: it had none. */
 void pixel_errors_settle(struct pixel_errors *errors, size_t pixel, const struct known *before);
 
 /* Whether a plan has still to tell if the pixel is left where it is by what is around it. */

@@ -33,7 +33,7 @@ struct sampled {
     const struct levels *levels;
 };
 
-/* What is known of a pixel at a level. */
+/* What is known of a pixel at a level, above 0. */
 struct known {
     float mean[3], difference[3], spread;
     uint8_t level;
