@@ -286,8 +286,8 @@ void queue_skip(struct queue *queue, queue_finished_pixels *finished_pixels, voi
         uint32_t finished = finished_pixels(state, &tile);
         if (finished == tile_pixels(&tile)) {
             skip_tile(queue, &tile);
-        } else if (finished > 0 && !queue->is_static && dynamic_can_split(queue, tile.id)) {
-            dynamic_split(queue, tile.id);
+        } else if (finished > 0 && !queue->is_static && split_is_possible(queue, tile.id)) {
+            split_tile(queue, tile.id);
             next = tile.id; /* one half has this id now, the other one comes last */
         }
     }
@@ -452,7 +452,7 @@ enum answer queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, do
         return ANSWER_IN_VAIN;
     }
     if (queue->is_dynamic) {
-        dynamic_learn(queue, renderer, &tile, seconds, hold.work);
+        predictions_learn(queue, renderer, &tile, seconds, hold.work);
         pace_answered(&queue->pace, renderer, now, hold.work, seconds, holds);
     }
     enum answer answer = mark_finished(queue, id, seconds);

@@ -144,26 +144,74 @@ void queue_tell_finished(struct queue *queue, uint32_t id);
 uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
                       struct tile tiles[LOT_TILES]);
 
-/* Two halves in place of a tile that waits, cut across its longer side; whether it is large enough. */
-void dynamic_split(struct queue *queue, uint32_t id);
-bool dynamic_can_split(const struct queue *queue, uint32_t id);
-
 /* A probe tile is back. */
 void dynamic_probed(struct queue *queue, double now);
-
-/* Predictions from the probes that are back, one at least, and with them another order. */
-void dynamic_settle(struct queue *queue, double now);
-
-/* A tile is back that took the renderer so long; predicted: its work. */
-void dynamic_learn(struct queue *queue, uint32_t renderer, const struct tile *tile, double seconds,
-                   double predicted);
 
 /* A tile is in work for so long. */
 void dynamic_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, double now,
                         double seconds);
 
+/* ---- what tiles are predicted to take ---- */
+
+/* Predictions from the probes that are back, one at least, and with them another order. */
+void predictions_settle(struct queue *queue, double now);
+
+/* A tile is back, or in work still, that has taken the renderer so many seconds; predicted: its work. */
+void predictions_learn(struct queue *queue, uint32_t renderer, const struct tile *tile,
+                       double seconds, double predicted);
+
 /* Joins cheap tiles that nobody has had; when predictions are new. */
 void queue_join(struct queue *queue);
+
+/* ---- how large a tile may be ---- */
+
+/* Two halves in place of a tile that waits, cut across its longer side; whether it is large enough. */
+void split_tile(struct queue *queue, uint32_t id);
+bool split_is_possible(const struct queue *queue, uint32_t id);
+
+/* Whether the tile that would be the next one of the lot, or its first one, is to be split before. */
+bool split_is_due(const struct queue *queue, uint32_t id, struct pace_lot lot, bool first);
+
+/* Into how many parts a tile is to be broken of which nobody else may begin more than one, as it is too dear for a
+ * single renderer; 0: it is not. */
+uint32_t split_dear_parts(const struct queue *queue, uint32_t id);
+
+/* ---- what a lot is made of ---- */
+
+/* A lot as it grows. */
+struct draft {
+    uint32_t renderer;
+    struct tile *tiles; /* room for LOT_TILES, the caller's */
+    uint32_t count;
+    uint64_t pixels;
+    double work, worst;
+};
+
+/* Whether the tile fits into the lot, besides what that has. */
+bool lot_has_room(const struct queue *queue, const struct draft *draft, uint32_t id,
+                  struct pace_lot lot);
+
+/* The tile, of so much work, is the next one of the lot, which has fewer than LOT_TILES. */
+void lot_add(const struct queue *queue, struct draft *draft, uint32_t id, double work);
+
+/* Adds what waits, behind what the draft has, and gives out the lot; returns how many tiles it has. */
+uint32_t lot_fill(struct queue *queue, struct draft *draft, double now, struct pace_lot lot);
+
+/* The draft is given out as it is; returns how many tiles it has. */
+uint32_t lot_give(struct queue *queue, const struct draft *draft, double now);
+
+/* ---- what others do a second time ---- */
+
+/* What the one who is longest overdue has not begun, before all that waits: at least a tile, and not more than a lot. */
+void repeat_late(struct queue *queue, struct draft *draft, struct pace_lot lot);
+
+/* The one that is longest overdue has begun all that repeat_late() leaves to it: what it is at is broken into pieces
+ * that wait, if that pays. */
+void repeat_overdue(struct queue *queue, uint32_t asker, double now);
+
+/* What others have, when nothing waits, if the renderer had better do that; returns how many tiles that is. */
+uint32_t repeat_next(struct queue *queue, uint32_t renderer, double now,
+                     struct tile tiles[LOT_TILES]);
 
 /* Gives up all that are late by now; whether there was any. */
 bool queue_check_late(struct queue *queue, double now);

@@ -82,5 +82,5 @@ void queue_end_probes(struct queue *queue, double now)
     queue->next_probe = queue->probes;
     queue->probes_ended = true;
     queue->news++;
-    if (queue->map.blocks_known > 0) dynamic_settle(queue, now);
+    if (queue->map.blocks_known > 0) predictions_settle(queue, now);
 }

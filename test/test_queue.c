@@ -843,8 +843,8 @@ static void test_neighbours_are_warned(void **state)
         double now = 2e-3, seconds = 1;
         settle_halves(queue, config.width);
         struct tile tile = begin_cheap(queue, config.width, &now);
-        dynamic_split(queue, tile.id + 1);
-        dynamic_split(queue, tile.id + 1);
+        split_tile(queue, tile.id + 1);
+        split_tile(queue, tile.id + 1);
         double total = queue->pace.total, unit = pace_seconds(&queue->pace, 0, 1);
         double density = seconds / unit / tile_pixels(&tile);
         if (tells)
@@ -1668,7 +1668,7 @@ static void test_whole_before_pieces(void **state)
     /* Nor are pieces split like other tiles: the whole one counts on as many as it has. */
     for (uint32_t i = 0; i < count; i++) {
         assert_true(queue->items[lot[i].id].is_piece);
-        assert_false(dynamic_can_split(queue, lot[i].id));
+        assert_false(split_is_possible(queue, lot[i].id));
     }
     assert_true(queue_finish(queue, 0, last.id, 101, 1));
     assert_true(queue_complete(queue));

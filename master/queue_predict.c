@@ -1,0 +1,134 @@
+/* What tiles are predicted to take, from the probes on, and what is learnt when one takes longer. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "common/extremes.h"
+#include "common/message.h"
+#include "master/octave.h"
+#include "master/queue_parts.h"
+
+/* Tiles of like cost keep the order of the picture, in which neighbours are near each other: steps
+ * of half an octave. */
+static double priority_of(const struct item *item, struct cost cost)
+{
+    return half_octave_below(cost.worst / (double)area(item));
+}
+
+/* What of its work does not depend on the map, which says 1 for every pixel until it is settled. */
+static double work_ratio(const struct queue *queue, const struct item *item)
+{
+    if (!queue->settled) return (double)item->work / (double)area(item);
+    return (double)item->work / cost_predict(&queue->map, item->x, item->y, item->w, item->h).work;
+}
+
+/* The caller sorts what waits, and counts it in the outlook. */
+static void predict(struct queue *queue, uint32_t id, double ratio)
+{
+    struct item *item = &queue->items[id];
+    struct cost cost = cost_predict(&queue->map, item->x, item->y, item->w, item->h);
+    item->work = (float)fmin(cost.work * ratio, WORK_MOST);
+    item->worst = (float)fmin(larger_number(cost.worst, cost.work) * ratio, WORK_MOST);
+    if (is_of_picture(item) && !item->skipped) queue->pace.total += (double)item->work;
+    /* In later passes it is the one that it was added with, once that was told by what is known. */
+    if (item->pass == 0 || !queue->settled) item->priority = priority_of(item, cost);
+    if (!agenda_has(&queue->waiting, id)) return;
+    queue->waiting_work += (double)item->work;
+    agenda_change(&queue->waiting, id, item->priority);
+}
+
+/* The work that renderers have was told in another unit. */
+static void predict_held(struct queue *queue, double now)
+{
+    pace_restart(&queue->pace);
+    queue->counted = false;
+    for (uint32_t renderer = 0; renderer < queue->config.renderers; renderer++) {
+        double held = 0;
+        uint32_t i = queue->holdings.holders[renderer].first;
+        while (i != HOLD_NONE) {
+            struct hold *hold = &queue->holdings.holds[i];
+            const struct item *item = &queue->items[hold->id];
+            hold->work = item->pass == TILE_PROBE ? 0 : (double)item->work;
+            held += hold->work;
+            i = hold->next;
+        }
+        if (held > 0) pace_has(&queue->pace, renderer, now, held);
+    }
+}
+
+void predictions_settle(struct queue *queue, double now)
+{
+    float *ratios = allocate(queue->item_count, sizeof *ratios);
+    for (uint32_t id = 0; id < queue->item_count; id++)
+        if (queue->items[id].pass != TILE_PROBE)
+            ratios[id] = (float)work_ratio(queue, &queue->items[id]);
+    cost_settle(&queue->map);
+    queue->pace.total = queue->waiting_work = 0;
+    queue->outlook = (struct outlook){0};
+    agenda_unsort(&queue->waiting);
+    for (uint32_t id = 0; id < queue->item_count; id++)
+        if (queue->items[id].pass != TILE_PROBE) predict(queue, id, (double)ratios[id]);
+    free(ratios);
+    if (!queue->settled) predict_held(queue, now);
+    /* Whether all probes are back, or one is missing for long: cheap pictures have so many tiles that the master
+     * does not get through them otherwise, and rank 0's own renderer, whom it keeps from rendering, has
+     * probes, too. Single samples of two such scenes on 36 to 52 processors are half as fast again and more. */
+    queue_join(queue);
+    agenda_sort(&queue->waiting);
+    for (uint32_t id = 0; id < queue->item_count; id++)
+        queue_foresee(queue, id);
+    queue->settled = true;
+    queue->next_cheap = 0;
+    queue->pace.blind = false;
+    queue->news++;
+}
+
+/* ---- dearer than predicted ---- */
+
+/* What costs so many times what was predicted is news about its neighbours. */
+#define SURPRISE 2
+
+/* What waits may be so dear per pixel, and is taken to be half as dear. */
+static void warn_of(struct queue *queue, uint32_t id, double density)
+{
+    struct item *item = &queue->items[id];
+    double dear = density * (double)area(item);
+    if (!agenda_has(&queue->waiting, id) || (double)item->worst >= dear) return;
+    queue_unset_waiting(queue, id);
+    queue_unforesee(queue, id);
+    pace_place(&queue->pace); /* by what was known */
+    queue->pace.total -= (double)item->work;
+    item->worst = (float)dear;
+    item->work = fmaxf(item->work, (float)(dear / 2));
+    item->priority = fmax(item->priority, density);
+    queue->pace.total += (double)item->work;
+    queue_foresee(queue, id);
+    queue_set_waiting(queue, id);
+}
+
+/* A tile of pass 0 was dearer than predicted: those around it, and what was split off them or it; of one that was
+ * joined, around its first part. */
+static void warn_neighbours(struct queue *queue, const struct tile *tile, double work)
+{
+    uint32_t edge = queue->config.tile_edge, columns = divide_up(queue->config.width, edge);
+    uint32_t column = tile->x / edge, row = tile->y / edge;
+    uint32_t rows = divide_up(queue->config.height, edge);
+    double density = work / tile_pixels(tile);
+    for (uint32_t y = row - (row > 0); y <= row + 1 && y < rows; y++) {
+        for (uint32_t x = column - (column > 0); x <= column + 1 && x < columns; x++) {
+            uint32_t id = y * columns + x;
+            do
+                warn_of(queue, id, density);
+            while ((id = queue->items[id].rest) != 0);
+        }
+    }
+}
+
+void predictions_learn(struct queue *queue, uint32_t renderer, const struct tile *tile,
+                       double seconds, double predicted)
+{
+    double unit = pace_seconds(&queue->pace, renderer, 1);
+    if (!queue->settled || unit <= 0 || seconds <= SURPRISE * predicted * unit) return;
+    if (tile->pass > 0) return; /* those of pass 0 around it are finished */
+    if (seconds < pace_least(&queue->pace, renderer)) return;
+    warn_neighbours(queue, tile, fmin(seconds / unit, WORK_MOST));
+}
