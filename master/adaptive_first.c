@@ -57,7 +57,7 @@ static uint32_t lattice_within(const struct adaptive *adaptive, double seconds)
 static void learn_first(struct adaptive *adaptive)
 {
     if (adaptive->pass.asked == 0) return;
-    adaptive->unsampled_s = (effort_first_seconds(&adaptive->effort) - adaptive->first_before) /
+    adaptive->unsampled_s = (effort_first_seconds(&adaptive->effort) - adaptive->first_before_s) /
                             (double)adaptive->pass.asked;
 }
 
@@ -67,7 +67,7 @@ static void plan_lattice(struct adaptive *adaptive, uint32_t lattice)
     assert(adaptive->pass.missing == 0);
     uint64_t pixels = find_unsampled(&adaptive->statistics, lattice, adaptive->pass.next);
     assert(pixels > 0);
-    adaptive->first_before = effort_first_seconds(&adaptive->effort);
+    adaptive->first_before_s = effort_first_seconds(&adaptive->effort);
     pass_begin(&adaptive->pass, true, -1 - (double)lattice, pixels);
 }
 

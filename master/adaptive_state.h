@@ -39,9 +39,9 @@ struct adaptive {
     struct crew *crew; /* that plans; NULL: who calls does, alone */
     double target;
     bool is_met; /* the target */
-    double
-        unsampled_s; /* of rendering that a pixel without samples is expected to take; 0: nobody knows */
-    double first_before; /* seconds spent on first samples when the pass was planned */
+    /* Of rendering: that a pixel without samples is expected to take, 0: nobody knows; and that had been spent on first
+     * samples when the pass was planned. */
+    double unsampled_s, first_before_s;
 };
 
 /* Begins the next pass, which asks for so many pixels. */

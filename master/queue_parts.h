@@ -172,8 +172,7 @@ bool split_is_possible(const struct queue *queue, uint32_t id);
 /* Whether the tile that would be the next one of the lot, or its first one, is to be split before. */
 bool split_is_due(const struct queue *queue, uint32_t id, struct pace_lot lot, bool first);
 
-/* Into how many parts a tile is to be broken of which nobody else may begin more than one, as it is too dear for a
- * single renderer; 0: it is not. */
+/* How many parts a tile is to fall into that is too dear for a single renderer to begin; 0: it is not. */
 uint32_t split_dear_parts(const struct queue *queue, uint32_t id);
 
 /* ---- what a lot is made of ---- */
