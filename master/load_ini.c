@@ -204,6 +204,8 @@ static bool load_include(const struct reading *at, void *data)
     struct include_section *s = data;
     struct placement own = placement_make(s->rotate, s->scale, s->translate);
     struct named_file named;
+    if (!*s->file)
+        return refuse_section_key(at, "file", "no file is named, expected an INI or NFF file");
     if (!find_file(at, s->file, &named)) return false;
     struct part inner = {.loader = at->part->loader,
                          .outer = at->part,

@@ -462,6 +462,8 @@ static void test_include_mistakes(void **state)
             "only parts of a scene in an included file");
     refused(state, "[include]\nfile = none.nff\n",
             "scene.ini:2: [include]: cannot open none.nff: No such file or directory");
+    refused(state, "[include]\nfile =\n",
+            "scene.ini:2: [include]: no file is named, expected an INI or NFF file");
     scratch_write("x.obj", "");
     refused(state, "[include]\nfile = x.obj\n",
             "scene.ini:2: [include]: an OBJ file is no part to include, expected a [mesh] for it");
