@@ -352,10 +352,10 @@ bench-balance: $(BUILD)/bench/balance $(BUILD)/bench/balance_messages all
 run: all
 	$(MPIEXEC) -n $$(nproc) ./$(FARM) config/lantern.ini
 
-test: all $(UNITS) $(BUILD)/bench/stability $(BUILD)/bench/kernel $(BUILD)/bench/omit \
+test: all $(UNITS) $(BUILD)/bench/stability $(BUILD)/bench/kernel $(BUILD)/bench/omit $(BUILD)/bench/balance \
         $(FAULTS) $(BUILD)/test/several_nodes.so $(BUILD)/bench/error_truncation
 	@FARM=./$(FARM) UNITS="$(UNITS)" STABILITY=$(BUILD)/bench/stability KERNEL=$(BUILD)/bench/kernel \
-	    OMIT=$(BUILD)/bench/omit FAULTS_JOURNAL=$(BUILD)/bench/faults_journal \
+	    OMIT=$(BUILD)/bench/omit BALANCE=$(BUILD)/bench/balance FAULTS_JOURNAL=$(BUILD)/bench/faults_journal \
 	    FAULTS_SLOW=$(BUILD)/bench/faults_slow.so FAULTS_STOP=$(BUILD)/bench/faults_stop.so \
 	    NODES=$(BUILD)/test/several_nodes.so TRUNCATION=$(BUILD)/bench/error_truncation \
 	    MPIEXEC="$(MPIEXEC)" MPICC="$(MPICC)" sh test/run.sh

@@ -40,9 +40,10 @@ void values_write(void);
 
 /* For writing, in OUT_FOLDER; ends the program when that fails. */
 FILE *open_out(const char *name);
-/* A section of the report, with its heading and the time it was made: kept, and put together by
- * join_report(). */
+/* A section of the report, with its heading and the time it was made: once it is whole, close_section() puts it in
+ * the place of the earlier one, and join_report() puts all of them together. */
 FILE *open_section(const char *section, const char *heading);
+void close_section(FILE *file, const char *section);
 void join_report(void);
 /* Runs gnuplot over a script that was written to OUT_FOLDER. */
 void plot(const char *script);

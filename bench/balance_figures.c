@@ -277,7 +277,7 @@ void section_figures(void)
     }
     fprintf(out, "\n![When every processor finishes](balance_fig12.svg)\n\n"
                  "![What every processor spends in sending](balance_fig13.svg)\n");
-    fclose(out);
+    close_section(out, "figures");
     draw_times();
     draw_speedups();
     draw_finishes();

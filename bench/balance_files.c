@@ -38,10 +38,19 @@ FILE *open_section(const char *section, const char *heading)
     char when[32];
     time_t now = time(NULL);
     strftime(when, sizeof when, "%Y-%m-%d %H:%M", localtime(&now));
-    FILE *file = open_file(KEPT_FOLDER, section, ".md", "w");
+    FILE *file = open_file(KEPT_FOLDER, section, ".part", "w");
     fprintf(file, "## %s\n\n<!-- BALANCE_OPTIONS=\"--only %s\", %s -->\n\n", heading, section,
             when);
     return file;
+}
+
+void close_section(FILE *file, const char *section)
+{
+    char part[256], whole[256];
+    snprintf(part, sizeof part, KEPT_FOLDER "/%s.part", section);
+    snprintf(whole, sizeof whole, KEPT_FOLDER "/%s.md", section);
+    if (fclose(file) != 0 || rename(part, whole) != 0)
+        fatal("cannot write %s: %s", whole, strerror(errno));
 }
 
 void join_report(void)

@@ -17,12 +17,17 @@
 #include "common/number.h"
 
 static const struct section {
-    const char *name;
+    const char *name, *what;
     void (*run)(void);
 } sections[] = {
-    {"messages", section_messages}, {"costs", section_costs}, {"figures", section_figures},
-    {"static", section_static},     {"real", section_real},   {"model", section_model},
-    {"plan", section_plan},         {"marks", section_marks},
+    {"messages", "what a message costs between two ranks", section_messages},
+    {"costs", "what each tile costs", section_costs},
+    {"figures", "the paper's figures 10 to 13, simulated", section_figures},
+    {"static", "fixed shares in real runs on up to 44 ranks, by CPU time", section_static},
+    {"real", "real runs on one, two and 44 ranks, and with a slow renderer", section_real},
+    {"model", "the simulated farm against real runs", section_model},
+    {"plan", "farms of up to 100,000 renderers, simulated", section_plan},
+    {"marks", "what is asked for, and whether it was reached (always made)", section_marks},
 };
 
 #define SECTIONS (sizeof sections / sizeof *sections)
@@ -37,6 +42,28 @@ static bool is_listed(const char *list, const char *name)
             return true;
     }
     return false;
+}
+
+static void put_usage(FILE *out)
+{
+    fputs("usage: balance [--only SECTION[,SECTION...] [--fresh]] [--rounds N]\n"
+          "       balance --scene FILE [--samples N] [--rounds N]\n"
+          "  --only       these sections alone; the others keep what they said the last time\n"
+          "  --fresh      forgets that, and the costs that were measured\n"
+          "  --scene      how another scene would be shared out, simulated, and nothing else\n"
+          "  --samples N  of each of its pixels (1)\n"
+          "  --rounds N   how often every tile is timed for its cost (3)\n"
+          "sections:\n",
+          out);
+    for (size_t i = 0; i < SECTIONS; i++)
+        fprintf(out, "  %-11s  %s\n", sections[i].name, sections[i].what);
+}
+
+static _Noreturn void refuse(const char *argument)
+{
+    fprintf(stderr, "balance: %s is no option, or has no value, or a wrong one\n", argument);
+    put_usage(stderr);
+    exit(2);
 }
 
 static bool all_known(const char *list)
@@ -87,9 +114,11 @@ int main(int argc, char **argv)
     const char *only = NULL, *scene = NULL;
     bool fresh = false;
     uint32_t samples = 1;
-    if (system("mkdir -p " OUT_FOLDER " " KEPT_FOLDER) != 0) fatal("cannot make " OUT_FOLDER);
     for (int i = 1; i < argc; i++) {
-        if (strcmp(argv[i], "--only") == 0 && i + 1 < argc && all_known(argv[i + 1]))
+        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
+            put_usage(stdout);
+            return 0;
+        } else if (strcmp(argv[i], "--only") == 0 && i + 1 < argc && all_known(argv[i + 1]))
             only = argv[++i];
         else if (strcmp(argv[i], "--fresh") == 0)
             fresh = true;
@@ -102,10 +131,10 @@ int main(int argc, char **argv)
                  is_count(argv[i + 1], &bench_rounds))
             i++;
         else
-            fatal("usage: balance [--rounds N] [--scene FILE [--samples N]] [--fresh] [--only "
-                  "messages,costs,figures,static,real,model,plan,marks]");
+            refuse(argv[i]);
     }
     if (scene && (only || fresh)) fatal("--scene is no section, and forgets nothing");
+    if (system("mkdir -p " OUT_FOLDER " " KEPT_FOLDER) != 0) fatal("cannot make " OUT_FOLDER);
     if (scene) {
         values_read();
         compare_schedules(scene, samples);

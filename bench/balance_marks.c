@@ -14,11 +14,11 @@ static void mark(const char *what, const char *how, double value, double bound, 
     bool known = !isnan(value), good = at_least ? value >= bound : value <= bound;
     unknown += !known;
     missed += known && !good;
-    fprintf(out, "| %s | %s | %s %.4g | %.4g | %s |\n", what, how, at_least ? ">=" : "<=", bound,
-            value,
-            !known ? "not measured"
-            : good ? "yes"
-                   : "**no**");
+    fprintf(out, "| %s | %s | %s %.4g | ", what, how, at_least ? ">=" : "<=", bound);
+    if (known)
+        fprintf(out, "%.4g | %s |\n", value, good ? "yes" : "**no**");
+    else
+        fputs("| not measured |\n", out);
 }
 
 /* The same for what is told of a scene. */
@@ -76,6 +76,6 @@ void section_marks(void)
             "same kernel; whole runs are below (real runs). Efficiency on 44 is the part of the "
             "processors' time that went into tiles that count: what tiles of other sizes than "
             "those of -n 1 cost more or less is in speed-up, not in it.\n");
-    fclose(out);
+    close_section(out, "marks");
     printf("%u marks missed, %u not measured\n", missed, unknown);
 }

@@ -139,7 +139,7 @@ void section_messages(void)
         value_set(values[i], "%s", message_values[i].name);
         fprintf(out, "| %s | %.2e |\n", message_values[i].what, values[i]);
     }
-    fclose(out);
+    close_section(out, "messages");
 }
 
 /* ---- costs ---- */
@@ -227,6 +227,6 @@ void section_costs(void)
     for (unsigned s = 0; s < SCENES; s++)
         for (unsigned i = 0; i < 2; i++)
             put_apart(out, &bench_scenes[s], samples[i]);
-    fclose(out);
+    close_section(out, "costs");
     fclose(csv);
 }

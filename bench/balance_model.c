@@ -198,5 +198,5 @@ void section_model(void)
         for (unsigned i = 0; i < count; i++)
             worst = fmax(worst, fabs(put_row(out, s, &rows[i], RUNS, &around)));
     value_set(worst, "model.worst");
-    fclose(out);
+    close_section(out, "model");
 }

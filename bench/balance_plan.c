@@ -265,6 +265,6 @@ void section_plan(void)
     put_saturation(out, csv);
     put_latencies(out, csv);
     put_further(out, csv);
-    fclose(out);
+    close_section(out, "plan");
     fclose(csv);
 }

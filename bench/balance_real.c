@@ -265,5 +265,5 @@ void section_real(void)
     report_waiting(out);
     unsigned two[2];
     if (two_processors(two)) put_slow(out);
-    fclose(out);
+    close_section(out, "real");
 }

@@ -1,5 +1,6 @@
 /* The section "static": shares that are fixed before the start, in real runs at any number of
  * processors, by the CPU time of every rank. */
+#include <math.h>
 #include <stdlib.h>
 
 #include "bench/balance.h"
@@ -35,8 +36,14 @@ static void put_row(FILE *out, FILE *csv, const struct bench_scene *scene, unsig
         double speedup = serial / cpu_of(scene, processors, schedule->options);
         double predicted =
             value_get("%s.%d.%s.speedup.%u", scene->name, SAMPLES, schedule->name, processors);
-        fprintf(out, " %.2f | %.2f |", speedup, predicted);
-        fprintf(csv, ",%.4f,%.4f", speedup, predicted);
+        fprintf(out, " %.2f |", speedup);
+        fprintf(csv, ",%.4f,", speedup);
+        if (isnan(predicted)) {
+            fputs(" |", out);
+        } else {
+            fprintf(out, " %.2f |", predicted);
+            fprintf(csv, "%.4f", predicted);
+        }
     }
     fputc('\n', out);
     fputc('\n', csv);
@@ -50,7 +57,8 @@ void section_static(void)
         out,
         "**Measured**: mpiexec -n P, %d samples. Speed-up: CPU seconds of -n 1 against those of "
         "the rank that needs most, so that who else has the cores does not count, but for what "
-        "he does to caches and clock; beside it what the simulated farm says.\n\n| scene | "
+        "he does to caches and clock; beside it what the simulated farm says (section figures, "
+        "where it was made).\n\n| scene | "
         "processors |",
         SAMPLES);
     fprintf(csv, "scene,processors");
@@ -69,6 +77,6 @@ void section_static(void)
         for (unsigned i = 0; i < sizeof counts / sizeof *counts; i++)
             put_row(out, csv, &bench_scenes[s], counts[i], serial);
     }
-    fclose(out);
+    close_section(out, "static");
     fclose(csv);
 }
