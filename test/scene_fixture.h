@@ -142,6 +142,21 @@ static inline void add_sheet(struct builder *builder, unsigned bumpy, uint32_t m
     }
 }
 
+/* The facets of a pipe, two triangles each, 20 long and across all axes. */
+static inline void add_pipe(struct builder *builder, uint32_t facets, uint32_t material)
+{
+    const struct vec3 along = {9, 12, 13}, aside = {0.8, -0.6, 0}, up = {0.39, 0.52, -0.75};
+    struct vec3 last = aside;
+    for (uint32_t i = 1; i <= facets; i++) {
+        double angle = i * (2 * acos(-1) / facets);
+        struct vec3 next = vec_add(vec_scale(aside, cos(angle)), vec_scale(up, sin(angle)));
+        struct vec3 far = vec_add(last, along), next_far = vec_add(next, along);
+        add_triangle(builder, last, far, next_far, material);
+        add_triangle(builder, last, next_far, next, material);
+        last = next;
+    }
+}
+
 /* With all that is in it: what is in one place with something else, too. */
 static inline struct scene *finish_scene(struct builder *builder)
 {

@@ -19,6 +19,8 @@ struct survey {
     uint64_t nodes, entries, primitives;
     uint64_t places; /* of all leaves, in entries' bytes */
     uint64_t bytes;
+    double
+        tests; /* that a ray through the root's box can expect: leaves' areas by that of the root */
     unsigned depth; /* of nodes */
     uint32_t largest_leaf;
     struct piece *pieces; /* per entry of the leaves, in the order in which they are seen */
@@ -44,6 +46,13 @@ static void check_corners(const struct survey *survey, const struct bvh_leaf *le
     }
 }
 
+static double area_of(const float min[3], const float max[3])
+{
+    double x = (double)max[0] - (double)min[0], y = (double)max[1] - (double)min[1];
+    double z = (double)max[2] - (double)min[2];
+    return x * y + y * z + z * x;
+}
+
 static void check_leaf(struct survey *survey, const struct bvh_node *node, unsigned slot)
 {
     uint32_t count = node->count[slot], triangles = 0;
@@ -65,6 +74,8 @@ static void check_leaf(struct survey *survey, const struct bvh_node *node, unsig
             piece->min[axis] = node->min[axis][slot];
             piece->max[axis] = node->max[axis][slot];
         }
+        double root = area_of(survey->bvh->min, survey->bvh->max);
+        survey->tests += area_of(piece->min, piece->max) / root;
     }
     survey->places += count;
     if (triangles == 0) return;
@@ -450,7 +461,7 @@ static struct builder *long_triangles(double transmission)
     add_material(builder, vec3(1, 1, 1), transmission);
     for (int i = 0; i < 2000; i++) {
         struct vec3 p = random_vector(&random, 10), q = random_vector(&random, 10);
-        add_triangle(builder, p, q, vec_add(q, random_vector(&random, 0.1)), 0);
+        add_triangle(builder, p, q, vec_add(q, random_vector(&random, 3)), 0);
     }
     add_sphere(builder, vec3(0, 0, 0), 8, 0);
     return builder;
@@ -481,6 +492,44 @@ static void test_large_scene(void **state)
     struct survey survey = check_tree(finish_scene(builder));
     assert_int_equal(survey.primitives, 52001);
     assert_true(survey.entries > 60000);
+}
+
+static struct survey survey_pipe(uint32_t facets, double scattered)
+{
+    uint64_t random = 24;
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    add_pipe(builder, facets, 0);
+    for (uint32_t i = 0; i < scattered * facets; i++) {
+        struct vec3 p = random_vector(&random, 10);
+        add_triangle(builder, p, vec_add(p, random_vector(&random, 0.1)),
+                     vec_add(p, random_vector(&random, 0.1)), 0);
+    }
+    return check_tree(finish_scene(builder));
+}
+
+/* Long thin triangles have nearly the same box, their pieces have not; so with others around them. */
+static void test_slivers_are_cut(void **state)
+{
+    (void)state;
+    assert_true(survey_pipe(1000, 0).tests < 2000.0 / 16);
+    assert_true(survey_pipe(1000, 10).tests < 2000.0 / 16);
+}
+
+/* As far as there is room for pieces: a million. */
+static void test_many_slivers(void **state)
+{
+    (void)state;
+    struct survey survey = survey_pipe(40000, 0);
+    assert_true(survey.entries > 80000 * 6 && survey.entries <= 80000 * 8);
+    assert_true(survey.tests < 80000.0 / 6);
+}
+
+/* Too few to be worth it: what there is are pieces of spatial splits. */
+static void test_few_slivers(void **state)
+{
+    (void)state;
+    assert_true(survey_pipe(7, 0).entries <= 14 + 14 / 4);
 }
 
 /* Rays that meet several pieces of a triangle count it once. */
@@ -628,6 +677,9 @@ int main(void)
         cmocka_unit_test(test_extreme_coordinates),
         cmocka_unit_test(test_spatial_splits),
         cmocka_unit_test(test_large_scene),
+        cmocka_unit_test(test_slivers_are_cut),
+        cmocka_unit_test(test_many_slivers),
+        cmocka_unit_test(test_few_slivers),
         cmocka_unit_test(test_pieces_count_once),
         cmocka_unit_test(test_origin_in_a_slab_plane),
         cmocka_unit_test(test_tiny_direction),

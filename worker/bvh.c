@@ -9,6 +9,7 @@
 #include "common/whole.h"
 #include "worker/bvh_leaf.h"
 #include "worker/bvh_nodes.h"
+#include "worker/bvh_slivers.h"
 #include "worker/bvh_trees.h"
 #include "worker/inlined.h"
 #include "worker/primitive.h"
@@ -21,12 +22,17 @@
 
 /* ---- memory ---- */
 
-/* Pieces that spatial splits may add. */
+static uint64_t triangle_bound(const struct scene *scene)
+{
+    return (uint64_t)scene->primitives[PRIMITIVE_TRIANGLE].count +
+           scene->primitives[PRIMITIVE_PATCH].count;
+}
+
+/* Pieces that spatial splits may add, and those of slivers. */
 static uint64_t room_for_pieces(const struct scene *scene)
 {
-    return (scene->primitives[PRIMITIVE_TRIANGLE].count +
-            scene->primitives[PRIMITIVE_PATCH].count) /
-           PIECES_SHARE;
+    uint64_t triangles = triangle_bound(scene);
+    return triangles / PIECES_SHARE + sliver_pieces_bound(triangles);
 }
 
 static uint64_t leaf_bound(const struct scene *scene)
@@ -56,8 +62,7 @@ static uint64_t node_bound(const struct scene *scene)
 /* As if each primitive had a leaf to itself. */
 static size_t leaf_bytes_bound(const struct scene *scene)
 {
-    uint64_t triangles = scene->primitives[PRIMITIVE_TRIANGLE].count +
-                         scene->primitives[PRIMITIVE_PATCH].count + room_for_pieces(scene);
+    uint64_t triangles = triangle_bound(scene) + room_for_pieces(scene);
     return (size_t)(leaf_bound(scene) + triangles * corner_entries(1)) * sizeof(struct bvh_leaf);
 }
 
@@ -82,8 +87,8 @@ size_t bvh_bytes_bound(const struct scene *scene)
 
 /* ROUND_ITEMS primitives, or what is left of them, which one thread looks at. */
 struct part {
-    uint32_t count;     /* of those in the tree */
-    uint32_t triangles; /* of these */
+    uint32_t count;     /* of the items of those in the tree */
+    uint32_t triangles; /* in the tree */
     uint32_t first;     /* item */
     struct range range;
 };
@@ -92,6 +97,7 @@ struct part {
 struct collection {
     const struct whole *whole;
     const struct bvh_trees *trees;
+    const struct bvh_slivers *slivers;
     uint32_t tree;
     struct part *parts;
 };
@@ -102,7 +108,8 @@ static bool is_member(const struct collection *all, uint64_t index)
 }
 
 /* Calls a function with each primitive of a part that is in the tree. */
-typedef void visit_member(const struct collection *all, struct part *part, uint32_t id);
+typedef void visit_member(const struct collection *all, struct part *part, uint64_t index,
+                          uint32_t id);
 
 static INLINED void visit_members(const struct collection *all, uint32_t round, visit_member *visit)
 {
@@ -115,15 +122,36 @@ static INLINED void visit_members(const struct collection *all, uint32_t round, 
     uint32_t id = bounded_id(scene, first);
     for (uint64_t index = first; index < end; index++) {
         if (index > first) id = bounded_id_after(scene, id);
-        if (is_member(all, index)) visit(all, &all->parts[round], id);
+        if (is_member(all, index)) visit(all, &all->parts[round], index, id);
     }
 }
 
-static INLINED void count_member(const struct collection *all, struct part *part, uint32_t id)
+static INLINED struct item item_of(const struct whole *whole, uint32_t id)
 {
-    (void)all;
+    struct item item = {.id = id, .weight = weight_of(primitive_kind(id))};
+    struct bounds bounds = primitive_bounds(whole->scene, id);
+    for (unsigned axis = 0; axis < 3; axis++) {
+        item.min[axis] = round_down(bounds.min[axis] - whole->center[axis]);
+        item.max[axis] = round_up(bounds.max[axis] - whole->center[axis]);
+    }
+    return item;
+}
+
+static INLINED unsigned halvings_of(const struct collection *all, uint64_t index, uint32_t id)
+{
+    const uint8_t *halvings = all->slivers->halvings;
+    return halvings && is_triangle(id) ? halvings[index] : 0;
+}
+
+static INLINED void count_member(const struct collection *all, struct part *part, uint64_t index,
+                                 uint32_t id)
+{
+    unsigned halvings = halvings_of(all, index, id);
+    part->triangles += is_triangle(id) && halvings == 0;
     part->count++;
-    part->triangles += is_triangle(id);
+    if (halvings == 0) return;
+    struct item pieces[1 << HALVINGS_MAX] = {item_of(all->whole, id)};
+    part->count += halve_triangle(all->whole, pieces, halvings) - 1;
 }
 
 static void count_part(void *context, uint32_t round)
@@ -133,18 +161,16 @@ static void count_part(void *context, uint32_t round)
     visit_members(all, round, count_member);
 }
 
-static INLINED void collect_member(const struct collection *all, struct part *part, uint32_t id)
+static INLINED void collect_member(const struct collection *all, struct part *part, uint64_t index,
+                                   uint32_t id)
 {
-    const struct whole *whole = all->whole;
-    struct item *item = &whole->items[part->first + part->range.count];
-    item->id = id;
-    item->weight = weight_of(primitive_kind(id));
-    struct bounds bounds = primitive_bounds(whole->scene, id);
-    for (unsigned axis = 0; axis < 3; axis++) {
-        item->min[axis] = round_down(bounds.min[axis] - whole->center[axis]);
-        item->max[axis] = round_up(bounds.max[axis] - whole->center[axis]);
-    }
-    range_add(&part->range, item);
+    unsigned halvings = halvings_of(all, index, id);
+    struct item *item = &all->whole->items[part->first + part->range.count];
+    uint32_t count = 1;
+    *item = item_of(all->whole, id);
+    if (halvings > 0) count = halve_triangle(all->whole, item, halvings);
+    for (uint32_t i = 0; i < count; i++)
+        range_add(&part->range, &item[i]);
 }
 
 static void collect_part(void *context, uint32_t round)
@@ -155,10 +181,10 @@ static void collect_part(void *context, uint32_t round)
 }
 
 static struct range collect_items(const struct whole *whole, const struct bvh_trees *trees,
-                                  uint32_t tree)
+                                  const struct bvh_slivers *slivers, uint32_t tree)
 {
     uint32_t parts = divide_up((uint32_t)bounded_count(whole->scene), ROUND_ITEMS), triangles = 0;
-    struct collection all = {whole, trees, tree, allocate(parts, sizeof *all.parts)};
+    struct collection all = {whole, trees, slivers, tree, allocate(parts, sizeof *all.parts)};
     struct range range = range_empty(0);
     crew_share(whole->crew, parts, count_part, &all);
     for (uint32_t i = 0, first = 0; i < parts; i++) {
@@ -200,10 +226,10 @@ static struct bvh *empty_tree(const struct scene *scene, void *memory)
 }
 
 /* Behind a tree, in bytes from its beginning, the next one begins. */
-static size_t build_tree(const struct whole *whole, const struct bvh_trees *trees, uint32_t tree,
-                         struct bvh *bvh)
+static size_t build_tree(const struct whole *whole, const struct bvh_trees *trees,
+                         const struct bvh_slivers *slivers, uint32_t tree, struct bvh *bvh)
 {
-    struct range all = collect_items(whole, trees, tree);
+    struct range all = collect_items(whole, trees, slivers, tree);
     write_bounds(bvh, &all.extent);
     struct bvh_node *nodes = (void *)((char *)bvh + bvh->nodes_offset);
     uint32_t node_count = bvh_build_nodes(whole, &all, nodes);
@@ -254,7 +280,8 @@ static size_t write_boxes(const struct scene *scene, struct bvh *first, size_t o
     return offset + boxes->nodes_offset + boxes->node_count * sizeof *nodes;
 }
 
-static void build_trees(struct whole *whole, const struct bvh_trees *trees, struct bvh *first)
+static void build_trees(struct whole *whole, const struct bvh_trees *trees,
+                        const struct bvh_slivers *slivers, struct bvh *first)
 {
     struct bvh *bvh = first;
     size_t bytes = 0;
@@ -262,7 +289,7 @@ static void build_trees(struct whole *whole, const struct bvh_trees *trees, stru
         if (tree > 0) bvh = empty_tree(whole->scene, (char *)first + bytes);
         memcpy(bvh->center, trees->center[tree], sizeof bvh->center);
         whole->center = bvh->center;
-        size_t end = build_tree(whole, trees, tree, bvh);
+        size_t end = build_tree(whole, trees, slivers, tree, bvh);
         bytes += end;
         if (tree + 1 < trees->count) bvh->next_offset = end;
     }
@@ -278,11 +305,14 @@ struct bvh *bvh_build(const struct scene *scene, void *memory, unsigned threads)
         fatal("the scene has too many primitives for a tree");
     if (bounded_count(scene) <= SUBTREE_ITEMS) threads = 1; /* there is nothing to share out */
     struct bvh_trees trees;
+    struct bvh_slivers slivers;
     struct whole whole = {.scene = scene,
                           .items = allocate_large((size_t)leaf_bound(scene) * sizeof *whole.items),
                           .crew = threads > 1 ? crew_gather(threads) : NULL};
     bvh_trees_find(scene, whole.crew, &trees);
-    build_trees(&whole, &trees, bvh);
+    bvh_slivers_find(scene, whole.crew, &trees, &slivers);
+    build_trees(&whole, &trees, &slivers, bvh);
+    bvh_slivers_free(&slivers);
     bvh_trees_free(&trees);
     if (whole.crew) crew_dismiss(whole.crew);
     free(whole.items);

@@ -398,6 +398,40 @@ static void set_extent(struct item *item, const struct extent *extent)
     }
 }
 
+static unsigned longest_axis(const struct item *item)
+{
+    unsigned longest = 0;
+    for (unsigned axis = 1; axis < 3; axis++)
+        if (item->max[axis] - item->min[axis] > item->max[longest] - item->min[longest])
+            longest = axis;
+    return longest;
+}
+
+/* The item becomes the part on the left; false: there are no two. */
+static bool cut_item(const struct corners *corners, struct item *item, unsigned axis, float plane,
+                     struct item *right)
+{
+    struct extent all = item_extent(item), low, high;
+    if (!cut(corners, &all, axis, plane, &low, &high)) return false;
+    *right = *item;
+    set_extent(right, &high);
+    set_extent(item, &low);
+    return true;
+}
+
+uint32_t halve_triangle(const struct whole *whole, struct item *item, unsigned halvings)
+{
+    struct corners corners = corners_of(whole, item->id);
+    uint32_t end = 1;
+    for (; halvings > 0; halvings--)
+        for (uint32_t i = 0, count = end; i < count; i++) {
+            unsigned axis = longest_axis(&item[i]);
+            float middle = item[i].min[axis] / 2 + item[i].max[axis] / 2;
+            end += cut_item(&corners, &item[i], axis, middle, &item[end]);
+        }
+    return end;
+}
+
 /* Cuts the triangles on the plane in two as long as there is room; the second parts come behind the
  * others. Returns how many items there are then. */
 static uint32_t cut_items(const struct whole *whole, const struct range *range,
@@ -410,11 +444,7 @@ static uint32_t cut_items(const struct whole *whole, const struct range *range,
             item->min[split->axis] < split->plane && item->max[split->axis] > split->plane;
         if (!across || !is_triangle(item->id)) continue;
         struct corners corners = corners_of(whole, item->id);
-        struct extent all = item_extent(item), left, right;
-        if (!cut(&corners, &all, split->axis, split->plane, &left, &right)) continue;
-        whole->items[end] = *item;
-        set_extent(&whole->items[end++], &right);
-        set_extent(item, &left);
+        end += cut_item(&corners, item, split->axis, split->plane, &whole->items[end]);
     }
     return end - range->first;
 }

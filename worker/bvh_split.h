@@ -109,6 +109,10 @@ struct split find_spatial_split(const struct whole *whole, const struct range *r
 void split_range(const struct whole *whole, const struct range *range, const struct split *split,
                  struct range *left, struct range *right);
 
+/* Cuts a triangle's item, behind which there is room, so often into halves, across its longest axis. Returns how many
+ * items there are then: 2^halvings, or fewer. */
+uint32_t halve_triangle(const struct whole *whole, struct item *item, unsigned halvings);
+
 /* Divides the items as they are. */
 void halve_range(const struct whole *whole, const struct range *range, struct range *left,
                  struct range *right);

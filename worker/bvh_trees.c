@@ -7,6 +7,7 @@
 
 #include "common/message.h"
 #include "common/whole.h"
+#include "worker/bvh_cubes.h"
 #include "worker/bvh_split.h"
 #include "worker/primitive.h"
 
@@ -33,20 +34,6 @@ uint32_t bounded_id_after(const struct scene *scene, uint32_t id)
         kind++;
     while (scene->primitives[kind].count == 0);
     return primitive_id(kind, 0);
-}
-
-/* The largest extent of a box. */
-static double size_of(const struct bounds *box)
-{
-    double size = 0;
-    for (unsigned axis = 0; axis < 3; axis++)
-        size = larger_number(size, box->max[axis] - box->min[axis]);
-    return size;
-}
-
-static double middle_of(const struct bounds *box, unsigned axis)
-{
-    return box->min[axis] / 2 + box->max[axis] / 2;
 }
 
 /* How far a box reaches from there, on the axis on which that is most. */
@@ -78,7 +65,7 @@ static void survey_part(void *context, uint32_t round)
     for (uint32_t i = 0, id = bounded_id(scene, first); i < count; i++) {
         if (i > 0) id = bounded_id_after(scene, id);
         struct bounds box = primitive_bounds(scene, id);
-        double size = size_of(&box);
+        double size = bounds_size(&box);
         bounds_add(&part.all, &box);
         if (size > 0) part.least = smaller_number(part.least, size);
     }
@@ -121,7 +108,7 @@ static uint32_t take_middles(const struct scene *scene, double middles[3][CENTER
     for (uint32_t i = 0; i < count; i++) {
         struct bounds box = primitive_bounds(scene, bounded_id(scene, spread(i, count, all)));
         for (unsigned axis = 0; axis < 3; axis++)
-            middles[axis][i] = middle_of(&box, axis);
+            middles[axis][i] = bounds_middle(&box, axis);
     }
     return count;
 }
@@ -155,7 +142,7 @@ static double center_on(const struct bounds *all, unsigned axis, double *middles
     for (uint32_t i = 0; i < count; i++)
         middles[i] = fabs(middles[i] - median);
     if (fabs(median) > CENTER_FAR * median_of(middles, count)) return median;
-    double middle = middle_of(all, axis);
+    double middle = bounds_middle(all, axis);
     bool far = isfinite(middle) && fabs(middle) > all->max[axis] - all->min[axis];
     return far ? middle : 0;
 }
@@ -176,7 +163,7 @@ static void find_center(const struct scene *scene, const struct bounds *all, dou
 
 static bool is_fine(const struct bounds *box, const double center[3])
 {
-    double size = size_of(box), far = farthest_from(box, center);
+    double size = bounds_size(box), far = farthest_from(box, center);
     return size > 0 && size * FINE < far && far < INFINITE;
 }
 
@@ -185,8 +172,6 @@ static bool is_fine(const struct bounds *box, const double center[3])
  * distance from the centre, or of the next power of two above it. Of a surface these are smaller than a quarter of
  * that, and look three times as large in float. Specks of dust far from each other are just as well off as they are.
  */
-#define CROWD 16
-
 /* A tree for fewer is not worth the place among TREES_MAX. */
 #define FINE_MIN 64
 
@@ -215,38 +200,24 @@ static struct fine find_fine(const struct scene *scene, const double center[3])
     return fine;
 }
 
-/* Of the cube that a box's middle is in: its place among those of its size, and its size. */
-static uint64_t hash_of_cube(const struct bounds *box, const double center[3])
+static struct cube cube_of(const struct bounds *box, const double center[3])
 {
-    int exponent;
-    frexp(farthest_from(box, center), &exponent);
-    uint64_t hash = (uint64_t)(int64_t)exponent;
-    for (unsigned axis = 0; axis < 3; axis++) {
-        double place = ldexp(middle_of(box, axis) - center[axis], -exponent) * FINE;
-        /* An odd factor near 2^64 divided by the golden ratio: D. Knuth, TAOCP 3, 6.4. */
-        hash = (hash ^ (uint64_t)(int64_t)floor(place)) * UINT64_C(0x9e3779b97f4a7c15);
-        hash ^= hash >> 32;
-    }
-    return hash;
+    struct cube cube = {box, center, 0};
+    frexp(farthest_from(box, center) / FINE, &cube.exponent);
+    return cube;
 }
 
-/* Leaves the crowded ones. Two cubes may be taken for one: there are four counters for each primitive. */
+/* Leaves the crowded ones. */
 static void keep_crowded(struct fine *fine, const double center[3])
 {
-    uint32_t mask = 1, kept = 0;
-    while (mask < 4 * (uint64_t)fine->count && mask < UINT32_MAX / 2)
-        mask = 2 * mask + 1;
-    uint8_t *counts = allocate((size_t)mask + 1, sizeof *counts);
-    memset(counts, 0, (size_t)mask + 1);
-    for (uint32_t i = 0; i < fine->count; i++) {
-        uint8_t *count = &counts[hash_of_cube(&fine->at[i].box, center) & mask];
-        if (*count < CROWD) ++*count;
-    }
-    for (uint32_t i = 0; i < fine->count; i++) {
-        if (counts[hash_of_cube(&fine->at[i].box, center) & mask] == CROWD)
+    struct cubes cubes = cubes_for(fine->count);
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < fine->count; i++)
+        cubes_count(&cubes, cube_of(&fine->at[i].box, center));
+    for (uint32_t i = 0; i < fine->count; i++)
+        if (cubes_are_crowded(&cubes, cube_of(&fine->at[i].box, center)))
             fine->at[kept++] = fine->at[i];
-    }
-    free(counts);
+    cubes_free(&cubes);
     fine->count = kept;
 }
 
@@ -266,7 +237,7 @@ static void find_fine_center(const struct fine *fine, double center[3])
         double middle[3];
         uint32_t near = 0;
         for (unsigned axis = 0; axis < 3; axis++)
-            middle[axis] = middle_of(&boxes[i], axis);
+            middle[axis] = bounds_middle(&boxes[i], axis);
         for (uint32_t k = 0; k < count; k++)
             near += !is_fine(&boxes[k], middle);
         if (near <= most) continue;

@@ -31,6 +31,20 @@ static inline void bounds_add(struct bounds *all, const struct bounds *more)
     }
 }
 
+/* The largest extent. */
+static inline double bounds_size(const struct bounds *box)
+{
+    double size = 0;
+    for (unsigned axis = 0; axis < 3; axis++)
+        size = larger_number(size, box->max[axis] - box->min[axis]);
+    return size;
+}
+
+static inline double bounds_middle(const struct bounds *box, unsigned axis)
+{
+    return box->min[axis] / 2 + box->max[axis] / 2;
+}
+
 /*
  * Where a ray's line crosses a primitive: a surface at most once, a convex solid at most twice (in,
  * then out). A place that does not count has t = NOT_CROSSED; the caller applies 0 < t < t_max.

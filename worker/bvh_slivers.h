@@ -1,0 +1,33 @@
+/*
+ * Which triangles are cut into pieces before their tree is built.
+ *
+ * A long thin triangle that runs across the axes leaves most of its box empty. Where there are many, the facets of a
+ * pipe or a fan, they all have nearly the same box, and a ray that comes near is tested with each. The boxes of n
+ * pieces have an nth of the area. Spatial splits cut them, too, but are as few as other meshes need. (M. Ernst and G.
+ * Greiner, "Early Split Clipping for Bounding Volume Hierarchies", IEEE RT 2007.)
+ */
+#ifndef FARM_WORKER_BVH_SLIVERS_H
+#define FARM_WORKER_BVH_SLIVERS_H
+
+#include <stdint.h>
+
+#include "common/crew.h"
+#include "common/scene.h"
+#include "worker/bvh_trees.h"
+
+/* Pieces are halves of halves; 64 take little less time than 32 and twice as long to build. */
+#define HALVINGS_MAX 5
+
+struct bvh_slivers {
+    uint8_t *halvings; /* of each triangle and patch, in this order; owned; NULL: none is cut */
+};
+
+/* Pieces that are added to so many triangles, at most. */
+uint64_t sliver_pieces_bound(uint64_t triangles);
+
+/* The same for any crew, which may be NULL. */
+void bvh_slivers_find(const struct scene *scene, struct crew *crew, const struct bvh_trees *trees,
+                      struct bvh_slivers *slivers);
+void bvh_slivers_free(struct bvh_slivers *slivers);
+
+#endif
