@@ -1,52 +1,9 @@
 #include <assert.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "common/message.h"
 #include "master/queue_parts.h"
-
-/* A probe tile has at most so many probes: a lot of probes is spread over the picture. */
-#define PROBE_BLOCKS 8
-
-#define TILES_EDGE 64u
-
-uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height, uint32_t samples,
-                         uint32_t processors)
-{
-    const uint32_t many_samples = 16;
-    bool dynamic = schedule == SCHEDULE_DYNAMIC;
-    uint64_t wanted = UINT64_C(200) * (processors > 1 ? processors - 1 : 1);
-    if (dynamic) wanted = (samples < many_samples ? UINT64_C(100) : UINT64_C(400)) * processors;
-    uint32_t edge = dynamic ? DYNAMIC_EDGE : TILES_EDGE;
-    while (edge > 8 && (uint64_t)divide_up(width, edge) * divide_up(height, edge) < wanted)
-        edge /= 2;
-    return edge;
-}
-
-/* Of whole blocks; those that are cut have one, too, where it lies within (cost_init()). */
-static uint64_t probes_at(uint32_t width, uint32_t height, uint32_t edge)
-{
-    return (uint64_t)(width / edge) * (height / edge);
-}
-
-uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples,
-                               uint32_t processors)
-{
-    const uint64_t cheap = 500, dear = 125, probes_each = 25, probes_least = 64;
-    uint32_t edge = 4;
-    while ((uint64_t)edge * edge * samples < cheap)
-        edge += 2;
-    while (probes_at(width, height, edge) < probes_each * processors && edge > 4 &&
-           (uint64_t)(edge - 2) * (edge - 2) * samples >= dear)
-        edge -= 2;
-    return probes_at(width, height, edge) < probes_least ? 0 : edge;
-}
-
-uint32_t queue_tile_edge(const struct queue *queue)
-{
-    return queue->is_static ? queue->shares.band_rows : queue->config.tile_edge;
-}
 
 /* ---- what a tile is ---- */
 
@@ -89,8 +46,7 @@ void queue_unset_waiting(struct queue *queue, uint32_t id)
     if (queue->waiting.count == 0) queue->waiting_work = 0;
 }
 
-/* Written to, so that the pages are there before all renderers wait. */
-static void reserve_items(struct queue *queue, uint32_t room)
+void queue_reserve(struct queue *queue, uint32_t room)
 {
     queue->items = reallocate(queue->items, room, sizeof *queue->items);
     memset(queue->items + queue->item_room, 0, (room - queue->item_room) * sizeof *queue->items);
@@ -100,7 +56,7 @@ static void reserve_items(struct queue *queue, uint32_t room)
 
 uint32_t queue_new_item(struct queue *queue, const struct item *item)
 {
-    if (queue->item_count == queue->item_room) reserve_items(queue, 2 * queue->item_room);
+    if (queue->item_count == queue->item_room) queue_reserve(queue, 2 * queue->item_room);
     uint32_t id = queue->item_count++;
     queue->items[id] = *item;
     queue->items[id].hold = HOLD_NONE;
@@ -125,175 +81,6 @@ void queue_unforesee(struct queue *queue, uint32_t id)
 {
     const struct item *item = &queue->items[id];
     outlook_remove(&queue->outlook, (double)item->work, area(item));
-}
-
-/* ---- the start ---- */
-
-static void note_size(struct queue *queue, uint64_t pixels)
-{
-    if (pixels > queue->largest) queue->largest = (uint32_t)pixels;
-}
-
-/* In no order at all, so that the first tiles, handed out before anything is known, are of all
- * kinds: multiplication by an odd number near 2^32 / golden ratio (D. Knuth, TAOCP 3, 6.4). */
-static double scattered(uint32_t i)
-{
-    return (double)(uint32_t)(i * UINT32_C(2654435769));
-}
-
-/* Room for as many tiles more spares moving all to a larger block when the first is split; so many at most,
- * which is 2 MB: of large pictures few tiles are split. */
-#define SPARE_ITEMS 16384u
-
-static void add_base_tiles(struct queue *queue, uint32_t columns, uint32_t rows)
-{
-    uint32_t edge = queue->config.tile_edge;
-    reserve_items(queue, columns * rows + queue->map.probes + smaller(columns * rows, SPARE_ITEMS));
-    for (uint32_t i = 0; i < columns * rows; i++) {
-        uint32_t x = i % columns * edge, y = i / columns * edge;
-        struct item item = {.x = x,
-                            .y = y,
-                            .w = smaller(edge, queue->config.width - x),
-                            .h = smaller(edge, queue->config.height - y)};
-        item.work = item.worst = (float)area(&item);
-        item.priority = queue->is_dynamic ? scattered(i) : 0;
-        note_size(queue, area(&item));
-        queue_set_waiting(queue, queue_new_item(queue, &item));
-    }
-    queue->count.tiles = columns * rows;
-}
-
-static uint32_t common_divisor(uint32_t a, uint32_t b)
-{
-    return b == 0 ? a : common_divisor(b, a % b);
-}
-
-/* Probes are handed out in steps of about the golden section, so that every lot of them, and every
- * number of lots, is spread over the whole picture. */
-static void add_probes(struct queue *queue)
-{
-    queue->first_probe = queue->item_count;
-    queue->probes = queue->map.probes;
-    for (uint32_t i = 0; i < queue->probes; i++)
-        queue_new_item(queue, &(struct item){.pass = TILE_PROBE});
-    uint32_t stride = (uint32_t)(0.6180339887 * queue->probes);
-    while (stride == 0 || common_divisor(stride, queue->probes) != 1)
-        stride++;
-    queue->probe_stride = stride;
-    if (queue->probes > 0) note_size(queue, queue->map.probe_blocks);
-}
-
-static bool start_items(struct queue *queue)
-{
-    const struct queue_config *config = &queue->config;
-    uint32_t columns = divide_up(config->width, config->tile_edge);
-    uint32_t rows = divide_up(config->height, config->tile_edge);
-    if ((uint64_t)columns * rows > QUEUE_MAX_TILES) return false;
-    uint32_t edge = queue->is_dynamic ? config->probe_edge : 0;
-    /* Every renderer gets some. */
-    uint64_t each = edge ? probes_at(config->width, config->height, edge) / config->renderers : 0;
-    cost_init(&queue->map, config->width, config->height, edge,
-              each < 1              ? 1
-              : each > PROBE_BLOCKS ? PROBE_BLOCKS
-                                    : (uint32_t)each);
-    add_base_tiles(queue, columns, rows);
-    add_probes(queue);
-    queue->probes_given = allocate_zeroed(config->renderers, sizeof *queue->probes_given);
-    queue->settled = queue->probes == 0;
-    pace_init(&queue->pace, config->renderers);
-    queue_crowd(queue);
-    queue->pace.blind = !queue->settled;
-    queue->pace.total = queue->waiting_work;
-    return true;
-}
-
-static bool start_shares(struct queue *queue)
-{
-    struct share_config config = {.schedule = queue->config.schedule,
-                                  .width = queue->config.width,
-                                  .height = queue->config.height,
-                                  .renderers = queue->config.renderers,
-                                  .rows = queue->config.tile_edge};
-    shares_init(&queue->shares, &config, QUEUE_MAX_TILES);
-    if (queue->shares.ids > QUEUE_MAX_TILES) return false;
-    uint32_t ids = (uint32_t)queue->shares.ids;
-    queue->share_finished = allocate_zeroed(ids, 1);
-    queue->shares.finished = queue->share_finished;
-    for (uint32_t id = 0; id < ids; id++) {
-        struct tile tile = share_tile(&queue->shares, id);
-        if (!share_has_pixels(&tile)) continue;
-        queue->count.tiles++;
-        note_size(queue, tile_pixels(&tile));
-    }
-    return true;
-}
-
-struct queue *queue_create(const struct queue_config *config)
-{
-    struct queue *queue = allocate_zeroed(1, sizeof *queue);
-    queue->config = *config;
-    queue->retry = HUGE_VAL;
-    queue->is_dynamic = config->schedule == SCHEDULE_DYNAMIC;
-    queue->is_static = schedule_is_static(config->schedule);
-    queue->silent = allocate_zeroed(config->renderers, sizeof *queue->silent);
-    holdings_init(&queue->holdings, config->renderers);
-    if (queue->is_static ? start_shares(queue) : start_items(queue)) return queue;
-    queue_destroy(queue);
-    return NULL;
-}
-
-void queue_destroy(struct queue *queue)
-{
-    if (!queue) return;
-    shares_free(&queue->shares);
-    cost_free(&queue->map);
-    pace_free(&queue->pace);
-    agenda_free(&queue->waiting);
-    free(queue->share_finished);
-    free(queue->items);
-    free(queue->probes_given);
-    free(queue->turns);
-    free(queue->silent);
-    free(queue->recalls);
-    free(queue->fates);
-    holdings_free(&queue->holdings);
-    free(queue);
-}
-
-/* ---- what an earlier run has finished ---- */
-
-static void skip_tile(struct queue *queue, const struct tile *tile)
-{
-    if (queue->is_static) {
-        queue->share_finished[tile->id] = 1;
-        share_skip(&queue->shares, tile);
-    } else {
-        struct item *item = &queue->items[tile->id];
-        queue_unforesee(queue, tile->id);
-        item->finished = item->skipped = true;
-        queue_foresee(queue, tile->id);
-        queue_unset_waiting(queue, tile->id);
-    }
-    queue->count.finished++;
-    queue->count.pixels_finished += tile_pixels(tile);
-}
-
-void queue_skip(struct queue *queue, queue_finished_pixels *finished_pixels, void *state)
-{
-    uint32_t next = 0;
-    struct tile tile;
-    while (queue_unfinished(queue, &next, &tile)) {
-        uint32_t finished = finished_pixels(state, &tile);
-        if (finished == tile_pixels(&tile)) {
-            skip_tile(queue, &tile);
-        } else if (finished > 0 && !queue->is_static && split_is_possible(queue, tile.id)) {
-            split_tile(queue, tile.id);
-            next = tile.id; /* one half has this id now, the other one comes last */
-        }
-    }
-    queue->pixels_skipped = queue->count.pixels_finished;
-    queue->pace.total = queue->waiting_work;
-    queue->needs_no_probes = queue_complete(queue);
 }
 
 /* ---- handing out ---- */
@@ -321,64 +108,13 @@ static struct hold take_back(struct queue *queue, uint32_t renderer, uint32_t id
     return hold;
 }
 
-/* The next tile that a silent renderer has and nobody else; with static schedules of its share, too. */
-static bool next_of_silent(struct queue *queue, uint32_t silent, uint32_t renderer,
-                           struct tile *tile)
-{
-    uint32_t i = queue->holdings.holders[silent].first;
-    for (; i != HOLD_NONE; i = queue->holdings.holds[i].next) {
-        struct hold *hold = &queue->holdings.holds[i];
-        bool finished =
-            queue->is_static ? queue->share_finished[hold->id] : queue->items[hold->id].finished;
-        if (hold->passed_on || finished || holdings_find(&queue->holdings, renderer, hold->id))
-            continue;
-        hold->passed_on = true;
-        queue->count.repeated++;
-        *tile = queue_tile_of(queue, hold->id);
-        return true;
-    }
-    return queue->is_static && share_next(&queue->shares, silent, tile);
-}
-
-/* One who has nothing to do takes over. */
-static uint32_t take_over(struct queue *queue, uint32_t renderer, struct tile *tile)
-{
-    if (queue->silent_count == 0 || queue->holdings.holders[renderer].lots > 0) return 0;
-    for (uint32_t i = 0; i < queue->config.renderers; i++) {
-        if (!queue->silent[i] || i == renderer || !next_of_silent(queue, i, renderer, tile))
-            continue;
-        queue_give(queue, renderer, tile->id, 0);
-        return 1;
-    }
-    return 0;
-}
-
-/* A second tile in reserve is taken from somebody who could start it at once, when tiles are few. */
-static uint32_t next_plain(struct queue *queue, uint32_t renderer, struct tile *tile)
-{
-    const struct holder *holder = &queue->holdings.holders[renderer];
-    if (queue_is_full(queue, renderer)) return 0;
-    if (queue->is_static) {
-        if (!share_next(&queue->shares, renderer, tile)) return take_over(queue, renderer, tile);
-        queue_give(queue, renderer, tile->id, 0);
-        return 1;
-    }
-    uint32_t waiting = queue->waiting.count, id = agenda_first(&queue->waiting);
-    if (waiting == 0) return take_over(queue, renderer, tile);
-    if (holder->lots > 0 && waiting <= queue->config.renderers) return 0;
-    queue_unset_waiting(queue, id);
-    *tile = queue_tile_of(queue, id);
-    queue_give(queue, renderer, id, 0);
-    return 1;
-}
-
 uint32_t queue_next(struct queue *queue, uint32_t renderer, double now,
                     struct tile tiles[LOT_TILES])
 {
     assert(renderer < queue->config.renderers);
     if (queue->stopped) return 0;
     uint32_t count = queue->is_dynamic ? dynamic_next(queue, renderer, now, tiles)
-                                       : next_plain(queue, renderer, tiles);
+                                       : plain_next(queue, renderer, tiles);
     if (count > 0) holdings_end_lot(&queue->holdings, renderer);
     return count;
 }
@@ -601,26 +337,9 @@ bool queue_is_untouched(const struct queue *queue, uint32_t id)
     return agenda_has(&queue->waiting, id) && item->pieces == 0 && !item->is_piece;
 }
 
-void queue_set_silent(struct queue *queue, uint32_t renderer, bool silent)
-{
-    assert(renderer < queue->config.renderers);
-    if (silent && !queue->silent[renderer]) queue->silent_count++;
-    if (!silent && queue->silent[renderer]) queue->silent_count--;
-    queue->silent[renderer] = silent;
-    queue->news++;
-}
-
-bool queue_check_late(struct queue *queue, double now)
-{
-    bool any = pace_check(&queue->pace, now);
-    if (any) queue->counted = false;
-    withdraw_lost(queue);
-    return any;
-}
-
 void queue_look(struct queue *queue, double now)
 {
-    if (queue->is_dynamic) queue_check_late(queue, now);
+    if (queue->is_dynamic) dynamic_check_late(queue, now);
     if (now >= queue->retry) queue->retry = HUGE_VAL;
 }
 

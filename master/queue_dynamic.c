@@ -1,11 +1,4 @@
-/*
- * The dynamic schedule: whoever asks gets probes first, then what late ones have, what waits, or what others have.
- *
- *   queue_predict.c   what tiles are predicted to take
- *   queue_split.c     how large they may be
- *   queue_lot.c       what a lot is made of
- *   queue_repeat.c    what others do a second time
- */
+/* The dynamic schedule: whoever asks gets probes first, then what late ones have, what waits, or what others have. */
 #include <math.h>
 
 #include "master/queue_parts.h"
@@ -69,6 +62,14 @@ static bool settles(const struct queue *queue, uint32_t renderer)
            queue->holdings.holders[renderer].lots_given >= BLIND_LOTS;
 }
 
+bool dynamic_check_late(struct queue *queue, double now)
+{
+    bool any = pace_check(&queue->pace, now);
+    if (any) queue->counted = false;
+    withdraw_lost(queue);
+    return any;
+}
+
 uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
                       struct tile tiles[LOT_TILES])
 {
@@ -79,7 +80,7 @@ uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
         if (settles(queue, renderer)) predictions_settle(queue, now);
     }
     /* Who asked before, and got nothing, may get what a late one has. */
-    if (queue_check_late(queue, now)) queue->news++;
+    if (dynamic_check_late(queue, now)) queue->news++;
     /* It may have stopped: messages to it would pile up. */
     if (queue->pace.renderers[renderer].lost) return 0;
     struct pace_lot lot = pace_lot(&queue->pace, renderer, now, queue->waiting_work);

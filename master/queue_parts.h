@@ -1,4 +1,19 @@
-/* What the parts of the queue share; for all others there is queue.h. */
+/*
+ * What the parts of the queue share; for all others there is queue.h.
+ *
+ *   queue.c            tiles that wait, are out and come back, under all schedules
+ *   queue_start.c      which tiles there are in the beginning
+ *   queue_plain.c      the schedules that hand out one tile at a time
+ *   queue_dynamic.c    the dynamic schedule; the rest is of it:
+ *   queue_predict.c    what tiles are predicted to take
+ *   queue_join.c       cheap ones become one
+ *   queue_split.c      large ones become two
+ *   queue_lot.c        what a lot is made of
+ *   queue_repeat.c     what others do a second time
+ *   queue_pieces.c     a tile that somebody has, in pieces for others
+ *   queue_withdraw.c   tiles that are not wanted any more
+ *   queue_crowd.c      renderers that share cores
+ */
 #ifndef FARM_MASTER_QUEUE_PARTS_H
 #define FARM_MASTER_QUEUE_PARTS_H
 
@@ -107,6 +122,9 @@ static inline bool is_of_picture(const struct item *item)
 /* The tile of this id. */
 struct tile queue_tile_of(const struct queue *queue, uint32_t id);
 
+/* Memory for so many tiles in all, written to, so that the pages are there before all renderers wait. */
+void queue_reserve(struct queue *queue, uint32_t room);
+
 /* Adds a tile that does not wait yet; returns its id. Pointers to items are of no use then. */
 uint32_t queue_new_item(struct queue *queue, const struct item *item);
 
@@ -138,11 +156,19 @@ void queue_tell(struct queue *queue, struct hold *hold, bool finished);
 /* All who have the tile are to hear that it is finished. */
 void queue_tell_finished(struct queue *queue, uint32_t id);
 
+/* ---- all schedules but the dynamic one ---- */
+
+/* queue_next() for them: one tile or none. */
+uint32_t plain_next(struct queue *queue, uint32_t renderer, struct tile *tile);
+
 /* ---- the dynamic schedule ---- */
 
 /* queue_next() for it. */
 uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
                       struct tile tiles[LOT_TILES]);
+
+/* Gives up all that are late by now; whether there was any. */
+bool dynamic_check_late(struct queue *queue, double now);
 
 /* A probe tile is back. */
 void dynamic_probed(struct queue *queue, double now);
@@ -160,10 +186,10 @@ void predictions_settle(struct queue *queue, double now);
 void predictions_learn(struct queue *queue, uint32_t renderer, const struct tile *tile,
                        double seconds, double predicted);
 
+/* ---- how large a tile may be ---- */
+
 /* Joins cheap tiles that nobody has had; when predictions are new. */
 void queue_join(struct queue *queue);
-
-/* ---- how large a tile may be ---- */
 
 /* Two halves in place of a tile that waits, cut across its longer side; whether it is large enough. */
 void split_tile(struct queue *queue, uint32_t id);
@@ -211,9 +237,6 @@ void repeat_overdue(struct queue *queue, uint32_t asker, double now);
 /* What others have, when nothing waits, if the renderer had better do that; returns how many tiles that is. */
 uint32_t repeat_next(struct queue *queue, uint32_t renderer, double now,
                      struct tile tiles[LOT_TILES]);
-
-/* Gives up all that are late by now; whether there was any. */
-bool queue_check_late(struct queue *queue, double now);
 
 /* ---- tiles that are not wanted any more ---- */
 

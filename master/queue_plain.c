@@ -1,0 +1,65 @@
+/* The schedules that hand out one tile at a time: fixed shares, and square tiles to whoever asks. Those who give no sign
+ * of life lose what they have to those who are idle. */
+#include <assert.h>
+
+#include "master/queue_parts.h"
+
+/* The next tile that a silent renderer has and nobody else; with static schedules of its share, too. */
+static bool next_of_silent(struct queue *queue, uint32_t silent, uint32_t renderer,
+                           struct tile *tile)
+{
+    uint32_t i = queue->holdings.holders[silent].first;
+    for (; i != HOLD_NONE; i = queue->holdings.holds[i].next) {
+        struct hold *hold = &queue->holdings.holds[i];
+        bool finished =
+            queue->is_static ? queue->share_finished[hold->id] : queue->items[hold->id].finished;
+        if (hold->passed_on || finished || holdings_find(&queue->holdings, renderer, hold->id))
+            continue;
+        hold->passed_on = true;
+        queue->count.repeated++;
+        *tile = queue_tile_of(queue, hold->id);
+        return true;
+    }
+    return queue->is_static && share_next(&queue->shares, silent, tile);
+}
+
+/* One who has nothing to do takes over. */
+static uint32_t take_over(struct queue *queue, uint32_t renderer, struct tile *tile)
+{
+    if (queue->silent_count == 0 || queue->holdings.holders[renderer].lots > 0) return 0;
+    for (uint32_t i = 0; i < queue->config.renderers; i++) {
+        if (!queue->silent[i] || i == renderer || !next_of_silent(queue, i, renderer, tile))
+            continue;
+        queue_give(queue, renderer, tile->id, 0);
+        return 1;
+    }
+    return 0;
+}
+
+/* A second tile in reserve is taken from somebody who could start it at once, when tiles are few. */
+uint32_t plain_next(struct queue *queue, uint32_t renderer, struct tile *tile)
+{
+    const struct holder *holder = &queue->holdings.holders[renderer];
+    if (queue_is_full(queue, renderer)) return 0;
+    if (queue->is_static) {
+        if (!share_next(&queue->shares, renderer, tile)) return take_over(queue, renderer, tile);
+        queue_give(queue, renderer, tile->id, 0);
+        return 1;
+    }
+    uint32_t waiting = queue->waiting.count, id = agenda_first(&queue->waiting);
+    if (waiting == 0) return take_over(queue, renderer, tile);
+    if (holder->lots > 0 && waiting <= queue->config.renderers) return 0;
+    queue_unset_waiting(queue, id);
+    *tile = queue_tile_of(queue, id);
+    queue_give(queue, renderer, id, 0);
+    return 1;
+}
+
+void queue_set_silent(struct queue *queue, uint32_t renderer, bool silent)
+{
+    assert(renderer < queue->config.renderers);
+    if (silent && !queue->silent[renderer]) queue->silent_count++;
+    if (!silent && queue->silent[renderer]) queue->silent_count--;
+    queue->silent[renderer] = silent;
+    queue->news++;
+}
