@@ -217,9 +217,9 @@ $(BUILD)/test/test_journal: WRAPPED := -Wl,--wrap=fdatasync
 $(BUILD)/test/test_snapshot: WRAPPED := -Wl,--wrap=pthread_create
 
 # The simulated farm of bench-balance.
-$(BUILD)/test/test_simulate: $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/balance_sim*.c)) \
-    $(BUILD)/bench/balance_events.o $(BUILD)/bench/balance_costs.o $(BUILD)/bench/balance_trace.o \
-    $(BUILD)/bench/report_values.o $(BUILD)/bench/median.o
+$(BUILD)/test/test_simulate: $(patsubst %.c,$(BUILD)/%.o,$(wildcard bench/balance_sim*.c bench/balance_costs*.c)) \
+    $(BUILD)/bench/balance_events.o $(BUILD)/bench/balance_trace.o $(BUILD)/bench/report_values.o \
+    $(BUILD)/bench/median.o
 
 # What is tested against numbers of any precision.
 $(BUILD)/test/test_exact $(BUILD)/test/test_optics $(BUILD)/test/test_solids: ORACLE := -lmpfr -lgmp

@@ -1,5 +1,5 @@
 /*
- * The farm in virtual time: the real work queue (master/queue.c) handing out lots of tiles to
+ * The farm in virtual time: the real work queue (master/queue.h) handing out lots of tiles to
  * processors that take as long as a cost map says, with messages and naps as long as they were
  * measured.
  *

@@ -1,0 +1,218 @@
+/* The costs of tiles and shares are measured, with the real renderer in this process. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "bench/balance_costs.h"
+#include "bench/balance_costs_parts.h"
+#include "bench/median.h"
+#include "common/clock.h"
+#include "common/message.h"
+#include "master/load.h"
+#include "worker/bvh.h"
+#include "worker/render.h"
+
+/* ---- the scene ---- */
+
+/* The scene at this size, uniformly sampled whatever it asks for; the caller frees it. */
+static struct scene *load_scene(const char *config, uint32_t width, uint32_t height,
+                                uint32_t samples)
+{
+    char *overrides[] = {format_text("image.width=%u", width),
+                         format_text("image.height=%u", height),
+                         format_text("sampling.samples=%u", samples),
+                         copy_text("sampling.target_error=0"), copy_text("sampling.time_limit=0")};
+    const int count = sizeof overrides / sizeof *overrides;
+    struct job job;
+    if (!load_job(config, overrides, count, REACH_FOLDER, &job)) fatal("cannot load %s", config);
+    for (int i = 0; i < count; i++)
+        free(overrides[i]);
+    struct view view = settings_view(&job.settings);
+    struct scene *scene = builder_finish(job.builder, &view);
+    job_free(&job);
+    return scene;
+}
+
+/* A renderer of the scene as it is to be measured, and what it needs. */
+struct cost_stage {
+    struct scene *scene;
+    void *bvh;
+    struct renderer *renderer;
+};
+
+static void open_stage(struct cost_stage *stage, const char *config, uint32_t width,
+                       uint32_t height, uint32_t samples)
+{
+    stage->scene = load_scene(config, width, height, samples);
+    size_t bytes = bvh_bytes_bound(stage->scene);
+    stage->bvh = aligned_alloc(BVH_ALIGNMENT, bytes);
+    if (!stage->bvh) fatal("out of memory");
+    bvh_build(stage->scene, stage->bvh, 1);
+    stage->renderer = renderer_create(stage->scene, stage->bvh);
+}
+
+static void close_stage(struct cost_stage *stage)
+{
+    renderer_destroy(stage->renderer);
+    free(stage->bvh);
+    free(stage->scene);
+}
+
+/* ---- measuring ---- */
+
+struct cost_target {
+    struct tile_costs *map;
+    struct renderer *renderer;
+    float *rgb; /* room for the whole picture, more than any tile needs */
+};
+
+/* What reading the clock twice takes: the least of many. */
+static double clock_cost(void)
+{
+    double least = 1;
+    for (int i = 0; i < 10000; i++) {
+        double start = clock_thread_cpu(), cost = clock_thread_cpu() - start;
+        least = fmin(least, cost);
+    }
+    return least;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    const float *x = a, *y = b;
+    return (*x > *y) - (*x < *y);
+}
+
+/* rounds measurements of every tile at `rounds` places in a row become their median. */
+static void keep_medians(float *out, float *all, size_t tiles, unsigned rounds)
+{
+    for (size_t i = 0; i < tiles; i++) {
+        qsort(all + i * rounds, rounds, sizeof *all, ascending);
+        out[i] = all[i * rounds + rounds / 2];
+    }
+}
+
+/* What a round measures: rounds measurements of each tile, at all levels, and of shares. */
+struct rounds {
+    unsigned count, round;
+    float *all[COST_LEVELS];
+    double clock; /* seconds that reading it takes */
+    uint64_t renderers;
+    double *shares; /* seconds: per share (as measure_shares() numbers them) and round */
+};
+
+static void render_tile(const struct cost_target *target, const struct tile *tile)
+{
+    struct render_counts counts;
+    renderer_tile(target->renderer, tile, target->rgb, &counts);
+}
+
+static void measure_tile(const struct cost_target *target, struct rounds *rounds, unsigned level,
+                         size_t i)
+{
+    struct tile tile = level_tile(target->map, level, i);
+    double start = clock_thread_cpu();
+    render_tile(target, &tile);
+    double seconds = fmax(0, clock_thread_cpu() - start - rounds->clock);
+    rounds->all[level][i * rounds->count + rounds->round] = (float)seconds;
+}
+
+/* A block of the largest tiles, at all levels in turn: so what else the machine does meanwhile weighs
+ * on all of them alike, and so do the caches, which know the block by then. */
+static void measure_block(const struct cost_target *target, struct rounds *rounds, size_t block)
+{
+    struct tile area = level_tile(target->map, COST_LEVELS - 1, block);
+    render_tile(target, &area);
+    for (unsigned level = COST_LEVELS; level-- > 0;) {
+        uint32_t across = level_columns(target->map->width, level), edge = 1u << level;
+        for (uint32_t y = area.y; y < area.y + area.h; y += edge)
+            for (uint32_t x = area.x; x < area.x + area.w; x += edge)
+                measure_tile(target, rounds, level, (size_t)(y >> level) * across + (x >> level));
+    }
+}
+
+#define SHARES (APART_SCHEDULES * (APART_MOST + 1))
+
+/* Of each number of renderers every round takes another one's share, evenly over all of them: shares of all would
+ * take more than ten times as long, and rays are as far apart in each. */
+static uint32_t renderer_of_round(uint32_t renderers, unsigned round, unsigned rounds)
+{
+    return (uint32_t)((2 * (uint64_t)round + 1) * renderers / (2 * (uint64_t)rounds));
+}
+
+static double seconds_of(const void *context, const struct tile *tile)
+{
+    const struct cost_target *target = context;
+    double start = clock_thread_cpu();
+    render_tile(target, tile);
+    return clock_thread_cpu() - start;
+}
+
+/* Shares in between blocks: what else the machine does weighs on them as on the tiles that they are compared with. */
+static void measure_shares(const struct cost_target *target, struct rounds *rounds, size_t block)
+{
+    for (size_t i = block; i < SHARES; i += level_tiles(target->map, COST_LEVELS - 1)) {
+        struct share_config config = {.schedule = apart_schedules[i % APART_SCHEDULES],
+                                      .width = target->map->width,
+                                      .height = target->map->height,
+                                      .renderers = (uint32_t)(i / APART_SCHEDULES)};
+        if (!(rounds->renderers >> config.renderers & 1)) continue;
+        uint32_t renderer = renderer_of_round(config.renderers, rounds->round, rounds->count);
+        rounds->shares[i * rounds->count + rounds->round] =
+            share_sum(&config, renderer, seconds_of, target);
+    }
+}
+
+static void measure_levels(const struct cost_target *target, struct rounds *rounds)
+{
+    struct tile_costs *map = target->map;
+    for (unsigned level = 0; level < COST_LEVELS; level++)
+        rounds->all[level] = allocate(level_tiles(map, level) * rounds->count, sizeof(float));
+    for (; rounds->round < rounds->count; rounds->round++)
+        for (size_t block = 0; block < level_tiles(map, COST_LEVELS - 1); block++) {
+            measure_block(target, rounds, block);
+            measure_shares(target, rounds, block);
+        }
+    for (unsigned level = 0; level < COST_LEVELS; level++) {
+        map->levels[level] = allocate(level_tiles(map, level), sizeof(float));
+        keep_medians(map->levels[level], rounds->all[level], level_tiles(map, level),
+                     rounds->count);
+        free(rounds->all[level]);
+    }
+}
+
+/* Each share that was measured against what the model says of the very same one. */
+static void compare_shares(struct tile_costs *map, const struct rounds *rounds)
+{
+    struct picture_costs view = {.map = map, .scale = 1, .samples = map->samples};
+    double *ratios = allocate(rounds->count, sizeof *ratios);
+    for (size_t i = 0; i < SHARES; i++) {
+        uint32_t renderers = (uint32_t)(i / APART_SCHEDULES);
+        if (!(rounds->renderers >> renderers & 1)) continue;
+        for (unsigned round = 0; round < rounds->count; round++) {
+            uint32_t renderer = renderer_of_round(renderers, round, rounds->count);
+            ratios[round] =
+                rounds->shares[i * rounds->count + round] /
+                costs_of_share(&view, apart_schedules[i % APART_SCHEDULES], renderers, renderer);
+        }
+        map->apart[i % APART_SCHEDULES][renderers] = median_of(ratios, rounds->count);
+    }
+    free(ratios);
+}
+
+void costs_measure(struct tile_costs *map, const char *config, uint32_t width, uint32_t height,
+                   uint32_t samples, unsigned rounds, uint64_t renderers)
+{
+    struct cost_stage stage;
+    struct rounds all = {
+        .count = rounds, .clock = clock_cost(), .renderers = renderers & APART_ALL};
+    all.shares = allocate_zeroed((size_t)SHARES * rounds, sizeof *all.shares);
+    open_stage(&stage, config, width, height, samples);
+    *map = (struct tile_costs){.width = width, .height = height, .samples = samples};
+    float *rgb = allocate(3 * (size_t)width * height, sizeof *rgb);
+    measure_levels(&(struct cost_target){map, stage.renderer, rgb}, &all);
+    free(rgb);
+    close_stage(&stage);
+    costs_derive(map);
+    compare_shares(map, &all);
+    free(all.shares);
+}
