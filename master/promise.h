@@ -1,12 +1,11 @@
-/* What the plans of passes promise to leave of the error, and what came of it: how far the next one is to be trusted. */
+/* What the plans of passes promise to leave of the error, and what came of it: how far to trust the next one. */
 #ifndef FARM_MASTER_PROMISE_H
 #define FARM_MASTER_PROMISE_H
 
 /* Of squared errors, summed over the picture, as halves tell them. */
 struct promise {
-    double before; /* when the last pass was planned */
-    double
-        promised; /* the share of it that the plan expected to be left; 0: there is none to be judged */
+    double before;   /* when the last pass was planned */
+    double promised; /* of that, the share that is to be left; 0: no pass is to be judged */
     double log_promised, log_kept; /* of these shares and what came of them: sums over passes */
 };
 

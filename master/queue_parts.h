@@ -227,7 +227,7 @@ uint32_t lot_give(struct queue *queue, const struct draft *draft, double now);
 
 /* ---- what others do a second time ---- */
 
-/* What the one who is longest overdue has not begun, before all that waits: at least a tile, and not more than a lot. */
+/* What the one who is longest overdue has not begun, before all that waits: a tile at least, and a lot at most. */
 void repeat_late(struct queue *queue, struct draft *draft, struct pace_lot lot);
 
 /* The one that is longest overdue has begun all that repeat_late() leaves to it: what it is at is broken into pieces

@@ -1,5 +1,5 @@
-/* The schedules that hand out one tile at a time: fixed shares, and square tiles to whoever asks. Those who give no sign
- * of life lose what they have to those who are idle. */
+/* The schedules that hand out one tile at a time: fixed shares, and square tiles to whoever asks. Those who give no
+ * sign of life lose what they have to those who are idle. */
 #include <assert.h>
 
 #include "master/queue_parts.h"

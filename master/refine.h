@@ -14,7 +14,8 @@
 #include "master/statistics.h"
 
 /* What a plan is made from: pixels that all have samples, and what is expected of them as they are
- * (pixel_errors_expect()). The crew is not busy with anything else; NULL: the caller alone plans. All are the caller's. */
+ * (pixel_errors_expect()). All are the caller's. The crew is not busy with anything else; NULL: the caller plans alone.
+ */
 struct candidates {
     const struct statistics *statistics;
     struct pixel_errors *errors;
@@ -32,8 +33,8 @@ struct refined {
     double left;
 };
 
-/* Sets the level that each pixel is to have behind the pass: its own, or a higher one where the limit asks for it. Where
- * any is to have that, the others are left as they are, which their errors take down. */
+/* Sets the level that each pixel is to have behind the pass: its own, or a higher one where the limit asks for it.
+ * Where any is to have that, the others are left as they are, which their errors take down. */
 struct refined refine_levels(const struct candidates *candidates, double limit, uint8_t *next);
 
 /* The effort of all samples behind the first ones, also those that are there, if a single pass took them to where the

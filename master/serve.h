@@ -72,10 +72,9 @@ struct service {
     double answer_wait_s;         /* of all answers until they were looked at, at most */
     double answer_wait_most_s;    /* of one */
     double plan_s;                /* wall seconds between passes of which something has come in */
-    double
-        last_plan_s; /* the last plan, also if it was that there is no more to do; before, a guess */
-    double probe_s;  /* of the pre-pass, wall seconds of all renderers together */
-    uint32_t silent; /* renderers that answered no more: MPI_Finalize would wait for ever */
+    double last_plan_s; /* the last of them, even if there was no more to do; before it, a guess */
+    double probe_s;     /* of the pre-pass, wall seconds of all renderers together */
+    uint32_t silent;    /* renderers that answered no more: MPI_Finalize would wait for ever */
 };
 
 /*

@@ -19,8 +19,7 @@ struct survey {
     uint64_t nodes, entries, primitives;
     uint64_t places; /* of all leaves, in entries' bytes */
     uint64_t bytes;
-    double
-        tests; /* that a ray through the root's box can expect: leaves' areas by that of the root */
+    double tests; /* that a ray through the root's box expects: leaves' areas by that of the root */
     unsigned depth; /* of nodes */
     uint32_t largest_leaf;
     struct piece *pieces; /* per entry of the leaves, in the order in which they are seen */
