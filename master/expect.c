@@ -6,27 +6,13 @@
 
 #include "common/message.h"
 #include "common/whole.h"
+#include "master/bands.h"
 #include "master/contrast.h"
 
 /* The weights of the 5 x 5 pixels around one are products of these, of both axes: a binomial. */
 #define REACH 2
 #define ROWS  (2 * REACH + 1) /* that a filtered value is made of */
 static const double weights[ROWS] = {1, 4, 6, 4, 1};
-
-uint32_t band_count(const struct canvas *canvas)
-{
-    return divide_up(canvas->height, BAND_ROWS);
-}
-
-uint32_t band_begin(const struct canvas *canvas, uint32_t band)
-{
-    return band < band_count(canvas) ? band * BAND_ROWS : canvas->height;
-}
-
-size_t band_first_pixel(const struct canvas *canvas, uint32_t band)
-{
-    return (size_t)band_begin(canvas, band) * canvas->width;
-}
 
 /* Surprises are counted by blocks, squares as high as a band: how many there are in one, and which one a column
  * is in. Blocks are so large that some thousand pixels tell of such things. */

@@ -5,18 +5,7 @@
 #include <stdint.h>
 
 #include "common/crew.h"
-#include "master/canvas.h"
 #include "master/statistics.h"
-
-/* Pixels are looked at in bands of so many rows, each by one thread: sums over a picture are sums of those
- * of bands, in their order, and so the same for any number of threads. */
-#define BAND_ROWS 32u
-
-uint32_t band_count(const struct canvas *canvas);
-/* Its first row; that of the band behind it is where it ends. */
-uint32_t band_begin(const struct canvas *canvas, uint32_t band);
-/* The first pixel of that row. */
-size_t band_first_pixel(const struct canvas *canvas, uint32_t band);
 
 /* What nothing around a pixel has warned of: what its halves tell is so many times what is expected by what is around
  * it. Edges, of which about 5 of the 24 pixels around one are part, hardly ever surprise. */

@@ -17,7 +17,7 @@
 #include "common/message.h"
 #include "common/nap.h"
 #include "common/processor.h"
-#include "master/expect.h"
+#include "master/bands.h"
 #include "master/help.h"
 #include "master/image_file.h"
 #include "master/path.h"

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "common/message.h"
+#include "master/bands.h"
 #include "master/expect.h"
 
 size_t pixel_errors_bytes(void)

@@ -6,7 +6,7 @@
 #include "common/extremes.h"
 #include "common/message.h"
 #include "common/whole.h"
-#include "master/expect.h"
+#include "master/bands.h"
 
 /* In one pass a pixel goes up this many levels at most: what is known of it is not enough for more. */
 #define LEVELS_PER_PASS 4
