@@ -30,10 +30,10 @@
  * triangles and boxes (none) and spheres (c +- r), 12 u R for discs and cones (the axis' direction
  * errs by 4 u, the extents by 5 u more, the sum by 1 u; apex - base by 1 u). The reported t, which
  * is at most 10 u off, decides only what is nearer: a box is left out when it begins beyond that.
- * A ray that leaves a primitive starts within 8 u R of its box (surface.c: 4 u for standing off, 4 u
- * where it is drawn in from a corner), and it is inside a grown box. Bound minus centre, origin minus centre and the sum with this margin: 3 u R. Together less
- * than 32 u R; the slabs' quotients are the business of FAR_WIDENING. The factor of 2 is for terms
- * of second order and costs nothing beside the boxes' outward rounding to float.
+ * A ray that leaves a primitive starts within 8 u R of its box (surface.c: 4 u for standing off, 4 u where it is drawn
+ * in from a corner), and it is inside a grown box. Bound minus centre, origin minus centre and the sum with this
+ * margin: 3 u R. Together less than 32 u R; the slabs' quotients are the business of FAR_WIDENING. The factor of 2 is
+ * for terms of second order and costs nothing beside the boxes' outward rounding to float.
  */
 #define TEST_ERROR (64 * UNIT_ROUNDOFF)
 
