@@ -524,6 +524,21 @@ static void test_many_slivers(void **state)
     assert_true(survey.tests < 80000.0 / 6);
 }
 
+/* Beside larger ones, few rays come near them. */
+static void test_small_slivers(void **state)
+{
+    (void)state;
+    uint64_t random = 25;
+    struct builder *builder = builder_create();
+    add_material(builder, vec3(1, 1, 1), 0);
+    add_pipe(builder, 100, 0);
+    for (int i = 0; i < 2000; i++) {
+        struct vec3 p = random_vector(&random, 0.2), q = vec_add(p, random_vector(&random, 0.2));
+        add_triangle(builder, p, q, vec_add(q, random_vector(&random, 1e-4)), 0);
+    }
+    assert_true(check_tree(finish_scene(builder)).entries <= 200 * 32 + 2000 + 2200 / 4);
+}
+
 /* Too few to be worth it: what there is are pieces of spatial splits. */
 static void test_few_slivers(void **state)
 {
@@ -678,6 +693,7 @@ int main(void)
         cmocka_unit_test(test_large_scene),
         cmocka_unit_test(test_slivers_are_cut),
         cmocka_unit_test(test_many_slivers),
+        cmocka_unit_test(test_small_slivers),
         cmocka_unit_test(test_few_slivers),
         cmocka_unit_test(test_pieces_count_once),
         cmocka_unit_test(test_origin_in_a_slab_plane),
