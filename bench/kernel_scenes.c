@@ -491,6 +491,55 @@ static void write_planet(const struct scene_place *place, double scale)
     close_part(obj);
 }
 
+/* ---- pipes: long narrow facets in all directions ---- */
+
+#define PIPES       40
+#define PIPE_LENGTH 9
+#define PIPE_RADIUS 0.2
+
+/* A ring of vertices at each end. */
+static void pipe(FILE *obj, struct vec3 middle, struct vec3 axis, unsigned facets, uint64_t first)
+{
+    struct vec3 u, v;
+    frame_around(axis, &u, &v);
+    for (unsigned i = 0; i < 2 * facets; i++) {
+        double end = i < facets ? -0.5 : 0.5;
+        struct vec3 normal = on_circle(u, v, 2 * PI * i / facets);
+        struct vec3 p = vec_add_scaled(middle, axis, end * PIPE_LENGTH);
+        write_vertex(obj, vec_add_scaled(p, normal, PIPE_RADIUS));
+        fprintf(obj, "vn %.9g %.9g %.9g\n", normal.x, normal.y, normal.z);
+    }
+    for (unsigned i = 0; i < facets; i++) {
+        unsigned long long a = first + i, b = first + (i + 1) % facets;
+        unsigned long long c = b + facets, d = a + facets;
+        fprintf(obj, "f %llu//%llu %llu//%llu %llu//%llu\n", a, a, b, b, c, c);
+        fprintf(obj, "f %llu//%llu %llu//%llu %llu//%llu\n", a, a, c, c, d, d);
+    }
+}
+
+/* Axes spread over all directions by multiples of the golden ratio, middles over a cube. */
+static void write_pipes(const struct scene_place *place, double scale)
+{
+    const unsigned facets = (unsigned)ceil(200 * scale);
+    FILE *out = begin_scene(place, vec3(-7, -9, 6), vec3(0, 0, 0), vec3(0, 0, 1));
+    const struct vec3 lights[] = {{-9, 2, 9}, {6, -12, 8}};
+    write_lights(out, lights, 2);
+    write_material(out, &(struct finish){"metal", {0.8, 0.7, 0.55}, 0.5, 0.5, 40, 0.3, 0, 1});
+    write_material(out, &(struct finish){"floor", {0.6, 0.65, 0.6}, 0.8, 0, 1, 0, 0, 1});
+    write_ground(out, 40, -6, "floor");
+    write_mesh(out, place, "metal");
+    close_part(out);
+    FILE *obj = open_part(place, "obj");
+    for (unsigned i = 0; i < PIPES; i++) {
+        double height = 1 - (2 * i + 1.0) / PIPES, across = sqrt(1 - height * height);
+        double turn = 2 * PI * 0.6180339887 * i;
+        struct vec3 axis = vec3(across * cos(turn), across * sin(turn), height);
+        struct vec3 middle = vec3(i % 4 - 1.5, i / 4 % 4 - 1.5, i % 3 - 1.0);
+        pipe(obj, middle, axis, facets, (uint64_t)i * 2 * facets + 1);
+    }
+    close_part(obj);
+}
+
 /* ---- all of them ---- */
 
 static const struct {
@@ -500,6 +549,7 @@ static const struct {
     {"balls", write_balls},           {"tetra", write_tetra},     {"mount", write_mount},
     {"rings_mesh", write_rings_mesh}, {"rings", write_rings},     {"tree", write_tree},
     {"lattice", write_lattice},       {"million", write_million}, {"planet", write_planet},
+    {"pipes", write_pipes},
 };
 
 bool kernel_scene_write(const char *folder, const char *name, double scale)
