@@ -120,7 +120,7 @@ static void find_areas(const struct scene *scene, const struct bvh_trees *trees,
                        const uint8_t *halvings, double areas[TREES_MAX])
 {
     struct bounds boxes[TREES_MAX];
-    for (uint32_t tree = 0; tree < trees->count; tree++)
+    for (uint32_t tree = 0; tree < TREES_MAX; tree++)
         boxes[tree] = BOUNDS_NONE;
     for (uint32_t i = 0; i < triangle_count(scene); i++) {
         if (halvings[i] == 0) continue;
