@@ -136,8 +136,7 @@ int main(int argc, char **argv)
     printf("embree %ld\nconvert_s %.6f\nbuild_s %.6f\n",
            (long)rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION), committed - start,
            built - committed);
-    uint64_t triangles =
-        scene->primitives[PRIMITIVE_TRIANGLE].count + scene->primitives[PRIMITIVE_PATCH].count;
+    uint64_t triangles = scene_triangle_count(scene);
     printf("triangles %llu\nprimitives %llu\nembree_bytes %lld\nembree_peak_bytes %lld\nown_bytes "
            "%llu\n",
            (unsigned long long)triangles, (unsigned long long)scene_primitive_count(scene),

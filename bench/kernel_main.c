@@ -124,7 +124,7 @@ static struct options parse_options(int argc, char **argv)
 static const struct {
     const char *name;
     bool generated, has_mesh;
-    bool unasked; /* false: only if it is named, as Tachyon takes minutes */
+    bool by_default; /* false: only if it is named, as Tachyon takes minutes */
 } all_scenes[] = {
     {"balls", true, false, true},     {"tetra", true, true, true},    {"mount", true, true, true},
     {"rings_mesh", true, true, true}, {"rings", true, false, true},   {"tree", true, false, true},
@@ -272,7 +272,7 @@ static bool programs_found(const struct options *options)
 
 static bool is_chosen(const struct options *options, size_t i)
 {
-    if (!options->scenes) return all_scenes[i].unasked;
+    if (!options->scenes) return all_scenes[i].by_default;
     return listed(options->scenes, all_scenes[i].name);
 }
 

@@ -259,6 +259,13 @@ uint32_t primitive_material(const struct scene *scene, uint32_t id);
 /* Primitives of all kinds. */
 uint64_t scene_primitive_count(const struct scene *scene);
 
+/* Triangles and patches, which are the first kinds of all. */
+static inline uint64_t scene_triangle_count(const struct scene *scene)
+{
+    return (uint64_t)scene->primitives[PRIMITIVE_TRIANGLE].count +
+           scene->primitives[PRIMITIVE_PATCH].count;
+}
+
 /*
  * Whether the bytes at block are a scene that can be used without further checks: every span lies
  * in the block, every index in its span, every number in its range. Says nothing; why (may be NULL)

@@ -77,8 +77,7 @@ static bool outputs_writable(const struct settings *settings)
 static void describe_scene(struct report *report, const struct scene *scene)
 {
     report->primitives = scene_primitive_count(scene);
-    report->triangles =
-        scene->primitives[PRIMITIVE_TRIANGLE].count + scene->primitives[PRIMITIVE_PATCH].count;
+    report->triangles = scene_triangle_count(scene);
     report->lights = scene->lights.count;
     report->scene_bytes = scene->bytes;
     report->features = scene_features(scene);

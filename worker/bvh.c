@@ -22,16 +22,10 @@
 
 /* ---- memory ---- */
 
-static uint64_t triangle_bound(const struct scene *scene)
-{
-    return (uint64_t)scene->primitives[PRIMITIVE_TRIANGLE].count +
-           scene->primitives[PRIMITIVE_PATCH].count;
-}
-
 /* Pieces that spatial splits may add, and those of slivers. */
 static uint64_t room_for_pieces(const struct scene *scene)
 {
-    uint64_t triangles = triangle_bound(scene);
+    uint64_t triangles = scene_triangle_count(scene);
     return triangles / PIECES_SHARE + sliver_pieces_bound(triangles);
 }
 
@@ -62,7 +56,7 @@ static uint64_t node_bound(const struct scene *scene)
 /* As if each primitive had a leaf to itself. */
 static size_t leaf_bytes_bound(const struct scene *scene)
 {
-    uint64_t triangles = triangle_bound(scene) + room_for_pieces(scene);
+    uint64_t triangles = scene_triangle_count(scene) + room_for_pieces(scene);
     return (size_t)(leaf_bound(scene) + triangles * corner_entries(1)) * sizeof(struct bvh_leaf);
 }
 
@@ -87,9 +81,9 @@ size_t bvh_bytes_bound(const struct scene *scene)
 
 /* ROUND_ITEMS primitives, or what is left of them, which one thread looks at. */
 struct part {
-    uint32_t count;     /* of the items of those in the tree */
-    uint32_t triangles; /* in the tree */
-    uint32_t first;     /* item */
+    uint32_t count; /* items of those in the tree */
+    uint32_t uncut; /* triangles in the tree that are not cut yet */
+    uint32_t first; /* item */
     struct range range;
 };
 
@@ -143,11 +137,12 @@ static INLINED unsigned halvings_of(const struct collection *all, uint64_t index
     return halvings && is_triangle(id) ? halvings[index] : 0;
 }
 
+/* Cuts to count the pieces: where the items of the next part begin has to be known before any are put there. */
 static INLINED void count_member(const struct collection *all, struct part *part, uint64_t index,
                                  uint32_t id)
 {
     unsigned halvings = halvings_of(all, index, id);
-    part->triangles += is_triangle(id) && halvings == 0;
+    part->uncut += is_triangle(id) && halvings == 0;
     part->count++;
     if (halvings == 0) return;
     struct item pieces[1 << HALVINGS_MAX] = {item_of(all->whole, id)};
@@ -157,7 +152,7 @@ static INLINED void count_member(const struct collection *all, struct part *part
 static void count_part(void *context, uint32_t round)
 {
     const struct collection *all = context;
-    all->parts[round].count = all->parts[round].triangles = 0;
+    all->parts[round].count = all->parts[round].uncut = 0;
     visit_members(all, round, count_member);
 }
 
@@ -183,19 +178,19 @@ static void collect_part(void *context, uint32_t round)
 static struct range collect_items(const struct whole *whole, const struct bvh_trees *trees,
                                   const struct bvh_slivers *slivers, uint32_t tree)
 {
-    uint32_t parts = divide_up((uint32_t)bounded_count(whole->scene), ROUND_ITEMS), triangles = 0;
+    uint32_t parts = divide_up((uint32_t)bounded_count(whole->scene), ROUND_ITEMS), uncut = 0;
     struct collection all = {whole, trees, slivers, tree, allocate(parts, sizeof *all.parts)};
     struct range range = range_empty(0);
     crew_share(whole->crew, parts, count_part, &all);
     for (uint32_t i = 0, first = 0; i < parts; i++) {
         all.parts[i].first = first;
         first += all.parts[i].count;
-        triangles += all.parts[i].triangles;
+        uncut += all.parts[i].uncut;
     }
     crew_share(whole->crew, parts, collect_part, &all);
     for (uint32_t i = 0; i < parts; i++)
         range_append(&range, &all.parts[i].range);
-    range.room = triangles / PIECES_SHARE;
+    range.room = uncut / PIECES_SHARE;
     free(all.parts);
     return range;
 }

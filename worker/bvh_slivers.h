@@ -15,7 +15,7 @@
 #include "common/scene.h"
 #include "worker/bvh_trees.h"
 
-/* Pieces are halves of halves; 64 take little less time than 32 and twice as long to build. */
+/* Pieces are halves of halves: up to 32. With 16 seven scenes take 2 % longer, with 64 the same. */
 #define HALVINGS_MAX 5
 
 struct bvh_slivers {

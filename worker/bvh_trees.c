@@ -167,11 +167,6 @@ static bool is_fine(const struct bounds *box, const double center[3])
     return size > 0 && size * FINE < far && far < INFINITE;
 }
 
-/*
- * Fine boxes matter where they are crowded: CROWD of them have their middles in one cube with an edge of 1/FINE of the
- * distance from the centre, or of the next power of two above it. Of a surface these are smaller than a quarter of
- * that, and look three times as large in float. Specks of dust far from each other are just as well off as they are.
- */
 /* A tree for fewer is not worth the place among TREES_MAX. */
 #define FINE_MIN 64
 
@@ -200,6 +195,11 @@ static struct fine find_fine(const struct scene *scene, const double center[3])
     return fine;
 }
 
+/*
+ * Fine boxes matter where they are crowded: CROWD of them have their middles in one cube with an edge of 1/FINE of the
+ * distance from the centre, or of the next power of two above it. Of a surface these are smaller than a quarter of
+ * that, and look three times as large in float. Specks of dust far from each other are just as well off as they are.
+ */
 static struct cube cube_of(const struct bounds *box, const double center[3])
 {
     struct cube cube = {box, center, 0};

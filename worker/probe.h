@@ -19,8 +19,7 @@ struct probe {
 
 static INLINED bool has_triangles(const struct scene *scene)
 {
-    return scene->primitives[PRIMITIVE_TRIANGLE].count + scene->primitives[PRIMITIVE_PATCH].count >
-           0;
+    return scene_triangle_count(scene) > 0;
 }
 
 static INLINED bool has_planes(const struct scene *scene)
