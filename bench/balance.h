@@ -40,11 +40,6 @@ void values_write(void);
 
 /* For writing, in OUT_FOLDER; ends the program when that fails. */
 FILE *open_out(const char *name);
-/* A section of the report, with its heading and the time it was made: once it is whole, close_section() puts it in
- * the place of the earlier one, and join_report() puts all of them together. */
-FILE *open_section(const char *section, const char *heading);
-void close_section(FILE *file, const char *section);
-void join_report(void);
 /* Runs gnuplot over a script that was written to OUT_FOLDER. */
 void plot(const char *script);
 /* The kept cost map of a scene; measures it first when there is none that is newer than
@@ -53,7 +48,7 @@ const struct tile_costs *kept_costs(const struct bench_scene *scene, uint32_t wi
                                     uint32_t height, uint32_t samples);
 /* How often every tile is timed then: odd, so that there is a median. */
 extern unsigned bench_rounds;
-/* As they were measured by the section "messages". */
+/* As the section "messages" measured them; measures them when it has not been made. */
 struct message_costs kept_messages(void);
 /* As they are now, without what renderers spend beside tiles. */
 struct message_costs measure_messages(void);
@@ -64,16 +59,24 @@ double measure_slice(void);
 double measure_waiting(unsigned ranks, const char *config, const char *picture, const char *options,
                        unsigned *looks);
 
-/* ---- sections ---- */
+/* ---- sections of the report: bench/balance_sections.c ---- */
 
-void section_costs(void);
-void section_messages(void);
-void section_figures(void);
-void section_static(void);
-void section_real(void);
-void section_model(void);
-void section_plan(void);
-void section_marks(void);
+/* Whether each word of a list with commas is the name of a section. */
+bool sections_known(const char *list);
+/* Their names, each with what it is about. */
+void sections_list(FILE *out);
+/* Makes those on the list, NULL: all of them, and puts the report together. */
+void sections_run(const char *list);
+
+/* Each writes what it has found, behind its heading. */
+void section_costs(FILE *out);
+void section_messages(FILE *out);
+void section_figures(FILE *out);
+void section_static(FILE *out);
+void section_real(FILE *out);
+void section_model(FILE *out);
+void section_plan(FILE *out);
+void section_marks(FILE *out);
 
 /* Prints the speed-ups of a scene file, by 2 to PAPER_PROCESSORS processors and all schedules. */
 void compare_schedules(const char *config, uint32_t samples);

@@ -242,7 +242,7 @@ static void put_table(FILE *out, const struct bench_scene *scene, uint32_t sampl
     fputc('\n', out);
 }
 
-void section_figures(void)
+void section_figures(FILE *out)
 {
     for (unsigned s = 0; s < SCENES; s++) {
         const struct bench_scene *scene = &bench_scenes[s];
@@ -257,7 +257,6 @@ void section_figures(void)
         each_processor(scene, 16, "send", send_of);
         slow_one(scene);
     }
-    FILE *out = open_section("figures", "The paper's figures 10 to 13");
     fprintf(
         out,
         "**Simulated**: the real queue in virtual time, one machine with a core for each processor "
@@ -277,7 +276,6 @@ void section_figures(void)
     }
     fprintf(out, "\n![When every processor finishes](balance_fig12.svg)\n\n"
                  "![What every processor spends in sending](balance_fig13.svg)\n");
-    close_section(out, "figures");
     draw_times();
     draw_speedups();
     draw_finishes();

@@ -3,7 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <time.h>
 
 #include "bench/balance.h"
 #include "common/message.h"
@@ -13,61 +12,13 @@ const struct bench_scene bench_scenes[SCENES] = {
     {"garden", "config/garden.ini", 25},
 };
 
-/* In the order in which they stand in the report. */
-static const char *const sections[] = {"marks", "figures", "static",   "real",
-                                       "model", "plan",    "messages", "costs"};
-
-#define SECTIONS (sizeof sections / sizeof *sections)
-
-static FILE *open_file(const char *folder, const char *name, const char *suffix, const char *mode)
-{
-    char path[256];
-    snprintf(path, sizeof path, "%s/%s%s", folder, name, suffix);
-    FILE *file = fopen(path, mode);
-    if (!file && *mode == 'w') fatal("cannot write %s: %s", path, strerror(errno));
-    return file;
-}
-
 FILE *open_out(const char *name)
 {
-    return open_file(OUT_FOLDER, name, "", "w");
-}
-
-FILE *open_section(const char *section, const char *heading)
-{
-    char when[32];
-    time_t now = time(NULL);
-    strftime(when, sizeof when, "%Y-%m-%d %H:%M", localtime(&now));
-    FILE *file = open_file(KEPT_FOLDER, section, ".part", "w");
-    fprintf(file, "## %s\n\n<!-- BALANCE_OPTIONS=\"--only %s\", %s -->\n\n", heading, section,
-            when);
+    char path[256];
+    snprintf(path, sizeof path, OUT_FOLDER "/%s", name);
+    FILE *file = fopen(path, "w");
+    if (!file) fatal("cannot write %s: %s", path, strerror(errno));
     return file;
-}
-
-void close_section(FILE *file, const char *section)
-{
-    char part[256], whole[256];
-    snprintf(part, sizeof part, KEPT_FOLDER "/%s.part", section);
-    snprintf(whole, sizeof whole, KEPT_FOLDER "/%s.md", section);
-    if (fclose(file) != 0 || rename(part, whole) != 0)
-        fatal("cannot write %s: %s", whole, strerror(errno));
-}
-
-void join_report(void)
-{
-    FILE *out = open_out("balance.md");
-    fprintf(out, "# Balance\n\n");
-    for (size_t i = 0; i < SECTIONS; i++) {
-        char text[4096];
-        size_t bytes;
-        FILE *file = open_file(KEPT_FOLDER, sections[i], ".md", "r");
-        if (!file) continue;
-        while ((bytes = fread(text, 1, sizeof text, file)) > 0)
-            fwrite(text, 1, bytes, out);
-        fputc('\n', out);
-        fclose(file);
-    }
-    if (fclose(out) != 0) fatal("cannot write the report");
 }
 
 void plot(const char *script)

@@ -16,34 +16,6 @@
 #include "common/message.h"
 #include "common/number.h"
 
-static const struct section {
-    const char *name, *what;
-    void (*run)(void);
-} sections[] = {
-    {"messages", "what a message costs between two ranks", section_messages},
-    {"costs", "what each tile costs", section_costs},
-    {"figures", "the paper's figures 10 to 13, simulated", section_figures},
-    {"static", "fixed shares in real runs on up to 44 ranks, by CPU time", section_static},
-    {"real", "real runs on one, two and 44 ranks, and with a slow renderer", section_real},
-    {"model", "the simulated farm against real runs", section_model},
-    {"plan", "farms of up to 100,000 renderers, simulated", section_plan},
-    {"marks", "what is asked for, and whether it was reached (always made)", section_marks},
-};
-
-#define SECTIONS (sizeof sections / sizeof *sections)
-
-/* Whether name is one of the words of a list with commas. */
-static bool is_listed(const char *list, const char *name)
-{
-    size_t length = strlen(name);
-    for (const char *at = list; at; at = strchr(at, ',')) {
-        if (*at == ',') at++;
-        if (strncmp(at, name, length) == 0 && (at[length] == ',' || at[length] == '\0'))
-            return true;
-    }
-    return false;
-}
-
 static void put_usage(FILE *out)
 {
     fputs("usage: balance [--only SECTION[,SECTION...] [--fresh]] [--rounds N]\n"
@@ -55,8 +27,7 @@ static void put_usage(FILE *out)
           "  --rounds N   how often every tile is timed for its cost (3)\n"
           "sections:\n",
           out);
-    for (size_t i = 0; i < SECTIONS; i++)
-        fprintf(out, "  %-11s  %s\n", sections[i].name, sections[i].what);
+    sections_list(out);
 }
 
 static _Noreturn void refuse(const char *argument)
@@ -66,32 +37,9 @@ static _Noreturn void refuse(const char *argument)
     exit(2);
 }
 
-static bool all_known(const char *list)
-{
-    size_t words = 1, known = 0;
-    for (const char *c = list; *c; c++)
-        words += *c == ',';
-    for (size_t i = 0; i < SECTIONS; i++)
-        known += is_listed(list, sections[i].name);
-    return known == words;
-}
-
 static bool is_count(const char *text, uint32_t *count)
 {
     return number_parse_unsigned(text, count) && *count > 0;
-}
-
-static void run_sections(const char *only)
-{
-    for (size_t i = 0; i < SECTIONS; i++) {
-        /* The marks follow from all the others. */
-        bool last = i + 1 == SECTIONS;
-        if (only && !last && !is_listed(only, sections[i].name)) continue;
-        fprintf(stderr, "%s\n", sections[i].name);
-        sections[i].run();
-        values_write();
-    }
-    join_report();
 }
 
 static void forget_all(void)
@@ -118,7 +66,7 @@ int main(int argc, char **argv)
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
             put_usage(stdout);
             return 0;
-        } else if (strcmp(argv[i], "--only") == 0 && i + 1 < argc && all_known(argv[i + 1]))
+        } else if (strcmp(argv[i], "--only") == 0 && i + 1 < argc && sections_known(argv[i + 1]))
             only = argv[++i];
         else if (strcmp(argv[i], "--fresh") == 0)
             fresh = true;
@@ -143,6 +91,6 @@ int main(int argc, char **argv)
     }
     if (fresh || !only) forget_all();
     values_read();
-    run_sections(only);
+    sections_run(only);
     return pictures_are_same() ? 0 : 1;
 }

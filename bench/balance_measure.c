@@ -112,34 +112,38 @@ struct message_costs measure_messages(void)
     return costs_of_values(values);
 }
 
+/* All of them, the last one, too, and keeps them. */
+static void keep_values(double values[MESSAGE_VALUES])
+{
+    measure_values(values);
+    values[TILE_VALUE] = measure_tiles();
+    for (size_t i = 0; i < MESSAGE_VALUES; i++)
+        value_set(values[i], "%s", message_values[i].name);
+}
+
 struct message_costs kept_messages(void)
 {
     double values[MESSAGE_VALUES];
     bool known = true;
-    for (size_t i = 0; i < MESSAGE_VALUES; i++)
-        known = known && !isnan(value_get(message_values[i].name));
-    if (!known) section_messages();
-    for (size_t i = 0; i < MESSAGE_VALUES; i++)
-        values[i] = value_get(message_values[i].name);
+    for (size_t i = 0; i < MESSAGE_VALUES; i++) {
+        values[i] = value_get("%s", message_values[i].name);
+        known = known && !isnan(values[i]);
+    }
+    if (!known) keep_values(values);
     return costs_of_values(values);
 }
 
-void section_messages(void)
+void section_messages(FILE *out)
 {
     double values[MESSAGE_VALUES];
-    measure_values(values);
-    values[TILE_VALUE] = measure_tiles();
-    FILE *out = open_section("messages", "What a message costs");
+    keep_values(values);
     fprintf(
         out,
         "Measured between two ranks of this machine, medians of %d runs. Naps between two looks "
         "are %.0f to %.0f us long, and that much too long:\n\n| | seconds |\n|---|---|\n",
         MESSAGE_RUNS, 1e6 * NAP_SHORTEST, 1e6 * NAP_SELDOM);
-    for (size_t i = 0; i < MESSAGE_VALUES; i++) {
-        value_set(values[i], "%s", message_values[i].name);
+    for (size_t i = 0; i < MESSAGE_VALUES; i++)
         fprintf(out, "| %s | %.2e |\n", message_values[i].what, values[i]);
-    }
-    close_section(out, "messages");
 }
 
 /* ---- costs ---- */
@@ -182,10 +186,10 @@ static void put_apart(FILE *out, const struct bench_scene *scene, uint32_t sampl
     }
 }
 
-void section_costs(void)
+void section_costs(FILE *out)
 {
     static const uint32_t samples[] = {1, 16};
-    FILE *out = open_section("costs", "What a tile costs"), *csv = open_out("balance_costs.csv");
+    FILE *csv = open_out("balance_costs.csv");
     fprintf(out,
             "The picture (%u x %u), rendered in this process in tiles of one size: CPU seconds "
             "of all of them, every tile the median of %u. fixed: of a tile, whatever is in "
@@ -227,6 +231,5 @@ void section_costs(void)
     for (unsigned s = 0; s < SCENES; s++)
         for (unsigned i = 0; i < 2; i++)
             put_apart(out, &bench_scenes[s], samples[i]);
-    close_section(out, "costs");
     fclose(csv);
 }

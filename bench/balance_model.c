@@ -184,19 +184,17 @@ static void put_heading(FILE *out, unsigned runs, const struct surroundings *aro
         SAMPLES, cores(), runs, 1e6 * around->messages.nap_s, 1e3 * around->slice_s, runs);
 }
 
-void section_model(void)
+void section_model(FILE *out)
 {
     static const struct row rows[] = {
         {FULL, 1},        {FULL, 2}, {STRIPS, 2}, {CYCLIC_ROWS, 2},
         {PLAIN_TILES, 2}, {FULL, 4}, {FULL, 8},   {FULL, PAPER_PROCESSORS}};
     const unsigned count = sizeof rows / sizeof *rows;
     struct surroundings around = {.messages = measure_messages(), .slice_s = measure_slice()};
-    FILE *out = open_section("model", "The simulated farm against the real one");
     put_heading(out, RUNS, &around);
     double worst = 0;
     for (unsigned s = 0; s < SCENES; s++)
         for (unsigned i = 0; i < count; i++)
             worst = fmax(worst, fabs(put_row(out, s, &rows[i], RUNS, &around)));
     value_set(worst, "model.worst");
-    close_section(out, "model");
 }

@@ -245,12 +245,11 @@ static void put_further(FILE *out, FILE *csv)
     window_index(out, csv, garden, 100000, 8, 4096, 1e-5);
 }
 
-void section_plan(void)
+void section_plan(FILE *out)
 {
     const struct bench_scene *garden = &bench_scenes[1];
     struct picture_costs costs = large_costs(garden, 16);
-    FILE *csv = open_out("balance_plan.csv"),
-         *out = open_section("plan", "Farms that are not here");
+    FILE *csv = open_out("balance_plan.csv");
     fprintf(csv, "what,scene,renderers,samples,latency_s,render_s,efficiency,master,repeated\n");
     fprintf(
         out,
@@ -265,6 +264,5 @@ void section_plan(void)
     put_saturation(out, csv);
     put_latencies(out, csv);
     put_further(out, csv);
-    close_section(out, "plan");
     fclose(csv);
 }

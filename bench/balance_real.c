@@ -239,9 +239,8 @@ static void put_slow(FILE *out)
         measure_slow(out, &bench_scenes[s]);
 }
 
-void section_real(void)
+void section_real(FILE *out)
 {
-    FILE *out = open_section("real", "Real runs");
     fprintf(out,
             "**Measured** in wall time on this machine, %ld cores, %u x %u pixels, %d samples; "
             "medians of %u pairs of -n 1 and -n 2 in turn.\n",
@@ -265,5 +264,4 @@ void section_real(void)
     report_waiting(out);
     unsigned two[2];
     if (two_processors(two)) put_slow(out);
-    close_section(out, "real");
 }

@@ -49,9 +49,8 @@ static void put_row(FILE *out, FILE *csv, const struct bench_scene *scene, unsig
     fputc('\n', csv);
 }
 
-void section_static(void)
+void section_static(FILE *out)
 {
-    FILE *out = open_section("static", "Static shares, real runs");
     FILE *csv = open_out("balance_static.csv");
     fprintf(
         out,
@@ -77,6 +76,5 @@ void section_static(void)
         for (unsigned i = 0; i < sizeof counts / sizeof *counts; i++)
             put_row(out, csv, &bench_scenes[s], counts[i], serial);
     }
-    close_section(out, "static");
     fclose(csv);
 }

@@ -1,0 +1,117 @@
+/* The sections of the report: each is kept in a file of its own, so that they can be made apart. */
+#include <errno.h>
+#include <string.h>
+#include <time.h>
+
+#include "bench/balance.h"
+#include "common/message.h"
+
+/* In the order in which they are made: "static" says what "figures" has simulated, the marks follow from all
+ * the others. */
+static const struct section {
+    const char *name, *what, *heading;
+    void (*make)(FILE *out);
+} sections[] = {
+    {"messages", "what a message costs between two ranks", "What a message costs",
+     section_messages},
+    {"costs", "what each tile costs", "What a tile costs", section_costs},
+    {"figures", "the paper's figures 10 to 13, simulated", "The paper's figures 10 to 13",
+     section_figures},
+    {"static", "fixed shares in real runs on up to 44 ranks, by CPU time",
+     "Static shares, real runs", section_static},
+    {"real", "real runs on one, two and 44 ranks, and with a slow renderer", "Real runs",
+     section_real},
+    {"model", "the simulated farm against real runs", "The simulated farm against the real one",
+     section_model},
+    {"plan", "farms of up to 100,000 renderers, simulated", "Farms that are not here",
+     section_plan},
+    {"marks", "what is asked for, and whether it was reached (always made)", "The marks",
+     section_marks},
+};
+
+#define SECTIONS (sizeof sections / sizeof *sections)
+
+/* The report begins with the last one, the marks, and ends with these first ones, which the others are made of. */
+#define INGREDIENTS 2
+
+/* Whether name is one of the words of a list with commas. */
+static bool is_listed(const char *list, const char *name)
+{
+    size_t length = strlen(name);
+    for (const char *at = list; at; at = strchr(at, ',')) {
+        if (*at == ',') at++;
+        if (strncmp(at, name, length) == 0 && (at[length] == ',' || at[length] == '\0'))
+            return true;
+    }
+    return false;
+}
+
+bool sections_known(const char *list)
+{
+    size_t words = 1, known = 0;
+    for (const char *c = list; *c; c++)
+        words += *c == ',';
+    for (size_t i = 0; i < SECTIONS; i++)
+        known += is_listed(list, sections[i].name);
+    return known == words;
+}
+
+void sections_list(FILE *out)
+{
+    for (size_t i = 0; i < SECTIONS; i++)
+        fprintf(out, "  %-11s  %s\n", sections[i].name, sections[i].what);
+}
+
+/* Takes the place of the section that was made earlier once it is whole. */
+static void make_section(const struct section *section)
+{
+    char part[256], whole[256], when[32];
+    time_t now = time(NULL);
+    strftime(when, sizeof when, "%Y-%m-%d %H:%M", localtime(&now));
+    snprintf(part, sizeof part, KEPT_FOLDER "/%s.part", section->name);
+    snprintf(whole, sizeof whole, KEPT_FOLDER "/%s.md", section->name);
+    FILE *out = fopen(part, "w");
+    if (!out) fatal("cannot write %s: %s", part, strerror(errno));
+    fprintf(out, "## %s\n\n<!-- BALANCE_OPTIONS=\"--only %s\", %s -->\n\n", section->heading,
+            section->name, when);
+    section->make(out);
+    if (fclose(out) != 0 || rename(part, whole) != 0)
+        fatal("cannot write %s: %s", whole, strerror(errno));
+}
+
+static void put_section(FILE *out, const struct section *section)
+{
+    char path[256], text[4096];
+    size_t bytes;
+    snprintf(path, sizeof path, KEPT_FOLDER "/%s.md", section->name);
+    FILE *file = fopen(path, "r");
+    if (!file) return;
+    while ((bytes = fread(text, 1, sizeof text, file)) > 0)
+        fwrite(text, 1, bytes, out);
+    fputc('\n', out);
+    fclose(file);
+}
+
+static void put_report(void)
+{
+    FILE *out = open_out("balance.md");
+    fprintf(out, "# Balance\n\n");
+    put_section(out, &sections[SECTIONS - 1]);
+    for (size_t i = INGREDIENTS; i < SECTIONS - 1; i++)
+        put_section(out, &sections[i]);
+    for (size_t i = 0; i < INGREDIENTS; i++)
+        put_section(out, &sections[i]);
+    if (fclose(out) != 0) fatal("cannot write the report");
+}
+
+void sections_run(const char *list)
+{
+    for (size_t i = 0; i < SECTIONS; i++) {
+        bool last = i + 1 == SECTIONS;
+        if (list && !last && !is_listed(list, sections[i].name)) continue;
+        fprintf(stderr, "%s\n", sections[i].name);
+        make_section(&sections[i]);
+        values_write();
+    }
+    put_report();
+}
