@@ -190,6 +190,57 @@ static void warn_of_little(const struct loader *loader, const char *config)
         user_warning(config, 0, "the scene has no objects, the picture shows the background");
 }
 
+/* The section that a primitive comes from. */
+static const struct loaded_section *section_of(const struct loader *loader,
+                                               enum primitive_kind kind, uint32_t index)
+{
+    size_t low = 0, high = loader->section_count - 1;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (loader->sections[middle].end[kind] > index)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    return &loader->sections[low];
+}
+
+/* Where the one is whose place it is, seen from the section of the other one; the caller frees it. */
+static char *place_of_earlier(const struct loaded_section *section,
+                              const struct loaded_section *earlier)
+{
+    if (section == earlier) return copy_text("both of the first two are here");
+    if (earlier->line == 0) return copy_text("the first one here in the place of an argument's");
+    if (strcmp(section->file, earlier->file) == 0)
+        return format_text("the first one here in the place of line %ld", earlier->line);
+    return format_text("the first one here in the place of %s:%ld", earlier->file, earlier->line);
+}
+
+/* Told are those that let light through, in one warning: each makes rays more, and nothing shows it but the time. */
+static void warn_of_doubles(const struct loader *loader)
+{
+    struct doubles first = {0};
+    enum primitive_kind first_kind = PRIMITIVE_KINDS;
+    uint64_t count = 0;
+    for (int k = 0; k < PRIMITIVE_KINDS; k++) {
+        enum primitive_kind kind = (enum primitive_kind)k;
+        struct doubles doubles = builder_doubles(loader->builder, kind);
+        if (count == 0) {
+            first = doubles;
+            first_kind = kind;
+        }
+        count += doubles.count;
+    }
+    if (count == 0) return;
+    const struct loaded_section *section = section_of(loader, first_kind, first.first);
+    char *where = place_of_earlier(section, section_of(loader, first_kind, first.earlier));
+    user_warning(section->file, section->line,
+                 "surfaces that let light through stand in the very place of earlier ones: each "
+                 "splits all rays once more, which may take very long: %llu, %s",
+                 (unsigned long long)count, where);
+    free(where);
+}
+
 /* So many sections of a document, which keeps them. */
 static struct ini sections_from(const struct ini *ini, size_t first, size_t count)
 {

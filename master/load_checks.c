@@ -1,4 +1,4 @@
-/* What settings that are right by themselves have to be together, and what is odd in a scene (declared in loader.h). */
+/* What settings that are right by themselves have to be together (declared in loader.h). */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -358,93 +358,4 @@ bool check_settings(const struct loader *loader, const char *config)
     return region_good(loader, config) && size_good(loader, config) && rows_good(loader, config) &&
            camera_good(loader, config) && kernel_good(loader, config) &&
            sampling_good(loader, config) && output_good(loader, config);
-}
-
-/* ---- faces ---- */
-
-bool corners_have_area(struct vec3 a, struct vec3 b, struct vec3 c)
-{
-    struct vec3 ab = vec_sub(b, a), ac = vec_sub(c, a);
-    /* Nearly all of the millions that a mesh may have end here; what is left may be too small for a product. */
-    struct vec3 cross = vec_cross(ab, ac);
-    if (!vec_is_zero(cross)) return true;
-    return !vec_is_zero(ab) && !vec_is_zero(ac) &&
-           !vec_is_zero(vec_cross(vec_normalize(ab), vec_normalize(ac)));
-}
-
-bool triangles_have_area(const struct vec3 *corners, const struct triangulation *triangles)
-{
-    for (size_t i = 0; i < triangles->count; i++) {
-        const uint32_t *corner = triangles->triangles[i];
-        if (corners_have_area(corners[corner[0]], corners[corner[1]], corners[corner[2]]))
-            return true;
-    }
-    return false;
-}
-
-void note_face(struct faces *faces, bool has_area, long line)
-{
-    faces->count++;
-    if (has_area) return;
-    if (faces->flat++ == 0) faces->first_flat = line;
-}
-
-void warn_of_flat_faces(const struct faces *faces, const char *path)
-{
-    if (faces->flat > 0)
-        user_warning(path, faces->first_flat,
-                     "faces without an area, whose corners lie on a line, are never seen: %llu of "
-                     "%llu, the first one here",
-                     (unsigned long long)faces->flat, (unsigned long long)faces->count);
-}
-
-/* ---- glass in one place ---- */
-
-static const struct loaded_section *section_of(const struct loader *loader,
-                                               enum primitive_kind kind, uint32_t index)
-{
-    size_t low = 0, high = loader->section_count - 1;
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-        if (loader->sections[middle].end[kind] > index)
-            high = middle;
-        else
-            low = middle + 1;
-    }
-    return &loader->sections[low];
-}
-
-/* Where the one is whose place it is, seen from the section of the other one; the caller frees it. */
-static char *place_of_earlier(const struct loaded_section *section,
-                              const struct loaded_section *earlier)
-{
-    if (section == earlier) return copy_text("both of the first two are here");
-    if (earlier->line == 0) return copy_text("the first one here in the place of an argument's");
-    if (strcmp(section->file, earlier->file) == 0)
-        return format_text("the first one here in the place of line %ld", earlier->line);
-    return format_text("the first one here in the place of %s:%ld", earlier->file, earlier->line);
-}
-
-void warn_of_doubles(const struct loader *loader)
-{
-    struct doubles first = {0};
-    enum primitive_kind first_kind = PRIMITIVE_KINDS;
-    uint64_t count = 0;
-    for (int k = 0; k < PRIMITIVE_KINDS; k++) {
-        enum primitive_kind kind = (enum primitive_kind)k;
-        struct doubles doubles = builder_doubles(loader->builder, kind);
-        if (count == 0) {
-            first = doubles;
-            first_kind = kind;
-        }
-        count += doubles.count;
-    }
-    if (count == 0) return;
-    const struct loaded_section *section = section_of(loader, first_kind, first.first);
-    char *where = place_of_earlier(section, section_of(loader, first_kind, first.earlier));
-    user_warning(section->file, section->line,
-                 "surfaces that let light through stand in the very place of earlier ones: each "
-                 "splits all rays once more, which may take very long: %llu, %s",
-                 (unsigned long long)count, where);
-    free(where);
 }

@@ -1,4 +1,6 @@
-/* The materials of Wavefront MTL files, as far as they have a meaning here. */
+/* As far as they have a meaning here. */
+#include "master/load_mtl.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,7 +10,6 @@
 #include "common/scene_check.h"
 #include "master/loader.h"
 #include "master/name_table.h"
-#include "master/nearest_name.h"
 #include "master/scan.h"
 #include "master/text_file.h"
 

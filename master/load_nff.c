@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "common/message.h"
+#include "master/faces.h"
 #include "master/loader.h"
 #include "master/placement.h"
 #include "master/scan.h"

@@ -9,6 +9,8 @@
 #include <sys/stat.h>
 
 #include "common/message.h"
+#include "master/faces.h"
+#include "master/load_mtl.h"
 #include "master/loader.h"
 #include "master/name_table.h"
 #include "master/nearest_name.h"

@@ -6,6 +6,7 @@
 
 #include "common/message.h"
 #include "common/scene_check.h"
+#include "master/faces.h"
 #include "master/nearest_name.h"
 #include "master/placement.h"
 #include "master/sections.h"

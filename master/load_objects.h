@@ -1,4 +1,4 @@
-/* Between the INI loader's files: a section with its place in the scene, and the objects. */
+/* Between the INI loader's files: a section with its place in the scene, materials and objects. */
 #ifndef FARM_MASTER_LOAD_OBJECTS_H
 #define FARM_MASTER_LOAD_OBJECTS_H
 
@@ -21,6 +21,9 @@ bool accept_object(const struct reading *at, const char *why);
 /* The index of the material that an object names, or of the default one; false after saying that
  * there is none of this name. */
 bool resolve_material(const struct reading *at, const struct object *object, uint32_t *index);
+
+/* All materials of a file first, so that they may stand after their use. */
+bool load_materials(struct part *part, const struct ini *ini);
 
 /* Put the section, read into data (a structure of scene_sections.h), into the scene. */
 bool load_light(const struct reading *at, void *data);

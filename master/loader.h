@@ -16,7 +16,6 @@
 #include "master/load.h"
 #include "master/nearest_name.h"
 #include "master/placement.h"
-#include "master/triangulate.h"
 
 /* Scene files may be large, but not larger than this. */
 #define SCENE_MAX_BYTES   ((size_t)64 << 30)
@@ -136,20 +135,6 @@ bool warn_of_bright_color(const struct material *material, const char *file, lon
  * what the material is read from. false after saying what is wrong. */
 bool amend_material(const struct loader *loader, const char *name, struct material *material);
 
-/* The faces of a file. Those without an area are no mistake, as many a mesh has some, but they are never seen. */
-struct faces {
-    uint64_t count, flat;
-    long first_flat; /* its line */
-};
-bool corners_have_area(struct vec3 a, struct vec3 b, struct vec3 c);
-/* Of a polygon, whether any of its triangles has one. */
-bool triangles_have_area(const struct vec3 *corners, const struct triangulation *triangles);
-void note_face(struct faces *faces, bool has_area, long line);
-void warn_of_flat_faces(const struct faces *faces, const char *path);
-
-/* Told are those that let light through, in one warning: each makes rays more, and nothing shows it but the time. */
-void warn_of_doubles(const struct loader *loader);
-
 /* A mesh in an OBJ file. */
 struct mesh {
     const char *path;
@@ -178,17 +163,5 @@ char *section_hint(const char *kind);
 
 /* Frees what the part owns. */
 void part_free(struct part *part);
-
-/* What an OBJ's usemtl can name. */
-#define MATERIAL_NAME_SIZE 1024 /* bytes; the rest of a longer name is not looked at */
-struct material_library;
-struct material_library *material_library_create(void);
-void material_library_destroy(struct material_library *library);
-/* Reads an MTL file; false, after saying so, when it holds mistakes. */
-bool material_library_read(struct material_library *library, const char *path);
-const struct material *material_library_find(const struct material_library *library,
-                                             const char *name);
-/* Its names as candidates, which live as long as it is not read into. */
-void material_library_try(const struct material_library *library, struct nearest_name *search);
 
 #endif

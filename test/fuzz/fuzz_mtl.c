@@ -1,5 +1,5 @@
 /* MTL files: what is accepted is a material that a scene can hold. */
-
+#include "master/load_mtl.h"
 #include "test/fuzz/fuzz.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

@@ -1,0 +1,39 @@
+#include "master/faces.h"
+
+#include "common/message.h"
+
+bool corners_have_area(struct vec3 a, struct vec3 b, struct vec3 c)
+{
+    struct vec3 ab = vec_sub(b, a), ac = vec_sub(c, a);
+    /* Nearly all of the millions that a mesh may have end here; what is left may be too small for a product. */
+    struct vec3 cross = vec_cross(ab, ac);
+    if (!vec_is_zero(cross)) return true;
+    return !vec_is_zero(ab) && !vec_is_zero(ac) &&
+           !vec_is_zero(vec_cross(vec_normalize(ab), vec_normalize(ac)));
+}
+
+bool triangles_have_area(const struct vec3 *corners, const struct triangulation *triangles)
+{
+    for (size_t i = 0; i < triangles->count; i++) {
+        const uint32_t *corner = triangles->triangles[i];
+        if (corners_have_area(corners[corner[0]], corners[corner[1]], corners[corner[2]]))
+            return true;
+    }
+    return false;
+}
+
+void note_face(struct faces *faces, bool has_area, long line)
+{
+    faces->count++;
+    if (has_area) return;
+    if (faces->flat++ == 0) faces->first_flat = line;
+}
+
+void warn_of_flat_faces(const struct faces *faces, const char *path)
+{
+    if (faces->flat > 0)
+        user_warning(path, faces->first_flat,
+                     "faces without an area, whose corners lie on a line, are never seen: %llu of "
+                     "%llu, the first one here",
+                     (unsigned long long)faces->flat, (unsigned long long)faces->count);
+}
