@@ -9,20 +9,14 @@
 
 static unsigned taken, refused; /* rays */
 
-bool __real_nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                           unsigned packets, struct hit *hits, struct known_planes *planes,
-                           uint64_t *exact);
-bool __wrap_nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                           unsigned packets, struct hit *hits, struct known_planes *planes,
-                           uint64_t *exact);
-bool __real_occluded_packet(const struct scene *scene, const struct bvh *bvh,
-                            const struct ray *rays, struct passages *passages,
-                            struct blocker *blocker, struct vec3 *transmittance, uint64_t *exact,
-                            lane_set *open);
-bool __wrap_occluded_packet(const struct scene *scene, const struct bvh *bvh,
-                            const struct ray *rays, struct passages *passages,
-                            struct blocker *blocker, struct vec3 *transmittance, uint64_t *exact,
-                            lane_set *open);
+bool __real_nearest_bundle(const struct nearest_batch *batch, const struct ray *rays,
+                           unsigned packets, struct hit *hits);
+bool __wrap_nearest_bundle(const struct nearest_batch *batch, const struct ray *rays,
+                           unsigned packets, struct hit *hits);
+bool __real_occluded_packet(const struct occlusion_batch *batch, const struct ray *rays,
+                            struct vec3 *transmittance, lane_set *open);
+bool __wrap_occluded_packet(const struct occlusion_batch *batch, const struct ray *rays,
+                            struct vec3 *transmittance, lane_set *open);
 
 static bool count(bool worth_it, unsigned rays)
 {
@@ -30,22 +24,16 @@ static bool count(bool worth_it, unsigned rays)
     return worth_it;
 }
 
-bool __wrap_nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                           unsigned packets, struct hit *hits, struct known_planes *planes,
-                           uint64_t *exact)
+bool __wrap_nearest_bundle(const struct nearest_batch *batch, const struct ray *rays,
+                           unsigned packets, struct hit *hits)
 {
-    return count(__real_nearest_bundle(scene, bvh, rays, packets, hits, planes, exact),
-                 packets * LANES);
+    return count(__real_nearest_bundle(batch, rays, packets, hits), packets * LANES);
 }
 
-bool __wrap_occluded_packet(const struct scene *scene, const struct bvh *bvh,
-                            const struct ray *rays, struct passages *passages,
-                            struct blocker *blocker, struct vec3 *transmittance, uint64_t *exact,
-                            lane_set *open)
+bool __wrap_occluded_packet(const struct occlusion_batch *batch, const struct ray *rays,
+                            struct vec3 *transmittance, lane_set *open)
 {
-    return count(
-        __real_occluded_packet(scene, bvh, rays, passages, blocker, transmittance, exact, open),
-        LANES);
+    return count(__real_occluded_packet(batch, rays, transmittance, open), LANES);
 }
 
 static struct scene *sheet(void)

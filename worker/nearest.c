@@ -44,12 +44,12 @@ static INLINED bool naive_nearest_leaf(void *context, const struct bvh_leaf *lea
     return nearest_in(context, leaves, count, limit, true);
 }
 
-static INLINED struct hit nearest_hit(const struct scene *scene, const struct bvh *bvh,
-                                      const struct ray *ray, struct known_planes *planes,
-                                      uint64_t *exact, bool naive)
+static INLINED struct hit nearest_hit(const struct nearest_batch *batch, const struct ray *ray,
+                                      bool naive)
 {
+    const struct bvh *bvh = batch->bvh;
     struct nearest_walk walk;
-    nearest_begin(&walk, scene, ray, planes, exact);
+    nearest_begin(&walk, batch->scene, ray, batch->planes, batch->exact);
     if (!ray_is_finite(ray)) return walk.hit;
     nearest_planes(&walk, naive);
     visit_leaf *visit = naive ? naive_nearest_leaf : nearest_leaf;
@@ -72,48 +72,38 @@ struct hit settled_hit(const struct scene *scene, const struct ray *ray, const s
     return walk.hit;
 }
 
-static void nearest_of_paper(const struct scene *scene, const struct bvh *bvh,
-                             const struct ray *rays, size_t count, struct hit *hits,
-                             uint64_t *exact_fallbacks)
-{
-    for (size_t i = 0; i < count; i++)
-        hits[i] = nearest_hit(scene, bvh, &rays[i], NULL, exact_fallbacks, true);
-}
-
-static void nearest_in_bundles(const struct scene *scene, const struct bvh *bvh,
-                               const struct ray *rays, size_t count, struct hit *hits,
-                               struct known_planes *planes, uint64_t *exact_fallbacks)
+static void nearest_in_bundles(const struct nearest_batch *batch, const struct ray *rays,
+                               size_t count, struct hit *hits)
 {
     struct packet_trust bundles = {0, 0}, packets = {0, 0};
     for (size_t i = 0; i < count;) {
         size_t left = (count - i) / LANES, many = left < BUNDLE ? left : BUNDLE;
         size_t end = left == 0 ? count : i + LANES;
         if (left > 1 && packet_is_due(&bundles) &&
-            packet_was(&bundles, nearest_bundle(scene, bvh, rays + i, (unsigned)many, hits + i,
-                                                planes, exact_fallbacks)))
+            packet_was(&bundles, nearest_bundle(batch, rays + i, (unsigned)many, hits + i)))
             i += many * LANES;
         else if (left > 0 && packet_is_due(&packets) &&
-                 packet_was(&packets, nearest_bundle(scene, bvh, rays + i, 1, hits + i, planes,
-                                                     exact_fallbacks)))
+                 packet_was(&packets, nearest_bundle(batch, rays + i, 1, hits + i)))
             i += LANES;
         else
             for (; i < end; i++)
-                hits[i] = nearest_hit(scene, bvh, &rays[i], planes, exact_fallbacks, false);
+                hits[i] = nearest_hit(batch, &rays[i], false);
     }
 }
 
 void nearest_rough(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                    size_t count, struct hit *hits, uint64_t *exact_fallbacks)
 {
+    bool naive = scene->view.formulas == FORMULAS_PAPER;
     struct known_planes planes;
     planes.any = false;
-    if (scene->view.formulas == FORMULAS_PAPER)
-        nearest_of_paper(scene, bvh, rays, count, hits, exact_fallbacks);
-    else if (LANES_IN_SIMD)
-        nearest_in_bundles(scene, bvh, rays, count, hits, &planes, exact_fallbacks);
+    const struct nearest_batch batch = {scene, bvh, naive ? NULL : &planes, exact_fallbacks};
+    if (LANES_IN_SIMD && !naive)
+        nearest_in_bundles(&batch, rays, count, hits);
     else
         for (size_t i = 0; i < count; i++)
-            hits[i] = nearest_hit(scene, bvh, &rays[i], &planes, exact_fallbacks, false);
+            hits[i] =
+                naive ? nearest_hit(&batch, &rays[i], true) : nearest_hit(&batch, &rays[i], false);
 }
 
 void nearest(const struct scene *scene, const struct bvh *bvh, const struct ray *rays, size_t count,

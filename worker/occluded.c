@@ -17,13 +17,14 @@ static INLINED bool naive_occlusion_leaf(void *context, const struct bvh_leaf *l
     return occlusion_in(context, leaves, count, true);
 }
 
-/* Whether an opaque surface is in the way; passages gets the transparent ones otherwise. */
-static INLINED bool is_blocked(const struct scene *scene, const struct bvh *bvh,
-                               const struct ray *ray, struct passages *passages,
-                               struct blocker *blocker, uint64_t *exact, bool naive)
+/* Whether an opaque surface is in the way; the first list of passages gets the transparent ones otherwise. */
+static INLINED bool is_blocked(const struct occlusion_batch *batch, const struct ray *ray,
+                               bool naive)
 {
+    const struct bvh *bvh = batch->bvh;
+    struct blocker *blocker = batch->blocker;
     struct occlusion_walk walk;
-    occlusion_begin(&walk, scene, ray, passages, exact);
+    occlusion_begin(&walk, batch->scene, ray, batch->passages, batch->exact);
     if (!ray_is_finite(ray)) return false;
     if (!occlusion_planes(&walk, naive)) return true;
     walk.blocker = blocker;
@@ -42,16 +43,16 @@ static INLINED bool is_blocked(const struct scene *scene, const struct bvh *bvh,
 }
 
 /* One after the other. */
-static void occluded_singly(const struct scene *scene, const struct bvh *bvh,
-                            const struct ray *rays, lane_set set, struct passages *passages,
-                            struct blocker *blocker, struct vec3 *transmittance, uint64_t *exact)
+static void occluded_singly(const struct occlusion_batch *batch, const struct ray *rays,
+                            lane_set set, struct vec3 *transmittance)
 {
+    const struct scene *scene = batch->scene;
+    struct passages *passages = batch->passages;
     for (; set; set = without_lowest(set)) {
         unsigned i = lowest_lane(set);
         if (passages) passages->count = 0;
-        bool blocked = scene->view.formulas == FORMULAS_PAPER
-                           ? is_blocked(scene, bvh, &rays[i], passages, blocker, exact, true)
-                           : is_blocked(scene, bvh, &rays[i], passages, blocker, exact, false);
+        bool blocked = scene->view.formulas == FORMULAS_PAPER ? is_blocked(batch, &rays[i], true)
+                                                              : is_blocked(batch, &rays[i], false);
         transmittance[i] = transmittance_of(scene, passages, blocked);
     }
 }
@@ -60,20 +61,19 @@ void occluded(const struct scene *scene, const struct bvh *bvh, const struct ray
               size_t count, struct vec3 *transmittance, uint64_t *exact_fallbacks)
 {
     struct passages passages[LANES];
-    struct passages *transparent = bvh->transparent ? passages : NULL;
+    struct blocker blocker = {NULL, 0, NULL};
+    const struct occlusion_batch batch = {scene, bvh, bvh->transparent ? passages : NULL, &blocker,
+                                          exact_fallbacks};
     bool packets = LANES_IN_SIMD && scene->view.formulas != FORMULAS_PAPER;
     struct packet_trust trust = {0, 0};
-    struct blocker blocker = {NULL, 0, NULL};
     for (unsigned lane = 0; lane < LANES; lane++)
         passages_begin(&passages[lane]);
     for (size_t i = 0; i < count; i += LANES) {
         size_t n = count - i < LANES ? count - i : LANES;
         lane_set open = first_lanes((uint32_t)n);
         if (packets && n == LANES && packet_is_due(&trust))
-            (void)packet_was(&trust, occluded_packet(scene, bvh, rays + i, transparent, &blocker,
-                                                     transmittance + i, exact_fallbacks, &open));
-        occluded_singly(scene, bvh, rays + i, open, transparent, &blocker, transmittance + i,
-                        exact_fallbacks);
+            (void)packet_was(&trust, occluded_packet(&batch, rays + i, transmittance + i, &open));
+        occluded_singly(&batch, rays + i, open, transmittance + i);
     }
     for (unsigned lane = 0; lane < LANES; lane++)
         passages_end(&passages[lane]);

@@ -48,20 +48,34 @@ static inline bool packet_was(struct packet_trust *trust, bool worth_it)
  * as large as a pixel, is faster with 2. */
 #define BUNDLE 4
 
+/* What all rays of nearest() have in common. */
+struct nearest_batch {
+    const struct scene *scene;
+    const struct bvh *bvh;
+    struct known_planes *planes; /* NULL with the paper's formulas */
+    uint64_t *exact;             /* counts exact fallbacks */
+};
+
 /* nearest_rough() of so many times LANES rays. false, and no hit is told, when they are too different; what was tested
  * until then counts in *exact. */
-bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    unsigned packets, struct hit *hits, struct known_planes *planes,
-                    uint64_t *exact);
+bool nearest_bundle(const struct nearest_batch *batch, const struct ray *rays, unsigned packets,
+                    struct hit *hits);
+
+/* What all rays of occluded() have in common. */
+struct occlusion_batch {
+    const struct scene *scene;
+    const struct bvh *bvh;
+    struct passages *passages; /* LANES lists; NULL: nothing is transparent */
+    struct blocker *blocker;   /* what has blocked the rays before */
+    uint64_t *exact;           /* counts exact fallbacks */
+};
 
 /*
  * occluded() of LANES rays, likewise; what is found before they turn out to be too different is kept:
- * *open are those that are yet to be traced. passages: a list for each of them; NULL where nothing is
- * transparent. blocker: what has blocked rays before these; afterwards what has blocked these, or
- * nothing where one of them came through.
+ * *open are those that are yet to be traced. Afterwards the blocker is what has blocked these, or nothing
+ * where one of them came through.
  */
-bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                     struct passages *passages, struct blocker *blocker, struct vec3 *transmittance,
-                     uint64_t *exact, lane_set *open);
+bool occluded_packet(const struct occlusion_batch *batch, const struct ray *rays,
+                     struct vec3 *transmittance, lane_set *open);
 
 #endif

@@ -366,14 +366,13 @@ static void bundle_planes(struct nearest_bundle *it, const struct scene *scene)
     }
 }
 
-static INLINED void nearest_packet_begin(struct nearest_packet *it, const struct scene *scene,
-                                         const struct ray *rays, struct known_planes *planes,
-                                         uint64_t *exact)
+static INLINED void nearest_packet_begin(struct nearest_packet *it,
+                                         const struct nearest_batch *batch, const struct ray *rays)
 {
-    it->scene = scene;
+    it->scene = batch->scene;
     it->rays = rays;
-    it->planes = planes;
-    it->exact = exact;
+    it->planes = batch->planes;
+    it->exact = batch->exact;
     it->keeping = it->walking = 0;
     memset(it->count, 0, sizeof it->count);
     lanes_store(it->limit, it->packet.t_max);
@@ -469,20 +468,19 @@ static void nearest_packet_end(struct nearest_packet *it, struct hit *hits)
         settle_alone(it, lowest_lane(alone), &hits[lowest_lane(alone)]);
 }
 
-bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    unsigned packets, struct hit *hits, struct known_planes *planes,
-                    uint64_t *exact)
+bool nearest_bundle(const struct nearest_batch *batch, const struct ray *rays, unsigned packets,
+                    struct hit *hits)
 {
     struct nearest_bundle it;
     it.bundle.count = packets;
     for (unsigned i = 0; i < packets; i++)
         it.bundle.packets[i] = &it.packets[i].packet;
-    if (bvh->node_count == 0 || !bundle_of(rays, &it.bundle)) return false;
+    if (batch->bvh->node_count == 0 || !bundle_of(rays, &it.bundle)) return false;
     it.given_up = it.prepared = false;
     for (unsigned i = 0; i < packets; i++)
-        nearest_packet_begin(&it.packets[i], scene, rays + (size_t)i * LANES, planes, exact);
-    bundle_planes(&it, scene);
-    if (!walk_trees(&it, bvh)) return false;
+        nearest_packet_begin(&it.packets[i], batch, rays + (size_t)i * LANES);
+    bundle_planes(&it, batch->scene);
+    if (!walk_trees(&it, batch->bvh)) return false;
     for (unsigned i = 0; i < packets && it.prepared; i++)
         prefetch_firsts(&it.packets[i]);
     for (unsigned i = 0; i < packets; i++)
@@ -492,17 +490,13 @@ bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const stru
 
 #else
 
-bool nearest_bundle(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                    unsigned packets, struct hit *hits, struct known_planes *planes,
-                    uint64_t *exact)
+bool nearest_bundle(const struct nearest_batch *batch, const struct ray *rays, unsigned packets,
+                    struct hit *hits)
 {
-    (void)scene;
-    (void)bvh;
+    (void)batch;
     (void)rays;
     (void)packets;
     (void)hits;
-    (void)planes;
-    (void)exact;
     return false; /* none is worth it */
 }
 

@@ -199,52 +199,47 @@ static INLINED void walk_trees(struct occlusion_packet *it, const struct bvh *bv
     }
 }
 
-bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                     struct passages *passages, struct blocker *blocker, struct vec3 *transmittance,
-                     uint64_t *exact, lane_set *open)
+bool occluded_packet(const struct occlusion_batch *batch, const struct ray *rays,
+                     struct vec3 *transmittance, lane_set *open)
 {
+    const struct scene *scene = batch->scene;
     struct occlusion_packet it;
     it.bundle.count = 1;
     it.bundle.packets[0] = &it.packet;
     *open = ALL_LANES;
-    if (bvh->node_count == 0 || !bundle_of(rays, &it.bundle)) return false;
+    if (batch->bvh->node_count == 0 || !bundle_of(rays, &it.bundle)) return false;
     packet_prepare(&it.packet, &it.bundle);
     if (has_lines(scene)) it.ray_lanes = rays_in_lanes(it.packet.o, it.packet.d);
     it.scene = scene;
     it.rays = rays;
-    it.exact = exact;
-    it.passages = passages;
+    it.exact = batch->exact;
+    it.passages = batch->passages;
     it.open = ALL_LANES;
     it.walking = 0;
     it.given_up = false;
-    it.blocker = blocker;
+    it.blocker = batch->blocker;
     begin_rays(&it);
     look_at_blocker(&it);
-    walk_trees(&it, bvh);
+    walk_trees(&it, batch->bvh);
     /* A blocker spares a packet the walk only where it blocks all rays. Where one of these came through,
      * some of the next are taken to do so, too: it is forgotten, however many it has blocked. */
-    if (it.open && !it.given_up) blocker->count = 0;
+    if (it.open && !it.given_up) it.blocker->count = 0;
     *open = it.given_up ? it.open : 0;
     for (unsigned lane = 0; lane < LANES; lane++)
         if (!(*open >> lane & 1))
-            transmittance[lane] =
-                transmittance_of(scene, passages ? &passages[lane] : NULL, !(it.open >> lane & 1));
+            transmittance[lane] = transmittance_of(scene, it.passages ? &it.passages[lane] : NULL,
+                                                   !(it.open >> lane & 1));
     return !it.given_up;
 }
 
 #else
 
-bool occluded_packet(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
-                     struct passages *passages, struct blocker *blocker, struct vec3 *transmittance,
-                     uint64_t *exact, lane_set *open)
+bool occluded_packet(const struct occlusion_batch *batch, const struct ray *rays,
+                     struct vec3 *transmittance, lane_set *open)
 {
-    (void)scene;
-    (void)bvh;
+    (void)batch;
     (void)rays;
-    (void)passages;
-    (void)blocker;
     (void)transmittance;
-    (void)exact;
     *open = ALL_LANES;
     return false; /* none is worth it */
 }
