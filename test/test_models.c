@@ -282,26 +282,6 @@ static void test_refining_keeps_a_mesh_closed(void **state)
     mesh_free(&mesh);
 }
 
-static void test_a_mirrored_copy_stays_outward(void **state)
-{
-    (void)state;
-    struct mesh part, whole;
-    mesh_init(&part);
-    mesh_init(&whole);
-    mesh_use(&part, "glass");
-    mesh_box(&part, vec3(1, 0, 0), vec3(2, 1, 1), 0);
-    mesh_smooth(&part, (struct mesh_mark){0, 0, 0}, 1);
-    struct mesh_transform mirror = transform_identity();
-    mirror.x = vec3(-2, 0, 0);
-    mesh_use(&whole, "stone");
-    mesh_append(&whole, &part, &mirror);
-    assert_true(closed(&whole, mesh_material(&whole, "glass")));
-    assert_true(fabs(volume(&whole, ALL_MATERIALS) - 12) < 1e-12);
-    assert_sane(&whole);
-    mesh_free(&part);
-    mesh_free(&whole);
-}
-
 static void test_smoothing_respects_creases(void **state)
 {
     (void)state;
@@ -341,7 +321,6 @@ int main(void)
         cmocka_unit_test(test_write_errors_are_told),
         cmocka_unit_test(test_shapes_are_closed_and_outward),
         cmocka_unit_test(test_refining_keeps_a_mesh_closed),
-        cmocka_unit_test(test_a_mirrored_copy_stays_outward),
         cmocka_unit_test(test_smoothing_respects_creases),
         cmocka_unit_test(test_chance_and_noise_stay_in_range),
     };

@@ -152,43 +152,12 @@ static struct vec3 transform_point(const struct mesh_transform *t, struct vec3 p
     return vec_add(transform_direction(t, p), t->origin);
 }
 
-static void turn_round(struct mesh_triangle *triangle)
-{
-    uint32_t vertex = triangle->vertex[1], normal = triangle->normal[1];
-    triangle->vertex[1] = triangle->vertex[2];
-    triangle->normal[1] = triangle->normal[2];
-    triangle->vertex[2] = vertex;
-    triangle->normal[2] = normal;
-}
-
 void mesh_apply(struct mesh *mesh, struct mesh_mark from, const struct mesh_transform *t)
 {
     for (size_t i = from.vertex; i < mesh->vertex_count; i++)
         mesh->vertices[i] = transform_point(t, mesh->vertices[i]);
     for (size_t i = from.normal; i < mesh->normal_count; i++)
         mesh->normals[i] = vec_normalize(transform_direction(t, mesh->normals[i]));
-    if (vec_dot(vec_cross(t->x, t->y), t->z) > 0) return;
-    for (size_t i = from.triangle; i < mesh->triangle_count; i++)
-        turn_round(&mesh->triangles[i]);
-}
-
-void mesh_append(struct mesh *mesh, const struct mesh *part, const struct mesh_transform *t)
-{
-    struct mesh_mark from = mesh_mark(mesh);
-    for (size_t i = 0; i < part->vertex_count; i++)
-        mesh_vertex(mesh, part->vertices[i]);
-    for (size_t i = 0; i < part->normal_count; i++)
-        mesh_normal(mesh, part->normals[i]);
-    for (size_t i = 0; i < part->triangle_count; i++) {
-        struct mesh_triangle triangle = part->triangles[i];
-        triangle.material = mesh_material(mesh, part->materials[triangle.material]);
-        for (int k = 0; k < 3; k++) {
-            triangle.vertex[k] += (uint32_t)from.vertex;
-            if (triangle.normal[k] != MESH_FLAT) triangle.normal[k] += (uint32_t)from.normal;
-        }
-        add_triangle(mesh, triangle);
-    }
-    mesh_apply(mesh, from, t);
 }
 
 /* ---- the OBJ file ---- */

@@ -150,12 +150,9 @@ struct mesh_transform transform_place(struct vec3 origin, double yaw, double sca
 /* Turned about an axis through the origin by an angle in degrees (right-hand rule). */
 struct mesh_transform transform_turn(struct vec3 axis, double degrees);
 
-/* Positions and normals. Rotations, translations and uniform scales (a mirror image turns the
- * triangles round); after an uneven scale call mesh_smooth() again. */
+/* Positions and normals, by no mirror image: triangles stay the way round that they are. After an uneven scale call
+ * mesh_smooth() again. */
 void mesh_apply(struct mesh *mesh, struct mesh_mark from, const struct mesh_transform *t);
-
-/* A copy of everything in part, transformed, with its materials by name. */
-void mesh_append(struct mesh *mesh, const struct mesh *part, const struct mesh_transform *t);
 
 /* Every vertex to move(context, position). */
 typedef struct vec3 mesh_move(const void *context, struct vec3 position);
