@@ -1,10 +1,10 @@
-#include <errno.h>
 #include <glob.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
 #include "bench/balance.h"
+#include "bench/outside.h"
 #include "common/message.h"
 
 const struct bench_scene bench_scenes[SCENES] = {
@@ -16,9 +16,7 @@ FILE *open_out(const char *name)
 {
     char path[256];
     snprintf(path, sizeof path, OUT_FOLDER "/%s", name);
-    FILE *file = fopen(path, "w");
-    if (!file) fatal("cannot write %s: %s", path, strerror(errno));
-    return file;
+    return open_to_write(path);
 }
 
 void plot(const char *script)

@@ -8,6 +8,7 @@
 #include "bench/balance_schedules.h"
 #include "bench/balance_trace.h"
 #include "bench/median.h"
+#include "bench/outside.h"
 #include "common/message.h"
 #include "common/nap.h"
 
@@ -56,9 +57,8 @@ static double measure_tile(void)
 /* Adds what one run prints to the samples. */
 static void run_messages(double samples[MESSAGE_VALUES][MESSAGE_RUNS], unsigned round)
 {
-    const char *mpiexec = getenv("MPIEXEC"), *program = getenv("MESSAGES");
-    char *command = format_text("%s -n 2 %s", mpiexec && *mpiexec ? mpiexec : "mpiexec",
-                                program ? program : "build/bench/balance_messages");
+    char *command = format_text("%s -n 2 %s", from_environment("MPIEXEC", "mpiexec"),
+                                from_environment("MESSAGES", "build/bench/balance_messages"));
     FILE *pipe = popen(command, "r");
     char name[64];
     double value;

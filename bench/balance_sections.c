@@ -4,6 +4,7 @@
 #include <time.h>
 
 #include "bench/balance.h"
+#include "bench/outside.h"
 #include "common/message.h"
 
 /* In the order in which they are made: "static" says what "figures" has simulated, the marks follow from all
@@ -70,8 +71,7 @@ static void make_section(const struct section *section)
     strftime(when, sizeof when, "%Y-%m-%d %H:%M", localtime(&now));
     snprintf(part, sizeof part, KEPT_FOLDER "/%s.part", section->name);
     snprintf(whole, sizeof whole, KEPT_FOLDER "/%s.md", section->name);
-    FILE *out = fopen(part, "w");
-    if (!out) fatal("cannot write %s: %s", part, strerror(errno));
+    FILE *out = open_to_write(part);
     fprintf(out, "## %s\n\n<!-- BALANCE_OPTIONS=\"--only %s\", %s -->\n\n", section->heading,
             section->name, when);
     section->make(out);

@@ -1,7 +1,7 @@
 #include "bench/stability_compare.h"
 
-void compare(struct score *score, const struct hit *hit, bool expected, mpfr_t t,
-             double (*error)(double, mpfr_t), uint64_t sample)
+static void compare(struct score *score, const struct hit *hit, bool expected, mpfr_t t,
+                    double (*error)(double, mpfr_t), uint64_t sample)
 {
     if ((hit->primitive != PRIMITIVE_NONE) != expected)
         score_wrong(score, sample);

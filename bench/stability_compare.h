@@ -5,12 +5,8 @@
 #include "bench/oracle.h"
 #include "bench/stability.h"
 
-/* A wrong decision, or an error of t (by ulps() or roundoffs()); without `expected`, nothing is
- * met. */
-void compare(struct score *score, const struct hit *hit, bool expected, mpfr_t t,
-             double (*error)(double, mpfr_t), uint64_t sample);
-
-/* The nearest hits of ours and of the paper's, and one more sample. */
+/* The nearest hits of ours and of the paper's, and one more sample: a wrong decision, or an error of t (by ulps() or
+ * roundoffs()); without `expected`, nothing is met. */
 void compare_both(const struct stage *stage, const struct ray *ray, bool expected, mpfr_t t,
                   double (*error)(double, mpfr_t), struct tally *tally, uint64_t sample);
 

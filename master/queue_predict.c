@@ -85,7 +85,7 @@ void predictions_settle(struct queue *queue, double now)
 /* ---- dearer than predicted ---- */
 
 /* What costs so many times what was predicted is news about its neighbours. */
-#define SURPRISE 2
+#define FAR_DEARER 2
 
 /* What waits may be so dear per pixel, and is taken to be half as dear. */
 static void warn_of(struct queue *queue, uint32_t id, double density)
@@ -127,7 +127,7 @@ void predictions_learn(struct queue *queue, uint32_t renderer, const struct tile
                        double seconds, double predicted)
 {
     double unit = pace_seconds(&queue->pace, renderer, 1);
-    if (!queue->settled || unit <= 0 || seconds <= SURPRISE * predicted * unit) return;
+    if (!queue->settled || unit <= 0 || seconds <= FAR_DEARER * predicted * unit) return;
     if (tile->pass > 0) return; /* those of pass 0 around it are finished */
     if (seconds < pace_least(&queue->pace, renderer)) return;
     warn_neighbours(queue, tile, fmin(seconds / unit, WORK_MOST));

@@ -61,6 +61,15 @@ static uint32_t band_rows(const struct share_config *config, uint64_t pixels)
     return rows < 1 ? 1 : rows > most ? most : (uint32_t)rows;
 }
 
+/*
+ * A share travels in pieces of about this many pixels: 200 KB of floats, a few tenths of a second of
+ * rendering, so that progress shows and buffers stay small. A small share travels in as many pieces as show
+ * progress, too, unless these have fewer pixels than a small tile.
+ */
+#define BAND_PIXELS 16384u
+#define BAND_LEAST  256u
+#define BANDS_SHOWN 16u
+
 /* That a renderer's part of a band has. */
 static uint32_t band_pixels(const struct share_config *config)
 {

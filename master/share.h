@@ -19,18 +19,9 @@ struct share_config {
     enum schedule schedule; /* one of those above */
     uint32_t width, height; /* of the rendered region, pixels, at least 1 */
     uint32_t renderers;     /* at least 1 */
-    /* Of a band; 0: BAND_LEAST to BAND_PIXELS of each share. cyclic-rows: of a renderer's turn, 0: 1. */
+    /* Of a band; 0: as many as suit the size of a share. cyclic-rows: of a renderer's turn, 0: 1. */
     uint32_t rows;
 };
-
-/*
- * A share travels in pieces of about this many pixels: 200 KB of floats, a few tenths of a second of
- * rendering, so that progress shows and buffers stay small. A small share travels in as many pieces as show
- * progress, too, unless these have fewer pixels than a small tile.
- */
-#define BAND_PIXELS 16384u
-#define BAND_LEAST  256u
-#define BANDS_SHOWN 16u
 
 /* The ids of one renderer's tiles: next, next + stride, ... below end. */
 struct share_cursor {

@@ -42,19 +42,6 @@ static inline struct vec3 stand_off(const struct place *place, struct vec3 norma
     return place_rounded(&off);
 }
 
-/*
- * Where surfaces of several primitives meet, see worker/corner.h. A point that is nearer to another one than
- * CORNER_OFF of its largest coordinate is drawn away from it, along its own surface. That is more than both points'
- * rounding and what stand_off() adds. At the origin there is no coordinate: SHARE_OF_WAY, of the way that the ray
- * has come, counts as one. Surfaces that meet at less than 3.6 degrees, whose sine is MEET_LEAST, are not told from
- * such that touch. Of two ways that are opposite but for 5 degrees the sum leads GAIN_LEAST of itself along each:
- * there is no place between them. Nor is there one on a surface so small that it would lead out of its box.
- */
-#define CORNER_OFF   (64 * UNIT_ROUNDOFF)
-#define SHARE_OF_WAY 0x1p-30
-#define MEET_LEAST   0x1p-4
-#define GAIN_LEAST   0x1p-8
-
 /* ---- triangles ---- */
 
 /*
