@@ -26,8 +26,11 @@ bool bell_wait(struct bell *bell, double seconds)
 {
     struct timespec until = clock_span(clock_wall() + seconds);
     if (sem_clockwait(&bell->calls, CLOCK_MONOTONIC, &until) != 0) return false;
-    /* In this order: who rings behind it is heard next time. It reads what the last one has written who
-     * did ring before, and so sees what he had done, though his call was not needed. */
+    /*
+     * The flag is cleared after the semaphore has been taken, so that a ring after this exchange posts it
+     * again. The exchange reads the value of the last bell_ring(), also of one that did not post, and so
+     * acquires what was written before it.
+     */
     (void)atomic_exchange(&bell->rung, 0);
     return true;
 }

@@ -1,7 +1,8 @@
 /*
- * A bell wakes one who sleeps, from another thread or from another process of the same machine: it lies in
- * memory that both have. Whatever was done before bell_ring() is seen behind the bell_wait() that this ends,
- * or that comes next.
+ * A bell wakes a sleeping thread. Another thread, or another process of the same machine, rings it; the bell
+ * lies in memory that both share. Ringing has release semantics and waiting has acquire semantics: everything
+ * written before bell_ring() is visible after the bell_wait() that this ring ends, or, if nobody was asleep,
+ * after the next one.
  */
 #ifndef FARM_COMMON_BELL_H
 #define FARM_COMMON_BELL_H
@@ -11,19 +12,23 @@
 #include <stdbool.h>
 
 struct bell {
-    atomic_uint rung; /* since somebody woke up: once more would wake nobody sooner */
+    /* 1: rung since the last wake-up, so that ringing again would wake nobody sooner */
+    atomic_uint rung;
     sem_t calls;
 };
 
 void bell_init(struct bell *bell);
 void bell_free(struct bell *bell);
 
-/* By anybody. Takes a system call only if somebody sleeps. */
+/* Rings the bell; any thread may. Makes a system call only if a thread sleeps. */
 void bell_ring(struct bell *bell);
 
-/* By one thread: sleeps until the bell rings, if it has not since the last time, for so many seconds at most,
- * or until a signal comes; whether it was the bell. A process that is stopped while it rings silences the bell
- * for all until it goes on. */
+/*
+ * Sleeps until the bell rings, for at most this many seconds, or until a signal arrives; returns at once if
+ * the bell has been rung since the last wait. Returns whether the bell ended the wait. Only one thread may
+ * wait. A process that is stopped (SIGSTOP) in the middle of bell_ring() silences the bell for all others
+ * until it continues.
+ */
 bool bell_wait(struct bell *bell, double seconds);
 
 #endif

@@ -2,7 +2,7 @@
 
 #include <sys/prctl.h>
 
-/* ns: little beside what a wake-up is late by anyhow (common/nap.h). */
+/* Nanoseconds: small beside the usual lateness of a wake-up (common/nap.h). */
 #define TIMER_SLACK 500ul
 
 void nap_sharpen(void)

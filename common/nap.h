@@ -1,6 +1,6 @@
 /*
- * Waiting without spinning. MPICH's blocking calls burn a core while they wait; a rank that naps
- * between polls leaves it to those who have work.
+ * Waiting without spinning: how long to sleep ("nap") between polls. MPICH's blocking calls spin and occupy a
+ * core while they wait; a rank that sleeps between polls leaves its core to those who have work.
  */
 #ifndef FARM_COMMON_NAP_H
 #define FARM_COMMON_NAP_H
@@ -11,22 +11,26 @@
 #include "common/clock.h"
 
 /*
- * Seconds. The first nap is shorter than the 20 us or so by which a wake-up is late in any case. Naps
- * double up to NAP_LONGEST, which bounds the delay of an answer that a tile in reserve at the renderer
- * hides, and after a while on to NAP_SELDOM: never more than NAP_PART of what has been waited, so that the
- * delay does not count beside that. One who is woken when there is something sleeps for NAP_SELDOM at once.
- * A wake-up with its look for messages takes about 20 us: 0.2 % of a core in a long wait.
+ * Lengths of naps, in seconds. NAP_SHORTEST is less than the 20 us or so by which any wake-up is late. Naps
+ * then double, up to NAP_LONGEST, which bounds the delay of an answer; the tile that a renderer has in
+ * reserve hides that delay. After a longer wait they grow on to NAP_SELDOM, but never beyond NAP_PART of the
+ * time waited so far, so that the delay is small beside the wait. A waiter that will be woken sleeps for
+ * NAP_SELDOM at once. A wake-up with its poll takes about 20 us, so one per NAP_SELDOM takes 0.2 % of a core
+ * in a long wait.
  */
 #define NAP_SHORTEST 5e-6
 #define NAP_LONGEST  1e-3
 #define NAP_SELDOM   10e-3
 #define NAP_PART     (1.0 / 32)
 
-/* What takes longer gives time enough if somebody who sleeps NAP_SELDOM at a time looks after half of it: twice
- * as much as needed, for predictions are what they are. */
+/*
+ * If a task takes longer than this, someone who sleeps for NAP_SELDOM at a time notices in time that half of
+ * it is done. It is twice as long as needed because durations are only predicted.
+ */
 #define NAP_CALL (4 * NAP_SELDOM)
 
-/* One that has napped so long, in naps of which the last one took so many seconds, naps so long next. */
+/* The length of the next nap, after waiting for `waited` seconds in naps of which the last took `last`
+ * seconds. */
 static inline double nap_after(double waited, double last)
 {
     double most = waited * NAP_PART < NAP_LONGEST ? NAP_LONGEST : waited * NAP_PART;
@@ -34,8 +38,10 @@ static inline double nap_after(double waited, double last)
     return 2 * last < most ? 2 * last : most;
 }
 
-/* One who expects nothing for so many seconds sleeps for this part of them at once: in time still for who
- * takes a quarter of what was predicted. */
+/*
+ * A waiter that expects nothing for some predicted time sleeps for this part of it at once; it is then still
+ * in time for what takes a quarter of the prediction.
+ */
 #define NAP_CALM_PART (1.0 / 4)
 
 static inline double nap_calm(double seconds)
@@ -45,21 +51,21 @@ static inline double nap_calm(double seconds)
 }
 
 struct nap {
-    double seconds;  /* of the next one */
-    double waited;   /* in those before it */
-    double heard;    /* see nap_heard(): when that was last */
-    double interval; /* and how long from time to time */
-    double begun;    /* see nap_spins(): when the wait began; 0: it has not */
-    bool rung;       /* see nap_woken(): it has been, and nothing has happened since */
+    double seconds;  /* length of the next nap */
+    double waited;   /* total of the naps before it */
+    double heard;    /* time of the last nap_heard() */
+    double interval; /* estimated interval between calls of nap_heard(), seconds */
+    double begun;    /* start of the wait, see nap_spins(); 0: not begun */
+    bool rung;       /* woken by the bell, and nothing has happened since: see nap_woken() */
 };
 
 /*
- * Lets the naps of this thread, and of those that it starts, end when they should. Linux lets a sleep
- * last up to 50 us longer (timerslack in prctl(2)), more than the shortest naps.
+ * Makes naps of the calling thread, and of threads that it starts, end on time. By default Linux may extend a
+ * sleep by 50 us (timerslack, prctl(2)), which is more than the shortest naps.
  */
 void nap_sharpen(void);
 
-/* Something happened: the next nap is short again. */
+/* Something happened, so the next nap is short again. */
 static inline void nap_reset(struct nap *nap)
 {
     nap->seconds = NAP_SHORTEST;
@@ -68,12 +74,14 @@ static inline void nap_reset(struct nap *nap)
     nap->rung = false;
 }
 
-/* How fast the estimate of intervals follows, and the first nap as part of one: naps that grew from the
- * shortest one would be as long by then, after many more wake-ups. */
+/*
+ * The weight of a new interval in the running mean of intervals, and the first nap as a part of that mean.
+ * Naps that start from the shortest one would have grown to this length by then, after many more wake-ups.
+ */
 #define NAP_INTERVAL_NEW  (1.0 / 8)
 #define NAP_INTERVAL_PART (1.0 / 2)
 
-/* The same for one to whom something happens time and again, and has now; seconds, of any clock. */
+/* Like nap_reset(), for a waiter to whom something happens regularly. now: seconds of any one clock. */
 static inline void nap_heard(struct nap *nap, double now)
 {
     nap_reset(nap);
@@ -83,7 +91,7 @@ static inline void nap_heard(struct nap *nap, double now)
     if (first > NAP_SHORTEST) nap->seconds = first < NAP_LONGEST ? first : NAP_LONGEST;
 }
 
-/* Seconds of the next nap, which the caller takes. */
+/* Returns the length of the next nap in seconds. The caller sleeps that long. */
 static inline double nap_next(struct nap *nap)
 {
     double seconds = nap->seconds < NAP_SHORTEST ? NAP_SHORTEST : nap->seconds;
@@ -92,7 +100,7 @@ static inline double nap_next(struct nap *nap)
     return seconds;
 }
 
-/* The same for one who expects nothing for so many seconds. */
+/* Like nap_next(), for a waiter that expects nothing for `calm` seconds. */
 static inline double nap_next_calm(struct nap *nap, double calm)
 {
     double part = nap_calm(calm);
@@ -105,14 +113,16 @@ static inline void nap_take(struct nap *nap)
 }
 
 /*
- * Seconds for which one who is to hear something soon looks without sleeping: what the first naps and their
- * wake-ups take, so that it costs him at most twice what he would have spent had he known (A. Karlin et
- * al., Competitive snoopy caching, Algorithmica 3, 1988).
+ * Seconds for which a waiter that expects something soon polls without sleeping: as long as the first naps
+ * and their wake-ups take. Its cost is then at most twice that of the best choice with hindsight (A. Karlin
+ * et al., Competitive snoopy caching, Algorithmica 3, 1988).
  */
 #define NAP_SPIN 50e-6
 
-/* Whether one who is to hear something soon looks once more without sleeping: for NAP_SPIN. Others who wait for
- * this processor get it meanwhile. */
+/*
+ * Whether to poll once more without sleeping: true during the first NAP_SPIN of a wait. Yields the processor
+ * to others meanwhile.
+ */
 static inline bool nap_spins(struct nap *nap)
 {
     double now = clock_wall();
@@ -123,20 +133,21 @@ static inline bool nap_spins(struct nap *nap)
 }
 
 /*
- * Seconds for which one whom a bell wakes (common/bell.h) looks with naps like others' for what was rung
- * for and is not there, at most: where MPI moves it in pieces, it takes several looks, many times shorter
- * than that, and nobody rings again. The call may have been for what he has seen already.
+ * Seconds for which a waiter woken by a bell (common/bell.h) polls with ordinary short naps if it does not
+ * find what the bell was rung for. A message that MPI moves in pieces takes several polls, in all many times
+ * shorter than this, and the bell is not rung again for them. The bell may also have been rung for something
+ * already received.
  */
 #define NAP_RUNG 2e-3
 
-/* The bell has woken him. */
+/* The bell has woken this waiter. */
 static inline void nap_woken(struct nap *nap)
 {
     nap_reset(nap);
     nap->rung = true;
 }
 
-/* Whether what was rung for may still be on its way. */
+/* Whether what the bell was rung for may still be on its way. */
 static inline bool nap_is_rung(struct nap *nap)
 {
     if (nap->waited > NAP_RUNG) nap->rung = false;

@@ -71,7 +71,7 @@ bool tile_message_valid(const struct tile *tile, uint32_t width, uint32_t height
         return false;
     uint64_t area = (uint64_t)tile->w * tile->h;
     if (area > TILE_MAX_PIXELS || tile->phase >= area) return false;
-    /* Up to this step, tile_pixels() stays far from an overflow. */
+    /* Up to this step, tile_pixels() cannot overflow. */
     return tile->step >= 1 && tile->step <= TILE_MAX_PIXELS;
 }
 
@@ -92,7 +92,7 @@ static bool seconds_valid(double seconds)
     return seconds >= 0 && seconds <= SECONDS_MOST;
 }
 
-/* Squares may have become infinite. */
+/* The sums may be infinite: squares may overflow. */
 static bool error_sum_valid(const struct error_sum *sum)
 {
     return sum->squares >= 0 && sum->fourths >= 0;
@@ -101,7 +101,7 @@ static bool error_sum_valid(const struct error_sum *sum)
 bool render_counts_valid(const struct render_counts *counts)
 {
     const struct bad_sample *first = &counts->first;
-    /* Infinite is a legitimate bound: nothing is known. NaN is not. */
+    /* An infinite truncation is a valid bound (nothing is known), NaN is not. */
     return seconds_valid(counts->intersect_s) && seconds_valid(counts->shade_s) &&
            counts->truncation >= 0 && first->x < PICTURE_MAX_EDGE && first->y < PICTURE_MAX_EDGE &&
            first->sample < SAMPLES_MAX && error_sum_valid(&counts->sampling) &&
@@ -143,7 +143,7 @@ bool unfinished_valid(const struct result_header *header)
 bool result_message_valid(const struct result_header *header, size_t bytes, const struct tile *tile,
                           bool halves)
 {
-    /* A short message has no header to look at: the size comes before all fields. */
+    /* The size is checked before any field: a short message has no header. */
     if (bytes < sizeof *header || header->tile_id != tile->id) return false;
     uint32_t pixels = tile_pixels(tile);
     if (tile_is_refined(tile) ? header->pixels > pixels : header->pixels != pixels) return false;

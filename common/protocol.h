@@ -1,45 +1,45 @@
 /*
  * The messages between the master (rank 0) and the renderers on other ranks.
  *
- *   start     every rank takes part in one broadcast of struct welcome, then of the scene block
- *   READY     renderer -> master   struct ready: the scene and its BVH are here
+ *   start     all ranks take part in a broadcast of struct welcome, then of the scene block
+ *   READY     renderer -> master   struct ready: the scene and its BVH are available
  *   START     master -> renderer   struct start: the answer to READY, before any other message
- *   TILES     master -> renderer   struct lot_header, then as many floats as it says, filled up to
- *                                  lot_tells_bytes(), then 1 .. LOT_TILES struct tile, a lot: render
- *                                  these; up to LOTS_UNDER_WAY lots at a time. The floats are one for
- *                                  each tile, or none: what is in work for so many seconds is to be
- *                                  told of, and again when it is twice as long. From pass 1 on,
- *                                  each is followed by a struct refinement per pixel, filled up to
+ *   TILES     master -> renderer   a lot, that is, a batch of tiles to render: struct lot_header, then
+ *                                  as many floats as it says, padded to lot_tells_bytes(), then
+ *                                  1 .. LOT_TILES struct tile. A renderer has at most LOTS_UNDER_WAY
+ *                                  lots at a time. There is one float for each tile, or none: when a
+ *                                  tile has been in work for so many seconds, the renderer reports it,
+ *                                  and again each time that this time has doubled. From pass 1 on, each
+ *                                  tile is followed by a struct refinement per pixel, padded to
  *                                  tile_part_bytes()
  *   DROP      master -> renderer   1 .. DROP_TILES struct drop: tiles that need not be rendered any
- *                                  more; it may be too late
- *   RESULT    renderer -> master   a lot or a part of it: for each of its tiles in their order struct
- *                                  result_header, then 3 floats (linear RGB) per pixel in the
- *                                  tile's pixel order; where sampling is adaptive struct
- *                                  pixel_floats of those that got samples; behind those of a probe
- *                                  (TILE_PROBE) one float per pixel, the CPU seconds that it took;
- *                                  filled up to result_bytes(). A tile that is dropped is a header
- *                                  alone, with RESULT_DROPPED and the time that it has taken; one that
- *                                  takes long is a header alone, with RESULT_UNFINISHED and the time
- *                                  that it has taken so far. It comes once more when it is done, which
- *                                  may be taken in before
- *   PING      master -> renderer   empty: a sign of life is asked for. Comes when nothing has been
- *                                  heard for a while, and not again before something is
- *   PONG      renderer -> master   empty: the answer, in the midst of a tile, too
- *   STOP      master -> renderer   empty: give up what is in work and leave
+ *                                  more; the message may come too late
+ *   RESULT    renderer -> master   a lot or a part of it. For each of its tiles, in order: struct
+ *                                  result_header, then 3 floats (linear RGB) per pixel in the tile's
+ *                                  pixel order; in adaptive sampling, struct pixel_floats of the
+ *                                  pixels that got samples; for a probe (TILE_PROBE), the RGB floats
+ *                                  and then one float per pixel, its CPU seconds; all padded to
+ *                                  result_bytes(). A dropped tile is a header alone, with
+ *                                  RESULT_DROPPED and the time spent on it. A tile that takes long is
+ *                                  a header alone, with RESULT_UNFINISHED and the time spent so far;
+ *                                  it is sent again when it is done, and the master may receive that
+ *                                  result first
+ *   PING      master -> renderer   empty: asks for a sign of life. Sent when nothing has been received
+ *                                  for a while, and not again before something is
+ *   PONG      renderer -> master   empty: the answer; also sent in the middle of a tile
+ *   STOP      master -> renderer   empty: abandon the work in hand and leave
  *   STATS     renderer -> master   struct renderer_stats, the renderer's last message
  *
- * Most of what TILES and RESULT would hold lies in memory that the two share instead, where they are on one
- * node: common/tray.h. A renderer hears what the master says in the order in which it is said, the other way
- * round what lies in a tray may overtake a message; none of it comes behind STATS.
+ * If the two are on one node, most of what TILES and RESULT would hold is passed in shared memory instead,
+ * see common/tray.h. A renderer receives everything in the order in which the master says it. In the other
+ * direction, a result in a tray may overtake a message; no result comes after STATS.
  *
- * STOP comes when the picture is whole, or at any time when the run is stopped. From the broadcast on
- * the master waits for no single renderer, and no message to one waits for it to be taken: what one that
- * answers no more has, or would get under a static schedule, goes to others.
+ * STOP is sent when the picture is complete, or at any time when the run is stopped. After the broadcast the
+ * master waits for no single renderer, and never blocks until a renderer has received a message: if a
+ * renderer no longer answers, the tiles that it has, or would get under a static schedule, go to others.
  *
- * All ranks run the same build (the welcome carries its name), so that structures travel as they
- * are in memory. Who receives a message validates it with the functions below before using any of
- * it.
+ * All ranks run the same build (the welcome carries its name), so structures are sent as they lie in memory.
+ * The receiver of a message validates it with the functions below before it uses any part of it.
  */
 #ifndef FARM_COMMON_PROTOCOL_H
 #define FARM_COMMON_PROTOCOL_H
@@ -65,41 +65,43 @@ enum message_tag {
     TAG_RENDERER_TO_MASTER_PONG = 9,
 };
 
-/* Tiles of a lot, at most: a TILES message stays small. */
+/* Most tiles in a lot: a TILES message stays small. */
 #define LOT_TILES 64
 
-/* Lots that a renderer may have at a time: the one in work and the one that waits behind it. */
+/* Most lots that a renderer may have: the one in work and the one that waits after it. */
 #define LOTS_UNDER_WAY 2
 
 #define WELCOME_MAGIC  UINT64_C(0x314c57204d524146) /* "FARM WL1" */
 #define HOST_NAME_SIZE 64
 
-/* The first thing every rank hears from rank 0. */
+/* The first message that every rank gets from rank 0. */
 struct welcome {
     uint64_t magic;
     char build[32];       /* farm_build of the master */
-    uint64_t scene_bytes; /* 0: there is nothing to render, leave with status */
-    uint64_t bvh_bytes;   /* room for the BVH of the scene */
+    uint64_t scene_bytes; /* 0: nothing to render, leave with status */
+    uint64_t bvh_bytes;   /* bytes reserved for the BVH of the scene */
     uint32_t status;      /* exit status of the whole job when scene_bytes is 0 */
     uint32_t reserved;
 };
 
 struct lot_header {
-    double answer_s; /* answer with what is finished after so long; may be infinite */
-    uint32_t tells;  /* floats that follow: as many as there are tiles, or 0 */
-    uint32_t calls;  /* 1: wake the master half way, if no other lot is there by then; or 0 */
+    double answer_s; /* seconds after which to send the finished tiles; may be infinite */
+    uint32_t tells;  /* number of floats that follow: the number of tiles, or 0 */
+    /* 1: wake the master half way through, if no other lot has come by then; else 0 */
+    uint32_t calls;
 };
 
-/* Tiles in a DROP message, at most. */
+/* Most tiles in a DROP message. */
 #define DROP_TILES 32
 
 struct drop {
     uint32_t tile_id;
-    /* 1: by somebody else, so that it is to be given up even when it is begun; 0: somebody else has it, too */
+    /* 1: another renderer has finished the tile, so it is to be abandoned even if it is begun; 0: another has
+     * it, too */
     uint32_t finished;
 };
 
-/* Seconds that a renderer may tell of, at most: 30 years. */
+/* Largest time that a renderer may report, in seconds: 30 years. */
 #define SECONDS_MOST 1e9
 
 struct ready {
@@ -112,68 +114,80 @@ struct start {
     double elapsed_s; /* since the start of the render phase */
 };
 
-/* Kinds of ray that are counted. */
+/* Kinds of ray that are counted separately. */
 enum ray_kind { RAY_PRIMARY, RAY_SHADOW, RAY_REFLECTION, RAY_REFRACTION, RAY_KINDS };
 
-/* A sample whose colour is NaN, infinite, or too large for a picture of floats, and the first ray
- * of its tree that made it so. */
+/*
+ * A sample whose colour is NaN, infinite, or too large for a picture of floats, with the first ray of its ray
+ * tree that caused this.
+ */
 struct bad_sample {
     uint32_t x, y;                 /* pixel of the whole picture */
-    uint32_t sample;               /* of the pixel */
-    uint32_t depth;                /* of the ray: reflections and refractions on its way */
-    struct vec3 origin, direction; /* of the ray; may be anything */
+    uint32_t sample;               /* number within the pixel */
+    uint32_t depth;                /* of the ray: number of reflections and refractions before it */
+    struct vec3 origin, direction; /* of the ray; any values, also not finite */
 };
 
 /*
- * Over pixels: the sum of their squared sampling errors (mean of the three components), as the
- * pixels' halves tell them (worker/task.h), and of the squares of these.
+ * Sums over pixels of the squared sampling error and of its square. The squared error of a pixel (mean of the
+ * three components) is estimated from the two halves of its samples (worker/task.h).
  */
 struct error_sum {
     double squares, fourths;
 };
 
-/* What rendering cost and met: per tile, summed per renderer, summed over the farm. */
+/* Costs and events of rendering: per tile, summed per renderer, summed over the farm. */
 struct render_counts {
     uint64_t rays[RAY_KINDS];
-    uint64_t primary_hits;    /* primary rays that have met something */
-    uint64_t nonfinite;       /* samples that a picture of floats cannot hold: struct bad_sample */
-    uint64_t exact_fallbacks; /* predicates whose error filter asked for exact arithmetic */
+    uint64_t primary_hits; /* primary rays that hit something */
+    /* samples that a picture of floats cannot represent: struct bad_sample */
+    uint64_t nonfinite;
+    uint64_t exact_fallbacks; /* predicates whose floating-point filter failed: decided exactly */
     double intersect_s;       /* wall seconds spent finding hits and occluders */
-    double shade_s;           /* wall seconds of the rest */
-    uint64_t bound_rays;      /* traced only to bound what max_depth and cutoff have left out */
-    double truncation; /* largest error of a pixel that max_depth and cutoff can have caused */
-    uint64_t unmatched_media; /* refractions out of what the ray had not entered: worker/medium.h */
-    uint64_t open_media;      /* rays that left the scene within a medium */
-    struct error_sum sampling; /* of the pixels as they are */
-    struct error_sum halfway;  /* and as they were after samples_halfway() of their samples */
-    struct bad_sample first;   /* of the nonfinite ones, in the order of the picture; else all 0 */
+    double shade_s;           /* wall seconds of everything else */
+    uint64_t bound_rays;      /* rays traced only to bound what max_depth and cutoff leave out */
+    double truncation;        /* bound on the error that max_depth and cutoff cause in any pixel */
+    /* refractions out of a medium that the ray had not entered: worker/medium.h */
+    uint64_t unmatched_media;
+    uint64_t open_media;       /* rays that left the scene while inside a medium */
+    struct error_sum sampling; /* of the pixels with all their samples */
+    struct error_sum halfway;  /* of the pixels after samples_halfway() of their samples */
+    /* the first nonfinite sample in picture order; all 0 if there is none */
+    struct bad_sample first;
 };
 
-/* In place of the number of pixels, of which a part of a refined tile may have none: the tile was dropped, or
- * it takes long. */
+/*
+ * Values in place of the number of pixels: the tile was dropped, or it takes long. (0 is a valid number: a
+ * pass may give samples to no pixel of a refined tile.)
+ */
 #define RESULT_DROPPED    UINT32_MAX
 #define RESULT_UNFINISHED (UINT32_MAX - 1)
 
-/* Stands before a tile's pixels. */
+/* Precedes a tile's pixels. */
 struct result_header {
     uint32_t tile_id;
-    uint32_t pixels; /* that follow, or RESULT_DROPPED, or RESULT_UNFINISHED */
-    double start_s;  /* when it was begun, seconds after the start of the render phase */
+    uint32_t pixels; /* number of pixels that follow, or RESULT_DROPPED, or RESULT_UNFINISHED */
+    double start_s;  /* when the tile was begun, seconds since the start of the render phase */
     double busy_s;   /* wall seconds it took to render */
-    double cpu_s;    /* CPU seconds of that, as common/cpu_time.h has them */
+    double cpu_s;    /* CPU seconds of that, measured by common/cpu_time.h */
     struct render_counts counts;
 };
 
-/* Slots of a tray for each direction: one for what has not been looked at yet, one for the next. */
+/* Slots of a tray in each direction: one whose content has not been taken yet, and the next. */
 #define TRAY_SLOTS 2
 
-/* What they hold: the longest lot without refinements; the results of most lots, where there are more than a
- * handful of renderers. */
+/*
+ * Bytes of a slot. One for a lot holds the longest lot without refinements; one for a result holds the
+ * results of most lots if there are more than a handful of renderers.
+ */
 #define TRAY_LOT_BYTES                                                                             \
     (sizeof(struct lot_header) + LOT_TILES * (sizeof(float) + sizeof(struct tile)))
 #define TRAY_RESULT_BYTES ((size_t)32 << 10)
 
-/* Half of a pixel's samples, the same number in each of its halves; 0: too few for that. */
+/*
+ * The number of a pixel's samples of which struct render_counts keeps the error as well: half of them, with
+ * equal numbers in both halves A and B; 0: too few samples.
+ */
 static inline uint32_t samples_halfway(uint32_t samples)
 {
     return samples / 4 * 2;
@@ -182,16 +196,16 @@ static inline uint32_t samples_halfway(uint32_t samples)
 struct renderer_stats {
     uint32_t rank;
     uint32_t tiles;
-    uint32_t silent;   /* 1: it answered no more; filled in by the master, 0 in messages */
+    uint32_t silent;   /* 1: it no longer answers; set by the master, 0 in messages */
     uint32_t reserved; /* 0 */
     uint64_t pixels;
-    double busy_s;   /* wall seconds of rendering */
-    double cpu_s;    /* CPU seconds of the rendering thread from the first wait to the last send */
-    double wait_s;   /* the rest of the render phase; filled in by the master */
-    double send_s;   /* wall seconds in handing over results */
-    double finish_s; /* when it rendered for the last time, for what was of no use in the end, too:
-                      * seconds after the start of the render phase */
-    uint64_t bytes;  /* of pixel messages */
+    double busy_s; /* wall seconds of rendering */
+    double cpu_s;  /* CPU seconds of the rendering thread from the first wait to the last send */
+    double wait_s; /* the rest of the render phase; set by the master */
+    double send_s; /* wall seconds spent on handing over results */
+    /* end of its last rendering, useful or not, in seconds since the start of the render phase */
+    double finish_s;
+    uint64_t bytes; /* of pixel messages */
     struct render_counts counts;
     char host[HOST_NAME_SIZE]; /* NUL-terminated */
 };
@@ -206,19 +220,25 @@ _Static_assert(sizeof(struct result_header) == 232,
 _Static_assert(sizeof(struct renderer_stats) == 336,
                "struct renderer_stats goes over the wire as it is");
 
-/* Floats that are sent of a pixel where sampling is adaptive: those of struct pixel_floats. */
+/* Floats sent per pixel in adaptive sampling: those of struct pixel_floats. */
 #define REFINED_FLOATS 8
 
-/* Where what samples tell of a tile's pixels goes, of those that get some in the tile's pass; their two halves,
- * A and B, are those of worker/task.h. All but the means may be NULL: not wanted. */
+/*
+ * Output arrays for the pixels of a tile that get samples in its pass. A and B are the two halves of a
+ * pixel's samples (worker/task.h). All pointers but mean may be NULL: not wanted.
+ */
 struct pixel_floats {
-    float *mean;       /* 3 per pixel, linear RGB: of these samples */
-    float *difference; /* 3 per pixel: the mean of A less that of B, 0 where one of them is empty */
-    float *spread;     /* 1 per pixel: root mean square of samples less the mean of their half */
-    float *rays;       /* 1 per pixel: rays of all kinds per sample */
+    float *mean;       /* 3 per pixel, linear RGB: mean of the samples of this pass */
+    float *difference; /* 3 per pixel: mean of A minus mean of B, 0 if either is empty */
+    /* 1 per pixel: root mean square deviation of the samples from the mean of their half */
+    float *spread;
+    float *rays; /* 1 per pixel: rays of all kinds per sample */
 };
 
-/* As it is sent of so many pixels: all means, then all differences and so on; without refined means alone. */
+/*
+ * The arrays as they are laid out in messages, for so many pixels: all means, then all differences and so on.
+ * If not refined: means alone.
+ */
 static inline struct pixel_floats pixel_floats(float *floats, size_t pixels, bool refined)
 {
     struct pixel_floats to = {.mean = floats};
@@ -229,27 +249,27 @@ static inline struct pixel_floats pixel_floats(float *floats, size_t pixels, boo
     return to;
 }
 
-/* Floats that are sent of a pixel; halves: sampling is adaptive. */
+/* Floats sent per pixel. halves: sampling is adaptive. */
 static inline size_t result_floats(const struct tile *tile, bool halves)
 {
     return tile->pass == TILE_PROBE ? 4 : halves ? REFINED_FLOATS : 3;
 }
 
-/* Bytes of a tile's part of a RESULT message with so many pixels: a multiple of 8, so that what
- * follows is aligned. */
+/* Bytes of a tile's part of a RESULT message, with so many pixels: a multiple of 8, so that the next part is
+ * aligned. */
 static inline size_t result_bytes(const struct tile *tile, uint32_t pixels, bool halves)
 {
     size_t bytes = pixels * result_floats(tile, halves) * sizeof(float);
     return sizeof(struct result_header) + round_up_to(bytes, 8);
 }
 
-/* Whether only some of the tile's pixels get samples in its pass, as struct refinement says. */
+/* Whether the tile has refinements, so that possibly only some of its pixels get samples in its pass. */
 static inline bool tile_is_refined(const struct tile *tile)
 {
     return tile->pass != 0 && tile->pass != TILE_PROBE;
 }
 
-/* Bytes of so many floats in a TILES message, a multiple of 8. */
+/* Bytes of so many floats in a TILES message, padded to a multiple of 8. */
 static inline size_t lot_tells_bytes(uint32_t tells)
 {
     return round_up_to(tells * sizeof(float), 8);
@@ -263,30 +283,32 @@ static inline size_t tile_part_bytes(const struct tile *tile)
 }
 
 /*
- * MPICH's transport (UCX) delivers a message of so many bytes within a node as it is; what is longer is
- * announced, and fetched by who receives it, in a system call that takes as long as some messages. So what
- * would be a few of these long is answered tile by tile, as many as fit; unless it fits into a tray, from
- * which nothing has to be fetched.
+ * MPICH's transport (UCX) delivers a message of up to RESULT_SHORT bytes within a node eagerly. A longer one
+ * is announced and then fetched by the receiver, with a system call that takes as long as some messages. A
+ * result that would be up to RESULT_PARTS times this long is therefore sent in parts of as many tiles as fit,
+ * unless it fits into a tray, from which nothing has to be fetched.
  */
 #define RESULT_SHORT ((size_t)8 << 10)
 #define RESULT_PARTS 4
 
-/* A result of a lot, or of the rest of one, that has so many bytes as a whole, is sent when it has `done`
- * and would have `next` with the next tile; that answer being not due. */
+/*
+ * Whether a result is sent before the next tile: it has `done` bytes, would have `next` with the next tile,
+ * and has `whole` bytes for the whole lot or the rest of one. Applies while no answer is due.
+ */
 static inline bool result_is_full(size_t whole, size_t done, size_t next)
 {
     return whole <= RESULT_PARTS * RESULT_SHORT && done > 0 && next > RESULT_SHORT;
 }
 
-/* A TILES message is never longer: the server keeps to that, and receivers have so much room. */
+/* The longest TILES message. The server never sends a longer one, and receivers have room for it. */
 #define TILES_MAX_BYTES                                                                            \
     (sizeof(struct lot_header) + LOT_TILES * (sizeof(float) + sizeof(struct tile) + 8) +           \
      TILE_MAX_PIXELS * sizeof(struct refinement))
 
 /*
- * How the master renders tiles of its own without knowing a renderer: see worker/render.h and
- * worker/survey.h. Both return false when they gave up, because the run is stopped or others
- * have finished the tile.
+ * The interface by which the master renders tiles itself without depending on a renderer: see worker/render.h
+ * and worker/survey.h. Both functions return false if they gave up because the run was stopped or because
+ * others have finished the tile.
  */
 struct tile_renderer {
     void *state;
@@ -295,18 +317,20 @@ struct tile_renderer {
     bool (*probe)(void *state, const struct tile *tile, float *rgb, float *seconds);
 };
 
-/* In the order of the picture: row by row from the top, the samples of a pixel in turn. */
+/* Whether a precedes b in picture order: row by row from the top, then by the samples' numbers in a pixel. */
 bool bad_sample_before(const struct bad_sample *a, const struct bad_sample *b);
 
-/* Counts a bad sample; keeps the first one. */
+/* Counts a bad sample and keeps the first one. */
 void render_counts_bad(struct render_counts *counts, const struct bad_sample *sample);
 
 void error_sum_add(struct error_sum *sum, const struct error_sum *more);
 
 void render_counts_add(struct render_counts *sum, const struct render_counts *more);
 
-/* What a tile adds, as its header tells, be it finished or dropped. cpu_s is that of tiles until the renderer's
- * last message tells of all that it did. */
+/*
+ * Adds what the header of a tile tells, be it finished or dropped. cpu_s counts tiles alone until the
+ * renderer's last message replaces it by the time of all it has done.
+ */
 void renderer_stats_add(struct renderer_stats *stats, const struct tile *tile,
                         const struct result_header *header);
 
@@ -319,41 +343,41 @@ static inline uint64_t render_counts_rays(const struct render_counts *counts)
     return sum;
 }
 
-/* Counts that came from elsewhere, or from a file. */
+/* Whether counts that were received or read from a file are valid. */
 bool render_counts_valid(const struct render_counts *counts);
 
-/* The header in place of a tile that was dropped; that takes long. */
+/* Whether the header of a dropped tile, or of one that takes long, is valid. */
 bool dropped_valid(const struct result_header *header);
 bool unfinished_valid(const struct result_header *header);
 
-/* A READY message of so many bytes from rank; a START message. */
+/* Whether a READY message of so many bytes from rank, or a START message, is valid. */
 bool ready_message_valid(const struct ready *ready, size_t bytes, int rank);
 bool start_message_valid(const struct start *start, size_t bytes);
 
-/* What a TILES message begins with; the floats behind it. */
+/* Whether the header of a TILES message, or the floats after it, are valid. */
 bool lot_header_valid(const struct lot_header *header);
 bool lot_tells_valid(const float *tells, uint32_t count);
 
-/* A DROP message of so many bytes. */
+/* Whether a DROP message of so many bytes is valid. */
 bool drop_message_valid(const struct drop *drops, size_t bytes);
 
-/* A tile in a TILES message, for a region of width x height pixels. */
+/* Whether a tile in a TILES message is valid, for a region of width x height pixels. */
 bool tile_message_valid(const struct tile *tile, uint32_t width, uint32_t height);
 
-/* What a TILES message says of so many pixels of a tile; last: the highest level there is. */
+/* Whether the refinements of a tile's pixels are valid; last: the highest level of the run. */
 bool refinements_valid(const struct refinement *refinements, uint32_t count, uint32_t last);
 
 /*
- * A part of so many bytes or more of a RESULT message for tile, the one with the id that its header
- * names; halves: sampling is adaptive.
+ * Whether the part of a RESULT message that begins with header, with so many bytes or more, is valid for
+ * tile, whose id the header names. halves: sampling is adaptive.
  */
 bool result_message_valid(const struct result_header *header, size_t bytes, const struct tile *tile,
                           bool halves);
 
-/* A STATS message of so many bytes from rank. */
+/* Whether a STATS message of so many bytes from rank is valid. */
 bool stats_message_valid(const struct renderer_stats *stats, size_t bytes, int rank);
 
-/* The welcome, against this build. */
+/* Whether the welcome is valid and comes from the same build. */
 bool welcome_valid(const struct welcome *welcome, const char *build);
 
 #endif

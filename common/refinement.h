@@ -1,7 +1,7 @@
 /*
- * How far a pixel is sampled, in levels: level 0 is without samples, level 1 has min_samples, every
- * further level twice as many as the one before, up to max_samples. Where both are equal, as
- * without adaptive sampling, level 1 is all there is.
+ * Levels of sampling of a pixel. Level 0 has no samples, level 1 has min_samples, and every further level has
+ * twice as many samples as the one before, up to max_samples. If both are equal, as without adaptive
+ * sampling, level 1 is the only one besides 0.
  */
 #ifndef FARM_COMMON_REFINEMENT_H
 #define FARM_COMMON_REFINEMENT_H
@@ -10,15 +10,15 @@
 
 #include "common/scene.h"
 
-/* The highest level there can be: from one sample to SAMPLES_MAX = 2^16. */
+/* The highest possible level: samples double from 1 at level 1 to SAMPLES_MAX = 2^16 at level 17. */
 #define LEVEL_MAX 17u
 
-/* What one pass adds to one pixel: the samples between two levels. from = to: nothing. */
+/* The samples that one pass adds to a pixel, as a step between two levels. from = to: none. */
 struct refinement {
     uint8_t from, to;
 };
 
-/* How many of these pixels get samples. */
+/* The number of these pixels that get samples. */
 static inline uint32_t refinements_sampled(const struct refinement *refinements, uint32_t pixels)
 {
     uint32_t count = 0;
@@ -27,7 +27,7 @@ static inline uint32_t refinements_sampled(const struct refinement *refinements,
     return count;
 }
 
-/* Samples that a pixel of this level has; level <= LEVEL_MAX. */
+/* Total samples of a pixel at this level; level <= LEVEL_MAX. */
 static inline uint32_t level_samples(const struct view *view, uint32_t level)
 {
     if (level == 0) return 0;

@@ -1,10 +1,10 @@
 /*
  * A tile: the unit of work that is handed out.
  *
- * Pixels of a tile are numbered k = 0 .. tile_pixels() - 1 in the order in which they are sent. With
- * step 1 they are the rectangle, row by row from the top. With a larger step they are every step-th
- * pixel of that rectangle, beginning with the phase-th: a processor's share of a band of rows under
- * the cyclic schedule, or the probes of a row.
+ * The pixels of a tile are numbered k = 0 .. tile_pixels() - 1 in the order in which they are sent. With step
+ * 1 they are all pixels of the rectangle, row by row from the top. With a larger step they are every step-th
+ * pixel of the rectangle in that order, beginning with number `phase`: a renderer's share of a band of rows
+ * under the cyclic schedule, or the probes of a row.
  */
 #ifndef FARM_COMMON_TILE_H
 #define FARM_COMMON_TILE_H
@@ -13,20 +13,20 @@
 #include <stdint.h>
 
 struct tile {
-    uint32_t id;    /* the queue's name for it */
+    uint32_t id;    /* assigned by the queue */
     uint32_t x, y;  /* top left pixel, in the rendered region */
     uint32_t w, h;  /* pixels, at least 1 x 1 */
     uint32_t phase; /* 0 .. w * h - 1 */
     uint32_t step;  /* at least 1 */
-    uint32_t pass;  /* of adaptive sampling; else 0; or TILE_PROBE */
+    uint32_t pass;  /* pass of adaptive sampling, else 0; or TILE_PROBE */
 };
 
-/* The pass of what is not for the picture: one sample of each pixel, to learn what it costs. */
+/* The pass of a probe: one sample of each pixel, which measures its cost and is not for the picture. */
 #define TILE_PROBE UINT32_MAX
 
 _Static_assert(sizeof(struct tile) == 32, "struct tile goes over the wire as it is");
 
-/* The largest tile, in pixels of its rectangle: bounds every message and every buffer. */
+/* The largest tile, in pixels of its rectangle; bounds the sizes of messages and buffers. */
 #define TILE_MAX_PIXELS (1u << 20)
 
 static inline uint32_t tile_pixels(const struct tile *tile)
@@ -35,7 +35,7 @@ static inline uint32_t tile_pixels(const struct tile *tile)
     return (tile->w * tile->h - tile->phase + tile->step - 1) / tile->step;
 }
 
-/* Where the k-th pixel of the tile lies in the rendered region. */
+/* Position of the tile's k-th pixel in the rendered region. */
 static inline void tile_pixel(const struct tile *tile, uint32_t k, uint32_t *x, uint32_t *y)
 {
     uint32_t i = tile->phase + k * tile->step;

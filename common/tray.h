@@ -1,9 +1,11 @@
 /*
- * Where the master puts lots for a renderer on its node, and that one its results, in memory that both have.
- * Both are put into slots in turn, and taken in the same order. Nobody waits for the other: what finds its
- * slot still full, or is too long for it, goes as a message. So nobody calls MPI for most of what is said: with
- * a note of 8 bytes about each result and each lot these took the master half as long again and more (0.14 us in
- * place of 0.09), and in messages page faults in the buffers of MPI a seventh of its time with 44 ranks.
+ * A tray: shared memory in which the master and one renderer of its node pass lots and results.
+ *
+ * Each direction has TRAY_SLOTS slots, which are filled in turn and emptied in the same order. Neither side
+ * waits for the other: if the next slot is still full, or too small, the data is sent as an MPI message. Most
+ * data therefore needs no call of MPI. The alternatives were measured: with an MPI note of 8 bytes for each
+ * result and each lot the master took 1.5 times as long and more (0.14 us in place of 0.09), and with whole
+ * messages page faults in MPI's buffers took a seventh of its time with 44 ranks.
  */
 #ifndef FARM_COMMON_TRAY_H
 #define FARM_COMMON_TRAY_H
@@ -21,23 +23,26 @@ _Static_assert(ATOMIC_INT_LOCK_FREE == 2 && ATOMIC_LLONG_LOCK_FREE == 2,
                "atomics work between processes");
 _Static_assert((TRAY_SLOTS & (TRAY_SLOTS - 1)) == 0, "turns may begin anew at 0");
 
-/* One direction: how many bytes lie in each slot; 0: it is empty. */
+/* The slots of one direction: the number of bytes in each; 0: the slot is empty. */
 struct slots {
     atomic_uint bytes[TRAY_SLOTS];
 };
 
-/* So many bytes, in whole cache lines. */
+/* A size in bytes, rounded up to whole cache lines. */
 #define TRAY_ROW(bytes) (((bytes) + 63) / 64 * 64)
 
 struct tray {
-    /* What the master has said to the renderer, in messages and in slots, and what wakes it: the master counts
-     * and rings behind each. So the renderer knows without a look at MPI, which takes as long as some rays,
-     * whether there is anything to hear. */
+    /*
+     * The number of things that the master has said to the renderer, in messages and in slots; it increments
+     * this and rings the bell after each. The renderer thus knows whether there is anything to receive
+     * without polling MPI, which takes as long as tracing some rays.
+     */
     _Alignas(64) atomic_uint said;
     struct bell bell;
-    /* The two directions, and what lies in the slots, share no cache line. */
+    /* The two directions and the contents of the slots share no cache line. */
     _Alignas(64) struct slots lots;
-    unsigned said_before[TRAY_SLOTS]; /* each of the lots */
+    /* value of `said` before each lot, which orders it among messages */
+    unsigned said_before[TRAY_SLOTS];
     _Alignas(64) struct slots results;
     _Alignas(64) char lot[TRAY_SLOTS][TRAY_ROW(TRAY_LOT_BYTES)];
     _Alignas(64) char result[TRAY_SLOTS][TRAY_ROW(TRAY_RESULT_BYTES)];
@@ -58,40 +63,40 @@ static inline void tray_free(struct tray *tray)
     bell_free(&tray->bell);
 }
 
-/* By the master: it has said something. */
+/* Called by the master after it has said something. */
 static inline void tray_say(struct tray *tray)
 {
     atomic_fetch_add_explicit(&tray->said, 1, memory_order_release);
     bell_ring(&tray->bell);
 }
 
-/* By the renderer, who has heard so much: whether there is more. */
+/* Called by the renderer, which has received `heard` things: whether there are more. */
 static inline bool tray_has_news(const struct tray *tray, unsigned heard)
 {
     return atomic_load_explicit(&tray->said, memory_order_acquire) != heard;
 }
 
-/* ---- slots; turn: what its caller has put into them, or taken, before ---- */
+/* ---- slots; turn: the number of slots that the caller has filled, or emptied, before ---- */
 
-/* Bytes of what lies in the slot whose turn it is; 0: it is empty. */
+/* Bytes in the slot whose turn it is; 0: it is empty. */
 static inline uint32_t slots_bytes(const struct slots *slots, unsigned turn)
 {
     return atomic_load_explicit(&slots->bytes[turn % TRAY_SLOTS], memory_order_acquire);
 }
 
-/* By who writes: so many bytes were put there, which is seen by who finds them. */
+/* Called by the writer: publishes the bytes it has put into the slot. */
 static inline void slots_fill(struct slots *slots, unsigned turn, uint32_t bytes)
 {
     atomic_store_explicit(&slots->bytes[turn % TRAY_SLOTS], bytes, memory_order_release);
 }
 
-/* By who reads. */
+/* Called by the reader, after it has read the slot. */
 static inline void slots_empty(struct slots *slots, unsigned turn)
 {
     atomic_store_explicit(&slots->bytes[turn % TRAY_SLOTS], 0, memory_order_release);
 }
 
-/* By the master: a lot of so many bytes into the slot whose turn it is, which is empty. */
+/* Called by the master: puts a lot into the slot whose turn it is, which must be empty. */
 static inline void tray_put_lot(struct tray *tray, unsigned turn, const void *lot, size_t bytes)
 {
     memcpy(tray->lot[turn % TRAY_SLOTS], lot, bytes);
@@ -100,14 +105,15 @@ static inline void tray_put_lot(struct tray *tray, unsigned turn, const void *lo
     tray_say(tray);
 }
 
-/* ---- what has arrived for the master from those who have trays ---- */
+/* ---- arrivals: what the renderers that have trays have sent to the master ---- */
 
 #define FLAGS_PER_WORD 64
 
 struct arrivals {
-    /* That they have sent: so the master knows without a look at MPI whether there is one. */
+    /* Number of messages that they have sent, so that the master knows without polling MPI whether there is
+     * one. */
     _Alignas(64) atomic_uint messages;
-    /* Who has left results in its tray since the master has looked: a bit for each rank of the farm. */
+    /* One bit for each rank of the farm: it has left results in its tray since the master last looked. */
     _Alignas(64) _Atomic uint64_t flags[];
 };
 
@@ -123,8 +129,11 @@ static inline void arrivals_init(struct arrivals *arrivals, uint32_t ranks)
         atomic_init(&arrivals->flags[word], 0);
 }
 
-/* By a renderer: it is about to send a message (behind that, if it were stopped in between, the count would be less
- * than what the master has taken in, and hide another one's); it has filled a slot. */
+/*
+ * Called by a renderer: arrivals_send() before it sends a message, arrivals_leave() after it has filled a
+ * slot. Were the message counted after it is sent, then a renderer stopped in between would leave the count
+ * less than what the master has received, and that would hide another renderer's message.
+ */
 static inline void arrivals_send(struct arrivals *arrivals)
 {
     atomic_fetch_add_explicit(&arrivals->messages, 1, memory_order_release);
@@ -136,14 +145,16 @@ static inline void arrivals_leave(struct arrivals *arrivals, uint32_t rank)
                              UINT64_C(1) << rank % FLAGS_PER_WORD, memory_order_release);
 }
 
-/* By the master, who has taken in so many: whether there are more. */
+/* Called by the master, which has received `taken` messages: whether there are more. */
 static inline bool arrivals_has_messages(const struct arrivals *arrivals, unsigned taken)
 {
     return atomic_load_explicit(&arrivals->messages, memory_order_acquire) != taken;
 }
 
-/* By the master: the flags of a word, which are down then. Who looks into a tray may find more than its flag was
- * raised for: the next flag is about nothing then. */
+/*
+ * Called by the master: returns the flags of a word and clears them. A tray may hold more results than its
+ * flag was set for; the next flag may then find it empty.
+ */
 static inline uint64_t arrivals_take(struct arrivals *arrivals, uint32_t word)
 {
     if (atomic_load_explicit(&arrivals->flags[word], memory_order_relaxed) == 0) return 0;
