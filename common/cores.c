@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Room for so many cores is not tried: Linux allows for 8192. */
+/* Sets of this size or larger are not tried: Linux supports at most 8192 cores. */
 #define TOO_MANY (CPU_SETSIZE << 10)
 
 static void free_cores(struct core_set *set)
@@ -13,8 +13,11 @@ static void free_cores(struct core_set *set)
     *set = (struct core_set){NULL, 0};
 }
 
-/* Those of a process; 0: of the calling thread. The system refuses (EINVAL) to tell where there is less room
- * than for all cores that the machine may ever have. */
+/*
+ * The affinity of a process, or of the calling thread if process is 0. sched_getaffinity() fails with EINVAL
+ * if the set is smaller than the number of cores that the machine may ever have, so the size is doubled until
+ * it succeeds.
+ */
 static struct core_set cores_of(int process)
 {
     int refused = EINVAL;
@@ -44,7 +47,7 @@ unsigned cores_borrow(const int *processes, int count, struct core_set *own)
         add_cores(&all, processes[i]);
     (void)sched_setaffinity(0, all.bytes, all.cores);
     free_cores(&all);
-    /* The system may have granted a part of them (cpusets). */
+    /* With cpusets the system may have granted only a part of them. */
     all = cores_of(0);
     int cores = all.cores ? CPU_COUNT_S(all.bytes, all.cores) : 1;
     free_cores(&all);
@@ -66,7 +69,7 @@ static void find_cores(cpu_set_t *cores)
     free_cores(&all);
 }
 
-/* Containers have names of their own, but the kernel and its cores in common. */
+/* The boot id, because containers have host names of their own but share the kernel and its cores. */
 void berth_find(struct berth *berth)
 {
     *berth = (struct berth){0};

@@ -1,35 +1,37 @@
-/* The cores that the processes of a node may run on. While the others have nothing to do, or hardly
- * anything, the first one may use all of them. */
+/*
+ * The cores that the processes of a node may run on (CPU affinity). While the other processes are idle or
+ * nearly so, the first one may use the cores of all of them.
+ */
 #ifndef FARM_COMMON_CORES_H
 #define FARM_COMMON_CORES_H
 
 #include <sched.h>
 #include <stddef.h>
 
-/* However many there may be on the machine. */
+/* A CPU set of any size, for machines with more than CPU_SETSIZE cores. */
 struct core_set {
     cpu_set_t *cores; /* owned; NULL: unknown */
     size_t bytes;
 };
 
 /*
- * Lets the calling thread, and those that it starts from now on, run wherever one of the processes (of
- * this machine, by their pids) may; returns for how many threads there is room: one for each process
- * at most, and one to a core. *own: for cores_return(), which frees it. What the system does not tell or
- * grant leaves the thread where it is.
+ * Extends the affinity of the calling thread, and of threads that it starts afterwards, to the cores of all
+ * the given processes (process ids on this machine). Returns the number of threads worth running: at most one
+ * per process and one per core. *own receives the former affinity, for cores_return(), which restores and
+ * frees it. If the system refuses to tell or to set an affinity, the thread stays where it is.
  */
 unsigned cores_borrow(const int *processes, int count, struct core_set *own);
 void cores_return(struct core_set *own);
 
-/* Where a process may run. */
+/* Where a process may run: its machine and cores. */
 struct berth {
-    char machine[40]; /* as long as this runs, no other one says the same; empty: unknown */
-    cpu_set_t cores;  /* none: unknown, or some beyond the first CPU_SETSIZE of the machine */
+    char machine[40]; /* boot id, unique among running machines; empty: unknown */
+    cpu_set_t cores;  /* empty: unknown, or cores beyond the first CPU_SETSIZE are among them */
 };
 void berth_find(struct berth *berth);
 
-/* It is the first thing that ranks tell each other, before they can find out that they are of different
- * builds: its size stays. */
+/* Ranks exchange this first, before they can find out that they are different builds: its size must never
+ * change. */
 _Static_assert(sizeof(struct berth) == 168, "struct berth goes over the wire as it is");
 
 #endif

@@ -18,7 +18,8 @@ static const struct {
     [PRIMITIVE_PLANE] = {sizeof(struct plane), offsetof(struct plane, material)},
 };
 
-/* The block is hashed and sent as it is: no byte of it may be padding of unknown content. */
+/* The block is hashed and sent as it lies in memory, so it must contain no padding, whose content would be
+ * undefined. */
 _Static_assert(sizeof(struct material) == 80 && sizeof(struct light) == 48, "no padding");
 _Static_assert(sizeof(struct triangle) == 16 && sizeof(struct patch) == 28, "no padding");
 _Static_assert(sizeof(struct sphere) == 40 && sizeof(struct plane) == 56, "no padding");
@@ -71,8 +72,8 @@ static bool span_valid(const struct scene *scene, const struct scene_span *span,
 }
 
 /*
- * vec_normalize() divides by a length with a relative error of at most about 3 units of roundoff;
- * the squared length of its result is then off by less than 8 DBL_EPSILON, and so is this sum.
+ * vec_normalize() divides by a length with a relative error of at most about 3 units of roundoff. The squared
+ * length of its result is then wrong by less than 8 DBL_EPSILON, and so is this sum.
  */
 static bool is_unit(struct vec3 v)
 {
@@ -264,8 +265,8 @@ const char *scene_feature_name(unsigned i)
 }
 
 /*
- * Even with max_depth 0 what reflects or transmits matters: what is left out counts as truncation,
- * and light shines through what transmits.
+ * Reflection and transmission count even if max_depth is 0: what is left out counts as truncation, and light
+ * shines through a transmitting material.
  */
 static unsigned material_features(const struct scene *scene)
 {

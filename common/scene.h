@@ -1,11 +1,12 @@
 /*
- * The scene block: everything a renderer needs to know, in one contiguous, read-only piece of
- * memory with offsets instead of pointers. Rank 0 makes it (master/builder.h); it is broadcast,
- * placed once per node in shared memory, and hashed as it is.
+ * The scene block: everything that a renderer needs to know, in one contiguous, read-only piece of memory
+ * with offsets in place of pointers. Rank 0 builds it (master/builder.h). It is broadcast, placed once per
+ * node in shared memory, and hashed, all without conversion.
  *
  *   struct scene | vertices | normals | triangles | patches | spheres | ... | lights
  *
- * Lengths are scene units, colours linear RGB with 1 as full white, angles gone into vectors.
+ * Lengths are in scene units, colours are linear RGB with 1 as full white; angles have been converted to
+ * vectors.
  */
 #ifndef FARM_COMMON_SCENE_H
 #define FARM_COMMON_SCENE_H
@@ -19,7 +20,7 @@
 #define SCENE_MAGIC   0x4d524146u /* "FARM" in memory on a little-endian machine */
 #define SCENE_VERSION 1u
 
-/* Limits of what a view can ask for. A canvas of the largest picture takes 3 GiB. */
+/* Limits of a view. The canvas of the largest picture takes 3 GiB. */
 #define PICTURE_MAX_EDGE   65535
 #define PICTURE_MAX_PIXELS (UINT64_C(1) << 28)
 #define RENDER_MAX_DEPTH   1000000u
@@ -33,11 +34,11 @@ struct material {
     double specular;     /* ks >= 0 */
     double shininess;    /* n >= 0 */
     double reflection;   /* kr, 0..1 */
-    double transmission; /* kt, 0..1; what passes is also filtered by the surface colour */
-    double ior;          /* index of refraction > 0; the world outside has 1 */
+    double transmission; /* kt, 0..1; transmitted light is also filtered by the surface colour */
+    double ior;          /* index of refraction > 0; that of the world outside is 1 */
 };
 
-/* Whether lights matter to it. */
+/* Whether the material's colour depends on lights. */
 static inline bool material_shows_light(const struct material *material)
 {
     return material->diffuse > 0 || material->specular > 0;
@@ -48,13 +49,13 @@ struct light {
     struct vec3 color; /* strength s, each component >= 0; no falloff with distance */
 };
 
-/* A flat triangle, counter-clockwise seen from its front: vertex indices. */
+/* A flat triangle as vertex indices, counter-clockwise seen from its front. */
 struct triangle {
     uint32_t vertex[3];
     uint32_t material;
 };
 
-/* A triangle with normals to interpolate: vertex and normal indices. */
+/* A triangle with vertex normals that are interpolated, as vertex and normal indices. */
 struct patch {
     uint32_t vertex[3];
     uint32_t normal[3];
@@ -68,7 +69,7 @@ struct sphere {
     uint32_t inside_only; /* 1: visible only from within (NFF: negative radius) */
 };
 
-/* All points p with (p - point).normal = 0. Unbounded: not in the BVH. */
+/* All points p with (p - point).normal = 0. It is unbounded and so not in the BVH. */
 struct plane {
     struct vec3 point;
     struct vec3 normal; /* unit length */
@@ -84,7 +85,7 @@ struct disc {
     uint32_t reserved;
 };
 
-/* An axis-aligned solid: min < max in every component. The kernel takes one without thickness, too. */
+/* An axis-aligned solid, min < max in every component. The kernel also accepts boxes without thickness. */
 struct box {
     struct vec3 min, max;
     uint32_t material;
@@ -100,42 +101,44 @@ struct cone {
     uint32_t capped; /* 1: a solid with end caps; 0: an open surface (NFF) */
 };
 
-/* The eye, in terms that give a ray by additions and multiplications alone. */
+/* The camera, in a form that gives a ray by additions and multiplications alone. */
 struct camera {
     struct vec3 eye;
-    struct vec3 forward; /* unit; towards the middle of the picture */
-    struct vec3 right; /* per picture half height: the direction through the middle of the right */
-    struct vec3 down;  /* edge of a square picture is forward + right; of the lower edge + down */
+    struct vec3 forward; /* unit length; towards the middle of the picture */
+    /* Per half height of the picture: the middle of the right edge of a square picture lies in direction
+     * forward + right, that of the lower edge in direction forward + down. */
+    struct vec3 right;
+    struct vec3 down;
 };
 
 /* Which formulas the kernel uses. */
 enum formulas {
-    FORMULAS_EXACT, /* those that hold on stiff and extreme scenes */
-    FORMULAS_PAPER  /* the paper's naive ones, kept to be compared with */
+    FORMULAS_EXACT, /* the robust ones, which hold on stiff and extreme scenes */
+    FORMULAS_PAPER  /* the paper's naive ones, kept for comparison */
 };
 
-/* What the scene and the renderer leave out: the picture is the same. */
+/* What is omitted from the scene and the renderer because it cannot change the picture. */
 enum variant {
     VARIANT_AUTO, /* all that this scene does not need */
-    VARIANT_FULL  /* nothing, to be compared with */
+    VARIANT_FULL  /* nothing, for comparison */
 };
 
-/* What is rendered, and how: all settings that change the picture, and two that do not. */
+/* What is rendered, and how: all settings that change the picture, and two (processor, variant) that do not. */
 struct view {
     struct camera camera;
     struct vec3 background_bottom; /* colour seen straight down (against the camera's up) */
     struct vec3 background_top;    /* colour seen straight up */
     struct vec3 background_up;     /* unit */
     double cutoff;                 /* >= 0: largest error of a pixel that pruning may cause */
-    uint32_t width, height;        /* of the whole picture, pixels */
-    uint32_t region_x, region_y;   /* the part that is rendered: pixels x .. x + w - 1 */
+    uint32_t width, height;        /* the whole picture, pixels */
+    uint32_t region_x, region_y;   /* the rendered region: pixels x .. x + w - 1, y .. y + h - 1 */
     uint32_t region_w, region_h;
     uint32_t max_depth;   /* levels of reflection and refraction followed; 0: none */
     uint32_t shadows;     /* 0 or 1 */
-    uint32_t min_samples; /* per pixel, >= 1; common/refinement.h */
-    uint32_t max_samples; /* >= min_samples; the same without adaptive sampling */
+    uint32_t min_samples; /* per pixel, >= 1: common/refinement.h */
+    uint32_t max_samples; /* >= min_samples; equal without adaptive sampling */
     uint32_t formulas;    /* enum formulas */
-    uint32_t processor;   /* enum processor_level: what the kernel is to be compiled for */
+    uint32_t processor;   /* enum processor_level: which build of the kernel is used */
     uint32_t variant;     /* enum variant */
     uint32_t reserved;    /* 0 */
 };
@@ -145,7 +148,7 @@ struct scene_span {
     uint64_t count;  /* elements */
 };
 
-/* The kinds of primitive, in the order of their ids (ties in distance go to the lowest id). */
+/* The kinds of primitive, in the order of their ids. Of hits at equal distance the lowest id wins. */
 enum primitive_kind {
     PRIMITIVE_TRIANGLE,
     PRIMITIVE_PATCH,
@@ -169,8 +172,8 @@ struct scene {
     struct scene_span lights;
 };
 
-/* The id of a primitive: its kind above PRIMITIVE_INDEX_BITS, its index in its kind's span below.
- */
+/* The id of a primitive: its kind in the bits from PRIMITIVE_INDEX_BITS up, its index in its kind's span
+ * below. */
 #define PRIMITIVE_INDEX_BITS 28
 #define PRIMITIVE_MAX_COUNT  (UINT32_C(1) << PRIMITIVE_INDEX_BITS)
 #define PRIMITIVE_NONE       UINT32_MAX
@@ -229,7 +232,7 @@ SCENE_ACCESSOR(discs, disc, PRIMITIVE_DISC)
 SCENE_ACCESSOR(planes, plane, PRIMITIVE_PLANE)
 #undef SCENE_ACCESSOR
 
-/* A primitive that bounds a volume by itself. */
+/* Whether the primitive bounds a volume by itself. */
 static inline bool primitive_is_solid(const struct scene *scene, uint32_t primitive)
 {
     uint32_t index = primitive_index(primitive);
@@ -256,10 +259,10 @@ size_t primitive_size(enum primitive_kind kind);
 /* The index of the primitive's material. */
 uint32_t primitive_material(const struct scene *scene, uint32_t id);
 
-/* Primitives of all kinds. */
+/* The number of primitives of all kinds. */
 uint64_t scene_primitive_count(const struct scene *scene);
 
-/* Triangles and patches, which are the first kinds of all. */
+/* The number of triangles and patches, which are the first two kinds. */
 static inline uint64_t scene_triangle_count(const struct scene *scene)
 {
     return (uint64_t)scene->primitives[PRIMITIVE_TRIANGLE].count +
@@ -267,13 +270,13 @@ static inline uint64_t scene_triangle_count(const struct scene *scene)
 }
 
 /*
- * Whether the bytes at block are a scene that can be used without further checks: every span lies
- * in the block, every index in its span, every number in its range. Says nothing; why (may be NULL)
- * becomes a constant text on failure.
+ * Whether the bytes at block are a scene that can be used without further checks: every span lies in the
+ * block, every index in its span, every number in its range. Prints nothing; on failure *why becomes a
+ * constant text (why may be NULL).
  */
 bool scene_valid(const void *block, size_t bytes, const char **why);
 
-/* What the scene uses, as bits. */
+/* Features that a scene uses, as bits. */
 enum scene_feature {
     FEATURE_TRIANGLES = 1 << 0,
     FEATURE_PATCHES = 1 << 1,
@@ -290,7 +293,7 @@ enum scene_feature {
     FEATURE_COUNT = 12
 };
 
-/* The features that some primitive, material, light or setting of the scene makes necessary. */
+/* The features that some primitive, material, light or setting of the scene requires, as bits. */
 unsigned scene_features(const struct scene *scene);
 
 /* The name of bit number i of enum scene_feature, 0 .. FEATURE_COUNT - 1. */

@@ -1,4 +1,4 @@
-/* What scene.c, which checks blocks, and the builder, which makes them, have in common. */
+/* Checks shared by scene.c, which validates scene blocks, and the builder, which makes them. */
 #ifndef FARM_COMMON_SCENE_CHECK_H
 #define FARM_COMMON_SCENE_CHECK_H
 
@@ -17,8 +17,10 @@ static inline bool positive(double value)
     return value > 0 && isfinite(value);
 }
 
-/* A larger exponent would make visible what the logarithm of a highlight is wrong by, which is known to some 2^-104:
- * 1e15 x 2^-104 is half of u (worker/optics.h). */
+/*
+ * The logarithm of a highlight has an error of some 2^-104. With a larger exponent that error would become
+ * visible: 1e15 x 2^-104 is half of u (worker/optics.h).
+ */
 #define SHININESS_MAX 1e15
 
 static inline bool shininess_valid(double value)
@@ -41,14 +43,14 @@ static inline bool box_has_volume(const struct box *box)
     return box->min.x < box->max.x && box->min.y < box->max.y && box->min.z < box->max.z;
 }
 
-/* All that is computed of a triangle begins with these differences. */
+/* All computations with a triangle begin with these differences. */
 static inline bool edges_finite(struct vec3 a, struct vec3 b, struct vec3 c)
 {
     return vec_is_finite(vec_sub(b, a)) && vec_is_finite(vec_sub(c, a)) &&
            vec_is_finite(vec_sub(c, b));
 }
 
-/* Where the index of the material (uint32_t) stands in an element of a kind's span, bytes. */
+/* Offset in bytes of the material's index (uint32_t) in an element of a kind's span. */
 size_t primitive_material_offset(enum primitive_kind kind);
 
 #endif

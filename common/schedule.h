@@ -1,4 +1,4 @@
-/* How tiles are given to renderers: see master/queue.h. */
+/* How tiles are assigned to renderers: see master/queue.h. */
 #ifndef FARM_COMMON_SCHEDULE_H
 #define FARM_COMMON_SCHEDULE_H
 
@@ -16,7 +16,7 @@ enum schedule {
 /* "dynamic", "tiles", ..., then NULL, as struct key wants it. */
 extern const char *const schedule_names[SCHEDULES + 1];
 
-/* Each renderer's share is fixed before it begins. */
+/* Whether each renderer's share is fixed before it begins. */
 static inline bool schedule_is_static(enum schedule schedule)
 {
     return schedule != SCHEDULE_DYNAMIC && schedule != SCHEDULE_TILES;

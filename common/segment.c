@@ -22,7 +22,7 @@ uint64_t segment_realm_hash(const struct segment_realm *realm)
     return hash ? hash : 1;
 }
 
-/* False: it is not known. */
+/* The inode number of a namespace; false if it is not known. */
 static bool find_space(const char *path, uint64_t *space)
 {
     struct stat status;
@@ -46,7 +46,7 @@ uint64_t segment_reach(void)
     return segment_realm_hash(&realm);
 }
 
-/* As others see it in /proc, which may be that of another namespace of process ids. */
+/* The process id as others see it in /proc, which may belong to another pid namespace. */
 static int32_t own_process(void)
 {
     char text[16] = "";

@@ -1,6 +1,6 @@
 /*
- * The settings of a run: what the sections [image], [camera], [background], [render], [sampling],
- * [farm] and [output] of an INI file, and SECTION.KEY=VALUE on the command line, can say.
+ * The settings of a run: the sections [image], [camera], [background], [render], [sampling], [farm] and
+ * [output] of an INI file, and SECTION.KEY=VALUE on the command line.
  */
 #ifndef FARM_COMMON_SETTINGS_H
 #define FARM_COMMON_SETTINGS_H
@@ -16,7 +16,7 @@
 struct settings {
     struct {
         uint32_t width, height; /* pixels */
-        uint32_t region[4];     /* x y w h; w = 0: the whole picture */
+        uint32_t region[4];     /* x y w h, pixels; w = 0: the whole picture */
     } image;
     struct {
         struct vec3 eye, look_at, up;
@@ -34,7 +34,7 @@ struct settings {
     } render;
     struct {
         uint32_t samples;                  /* per pixel, unless sampling is adaptive */
-        uint32_t min_samples, max_samples; /* where it is */
+        uint32_t min_samples, max_samples; /* if it is adaptive */
         double target_error;               /* RMSE; 0: none */
         double time_limit;                 /* seconds; 0: none */
         char *reference;                   /* path, owned; "": none */
@@ -43,23 +43,23 @@ struct settings {
         enum schedule schedule;
         uint32_t tile; /* edge in pixels; 0: auto */
         bool master_renders;
-        double patience; /* seconds that a process may give no sign */
+        double patience; /* seconds for which a process may give no sign of life */
         enum processor_level kernel;
         enum variant variant;
     } farm;
     struct {
         /* Paths, owned; NULL: named after the config; report and journal "": none. */
         char *image, *report, *journal;
-        double preview; /* seconds from picture to picture while rendering; 0: none */
+        double preview; /* seconds between previews while rendering; 0: none */
         char *error, *trace, *heatmap, *ranks; /* paths, owned; "": none */
     } output;
 };
 
-/* What can be set, in the order in which it is printed; offsets are into struct settings. */
+/* All settings, in the order in which they are printed; offsets refer to struct settings. */
 #define SETTINGS_KEYS 35
 extern const struct key settings_keys[SETTINGS_KEYS];
 
-/* Whether sampling is adaptive: so it is where there is an end to it. */
+/* Whether sampling is adaptive: it is if a target error or a time limit is set. */
 static inline bool settings_adaptive(const struct settings *settings)
 {
     return settings->sampling.target_error > 0 || settings->sampling.time_limit > 0;

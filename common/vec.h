@@ -30,7 +30,7 @@ static inline struct vec3 vec_scale(struct vec3 a, double s)
     return vec3(a.x * s, a.y * s, a.z * s);
 }
 
-/* Component by component: what a filter of colour b lets through of light a. */
+/* Component-wise product: light of colour a after a filter of colour b. */
 static inline struct vec3 vec_mul(struct vec3 a, struct vec3 b)
 {
     return vec3(a.x * b.x, a.y * b.y, a.z * b.z);
@@ -57,7 +57,7 @@ static inline struct vec3 vec_cross(struct vec3 a, struct vec3 b)
     return vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 
-/* fmax() of numbers, and like it the other one of a NaN: but that is a call into the library. */
+/* Like fmax(), the other argument if one is NaN, but not a library call. */
 static inline double max_number(double a, double b)
 {
     return a > b || isnan(b) ? a : b;
@@ -68,13 +68,13 @@ static inline double vec_max(struct vec3 a)
     return max_number(a.x, max_number(a.y, a.z));
 }
 
-/* The size of the largest component; of finite vectors. */
+/* The largest absolute value of a component; the vector must be finite. */
 static inline double vec_largest(struct vec3 a)
 {
     return larger_number(fabs(a.x), larger_number(fabs(a.y), fabs(a.z)));
 }
 
-/* The e for which the largest component is 2^(e - 1) or more and less than 2^e; 0 for zero. */
+/* The exponent e with 2^(e - 1) <= largest component < 2^e; 0 for the zero vector. */
 static inline int vec_exponent(struct vec3 a)
 {
     int exponent;
@@ -82,21 +82,21 @@ static inline int vec_exponent(struct vec3 a)
     return exponent;
 }
 
-/* a 2^exponent: without rounding, unless the result is subnormal. */
+/* a 2^exponent, exact unless the result is subnormal or overflows. */
 static inline struct vec3 vec_scale_exactly(struct vec3 a, int exponent)
 {
     return vec3(ldexp(a.x, exponent), ldexp(a.y, exponent), ldexp(a.z, exponent));
 }
 
 /*
- * |a| without overflow or underflow for any finite a: where the squares would leave the range of
- * double, the components are scaled by a power of two first. That is exact, so a scene scaled by
+ * |a| without intermediate overflow or underflow, for any finite a. Where the squares would leave the range
+ * of double, the components are scaled by a power of two first. That scaling is exact, so a scene scaled by
  * 2^k gives the length scaled by 2^k, bit for bit, on either path.
  */
 static inline double vec_length(struct vec3 a)
 {
     double square = vec_dot(a, a);
-    /* 2^-900: the squares that matter are then still normal numbers, with all their bits. */
+    /* Above 2^-900 the squares that matter are normal numbers with full precision. */
     if (square > 0x1p-900 && square < 0x1p1000) return sqrt(square);
     double largest = vec_largest(a);
     if (!(largest > 0) || isinf(largest)) return largest;
@@ -106,8 +106,8 @@ static inline double vec_length(struct vec3 a)
 }
 
 /*
- * a / |a| for any finite a but zero. Near the ends of the range the length may be infinite, or
- * subnormal with few bits left, so there the division is done after the scaling.
+ * a / |a| for any finite a but zero. Near the ends of the range of double, |a| may be infinite, or subnormal
+ * with few significant bits; there the vector is scaled before it is divided.
  */
 static inline struct vec3 vec_normalize(struct vec3 a)
 {

@@ -1,4 +1,4 @@
-/* Of whole numbers. */
+/* Arithmetic of unsigned integers. */
 #ifndef FARM_COMMON_WHOLE_H
 #define FARM_COMMON_WHOLE_H
 
@@ -16,7 +16,7 @@ static inline uint32_t divide_up(uint32_t a, uint32_t b)
     return (uint32_t)(((uint64_t)a + b - 1) / b);
 }
 
-/* Bytes, rounded up to a multiple of the unit. */
+/* bytes, rounded up to a multiple of unit. */
 static inline size_t round_up_to(size_t bytes, size_t unit)
 {
     return (bytes + unit - 1) / unit * unit;
