@@ -3,7 +3,7 @@
 #include "common/protocol.h"
 
 #ifndef FARM_SOURCES
-#define FARM_SOURCES "0" /* for tools that only read this file: the Makefile says it */
+#define FARM_SOURCES "0" /* for tools that only parse this file: the Makefile defines it */
 #endif
 
 const char farm_build[] = FARM_VERSION "-" FARM_SOURCES;

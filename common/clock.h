@@ -1,4 +1,4 @@
-/* Seconds on the clocks that the report is made of. */
+/* Clocks of the report, read in seconds, and sleeping. */
 #ifndef FARM_COMMON_CLOCK_H
 #define FARM_COMMON_CLOCK_H
 
@@ -23,7 +23,7 @@ static inline double clock_thread_cpu(void)
     return clock_read(CLOCK_THREAD_CPUTIME_ID);
 }
 
-/* The same as the system takes it; not negative. */
+/* Converts seconds, which must not be negative, to a struct timespec. */
 static inline struct timespec clock_span(double seconds)
 {
     return (struct timespec){.tv_sec = (time_t)seconds,

@@ -3,8 +3,10 @@
 #include "common/clock.h"
 #include "common/extremes.h"
 
-/* The wall clock is read behind the other: to return from a call the system likes to let somebody else run, and
- * that belongs to what was before. */
+/*
+ * The wall clock is read after the CPU clock: the scheduler often preempts a thread when it returns from a
+ * system call, and that delay belongs to the time before the piece.
+ */
 static void read_clocks(struct cpu_time *time)
 {
     time->cpu = clock_thread_cpu();

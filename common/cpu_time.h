@@ -1,30 +1,35 @@
 /*
- * CPU seconds of the pieces of work that a thread does one after the other.
+ * CPU time of consecutive pieces of work of one thread, with few reads of its CPU clock.
  *
- * To read a thread's CPU clock is a call into the system: 0.6 us in a virtual machine, and as much again where
- * the caches have forgotten what it needs; twice for each tile of 50 us it takes a twentieth of a renderer. But
- * a thread that loses its core loses it for thousandths of a second, so what was done in CPU_TIME_SHORT by the
- * wall clock, which is cheap to read, had it all the time but for trifles. So the clock is read at the end of a
- * piece when it was not for so long.
+ * Reading a thread's CPU clock takes a system call: 0.6 us in a virtual machine, and as much again if the
+ * caches have lost what it needs. Two reads for each tile of 50 us would take a twentieth of a renderer's
+ * time. But a thread that loses its core loses it for milliseconds. A piece shorter than CPU_TIME_SHORT by
+ * the wall clock, which is cheap to read, has therefore had its core all the time, to a good approximation,
+ * and its wall time is its CPU time. The CPU clock is read at the end of a piece only if the last reading is
+ * older than that.
  */
 #ifndef FARM_COMMON_CPU_TIME_H
 #define FARM_COMMON_CPU_TIME_H
 
-/* Seconds: a reading for each takes hundredths of them. By so much at most a piece is told wrong. */
+/* Seconds. One reading per such interval costs a hundredth of the time or so. The error of a piece is at most
+ * this. */
 #define CPU_TIME_SHORT 100e-6
 
-/* Of one thread; by wall clock but for cpu. Zero: nothing was read yet. */
+/* The state of one thread; zero-initialised: no clock was read yet. All but cpu are wall times, in seconds. */
 struct cpu_time {
-    double read, cpu; /* both clocks when they were read last */
-    double told;      /* of the pieces since then */
-    double begun;     /* the piece in work */
+    double read, cpu; /* wall and CPU clock at the last reading of the latter */
+    double told;      /* sum of the times returned for pieces since then */
+    double begun;     /* start of the current piece */
 };
 
-/* A piece of work begins, behind whatever the thread has done or waited for; returns when, on clock_wall(). The
- * last piece need not have been ended. */
+/*
+ * Begins a piece of work, after anything else the thread has done or waited for. Returns the start time on
+ * clock_wall(). The preceding piece need not have been ended.
+ */
 double cpu_time_begin(struct cpu_time *time);
 
-/* The piece is done: returns its CPU seconds, at most those by wall clock, and when it ended to *ended. */
+/* Ends the piece. Returns its CPU seconds, at most its wall seconds; *ended receives the end time on
+ * clock_wall(). */
 double cpu_time_end(struct cpu_time *time, double *ended);
 
 #endif

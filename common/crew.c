@@ -9,19 +9,19 @@
 #include "common/message.h"
 
 struct crew {
-    pthread_mutex_t lock; /* of what follows, up to the loop */
+    pthread_mutex_t lock; /* protects the fields up to cpu_s */
     pthread_cond_t begun, done;
-    uint64_t loops;   /* that have begun */
-    unsigned working; /* threads that are in the last of them, or have not yet begun */
+    uint64_t loops;   /* begun so far */
+    unsigned working; /* threads that have not yet finished the latest loop */
     bool dismissed;
-    double cpu_s; /* of the threads' rounds */
+    double cpu_s; /* spent by the threads, the caller excluded */
 
     crew_work *work;
     void *context;
     uint32_t count;
-    _Atomic uint64_t next; /* round; beyond the count when there are no more */
+    _Atomic uint64_t next; /* the next round; >= count when none is left */
 
-    unsigned threads; /* besides the one that called crew_gather() */
+    unsigned threads; /* excluding the caller of crew_gather() */
     pthread_t ids[];
 };
 
@@ -34,7 +34,7 @@ static void take_rounds(struct crew *crew)
     }
 }
 
-/* Waits for the loop behind so many; false: there is none. */
+/* Waits until more than this many loops have begun. Returns false if the crew was dismissed instead. */
 static bool wait_for_loop(struct crew *crew, uint64_t loops)
 {
     pthread_mutex_lock(&crew->lock);

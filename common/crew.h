@@ -1,5 +1,7 @@
-/* Threads that share out the rounds of a loop: for what is done while all the renderers of a node wait for
- * it. Between loops they sleep. */
+/*
+ * A pool of threads that run the iterations of a loop in parallel, for work that all renderers of a node wait
+ * for. The threads sleep between loops.
+ */
 #ifndef FARM_COMMON_CREW_H
 #define FARM_COMMON_CREW_H
 
@@ -7,22 +9,26 @@
 
 struct crew;
 
-/* A crew of so many, at least one, of which the caller is one; fewer where the system grants no more
- * threads. Owned by the caller. */
+/*
+ * Makes a crew of the given number of members, at least 1, one of which is the caller. There are fewer
+ * members if the system grants fewer threads. The caller owns the crew and ends it with crew_dismiss().
+ */
 struct crew *crew_gather(unsigned members);
 void crew_dismiss(struct crew *crew);
 
-/* How many they are. NULL: 1. */
+/* Number of members, the caller included. crew NULL: 1. */
 unsigned crew_size(const struct crew *crew);
 
-/* A round; those of one loop must not depend on each other. */
+/* One iteration, called a round. Rounds of one loop must not depend on each other. */
 typedef void crew_work(void *context, uint32_t round);
 
-/* The rounds 0 .. count - 1, in any order; returns when all are done. NULL: the caller alone does them.
- * Not to be called from a round with the same crew. */
+/*
+ * Runs the rounds 0 .. count - 1 in any order and returns when all are done. crew NULL: the caller runs them
+ * all. Must not be called from a round of the same crew.
+ */
 void crew_share(struct crew *crew, uint32_t count, crew_work *work, void *context);
 
-/* CPU seconds that the others have worked for the caller so far. NULL: 0. */
+/* CPU seconds that the other members have spent so far. crew NULL: 0. */
 double crew_cpu_s(struct crew *crew);
 
 #endif

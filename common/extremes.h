@@ -1,5 +1,7 @@
-/* Of two numbers, in one instruction: fmax() and fmin() are calls into the library, for they think of NaN.
- * Here b wins if either is one. */
+/*
+ * Minimum and maximum of two numbers in one instruction. fmax() and fmin() are library calls because of their
+ * treatment of NaN; here the result is b if either argument is NaN.
+ */
 #ifndef FARM_COMMON_EXTREMES_H
 #define FARM_COMMON_EXTREMES_H
 

@@ -41,7 +41,7 @@ static uint64_t merge(uint64_t hash, uint64_t sum)
     return (hash ^ take_lane(0, sum)) * PRIME_1 + PRIME_4;
 }
 
-/* Steps 1 to 3 for 32 bytes and more; moves *at behind the last whole stripe. */
+/* Steps 1 to 3 of the specification, for 32 bytes or more; advances *at past the last whole stripe. */
 static uint64_t hash_stripes(const unsigned char **at, const unsigned char *end, uint64_t seed)
 {
     uint64_t a = seed + PRIME_1 + PRIME_2, b = seed + PRIME_2, c = seed, d = seed - PRIME_1;
@@ -55,7 +55,7 @@ static uint64_t hash_stripes(const unsigned char **at, const unsigned char *end,
     return merge(merge(merge(merge(hash, a), b), c), d);
 }
 
-/* Step 5: what is left of the last stripe. */
+/* Step 5: the bytes after the last whole stripe. */
 static uint64_t hash_rest(const unsigned char *at, const unsigned char *end, uint64_t hash)
 {
     for (; end - at >= 8; at += 8)

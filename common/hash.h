@@ -1,6 +1,7 @@
 /*
- * XXH64 (Yann Collet, "xxHash fast digest algorithm", specification of version 0.1.1): tells whether
- * two blocks of bytes are the same and whether one was damaged. No protection against a forger.
+ * The 64-bit hash XXH64 (Yann Collet, "xxHash fast digest algorithm", specification of version 0.1.1). It
+ * tells whether two blocks of bytes are equal and whether one was damaged; it is no protection against
+ * forgery.
  */
 #ifndef FARM_COMMON_HASH_H
 #define FARM_COMMON_HASH_H
@@ -8,7 +9,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* The same on every machine. The hash of one block as the seed of the next hashes both in turn. */
+/* Does not depend on the machine. To hash several blocks in sequence, pass the hash of one as the seed of the
+ * next. */
 uint64_t hash64(const void *bytes, size_t count, uint64_t seed);
 
 #endif

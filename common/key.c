@@ -15,7 +15,7 @@
 
 #define WORD_SIZE 512
 
-/* Takes one blank-separated word off *text; false when none is left or it is too long. */
+/* Reads the next blank-separated word and advances *text past it; false if none is left or it is too long. */
 static bool next_word(const char **text, char word[WORD_SIZE])
 {
     *text += strspn(*text, " \t");

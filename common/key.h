@@ -1,6 +1,6 @@
 /*
- * Keys of an INI section: a table of these says what a section can hold, and is used for reading
- * it, for its defaults, for printing it and for the help text alike.
+ * Tables of the keys of an INI section. One table serves for reading the section, for its defaults, for
+ * printing it and for the help text.
  */
 #ifndef FARM_COMMON_KEY_H
 #define FARM_COMMON_KEY_H
@@ -24,7 +24,7 @@ enum value_type {
     VALUE_TEXT,     /* char *, owned */
 };
 
-/* Interval ends that do not belong to the range. */
+/* Flags for bounds that do not belong to the range. */
 enum { KEY_ABOVE_MIN = 1, KEY_BELOW_MAX = 2 };
 
 struct key {
@@ -41,18 +41,18 @@ struct key {
 };
 
 /*
- * Stores what text says into the structure at base. false when it is not what key_expected() tells;
- * nothing is stored then.
+ * Parses text and stores the value into the structure at base. Returns false and stores nothing if text is
+ * not what key_expected() describes.
  */
 bool key_parse(const struct key *key, const char *text, void *base);
 
-/* What the key wants, such as "a number > 0"; the caller frees it. */
+/* Describes the values that the key accepts, such as "a number > 0"; the caller frees the text. */
 char *key_expected(const struct key *key);
 
-/* The value in the structure at base, as text that key_parse() reads back; the caller frees it. */
+/* The value in the structure at base, as text that key_parse() accepts; the caller frees it. */
 char *key_format(const struct key *key, const void *base);
 
-/* "x y z", as text that the caller frees. */
+/* "x y z"; the caller frees the text. */
 char *format_vector(struct vec3 v);
 
 /* Stores the fallbacks of all keys that have one. */

@@ -6,7 +6,8 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-/* As a container sees its own control group (version 2); "max" and a missing file are no limit. */
+/* The limit of the own control group (version 2) as a container sees it. "max" or a missing file means no
+ * limit. */
 static size_t group_limit(void)
 {
     char text[32] = "";
@@ -30,7 +31,7 @@ static size_t process_limit(void)
     return (size_t)limit.rlim_cur;
 }
 
-/* Below this, asking costs more than it can save. */
+/* Bytes. For smaller blocks the check costs more than it can save. */
 #define LARGE_BLOCK ((size_t)64 << 20)
 
 size_t memory_limit(void)

@@ -1,4 +1,4 @@
-/* How much memory there is to ask for. */
+/* The memory that this process can get. */
 #ifndef FARM_COMMON_MEMORY_H
 #define FARM_COMMON_MEMORY_H
 
@@ -6,12 +6,13 @@
 #include <stddef.h>
 
 /*
- * Bytes: the least of what the machine has, what its control group and what ulimit -v allow. Linux
- * grants more than that and ends the process later, without a word, when the memory is used.
+ * The smallest of three limits, in bytes: the physical memory of the machine, the limit of the control group,
+ * and that of ulimit -v. Linux grants larger requests, but kills the process without a message when the
+ * memory is used.
  */
 size_t memory_limit(void);
 
-/* Whether a block of so many bytes can exist; small ones are not looked into. */
+/* Whether a block of this size fits into memory_limit(). Blocks below 64 MiB are not checked. */
 bool memory_holds(size_t bytes);
 
 #endif

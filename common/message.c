@@ -85,7 +85,7 @@ static char *format_arguments(const char *format, va_list arguments)
     return text;
 }
 
-/* Locks stderr; what is drawn on its last line goes. */
+/* Locks stderr and removes what is drawn on its last line. */
 static void begin_line(void)
 {
     flockfile(stderr);
@@ -155,7 +155,7 @@ void fatal(const char *format, ...)
     exit(1);
 }
 
-/* The bytes of a block, at least 1; ends the job when there cannot be so many. */
+/* Size of a block in bytes, at least 1; ends the job if memory cannot hold it. */
 static size_t block_bytes(size_t count, size_t size)
 {
     size_t bytes;
@@ -188,7 +188,7 @@ void *reallocate(void *old, size_t count, size_t size)
     return block;
 }
 
-/* Of x86-64, and of AArch64 with pages of 4 KiB. */
+/* Size on x86-64, and on AArch64 with pages of 4 KiB. */
 #define HUGE_PAGE ((size_t)2 << 20)
 
 void *allocate_large(size_t bytes)
@@ -197,7 +197,7 @@ void *allocate_large(size_t bytes)
     size_t whole = block_bytes(bytes / HUGE_PAGE + (bytes % HUGE_PAGE > 0), HUGE_PAGE);
     void *block = aligned_alloc(HUGE_PAGE, whole);
     if (!block) fatal("out of memory: %zu bytes were needed", whole);
-    (void)madvise(block, whole, MADV_HUGEPAGE); /* refused: small ones do */
+    (void)madvise(block, whole, MADV_HUGEPAGE); /* if refused, small pages serve */
     return block;
 }
 

@@ -12,10 +12,10 @@ static const double powers_of_ten[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6, 
                                        1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
 #define EXACT_EXPONENT 22
 #define EXACT_MANTISSA (UINT64_C(1) << 53)
-/* A mantissa below this takes one more digit and stays below 2^64. */
+/* A mantissa below this can take one more digit and still be less than 2^64. */
 #define MANTISSA_ROOM  (UINT64_C(1000000000000000000))
-/* Exponents beyond this are the same to strtod: any mantissa that fits in memory is 0 or infinite.
- */
+/* Larger exponents make no difference to strtod(): with any mantissa that fits in memory the result is 0 or
+ * infinite. */
 #define EXPONENT_CAP   100000000000000000
 
 /* A number taken apart: mantissa * 10^exponent, if exact. */
@@ -40,7 +40,7 @@ static const char *scan_digits(const char *at, struct decimal *decimal, int64_t 
     return at;
 }
 
-/* An e without digits behind it does not belong to the number. */
+/* An e without digits after it does not belong to the number. */
 static const char *scan_exponent(const char *at, struct decimal *decimal)
 {
     const char *digit = at + 1;
@@ -79,7 +79,7 @@ const char *number_scan(const char *text, double *value)
     if (!decimal.exact || decimal.mantissa > EXACT_MANTISSA || decimal.exponent > EXACT_EXPONENT ||
         decimal.exponent < -EXACT_EXPONENT)
         return scan_slowly(text, at, value);
-    /* Both operands are exact, so the one rounding of the result is the right one. */
+    /* Both operands are exact, so there is one rounding, that of the result, and it is correct. */
     double number = (double)decimal.mantissa;
     number = decimal.exponent < 0 ? number / powers_of_ten[-decimal.exponent]
                                   : number * powers_of_ten[decimal.exponent];
@@ -120,7 +120,7 @@ bool number_parse_unsigned(const char *text, uint32_t *value)
 
 const char *number_format(double value, char text[NUMBER_TEXT_SIZE])
 {
-    /* Up to 15 digits %g drops what it does not need; fewer would write 640 as 6.4e+02. */
+    /* %g drops trailing zeros, so 15 digits are not too many; a smaller precision would write 640 as 6.4e+02. */
     for (int precision = 15; precision <= 17; precision++) {
         double back;
         snprintf(text, NUMBER_TEXT_SIZE, "%.*g", precision, value);

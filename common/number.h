@@ -1,7 +1,7 @@
 /*
- * Decimal numbers as text: [+-] digits [. digits] [e [+-] digits], at least one digit before the
- * exponent. No hexadecimal, no "inf", no "nan", whatever the locale. The nearest double is given; a
- * number too large for one is refused, one too small becomes 0 or subnormal.
+ * Decimal numbers as text: [+-] digits [. digits] [e [+-] digits], with at least one digit before the
+ * exponent. Hexadecimal, "inf" and "nan" are not accepted; the locale does not matter. The result is the
+ * nearest double. A number too large for a double is refused, one too small becomes 0 or subnormal.
  */
 #ifndef FARM_COMMON_NUMBER_H
 #define FARM_COMMON_NUMBER_H
@@ -10,24 +10,25 @@
 #include <stdint.h>
 
 /*
- * Reads a number that begins at text (no leading blanks; text ends with NUL). Returns where it
- * ends, or NULL when there is none; what follows is for the caller to judge. A number too large for
- * a double becomes infinite: the caller has to refuse it.
+ * Reads the number at text (no leading blanks; text ends with NUL). Returns a pointer to its end, or NULL if
+ * there is no number. The caller judges what follows, and has to refuse an infinite value: that is what a
+ * number too large for a double becomes.
  */
 const char *number_scan(const char *text, double *value);
 
-/* The same for text that must be a number from its beginning to its end. */
+/* The same for text that must be a number as a whole; refuses infinite values. */
 bool number_parse(const char *text, double *value);
 
-/* Decimal digits only, at most UINT32_MAX; returns where they end, or NULL: there is no such number. */
+/* Reads decimal digits, at most UINT32_MAX. Returns a pointer to their end, or NULL if there is no such
+ * number. */
 const char *number_scan_unsigned(const char *text, uint32_t *value);
 
-/* The same of the whole text. */
+/* The same for text that must be such a number as a whole. */
 bool number_parse_unsigned(const char *text, uint32_t *value);
 
 #define NUMBER_TEXT_SIZE 32
 
-/* The first of %.15g, %.16g, %.17g that reads back as the same double; value is finite. */
+/* Formats a finite value as the first of %.15g, %.16g and %.17g that reads back as the same double. */
 const char *number_format(double value, char text[NUMBER_TEXT_SIZE]);
 
 #endif

@@ -13,8 +13,10 @@ const char *const processor_level_names[PROCESSOR_LEVELS + 1] = {"auto", "portab
 
 #ifdef __x86_64__
 
-/* Clang's __builtin_cpu_supports() does not know its name. Asked once: under a hypervisor CPUID takes tens of
- * microseconds, and the level is resolved for every tile and probe. */
+/*
+ * LZCNT has no name for Clang's __builtin_cpu_supports(). The result is cached, because under a hypervisor
+ * CPUID takes tens of microseconds and the level is resolved for every tile and probe.
+ */
 static bool has_lzcnt(void)
 {
     enum { UNKNOWN, ABSENT, PRESENT };
@@ -26,7 +28,7 @@ static bool has_lzcnt(void)
     return known == PRESENT;
 }
 
-/* All that the Makefile's AVX2 lets the compiler use; so below. */
+/* All extensions that the Makefile lets the compiler use for this level; likewise below. */
 static bool has_avx2(void)
 {
     return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
