@@ -140,19 +140,19 @@ struct error_sum {
 struct render_counts {
     uint64_t rays[RAY_KINDS];
     uint64_t primary_hits; /* primary rays that hit something */
-    /* samples that a picture of floats cannot represent: struct bad_sample */
+    /* Samples that a picture of floats cannot represent: struct bad_sample. */
     uint64_t nonfinite;
     uint64_t exact_fallbacks; /* predicates whose floating-point filter failed: decided exactly */
     double intersect_s;       /* wall seconds spent finding hits and occluders */
     double shade_s;           /* wall seconds of everything else */
     uint64_t bound_rays;      /* rays traced only to bound what max_depth and cutoff leave out */
     double truncation;        /* bound on the error that max_depth and cutoff cause in any pixel */
-    /* refractions out of a medium that the ray had not entered: worker/medium.h */
+    /* Refractions out of a medium that the ray had not entered: worker/medium.h. */
     uint64_t unmatched_media;
     uint64_t open_media;       /* rays that left the scene while inside a medium */
     struct error_sum sampling; /* of the pixels with all their samples */
     struct error_sum halfway;  /* of the pixels after samples_halfway() of their samples */
-    /* the first nonfinite sample in picture order; all 0 if there is none */
+    /* The first nonfinite sample in picture order; all 0 if there is none. */
     struct bad_sample first;
 };
 
@@ -203,7 +203,7 @@ struct renderer_stats {
     double cpu_s;  /* CPU seconds of the rendering thread from the first wait to the last send */
     double wait_s; /* the rest of the render phase; set by the master */
     double send_s; /* wall seconds spent on handing over results */
-    /* end of its last rendering, useful or not, in seconds since the start of the render phase */
+    /* End of its last rendering, useful or not, in seconds since the start of the render phase. */
     double finish_s;
     uint64_t bytes; /* of pixel messages */
     struct render_counts counts;

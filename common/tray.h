@@ -41,7 +41,7 @@ struct tray {
     struct bell bell;
     /* The two directions and the contents of the slots share no cache line. */
     _Alignas(64) struct slots lots;
-    /* value of `said` before each lot, which orders it among messages */
+    /* Value of `said` before each lot, which orders it among messages. */
     unsigned said_before[TRAY_SLOTS];
     _Alignas(64) struct slots results;
     _Alignas(64) char lot[TRAY_SLOTS][TRAY_ROW(TRAY_LOT_BYTES)];
