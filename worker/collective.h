@@ -1,4 +1,4 @@
-/* What ranks do together. Who waits for others sleeps meanwhile: MPI's own calls that wait would spin. */
+/* Collective operations. Waiting ranks sleep; MPI's own blocking calls would spin. */
 #ifndef FARM_WORKER_COLLECTIVE_H
 #define FARM_WORKER_COLLECTIVE_H
 
@@ -6,26 +6,28 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Until the request is done, which is MPI_REQUEST_NULL then. */
+/* Waits until the request is complete; it is MPI_REQUEST_NULL afterwards. */
 void wait_request(MPI_Request *request);
 
-/* Until all ranks of comm are here. */
+/* Waits until all ranks of comm have called this. */
 void wait_for_all(MPI_Comm comm);
 
-/* Whether all ranks of comm say yes. */
+/* Whether all ranks of comm pass true. */
 bool all_agree(MPI_Comm comm, bool yes);
 
-/* So many bytes of rank 0 of comm to all others, each of which has room for them. */
+/* Copies the bytes of rank 0 of comm to all other ranks, each of which has room for them. */
 void broadcast(MPI_Comm comm, void *data, size_t bytes);
 
-/* Every rank calls this, before anything else. Returns, on rank 0, where each rank may run, in their order:
- * the caller's to free; NULL on the others. */
+/*
+ * Collective, before anything else. Returns, on rank 0, the berth of each rank, in order; the caller frees
+ * the array. NULL on other ranks.
+ */
 struct berth;
 struct berth *gather_berths(MPI_Comm comm);
 
 /*
- * The exit status of rank 0, for every rank to end with: so mpiexec returns it whatever it makes of
- * several.
+ * Returns the exit status of rank 0, for every rank to end with: so mpiexec returns that status whatever it
+ * makes of different ones.
  */
 int agree_on_status(MPI_Comm comm, int status);
 

@@ -22,8 +22,10 @@ static void take_start(struct worker *worker, size_t bytes)
     worker->started = true;
 }
 
-/* The next tile of a TILES message of which so many bytes are left, with its refinements at
- * refinements[*refined]; returns the length of its part, 0: it is not valid. */
+/*
+ * Copies the next tile of a TILES message of which so many bytes are left, and its refinements to
+ * refinements[*refined]. Returns the length of the tile's part, 0 if it is not valid.
+ */
 static size_t take_tile(const struct worker *worker, struct lot *lot, const char *part,
                         size_t bytes, size_t *refined)
 {
@@ -41,7 +43,7 @@ static size_t take_tile(const struct worker *worker, struct lot *lot, const char
     return refinements_valid(refinements, pixels, level_last(view)) ? tile_part_bytes(tile) : 0;
 }
 
-/* What a lot begins with, with so many floats; returns its length. */
+/* Copies a lot's header and its *tells floats; returns their length in the message. */
 static size_t take_lot_header(struct lot *lot, const char *message, size_t bytes, uint32_t *tells)
 {
     struct lot_header header;
@@ -60,7 +62,7 @@ static size_t take_lot_header(struct lot *lot, const char *message, size_t bytes
     return length;
 }
 
-/* Of all tiles. */
+/* Pixels of all tiles of a lot. */
 static uint64_t lot_pixels(const struct lot *lot)
 {
     uint64_t pixels = 0;
@@ -69,8 +71,10 @@ static uint64_t lot_pixels(const struct lot *lot)
     return pixels;
 }
 
-/* A lot of so many bytes, from a message or from the tray: nothing of it is looked at twice before it is
- * used. */
+/*
+ * Takes a lot of so many bytes from a message or from the tray. Every part is copied before it is checked, so
+ * that what is checked is what is used.
+ */
 static void take_lot(struct worker *worker, const char *message, size_t bytes)
 {
     if (worker->waiting == LOTS_UNDER_WAY) fatal("the master sent more lots than it may");
@@ -78,7 +82,7 @@ static void take_lot(struct worker *worker, const char *message, size_t bytes)
     uint32_t tells;
     size_t done = take_lot_header(lot, message, bytes, &tells), length = worker->started ? 1 : 0,
            refined = 0;
-    /* Those in a message have fewer bytes than the message. */
+    /* Room enough: the refinements are a part of the message. */
     if (worker->adaptive) lot->refinements = allocate(bytes, 1);
     while (length > 0 && done < bytes) {
         length = take_tile(worker, lot, message + done, bytes - done, &refined);
@@ -89,7 +93,7 @@ static void take_lot(struct worker *worker, const char *message, size_t bytes)
     if (tells > 0 && tells != lot->count) fatal("the master sent a lot that makes no sense");
 }
 
-/* The lot in the tray, if it is what the master has said next; whether it is. */
+/* Takes the next lot from the tray if no message of the master precedes it; returns whether it did. */
 static bool take_tray(struct worker *worker)
 {
     struct tray *tray = worker->tray;
@@ -133,13 +137,13 @@ static void take_drops(struct worker *worker, size_t bytes)
         take_drop(worker, &drops[i]);
 }
 
-/* The master asks again only when it has heard something: the last answer is sent. */
+/* The master asks again only after it has received something, so the last answer has been sent. */
 static void take_ping(struct worker *worker, size_t bytes)
 {
     int done;
     MPI_Test(&worker->pong, &done, MPI_STATUS_IGNORE);
     if (bytes != 0) fatal("the master asked for a sign of life in a way that makes no sense");
-    /* One is still under way. */
+    /* The last PONG is still being sent: one is enough. */
     if (!done) return;
     send_to_master(worker, TAG_RENDERER_TO_MASTER_PONG, NULL, 0, &worker->pong);
 }
@@ -158,7 +162,7 @@ bool hear(struct worker *worker)
     MPI_Test(&worker->receive, &done, &status);
     worker->unsettled = worker->unsettled && !all_is_sent(worker);
     if (!done) return false;
-    /* Lots that were said before it, and are there only since the look above. */
+    /* Lots that precede the message and have appeared since take_tray() was called above. */
     while (take_tray(worker)) {
     }
     worker->heard++;

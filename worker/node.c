@@ -18,7 +18,7 @@ static int by_reach(const void *first, const void *second)
     return a->rank < b->rank ? -1 : 1;
 }
 
-/* The node of entries begin to end. */
+/* Fills in the places of the ranks of one node, entries begin .. end - 1. */
 static void place_node(const struct entry *entries, int begin, int end,
                        const struct node_sign *signs, struct node_place *places)
 {
@@ -53,7 +53,10 @@ void node_places(const struct node_sign *signs, int ranks, struct node_place *pl
     free(entries);
 }
 
-/* Rank 0 hears all signs and tells each its place; returns all places there, the caller's to free, NULL elsewhere. */
+/*
+ * Rank 0 gathers all signs and sends each rank its place. Returns the array of all places on rank 0, which
+ * the caller frees; NULL elsewhere.
+ */
 static struct node_place *ask_for_place(MPI_Comm comm, const struct node_sign *sign,
                                         struct node_place *own)
 {
@@ -77,7 +80,8 @@ static struct node_place *ask_for_place(MPI_Comm comm, const struct node_sign *s
     return places;
 }
 
-/* The same, until all can open what their node shares: who cannot is alone. */
+/* The same, repeated until all ranks can open the segment of their node. A rank that cannot is put on a node
+ * of its own. */
 static struct node_place *find_place(MPI_Comm comm, struct segment_address segment,
                                      struct node_place *own)
 {
@@ -91,7 +95,7 @@ static struct node_place *find_place(MPI_Comm comm, struct segment_address segme
     }
 }
 
-/* places: rank 0's. */
+/* Makes node->leaders. places: the array on rank 0, NULL elsewhere. */
 static void gather_leaders(MPI_Comm comm, const struct node_place *places, struct node *node)
 {
     int ranks, count = 0;

@@ -1,4 +1,4 @@
-/* Nodes: the ranks that can share memory. */
+/* Nodes: groups of ranks that can share memory. */
 #ifndef FARM_WORKER_NODE_H
 #define FARM_WORKER_NODE_H
 
@@ -7,34 +7,40 @@
 
 #include "common/segment.h"
 
-/* What a rank tells of itself, see common/segment.h. */
+/* What a rank tells about itself, see common/segment.h. */
 struct node_sign {
-    uint64_t reach; /* who has the same is on the same node; 0: alone on its node */
+    /* Ranks with the same value are on the same node; 0: this rank is alone on its node. */
+    uint64_t reach;
     struct segment_address segment;
 };
 
-/* What it is told. */
+/* What a rank is told about its node. */
 struct node_place {
-    struct segment_address segment; /* of the node's first rank, the lowest one */
+    struct segment_address segment; /* that of the node's first rank, which is its lowest one */
     int32_t first;                  /* that rank */
-    int32_t index, size;   /* this rank's place on its node, from 0, and how many there are */
-    int32_t nodes, loners; /* altogether: nodes, and ranks that can share no memory */
+    /* This rank's index on its node, from 0, and the number of ranks there. */
+    int32_t index, size;
+    /* In the whole farm: number of nodes, and of ranks that cannot share memory. */
+    int32_t nodes, loners;
 };
 
-/* signs, places: of so many ranks, in their order. */
+/* Computes the places of all ranks; signs and places have one element for each rank. */
 void node_places(const struct node_sign *signs, int ranks, struct node_place *places);
 
 struct node {
     struct node_place place;
-    /* To first ranks: those of all nodes, in their order; MPI_COMM_NULL to others, and where there is one node. The
-     * caller's to free. */
+    /*
+     * The first ranks of all nodes, in order. MPI_COMM_NULL on other ranks, and if there is only one node.
+     * The caller frees it.
+     */
     MPI_Comm leaders;
 };
 
 /*
- * Every rank of comm calls this; segment: what it has made, in case it is the first one of its node. Who waits sleeps,
- * but for the first ranks of several nodes. In MPI_Comm_split_type() and MPI_Win_allocate_shared(), which do the same,
- * all ranks spin: with 44 on two cores that took three quarters of a small picture's time.
+ * Collective over comm. segment: one that this rank has made, in case it is the first of its node. Ranks
+ * sleep while they wait, except for the first ranks of several nodes. MPI_Comm_split_type() and
+ * MPI_Win_allocate_shared(), which do the same, spin on all ranks: with 44 ranks on two cores that took three
+ * quarters of a small picture's time.
  */
 void node_find(MPI_Comm comm, struct segment_address segment, struct node *node);
 

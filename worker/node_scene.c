@@ -19,50 +19,53 @@
 #include "worker/node.h"
 
 /*
- * One segment per node, plain memory for a rank alone on its own: the head, the scene block, the BVH, and on rank
- * 0's node a tray for each of the others, and what arrives from them.
+ * One segment per node; for a rank alone on its node, ordinary memory. It holds the head, the scene block,
+ * the BVH, and on rank 0's node a tray for each of the other ranks and one struct arrivals.
  *
- *   segment | head | ... | scene | ... | BVH | ... | trays | arrivals |   each at a multiple of a
- *                                                                           cache line
+ *   segment | head | ... | scene | ... | BVH | ... | trays | arrivals |
+ *
+ * Each part begins at a multiple of a cache line.
  */
 #define CACHE_LINE ((size_t)64)
 
 struct member {
-    int32_t process; /* its id */
+    int32_t process; /* process id */
     int32_t rank;
 };
 
-/* built is posted for every other rank when the BVH is there: who waits for that sleeps, and is there at
- * once, which it would not be after naps as long as a BVH takes. */
+/*
+ * The head of the segment. `built` is posted once for every other rank when the BVH is complete. Ranks that
+ * wait for it wake up at once, which they would not after polling naps as long as a BVH takes to build.
+ */
 struct segment_head {
-    uint64_t offset;   /* of the scene */
-    uint64_t trays;    /* offset of the first one; 0: there are none */
-    uint64_t arrivals; /* offset, where there are trays */
+    uint64_t offset;   /* offset of the scene, bytes from the head */
+    uint64_t trays;    /* offset of the first tray; 0: there are none */
+    uint64_t arrivals; /* offset of struct arrivals, if there are trays */
     sem_t built;
     struct bell bell;        /* see struct node_scene */
     struct member members[]; /* the ranks of the node, in their order */
 };
 
-/* NULL: there are none. */
+/* The first tray; NULL if there are none. */
 static struct tray *first_tray(struct segment_head *head)
 {
     return head->trays > 0 ? (void *)((char *)head + head->trays) : NULL;
 }
 
-/* Where there are trays. */
+/* Valid only if there are trays. */
 static struct arrivals *find_arrivals(struct segment_head *head)
 {
     return (void *)((char *)head + head->arrivals);
 }
 
-/* What a node's segment has room for. */
+/* Sizes of the parts of a node's segment. */
 struct room {
     size_t head, content; /* bytes; content: scene and BVH */
-    size_t trays;         /* for so many ranks of the node */
-    size_t ranks;         /* of the farm, whose results arrive */
+    size_t trays;         /* number of trays */
+    size_t ranks;         /* ranks of the whole farm, each with a flag in struct arrivals */
 };
 
-/* Trays are made by the first rank of rank 0's node, which is rank 0. */
+/* There are trays only on the node whose first rank is rank 0. */
 static struct room find_room(MPI_Comm comm, const struct welcome *welcome,
                              const struct node_place *place)
 {
@@ -86,7 +89,7 @@ static size_t room_bytes(const struct room *room)
            arrivals_words((uint32_t)room->ranks) * sizeof(uint64_t);
 }
 
-/* By the first rank of the node. A rank alone on its node shares no memory. */
+/* Called by the first rank of the node. A rank alone on its node shares no memory. */
 static struct segment_head *create_node_segment(struct node_scene *shared, const struct room *room,
                                                 const struct node_place *place)
 {
@@ -95,7 +98,7 @@ static struct segment_head *create_node_segment(struct node_scene *shared, const
     struct segment_head *head = shared->own_memory
                                     ? shared->own_memory
                                     : segment_extend(place->segment, shared->segment_bytes);
-    /* Memory of its own may begin anywhere. */
+    /* malloc()ed memory need not begin at a cache line. */
     head->offset = room->head + (-(uintptr_t)head % CACHE_LINE);
     if (sem_init(&head->built, 1, 0) != 0) fatal("cannot create a semaphore: %s", strerror(errno));
     bell_init(&head->bell);
@@ -104,8 +107,11 @@ static struct segment_head *create_node_segment(struct node_scene *shared, const
     return head;
 }
 
-/* Every rank finds the segment of its node, which is empty as yet; the first one learns who there is, to lend their
- * cores and to see them off in the end. own: the segment that this rank has made. */
+/*
+ * Maps the segment of the node, which is still empty, on every rank. The first rank learns the process ids of
+ * the others, to borrow their cores and to release their trays in the end. own: the segment that this rank
+ * has made.
+ */
 static void enter_node_segment(MPI_Comm comm, const struct room *room,
                                const struct node_place *place, struct segment_address own,
                                struct node_scene *shared)
@@ -124,7 +130,7 @@ static void enter_node_segment(MPI_Comm comm, const struct room *room,
         shared->processes[i] = shared->head->members[i].process;
 }
 
-/* Each rank of the master's node finds its tray and the arrivals, the master all of them. */
+/* Finds the tray and the arrivals of each rank on the master's node, and all trays on the master. */
 static void find_trays(const struct room *room, const struct node_place *place,
                        struct node_scene *shared)
 {
@@ -142,15 +148,18 @@ static void init_trays(struct segment_head *head, const struct room *room)
 {
     for (size_t i = 0; i < room->trays; i++) {
         struct tray *tray = first_tray(head) + i;
-        /* So that the master, who sees all of them, has their pages before the first result comes: page faults
-         * took a fifth of its time with 44 ranks. */
+        /*
+         * Touches all pages now. Otherwise the master would fault them in while results arrive: page faults
+         * took a fifth of its time with 44 ranks.
+         */
         memset(tray, 0, sizeof *tray);
         tray_init(tray);
     }
     if (room->trays > 0) arrivals_init(find_arrivals(head), (uint32_t)room->ranks);
 }
 
-/* By the first ranks of all nodes: from rank 0, who has the block, to where each has room for it. */
+/* Called by the first ranks of all nodes: copies the block on rank 0 and broadcasts it to the segments of the
+ * others. */
 static void send_scene(MPI_Comm leaders, const struct welcome *welcome, struct scene *block,
                        char *scene)
 {
@@ -182,7 +191,7 @@ static void distribute(MPI_Comm comm, const struct welcome *welcome, struct scen
         send_scene(node.leaders, welcome, block, scene);
     }
     if (node.leaders != MPI_COMM_NULL) MPI_Comm_free(&node.leaders);
-    /* What the first rank of each node has written is there for all its ranks behind this. */
+    /* After this barrier all ranks of a node see what its first rank has written. */
     wait_for_all(comm);
     shared->bell = &head->bell;
     shared->scene = (const void *)scene;
@@ -209,8 +218,10 @@ int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *bloc
     return -1;
 }
 
-/* By the first rank of the node, where the others will look for it, and on the cores of all of them:
- * they wait. */
+/*
+ * Called by the first rank of the node: builds the BVH in the segment, on the cores of all ranks of the node,
+ * since the others wait.
+ */
 static void build(struct node_scene *shared)
 {
     struct core_set own;
@@ -237,7 +248,7 @@ void share_bvh(struct node_scene *shared)
     shared->build_s = clock_wall() - start;
 }
 
-/* By the first rank of the node. */
+/* Called by the first rank of the node. */
 static void free_node_segment(struct node_scene *shared)
 {
     sem_destroy(&shared->head->built);

@@ -1,4 +1,5 @@
-/* The scene and its BVH, one copy per node in shared memory, and what else the ranks of a node share. */
+/* The scene and its BVH, one copy per node in shared memory, and the bells and trays that the ranks of a node
+ * share. */
 #ifndef FARM_WORKER_NODE_SCENE_H
 #define FARM_WORKER_NODE_SCENE_H
 
@@ -16,27 +17,31 @@ struct arrivals;
 
 struct node_scene {
     const struct scene *scene;
-    struct bvh *bvh;           /* to be built by the first rank of the node */
-    struct segment_head *head; /* of that memory, of so many bytes */
+    struct bvh *bvh;           /* built by the first rank of the node */
+    struct segment_head *head; /* the shared memory, of segment_bytes bytes */
     size_t segment_bytes;
-    struct bell *bell;   /* in it: wakes the first rank of the node */
-    struct tray *tray;   /* in it: this rank's lots, results and bell; NULL: rank 0 is elsewhere */
-    struct tray **trays; /* to rank 0: of every rank, NULL on other nodes; owned */
-    struct arrivals *arrivals;   /* in it: from those who have trays; NULL: nobody has */
+    struct bell *bell; /* in the segment: wakes the first rank of the node */
+    /* In the segment: this rank's lots, results and bell; NULL: rank 0 is on another node. */
+    struct tray *tray;
+    /* On rank 0, owned: one for every rank, NULL for itself and ranks on other nodes; else NULL. */
+    struct tray **trays;
+    /* In the segment: from renderers that have trays; NULL: there are none. */
+    struct arrivals *arrivals;
     double broadcast_s, build_s; /* wall seconds on this rank */
-    void *own_memory; /* of a rank alone on its node, in place of shared one; else NULL */
-    bool leads;       /* the first rank of its node, who puts things there */
-    int *processes; /* to it: ids of the ranks on the node; the caller's to free; NULL to others */
+    void *own_memory; /* memory of a rank alone on its node, in place of a segment; else NULL */
+    bool leads;       /* this is the first rank of its node, which fills the segment */
+    /* On the first rank: process ids of the node's ranks, freed by the caller; NULL on others. */
+    int *processes;
     int process_count;
 };
 
 /*
- * Every rank of comm calls this. Rank 0 passes the welcome and, when its scene_bytes is not 0, the
- * scene block, which is freed (bvh_bytes: bvh_bytes_bound()); all others pass NULL twice. Returns
- * the exit status of the job when there is nothing to render (scene_bytes 0), else -1 with *shared
- * filled in, to be given back with unshare_scene(), but for processes. There is no BVH before
- * share_bvh(), which every rank calls behind this: the first one of each node builds it, while others
- * that have something else to do come later. Both wait without using CPU.
+ * share_scene() is collective over comm. Rank 0 passes the welcome and, if its scene_bytes is not 0, the
+ * scene block, which is freed (bvh_bytes: bvh_bytes_bound()); all others pass NULL twice. If scene_bytes is
+ * 0, there is nothing to render, and it returns the exit status of the job. Else it returns -1 and fills in
+ * *shared, to be released with unshare_scene(), except for `processes`. There is no BVH before share_bvh(),
+ * which every rank calls afterwards: the first rank of each node builds it, and the others wait for it, after
+ * whatever else they have to do. Both functions wait without using CPU time.
  */
 int share_scene(MPI_Comm comm, const struct welcome *welcome, struct scene *block,
                 struct node_scene *shared);

@@ -23,7 +23,7 @@ static bool is_sent(MPI_Request *request)
     return sent;
 }
 
-/* The next send buffer, free and large enough. */
+/* A free send buffer with room for so many bytes; waits for one if need be. */
 static char *take_buffer(struct worker *worker, size_t bytes)
 {
     double start = clock_wall();
@@ -31,7 +31,7 @@ static char *take_buffer(struct worker *worker, size_t bytes)
     while (buffer < SENDS && !is_sent(&worker->sends[buffer]))
         buffer++;
     if (buffer == SENDS) {
-        bell_ring(worker->bell); /* the master takes them, then there is room */
+        bell_ring(worker->bell); /* wakes the master, which receives them */
         wait_request(&worker->sends[buffer = 0]);
     }
     worker->buffer = buffer;
@@ -53,7 +53,7 @@ void begin_result(struct worker *worker, size_t bytes)
     worker->done = worker->sent = 0;
 }
 
-/* The master finds the result where it is. */
+/* Publishes the result in the tray. */
 static void leave_in_tray(struct worker *worker, size_t bytes)
 {
     slots_fill(&worker->tray->results, worker->results_put++, (uint32_t)bytes);
@@ -84,7 +84,7 @@ bool all_is_sent(struct worker *worker)
     return is_sent(&worker->pong) && is_sent(&worker->telling) && is_sent(&worker->finished);
 }
 
-/* Sends so many finished bytes of the result, which goes on to be filled. */
+/* Sends so many finished bytes of a result that is still being filled. */
 static void send_finished(struct worker *worker, size_t bytes)
 {
     if (worker->told_room < bytes) {

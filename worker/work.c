@@ -13,12 +13,14 @@
 #include "worker/survey.h"
 #include "worker/worker.h"
 
-/* Seconds from one look at messages between waves, which may be a few microseconds apart, to the next: to
- * look at MPI after every wave, as without a tray, took a hundredth of a renderer's instructions. So long is
- * rendered in vain what somebody else has finished. */
+/*
+ * Minimum time in seconds between polls for messages between waves, which may be only a few microseconds
+ * apart. Polling MPI after every wave took a hundredth of a renderer's instructions without a tray. A tile
+ * that another renderer has finished is rendered in vain for at most about this long.
+ */
 #define LOOK_EVERY 50e-6
 
-/* Between waves: lets MPI move what is under way, and hears whether to give up the tile. */
+/* Called between waves: lets MPI make progress, and tells whether to give up the tile. */
 static bool hear_whether_to_give_up(void *context)
 {
     struct worker *worker = context;
@@ -31,13 +33,13 @@ static bool hear_whether_to_give_up(void *context)
     return worker->stopped || worker->given_up;
 }
 
-/* At most: of refined tiles not all pixels get samples. */
+/* Largest size of the tile's result: not all pixels of a refined tile need get samples. */
 static size_t tile_bytes(const struct worker *worker, const struct tile *tile)
 {
     return result_bytes(tile, tile_pixels(tile), worker->adaptive);
 }
 
-/* Of the tiles from the first one on. */
+/* The same for the tiles of a lot from `first` on. */
 static size_t lot_bytes(const struct worker *worker, const struct lot *lot, uint32_t first)
 {
     size_t bytes = 0;
@@ -53,7 +55,7 @@ static uint32_t sampled_pixels(const struct tile *tile, const struct refinement 
     return refinements ? refinements_sampled(refinements, pixels) : pixels;
 }
 
-/* Renders a tile, or probes, into pixels; false: it was given up. */
+/* Renders or probes a tile into rgb; false: it was given up. */
 static bool render_pixels(struct worker *worker, const struct tile *tile,
                           const struct refinement *refinements, uint32_t pixels, float *rgb,
                           struct render_counts *counts)
@@ -65,7 +67,7 @@ static bool render_pixels(struct worker *worker, const struct tile *tile,
     return renderer_task(worker->renderer, &task, counts);
 }
 
-/* A header alone in place of a tile that was not begun; returns its length. */
+/* Writes the header for a tile that is dropped before it is begun; returns its length. */
 static size_t put_dropped(const struct tile *tile, char *part)
 {
     struct result_header header = {.tile_id = tile->id, .pixels = RESULT_DROPPED};
@@ -73,13 +75,13 @@ static size_t put_dropped(const struct tile *tile, char *part)
     return sizeof header;
 }
 
-/* Renders a tile into its part of a result; returns the length of that, 0: the master has said STOP. */
+/* Renders a tile into its part of a result. Returns the length of the part, 0 if STOP was received. */
 static size_t render_part(struct worker *worker, const struct tile *tile,
                           const struct refinement *refinements, char *part)
 {
     struct render_counts counts = {0};
     uint32_t pixels = sampled_pixels(tile, refinements);
-    /* Behind the header, a multiple of 8 bytes long like all parts, in an allocated block: aligned. */
+    /* Aligned: the block is allocated, and all headers and parts have a multiple of 8 bytes. */
     float *rgb = (void *)(part + sizeof(struct result_header));
     double begin = worker->time.begun, end;
     bool whole = render_pixels(worker, tile, refinements, pixels, rgb, &counts);
@@ -96,9 +98,11 @@ static size_t render_part(struct worker *worker, const struct tile *tile,
     return worker->stopped ? 0 : sizeof header;
 }
 
-/* Before tile i of the current lot: wakes the master, once, if half of the tiles are done and there is no lot
- * behind this one. Dear tiles come first, so what is left is less than half of the time; enough for an
- * answer. If the lot is long, the master looks in time without that. */
+/*
+ * Called before tile i of the current lot: rings the master's bell once, if half of the tiles are done and no
+ * other lot is waiting. Expensive tiles come first, so less than half of the lot's time is left; that is
+ * enough for an answer. If the lot is long, the master looks in time without being called.
+ */
 static void call_for_more(struct worker *worker, uint32_t i)
 {
     struct lot *lot = &worker->current;
@@ -107,7 +111,7 @@ static void call_for_more(struct worker *worker, uint32_t i)
     bell_ring(worker->bell);
 }
 
-/* Whether the result that goes into the buffer, or the tray, is to be sent before the next tile. */
+/* Whether the result must be sent before the next tile is rendered. */
 static bool is_full(const struct worker *worker, size_t whole, const struct tile *next)
 {
     size_t done = worker->done;
@@ -123,10 +127,12 @@ static void begin_tile(struct worker *worker, uint32_t i)
     worker->tell_at = begun + (double)worker->current.tells[i];
 }
 
-/* Renders tiles of the current lot, from the first one on, with the refinements that are next, until
- * an answer is due, as it is behind a tile that the master was told of: it has taken the next ones for others,
- * or waits to hear that they are begun. Returns the number of the next tile, 0: the master has said STOP. What
- * was finished until then is sent. */
+/*
+ * Renders tiles of the current lot, beginning with number `first`, and sends what it has finished.
+ * *refinements points to those of the next refined tile. Ends when an answer is due. One is due also after a
+ * tile that was reported: the master has given the following tiles to others, or waits to hear that they are
+ * begun. Returns the number of the next tile, 0 if STOP was received.
+ */
 static uint32_t render_some(struct worker *worker, uint32_t first,
                             const struct refinement **refinements)
 {
@@ -203,7 +209,7 @@ static void start_worker(struct worker *worker, MPI_Comm comm, struct renderer *
     worker->cpu = clock_thread_cpu();
 }
 
-/* What is under way arrives; then the master hears how it was. */
+/* Waits until all sends are complete, then sends the statistics to the master. */
 static void end_worker(struct worker *worker)
 {
     double start = clock_wall();
@@ -227,12 +233,14 @@ static void end_worker(struct worker *worker)
     free(worker->incoming);
 }
 
-/* Seconds for which a renderer waits for the bell if it knows of nothing under way. Then it looks at MPI
- * all the same, which may have something to move that only MPI knows of. Nothing is known that needs that;
- * a wake-up with its look takes some 20 us, which is nothing of a second. */
+/*
+ * Seconds for which a renderer waits for the bell if it knows of no pending communication. Then it polls MPI
+ * all the same, in case MPI itself needs to make progress with something. No such case is known; a wake-up
+ * with its poll takes some 20 us, which is negligible.
+ */
 #define SLEEP_LONGEST 1.0
 
-/* Until there may be something to hear. */
+/* Waits until there may be something to receive. */
 static void wait_for_message(struct worker *worker, struct nap *nap)
 {
     if (nap_spins(nap)) return;
@@ -242,7 +250,7 @@ static void wait_for_message(struct worker *worker, struct nap *nap)
     }
     bool moves = is_under_way(worker);
     bool rung = bell_wait(&worker->tray->bell, moves ? nap_next(nap) : SLEEP_LONGEST);
-    /* It may have rung for what was heard while he rendered. */
+    /* The bell may have been rung for something received while rendering. */
     if (rung && tray_has_news(worker->tray, worker->heard)) nap_reset(nap);
     if (!rung && !moves) worker->unsettled = true;
 }

@@ -1,5 +1,7 @@
-/* A renderer's side of the farm: MPI is called here, in hear.c, send.c, node.c, node_scene.c and collective.c,
- * and nowhere else in worker/. */
+/*
+ * A renderer's side of the farm. In worker/, MPI is called only by work.c, hear.c, send.c, node.c,
+ * node_scene.c and collective.c.
+ */
 #ifndef FARM_WORKER_WORK_H
 #define FARM_WORKER_WORK_H
 
@@ -9,8 +11,8 @@ struct node_scene;
 struct renderer;
 
 /*
- * Renders tiles for the master until it says stop. Rank 0 is inside serve() meanwhile, every other
- * rank in here; renderer as for renderer_task().
+ * Renders tiles for the master until it says STOP. Every rank but 0 calls this, while rank 0 is inside
+ * serve(). renderer: as for renderer_task().
  */
 void work(MPI_Comm comm, struct renderer *renderer, const struct node_scene *shared);
 

@@ -1,6 +1,6 @@
 /*
- * What a renderer on another rank than the master's keeps, for work.c, which renders, hear.c, which takes
- * messages in, and send.c, which sends results.
+ * The state of a renderer on a rank other than the master's. work.c renders, hear.c receives messages, and
+ * send.c sends results.
  */
 #ifndef FARM_WORKER_WORKER_H
 #define FARM_WORKER_WORKER_H
@@ -18,35 +18,38 @@
 
 struct lot {
     struct tile tiles[LOT_TILES];
-    float tells[LOT_TILES]; /* seconds in work after which the master is told; may be infinite */
+    float tells[LOT_TILES]; /* seconds in work after which a tile is reported; may be infinite */
     bool dropped[LOT_TILES];
     uint32_t count;
     bool calls, has_called; /* see call_for_more() */
     double answer_s;
-    struct refinement *refinements; /* of all refined tiles in turn; owned */
+    struct refinement *refinements; /* of all refined tiles, one after the other; owned */
 };
 
-/* Buffers for results. The master of a few renderers sleeps for up to 10 ms while all have enough to do; parts of a lot
- * of cheap tiles are finished sooner than that, and with two buffers renderers waited for 0 to 4 % of a run on two
- * cores. With eight none of 22 waited for longer than 2.4 ms in all. */
+/*
+ * Send buffers for results. With few renderers the master sleeps for up to 10 ms while all have enough to do.
+ * Parts of a lot of cheap tiles are finished faster than that: with two buffers renderers waited for 0 to 4 %
+ * of a run on two cores. With eight buffers none of 22 renderers waited for longer than 2.4 ms in all.
+ */
 #define SENDS 8
 
 /*
- * Until STOP has come, a receive is posted for the master's next message, whatever it is; results
- * leave through buffers, each of which is filled again when it has been sent:
+ * Until STOP has been received, a receive is posted for the master's next message of any kind. Results are
+ * sent from buffers, each of which is reused when its send has completed:
  *
  *   render into buffer b -> Isend from b -> render into the first free one -> ...
  *
- * or, where the master is on this node, in the slots of a tray, if the next one is empty and has room for all
- * that is left of the lot.
+ * If the master is on this node, a result is put into a slot of the tray instead, provided that the next slot
+ * is empty and has room for the rest of the lot.
  */
 struct worker {
     MPI_Comm comm;
     struct renderer *renderer;
     const struct view *view;
-    struct bell *bell; /* the master's, if it is on this node: else nobody hears it */
+    /* That of this node's first rank; if the master is on another node, ringing it has no effect. */
+    struct bell *bell;
     bool adaptive;
-    double start; /* of the run, on clock_wall() */
+    double start; /* start of the render phase, on clock_wall() */
     double cpu;   /* clock_thread_cpu() when this rank was ready */
 
     union {
@@ -55,73 +58,82 @@ struct worker {
         struct start start;
     } * incoming;
     MPI_Request receive;
-    unsigned heard;     /* of what the master has said, in messages or in the tray */
-    bool unsettled;     /* MPI may have something to move: what this renderer has sent, and now and
-                         * then what nobody knows of */
-    bool started;       /* the master has said START */
-    struct lot current; /* in work */
-    uint32_t rendering; /* the tile of it */
-    bool given_up;      /* that tile: somebody else has finished it */
-    double looked;      /* when messages were last looked for between waves */
-    struct lot lots[LOTS_UNDER_WAY]; /* received, not rendered; the oldest first */
+    unsigned heard; /* number of things received from the master, in messages or in the tray */
+    /* MPI may need calls to make progress with what this renderer has sent, or with something unknown. */
+    bool unsettled;
+    bool started;       /* START was received */
+    struct lot current; /* the lot in work */
+    uint32_t rendering; /* index of the tile in work */
+    bool given_up;      /* the tile in work is to be abandoned: another renderer has finished it */
+    double looked;      /* when messages were last polled between waves */
+    /* Lots received and not begun, the oldest first; `waiting` of them. */
+    struct lot lots[LOTS_UNDER_WAY];
     int waiting;
-    bool stopped; /* the master has said STOP */
+    bool stopped; /* STOP was received */
 
-    MPI_Request pong; /* the last sign of life */
+    MPI_Request pong; /* send of the last PONG */
     char *buffers[SENDS];
     size_t capacities[SENDS];
     MPI_Request sends[SENDS];
-    int buffer; /* in use */
+    int buffer; /* the one in use */
 
-    struct tray *tray;                /* NULL: the master is on another node */
-    struct arrivals *arrivals;        /* where there is a tray: what the master has got */
-    unsigned lots_taken, results_put; /* from the tray, into it */
+    struct tray *tray; /* NULL: the master is on another node */
+    /* If there is a tray: the master's count of what was sent to it. */
+    struct arrivals *arrivals;
+    unsigned lots_taken, results_put; /* counts: lots taken from the tray, results put into it */
 
-    /* The result that is being filled: in the slot whose turn it is, or in the buffer. */
+    /* The result being filled: in a slot of the tray, or in a buffer. */
     bool in_tray;
     char *result;
-    size_t done,
-        sent; /* bytes of finished tiles, and of those that went with a tile that took long */
-    struct cpu_time time; /* of the tile in work */
-    double tell_at;       /* when the master is to hear of it */
-    bool told;            /* it has */
+    /* Bytes of finished tiles, and those of them that were sent before a notice. */
+    size_t done, sent;
+    struct cpu_time time; /* CPU time of the tile in work */
+    double tell_at;       /* when to report the tile in work to the master */
+    bool told;            /* it has been reported */
     struct result_header notice;
-    char *told_bytes; /* finished tiles that were sent before it; owned */
+    char *told_bytes; /* copy of the finished tiles sent before the notice; owned */
     size_t told_room;
-    MPI_Request telling, finished; /* the notice; these */
+    MPI_Request telling, finished; /* sends of the notice, of told_bytes */
 
     struct renderer_stats stats;
 };
 
-/* The next message is awaited: once at the start, then hear() does it. */
+/* Posts the receive for the next message: called once at the start, afterwards by hear(). */
 void post_receive(struct worker *worker);
 
-/* Takes in what the master has said next, if it is there, and what comes before it in the tray; returns whether it
- * was. What makes no sense ends the farm. */
+/*
+ * Receives the master's next message if it has arrived, after any lots in the tray that precede it, or the
+ * next lot in the tray. Returns whether there was one. Invalid data ends the farm.
+ */
 bool hear(struct worker *worker);
 
-/* Takes in all that have arrived. */
+/* Receives everything that has arrived. */
 void hear_all(struct worker *worker);
 
-/* Sets worker->result to the next send buffer, or slot of the tray, with room for so many bytes, empty;
- * waits until one is free. */
+/*
+ * Sets worker->result to the next slot of the tray, if it is empty, or else to a free send buffer, with room
+ * for so many bytes; waits until a buffer is free.
+ */
 void begin_result(struct worker *worker, size_t bytes);
 
-/* What has not been sent of the result. In a slot it begins at the front. */
+/* Sends what has not been sent of the result. In a slot it is moved to the front. */
 void send_result(struct worker *worker);
 
-/* The master gets so many bytes in a message, which stay as they are until the request is done. */
+/* Sends a message of `size` bytes to the master; they must stay unchanged until the request is complete. */
 void send_to_master(struct worker *worker, enum message_tag tag, const void *bytes, size_t size,
                     MPI_Request *request);
 
-/* Whether MPI has taken all that this renderer has sent. */
+/* Whether all sends of this renderer are complete. */
 bool all_is_sent(struct worker *worker);
 
-/* Whether there may be something to hear, or to move for MPI: without a look at that. */
+/* Whether there may be something to receive, or work for MPI to progress. Does not call MPI. */
 bool is_under_way(const struct worker *worker);
 
-/* The master hears that the tile in work takes long, and before that of what is finished, so that it knows
- * what is not begun; unless the last time is still on its way. now: on clock_wall(). */
+/*
+ * Reports to the master that the tile in work takes long, after sending all finished tiles, so that the
+ * master knows which tiles are not begun. Does nothing while the previous report is still being sent. now: on
+ * clock_wall().
+ */
 void tell(struct worker *worker, double now);
 
 #endif
