@@ -1,4 +1,4 @@
-/* A sum of colours in which nothing is lost beside something large. */
+/* A compensated sum of colours: small terms are not lost beside large ones. */
 #ifndef FARM_WORKER_COLOR_SUM_H
 #define FARM_WORKER_COLOR_SUM_H
 
@@ -6,10 +6,9 @@
 #include "worker/exact.h"
 
 /*
- * A. Neumaier's improvement of Kahan's sum ("Rundungsfehleranalyse einiger Verfahren zur Summation
- * endlicher Summen", ZAMM 54, 1974): the sum of n colours, none negative, is right to
- * u + n^2 u^2 / 2 of itself, whatever lies between their sizes. `plain` alone is what a loop
- * without it gives.
+ * A. Neumaier's improvement of Kahan's summation ("Rundungsfehleranalyse einiger Verfahren zur Summation
+ * endlicher Summen", ZAMM 54, 1974). The relative error of the sum of n nonnegative colours is at most u +
+ * n^2 u^2 / 2, however different their sizes are. `plain` alone is the ordinary sum.
  */
 struct color_sum {
     struct vec3 plain, lost;
@@ -29,7 +28,7 @@ static inline void color_sum_add(struct color_sum *sum, struct vec3 color)
     lost_add(&sum->plain.z, &sum->lost.z, color.z);
 }
 
-/* An infinite sum stays infinite: what it lost is NaN then. */
+/* If the sum is infinite, `lost` is NaN and is left out. */
 static inline struct vec3 color_sum_value(const struct color_sum *sum)
 {
     if (!vec_is_finite(sum->plain)) return sum->plain;

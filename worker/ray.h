@@ -1,4 +1,4 @@
-/* What the intersection kernel takes and gives. */
+/* The rays and hits of the intersection kernel. */
 #ifndef FARM_WORKER_RAY_H
 #define FARM_WORKER_RAY_H
 
@@ -6,8 +6,7 @@
 
 #include "common/scene.h"
 
-/* Parts of a solid, so that a ray that leaves a surface knows which one. Other kinds have part 0.
- */
+/* Parts of a solid, so that a ray that leaves a surface can name it. Other kinds have only part 0. */
 enum {
     CONE_SIDE = 0,
     CONE_BASE_CAP = 1,
@@ -15,21 +14,21 @@ enum {
     /* box: 2 * axis + (0: the min face, 1: the max face) */
 };
 
-/* Beside a part in from_part, see below. */
+/* A flag in from_part beside the part, see below. */
 #define FROM_REVERSED 0x100u
 
 /*
- * The half-open segment origin + t direction, 0 < t < t_max. direction need not have unit length
- * and is never zero; t_max may be infinite.
+ * A ray: origin + t direction for 0 < t < t_max. direction need not have unit length and is never zero; t_max
+ * may be infinite.
  *
- * A ray that starts on a surface names it (from, from_part; PRIMITIVE_NONE otherwise), and that
- * root is left out by identity, not by an epsilon: a plane, disc, triangle, patch, box face or cap
- * is not met again; of a sphere or cone side the root at the origin is known to be 0 and the other
- * one is solved for with that knowledge.
+ * A ray that starts on a surface names it (from, from_part; otherwise PRIMITIVE_NONE). The intersection at
+ * the origin is then excluded by identity, not by an epsilon. A plane, disc, triangle, patch, box face or cap
+ * is not hit again. For a sphere or the side of a cone, the root at the origin is known to be 0, and the
+ * other root is computed from that.
  *
- * Surfaces in one plane are crossed at one place, one after the other; worker/order.h tells which.
- * FROM_REVERSED in from_part: this ray crosses those of the plane that it starts in from the last one to
- * the first, because it is on its way back.
+ * Coplanar surfaces are crossed at one place, in an order that worker/order.h defines. FROM_REVERSED in
+ * from_part says that this ray crosses the surfaces in the plane of its start in the reverse order, because
+ * it is on its way back.
  */
 struct ray {
     struct vec3 origin;
@@ -39,19 +38,22 @@ struct ray {
     uint32_t from_part;
 };
 
-/* Of rays that name a surface: the part alone. */
+/* The part alone, for rays that name a surface. */
 static inline uint32_t ray_from_part(const struct ray *ray)
 {
     return ray->from_part & ~FROM_REVERSED;
 }
 
 struct hit {
-    double t;           /* of the nearest hit; infinite when there is none */
-    double u, v;        /* triangle, patch: weights of vertex 1 and 2; else 0, but that of a rough
-                         * hit u is what t may be off by: see nearest_rough(), is_rough_hit() */
-    uint32_t primitive; /* PRIMITIVE_NONE: the ray meets nothing */
+    double t; /* of the nearest hit; infinite if there is none */
+    /*
+     * Triangle, patch: barycentric weights of vertex 1 and 2; else 0. But in a rough hit u is a bound on the
+     * error of t: see nearest_rough(), is_rough_hit().
+     */
+    double u, v;
+    uint32_t primitive; /* PRIMITIVE_NONE: no hit */
     uint16_t part;
-    /* 1: others may be crossed in the same point, see worker/corner.h; else 0. */
+    /* 1: other surfaces may be crossed at the same point, see worker/corner.h; else 0. */
     uint16_t in_corner;
 };
 

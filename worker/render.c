@@ -8,20 +8,20 @@
 #include "worker/renderer.h"
 
 /*
- * The functions below that take `primary_only` are compiled twice: true for a scene in which nothing
- * reflects or refracts. Every sample is one ray then, of weight 1, so that there are no trees and no
- * media.
+ * The functions below that take `primary_only` are compiled twice. It is true for a scene in which nothing
+ * reflects or refracts: every sample is then a single ray of weight 1, and there are no trees and no media.
  */
 
-/* What may bring more cutoffs than this is traced in any case, or nearly so. */
+/* A ray whose coarse bound exceeds this many cutoffs is traced almost certainly, so its bound is not
+ * tightened. */
 #define COARSE_CUTOFFS 4
 
 /*
- * A ray of weight tau = cutoff / R (worker/radiance.h) can change the sample by the cutoff at most. Where
- * reflection + transmission <= 1, the weights of a level of the tree add up to 1, so that at most 1 / tau
- * of its rays weigh more, and max_depth / tau of the tree's. No sample takes more rays: what rays would be
- * left then weighs less each, but where nothing is lost between surfaces there may be 2^depth of them. What
- * they could have added counts as truncation.
+ * The most rays that are traced for a sample, shadow rays excluded. A ray of weight tau = cutoff / R
+ * (worker/radiance.h) can change the sample by at most the cutoff. Where reflection + transmission <= 1, the
+ * weights of one level of the tree add up to at most 1, so that at most 1 / tau of its rays have a larger
+ * weight, and max_depth / tau of the whole tree. Rays beyond this budget have smaller weights each, but where
+ * surfaces lose no light there may be 2^depth of them; what they could have added counts as truncation.
  */
 static uint64_t ray_budget_of(const struct renderer *renderer)
 {
@@ -31,7 +31,7 @@ static uint64_t ray_budget_of(const struct renderer *renderer)
     return budget < 0x1p62 ? (uint64_t)budget : UINT64_C(1) << 62;
 }
 
-/* Forgets all stacks of media, and finds out which one the eye is in. */
+/* Forgets all stacks of media, then determines the one that the eye is in. */
 static void begin_media(struct renderer *renderer)
 {
     const struct scene *scene = renderer->scene;
@@ -94,8 +94,8 @@ const struct scene *renderer_scene(const struct renderer *renderer)
 }
 
 /*
- * The next ray that is shown. How bright it can be is looked at more closely when its turn comes,
- * not before: most of those that are never traced need not be.
+ * Takes the next ray that contributes to the picture. A ray's bound is tightened only when its turn comes:
+ * most rays that are never traced do not need it.
  */
 static bool next_shown(const struct renderer *renderer, struct tree *tree, struct branch *branch)
 {
@@ -111,7 +111,7 @@ static bool next_shown(const struct renderer *renderer, struct tree *tree, struc
     return next;
 }
 
-/* The next ray of a sample; false: it is done. */
+/* Takes the next ray of a sample; false: the sample is complete. */
 static bool next_branch(struct renderer *renderer, uint32_t p, struct branch *branch)
 {
     struct path *path = &renderer->paths[p];
@@ -127,7 +127,7 @@ static bool next_branch(struct renderer *renderer, uint32_t p, struct branch *br
         path->bounding = true;
         omission_take(&further->omission, &renderer->radiance, &further->tree);
     }
-    /* What a survey leaves out is nobody's business. */
+    /* A survey needs no bound on what it leaves out. */
     if (renderer->progress.task.survey ||
         !omission_next(&further->omission, &renderer->radiance, branch))
         return false;
@@ -137,7 +137,7 @@ static bool next_branch(struct renderer *renderer, uint32_t p, struct branch *br
     return true;
 }
 
-/* The next ray of every sample that has one. */
+/* Fills the wave with the next ray of every sample that has one. */
 static void continue_paths(struct renderer *renderer)
 {
     uint32_t paths = renderer->count;
@@ -154,18 +154,18 @@ static void continue_paths(struct renderer *renderer)
 }
 
 /*
- * Of a rectangle the pixels are rendered in blocks of BLOCK_W x BLOCK_H, one bundle of rays each, and
- * in these by PART_W x PART_H, one packet each (worker/packet.h): what is near in both directions
- * stays together longer than what is in a row. A band is a row of blocks. What does not fill a block
- * comes row by row, and so does all of a tile with steps. Where only some pixels get samples, these come
- * in the same order.
+ * The order in which the pixels of a rectangle are rendered: in blocks of BLOCK_W x BLOCK_H, the rays of each
+ * forming one bundle, and within them in parts of PART_W x PART_H, one packet each (worker/packet.h). Rays of
+ * pixels that are near each other in both directions stay together longer than those of a row. A band is a
+ * row of blocks. Pixels outside of whole blocks come row by row, as do all pixels of a tile with steps. If
+ * only some pixels get samples, these come in the same order.
  */
 #define BLOCK_W 8
 #define BLOCK_H 4
 #define PART_W  4
 #define PART_H  2
 
-/* In a band whose first pixel is the begin-th: where the k-th lies. */
+/* Position of the k-th pixel in rendering order, in a whole band whose first pixel is number `begin`. */
 static inline void block_place(uint32_t w, uint32_t band, uint32_t begin, uint32_t k, uint32_t *x,
                                uint32_t *y)
 {
@@ -181,7 +181,8 @@ static inline void block_place(uint32_t w, uint32_t band, uint32_t begin, uint32
     }
 }
 
-/* Whether the k-th pixel is in a whole band, which it enters if need be; k never goes back. */
+/* Whether the k-th pixel is in a whole band. Advances progress->band as needed, so k must not decrease
+ * between calls. */
 static bool is_in_band(struct progress *progress, uint32_t k)
 {
     const struct tile *tile = progress->task.tile;
@@ -193,7 +194,7 @@ static bool is_in_band(struct progress *progress, uint32_t k)
     return (progress->band + 1) * BLOCK_H <= tile->h;
 }
 
-/* Which pixel of the tile is the k-th to be rendered, and where it lies in the rendered region. */
+/* The number in the tile of the k-th pixel to be rendered; *x, *y: its position in the rendered region. */
 static uint32_t kth_pixel(struct progress *progress, uint32_t k, uint32_t *x, uint32_t *y)
 {
     const struct tile *tile = progress->task.tile;
@@ -208,7 +209,7 @@ static uint32_t kth_pixel(struct progress *progress, uint32_t k, uint32_t *x, ui
     return place;
 }
 
-/* The place of the pixel whose samples come next. */
+/* Locates the pixel whose samples come next. */
 static void locate_pixel(struct renderer *renderer)
 {
     struct progress *progress = &renderer->progress;
@@ -218,10 +219,10 @@ static void locate_pixel(struct renderer *renderer)
     progress->y = y + renderer->scene->view.region_y;
 }
 
-/* The task's refinements in the order in which its pixels are rendered, for the cursors. */
+/* Arranges the task's refinements in the order in which its pixels are rendered, for the cursors. */
 static void arrange_refinements(struct renderer *renderer)
 {
-    struct progress order = renderer->progress; /* whose bands go on */
+    struct progress order = renderer->progress; /* a copy, since its band advances */
     const struct refinement *given = order.task.refinements;
     uint32_t pixels = tile_pixels(order.task.tile), number = 0, x, y;
     if (pixels > renderer->refinements_room) {
@@ -257,11 +258,14 @@ static INLINED void start_path(struct renderer *renderer, uint32_t p, bool prima
     renderer->owner[p] = p;
 }
 
-/* Shadow rays that the rays of a wave may bring, unless one alone does: a tenth of a second at ten million a second, so
- * that who has so many lights hears of messages in time, too. Up to 4,000 lights waves are as long as without. */
+/*
+ * The most shadow rays of a wave, unless a single ray needs more. At ten million a second they take a tenth
+ * of a second, so that a renderer polls messages in time even with very many lights. Up to 4,000 lights do
+ * not shorten the waves.
+ */
 #define WAVE_SHADOW_RAYS (1u << 20)
 
-/* How many samples are traced together. */
+/* The number of samples to trace together. */
 static INLINED uint32_t wave_of(const struct renderer *renderer)
 {
     uint64_t left = renderer->progress.samples - renderer->progress.started;
@@ -270,8 +274,10 @@ static INLINED uint32_t wave_of(const struct renderer *renderer)
     return (uint32_t)(left < most ? left : most);
 }
 
-/* The first wave of the next samples, which are neighbours: their further rays keep together, too, as
- * long as no others join them. */
+/*
+ * Starts the first wave of the next samples. They are neighbours; their secondary rays stay together as well,
+ * as long as no others join them.
+ */
 static INLINED void start_paths(struct renderer *renderer, bool primary_only)
 {
     const struct view *view = &renderer->scene->view;
@@ -297,7 +303,7 @@ static bool is_interrupted(const struct renderer *renderer)
     return renderer->interrupted && renderer->interrupted(renderer->context);
 }
 
-/* false: interrupted */
+/* Returns false if interrupted. */
 static bool trace_trees(struct renderer *renderer)
 {
     const struct progress *progress = &renderer->progress;
@@ -331,7 +337,7 @@ void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupt
     renderer->context = context;
 }
 
-/* Stacks kept from earlier tiles save nothing but time: many of them go. */
+/* The most stacks of media kept from earlier tasks; they only save time. */
 #define MEDIA_KEPT 65536u
 
 static void begin_task(struct renderer *renderer, const struct task *task)

@@ -1,11 +1,12 @@
 /*
- * A tile in, its pixels out: the Whitted ray tree of every sample, traced in waves.
+ * Renders the pixels of a tile: traces the Whitted ray tree of every sample, in waves.
  *
- * Many samples of a tile advance together until all of them are done: in every wave each unfinished sample
- * contributes one ray of its tree, and the wave's rays go through the intersection kernel as one batch, its
- * shadow rays as another. A sample's tree is expanded best-first (the ray that can still change the colour
- * most comes next) until all that is pending could change it by `cutoff` at most. There is no recursion,
- * and what a sample does depends on that sample alone, not on the tile or the batch it is in.
+ * Many samples of a tile advance together until all of them are complete. In every wave each unfinished
+ * sample contributes one ray of its tree. The rays of the wave go through the intersection kernel as one
+ * batch, its shadow rays as another. A sample's tree is expanded best-first: the ray that can still change
+ * the colour most comes next, until all pending rays together can change it by at most `cutoff`. There is no
+ * recursion. What is computed for a sample depends on that sample alone, not on the tile or the batch that it
+ * is in.
  */
 #ifndef FARM_WORKER_RENDER_H
 #define FARM_WORKER_RENDER_H
@@ -16,36 +17,36 @@
 #include "worker/bvh.h"
 #include "worker/task.h"
 
-/* One rendering thread's scratch memory; the scene and the BVH are only read. */
+/* The state of one rendering thread. The scene and the BVH are only read. */
 struct renderer;
 
 /* scene and bvh must outlive the renderer. The caller frees it with renderer_destroy(). */
 struct renderer *renderer_create(const struct scene *scene, const struct bvh *bvh);
 
-/* The same in two steps: what takes longest needs no BVH. */
+/* The same in two steps: the first, which takes longest, does not need the BVH. */
 struct renderer *renderer_prepare(const struct scene *scene);
 void renderer_begin(struct renderer *renderer, const struct bvh *bvh);
 
 void renderer_destroy(struct renderer *renderer);
 
-/* The scene that it was created for. */
+/* The scene that the renderer was created for. */
 const struct scene *renderer_scene(const struct renderer *renderer);
 
 /*
- * Asks a function between waves, whose rays take some tens of microseconds, of a scene with a hundred thousand lights
- * a tenth of a second, whether to give up the tile; NULL: never.
+ * Registers a function that is called before every wave and returns whether to give up the tile; NULL: none.
+ * A wave takes some tens of microseconds, and a tenth of a second in a scene with a hundred thousand lights.
  */
 typedef bool renderer_interrupted(void *context);
 void renderer_on_wave(struct renderer *renderer, renderer_interrupted *interrupted, void *context);
 
 /*
- * Renders what the task says of a valid tile. *counts is set to what it cost. Returns false, with
- * nothing of use in the pixels and counts, when it was interrupted.
+ * Renders the task, whose tile must be valid. *counts receives its costs. Returns false if it was
+ * interrupted; pixels and counts are then undefined.
  */
 bool renderer_task(struct renderer *renderer, const struct task *task,
                    struct render_counts *counts);
 
-/* All pixels of a tile, min_samples each: 3 floats (linear RGB) per pixel in the tile's order. */
+/* Renders all pixels of a tile with min_samples each: 3 floats (linear RGB) per pixel in the tile's order. */
 static inline bool renderer_tile(struct renderer *renderer, const struct tile *tile, float *rgb,
                                  struct render_counts *counts)
 {

@@ -1,7 +1,9 @@
 #include "worker/sample.h"
 
-/* A 64-bit mix in which every input bit reaches every output bit (the finaliser of SplitMix64,
- * G. Steele, D. Lea & C. Flood, "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014). */
+/*
+ * A 64-bit mix in which every input bit affects every output bit (the finaliser of SplitMix64, G. Steele, D.
+ * Lea & C. Flood, "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014).
+ */
 static inline uint64_t mix(uint64_t bits)
 {
     bits += UINT64_C(0x9e3779b97f4a7c15);
@@ -11,11 +13,12 @@ static inline uint64_t mix(uint64_t bits)
 }
 
 /*
- * The first two dimensions of Sobol's sequence (I. Sobol', USSR Comp. Math. 7, 1967), digits in
- * reverse: the most significant binary digit of the coordinate is bit 0. The first coordinate has
- * the digits of the index; the second their product with Pascal's triangle modulo 2, which is the
- * Kronecker power of [1 1; 0 1] and therefore done by halves, quarters and so on. Of 2^m samples, from
- * a multiple of 2^m on, one lies in each of the 2^m equal rectangles of any shape 2^-i x 2^(i-m).
+ * The second dimension of Sobol's sequence (I. Sobol', USSR Comp. Math. 7, 1967), with its binary digits in
+ * reverse: the most significant digit of the coordinate is bit 0. In the first dimension the digits are those
+ * of the index. In the second they are the digits of the index times Pascal's triangle modulo 2; this matrix
+ * is a Kronecker power of [1 1; 0 1], so the product is computed by halves, quarters and so on. Of 2^m
+ * consecutive samples that begin at a multiple of 2^m, one lies in each of the 2^m elementary intervals of
+ * every shape 2^-i x 2^(i-m).
  */
 static inline uint32_t sobol_second(uint32_t index)
 {
@@ -27,13 +30,13 @@ static inline uint32_t sobol_second(uint32_t index)
 }
 
 /*
- * Owen's scrambling (A. Owen, "Randomly Permuted (t,m,s)-Nets and (t,s)-Sequences", 1995): a digit
- * is flipped or not by chance, a chance of its own for each value of all digits before it, so that
- * the rectangles keep their samples and every sample is anywhere in its own. After S. Laine & T.
- * Karras (EGSR 2011), who let integer arithmetic do it for all digits at once: whatever is made of
- * sums, of products with odd numbers, and of exclusive ors with even multiples carries digits to
- * later ones only. The sum with a random number makes every value of the digits as likely; the product
- * with another one, and constants of no meaning, make it depend on all digits before.
+ * Owen's scrambling (A. Owen, "Randomly Permuted (t,m,s)-Nets and (t,s)-Sequences", 1995): each digit is
+ * flipped or not at random, independently for each value of all digits before it. Elementary intervals keep
+ * their samples, and every sample is uniform in its own. The method follows S. Laine & T. Karras (EGSR 2011),
+ * who process all digits at once with integer arithmetic: sums, products with odd numbers, and exclusive ors
+ * with even multiples carry information to later digits only. Adding a random number makes every value of the
+ * digits equally likely. The product with another random number, and arbitrary constants, make each digit
+ * depend on all digits before it.
  */
 static inline uint32_t scramble(uint32_t digits, uint64_t seed)
 {
@@ -55,8 +58,10 @@ static inline uint32_t reversed(uint32_t bits)
     return (bits & 0xaaaaaaaau) >> 1 | (bits & 0x55555555u) << 1;
 }
 
-/* Each half of each pixel has chances of its own: neighbours do not share a pattern, and what error is
- * left looks like fine grain instead of a repeating figure. */
+/*
+ * Each half of each pixel has its own seed: neighbouring pixels share no pattern, and the remaining error
+ * looks like fine noise without structure.
+ */
 static inline uint64_t seed_of(uint32_t x, uint32_t y, uint32_t sample)
 {
     return mix(mix((uint64_t)y << 32 | x) + (sample & 1));
@@ -84,7 +89,7 @@ void sample_position(const struct view *view, uint32_t x, uint32_t y, uint32_t s
     offset[1] = second_digits(sample, seed) * 0x1p-32;
 }
 
-/* Through the point x, y of the picture, not normalised. */
+/* The direction through the point x, y of the picture, not normalised. */
 static inline struct vec3 direction_through(const struct view *view, double x, double y)
 {
     double height = view->height;
@@ -115,7 +120,7 @@ void sample_put(struct sample_lanes *lanes, uint32_t i, uint32_t x, uint32_t y, 
     lanes->sample[i] = sample;
 }
 
-/* sample_position() of all lanes. */
+/* sample_position() for all lanes. */
 static FLATTENED void place_lanes(const struct view *view, struct sample_lanes *lanes,
                                   uint32_t count)
 {
@@ -160,7 +165,7 @@ void sample_rays(const struct view *view, struct sample_lanes *lanes, uint32_t c
         struct vec3 unit = lane(&lanes->direction, i);
         if (lanes->sure[i] == 0)
             unit = vec_normalize(direction_through(view, lanes->x[i], lanes->y[i]));
-        struct ray *ray = &rays[i]; /* field by field: no copy of a whole one */
+        struct ray *ray = &rays[i]; /* field by field, so that no whole ray is copied */
         ray->origin = view->camera.eye;
         ray->direction = unit;
         ray->t_max = HUGE_VAL;

@@ -10,7 +10,7 @@ static bool probe_pixel(struct renderer *renderer, uint32_t x, uint32_t y, float
     return renderer_task(renderer, &task, &counts);
 }
 
-/* By CPU time, not wall time: other processes may share the core. */
+/* Measures CPU time, not wall time: other processes may share the core. */
 bool survey(struct renderer *renderer, const struct tile *tile, float *rgb, float *seconds)
 {
     uint32_t pixels = tile_pixels(tile);

@@ -1,12 +1,10 @@
 /*
- * What is to be rendered of a tile, sample by sample: pixel after pixel, in each pixel the samples of its
- * pass.
+ * A task: the samples of a tile to be rendered, pixel after pixel, and in each pixel the samples of its pass.
  *
- * The samples of even and of odd number are a pixel's two halves, A and B. They are placed
- * independently of each other (worker/sample.h), so that the difference of the halves tells the
- * error of their mean: where each holds half of the samples, (A - B)^2 / 4 is on average exactly the
- * squared error of (A + B) / 2, for any function whatever, with no assumption about the samples
- * within a half.
+ * The samples of even and of odd number form a pixel's two halves, A and B. They are placed independently of
+ * each other (worker/sample.h), so that the difference of their means is an estimate of the error of their
+ * mean: if each half holds half of the samples, the expectation of (A - B)^2 / 4 is exactly the mean squared error
+ * of (A + B) / 2. That holds for any integrand, without any assumption about the samples within a half.
  */
 #ifndef FARM_WORKER_TASK_H
 #define FARM_WORKER_TASK_H
@@ -16,27 +14,27 @@
 #include "common/tile.h"
 #include "worker/color_sum.h"
 
-/* One tile to be rendered, and where its pixels go; the memory is the caller's. */
+/* A tile to be rendered, and where its pixels go; the memory is the caller's. */
 struct task {
     const struct tile *tile;
-    const struct refinement *refinements; /* of each pixel in its order; NULL: 0 to level 1 */
-    bool survey; /* instead of that the first sample of every pixel, not for the picture */
+    const struct refinement *refinements; /* one for each pixel, in order; NULL: level 0 to 1 */
+    bool survey; /* render instead the first sample of every pixel, not for the picture */
     struct pixel_floats to;
 };
 
-/* A place in the order of the task's samples. */
+/* A position in the sequence of the task's samples. */
 struct task_cursor {
     uint32_t pixel, sample;
-    uint32_t begin, end; /* the pixel's samples in this task */
-    uint32_t pixels;     /* of the tile */
+    uint32_t begin, end; /* range of the pixel's samples in this task */
+    uint32_t pixels;     /* number of pixels of the tile */
 };
 
-/* Sums of the samples of one pixel, in their order. */
+/* Sums over the samples of one pixel, added in order. */
 struct pixel_sum {
     struct color_sum half[2];
-    double squares; /* of all samples' components */
+    double squares; /* sum of the squares of all samples' components */
     double truncation;
-    uint64_t rays; /* of all kinds */
+    uint64_t rays; /* rays of all kinds */
 };
 
 static inline void cursor_enter(struct task_cursor *cursor, const struct task *task,
@@ -53,7 +51,7 @@ static inline void cursor_enter(struct task_cursor *cursor, const struct task *t
     cursor->end = level_samples(view, refine.to);
 }
 
-/* On to the next pixel that gets samples, beginning with the cursor's own. */
+/* Moves on to the next pixel that gets samples, which may be the cursor's own. */
 static inline void cursor_settle(struct task_cursor *cursor, const struct task *task,
                                  const struct view *view)
 {
@@ -64,8 +62,8 @@ static inline void cursor_settle(struct task_cursor *cursor, const struct task *
     }
 }
 
-/* Behind the current sample; true: it was the pixel's last. Without refinements the next pixel gets
- * as many. */
+/* Moves past the current sample; true if it was the pixel's last. Without refinements the next pixel has as
+ * many samples. */
 static inline bool cursor_advance(struct task_cursor *cursor, const struct task *task,
                                   const struct view *view)
 {
@@ -76,7 +74,7 @@ static inline bool cursor_advance(struct task_cursor *cursor, const struct task 
     return true;
 }
 
-/* Samples of all pixels. */
+/* The number of samples of all pixels. */
 static inline uint64_t task_samples(const struct task *task, const struct view *view)
 {
     uint32_t pixels = tile_pixels(task->tile);

@@ -1,4 +1,4 @@
-/* What becomes of the rays of a wave: colour, shadow rays and further rays. */
+/* Processing of the rays of a wave: colour, shadow rays and secondary rays. */
 #include <float.h>
 
 #include "common/clock.h"
@@ -8,14 +8,13 @@
 #include "worker/shade.h"
 
 /*
- * The functions below that take `primary_only` are compiled twice: true for a scene in which nothing
- * reflects or refracts. Every sample is one ray then, of weight 1, so that there are no trees and no
- * media.
+ * The functions below that take `primary_only` are compiled twice. It is true for a scene in which nothing
+ * reflects or refracts: every sample is then a single ray of weight 1, and there are no trees and no media.
  */
 
 /* ---- further rays ---- */
 
-/* What holds the further rays of a path, empty before the first one. */
+/* The pending rays of a path; made empty at the first use. */
 static struct further *further_of(struct renderer *renderer, uint32_t p)
 {
     struct further *further = &renderer->further[p];
@@ -26,7 +25,7 @@ static struct further *further_of(struct renderer *renderer, uint32_t p)
     return further;
 }
 
-/* Whether a ray has met a surface in the plane of that which it starts on, right there. */
+/* Whether a ray has hit, right at its start, a surface in the plane of the one that it starts on. */
 static INLINED bool is_met_at_start(const struct renderer *renderer, uint32_t slot)
 {
     const struct ray *ray = &renderer->rays[slot];
@@ -36,8 +35,10 @@ static INLINED bool is_met_at_start(const struct renderer *renderer, uint32_t sl
            is_at_start(renderer->scene, ray, &crossing);
 }
 
-/* Where a further ray of a point starts. back: to the side that the point was met from, where there may
- * be surfaces in its plane that have been passed; see worker/order.h. */
+/*
+ * Sets where a secondary ray of a point starts. back: it goes to the side from which the point was hit, where
+ * there may be surfaces in its plane that have been passed; see worker/order.h.
+ */
 static INLINED void start_at(const struct renderer *renderer, uint32_t point, bool back,
                              struct ray *ray)
 {
@@ -54,7 +55,7 @@ static INLINED void start_at(const struct renderer *renderer, uint32_t point, bo
     ray->origin = surface_beyond(renderer->scene, before, hit);
 }
 
-/* Adds the next ray of the tree, unless it carries nothing. */
+/* Adds a child ray to the tree, unless its weight is 0. */
 static void spawn(struct renderer *renderer, uint32_t point, struct vec3 direction,
                   struct vec3 share, enum ray_kind kind, uint32_t media)
 {
@@ -90,7 +91,7 @@ static struct crossing_media cross_surface(struct renderer *renderer, uint32_t p
     return media_cross(renderer->media, renderer->branches[slot].media, primitive, entering);
 }
 
-/* Refraction; what cannot leave a denser medium is mirrored. */
+/* Refracted rays; with total internal reflection their share goes to the mirror ray. */
 static void spawn_refracted(struct renderer *renderer)
 {
     const struct points *points = &renderer->points;
@@ -158,7 +159,7 @@ static INLINED void add_color(struct renderer *renderer, uint32_t slot, struct v
     color_sum_add(&renderer->paths[p].color, color);
 }
 
-/* What bound rays have found, in place of add_color(). */
+/* The counterpart of add_color() for rays that only serve the bound. */
 static void add_found(struct renderer *renderer)
 {
     const struct points *points = &renderer->points;
@@ -171,7 +172,7 @@ static void add_found(struct renderer *renderer)
     }
 }
 
-/* The points that some light gets through to, of those that were gathered. */
+/* Gathers the points that are lit, with what the shadow ray lets through. */
 static void gather_reached(struct renderer *renderer)
 {
     const struct light *lights = scene_lights(renderer->scene);
@@ -189,7 +190,7 @@ static void gather_reached(struct renderer *renderer)
     }
 }
 
-/* Traces the gathered shadow rays as one batch and adds what comes through. */
+/* Traces the gathered shadow rays as one batch and adds the light that they let through. */
 static INLINED void flush_lit(struct renderer *renderer, bool primary_only)
 {
     struct lit *lit = &renderer->lit;
@@ -215,7 +216,7 @@ static INLINED void add_facing(struct renderer *renderer, uint32_t point, uint32
     uint32_t slot = renderer->points.slot[point], i = renderer->facing_count++;
     renderer->paths[primary_only ? slot : renderer->owner[slot]].traced += counts;
     renderer->facing[i] = (struct facing){point, light};
-    /* Field by field: a whole ray would be copied from where it has only just been put together. */
+    /* Field by field: a whole ray would be copied from memory that has just been written. */
     struct ray *ray = &renderer->shadow_rays[i];
     if (primary_only) {
         ray->origin = lane(&renderer->points.point, point);
@@ -228,7 +229,7 @@ static INLINED void add_facing(struct renderer *renderer, uint32_t point, uint32
     ray->t_max = renderer->faced.end[point];
 }
 
-/* Whether light matters at a point. */
+/* Whether lights contribute to the colour at a point. */
 static INLINED bool is_shown(const struct renderer *renderer, uint32_t point, bool primary_only)
 {
     const struct points *points = &renderer->points;
@@ -236,8 +237,10 @@ static INLINED bool is_shown(const struct renderer *renderer, uint32_t point, bo
     return primary_only || !is_bounding(renderer, points->slot[point]);
 }
 
-/* Light by light, so that the shadow rays of a batch keep together. A surface that shows no light
- * needs none. */
+/*
+ * Lights the points, light by light, so that the shadow rays of a batch are coherent. A surface whose colour
+ * does not depend on lights needs none.
+ */
 static INLINED void light_points(struct renderer *renderer, bool primary_only)
 {
     const struct light *lights = scene_lights(renderer->scene);
@@ -247,7 +250,7 @@ static INLINED void light_points(struct renderer *renderer, bool primary_only)
     points_order(points, renderer->dense && renderer->scene->view.shadows, order);
     for (uint32_t k = 0; k < renderer->scene->lights.count; k++) {
         if (renderer->facing_count + points->count > WAVE) flush_lit(renderer, primary_only);
-        /* What a pixel costs decides on its samples: the same without lights that can be left out. */
+        /* A pixel's cost determines its samples, so rays to lights that could be left out are not counted. */
         uint32_t counts = !vec_is_zero(lights[k].color);
         points_face(points, &lights[k], &renderer->faced);
         for (uint32_t n = 0; n < points->count; n++)
@@ -259,15 +262,15 @@ static INLINED void light_points(struct renderer *renderer, bool primary_only)
 
 /* ---- the wave ---- */
 
-/* Numbers that a picture of floats can hold. */
+/* Whether a picture of floats can represent the colour. */
 static INLINED bool is_good(struct vec3 sum)
 {
     const double most = (double)FLT_MAX;
     return (fabs(sum.x) <= most) & (fabs(sum.y) <= most) & (fabs(sum.z) <= most);
 }
 
-/* The first ray that spoils its sample is told. A miss from a place that is not finite is no sky.
- */
+/* Records the first ray that makes its sample bad. A miss from an origin that is not finite is not taken for
+ * background. */
 static void tell_bad(struct renderer *renderer, struct path *path, const struct ray *ray,
                      uint32_t depth)
 {
@@ -280,7 +283,7 @@ static void tell_bad(struct renderer *renderer, struct path *path, const struct 
     render_counts_bad(&renderer->counts, &bad);
 }
 
-/* Looks at every sample after one of its rays, of which the first starts at the eye: a finite place. */
+/* Checks every sample after one of its rays. Rays from the eye have a finite origin. */
 static INLINED void check_paths(struct renderer *renderer, bool primary_only)
 {
     for (uint32_t i = 0; i < renderer->count; i++) {
@@ -306,7 +309,7 @@ static INLINED void add_background(struct renderer *renderer, uint32_t slot, boo
     add_color(renderer, slot, color, primary_only);
 }
 
-/* What is there without any light: the background, and ambient. */
+/* Adds what does not depend on lights: background and ambient. */
 static INLINED void add_unlit(struct renderer *renderer, bool primary_only)
 {
     const struct points *points = &renderer->points;

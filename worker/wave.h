@@ -1,11 +1,11 @@
 /*
- * Lanes: the same arithmetic on many rays at once, array by array.
+ * Waves and lanes: the same arithmetic on many rays at once, in structures of arrays.
  *
- * What is computed for a ray depends on its own lane alone and is written as for a single one, with
- * selections in place of branches; loops over lanes are compiled to SIMD instructions of whatever
- * width the processor has. Each lane does the same operations in the same order as the functions
- * for one ray, so the bits are the same. A lane for which the plain way is not enough is told to be
- * not `sure`, and is done again by those functions.
+ * The value in a lane depends on that lane alone. Code is written as for a single ray, with selections in
+ * place of branches, and loops over lanes are compiled to SIMD instructions of whatever width the processor
+ * has. Each lane does the same operations in the same order as the function for one ray, so the result is
+ * bit-identical. A lane for which this fast path may not suffice is marked as not `sure`, and is computed
+ * again by the function for one ray.
  */
 #ifndef FARM_WORKER_WAVE_H
 #define FARM_WORKER_WAVE_H
@@ -15,13 +15,15 @@
 #include "worker/exact.h"
 
 /*
- * Of a wave: enough for large batches, few enough that the rays, hits, points and trees of the samples
- * on their way (some 1250 bytes each, 320 KB in all) stay in a core's second-level cache.
+ * Rays of a wave: enough for large batches, and few enough that the rays, hits, points and trees of its
+ * samples (some 1250 bytes each, 320 KB in all) stay in a core's second-level cache.
  */
 #define WAVE 256
 
-/* A row of lanes. One more cache line keeps equal lanes of different rows, which are used together,
- * out of each other's way: at a distance of 2048 bytes they would share a set of the cache. */
+/*
+ * An array with one value per lane. The additional cache line keeps equal lanes of different rows, which are
+ * used together, in different sets of the cache: at a distance of 2048 bytes they would share one.
+ */
 typedef double lane_row[WAVE + 8];
 
 struct rows3 {
@@ -40,16 +42,16 @@ static inline void set_lane(struct rows3 *lanes, uint32_t i, struct vec3 v)
     lanes->z[i] = v.z;
 }
 
-/* A lane's truth value. */
+/* A boolean as it is stored in a lane. */
 static inline double truth(bool value)
 {
     return value ? 1.0 : 0.0;
 }
 
-/* Before a loop over lanes, which are independent of each other. */
+/* Precedes a loop over lanes, whose iterations are independent of each other. */
 #define OVER_LANES _Pragma("omp simd")
 
-/* name(): does of_one() for each lane from begin to end - 1 of a struct of lanes. */
+/* Defines name(), which calls of_one() for each lane from begin to end - 1 of a struct of lanes. */
 #define IN_LANES(name, type, of_one)                                                               \
     static FLATTENED void name(struct type *it, uint32_t begin, uint32_t end)                      \
     {                                                                                              \
@@ -58,13 +60,13 @@ static inline double truth(bool value)
             of_one(it, i);                                                                         \
     }
 
-/* The squares of vec_normalize() are in range. */
+/* Whether vec_normalize() needs no scaling for a vector of this squared length. */
 static inline bool is_plain_square(double square)
 {
     return (square > 0x1p-900) & (square < 0x1p1000);
 }
 
-/* vec_normalize() where *sure stays true. */
+/* vec_normalize() for vectors that need no scaling; clears *sure for others. */
 static inline struct vec3 plain_unit(struct vec3 v, bool *sure)
 {
     double square = vec_dot(v, v), length = sqrt(square);
@@ -72,7 +74,7 @@ static inline struct vec3 plain_unit(struct vec3 v, bool *sure)
     return vec3(v.x / length, v.y / length, v.z / length);
 }
 
-/* condition ? a : b for vectors, in place of a branch. */
+/* condition ? a : b, without a branch. */
 static inline struct vec3 choose(bool condition, struct vec3 a, struct vec3 b)
 {
     return vec3(condition ? a.x : b.x, condition ? a.y : b.y, condition ? a.z : b.z);
