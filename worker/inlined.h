@@ -1,6 +1,8 @@
-/* What the compiler cannot know of a function: that much is constant in each of its callers; that a
- * copy in each would only fill the cache with long arithmetic; that it decides what is hardly ever in
- * doubt and is in the way of what is done for every ray. */
+/*
+ * Attributes for what the compiler cannot know of a function. INLINED: many of its arguments are constants in
+ * each caller. SHARED: copies of its long arithmetic in each caller would only fill the instruction cache.
+ * RARE: it decides rare cases and should stay out of the code that runs for every ray.
+ */
 #ifndef FARM_WORKER_INLINED_H
 #define FARM_WORKER_INLINED_H
 

@@ -1,6 +1,6 @@
 #include "worker/kernel.h"
 
-/* Of the Makefile's levels. */
+/* One for each level of the Makefile. */
 extern const struct kernel kernel_portable, kernel_avx2, kernel_avx512;
 
 const struct kernel *kernel_at(enum processor_level level)

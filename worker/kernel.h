@@ -1,7 +1,7 @@
 /*
- * The kernel as it is compiled once for every level of processor (common/processor.h). Its files
- * are those of KERNEL in the Makefile; each level's objects are linked to one, of which only the
- * table below can be seen. So the sources need not know of levels, but for worker/lanes.h.
+ * The kernel, which is compiled once for every level of processor (common/processor.h). Its files are those
+ * of KERNEL in the Makefile. The objects of each level are linked into one, of which only the table below is
+ * visible. The sources therefore do not depend on the level, except for worker/lanes.h.
  */
 #ifndef FARM_WORKER_KERNEL_H
 #define FARM_WORKER_KERNEL_H
@@ -10,8 +10,11 @@
 #include "worker/nearest.h"
 #include "worker/render.h"
 
-/* What is called from outside of the kernel's files, all but the last one by tests and benches alone;
- * worker/kernel.c has a function of the same name for each, which calls that of the level that the scene asks for. */
+/*
+ * The functions that are called from outside of the kernel's files; all but the last are called by tests and
+ * benches only. For each, worker/kernel.c has a function of the same name, which calls that of the level that
+ * the scene asks for.
+ */
 struct kernel {
     __typeof__(nearest) *nearest;
     __typeof__(nearest_rough) *nearest_rough;
@@ -20,7 +23,7 @@ struct kernel {
     __typeof__(renderer_task) *renderer_task;
 };
 
-/* The one of a level that this processor has. */
+/* The table of a level that this processor supports. */
 const struct kernel *kernel_at(enum processor_level level);
 
 #endif

@@ -1,4 +1,4 @@
-/* KERNEL_TABLE is kernel_portable, kernel_avx2, ...: by the Makefile. */
+/* The Makefile defines KERNEL_TABLE as kernel_portable, kernel_avx2, ... */
 #include "worker/kernel.h"
 
 extern const struct kernel KERNEL_TABLE;

@@ -6,19 +6,19 @@
 #include "common/message.h"
 #include "worker/primitive.h"
 
-/* A stack is its top on another stack. */
+/* A stack: its top medium, on another stack. */
 struct medium {
-    uint32_t below;  /* MEDIUM_OUTSIDE: nothing */
-    uint32_t object; /* a solid's primitive id; PRIMITIVE_NONE: known by its index alone */
+    uint32_t below;  /* the stack below; MEDIUM_OUTSIDE: none */
+    uint32_t object; /* a solid's primitive id; PRIMITIVE_NONE: identified by ior alone */
     double ior;
-    uint32_t next; /* of the same hash */
+    uint32_t next; /* the next in the same hash chain */
 };
 
 struct media {
     const struct scene *scene;
-    struct medium *stacks; /* by their tops; [0] is the world outside */
+    struct medium *stacks; /* [0] is the world outside */
     uint32_t count, capacity;
-    uint32_t *heads; /* of the chains, [head_mask + 1]; 0: empty */
+    uint32_t *heads; /* heads of the hash chains, [head_mask + 1]; 0: empty */
     uint32_t head_mask;
 };
 
@@ -62,7 +62,7 @@ static uint32_t *chain(struct media *media, uint32_t below, const struct medium 
 {
     uint64_t bits;
     memcpy(&bits, &top->ior, sizeof bits);
-    /* Multipliers: 2^64 / the golden ratio, and another odd number without a pattern. */
+    /* Multipliers: 2^64 / the golden ratio, and the first one of SplitMix64's finaliser. */
     bits = (bits ^ top->object) * UINT64_C(0x9e3779b97f4a7c15);
     bits = (bits ^ bits >> 29 ^ below) * UINT64_C(0xbf58476d1ce4e5b9);
     return &media->heads[(uint32_t)(bits >> 32) & media->head_mask];
@@ -103,7 +103,7 @@ static uint32_t push(struct media *media, uint32_t below, struct medium medium)
 
 /* ---- crossings ---- */
 
-/* The highest place of this medium, or MEDIUM_OUTSIDE. */
+/* The topmost entry with this medium, or MEDIUM_OUTSIDE. */
 static uint32_t find(const struct media *media, uint32_t stack, const struct medium *medium)
 {
     for (; stack != MEDIUM_OUTSIDE; stack = media->stacks[stack].below) {
@@ -113,11 +113,11 @@ static uint32_t find(const struct media *media, uint32_t stack, const struct med
     return stack;
 }
 
-/* The stack without the medium at `place`, which is part of it: what lies above is put back. */
+/* The stack without the medium of entry `place`, which is part of it. */
 static uint32_t take_out(struct media *media, uint32_t stack, uint32_t place)
 {
     uint32_t rest = media->stacks[place].below;
-    /* The media above are put back from the lowest one up; stacks are short. */
+    /* Pushes the media above it again, from the lowest one up; stacks are short. */
     for (uint32_t done = place; done != stack;) {
         uint32_t above = stack;
         while (media->stacks[above].below != done)
@@ -167,9 +167,9 @@ struct crossing_media media_by_side(const struct scene *scene, uint32_t primitiv
 
 #define FOUND_MAX  64
 #define PROBES     4
-#define PROBE_HITS 4096 /* of one ray: more means surfaces that lie in each other */
+#define PROBE_HITS 4096 /* of one ray; more occur only with surfaces that lie within each other */
 
-/* Media that a ray left without having entered them: the innermost first. */
+/* Media that a ray has left without having entered them, the innermost first. */
 struct found {
     uint32_t count;
     struct medium media[FOUND_MAX];
@@ -185,7 +185,7 @@ static void note_crossing(struct media *media, const struct ray *ray, const stru
         found->media[found->count++] = medium_of(media->scene, hit->primitive);
 }
 
-/* Follows a ray through everything. Planes are looked at in another way. */
+/* Follows a ray through all surfaces. Planes are treated separately. */
 static void probe(struct media *media, const struct bvh *bvh, struct ray ray, struct found *found)
 {
     const struct scene *scene = media->scene;
@@ -205,7 +205,7 @@ static void probe(struct media *media, const struct bvh *bvh, struct ray ray, st
     }
 }
 
-/* From the first-th on. */
+/* Occurrences of the medium in found->media, from index `first` on. */
 static uint32_t count_of(const struct found *found, uint32_t first, const struct medium *medium)
 {
     uint32_t count = 0;
@@ -214,7 +214,7 @@ static uint32_t count_of(const struct found *found, uint32_t first, const struct
     return count;
 }
 
-/* Whether all rays have found as many of this medium as there are from the i-th on. */
+/* Whether all rays have found this medium as often as the first one has from its i-th medium on. */
 static bool agreed(const struct found found[PROBES], uint32_t i)
 {
     const struct medium *medium = &found[0].media[i];
@@ -240,7 +240,7 @@ static uint32_t planes_around(struct media *media, struct vec3 point)
 
 uint32_t media_at(struct media *media, const struct bvh *bvh, struct vec3 point)
 {
-    /* Far apart from each other and from the directions in which people build. */
+    /* Far from each other and from directions that are common in scenes. */
     static const struct vec3 directions[PROBES] = {
         {0.48, 0.61, 0.63}, {-0.59, -0.65, 0.48}, {0.66, -0.47, -0.58}, {-0.51, 0.53, -0.67}};
     static const struct found none;

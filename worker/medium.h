@@ -1,20 +1,20 @@
 /*
- * Which media a ray is in: a stack from the outermost to the one it entered last, whose index of
- * refraction is the one that counts.
+ * The media that a ray is in: a stack from the outermost to the one entered last, whose index of refraction
+ * applies.
  *
- * A ray that enters an object puts its medium on top; one that leaves it takes it out, wherever it
- * stands. So nested objects refract from glass to water and back, and where objects overlap the one
- * entered last wins. A sphere, box or capped cone is its own object; the surfaces of meshes,
- * planes, discs and open cones carry no object's name, and a medium that was entered through one of
- * them is left through any other with the same index of refraction: through another part of a
- * closed mesh, through another stretch of a sheet of water. A plane is a half-space, a sheet of
- * water the lid of a pond; who passes below the front of one and never comes back stays in it.
+ * A ray that enters an object pushes its medium; one that leaves it removes the medium, wherever it is in the
+ * stack. So nested objects refract from glass to water and back, and where objects overlap the one entered
+ * last wins. A sphere, box or capped cone is an object of its own. Surfaces of meshes, planes, discs and open
+ * cones do not belong to an identified object: a medium entered through one of them is left through any other
+ * with the same index of refraction, be it another part of a closed mesh or another piece of a water surface.
+ * A plane is a half-space, a sheet of water the lid of a pond; a ray that passes below the front of one and
+ * never comes back stays in it.
  *
- * Leaving what was not entered (an open surface met from behind, an eye within something that is
- * not closed) is taken for leaving that object's medium for the one on top, and is counted.
+ * Leaving a medium that was not entered (an open surface hit from behind, an eye within something that is not
+ * closed) is treated as leaving that object's medium for the one on top of the stack, and is counted.
  *
- * Stacks are numbers here: equal stacks have equal numbers, and a branch of the ray tree carries
- * four bytes, however deep it is. There is no limit to the depth.
+ * Stacks are represented by numbers: equal stacks have equal numbers, so that a branch of the ray tree
+ * carries four bytes, however deep its stack is. There is no limit to the depth.
  */
 #ifndef FARM_WORKER_MEDIUM_H
 #define FARM_WORKER_MEDIUM_H
@@ -23,10 +23,10 @@
 
 #include "worker/nearest.h"
 
-/* All stacks that were met so far; one of a thread. */
+/* All stacks that have occurred so far; for one thread. */
 struct media;
 
-/* In none: the world outside, of index 1. */
+/* The empty stack: the world outside, of index 1. */
 #define MEDIUM_OUTSIDE 0u
 
 struct media *media_create(const struct scene *scene);
@@ -36,24 +36,25 @@ void media_destroy(struct media *media);
 void media_clear(struct media *media);
 uint32_t media_count(const struct media *media);
 
-/* What a ray passes from and to when it crosses the surface of a primitive. */
+/* The indices of refraction on both sides when a ray crosses the surface of a primitive. */
 struct crossing_media {
     double from, to; /* indices of refraction */
-    uint32_t stack;  /* behind the surface */
-    bool unmatched;  /* it left what it had not entered, or entered a solid that it is in */
+    uint32_t stack;  /* the stack behind the surface */
+    /* It left a medium that it had not entered, or entered a solid that it is in. */
+    bool unmatched;
 };
 
 struct crossing_media media_cross(struct media *media, uint32_t stack, uint32_t primitive,
                                   bool entering);
 
-/* The same from the side alone, as if nothing were around the object: the paper's rule. */
+/* The same from the side alone, as if nothing were around the object, as in the paper. */
 struct crossing_media media_by_side(const struct scene *scene, uint32_t primitive, bool entering);
 
 /*
- * The stack at a point where no ray has come from, such as the eye. It lies within what a ray from
- * it leaves without having entered it; of open surfaces, which are left on one side only, all of
- * four rays in different directions have to say so. Behind a plane is within it. No more than 64
- * objects around the point are found; those farther out come out as unmatched later.
+ * The stack at a point that no ray has come to, such as the eye. The point is inside an object if a ray from
+ * it leaves the object without having entered it. For open surfaces, which may be left on one side only, all
+ * of four rays in different directions must agree. The side behind a plane is inside. At most 64 objects
+ * around the point are found; those farther out are reported as unmatched later.
  */
 uint32_t media_at(struct media *media, const struct bvh *bvh, struct vec3 point);
 

@@ -7,12 +7,12 @@
 #include "worker/exact.h"
 
 /*
- * Rays are looked at as long as all that is not yet looked at could be more than this share of what
- * they have found, more than so many times the cutoff, and more than LOOK_LEAST, which no picture
- * shows; so many rays for a sample at most. Where surfaces lose light, what pruning has left out is
- * the cutoff at most already, so that there are such rays only where max_depth has ended something.
- * Where they lose none, next to everything that pruning has left out would have to be looked at for
- * the sake of RADIANCE_LEVELS levels that hardly a ray has; LOOK_CUTOFFS_LOSSLESS there.
+ * Rays are traced for the bound while all that are left could be more than LOOK_SHARE of what was found, more
+ * than LOOK_CUTOFFS times the cutoff, and more than LOOK_LEAST, which no picture shows; but at most LOOK_RAYS
+ * for a sample. Where surfaces lose light, the effect of pruning is at most the cutoff already, so there are
+ * such rays only where max_depth has ended a path. Where they lose none, nearly everything that pruning has
+ * left out would have to be traced for the sake of RADIANCE_LEVELS levels, which hardly any ray has; there
+ * LOOK_CUTOFFS_LOSSLESS applies.
  */
 #define LOOK_SHARE            0.25
 #define LOOK_CUTOFFS          4
@@ -47,7 +47,7 @@ static int larger_first(const void *a, const void *b)
     return (x < y) - (x > y);
 }
 
-/* The largest of the bounds behind the OMISSION_KEPT largest ones. */
+/* The largest bound after the OMISSION_KEPT largest ones. */
 static double largest_gone(const struct tree *tree)
 {
     double *bounds = allocate(tree->count, sizeof *bounds);
@@ -64,7 +64,7 @@ void omission_fold(struct omission *omission, const struct radiance *radiance)
     for (uint32_t i = 0; i < tree->count; i++)
         if (tree->pending[i].rough) rate(tree, radiance, &tree->pending[i]);
     double largest = largest_gone(tree);
-    /* The last one takes the place of what is removed: it has been looked at. */
+    /* The last branch fills the gap of a removed one; it has been examined already. */
     for (uint32_t i = tree->count; i-- > 0 && tree->count > OMISSION_KEPT;) {
         struct branch gone;
         if (tree->bounds[i] > largest) continue;
@@ -86,13 +86,13 @@ void omission_take(struct omission *omission, const struct radiance *radiance, s
     }
 }
 
-/* The largest component of all that was found. Each term is computed as it would have been to be
- * shown, with some ten roundings. */
+/* The largest component of what was found. Each term is computed as for the picture, with some ten roundings. */
 static double largest_found(const struct omission *omission)
 {
     if (omission->terms == 0) return 0;
     struct vec3 found = omission->found;
-    if (isnan(found.x + found.y + found.z)) return HUGE_VAL; /* none of them is below 0 */
+    /* Terms are >= 0, so NaN stems from infinity. */
+    if (isnan(found.x + found.y + found.z)) return HUGE_VAL;
     return vec_max(found) * (1 + (omission->terms + 32) * UNIT_ROUNDOFF);
 }
 

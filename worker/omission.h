@@ -1,10 +1,10 @@
 /*
- * What max_depth and cutoff leave out of one sample: the rays that are not traced to be shown, and a
- * bound of what they could have added.
+ * A bound on what max_depth and cutoff leave out of one sample: what the rays that are not traced for the
+ * picture could have added.
  *
- * Each ray's bound alone (worker/radiance.h) says little where surfaces lose little light. So the
- * most important of them are traced all the same, without shadows and not shown, and what they find
- * is added up, until what is left hardly matters.
+ * Where surfaces lose little light, the bound of each ray alone (worker/radiance.h) says little. So the most
+ * important of these rays are traced all the same, without shadows and not for the picture. What they find is
+ * added up, until what remains hardly matters.
  */
 #ifndef FARM_WORKER_OMISSION_H
 #define FARM_WORKER_OMISSION_H
@@ -14,30 +14,34 @@
 #include "worker/tree.h"
 
 struct omission {
-    struct tree pending; /* not traced: what lies below max_depth, and in the end all */
-    struct vec3 found;   /* what the traced ones have met, at most, but for rounding */
-    uint32_t terms;      /* of that sum */
-    uint32_t rays;       /* traced for it */
-    double folded;       /* what the least important ones can add, which are kept no more */
+    /* Rays not traced: those below max_depth and, in the end, all that are left. */
+    struct tree pending;
+    struct vec3 found; /* upper bound on what the traced ones have found, except for rounding */
+    uint32_t terms;    /* terms of that sum */
+    uint32_t rays;     /* rays traced for it */
+    /* Sum of the bounds of the least important rays, which are no longer kept. */
+    double folded;
 };
 
 /*
- * So many rays are pending at most, and a tree's. Where no light is lost there are more below
- * max_depth than fit into memory: 2^max_depth. When they are so many, the OMISSION_KEPT most
- * important ones stay, of which omission_next() looks at far fewer, and the sum of the others.
+ * The most pending rays, here and in a tree. Where no light is lost there are more of them below max_depth
+ * than fit into memory: 2^max_depth. If there are too many, the OMISSION_KEPT most important ones are kept,
+ * of which omission_next() examines far fewer, and of the others only the sum of their bounds.
  */
 #define OMISSION_MAX  1024
 #define OMISSION_KEPT 256
 
-/* Empties it for the next sample, keeping its memory; the owner frees it. */
+/* Empties it for the next sample and keeps its memory; the owner frees it. */
 void omission_clear(struct omission *omission);
 void omission_free(struct omission *omission);
 
-/* Keeps the OMISSION_KEPT most important ones of OMISSION_MAX rays or more. */
+/* Keeps the OMISSION_KEPT most important of OMISSION_MAX rays or more. */
 void omission_fold(struct omission *omission, const struct radiance *radiance);
 
-/* A ray that is not to be shown, to be filled in by the caller as after tree_add(); its bound is one
- * of a picture of any depth. */
+/*
+ * Adds a ray that is not traced for the picture. The caller fills it in as after tree_add(). Its bound is one
+ * for a picture of any depth.
+ */
 static inline struct branch *omission_add(struct omission *omission,
                                           const struct radiance *radiance, double bound,
                                           uint32_t depth)
@@ -46,21 +50,22 @@ static inline struct branch *omission_add(struct omission *omission,
     return tree_add(&omission->pending, bound, depth);
 }
 
-/* Takes over all that is left in the tree of what is shown, with all that it could bring. */
+/* Takes over all rays left in the tree of the picture; their bounds become those of a picture of any depth. */
 void omission_take(struct omission *omission, const struct radiance *radiance, struct tree *tree);
 
-/* The next ray to look at; false: what is left hardly matters, or so many have been looked at. */
+/* Takes the next ray to trace. false: what remains hardly matters, or enough rays have been traced. */
 bool omission_next(struct omission *omission, const struct radiance *radiance,
                    struct branch *branch);
 
-/* A ray of some weight has met something that shines. */
+/* Adds the colour that a ray of this weight has found. */
 void omission_found(struct omission *omission, struct vec3 weight, struct vec3 color);
 
-/* The ambient of a point that it has met, and all light that faces it, with no shadow. */
+/* Adds what a ray of this weight has found at a point: its ambient, and all lights that face it, without
+ * shadows. */
 void omission_found_point(struct omission *omission, const struct radiance *radiance,
                           struct vec3 weight, const struct shading_point *at);
 
-/* The most that any component of the sample can be wrong by, rounded up; may be infinite. */
+/* Upper bound on the error of any component of the sample, rounded up; may be infinite. */
 double omission_bound(const struct omission *omission);
 
 #endif

@@ -2,7 +2,7 @@
 
 #include "worker/optics_body.h"
 
-/* v in range; else v scaled by a power of two. */
+/* v, scaled by a power of two if it is not in range. */
 static inline struct vec3 scaled_to_range(struct vec3 v)
 {
     return is_in_range(v) ? v : vec_scale_exactly(v, -vec_exponent(v));
@@ -13,12 +13,12 @@ FLATTENED double phong_lobe(struct vec3 view, struct vec3 normal, struct vec3 to
 {
     struct lobe lobe = lobe_of(view, normal, scaled_to_range(to_light));
     if (!(lobe.p.high > 0)) return 0;
-    int shift = 0; /* of p, so that its square is in range */
+    int shift = 0; /* of p, to bring its square into range */
     if (lobe.p.high < LOBE_P_MIN) {
         (void)frexp(lobe.p.high, &shift);
         lobe.p = dd_ldexp(lobe.p, -shift);
     }
-    /* ln cos^2 b <= cos^2 b - 1: what will end below e^-700 needs no logarithm. */
+    /* As ln cos^2 b <= cos^2 b - 1, a value that is certainly below e^-700 needs no logarithm. */
     double difference = lobe.q2.high - lobe.p.high * lobe.p.high;
     if (!shift && shininess * difference > 1402 * lobe.q2.high) return 0;
     return lobe_power(&lobe, shift, shininess);
@@ -35,7 +35,7 @@ FLATTENED struct vec3 mirror(struct vec3 view, struct vec3 normal)
 {
     double v_n;
     struct vec3 out = mirrored_view(view, normal, &v_n);
-    /* 4 u along n, less u for rounding, bring it back. */
+    /* Rounding takes at most u back of these 4 u along n. */
     if (mirror_may_enter(v_n) && twofold_dot(out, normal).high < 0)
         out = vec_add_scaled(out, normal, 4 * UNIT_ROUNDOFF);
     return out;
@@ -48,7 +48,7 @@ struct vec3 mirror_paper(struct vec3 view, struct vec3 normal)
 
 /* ---- refraction ---- */
 
-/* n2^2 k without any rounding. */
+/* n2^2 k, summed exactly and rounded once. */
 static struct dd exact_k(const struct transition *at)
 {
     const double terms[][4] = {

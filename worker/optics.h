@@ -1,16 +1,16 @@
 /*
- * What light does at a surface: highlight, mirror and refraction as functions of nothing but their
- * arguments, each in two forms. The plain names do not cancel: they hold to the last bits at any
- * exponent, at grazing incidence, for nearly equal media and next to the critical angle. The names
- * that end in _paper are the paper's own formulas, kept to be compared with (render.formulas).
+ * Optics of a surface: highlight, mirror and refraction as functions of their arguments alone, each in two
+ * forms. The plain names avoid cancellation: they are accurate to the last bits for any exponent, at grazing
+ * incidence, for nearly equal media and next to the critical angle. The names that end in _paper are the
+ * paper's own formulas, kept for comparison (render.formulas).
  *
- * Only + - * /, square roots and fma() are used where a result is needed to the last bits, no exp()
- * and log() of the C library: those are allowed to differ from one processor and one library to the
- * next (glibc chooses them by processor, and promises an error of 1 ulp, not the same bits), and
- * the ranks of a job need not run on equal machines.
+ * Where a result must be accurate to the last bits, only + - * /, square roots and fma() are used, not exp()
+ * and log() of the C library. Those may differ between processors and libraries (glibc chooses its
+ * implementation by processor, and promises an error of 1 ulp, not the same bits), and the ranks of a job
+ * need not run on equal machines.
  *
- * Conventions: `view` is the direction of the ray that arrives, `normal` points to the side that it
- * comes from; both have unit length up to rounding, and what they lack is corrected for. u = 2^-53.
+ * Conventions: `view` is the direction of the arriving ray, `normal` points to the side that it comes from.
+ * Both have unit length up to rounding, and the functions correct for the rest. u = 2^-53.
  */
 #ifndef FARM_WORKER_OPTICS_H
 #define FARM_WORKER_OPTICS_H
@@ -20,33 +20,35 @@
 #include "common/vec.h"
 
 /*
- * cos^n b, b the angle between the mirrored light and the eye; 0 when cos b <= 0, and below
- * e^-700 = 1e-304. to_light may have any length but 0. For these vectors as they are the relative
- * error is at most (2 + 0.05 |ln value|) u, 3.4 u above 1e-12, for any 0 <= shininess <=
- * SHININESS_MAX (1e15): it does not grow with the exponent.
+ * cos^n b, where b is the angle between the mirrored light and the eye; 0 if cos b <= 0 or the value is below
+ * e^-700 = 1e-304. to_light may have any length but 0. For the vectors as given, the relative error is at
+ * most (2 + 0.05 |ln value|) u, that is 3.4 u above 1e-12, for any 0 <= shininess <= SHININESS_MAX (1e15); it
+ * does not grow with the exponent.
  */
 double phong_lobe(struct vec3 view, struct vec3 normal, struct vec3 to_light, double shininess);
 
-/* pow(cos b, n): the relative error grows with n. All vectors unit, to_light as well. */
+/* pow(cos b, n); its relative error grows with n. All vectors, also to_light, have unit length. */
 double phong_lobe_paper(struct vec3 view, struct vec3 normal, struct vec3 to_light,
                         double shininess);
 
 /*
- * k = 1 - eta^2 (1 - cos_i^2), the squared cosine of the refracted angle; eta = from / to, indices
- * of refraction. Total reflection exactly where k < 0: the sign is that of the true value, the
- * relative error at most 3 u. -infinity where eta is beyond 2^500.
+ * k = 1 - eta^2 (1 - cos_i^2), the squared cosine of the refracted angle, with eta = from / to, the indices
+ * of refraction. There is total reflection exactly if k < 0: the sign is that of the true value, and the
+ * relative error is at most 3 u. -infinity if eta is beyond 2^500.
  */
 double snell_k(double from, double to, double cos_i);
 double snell_k_paper(double eta, double cos_i);
 
-/* The refracted direction, each component correct to a little more than half an ulp; false: total
- * reflection. Equal media pass the direction on as it is. */
+/*
+ * The refracted direction, each component correct to a little more than half an ulp; false: total reflection.
+ * If the indices are equal, the direction is unchanged.
+ */
 bool snell(struct vec3 view, struct vec3 normal, double from, double to, struct vec3 *direction);
 bool snell_paper(struct vec3 view, struct vec3 normal, double eta, struct vec3 *direction);
 
 /*
- * The mirror direction: each component as exact, length 1 within 2 u however long the chain of
- * mirrors, and never on the far side of normal when view comes from the near one.
+ * The mirror direction. Each component is accurate as above, its length is 1 within 2 u however long the
+ * chain of mirrors, and it never points to the far side of normal if view comes from the near side.
  */
 struct vec3 mirror(struct vec3 view, struct vec3 normal);
 struct vec3 mirror_paper(struct vec3 view, struct vec3 normal);

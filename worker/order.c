@@ -44,10 +44,11 @@ static struct dd parameter_of(const struct scene *scene, const struct ray *ray,
 }
 
 /*
- * Relative: nearer together, double-double does not tell two crossings apart. A parameter takes some thirty of its
- * operations, which err by up to 10 u^2 = 2^-102 each. Where a ray meets a sphere and two planes in one point, and the
- * planes are known to (compare_flats()), an order by less than that would go round in a circle, and which of them
- * counts would follow from who was compared first.
+ * Relative difference below which two crossings count as equal, because double-double cannot separate them: a
+ * parameter takes some thirty operations with errors of up to 10 u^2 = 2^-102 each. Let a ray meet a sphere
+ * and two planes in one point, and let the order of the planes be known (compare_flats()). An order by
+ * smaller differences might be cyclic, and which crossing wins would then depend on which pair is compared
+ * first.
  */
 #define SAME_PLACE 0x1p-90
 
@@ -69,8 +70,10 @@ bool is_met_first(const struct scene *scene, uint32_t a, uint32_t b)
     return through_a == through_b ? a < b : through_b;
 }
 
-/* Outward at its start and t later, or inward at both: what is round is crossed twice, however close to the start the
- * other side of it is. */
+/*
+ * Whether the ray goes outward both at its start and at t, or inward at both. A round surface is crossed
+ * twice, and its other side may be arbitrarily close to the start.
+ */
 static bool keeps_sense(const struct scene *scene, const struct ray *ray,
                         const struct crossing *crossing)
 {

@@ -1,4 +1,4 @@
-/* The pixels of a task, of the samples in their order. */
+/* Computes the pixels of a task from its samples, in order. */
 #include "worker/exact.h"
 #include "worker/inlined.h"
 #include "worker/renderer.h"
@@ -15,7 +15,7 @@ static struct vec3 divided(struct vec3 v, double by)
     return vec3(v.x / by, v.y / by, v.z / by);
 }
 
-/* What the two halves of the pixel's sum differ by, each divided by its number of samples. */
+/* The mean of half A minus the mean of half B. */
 static struct vec3 halves_difference(const struct renderer *renderer, double evens, double odds)
 {
     if (evens == 0 || odds == 0) return vec3(0, 0, 0);
@@ -25,10 +25,11 @@ static struct vec3 halves_difference(const struct renderer *renderer, double eve
 }
 
 /*
- * The pixel is p A + q B, p and q the halves' shares a / n and b / n of its samples. Halves of equal size have
- * errors of equal size, and (A - B)^2 / 4 is on average the square of the pixel's own. Of others a^-3/2 and b^-3/2
- * are what the squares of their errors go with at edges (master/error.h): (A - B)^2 is the sum of both, and the
- * pixel's error p^2 a^-3/2 + q^2 b^-3/2 = (a^1/2 + b^1/2) / n^2.
+ * The share of (A - B)^2 that is the squared error of a pixel with a samples in A and b in B. The pixel is p
+ * A + q B, with p = a / n and q = b / n. If a = b, both halves have errors of equal size, and (A - B)^2 / 4
+ * is on average the squared error of the pixel. Otherwise the squared errors of the halves are taken
+ * proportional to a^-3/2 and b^-3/2, as at edges (master/error.h). (A - B)^2 is then on average their sum,
+ * and the pixel's squared error is p^2 a^-3/2 + q^2 b^-3/2 = (a^1/2 + b^1/2) / n^2.
  */
 static double share_of_square(double a, double b)
 {
@@ -41,13 +42,15 @@ static void add_error(struct error_sum *sum, struct vec3 difference, double even
     if (evens == 0 || odds == 0) return;
     double share = share_of_square(evens, odds);
     double square = vec_dot(difference, difference) / 3 * share;
-    if (!(square < HUGE_VAL)) return; /* counted as not finite */
+    if (!(square < HUGE_VAL)) return; /* counted as nonfinite */
     sum->squares += square;
     sum->fourths += square * square;
 }
 
-/* How far the pixel's samples are from the means of their halves, whose sums these are. Of even colours
- * rounding may leave less than nothing of the squares. */
+/*
+ * Root mean square deviation of the pixel's samples from the means of their halves; even and odd are the
+ * halves' sums. If the samples are equal, rounding may leave a negative rest.
+ */
 static double spread_of(double squares, struct vec3 even, double evens, struct vec3 odd,
                         double odds)
 {
@@ -56,7 +59,7 @@ static double spread_of(double squares, struct vec3 even, double evens, struct v
     return squares > 0 ? sqrt(squares / (3 * (evens + odds))) : 0;
 }
 
-/* What struct task takes of a pixel. */
+/* What is stored of a pixel. */
 struct pixel_result {
     struct vec3 mean, difference;
     double spread, rays;
@@ -66,7 +69,7 @@ static INLINED void put_pixel(struct renderer *renderer, uint32_t pixel,
                               const struct pixel_result *result)
 {
     const struct task *task = &renderer->progress.task;
-    /* Only pixels that get samples are handed over. */
+    /* Only pixels that get samples are in the output. */
     uint32_t place = task->refinements ? renderer->numbers[pixel] : pixel;
     put_color(task->to.mean + 3 * (size_t)place, result->mean);
     if (task->to.difference) put_color(task->to.difference + 3 * (size_t)place, result->difference);
@@ -74,8 +77,10 @@ static INLINED void put_pixel(struct renderer *renderer, uint32_t pixel,
     if (task->to.rays) task->to.rays[place] = (float)result->rays;
 }
 
-/* An upper bound, like its parts: so many sums, and a quotient. The means of several passes lie
- * between those of each, and so do their bounds. */
+/*
+ * The mean of upper bounds, rounded up for the sum and the quotient. The mean of several passes lies between
+ * the passes' means, and so does its bound.
+ */
 static INLINED void note_truncation(struct renderer *renderer, double sum, double samples)
 {
     if (sum != 0) sum = sum / samples * (1 + (samples + 2) * UNIT_ROUNDOFF);
@@ -100,7 +105,7 @@ static void finish_pixel(struct renderer *renderer, uint32_t pixel, uint32_t beg
     progress->sum = (struct pixel_sum){0};
 }
 
-/* A pixel's only sample: there are no halves, and no sum but that with 0. */
+/* A pixel with a single sample: no halves; the sum with 0 is all that is left of the summation. */
 static INLINED void finish_only(struct renderer *renderer, uint32_t pixel, struct vec3 color,
                                 double truncation, uint64_t rays)
 {

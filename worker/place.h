@@ -1,20 +1,20 @@
 /*
- * Where on a primitive a hit lies, in double-double, and where a ray goes on from there.
+ * The point of a hit on a primitive, in double-double, and the origin of rays that go on from there.
  *
- * A point cannot lie on the surface but for luck: what a secondary ray does with other surfaces
- * that touch this one there would be luck, too. So the point is put off the surface, to the side
- * that the ray came from, by just more than its coordinates' rounding. A ray that goes through then
- * still has everything before it that touches this surface from behind, such as the floor under a
- * glass ball, and a reflected or shadow ray starts on the side where it belongs. The surface itself
- * is not met again because the ray names it; for others in its plane see worker/order.h. For this
- * the point is known in double-double and rounded once.
+ * A rounded point is hardly ever exactly on the surface. What a secondary ray does there with other surfaces
+ * that touch this one would depend on the rounding. So the point is moved off the surface, to the side that
+ * the ray came from, by just more than the rounding of its coordinates. A transmitted ray then still has
+ * ahead of it everything that touches this surface from behind, such as the floor under a glass ball, and a
+ * reflected or shadow ray starts on the correct side. The ray does not hit this surface again because it
+ * names it; for others in the same plane see worker/order.h. The point is computed in double-double for this
+ * and rounded once.
  */
 #ifndef FARM_WORKER_PLACE_H
 #define FARM_WORKER_PLACE_H
 
 #include "worker/exact.h"
 
-/* A point as an offset from one of the primitive's own, which are exact. */
+/* A point as an offset from an anchor: a point of the primitive whose coordinates are exact. */
 struct place {
     struct vec3 anchor;
     struct dd3 offset;
@@ -26,12 +26,12 @@ static inline struct vec3 place_rounded(const struct place *place)
 }
 
 /*
- * Rounding displaces each coordinate by u of itself at most, the point by sqrt(3) u of the largest
- * one; 2 u is what it is put off by, so it ends between 0.26 u and 3.74 u from the surface.
+ * Rounding displaces each coordinate by at most u of itself, hence the point by at most sqrt(3) u of its
+ * largest coordinate. It is moved off by 2 u of that, so it ends between 0.26 u and 3.74 u from the surface.
  */
 #define STAND_OFF (2 * UNIT_ROUNDOFF)
 
-/* Off the surface to the side against which the ray runs. */
+/* The rounded point, moved off the surface to the side that the ray comes from. */
 static inline struct vec3 stand_off(const struct place *place, struct vec3 normal,
                                     struct vec3 direction)
 {
@@ -45,10 +45,10 @@ static inline struct vec3 stand_off(const struct place *place, struct vec3 norma
 /* ---- triangles ---- */
 
 /*
- * The weighted mean of the vertices is in the triangle's plane and in the triangle, however far
- * away the eye is; where the line crosses the plane is better on a ground of a few huge triangles
- * around the eye: u of the distance instead of u of the triangle. From an eye that sees the plane
- * from its edge it may be nowhere near the hit.
+ * There are two ways to compute the point of a hit. The weighted mean of the vertices lies in the triangle's
+ * plane and in the triangle, however far away the eye is. The intersection of the line and the plane is more
+ * accurate if the eye is near a few huge triangles, such as a ground: its error is u of the distance instead
+ * of u of the triangle's size. But for an eye that sees the plane edge-on it may be nowhere near the hit.
  */
 static inline double triangle_size(struct vec3 a, struct vec3 b, struct vec3 c)
 {
@@ -56,12 +56,14 @@ static inline double triangle_size(struct vec3 a, struct vec3 b, struct vec3 c)
 }
 
 /*
- * On an edge a hit is on the triangle behind it, too, as far as rounding tells. What goes on from there would be on
- * this or that side of the other one by luck, and what is thrown back into a corner be lost outside of it. So a
- * point that is nearer to an edge than EDGE_OFF of its largest coordinate is drawn in, towards the middle, until it
- * is not: farther than stand_off() puts it off the plane, if the two meet at 3.4 degrees or more. Not by more than
- * DRAWN_IN_MOST of the way: in a triangle 10^4 times as long as high that is less far. Weights err by some u, a
- * point by as much of the triangle's size, and at the origin there is no coordinate: SHARE_OF_SIZE counts as one.
+ * A hit on an edge is also on the neighbouring triangle, as far as rounding can tell. The origin of a
+ * secondary ray would be on a random side of the neighbour, and a ray reflected into a corner could be lost
+ * outside of it. So a point that is closer to an edge than EDGE_OFF of its largest coordinate is moved
+ * towards the triangle's centroid until it is not. That is farther than stand_off() moves it off the plane,
+ * if the two triangles meet at 3.4 degrees or more. The move is at most DRAWN_IN_MOST of the way, which is
+ * too little in a triangle 10^4 times as long as high. The error of a point is that of the weights, some u of
+ * the triangle's size; near the origin, where coordinates are small, SHARE_OF_SIZE of the size counts as a
+ * coordinate.
  */
 #define EDGE_OFF      (64 * UNIT_ROUNDOFF)
 #define DRAWN_IN_MOST 0x1p-30
@@ -72,8 +74,11 @@ static inline double edge_distance(double size, double coordinate)
     return EDGE_OFF * larger_number(coordinate, SHARE_OF_SIZE * size);
 }
 
-/* The share of the way to the middle that leads so far from each edge. normal: (b - a) x (c - a), twice the area, which
- * is the lowest height times the longest edge, of 3^0.5 sizes at most; coordinate: the point's largest. */
+/*
+ * The share of the way to the centroid that moves the point far enough from each edge. normal: (b - a) x (c -
+ * a); its length is twice the area, which is the lowest height times the longest edge, and that is at most
+ * 3^0.5 sizes. coordinate: the point's largest.
+ */
 static inline double drawn_in(struct vec3 normal, double size, double coordinate)
 {
     double share = 3 * edge_distance(size, coordinate) * 2 * size / vec_length(normal);
@@ -85,8 +90,10 @@ static inline double least_weight(double u, double v)
     return smaller_number(smaller_number(u, v), 1 - u - v);
 }
 
-/* Whether the point may be so near to an edge, with twice the limit of drawn_in() to spare for rounding; true
- * where that is not to be told. Without a root or a quotient, for lanes. */
+/*
+ * Whether the point may be so close to an edge that it is moved, with twice the limit of drawn_in() as a
+ * margin for rounding; also true if that cannot be decided. Uses no root or quotient, for use in lanes.
+ */
 static inline bool may_be_drawn_in(double u, double v, struct vec3 normal, double size,
                                    double coordinate)
 {
@@ -95,7 +102,7 @@ static inline bool may_be_drawn_in(double u, double v, struct vec3 normal, doubl
     return !((least > 0) & (square < HUGE_VAL) & (least * least * square > height * height));
 }
 
-/* The mean, from a: b has the weight u, c has v. */
+/* The weighted mean of the vertices, relative to a: b has the weight u, c has v. */
 static inline struct dd3 triangle_mean(struct vec3 a, struct vec3 b, struct vec3 c, double u,
                                        double v)
 {
@@ -103,7 +110,7 @@ static inline struct dd3 triangle_mean(struct vec3 a, struct vec3 b, struct vec3
     return dd3_add(dd3_multiply(to_b, dd(u)), dd3_multiply(to_c, dd(v)));
 }
 
-/* Where the line crosses the plane, from a; *speed is 0 where that is not to be told. */
+/* The intersection of the line and the plane, relative to a; *speed is 0 if it cannot be computed. */
 static inline struct dd3 triangle_passage(struct vec3 a, struct vec3 b, struct vec3 c,
                                           struct vec3 origin, struct vec3 direction, double *speed)
 {
@@ -115,8 +122,7 @@ static inline struct dd3 triangle_passage(struct vec3 a, struct vec3 b, struct v
     return dd3_add(f, dd3_scale(direction, t));
 }
 
-/* Whether the passage, which is NaN or infinite where there is none, is as near to the mean as it
- * should. */
+/* Whether the intersection, which is NaN or infinite if there is none, is close enough to the mean. */
 static inline bool triangle_passes(const struct dd3 *passage, double speed, const struct dd3 *mean,
                                    double size)
 {

@@ -9,22 +9,22 @@
 #include "worker/wave.h"
 
 /*
- * A bound is computed from a few numbers, and so is what it bounds: the weight of a branch, its
- * share of its parent's, the colour of a surface or of the background, their sum. 32 roundings hold
- * all that is added in one level of the tree, for both.
+ * Relative slack of a bound. Both a bound and the value that it bounds are computed from a few numbers: a
+ * branch's weight, its share of its parent's, the colour of a surface or of the background, and their sum. 32
+ * roundings cover all that is added in one level of the tree, for both.
  */
 #define BOUND_SLACK (1 + 32 * UNIT_ROUNDOFF)
 
 /*
- * What the box of a group is larger than its primitives' by, as a share of their coordinates: these
- * are rounded by a few u, and a ray's hit may stand off by as much. The paper's formulas, which
- * cancel, may find a crossing of any ray anywhere: for them no box is known.
+ * How much the box of a group is larger than those of its primitives, relative to their coordinates: these
+ * are rounded by a few u, and a hit may stand off by as much. With the paper's formulas, which suffer from
+ * cancellation, a ray may find a crossing anywhere, so no box is known for them.
  */
 #define BOX_SLACK 0x1p-46
 
 /* ---- what is put into one group ---- */
 
-/* ids first .. first + count - 1 of a table, and the box around them. */
+/* The ids first .. first + count - 1 of a table, and the box around their primitives. */
 struct cluster {
     uint32_t first, count;
     struct bounds box;
@@ -33,12 +33,14 @@ struct cluster {
 static const struct bounds everywhere = {{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL},
                                          {HUGE_VAL, HUGE_VAL, HUGE_VAL}};
 
-/* What surfaces make of what comes along reflected and refracted rays: each in groups of its own, as
- * far as there are any. */
+/*
+ * Kinds of surface by the share of light that they pass on from reflected and refracted rays. Each kind has
+ * groups of its own, if it occurs.
+ */
 enum passing { PASSES_NOTHING, PASSES_LESS, PASSES_ALL, PASSINGS };
 
-/* The share of what comes along the reflected and the refracted ray that goes on, all inner
- * reflection included. */
+/* The share of the light of the reflected and the refracted ray that is passed on, all internal reflection
+ * included. */
 static struct vec3 passed_by(const struct material *m)
 {
     return vec3(m->reflection + m->transmission * m->color.x,
@@ -46,7 +48,7 @@ static struct vec3 passed_by(const struct material *m)
                 m->reflection + m->transmission * m->color.z);
 }
 
-/* Where less is lost than this, that helps little to tell how bright a surface can be. */
+/* A smaller loss than this is little help in bounding the brightness of a surface. */
 #define LITTLE_LOSS 0x1p-6
 
 static enum passing passing_of(const struct material *material)
@@ -55,7 +57,7 @@ static enum passing passing_of(const struct material *material)
     return vec_max(passed_by(material)) < 1 - LITTLE_LOSS ? PASSES_LESS : PASSES_ALL;
 }
 
-/* Of each material whether its surfaces are of this kind; the caller frees it. */
+/* For each material, whether its surfaces are of this kind; the caller frees the array. */
 static bool *materials_of(const struct scene *scene, enum passing passing)
 {
     bool *wanted = allocate_zeroed((size_t)scene->materials.count, sizeof *wanted);
@@ -93,7 +95,7 @@ static double extent_of(const struct cluster *cluster)
     return cluster->count > 1 ? cluster->box.max[axis] - cluster->box.min[axis] : 0;
 }
 
-/* In two at the middle of the longest edge; false: all are on one side. */
+/* Splits a cluster in two at the middle of its longest edge; false if all primitives are on one side. */
 static bool split(const struct scene *scene, uint32_t *ids, struct cluster *cluster,
                   struct cluster *rest)
 {
@@ -118,7 +120,8 @@ static bool split(const struct scene *scene, uint32_t *ids, struct cluster *clus
     return true;
 }
 
-/* Fills clusters with at most `most` parts of all `count` ids, the longest of them split first. */
+/* Divides all `count` ids into at most `most` clusters, splitting the longest one first; returns their
+ * number. */
 static uint32_t split_up(const struct scene *scene, uint32_t *ids, uint32_t count,
                          struct cluster *clusters, uint32_t most)
 {
@@ -143,7 +146,7 @@ static uint32_t split_up(const struct scene *scene, uint32_t *ids, uint32_t coun
     return parts;
 }
 
-/* The bounded or the unbounded primitives of one kind of surface; the caller frees them. */
+/* The bounded or the unbounded primitives whose surfaces are of one kind; the caller frees the array. */
 static uint32_t *ids_of(const struct scene *scene, enum passing passing, bool bounded,
                         uint32_t *count)
 {
@@ -170,7 +173,7 @@ static void raise(group_row row[3], uint32_t group, struct vec3 to)
     row[2][group] = fmax(row[2][group], to.z);
 }
 
-/* Rounded outward. */
+/* The box, rounded outward. */
 static struct bounds padded(const struct radiance *radiance, const struct bounds *box)
 {
     if (radiance->scene->view.formulas == FORMULAS_PAPER) return everywhere;
@@ -206,16 +209,17 @@ static void add_group(struct radiance *radiance, const uint32_t *ids, const stru
     }
     beams_free(&beams);
     free(seen);
-    /* The paper's formulas let a ray meet again what it has left. */
+    /* With the paper's formulas a ray may hit again the surface that it has left. */
     if (cluster->count > 1 || radiance->scene->view.formulas == FORMULAS_PAPER) return;
     radiance->only[group] = ids[cluster->first];
     radiance->single = true;
 }
 
 /*
- * How many groups there may be. Those that pass nothing on are bright or dark as they are, and are
- * the end of a ray; those that lose nothing are the ones worth telling whether they can be met.
- * With a group for the unbounded ones of each, that is RADIANCE_GROUPS.
+ * The most groups of bounded primitives of each kind. Surfaces that pass nothing on have a known brightness
+ * and end a ray. For those that lose nothing, knowing whether they can be hit is worth most. With one group
+ * for the unbounded primitives of each kind, the total is RADIANCE_GROUPS. ------ the most that any ---- the
+ * bound R of any ray ----
  */
 static const uint32_t groups_of[PASSINGS] = {
     [PASSES_NOTHING] = 1, [PASSES_LESS] = 3, [PASSES_ALL] = RADIANCE_GROUPS - PASSINGS - 4};
@@ -238,8 +242,10 @@ static void find_groups(struct radiance *radiance)
 
 /* ---- the most that any ray can bring ---- */
 
-/* So many times what a single level can show, a sum over all levels is no help in telling which
- * rays of a tree of max_depth levels matter. */
+/*
+ * If a bound over all levels exceeds this many times that of a single level, it does not help to tell which
+ * rays of a tree of max_depth levels matter.
+ */
 #define LARGE_SUM 0x1p8
 
 static struct vec3 sky_of(const struct view *view)
@@ -249,16 +255,17 @@ static struct vec3 sky_of(const struct view *view)
 }
 
 /*
- * One component of R: the fixed point of those groups that lose light, and what each level adds
- * beyond that where others lose hardly any, or none. If R with n levels below is base + (n + 1) each,
- * which is at least the fixed point, then the former lower it and the latter add what they show.
+ * Computes one component of R: `base`, the fixed point over the groups that lose light, and `each`, what
+ * every level adds in groups that lose hardly any light or none. Let R with n levels below be base + (n + 1)
+ * each, which is at least the fixed point. Groups of the first kind lower it, groups of the second kind add
+ * what they show.
  */
 static void far_component(struct radiance *radiance, unsigned c, double sky)
 {
     double base = sky, each = 0;
     for (uint32_t g = 0; g < radiance->groups; g++) {
         double shown = radiance->shown[c][g], kept = radiance->passed[c][g] * BOUND_SLACK;
-        if (!(shown > 0) && kept <= 1) continue; /* nothing is added */
+        if (!(shown > 0) && kept <= 1) continue; /* adds nothing */
         if (1 - kept >= 1 / radiance->deepest)
             base = fmax(base, shown / (1 - kept) * BOUND_SLACK);
         else if (radiance->passed[c][g] <= 1 + 4 * UNIT_ROUNDOFF)
@@ -266,7 +273,7 @@ static void far_component(struct radiance *radiance, unsigned c, double sky)
         else
             base = HUGE_VAL;
     }
-    /* RENDER_MAX_DEPTH levels of BOUND_SLACK are 3.6e-9. */
+    /* The relative slack of RENDER_MAX_DEPTH levels of BOUND_SLACK is 3.6e-9. */
     radiance->base[c] = base * (1 + 0x1p-27);
     radiance->each[c] = each * (1 + 0x1p-27);
 }
@@ -282,7 +289,7 @@ static double next_component(const struct radiance *radiance, unsigned c, double
     return most;
 }
 
-/* Level by level where that says more than the sum over any number of them. */
+/* Computes radiance->levels if bounds level by level are much tighter than the sum over any number of levels. */
 static void find_levels(struct radiance *radiance, const double sky[3])
 {
     uint32_t deepest = radiance->scene->view.max_depth;
@@ -330,16 +337,16 @@ void radiance_free(struct radiance *radiance)
 
 /* ---- one ray ---- */
 
-/* 1 / d; a direction too small for that counts as none. A zero is positive: see meet(). */
+/* 1 / d; infinite if d is too small. It is then positive for a zero of either sign: see meet(). */
 static inline double inverse_along(double d)
 {
     return fabs(d) < 0x1p-1000 ? HUGE_VAL : 1 / d;
 }
 
 /*
- * 1 for the groups whose boxes the ray meets. A distance to a face is rounded by 3 u of itself;
- * where it is no number (the ray runs in the face) it is the first one of a comparison, and the
- * ray is taken to be between that pair of faces.
+ * Sets met[g] to 1 for the groups whose boxes the ray meets. A distance to a face has a relative error of 3
+ * u. It is NaN if the ray runs in the face; as the first operand of a comparison it then loses, and the ray
+ * counts as between that pair of faces.
  */
 static FLATTENED void meet(const struct radiance *radiance, const struct ray *ray, group_row met)
 {
@@ -368,10 +375,11 @@ static FLATTENED void meet(const struct radiance *radiance, const struct ray *ra
     }
 }
 
-/* Clearly, whatever the rounding of a direction and a point on a sphere. */
+/* Cosine from which a direction leads outward for certain, whatever the rounding of a direction and a point
+ * on a sphere. */
 #define OUTWARD 0x1p-20
 
-/* Whether a ray from a primitive certainly does not meet it again. */
+/* Whether a ray that starts on a primitive certainly does not hit it again. */
 static bool leaves(const struct scene *scene, const struct ray *ray)
 {
     const struct sphere *sphere;
@@ -394,7 +402,7 @@ static bool leaves(const struct scene *scene, const struct ray *ray)
     return false;
 }
 
-/* A group that is only the primitive that the ray leaves. */
+/* Drops groups whose only primitive is the one that the ray leaves. */
 static void drop_left(const struct radiance *radiance, const struct ray *ray, group_row met)
 {
     for (uint32_t g = 0; g < radiance->groups; g++)
@@ -407,13 +415,13 @@ static void meet_all(const struct radiance *radiance, group_row met)
         met[g] = truth(g < radiance->groups);
 }
 
-/* 0 where nothing is passed on, even of what has no bound, and where there is nothing to pass on. */
+/* share * of, but 0 if either is 0 and the other infinite. */
 static inline double passed_of(double share, double of)
 {
     return share > 0 && of > 0 ? share * of : 0;
 }
 
-/* The largest component of weight times color, which may be infinite, rounded up. */
+/* The largest component of weight * color, rounded up; color may be infinite. */
 static double largest_share(struct vec3 weight, struct vec3 color)
 {
     double x = passed_of(weight.x, color.x), y = passed_of(weight.y, color.y);
@@ -427,7 +435,7 @@ double radiance_most(const struct radiance *radiance)
     return fmax(radiance->base[0], fmax(radiance->base[1], radiance->base[2]));
 }
 
-/* Raises most to shown + passed next of the groups that are met; next may be infinite. */
+/* Raises *most to shown + passed * next of the groups that are met; next may be infinite. */
 static inline void raise_by_met(const struct radiance *radiance, const group_row met,
                                 struct vec3 next, struct vec3 *most)
 {
@@ -440,14 +448,15 @@ static inline void raise_by_met(const struct radiance *radiance, const group_row
     }
 }
 
-/* R of a ray of some depth. */
+/* R of a ray of this depth. */
 static struct vec3 this_level(const struct radiance *radiance, uint32_t depth, bool shown)
 {
     uint32_t last = radiance->scene->view.max_depth;
     if (shown && radiance->levels) return radiance->levels[last - depth];
-    double left = fmax(0, radiance->deepest + 1 - depth); /* its own one, too */
+    double left = fmax(0, radiance->deepest + 1 - depth); /* its own level included */
     const double *base = radiance->base, *each = radiance->each;
-    if (left == 0) return vec3(base[0], base[1], base[2]); /* each may be infinite */
+    /* Avoids 0 * each, which may be infinite. */
+    if (left == 0) return vec3(base[0], base[1], base[2]);
     return vec3(base[0] + left * each[0], base[1] + left * each[1], base[2] + left * each[2]);
 }
 

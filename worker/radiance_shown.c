@@ -4,16 +4,17 @@
 #include "worker/exact.h"
 #include "worker/radiance.h"
 
-/* Of more lights, the plain sum is taken: all sets of them are looked at. */
+/* With more lights the plain sum is used, since all subsets of them are examined. */
 #define PAIRED_LIGHTS 6
 
-/* Beyond this a box is so close to a light that the light can come from anywhere. */
+/* If the sine of a beam's half angle exceeds this, the box is so close to the light that light may come from
+ * anywhere. */
 #define SINE_MAX 0.99
 
-/* cos and sin of angles that are < pi, and their sums and products, are right to this. */
+/* Error of cosines and sines of angles < pi, and of their sums and products. */
 #define COSINE_ERROR (64 * UNIT_ROUNDOFF)
 
-/* The directions in which a light is seen from a box: a cone, or all. */
+/* The directions in which a light is seen from a box: a cone, or all directions. */
 struct beam {
     struct vec3 axis; /* unit */
     double sine, cosine;
@@ -34,7 +35,7 @@ static struct beam beam_of(const struct light *light, struct vec3 center, double
     return beam;
 }
 
-/* The largest cosine of the angle between a direction of one and one of the other. */
+/* The largest cosine of the angle between a direction of one beam and one of the other. */
 static double closest(const struct beam *a, const struct beam *b)
 {
     if (a->all || b->all) return 1;
@@ -42,7 +43,7 @@ static double closest(const struct beam *a, const struct beam *b)
     double cosine = a->cosine * b->cosine - a->sine * b->sine;
     if (between >= cosine - COSINE_ERROR) return 1;
     double sine = a->sine * b->cosine + a->cosine * b->sine;
-    double apart = vec_length(vec_cross(a->axis, b->axis)); /* good next to 0 as well */
+    double apart = vec_length(vec_cross(a->axis, b->axis)); /* accurate near 0, too */
     return fmin(1, between * cosine + apart * sine + COSINE_ERROR);
 }
 
@@ -71,7 +72,7 @@ static void pair_beams(struct beams *beams, const struct scene *scene, struct ve
             beams->cosine[i * n + j] = i == j ? 1 : closest(&cone[i], &cone[j]);
 }
 
-/* |sum of l_i L_i|^2 of the lights in a set of bits, at most; in shares of the strongest. */
+/* Upper bound on |sum of l_i L_i|^2 over the lights of a bit set, in units of the strongest light. */
 static double square_of(const struct beams *beams, unsigned c, uint32_t set)
 {
     double square = 0;
@@ -85,9 +86,9 @@ static double square_of(const struct beams *beams, unsigned c, uint32_t set)
 }
 
 /*
- * The most that the lights' sum of L_i max(0, n . l_i) is for any unit n: with the set of those of
- * n . l_i > 0 it is n . sum of L_i l_i, at most the length of that sum, whose square is the sum over
- * all pairs of L_i L_j l_i . l_j.
+ * An upper bound on the sum of L_i max(0, n . l_i) over the lights, for any unit n. If S is the set of lights
+ * with n . l_i > 0, this is n . sum over S of L_i l_i, which is at most the length of that sum. The square of
+ * the length is the sum over all pairs in S of L_i L_j l_i . l_j.
  */
 static double most_diffuse(const struct beams *beams, unsigned c)
 {
@@ -115,7 +116,7 @@ void beams_init(struct beams *beams, const struct scene *scene, const struct bou
     beams->sum = vec_scale(beams->sum, 1 + beams->count * UNIT_ROUNDOFF);
     struct vec3 min = {box->min[0], box->min[1], box->min[2]};
     struct vec3 max = {box->max[0], box->max[1], box->max[2]};
-    /* Halves first, so that it does not overflow. */
+    /* Halved first to avoid overflow. */
     struct vec3 half = vec_sub(vec_scale(max, 0.5), vec_scale(min, 0.5));
     struct vec3 center = vec_add(vec_scale(max, 0.5), vec_scale(min, 0.5));
     double radius = vec_length(half) * (1 + COSINE_ERROR);
@@ -142,9 +143,9 @@ static double power_above(double base, uint32_t exponent)
 }
 
 /*
- * The same for the sum of L_i max(0, r . l_i)^n. If l_i is the light closest to r, then no other
- * one is closer to it than half of the angle between the two, and cos^2 of half an angle is (1 +
- * cos) / 2.
+ * An upper bound on the sum of L_i max(0, r . l_i)^n. If l_i is the light closest to r, then the angle
+ * between r and any other light is at least half of the angle between that light and l_i; and cos^2 of half
+ * an angle is (1 + cos) / 2.
  */
 static double most_specular(const struct beams *beams, double shininess, unsigned c)
 {
@@ -181,7 +182,8 @@ static double shown(const struct beams *beams, const struct material *material, 
     if (material->specular > 0)
         specular = material->specular * most_specular(beams, material->shininess, c);
     if (diffuse + specular > 0 && beams->light_grows) return HUGE_VAL;
-    /* Products and sums; cosines and lobes above 1 by some u. So many sums of lights. */
+    /* The slack covers products and sums, cosines and lobes that exceed 1 by some u, and the sums over the
+     * lights. */
     return (sum + diffuse + specular) * (1 + (32 + beams->count) * UNIT_ROUNDOFF);
 }
 

@@ -1,4 +1,4 @@
-/* Which of several trees a ray has to be traced through; of struct bvh. Most scenes have one. */
+/* The trees of a struct bvh that a ray has to be traced through. Most scenes have one. */
 #ifndef FARM_WORKER_SEVERAL_H
 #define FARM_WORKER_SEVERAL_H
 
@@ -7,14 +7,14 @@
 
 _Static_assert(TREES_MAX <= 32, "a set has 32 bits");
 
-/* Those of a set stand in the order in which they were built. */
+/* All trees as a set, in the order in which they were built. */
 static inline lane_set all_trees(const struct bvh *bvh)
 {
     const struct bvh *boxes = bvh_boxes(bvh);
     return boxes ? UINT32_MAX >> (32 - boxes->leaf_count) : 1;
 }
 
-/* Takes the first one out of a set, which is not empty. */
+/* Removes the first tree from a set, which must not be empty, and returns it. */
 static inline const struct bvh *take_tree(const struct bvh *bvh, lane_set *set)
 {
     const struct bvh *boxes = bvh_boxes(bvh);
@@ -28,7 +28,7 @@ static inline const struct bvh *take_tree(const struct bvh *bvh, lane_set *set)
     return (const void *)((const char *)bvh + (size_t)place * BVH_ALIGNMENT);
 }
 
-/* In whose boxes the ray is somewhere in 0 <= t <= limit. */
+/* The trees whose boxes the ray meets within 0 <= t <= limit. */
 static INLINED lane_set trees_of_ray(const struct bvh *bvh, const struct ray *ray, double limit)
 {
     const struct bvh *boxes = bvh_boxes(bvh);

@@ -3,8 +3,9 @@
 #include "worker/exact.h"
 
 /*
- * d . n < 0, so that the ray meets the front, or lies in the surface. The three products are
- * rounded by 3 u |d| |n| at most, with the sums; below that the exact sum decides.
+ * Whether d . n <= 0, so that the ray meets the front or lies in the surface. The rounding errors of the
+ * three products and their sums are at most 3 u |d| |n|; if the result is not clearly larger, the exact sum
+ * decides.
  */
 static bool meets_front(struct vec3 direction, struct vec3 normal, bool exact)
 {
@@ -61,7 +62,7 @@ static struct vec3 mirrored(const struct shading_point *at, struct vec3 normal)
 struct vec3 reflect(const struct shading_point *at)
 {
     struct vec3 direction = mirrored(at, at->normal);
-    /* An interpolated normal may send the ray below the surface, into the object. */
+    /* With an interpolated normal the mirrored ray may go below the surface. */
     if (vec_dot(direction, at->geometric) > 0) return direction;
     return mirrored(at, at->geometric);
 }

@@ -1,4 +1,4 @@
-/* What the kinds of primitive have in common for the kernel. */
+/* What all kinds of primitive have in common in the kernel. */
 #ifndef FARM_WORKER_SHAPE_H
 #define FARM_WORKER_SHAPE_H
 
@@ -14,12 +14,12 @@
 /* INFINITY is a float. */
 #define INFINITE HUGE_VAL
 
-/* A box around a primitive; some roundings tight, the BVH rounds it outward. */
+/* A box around a primitive, tight up to some roundings; the BVH rounds it outward. */
 struct bounds {
     double min[3], max[3];
 };
 
-/* Around nothing. */
+/* The empty box. */
 #define BOUNDS_NONE                                                                                \
     ((struct bounds){{INFINITE, INFINITE, INFINITE}, {-INFINITE, -INFINITE, -INFINITE}})
 
@@ -46,26 +46,28 @@ static inline double bounds_middle(const struct bounds *box, unsigned axis)
 }
 
 /*
- * Where a ray's line crosses a primitive: a surface at most once, a convex solid at most twice (in,
- * then out). A place that does not count has t = NOT_CROSSED; the caller applies 0 < t < t_max.
+ * Crossings of a ray's line with a primitive: at most one for a surface, at most two for a convex solid
+ * (entry, then exit). t = NOT_CROSSED for one that does not count. The caller checks 0 < t < t_max.
  */
 struct crossings {
     double t[2];
     uint32_t part[2];
-    double u, v; /* triangle, patch: weights of vertex 1 and 2 */
+    double u, v; /* triangle, patch: barycentric weights of vertex 1 and 2 */
 };
 
 #define NOT_CROSSED  (-INFINITE)
 #define NO_CROSSINGS ((struct crossings){.t = {NOT_CROSSED, NOT_CROSSED}})
 
-/* By this share of it a way out may differ from where the ray, whose origin is rounded, leaves the
- * solid; what differs more is taken for what it says. */
+/*
+ * Relative error of an exit: the ray's origin is rounded, so the exit may differ by this much from where the
+ * ray leaves the solid. A larger difference is taken at face value.
+ */
 #define WAY_OUT_ERROR 0x1p-20
 
-/* What of a ray's crossings matters. */
+/* What a caller needs to know of a ray's crossings. */
 struct purpose {
-    bool any;        /* not where between 0 and t_max they are, but how many */
-    double farthest; /* nothing beyond; t_max at most */
+    bool any;        /* only how many lie between 0 and t_max, not where */
+    double farthest; /* crossings beyond this distance do not matter; at most t_max */
 };
 
 #define ALL_CROSSINGS ((struct purpose){false, INFINITE})
@@ -75,9 +77,11 @@ static inline struct crossings one_crossing(double t)
     return (struct crossings){.t = {t, NOT_CROSSED}};
 }
 
-/* Where a ray starts, surfaces may be found that it has passed (worker/order.h): only so close, in units of its
- * coordinates. Rays that meet a flat surface at less than 2^-33 may cross it farther away; of a round one the other
- * side may be as close. */
+/*
+ * Near its start a ray may find surfaces that it has already passed (worker/order.h); only up to this
+ * distance, in units of its coordinates. A ray that meets a flat surface at less than 2^-33 may cross it
+ * farther away; the other side of a round surface may be as close.
+ */
 #define START_REACH 0x1p-20
 
 static inline bool is_near_start(const struct ray *ray, double t)
@@ -86,7 +90,7 @@ static inline bool is_near_start(const struct ray *ray, double t)
            t * vec_largest(ray->direction) < START_REACH * vec_largest(ray->origin);
 }
 
-/* No nearer than any crossing for which that is so. */
+/* A distance beyond which is_near_start() is false. */
 static inline double start_reach(const struct ray *ray)
 {
     if (ray->from == PRIMITIVE_NONE) return 0;

@@ -1,4 +1,4 @@
-/* Where a hit lies and which way its surface faces. */
+/* The point and the normals of a hit. */
 #include "worker/nearest.h"
 #include "worker/place.h"
 #include "worker/primitive.h"
@@ -11,7 +11,7 @@ static struct place sphere_place(const struct sphere *sphere, const struct ray *
     return place;
 }
 
-/* From an anchor's coordinate, between two others. */
+/* Clamps an offset from the anchor to the range from low to high. */
 static struct dd between(struct dd offset, double anchor, double low, double high)
 {
     struct dd to_low = exact_difference(low, anchor), to_high = exact_difference(high, anchor);
@@ -19,15 +19,18 @@ static struct dd between(struct dd offset, double anchor, double low, double hig
     return dd_sub(to_high, offset).high < 0 ? to_high : offset;
 }
 
-/* The two coordinates along the face from o + t d, the third from the face. Which of two faces is entered next to their
- * edge was told by rounded distances: from far away the line may cross the one that it was not beside the box. */
+/*
+ * Two coordinates are those of o + t d on the face, the third is that of the face. Rounded distances have
+ * told which of two faces is entered near their common edge; from far away the line may cross the one chosen
+ * outside of the box, so the two coordinates are clamped.
+ */
 static struct place box_place(const struct box *box, const struct ray *ray, const struct hit *hit)
 {
     unsigned axis = hit->part / 2;
     const struct dd to_face =
         exact_difference(box_face(box, hit->part), vec_component(&ray->origin, axis));
     struct dd t = dd_div(to_face, dd(vec_component(&ray->direction, axis)));
-    /* A way out that takes no time is not at the face that it is said to lead through. */
+    /* An exit right where the ray starts need not lie on the face that it is said to lead through. */
     if (!(fabs(t.high - hit->t) <= 0x1p-40 * fabs(t.high))) t = dd(hit->t);
     const struct vec3 o = ray->origin;
     const struct dd3 way = dd3_scale(ray->direction, t);
@@ -122,7 +125,7 @@ static struct place place_of(const struct scene *scene, const struct ray *ray,
     return triangle_place(scene, ray, hit, normal);
 }
 
-/* o + t d, and the normals that it gives. */
+/* The surface by the paper's formulas: o + t d and the normal that follows from it. */
 static void naive_surface(const struct scene *scene, const struct ray *ray, const struct hit *hit,
                           struct surface *surface)
 {
@@ -166,26 +169,30 @@ static void exact_surface(const struct scene *scene, const struct ray *ray, cons
 }
 
 /*
- * Where surfaces of several primitives meet, see worker/corner.h. A point that is nearer to another one than
- * CORNER_OFF of its largest coordinate is drawn away from it, along its own surface. That is more than both points'
- * rounding and what stand_off() adds. At the origin there is no coordinate: SHARE_OF_WAY, of the way that the ray
- * has come, counts as one. Surfaces that meet at less than 3.6 degrees, whose sine is MEET_LEAST, are not told from
- * such that touch. Of two ways that are opposite but for 5 degrees the sum leads GAIN_LEAST of itself along each:
- * there is no place between them. Nor is there one on a surface so small that it would lead out of its box.
+ * Constants for places where surfaces of several primitives meet, see worker/corner.h. A point closer to
+ * another surface than CORNER_OFF of its largest coordinate is moved away from it, along its own surface.
+ * This distance is more than the rounding of both points and what stand_off() adds. Since coordinates are
+ * small near the origin, SHARE_OF_WAY of the distance that the ray has come counts as a coordinate, too.
+ * Surfaces that meet at less than 3.6 degrees, whose sine is MEET_LEAST, are treated like surfaces that
+ * touch. If the directions away from two surfaces are opposite to within 5 degrees, their sum has a component
+ * of only GAIN_LEAST along each: there is no room between the surfaces. Nor is there room on a surface so
+ * small that the move would leave its box.
  */
 #define CORNER_OFF   (64 * UNIT_ROUNDOFF)
 #define SHARE_OF_WAY 0x1p-30
 #define MEET_LEAST   0x1p-4
 #define GAIN_LEAST   0x1p-8
 
-/* Along a surface away from another one that meets it. */
+/* A direction along a surface, away from another surface that meets it. */
 struct inward {
     struct vec3 way; /* unit */
-    double missing;  /* how far it is to be yet */
+    double missing;  /* how far the point still has to move along it */
 };
 
-/* Whether a place in a surface of that normal is near another one that meets it: on the side of it that the ray
- * came from, or that it goes to, if it starts there. */
+/*
+ * Whether a point of a surface with this normal is close to another surface that meets it. It is to be on the
+ * side of the other one that the ray came from, or, if the ray starts on the other one, that it goes to.
+ */
 static bool meets(const struct scene *scene, const struct ray *ray, const struct place *place,
                   struct vec3 normal, double off, const struct hit *other, struct inward *inward)
 {
@@ -201,7 +208,10 @@ static bool meets(const struct scene *scene, const struct ray *ray, const struct
     return true;
 }
 
-/* The sum of the two ways that are farthest apart, between which all others lie, however many of them are the same. */
+/*
+ * The sum of the two directions with the largest angle between them. All others lie between these; duplicates
+ * do not matter.
+ */
 static struct vec3 way_between(const struct inward *inward, uint32_t count)
 {
     struct vec3 sum = {0, 0, 0};
@@ -215,7 +225,7 @@ static struct vec3 way_between(const struct inward *inward, uint32_t count)
     return sum;
 }
 
-/* By so much of that sum it is far enough from each; 0 where it leads to no such place. */
+/* The multiple of the sum that moves the point far enough from each surface; 0 if there is none. */
 static double step_between(const struct inward *inward, uint32_t count, struct vec3 sum)
 {
     double step = 0;
@@ -227,7 +237,8 @@ static double step_between(const struct inward *inward, uint32_t count, struct v
     return step;
 }
 
-/* Whether a point is in the box of a primitive, but for rounding, as slabs.h has it; planes have none. */
+/* Whether a point is in the box of a primitive, up to the rounding that slabs.h allows for. Planes have no
+ * box. */
 static bool is_in_bounds(const struct scene *scene, uint32_t id, struct vec3 point)
 {
     if (primitive_kind(id) == PRIMITIVE_PLANE) return true;
@@ -251,7 +262,7 @@ struct vec3 surface_drawn_in(const struct scene *scene, const struct ray *ray,
     double off = CORNER_OFF * larger_number(vec_largest(place_rounded(&place)), way);
     for (uint32_t i = 0; i < count; i++)
         met += meets(scene, ray, &place, normal, off, &others[i], &inward[met]);
-    /* Nor out through the surface that the ray starts on. */
+    /* The surface that the ray starts on counts as well. */
     const struct hit start = {0, 0, 0, ray->from, (uint16_t)ray_from_part(ray), 0};
     if (met > 0 && ray->from != PRIMITIVE_NONE && ray->from != hit->primitive)
         met += meets(scene, ray, &place, normal, off, &start, &inward[met]);

@@ -57,7 +57,7 @@ void tree_take(struct tree *tree, struct tree *from)
     tree_clear(from);
 }
 
-/* Of two places. */
+/* Whether branch a comes before branch b. */
 static inline bool more_important(const struct tree *tree, uint32_t a, uint32_t b)
 {
     const struct tree_key *keys = tree->keys;
@@ -66,7 +66,8 @@ static inline bool more_important(const struct tree *tree, uint32_t a, uint32_t 
     return keys[a].order < keys[b].order;
 }
 
-/* A sum of n numbers >= 0 is too small by less than (n - 1) u / (1 - n u) of itself. */
+/* An upper bound on a sum of n numbers >= 0: the computed sum is too small by less than (n - 1) u / (1 - n u)
+ * of itself. */
 static double sum_above(double sum, uint32_t n)
 {
     return sum * (1 + 2 * n * UNIT_ROUNDOFF);
@@ -77,8 +78,10 @@ static uint32_t block_count(const struct tree *tree)
     return divide_up(tree->count, TREE_BLOCK);
 }
 
-/* So few, as most trees have of a scene that only lets light through, are judged one after the other in
- * less time than eight lanes need to find their largest one. */
+/*
+ * Up to this many branches are examined one by one, which is faster than finding the largest with eight
+ * lanes. Most trees are that small in a scene that only transmits light.
+ */
 #define FEW 4
 
 static struct tree_block few_judged(const struct tree *tree, uint32_t begin, uint32_t count)
@@ -114,7 +117,7 @@ static void judge_block(const struct tree *tree, uint32_t b)
         count <= FEW ? few_judged(tree, begin, count) : many_judged(tree, begin, count);
 }
 
-/* What all pending rays can add; *first is the next one's place. */
+/* Upper bound on what all pending rays can add; *first is the index of the next one. */
 static double judge(struct tree *tree, uint32_t *first)
 {
     bool deepest_first = tree->count > TREE_BEST_FIRST_MAX;
@@ -143,7 +146,7 @@ struct branch *tree_next(struct tree *tree, double cutoff)
 {
     uint32_t next;
     if (tree->count == 0) return NULL;
-    /* Every ray is traced anyway, and the last one first needs the least memory. */
+    /* All rays are traced anyway; taking the last one first needs the least memory. */
     if (cutoff == 0) return &tree->pending[tree->count - 1];
     return judge(tree, &next) <= cutoff ? NULL : &tree->pending[next];
 }
