@@ -6,13 +6,14 @@
 
 struct corner_walk {
     struct probe probe;
-    double low, high; /* distances along the ray */
-    uint32_t hit;     /* the primitive that is met */
+    double low, high; /* range of distances along the ray */
+    uint32_t hit;     /* the primitive that is hit */
     uint32_t count;
-    struct hit others[CORNER_OTHERS]; /* by their ids */
+    struct hit others[CORNER_OTHERS]; /* in order of their ids */
 };
 
-/* Each primitive once, and of too many those with the lowest ids: whatever the tree's order is. */
+/* Adds a primitive once; of too many keeps those with the lowest ids. The result does not depend on the order
+ * in the tree. */
 static void add_other(struct corner_walk *walk, const struct hit *other)
 {
     uint32_t at = 0;
@@ -46,9 +47,9 @@ static bool look_in_leaf(void *context, const struct bvh_leaf *leaves, uint32_t 
 }
 
 /*
- * Half as far from the hit as most are that nearest() calls close: what is so near has been compared with the hit,
- * or with what was no farther, in whatever order. So in_corner is 1 where the point moves; elsewhere it may be by
- * luck.
+ * Half of the distance within which nearest() usually calls crossings close. What is this near has been
+ * compared with the hit, or with something no farther, in whatever order. So in_corner is always 1 where the
+ * point is moved; elsewhere it may depend on that order.
  */
 static double corner_reach(const struct ray *ray, double t)
 {

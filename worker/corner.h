@@ -1,7 +1,8 @@
 /*
- * Where surfaces of several primitives meet: two planes of a room in an edge, three in a corner, a wall and the floor
- * that it stands on. A ray that meets the edge to the last bit has all of them at one distance and hits one; its point
- * would be before or behind the others by the luck of rounding, and what goes on from behind would never meet them.
+ * Points where surfaces of several primitives meet: two walls of a room in an edge, three in a corner, a wall
+ * and the floor that it stands on. A ray that meets the edge to the last bit crosses all of them at one
+ * distance and hits one of them. Rounding would put the hit point before or behind the other surfaces, and
+ * secondary rays that start behind them would never meet them.
  */
 #ifndef FARM_WORKER_CORNER_H
 #define FARM_WORKER_CORNER_H
@@ -9,9 +10,10 @@
 #include "worker/nearest.h"
 
 /*
- * Where a ray goes on from a hit of nearest() with in_corner: the point of surface_at(), drawn along the surface to the
- * side of each other one that the ray came from, until it is farther from it than any rounding. As it is where the
- * others run along the surface (as a pane's second side) or are not that near.
+ * The origin of secondary rays from a hit of nearest() with in_corner: the point of surface_at(), moved along
+ * the surface to that side of each other surface that the ray came from, until its distance from it exceeds
+ * any rounding. The point is not moved if the others run along the surface (such as the other side of a pane)
+ * or are not that close.
  */
 struct vec3 corner_point(const struct scene *scene, const struct bvh *bvh, const struct ray *ray,
                          const struct hit *hit);

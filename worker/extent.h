@@ -1,4 +1,4 @@
-/* Boxes in float while the tree of bounds is built, in four lanes of which the last is not used. */
+/* Boxes in float for the construction of the BVH, in four lanes of which the last is unused. */
 #ifndef FARM_WORKER_EXTENT_H
 #define FARM_WORKER_EXTENT_H
 
@@ -68,7 +68,7 @@ static inline bool extent_is_proper(const struct extent *extent)
            extent->min[2] <= extent->max[2];
 }
 
-/* Half the surface; 0 for an empty extent. In double, which has room for the squares of floats. */
+/* Half of the surface area; 0 for an empty extent. In double, whose range holds the squares of floats. */
 static inline double extent_area(const struct extent *extent)
 {
     double x = (double)extent->max[0] - (double)extent->min[0];

@@ -1,8 +1,9 @@
 /*
- * A ray and the eight boxes of a node, in float: a quarter of the work of worker/slabs.h. Boxes are
- * met that the ray passes by at a distance of some 2^-24 of its origin's and the box's from the tree's
- * centre, and of 2^-21 of the way to it; along axes that it hardly goes along of some 2^-28 of that to the
- * farthest one. Never fewer are met than in double.
+ * Intersection of a ray with the eight boxes of a node, in float: a quarter of the work of worker/slabs.h.
+ * Some boxes count as met although the ray passes them. The distance from the box may be some 2^-24 of the
+ * distances of the ray's origin and of the box from the tree's centre, plus 2^-21 of the way to it; on an
+ * axis along which the ray hardly moves, some 2^-28 of the way to the farthest box. No box that is met in
+ * double is missed.
  */
 #ifndef FARM_WORKER_FLOAT_SLABS_H
 #define FARM_WORKER_FLOAT_SLABS_H
@@ -10,34 +11,35 @@
 #include "worker/floats.h"
 #include "worker/slabs.h"
 
-/* Of float. */
+/* Unit roundoff of float. */
 #define FLOAT_ROUNDOFF 0x1p-24
 
 /*
- * A distance to a plane, (bound - origin) I with I = 1 / d, is rounded three times: in the difference,
- * in I and in the product. The origin, with the margin of worker/slabs.h, is rounded before that, away
- * from the box (float_above(), float_below()). Two distances are compared, and the limit may be one of
- * them: the far one is enlarged by this, in which 7 of its 8 roundings are used, one of them its own.
- * Relative to the distance, however large the scene is: boxes next to the ray's origin do not grow with
- * what lies far away.
+ * A distance to a plane, (bound - origin) I with I = 1 / d, is rounded three times: in the difference, in I
+ * and in the product. Before that the origin, with the margin of worker/slabs.h, is rounded away from the box
+ * (float_above(), float_below()). Two distances are compared, one of which may be the limit. The far one is
+ * enlarged by this factor, in which 7 of its 8 roundings are used, one of them its own. The slack is relative
+ * to the distance, however large the scene is: boxes near the ray's origin do not grow because of what lies
+ * far away.
  */
 #define FLOAT_WIDENING (1 + 8 * FLOAT_ROUNDOFF)
 
 /*
- * An axis that the ray hardly goes along is treated as if it went by FLOAT_SLANT_MIN of its largest
- * component, and there the boxes grow by FLOAT_MARGIN of the way to the farthest plane, too. Up to the last
- * box, at t = way / largest, that slant makes less than 2^-29 of the way, half of what the boxes grow by: a
- * ray that is in a slab comes in before 0. As it is inside by the other half then, it goes out at no less
- * than 2^-29 way * 2^30 / largest, which is beyond the last box. The way is that to grown boxes.
+ * An axis along which the ray hardly moves is treated as if the direction had FLOAT_SLANT_MIN of its largest
+ * component there, and on it the boxes also grow by FLOAT_MARGIN of the way to the farthest plane. At the
+ * last box, at t = way / largest, this slant makes less than 2^-29 of the way, half of what the boxes grow
+ * by. So a ray that is inside a slab enters it before 0. It is then inside by the other half, so it leaves it
+ * at no less than 2^-29 way * 2^30 / largest, which is beyond the last box. The way is that to the grown
+ * boxes.
  */
 #define FLOAT_SLANT_MIN 0x1p-30
 #define FLOAT_MARGIN    0x1p-28
 
 /*
- * Where neither overflow nor underflow matters. The boxes grow by 2^-97 at least then, by the margin
- * alone, and by 2^-137 in units of t; a result that is rounded to a subnormal number errs by 2^-150.
- * Distances are less than 2^52 2^70. In bundles an axis has a range of components that ends at no less
- * than the last of these, or is widened to that where rays go both ways (set_range()).
+ * Ranges in which neither overflow nor underflow matters. The boxes grow by at least 2^-97, by the margin
+ * alone, which is 2^-137 in units of t; a result that is rounded to a subnormal number errs by 2^-150.
+ * Distances are less than 2^52 2^70. For a bundle, the components along an axis form a range. It ends at no
+ * less than FLOAT_COMPONENT_MIN, or is widened to that if rays go both ways (set_range()).
  */
 #define FLOAT_SIZE_MIN      0x1p-50
 #define FLOAT_SIZE_MAX      0x1p50
@@ -45,15 +47,17 @@
 #define FLOAT_DIRECTION_MAX 0x1p40
 #define FLOAT_COMPONENT_MIN 0x1p-60
 
-/* An origin that is so many times further from the tree's centre than the tree is large would make every
- * box as large as the tree's last bits; double has bits left for that. */
+/*
+ * An origin farther from the tree's centre than this many times the tree's reach would make every box as
+ * large as the last bits of the tree's; double has enough bits for it.
+ */
 #define FLOAT_DISTANCE_MAX 64
 
 /*
- * Not below x, and not above: x is moved by 2^-24 of itself, as much as rounding to nearest can move
- * it back, and a little more, because it is the moved number that is rounded, which may be another
- * 2^-48 of x, and the sum, which is 2^-53. A subnormal number errs by 2^-150 in place of that; the
- * margin has more to spare.
+ * Upper and lower bounds of x in float. x is moved by 2^-24 of itself, as much as rounding to nearest can
+ * move it back, and a little more: the moved number is what is rounded, which may add 2^-48 of x, and the sum
+ * has an error of 2^-53. A subnormal number has an absolute error of 2^-150 instead, for which the margin has
+ * room.
  */
 #define FLOAT_OUTWARD (FLOAT_ROUNDOFF * (1 + 0x1p-20))
 
@@ -67,14 +71,16 @@ static inline float float_below(double x)
     return (float)(x - FLOAT_OUTWARD * fabs(x));
 }
 
-/* What boxes grow by on an axis that a ray hardly goes along, from what they do on others and from how far the
- * farthest plane is from its origin on any axis. */
+/*
+ * How much boxes grow on an axis along which a ray hardly moves. margin: how much they grow on other axes;
+ * way: the distance of the farthest plane from the ray's origin on any axis.
+ */
 static inline double slow_margin(double margin, double way)
 {
     return margin + FLOAT_MARGIN * (way + margin);
 }
 
-/* Between the two planes of an axis: distances are (plane - origin) * inverse. */
+/* The range between the two planes of an axis; distances are (plane - origin) * inverse. */
 struct float_slab {
     size_t near_plane, far_plane; /* offsets in struct bvh_node */
     struct floats near_origin, far_origin, inverse;
@@ -102,8 +108,10 @@ static INLINED struct float_slab float_slab_of(const struct bvh *bvh, const stru
                                .inverse = floats_of((float)inverse)};
 }
 
-/* Whether float does for a ray, or for some that are not larger, whose origins are not farther from the tree's
- * centre on any axis. */
+/*
+ * Whether float suffices for a ray, or for several whose directions are no larger and whose origins are no
+ * farther from the tree's centre on any axis.
+ */
 static inline bool float_slabs_do(double farthest_origin, double largest_direction, double margin,
                                   double reach)
 {
@@ -128,7 +136,7 @@ static INLINED bool float_slabs_of(const struct bvh *bvh, const struct ray *ray,
     return true;
 }
 
-/* What no distance within the limit is rounded beyond. */
+/* An upper bound in float on distances within the limit. */
 static inline float float_slab_limit(double limit)
 {
     return (float)(limit * FLOAT_WIDENING);
@@ -139,7 +147,7 @@ static inline struct floats node_floats(const struct bvh_node *node, size_t offs
     return floats_load((const void *)((const char *)node + offset));
 }
 
-/* Distances to the near and to the far planes. */
+/* float_slab_in(), float_slab_out(): distances to the near and to the far planes. */
 static INLINED struct floats float_slab_in(const struct float_slab *slab,
                                            const struct bvh_node *node)
 {
@@ -154,7 +162,7 @@ static INLINED struct floats float_slab_out(const struct float_slab *slab,
                       slab->inverse);
 }
 
-/* slabs_meet(), of a float_slab_limit(). */
+/* slabs_meet() in float; limit: from float_slab_limit(). */
 static INLINED lane_set float_slabs_meet(const struct float_slabs *slabs,
                                          const struct bvh_node *node, float limit,
                                          struct floats *enter)

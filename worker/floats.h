@@ -1,7 +1,7 @@
 /*
- * Eight floats at once, for what need not be exact: which boxes and triangles a ray may meet, with
- * bounds of the errors. A register of AVX, or a loop. Rounded as scalar operations are, but for the
- * fused ones; what follows from them is no part of a picture.
+ * Eight floats at once, for tests that need not be exact: which boxes and triangles a ray may meet, with
+ * bounds on the errors. A register of AVX, or a loop. Operations are rounded like scalar ones, except for
+ * fused ones; what is derived from them does not affect pictures.
  */
 #ifndef FARM_WORKER_FLOATS_H
 #define FARM_WORKER_FLOATS_H
@@ -26,7 +26,7 @@ static inline struct floats floats_of(float a)
     return (struct floats){_mm256_set1_ps(a)};
 }
 
-/* The first and the second of a quad, each everywhere. */
+/* The first and the second value of a quad, each in all lanes. */
 static inline void floats_of_two(struct quad a, struct floats *first, struct floats *second)
 {
     __m128 rounded = _mm256_cvtpd_ps(a.v);
@@ -231,10 +231,12 @@ static inline void floats_store(float *to, struct floats a)
 
 #endif
 
-/* floats_of_lanes(): rounded to nearest.
- * floats_choose(): a in the lanes of the set, b in the others. floats_flip(): -a where b is negative.
+/*
+ * floats_of_lanes(): rounded to nearest.
+ * floats_choose(): a in the lanes of the set, b in the others. floats_flip(): a, negated where b is negative.
  * floats_mul_add(): a b + c; floats_mul_sub(): a b - c; floats_sub_mul(): a - b c; rounded once or twice.
- * same_31(): of eight numbers those whose lower 31 bits are those of b.
- * floats_larger(), floats_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses. */
+ * same_31(): the set of those of eight numbers whose lower 31 bits are those of b.
+ * floats_larger(), floats_smaller(): a > b ? a : b, a < b ? a : b, so that the result is b if a is NaN.
+ */
 
 #endif

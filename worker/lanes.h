@@ -1,7 +1,7 @@
 /*
- * Eight doubles at once, as the level of processor has them: one register of AVX-512, two of AVX2,
- * or a loop. Each lane is what the scalar operation gives, bit for bit; nothing is fused that does
- * not say so.
+ * Eight doubles at once: one register of AVX-512, two of AVX2, or a loop, depending on the level of
+ * processor. Each lane holds the result of the scalar operation, bit for bit; only operations whose names say
+ * so are fused.
  */
 #ifndef FARM_WORKER_LANES_H
 #define FARM_WORKER_LANES_H
@@ -15,12 +15,12 @@
 
 #define LANES 8
 
-/* In front of a short loop over an array that is to be kept in registers. */
+/* Precedes a short loop over an array that is to be kept in registers. */
 #define UNROLLED _Pragma("GCC unroll 8")
 
 #define ALL_LANES ((lane_set)0xff)
 
-/* The lowest lane of a set that has some. */
+/* The lowest lane of a non-empty set. */
 static inline unsigned lowest_lane(lane_set set)
 {
     return (unsigned)__builtin_ctz(set);
@@ -31,14 +31,16 @@ static inline lane_set without_lowest(lane_set set)
     return set & (set - 1);
 }
 
-/* The first n. */
+/* The first n lanes. */
 static inline lane_set first_lanes(uint32_t n)
 {
     return n < LANES ? (UINT32_C(1) << n) - 1 : ALL_LANES;
 }
 
-/* How many of a set come before one of its lanes in order of some distances, of equal ones the lower
- * lane; the lanes with a smaller and those with no larger distance are told. */
+/*
+ * The rank of a lane within a set when sorted by distance, and by lane where distances are equal. smaller,
+ * no_larger: the lanes with a smaller and with no larger distance.
+ */
 static inline unsigned lanes_before(lane_set set, unsigned lane, lane_set smaller,
                                     lane_set no_larger)
 {
@@ -106,7 +108,7 @@ static inline __m512d two_points(const double *low, const double *high)
 }
 
 struct axis_order {
-    __m512i first_two, third; /* of two pairs of points */
+    __m512i first_two, third; /* permutations for two pairs of points */
 };
 
 static inline struct axis_order axis_order(unsigned first, unsigned second, unsigned third)
@@ -463,14 +465,16 @@ static INLINED void lanes_of_rows(const double *const at[LANES], struct lanes ou
 
 #endif
 
-/* What all three of them have above:
- * lanes_lowest(), lanes_highest(): of all lanes, none of which is NaN.
- * lanes_sum(): of all lanes, added up in the same order on every level.
+/*
+ * The functions that all three levels define above:
+ * lanes_lowest(), lanes_highest(): over all lanes, none of which may be NaN.
+ * lanes_sum(): over all lanes, added up in the same order on every level.
  * lanes_choose(): a in the lanes of the set, b in the others.
- * equal_ids(): the lanes that have this id; put_ids(): gives it to those of the set.
- * lanes_larger(), lanes_smaller(): a > b ? a : b, a < b ? a : b, so that a NaN in a loses.
- * lanes_transpose(): of three doubles for each lane those that the order names first, second and
- * third; what lies behind them is not touched. lanes_of_rows(): the first, second, ... of four doubles
- * for each lane. */
+ * equal_ids(): the lanes that have this id; put_ids(): stores it in those of the set.
+ * lanes_larger(), lanes_smaller(): a > b ? a : b, a < b ? a : b, so that the result is b if a is NaN.
+ * lanes_transpose(): of three doubles for each lane, those that the order names first, second and third;
+ * memory after them is not accessed.
+ * lanes_of_rows(): the first, second, ... of four doubles for each lane.
+ */
 
 #endif

@@ -8,7 +8,7 @@ struct lanes3 {
     struct lanes x, y, z;
 };
 
-/* The same one in all of them. */
+/* The same vector in all lanes. */
 static INLINED struct lanes3 lanes3_of(struct vec3 a)
 {
     return (struct lanes3){lanes_of(a.x), lanes_of(a.y), lanes_of(a.z)};

@@ -1,13 +1,12 @@
 /*
- * Rays that go much the same way, walked through the tree together: some packets of LANES rays, a
- * bundle. A node is looked at once for all of them, by interval arithmetic: what a ray's slab distances
- * may be lies between products of the ends of the bundle's ranges, and as rounding is monotonic that
- * holds for the rounded distances, too. Only leaves, and the triangles in them, are tested ray by ray,
- * one to a lane, packet after packet; where the rays have one origin, with what all of them have in
- * common (worker/pinhole.h).
+ * Bundles: up to BUNDLE packets of LANES coherent rays each, which traverse the tree together. A node is
+ * tested once for the whole bundle, by interval arithmetic: the slab distances of any of its rays lie between
+ * products of the ends of the bundle's ranges. As rounding is monotonic, that holds for the rounded
+ * distances, too. Only leaves and the triangles in them are tested for each ray, one ray per lane, packet
+ * after packet. If the rays have a common origin, the tests use that (worker/pinhole.h).
  *
- * Hits have the same bits as those of rays on their own: a bundle only decides which primitives a
- * ray is tested with.
+ * The hits have the same bits as those of single rays: a bundle only decides which primitives a ray is tested
+ * with.
  */
 #ifndef FARM_WORKER_PACKET_H
 #define FARM_WORKER_PACKET_H
@@ -20,8 +19,8 @@ struct passages;
 struct blocker;
 
 /*
- * Where bundles have not been worth it, the next rays are taken packet by packet or one by one: 1, 3,
- * 7, ... packets after failures in a row. Says nothing about hits.
+ * Controls when bundles are tried. After failures in a row, the next 1, 3, 7, ... packets are traced in
+ * smaller units, that is packet by packet or ray by ray. Does not affect hits.
  */
 struct packet_trust {
     unsigned failures, wait;
@@ -44,8 +43,10 @@ static inline bool packet_was(struct packet_trust *trust, bool worth_it)
     return worth_it;
 }
 
-/* Packets of a bundle, at most. With 1 or 2 most meshes take longer; one of a million triangles, about
- * as large as a pixel, is faster with 2. */
+/*
+ * The most packets in a bundle. With 1 or 2 most meshes take longer; one of a million triangles, each about
+ * as large as a pixel, is faster with 2.
+ */
 #define BUNDLE 4
 
 /* What all rays of nearest() have in common. */
@@ -56,8 +57,10 @@ struct nearest_batch {
     uint64_t *exact;             /* counts exact fallbacks */
 };
 
-/* nearest_rough() of so many times LANES rays. false, and no hit is told, when they are too different; what was tested
- * until then counts in *exact. */
+/*
+ * nearest_rough() for packets * LANES rays. Returns false, without hits, if the rays are not coherent enough;
+ * predicates tested before that count in batch->exact.
+ */
 bool nearest_bundle(const struct nearest_batch *batch, const struct ray *rays, unsigned packets,
                     struct hit *hits);
 
@@ -65,15 +68,15 @@ bool nearest_bundle(const struct nearest_batch *batch, const struct ray *rays, u
 struct occlusion_batch {
     const struct scene *scene;
     const struct bvh *bvh;
-    struct passages *passages; /* LANES lists; NULL: nothing is transparent */
-    struct blocker *blocker;   /* what has blocked the rays before */
+    struct passages *passages; /* LANES lists, one for each ray; NULL: nothing is transparent */
+    struct blocker *blocker;   /* what has blocked preceding rays */
     uint64_t *exact;           /* counts exact fallbacks */
 };
 
 /*
- * occluded() of LANES rays, likewise; what is found before they turn out to be too different is kept:
- * *open are those that are yet to be traced. Afterwards the blocker is what has blocked these, or nothing
- * where one of them came through.
+ * The same for occluded(), with LANES rays. If they turn out not to be coherent enough, what was found is
+ * kept, and *open is the set of rays still to be traced. The blocker receives what has blocked these, or
+ * nothing if one of them was not blocked.
  */
 bool occluded_packet(const struct occlusion_batch *batch, const struct ray *rays,
                      struct vec3 *transmittance, lane_set *open);

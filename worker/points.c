@@ -9,7 +9,7 @@
 
 /* ---- where the rays end ---- */
 
-/* What has a way of its own through the lanes, in the order in which the points are kept. */
+/* Groups of points with code of their own in lanes, in the order in which the points are stored. */
 enum group {
     GROUP_SPHERES,
     GROUP_TRIANGLES,
@@ -131,7 +131,7 @@ static inline void put_surface(struct points *points, uint32_t i, const struct p
     points->sure[i] = truth(sure);
 }
 
-/* sphere_point() of a sphere and a ray of ordinary size that certainly meet. */
+/* sphere_point() for a sphere and a ray of ordinary size that certainly meet. */
 static inline struct place sphere_place(const struct points *points, uint32_t i, bool *sure)
 {
     struct vec3 center = lane(&points->a, i), o = lane(&points->origin, i);
@@ -162,7 +162,7 @@ static inline void find_sphere(struct points *points, uint32_t i)
 
 IN_LANES(find_spheres, points, find_sphere)
 
-/* What shear_of() makes of a vector, without a branch: z is its direction's longest component. */
+/* The axes of shear_of() without a branch: z is the longest component of the direction. */
 struct turn {
     bool to_z, to_y;
 };
@@ -179,7 +179,7 @@ static inline struct vec3 turned(struct turn turn, struct vec3 v)
     return choose(turn.to_z, v, other);
 }
 
-/* shear_vertex() with a turned direction whose z is `slant`'s, and x and y its quotients by that. */
+/* shear_vertex() with a turned direction. slant.z is its z; slant.x and slant.y are x / z and y / z. */
 static inline struct sheared shear_lane(struct turn turn, struct vec3 slant, struct vec3 way)
 {
     struct vec3 v = turned(turn, way);
@@ -187,9 +187,8 @@ static inline struct sheared shear_lane(struct turn turn, struct vec3 slant, str
 }
 
 /*
- * Whether triangle_plane_distance() certainly tells the distance, so that whatever corrects it leaves
- * the weights as they are: plain arithmetic errs by 2^-40 of what is compared, and twice as much is
- * asked for.
+ * Whether triangle_plane_distance() certainly succeeds, so that the weights are kept when the distance is
+ * corrected. Plain arithmetic errs by 2^-40 of what is compared; the limits are twice those of that function.
  */
 static inline bool plane_is_told(struct vec3 a, struct vec3 b, struct vec3 c, struct vec3 origin,
                                  struct vec3 direction)
@@ -203,7 +202,7 @@ static inline bool plane_is_told(struct vec3 a, struct vec3 b, struct vec3 c, st
            (heights > 0x1p-399) & (speeds > 0x1p-399) & (heights < 0x1p399) & (speeds < 0x1p399);
 }
 
-/* Whether the line certainly crosses, by the filter of triangle_crossings(). */
+/* Whether the line certainly crosses the triangle, by the filter of triangle_crossings(). */
 static inline bool certainly_crosses(const struct sheared *p, const struct sheared *q,
                                      const struct sheared *r)
 {
@@ -214,8 +213,10 @@ static inline bool certainly_crosses(const struct sheared *p, const struct shear
     return (low > error) | (high < -error);
 }
 
-/* Whether triangle_crossings() certainly leaves the distance as it is: half as far is asked for, which is
- * more than the distance errs by. */
+/*
+ * Whether triangle_crossings() certainly leaves the distance uncorrected. The limit here is half of its
+ * limit, a margin larger than the error of the distance.
+ */
 static inline bool is_flat(const struct sheared *p, const struct sheared *q,
                            const struct sheared *r, double sum, double size)
 {
@@ -224,7 +225,7 @@ static inline bool is_flat(const struct sheared *p, const struct sheared *q,
     return gentle & near;
 }
 
-/* Whether the distance, which is known between two ends, is certainly far enough, or certainly not. */
+/* Whether the distance, which is known to lie in an interval, is certainly far enough, or certainly not. */
 static inline bool distance_is_told(const struct points *points, uint32_t i, double size,
                                     double longest)
 {
@@ -233,9 +234,10 @@ static inline bool distance_is_told(const struct points *points, uint32_t i, dou
 }
 
 /*
- * The weights of a triangle's rough hit, as triangle_crossings() finds them: where it goes on to correct
- * the distance it keeps them, but for what is left to exact arithmetic. start_is_close() always says no:
- * a rough hit is ahead whatever its distance errs by, which is 64 u of the largest z at least.
+ * The weights of a triangle's rough hit, as triangle_crossings() computes them. Where that function goes on
+ * to correct the distance it keeps the weights, unless it needs exact arithmetic. start_is_close() need not
+ * be asked: a rough hit is ahead of the ray whatever the error of its distance, which is at least 64 u of the
+ * largest z.
  */
 static inline void weigh_corners(struct points *points, uint32_t i)
 {
@@ -262,7 +264,7 @@ static inline void weigh_corners(struct points *points, uint32_t i)
 
 IN_LANES(weigh_triangles, points, weigh_corners)
 
-/* Whether all points are far enough from their rays' origins for the means of the corners. */
+/* Whether all points are so far from their rays' origins that the means of the vertices are used. */
 static FLATTENED bool triangles_are_far(struct points *points, uint32_t begin, uint32_t end)
 {
     double near = 0;
@@ -275,7 +277,7 @@ static FLATTENED bool triangles_are_far(struct points *points, uint32_t begin, u
     return near == 0;
 }
 
-/* The point of a triangle that is not drawn in. */
+/* Stores the point of a triangle; not sure if it may have to be drawn in. */
 static inline void put_triangle(struct points *points, uint32_t i, const struct place *place,
                                 struct vec3 b, struct vec3 c)
 {
@@ -310,7 +312,7 @@ static inline void find_triangle(struct points *points, uint32_t i)
 
 IN_LANES(find_triangles, points, find_triangle)
 
-/* The interpolated normals of patches, from those in a, b and c. */
+/* The interpolated normal of a patch, from the vertex normals in a, b and c. */
 static inline void interpolate_normal(struct points *points, uint32_t i)
 {
     double u = points->u[i], v = points->v[i];
@@ -324,8 +326,8 @@ static inline void interpolate_normal(struct points *points, uint32_t i)
 
 IN_LANES(interpolate_normals, points, interpolate_normal)
 
-/* a: the base; b: the apex; c: the radii; special: of a side 1 where the ray starts on that cone, of a cap 1 for the
- * apex's. */
+/* a: base; b: apex; c: radii; special: of a side 1 if the ray starts on that cone, of a cap 1 for the one at
+ * the apex. */
 static void gather_cones(const struct scene *scene, const struct ray *rays, const struct hit *hits,
                          uint32_t begin, uint32_t end, struct points *points)
 {
@@ -349,7 +351,7 @@ static inline struct cone cone_at(const struct points *points, uint32_t i)
                          .apex_radius = points->c.y[i]};
 }
 
-/* A point of a line, seen from `anchor`, as plane_point() and cone_point() have it. */
+/* A point of a line relative to `anchor`, as in plane_point() and cone_point(). */
 static inline struct place line_place(struct vec3 anchor, struct vec3 origin, struct vec3 direction,
                                       struct dd t)
 {
@@ -357,7 +359,7 @@ static inline struct place line_place(struct vec3 anchor, struct vec3 origin, st
                           dd3_add(exact_difference3(origin, anchor), dd3_scale(direction, t))};
 }
 
-/* cone_point() and cone_normal() of a ray that does not start on that cone. */
+/* cone_point() and cone_normal() on the side, for a ray that does not start on that cone. */
 static inline void find_side(struct points *points, uint32_t i)
 {
     struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
@@ -371,8 +373,10 @@ static inline void find_side(struct points *points, uint32_t i)
 
 IN_LANES(find_sides, points, find_side)
 
-/* How far along a line a plane through a point is: plane_parameter() and a cap's, where exact_dot3() does
- * without exact arithmetic. */
+/*
+ * The parameter at which a line crosses a plane through a point: plane_parameter() and its like for a cap,
+ * where exact_dot3() needs no exact arithmetic.
+ */
 static inline struct dd flat_distance(struct vec3 through, struct dd3 normal, struct vec3 origin,
                                       struct vec3 direction, bool *sure)
 {
@@ -380,8 +384,10 @@ static inline struct dd flat_distance(struct vec3 through, struct dd3 normal, st
     return dd_div(plain_dot3(exact_difference3(through, origin), normal, sure), speed);
 }
 
-/* cone_point() and cone_normal(). A cap's own distance is another one than the hit's where a rim is
- * not told from it. */
+/*
+ * cone_point() and cone_normal() on a cap. The distance of the cap differs from that of the hit where the hit
+ * cannot be told from the rim.
+ */
 static inline void find_cap(struct points *points, uint32_t i)
 {
     struct vec3 o = lane(&points->origin, i), d = lane(&points->view, i);
@@ -457,7 +463,7 @@ static void find_by_groups(const struct scene *scene, const struct ray *rays,
     }
 }
 
-/* shading_point(), but for rays that run along the surface. */
+/* shading_point(), except for rays that run along the surface. */
 static inline void turn_normal(struct points *points, uint32_t i)
 {
     struct vec3 geometric = lane(&points->geometric, i), normal = lane(&points->normal, i);
@@ -481,7 +487,7 @@ static void put_point(struct points *points, uint32_t i, const struct shading_po
     points->entering[i] = at->entering;
 }
 
-/* The points that lanes are not sure of, or do not know of, one by one. */
+/* Computes one by one the points that lanes are not sure of or have no code for. */
 static void find_singly(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                         const struct hit *hits, struct points *points, uint64_t *exact_fallbacks)
 {

@@ -1,7 +1,6 @@
 /*
- * The points of a wave: where its rays have met something, and what light does there. What
- * surface_at() and the functions of shade.h do for one hit is done here for all hits of a wave, in
- * lanes, with the same bits.
+ * The points of a wave: where its rays have hit something, and what light does there. What surface_at() and
+ * the functions of shade.h do for one hit is done here for all hits of a wave, in lanes, with the same bits.
  */
 #ifndef FARM_WORKER_POINTS_H
 #define FARM_WORKER_POINTS_H
@@ -11,36 +10,40 @@
 
 struct points {
     uint32_t count;
-    uint32_t slot[WAVE]; /* which ray of the wave */
+    uint32_t slot[WAVE]; /* index of the ray in the wave */
     const struct material *material[WAVE];
     struct rows3 point, view, geometric, normal; /* as in struct shading_point */
     lane_row entering;                           /* 1 or 0 */
     uint32_t formulas;                           /* enum formulas */
 
-    /* Of points_find(). */
-    struct rows3 origin, a, b, c; /* of the ray; what the surface is given by, kind by kind */
-    lane_row t, u, v;             /* of the hit */
-    lane_row radius;              /* of a sphere */
-    /* 1: a sphere is seen from inside alone, a ray starts on the cone that it meets, or a cap is the apex's. */
+    /* Used by points_find(). */
+    /* Origin of the ray; a, b, c: what defines the surface, by kind. */
+    struct rows3 origin, a, b, c;
+    lane_row t, u, v; /* of the hit */
+    lane_row radius;  /* radius of a sphere */
+    /* 1: a sphere is visible from inside only; or a ray starts on the cone that it hits; or a cap is that of
+     * the apex */
     lane_row special;
     lane_row sure; /* 1 or 0 */
 };
 
-/* The points of the rays that have met something, by nearest_rough() or nearest(); count <= WAVE.
- * exact_fallbacks: as nearest(). */
+/*
+ * Computes the points of the rays that have hit something, from the hits of nearest_rough() or nearest();
+ * count <= WAVE. exact_fallbacks: as for nearest().
+ */
 void points_find(const struct scene *scene, const struct bvh *bvh, const struct ray *rays,
                  const struct hit *hits, uint32_t count, struct points *points,
                  uint64_t *exact_fallbacks);
 
 /*
- * All of them in an order in which packets of rays from them to a light go much the same way. Several
- * samples of a pixel (dense) come in no order within it: those that are close to each other in space are
- * put side by side, along a curve through all cells of a grid (G. Morton, "A Computer Oriented Geodetic
- * Data Base", IBM 1966). Single ones are as close as they come. count >= 1.
+ * Computes an order of the points in which packets of rays from them to a light are coherent. Several samples
+ * of a pixel (dense) have no spatial order within it. They are sorted along a space-filling curve through the
+ * cells of a grid (G. Morton, "A Computer Oriented Geodetic Data Base", IBM 1966), which puts points close to
+ * each other side by side. Single samples per pixel are coherent as they come. count >= 1.
  */
 void points_order(const struct points *points, bool dense, uint32_t order[WAVE]);
 
-/* One of them as the functions of shade.h take it. */
+/* One of the points, as the functions of shade.h take it. */
 struct shading_point points_get(const struct points *points, uint32_t i);
 
 /* light_faces() for all points; end: shadow_end(). */
@@ -51,20 +54,20 @@ struct faced {
 };
 void points_face(const struct points *points, const struct light *light, struct faced *faced);
 
-/* Points that see a light: shade_light() for all of them. */
+/* shade_light() for points that see a light. */
 struct lit {
     uint32_t count;
     uint32_t point[WAVE];
     struct rows3 to_light, strength;
     struct rows3 color; /* the result */
 
-    /* Of points_light(): those of the points, and of their materials. */
+    /* Used by points_light(): values of the points and of their materials. */
     struct rows3 view, normal, surface;
     lane_row diffuse, specular, shininess, sure;
 };
 void points_light(const struct points *points, struct lit *lit);
 
-/* Directions of rays that go on: reflect() and refract() for some of the points. */
+/* Directions of secondary rays: reflect() and refract() for some of the points. */
 struct onward {
     uint32_t count;
     uint32_t point[WAVE];
@@ -72,7 +75,7 @@ struct onward {
     lane_row from, to;      /* indices of refraction */
     lane_row passes;        /* 1, or 0: total reflection */
 
-    /* Of the two functions below: those of the points. */
+    /* Used by the two functions below: values of the points. */
     struct rows3 view, normal, geometric;
     lane_row sure;
 };

@@ -1,15 +1,15 @@
-/* How points are lit, and where rays go on from them. */
+/* Lighting of the points of a wave, and the directions of secondary rays. */
 #include "worker/optics_body.h"
 #include "worker/points.h"
 
 /* ---- light ---- */
 
 /*
- * Where the shadow ray from p to a light at l ends: short of 1 by what the light's own place and
- * the ray's direction are uncertain by. l - p is rounded by u |l - p|; p lies within some 4 u |p|
- * of its surface, and l within as much as its coordinates' u of a surface that is meant to carry
- * it. Without this, a light on a lamp's surface would be shaded by it or not as rounding falls; so
- * it shines on its own side. A light as close as that to the point is not shaded at all.
+ * The parameter at which the shadow ray from point p to a light at l ends. It is less than 1 by the
+ * uncertainty of the light's position and of the ray's direction: l - p is rounded by u |l - p|; p lies
+ * within some 4 u |p| of its surface, and l is rounded by as much relative to a surface that is meant to
+ * carry it. Without this margin, rounding would decide whether a light on a lamp's surface is shaded by it;
+ * with it, the light shines on its own side. A light closer to the point than this is not shaded at all.
  */
 #define SHADOW_ROUNDOFF (8 * UNIT_ROUNDOFF)
 
@@ -139,7 +139,7 @@ void points_reflect(const struct points *points, struct onward *onward)
     }
 }
 
-/* refract() by the shading normal, where that is all it takes. */
+/* refract() with the shading normal, where that suffices. */
 static inline void refract_lane(struct onward *onward, uint32_t i)
 {
     struct vec3 view = lane(&onward->view, i), normal = lane(&onward->normal, i);

@@ -5,8 +5,8 @@
 #include "worker/points.h"
 
 /*
- * Cells along the longest edge of the box around the points: 2^CELL_BITS. With twice as many nothing got
- * faster, and there would be more digits to sort by.
+ * 2^CELL_BITS cells along the longest edge of the box around the points. Twice as many were not faster, and
+ * would give more digits to sort by.
  */
 #define CELL_BITS 4
 #define CELLS     (1u << CELL_BITS)
@@ -21,10 +21,10 @@ struct limits {
     double low, high;
 };
 
-/* Of LANES numbers or more. */
+/* The range of at least LANES numbers. */
 static INLINED struct limits limits_of(const double *row, uint32_t count)
 {
-    /* The last ones, some of which come in the loop, too. */
+    /* The last LANES numbers; some of them are read again in the loop. */
     struct lanes low = lanes_load(row + count - LANES), high = low;
     for (uint32_t i = 0; i + LANES <= count; i += LANES) {
         struct lanes next = lanes_load(row + i);
@@ -34,21 +34,21 @@ static INLINED struct limits limits_of(const double *row, uint32_t count)
     return (struct limits){lanes_lowest(low), lanes_highest(high)};
 }
 
-/* Two zeros between each two bits of a cell's number. */
+/* Puts two zeros between any two bits of a cell's number. */
 static inline uint32_t spread(uint32_t cell)
 {
     cell = (cell | cell << 4) & 0x0c30c3u;
     return (cell | cell << 2) & 0x249249u;
 }
 
-/* A place that is not finite, or in a box that is not or is next to nothing, may get any cell. */
+/* The cell of a coordinate. If it is not finite, or the box is not finite or is degenerate, any cell will do. */
 static inline uint32_t cell_of(double at)
 {
     bool inside = (at > 0) & (at < CELLS);
     return (uint32_t)(int32_t)(inside ? at : 0);
 }
 
-/* Above each point's number its cell's. */
+/* Keys: the Morton code of each point's cell in the upper half, the point's number in the lower. */
 static FLATTENED void find_keys(const struct points *points, uint32_t keys[WAVE])
 {
     const double *x = points->point.x, *y = points->point.y, *z = points->point.z;
@@ -57,7 +57,7 @@ static FLATTENED void find_keys(const struct points *points, uint32_t keys[WAVE]
                   in_z = limits_of(z, count);
     double edge = larger_number(in_x.high - in_x.low,
                                 larger_number(in_y.high - in_y.low, in_z.high - in_z.low));
-    /* The last cell ends behind the farthest point. */
+    /* Scaled so that the farthest point lies within the last cell. */
     double cells = edge > 0 ? (1 - 0x1p-20) * CELLS / edge : 0;
     OVER_LANES
     for (uint32_t i = 0; i < count; i++) {
@@ -67,7 +67,7 @@ static FLATTENED void find_keys(const struct points *points, uint32_t keys[WAVE]
     }
 }
 
-/* By one digit; what is equal in it keeps its order. */
+/* Counting sort by one digit, stable. */
 static void sort_by_digit(const uint32_t *keys, uint32_t count, unsigned shift, uint32_t *sorted)
 {
     uint32_t next[DIGITS] = {0}, sum = 0;

@@ -1,4 +1,4 @@
-/* One call for all kinds of primitive. */
+/* Functions for primitives of any kind. */
 #ifndef FARM_WORKER_PRIMITIVE_H
 #define FARM_WORKER_PRIMITIVE_H
 
@@ -18,7 +18,7 @@ static inline const uint32_t *corner_indices(const struct scene *scene, uint32_t
     return scene_triangles(scene)[index].vertex;
 }
 
-/* Not for planes, which have no bounds. */
+/* The box around a primitive; not for planes, which have none. */
 static inline struct bounds primitive_bounds(const struct scene *scene, uint32_t id)
 {
     uint32_t index = primitive_index(id);
@@ -42,7 +42,7 @@ static inline struct bounds primitive_bounds(const struct scene *scene, uint32_t
     return triangle_bounds(&vertices[corner[0]], &vertices[corner[1]], &vertices[corner[2]]);
 }
 
-/* Whether light comes through. */
+/* Whether the primitive is transparent. */
 static inline bool transmits(const struct scene *scene, uint32_t id)
 {
     return scene_materials(scene)[primitive_material(scene, id)].transmission > 0;
@@ -60,9 +60,11 @@ static inline bool have_common_vertex(const uint32_t a[3], const uint32_t b[3])
     return false;
 }
 
-/* Whether the crossing with a neighbour of the triangle that the ray starts on is no other than its
- * passage through that one. Two in one plane are neighbours if the line passes beside the one, else
- * two sheets that lie on each other. */
+/*
+ * Whether the crossing with a neighbour of the triangle that the ray starts on is the same as its passage
+ * through that triangle. Two coplanar triangles are neighbours if the line passes beside the first one;
+ * otherwise they are two sheets that lie on each other.
+ */
 static inline bool is_same_passage(const struct scene *scene, uint32_t id, const struct ray *ray,
                                    const struct shear *shear, bool coplanar)
 {
@@ -76,7 +78,7 @@ static inline bool is_same_passage(const struct scene *scene, uint32_t id, const
     return !coplanar || triangle_careful(from_corners, ray, shear, NULL).t[0] == NOT_CROSSED;
 }
 
-/* Whether a triangle that is crossed close to where the ray starts is not met there. */
+/* Whether a triangle that is crossed close to the ray's start does not count there. */
 static inline bool is_left_out(const struct scene *scene, uint32_t id, const struct ray *ray,
                                const struct shear *shear, double t)
 {
@@ -86,7 +88,7 @@ static inline bool is_left_out(const struct scene *scene, uint32_t id, const str
            is_same_passage(scene, id, ray, shear, coplanar);
 }
 
-/* Where the ray's line crosses the triangle, with what primitive_crossings() leaves out. */
+/* The crossing of the ray's line with the triangle; primitive_crossings() says what is left out. */
 static inline struct crossings corner_crossings(const struct scene *scene, uint32_t id,
                                                 const uint32_t corner[3], const struct ray *ray,
                                                 const struct shear *shear,
@@ -100,7 +102,7 @@ static inline struct crossings corner_crossings(const struct scene *scene, uint3
     return is_left_out(scene, id, ray, shear, found.t[0]) ? NO_CROSSINGS : found;
 }
 
-/* Less those that the ray has passed where it starts. */
+/* The crossings without those that the ray has passed where it starts. */
 static inline struct crossings crossings_ahead(const struct scene *scene, uint32_t id,
                                                const struct ray *ray, struct crossings found)
 {
@@ -113,7 +115,7 @@ static inline struct crossings crossings_ahead(const struct scene *scene, uint32
     return found;
 }
 
-/* The way out of one that is entered by a cap may not have been looked for. */
+/* The exit of a cone that is entered through a cap may not have been computed. */
 static inline struct crossings cone_crossings_ahead(const struct scene *scene, uint32_t id,
                                                     const struct ray *ray,
                                                     const struct purpose *purpose, uint64_t *exact)
@@ -128,9 +130,9 @@ static inline struct crossings cone_crossings_ahead(const struct scene *scene, u
 }
 
 /*
- * Where the ray's line crosses the primitive, less the place where the ray starts when it starts on
- * this one. What does not matter for the purpose may be left out. *exact is increased by the number
- * of predicates that needed exact arithmetic.
+ * The crossings of the ray's line with the primitive, without the one at the ray's start if the ray starts on
+ * it. What does not matter for the purpose may be left out. Adds to *exact the number of predicates that
+ * needed exact arithmetic.
  */
 static inline struct crossings primitive_crossings(const struct scene *scene, uint32_t id,
                                                    const struct ray *ray, const struct shear *shear,
@@ -142,7 +144,7 @@ static inline struct crossings primitive_crossings(const struct scene *scene, ui
     switch (primitive_kind(id)) {
     case PRIMITIVE_SPHERE:
         found = sphere_crossings(&scene_spheres(scene)[index], ray, leaving, purpose, exact);
-        /* Nothing else lies in a sphere but another one. */
+        /* Only another sphere can coincide with a sphere. */
         if (primitive_kind(ray->from) != PRIMITIVE_SPHERE) return found;
         return crossings_ahead(scene, id, ray, found);
     case PRIMITIVE_BOX:
@@ -172,7 +174,7 @@ naive_corner_crossings(const struct scene *scene, const uint32_t corner[3], cons
         naive_triangle(&vertices[corner[0]], &vertices[corner[1]], &vertices[corner[2]], ray), ray);
 }
 
-/* The same by the naive formulas. */
+/* The same with the naive formulas. */
 static inline struct crossings naive_crossings(const struct scene *scene, uint32_t id,
                                                const struct ray *ray)
 {

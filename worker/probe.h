@@ -1,4 +1,4 @@
-/* A ray and what its tests need, for nearest() and occluded(). */
+/* A ray with the values that its tests need, for nearest() and occluded(). */
 #ifndef FARM_WORKER_PROBE_H
 #define FARM_WORKER_PROBE_H
 
@@ -10,9 +10,9 @@
 struct probe {
     const struct scene *scene;
     const struct ray *ray;
-    struct shear shear;     /* of scenes with triangles */
-    struct rough_ray rough; /* of probe_leaves() */
-    struct ray_one line;    /* of scenes that has_lines() is true of */
+    struct shear shear;     /* defined if the scene has triangles */
+    struct rough_ray rough; /* set by probe_leaves() */
+    struct ray_one line;    /* defined if has_lines() is true */
     struct purpose purpose;
     uint64_t *exact;
 };
@@ -27,14 +27,14 @@ static INLINED bool has_planes(const struct scene *scene)
     return scene->primitives[PRIMITIVE_PLANE].count > 0;
 }
 
-/* Whether there is anything that worker/solid_lanes.h tells of. */
+/* Whether there are primitives that worker/solid_lanes.h handles. */
 static INLINED bool has_lines(const struct scene *scene)
 {
     return has_planes(scene) ||
            scene->primitives[PRIMITIVE_SPHERE].count + scene->primitives[PRIMITIVE_CONE].count > 0;
 }
 
-/* Member by member: as a whole it would be put together in one place and copied to another. */
+/* Member by member: otherwise the struct would be built in one place and copied to another. */
 static INLINED void probe_begin(struct probe *probe, const struct scene *scene,
                                 const struct ray *ray, bool any, uint64_t *exact)
 {
@@ -46,7 +46,7 @@ static INLINED void probe_begin(struct probe *probe, const struct scene *scene,
     if (has_lines(scene)) probe->line = ray_in_one(ray);
 }
 
-/* For probe_triangles() in leaves of this tree. */
+/* Prepares probe_triangles() for leaves of this tree. */
 static INLINED void probe_leaves(struct probe *probe, const struct bvh *bvh)
 {
     if (has_triangles(probe->scene)) rough_ray_begin(&probe->rough, bvh, probe->ray, &probe->shear);
@@ -63,7 +63,7 @@ static inline uint32_t plane_ids_end(const struct scene *scene)
     return primitive_id(PRIMITIVE_PLANE, (uint32_t)scene->primitives[PRIMITIVE_PLANE].count);
 }
 
-/* naive is a constant wherever this is inlined: the choice of formulas costs nothing per ray. */
+/* naive is a constant in every caller of this inlined function: the choice of formulas costs nothing per ray. */
 static INLINED struct crossings probe_crossings(const struct probe *probe, uint32_t id, bool naive)
 {
     if (naive) return naive_crossings(probe->scene, id, probe->ray);
@@ -81,7 +81,7 @@ static INLINED struct crossings probe_triangle(const struct probe *probe,
                             probe->ray, &probe->shear, &probe->purpose, probe->exact);
 }
 
-/* How many of the primitives of a leaf are triangles; they come first. */
+/* The number of triangles among the primitives of a leaf; they come first. */
 static inline uint32_t triangles_of(const struct bvh_leaf *leaves, uint32_t count)
 {
     if (is_triangle(leaves[count - 1].id)) return count;
@@ -91,7 +91,7 @@ static inline uint32_t triangles_of(const struct bvh_leaf *leaves, uint32_t coun
     return triangles;
 }
 
-/* Sorts up to LANES triangles (sort_triangles()) by the filter of double, a few at a time. */
+/* Classifies up to LANES triangles (sort_triangles()) with the filter in double, a few at a time. */
 static lane_set __attribute__((noinline))
 sort_in_double(const struct probe *probe, const struct bvh_leaf *leaves, uint32_t count,
                const struct reach *reach, lane_set *certain)
@@ -109,9 +109,9 @@ sort_in_double(const struct probe *probe, const struct bvh_leaf *leaves, uint32_
 }
 
 /*
- * Of the `triangles` of a leaf with `count` entries, LANES from the first one that is told, those
- * that may be crossed, and those that certainly are. The one that the ray starts on is left out where
- * that costs nothing.
+ * Classifies LANES of the `triangles` of a leaf with `count` entries, from number `first` on: those that may
+ * be crossed, and those that certainly are. The triangle that the ray starts on is left out where that costs
+ * nothing.
  */
 static INLINED struct triangle_sets probe_triangles(const struct probe *probe,
                                                     const struct bvh_leaf *leaves, uint32_t count,

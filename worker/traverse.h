@@ -1,32 +1,30 @@
-/* How a ray walks through the tree: nearest() and occluded() differ in what they do at the leaves.
- */
+/* Traversal of the tree by a single ray. nearest() and occluded() differ in what they do at the leaves. */
 #ifndef FARM_WORKER_TRAVERSE_H
 #define FARM_WORKER_TRAVERSE_H
 
 #include "worker/float_slabs.h"
 
-/* Looks at the primitives of a leaf; may lower *limit; false ends the walk. */
+/* Tests the primitives of a leaf; may lower *limit; false ends the traversal. */
 typedef bool visit_leaf(void *context, const struct bvh_leaf *leaves, uint32_t count,
                         double *limit);
 
 /*
- * Visits all leaves that the ray reaches at t <= limit, near ones first if that is asked for. Equal
- * distances are visited, too: which of two equally near primitives wins must not depend on the
- * tree.
- *
- * This is for the rays that float_slabs_of() leaves out.
+ * Visits all leaves that the ray reaches at t <= limit, near ones first if ordered. Leaves at exactly the
+ * limit are visited, too: which of two equally near primitives wins must not depend on the tree. This is for
+ * the rays that float_slabs_of() does not support.
  */
 void traverse_in_double(const struct bvh *bvh, const struct ray *ray, double limit, bool ordered,
                         visit_leaf *visit, void *context);
 
-/* A child that the walk has left for later. */
+/* A child that is still to be visited. */
 struct float_pending {
     const void *at; /* struct bvh_node, or the entries of a leaf */
     uint32_t count; /* as in struct bvh_node */
     float enter;
 };
 
-/* Where nodes and leaves are, and how many bytes to a place, by whether it is a leaf's. */
+/* The base addresses of nodes and leaves, and the log2 of the bytes per place; the index tells whether it is
+ * a leaf. */
 struct child_places {
     const char *base[2];
     unsigned shift[2];
@@ -40,7 +38,7 @@ static INLINED struct child_places child_places(const struct bvh *bvh)
                                  {8, 2}};
 }
 
-/* Without a branch, which would often be taken for the wrong one. */
+/* Without a branch, which would often be mispredicted. */
 static INLINED struct float_pending float_pending_child(const struct child_places *places,
                                                         const struct bvh_node *node, unsigned slot,
                                                         float enter)
@@ -51,14 +49,16 @@ static INLINED struct float_pending float_pending_child(const struct child_place
     return (struct float_pending){places->base[leaf] + offset, count, enter};
 }
 
-/* A node; a leaf's triangles take as much or less, but for the few leaves of eleven and more. */
+/* Prefetches a node. The triangles of a leaf take as much or less, except in the few leaves of eleven and
+ * more. */
 static INLINED void prefetch_child(const void *child)
 {
     for (unsigned i = 0; i < sizeof(struct bvh_node); i += 64)
         __builtin_prefetch((const char *)child + i);
 }
 
-/* Keeps the children of a set, which is not empty, on the stack, but for the nearest one. */
+/* Pushes the children of a set, which is not empty, on the stack in order of distance; the nearest one goes
+ * to *now. */
 static INLINED unsigned push_floats(struct float_pending *stack, unsigned top,
                                     const struct child_places *places, const struct bvh_node *node,
                                     lane_set set, struct floats enter, struct float_pending *now)
@@ -94,7 +94,7 @@ static INLINED unsigned push_floats(struct float_pending *stack, unsigned top,
     return end - 1;
 }
 
-/* Likewise, but for the last one. */
+/* Pushes the children without an order; the last one goes to *now. */
 static INLINED unsigned push_floats_unordered(struct float_pending *stack, unsigned top,
                                               const struct child_places *places,
                                               const struct bvh_node *node, lane_set set,
@@ -117,7 +117,7 @@ static INLINED void prefetch_children(const struct bvh *bvh, const struct bvh_no
         prefetch_child(float_pending_child(&places, node, lowest_lane(set), 0).at);
 }
 
-/* traverse_in_double() in float where that does. */
+/* traverse_in_double(), but in float if that suffices for the ray. */
 static INLINED void traverse(const struct bvh *bvh, const struct ray *ray, double limit,
                              bool ordered, visit_leaf *visit, void *context)
 {

@@ -1,13 +1,13 @@
 /*
- * What quads, lanes and floats (worker/quad.h, lanes.h, floats.h) have in common: rows of numbers
- * that are one register, `v`, or an array, `at`, and a loop over that.
+ * What quads, lanes and floats (worker/quad.h, lanes.h, floats.h) have in common: a row of numbers is one
+ * register, `v`, or an array, `at`, with loops over it.
  */
 #ifndef FARM_WORKER_WIDE_H
 #define FARM_WORKER_WIDE_H
 
 #include <stdint.h>
 
-/* A bit for each number of a row, the lowest for the first. */
+/* A set of lanes: a bit for each number of a row, the lowest for the first. */
 typedef uint32_t lane_set;
 
 #define REGISTER_2(type, name, operation)                                                          \
