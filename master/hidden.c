@@ -6,21 +6,21 @@
 #include "common/message.h"
 #include "master/expect.h"
 
-/* In place of what was expected. OPEN: no plan has left the pixel at its level. MET: it has met something at one, and
- * its own halves tell what later samples leave of that. WARNED: it was left though what is around had warned of
- * something, as its own samples had met nothing. */
+/* Special values of struct hidden's expected. OPEN: no plan has left the pixel at its present level. MET: at some level
+ * its samples had hit something, and its own halves show what later samples leave of the error. WARNED: a plan has left
+ * it although it was warned, because its own samples had met nothing. */
 #define OPEN   (-1.0f)
 #define MET    (-2.0f)
 #define WARNED (-3.0f)
 
 struct hidden {
-    float *expected; /* of each pixel that was left, as hidden_leave() has it; or one of these */
-    /* Of each pixel: which record has what it was when it left a level; 0: none. */
-    uint32_t *met;         /* at which it had met something */
-    uint32_t *found;       /* at which it had missed what was found later: the last such level */
-    struct known *records; /* owned */
+    float *expected; /* per pixel: warned of hidden_leave(), or one of the values above */
+    /* Per pixel, an index into records: its state when it left a level. 0: none. */
+    uint32_t *met;         /* a level at which it had hit something */
+    uint32_t *found;       /* the last level at which it had missed what was found later */
+    struct known *records; /* owned; record 0 is not used */
     uint32_t count;
-    /* Of each level: pixels that nothing had warned of and that have left it; what is hidden in each that is there. */
+    /* Per level: unwarned pixels that have left it; mean hidden squared error of those that are still at it. */
     uint64_t left[LEVEL_MAX + 1];
     double share[LEVEL_MAX + 1];
 };
@@ -37,7 +37,7 @@ struct hidden *hidden_create(size_t pixels)
     hidden->expected = allocate_there(pixels, sizeof *hidden->expected);
     hidden->met = allocate_there(pixels, sizeof *hidden->met);
     hidden->found = allocate_there(pixels, sizeof *hidden->found);
-    hidden->count = 1; /* the one that nobody has */
+    hidden->count = 1; /* record 0 means none */
     for (size_t i = 0; i < pixels; i++)
         hidden->expected[i] = OPEN;
     return hidden;
@@ -73,13 +73,13 @@ static bool is_left(const struct hidden *hidden, size_t pixel)
     return hidden->expected[pixel] >= 0;
 }
 
-/* The samples of a pixel behind those that it had at a level. */
+/* The later samples of a pixel, those that it got after leaving a level; the first samples are those it had there. */
 struct later {
-    double first, count; /* samples: at the level, and behind it */
+    double first, count; /* numbers of first and of later samples */
     double mean[3];
-    double apart;    /* squared distance of their mean from that of the first ones */
-    double error;    /* squared, of their mean, by its halves */
-    double variance; /* of one of them */
+    double apart;    /* squared distance between the means of the later and the first samples */
+    double error;    /* squared error of the later samples' mean, by their halves */
+    double variance; /* of one later sample */
 };
 
 static double squared(double a)
@@ -87,7 +87,8 @@ static double squared(double a)
     return a * a;
 }
 
-/* Means, halves and spread of all samples were combined from those of the first and the later ones. */
+/* Separates the later samples from all: statistics_put() combined means, halves and spreads, this solves for the later
+ * samples' part. */
 static struct later later_of(const struct sampled *now, size_t pixel, const struct known *before)
 {
     double all = now->levels->samples[now->level[pixel]];
@@ -106,12 +107,12 @@ static struct later later_of(const struct sampled *now, size_t pixel, const stru
     double within =
         all * squared((double)now->spread[pixel]) - first * squared((double)before->spread);
     double spread = fmax(within / count - first / all * (later.apart + halves), 0);
-    later.variance = spread + later.error; /* about the halves' means, and of these */
+    later.variance = spread + later.error; /* within the halves, and between them */
     return later;
 }
 
-/* The squared distance of a colour from the mean of the pixel's neighbours, 8 at most, as they are now; 0 where none is
- * finite. */
+/* Squared distance of a colour from the mean of the pixel's neighbours (8 at most) as they are at present; 0 where none
+ * is finite. */
 static double stands_out(const struct canvas *canvas, size_t pixel, const double color[3])
 {
     uint32_t width = canvas->width, x = (uint32_t)(pixel % width), y = (uint32_t)(pixel / width);
@@ -132,11 +133,13 @@ static double stands_out(const struct canvas *canvas, size_t pixel, const double
 }
 
 /*
- * A thing that covers the share p of a pixel and differs by c from what is around leaves a mean that stands out by C =
- * p c and a variance of V = p (1 - p) c^2, so that p = C^2 / (C^2 + V). n samples miss it with a chance of q = (1 -
- * p)^n, and C^2 is the error then. So for each such thing that was met there are q / (1 - q) others (D. Horvitz & D.
- * Thompson, "A generalization of sampling without replacement from a finite universe", J. Am. Stat. Assoc. 47, 1952).
- * C and V are of the later samples, for the first ones were lucky. contrast: C^2.
+ * A feature that covers the share p of a pixel and differs by c from its surroundings makes the pixel's mean differ
+ * from them by C = p c, and its samples have the variance V = p (1 - p) c^2; so p = C^2 / (C^2 + V). All of n samples
+ * miss the feature with probability q = (1 - p)^n, and the squared error is C^2 then. So each such feature that was hit
+ * stands for q / (1 - q) others that were missed (D. Horvitz & D. Thompson, "A generalization of sampling without
+ * replacement from a finite universe", J. Am. Stat. Assoc. 47, 1952). C and V are taken from the later samples, as the
+ * first ones were lucky to hit it. contrast: C^2. Returns the expected squared error of the missed ones, q / (1 - q)
+ * C^2.
  */
 static double missed_for(const struct later *later, double contrast)
 {
@@ -146,14 +149,16 @@ static double missed_for(const struct later *later, double contrast)
     return miss < 0 ? contrast / expm1(-miss) : 0;
 }
 
-/* What missed_for() would be more if one more of the later samples, m, had met it, of which there need be none: about
- * c^2 / (m n), where halves of n samples one of which has met it tell c^2 / n^2. */
+/* How much larger missed_for() would be if one more of the m later samples had hit the feature; it may be that none
+ * has. This is about c^2 / (m n), and the halves of n first samples, one of which has hit it, show a squared error of
+ * c^2 / n^2. */
 static double unseen_of(const struct later *later, const struct known *before)
 {
     return later->first / later->count * own_error(before->difference);
 }
 
-/* What the error of the first samples was: what the means are apart, but for the error of the later one. */
+/* Squared error of the first samples' mean: its squared distance from the later mean, less the error of the later one.
+ * May be negative by chance. */
 static double shown_by(const struct later *later)
 {
     double shown = later->apart - later->error;
@@ -176,7 +181,7 @@ void hidden_settle(struct hidden *hidden, const struct sampled *now, size_t pixe
     if (!is_left(hidden, pixel)) return;
     double expected = (double)hidden->expected[pixel], much = SURPRISE * expected * expected;
     double of_mean = squared((double)before->spread) / now->levels->samples[before->level];
-    bool met = fmax(own_error(before->difference), of_mean) > much; /* halves may agree by luck */
+    bool met = fmax(own_error(before->difference), of_mean) > much; /* halves may agree by chance */
     hidden->left[before->level]++;
     hidden->expected[pixel] = met ? MET : OPEN;
     if (met) {
@@ -195,13 +200,14 @@ static void add_met(const struct sampled *now, size_t pixel, const struct known 
     double contrast = stands_out(now->canvas, pixel, later.mean);
     double missed = missed_for(&later, contrast);
     level->expected += missed;
-    /* This one might not have been met; and the others, missed / contrast of them, may be more or fewer. */
+    /* missed^2: the feature itself might not have been hit. missed * contrast: the number of the others, missed /
+     * contrast, scatters, too. */
     if (missed > 0) level->variance += missed * (missed + contrast);
     level->unseen = fmax(level->unseen, unseen_of(&later, before));
 }
 
-/* Halves do not tell the part of the error that first samples have which missed something: with the square of their
- * share of the pixel's samples it is in its mean still. */
+/* Where the first samples missed something, the halves do not show their error. The pixel's mean still contains it,
+ * weighted with the square of the first samples' share of all samples. */
 static void add_found(const struct sampled *now, size_t pixel, const struct known *before,
                       struct hidden_sum *sum)
 {
@@ -235,15 +241,15 @@ void hidden_join(struct hidden_sum *all, const struct hidden_sum *more)
     }
 }
 
-/* Of a level's pixels that nothing warned of, those that are at it still. */
+/* Of the unwarned pixels that were at a level, the share that is still at it. */
 static double part_there(const struct hidden *hidden, const struct hidden_sum *sum, unsigned level)
 {
     double there = (double)sum->levels[level].pixels;
     return there > 0 ? there / (there + (double)hidden->left[level]) : 0;
 }
 
-/* What one of these has missed, in the mean: as much as any had that nothing warned of when a plan looked at it. What
- * was found since in those that have left is not taken off: the difference would be mostly luck. */
+/* Mean hidden squared error of one of these: what unwarned pixels had missed on average when a plan looked at them.
+ * What has been found since in those that left the level is not subtracted: the difference would be mostly noise. */
 static double hidden_in_one(const struct hidden *hidden, const struct hidden_sum *sum,
                             unsigned level)
 {
@@ -251,7 +257,7 @@ static double hidden_in_one(const struct hidden *hidden, const struct hidden_sum
     return it->pixels > 0 ? part_there(hidden, sum, level) * it->expected / (double)it->pixels : 0;
 }
 
-/* In these, and in those that were left though something had warned, which have missed as much. */
+/* Hidden squared error of all these, and of those left although warned, which are taken to have missed as much each. */
 static double hidden_at(const struct hidden *hidden, const struct hidden_sum *sum, unsigned level)
 {
     const struct unwarned *it = &sum->levels[level];

@@ -1,12 +1,17 @@
 /*
- * The error of pixels by what their samples have missed, and nothing has told of.
+ * Estimates the error that the samples of an adaptive picture have missed without any sign of it: features smaller than
+ * a pixel that no sample has hit, in pixels whose neighbours do not hint at them.
  *
- * A plan that heeds what pixels themselves have met makes all of them together tell too little: of things smaller than
- * a pixel that stand apart, those that were met by luck get more samples and tell little from then on, those that were
- * missed tell nothing. But consider the pixels of a level which a plan would leave at it by what is around them. Who
- * these are does not depend on their own samples: what their halves tell together is their error, and for things that
- * some of them have met there are others that were missed, how many follows from how small they are. It is known when
- * pixels that had met something have got more samples.
+ * The halves of the pixels (worker/task.h) do not show this error once a plan has used the pixels' own samples. Of
+ * small features that stand apart, those that were hit by chance attract more samples, after which the halves show
+ * little error; those that were missed show none. So consider those pixels of a level that a plan would leave at that
+ * level because of their neighbourhood alone. This choice does not depend on their own samples, so the halves of all
+ * these pixels together estimate their error correctly. For features that some of them have hit, others were missed.
+ * How many follows from how small the features are, which is known when the pixels that hit something have got more
+ * samples.
+ *
+ * In this module a pixel is warned of an error if its neighbourhood predicts one, and a plan leaves it where the
+ * neighbourhood alone gives no reason for more samples.
  */
 #ifndef FARM_MASTER_HIDDEN_H
 #define FARM_MASTER_HIDDEN_H
@@ -21,56 +26,60 @@
 
 struct hidden;
 
-/* Memory that is kept for each pixel. */
+/* Bytes of memory kept for each pixel. */
 size_t hidden_pixel_bytes(void);
 
-/* Of a picture of so many pixels that no plan has looked at; freed by hidden_destroy(), NULL: nothing is. */
+/* For a picture of so many pixels, none of which a plan has looked at yet. Freed by hidden_destroy(), which accepts
+ * NULL. */
 struct hidden *hidden_create(size_t pixels);
 void hidden_destroy(struct hidden *hidden);
 
-/* Whether a plan has still to tell if the pixel is left where it is by what is around it. */
+/* Whether no plan has decided yet if the pixel's neighbourhood alone would leave it at its present level. */
 bool hidden_is_open(const struct hidden *hidden, size_t pixel);
 
-/* The plan leaves it. warned: root of the squared error that what is around it lets expect. From several threads, of a
- * pixel each. */
+/* The plan leaves the pixel, by its neighbourhood. warned: root of the squared error predicted from the neighbourhood.
+ * May be called from several threads, each for other pixels. */
 void hidden_leave(struct hidden *hidden, size_t pixel, float warned);
 
-/* The plan leaves it though what is around it warns of something, as its own samples have met nothing. Again from
- * several threads. */
+/* The plan leaves the pixel although it is warned, because its own samples have met nothing. Threads: as
+ * hidden_leave(). */
 void hidden_leave_warned(struct hidden *hidden, size_t pixel);
 
-/* The pixel, which had some, has got more samples: what it was before. now: as it is with these. */
+/* To be called when a pixel that had samples has got more. before: what was known of it without these; now: with them.
+ */
 void hidden_settle(struct hidden *hidden, const struct sampled *now, size_t pixel,
                    const struct known *before);
 
-/* Of pixels of a level that nothing has warned of: sums over all or some of the picture. */
+/* Sums over the unwarned pixels of one level, of all or part of the picture. Errors are squared. */
 struct unwarned {
-    uint64_t pixels; /* that are at it */
-    uint64_t warned; /* and those that were left at it though something had warned */
-    double expected; /* error of what they all missed at first, by those that had met something */
-    double variance; /* of that */
-    double unseen;   /* the most that one part of what is expected may be wrong by */
+    uint64_t pixels; /* unwarned pixels that are at this level */
+    uint64_t warned; /* pixels left at it although they were warned */
+    /* error that all unwarned pixels of the level had missed at first, estimated by those that had hit something */
+    double expected;
+    double variance; /* variance of expected */
+    double unseen;   /* the most that a single contribution to expected may be too small by */
 };
 
 struct hidden_sum {
     struct unwarned levels[LEVEL_MAX + 1];
-    /* What pixels tell too little: samples that have missed what was found since are among theirs. */
+    /* What the halves omit: pixels whose mean still contains early samples that missed what later ones have found. */
     struct error_sum carried;
 };
 
-/* Adds a pixel. */
+/* Adds a pixel that has samples to the sum. */
 void hidden_add(const struct hidden *hidden, const struct sampled *now, size_t pixel,
                 struct hidden_sum *sum);
 void hidden_join(struct hidden_sum *all, const struct hidden_sum *more);
 
-/* What errors as halves tell them are with what is hidden; sum: of all pixels. */
+/* The errors of the picture including what is hidden. sum: of all pixels; halves: their errors as estimated from the
+ * halves. */
 struct error_told hidden_errors(const struct hidden *hidden, const struct hidden_sum *sum,
                                 struct error_sum halves);
 
-/* Shares it out from now on. */
+/* Divides the hidden error of this sum among the pixels; hidden_of() returns the parts from then on. */
 void hidden_share(struct hidden *hidden, const struct hidden_sum *sum);
 
-/* The pixel's share, which has samples of that level. */
+/* The pixel's part of the hidden squared error. level: that of the pixel. */
 double hidden_of(const struct hidden *hidden, size_t pixel, unsigned level);
 
 #endif

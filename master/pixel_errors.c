@@ -65,7 +65,7 @@ struct summing {
     struct error_totals *bands;
 };
 
-/* One that has samples. */
+/* Adds a pixel that has samples. */
 static void add_pixel(const struct pixel_errors *errors, const struct sampled *now, size_t pixel,
                       struct error_totals *totals)
 {

@@ -1,9 +1,9 @@
 /*
- * The errors of an adaptive picture: what the halves of pixels tell, what is expected of pixels by what is around them
- * (master/expect.h), what they have missed (master/hidden.h), and the sums of these over the picture.
+ * The errors of the pixels of an adaptive picture: estimated from their halves, predicted from their neighbourhood
+ * (master/expect.h), missed by their samples (master/hidden.h), and the sums of these over the picture.
  *
- * Sums are kept until a pixel changes: they are looked at more often, by a plan, a row of the log, a forecast and the
- * report, than there is something new in them.
+ * The sums are cached until a pixel changes: plans, rows of the error log, forecasts and the report ask for them more
+ * often than that. Errors of single pixels and their sums are squared.
  */
 #ifndef FARM_MASTER_PIXEL_ERRORS_H
 #define FARM_MASTER_PIXEL_ERRORS_H
@@ -19,71 +19,74 @@
 
 /* Sums over pixels that have samples. */
 struct error_totals {
-    struct error_sum halves; /* as these tell the errors */
+    struct error_sum halves; /* errors as estimated from the halves */
     struct hidden_sum hidden;
     uint64_t pixels, samples;
 };
 
-/* Read and written by the functions below alone. */
+/* To be read and written by the functions below alone. */
 struct pixel_errors {
     const struct statistics *statistics; /* the caller's */
-    struct hidden *hidden;               /* what is missing in what halves tell */
-    double *expected;                    /* squared error of each pixel */
-    float *warned;                       /* its root, by what is around each pixel alone */
-    bool is_expected;                    /* expected and warned are of the pixels as they are */
-    bool is_summed;                      /* so are the totals */
+    struct hidden *hidden;               /* what the halves do not show */
+    double *expected;                    /* expected squared error of each pixel; owned */
+    /* root of each pixel's squared error, predicted from its neighbourhood alone; owned */
+    float *warned;
+    bool is_expected; /* expected and warned are up to date */
+    bool is_summed;   /* totals are up to date */
     struct error_totals totals;
 };
 
-/* Memory that is kept for each pixel. */
+/* Bytes of memory kept for each pixel. */
 size_t pixel_errors_bytes(void);
 
 /* The statistics must outlive the errors. Freed by pixel_errors_free(). */
 void pixel_errors_init(struct pixel_errors *errors, const struct statistics *statistics);
 void pixel_errors_free(struct pixel_errors *errors);
 
-/* The pixel has got more samples: what it was before; NULL: it had none. */
+/* To be called when a pixel has got samples. before: what was known of it without these; NULL: it had none. */
 void pixel_errors_settle(struct pixel_errors *errors, size_t pixel, const struct known *before);
 
-/* Whether a plan has still to tell if the pixel is left where it is by what is around it. */
+/* Whether no plan has decided yet if the pixel's neighbourhood alone would leave it at its present level. */
 bool pixel_errors_is_open(const struct pixel_errors *errors, size_t pixel);
 
-/* The plan leaves it; or leaves it though what is around it warns of something, as its own samples have met nothing.
- * From several threads, of a pixel each; pixel_errors_left() when all are done. */
+/* The plan leaves the pixel by its neighbourhood; or it does although that warns of an error, because the pixel's own
+ * samples have met nothing (master/hidden.h). May be called from several threads, each for other pixels; when all are
+ * done pixel_errors_left() must be called. */
 void pixel_errors_leave(struct pixel_errors *errors, size_t pixel);
 void pixel_errors_leave_warned(struct pixel_errors *errors, size_t pixel);
 void pixel_errors_left(struct pixel_errors *errors);
 
-/* As the pixels are; valid until one changes. The crew is not to be busy with anything else; NULL: the caller alone. */
+/* The sums over the pixels as they are, valid until one changes. The crew must be idle; NULL: the caller works alone.
+ */
 const struct error_totals *pixel_errors_totals(struct pixel_errors *errors, struct crew *crew);
 
-/* The same, and the shares of what is hidden and, if all pixels have samples, what is expected of each are as these
- * tell, too. */
+/* The same; updates also each pixel's part of what is hidden and, if all pixels have samples, its expected error. */
 const struct error_totals *pixel_errors_expect(struct pixel_errors *errors, struct crew *crew);
 
-/* Of these, as long as they are valid: the sum of squares as halves tell them; the errors with what is hidden. */
+/* Of the totals, while they are valid: the sum of squared errors as estimated from the halves; the picture's error
+ * including what is hidden. */
 double pixel_errors_halves(const struct pixel_errors *errors);
 struct error_told pixel_errors_told(const struct pixel_errors *errors);
 
-/* Of a pixel that has samples, squared: as its own halves tell it; what it has missed. */
+/* Squared errors of a pixel that has samples: estimated from its own halves; missed by its samples. */
 double pixel_errors_own(const struct pixel_errors *errors, size_t pixel);
 double pixel_errors_hidden(const struct pixel_errors *errors, size_t pixel);
 
-/* What is expected of it, by pixel_errors_expect(), and with what it has missed. */
+/* The pixel's expected squared error as pixel_errors_expect() has found it; and the same plus what it has missed. */
 static inline double pixel_errors_expected(const struct pixel_errors *errors, size_t pixel)
 {
     return errors->expected[pixel];
 }
 double pixel_errors_in_all(const struct pixel_errors *errors, size_t pixel);
 
-/* By what is around it alone. */
+/* Squared error predicted from the pixel's neighbourhood alone. */
 static inline double pixel_errors_warned(const struct pixel_errors *errors, size_t pixel)
 {
     double root = (double)errors->warned[pixel];
     return root * root;
 }
 
-/* What is expected of all pixels. */
+/* Sum of the expected squared errors of all pixels. */
 double pixel_errors_expected_sum(const struct pixel_errors *errors);
 
 #endif

@@ -35,7 +35,7 @@ void statistics_init(struct statistics *statistics, const struct view *view, str
     size_t pixels = canvas_pixels(canvas);
     *statistics = (struct statistics){.canvas = canvas, .unsampled = pixels};
     levels_init(&statistics->levels, view);
-    /* As the canvas, and for the same reason. */
+    /* Allocated in the same way as the canvas, for the same reason. */
     statistics->difference = allocate_there(pixels, 3 * sizeof *statistics->difference);
     statistics->spread = allocate_there(pixels, sizeof *statistics->spread);
     statistics->rays = allocate_there(pixels, sizeof *statistics->rays);
@@ -64,7 +64,7 @@ struct known statistics_known(const struct statistics *statistics, size_t pixel)
     return known;
 }
 
-/* What so many samples and so many more come to together. */
+/* The mean of `samples` samples and `count` more. */
 static float combined(float mean, double samples, float more, double count)
 {
     return (float)((samples * (double)mean + count * (double)more) / (samples + count));
@@ -75,9 +75,9 @@ static double squared_distance(float a, float b)
     return ((double)a - (double)b) * ((double)a - (double)b);
 }
 
-/* The spread of so many samples and so many more together, of the pixel and of what has come in: by the
- * means of their halves, mean + difference / 2 and mean - difference / 2 (T. Chan, G. Golub & R. LeVeque,
- * Updating formulae and a pairwise algorithm for computing sample variances, 1979). */
+/* The spread of all samples of the pixel: of those it has and those that have come in. It is combined by means of the
+ * halves' means, mean + difference / 2 and mean - difference / 2 (T. Chan, G. Golub & R. LeVeque, Updating formulae and
+ * a pairwise algorithm for computing sample variances, 1979). */
 static float combined_spread(const struct statistics *statistics, size_t pixel, double samples,
                              const struct new_samples *more, double count)
 {
@@ -100,7 +100,7 @@ static void put_first(struct statistics *statistics, size_t pixel, const struct 
     statistics->unsampled--;
 }
 
-/* So many more. */
+/* Combines the pixel's samples with `count` more. */
 static void put_more(struct statistics *statistics, size_t pixel, double count,
                      const struct new_samples *more, float rays)
 {
@@ -115,7 +115,7 @@ static void put_more(struct statistics *statistics, size_t pixel, double count,
     statistics->rays[pixel] = combined(statistics->rays[pixel], before, rays, count);
 }
 
-/* Rays per sample as they came in: a sample is one ray at least. */
+/* Rays per sample, made valid: a sample takes at least one ray. */
 static double rays_of(float rays)
 {
     return rays >= 1 && rays < HUGE_VALF ? (double)rays : 1;

@@ -1,4 +1,5 @@
-/* What the samples of each pixel tell, as they come in: the store of adaptive sampling. */
+/* The store of adaptive sampling: for each pixel the mean, the halves' difference, the spread and the cost of its
+ * samples, updated as samples come in. */
 #ifndef FARM_MASTER_STATISTICS_H
 #define FARM_MASTER_STATISTICS_H
 
@@ -8,23 +9,24 @@
 #include "common/refinement.h"
 #include "master/canvas.h"
 
-/* Of each level: its samples n, and n^3/2. */
+/* For each level: its number of samples n, and n^3/2. */
 struct levels {
     double samples[LEVEL_MAX + 1], power[LEVEL_MAX + 1];
-    uint32_t last; /* the lowest one that has max_samples */
+    uint32_t last; /* the lowest level that has max_samples */
 };
 void levels_init(struct levels *levels, const struct view *view);
 
-/* The share of a squared error that is left where a pixel goes from one level to another one. */
+/* The share of a squared error that remains when a pixel goes from one level to another one. */
 static inline double levels_left(const struct levels *levels, uint32_t from, uint32_t to)
 {
     return levels->power[from] / levels->power[to];
 }
 
-/* The squared error of a pixel as its own halves tell it, 3 floats; 0 where they are not finite. */
+/* A pixel's squared error (mean of the components), estimated from its halves; 0 where they are not finite. difference:
+ * 3 floats, A - B. */
 double own_error(const float *difference);
 
-/* What is known of a picture's pixels, all of which have samples. */
+/* A view of the statistics of a picture. Of pixels of level 0 only the level is of use. */
 struct sampled {
     const struct canvas *canvas;
     const float *difference; /* 3 per pixel: A - B */
@@ -33,42 +35,43 @@ struct sampled {
     const struct levels *levels;
 };
 
-/* What is known of a pixel at a level, above 0. */
+/* A copy of what is known of one pixel, whose level is above 0. */
 struct known {
     float mean[3], difference[3], spread;
     uint8_t level;
 };
 
-/* More samples of a pixel, and of those behind it: struct pixel_floats. */
+/* Further samples of a pixel: pointers into the arrays of struct pixel_floats, in which the following pixels' come
+ * next. */
 struct new_samples {
     const float *mean, *difference, *spread, *rays;
 };
 
-/* Written by the functions below alone. */
+/* To be written by the functions below alone. Arrays are owned but for the canvas. */
 struct statistics {
-    struct canvas *canvas; /* the means; the caller's */
+    struct canvas *canvas; /* the means; the caller's own */
     struct levels levels;
     uint64_t unsampled; /* pixels without samples */
     float *difference;  /* 3 per pixel: A - B */
     float *spread;      /* of each pixel, as struct pixel_floats has it */
-    float *rays;        /* of each pixel, per sample: what it costs */
+    float *rays;        /* of each pixel, rays per sample: its cost */
     uint8_t *level;     /* of each pixel */
 };
 
-/* Memory that is kept for each pixel beside the canvas. */
+/* Bytes of memory kept for each pixel beside the canvas. */
 size_t statistics_pixel_bytes(void);
 
-/* No pixel has samples yet. The canvas, of the view's region, must outlive the statistics. Freed by
- * statistics_free(), which leaves the canvas. */
+/* Begins without any samples. The canvas, which has the size of the view's region, must outlive the statistics. Freed
+ * by statistics_free(), which leaves the canvas. */
 void statistics_init(struct statistics *statistics, const struct view *view, struct canvas *canvas);
 void statistics_free(struct statistics *statistics);
 
-/* As they are, also when more have come in; valid as long as they are. */
+/* statistics_sampled() is a view that follows later changes and is valid as long as the statistics are;
+ * statistics_known() copies the pixel's present state. */
 struct sampled statistics_sampled(const struct statistics *statistics);
 struct known statistics_known(const struct statistics *statistics, size_t pixel);
 
-/* The pixel has got the samples that bring it to a level above its own; returns the rays that each of them took, 1 at
- * least. */
+/* Adds the samples that bring a pixel to a level above its own. Returns the rays that each of them took, at least 1. */
 double statistics_put(struct statistics *statistics, size_t pixel, uint32_t level,
                       const struct new_samples *more);
 
@@ -77,13 +80,13 @@ static inline double statistics_samples(const struct statistics *statistics, siz
     return statistics->levels.samples[statistics->level[pixel]];
 }
 
-/* Per sample of a pixel that has some. */
+/* Rays per sample of a pixel that has samples. */
 static inline double statistics_rays(const struct statistics *statistics, size_t pixel)
 {
     return (double)statistics->rays[pixel];
 }
 
-/* Levels that the pixel can still go up. */
+/* How many levels the pixel can still go up. */
 static inline uint32_t statistics_levels_above(const struct statistics *statistics, size_t pixel)
 {
     return statistics->levels.last - statistics->level[pixel];
