@@ -8,10 +8,10 @@
 #include "common/message.h"
 
 /*
- * e / cost of the pixels, in bins of an eighth of a power of two: of each bin and number of levels
- * that its pixels can still go up, the sums of what their halves tell and of the effort. Octaves are counted
- * from that of a common error, so that pictures of any brightness are planned alike. Beyond the ends lies
- * what no picture has.
+ * A histogram of the pixels' gains, in bins of an eighth of an octave. For each bin and each number of levels that
+ * pixels can still go up there are sums of told and of effort. Octaves are relative to that of the typical error, so
+ * that pictures of any brightness are planned alike. Gains beyond either end, which no picture has, count with the last
+ * bin there.
  */
 enum { BINS_PER_OCTAVE = 8, OCTAVE_MIN = -120, OCTAVES = 220 };
 enum { BINS = OCTAVES * BINS_PER_OCTAVE };
@@ -38,8 +38,8 @@ void allocation_destroy(struct allocation *allocation)
     free(allocation);
 }
 
-/* The bin's upper end: nothing in it is above, and all is above its lower end, so that what a limit of that
- * takes in goes up at least once. */
+/* The bin's upper end: gains in the bin are at most this, and above its lower end. So under a limit that is the end of
+ * a bin, all pixels of higher bins are doubled at least once. */
 static double bin_end(const struct allocation *allocation, int bin)
 {
     int octave = bin / BINS_PER_OCTAVE, part = bin % BINS_PER_OCTAVE + 1;
@@ -85,8 +85,8 @@ double allocation_told(const struct allocation *allocation)
     return allocation->all_told;
 }
 
-/* What twice as many samples leave of a pixel's squared error, 2^-3/2 (allocation.h), and of its gain e / cost: half
- * as much of that, 2^-5/2. */
+/* Twice as many samples leave 2^-3/2 of a pixel's squared error (allocation.h) and, at twice the cost, half as much of
+ * its gain, 2^-5/2. */
 #define ERROR_OF_DOUBLE 0.35355339059327379
 #define GAIN_OF_DOUBLE  (ERROR_OF_DOUBLE / 2)
 
@@ -103,7 +103,7 @@ unsigned allocation_doublings(double gain, double limit, unsigned most)
 struct allocation_outcome allocation_under(const struct allocation *allocation, double limit)
 {
     struct allocation_outcome sum = {0, 0};
-    double efforts[LEVEL_MAX + 1]; /* of so many doublings at once, in terms of the first one */
+    double efforts[LEVEL_MAX + 1]; /* of k doublings in one pass, in terms of the first doubling */
     for (unsigned k = 0; k <= LEVEL_MAX; k++)
         efforts[k] = pow(exp2(k) - 1, EFFORT_POWER);
     for (int bin = 0; bin < BINS; bin++) {
@@ -120,7 +120,8 @@ struct allocation_outcome allocation_under(const struct allocation *allocation, 
     return sum;
 }
 
-/* The last bin at whose end an outcome is still so, as it is at those before it; -1: at none. */
+/* The last bin whose end, as the limit, has an outcome for which is_so() holds, as it does for all bins before it; -1:
+ * none has. */
 static int last_bin(const struct allocation *allocation,
                     bool (*is_so)(struct allocation_outcome outcome, double than), double than)
 {

@@ -4,10 +4,10 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Pixels that are looked at together: what is known of them stays in the first-level cache. */
+/* Pixels that are processed together: their data stays in the first-level cache. */
 #define CHUNK 128u
 
-/* Compiled to SIMD instructions: no pixel depends on another one. */
+/* Vectorised: the iterations, one for each pixel, are independent. */
 #define OVER_PIXELS _Pragma("omp simd")
 
 void color_row_take(const struct color_row *row, const struct canvas *canvas, int64_t y)
@@ -23,12 +23,13 @@ void color_row_take(const struct color_row *row, const struct canvas *canvas, in
     }
 }
 
-/* Differences of some pixels' colours, and their squares: of neighbours that do not count NaN, and 0. */
+/* Differences between the colours of a neighbour and of each pixel of a chunk, and their squared lengths. For
+ * neighbours that are ignored the differences are NaN and the square is 0. */
 struct differences {
     double x[CHUNK], y[CHUNK], z[CHUNK], square[CHUNK];
 };
 
-/* To the k-th of 3 x 3 neighbours, row by row. */
+/* From each pixel to the k-th of its 3 x 3 neighbours, numbered row by row. */
 static void find_differences(const struct color_row rows[3], uint32_t first, uint32_t count,
                              unsigned k, struct differences *to)
 {
@@ -51,7 +52,7 @@ static void find_differences(const struct color_row rows[3], uint32_t first, uin
     }
 }
 
-/* Of whole chunks, one selection to a loop: so the compiler makes no branch of it. */
+/* Whole chunks, with a single selection per loop, so that the compiler makes no branch of it. */
 static void select_farther(const double *restrict square, const double *restrict farthest,
                            const double *restrict from, double *restrict to)
 {
@@ -86,7 +87,7 @@ static void take_opposite(const struct differences *restrict to,
     }
 }
 
-/* Of one component of the neighbours' colours. */
+/* Extremes of one component of the neighbours' colours. */
 struct extremes {
     double low[CHUNK], high[CHUNK];
 };
@@ -101,7 +102,7 @@ static void take_extremes(const double *restrict value, struct extremes *restric
     }
 }
 
-/* The most that a value between the two can have. */
+/* The largest variance of a random value between the two extremes. */
 static double range_variance(const struct extremes *extremes, uint32_t i)
 {
     double range = extremes->high[i] - extremes->low[i];
@@ -116,7 +117,7 @@ static void extremes_init(struct extremes *extremes)
     }
 }
 
-#define HERE 4 /* of the 3 x 3 */
+#define HERE 4 /* index of the pixel itself among the 3 x 3 */
 
 static void contrast_of_chunk(const struct color_row rows[3], uint32_t first, uint32_t count,
                               const struct contrasts *contrasts)

@@ -1,4 +1,4 @@
-/* What pixels' colours differ from their neighbours' by, row by row. */
+/* Contrast of each pixel to its 8 neighbours, row by row. */
 #ifndef FARM_MASTER_CONTRAST_H
 #define FARM_MASTER_CONTRAST_H
 
@@ -6,27 +6,27 @@
 
 #include "master/canvas.h"
 
-/* A row of a canvas, a plane for each component: pixel x at [x + 1]. What lies outside of the picture, as
- * the first and the last one do, is NaN. */
+/* A row of a canvas, with a plane for each component: pixel x is at [x + 1]. What lies outside the picture, such as the
+ * first and the last float, is NaN. */
 struct color_row {
     float *plane[3]; /* width + 2 floats each; the caller's */
 };
 
-/* Takes row y of the canvas, which may lie outside. */
+/* Copies row y of the canvas, which may lie outside the picture. */
 void color_row_take(const struct color_row *row, const struct canvas *canvas, int64_t y);
 
-/* Of each pixel of a row, as many as it has; the caller's. */
+/* The result for each pixel of a row; arrays of the row's width, the caller's. */
 struct contrasts {
     double *largest, *across; /* C^2 and P of master/adaptive.h */
-    /* The most that the variance of a single sample can be that has a colour of neighbours, whatever the pixel's own
-     * colour is. */
+    /* The largest variance that single samples can have whose colours lie between those of the neighbours, whatever the
+     * pixel's own colour is. */
     double *around;
 };
 
 /*
- * Of each pixel of the row in the middle to its at most 8 neighbours, squares of differences between colours
- * as means of the components. Neighbours that are not finite do not count, nor do any beside a pixel that is not; 0
- * where none does.
+ * Compares each pixel of the middle row with its neighbours, 8 at most. Results are squared differences of colours,
+ * means over the components. Neighbours that are not finite are ignored, and so are all neighbours of a pixel that is
+ * not finite itself; where none is left, results are 0.
  */
 void contrast_of_row(const struct color_row rows[3], uint32_t width,
                      const struct contrasts *contrasts);

@@ -4,11 +4,12 @@
 
 #include "master/allocation.h"
 
-/* Seconds per effort of passes after the first, in terms of those of the first: pixels that are even are quick and get
- * none later on. 0.8 to 1.9 at the end of runs of 21 scenes, 1.3 in their median; but early passes are small and up to
- * twice as dear. So it counts as so much of the first pass's effort beside what the later passes themselves have
- * shown: of 527 forecasts from runs of these scenes, to a half to a quarter of their error, 40 are then more than 20 %
- * off; with half of this weight 58, with 1.36 in place of 1.26, too, 64. */
+/* LATER_SECONDS: seconds per effort of the passes after the first, relative to the first pass. Pixels in even areas are
+ * quick and get no samples later on. This ratio was 0.8 to 1.9 at the end of runs of 21 scenes, with a median of 1.3;
+ * but early passes are small and up to twice as expensive. So LATER_SECONDS times the first pass's seconds is a prior,
+ * weighted as LATER_WEIGHT of its effort, to what the later passes themselves have shown. Of 527 forecasts from runs of
+ * these scenes, to a half to a quarter of their error, 40 are then more than 20 % off; with half of this weight 58, and
+ * with both half of it and 1.36 in place of 1.26, 64. */
 #define LATER_SECONDS 1.26
 #define LATER_WEIGHT  0.2
 

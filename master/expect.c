@@ -9,13 +9,13 @@
 #include "master/bands.h"
 #include "master/contrast.h"
 
-/* The weights of the 5 x 5 pixels around one are products of these, of both axes: a binomial. */
+/* The neighbourhood of a pixel is 5 x 5 pixels, weighted with products of these binomial weights for the two axes. */
 #define REACH 2
-#define ROWS  (2 * REACH + 1) /* that a filtered value is made of */
+#define ROWS  (2 * REACH + 1) /* of the neighbourhood */
 static const double weights[ROWS] = {1, 4, 6, 4, 1};
 
-/* Surprises are counted by blocks, squares as high as a band: how many there are in one, and which one a column
- * is in. Blocks are so large that some thousand pixels tell of such things. */
+/* Surprises are summed over blocks, squares as high as a band: large enough for some thousand pixels to tell how
+ * frequent surprises are. block_count(): blocks of a band; block_of(): the block that a column is in. */
 #define BLOCK_EDGE BAND_ROWS
 
 static uint32_t block_count(const struct canvas *canvas)
@@ -29,50 +29,51 @@ static uint32_t block_of(uint32_t x)
 }
 
 /*
- * What is around a pixel counts for so many degrees of freedom of its own spread. The fewer, the more of
- * what a plan spares is what halves that agree by chance hide: with none the garden's error (640 x 480, as
- * of 64 uniform samples) is 2.3 % larger than estimated, with 4 0.7 %, with 16 it is right. For the same
- * true error the lantern (as of 64 and 256) needs as many rays with none as with 4, 2 or 3 % more with 16,
- * and 17 and 34 % more where its own spread does not count at all.
+ * The weight of the neighbourhood, as a number of degrees of freedom of the pixel's own spread. The smaller it is, the
+ * more of the samples that a plan saves are saved where halves agree by chance: with 0 the garden's error (640 x 480,
+ * as of 64 uniform samples) is 2.3 % larger than estimated, with 4 it is 0.7 % larger, with 16 the estimate is right.
+ * For the same true error the lantern (as of 64 and 256 samples) needs as many rays with 0 as with 4, 2 or 3 % more
+ * with 16, and 17 and 34 % more where its own spread does not count at all.
  */
 #define PRIOR 4
 
-/* What the pixel itself counts for in the ratio of errors to spreads around it, which count for 1: as if
- * its error were its spread, as at edges. With a fifth of this nothing changes that could be told. */
+/* The weight of the pixel itself in the ratio of errors to spreads; its neighbourhood has weight 1. The pixel's own
+ * error is taken to be equal to its spread, as at edges. A fifth of this weight made no difference that could be
+ * measured. */
 #define OWN_PART 0.25
 
-/* Of a neighbour's contrast what may be missed, in terms of its square by the cube of the number of
- * samples: for 4 samples the square of a quarter of it. With none of it what no sample has met is given up:
- * the lantern's error then is 1.7 times the estimate. */
+/* What a pixel may have missed of a neighbour's contrast: this times the squared contrast, divided by the cube of the
+ * number of samples. With 4 samples it is the square of a quarter of the contrast. With 0 in place of 4 what no sample
+ * has hit is given up: the lantern's error is then 1.7 times the estimate. */
 #define MISSED 4
 
-/* A row of what is known of pixels, filtered along it, with and without the pixel in the middle. */
+/* A row of values, filtered along the row, with and without the pixel in the middle. */
 struct filtered {
     double *with, *without;
 };
 
-/* Means over the pixels around one, of a band in work. Of the rows around the present one, y is at y modulo
- * their number. */
+/* Weighted means over the neighbourhoods of pixels, row by row through a band. The filtered rows are a ring buffer: row
+ * y is at index y modulo ROWS. */
 struct smooth {
-    double *row; /* one, and REACH zeros on either side */
+    double *row; /* the row to be filtered, and REACH zeros on either side */
     struct filtered rows[ROWS];
-    double *around; /* of each pixel of the present row */
+    double *around; /* per pixel of the present row: the mean over its neighbourhood */
 };
 
-/* A band in work. */
+/* What a thread needs while it works on a band. */
 struct band {
     const struct sampled *pixels;
     uint32_t width;
     struct smooth variance, spread;
     struct color_row colors[3];
-    double *row_weight;         /* of each column: the sum of the weights that lie in the picture */
+    double *row_weight;         /* per column: sum of the weights that lie within the picture */
     struct contrasts contrasts; /* of the present row */
-    double *surprise;           /* of each block of the band: what nothing has warned of */
-    double *doubles;            /* all of these; owned */
-    float *floats;              /* the colours; owned */
+    double *surprise;           /* per block of the band: sum of v over its surprises */
+    double *doubles;            /* memory of all doubles above; owned */
+    float *floats;              /* memory of colors; owned */
 };
 
-/* The next so many of the band's numbers. */
+/* Takes `count` doubles of what is left of the band's memory. */
 static double *cut(double **left, size_t count)
 {
     double *first = *left;
@@ -80,7 +81,7 @@ static double *cut(double **left, size_t count)
     return first;
 }
 
-/* Numbers of a struct smooth. */
+/* How many doubles a struct smooth has. */
 static size_t smooth_size(size_t width)
 {
     return (2 * (size_t)ROWS + 2) * width + 2 * (size_t)REACH;
@@ -94,7 +95,7 @@ static void smooth_init(struct smooth *smooth, size_t width, double **left)
     smooth->around = cut(left, width);
 }
 
-/* The sum of the weights that lie in the picture, along one axis. */
+/* Sum of the weights that lie within the picture, along one axis. */
 static double weight_inside(uint32_t at, uint32_t size)
 {
     double sum = 0;
@@ -130,13 +131,13 @@ static void band_free(struct band *band)
     free(band->floats);
 }
 
-/* What its halves tell of a pixel: v of one by itself. */
+/* v of a pixel as estimated from its own halves. */
 static double own_variance(const struct sampled *pixels, size_t i)
 {
     return own_error(pixels->difference + 3 * i) * pixels->levels->power[pixels->level[i]];
 }
 
-/* S of a pixel; where nothing is known of it, of two samples or what is not finite, what its halves tell. */
+/* S of a pixel. Where it is unknown, with two samples or not finite, it is replaced by v estimated from its halves. */
 static double own_spread(const struct sampled *pixels, size_t i)
 {
     double samples = pixels->levels->samples[pixels->level[i]], spread = (double)pixels->spread[i];
@@ -154,7 +155,7 @@ static void filter_row(const struct smooth *smooth, int64_t y, uint32_t width)
     }
 }
 
-/* Row y of what is known, filtered; rows outside of the picture are 0. */
+/* Takes row y and filters it; rows outside the picture are 0. */
 static void take_row(struct band *band, int64_t y)
 {
     bool inside = y >= 0 && y < band->pixels->canvas->height;
@@ -167,7 +168,7 @@ static void take_row(struct band *band, int64_t y)
     filter_row(&band->spread, y, band->width);
 }
 
-/* The means of row y; rows within REACH of it are filtered. */
+/* Computes the means of row y; all rows within REACH of it must have been filtered. */
 static void find_around(const struct band *band, const struct smooth *smooth, uint32_t y)
 {
     double column_weight = weight_inside(y, band->pixels->canvas->height);
@@ -194,7 +195,7 @@ static void find_contrasts(struct band *band, uint32_t y)
     contrast_of_row(rows, band->width, &band->contrasts);
 }
 
-/* v */
+/* v of the rule, with n = samples. */
 static double variance_of(double around, double spread_around, double spread, double samples)
 {
     double own = OWN_PART * spread, ratio = 0;
@@ -219,12 +220,13 @@ static void expect_row(struct band *band, uint32_t y, double *error, float *warn
         if (own > SURPRISE * (around + across)) band->surprise[block_of(x)] += own;
         error[i] = variance_of(around, spread_around, spread, samples) / power +
                    missed * (band->contrasts.largest[x] + across);
-        /* At an edge between two neighbours' colours halves of 4 samples tell 8 times the second part at most. */
+        /* Of 4 samples at an edge between two neighbours' colours, the halves' error is at most 8 times the second
+         * term. */
         warned[i] = (float)sqrt((around + band->contrasts.around[x]) / power);
     }
 }
 
-/* What there is in a block, for each of its pixels; those at the right edge are narrower. */
+/* Divides each block's sum by its number of pixels; the block at the right edge may be narrower. */
 static void spread_blocks(const struct band *band, uint32_t rows)
 {
     for (uint32_t x = 0; x < band->width; x += BLOCK_EDGE) {
@@ -233,7 +235,7 @@ static void spread_blocks(const struct band *band, uint32_t rows)
     }
 }
 
-/* What surprises there may still be. */
+/* Adds the error of surprises that may still be there: each pixel gets the mean of its block. */
 static void expect_surprises(const struct band *band, uint32_t y, double *error)
 {
     const struct sampled *pixels = band->pixels;

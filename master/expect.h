@@ -1,4 +1,4 @@
-/* What the error of each pixel is expected to be: e of the rule in master/adaptive.h. */
+/* Predicts the squared error of each pixel: e of the rule in master/adaptive.h. */
 #ifndef FARM_MASTER_EXPECT_H
 #define FARM_MASTER_EXPECT_H
 
@@ -7,12 +7,14 @@
 #include "common/crew.h"
 #include "master/statistics.h"
 
-/* What nothing around a pixel has warned of: what its halves tell is so many times what is expected by what is around
- * it. Edges, of which about 5 of the 24 pixels around one are part, hardly ever surprise. */
+/* A pixel is a surprise where the squared error estimated from its halves is more than this many times the one
+ * predicted from its neighbourhood. Edges hardly ever are: about 5 of the 24 pixels around a pixel on an edge are on
+ * it, too. */
 #define SURPRISE 8
 
-/* Sets the expected squared error of every pixel: finite, as squares of floats are well inside of what doubles
- * hold; and the root of what is expected of it by what is around it alone, whatever its own samples have met. */
+/* Sets for each pixel its expected squared error, which is finite, as squares of floats are far inside the range of
+ * doubles; and in warned the root of the squared error predicted from its neighbourhood alone, whatever its own samples
+ * have met. All pixels must have samples. The crew must be idle; NULL: the caller works alone. */
 void expect_errors(const struct sampled *pixels, struct crew *crew, double *error, float *warned);
 
 #endif

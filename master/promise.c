@@ -2,10 +2,10 @@
 
 #include <math.h>
 
-/* A pass that promised to leave a share s of the squared error left s^exponent: with an exponent of 0.90 to 1.12
- * the first one behind pass 0 in 14 runs of seven scenes, and in each of them the later ones, which are smaller,
- * with one that was less than 0.1 from that. Of few pixels it tells hardly anything; so it is taken as if one that
- * left a quarter had kept its promise before them: the logarithm of that. */
+/* A pass that promised to leave a share s of the squared error left s^exponent. The exponent was 0.90 to 1.12 for the
+ * first pass behind pass 0 in 14 runs of seven scenes; in each run that of the later passes, which are smaller, was
+ * within 0.1 of it. A pass of few pixels tells hardly anything. So the sums begin as if a pass that left a quarter had
+ * kept its promise before: this is the logarithm of that share. */
 #define PROMISE_BEFORE (-1.3862943611198906)
 
 void promise_make(struct promise *promise, double before, double left)

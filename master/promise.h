@@ -1,21 +1,23 @@
-/* What the plans of passes promise to leave of the error, and what came of it: how far to trust the next one. */
+/* How well plans of passes foresee: the share of the error that each plan promises to leave is compared with what its
+ * pass has left, to correct later forecasts. */
 #ifndef FARM_MASTER_PROMISE_H
 #define FARM_MASTER_PROMISE_H
 
-/* Of squared errors, summed over the picture, as halves tell them. */
+/* About sums of squared errors over the picture, estimated from the halves. */
 struct promise {
-    double before;   /* when the last pass was planned */
-    double promised; /* of that, the share that is to be left; 0: no pass is to be judged */
-    double log_promised, log_kept; /* of these shares and what came of them: sums over passes */
+    double before;   /* sum when the last pass was planned */
+    double promised; /* share of it that the pass is to leave; 0: there is no pass to be judged */
+    /* sums over passes: logarithms of the promised shares, and of those that were left */
+    double log_promised, log_kept;
 };
 
-/* The plan of a pass promises that of the errors before it so much is left. */
+/* A plan promises that its pass leaves the sum `left` of `before`. */
 void promise_make(struct promise *promise, double before, double left);
 
-/* The pass has left so much; nothing happens if it has been told already. */
+/* The pass is over and has left the sum `squares`; no effect if this pass has been judged already. */
 void promise_judge(struct promise *promise, double squares);
 
-/* The power of a promised share that passes so far have left: 1 where they have kept what they promised. */
+/* The exponent x such that passes which promised a share s have left s^x so far; 1 where they kept their promises. */
 double promise_exponent(const struct promise *promise);
 
 #endif

@@ -8,12 +8,12 @@
 #include "common/whole.h"
 #include "master/bands.h"
 
-/* In one pass a pixel goes up this many levels at most: what is known of it is not enough for more. */
+/* A pixel goes up this many levels at most in one pass: too little is known of it for more. */
 #define LEVELS_PER_PASS 4
 
 /* ---- what a pixel is worth ---- */
 
-/* Rays of all of the pixel's samples. */
+/* Rays of all samples that the pixel has. */
 static double cost_of(const struct candidates *it, size_t pixel)
 {
     return statistics_rays(it->statistics, pixel) * statistics_samples(it->statistics, pixel);
@@ -24,7 +24,7 @@ static double gain_of(const struct candidates *it, size_t pixel)
     return pixel_errors_in_all(it->errors, pixel) / cost_of(it, pixel);
 }
 
-/* To the next level, if there is one. */
+/* Effort of going to the next level; 0 if there is none. */
 static double effort_of(const struct candidates *it, size_t pixel)
 {
     uint32_t level = it->statistics->level[pixel];
@@ -32,7 +32,7 @@ static double effort_of(const struct candidates *it, size_t pixel)
     return statistics_rays(it->statistics, pixel) * effort_between(it->effort, level, level + 1);
 }
 
-/* Whether the pixel would get more samples by what is around it alone. */
+/* Whether its neighbourhood alone would give the pixel more samples. */
 static bool is_warned(const struct candidates *it, size_t pixel, double limit)
 {
     double gain = pixel_errors_warned(it->errors, pixel) / cost_of(it, pixel);
@@ -41,16 +41,17 @@ static bool is_warned(const struct candidates *it, size_t pixel, double limit)
 
 /* ---- what all are worth ---- */
 
-/* Parts of a picture are allocated side by side: of about so many pixels, a hundredth of a second, and no more of them
- * than this, for an allocation is half a megabyte. The same for any crew, as sums depend on it. */
+/* Parts of a picture are allocated in parallel: each of about so many pixels, a hundredth of a second of work, and no
+ * more than PARTS_MOST of them, as an allocation takes half a megabyte. The parts do not depend on the crew, as the
+ * rounding of sums depends on them. */
 #define PART_PIXELS (1u << 20)
 #define PARTS_MOST  64
 
 struct allocating {
     const struct candidates *candidates;
-    bool told;      /* whether halves tell anything */
-    double error;   /* of a pixel, the mean */
-    uint32_t bands; /* of a part */
+    bool told;      /* whether the halves show any error */
+    double error;   /* mean squared error of a pixel */
+    uint32_t bands; /* bands per part */
     struct allocation **parts;
 };
 
@@ -75,8 +76,8 @@ static void allocate_part(void *context, uint32_t part)
         allocate_pixel(it, allocation, i);
 }
 
-/* What the halves of pixels tell, with what is hidden; where these tell nothing (of all of them), what is expected, as
- * contrasts may still hide something. */
+/* The error to be lowered is what the halves tell plus what is hidden. Where all halves tell 0, it is the expected
+ * error, as contrasts may still hide something. */
 struct allocation *refine_allocation(const struct candidates *candidates)
 {
     const struct canvas *canvas = candidates->statistics->canvas;
@@ -123,7 +124,7 @@ struct stepping {
     struct refined *bands;
 };
 
-/* A band's pixels' next levels. */
+/* Sets the next levels of a band's pixels. */
 static void step_band(void *context, uint32_t band)
 {
     const struct stepping *it = context;
@@ -143,7 +144,7 @@ static void step_band(void *context, uint32_t band)
     it->bands[band] = refined;
 }
 
-/* Its pixels that are left where they are, or would be by what is around them. */
+/* Records a band's pixels that are left where they are, or would be by their neighbourhood. */
 static void leave_band(void *context, uint32_t band)
 {
     const struct stepping *it = context;

@@ -1,6 +1,7 @@
 /*
- * The plan of a pass that refines pixels: which get how many more samples under a limit, and what limit an aim or a
- * time asks for, over the whole picture. The rule is in master/adaptive.h, of a single pixel in master/allocation.h.
+ * Plans a pass that refines pixels: how many more samples each pixel gets under a limit, and which limit leads to a
+ * given error or effort, over the whole picture. The rule is in master/adaptive.h; master/allocation.h applies it to a
+ * pixel.
  */
 #ifndef FARM_MASTER_REFINE_H
 #define FARM_MASTER_REFINE_H
@@ -13,9 +14,8 @@
 #include "master/pixel_errors.h"
 #include "master/statistics.h"
 
-/* What a plan is made from: pixels that all have samples, and what is expected of them as they are
- * (pixel_errors_expect()). All are the caller's. The crew is not busy with anything else; NULL: the caller plans alone.
- */
+/* What a plan is made from. All pixels have samples, and pixel_errors_expect() has been called for them as they are.
+ * Everything is the caller's. The crew must be idle; NULL: the caller plans alone. */
 struct candidates {
     const struct statistics *statistics;
     struct pixel_errors *errors;
@@ -23,22 +23,22 @@ struct candidates {
     struct crew *crew;
 };
 
-/* Of all pixels, to find a limit with; freed by allocation_destroy(). */
+/* An allocation with all pixels, to find a limit with; freed by allocation_destroy(). */
 struct allocation *refine_allocation(const struct candidates *candidates);
 
-/* How many pixels get more samples, and what is expected to be left then of the errors as the halves of all pixels
- * tell them: the sum of their squares. */
+/* The outcome of a plan: how many pixels get more samples, and the sum of squared errors, estimated from the halves of
+ * all pixels, that is expected to be left. */
 struct refined {
     uint64_t pixels;
     double left;
 };
 
-/* Sets the level that each pixel is to have behind the pass: its own, or a higher one where the limit asks for it.
- * Where any is to have that, the others are left as they are, which their errors take down. */
+/* Sets in next the level of each pixel after the pass: its own, or a higher one where the limit asks for it. If any
+ * pixel goes up, the errors record which pixels their neighbourhood leaves where they are (pixel_errors_leave()). */
 struct refined refine_levels(const struct candidates *candidates, double limit, uint8_t *next);
 
-/* The effort of all samples behind the first ones, also those that are there, if a single pass took them to where the
- * limit does. */
+/* The effort of all samples beyond pixels' first ones, those that are there included, if a single pass took every pixel
+ * from level 1 to where the limit takes it. */
 double refine_effort(const struct candidates *candidates, double limit);
 
 #endif
