@@ -10,10 +10,10 @@
 #include "master/forecast.h"
 #include "master/refine.h"
 
-/* What share of the error before it a pass aims at, at least and at most. At least, as much is learnt by a pass;
- * but the more samples a pixel gets at a time, the quicker are they: with 0.12 and four levels the same error
- * took 0.8 to 1.0 of the CPU time that it took with 0.5 and two, in nine runs of seven scenes. At most, so
- * that there is an end to passes that miss a target by a hair. */
+/* The share of the error before it that a pass aims at, at least and at most. The minimum is there because passes are
+ * planned from what earlier ones have shown. It is low because samples are quicker the more a pixel gets at a time:
+ * with 0.12 and four levels the same error took 0.8 to 1.0 of the CPU time that it took with 0.5 and two, in nine runs
+ * of seven scenes. The maximum makes an end to passes that miss the target by a hair. */
 #define PASS_AIM_MIN 0.12
 #define PASS_AIM_MAX 0.93
 
@@ -59,7 +59,7 @@ static struct candidates candidates_of(struct adaptive *adaptive)
                                adaptive->crew};
 }
 
-/* All pixels of the last pass are in: the upper end of the estimate of the picture's error behind it. */
+/* The upper end of the estimate of the picture's error. All pixels of the last pass must be in. */
 static double look_at_pass(struct adaptive *adaptive)
 {
     uint64_t pixels = pixel_errors_expect(&adaptive->errors, adaptive->crew)->pixels;
@@ -72,7 +72,7 @@ static bool meets_target(const struct adaptive *adaptive, double high)
     return adaptive->target > 0 && high <= adaptive->target;
 }
 
-/* What the pass has come to is judged: its promise, and whether the target is met. Returns look_at_pass(). */
+/* Judges the last pass: how it kept its promise, and whether the target is met. Returns look_at_pass(). */
 static double judge_pass(struct adaptive *adaptive)
 {
     double high = look_at_pass(adaptive);
@@ -81,8 +81,8 @@ static double judge_pass(struct adaptive *adaptive)
     return high;
 }
 
-/* Every pixel's next level, and with them what the pass promises, when judge_pass() has looked at the last one; returns
- * whether any goes up. */
+/* Plans every pixel's next level and with them what the pass promises, after judge_pass(). Returns whether any pixel
+ * goes up. */
 static bool plan_levels(struct adaptive *adaptive, double limit)
 {
     assert(adaptive->pass.missing == 0);
@@ -96,8 +96,8 @@ static bool plan_levels(struct adaptive *adaptive, double limit)
     return true;
 }
 
-/* By which the next pass is planned: the one that takes the error, whose upper end is high, to where a pass aims, or a
- * higher one if that is all there is time for. */
+/* The limit for the next pass: the one that takes the error, whose upper end is high, to the pass's aim, or a higher
+ * one if there is time for no more. */
 static double limit_for(struct adaptive *adaptive, double high, double seconds)
 {
     struct candidates candidates = candidates_of(adaptive);
@@ -145,7 +145,7 @@ double adaptive_foresee(struct adaptive *adaptive, double rmse, double power)
     if (pixels < canvas_pixels(adaptive->statistics.canvas) || !(totals->halves.squares > 0))
         return (double)NAN;
     double exponent = promise_exponent(&adaptive->promise);
-    if (adaptive->pass.is_first) exponent = power / FORECAST_EDGE; /* promises are for edges */
+    if (adaptive->pass.is_first) exponent = power / FORECAST_EDGE; /* promises assume edges */
     if (!(exponent > 0)) return (double)NAN;
     double squares = pixel_errors_told(&adaptive->errors).sum.squares;
     double share = pow(rmse * rmse * (double)pixels / squares, 1 / exponent);
@@ -161,7 +161,7 @@ double adaptive_foresee(struct adaptive *adaptive, double rmse, double power)
 
 /* ---- what is asked of it ---- */
 
-/* The crew is busy with tiles until all of the pass are in. */
+/* Until all pixels of the pass are in, the crew is busy with tiles. */
 static struct crew *idle_crew(const struct adaptive *adaptive)
 {
     return adaptive->pass.missing ? NULL : adaptive->crew;

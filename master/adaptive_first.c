@@ -1,4 +1,4 @@
-/* First samples that pass 0 did not get to: passes of a lattice of pixels each (master/lattice.h). */
+/* First samples of pixels that pass 0 did not get to, in passes for a lattice of pixels each (master/lattice.h). */
 #include <assert.h>
 #include <math.h>
 
@@ -21,7 +21,8 @@ void adaptive_cut(struct adaptive *adaptive, double seconds)
         adaptive->unsampled_s = effort_first_seconds(&adaptive->effort) / (double)sampled;
 }
 
-/* The pixels of this lattice that have no samples; next: there they are to get some in the next pass; or NULL. */
+/* Counts the pixels of a lattice that have no samples. Where next is not NULL, they are to get some in the next pass.
+ */
 static uint64_t find_unsampled(const struct statistics *statistics, uint32_t lattice, uint8_t *next)
 {
     const struct canvas *canvas = statistics->canvas;
@@ -37,7 +38,8 @@ static uint64_t find_unsampled(const struct statistics *statistics, uint32_t lat
     return count;
 }
 
-/* The finest lattice for which there is time, or else the coarsest one, that has any pixel without samples. */
+/* The finest lattice for which there is time; where there is time for none, the coarsest one that has a pixel without
+ * samples. */
 static uint32_t lattice_within(const struct adaptive *adaptive, double seconds)
 {
     uint32_t lattice = LATTICE_COARSEST;
@@ -53,7 +55,7 @@ static uint32_t lattice_within(const struct adaptive *adaptive, double seconds)
     return lattice;
 }
 
-/* What pixels take that get their first samples, by those that did last. */
+/* Updates what a pixel's first samples take, from those of the last pass. */
 static void learn_first(struct adaptive *adaptive)
 {
     if (adaptive->pass.asked == 0) return;
@@ -61,7 +63,7 @@ static void learn_first(struct adaptive *adaptive)
                             (double)adaptive->pass.asked;
 }
 
-/* All pixels of the last pass are in, and the lattice has some without samples. */
+/* Plans a pass for a lattice that has pixels without samples. All pixels of the last pass must be in. */
 static void plan_lattice(struct adaptive *adaptive, uint32_t lattice)
 {
     assert(adaptive->pass.missing == 0);
@@ -77,7 +79,7 @@ void adaptive_plan_first(struct adaptive *adaptive, double seconds)
     plan_lattice(adaptive, lattice_within(adaptive, seconds));
 }
 
-/* A pass 0 that lacks pixels is cut off when it is clear that there is such a pass behind it. */
+/* A pass 0 that lacks pixels is cut off only when it is known that the earlier run had a lattice's pass after it. */
 bool adaptive_plan_first_again(struct adaptive *adaptive, double limit)
 {
     double lattice = -1 - limit;

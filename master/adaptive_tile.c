@@ -1,14 +1,15 @@
-/* What a pass is in a tile: what is to be done for its pixels, and what comes in of them. */
+/* What a pass does in a tile: what each of its pixels gets, and what comes in of them. */
 #include <assert.h>
 
 #include "common/hash.h"
 #include "master/adaptive_state.h"
 
-/* Over a tile's pixels in its order, without a division for each. */
+/* Iterates over a tile's pixels in the tile's order, without a division for each. */
 struct walk {
-    size_t pixel;                 /* of the canvas */
-    uint32_t column, width, step; /* in the tile; a step's columns beside whole rows */
-    size_t on, back; /* pixels of the canvas: of a step, and from a row's end to the next row */
+    size_t pixel; /* index of the present pixel in the canvas */
+    /* Column and width in the tile; columns of a step beyond whole rows. */
+    uint32_t column, width, step;
+    size_t on, back; /* distances in the canvas: of a step, and from a row's end to the next row */
 };
 
 static struct walk walk_begin(const struct adaptive *adaptive, const struct tile *tile)
@@ -36,7 +37,7 @@ static void walk_on(struct walk *walk)
 
 /* ---- what is to be done ---- */
 
-/* In pass 0 also where only some are still to come. */
+/* In pass 0, results contain all pixels of a tile, also where only some are still to come. */
 static bool has_all_pixels(const struct adaptive *adaptive)
 {
     return adaptive->pass.number == 1;
@@ -79,7 +80,7 @@ void adaptive_refinements(const struct adaptive *adaptive, const struct tile *ti
                                              adaptive->pass.next[walk.pixel]};
 }
 
-/* Pixels whose levels are hashed at once: calls cost more than bytes. */
+/* Pixels whose levels are hashed in one call, as calls cost more than bytes. */
 #define HASHED_PIXELS 256u
 
 uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *tile)
@@ -100,8 +101,8 @@ uint64_t adaptive_plan_hash(const struct adaptive *adaptive, const struct tile *
 
 /* ---- what comes in ---- */
 
-/* What the pass brings to a pixel is in. To look at what is not there yet would take as long as to put first samples
- * in. */
+/* Takes in what the pass brings to a pixel. A pixel without samples has no state before to be looked at: reading it
+ * would take as long as storing the first samples. */
 static void put_pixel(struct adaptive *adaptive, size_t pixel, const struct new_samples *more)
 {
     uint32_t from = adaptive->statistics.level[pixel], to = adaptive->pass.next[pixel];

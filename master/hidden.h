@@ -54,7 +54,7 @@ void hidden_settle(struct hidden *hidden, const struct sampled *now, size_t pixe
 struct unwarned {
     uint64_t pixels; /* unwarned pixels that are at this level */
     uint64_t warned; /* pixels left at it although they were warned */
-    /* error that all unwarned pixels of the level had missed at first, estimated by those that had hit something */
+    /* Error that all unwarned pixels of the level had missed at first, estimated by those that had hit something. */
     double expected;
     double variance; /* variance of expected */
     double unseen;   /* the most that a single contribution to expected may be too small by */

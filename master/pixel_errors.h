@@ -29,7 +29,7 @@ struct pixel_errors {
     const struct statistics *statistics; /* the caller's */
     struct hidden *hidden;               /* what the halves do not show */
     double *expected;                    /* expected squared error of each pixel; owned */
-    /* root of each pixel's squared error, predicted from its neighbourhood alone; owned */
+    /* Root of each pixel's squared error, predicted from its neighbourhood alone; owned. */
     float *warned;
     bool is_expected; /* expected and warned are up to date */
     bool is_summed;   /* totals are up to date */
