@@ -7,7 +7,7 @@
 
 /* ---- estimates ---- */
 
-/* z with erfc(z / sqrt(2)) = miss: the normal distribution is outside of +-z so often. */
+/* z such that a normally distributed variable is outside +-z with probability miss: erfc(z / sqrt(2)) = miss. */
 static double normal_quantile(double miss)
 {
     double low = 0, high = 40;
@@ -22,19 +22,20 @@ static double normal_quantile(double miss)
 }
 
 /*
- * The standard deviation of the logarithm of a sum of squared errors, by luck. Pixels are independent, and
- * the variance of one's squared error is at most its fourth power on average.
+ * Standard deviation, by chance, of the logarithm of a sum of squared errors. Pixels are independent, and the variance
+ * of a pixel's squared error is at most the mean of its fourth power.
  */
 static double log_spread(const struct error_sum *sum)
 {
     return sqrt(sum->fourths) / sum->squares;
 }
 
-/* Of what is hidden, beside that by luck: with it the squared error of eight pictures of specks, dust, hairs and
- * needles was told as 0.6 to 1.7 times what it was in the end, and much of that was hidden. */
+/* Standard deviation of the logarithm of the hidden squared error, beside that by chance: the squared error of eight
+ * pictures of specks, dust, hairs and needles, much of which was hidden, was estimated as 0.6 to 1.7 times what it was
+ * in the end. */
 #define HIDDEN_SPREAD 0.6
 
-/* What a kind of look may miss of all that a run may: passes more, because wide intervals there cost
+/* The part of a run's misses that each kind of look may have. Passes have more, because wide intervals there cost
  * samples. */
 static const double miss_parts[] = {[ERROR_LOOK_PASS] = 0.8, [ERROR_LOOK_BETWEEN] = 0.2};
 
@@ -44,8 +45,8 @@ struct error_estimate error_estimate(const struct error_told *told, uint64_t pix
     const struct error_sum *sum = &told->sum;
     if (pixels == 0 || !(sum->squares > 0)) return (struct error_estimate){0, 0, 0};
     double miss = (1 - ERROR_CONFIDENCE) * miss_parts[look] * 6 / (M_PI * M_PI * number * number);
-    /* What the estimate is compared with is itself the sum of what these pixels happen to have: as
-     * uncertain as the estimate, and independent of it but for the pixels they share. */
+    /* The estimate is compared with what these pixels' errors happen to be. Their sum is as uncertain as the estimate,
+     * and independent of it but for the pixels that both share. */
     double luck = normal_quantile(miss) * M_SQRT2 * log_spread(sum);
     double less = (told->hidden + told->carried) / sum->squares * log(HIDDEN_LEAST);
     double more = told->hidden / sum->squares * log(HIDDEN_MOST);

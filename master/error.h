@@ -1,9 +1,9 @@
 /*
- * The sampling error of the picture: estimates of it with an interval, and how they went down with time.
- * What less of it would cost: master/forecast.h.
+ * The sampling error of the picture: estimates with confidence intervals, and a log of how they went down with time.
+ * What a smaller error would cost: master/forecast.h.
  *
- * RMSE is the root of the mean over pixels and components of the squared difference between the
- * picture and what it would be with infinitely many samples; linear, 1 is full white.
+ * RMSE is the root of the mean, over pixels and components, of the squared difference between the picture and what it
+ * would be with infinitely many samples; linear, 1 is full white.
  */
 #ifndef FARM_MASTER_ERROR_H
 #define FARM_MASTER_ERROR_H
@@ -14,71 +14,75 @@
 
 #include "common/protocol.h"
 
-/* Share of runs in which all intervals of the run hold the errors that they are about. */
+/* The share of runs in which all intervals of the run contain the errors that they are about. */
 #define ERROR_CONFIDENCE 0.95
 
-/* What is known of the errors of pixels. */
+/* What is known of the errors of pixels, squared. */
 struct error_told {
-    struct error_sum sum; /* fourths: of what is off by luck, also in what is hidden */
-    /* Parts of sum.squares that pixels do not tell themselves (master/hidden.h). */
-    double hidden;  /* what they have missed */
-    double carried; /* what they had missed before, and their mean has still */
+    /* squares: including hidden and carried; fourths: bounds the variance of squares. */
+    struct error_sum sum;
+    /* Parts of sum.squares that the pixels' halves do not show (master/hidden.h). */
+    double hidden;  /* what samples have missed */
+    double carried; /* what early samples had missed, and the means still contain */
 };
 
 struct error_estimate {
     double rmse;
-    double low, high; /* of ERROR_CONFIDENCE, over all looks of a run together */
+    /* Ends of the interval of ERROR_CONFIDENCE, for all looks of a run together. */
+    double low, high;
 };
 
 /*
- * Looking at a run again and again finds an interval that does not hold sooner or later. So look k of a
- * kind may miss with a chance of 6 / (pi k)^2 of what all of this kind together may, which adds up to it
- * however many there are. Looks behind whole passes decide whether there is another pass, which must not
- * depend on how often somebody has looked in between: they are counted by themselves.
+ * A run that is looked at again and again sooner or later has an interval that does not contain the error. So look
+ * number k of a kind may miss with a probability of 6 / (pi k)^2 of what all looks of this kind together may; these
+ * probabilities add up to that for any number of looks. Looks after whole passes decide whether there is another pass,
+ * which must not depend on how often somebody has looked in between. So the two kinds are counted separately.
  */
 enum error_look { ERROR_LOOK_PASS, ERROR_LOOK_BETWEEN };
 
 /*
- * What is hidden is told too large or too small for much the same reasons at all looks of a run, so that it gets no
- * wider with their number. Its square is taken to be this many times what is told, at least and at most. Of 2304 runs
- * of 400 pictures of discs, needles and hairs, 0.04 to 2 pixels wide, 11 then had an interval that the error was below
- * and 24 one that it was above; judged by bounds of half their logarithms 32 and 24, of twice these 8 and 22 (make
- * bench-error ERROR_SECTIONS=fields). Misses above hardly depend on them: there something is met that nothing was like.
+ * What is hidden is over- or underestimated for much the same reasons at all looks of a run, so its part of the
+ * interval does not get wider with their number. The squared error that is hidden is taken to be at least HIDDEN_LEAST
+ * and at most HIDDEN_MOST times its estimate. Of 2304 runs of 400 pictures of discs, needles and hairs, 0.04 to 2
+ * pixels wide, 11 then had an error below their interval and 24 had one above it; with bounds of half these logarithms
+ * 32 and 24, with bounds of twice these 8 and 22 (make bench-error ERROR_SECTIONS=fields). Misses above hardly depend
+ * on the bounds: in these runs something is hit that nothing before was like.
  *
- * What is carried can be as much less. It is told too large where later samples of a pixel make up for earlier ones, as
- * they are spread together; and where there is much of it, it depends on what few samples have met which pixels get
- * more, and those that get none tell too much. Of 300 hairs, 0.3 to 0.8 pixels wide (640 x 480), up to 1.6 times the
- * square was told in passes between; a fifth to a third of that was carried.
+ * What is carried can be overestimated by as much. It is where later samples of a pixel make up for earlier ones, as
+ * all its samples are spread evenly together. Besides, where much is carried, what few samples have hit decides which
+ * pixels get more of them, and the pixels that get none tell too much. Of 300 hairs, 0.3 to 0.8 pixels wide (640 x
+ * 480), the estimate was up to 1.6 times the squared error in passes between; a fifth to a third of that was carried.
  */
 #define HIDDEN_LEAST (1.0 / 16)
 #define HIDDEN_MOST  4.0
 
 /*
- * From the errors of so many pixels, at the number-th (1, 2, ...) look of this kind. Of one pixel, or where
- * one has nearly all of the error, the interval is too narrow: how much such a sum scatters a single error
- * does not tell.
+ * The estimate from the errors of so many pixels, at look `number` (1, 2, ...) of this kind. The interval is too narrow
+ * for a single pixel, or where one pixel has nearly all of the error: a single error does not tell how much such a sum
+ * scatters.
  */
 struct error_estimate error_estimate(const struct error_told *told, uint64_t pixels,
                                      enum error_look look, unsigned number);
 
-/* An error that was seen, for a forecast: its logarithm has the standard deviation spread, at most. */
+/* An observed error, for a forecast. spread: standard deviation of the logarithm of rmse, at most. */
 struct error_point {
-    double seconds; /* of rendering, where it matters */
+    double seconds; /* of rendering; not always used */
     double rmse;
     double spread;
 };
 
-/* A point from errors of so many pixels; false: there is no error to be seen. */
+/* Sets a point from the errors of so many pixels. false: no error has been observed. */
 bool error_point(const struct error_told *told, uint64_t pixels, double seconds,
                  struct error_point *point);
 
-/* A moment of a run. */
+/* A row of the log: a moment of a run. */
 struct error_row {
     double elapsed_s; /* since the start of the program */
-    double samples;   /* per pixel of the picture, mean */
+    double samples;   /* mean per pixel of the picture */
     struct error_estimate estimate;
-    double true_rmse; /* against the reference; NAN without one */
-    double share; /* of the picture's pixels: those that have samples, of which the estimate is */
+    double true_rmse; /* measured against the reference; NAN without one */
+    /* The part of the picture's pixels that have samples; the estimate is about these. */
+    double share;
 };
 
 struct error_log {
@@ -89,7 +93,7 @@ struct error_log {
 void error_log_add(struct error_log *log, const struct error_row *row);
 void error_log_free(struct error_log *log);
 
-/* CSV: the line of names, and a row's. */
+/* Write CSV: the line of column names; a row. */
 void error_names_csv(FILE *out);
 void error_row_csv(FILE *out, const struct error_row *row);
 

@@ -2,14 +2,15 @@
 
 #include <math.h>
 
-/* The law from now to goal, a logarithm of time of `times` later, as far as the errors are known. */
+/* The power law from now to goal, which is reached when the logarithm of time has grown by `times`, with the
+ * uncertainty slope_spread of the slope by that of the errors. */
 static struct error_forecast law_to(const struct error_point *now, double goal, double times,
                                     double slope_spread)
 {
     struct error_forecast forecast = {.rmse = now->rmse, .seconds = now->seconds, .goal = goal};
     if (!(goal < now->rmse && times > 0 && times < HUGE_VAL)) return forecast;
     forecast.slope = log(now->rmse / goal) / times;
-    /* FORECAST_SPREAD of what is still to come is less of all. */
+    /* FORECAST_SPREAD is relative to what is still to come, which is less than the whole time. */
     double foresight = FORECAST_SPREAD * -expm1(-times) * forecast.slope / times;
     forecast.slope_spread = hypot(foresight, slope_spread);
     forecast.known = true;
@@ -24,13 +25,13 @@ struct error_forecast error_forecast_to(const struct error_point *now, double go
     return forecast;
 }
 
-/* How the squared error goes down with samples: what edges leave, and a share of it that is smooth; or
- * without any such share by a power below that of edges. */
+/* How the squared error goes down with the number of samples: the share `share` with FORECAST_SMOOTH, the rest with
+ * `power`. That is FORECAST_EDGE, or less where nothing is smooth. */
 struct decline {
     double power, share;
 };
 
-/* Whose squared error ratio times the samples have lowered `went` times, more than 1. */
+/* The decline with which `ratio` times the samples have divided the squared error by `went`, both above 1. */
 static struct decline decline_of(double ratio, double went)
 {
     double edge = pow(ratio, FORECAST_EDGE), smooth = pow(ratio, FORECAST_SMOOTH);
@@ -38,17 +39,17 @@ static struct decline decline_of(double ratio, double went)
     return (struct decline){FORECAST_EDGE, fmin((went - edge) / (smooth - edge), 1)};
 }
 
-/* What so many times the samples leave of the squared error. */
+/* The part of the squared error that so many times the samples leave. */
 static double left_after(const struct decline *decline, double times)
 {
     return (1 - decline->share) * pow(times, -decline->power) +
            decline->share * pow(times, -FORECAST_SMOOTH);
 }
 
-/* How many times the samples leave so much of it, below 1. */
+/* How many times the samples leave the part `left` of the squared error, below 1. */
 static double times_samples(const struct decline *decline, double left)
 {
-    double low = 1, high = pow(left, -1 / decline->power); /* as if nothing were smooth */
+    double low = 1, high = pow(left, -1 / decline->power); /* bound: nothing is smooth */
     for (int i = 0; i < 60; i++) {
         double middle = (low + high) / 2;
         if (left_after(decline, middle) > left)
@@ -64,25 +65,25 @@ static bool is_power_of_two(uint32_t samples)
     return (samples & (samples - 1)) == 0;
 }
 
-/* What error_forecast() takes. */
+/* The arguments of error_forecast(). */
 struct halfway {
     const struct error_point *points;
     uint32_t samples;
     double goal;
 };
 
-/* What is wrong, in logarithms: both points' errors, and the usual slope. */
+/* Assumed errors of the inputs: of the logarithms of both points' errors, and of the usual slope. */
 struct off {
     double part, now, slope;
 };
 
-/* What is expected of a run with so many samples. */
+/* A run with so many samples, and the error expected of it. */
 struct prospect {
     double samples, rmse;
 };
 
-/* The logarithms of both errors at powers of two, and how much farther they are apart than usual; of which this is the
- * variance. */
+/* The logarithms of both points' errors, corrected to powers of two; the logarithm of the ratio of their samples; by
+ * how much the errors are farther apart than with the usual slope, and the variance of that. */
 struct apart {
     double part, now, log_ratio;
     double too_steep, variance;
@@ -103,7 +104,7 @@ static struct apart apart_if_off(const struct halfway *it, struct off off)
     return apart;
 }
 
-/* Whether the error has gone up by more than both may be off by, CONTRADICTION standard deviations: a few pixels
+/* Whether the error has gone up by more than both errors may be off by, CONTRADICTION standard deviations: a few pixels
  * have most of it, and half of the samples had missed what is in them. */
 #define CONTRADICTION 3
 static bool has_gone_up(const struct halfway *it)
@@ -113,13 +114,13 @@ static bool has_gone_up(const struct halfway *it)
     return apart.now - apart.part > CONTRADICTION * spread;
 }
 
-/* How the error goes down from the last point on, whose logarithm is `now` at powers of two. false: it does
- * not. */
+/* How the error goes down from the last point on; *at: the logarithm of its error, corrected to powers of two and by
+ * the usual slope. false: it does not go down. */
 static bool decline_if_off(const struct halfway *it, struct off off, struct decline *decline,
                            double *at)
 {
     struct apart apart = apart_if_off(it, off);
-    /* Both errors are moved, each by its part of the variance, towards the usual slope. */
+    /* Both errors are moved towards the usual slope, each by its part of the variance. */
     double step = apart.too_steep / apart.variance;
     double part = apart.part - step * pow(it->points[0].spread, 2);
     double now = apart.now + step * pow(it->points[1].spread, 2);
@@ -129,8 +130,8 @@ static bool decline_if_off(const struct halfway *it, struct off off, struct decl
     return true;
 }
 
-/* Of the fewest samples, even or a power of two, that reach the goal; HUGE_VAL of them: errors do not go
- * down. */
+/* The run with the fewest samples, an even number or a power of two, that reach the goal; HUGE_VAL samples: errors do
+ * not go down. */
 static struct prospect prospect_if_off(const struct halfway *it, struct off off)
 {
     struct decline decline;
@@ -146,14 +147,14 @@ static struct prospect prospect_if_off(const struct halfway *it, struct off off)
                              exp(now + above) * sqrt(left_after(&decline, samples / it->samples))};
 }
 
-/* The logarithm of the time that so many samples take, up to a constant. */
+/* The logarithm, up to a constant, of the time that so many samples take. */
 static double log_effort(double samples)
 {
     return log(samples + FORECAST_ROOT * sqrt(samples));
 }
 
-/* By how much the logarithm of time grows up to the goal if that is off, along a straight line to what is
- * expected; HUGE_VAL: errors do not go down. */
+/* By how much the logarithm of time grows until the goal is reached, along a straight line to the expected run, if the
+ * inputs are off by `off`; HUGE_VAL: errors do not go down. */
 static double times_if_off(const struct halfway *it, struct off off)
 {
     struct prospect to = prospect_if_off(it, off);
@@ -164,7 +165,8 @@ static double times_if_off(const struct halfway *it, struct off off)
     return times * log(now / it->goal) / log(now / to.rmse);
 }
 
-/* What an error that may be off to both sides makes of the slope. */
+/* Uncertainty of the slope by an input that may be off to both sides: half of the difference between the slopes for the
+ * two values of `times`. */
 static double slope_off(const struct halfway *it, double steep, double flat)
 {
     return log(it->points[1].rmse / it->goal) * (1 / steep - 1 / flat) / 2;
@@ -222,7 +224,7 @@ double forecast_seconds(const struct error_forecast *forecast, double rmse, doub
     return seconds;
 }
 
-/* Times that power of ten: 0.0003 itself, not the product of 3 and 0.0001, which is beside it. */
+/* digit times the power of ten, correctly rounded: 0.0003 itself, which the product of 3 and 0.0001 is not. */
 static double scaled(double digit, double power)
 {
     return power < 0 ? digit / pow(10, -power) : digit * pow(10, power);
