@@ -7,7 +7,7 @@
 #include "common/scene.h"
 #include "master/json.h"
 
-/* 0 for a part of nothing. */
+/* part / whole; 0 where whole is 0. */
 static double ratio(double part, double whole)
 {
     return whole > 0 ? part / whole : 0;
@@ -50,7 +50,7 @@ struct render_counts report_picture_counts(const struct report *report)
     return sum;
 }
 
-/* The renderer that met this sample; NULL: one of an earlier run. */
+/* The renderer that met this sample; NULL: it was met in an earlier run. */
 static const struct renderer_stats *finder(const struct report *report,
                                            const struct bad_sample *bad)
 {
@@ -115,7 +115,7 @@ static void put_features(struct json *json, const char *key, unsigned features)
     json_close(json, ']');
 }
 
-/* All that is in memory, shared by the triangles and patches; null where there are none. */
+/* Bytes of scene and BVH per triangle or patch; null where there are none. */
 static void put_bytes_per_triangle(struct json *json, const struct report *report)
 {
     double bytes = (double)report->scene_bytes + (double)report->bvh_bytes;
@@ -219,7 +219,7 @@ static void put_balance(struct json *json, const struct report *report)
     json_close(json, '}');
 }
 
-/* Of the heat map, when there is one: CPU seconds per pixel. */
+/* Range of the heat map, if there is one: CPU seconds per pixel. */
 static void put_heat(struct json *json, const struct heat_range *heat)
 {
     if (heat->highest == 0) return;
@@ -298,7 +298,7 @@ static void put_errors(struct json *json, const struct error_log *errors)
     json_close(json, ']');
 }
 
-/* What half of the error would cost. */
+/* What about half of the error would cost. */
 static void put_forecast(struct json *json, const struct report *report)
 {
     const struct error_forecast *forecast = &report->forecast;
@@ -337,7 +337,7 @@ static void put_sampling(struct json *json, const struct report *report)
     json_close(json, '}');
 }
 
-/* Rows whose interval holds the true error, of those that know it. */
+/* Of the rows that know the true error: how many there are, and how many have it within their interval. */
 static void put_coverage(struct json *json, const struct error_log *errors)
 {
     uint64_t known = 0, held = 0;
@@ -387,7 +387,7 @@ static void put_quality(struct json *json, const struct report *report)
     json_count(json, "rays", counts.bound_rays);
     json_close(json, '}');
     put_quantisation(json, &report->quantisation);
-    /* Nothing in a run knows it: that takes the same picture in more digits. */
+    /* Unknown: to measure it takes the same picture in higher precision. */
     json_null(json, "arithmetic");
     put_numerics(json, report, &counts);
     json_open(json, "resumed", '{');

@@ -1,4 +1,4 @@
-/* What a run cost: the JSON report and the table at the end. */
+/* The report of a run: as JSON, and as the table that is printed at the end. */
 #ifndef FARM_MASTER_REPORT_H
 #define FARM_MASTER_REPORT_H
 
@@ -11,101 +11,102 @@
 #include "master/timeline.h"
 #include "master/truth.h"
 
-/* Wall seconds of the parts of a run on rank 0; they add up to total but for moments between. */
+/* Wall seconds of the parts of a run on rank 0. They add up to total except for short moments in between. */
 struct run_times {
     double total, init, load, broadcast, build, render, write;
-    double probe;  /* of the pre-pass, part of render: mean of the renderers */
-    double resume; /* reading the journal of an earlier run, and whether there is one */
-    double room;   /* until the memory of picture and adaptive sampling is there */
+    double probe;  /* the pre-pass: part of render, mean of the renderers */
+    double resume; /* looking for an earlier run's journal and reading it */
+    double room;   /* allocating the memory of picture and adaptive sampling */
 };
 
-/* What was taken over from the journal of an earlier run. */
+/* What this run has used of an earlier run's journal. */
 struct resumed {
-    uint32_t tiles;   /* of this run, that needed no rendering */
-    uint64_t pixels;  /* of these */
-    uint64_t records; /* good ones in the journal */
-    double seconds;   /* that they took to render, on all renderers together */
+    uint32_t tiles;   /* of this run that needed no rendering */
+    uint64_t pixels;  /* of these tiles */
+    uint64_t records; /* valid ones in the journal */
+    double seconds;   /* wall seconds that they took to render, sum of all renderers */
     double cpu_s;     /* CPU seconds of that */
-    double render_s;  /* seconds of rendering that they spared this run: shared by its processors */
-    double again_s;   /* what the rest took that was saved, too, and is rendered again */
-    struct render_counts counts; /* of what needed no rendering, as found_sum() */
+    double render_s;  /* wall seconds that this run was spared: cpu_s divided by its processors */
+    double again_s;   /* wall seconds of what was saved, too, but is rendered again */
+    struct render_counts counts; /* of what needed no rendering, by found_sum() */
 };
 
 /* What ended the sampling. */
 enum sampling_end {
-    ENDED_BY_SAMPLES, /* every pixel had its `samples`: uniform sampling */
+    ENDED_BY_SAMPLES, /* uniform sampling: every pixel has its samples */
     ENDED_BY_TARGET,
     ENDED_BY_MAX_SAMPLES,
     ENDED_BY_TIME
 };
 
 struct report {
-    const char *version;    /* of the farm */
+    const char *version;    /* of the program */
     const char *config;     /* path as the user gave it */
     const char *image_file; /* path */
     uint32_t image_width, image_height;
     int processes;
     uint32_t cores;              /* that the renderers may use, on all machines together */
-    uint32_t processors;         /* renderers that can work at a time, each on a core */
-    enum processor_level kernel; /* what rank 0's processor runs */
+    uint32_t processors;         /* renderers that can work at the same time, each on a core */
+    enum processor_level kernel; /* instructions that rank 0's kernel uses */
     enum schedule schedule;
-    uint32_t tile_edge; /* pixels: of a tile (dynamic, tiles), rows of a band */
+    uint32_t tile_edge; /* edge of a tile in pixels (dynamic, tiles), or rows of a band */
     uint32_t tiles;
     uint64_t primitives, triangles, lights, scene_bytes, bvh_bytes;
-    uint64_t duplicates;  /* primitives that the file has besides: master/duplicates.h */
-    uint64_t idle_lights; /* that it has besides, which light nothing */
-    unsigned features;    /* enum scene_feature */
+    uint64_t duplicates;  /* further primitives of the scene file, left out: master/duplicates.h */
+    uint64_t idle_lights; /* further lights of the scene file, left out: they light nothing */
+    unsigned features;    /* bits of enum scene_feature that the scene has */
     struct run_times time;
     const struct renderer_stats *renderers; /* in rank order */
     int renderer_count;
-    struct render_counts picture;   /* of this run's tiles in the picture, each once */
+    struct render_counts picture;   /* over this run's tiles that are in the picture, each once */
     const struct error_log *errors; /* NULL: none */
     struct error_forecast forecast;
     uint32_t min_samples, max_samples; /* per pixel */
     uint64_t unsampled;                /* pixels that got no sample before the time was over */
-    double guessed_rmse;               /* about, of these; NaN: none, or nobody knows */
-    double target;                     /* RMSE of adaptive sampling; 0: none */
-    unsigned passes;                   /* of adaptive sampling; 0: it was not */
-    double missing_share;              /* of the last pass's pixels: a time limit cut it off */
-    double plan_s; /* wall seconds in which passes were planned and all waited */
+    double guessed_rmse;  /* estimated, of these pixels; NaN: there are none, or it is unknown */
+    double target;        /* RMSE of adaptive sampling; 0: none */
+    unsigned passes;      /* of adaptive sampling; 0: sampling was uniform */
+    double missing_share; /* part of the last pass's pixels that a time limit cut off */
+    double plan_s;        /* wall seconds of planning passes, while all renderers waited */
     enum sampling_end ended;
     bool has_reference;
     struct truth truth;               /* against the reference */
     struct quantisation quantisation; /* of the picture's file */
-    double master_cpu_s;              /* of serving and of plans, not of rendering */
+    double master_cpu_s;              /* CPU seconds of serving and planning, not of rendering */
     uint64_t master_messages;
     struct resumed resumed;
-    struct heat_range heat; /* of the heat map; 0 and 0: none */
-    double service_s; /* CPU seconds of the master for an answer and more work in return: mean of
-                       * those that no other message came with */
-    double answer_wait_s, answer_wait_most_s; /* until an answer was looked at: mean, most */
-    uint32_t repeated_tiles;                  /* handed out a second time */
-    /* Of rendering, in answers that came second and in tiles given up half done, but for those at the end
-     * of the run. */
+    struct heat_range heat; /* of the heat map; 0 and 0: there is none */
+    /* CPU seconds that the master needs for a result and for sending more work in return: mean over those that were
+     * handled without another message. */
+    double service_s;
+    double answer_wait_s, answer_wait_most_s; /* until a result was looked at: mean, maximum */
+    uint32_t repeated_tiles;                  /* that were handed out a second time */
+    /* Seconds of rendering for results that came second and for tiles given up half done, except those at the end of
+     * the run. */
     double wasted_s;
 };
 
-/* Figures that follow from a report. */
+/* Figures derived from a report. */
 struct balance {
-    double efficiency; /* sum of busy / (renderers * render time), 0..1 */
-    double imbalance;  /* max busy / mean busy, >= 1 */
-    double tail_s;     /* last finish - first finish of a renderer, seconds */
-    double cpu_share;  /* sum of CPU time / sum of busy, 0..1: less than 1 where cores are shared */
+    double efficiency;    /* sum of busy / (renderers * render time), 0..1 */
+    double imbalance;     /* max busy / mean busy, >= 1 */
+    double tail_s;        /* last finish - first finish of a renderer, seconds */
+    double cpu_share;     /* sum of CPU time / sum of busy, 0..1: below 1 where cores are shared */
     double cpu_imbalance; /* max CPU time / mean CPU time, >= 1 */
 };
 
 struct balance report_balance(const struct report *report);
 
-/* The renderers' counts together: what this run did. */
+/* The sum of the renderers' counts: what this run has done. */
 struct render_counts report_counts(const struct report *report);
 
-/* What holds of the whole picture, an earlier run's part included: the samples that are not finite,
- * the bounds. What was rendered twice counts once. */
+/* Counts for the whole picture, including an earlier run's part: samples that are not finite, bounds. What was rendered
+ * twice counts once. */
 struct render_counts report_picture_counts(const struct report *report);
 
 /*
- * One line for a person about samples that are not finite: how many, and where the first one is, as
- * text that the caller frees; NULL when there are none.
+ * One line for the user about samples that are not finite: how many, and where the first one is. Text that the caller
+ * frees; NULL when there are none.
  */
 char *report_bad_samples(const struct report *report);
 
@@ -113,13 +114,12 @@ char *report_bad_samples(const struct report *report);
 char *report_json(const struct report *report);
 
 /*
- * The table for a person: where the time went, tiles and busy time per rank, efficiency. Fits in
- * columns characters (0: 80). Of more than 16 ranks only the busiest, the idlest and the mean are
- * shown.
+ * Prints the table for the user: where the time went, tiles and busy time per rank, efficiency. It fits into `columns`
+ * characters per line (0: 80). Of more than 16 ranks only the busiest ones, the idlest ones and the mean are shown.
  */
 void report_table(FILE *out, const struct report *report, int columns);
 
-/* A line of that table: "picture lantern.png", as a terminal may get it. */
+/* Prints a line such as "picture lantern.png", with the path made printable. */
 void report_path(FILE *out, const char *label, const char *path);
 
 #endif

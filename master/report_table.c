@@ -9,12 +9,12 @@
 
 enum {
     COLUMNS_UNKNOWN = 80,
-    COLUMNS_MIN = 40, /* the narrowest that the columns of figures need */
+    COLUMNS_MIN = 40, /* the least that the columns of figures need */
     COLUMNS_MAX = 100,
-    ROW_COLUMNS = 40, /* of a rank's row up to its share of the picture */
+    ROW_COLUMNS = 40, /* of a rank's row, without pixels and bar */
     SHARE_COLUMNS = 9,
-    RANKS_MAX = 16, /* more than this are summed up */
-    RANKS_ENDS = 4, /* of which the busiest and the idlest so many are shown */
+    RANKS_MAX = 16, /* where there are more, not all are shown */
+    RANKS_ENDS = 4, /* of these, so many of the busiest and of the idlest are shown */
     BAR_MIN = 6,
     BAR_MAX = 24,
 };
@@ -22,7 +22,7 @@ enum {
 struct table {
     FILE *out;
     int columns;
-    int used; /* columns of the current line, of text that flows */
+    int used; /* columns already used of the current line of flowing text */
 };
 
 static double share_of(double part, double whole)
@@ -30,7 +30,7 @@ static double share_of(double part, double whole)
     return whole > 0 ? fmax(part, 0) / whole : 0;
 }
 
-/* The end of a row: a bar of what is left of the line, when that is enough for one. */
+/* Ends a row with a bar in what is left of the line, if that is enough for one. */
 static void end_with_bar(const struct table *table, int used, double fraction)
 {
     int room = table->columns - used - 2;
@@ -43,7 +43,7 @@ static void end_with_bar(const struct table *table, int used, double fraction)
     fputc('\n', table->out);
 }
 
-/* Milliseconds matter of seconds, not of hours; 8 characters up to three years. */
+/* With milliseconds below 9999 s, else in whole seconds; 8 characters for up to three years. */
 static struct figure seconds_figure(double seconds)
 {
     struct figure figure;
@@ -51,7 +51,7 @@ static struct figure seconds_figure(double seconds)
     return figure;
 }
 
-/* Three digits, and from 1000 on whole seconds, as long as figures of digits are short. */
+/* Three significant digits; from 1000 to 1e9 whole seconds. */
 static struct figure rough_seconds(double seconds)
 {
     struct figure figure;
@@ -76,12 +76,12 @@ static void put_seconds(const struct table *table, const char *label, double sec
     end_with_bar(table, used, share);
 }
 
-/* Of a picture that takes so much of the whole time to be made room for it is told: that takes seconds where it has
- * a hundred million pixels. */
+/* Allocating the picture's memory is shown if it takes at least this part of the whole time: with a hundred million
+ * pixels it takes seconds. */
 #define ROOM_TOLD 0.01
 
-/* MPI's own calls wait in the first and the one of sharing until all ranks are there; of which part is waiting it
- * does not tell. */
+/* The times of starting MPI and of sharing the scene include waiting until all ranks are there. It happens inside MPI's
+ * calls, so it cannot be told apart. */
 static void put_run(const struct table *table, const struct run_times *time, bool resumed)
 {
     double rest = time->total - time->init - time->load - time->broadcast - time->build -
@@ -101,15 +101,15 @@ static void put_run(const struct table *table, const struct run_times *time, boo
     fprintf(table->out, "  %-16s %8s s\n", "total", seconds_figure(time->total).text);
 }
 
-/* Busy time is wall time: where cores are shared it says more than was computed. */
+/* Cores count as shared if the CPU time is less than this part of the busy time, which is wall time. */
 #define SHARED_CORE 0.9
 
-/* What all renderers did together, in seconds. */
+/* Sums over all renderers, in seconds. */
 struct work {
     double busy, cpu;
     double probe, intersect, shade; /* wall time of tiles: parts of busy */
     double wait;
-    bool shared; /* cores were */
+    bool shared; /* cores were shared */
 };
 
 static struct work work_of(const struct report *report, const struct render_counts *counts)
@@ -127,22 +127,23 @@ static struct work work_of(const struct report *report, const struct render_coun
     return work;
 }
 
-/* Where cores were shared, the CPU time of busy time is divided as the wall time of tiles was, for a turn of somebody
- * else falls on each of its parts alike; but for what falls between two tiles: to ask for the CPU time is a
- * call to the system, which likes to let others run then. */
+/* Where cores were shared, the CPU time is divided in proportion to the wall time of the parts of tiles, as others'
+ * turns on the core fall on all parts alike. What is between two tiles gets none of it: the CPU time is asked for there
+ * by a system call, at which the system tends to let others run. */
 static double part_of(const struct work *work, double seconds)
 {
     double parts = work->probe + work->intersect + work->shade;
     return work->shared ? work->cpu * share_of(seconds, parts) : seconds;
 }
 
-/* What the renderers did with the time of rendering, each counted from its start to its end. */
+/* What the renderers did during the render phase, each counted from its start to its end. */
 static void put_rendering(const struct table *table, const struct report *report,
                           const struct work *work)
 {
     int renderers = report->renderer_count;
     double whole = report->time.render * renderers;
-    double plan = fmin(report->plan_s * renderers, work->wait); /* in which all of them wait */
+    /* All renderers wait during planning. */
+    double plan = fmin(report->plan_s * renderers, work->wait);
     const struct {
         const char *label;
         double seconds;
@@ -167,7 +168,7 @@ static void put_rendering(const struct table *table, const struct report *report
     put_seconds(table, "sending, other", fmax(rest, 0) / renderers, whole / renderers);
 }
 
-/* A line of the table of ranks; of a mean, the counts have fractions. */
+/* A row of the table of ranks. For the mean, the counts have fractions. */
 struct row {
     char label[16];
     const char *host; /* NULL: no such column */
@@ -176,7 +177,7 @@ struct row {
 
 static bool hosts_differ(const struct report *report)
 {
-    const char *known = ""; /* who has never reported has none */
+    const char *known = ""; /* a rank that never reported has none */
     for (int i = 0; i < report->renderer_count; i++) {
         const char *host = report->renderers[i].host;
         if (*known && *host && strcmp(host, known) != 0) return true;
@@ -185,13 +186,13 @@ static bool hosts_differ(const struct report *report)
     return false;
 }
 
-/* Where pixels, their share and a bar have no room side by side, the share stands for the pixels. */
+/* Whether there is room for pixels, their share and a bar. If not, only the share is shown. */
 static bool shows_pixels(const struct table *table)
 {
     return table->columns >= ROW_COLUMNS + SHARE_COLUMNS + 2 + BAR_MIN;
 }
 
-/* pixels: of the picture; most: busy seconds of a rank, whose bar is the longest. */
+/* pixels: of the picture; most: the busiest rank's seconds, for the longest bar. */
 static void put_row(const struct table *table, const struct row *row, double pixels, double most)
 {
     int used = fprintf(table->out, "%6s %6s", row->label, whole_figure(row->tiles, 1e6).text);
@@ -253,7 +254,7 @@ static int busiest_first(const void *left, const void *right)
     return a->rank < b->rank ? -1 : a->rank > b->rank;
 }
 
-/* In rank order when all of them are shown. */
+/* In rank order if all of them are shown, else the busiest first. */
 static const struct renderer_stats **order_ranks(const struct report *report)
 {
     size_t count = report->renderer_count > 0 ? (size_t)report->renderer_count : 0;
@@ -286,7 +287,7 @@ static void put_ranks(const struct table *table, const struct report *report)
 
 #define INDENT 2
 
-/* A piece of flowing text: on the current line if it fits there, else on a new one, which is indented. */
+/* Puts a piece of flowing text on the current line if it fits there, else on a new, indented line. */
 static void put_piece(struct table *table, const char *join, const char *format, va_list arguments)
 {
     char piece[256];
@@ -298,7 +299,7 @@ static void put_piece(struct table *table, const char *join, const char *format,
     table->used += fprintf(table->out, "%s%s", table->used ? join : "", piece);
 }
 
-/* An item of a list. */
+/* An item of a list, separated by a comma. */
 static void flow(struct table *table, const char *format, ...) MESSAGE_FORMAT(2, 3);
 
 static void flow(struct table *table, const char *format, ...)
@@ -309,7 +310,7 @@ static void flow(struct table *table, const char *format, ...)
     va_end(arguments);
 }
 
-/* More of the last one. */
+/* More text of the last item, separated by a space. */
 static void flow_on(struct table *table, const char *format, ...) MESSAGE_FORMAT(2, 3);
 
 static void flow_on(struct table *table, const char *format, ...)
@@ -354,7 +355,7 @@ static void put_rays(struct table *table, const struct report *report,
     end_flow(table);
 }
 
-/* Whole, however long it is: a path that is cut cannot be used. */
+/* The path is never shortened: a shortened one could not be used. */
 void report_path(FILE *out, const char *label, const char *path)
 {
     char *name = printable_text(path);
@@ -362,7 +363,7 @@ void report_path(FILE *out, const char *label, const char *path)
     free(name);
 }
 
-/* What speed-up more renderers than cores can have at most. */
+/* The largest speed-up that is possible with more renderers than cores. */
 static void put_cores(struct table *table, const struct report *report)
 {
     uint32_t most = report->processors;
@@ -370,7 +371,7 @@ static void put_cores(struct table *table, const struct report *report)
     flow(table, "%d renderers", report->renderer_count);
     if (report->cores == most)
         flow_on(table, "on %u core%s:", most, most == 1 ? "" : "s");
-    else /* cores of one machine are none for those of another */
+    else /* cores of one machine are of no use to renderers of another one */
         flow(table, "%u on a core at a time:", most);
     if (most == 1)
         flow_on(table, "no faster than one");
@@ -391,7 +392,7 @@ static void put_shared_cores(struct table *table, const struct report *report,
     end_flow(table);
 }
 
-/* Of an error: two digits, 0.00005, not 5e-05. */
+/* An error with two significant digits, as 0.00005, not as 5e-05. */
 static struct figure error_figure(double error)
 {
     struct figure figure;
@@ -407,7 +408,7 @@ static struct figure error_figure(double error)
     return figure;
 }
 
-/* The same of what is an error at most: not less than that. */
+/* The same for an upper bound: rounded up. */
 static struct figure bound_figure(double bound)
 {
     struct figure figure = error_figure(bound);
@@ -421,7 +422,8 @@ static void put_beyond(struct table *table, double goal, uint32_t most_samples)
     end_flow(table);
 }
 
-/* "0.001 would take about 41 s (36 to 50), with 256 samples, ..." as if this run had rendered all. */
+/* "0.001 would take about 41 s (36 to 50), with 256 samples, ...", as if this run had rendered an earlier run's part,
+ * too. */
 static void put_forecast(struct table *table, const struct error_forecast *forecast,
                          uint32_t most_samples, double elapsed_s)
 {
@@ -447,7 +449,7 @@ static void put_forecast(struct table *table, const struct error_forecast *forec
     end_flow(table);
 }
 
-/* Where nothing tells the error but a reference, as one sample of each pixel does not. */
+/* The error where there is no estimate, as with one sample per pixel: only a reference may tell it. */
 static void put_unestimated(struct table *table, const struct report *report)
 {
     if (report->has_reference)
@@ -458,7 +460,7 @@ static void put_unestimated(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-/* Of the whole picture, of which so large a share has samples and this RMSE. */
+/* The error of the whole picture. share: part of its pixels that have samples, with this RMSE. */
 static void put_guessed(struct table *table, const struct report *report, double share, double rmse)
 {
     if (report->unsampled == 0) return;
@@ -472,7 +474,8 @@ static void put_guessed(struct table *table, const struct report *report, double
          error_figure(sqrt(squared)).text, error_figure(report->guessed_rmse).text);
 }
 
-/* So many times what was estimated a picture is hardly wrong by: it is rather the reference that is of another view. */
+/* Where the true error is more than this many times the upper end of the estimate, the reference is probably of another
+ * view. */
 #define UNLIKELY_ERROR 10
 
 /* "sampling error: RMSE 0.0021 (0.0019 to 0.0024) after 12.4 s" */
@@ -501,7 +504,7 @@ static void put_error(struct table *table, const struct report *report)
     put_guessed(table, report, last->share, last->estimate.rmse);
     if (!isnan(last->true_rmse))
         flow(table, "RMSE %s against the reference", error_figure(last->true_rmse).text);
-    else if (report->has_reference) /* a row knows it where all pixels have samples */
+    else if (report->has_reference) /* rows have it only where all pixels have samples */
         flow(table, "RMSE %s of the whole picture against the reference",
              error_figure(report->truth.rmse).text);
     if (last->estimate.high > 0 && last->true_rmse > UNLIKELY_ERROR * last->estimate.high)
@@ -511,7 +514,7 @@ static void put_error(struct table *table, const struct report *report)
         put_forecast(table, &report->forecast, report->max_samples, elapsed);
 }
 
-/* What depth and cutoff have left out. */
+/* The error by what max_depth and cutoff have left out. */
 static void put_truncation(struct table *table, const struct report *report)
 {
     double most = report_picture_counts(report).truncation;
@@ -523,7 +526,7 @@ static void put_truncation(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-/* What the picture's file has no room for. */
+/* Pixels that are brighter than the picture's file can hold. */
 static void put_clipped(struct table *table, const struct report *report)
 {
     const struct quantisation *file = &report->quantisation;
@@ -535,11 +538,11 @@ static void put_clipped(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-/* What has ended adaptive sampling. */
+/* What ended adaptive sampling. */
 static void put_end(struct table *table, const struct report *report)
 {
     if (report->ended == ENDED_BY_TIME) flow(table, "stopped by sampling.time_limit");
-    /* Of pixels without any sample another line tells. */
+    /* Pixels without any sample are told in another line. */
     if (report->missing_share > 0 && report->unsampled == 0) {
         flow(table, "pass %u was cut off:", report->passes);
         flow_on(table, "%.1f %% of its pixels are missing", fmax(100 * report->missing_share, 0.1));
@@ -551,7 +554,7 @@ static void put_end(struct table *table, const struct report *report)
     end_flow(table);
 }
 
-/* Whether all there is was in the journal of an earlier run. */
+/* Whether the journal of an earlier run had everything. */
 static bool rendered_nothing(const struct report *report, const struct render_counts *counts)
 {
     return report->resumed.pixels > 0 && counts->rays[RAY_PRIMARY] == 0;
