@@ -10,14 +10,14 @@
 #include "common/whole.h"
 
 /*
- * A probe of a pixel on its own has a fixed cost that a sample among many does not have. The
- * cheapest probes of a picture (the sky) are little else: measured on lantern and garden, what such
- * a sample costs in a tile is about a quarter of what its probe costs beyond that fixed part
- * elsewhere. So this share of the cheapest probe is taken off all.
+ * The share of the cheapest probe that is subtracted from all probes. A probe of a single pixel has a fixed cost that a
+ * sample among many does not have. The cheapest probes of a picture (the sky) are little else: measured on lantern and
+ * garden, such a sample costs in a tile about a quarter of its probe, on the scale on which samples elsewhere cost what
+ * their probes take beyond the fixed part.
  */
 #define FIXED_SHARE 0.75
 
-/* Blocks across so many pixels whose middle, edge / 2, lies within. */
+/* Number of blocks along so many pixels whose middle, at edge / 2, lies within. */
 static uint32_t blocks_across(uint32_t pixels, uint32_t edge)
 {
     uint32_t middle = edge / 2;
@@ -53,7 +53,7 @@ void cost_free(struct cost_map *map)
     *map = (struct cost_map){0};
 }
 
-/* The middle of every block, in a row of blocks: every edge-th pixel of one row of the picture. */
+/* The middles of the blocks in a row of blocks: every edge-th pixel of one row of the picture. */
 struct tile cost_probe(const struct cost_map *map, uint32_t i)
 {
     uint32_t edge = map->edge, across = divide_up(map->columns, map->probe_blocks);
@@ -84,7 +84,7 @@ bool cost_put(struct cost_map *map, const struct tile *probe, const float *secon
 
 /* ---- smoothing ---- */
 
-/* i - 1, i and i + 1; i in place of one that is not among 0 .. count - 1. */
+/* Sets i - 1, i and i + 1; those not among 0 .. count - 1 are replaced by i. */
 static void neighbours(uint32_t i, uint32_t count, uint32_t at[3])
 {
     at[0] = i > 0 ? i - 1 : 0;
@@ -92,8 +92,7 @@ static void neighbours(uint32_t i, uint32_t count, uint32_t at[3])
     at[2] = i + 1 < count ? i + 1 : i;
 }
 
-/* Binomial weights over 3 x 3 blocks: 4 for the middle, 2 for sides, 1 for corners; of those that are known.
- */
+/* Smooths with binomial weights over the known ones of 3 x 3 blocks: 4 for the middle, 2 for sides, 1 for corners. */
 static void smooth_block(struct cost_map *map, uint32_t column, uint32_t row, float fixed,
                          float unknown)
 {
@@ -118,7 +117,7 @@ static void smooth_block(struct cost_map *map, uint32_t column, uint32_t row, fl
     map->peak[i] = weights > 0 ? (float)peak : unknown;
 }
 
-/* A clock that stood still would predict nothing. */
+/* At least this is taken: probes of 0 s, by a clock that stood still, would predict nothing. */
 #define LEAST_SECONDS 1e-9f
 
 void cost_settle(struct cost_map *map)
@@ -142,8 +141,8 @@ void cost_settle(struct cost_map *map)
 
 /* ---- prediction ---- */
 
-/* So many blocks from the left and from the top: between the middles of four blocks, linear in both directions,
- * the nearest ones at the picture's edge. */
+/* The smoothed work at u blocks from the left and v from the top: interpolated bilinearly between the middles of four
+ * blocks, constant beyond the outermost middles. */
 static double mean_at(const struct cost_map *map, double u, double v)
 {
     uint32_t right = (uint32_t)(u + 0.5), below = (uint32_t)(v + 0.5);
@@ -164,13 +163,13 @@ static double peak_at(const struct cost_map *map, double u, double v)
     return (double)map->peak[row * map->columns + smaller((uint32_t)u, map->columns - 1)];
 }
 
-/* Parts of a side that are looked at: one for every block, 16 at most. */
+/* Number of parts of a side that are evaluated: one for every block, 16 at most. */
 static uint32_t parts_of(uint32_t pixels, uint32_t edge)
 {
     return pixels <= edge ? 1 : smaller(divide_up(pixels, edge), 16);
 }
 
-/* How far the middle of the i-th part of a side is from its begin. */
+/* Distance of the middle of a side's i-th part from its beginning. */
 static double middle_of(uint32_t i, uint32_t pixels, uint32_t parts)
 {
     return parts == 1 ? 0.5 * pixels : (i + 0.5) * pixels / parts;

@@ -1,6 +1,6 @@
 /*
- * Which pixels of the rendered region are finished: tiles of an earlier run may have been cut in
- * another way than those of this one.
+ * A bitmap of the finished pixels of the rendered region: tiles of an earlier run may have been cut in another way than
+ * those of this one.
  */
 #ifndef FARM_MASTER_COVERAGE_H
 #define FARM_MASTER_COVERAGE_H
@@ -18,10 +18,10 @@ struct coverage {
 void coverage_init(struct coverage *coverage, uint32_t width, uint32_t height);
 void coverage_free(struct coverage *coverage);
 
-/* The tile, which lies in the region, is finished; returns how many of its pixels were not yet. */
+/* Marks the tile's pixels, which lie in the region, as finished; returns how many of them were not yet. */
 uint32_t coverage_add(struct coverage *coverage, const struct tile *tile);
 
-/* The opposite; returns how many of its pixels were. */
+/* Marks them as not finished; returns how many of them were. */
 uint32_t coverage_remove(struct coverage *coverage, const struct tile *tile);
 
 /* Whether this pixel of the region is finished. */

@@ -1,4 +1,4 @@
-/* Figures short enough to be read in passing: for the progress display and the table. */
+/* Formats numbers as short figures that can be read in passing, for the progress display and the table. */
 #ifndef FARM_MASTER_FIGURE_H
 #define FARM_MASTER_FIGURE_H
 

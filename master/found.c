@@ -56,7 +56,7 @@ void found_use_all(struct found *found)
     }
 }
 
-/* What is not 0 stays so: that a sample was not finite is told in any case. */
+/* Rounded up, so that what is not 0 stays so: a sample that was not finite is reported in any case. */
 static uint64_t part_of(uint64_t count, double share)
 {
     return (uint64_t)ceil((double)count * share);
@@ -68,7 +68,7 @@ static void scale_errors(struct error_sum *sum, double share)
     sum->fourths *= share;
 }
 
-/* truncation is of a single pixel, and stays. */
+/* truncation is the maximum over pixels, not a sum, and stays. */
 static struct render_counts scaled(const struct render_counts *counts, double share)
 {
     struct render_counts part = *counts;
@@ -86,7 +86,8 @@ static struct render_counts scaled(const struct render_counts *counts, double sh
     return part;
 }
 
-/* Each pixel is counted with the tile that takes it out of the coverage. */
+/* The share of a tile's pixels that are still in the coverage, from which they are removed: so each pixel counts with
+ * the first tile that this is called with. */
 static double share_of(struct coverage *coverage, const struct tile *tile)
 {
     return coverage_remove(coverage, tile) / (double)tile_pixels(tile);

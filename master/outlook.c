@@ -5,11 +5,11 @@
 
 #include "master/octave.h"
 
-/* The octave of 1. */
+/* The class of the octave of 1. */
 #define MIDDLE 40
 
-/* What an octave tells about another one counts 2 to the power of this times less for each that lies
- * between: by far the most comes from the nearest one of which anything is known. */
+/* The weight of what an octave tells about another one is divided by 2 to the power of this for each octave of
+ * distance: by far the most comes from the nearest one of which anything is known. */
 #define FADING 3
 
 static struct outlook_class *class_of(struct outlook *outlook, double work, uint64_t pixels)
@@ -41,7 +41,7 @@ void outlook_skip(struct outlook *outlook, double work, uint64_t pixels)
     class_of(outlook, work, pixels)->skipped += work;
 }
 
-/* Seconds for work of this octave, as all that is finished tells; 1 while nothing is. */
+/* Seconds per work of this octave, by all finished tiles; 1 while there are none. */
 static double seconds_per_work(const struct outlook *outlook, int octave)
 {
     double seconds = 0, done = 0;

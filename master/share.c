@@ -15,7 +15,7 @@ static struct tile strip_tile(const struct shares *shares, uint32_t id)
                          .step = 1};
 }
 
-/* Its phase may lie beyond the last pixel: then the renderer has no pixel in this band. */
+/* Its phase may be beyond the last pixel: then the renderer has no pixel in this band. */
 static struct tile cyclic_tile(const struct shares *shares, uint32_t id)
 {
     uint32_t renderers = shares->config.renderers;
@@ -52,8 +52,8 @@ bool share_has_pixels(const struct tile *tile)
     return tile->phase < tile->w * tile->h;
 }
 
-/* Rows of a band: as asked for, or about so many pixels; at least 1, and no more than there are and fit in a
- * tile. */
+/* Rows of a band: as configured, or for about so many pixels; at least 1, and not more than the picture has or fit into
+ * a tile. */
 static uint32_t band_rows(const struct share_config *config, uint64_t pixels)
 {
     uint32_t width = config->width, most = smaller(config->height, TILE_MAX_PIXELS / width);
@@ -62,15 +62,15 @@ static uint32_t band_rows(const struct share_config *config, uint64_t pixels)
 }
 
 /*
- * A share travels in pieces of about this many pixels: 200 KB of floats, a few tenths of a second of
- * rendering, so that progress shows and buffers stay small. A small share travels in as many pieces as show
- * progress, too, unless these have fewer pixels than a small tile.
+ * A share is sent in pieces of about BAND_PIXELS pixels, 200 KB of floats and a few tenths of a second of rendering, so
+ * that progress can be seen and buffers stay small. A small share is sent in BANDS_SHOWN pieces, so that it shows
+ * progress, too, unless these have fewer than BAND_LEAST pixels, those of a small tile.
  */
 #define BAND_PIXELS 16384u
 #define BAND_LEAST  256u
 #define BANDS_SHOWN 16u
 
-/* That a renderer's part of a band has. */
+/* Pixels of a renderer's part of a band. */
 static uint32_t band_pixels(const struct share_config *config)
 {
     uint64_t share = (uint64_t)config->width * config->height / config->renderers / BANDS_SHOWN;
@@ -110,13 +110,13 @@ static void lay_out_turns(struct shares *shares, uint64_t ids, uint64_t most)
         shares->cursors[r] = (struct share_cursor){.next = r, .end = (uint32_t)ids};
 }
 
-/* The share that the tile of this id is in. */
+/* The share that the tile with this id belongs to. */
 static struct share_work *work_of(const struct shares *shares, uint32_t id)
 {
     uint32_t height = shares->config.height, renderers = shares->config.renderers;
     if (shares->config.schedule != SCHEDULE_STRIPS) return &shares->work[id % renderers];
     uint32_t y = shares->strip_rows[id], rows = height / renderers, longer = height % renderers;
-    uint32_t behind = longer * (rows + 1); /* the strips that have a row more */
+    uint32_t behind = longer * (rows + 1); /* first row behind the strips that have one more row */
     return &shares->work[y < behind ? y / (rows + 1) : longer + (y - behind) / rows];
 }
 
@@ -156,7 +156,7 @@ void shares_free(struct shares *shares)
     *shares = (struct shares){0};
 }
 
-/* Whether there is one; the cursor stands on it then. */
+/* Whether the renderer has a tile left; its cursor is then at that tile. */
 static bool is_left(struct shares *shares, uint32_t renderer)
 {
     struct share_cursor *cursor = &shares->cursors[renderer];
@@ -193,20 +193,21 @@ void share_skip(struct shares *shares, const struct tile *tile)
     shares->all.skipped += tile_pixels(tile);
 }
 
-/* Pixels in the middle of a picture take many times what those of the sky do: what a share's own took says
- * nothing certain of the others. Of strips, cyclic pixels and rows of lantern and garden on 2 to 44
- * renderers the time left is 1.9 times too long or short on average; by the share's own pixels alone 2.2,
- * and up to 16 times where a strip begins with what is dear; by all pixels that are finished 3.3. */
+/* The weight, as a part of a share's pixels, of the mean over all shares. Pixels in the middle of a picture take many
+ * times as long as those of the sky, so what a share's finished pixels took says nothing certain of its others. For
+ * strips, cyclic pixels and rows of lantern and garden on 2 to 44 renderers, the predicted time left is too long or too
+ * short by a factor of 1.9 on average. By the share's own pixels alone it is 2.2, and up to 16 where a strip begins
+ * with expensive pixels; by all finished pixels it is 3.3. */
 #define COMMON_PART 0.5
 
-/* What each pixel that is left of a share is expected to take, seconds. */
+/* Seconds that each pixel that is left of a share is expected to take. */
 static double expected_pixel(const struct shares *shares, const struct share_work *share)
 {
     double common = COMMON_PART * share->pixels, mean = shares->all.seconds / shares->all.finished;
     return (share->seconds + common * mean) / (share->finished + common);
 }
 
-/* Before the first answer: of the share that has most pixels left. */
+/* Before the first result: the state of the share that has most pixels left. */
 static struct outlook_share outlook_of_pixels(const struct shares *shares)
 {
     double most = 0, skipped = 1, finished = 1;

@@ -1,8 +1,8 @@
 /*
- * The static schedules: every renderer's share of the picture is fixed before the start. A share
- * travels in tiles, bands of rows, that are numbered 0 .. ids - 1.
+ * The static schedules: every renderer's share of the picture is fixed before the start. A share is sent in tiles,
+ * bands of rows, numbered 0 .. ids - 1.
  *
- * strips       the paper's: the rows divided by the renderers, one extra row each to the first ones
+ * strips       the paper's: rows are divided among the renderers, the first ones get one more row each where needed
  * cyclic       pixel number i (row by row) belongs to renderer i mod renderers
  * cyclic-rows  row number y belongs to renderer y mod renderers (Tachyon's)
  */
@@ -19,52 +19,57 @@ struct share_config {
     enum schedule schedule; /* one of those above */
     uint32_t width, height; /* of the rendered region, pixels, at least 1 */
     uint32_t renderers;     /* at least 1 */
-    /* Of a band; 0: as many as suit the size of a share. cyclic-rows: of a renderer's turn, 0: 1. */
+    /* Rows of a band; 0: chosen by the size of a share (share.c). cyclic-rows: rows of a
+     * renderer's turn; 0: 1. */
     uint32_t rows;
 };
 
-/* The ids of one renderer's tiles: next, next + stride, ... below end. */
+/* The ids of one renderer's tiles: next, next + stride, ... while below end. */
 struct share_cursor {
     uint32_t next, end;
 };
 
-/* What is known of one renderer's share, or of all; pixels. */
+/* What is known of one renderer's share, or of all shares; in pixels. */
 struct share_work {
     double pixels;
-    double finished, skipped; /* of these, in this run and in an earlier one */
-    double seconds;           /* that the finished ones took */
+    double finished, skipped; /* of these: finished in this run, and in an earlier one */
+    double seconds;           /* that the finished pixels took */
 };
 
 struct shares {
     struct share_config config;
-    uint64_t ids;         /* under cyclic some of them have no pixels */
-    uint32_t stride;      /* between the ids of one renderer's share */
-    uint32_t band_rows;   /* of each band but the last one (strips: of each strip) */
-    uint32_t *strip_rows; /* strips: first row of each band, and the height behind the last */
+    uint64_t ids;       /* under cyclic some of them have no pixels */
+    uint32_t stride;    /* between the ids of one renderer's share */
+    uint32_t band_rows; /* of each band but the last one (strips: of each strip) */
+    /* strips: first row of each band, and behind the last one the height; else NULL. */
+    uint32_t *strip_rows;
     struct share_cursor *cursors; /* per renderer */
     struct share_work *work;      /* per renderer */
     struct share_work all;
-    double answered;               /* when the last tile came back, seconds after the start */
-    const unsigned char *finished; /* per id: not 0: is not handed out; the caller's, NULL: none */
+    double answered; /* seconds from the start to the last result */
+    /* Per id, not 0: finished before, so not handed out; the caller's. NULL: all are handed out. */
+    const unsigned char *finished;
 };
 
-/* More tiles than most: only ids is of use then. */
+/* Sets up shares without any work done. If there are more tiles than most, only ids is of use. */
 void shares_init(struct shares *shares, const struct share_config *config, uint64_t most);
 void shares_free(struct shares *shares);
 
-/* The tile of this id; one that begins behind its last pixel (share_has_pixels()) is none. */
+/* The tile of this id. Where it begins behind the last pixel of its band (share_has_pixels() is false), it has none. */
 struct tile share_tile(const struct shares *shares, uint32_t id);
 bool share_has_pixels(const struct tile *tile);
 
-/* Hands out the next tile of a renderer's share; false: there is none left. */
+/* Hands out the next tile of a renderer's share. false: there is none left. */
 bool share_next(struct shares *shares, uint32_t renderer, struct tile *tile);
 
-/* A tile is finished, now, which took so many seconds; or an earlier run has finished it. */
+/* Counts a tile as finished at the time now, seconds after the start, after so many seconds of rendering; or as
+ * finished by an earlier run. */
 void share_finish(struct shares *shares, const struct tile *tile, double now, double seconds);
 void share_skip(struct shares *shares, const struct tile *tile);
 
-/* How much of the run is over. It ends with the share of which most is left: that is taken to go on as it did
- * so far and, for half a share's pixels cost what those of all shares do on average. */
+/* How much of the run is over. It ends with the share that has most to do. A pixel that is left of a share is expected
+ * to take the mean of what its own finished pixels and those of all shares took, where the latter mean counts as much
+ * as half of the share's pixels. */
 struct outlook_share share_outlook(const struct shares *shares);
 
 #endif

@@ -11,7 +11,7 @@
 
 /* ---- reading ---- */
 
-/* A header's word, ended by the one white space character that is read behind it. */
+/* Reads a word of the header and the one white space character that ends it. */
 static bool read_word(FILE *file, char *word, size_t size)
 {
     size_t length = 0;
@@ -26,7 +26,7 @@ static bool read_word(FILE *file, char *word, size_t size)
     return false;
 }
 
-/* What the words between a header's white space say. */
+/* The words of a header, and what its scale says. */
 struct header {
     char width[32], height[32];
     bool swapped; /* its bytes are in the other order than this machine's */
@@ -66,7 +66,7 @@ static void swap_bytes(float *values, size_t count)
     }
 }
 
-/* NULL, or what is wrong. */
+/* Returns NULL, or what is wrong. */
 static const char *read_rows(FILE *file, struct canvas *canvas, bool swapped)
 {
     size_t row = (size_t)canvas->width * 3;
@@ -80,7 +80,7 @@ static const char *read_rows(FILE *file, struct canvas *canvas, bool swapped)
     return getc(file) == EOF ? NULL : "goes on behind its pixels";
 }
 
-/* NULL, or what is wrong with the file, to be freed. */
+/* Returns NULL, or what is wrong with the file, to be freed. */
 static char *read_reference(FILE *file, struct canvas *canvas)
 {
     struct header header;
@@ -143,8 +143,8 @@ static uint32_t bits_of(float value)
     return bits;
 }
 
-/* The half of the bits, below HALVES, that the k-th smallest of what was counted has; k becomes its number among
- * those with the same half. */
+/* Finds in a histogram of 16-bit halves the half that the k-th smallest of the counted values has; k becomes its number
+ * among those with the same half. */
 #define HALVES 65536u
 
 static uint32_t find_half(const size_t counts[HALVES], size_t *k)
@@ -155,8 +155,8 @@ static uint32_t find_half(const size_t counts[HALVES], size_t *k)
     return half;
 }
 
-/* The k-th smallest, from 0 on, of values that are not negative: these are in the order of their bits. Half of the
- * bits at a time, in a fraction of the time of sorting all: it is within a time limit. */
+/* The k-th smallest, from 0 on, of values that are not negative, whose bits are in the same order. A radix selection by
+ * half of the bits at a time, which takes a fraction of the time of sorting: it is done within a time limit. */
 static float kth_smallest(const float *values, size_t count, size_t k)
 {
     size_t *counts = allocate_zeroed(HALVES, sizeof *counts);

@@ -1,6 +1,6 @@
 /*
- * The true error of a picture: against a reference of the same size, such as one rendered with many
- * more samples.
+ * The true error of a picture: its difference from a reference of the same size, such as one rendered with many more
+ * samples.
  */
 #ifndef FARM_MASTER_TRUTH_H
 #define FARM_MASTER_TRUTH_H
@@ -10,13 +10,13 @@
 #include "master/canvas.h"
 
 /*
- * Reads a colour picture in PFM ("PF", width, height, scale: negative for little-endian; rows from
- * the bottom) of this size. false, after saying why, when it is none or of another size; else
- * the caller frees it with canvas_free().
+ * Reads a colour picture in PFM format ("PF", width, height, scale: negative for little-endian; rows from the bottom)
+ * that must be of this size. Returns true, and the caller frees the canvas with canvas_free(); or false after telling
+ * the user why not.
  */
 bool truth_read(const char *path, uint32_t width, uint32_t height, struct canvas *canvas);
 
-/* Root of the mean over pixels and components of the squared difference. */
+/* RMSE: root of the mean, over pixels and components, of the squared difference. */
 double truth_rmse(const struct canvas *canvas, const struct canvas *reference);
 
 struct truth {
