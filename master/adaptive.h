@@ -126,7 +126,7 @@ uint32_t adaptive_pixels(const struct adaptive *adaptive, const struct tile *til
 /* What is still to come of the pass in a tile. */
 struct adaptive_work {
     double samples;
-    /* expected decrease of the sum of the pixels' squared errors; 0 for first samples */
+    /* Expected decrease of the sum of the pixels' squared errors; 0 for first samples. */
     double removed;
 };
 struct adaptive_work adaptive_work(const struct adaptive *adaptive, const struct tile *tile);

@@ -1,11 +1,10 @@
 /*
- * Eric Haines' Neutral File Format ("A Proposal for Standard Graphics Environments", IEEE CG&A
- * 7(11), 1987). Each statement has a function below; a statement's name is the first word of its
- * line.
+ * Reads Eric Haines' Neutral File Format ("A Proposal for Standard Graphics Environments", IEEE CG&A 7(11), 1987). Each
+ * statement has a function below; a statement's name is the first word of its line.
  *
- * What is our choice: Ks is the highlight's and the mirror's share, ambient light is 0, lights
- * without a colour are as bright as 1/sqrt(number of all in the file), the near plane (hither)
- * is not a limit for rays and has no effect.
+ * Our own choices: Ks is the share of both the highlight and the mirror, ambient light is 0, lights without a colour
+ * have the brightness 1/sqrt(number of all lights in the file), and the near plane (hither) does not limit rays and has
+ * no effect.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -29,7 +28,7 @@ struct nff {
     struct loader *loader;
     struct builder *builder;
     struct scan scan;
-    const char *path; /* kept as long as the loader */
+    const char *path; /* valid as long as the loader */
 
     bool has_view, has_background;
     struct vec3 from, at, up;
@@ -60,13 +59,13 @@ static bool refuse(const struct nff *nff, const char *text)
     return false;
 }
 
-/* Tells of a builder's complaint, if it is one. */
+/* Reports the builder's error, if there is one; returns whether there is none. */
 static bool accept(const struct nff *nff, const char *why)
 {
     return !why || refuse(nff, why);
 }
 
-/* After the numbers of a statement: was it good, and is the line at its end? */
+/* To be called after the numbers of a statement: whether they were good and nothing else is on the line. */
 static bool complete(struct nff *nff, bool good, const char *expected)
 {
     return (good && scan_at_end(&nff->scan)) || refuse(nff, expected);
@@ -200,7 +199,7 @@ static bool read_sphere(struct nff *nff)
     return accept(nff, builder_add_sphere(nff->builder, &sphere));
 }
 
-/* One end of a cone, on a line of its own. */
+/* Reads one end of a cone, which has a line of its own. */
 static bool read_cone_end(struct nff *nff, struct vec3 *point, double *radius)
 {
     bool good = scan_next_line(&nff->scan) && scan_vector(&nff->scan, point) &&
@@ -267,7 +266,7 @@ static const char *add_face(struct nff *nff, const uint32_t corner[3], bool with
     return builder_add_patch(nff->builder, &patch);
 }
 
-/* The limit comes before any memory is asked for. */
+/* The number is checked before memory for so many is allocated. */
 static bool read_corner_count(struct nff *nff, uint32_t *corners)
 {
     char word[32];
@@ -275,7 +274,7 @@ static bool read_corner_count(struct nff *nff, uint32_t *corners)
     if (scan_unsigned(&nff->scan, corners) && *corners >= 3 && *corners <= POLYGON_MAX_CORNERS)
         return complete(nff, true,
                         "text after the number of corners, expected the end of the line");
-    /* In quotes, as a word of the file could begin like a warning. */
+    /* In quotes, as the word might read like part of a message. */
     char *given = scan_word(&ahead, word, sizeof word) ? format_text("'%s'", word) : NULL;
     user_error(
         nff->path, nff->scan.line,
@@ -352,7 +351,7 @@ static bool add_lights(struct nff *nff)
     return true;
 }
 
-/* Sets a setting that nothing has set yet; value is what the setting holds. */
+/* Sets a setting that nothing has set yet. value has the setting's type. */
 static void offer(struct nff *nff, const char *section, const char *name, const void *value,
                   size_t size)
 {
@@ -363,7 +362,8 @@ static void offer(struct nff *nff, const char *section, const char *name, const 
     *origin = (struct origin){nff->path, nff->view_line};
 }
 
-/* Our fov reaches from edge to edge, half a pixel farther than the centres of the outer rows. */
+/* The field of view here is from edge to edge of the picture, half a pixel more on each side than between the centres
+ * of the outer rows. */
 static double edge_to_edge(double angle, uint32_t height)
 {
     if (height < 2) return angle;
@@ -395,7 +395,7 @@ static bool offer_view(struct nff *nff)
     return true;
 }
 
-/* A file with a view but without a background has a black one. */
+/* A file with a view but without a background gets a black one. */
 static void offer_background(struct nff *nff)
 {
     if (nff->loader->background_set || !(nff->has_view || nff->has_background)) return;

@@ -1,7 +1,7 @@
 /*
- * Wavefront OBJ meshes: v, vn, f, usemtl and mtllib; vt, vp, o, g and s are accepted without effect,
- * and other statements are passed over with one warning. Files can be large: they are read in
- * place, and no memory is asked for line by line.
+ * Reads Wavefront OBJ meshes: v, vn, f, usemtl and mtllib; vt, vp, o, g and s are accepted without effect, and other
+ * statements are skipped with one warning. As files can be large, they are parsed in place, and no memory is allocated
+ * for single lines.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -23,12 +23,12 @@
 
 #define NONE UINT32_MAX
 
-/* Unknown names of materials are told one by one up to this number. */
+/* The most unknown names of materials that are warned of one by one. */
 #define TOLD_NAMES 5
 
 struct obj_corner {
     uint32_t vertex; /* in the builder */
-    uint32_t normal; /* in the builder, NONE: none */
+    uint32_t normal; /* in the builder; NONE: it has none */
 };
 
 struct obj {
@@ -37,23 +37,24 @@ struct obj {
     struct builder *builder;
     struct scan scan;
 
-    uint32_t first_vertex, vertex_count; /* of this file, in the builder */
-    uint32_t *normals;                   /* of this file, in the builder; NONE: a zero normal */
+    /* Of this file: the first one in the builder, and how many so far. */
+    uint32_t first_vertex, vertex_count;
+    uint32_t *normals; /* of this file: indices in the builder; NONE: a zero normal */
     uint32_t normal_count;
 
-    uint32_t material;                /* in use */
-    struct name_table used;           /* what usemtl has found for each name */
-    struct name_table libraries_seen; /* paths that were read, names that are missing */
+    uint32_t material;                /* set by the last usemtl */
+    struct name_table used;           /* index of the material for each name of usemtl */
+    struct name_table libraries_seen; /* paths that were read, and names that are missing */
     struct material_library *library;
     uint32_t unknown_names;
     bool library_missing, told_unknown, told_improper;
 
-    struct obj_corner *corners; /* of the face in hand */
+    struct obj_corner *corners; /* of the present face */
     struct vec3 *points;
     size_t corner_count, corner_room;
     struct triangulation triangulation;
 
-    struct triangle *plain; /* faces without normals of the file */
+    struct triangle *plain; /* faces that have no normals in the file */
     size_t plain_count;
     struct faces faces;
 };
@@ -77,7 +78,7 @@ static bool read_vertex(struct obj *obj)
     struct vec3 point;
     double ignored;
     if (!scan_vector(&obj->scan, &point)) return refuse(obj, "'v' needs three finite numbers");
-    /* A weight or a colour may follow. */
+    /* A weight or a colour may follow, which is ignored. */
     for (int i = 0; i < 4 && !scan_at_end(&obj->scan); i++)
         if (!scan_number(&obj->scan, &ignored))
             return refuse(obj, "'v' needs three to seven finite numbers");
@@ -88,7 +89,7 @@ static bool read_vertex(struct obj *obj)
         obj, builder_add_vertex(obj->builder, place_point(&obj->mesh->placement, point), &index));
 }
 
-/* Some programs write zero normals; their corners count as having none. */
+/* Some programs write zero normals; corners with them count as having none. */
 static bool read_normal(struct obj *obj)
 {
     struct vec3 normal;
@@ -107,8 +108,8 @@ static bool read_normal(struct obj *obj)
 /* ---- faces ---- */
 
 /*
- * An index counts from 1, or back from the latest with -1; gives it counted from 0. false when it
- * is no whole number or names nothing that has been defined.
+ * Reads an index, which counts from 1, or backwards from the latest one with -1, and converts it to one from 0. false
+ * if it is no whole number or refers to nothing that has been defined.
  */
 static bool read_index(struct scan *scan, uint32_t count, uint32_t *index)
 {
@@ -125,7 +126,7 @@ static bool read_index(struct scan *scan, uint32_t count, uint32_t *index)
     return true;
 }
 
-/* The texture's index has no meaning here, but what stands in its place has to be one, or nothing. */
+/* The texture's index has no meaning here, but it must be an index or empty. */
 static bool skip_texture_index(struct scan *scan)
 {
     bool back = *scan->at == '-';
@@ -141,7 +142,8 @@ static bool at_end_of_corner(const struct scan *scan)
     return strchr(" \t\r\n#\\", *scan->at);
 }
 
-/* v, v/t, v//n or v/t/n; some programs write the slashes of what there is none of, too: v/, v//, v/t/. */
+/* Reads a corner: v, v/t, v//n or v/t/n. Some programs also write the slashes of indices that are missing: v/, v//,
+ * v/t/. */
 static bool read_corner(struct obj *obj, struct obj_corner *corner)
 {
     struct scan *scan = &obj->scan;
@@ -167,7 +169,7 @@ static void make_corner_room(struct obj *obj)
     obj->points = reallocate(obj->points, obj->corner_room, sizeof *obj->points);
 }
 
-/* Whether text is an index, but one of what is not there. */
+/* Whether text is an index, but beyond those that are defined. */
 static bool is_beyond(const char *text, uint32_t count)
 {
     if (*text == '-') text++;
@@ -274,7 +276,7 @@ static bool is_known(const struct name_table *names, const char *name)
     return name_table_find(names, name, &ignored);
 }
 
-/* false after a mistake. */
+/* Reads a library unless it has been read before. false after an error. */
 static bool read_library_once(struct obj *obj, const char *path, bool is_regular)
 {
     if (!is_regular) {
@@ -286,18 +288,18 @@ static bool read_library_once(struct obj *obj, const char *path, bool is_regular
         user_error(obj->mesh->path, obj->scan.line, LIES_OUTSIDE, path, obj->mesh->root);
         return false;
     }
-    /* By whatever way it is named. */
+    /* It is recognised by whatever path it is named. */
     char *file = path_absolute(path);
     bool known = is_known(&obj->libraries_seen, file);
     if (!known) name_table_set(&obj->libraries_seen, file, 0);
     free(file);
     if (known) return true;
-    name_table_free(&obj->used); /* what a name meant it may mean no more */
+    name_table_free(&obj->used); /* names may have another meaning from here on */
     note_source(obj->part->loader, path);
     return material_library_read(obj->library, path);
 }
 
-/* false when there is no such file; *good is false after a mistake in it. */
+/* false if there is no such file; *good is false after an error in it. */
 static bool try_library(struct obj *obj, const char *name, bool *good)
 {
     char *folder = path_folder(obj->mesh->path), *path = path_in(folder, name);
@@ -316,7 +318,8 @@ static void warn_of_missing_library(struct obj *obj, const char *name)
     obj->library_missing = true;
 }
 
-/* Names of files with blanks in them are common: the whole line is tried first, then its words, up to a comment. */
+/* Names of files with blanks are common. So the whole rest of the line is tried first, then its words, up to a comment.
+ */
 static bool read_library(struct obj *obj)
 {
     char line[4096];
@@ -327,13 +330,13 @@ static bool read_library(struct obj *obj)
     char *rest = line;
     for (char *word; good && (word = strtok_r(rest, " \t", &rest));) {
         if (try_library(obj, word, &good)) continue;
-        if (*word == '#' && word != line) return true; /* a first word is a name in any case */
+        if (*word == '#' && word != line) return true; /* the first word is always a name */
         if (!is_known(&obj->libraries_seen, word)) warn_of_missing_library(obj, word);
     }
     return good;
 }
 
-/* Which material a face gets whose own is not there, and what may have been meant. */
+/* Warns which material faces get whose own does not exist, and suggests what may have been meant. */
 static void warn_of_unknown_name(const struct obj *obj, const char *name)
 {
     const struct loader *loader = obj->part->loader;
@@ -347,7 +350,7 @@ static void warn_of_unknown_name(const struct obj *obj, const char *name)
     free(hint);
 }
 
-/* The [material]s of the INI file come before those of MTL files. */
+/* [material] sections of the INI file have precedence over materials of MTL files. */
 static bool look_up(struct obj *obj, const char *name, uint32_t *index)
 {
     if (find_material(obj->part, name, index)) return true;
@@ -358,7 +361,7 @@ static bool look_up(struct obj *obj, const char *name, uint32_t *index)
                accept(obj, builder_add_material(obj->builder, &material, index));
     }
     *index = obj->mesh->material;
-    /* A missing library has been told of already. */
+    /* A missing library has been warned of already. */
     if (!obj->library_missing && obj->unknown_names++ < TOLD_NAMES) warn_of_unknown_name(obj, name);
     return true;
 }
@@ -374,7 +377,7 @@ static bool use_material(struct obj *obj)
     return true;
 }
 
-/* Whether there are all materials that arguments amend. */
+/* Whether all materials exist that arguments change. */
 static bool amended_found(const struct obj *obj)
 {
     const struct ini *amended = &obj->part->loader->amended;
@@ -419,7 +422,7 @@ static bool is_word(const struct obj *obj, const char *word, size_t length)
 
 static bool read_statement(struct obj *obj)
 {
-    /* The frequent ones first, without copying the word. */
+    /* The frequent statements first, without copying the word. */
     if (is_word(obj, "v", 1)) return obj->scan.at += 1, read_vertex(obj);
     if (is_word(obj, "vn", 2)) return obj->scan.at += 2, read_normal(obj);
     if (is_word(obj, "f", 1)) return obj->scan.at += 1, read_face(obj);

@@ -22,8 +22,8 @@ bool refuse_section_key(const struct reading *at, const char *key, const char *w
     return false;
 }
 
-/* The key that an argument has set, the last of several, "" without one: the object is no longer what the file
- * says. Not its material, which is nothing that can be wrong with a shape. */
+/* The last key that an argument has set; "" without one. With it the object is no longer what the file says, so an
+ * error is reported there. `material` does not count, as it cannot make a shape invalid. */
 static const char *key_of_argument(const struct reading *at)
 {
     const char *key = "";
@@ -120,8 +120,7 @@ bool load_triangle(const struct reading *at, void *data)
     return accept_object(at, builder_add_triangle(builder, &triangle));
 }
 
-/* The faces as two triangles each; corner i has max.x where bit 0 is set, max.y bit 1, max.z bit 2.
- */
+/* Adds each face as two triangles. Corner i has max.x where bit 0 of i is set, max.y for bit 1, max.z for bit 2. */
 static const char *add_turned_box(struct builder *builder, const struct placement *placement,
                                   const struct box *box)
 {

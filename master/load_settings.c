@@ -1,4 +1,4 @@
-/* The settings of CONFIG, and the arguments that take their place (declared in loader.h). */
+/* Reads the settings of CONFIG and applies the arguments that override them (declared in loader.h). */
 #include <stdlib.h>
 #include <string.h>
 
@@ -51,7 +51,7 @@ char *section_hint(const char *kind)
     return copy_text(", expected one that 'farm --help' lists");
 }
 
-/* The keys of a section stand together in the table. */
+/* The keys of a section; they are contiguous in the table. */
 static const struct key *settings_of(const char *kind, size_t *count)
 {
     size_t first = 0;
@@ -107,7 +107,7 @@ static bool read_settings_section(struct loader *loader, const struct ini *ini,
 
 bool read_settings(struct loader *loader, const struct ini *ini)
 {
-    long first[SETTINGS_KEYS] = {0}; /* the line of each that was met */
+    long first[SETTINGS_KEYS] = {0}; /* line of each section that was read, by its first key */
     for (size_t i = 0; i < ini->count; i++) {
         const struct ini_section *section = &ini->sections[i];
         if (!is_settings_section(section->kind)) continue;
@@ -126,7 +126,7 @@ bool read_settings(struct loader *loader, const struct ini *ini)
 
 /* ---- overrides ---- */
 
-/* "material glass.ior=1.3" taken apart; the pieces point into one copy. */
+/* "material glass.ior=1.3", split; the pieces point into one copy. */
 struct override {
     const char *argument;
     char *copy;
@@ -163,7 +163,7 @@ static bool take_apart(const char *argument, struct override *override)
     return false;
 }
 
-/* "light key.color=1 0 0" as "light.key.color=1 0 0". */
+/* Refuses "light.key.color=1 0 0", which should be "light key.color=1 0 0". */
 static bool refuse_dotted_name(const struct override *override)
 {
     size_t length = strcspn(override->kind, ".");
@@ -179,7 +179,7 @@ static bool refuse_dotted_name(const struct override *override)
     return dotted;
 }
 
-/* "ball.radius=2" as "sphere ball.radius=2". */
+/* Refuses "ball.radius=2", which should be "sphere ball.radius=2". */
 static bool refuse_name_alone(const struct ini *ini, const struct override *override)
 {
     for (size_t i = 0; i < ini->count; i++) {
@@ -204,15 +204,15 @@ static bool refuse_override_section(const struct ini *ini, const struct override
     return false;
 }
 
-/* An OBJ file in place of CONFIG has no sections for the materials of its MTL files, which are still to be read:
- * one begins with the first argument for it. */
+/* An OBJ file as CONFIG has no sections for the materials of its MTL files, which have not been read yet: the first
+ * argument for one adds its section. */
 static bool begins_section(const struct ini *ini, const struct override *override)
 {
     return path_has_extension(ini->file, ".obj") && strcmp(override->kind, "material") == 0 &&
            *override->name;
 }
 
-/* The one section that an override names. */
+/* The single section that an override names; NULL after reporting that there is none, or more than one. */
 static struct ini_section *overridden_section(struct ini *ini, const struct override *override)
 {
     struct nearest_name search = {.name = override->name};
@@ -242,8 +242,8 @@ static struct ini_section *overridden_section(struct ini *ini, const struct over
 }
 
 /*
- * A background has a color, or bottom and top: an argument of one kind takes the place of what the file says of
- * the other as a whole, so that no half of it shows. Beside an argument of the other kind it is refused.
+ * A background has either a color, or bottom and top. An argument of one kind replaces all that the file says of the
+ * other, so that no half of that is left. It is refused beside an argument of the other kind.
  */
 static bool replace_background(struct loader *loader, const struct override *override)
 {

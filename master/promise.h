@@ -7,7 +7,7 @@
 struct promise {
     double before;   /* sum when the last pass was planned */
     double promised; /* share of it that the pass is to leave; 0: there is no pass to be judged */
-    /* sums over passes: logarithms of the promised shares, and of those that were left */
+    /* Sums over passes: logarithms of the promised shares, and of those that were left. */
     double log_promised, log_kept;
 };
 
