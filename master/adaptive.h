@@ -17,8 +17,8 @@
  *   S  = the variance of its samples about the means of their halves: large where an edge runs through the pixel, small
  *        beside it, while D is much the same in both. For independent samples of a normal distribution S is independent
  *        of the difference between the two means; for few samples at an edge it is not, as both are 0 where all samples
- *        have one colour. Two samples tell nothing of S; where it is needed for other pixels, v estimated from the
- *        halves replaces it.
+ *        have one colour. S cannot be estimated from two samples; where it is needed for other pixels, v estimated from
+ *        the halves replaces it.
  *   k  = the ratio of errors to S in the neighbourhood, (D + S / 4) / (S' + S / 4), where S' is the mean of S over the
  *        same pixels as D; n^1/2 at most, as for random samples. It is about 1 at edges, and less where colours change
  *        evenly.
@@ -99,7 +99,7 @@ void adaptive_cut(struct adaptive *adaptive, double seconds);
 bool adaptive_plan(struct adaptive *adaptive, double seconds);
 
 /* The same for a run that continues an earlier one: plans the pass that the earlier run planned from the same pixels.
- * limit: its adaptive_limit(). A limit below 0 while pass 0 lacks pixels tells that pass 0 was cut off. Returns false
+ * limit: its adaptive_limit(). A limit below 0 while pass 0 lacks pixels means that pass 0 was cut off. Returns false
  * also where the limit belongs to no such pass; then nothing changes. */
 bool adaptive_plan_again(struct adaptive *adaptive, double limit);
 
@@ -143,7 +143,7 @@ void adaptive_refinements(const struct adaptive *adaptive, const struct tile *ti
 void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const float *part,
                   double seconds);
 
-/* CPU seconds that all samples so far took to render, as adaptive_put() was told. */
+/* CPU seconds that all samples so far took to render, as passed to adaptive_put(). */
 double adaptive_seconds(const struct adaptive *adaptive);
 
 /*

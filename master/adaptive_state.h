@@ -1,6 +1,6 @@
 /*
  * State shared by the parts of adaptive sampling; all other modules use adaptive.h. These are its layers. Samples are
- * passed down the list, what they tell comes back up, and no layer knows those above it:
+ * passed down the list, results come back up, and no layer knows those above it:
  *
  *   adaptive_tile.c   what a pass does in a tile, and what comes in of it
  *   adaptive.c        the passes of a run

@@ -4,8 +4,8 @@
  *
  * The gain of a pixel is e / cost, where e is its expected squared error and cost that of the samples it has. Twice as
  * many samples leave 2^-3/2 of e at twice the cost, so each doubling lowers the gain by 2^5/2. The error that an
- * allocation leaves in the picture is computed from what the pixels' halves tell, not from e: e says which pixels are
- * alike, and over many alike pixels their halves say how large the error is.
+ * allocation leaves in the picture is computed from errors estimated from the pixels' halves, not from e: e says which
+ * pixels are alike, and over many alike pixels their halves show how large the error is.
  */
 #ifndef FARM_MASTER_ALLOCATION_H
 #define FARM_MASTER_ALLOCATION_H
@@ -15,7 +15,7 @@
 struct allocation;
 
 /* error: a typical squared error of a pixel, such as the mean; where it is not > 0, it is unknown, and 1 is taken.
- * Gains from 2^-120 to 2^100 times this are told apart. Freed by allocation_destroy(), which accepts NULL. */
+ * Gains from 2^-120 to 2^100 times this are distinguished. Freed by allocation_destroy(), which accepts NULL. */
 struct allocation *allocation_create(double error);
 void allocation_destroy(struct allocation *allocation);
 

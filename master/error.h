@@ -50,15 +50,16 @@ enum error_look { ERROR_LOOK_PASS, ERROR_LOOK_BETWEEN };
  *
  * What is carried can be overestimated by as much. It is where later samples of a pixel make up for earlier ones, as
  * all its samples are spread evenly together. Besides, where much is carried, what few samples have hit decides which
- * pixels get more of them, and the pixels that get none tell too much. Of 300 hairs, 0.3 to 0.8 pixels wide (640 x
- * 480), the estimate was up to 1.6 times the squared error in passes between; a fifth to a third of that was carried.
+ * pixels get more of them, and the error of those that get none is overestimated. Of 300 hairs, 0.3 to 0.8 pixels wide
+ * (640 x 480), the estimate was up to 1.6 times the squared error in passes between; a fifth to a third of that was
+ * carried.
  */
 #define HIDDEN_LEAST (1.0 / 16)
 #define HIDDEN_MOST  4.0
 
 /*
  * The estimate from the errors of so many pixels, at look `number` (1, 2, ...) of this kind. The interval is too narrow
- * for a single pixel, or where one pixel has nearly all of the error: a single error does not tell how much such a sum
+ * for a single pixel, or where one pixel has nearly all of the error: a single error does not show how much such a sum
  * scatters.
  */
 struct error_estimate error_estimate(const struct error_told *told, uint64_t pixels,

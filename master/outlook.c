@@ -8,7 +8,7 @@
 /* The class of the octave of 1. */
 #define MIDDLE 40
 
-/* The weight of what an octave tells about another one is divided by 2 to the power of this for each octave of
+/* The weight of one octave in the estimate for another one is divided by 2 to the power of this for each octave of
  * distance: by far the most comes from the nearest one of which anything is known. */
 #define FADING 3
 

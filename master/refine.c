@@ -76,8 +76,8 @@ static void allocate_part(void *context, uint32_t part)
         allocate_pixel(it, allocation, i);
 }
 
-/* The error to be lowered is what the halves tell plus what is hidden. Where all halves tell 0, it is the expected
- * error, as contrasts may still hide something. */
+/* The error to be lowered is that estimated from the halves, plus what is hidden. If all halves show an error of 0, it
+ * is the expected error, as contrasts may still hide something. */
 struct allocation *refine_allocation(const struct candidates *candidates)
 {
     const struct canvas *canvas = candidates->statistics->canvas;

@@ -81,7 +81,7 @@ static void put_seconds(const struct table *table, const char *label, double sec
 #define ROOM_TOLD 0.01
 
 /* The times of starting MPI and of sharing the scene include waiting until all ranks are there. It happens inside MPI's
- * calls, so it cannot be told apart. */
+ * calls, so it cannot be measured separately. */
 static void put_run(const struct table *table, const struct run_times *time, bool resumed)
 {
     double rest = time->total - time->init - time->load - time->broadcast - time->build -
@@ -449,7 +449,7 @@ static void put_forecast(struct table *table, const struct error_forecast *forec
     end_flow(table);
 }
 
-/* The error where there is no estimate, as with one sample per pixel: only a reference may tell it. */
+/* The error where there is no estimate, as with one sample per pixel: only a reference can show it. */
 static void put_unestimated(struct table *table, const struct report *report)
 {
     if (report->has_reference)
@@ -542,7 +542,7 @@ static void put_clipped(struct table *table, const struct report *report)
 static void put_end(struct table *table, const struct report *report)
 {
     if (report->ended == ENDED_BY_TIME) flow(table, "stopped by sampling.time_limit");
-    /* Pixels without any sample are told in another line. */
+    /* Pixels without any sample are reported in another line. */
     if (report->missing_share > 0 && report->unsampled == 0) {
         flow(table, "pass %u was cut off:", report->passes);
         flow_on(table, "%.1f %% of its pixels are missing", fmax(100 * report->missing_share, 0.1));

@@ -11,8 +11,8 @@
 
 /*
  * Reads a colour picture in PFM format ("PF", width, height, scale: negative for little-endian; rows from the bottom)
- * that must be of this size. Returns true, and the caller frees the canvas with canvas_free(); or false after telling
- * the user why not.
+ * that must be of this size. Returns true, and the caller frees the canvas with canvas_free(); or false after reporting
+ * why not.
  */
 bool truth_read(const char *path, uint32_t width, uint32_t height, struct canvas *canvas);
 
