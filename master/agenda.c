@@ -11,7 +11,7 @@ void agenda_reserve(struct agenda *agenda, uint32_t ids)
     if (ids <= agenda->ids) return;
     agenda->keys = reallocate(agenda->keys, ids, sizeof *agenda->keys);
     agenda->sorted = reallocate(agenda->sorted, ids, sizeof *agenda->sorted);
-    /* Written to, so that the pages are there when all wait for the sorting. */
+    /* Written to, so that the pages are mapped before all renderers wait for the sorting. */
     for (uint32_t id = agenda->ids; id < ids; id++) {
         agenda->keys[id] = AGENDA_ABSENT;
         agenda->sorted[id] = (struct heap_entry){0};
@@ -57,20 +57,20 @@ void agenda_change(struct agenda *agenda, uint32_t id, double key)
     agenda->keys[id] = key;
 }
 
-/* Keys in one bucket have their exponent and the first bits of the mantissa in common: higher keys are in a
- * bucket of a lower number. */
+/* Bucket sort by the upper bits of a key: keys in one bucket have the exponent and the first bits of the
+ * mantissa in common. Higher keys are in buckets of lower number. */
 #define BUCKET_SHIFT 50
 #define BUCKETS      8192
 
 static uint32_t bucket_of(double key)
 {
     uint64_t bits;
-    key += 0.0; /* which has no sign then */
+    key += 0.0; /* turns -0.0 into +0.0 */
     memcpy(&bits, &key, sizeof bits);
     return BUCKETS - 1 - (uint32_t)(bits >> BUCKET_SHIFT);
 }
 
-/* Where each bucket begins, as many ids as there are being in each. */
+/* Computes where each bucket begins, from the number of ids in each. */
 static void find_buckets(const struct agenda *agenda, uint32_t begins[BUCKETS])
 {
     uint32_t begin = 0;
@@ -84,7 +84,7 @@ static void find_buckets(const struct agenda *agenda, uint32_t begins[BUCKETS])
     }
 }
 
-/* By insertion: has nothing to do where it is sorted. */
+/* Insertion sort: takes linear time where the entries are sorted already. */
 static void sort_within_buckets(struct heap_entry *entries, uint32_t count)
 {
     for (uint32_t i = 1; i < count; i++) {

@@ -1,8 +1,8 @@
 /*
- * What waits: numbered things, the one with the highest key first, of equal keys the lowest number.
+ * A priority queue of ids, for the tiles that wait: the highest key comes first, of equal keys the lowest id.
  *
- * Nearly all leave in the order that they had when they were sorted: those stand in an array and leave it from
- * the front. What is put in later, one by one, is in a heap beside it.
+ * Nearly all ids leave in the order in which they were sorted: these are in a sorted array and leave it at the
+ * front. Ids that are put in one by one after the sorting are in a heap beside it.
  */
 #ifndef FARM_MASTER_AGENDA_H
 #define FARM_MASTER_AGENDA_H
@@ -14,28 +14,28 @@
 
 #define AGENDA_NONE HEAP_ABSENT
 
-/* All zero: empty. */
+/* An agenda that is all zero is empty. */
 struct agenda {
-    uint32_t count;            /* that wait */
-    uint32_t ids;              /* places that there are */
-    double *keys;              /* by id, AGENDA_ABSENT: it does not wait */
-    struct heap_entry *sorted; /* [first .. end - 1], those among them that are as they were then */
+    uint32_t count; /* ids that are in the queue */
+    uint32_t ids;   /* capacity: ids are below this */
+    double *keys;   /* by id; AGENDA_ABSENT: it is not in the queue */
+    /* [first .. end - 1]; an entry is valid while its key is still that in keys */
+    struct heap_entry *sorted;
     uint32_t first, end;
     struct heap later;
 };
 
 #define AGENDA_ABSENT (-1.0)
 
-/* Room for ids below this number; never less than there was. */
+/* Makes room for ids below this number; never shrinks. */
 void agenda_reserve(struct agenda *agenda, uint32_t ids);
 void agenda_free(struct agenda *agenda);
 
 /* Puts id in, with a key that is not negative, or gives it another key. */
 void agenda_put(struct agenda *agenda, uint32_t id, double key);
 
-/* Gives many ids other keys at once: agenda_unsort(), then agenda_change() for those that are in and
- * agenda_remove() for some, and agenda_sort() before anything else. O(n) where keys in a quarter of an
- * octave are equal. */
+/* Changes many keys at once: first agenda_unsort(), then agenda_change() for ids that are in and agenda_remove()
+ * for some, then agenda_sort() before anything else. O(n) where keys within a quarter of an octave are equal. */
 void agenda_unsort(struct agenda *agenda);
 void agenda_change(struct agenda *agenda, uint32_t id, double key);
 void agenda_sort(struct agenda *agenda);
@@ -48,7 +48,7 @@ static inline bool agenda_has(const struct agenda *agenda, uint32_t id)
     return id < agenda->ids && agenda->keys[id] >= 0;
 }
 
-/* The first id, AGENDA_NONE when there is none. */
+/* The first id; AGENDA_NONE when there is none. */
 uint32_t agenda_first(struct agenda *agenda);
 
 #endif

@@ -10,12 +10,12 @@
 
 #define NOBODY UINT32_MAX
 
-/* Groups while they are found. */
+/* Working storage for finding the groups. */
 struct muster {
-    const struct berth *berths;  /* per renderer, as all that follows */
+    const struct berth *berths;  /* per renderer, as are the other arrays */
     const struct berth **sorted; /* by machine */
     uint32_t *parent;            /* union_find.h */
-    uint32_t *cores;             /* of the group whose first one it is */
+    uint32_t *cores;             /* cores of the group whose first renderer this is */
 };
 
 static bool is_known(const struct berth *berth)
@@ -23,7 +23,8 @@ static bool is_known(const struct berth *berth)
     return berth->machine[0] != '\0' && CPU_COUNT(&berth->cores) > 0;
 }
 
-/* The renderer is in the group of everybody who has one of its cores. has: who has which core. */
+/* Joins the renderer to the groups of all that may use one of its cores. has: per core, a renderer that may use
+ * it. */
 static void join(struct muster *muster, uint32_t renderer, uint32_t has[CPU_SETSIZE])
 {
     const cpu_set_t *cores = &muster->berths[renderer].cores;
@@ -36,7 +37,7 @@ static void join(struct muster *muster, uint32_t renderer, uint32_t has[CPU_SETS
     }
 }
 
-/* The groups of one machine, whose berths these are. */
+/* Finds the groups of one machine; berths: those of its renderers. */
 static void join_machine(struct muster *muster, const struct berth *const *berths, uint32_t count)
 {
     uint32_t has[CPU_SETSIZE];
@@ -68,7 +69,7 @@ static void join_all(struct muster *muster, uint32_t renderers)
     }
 }
 
-/* Groups are numbered in the order of their first ones. */
+/* Numbers the groups in the order of their first renderers. */
 static void number(struct crowd *crowd, struct muster *muster)
 {
     for (uint32_t i = 0; i < crowd->renderers; i++) {

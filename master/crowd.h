@@ -1,6 +1,6 @@
 /*
- * Renderers that share cores. Those of a machine that may run on the same cores, whether all of them or
- * not, are a group; where a group has more renderers than cores, they take turns.
+ * Which renderers share cores. The renderers of a machine whose sets of allowed cores overlap, directly or
+ * through others, form a group. Where a group has more renderers than cores, they take turns.
  */
 #ifndef FARM_MASTER_CROWD_H
 #define FARM_MASTER_CROWD_H
@@ -11,19 +11,20 @@ struct berth;
 
 struct crowd_group {
     uint32_t renderers;
-    uint32_t processors; /* of them that can work at a time: there is a core for each */
+    uint32_t processors; /* how many of them can work at a time, each on its own core */
 };
 
 struct crowd {
-    uint32_t renderers, count; /* count: of groups */
-    uint32_t *group_of;        /* per renderer */
+    uint32_t renderers, count; /* count: number of groups */
+    uint32_t *group_of;        /* per renderer: index of its group */
     struct crowd_group *groups;
-    uint32_t processors; /* of all groups */
-    /* That one of them or more may use; who has one of its own because nothing is known counts it. */
+    uint32_t processors; /* sum over all groups */
+    /* Cores that at least one renderer may use. A renderer of unknown placement adds one. */
     uint32_t cores;
 };
 
-/* berths: per renderer. One of which nothing is known has a core of its own. */
+/* Finds the groups. berths: one per renderer. A renderer of which nothing is known counts as having its own
+ * core. Freed by crowd_free(). */
 void crowd_init(struct crowd *crowd, const struct berth *berths, uint32_t renderers);
 void crowd_free(struct crowd *crowd);
 

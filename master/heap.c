@@ -22,8 +22,8 @@ void heap_free(struct heap *heap)
     *heap = (struct heap){0};
 }
 
-/* Children of an entry: of four, which are 64 bytes, a path down has half as many places as of two, and those
- * who are compared lie side by side. */
+/* Children of an entry. With four, which are 64 bytes, a path down is half as long as in a binary heap, and
+ * those that are compared are adjacent in memory. */
 #define CHILDREN 4
 
 static void set_entry(struct heap *heap, uint32_t place, struct heap_entry entry)
@@ -43,7 +43,7 @@ static void rise(struct heap *heap, uint32_t place, struct heap_entry entry)
     set_entry(heap, place, entry);
 }
 
-/* The child of this place that comes before its others; not below count: it has none. */
+/* The highest child of the entry at this place; heap->count or more: it has none. */
 static uint64_t first_child(const struct heap *heap, uint32_t place)
 {
     uint64_t first = CHILDREN * (uint64_t)place + 1, end = first + CHILDREN;
@@ -64,7 +64,7 @@ static void sink(struct heap *heap, uint32_t place, struct heap_entry entry)
     set_entry(heap, place, entry);
 }
 
-/* The entry takes the place, then the one where it belongs. */
+/* Puts the entry at this place and moves it up or down to where it belongs. */
 static void settle(struct heap *heap, uint32_t place, struct heap_entry entry)
 {
     if (place > 0 && heap_before(&entry, &heap->entries[(place - 1) / CHILDREN]))

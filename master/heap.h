@@ -1,4 +1,4 @@
-/* A heap of numbered things, the one with the highest key on top; of equal keys the lowest number. */
+/* An indexed heap: ids with keys, the highest key on top, of equal keys the lowest id. */
 #ifndef FARM_MASTER_HEAP_H
 #define FARM_MASTER_HEAP_H
 
@@ -12,24 +12,24 @@ struct heap_entry {
     uint32_t id;
 };
 
-/* All zero: empty. */
+/* A heap that is all zero is empty. */
 struct heap {
     struct heap_entry *entries; /* [count] */
-    uint32_t *places;           /* by id: where in entries, or HEAP_ABSENT */
-    uint32_t count, ids;        /* ids: places that there are */
+    uint32_t *places;           /* by id: its index in entries, or HEAP_ABSENT */
+    uint32_t count, ids;        /* ids: capacity, ids are below it */
 };
 
-/* Room for ids below this number; never less than there was. */
+/* Makes room for ids below this number; never shrinks. */
 void heap_reserve(struct heap *heap, uint32_t ids);
 void heap_free(struct heap *heap);
 
-/* Puts id in, or gives it another key: O(log n). */
+/* Puts id in, or changes its key: O(log n). */
 void heap_put(struct heap *heap, uint32_t id, double key);
 
-/* Takes id out, if it is in: O(log n). */
+/* Removes id, if it is in: O(log n). */
 void heap_remove(struct heap *heap, uint32_t id);
 
-/* Takes all out. */
+/* Removes all ids. */
 void heap_clear(struct heap *heap);
 
 bool heap_has(const struct heap *heap, uint32_t id);
@@ -39,7 +39,7 @@ static inline bool heap_before(const struct heap_entry *a, const struct heap_ent
     return a->key > b->key || (a->key == b->key && a->id < b->id);
 }
 
-/* The id on top, HEAP_ABSENT when the heap is empty. */
+/* The id on top; HEAP_ABSENT when the heap is empty. */
 static inline uint32_t heap_top(const struct heap *heap)
 {
     return heap->count ? heap->entries[0].id : HEAP_ABSENT;

@@ -33,7 +33,7 @@ static uint32_t new_hold(struct holdings *holdings)
     return holdings->hold_count++;
 }
 
-/* Puts the hold into the ring of another one on the same tile. */
+/* Puts the hold into the circular list of another hold on the same tile. */
 static void join_ring(struct holdings *holdings, uint32_t hold, uint32_t other)
 {
     struct hold *holds = holdings->holds;
@@ -41,7 +41,8 @@ static void join_ring(struct holdings *holdings, uint32_t hold, uint32_t other)
     if (other != HOLD_NONE) holds[other].other = hold;
 }
 
-/* Takes it out; returns another one of the ring, or HOLD_NONE. A ring has one or two as a rule. */
+/* Takes the hold out of its circular list; returns another one of the list, or HOLD_NONE. The list has one or
+ * two entries as a rule. */
 static uint32_t leave_ring(struct holdings *holdings, uint32_t hold)
 {
     struct hold *holds = holdings->holds;
@@ -97,7 +98,8 @@ uint32_t holdings_most_open(struct holdings *holdings)
     return HEAP_ABSENT;
 }
 
-/* The index of the hold, and of the one before it in the list. */
+/* The index of the renderer's hold on this tile, or HOLD_NONE; *before: the one before it in the list, or
+ * HOLD_NONE. */
 static uint32_t find(const struct holdings *holdings, uint32_t renderer, uint32_t id,
                      uint32_t *before)
 {
@@ -116,8 +118,8 @@ struct hold *holdings_find(const struct holdings *holdings, uint32_t renderer, u
     return hold == HOLD_NONE ? NULL : &holdings->holds[hold];
 }
 
-/* Whether the renderer has nothing more of this lot. Lots stand one behind the other in its list, and
- * it has two at most: what is left of one begins or ends the list. */
+/* Whether the renderer has no tile of this lot left. The lots of a renderer follow each other in its list, and
+ * it has two at most: so what is left of a lot is at the beginning or at the end of the list. */
 static bool lot_is_over(const struct holdings *holdings, const struct holder *holder, uint32_t lot)
 {
     return holder->count == 0 ||

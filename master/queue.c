@@ -5,7 +5,7 @@
 #include "common/message.h"
 #include "master/queue_parts.h"
 
-/* ---- what a tile is ---- */
+/* ---- tiles that wait ---- */
 
 struct tile queue_tile_of(const struct queue *queue, uint32_t id)
 {
@@ -97,7 +97,7 @@ void queue_give(struct queue *queue, uint32_t renderer, uint32_t id, double work
     item->hold = hold;
 }
 
-/* The renderer has the tile no longer; returns how it had it. */
+/* Takes the tile from the renderer; returns the hold that it had. */
 static struct hold take_back(struct queue *queue, uint32_t renderer, uint32_t id)
 {
     struct hold hold = holdings_take(&queue->holdings, renderer, id);
@@ -153,7 +153,7 @@ void queue_set_finished(struct queue *queue, uint32_t id, double seconds)
     queue_foresee(queue, id);
 }
 
-/* Marks the tile, which took so long. */
+/* Marks the tile as finished, which took so many seconds; returns what becomes of the answer. */
 static enum answer mark_finished(struct queue *queue, uint32_t id, double seconds)
 {
     if (queue->is_static) {
@@ -182,7 +182,8 @@ enum answer queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, do
     struct hold hold = take_back(queue, renderer, id);
     bool holds = queue->holdings.holders[renderer].count > 0;
     if (tile.pass == TILE_PROBE) {
-        /* Behind its last tile it may have become late; nothing else would tell that it is there. */
+        /* If the last tile that it held was a probe, the renderer may have become late in the meantime. Nothing
+         * else would tell that it has answered. */
         if (!holds) pace_dropped(&queue->pace, renderer, now, 0, 0, false);
         dynamic_probed(queue, now);
         return ANSWER_IN_VAIN;
@@ -222,7 +223,7 @@ bool queue_next_recall(struct queue *queue, struct recall *recall)
 {
     while (queue->recall_count > 0) {
         *recall = queue->recalls[--queue->recall_count];
-        /* It may have come back in the meantime. */
+        /* The tile may have come back in the meantime. */
         if (holdings_find(&queue->holdings, recall->renderer, recall->id)) return true;
     }
     return false;
@@ -259,7 +260,7 @@ double queue_answer_after(const struct queue *queue)
 uint32_t queue_tells(const struct queue *queue, uint32_t renderer, const struct tile *tiles,
                      uint32_t count, float tells[LOT_TILES])
 {
-    /* Where renderers share cores, time says little, and nothing is done twice. */
+    /* Where renderers share cores, wall time says little about a tile, and nothing is done twice. */
     if (!queue->is_dynamic || queue->turns) return 0;
     if (count == 0 || tiles[0].pass == TILE_PROBE) return 0;
     double least = pace_tell_after(&queue->pace, renderer, 0);
@@ -355,7 +356,7 @@ bool queue_complete(const struct queue *queue)
 
 bool queue_over(struct queue *queue, uint32_t renderer)
 {
-    /* Until then somebody may fall silent. */
+    /* Until the queue is complete, a renderer may fall silent and leave its tiles to this one. */
     return queue->stopped ? queue_tile_count(queue, renderer) == 0 : queue_complete(queue);
 }
 
@@ -373,8 +374,8 @@ double queue_wake(struct queue *queue)
 double queue_calm(struct queue *queue, double now)
 {
     if (!queue->is_dynamic || queue->stopped) return 0;
-    /* Any answer, or what rank 0's own renderer does, may be something to do for those who have nothing;
-     * when one who has probes alone is done with them, nobody knows. */
+    /* Renderers without work wait for any answer, and for what rank 0's own renderer does. For those that hold
+     * nothing but probes it is not known when they will be done. */
     pace_place(&queue->pace);
     if (queue->pace.soon.count + queue->pace.lost_count < queue->config.renderers) return 0;
     return pace_calm(&queue->pace, now);

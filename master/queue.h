@@ -1,39 +1,41 @@
 /*
- * The work queue: which tiles go to which renderer next, and what has come back.
+ * The work queue of the master: it decides which tiles each renderer gets next, and keeps account of which
+ * are finished.
  *
- * Pure C: no MPI, no clock, no scene. Times are passed in, in seconds since the start of the render
- * phase by any clock that does not run backwards. Renderers are numbered 0 .. renderers - 1. Not
- * thread-safe: the caller holds a lock where several threads use one queue.
+ * Pure C: no MPI, no clock, no scene. The caller passes in times, in seconds since the start of the render
+ * phase, by any clock that does not run backwards. Renderers are numbered 0 .. renderers - 1. Not
+ * thread-safe: where several threads use one queue, the caller holds a lock.
  *
- *   waiting --queue_next()--> out (with one renderer, or two) --queue_finish()--> finished
+ *   waiting --queue_next()--> out (with one renderer or more) --queue_finish()--> finished
  *
- * Tiles are handed out in lots, which are answered as a whole or in parts. A renderer holds two lots, so
- * that it never waits for the next one.
+ * A lot is the batch of tiles that a renderer gets in one message (a "chunk" in the literature on loop
+ * scheduling). It is answered as a whole or in parts. A renderer holds up to two lots, so that it need not
+ * wait for the next one.
  *
  * schedule     who gets what
- * dynamic      Whoever asks. A coarse pre-pass of probes (master/cost.h) predicts what tiles cost;
- *              dear ones go first, in lots that shrink with what is left and follow the renderer's
- *              speed (master/pace.h), and cheap ones with them, so that pixels come in at an even
- *              rate. Cheap tiles side by side are joined when predictions are there, and what is
- *              larger than its lot is split. What somebody who is late has not begun goes to others;
- *              a renderer tells of a tile that takes long (queue_takes_long()), so that others need
- *              not wait for the end of its lot to be late. When nothing waits, tiles of those who
- *              are late, or will be, are handed out a second time to those who are idle; the first
- *              answer counts. The master's own renderer, which loses the time that serving takes,
- *              leaves the end to the others.
+ * dynamic      Whoever asks. A coarse pre-pass of probes (master/cost.h) predicts the cost of each tile.
+ *              Expensive tiles go first, in lots whose size shrinks with the remaining work and follows
+ *              the renderer's speed (master/pace.h). Cheap tiles are mixed in, so that pixels come in at
+ *              an even rate. Once predictions exist, adjacent cheap tiles are joined; a tile that is
+ *              larger than its lot is split. What a late renderer has not begun goes to others. A
+ *              renderer reports a tile that takes long (queue_takes_long()), so that it can be treated
+ *              as late before the end of its lot is overdue. When nothing waits, idle renderers get
+ *              backup copies of the tiles of those that are late, or are going to be; the first answer
+ *              counts. The master's own renderer, which loses the time that serving takes, leaves the
+ *              last lots to the others.
  * tiles        Whoever asks: square tiles row by row from the top, one at a time.
  * strips, cyclic, cyclic-rows
  *              Fixed shares: master/share.h. One tile, a band of rows, at a time.
  *
- * Under all but dynamic a renderer that gives no sign of life any more (queue_set_silent()) loses what
- * it has to those who are idle.
+ * Under all schedules but dynamic, the tiles of a renderer that gives no sign of life (queue_set_silent())
+ * go to idle renderers.
  *
- * With more renderers than cores (master/crowd.h) an idle renderer is no idle core: tiles and lots are as
- * large as for a renderer to a core, and nothing that somebody has is given to another one while
- * all cores have work.
+ * With more renderers than cores (master/crowd.h), an idle renderer does not mean an idle core. Tiles and
+ * lots are then as large as with one renderer per core, and nothing that a renderer holds is given to
+ * another one while all cores have work.
  *
- * With n tiles, P renderers and t a tile's or lot's time, every queue that keeps nobody idle while
- * tiles wait ends by sum(t) / P + (1 - 1 / P) max(t) (Graham 1966).
+ * With n tiles, P renderers and time t per tile or lot, every queue that keeps no renderer idle while tiles
+ * wait finishes by sum(t) / P + (1 - 1 / P) max(t) (Graham 1966).
  */
 #ifndef FARM_MASTER_QUEUE_H
 #define FARM_MASTER_QUEUE_H
@@ -48,212 +50,242 @@
 
 struct queue_config {
     enum schedule schedule;
-    uint32_t width, height;    /* of the rendered region, pixels, at least 1 */
-    uint32_t renderers;        /* at least 1 */
-    bool master_renders;       /* renderer 0 is rank 0's own: what serving takes, it loses */
-    const struct crowd *crowd; /* of the renderers, outlives the queue; NULL: each has a core */
-    uint32_t tile_edge;  /* dynamic, tiles: pixels, at least 1; else: rows of a band, 0: auto */
-    uint32_t probe_edge; /* dynamic: pixels from probe to probe; 0: no pre-pass */
-    uint32_t samples;    /* of a pixel, the fewest; 0: one */
-    double most_work; /* dynamic: seconds of probing that a tile may be predicted to take; 0: any */
+    uint32_t width, height; /* of the rendered region, in pixels, at least 1 */
+    uint32_t renderers;     /* at least 1 */
+    /* renderer 0 is rank 0's own, which loses the time that serving takes */
+    bool master_renders;
+    /* Which renderers share cores; not owned, outlives the queue. NULL: each renderer has its own core. */
+    const struct crowd *crowd;
+    /* dynamic and tiles: edge in pixels, at least 1. Other schedules: rows of a band, 0: automatic. */
+    uint32_t tile_edge;
+    uint32_t probe_edge; /* dynamic: distance between probes in pixels; 0: no pre-pass */
+    uint32_t samples;    /* fewest samples per pixel; 0 counts as 1 */
+    /* dynamic: the most that a tile may be predicted to cost, in seconds of probing (master/cost.h); 0: no
+     * limit */
+    double most_work;
 };
 
-/* A picture of more tiles than this is refused: their bookkeeping alone would take about 2 GB. Tiles
- * are split no further, either; what queue_add() brings comes on top. */
+/* A picture of more tiles is refused: their bookkeeping alone would take about 2 GB. Splitting also stops
+ * at this number; tiles from queue_add() come on top. */
 #define QUEUE_MAX_TILES (UINT32_C(1) << 24)
 
 struct queue;
 
-/* NULL when the configuration makes more than QUEUE_MAX_TILES tiles. Freed by queue_destroy(). */
+/* Returns NULL when the configuration makes more than QUEUE_MAX_TILES tiles. Freed by queue_destroy(). */
 struct queue *queue_create(const struct queue_config *config);
 void queue_destroy(struct queue *queue);
 
 /*
- * The edge that `tile = auto` stands for. tiles: with n tiles, P renderers and a dearest tile r
- * times the mean, at most r (P - 1) / n of the time is lost at the end. For r = 10 and a loss of
- * 5 % that asks for n = 200 (P - 1); the edge is the power of two that gives at least so many, from
- * 8 (below, a tile's fixed cost shows) to 64 (above, progress comes in lumps). dynamic: the same
- * with n = 100 P, for order and splitting do the rest; where a pixel has 16 samples or more, that fixed cost
- * does not show, n = 400 P: in simulated runs of the lantern on 2 to 16 processors 99.8 % of their time goes into
- * tiles that count, and with 100 P 99.2 %; with single samples it would be 95.7 % in place of 96.3 %.
+ * The edge in pixels that `tile = auto` stands for; processors: how many renderers can work at a time.
+ *
+ * Schedule tiles: with n tiles, P renderers and a most expensive tile that costs r times the mean, at most
+ * r (P - 1) / n of the time is lost at the end. For r = 10 and a loss of 5 % that asks for n = 200 (P - 1).
+ * The edge is the largest power of two that gives at least so many tiles, between 8 (below it, a tile's
+ * fixed cost shows) and 64 (above it, progress comes in lumps).
+ *
+ * Schedule dynamic: the same with n = 100 P and an edge of at most 16, since ordering and splitting do the
+ * rest. With 16 samples per pixel or more that fixed cost does not show, and n = 400 P: in simulated runs
+ * of the lantern on 2 to 16 processors 99.8 % of their time then goes into tiles that count, with n = 100 P
+ * 99.2 %. With single samples n = 400 P would give 95.7 % in place of 96.3 %.
  */
 uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height, uint32_t samples,
                          uint32_t processors);
 
-/* Of the tiles that were made in the beginning, as asked for or chosen: the edge (dynamic, tiles) or the
- * rows of a band, pixels. */
+/* The edge (dynamic, tiles) or the rows of a band (other schedules), in pixels, of the tiles that were made
+ * at the start, whether configured or chosen automatically. */
 uint32_t queue_tile_edge(const struct queue *queue);
 
 /*
- * The distance of probes so that they take less than one percent of the time: a sample on its own was
- * measured at up to 5 times what one in a tile costs, so it is one of at least 500. Where that leaves
- * fewer than 25 for each renderer, what the dearest spots of the picture keep one of many from ending
- * with the others is more than that, and they may be one of 125. Fewer for few processors (600 each) took
- * 0.4 to 1.1 % off the time of 1 or 2, but the end of a pass was foretold worse: of the time limits of
- * test/test_adaptive.sh that cut pass 0 off, 3 of 6 runs chose a lattice that they could not finish. 0: the
- * picture is too small to be worth it.
+ * The distance between probes in pixels; 0: the picture is too small to be worth probing.
+ *
+ * It is chosen so that probes take less than one percent of the time: a sample on its own was measured at up to
+ * 5 times the cost of one within a tile, so at most one of 500 samples is a probe. Where that leaves fewer than
+ * 25 probes per processor, the time lost at the end through the most expensive spots of the picture outweighs
+ * the cost of more probes, and up to one sample of 125 is a probe.
+ *
+ * Fewer probes for few processors (600 per processor) took 0.4 to 1.1 % off the time of 1 or 2, but the end of a
+ * pass was predicted worse: of the time limits of test/test_adaptive.sh that cut pass 0 off, 3 of 6 runs chose a
+ * lattice that they could not finish.
  */
 uint32_t queue_auto_probe_edge(uint32_t width, uint32_t height, uint32_t samples,
                                uint32_t processors);
 
 /*
- * Before anything is handed out: how many pixels of a tile an earlier run has finished. Tiles that are
- * finished are so here, too; those that are in part are split (dynamic, tiles).
+ * Takes over what an earlier run has finished; to be called before anything is handed out. The callback
+ * returns how many pixels of a tile are finished. Tiles that are finished count as finished here, too;
+ * tiles that are finished in part are split (dynamic, tiles).
  */
 typedef uint32_t queue_finished_pixels(void *state, const struct tile *tile);
 void queue_skip(struct queue *queue, queue_finished_pixels *finished_pixels, void *state);
 
 /*
- * Hands out a lot for this renderer: returns the number of tiles, at most LOT_TILES. 0: not now,
- * because it holds enough already or nothing waits, or never again: see queue_over().
+ * Hands out a lot to the renderer: fills in its tiles and returns their number, at most LOT_TILES. 0: there
+ * is nothing for it, either at the moment (it holds enough, or nothing suitable waits) or for good:
+ * queue_over() tells which.
  */
 uint32_t queue_next(struct queue *queue, uint32_t renderer, double now,
                     struct tile tiles[LOT_TILES]);
 
-/* Whether nothing is left for this renderer, ever, unless queue_add() brings more: all is finished, for
- * until then it may have to take over from somebody else; or the queue is stopped, and it holds nothing. */
+/* Whether the renderer will never get anything again, unless queue_add() brings more tiles. That is so when
+ * all tiles are finished (until then it may have to take over from another renderer), or when the queue is
+ * stopped and the renderer holds nothing. */
 bool queue_over(struct queue *queue, uint32_t renderer);
 
 /*
- * Renderers that got nothing, but are not through, should ask again when this number has changed, or
- * after queue_wake(), HUGE_VAL: not before.
+ * When renderers that got nothing from queue_next(), but are not over, should ask again: when the count
+ * that queue_news() returns has changed, or after the time that queue_wake() returns (HUGE_VAL: there is
+ * none).
  */
 uint64_t queue_news(const struct queue *queue);
 double queue_wake(struct queue *queue);
 
-/* For so many seconds no renderer should run out of what it has, so that answers can wait so long; 0: one
- * has, or nothing is known. */
+/* Seconds for which no renderer is predicted to run out of work, so that answers may be left unread for so
+ * long. 0: one has run out, or nothing is known. */
 double queue_calm(struct queue *queue, double now);
 
-/* Whether it holds as many lots as it may: until it answers there are no more for it. */
+/* Whether the renderer holds as many lots as it may: it gets no more until it answers. */
 bool queue_is_full(const struct queue *queue, uint32_t renderer);
 
-/* Tiles that this renderer holds. */
+/* The number of tiles that this renderer holds. */
 uint32_t queue_tile_count(const struct queue *queue, uint32_t renderer);
 
-/* The tile that this renderer holds under this id; false when it holds no such tile. */
+/* Sets *tile to the tile with this id that the renderer holds; false when it holds no such tile. */
 bool queue_find_held(const struct queue *queue, uint32_t renderer, uint32_t id, struct tile *tile);
 
 /*
- * What a tile has taken this renderer, as the functions below are to be told, of what it tells of it: wall
- * seconds, and CPU seconds of them. Where renderers share cores, whose turn it was says nothing about the
- * tile or the renderer: the CPU time counts, drawn out as that of all who share them is.
+ * The seconds to pass to the functions below for a tile that took the renderer so many wall and CPU
+ * seconds. This is the wall time, except where renderers share cores: there the wall time depends on how
+ * often the renderer had its turn, so it is the CPU time, multiplied by the ratio of wall to CPU time of
+ * all tiles of its group (master/crowd.h) or by the number of renderers per core, whichever is larger.
  */
 double queue_seconds(struct queue *queue, uint32_t renderer, double wall, double cpu);
 
 /*
- * The renderer has finished a tile that it holds (asserted) in so many seconds of its own. The first to do so
- * counts, later ones are in vain. A piece of a tile that somebody else has as a whole is to be kept, until
- * queue_fate() says which of both counts.
+ * The renderer has finished a tile that it holds (asserted), which took it so many seconds (see
+ * queue_seconds()). The first answer for a tile counts, later ones are in vain. A piece of a tile that
+ * another renderer holds as a whole is kept: the caller keeps its pixels until queue_fate() says whether
+ * they count.
  */
 enum answer { ANSWER_IN_VAIN, ANSWER_COUNTS, ANSWER_KEPT };
 enum answer queue_finish(struct queue *queue, uint32_t renderer, uint32_t id, double now,
                          double seconds);
 
-/* What becomes of a piece that is kept: to be asked after each queue_finish() until this returns false. */
+/* The fate of a piece that was kept. To be called after each queue_finish() until it returns false. */
 struct fate {
     uint32_t id;
-    bool counts; /* false: it was in vain */
+    bool counts; /* false: it was in vain, its pixels are to be discarded */
 };
 bool queue_fate(struct queue *queue, struct fate *fate);
 
-/* A renderer that has finished a part of a lot answers with it when its last answer, or the begin of
- * the lot, is so many seconds ago: then what it has not done yet can be given to others. */
+/* Seconds after its last answer, or after the start of the lot, at which a renderer sends the part of the
+ * lot that it has finished; what it has not begun can then be given to others. HUGE_VAL: it answers lots as
+ * a whole. */
 double queue_answer_after(const struct queue *queue);
 
-/* Of the tiles of a lot that the renderer has just got: one that is in work for so many seconds it tells
- * of, and again when it is twice as long. Returns how many there are, 0: it is to tell of none. */
+/*
+ * For each tile of a lot that the renderer has just got, the seconds after which it is to report that it is
+ * still working on that tile; it reports again whenever that time has doubled. Returns how many values
+ * there are: count, or 0 when it is to report no tile.
+ */
 uint32_t queue_tells(const struct queue *queue, uint32_t renderer, const struct tile *tiles,
                      uint32_t count, float tells[LOT_TILES]);
 
-/* What the tiles that it has just got are predicted to take it; 0: nobody knows. */
+/* The predicted seconds that the tiles of a lot will take the renderer that has just got them; 0: nothing
+ * is known. */
 double queue_lot_seconds(const struct queue *queue, uint32_t renderer, const struct tile *tiles,
                          uint32_t count);
 
-/* It has told: the tile, which it has, is in work for so many seconds. */
+/* The renderer has reported that it has been working for so many seconds on a tile that it holds. */
 void queue_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, double now,
                       double seconds);
 
 /*
- * A tile that its renderer need not render any more: to be told to it after each queue_next() and
- * queue_finish(), until this returns false. It may render it all the same, or answer that it has dropped
- * it, after so many seconds of rendering: queue_drop(), of what queue_is_recalled() says.
+ * A recall: a tile that its renderer need not render any more, which the renderer is to be told. To be
+ * asked for after each queue_next() and queue_finish(), until this returns false. The renderer may render
+ * the tile all the same. If it drops the tile, after so many seconds of rendering, queue_drop() is to be
+ * told; that is allowed only for a tile for which queue_is_recalled() is true.
  */
 struct recall {
     uint32_t renderer, id;
-    /* By somebody else: even if it has begun it, its answer is of no use. false: somebody else has it, too. */
+    /* true: the tile is finished or not wanted any more, so that an answer is of no use even if the
+     * renderer has begun it. false: the renderer is to give the tile up only if it has not begun it:
+     * another one has it, too, or it is withdrawn. */
     bool finished;
 };
 bool queue_next_recall(struct queue *queue, struct recall *recall);
-bool queue_has_recalls(const struct queue *queue); /* whether there may be any */
+bool queue_has_recalls(const struct queue *queue); /* whether there may be any recalls */
 bool queue_is_recalled(const struct queue *queue, uint32_t renderer, uint32_t id);
 void queue_drop(struct queue *queue, uint32_t renderer, uint32_t id, double now, double seconds);
 
-/* What each pixel of a probe took, CPU seconds; before queue_finish() of that tile. false: one of them is below 0 or
- * above SECONDS_MOST. */
+/* Takes in the CPU seconds of each pixel of a probe tile; to be called before queue_finish() of that tile.
+ * false: one of the values is below 0 or above SECONDS_MOST. */
 bool queue_probed(struct queue *queue, const struct tile *probe, const float *seconds);
 
 /*
- * There is no time for more probes (dynamic only): none is handed out any more, who has some may leave those that it
- * has not begun, and predictions come from those that are back, or from the first that comes. Nothing where the queue
- * predicts already.
+ * Ends the pre-pass early (dynamic only): no more probes are handed out, and renderers may leave those that
+ * they have not begun. Predictions are made from the probes that are back, or from the first one that
+ * comes. Has no effect once the queue predicts.
  */
 void queue_end_probes(struct queue *queue, double now);
 
-/* How long the master has worked on an answer of so many pixels. */
+/* Tells how many seconds the master spent on an answer of so many pixels. */
 void queue_served(struct queue *queue, double seconds, double pixels);
 
 /*
- * Puts in one more tile (x, y, w, h and pass of it count; dynamic only) while the queue runs. work:
- * what it is predicted to cost, as queue_work() tells it; priority: tiles with more go first, the
- * first ones have their work per pixel. Returns its id.
+ * Adds a tile while the queue runs (dynamic only); only its x, y, w, h and pass are used. work: its
+ * predicted cost in the unit of queue_work(). priority: tiles of higher priority go first; that of the
+ * initial tiles is their work per pixel. Returns the id of the tile.
  */
 uint32_t queue_add(struct queue *queue, const struct tile *tile, double work, double priority);
 
-/* What pass 0 of this tile is predicted to cost, in units of the queue's own. */
+/* The predicted cost of pass 0 of this tile, in the queue's own unit of work. */
 double queue_work(const struct queue *queue, const struct tile *tile);
 
-/* When all will be finished, seconds since the start, if all who are not late go on as they have; 0: nobody knows, as
- * nothing is finished yet, or the schedule is not dynamic. The first tiles are the dear ones, which tell little about
- * the others; what is out counts as not begun. */
+/* The predicted time at which all will be finished, in seconds since the start, if all renderers that are
+ * not late go on as they have so far. 0: not known, as nothing is finished yet, or the schedule is not
+ * dynamic. Early predictions are rough: the first tiles are the expensive ones, which tell little about the
+ * others. Tiles that are out count as not begun. */
 double queue_ends(const struct queue *queue, double now);
 
-/* Takes out all tiles that nobody has begun (dynamic only), as if they had never been in: what somebody has done or is
- * at comes back, unless he is late and all others are done, and then the queue is complete. */
+/* Removes all tiles that no renderer has begun (dynamic only), as if they had never been added. What is
+ * finished or begun still comes back, and then the queue is complete; it does not wait for renderers that
+ * are late once all others are done. */
 void queue_withdraw(struct queue *queue);
 
 /*
- * Whether the renderer gives no sign of life. What it has, and under the static schedules all that
- * is left of its share, goes to others that have nothing to do (dynamic: those who are late are known
- * without this).
+ * Sets whether the renderer gives no sign of life. Under all schedules but dynamic, what a silent renderer
+ * holds goes to others that have nothing to do; under the static ones the rest of its share does so, too.
+ * The dynamic schedule recognises late renderers without this.
  */
 void queue_set_silent(struct queue *queue, uint32_t renderer, bool silent);
 
-/* Hand out nothing more; what is out may still come back. */
+/* Hands out nothing more from now on; what is out may still come back. */
 void queue_stop(struct queue *queue);
 
-/* All but the probes, which nobody needs for the picture. */
+/* How far the run has come. Probes are not counted, as the picture does not need them. */
 struct queue_count {
     uint32_t tiles, finished;
     uint64_t pixels_finished; /* of all passes */
-    double share_finished;    /* of the seconds that all is expected to take, 0..1; tiles: of the
-                               * pixels */
-    double share_skipped;     /* of that: by an earlier run */
-    uint32_t repeated;        /* handed out a second time */
-    double wasted_s; /* in answers that came second, or was dropped half done before the end */
+    /* Part of the seconds that all is predicted to take, 0..1; under the schedule tiles, part of the
+     * pixels. */
+    double share_finished;
+    double share_skipped; /* part of the same total that an earlier run finished */
+    uint32_t repeated;    /* tiles handed out a second time */
+    /* seconds spent on answers that did not count, or on tiles that were dropped half done before the end */
+    double wasted_s;
 };
 struct queue_count queue_count(const struct queue *queue);
 
-/* Looks for those who are late by now; when queue_wake() has come. */
+/* Looks for renderers that are late by now; to be called when the time of queue_wake() has come. */
 void queue_look(struct queue *queue, double now);
 
 /* Whether every tile is finished. */
 bool queue_complete(const struct queue *queue);
 
-/* The tiles that are not finished, one by one: *next begins with 0; false: there are no more. */
+/* Iterates over the tiles that are not finished: *next begins with 0; false: there are no more. */
 bool queue_unfinished(const struct queue *queue, uint32_t *next, struct tile *tile);
 
-/* Pixels of the largest lot, which may be one tile: bounds every message. */
+/* Pixels of the largest lot, which may be a single tile. It bounds the size of every message. */
 uint32_t queue_largest_lot(const struct queue *queue);
 
 #endif

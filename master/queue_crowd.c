@@ -1,4 +1,4 @@
-/* More renderers than cores. */
+/* The queue with more renderers than cores. */
 #include <math.h>
 
 #include "common/message.h"
@@ -26,8 +26,9 @@ uint32_t queue_processors(const struct queue *queue)
     return queue->turns ? queue->config.crowd->processors : queue->config.renderers;
 }
 
-/* Counts who has work and who has none, in each group. On those who are late nobody counts, and probes are
- * over soon or never: of who has nothing else nobody knows whether he has stopped. */
+/* Counts the renderers with and without work in each group. Late renderers are not counted. Neither are those
+ * that hold nothing but probes: these are over soon or never, and it is not known whether such a renderer has
+ * stopped. */
 static void count_working(struct queue *queue)
 {
     const struct crowd *crowd = queue->config.crowd;

@@ -1,23 +1,28 @@
-/* The dynamic schedule: whoever asks gets probes first, then what late ones have, what waits, or what others have. */
+/* The dynamic schedule: a renderer that asks gets probes first; then what late renderers hold, what waits, or
+ * what other renderers hold. */
 #include <math.h>
 
 #include "master/queue_parts.h"
 
-/* When all probes but those of four renderers are back, and this part of them at least, one who has been
- * given so many lots is not kept waiting for the others: a renderer may be slow, or stopped. More than the
- * second part is not waited for. Who comes last is often in the dearest part of the picture: single samples
- * of the lantern on 36 to 52 processors are 3 % faster when 90 % are waited for in place of 75 %. */
+/*
+ * How many probes are waited for: all but the shares of PROBES_OF renderers, but no less than the part
+ * PROBES_LEAST of all and no more than the part PROBES_MOST. When these are back, a renderer that has been given
+ * BLIND_LOTS lots is not kept waiting for the others: one may be slow, or stopped. Probes that come late are
+ * often those of the most expensive part of the picture: single samples of the lantern on 36 to 52 processors
+ * are 3 % faster when 90 % of the probes are waited for in place of 75 %.
+ */
 #define PROBES_LEAST 0.75
 #define PROBES_MOST  0.9
 #define PROBES_OF    4
 #define BLIND_LOTS   4
 
-/* Where renderers share cores, so many for each core share the probes: with fewer of them all are back the
- * sooner, and one who has stopped must have less than what is not waited for. */
+/* Where renderers share cores, so many renderers per core share the probes. With fewer renderers all probes are
+ * back sooner; with too few, the share of one that has stopped would be more than what is not waited for. */
 #define PROBE_SHARES 4
 
-/* A renderer gets its share of the probes, and when it has had so many lots, share by share of what nobody has
- * had: without that, what is left when enough are back would never be known. */
+/* A renderer gets its share of the probes. When it has had BLIND_LOTS lots, it gets another share whenever it
+ * asks, of the probes that were not handed out yet: otherwise those that are left when enough are back would
+ * never be known. */
 static uint32_t next_probes(struct queue *queue, uint32_t renderer, struct tile *tiles)
 {
     uint32_t sharers = PROBE_SHARES * queue_processors(queue), count = 0;
@@ -35,14 +40,15 @@ static uint32_t next_probes(struct queue *queue, uint32_t renderer, struct tile 
     return count;
 }
 
-/* So many answers of each of the others are the end of a run: all have short lots then. From 5 to 12 make no difference
- * to single samples on 44 processors, up to 2.5 no gain; with 12 16 samples of the lantern are 0.1 % slower. */
+/* The last phase of a run is the time in which the master takes in so many answers of each other renderer: all
+ * have short lots then. Values from 5 to 12 make no difference to single samples on 44 processors, up to 2.5
+ * there is no gain; with 12, 16 samples of the lantern are 0.1 % slower. */
 #define END_ANSWERS 8
 
 /*
- * Whether the renderer is the master's own and leaves what waits to the others. It would get a part of its core, down
- * to a fifth, and be the last one: with single samples on 44 processors it was that in most runs of two scenes of
- * three. These are 0.5 % faster without, others up to 0.1 %.
+ * Whether the renderer is the master's own and leaves what waits to the others. In the last phase it would get
+ * only part of its core, down to a fifth, and finish last: with single samples on 44 processors it did so in
+ * most runs of two scenes of three. These are 0.5 % faster without it, others up to 0.1 %.
  */
 static bool leaves_the_end(const struct queue *queue, uint32_t renderer, double now)
 {
@@ -53,7 +59,7 @@ static bool leaves_the_end(const struct queue *queue, uint32_t renderer, double 
     return pace_even_end(pace, now, queue->waiting_work) < serving;
 }
 
-/* Whether the renderer had better not wait for the rest of the probes. */
+/* Whether the renderer is not to wait for the rest of the probes. */
 static bool settles(const struct queue *queue, uint32_t renderer)
 {
     double others = 1 - (double)PROBES_OF / queue_processors(queue);
@@ -79,9 +85,9 @@ uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
         if (probes > 0) return probes;
         if (settles(queue, renderer)) predictions_settle(queue, now);
     }
-    /* Who asked before, and got nothing, may get what a late one has. */
+    /* Renderers that asked before and got nothing may now get tiles of a late one. */
     if (dynamic_check_late(queue, now)) queue->news++;
-    /* It may have stopped: messages to it would pile up. */
+    /* The renderer may have stopped: messages to it would pile up. */
     if (queue->pace.renderers[renderer].lost) return 0;
     struct pace_lot lot = pace_lot(&queue->pace, renderer, now, queue->waiting_work);
     if (queue->waiting.count == 0) return repeat_next(queue, renderer, now, tiles);
@@ -101,9 +107,10 @@ void dynamic_probed(struct queue *queue, double now)
     if (first_behind_end || queue->probes_back == queue->probes) predictions_settle(queue, now);
 }
 
-/* Of the rest of the run: what is in work is expected to take as long again, and when that and what its
- * renderer has behind it ends later, it is time for others to take over. Earlier only the unbegun tiles
- * would change hands: the garden with 16 samples on 44 processors is 2 % slower. Twice as late makes no
+/* A part of the rest of the run. A tile that has been in work for some time is expected to take as long again.
+ * When that, and what its renderer has behind it, takes longer than this part of the rest of the run, the
+ * renderer counts as late and others take over. If they did so earlier, only tiles that are not begun would
+ * change hands: the garden with 16 samples on 44 processors is 2 % slower. With twice the part there is no
  * difference. */
 #define LATE_PART 0.5
 

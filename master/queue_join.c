@@ -1,29 +1,33 @@
-/* Where many renderers share few pixels, tiles are smaller than they had better be, for the dear ones' sake.
- * Cheap ones side by side become one: what the master and a renderer do for a tile whatever is in it is then
- * done for fewer. */
+/* Joining cheap tiles. Where many renderers share few pixels, tiles are smaller than is best for most of them,
+ * for the sake of the expensive ones. Adjacent cheap tiles are joined, so that the fixed costs of a tile for the
+ * master and for a renderer are paid less often. */
 #include <math.h>
 
 #include "common/extremes.h"
 #include "master/queue_parts.h"
 
 /*
- * A joined tile is predicted to be at most this part of all, and of an even share: some of the least lots, into
- * which it is split again at the end. If it is as dear as it may be, it is so many times as much. With a fifth
- * of it on 36 to 52 processors single samples of a scene that is cheap all over (config/hello.ini) are 10 %
- * slower, because the master is busy with tiles for most of the time, of one of leaves 3 %, and of the garden
- * 1 % faster, in whose small tiles rays find more in the cache. Farms of hundreds have larger pictures: as
- * large a part of a share would cost 10,000 renderers 2 % at the end.
+ * The most work that a joined tile may be predicted to be: this part of an even share, and this part of all
+ * work. These are a few of the least lots; at the end it is split again into such. Its worst case may be
+ * JOINED_WORST times as much.
+ *
+ * With a fifth of JOINED_OF_SHARE, single samples on 36 to 52 processors of a scene that is cheap all over
+ * (config/hello.ini) are 10 % slower, because the master is busy with tiles for most of the time, those of a
+ * scene of leaves 3 % slower, and those of the garden, in whose small tiles rays find more in the cache, 1 %
+ * faster. Farms of hundreds of renderers have larger pictures: as large a part of a share would cost 10,000
+ * renderers 2 % at the end.
  */
 #define JOINED_OF_SHARE 0.05
 #define JOINED_OF_ALL   (JOINED_OF_SHARE / 44)
 
-/* Of a share: from 100 renderers on the part goes down with their number, to this one from 500 on. */
+/* The part of an even share goes down with the number of renderers: from JOINED_OF_SHARE at 100 of them to this
+ * one at 500 and more. */
 #define JOINED_MANY  100.0
 #define JOINED_LEAST 0.01
 
 #define JOINED_WORST 2
 
-/* What two tiles that are joined may be predicted to be. */
+/* The most work that two tiles may be predicted to be together if they are to be joined. */
 static double joined_most(const struct queue *queue)
 {
     double all = queue->pace.total, renderers = queue_processors(queue);
@@ -31,14 +35,14 @@ static double joined_most(const struct queue *queue)
     return fmin(JOINED_OF_ALL * all, part * all / renderers);
 }
 
-/* Whether nobody has had the tile, and it has this size. */
+/* Whether the tile has never been handed out, and has this size. */
 static bool is_whole(const struct queue *queue, uint32_t id, uint32_t w, uint32_t h)
 {
     const struct item *item = &queue->items[id];
     return queue_is_untouched(queue, id) && item->w == w && item->h == h;
 }
 
-/* The second tile, beside the first one or below it, is part of that from now on. */
+/* Makes the second tile, beside the first one or below it, part of the first one. */
 static void join(struct queue *queue, uint32_t id, uint32_t other)
 {
     struct item *whole = &queue->items[id], *part = &queue->items[other];
@@ -57,7 +61,7 @@ static void join(struct queue *queue, uint32_t id, uint32_t other)
     agenda_change(&queue->waiting, id, whole->priority);
 }
 
-/* Joins two tiles of this size if they are cheap: at most so much work together. */
+/* Joins two tiles of this size if they are cheap: `most` work together at most. */
 static void join_cheap(struct queue *queue, uint32_t id, uint32_t other, uint32_t w, uint32_t h,
                        double most)
 {

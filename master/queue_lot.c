@@ -1,4 +1,4 @@
-/* What a lot is made of: of what waits the dearest tiles, and cheap ones with them. */
+/* Composing a lot of tiles that wait: the most expensive ones, and cheap ones with them. */
 #include "master/queue_parts.h"
 
 bool lot_has_room(const struct queue *queue, const struct draft *draft, uint32_t id,
@@ -19,7 +19,7 @@ void lot_add(const struct queue *queue, struct draft *draft, uint32_t id, double
     draft->tiles[draft->count++] = queue_tile_of(queue, id);
 }
 
-/* One that waits. */
+/* Moves a tile that waits into the draft. */
 static void take_tile(struct queue *queue, struct draft *draft, uint32_t id)
 {
     double work = (double)queue->items[id].work;
@@ -28,7 +28,7 @@ static void take_tile(struct queue *queue, struct draft *draft, uint32_t id)
     queue_give(queue, draft->renderer, id, work);
 }
 
-/* The dearest tiles, so many that they make up a lot. */
+/* Takes the most expensive tiles until the lot is full. */
 static void take_dear(struct queue *queue, struct draft *draft, struct pace_lot lot)
 {
     while (draft->count < LOT_TILES && queue->waiting.count > 0) {
@@ -43,18 +43,19 @@ static void take_dear(struct queue *queue, struct draft *draft, struct pace_lot 
 }
 
 /*
- * Pixels cost the master the same whatever is in them. If the cheap ones all came last, they would come
- * faster than it can take them in: so with each part of the work that is left goes this much of the same
- * part of the pixels. With the last 5 % of the work come sqrt(0.05) = 22 % of the pixels: cheap tiles to
- * end evenly with. For them a lot may be longer by the second factor. Found in simulated runs of lantern
- * and garden; 0.65 in place of 0.5 is 1.5 % faster for the lantern's single samples on 44 processors, with
- * longer tails.
+ * A pixel costs the master the same whatever is in it. If all cheap pixels came last, they would come faster
+ * than the master can take them in. So with each part of the remaining work CHEAP_PART of the same part of the
+ * remaining pixels is handed out. With the last 5 % of the work come sqrt(0.05) = 22 % of the pixels: cheap
+ * tiles with which to end evenly. For cheap tiles a lot may be longer by the factor CHEAP_OVER. Both were found
+ * in simulated runs of lantern and garden; a CHEAP_PART of 0.65 in place of 0.5 is 1.5 % faster for the
+ * lantern's single samples on 44 processors, with longer tails.
  */
 #define CHEAP_PART 0.5
 #define CHEAP_OVER 1.25
 
-/* The next tile in the order of the picture that waits and is not dearer than this, per pixel, or
- * AGENDA_NONE. None of adaptive passes, which send sampled pixels alone, most useful ones first. */
+/* The next tile in the order of the picture that waits and costs no more than this density (work per pixel), or
+ * AGENDA_NONE. Tiles of adaptive passes are left out: they send sampled pixels alone, the most useful ones
+ * first. */
 static uint32_t next_cheap(struct queue *queue, double density)
 {
     for (; queue->next_cheap < queue->item_count; queue->next_cheap++) {
@@ -66,7 +67,7 @@ static uint32_t next_cheap(struct queue *queue, double density)
     return AGENDA_NONE;
 }
 
-/* Cheap tiles join those that were taken. */
+/* Adds cheap tiles to those that were taken, up to so many pixels. */
 static void take_cheap(struct queue *queue, struct draft *draft, struct pace_lot lot, double pixels,
                        double density)
 {

@@ -1,17 +1,17 @@
 /*
- * What the parts of the queue share; for all others there is queue.h.
+ * What the source files of the queue share; all other code uses queue.h.
  *
- *   queue.c            tiles that wait, are out and come back, under all schedules
- *   queue_start.c      which tiles there are in the beginning
+ *   queue.c            the life of a tile under all schedules: waiting, out, finished
+ *   queue_start.c      the initial tiles
  *   queue_plain.c      the schedules that hand out one tile at a time
- *   queue_dynamic.c    the dynamic schedule; the rest is of it:
- *   queue_predict.c    what tiles are predicted to take
- *   queue_join.c       cheap ones become one
- *   queue_split.c      large ones become two
- *   queue_lot.c        what a lot is made of
- *   queue_repeat.c     what others do a second time
- *   queue_pieces.c     a tile that somebody has, in pieces for others
- *   queue_withdraw.c   tiles that are not wanted any more
+ *   queue_dynamic.c    the dynamic schedule; all that follow belong to it:
+ *   queue_predict.c    predicted costs of tiles
+ *   queue_join.c       joining cheap tiles
+ *   queue_split.c      splitting large tiles in two
+ *   queue_lot.c        composing a lot
+ *   queue_repeat.c     handing out tiles of others a second time
+ *   queue_pieces.c     breaking a tile that is out into pieces for other renderers
+ *   queue_withdraw.c   withdrawing tiles that are not wanted any more
  *   queue_crowd.c      renderers that share cores
  */
 #ifndef FARM_MASTER_QUEUE_PARTS_H
@@ -26,65 +26,68 @@
 #include "master/queue.h"
 #include "master/share.h"
 
-/* The dynamic schedule sends tiles in lots, so that they may be small: rays of 16 x 16 pixels find
- * more of the scene in the cache than those of more (1 to 10 % less CPU time for lantern and garden than
- * 32 x 32), and of smaller tiles the overhead begins to show at one sample per pixel. */
+/* Edge of a tile, pixels. As the dynamic schedule sends tiles in lots, they may be small: the rays of 16 x 16
+ * pixels find more of the scene in the cache than those of larger tiles (1 to 10 % less CPU time for lantern and
+ * garden than 32 x 32). With smaller tiles the overhead begins to show at one sample per pixel. */
 #define DYNAMIC_EDGE 16u
 
-/* A lot has at most so many pixels, unless one tile has more: 400 KB of floats. */
+/* The most pixels of a lot, unless a single tile has more: 400 KB of floats. */
 #define LOT_PIXELS 32768u
 
-/* No tile is predicted to be more work: what renderers tell can be as much more than what their clocks let expect as
- * many of them share a core, each such surprise makes the next one larger, and predictions have to stay numbers. A tile
- * of the most pixels that each took SECONDS_MOST is 1e15. */
+/* The most work that a tile may be predicted to be. Where many renderers share a core, the times that they
+ * report can exceed what their clocks let expect by their number, and each such surprise makes the next one
+ * larger; predictions have to stay finite numbers. A tile of the most pixels that each took SECONDS_MOST is
+ * 1e15. */
 #define WORK_MOST 1e20
 
-/* A tile under dynamic and tiles. */
+/* A tile under the schedules dynamic and tiles; its id is its index in queue.items. */
 struct item {
     uint32_t x, y, w, h;
     uint32_t pass;
-    float work;    /* predicted */
-    float worst;   /* if the tile is all that its neighbourhood may be */
-    float seconds; /* that it took; before it is finished, for which it is known to be in work */
+    float work;  /* predicted */
+    float worst; /* predicted, if all of it is as expensive as the most expensive spot around */
+    /* what it took; before it is finished: how long it is known to have been in work */
+    float seconds;
     double priority;
-    uint32_t copies; /* renderers that have it */
-    uint32_t hold;   /* of one of them (master/holdings.h), or HOLD_NONE */
+    uint32_t copies; /* number of renderers that hold it */
+    uint32_t hold;   /* the hold of one of them (master/holdings.h), or HOLD_NONE */
     bool finished;
-    bool skipped;  /* by an earlier run */
-    uint32_t rest; /* the tile that was split off it last; 0: there is none */
+    bool skipped;  /* finished by an earlier run */
+    uint32_t rest; /* id of the tile that was split off it last; 0: there is none */
 
     /* See queue_pieces.c. */
     uint32_t first_piece, pieces; /* ids of its pieces, if it has any */
-    uint32_t missing;             /* of these */
-    uint32_t whole;               /* the id of what it is a piece of */
+    uint32_t missing;             /* number of pieces that are not finished */
+    uint32_t whole;               /* id of the tile that it is a piece of */
     bool is_piece;
-    bool kept;     /* a piece that is back, and may count yet */
-    bool replaced; /* by what it was joined to, which counts in its place */
+    bool kept; /* a piece that is finished, whose fate is undecided */
+    /* Not a tile any more: it was joined to another one, which counts in its place, or withdrawn. */
+    bool replaced;
 };
 
-/* Of all who share some cores. */
+/* A group of renderers that share cores. */
 struct turns {
-    double wall, cpu;       /* of their tiles */
-    uint32_t working, idle; /* see queue_crowd.c */
+    double wall, cpu;       /* seconds of their tiles, summed */
+    uint32_t working, idle; /* renderers with and without work: queue_crowd.c */
 };
 
 struct queue {
     struct queue_config config;
     bool is_dynamic;
-    bool is_static; /* strips, cyclic or cyclic-rows: shares in place of items */
+    bool is_static; /* strips, cyclic or cyclic-rows: uses shares instead of items */
     struct shares shares;
-    unsigned char *share_finished; /* per id */
+    unsigned char *share_finished; /* per id: 1 when the tile is finished */
 
     struct item *items;
     uint32_t item_count, item_room;
     uint32_t first_probe, probes, next_probe, probe_stride, probes_back;
-    bool needs_no_probes;  /* all is finished or withdrawn, and no more work has come since */
-    bool probes_ended;     /* queue_end_probes() */
-    bool settled;          /* the map predicts: all probes are back, or enough */
+    bool needs_no_probes;  /* all was finished or withdrawn, and no work was added since */
+    bool probes_ended;     /* queue_end_probes() was called */
+    bool settled;          /* the map predicts: all probes are back, or enough of them */
     struct agenda waiting; /* items */
     double waiting_work;
     uint64_t waiting_pixels;
-    uint32_t next_cheap;    /* id from which on cheap tiles are looked for */
+    uint32_t next_cheap;    /* id at which the search for cheap tiles continues */
     struct outlook outlook; /* dynamic */
     struct cost_map map;
     struct pace pace;
@@ -94,16 +97,17 @@ struct queue {
     uint32_t recall_count;
     struct fate *fates; /* not told yet */
     uint32_t fate_count;
-    uint32_t *probes_given; /* per renderer: probe tiles that it has had */
-    struct turns *turns;    /* per group of the crowd; NULL: each renderer has a core */
-    bool counted; /* their renderers are, until one gets or gives back a tile, or is late */
+    uint32_t *probes_given; /* per renderer: probe tiles handed out to it */
+    struct turns *turns;    /* per group of the crowd; NULL: each renderer has its own core */
+    /* turns[].working and .idle are up to date: no renderer has got or given back a tile, or become late, since */
+    bool counted;
     bool *silent; /* per renderer */
     uint32_t silent_count;
-    bool withdraws; /* what nobody has begun, until there is more work */
+    bool withdraws; /* queue_withdraw() is in force, until work is added */
     bool stopped;
     uint64_t pixels_skipped; /* finished by an earlier run */
     uint64_t news;
-    double retry; /* when somebody idle had better ask again; HUGE_VAL: nobody */
+    double retry; /* when an idle renderer should ask again; HUGE_VAL: no such time */
     struct queue_count count;
     uint32_t largest;
 };
@@ -113,7 +117,7 @@ static inline uint64_t area(const struct item *item)
     return (uint64_t)item->w * item->h;
 }
 
-/* Whether the picture is put together of this tile. */
+/* Whether the tile is one of those that make up the picture: no probe, no piece, and not replaced. */
 static inline bool is_of_picture(const struct item *item)
 {
     return item->pass != TILE_PROBE && !item->replaced && !item->is_piece;
@@ -122,153 +126,164 @@ static inline bool is_of_picture(const struct item *item)
 /* The tile of this id. */
 struct tile queue_tile_of(const struct queue *queue, uint32_t id);
 
-/* Memory for so many tiles in all, written to, so that the pages are there before all renderers wait. */
+/* Provides memory for so many tiles in all. It is written to, so that its pages are mapped before all renderers
+ * wait for the queue. */
 void queue_reserve(struct queue *queue, uint32_t room);
 
-/* Adds a tile that does not wait yet; returns its id. Pointers to items are of no use then. */
+/* Adds a tile that does not wait yet; returns its id. Invalidates pointers to items. */
 uint32_t queue_new_item(struct queue *queue, const struct item *item);
 
-/* The tile waits, and waits no longer. */
+/* Puts the tile among those that wait; takes it out. */
 void queue_set_waiting(struct queue *queue, uint32_t id);
 void queue_unset_waiting(struct queue *queue, uint32_t id);
 
-/* Whether nobody has had the tile, or what it is a piece of. */
+/* Whether the tile waits and has never been handed out, neither itself nor a tile that it is a piece of. */
 bool queue_is_untouched(const struct queue *queue, uint32_t id);
 
-/* What the tile has is part of all that waits; or not, while it changes and goes on waiting. */
+/* Adds the tile's work and pixels to the sums of all that wait; subtracts them, as before a change of a tile
+ * that goes on waiting. */
 void queue_count_waiting(struct queue *queue, uint32_t id);
 void queue_uncount_waiting(struct queue *queue, uint32_t id);
 
-/* The tile is finished, which took so long. */
+/* Marks the tile as finished; it took so many seconds. */
 void queue_set_finished(struct queue *queue, uint32_t id, double seconds);
 
-/* Counts the tile in the outlook, as what it is; or not, while it is neither finished nor a probe. */
+/* Counts the tile in the outlook, according to its state; takes it out again, while it is neither finished nor a
+ * probe. */
 void queue_foresee(struct queue *queue, uint32_t id);
 void queue_unforesee(struct queue *queue, uint32_t id);
 
-/* The tile is part of the lot that the renderer is getting. */
+/* Makes the tile part of the lot that the renderer is getting; work: predicted. */
 void queue_give(struct queue *queue, uint32_t renderer, uint32_t id, double work);
 
-/* The one who has this hold is to hear that it need not render its tile, or, when that is finished, that
- * its answer is of no use. */
+/* Queues a recall for the owner of this hold: it need not render its tile, or, when finished is true, its answer
+ * is of no use. */
 void queue_tell(struct queue *queue, struct hold *hold, bool finished);
 
-/* All who have the tile are to hear that it is finished. */
+/* Queues recalls for all who hold the tile: it is finished. */
 void queue_tell_finished(struct queue *queue, uint32_t id);
 
 /* ---- all schedules but the dynamic one ---- */
 
-/* queue_next() for them: one tile or none. */
+/* queue_next() for these schedules: returns 1 and sets *tile, or 0. */
 uint32_t plain_next(struct queue *queue, uint32_t renderer, struct tile *tile);
 
 /* ---- the dynamic schedule ---- */
 
-/* queue_next() for it. */
+/* queue_next() for the dynamic schedule. */
 uint32_t dynamic_next(struct queue *queue, uint32_t renderer, double now,
                       struct tile tiles[LOT_TILES]);
 
-/* Gives up all that are late by now; whether there was any. */
+/* Marks all renderers as late that are so by now; returns whether there were any. */
 bool dynamic_check_late(struct queue *queue, double now);
 
-/* A probe tile is back. */
+/* To be called when a probe tile is back. */
 void dynamic_probed(struct queue *queue, double now);
 
-/* A tile is in work for so long. */
+/* queue_takes_long() for the dynamic schedule. */
 void dynamic_takes_long(struct queue *queue, uint32_t renderer, uint32_t id, double now,
                         double seconds);
 
 /* ---- what tiles are predicted to take ---- */
 
-/* Predictions from the probes that are back, one at least, and with them another order. */
+/* Predicts all tiles from the probes that are back, of which there must be one at least, and sorts what waits
+ * accordingly. */
 void predictions_settle(struct queue *queue, double now);
 
-/* A tile is back, or in work still, that has taken the renderer so many seconds; predicted: its work. */
+/* Learns from a tile that is back, or still in work, and has taken the renderer so many seconds; predicted: its
+ * work. */
 void predictions_learn(struct queue *queue, uint32_t renderer, const struct tile *tile,
                        double seconds, double predicted);
 
 /* ---- how large a tile may be ---- */
 
-/* Joins cheap tiles that nobody has had; when predictions are new. */
+/* Joins cheap tiles that have never been handed out; to be called when predictions are new. */
 void queue_join(struct queue *queue);
 
-/* Two halves in place of a tile that waits, cut across its longer side; whether it is large enough. */
+/* Replaces a tile that waits by two halves, cut across its longer side; whether it is large enough for that. */
 void split_tile(struct queue *queue, uint32_t id);
 bool split_is_possible(const struct queue *queue, uint32_t id);
 
-/* Whether the tile that would be the next one of the lot, or its first one, is to be split before. */
+/* Whether the tile is to be split before it is added to a lot; first: it would be the first tile of the lot. */
 bool split_is_due(const struct queue *queue, uint32_t id, struct pace_lot lot, bool first);
 
-/* How many parts a tile is to fall into that is too dear for a single renderer to begin; 0: it is not. */
+/* The number of parts into which a tile is to be broken because it is too expensive for a single renderer to
+ * begin; 0: it is not. */
 uint32_t split_dear_parts(const struct queue *queue, uint32_t id);
 
 /* ---- what a lot is made of ---- */
 
-/* A lot as it grows. */
+/* A lot while it is being composed. */
 struct draft {
     uint32_t renderer;
-    struct tile *tiles; /* room for LOT_TILES, the caller's */
+    struct tile *tiles; /* LOT_TILES entries, owned by the caller */
     uint32_t count;
     uint64_t pixels;
     double work, worst;
 };
 
-/* Whether the tile fits into the lot, besides what that has. */
+/* Whether the tile still fits into the lot; lot: its limits. */
 bool lot_has_room(const struct queue *queue, const struct draft *draft, uint32_t id,
                   struct pace_lot lot);
 
-/* The tile, of so much work, is the next one of the lot, which has fewer than LOT_TILES. */
+/* Appends the tile, of so much work, to the lot, which has fewer than LOT_TILES. */
 void lot_add(const struct queue *queue, struct draft *draft, uint32_t id, double work);
 
-/* Adds what waits, behind what the draft has, and gives out the lot; returns how many tiles it has. */
+/* Appends tiles that wait to the draft and hands out the lot; returns how many tiles it has. */
 uint32_t lot_fill(struct queue *queue, struct draft *draft, double now, struct pace_lot lot);
 
-/* The draft is given out as it is; returns how many tiles it has. */
+/* Hands out the draft as it is; returns how many tiles it has. */
 uint32_t lot_give(struct queue *queue, const struct draft *draft, double now);
 
-/* ---- what others do a second time ---- */
+/* ---- tiles that are handed out a second time ---- */
 
-/* What the one who is longest overdue has not begun, before all that waits: a tile at least, and a lot at most. */
+/* Appends to the draft tiles that late renderers have not begun, those of the longest overdue one first, before
+ * anything that waits: one tile at least if there is any, and one lot at most. */
 void repeat_late(struct queue *queue, struct draft *draft, struct pace_lot lot);
 
-/* The one that is longest overdue has begun all that repeat_late() leaves to it: what it is at is broken into pieces
- * that wait, if that pays. */
+/* For when repeat_late() has found nothing: the tile that the longest overdue renderer is working on is broken
+ * into pieces that wait, if that pays. */
 void repeat_overdue(struct queue *queue, uint32_t asker, double now);
 
-/* What others have, when nothing waits, if the renderer had better do that; returns how many tiles that is. */
+/* Hands out tiles that others hold, when nothing waits, if the renderer is likely to finish them first; returns
+ * how many tiles there are. */
 uint32_t repeat_next(struct queue *queue, uint32_t renderer, double now,
                      struct tile tiles[LOT_TILES]);
 
-/* ---- tiles that are not wanted any more ---- */
+/* ---- withdrawn tiles ---- */
 
-/* Somebody has left the tile to others: of those who were to leave it to nobody it is withdrawn. */
+/* A renderer has dropped the tile. If no one else holds it, because it was recalled for being withdrawn, it is
+ * taken out of the queue. */
 void withdraw_dropped(struct queue *queue, uint32_t id);
 
-/* When all that is out is with those who are late, it is not waited for. */
+/* After queue_withdraw(): when only late renderers still hold tiles, these are taken out, too, and not waited
+ * for. */
 void withdraw_lost(struct queue *queue);
 
 /* ---- renderers that share cores ---- */
 
-/* Makes the queue one of its crowd. */
+/* Adapts the queue to the crowd of its configuration. */
 void queue_crowd(struct queue *queue);
 
-/* As many renderers as can work at a time. */
+/* The number of renderers that can work at a time. */
 uint32_t queue_processors(const struct queue *queue);
 
-/* Whether this renderer, which has nothing, has a core that nobody else would use; and on how many there
- * are in all. */
+/* Whether there is a core for this renderer, which has no work, that no other one would use; and the number of
+ * such cores in all. */
 bool queue_has_core(struct queue *queue, uint32_t renderer);
 uint32_t queue_idle_cores(struct queue *queue);
 
-/* ---- pieces of a tile that somebody has ---- */
+/* ---- pieces of a tile that is out ---- */
 
-/* Breaks the tile into pieces that wait, about so many, which have at least so much work together;
- * false: it is too small, or has some. */
+/* Breaks the tile into about `wanted` pieces, which wait. Together they are predicted to be the work of the
+ * tile, but at least `work`. false: the tile is too small, or has pieces already. */
 bool pieces_make(struct queue *queue, uint32_t id, uint32_t wanted, double work);
 
-/* The first answer for this tile has come: its pieces are of no use. */
+/* To be called when the first answer for this tile has come: its pieces are of no use any more. */
 void pieces_drop(struct queue *queue, uint32_t id);
 
-/* A piece is back: it is kept until its whole is. With the last one that is missing all count. */
+/* To be called when a piece is back: it is kept until its tile is back as a whole. With the last piece that is
+ * missing, all pieces count. */
 void pieces_keep(struct queue *queue, uint32_t id);
 
 #endif

@@ -1,8 +1,8 @@
 /*
- * The last tiles, broken into pieces for those who stand idle. Somebody has the tile already and may
- * yet answer: then its pieces are of no use. If all pieces are back before, they count in its place. Until
- * then those that are back are kept, for who has the whole may be nearly done. A piece may be broken in turn.
- * So every pixel is in one tile that counts.
+ * The last tiles are broken into pieces for idle renderers. A renderer holds the tile as a whole already and may
+ * still answer: then its pieces are of no use. If all pieces are back before, they count in place of the tile.
+ * Until then those that are back are kept, for the whole may be nearly done. A piece may be broken in turn. So
+ * every pixel is in exactly one tile that counts.
  */
 #include <math.h>
 
@@ -45,7 +45,7 @@ bool pieces_make(struct queue *queue, uint32_t id, uint32_t wanted, double work)
     return true;
 }
 
-/* What becomes of a piece that was kept. */
+/* Decides whether a piece that was kept counts. */
 static void decide(struct queue *queue, uint32_t id, bool counts)
 {
     struct item *item = &queue->items[id];
@@ -73,7 +73,7 @@ struct sum {
     double seconds;
 };
 
-/* All that is kept of the tile counts. */
+/* Lets all pieces of the tile that are kept count, and sums them up. */
 static void count_kept(struct queue *queue, uint32_t id, struct sum *sum)
 {
     const struct item *item = &queue->items[id];
@@ -87,7 +87,7 @@ static void count_kept(struct queue *queue, uint32_t id, struct sum *sum)
         count_kept(queue, part, sum);
 }
 
-/* Its pieces are the answer to a tile that is not one itself. */
+/* Marks a tile that is no piece itself as finished by its pieces. */
 static void put_together(struct queue *queue, uint32_t id)
 {
     struct sum sum = {0};

@@ -1,10 +1,11 @@
-/* The schedules that hand out one tile at a time: fixed shares, and square tiles to whoever asks. Those who give no
- * sign of life lose what they have to those who are idle. */
+/* The schedules that hand out one tile at a time: fixed shares, and square tiles to whoever asks. What renderers
+ * that give no sign of life hold goes to idle renderers. */
 #include <assert.h>
 
 #include "master/queue_parts.h"
 
-/* The next tile that a silent renderer has and nobody else; with static schedules of its share, too. */
+/* Sets *tile to the next tile of a silent renderer for this one to take over: a tile that the silent one holds
+ * and that was not passed on yet, or, with static schedules, one of the rest of its share. */
 static bool next_of_silent(struct queue *queue, uint32_t silent, uint32_t renderer,
                            struct tile *tile)
 {
@@ -23,7 +24,7 @@ static bool next_of_silent(struct queue *queue, uint32_t silent, uint32_t render
     return queue->is_static && share_next(&queue->shares, silent, tile);
 }
 
-/* One who has nothing to do takes over. */
+/* Hands out a tile of a silent renderer to a renderer that has nothing to do. */
 static uint32_t take_over(struct queue *queue, uint32_t renderer, struct tile *tile)
 {
     if (queue->silent_count == 0 || queue->holdings.holders[renderer].lots > 0) return 0;
@@ -36,7 +37,8 @@ static uint32_t take_over(struct queue *queue, uint32_t renderer, struct tile *t
     return 0;
 }
 
-/* A second tile in reserve is taken from somebody who could start it at once, when tiles are few. */
+/* When few tiles wait, a renderer gets no second tile in reserve: it would be taken from one that could start it
+ * at once. */
 uint32_t plain_next(struct queue *queue, uint32_t renderer, struct tile *tile)
 {
     const struct holder *holder = &queue->holdings.holders[renderer];

@@ -1,4 +1,4 @@
-/* What tiles are predicted to take, from the probes on, and what is learnt when one takes longer. */
+/* Predicted costs of tiles, from the probes on, and what is learnt from tiles that take longer than predicted. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -7,21 +7,22 @@
 #include "master/octave.h"
 #include "master/queue_parts.h"
 
-/* Tiles of like cost keep the order of the picture, in which neighbours are near each other: steps
- * of half an octave. */
+/* The priority of a tile, from its cost per pixel. It is rounded down to steps of half an octave, so that tiles
+ * of similar cost keep the order of the picture, in which neighbours are near each other. */
 static double priority_of(const struct item *item, struct cost cost)
 {
     return half_octave_below(cost.worst / (double)area(item));
 }
 
-/* What of its work does not depend on the map, which says 1 for every pixel until it is settled. */
+/* The tile's work relative to what the map predicts; until it is settled, the map says 1 for every pixel. */
 static double work_ratio(const struct queue *queue, const struct item *item)
 {
     if (!queue->settled) return (double)item->work / (double)area(item);
     return (double)item->work / cost_predict(&queue->map, item->x, item->y, item->w, item->h).work;
 }
 
-/* The caller sorts what waits, and counts it in the outlook. */
+/* Predicts one tile anew: `ratio` times what the map says. The caller sorts what waits, and counts the tile in
+ * the outlook. */
 static void predict(struct queue *queue, uint32_t id, double ratio)
 {
     struct item *item = &queue->items[id];
@@ -29,14 +30,15 @@ static void predict(struct queue *queue, uint32_t id, double ratio)
     item->work = (float)fmin(cost.work * ratio, WORK_MOST);
     item->worst = (float)fmin(larger_number(cost.worst, cost.work) * ratio, WORK_MOST);
     if (is_of_picture(item) && !item->skipped) queue->pace.total += (double)item->work;
-    /* In later passes it is the one that it was added with, once that was told by what is known. */
+    /* Tiles of later passes keep the priority that they were added with, if that was given when the map was
+     * settled. */
     if (item->pass == 0 || !queue->settled) item->priority = priority_of(item, cost);
     if (!agenda_has(&queue->waiting, id)) return;
     queue->waiting_work += (double)item->work;
     agenda_change(&queue->waiting, id, item->priority);
 }
 
-/* The work that renderers have was told in another unit. */
+/* Converts the work that renderers hold, which was given in another unit. */
 static void predict_held(struct queue *queue, double now)
 {
     pace_restart(&queue->pace);
@@ -69,9 +71,10 @@ void predictions_settle(struct queue *queue, double now)
         if (queue->items[id].pass != TILE_PROBE) predict(queue, id, (double)ratios[id]);
     free(ratios);
     if (!queue->settled) predict_held(queue, now);
-    /* Whether all probes are back, or one is missing for long: cheap pictures have so many tiles that the master
-     * does not get through them otherwise, and rank 0's own renderer, whom it keeps from rendering, has
-     * probes, too. Single samples of two such scenes on 36 to 52 processors are half as fast again and more. */
+    /* Tiles are joined whether all probes are back or one is missing for long. In cheap pictures there are so
+     * many tiles that the master does not keep up with them otherwise; and rank 0's own renderer, which the
+     * master keeps from rendering, has probes, too. Single samples of two such scenes on 36 to 52 processors are
+     * half as fast again and more. */
     queue_join(queue);
     agenda_sort(&queue->waiting);
     for (uint32_t id = 0; id < queue->item_count; id++)
@@ -82,12 +85,13 @@ void predictions_settle(struct queue *queue, double now)
     queue->news++;
 }
 
-/* ---- dearer than predicted ---- */
+/* ---- tiles that cost more than predicted ---- */
 
-/* What costs so many times what was predicted is news about its neighbours. */
+/* A tile that costs more than so many times what was predicted says something about its neighbours. */
 #define FAR_DEARER 2
 
-/* What waits may be so dear per pixel, and is taken to be half as dear. */
+/* Tells that the tile, if it waits, may cost as much as this density (work per pixel); it is then predicted to
+ * cost half as much. */
 static void warn_of(struct queue *queue, uint32_t id, double density)
 {
     struct item *item = &queue->items[id];
@@ -95,7 +99,7 @@ static void warn_of(struct queue *queue, uint32_t id, double density)
     if (!agenda_has(&queue->waiting, id) || (double)item->worst >= dear) return;
     queue_unset_waiting(queue, id);
     queue_unforesee(queue, id);
-    pace_place(&queue->pace); /* by what was known */
+    pace_place(&queue->pace); /* with the predictions so far */
     queue->pace.total -= (double)item->work;
     item->worst = (float)dear;
     item->work = fmaxf(item->work, (float)(dear / 2));
@@ -105,8 +109,8 @@ static void warn_of(struct queue *queue, uint32_t id, double density)
     queue_set_waiting(queue, id);
 }
 
-/* A tile of pass 0 was dearer than predicted: those around it, and what was split off them or it; of one that was
- * joined, around its first part. */
+/* A tile of pass 0 was more expensive than predicted: warns of the tiles around it, and of what was split off
+ * them or it; for a joined tile, around its first part. */
 static void warn_neighbours(struct queue *queue, const struct tile *tile, double work)
 {
     uint32_t edge = queue->config.tile_edge, columns = divide_up(queue->config.width, edge);
@@ -128,7 +132,7 @@ void predictions_learn(struct queue *queue, uint32_t renderer, const struct tile
 {
     double unit = pace_seconds(&queue->pace, renderer, 1);
     if (!queue->settled || unit <= 0 || seconds <= FAR_DEARER * predicted * unit) return;
-    if (tile->pass > 0) return; /* those of pass 0 around it are finished */
+    if (tile->pass > 0) return; /* the tiles of pass 0 around it are finished */
     if (seconds < pace_least(&queue->pace, renderer)) return;
     warn_neighbours(queue, tile, fmin(seconds / unit, WORK_MOST));
 }

@@ -1,15 +1,15 @@
 /*
- * What somebody has goes to others a second time: what a late one has not begun while others still have work, then what
- * the idle can be done with before those who have it.
+ * Handing out a second time what a renderer already holds: what late renderers have not begun, while others
+ * still have work; then, to idle renderers, what they are likely to finish before those that hold it.
  */
 #include <math.h>
 
 #include "master/queue_parts.h"
 
 /*
- * The last tile in the renderer's list that nobody has finished, that has not been handed on and that
- * the asker (HOLD_NONE: whoever has nothing) does not hold himself: of all that it holds the least
- * likely to be begun. With spare the first one, which it has begun if any, is left to it.
+ * Of the tiles that the renderer holds, the last one in its list, which is the least likely to be begun, that is
+ * not finished, has not been passed on and is not held by the asker, too (HOLD_NONE: any asker). If `spare`, its
+ * first tile, which it has begun if any, is left to it. NULL: there is none.
  */
 static struct hold *last_to_pass_on(struct queue *queue, uint32_t renderer, uint32_t asker,
                                     bool spare)
@@ -27,8 +27,8 @@ static struct hold *last_to_pass_on(struct queue *queue, uint32_t renderer, uint
     return found;
 }
 
-/* The renderer on top of the heap that has something to pass on, whoever asks; those that have not are
- * taken off. */
+/* The first renderer of the heap that has something to pass on to any asker; those before it, which have not,
+ * are removed from the heap. */
 static uint32_t top_of(struct queue *queue, struct heap *heap, bool spare)
 {
     uint32_t renderer;
@@ -38,14 +38,14 @@ static uint32_t top_of(struct queue *queue, struct heap *heap, bool spare)
     return renderer;
 }
 
-/* Who has the tile hears that he may leave it to others. */
+/* Tells the holder of the tile that it need not render it. */
 static void recall(struct queue *queue, struct hold *hold)
 {
     queue_tell(queue, hold, false);
     queue->count.repeated++;
 }
 
-/* The tile is part of this lot, too. */
+/* Adds another renderer's tile to this lot, too. */
 static void pass_on(struct queue *queue, struct draft *draft, struct hold *hold)
 {
     uint32_t id = hold->id;
@@ -55,14 +55,15 @@ static void pass_on(struct queue *queue, struct draft *draft, struct hold *hold)
     queue_give(queue, draft->renderer, id, work);
 }
 
-/* Of a tile: more than one of 32 x 32 has pixels would be of no use. */
+/* The most pieces of a tile. More than the pixels of a tile of 32 x 32 would be of no use. */
 #define PIECES_MOST 1024
 
 /*
- * What a late one has not begun waits in pieces if it is too dear for another one: it was given out before anything was
- * known of it. 16 samples of the lantern on 36 to 52 processors are 1.1 % faster than with it passed on as a whole; and
- * one of 44 that is four times slower, at each of their places, costs more than 2 % beside its missing share in 4 of
- * 100 runs, not in 14.
+ * Breaks a tile that a late renderer has not begun into pieces, which wait, if it is too expensive for another
+ * single renderer: it was handed out before anything was known of it. 16 samples of the lantern on 36 to 52
+ * processors are 1.1 % faster than with the tile passed on as a whole. One of 44 processors that is four times
+ * slower, tried at each of the 44 places, costs more than 2 % beyond its missing share in 4 of 100 runs, instead
+ * of in 14.
  */
 static bool break_dear(struct queue *queue, struct hold *hold)
 {
@@ -72,8 +73,8 @@ static bool break_dear(struct queue *queue, struct hold *hold)
     return true;
 }
 
-/* It is behind what was dearer than predicted. Its work is what it was when it was given out first, which the answer
- * takes off. */
+/* These tiles are queued behind one that was more expensive than predicted. Their work is passed on as it was
+ * when they were first handed out, since that is what the answer subtracts. */
 void repeat_late(struct queue *queue, struct draft *draft, struct pace_lot lot)
 {
     while (draft->count < LOT_TILES) {
@@ -86,20 +87,21 @@ void repeat_late(struct queue *queue, struct draft *draft, struct pace_lot lot)
     }
 }
 
-/* Pieces of a tile that has taken long: if the whole takes as long again, each takes a least lot at most. */
+/* The number of pieces of a tile that has taken so many seconds: if the whole takes as long again, each piece
+ * takes a least lot at most. */
 static uint32_t pieces_wanted(const struct queue *queue, uint32_t renderer, double seconds)
 {
     return (uint32_t)fmax(2, fmin(2 * seconds / pace_least(&queue->pace, renderer), PIECES_MOST));
 }
 
 /*
- * What takes a renderer far longer than predicted may do so for as long again: a tile that has taken E
- * seconds beyond what was predicted is taken to be back within R more with a chance of R / E. Broken up
- * in vain it wastes E for one of P renderers, on average R / P of the time of all. When that is less than
- * this part of E, R being the rest of the run, a tile is broken into pieces while others still have work,
- * and not when all stand idle, when its dearest pixel would begin last. Of simulated runs of lantern and
- * garden on 2 to 44 processors: with a larger part, few processors lose up to 3 % by what is broken up
- * in vain.
+ * When to break up a tile that is overdue while others still have work. A tile that takes far longer than
+ * predicted may do so for as long again: one that has taken E seconds beyond what was predicted is assumed to be
+ * back within R more seconds with a probability of R / E. If it is broken up in vain, E is wasted for one of P
+ * renderers; on average that is R / P of the time of all. Let R be the rest of the run. When R / P is less than
+ * BREAK_LOSS times E, the tile is broken into pieces while others still have work. If one waited until all are
+ * idle, its most expensive pixel would begin last. In simulated runs of lantern and garden on 2 to 44 processors
+ * a larger BREAK_LOSS costs few processors up to 3 %, by what is broken up in vain.
  */
 #define BREAK_LOSS (1.0 / 700)
 
@@ -119,9 +121,9 @@ void repeat_overdue(struct queue *queue, uint32_t asker, double now)
 }
 
 /*
- * Half of the tiles that whoever has most has not begun, whatever is predicted of them: the asker has
- * nothing, and nothing else to do. So what was predicted far too low does not stay with the one who happened to
- * get it (R. Blumofe & C. Leiserson, Scheduling multithreaded computations by work stealing, J. ACM
+ * Takes over half of the tiles that the renderer with most of them has not begun, whatever their predicted work:
+ * the asker has nothing else to do. So work that was predicted far too low does not stay with the renderer that
+ * happened to get it (R. Blumofe & C. Leiserson, Scheduling multithreaded computations by work stealing, J. ACM
  * 46, 1999).
  */
 static uint32_t take_unbegun(struct queue *queue, uint32_t asker, double now, struct tile *tiles)
@@ -140,15 +142,15 @@ static uint32_t take_unbegun(struct queue *queue, uint32_t asker, double now, st
     return lot_give(queue, &draft, now);
 }
 
-/* What of the work in a tile the renderer is known to have done. */
+/* The work that the renderer is known to have done in a tile. */
 static double known_work(const struct queue *queue, uint32_t renderer, uint32_t id)
 {
     double unit = pace_seconds(&queue->pace, renderer, 1);
     return unit > 0 ? (double)queue->items[id].seconds / unit : 0;
 }
 
-/* Whether it pays that the asker does so much of what this renderer has, too: it is expected to be done
- * before, or nobody knows what to expect, because the renderer is overdue. */
+/* Whether it pays that the asker, too, does so much of the work that this renderer holds: it is expected to
+ * finish first, or the renderer is overdue, so that its end cannot be predicted. */
 static bool repeat_pays(const struct queue *queue, uint32_t renderer, uint32_t asker, double now,
                         double work)
 {
@@ -159,14 +161,15 @@ static bool repeat_pays(const struct queue *queue, uint32_t renderer, uint32_t a
            now + pace_seconds(pace, asker, work) + least < r->free_at;
 }
 
-/* Pieces for each idle renderer: they may be unlike each other, and smaller ones end more evenly. */
+/* Pieces per idle renderer: their costs may differ, and smaller ones end more evenly. */
 #define PIECES_EACH 2
 
 /*
- * Pieces of so many seconds of work for so many who stand idle. n of them are rendered in seconds / n, and the master
- * takes them in one after the other, in n times what an answer takes it. From where both are the same, sqrt(seconds /
- * answer), more pieces only keep all waiting for the master. Single samples on 36 to 52 processors: two of eight scenes
- * are 1 % faster than with pieces for all who are idle, the others up to 0.4 %.
+ * The number of pieces for `idle` idle renderers of a tile that takes so many seconds. n pieces are rendered in
+ * seconds / n at best, and the master takes them in one after the other, in n times what an answer takes it.
+ * More pieces than where both are equal, sqrt(seconds / answer), only keep all waiting for the master. Single
+ * samples on 36 to 52 processors: two of eight scenes are 1 % faster than with pieces for all that are idle, the
+ * others up to 0.4 %.
  */
 static uint32_t pieces_worth(const struct queue *queue, double seconds, uint32_t idle)
 {
@@ -174,8 +177,8 @@ static uint32_t pieces_worth(const struct queue *queue, double seconds, uint32_t
     return (uint32_t)fmax(2, fmin(sqrt(seconds / queue->pace.service_s), most));
 }
 
-/* What the renderer's tile of so much work is expected to take another one: by so much longer than predicted as it has
- * taken longer already. HUGE_VAL: nothing is predicted yet. */
+/* The seconds that the renderer's tile of so much work is expected to take another one: the predicted time, plus
+ * what the renderer has taken beyond it so far. HUGE_VAL: nothing is predicted yet. */
 static double expected_seconds(const struct queue *queue, uint32_t renderer, uint32_t asker,
                                double now, double work)
 {
@@ -184,8 +187,8 @@ static double expected_seconds(const struct queue *queue, uint32_t renderer, uin
     return pace_seconds(pace, asker, work) + fmax(now - pace->renderers[renderer].free_at, 0);
 }
 
-/* Whether somebody else can be given this, which the renderer has begun: in pieces; or whole, if nobody else has been
- * yet, or nobody counts on the renderer. */
+/* Whether this tile, which the renderer has begun, can be given to others: in pieces; or whole, if no other one
+ * has it yet, or the renderer is given up for late. */
 static bool can_repeat(const struct queue *queue, uint32_t renderer, const struct hold *hold)
 {
     const struct item *item = &queue->items[hold->id];
@@ -193,8 +196,9 @@ static bool can_repeat(const struct queue *queue, uint32_t renderer, const struc
     return can_break || item->copies <= 1 || queue->pace.renderers[renderer].lost;
 }
 
-/* What the first one in the heap, *renderer, has begun and others can be given; those before it are taken off, or the
- * idle would wait behind a single pixel for all that comes after it. NULL: nothing. */
+/* The tile that the first renderer in the heap has begun and that can be given to others; sets *renderer.
+ * Renderers whose tile cannot are removed from the heap, or idle ones would wait behind a single pixel for all
+ * that comes after it. NULL: there is none. */
 static struct hold *top_to_repeat(struct queue *queue, struct heap *heap, uint32_t asker,
                                   uint32_t *renderer)
 {
@@ -207,9 +211,9 @@ static struct hold *top_to_repeat(struct queue *queue, struct heap *heap, uint32
 }
 
 /*
- * What the first one in the heap has begun: in pieces if two or more stand idle, who are done sooner than
- * somebody who has taken long already is expected to be. One alone does all of it, unless somebody else is to
- * be idle soon.
+ * Hands out the tile that the first renderer in the heap has begun. If two or more are idle, it is broken into
+ * pieces, which they finish sooner than a renderer that has taken long already is expected to. A single idle
+ * renderer gets the whole, unless another one is going to be idle soon.
  */
 static uint32_t take_begun(struct queue *queue, struct heap *heap, uint32_t asker, double now,
                            struct tile *tiles)
@@ -219,7 +223,7 @@ static uint32_t take_begun(struct queue *queue, struct heap *heap, uint32_t aske
     if (!hold) return 0;
     bool lost = queue->pace.renderers[renderer].lost;
     uint32_t idle = queue_idle_cores(queue);
-    /* Before a first answer nobody is given up for late: no use waiting for that. */
+    /* Before the first answer no renderer is given up for late: it would be no use to wait for that. */
     bool known = queue->pace.scale > 0;
     if (known && idle < 2 && queue->pace.holders > (lost ? 0 : 1)) return 0;
     double work = hold->work;

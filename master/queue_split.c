@@ -1,28 +1,38 @@
-/* How large a tile may be: what takes too long for one renderer, or for the lot that it is to be part of, is split
- * before it is handed out. */
+/* Splitting tiles: one that would take too long for a single renderer, or for the lot that it is to be part of,
+ * is split before it is handed out. */
 #include <math.h>
 
 #include "master/queue_parts.h"
 
-/* A tile is split when it is predicted to take so many times the lot that it is to be; one of no more than
- * DEAR_PIXELS later, for its parts cost more than it does. Single samples of the lantern on 36 to 52 processors are
- * 2 % faster than with one figure for both, those of seven other scenes as fast. With more than so many samples in it
- * its parts cost the same, and it may be most of an even share: of 4096 samples of the lantern on 10,000 processors
- * 8 % more goes into tiles that count. From 64 to 1024 make no difference there. */
+/*
+ * A tile is split when it is predicted to take SPLIT_FROM times the lot that it is to be, or SPLIT_SMALL times
+ * if it has no more than DEAR_PIXELS pixels, for the parts of so small a tile cost more than the whole. Single
+ * samples of the lantern on 36 to 52 processors are 2 % faster than with one figure for both, those of seven
+ * other scenes as fast.
+ *
+ * With more than SMALL_SAMPLES samples in it, the parts of a tile cost as much as the whole, and a small tile
+ * may be most of an even share: of 4096 samples of the lantern on 10,000 processors, 8 % more time goes into
+ * tiles that count. Values from 64 to 1024 make no difference there.
+ */
 #define SPLIT_FROM    1.5
 #define SPLIT_SMALL   3
 #define SMALL_SAMPLES 256
 
-/* A side of so many pixels is not split. */
+/* A tile whose sides are no longer than so many pixels is not split. */
 #define SPLIT_EDGE 3
 
-/* Where so few pixels come to each processor, a tile whose worst is this part of an even share of all is
- * split in any case, down to so many pixels. Neither probes nor its neighbours tell what a tile in the dear
- * parts of a picture takes, up to ten times what is predicted, and there a tile of 4 x 4 pixels costs hardly
- * more than the same part of a larger one, for its rays go many ways: 1 % in tiles of the lantern of 200 us and
- * more, of 2 x 2 pixels 15 %. Single samples of it on 36 to 52 processors are 4 % faster. How few: 200 of the
- * smallest tiles, see queue_auto_edge(); with more of them there is time to break up what takes long. A part of 0.07
- * makes 16 samples of eight scenes up to 0.2 % faster, and single ones 0.5 to 3 % slower. */
+/*
+ * Where there are fewer than FEW_PIXELS pixels per processor, a tile whose worst case is more than DEAR_PART of
+ * an even share of all work is split in any case, down to DEAR_PIXELS pixels. Neither probes nor neighbours tell
+ * what a tile in the expensive parts of a picture takes, which may be up to ten times what is predicted. There a
+ * tile of 4 x 4 pixels costs hardly more than the same part of a larger one, for its rays diverge: 1 % in tiles
+ * of the lantern of 200 us and more; of 2 x 2 pixels 15 %. Single samples of the lantern on 36 to 52 processors
+ * are 4 % faster.
+ *
+ * FEW_PIXELS is 200 of the smallest tiles, see queue_auto_edge(); with more of them there is time to break up
+ * what takes long. A DEAR_PART of 0.07 makes 16 samples of eight scenes up to 0.2 % faster, and single ones 0.5
+ * to 3 % slower.
+ */
 #define FEW_PIXELS  (200 * 8 * 8)
 #define DEAR_PART   0.1
 #define DEAR_PIXELS 16
@@ -59,12 +69,12 @@ void split_tile(struct queue *queue, uint32_t id)
 bool split_is_possible(const struct queue *queue, uint32_t id)
 {
     const struct item *item = &queue->items[id];
-    if (item->is_piece) return false; /* its whole knows how many there are */
+    if (item->is_piece) return false; /* the tile that it is a piece of counts its pieces */
     return (item->w > SPLIT_EDGE || item->h > SPLIT_EDGE) && queue->count.tiles < QUEUE_MAX_TILES;
 }
 
-/* Whether what the tile takes at worst is more than DEAR_PART of an even share of all work: too much for one
- * renderer to begin at all. Only where few pixels come to each processor, when there are predictions, and of
+/* Whether the tile's worst case is more than DEAR_PART of an even share of all work: too much for one renderer
+ * to begin at all. Only where there are few pixels per processor, once there are predictions, and for tiles of
  * more than DEAR_PIXELS. */
 static bool is_dear(const struct queue *queue, const struct item *item)
 {
@@ -82,11 +92,12 @@ static bool is_small(const struct queue *queue, const struct item *item)
     return area(item) <= DEAR_PIXELS && (uint64_t)area(item) * samples <= SMALL_SAMPLES;
 }
 
-/* If all pixels of a tile cost what the dearest around does, it may take so many times as long: with a time limit a
- * 16th of that. Ordinary tiles, which are far below the one, are far below the other, too. */
+/* The worst case of a tile, that all its pixels cost as much as the most expensive spot around, may exceed
+ * queue_config.most_work so many times: with a time limit, a 16th of the limit. Ordinary tiles are far below
+ * both bounds. */
 #define WORST_MOST 4
 
-/* Whether the tile is to be split as it may take too long for any renderer. */
+/* Whether the tile is to be split because it may take too long for any renderer. */
 static bool is_too_long(const struct queue *queue, const struct item *item)
 {
     double most = queue->config.most_work;

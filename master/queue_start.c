@@ -1,11 +1,12 @@
-/* The start of the queue: how large tiles are, which there are, and which of them an earlier run has finished. */
+/* The initial state of the queue: how large tiles are, which tiles there are, and which of them an earlier run
+ * has finished. */
 #include <math.h>
 #include <stdlib.h>
 
 #include "common/message.h"
 #include "master/queue_parts.h"
 
-/* A probe tile has at most so many probes: a lot of probes is spread over the picture. */
+/* A probe tile has at most so many probes, so that a lot of probe tiles is spread over the picture. */
 #define PROBE_BLOCKS 8
 
 #define TILES_EDGE 64u
@@ -25,7 +26,8 @@ uint32_t queue_auto_edge(enum schedule schedule, uint32_t width, uint32_t height
     return edge;
 }
 
-/* Of whole blocks; those that are cut have one, too, where it lies within (cost_init()). */
+/* The number of probes in whole blocks. Blocks that are cut by the edge of the picture also have one, if it lies
+ * within the picture (cost_init()). */
 static uint64_t probes_at(uint32_t width, uint32_t height, uint32_t edge)
 {
     return (uint64_t)(width / edge) * (height / edge);
@@ -56,15 +58,15 @@ static void note_size(struct queue *queue, uint64_t pixels)
     if (pixels > queue->largest) queue->largest = (uint32_t)pixels;
 }
 
-/* In no order at all, so that the first tiles, handed out before anything is known, are of all
- * kinds: multiplication by an odd number near 2^32 / golden ratio (D. Knuth, TAOCP 3, 6.4). */
+/* Priorities in pseudo-random order, so that the first tiles, which are handed out before anything is known, are
+ * of all kinds: multiplication by an odd number near 2^32 / golden ratio (D. Knuth, TAOCP 3, 6.4). */
 static double scattered(uint32_t i)
 {
     return (double)(uint32_t)(i * UINT32_C(2654435769));
 }
 
-/* Room for as many tiles more spares moving all to a larger block when the first is split; so many at most,
- * which is 2 MB: of large pictures few tiles are split. */
+/* Spare room for as many tiles again saves moving all items to a larger block when the first tile is split. At
+ * most so many spare items, which is 2 MB: of a large picture few tiles are split. */
 #define SPARE_ITEMS 16384u
 
 static void add_base_tiles(struct queue *queue, uint32_t columns, uint32_t rows)
@@ -90,8 +92,8 @@ static uint32_t common_divisor(uint32_t a, uint32_t b)
     return b == 0 ? a : common_divisor(b, a % b);
 }
 
-/* Probes are handed out in steps of about the golden section, so that every lot of them, and every
- * number of lots, is spread over the whole picture. */
+/* Probe tiles are handed out with a stride of about the golden section of their number, so that every lot of
+ * them, and every number of lots, is spread over the whole picture. */
 static void add_probes(struct queue *queue)
 {
     queue->first_probe = queue->item_count;
@@ -210,7 +212,8 @@ void queue_skip(struct queue *queue, queue_finished_pixels *finished_pixels, voi
             skip_tile(queue, &tile);
         } else if (finished > 0 && !queue->is_static && split_is_possible(queue, tile.id)) {
             split_tile(queue, tile.id);
-            next = tile.id; /* one half has this id now, the other one comes last */
+            /* visit the halves: one has this id now, the other one is the last item */
+            next = tile.id;
         }
     }
     queue->pixels_skipped = queue->count.pixels_finished;

@@ -1,13 +1,13 @@
 /*
- * Taking work out of the queue again. Tiles that wait are out at once. Who has tiles hears that he may leave all
- * but the first, and does so with those that he has not begun; what he has done already, or is at, comes back and
- * counts. When nobody has any but those who are late, theirs are out, too.
+ * Withdrawing work from the queue. Tiles that wait are taken out at once. Renderers that hold tiles are told
+ * that they may drop all but the first, and do so with those that they have not begun; what they have finished
+ * or begun comes back and counts. When only late renderers still hold tiles, these are taken out, too.
  */
 #include <assert.h>
 
 #include "master/queue_parts.h"
 
-/* Whether the tile is one by itself: no piece of another one, and not broken into pieces. */
+/* Whether the tile is a tile of the picture that is not finished, is no piece, and is not broken into pieces. */
 static bool is_single(const struct item *item)
 {
     return item->pass != TILE_PROBE && !item->finished && !item->is_piece && item->pieces == 0;
@@ -28,8 +28,8 @@ static bool is_probe(const struct item *item)
     return item->pass == TILE_PROBE;
 }
 
-/* Of those that are meant all but the first tile, which it has begun if any: that one is the end of this work like any
- * other tile, and others may take over. */
+/* Recalls the renderer's tiles for which is_meant() is true, except the first tile that it holds, which it has
+ * begun if any: that one is finished like any other tile, and others may take it over. */
 static void recall_unbegun(struct queue *queue, uint32_t renderer,
                            bool (*is_meant)(const struct item *item))
 {
