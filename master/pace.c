@@ -7,82 +7,84 @@
 #include "common/message.h"
 
 /*
- * A lot is this part of an even share of all that waits. Factoring (Hummel, Schonberg & Flynn 1992)
- * takes a half, which may be predicted too low by a factor of 2 and still ends with the others; a
- * renderer has two lots here.
+ * A lot is this part of an even share of all that waits. Factoring (Hummel, Schonberg & Flynn 1992) takes a
+ * half: a lot may then take twice as long as predicted and still end with the others. It is a quarter, as a
+ * renderer has two lots.
  */
 #define SHARE_PART (1.0 / 4)
 
-/* The least lot, as part of the whole time: by so much may the last answers differ. Where renderers share
- * cores, it lasts as many times longer as there are to one; and once more by this factor, for those who
- * take turns end about together. With 44 on two cores 3 makes a tenth fewer answers, which take the master as
- * long. */
+/* The least lot, as part of the whole time: the last answers may differ by so much. Where renderers share cores,
+ * it is longer by the number of renderers per core; and by LEAST_SHARED, for renderers that take turns finish at
+ * about the same time. With 44 on two cores a LEAST_SHARED of 3 makes a tenth fewer answers, which take the
+ * master as long. */
 #define LEAST_PART   0.003
 #define LEAST_SHARED 2
 
-/* Share of the master's time that answers take when all lots are of the least length; with N
- * renderers, s per answer and L per lot it is N s / L; more where short results come in parts
- * (common/protocol.h). Lots begin long, the average is far lower. */
+/* The part of the master's time that answers take when all lots are of the least length: N s / L with N
+ * renderers, s seconds per answer and L per lot. It is more where short results come in parts
+ * (common/protocol.h). The first lots are long, so that the average is far lower. */
 #define SERVICE_MOST 0.4
 
-/* If all its tiles are as dear as they may be, a lot is at most this part of an even share, or so
- * many of the least lots. In simulated runs of lantern and garden on 36 to 52 processors a quarter makes 6 to
- * 22 % more messages, and none of them faster; with three eighths single samples of the garden are slower. */
+/* The worst case of a lot, that all its tiles are as expensive as they may be, is at most this part of an even
+ * share, or so many of the least lots. In simulated runs of lantern and garden on 36 to 52 processors a quarter
+ * makes 6 to 22 % more messages, and none of them faster; with three eighths single samples of the garden are
+ * slower. */
 #define WORST_PART  (1.0 / 3)
 #define WORST_LEAST 2
 
-/* A renderer is late when the rest of what it has takes so many times longer than predicted, and a least lot
- * more. In simulated runs of the lantern on 44 processors, one of them four times slower, the worst of its
- * places loses 5 %, with three times and two least lots 7 %; nothing else is slower. */
+/* A renderer is late when what it holds takes so many times longer than predicted, and a least lot more. In
+ * simulated runs of the lantern on 44 processors, one of them four times slower, the worst place for that one
+ * loses 5 %; with three times and two least lots 7 %. Nothing else is slower. */
 #define LATE_FACTOR 2
 
-/* A renderer tells of a tile that takes so many times longer than predicted, and a least lot more. With twice
+/* A renderer reports a tile that takes so many times longer than predicted, and a least lot more. With twice
  * there are a tenth more messages, and single samples of the lantern on 36 to 52 processors take as long. */
 #define TELL_FACTOR 3
 
-/* For so long at most one has a core while others wait for it: systems are at 3 to 10 ms. */
+/* The longest time slice, in seconds, that a process has a core while others wait for it: systems are at 3 to 10
+ * ms. */
 #define TURN_S 0.01
 
-/* The longest lot, seconds: progress shows several times a second, and little is lost with one. It
- * is longer where otherwise answers would take this share of the master's time. */
+/* The longest lot, seconds: so progress shows several times a second, and little is lost with a lot. It is
+ * longer where answers would otherwise take more than the part SERVICE_EASY of the master's time. */
 #define LONGEST_S    0.25
 #define SERVICE_EASY 0.01
 
-/* The master's seconds per answer until they are measured: some messages of MPICH and a copy. */
+/* The master's seconds per answer until they are measured: some MPICH messages and a copy. */
 #define SERVICE_GUESS_S 5e-6
 
-/* The same share for answers to a lot in parts, of which nearly all say what is known already: a fifth of the
- * hundredth of a core that the master is to take, but half of it rather than that they come less often than
- * progress is to show. In simulated runs of five scenes on 41 to 47 processors a half made up to a third
- * more messages, and none of them faster. */
+/* The part of the master's time that may go into partial answers to lots, nearly all of which bring no news:
+ * SERVICE_SELDOM, a fifth of the hundredth of a core that the master is to take; but SERVICE_OFTEN, half of that
+ * hundredth, rather than that they come less often than progress is to show. In simulated runs of five scenes on
+ * 41 to 47 processors a half in place of the fifth made up to a third more messages, and none of them faster. */
 #define SERVICE_SELDOM 0.002
 #define SERVICE_OFTEN  0.005
 
-/* How fast the estimate of it follows; and the least part of what an answer takes that is taken to be
- * the same for all: measurements are rough. */
+/* The weight of a new measurement in the estimate of the master's seconds per answer; and the least part of an
+ * answer's time that is taken to be independent of its pixels: measurements are rough. */
 #define SERVICE_NEW  0.05
 #define SERVICE_PART (1.0 / 8)
 
-/* Less of a last lot would be left than this part of one: it is taken along; and nobody who has something
- * gets so little. */
+/* When less than this part of a lot would be left after a lot, that rest is added to it; and a renderer that has
+ * work gets no lot that is so much smaller. */
 #define REST_PART 0.5
 
-/* How fast the estimate of it follows; and the least lot as part of it: a half, as a renderer has two. Up
- * to this part of the whole time, which is what is lost if the last answer is so much later. */
+/* The weight of a new measurement in the estimate of the delay; and the least lot as a part of the delay: a
+ * half, as a renderer has two lots. This bound is never more than LEAST_MOST of the whole time, which is what is
+ * lost if the last answer is so much later. */
 #define DELAY_NEW   0.05
 #define DELAY_LEAST 0.5
 #define LEAST_MOST  0.02
 
-/* Of all together, when all are lost. */
+/* The least sum of speeds, for when all renderers are lost. */
 #define LEAST_SPEED 1e-3
 
-/* Before predictions are worth anything: this part of an even share, two of which are to last until the
- * master has heard from all. It takes the longer the more renderers there are: never more than the
- * first figure, and the second one for each. */
+/* The size of a lot before there are useful predictions: this part of an even share. Two such lots are to last
+ * until the master has heard from all renderers, which takes longer the more there are: BLIND_EACH for each
+ * renderer, at most BLIND_PART. */
 #define BLIND_PART (1.0 / 14)
 #define BLIND_EACH (1.0 / 616)
 
-/* No renderer. */
 #define NOBODY HEAP_ABSENT
 
 void pace_init(struct pace *pace, uint32_t renderers)
@@ -114,7 +116,7 @@ double pace_seconds(const struct pace *pace, uint32_t renderer, double work)
     return work * pace->scale / pace->renderers[renderer].speed;
 }
 
-/* When a renderer that has work is given up for late. */
+/* When a renderer that holds work will be given up for late. */
 static double late_at(const struct pace *pace, uint32_t renderer)
 {
     const struct pace_renderer *r = &pace->renderers[renderer];
@@ -133,7 +135,7 @@ void pace_place(struct pace *pace)
     heap_put(&pace->late, renderer, -late_at(pace, renderer));
 }
 
-/* Takes the renderer out of the sums, in which it is with its speed and what it holds. */
+/* Subtracts the renderer from the sums over renderers, before it changes. */
 static void withdraw(struct pace *pace, const struct pace_renderer *r)
 {
     if (pace->unplaced != (uint32_t)(r - pace->renderers)) pace_place(pace);
@@ -145,7 +147,7 @@ static void withdraw(struct pace *pace, const struct pace_renderer *r)
     pace->holding_until -= r->speed * r->free_at;
 }
 
-/* Nobody is to look in the heaps for what this renderer has until it is given more. */
+/* Removes the renderer from all heaps, until it is given more work. */
 static void overlook(struct pace *pace, uint32_t renderer)
 {
     if (pace->unplaced == renderer) pace->unplaced = NOBODY;
@@ -156,8 +158,8 @@ static void overlook(struct pace *pace, uint32_t renderer)
     heap_remove(&pace->spare, renderer);
 }
 
-/* Puts it in again, changed, and no longer lost. Its places are left as they are: the next to change may be
- * the same one. */
+/* Adds the renderer, which has changed and is no longer lost, to the sums again. Its places in the heaps are
+ * updated later, as the next one to change may be the same. */
 static void enter(struct pace *pace, uint32_t renderer)
 {
     struct pace_renderer *r = &pace->renderers[renderer];
@@ -192,7 +194,7 @@ void pace_restart(struct pace *pace)
     pace->work = pace->busy = pace->given = pace->lots = pace->scale = 0;
 }
 
-/* Those who got something before a first answer told how long it takes begin now. */
+/* After the first answer, which tells the scale: all that renderers hold counts as begun now. */
 static void date_unknown(struct pace *pace, double now)
 {
     for (uint32_t i = 0; i < pace->count; i++) {
@@ -272,10 +274,8 @@ void pace_has(struct pace *pace, uint32_t renderer, double now, double work)
     pace->renderers[renderer].since = (double)NAN;
 }
 
-/*
- * Predicted over measured time, as if one average lot had been answered at speed 1 before. Older
- * answers than about half of the time so far are forgotten.
- */
+/* The speed of a renderer: predicted over measured time, as if it had answered one average lot at speed 1
+ * before. Answers older than about half of the time so far are forgotten. */
 static void measure_speed(const struct pace *pace, struct pace_renderer *r, double now, double work,
                           double busy)
 {
@@ -286,8 +286,8 @@ static void measure_speed(const struct pace *pace, struct pace_renderer *r, doub
     if (lot > 0) r->speed = (lot + r->work * pace->scale) / (lot + r->busy);
 }
 
-/* What a renderer did not render of the time from when it got something to when it had nothing left, lots
- * were on the way that it waited for. */
+/* Measures the delay: of the time from when a renderer got work to when it had none left, the part in which it
+ * did not render. In that time lots were under way for which it waited. */
 static void measure_delay(struct pace *pace, struct pace_renderer *r, double now, double busy,
                           bool holds)
 {
@@ -328,12 +328,13 @@ void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work,
 }
 
 /*
- * The picture has as many pixels in whatever lots they come, so that only what an answer takes beside
- * them bounds how short lots may be: where the line of least squares through the last answers begins.
+ * The number of pixels of the picture does not depend on the lots in which they come. So only the fixed part of
+ * an answer's time bounds how short lots may be. This is the intercept of the least-squares line of time over
+ * pixels through the last answers.
  */
 void pace_served(struct pace *pace, double seconds, double pixels)
 {
-    pace_place(pace); /* by what was known */
+    pace_place(pace); /* with the estimates so far */
     struct pace_service *service = &pace->service;
     double part = larger_number(SERVICE_NEW, 1 / ++service->answers);
     double more_s = seconds - service->seconds, more = pixels - service->pixels;

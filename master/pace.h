@@ -1,8 +1,11 @@
 /*
- * How fast the renderers are, when each will have done what it has, and how much to give one next.
+ * The pace of the renderers: how fast each one is, when it will have finished what it holds, and how much work
+ * to give it next.
  *
- * Work is what cost.h predicts. Seconds are whatever clock the caller reads; a renderer of speed 1
- * takes `scale` seconds for one of work. Nothing is known before the first answer: scale is 0.
+ * Work is in the unit of master/cost.h. Seconds are those of whatever clock the caller reads. A renderer of
+ * speed 1 takes `scale` seconds per unit of work. Before the first answer nothing is known: scale is 0.
+ *
+ * A renderer that is late is called lost: nothing is expected of it until it answers.
  */
 #ifndef FARM_MASTER_PACE_H
 #define FARM_MASTER_PACE_H
@@ -14,110 +17,115 @@
 
 struct pace_renderer {
     double speed;
-    double stretch;    /* renderers to a core where it runs, at least 1 */
-    double work, busy; /* answered: predicted work, measured seconds; the past fades */
-    double held;       /* work that it has */
-    double free_at;    /* when that should be done; of use while it has some */
-    double since;      /* when it got some after it had none; NAN: nobody knows */
-    double rendered;   /* seconds that it has told of since then */
-    uint32_t awaited;  /* lots that it has got since then when it should have had none left */
-    bool holds;        /* it has some */
-    bool lost;         /* it is late with that: nobody counts on it until it answers */
+    double stretch;    /* renderers per core where it runs, at least 1 */
+    double work, busy; /* of its answers: predicted work and measured seconds; the past fades */
+    double held;       /* predicted work that it holds */
+    double free_at;    /* when it should have finished that; valid while it holds work */
+    double since;      /* when it got work after having had none; NAN: not known */
+    double rendered;   /* seconds of rendering that it has reported since then */
+    uint32_t awaited;  /* lots that it got since then at a time when it should have had none left */
+    bool holds;        /* it holds work */
+    bool lost;         /* it is late: nothing is expected of it until it answers */
 };
 
-/* How long answers take the master, and how many pixels they have: means, and how they go together, of
- * the last ones. */
+/* How long the last answers took the master, and how many pixels they had: exponentially weighted means,
+ * variance and covariance. */
 struct pace_service {
-    double answers; /* that there were */
+    double answers; /* number of answers */
     double seconds, pixels;
-    double covariance, variance; /* of both; of pixels */
+    double covariance, variance; /* of seconds and pixels; of pixels */
 };
 
 struct pace {
     struct pace_renderer *renderers;
     uint32_t count;
-    double speed;                  /* of all together but the lost */
-    uint32_t holders;              /* that have work, but the lost */
-    double holding, holding_until; /* of those that have work: sums of speed, of speed * free_at */
-    double total;                  /* work that there is to do, answered or not */
-    double work, busy;             /* answered, all together */
-    double given, lots;            /* work, in so many lots */
-    double scale;                  /* seconds per work */
-    uint32_t lost_count;           /* renderers that are lost */
-    bool blind;                    /* predictions are not worth much yet */
+    double speed;                  /* sum over all renderers that are not lost */
+    uint32_t holders;              /* renderers that hold work and are not lost */
+    double holding, holding_until; /* over holders: sums of speed and of speed * free_at */
+    double total;                  /* all work of the run, whether answered or not */
+    double work, busy;             /* of all answers: predicted work, measured seconds */
+    double given, lots;            /* handed out: work, and the number of lots */
+    double scale;                  /* seconds per unit of work */
+    uint32_t lost_count;           /* number of renderers that are lost */
+    bool blind;                    /* there are no useful predictions yet */
     struct pace_service service;   /* of the master */
-    double delay_s; /* of a lot and its answer on their way, and of looking for them: mean of those
-                       * between two times without work */
-    double service_s;  /* of it per answer, beside what goes with its pixels */
-    struct heap last;  /* renderers that have work, the one that will have done it last on top */
-    struct heap soon;  /* the same, the one that will have done it first on top */
-    struct heap late;  /* the same, the one that is to be given up for late first on top */
-    struct heap lost;  /* those that were and may have something, the longest overdue on top */
-    struct heap spare; /* of the lost, those who may have something that they have not begun */
-    uint32_t unplaced; /* who may not be in his places yet, or HEAP_ABSENT: pace_place() */
+    /* How long a lot and its answer are under way, with the time until they are noticed: mean over the times
+     * from when a renderer gets work until it has none left. */
+    double delay_s;
+    /* Seconds that the master needs per answer, without the part that is proportional to its pixels. */
+    double service_s;
+    struct heap last;  /* renderers with work; on top the one that will finish it last */
+    struct heap soon;  /* the same; on top the one that will finish it first */
+    struct heap late;  /* the same; on top the one that is to be given up for late first */
+    struct heap lost;  /* renderers that are lost and may hold work; on top the longest overdue */
+    struct heap spare; /* of these, those that may hold tiles that they have not begun */
+    /* the one renderer that pace_place() has yet to put into the heaps, or HEAP_ABSENT */
+    uint32_t unplaced;
 };
 
 void pace_init(struct pace *pace, uint32_t renderers);
 void pace_free(struct pace *pace);
 
-/* Forgets all but the speeds: the unit of work is another one, and nobody holds any. */
+/* Forgets all but the speeds, when the unit of work changes; no renderer holds any work then. */
 void pace_restart(struct pace *pace);
 
-/* The renderer has been given so much work. */
+/* To be called when the renderer has been given so much work. */
 void pace_given(struct pace *pace, uint32_t renderer, double now, double work);
 
-/* After a restart: it has had so much work for some time. */
+/* After pace_restart(): the renderer has held so much work for some time. */
 void pace_has(struct pace *pace, uint32_t renderer, double now, double work);
 
-/* It has answered for so much of it, which took it busy seconds, and holds more or not. */
+/* To be called when the renderer has answered for so much of its work, which took it `busy` seconds; holds: it
+ * still holds work. */
 void pace_answered(struct pace *pace, uint32_t renderer, double now, double work, double busy,
                    bool holds);
 
-/* The same for work that it leaves to others, busy seconds having gone into it. */
+/* The same for work that it has dropped, after `busy` seconds of rendering it. */
 void pace_dropped(struct pace *pace, uint32_t renderer, double now, double work, double busy,
                   bool holds);
 
-/* To be called before anybody looks in the heaps for those who have work: a renderer changes with every
- * tile of an answer and with its next lot, and is put in its places once. */
+/* Updates the heaps last, soon and late; to be called before they are read. A renderer changes with every tile
+ * of an answer and with its next lot, but its places in the heaps are updated only once. */
 void pace_place(struct pace *pace);
 
-/* Seconds for which all that have work have enough of it, as predicted; no more than all have answered for in the
- * mean, for what the first answers tell, of cheap tiles, may be several times too much. 0: nothing is known. */
+/* Seconds for which all renderers with work are predicted to have enough of it; 0: nothing is known. At most the
+ * mean of the seconds that each has answered for so far, since the first answers tell little: for cheap tiles
+ * the prediction may be several times too long. */
 double pace_calm(struct pace *pace, double now);
 
-/* Gives up the renderer, which has some, for late: it should have been done with it by then. */
+/* Marks the renderer, which holds work, as lost; due: when it should have finished its work. */
 void pace_late(struct pace *pace, uint32_t renderer, double due);
 
-/* A renderer tells of a tile of so much work when it has been in work for so many seconds. */
+/* The seconds after which the renderer is to report that it is still working on a tile of so much work. */
 double pace_tell_after(const struct pace *pace, uint32_t renderer, double work);
 
-/* Gives up all that are late by now; whether there was any. */
+/* Marks all renderers as lost that are late by now; returns whether there were any. */
 bool pace_check(struct pace *pace, double now);
 
-/* When the next one will be given up for late; HUGE_VAL: there is none. */
+/* When the next renderer will be given up for late; HUGE_VAL: there is none. */
 double pace_next_late(struct pace *pace);
 
-/* The master took so long for an answer of so many pixels: reading it, and sending more. */
+/* Tells how many seconds the master took for an answer of so many pixels: reading it, and sending more work. */
 void pace_served(struct pace *pace, double seconds, double pixels);
 
 struct pace_lot {
-    double work;  /* predicted */
-    double worst; /* if all were as dear as it may be */
+    double work;  /* predicted work */
+    double worst; /* work if all tiles are as expensive as they may be */
 };
 
-/* How much work to give to a renderer when so much waits; 0: none now, for it has enough. */
+/* The most work to give to a renderer when so much waits; 0: none at the moment, as it has enough. */
 struct pace_lot pace_lot(const struct pace *pace, uint32_t renderer, double now, double waiting);
 
-/* Seconds from now until all have done what they have and what waits, when they end together. */
+/* Seconds from now until all that is held and all that waits is done, if all renderers finish at the same time. */
 double pace_even_end(const struct pace *pace, double now, double waiting);
 
-/* Seconds that a renderer takes for so much work; 0 while nothing is known. */
+/* Predicted seconds that a renderer takes for so much work; 0 while nothing is known. */
 double pace_seconds(const struct pace *pace, uint32_t renderer, double work);
 
-/* After so many seconds a renderer that has finished a part of a lot answers with that part. */
+/* The seconds after which a renderer that has finished a part of a lot answers with that part. */
 double pace_answer_after(const struct pace *pace);
 
-/* The least that is worth an answer of this renderer, in seconds. */
+/* The shortest lot that is worth an answer of this renderer, in seconds. */
 double pace_least(const struct pace *pace, uint32_t renderer);
 
 #endif
