@@ -33,7 +33,7 @@ static bool is_as_asked(const struct server *server, const struct tile *tile,
     return header->pixels == asked;
 }
 
-/* The tile becomes part of the picture. */
+/* Makes the tile part of the picture. */
 static void put_tile(struct server *server, uint32_t renderer, const struct tile *tile,
                      const float *rgb, const struct result_header *header)
 {
@@ -50,7 +50,7 @@ static void put_tile(struct server *server, uint32_t renderer, const struct tile
     render_counts_add(&service->counts, &header->counts);
     watch_add(service->watch, header->pixels, header);
     if (!service->timed_out) server->finished = clock_wall();
-    /* What nothing comes of lies behind the render phase, which ends with the last tile. */
+    /* A plan from which no tile comes lies after the render phase, which ends with the last tile. */
     service->plan_s += server->planned_s;
     server->planned_s = 0;
 }

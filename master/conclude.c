@@ -74,13 +74,13 @@ static void fill_sampling(struct run *run, const struct service *service)
     report->missing_share = adaptive_missing(run->adaptive);
     report->plan_s = service->plan_s;
     report->target = adaptive_target(run->adaptive);
-    /* A limit may leave no time for the plan that finds the target met. */
+    /* A time limit may leave no time for the plan that finds the target met. */
     report->ended = adaptive_is_met(run->adaptive) ? ENDED_BY_TARGET
                     : service->timed_out           ? ENDED_BY_TIME
                                                    : ENDED_BY_MAX_SAMPLES;
 }
 
-/* false: it could not be, which has been said. */
+/* What could be written; false: it could not, which has been reported. */
 struct written {
     bool picture, timeline, report;
 };
@@ -104,8 +104,8 @@ static struct written write_outputs(struct run *run)
     return written;
 }
 
-/* What cannot be seen in the picture is said; with render.strict it ends the run with status 1, the
- * picture and the report being written all the same. */
+/* Reports samples that the picture cannot show. With render.strict they end the run with status 1; picture and
+ * report are written all the same. */
 static int judge_samples(const struct run *run)
 {
     char *text = report_bad_samples(&run->report);
@@ -127,7 +127,7 @@ static bool is_one_color(const struct canvas *canvas)
            memcmp(canvas->rgb, canvas->rgb + 3, 3 * others * sizeof *canvas->rgb) == 0;
 }
 
-/* A whole picture without anything in it, or without any light, is seldom meant. */
+/* Tells if a whole picture shows nothing, or no light, which is seldom intended. */
 static void note_emptiness(const struct run *run)
 {
     const struct report *report = &run->report;
@@ -140,11 +140,12 @@ static void note_emptiness(const struct run *run)
         user_note("all pixels have the same colour: is what is in view lit?");
 }
 
-/* With fewer samples each more pixels would have some, but the picture more error, as pixels between are like those
- * around: the garden at 1280 x 960 under 2 s had an RMSE of 0.025 with 4 and of 0.033 with 2. */
+/* With fewer samples per pixel more pixels would have some, but the picture would have more error, as unsampled
+ * pixels resemble their neighbours: the garden at 1280 x 960 under 2 s had an RMSE of 0.025 with 4 and of 0.033
+ * with 2. */
 #define SAMPLES_FEW 4
 
-/* The end of a sentence on pixels without a sample: what leaves fewer of them. */
+/* Advice for leaving fewer pixels without a sample: the end of a sentence, or empty. */
 static const char *advice(const struct report *report)
 {
     return report->min_samples > SAMPLES_FEW
@@ -152,7 +153,8 @@ static const char *advice(const struct report *report)
                : "";
 }
 
-/* What a time limit has left without any sample; false: all of it, there is no picture. */
+/* Warns of pixels that a time limit has left without any sample; false: all of them, so that there is no
+ * picture. */
 static bool judge_limit(const struct run *run, const struct service *service)
 {
     double limit = run->job.settings.sampling.time_limit;
@@ -175,8 +177,9 @@ static bool judge_limit(const struct run *run, const struct service *service)
     return true;
 }
 
-/* Whether anything is kept. Of a run that only writes what this one has rendered trace, heat map and ranks would be
- * empty: for them nothing is kept. What a time limit has ended would be rendered further, and be another picture. */
+/* Keeps the journal if something could not be written; returns whether it was kept. It is not kept for trace,
+ * heat map and ranks, which would be empty in a run that only writes what this one has rendered. Nor is it for
+ * the report after a time limit: a later run would go on rendering, and get another picture. */
 static bool keep_what_is_missing(struct run *run, struct written written, bool timed_out)
 {
     if (!written.picture)
@@ -189,7 +192,7 @@ static bool keep_what_is_missing(struct run *run, struct written written, bool t
     return false;
 }
 
-/* Below the table, which ends with the picture: where all else is. */
+/* Prints where all other outputs are, below the table, which ends with the picture. */
 static void tell_outputs(const struct run *run, struct written written)
 {
     const struct settings *settings = &run->job.settings;
@@ -225,19 +228,19 @@ int run_conclude(struct run *run, const struct service *service)
     tell_outputs(run, written);
     int told = close_output(), judged = judge_samples(run);
     note_emptiness(run);
-    if (!written.timeline) return STATUS_FAILED; /* the same command would not make up for it */
+    if (!written.timeline) return STATUS_FAILED; /* the same command would not write it either */
     if (!written.report) return failed;
     return told != STATUS_DONE ? told : judged;
 }
 
-/* Why it ends, in words that the caller frees. */
+/* Why the run ends, in words; owned by the caller. */
 static char *reason(bool deserted)
 {
     if (deserted) return copy_text("given up, as no renderer answers any more,");
     return format_text("stopped by %s", strsignal(*stop_signal()));
 }
 
-/* This one writes none, and the picture beside it is another now. */
+/* Tells if an old report exists: this run writes none, and the picture beside it has changed. */
 static void note_old_report(const char *report)
 {
     struct stat status;
@@ -245,7 +248,7 @@ static void note_old_report(const char *report)
         user_note("%s is of an earlier run", report);
 }
 
-/* The journal first: whoever sent the signal may not wait long. */
+/* The journal is kept first: whoever sent the signal may not wait long. */
 int end_early(struct run *run, bool deserted)
 {
     const char *image = run->job.settings.output.image;

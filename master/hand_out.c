@@ -5,8 +5,8 @@
 #include "common/tray.h"
 #include "master/server.h"
 
-/* Tiles of which a renderer hears that does not answer: two times each of those of all lots that it may
- * have, when somebody else has got it and when that one has finished it. */
+/* The most tiles in DROP messages to a renderer that does not answer: twice each tile of all lots that it may
+ * hold, when another renderer has got it and when that one has finished it. */
 #define DROPS_MOST (2 * LOTS_UNDER_WAY * LOT_TILES)
 
 struct tray *tray_of(const struct server *server, uint32_t renderer)
@@ -43,7 +43,8 @@ static void send_drops(struct server *server, uint32_t renderer)
     contact->drop_count = 0;
 }
 
-/* One who does not answer hears no more of it: his messages would pile up. */
+/* Adds the recall to what is sent to its renderer. One that does not answer is sent no more of them: they would
+ * pile up. */
 static void note_recall(struct server *server, const struct recall *recall)
 {
     struct contact *contact = &server->contacts[recall->renderer];
@@ -70,8 +71,8 @@ void tell_recalls(struct server *server)
         if (server->contacts[i].drop_count > 0) send_drops(server, i);
 }
 
-/* What a TILES message begins with, into message; returns its length. Where no tile of it is
- * to be told of, however long it takes, there are no floats. */
+/* Writes the beginning of a TILES message; returns its length. Where no tile of the lot is to be reported,
+ * however long it takes, there are no floats. */
 static size_t put_lot_header(struct server *server, uint32_t renderer, const struct tile *tiles,
                              uint32_t count, char *message)
 {
@@ -86,7 +87,8 @@ static size_t put_lot_header(struct server *server, uint32_t renderer, const str
     return sizeof header + lot_tells_bytes(header.tells);
 }
 
-/* The TILES message of a lot into room for TILES_MAX_BYTES; returns its length. The lock is held. */
+/* Writes the TILES message of a lot into `message`, which has room for TILES_MAX_BYTES; returns its length. The
+ * lock is held. */
 static size_t put_lot(struct server *server, uint32_t renderer, const struct tile *tiles,
                       uint32_t count, char *message)
 {
@@ -101,7 +103,8 @@ static size_t put_lot(struct server *server, uint32_t renderer, const struct til
     return bytes;
 }
 
-/* A lot of so many bytes that lies in server->message. */
+/* Sends the lot of so many bytes in server->message: in the renderer's tray, or as an MPI message where it has
+ * none, the lot is too long for it, or its slot is still full. */
 static void send_lot(struct server *server, uint32_t renderer, size_t bytes)
 {
     struct tray *tray = tray_of(server, renderer);

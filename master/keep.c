@@ -9,18 +9,19 @@ static uint32_t saved_pixels(void *save, const struct tile *tile)
     return save_use(save, tile);
 }
 
-/* Of the picture. Tiles tell nothing from run to run: each cuts them as it needs them. */
+/* Per cent of the picture. Numbers of tiles cannot be compared between runs: each run cuts the picture as it
+ * needs. */
 static double per_cent(const struct run *run, uint64_t pixels)
 {
     return 100 * (double)pixels / (double)canvas_pixels(&run->canvas);
 }
 
-/* found: pixels. */
+/* Tells what was taken over; found: pixels in the journal. */
 static void tell_resumed(const struct run *run, uint64_t found)
 {
     const struct resumed *resumed = &run->report.resumed;
     char again[160] = "";
-    /* Shares of a static schedule are rendered as a whole. */
+    /* Under a static schedule, tiles are rendered as a whole. */
     if (resumed->pixels < found)
         snprintf(again, sizeof again, ", but %.1f %% of the pixels, %.1f s, are rendered again%s",
                  per_cent(run, found - resumed->pixels), resumed->again_s,
@@ -30,7 +31,7 @@ static void tell_resumed(const struct run *run, uint64_t found)
     char where[80] = "";
     unsigned passes = run->adaptive ? adaptive_passes(run->adaptive) : 0;
     if (passes) snprintf(where, sizeof where, " in pass %u", passes);
-    /* In later passes all pixels are there, and more of their samples. */
+    /* In later passes all pixels have samples, and some get more. */
     char share[40] = "";
     if (passes < 2) snprintf(share, sizeof share, "%.1f %% of the pixels", per_cent(run, found));
     user_note("going on with %s%s: %s%s%s%.1f s of all renderers' time saved",
@@ -38,7 +39,7 @@ static void tell_resumed(const struct run *run, uint64_t found)
               resumed->seconds);
 }
 
-/* That have samples. */
+/* The number of pixels that have samples. */
 static uint64_t pixels_in(const struct run *run)
 {
     return canvas_pixels(&run->canvas) - adaptive_unsampled(run->adaptive);
@@ -48,7 +49,7 @@ static uint64_t pixels_in(const struct run *run)
 static void resume(struct run *run)
 {
     const struct save_found *found = save_found(run->save);
-    /* Behind pass 0 nothing of it is to come, even if it was cut off. */
+    /* After pass 0 nothing of it is rendered any more, even if it was cut off. */
     bool behind = run->adaptive && adaptive_passes(run->adaptive) > 1;
     if (!found->pixels && !behind) return;
     queue_skip(run->queue, saved_pixels, run->save);
@@ -64,7 +65,7 @@ static void resume(struct run *run)
         .records = found->records,
         .seconds = used.busy_s,
         .cpu_s = used.cpu_s,
-        /* Wall time would count the turns of ranks that shared cores then. */
+        /* CPU time, as wall time would count the time slices of other ranks that shared cores then. */
         .render_s = used.cpu_s / run->crowd.processors,
         .again_s = used.again_s,
         .counts = used.counts,
@@ -72,8 +73,8 @@ static void resume(struct run *run)
     tell_resumed(run, behind ? run->report.resumed.pixels : found->pixels);
 }
 
-/* So many pixels that a cut-off pass 0 has left count as a tile, for what is to be set aside: most lattices have
- * fewer tiles than that makes. */
+/* So many pixels that a cut-off pass 0 has left count as a tile when space is reserved: most lattices have fewer
+ * tiles than that makes. */
 #define TILE_OF_REST 256u
 
 uint32_t tiles_left(const struct run *run)
@@ -106,7 +107,7 @@ bool open_save(struct run *run, const struct scene *scene)
     return false;
 }
 
-/* In later passes tiles come once more, and only for some of their pixels. */
+/* In words, owned by the caller. In later passes tiles are rendered again, and only some of their pixels. */
 static char *what_is_saved(const struct run *run, uint64_t pixels)
 {
     unsigned passes = run->adaptive ? adaptive_passes(run->adaptive) : 0;
@@ -121,8 +122,8 @@ static char *what_is_saved(const struct run *run, uint64_t pixels)
                        passes ? " of pass 1" : "");
 }
 
-/* Whether `mpiexec -n N` starts the same ranks again: with files of hosts, other launchers or Slurm it
- * would put all of them here. */
+/* Whether `mpiexec -n N` starts the same ranks again: with host files, other launchers or Slurm it would start
+ * all of them on this machine. */
 static bool starts_plainly(const struct run *run)
 {
     return run->processes == 1 || (stop_has_launcher() && run->neighbour_count == run->processes);
@@ -140,7 +141,7 @@ bool keep(struct run *run, const char *then)
     bool plainly = starts_plainly(run);
     char *command = command_line(run->arguments, plainly ? run->processes : 1, journal);
     struct queue_count count = queue_count(run->queue);
-    /* Pieces of tiles can be lost that are not counted as finished. */
+    /* Lost tiles may include pieces that are not counted as finished. */
     uint64_t lost =
         kept.lost_pixels < count.pixels_finished ? kept.lost_pixels : count.pixels_finished;
     char *saved = what_is_saved(run, count.pixels_finished - lost);
@@ -148,7 +149,8 @@ bool keep(struct run *run, const char *then)
         user_error(NULL, 0, "%llu finished tiles (%.1f s of rendering) could be saved nowhere",
                    (unsigned long long)kept.lost, kept.lost_s);
     char *place = printable_text(kept.path);
-    /* Not a message, in which a newline between quotes would become another command. */
+    /* Printed as it is: in a message a newline between quotes would be replaced, and the command would be another
+     * one. */
     fprintf(stderr, "farm: %s saved in %s; %s%s: %s\n", saved, place, kept.lost ? "to go on" : then,
             plainly ? "" : ", start it in the same way", command);
     free(place);

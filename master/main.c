@@ -1,6 +1,6 @@
 /*
- * farm: the program. Rank 0 reads the scene and serves the work queue (master/), every rank renders
- * (worker/); this file alone knows both sides and starts either.
+ * The main program of farm. Rank 0 reads the scene and serves the work queue (master/), every rank renders
+ * (worker/). This file alone knows both sides, and starts them.
  */
 #include <fcntl.h>
 #include <math.h>
@@ -29,7 +29,7 @@
 #include "worker/survey.h"
 #include "worker/work.h"
 
-/* What MPI_Abort says adds nothing, and where all is well it would look like a failure. */
+/* Aborts without the message of MPI_Abort: it adds nothing, and where all is well it would look like a failure. */
 static void abort_quietly(int status)
 {
     int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
@@ -37,7 +37,7 @@ static void abort_quietly(int status)
     MPI_Abort(MPI_COMM_WORLD, status);
 }
 
-/* What was said last is heard: see stop_job(). MPI may be called from the main thread alone. */
+/* Ends the job so that the last messages are still printed: see stop_job(). Only the main thread may call MPI. */
 static void end_job(int status)
 {
     stop_job(status, gettid() == getpid() ? abort_quietly : NULL);
@@ -62,20 +62,20 @@ static bool gives_up(void *state)
     return *stop_signal() != 0 || service->ending || service->given_up;
 }
 
-/* When sampling.time_limit is over. */
+/* When sampling.time_limit is over: a time of common/clock.h, or HUGE_VAL. */
 static double deadline_of(const struct run *run)
 {
     double limit = run->job.settings.sampling.time_limit;
     return limit > 0 ? run->start + limit : HUGE_VAL;
 }
 
-/* What comes out of a pipe or a device cannot be replaced. */
+/* Seconds between previews. There are none in a pipe or a device: what was written there cannot be replaced. */
 static double preview_seconds(const struct settings *settings)
 {
     return path_is_device(settings->output.image) ? 0 : settings->output.preview;
 }
 
-/* What an earlier run has rendered is there from the start. */
+/* Starts monitoring; what an earlier run has rendered counts from the start. */
 static void begin_watch(struct run *run, const struct view *view)
 {
     const struct settings *settings = &run->job.settings;
@@ -97,7 +97,7 @@ static void begin_watch(struct run *run, const struct view *view)
     watch_add(&run->watch, resumed->pixels, &header);
 }
 
-/* What serve() is to know; own: rank 0's renderer. */
+/* The input of serve(); own: rank 0's renderer. */
 static struct service service_of(struct run *run, const struct node_scene *shared,
                                  const struct tile_renderer *own)
 {
@@ -126,8 +126,8 @@ static struct service service_of(struct run *run, const struct node_scene *share
         .stats = run->stats};
 }
 
-/* The whole node waits for the next plan of adaptive sampling, and in the end for the picture to be written: that is
- * done on the cores of all its ranks. */
+/* Gathers at most so many threads, on the cores of all ranks of this node: these ranks all wait for the next
+ * plan of adaptive sampling, and in the end for the picture to be written. */
 static void gather_crew(struct run *run, unsigned most)
 {
     struct core_set own;
@@ -147,9 +147,9 @@ static void dismiss_crew(struct run *run)
 /* The picture is complete: returns the exit status. */
 static int conclude(struct run *run, const struct service *service, const struct node_scene *shared)
 {
-    /* As if one run had rendered all. */
+    /* as if a single run had rendered all */
     double render_s = service->render_s + run->report.resumed.render_s;
-    /* Since then it may have been waited for who answers no more. */
+    /* Since then the master may have waited for silent renderers. */
     double ended = service->began + service->render_s;
     bool watched = watch_end(&run->watch, ended, render_s, &run->report.forecast);
     forecast_scatters(&run->report.forecast, service->last_plan_s);
@@ -197,8 +197,8 @@ static void *prepare_renderer(void *argument)
     return NULL;
 }
 
-/* What needs no BVH is done while that is built: by the first rank of the node in a thread beside, where
- * others lend it their cores. */
+/* Prepares the renderer. What needs no BVH is done while that is built: on the first rank of a node in a second
+ * thread, if other ranks lend it their cores. */
 static struct renderer *start_renderer(struct node_scene *shared)
 {
     pthread_t thread;
@@ -212,7 +212,7 @@ static struct renderer *start_renderer(struct node_scene *shared)
     return it.renderer;
 }
 
-/* Returns the exit status; on ranks other than 0 that of a rank that has done its part. */
+/* Renders; returns the exit status, on ranks other than 0 STATUS_DONE. */
 static int render(struct run *run, int rank, const struct node_scene *shared,
                   struct renderer *renderer)
 {
@@ -230,23 +230,23 @@ static int render(struct run *run, int rank, const struct node_scene *shared,
     return status;
 }
 
-/* Seconds for all ranks to come together before the settings are read: thousands of them take a
- * minute. */
+/* Seconds within which all ranks have to start, before the settings are read: thousands of them take a minute. */
 #define LAUNCH_PATIENCE 300
 
-/* Bytes of scene and BVH that are sent and built in a second at the least: a hundredth of what a slow
- * network and a slow processor do. */
+/* Bytes of scene and BVH that are at least sent and built in a second: a hundredth of what a slow network and a
+ * slow processor do. */
 #define START_BYTES 1e6
 
-/* Seconds for the scene to be everywhere. */
+/* Seconds within which all ranks have to have the scene. */
 static unsigned start_limit(const struct run *run, const struct welcome *welcome)
 {
     double bytes = (double)welcome->scene_bytes + (double)welcome->bvh_bytes;
     return (unsigned)ceil(fmin(run->job.settings.farm.patience + bytes / START_BYTES, 1e9));
 }
 
-/* After a signal that mpiexec has seen, too, it otherwise often returns 0 for one or two ranks, whatever
- * these say (MPICH 4.0.2); a run that was complete all the same ends in the usual way. */
+/* Whether mpiexec would not return this status. After a signal that it has received, too, it often returns 0 for
+ * one or two ranks, whatever these return (MPICH 4.0.2). A run that was complete all the same ends in the usual
+ * way. */
 static bool mpiexec_forgets(int status)
 {
     if (status == STATUS_DONE || !stop_has_launcher()) return false;
@@ -281,11 +281,11 @@ static int run_rank(struct run *run, int rank)
     status = render(run, rank, &shared, renderer);
     renderer_destroy(renderer);
     if (run->silent || mpiexec_forgets(status)) {
-        /* All is written, and MPI_Finalize would wait for a rank that answers no more. */
+        /* Everything is written, and MPI_Finalize would wait for a rank that does not answer any more. */
         fflush(NULL);
         stop_job(status, abort_quietly);
     }
-    /* All is written: a rank that stops from here on holds nobody up. */
+    /* Everything is written: a rank that is stopped from here on holds nothing up. */
     if (rank == 0) stop_watch_the_end(status);
     unshare_scene(MPI_COMM_WORLD, &shared);
     return status;
@@ -307,22 +307,25 @@ static void free_run(struct run *run)
     free(run->berths);
 }
 
-/* Whether this process speaks for the job before MPI has started: who starts the ranks tells each which
- * one it is, in the language that this MPI understands. Others are farms of their own: each task of srun
- * has a SLURM_PROCID, but only with --mpi=pmi2 a PMI_RANK. */
+/*
+ * Whether this process prints messages for the job before MPI has started. The launcher tells each rank its
+ * number, in an environment variable that this MPI understands. Processes without one are jobs of their own:
+ * each task of srun has a SLURM_PROCID, but only with --mpi=pmi2 a PMI_RANK.
+ */
 static bool speaks_first(void)
 {
     char library[MPI_MAX_LIBRARY_VERSION_STRING];
     int length;
     const char *rank = getenv("PMI_RANK");
     MPI_Get_library_version(library, &length);
-    /* A rank without a line to who started it is left over from elsewhere: such a process is on its own. */
+    /* A PMI_RANK without a connection to a launcher is inherited from elsewhere: such a process is a job of its
+     * own. */
     if (rank && !getenv("PMI_FD") && !getenv("PMI_PORT")) rank = NULL;
     if (!rank && strstr(library, "pmix")) rank = getenv("PMIX_RANK");
     return !rank || strcmp(rank, "0") == 0;
 }
 
-/* Of the library its name and version, which are its first line. */
+/* Of the MPI library only the first line is printed: its name and version. */
 static void print_version(void)
 {
     char library[MPI_MAX_LIBRARY_VERSION_STRING];
@@ -335,7 +338,7 @@ static void print_version(void)
            processor_level_names[processor_resolve(PROCESSOR_AUTO)]);
 }
 
-/* Returns the exit status, or -1 when there is a scene to go on with. */
+/* Parses the arguments and answers --help and --version. Returns the exit status, or -1 to go on with a scene. */
 static int answer_without_mpi(int argc, char **argv, struct options *options)
 {
     static char unheard[256];
@@ -352,7 +355,7 @@ static int answer_without_mpi(int argc, char **argv, struct options *options)
     return close_output();
 }
 
-/* What options_parse() puts into another order. */
+/* A copy of the arguments, which options_parse() permutes. */
 static char **copy_arguments(int argc, char **argv)
 {
     char **copy = allocate((size_t)argc + 1, sizeof *copy);
@@ -360,8 +363,9 @@ static char **copy_arguments(int argc, char **argv)
     return copy;
 }
 
-/* In the place of one that is closed MPI would have a connection, and the table would be written into it. What
- * stands there then cannot be written to, which is found out and told. */
+/* Opens /dev/null in the place of each standard descriptor that is closed. Otherwise MPI would open a connection
+ * there, and the table would be written into it. Writing to the replacement fails, which is found out and
+ * reported. */
 static void occupy_standard_descriptors(void)
 {
     int nowhere;

@@ -7,8 +7,8 @@
 #include "common/nap.h"
 #include "master/server.h"
 
-/* Gives the lock back. The main thread wakes up if what was done under it lets others do something, or
- * tells them to leave. */
+/* Releases the lock. Wakes the main thread if what was done under it gives other renderers something to do, or
+ * lets them leave. */
 static void own_unlock(struct server *server)
 {
     const struct queue *queue = server->service->queue;
@@ -18,7 +18,7 @@ static void own_unlock(struct server *server)
     if (rings) bell_ring(server->service->bell);
 }
 
-/* The next lot; 0: nothing is left. Waits while others have what is left. */
+/* Gets the next lot; 0: nothing is left. Waits while other renderers hold what is left. */
 static uint32_t own_next(struct server *server, struct tile *tiles)
 {
     struct queue *queue = server->service->queue;
@@ -41,7 +41,7 @@ static void own_leave(struct server *server)
     bell_ring(server->service->bell);
 }
 
-/* Whether the tile is still to be rendered by this renderer, which begins it then. */
+/* Whether this renderer is still to render the tile; it counts as begun then. */
 static bool own_keeps(struct server *server, const struct tile *tile)
 {
     struct queue *queue = server->service->queue;
@@ -55,14 +55,14 @@ static bool own_keeps(struct server *server, const struct tile *tile)
     return !dropped && !over;
 }
 
-/* What one tile after the other is rendered with. */
+/* Buffers that are reused for every tile. */
 struct own_work {
-    float *rgb;                     /* REFINED_FLOATS for each pixel */
-    struct refinement *refinements; /* of each; NULL: not adaptive */
+    float *rgb;                     /* REFINED_FLOATS per pixel */
+    struct refinement *refinements; /* one per pixel; NULL: not adaptive */
     struct cpu_time time;
 };
 
-/* What a tile's pass asks for; returns how many of its pixels get samples. */
+/* Gets what the tile's pass asks for; returns how many of its pixels get samples. */
 static uint32_t own_refinements(struct server *server, const struct tile *tile,
                                 struct refinement *refinements)
 {
@@ -73,7 +73,7 @@ static uint32_t own_refinements(struct server *server, const struct tile *tile,
     return pixels;
 }
 
-/* Hands in a tile, or that it was given up. */
+/* Hands in a tile, or the notice that it was given up. */
 static void own_answer(struct server *server, const struct tile *tile, const float *rgb,
                        const struct result_header *header, bool whole)
 {

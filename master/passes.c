@@ -5,48 +5,49 @@
 #include "master/image_file.h"
 #include "master/server.h"
 
-/* Tiles of a pass are at most this wide and high: in a few of its pixels a late pass has as many
- * samples as a small tile has in pass 0, and rays are the faster the more of them are together. */
+/* Largest edge of the tiles of a later pass. A few of its pixels get as many samples in a late pass as a small
+ * tile gets in pass 0, and rays are faster the more of them are traced together. */
 #define PASS_EDGE 128u
 
-/* A tile of the pass into the queue, unless no pixel of it gets samples. */
+/* Adds a tile of the pass to the queue, unless no pixel of it gets samples. */
 static void add_work(struct server *server, struct tile tile)
 {
     struct service *service = server->service;
     struct adaptive_work work = adaptive_work(service->adaptive, &tile);
     if (work.samples == 0) return;
-    /* Predicted from what all of its pixels took in pass 0. */
+    /* Predicted from what all of its pixels cost in pass 0. */
     double first = (double)tile_pixels(&tile) * service->first_samples;
     double cost = queue_work(service->queue, &tile) * work.samples / first;
-    /* Of first samples nobody knows what they are good for: dear ones first, as in pass 0. */
+    /* How much first samples lower the error is not known: expensive ones go first, as in pass 0. */
     double priority = adaptive_is_first(service->adaptive) ? cost / work.samples
                                                            : work.removed / fmax(cost, 1e-300);
     queue_add(service->queue, &tile, cost, priority);
 }
 
 /*
- * The share of the time left that a pass is to take at most. Of the first one behind pass 0 it is known only
- * roughly how long its samples take: 0.7 to 2 times what is foreseen, so that half is the most that still fits.
- * Later ones know it from that one. What is cut off at the end lacks samples in whole tiles, which costs more
- * than a pass more.
+ * The part of the remaining time that a pass is to take at most. For the first pass after pass 0 it is known
+ * only roughly how long its samples take: 0.7 to 2 times what is predicted, so that half is the most that still
+ * fits. Later passes know it from that one. If a pass is cut off at the end, whole tiles lack samples, which
+ * costs more than an additional pass.
  */
 #define SHARE_FIRST 0.5
 #define SHARE_LATER 0.9
 
-/* Where no more is left than a pass of SHARE_LATER leaves, in terms of the time behind, the next one is the last:
- * rather too long than that nobody has anything to do at the end. */
+/* When no more time is left than a pass of SHARE_LATER leaves, as a part of the time so far, the next pass is
+ * the last one. It is planned rather too long than that renderers have nothing to do at the end. */
 #define LAST_LEFT  0.08
 #define SHARE_LAST 1.1
 
-/* Seconds for which renderers are taken to have been busy before anything was measured: nothing beside what is. */
+/* Seconds for which renderers are assumed to have been busy before anything was measured: negligible beside what
+ * is measured. */
 #define BUSY_BEFORE 0.01
 
-/* What is kept of a time limit for its end, at most: who asks for a picture in less time than writing takes gets one
- * that is late rather than one that was hardly rendered. */
+/* The largest part of a time limit that is reserved for its end. Whoever asks for a picture in less time than
+ * writing takes gets one that is late rather than one that was hardly rendered. */
 #define KEPT_MOST 0.5
 
-/* Seconds for a pixel to be filled from those around, and to be planned: 7 to 13 and 30 to 50 ns were measured, of
- * pictures of 0.3 to 11 million and on two cores. */
+/* Seconds per pixel for filling it from its neighbours, and for planning: 7 to 13 and 30 to 50 ns were measured,
+ * in pictures of 0.3 to 11 million pixels and on two cores. */
 #define FILL_PIXEL_S 12e-9
 #define PLAN_PIXEL_S 40e-9
 
@@ -78,21 +79,21 @@ double rendering_ends(const struct server *server)
     return service->deadline - fmin(end, KEPT_MOST * service->limit);
 }
 
-/* Wall seconds until the time limit ends rendering, when another plan is made, which takes as long as the last
- * one; 0 or less: it would come too late. */
+/* Wall seconds until the time limit ends rendering, less the time of another plan, which takes as long as the
+ * last one. 0 or less: a plan would come too late. */
 static double seconds_left(const struct server *server)
 {
     return rendering_ends(server) - clock_wall() - server->service->last_plan_s;
 }
 
-/* CPU seconds that this run has rendered for the picture. */
+/* CPU seconds of rendering that this run has put into the picture. */
 static double rendered_s(const struct server *server)
 {
     return adaptive_seconds(server->service->adaptive) - server->rendered_before;
 }
 
-/* What the next pass may take: seconds of all renderers' processors, which are used as much as they were so far
- * in this run. */
+/* What the next pass may take, in CPU seconds of all renderers together, if processors are used as much as they
+ * were so far in this run. */
 static double seconds_for_pass(const struct server *server)
 {
     const struct service *service = server->service;
@@ -107,9 +108,9 @@ static double seconds_for_pass(const struct server *server)
     return share * fmax(left, 0) * processors;
 }
 
-/* So much of the time may go into probes, which else take next to none of it. Where samples are as dear as that, a
- * picture of evenly spread single samples is more than what the time would do for whole pixels; but the error is
- * told of pixels. */
+/* The part of the time that may go into probes, which usually take next to none of it. Where samples are as
+ * expensive as that, a picture of evenly spread single samples is more than what the time would do for whole
+ * pixels; but the error is stated for pixels. */
 #define PROBES_PART 0.5
 
 static void end_late_probes(struct server *server)
@@ -118,28 +119,31 @@ static void end_late_probes(struct server *server)
     if (elapsed > PROBES_PART * (elapsed + left)) queue_end_probes(server->service->queue, elapsed);
 }
 
-/* Pass 0 is cut off when no more than this share of what is left of it fits into the time: later than as soon as
- * a bit will not. Its tiles are rendered quicker than the pixels of a lattice, up to a third in the lantern, and
- * the end is foretold too late at first, up to half as late again; from the middle of the pass on rather too
- * early. */
+/*
+ * Pass 0 is cut off when no more than this part of what is left of it fits into the remaining time, rather than
+ * as soon as a little of it will not fit. Its tiles are rendered faster than the pixels of a lattice, by up to a
+ * third in the lantern; and the predicted end is too late at first, by up to half; from the middle of the pass
+ * on it is rather too early.
+ */
 #define CUT_BELOW       0.7
 #define CUT_BELOW_LATER 0.9
 #define CUT_LATER       0.5
 
-/* That is foretold when so much of the pass is finished, or so much of the time is over: by then the dear tiles, which
- * come first, have told something about the others, or the pass will not be done by far. */
+/* The end of pass 0 is predicted when this part of the pass is finished, or this part of the time is over. By
+ * then the expensive tiles, which come first, have told something about the others, or the pass is far from
+ * being done in time. */
 #define CUT_FROM  (1.0 / 32)
 #define CUT_AFTER 0.1
 
-/* Seconds from one look at whether pass 0 will be done in time to the next, which is some microseconds' work. So many
- * in turn have to say the same: somebody who is late for a moment makes the end look further away. */
+/* Seconds between checks whether pass 0 will be done in time; a check takes some microseconds. So many
+ * consecutive ones have to agree: a renderer that is late for a moment makes the end look further away. */
 #define CUT_LOOK_EVERY 0.01
 #define CUT_LOOKS      3
 
 /*
- * Where pass 0 would not be done in time it is cut off while there is time for something else: what nobody has
- * begun is taken back. When the rest is in, the pixels that are left get their first samples lattice by lattice, so
- * that those for which there is no time lie between others that have some. The lock is held.
+ * If pass 0 would not be done in time, it is cut off while there is time for something else: tiles that no
+ * renderer has begun are withdrawn. When the rest is in, the remaining pixels get their first samples lattice by
+ * lattice, so that those for which there is no time lie between others that have some. The lock is held.
  */
 static void cut_when_late(struct server *server)
 {
@@ -161,12 +165,12 @@ static void cut_when_late(struct server *server)
     queue_withdraw(queue);
 }
 
-/* The next pass, or what is left of this one, or the end of passes; the lock is held. */
+/* Adds the next pass to the queue, or what is left of this one, or finds that there is none. The lock is held. */
 static void begin_pass(struct server *server)
 {
     struct service *service = server->service;
     const struct canvas *canvas = service->canvas;
-    /* One that an earlier run has left is there already. */
+    /* A pass that an earlier run has begun is planned already. */
     if (adaptive_is_complete(service->adaptive))
         server->last_pass = !adaptive_plan(service->adaptive, seconds_for_pass(server));
     if (server->last_pass) return;
@@ -184,15 +188,15 @@ static void begin_pass(struct server *server)
     }
 }
 
-/* What writing takes is tried again behind pass 0, and when all pixels have samples. */
+/* Whether to measure again how long writing takes: after pass 0, and when all pixels have samples. */
 static bool is_to_try(const struct adaptive *adaptive)
 {
     if (!adaptive_is_first(adaptive)) return false;
     return adaptive_passes(adaptive) == 1 || adaptive_unsampled(adaptive) == 0;
 }
 
-/* Behind a pass 0 that was cut off the picture is filled to see how long that takes, and to try how long writing such
- * a picture takes. */
+/* After a pass 0 that was cut off, fills the picture to see how long that takes, and measures how long writing
+ * such a picture takes. */
 static void look_at_picture(struct server *server)
 {
     const struct adaptive *adaptive = server->service->adaptive;
@@ -206,8 +210,7 @@ static void look_at_picture(struct server *server)
     if (is_to_try(adaptive)) estimate_writing(server, true);
 }
 
-/* Between passes, when all that the last one has asked for is in. What the plan takes is taken to be what it takes the
- * next time. */
+/* Plans the next pass, when all that the last one has asked for is in. The next plan is assumed to take as long. */
 static void go_on(struct server *server)
 {
     struct adaptive *adaptive = server->service->adaptive;
@@ -215,7 +218,7 @@ static void go_on(struct server *server)
     if (server->is_cut) adaptive_cut(adaptive, fmax(server->cut_s - rendered_s(server), 0));
     look_at_picture(server);
     double looked = clock_wall();
-    /* What an earlier run has left need not be a whole pass. */
+    /* What an earlier run has left need not be a complete pass. */
     if (adaptive_is_complete(adaptive)) watch_pass(server->service->watch, looked);
     begin_pass(server);
     double end = clock_wall();

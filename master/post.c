@@ -8,23 +8,25 @@
 #include "common/nap.h"
 #include "common/whole.h"
 
-/* Buffers are so far apart that no two share a cache line, but for the ends of a small block. */
+/* The distance between buffers is a multiple of this, the size of a cache line. The block itself is aligned as
+ * malloc() does it, so that two neighbours may still share the line at their border. */
 #define BUFFER_ALIGN ((size_t)64)
 
 struct post {
     size_t largest;
-    char *block; /* of all buffers */
+    char *block; /* memory of all buffers */
     char *buffers[POST_RECEIVES];
-    uint64_t turns[POST_RECEIVES]; /* the number of the receive: they are met in this order */
+    /* number of the receive in the order of posting, in which they match messages */
+    uint64_t turns[POST_RECEIVES];
     uint64_t posted;
 
-    /* So many receives, and behind them what was sent and is not known to have been taken: one call of MPI
-     * looks for all. */
-    int receives, sends, room; /* room: for so many sends */
+    /* The requests: first the receives, then the sends that are not known to be complete. So one call of MPI
+     * tests all of them. */
+    int receives, sends, room; /* room: capacity for sends */
     MPI_Request *requests;
-    int *slots; /* of requests that are done */
+    int *slots; /* indices of requests that are complete */
     MPI_Status *statuses;
-    char **copies; /* per send: what it sends */
+    char **copies; /* per send: its bytes; owned */
 };
 
 int post_ranks(void)
@@ -58,8 +60,8 @@ struct post *post_open(size_t largest)
     post->largest = largest;
     post->receives = others < POST_RECEIVES ? others : POST_RECEIVES;
     reserve_sends(post, 2 * POST_RECEIVES);
-    /* For the longest message that may come: of most buffers the first few pages are used. To clear huge
-     * ones took a fifth of the master's time with 44 ranks. */
+    /* Each buffer has room for the longest message; of most buffers only the first few pages are used. Clearing
+     * huge ones took a fifth of the master's time with 44 ranks. */
     size_t stride = round_up_to(largest, BUFFER_ALIGN);
     post->block = allocate((size_t)post->receives, stride);
     for (int i = 0; i < post->receives; i++) {
@@ -81,7 +83,7 @@ void post_send(struct post *post, int rank, enum message_tag tag, const void *by
     post->copies[post->sends++] = copy;
 }
 
-/* Gives back the memory of what has been taken. */
+/* Removes complete sends and frees their memory. */
 static void forget_sends(struct post *post)
 {
     MPI_Request *requests = post->requests + post->receives;
@@ -104,8 +106,8 @@ bool post_is_settled(const struct post *post)
 
 /* ---- receiving ---- */
 
-/* MPI tells what has come in the order of slots. In that of the receives, messages of one rank are in
- * the order in which it sent them. */
+/* Sorts messages by the order in which their receives were posted: in this order messages of one rank are as it
+ * sent them. MPI reports them in the order of slots. */
 static void sort_letters(const struct post *post, struct letter *letters, int count)
 {
     for (int i = 1; i < count; i++) {
@@ -122,7 +124,7 @@ int post_collect(struct post *post, struct letter letters[POST_RECEIVES])
     int done = 0, count = 0;
     if (post->receives + post->sends == 0) return 0;
     MPI_Testsome(post->receives + post->sends, post->requests, &done, post->slots, post->statuses);
-    /* MPI_UNDEFINED is negative */
+    /* done is MPI_UNDEFINED, which is negative, if no request is active */
     for (int i = 0; i < done; i++) {
         int bytes, slot = post->slots[i];
         const MPI_Status *status = &post->statuses[i];
@@ -145,7 +147,7 @@ void post_release(struct post *post, const struct letter *letter)
     post_receive(post, letter->slot);
 }
 
-/* Until all that was sent has been taken. */
+/* Waits until all sends are complete. */
 static void wait_for_sends(struct post *post)
 {
     struct nap nap = {0};

@@ -12,7 +12,7 @@
 #include "master/timeline_output.h"
 #include "master/truth.h"
 
-/* Pixels; 0: the static schedules choose the height of their bands themselves. */
+/* Edge of a tile in pixels; 0: the static schedules choose the height of their bands themselves. */
 static uint32_t tile_edge(const struct settings *settings, const struct view *view,
                           uint32_t processors)
 {
@@ -21,15 +21,15 @@ static uint32_t tile_edge(const struct settings *settings, const struct view *vi
     return queue_auto_edge(schedule, view->region_w, view->region_h, view->min_samples, processors);
 }
 
-/* Of a time limit a tile is predicted to take this part at most, less than the 2 % that a run may be late, so that
- * little is lost where its end cuts one off, however dear samples are. By its probes, that is: what comes with a tile's
- * other samples takes down to a fifth. */
+/* The largest part of a time limit that a tile may be predicted to take. It is less than the 2 % by which a run
+ * may be late, so that little is lost where the end of the limit cuts a tile off, however expensive samples are.
+ * The prediction is that of probes: the other samples of a tile take down to a fifth of it. */
 #define TILE_PART (1.0 / 64)
 
 static bool make_queue(struct run *run, const struct view *view)
 {
     const struct settings *settings = &run->job.settings;
-    /* Alone, --check is not the run that it is for. */
+    /* A single process with --check stands for a run with more of them. */
     bool alone = run->options.action == ACTION_CHECK && run->processes == 1;
     bool master_renders = settings->farm.master_renders || alone;
     run->renderers = (uint32_t)run->processes - (master_renders ? 0 : 1);
@@ -92,7 +92,7 @@ static void print_count(const char *before, uint64_t count, const char *name, co
     printf("%s%llu %s%s%s", before, (unsigned long long)count, name, count == 1 ? "" : "s", after);
 }
 
-/* Around all objects but planes. */
+/* Bounding box of all objects but planes. */
 struct bounds {
     bool any;
     struct vec3 min, max;
@@ -113,7 +113,7 @@ static void print_bounds(const struct bounds *bounds)
     print_corner(" to", bounds->max, "\n");
 }
 
-/* Of a scene that is all right. */
+/* Prints the result of --check for a valid scene. */
 static int print_check(const struct run *run, const struct bounds *bounds)
 {
     const struct report *report = &run->report;
@@ -132,8 +132,9 @@ static int print_check(const struct run *run, const struct bounds *bounds)
     return close_output();
 }
 
-/* false after user_error(): the time limit was over while the scene was loaded, and no earlier run has left any sample
- * either. Build and rendering would take longer for nothing. */
+/* Whether rendering can start within the time limit; otherwise false after user_error(): the limit was over
+ * while the scene was loaded, and no earlier run has left any sample either. Build and rendering would be in
+ * vain. */
 static bool starts_in_time(struct run *run)
 {
     double limit = run->job.settings.sampling.time_limit, elapsed = clock_wall() - run->start;
@@ -149,7 +150,7 @@ static bool starts_in_time(struct run *run)
     return false;
 }
 
-/* Of these three each returns an exit status, or -1 to go on. */
+/* Each of the next three functions returns an exit status, or -1 to go on. */
 
 static int load(struct run *run)
 {
@@ -213,7 +214,7 @@ int prepare(struct run *run, struct scene **block)
     struct view view = settings_view(&run->job.settings);
     bool checks = run->options.action == ACTION_CHECK;
     struct bounds bounds = {.any = false};
-    if (checks) /* before the scene takes all of that */
+    if (checks) /* before builder_finish() takes the objects over */
         bounds.any = builder_bounds(run->job.builder, &bounds.min, &bounds.max);
     status = make_scene(run, &view, block);
     run->report.time.load = clock_wall() - start;

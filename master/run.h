@@ -1,9 +1,9 @@
 /*
  * A run on rank 0, from the arguments to the exit status:
  *
- *   main.c --> prepare.c --> keep.c          the scene and the queue; what an earlier run has left
- *          --> serve.h                       rendering
- *          --> conclude.c --> keep.c         the picture and the report; or what the next run needs
+ *   main.c --> prepare.c --> keep.c          loads the scene, makes the queue, takes over an earlier run
+ *          --> serve.h                       renders
+ *          --> conclude.c --> keep.c         writes the picture and the report, or keeps the journal
  */
 #ifndef FARM_MASTER_RUN_H
 #define FARM_MASTER_RUN_H
@@ -17,73 +17,74 @@
 #include "master/serve.h"
 #include "master/stop.h"
 
-/* What rank 0 carries through the run. */
+/* The state of a run on rank 0. */
 struct run {
     char **arguments; /* argv as it was given; owned */
     struct options options;
     struct job job;
-    struct crowd crowd; /* of the renderers */
+    struct crowd crowd; /* which renderers share cores */
     struct queue *queue;
     struct canvas canvas;
-    struct canvas reference; /* rgb is NULL: there is none */
+    struct canvas reference; /* rgb is NULL: there is no reference */
     struct watch watch;
-    struct adaptive *adaptive; /* NULL: it is not */
+    struct adaptive *adaptive; /* NULL: sampling is not adaptive */
     struct crew *
-        crew; /* for what the ranks of the node wait for: plans, the picture's file; NULL: rank 0 alone */
-    struct save *save; /* NULL: output.journal is empty, or the work on it is done */
+        /* Threads for work that all ranks of the node wait for, plans and the picture's file; NULL: rank 0 alone
+         * does it. */
+        crew;
+    struct save *save; /* NULL: output.journal is empty, or the journal is closed */
     struct timeline timeline;
     struct renderer_stats *stats;
     struct report report;
     double start;
     int processes;
-    struct berth *berths; /* per process; owned */
+    struct berth *berths; /* per process: where it may run; owned */
     uint32_t renderers;
-    uint32_t silent; /* ranks that answered no more in the end */
-    int *neighbours; /* on the first rank of each node: the processes of its ranks; owned */
+    uint32_t silent; /* number of ranks that did not answer any more in the end */
+    int *neighbours; /* on the first rank of each node: process ids of its ranks; owned */
     int neighbour_count;
 };
 
-/* An empty name asks for no report. */
+/* Whether a report is wanted: an empty name asks for none. */
 static inline bool wants_report(const struct settings *settings)
 {
     return settings->output.report[0] != '\0';
 }
 
-/* Whether what was printed reached its reader, as an exit status; says so otherwise. */
+/* Flushes standard output; returns an exit status, and says so if not all of it could be written. */
 int close_output(void);
 
 /* ---- prepare.c ---- */
 
-/*
- * Everything that can go wrong because of the input, before any process starts to render. Returns
- * the exit status, or -1 to go on with *block.
- */
+/* Does everything that can fail because of the input, before any process starts to render. Returns the exit
+ * status, or -1 to go on with *block, the scene, which the caller frees. */
 int prepare(struct run *run, struct scene **block);
 
 /* ---- keep.c ---- */
 
-/* What is still to be rendered. */
+/* What is still to be rendered, in tiles and in pixels. */
 uint32_t tiles_left(const struct run *run);
 uint64_t pixels_left(const struct run *run);
 
-/* Opens the journal, if one is wanted, and takes over what an earlier run has left in it; false after
- * saying why it cannot be. */
+/* Opens the journal, if one is wanted, and takes over what an earlier run has left in it; false, after saying
+ * why, if that is not possible. */
 bool open_save(struct run *run, const struct scene *scene);
 
-/* Leaves the journal to a later run and tells how to start that, which will `then` happen; returns
- * whether it can be. */
+/* Keeps the journal for a later run and prints the command that starts that run; then: what it will do, as in
+ * "to go on". Returns whether the journal could be kept. */
 bool keep(struct run *run, const char *then);
 
 /* ---- conclude.c ---- */
 
-/* Names the ranks that answered no more. */
+/* Warns of the ranks that do not answer any more. */
 void name_silent(const struct run *run);
 
-/* The picture is complete, or its time is over: writes all that was asked for. Returns the exit status. */
+/* Ends a run whose picture is complete or whose time is over: writes all that was asked for. Returns the exit
+ * status. */
 int run_conclude(struct run *run, const struct service *service);
 
-/* The run was stopped by a signal, or nobody was left who renders: writes what there is. Returns the exit
- * status. */
+/* Ends a run that was stopped by a signal, or that has no renderer left (deserted): writes what there is.
+ * Returns the exit status. */
 int end_early(struct run *run, bool deserted);
 
 #endif

@@ -24,7 +24,7 @@ bool server_is_through(struct server *server, uint32_t renderer)
     return over && (server->last_pass || server->service->ending);
 }
 
-/* Seconds from one look at the progress to the next: two in a step of the bar, which moves ten times a second. */
+/* Seconds between updates of the progress: two per step of the bar, which moves ten times a second. */
 #define SHOW_EVERY 0.05
 
 /* Seconds from the start of the run until rendering_ends(), more than 0; 0: there is no limit. */
@@ -55,7 +55,8 @@ static void show_progress(struct server *server, double now)
         .limit = rendering_limit(server),
         .only_limit = server->service->only_limit,
     };
-    /* A preview that late would hold up what is written at the end, where the last row comes in any case. */
+    /* So late, a preview would delay what is written at the end, which contains the last row of errors in any
+     * case. */
     if (!server->service->ending && now + server->service->writing_s < rendering_ends(server)) {
         struct snapshot *snapshot = &server->service->watch->snapshot;
         bool due = snapshot_is_due(snapshot, now);
@@ -68,8 +69,8 @@ static void show_progress(struct server *server, double now)
     progress_update(server->service->progress, &state, now);
 }
 
-/* Whether a renderer still there is counted on to leave. Who was asked for a sign of life and gave none has used up
- * some of the time for it before the end. */
+/* Whether to wait for a renderer that has not left yet. One that was asked for a sign of life and gave none has
+ * used up part of its time before the end. */
 static bool is_awaited(const struct server *server, const struct contact *contact)
 {
     double since = contact->is_asked ? contact->heard : server->ended;
@@ -91,7 +92,7 @@ static bool all_left(struct server *server)
     return true;
 }
 
-/* Whether nothing of what is in work matters any more. */
+/* Whether nothing that is being rendered matters any more. */
 static bool is_over(struct server *server)
 {
     pthread_mutex_lock(&server->lock);
@@ -100,11 +101,11 @@ static bool is_over(struct server *server)
     return complete || *server->service->stop;
 }
 
-/* Nothing more is handed out, and what is in work is given up. */
+/* Ends the render phase: nothing more is handed out, and all renderers are told to give up and leave. */
 static void end_all(struct server *server, bool timed_out, double now)
 {
     pthread_mutex_lock(&server->lock);
-    /* What is rendered until then is rendering, whether it comes in or not. */
+    /* The render phase lasts until now, whether what is rendered until now comes in or not. */
     if (timed_out) server->finished = now;
     server->service->timed_out = timed_out;
     server->service->ending = true;
@@ -135,8 +136,9 @@ static void end_when_over(struct server *server, double now)
 }
 
 /*
- * Until there is something to do. Whoever does not ring has a lot in reserve, or has said all: what he sends
- * can wait as long as what moves by itself. Messages from other machines have to be looked for.
+ * Sleeps until there is something to do. A renderer that does not ring the bell has a lot in reserve, or has
+ * sent its last message: what it sends can wait for the regular poll. Messages from other machines do not ring
+ * and have to be polled for.
  */
 static void take_nap(struct server *server, struct nap *nap)
 {
@@ -171,9 +173,10 @@ static void serve_until_done(struct server *server)
     count_silent(server);
 }
 
-/* Whoever still rendered when the last tile came in, or the time was over, hears of it late, or much
- * later if he was stopped: what he did since then is behind the render phase, and of what he was busy with
- * as large a share of each part. What is left of that phase after rendering and sending is waiting. */
+/* Corrects what renderers report and computes their waiting time. A renderer that was still busy when the last
+ * tile came in, or when time was up, learns of it late (much later if it was stopped). What it did after that is
+ * outside the render phase and is subtracted, from each part of its busy time in proportion. What is left of the
+ * phase after rendering and sending is waiting. */
 static void fill_waits(struct server *server)
 {
     double render_s = server->service->render_s;
@@ -189,7 +192,7 @@ static void fill_waits(struct server *server)
     }
 }
 
-/* One for each pixel, 0 where it has no samples; the caller's. */
+/* One byte per pixel, 0 where it has no samples; owned by the caller. */
 static uint8_t *find_known(const struct service *service)
 {
     size_t pixels = canvas_pixels(service->canvas);
@@ -235,7 +238,7 @@ static void end_server(struct server *server)
     free(server->message);
 }
 
-/* Of any message from a renderer. */
+/* Bytes of the largest message from a renderer. */
 static size_t largest_message(const struct service *service)
 {
     size_t floats = service->adaptive ? REFINED_FLOATS : 4;
@@ -289,8 +292,8 @@ bool serve(struct service *service)
     fill_waits(&server);
     fill_picture(&server);
     service->guessed_rmse = guessed_rmse(&server);
-    put_last_pieces(&server); /* in the place of what was guessed there */
+    put_last_pieces(&server); /* replaces what was guessed there */
     end_server(&server);
-    /* Between passes the queue is complete, the picture not. */
+    /* Between passes the queue is complete, but not the picture. */
     return service->timed_out || (server.last_pass && queue_complete(service->queue));
 }

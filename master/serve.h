@@ -1,4 +1,5 @@
-/* The master's side of the farm. */
+/* The master's main loop: serves the work queue to the renderers, takes in their results, and ends the render
+ * phase. */
 #ifndef FARM_MASTER_SERVE_H
 #define FARM_MASTER_SERVE_H
 
@@ -19,74 +20,84 @@ struct bell;
 struct tray;
 struct arrivals;
 
-/* The picture, its heat map, and who rendered what. */
+/* Number of image files: the picture, its heat map, and the map of ranks. */
 #define SERVICE_IMAGES 3
 
 struct service {
     struct queue *queue;
     struct canvas *canvas;
-    struct save *save; /* where finished tiles are kept; NULL: nowhere */
+    struct save *save; /* the journal, which keeps finished tiles; NULL: none */
     struct progress *progress;
     struct watch *watch;
     uint32_t first_samples;    /* per pixel, in pass 0 */
     struct adaptive *adaptive; /* NULL: one pass, with all samples */
-    /* A time of common/clock.h: the picture, what is there of it, is to be written by then. HUGE_VAL: none. */
+    /* When the picture, as far as it is rendered, is to be written: a time of common/clock.h; HUGE_VAL: no
+     * deadline. */
     double deadline;
-    double limit; /* seconds until then from the start of the run; 0: none */
-    /* Files of the picture's size that are to be written by then; NULL or empty: none. Of the first one it is told
-     * what rounding costs. */
+    double limit; /* seconds from the start of the run to the deadline; 0: none */
+    /* Image files that are to be written by the deadline; NULL or empty: none. For the first one, the
+     * quantisation error is computed, too. */
     const char *images[SERVICE_IMAGES];
-    struct crew *crew;         /* by which the first one is written; NULL: by the caller alone */
-    bool only_limit;           /* nothing else is expected to end it */
-    uint32_t processors;       /* that renderers have together: struct crowd */
-    struct timeline *timeline; /* gets every finished tile; NULL: not kept */
-    /* Renders tiles in a second thread of this process; NULL: rank 0 only serves. Renderer i of the
-     * queue is then rank i, otherwise rank i + 1. */
+    struct crew *crew;         /* threads that write the first one; NULL: the caller alone */
+    bool only_limit;           /* nothing but the time limit is expected to end the run */
+    uint32_t processors;       /* of all renderers together: struct crowd */
+    struct timeline *timeline; /* records every finished tile; NULL: not wanted */
+    /* The renderer in a second thread of this process; NULL: rank 0 only serves. With it, renderer i of the
+     * queue is rank i, otherwise rank i + 1. */
     const struct tile_renderer *own;
-    const volatile sig_atomic_t *stop; /* not 0: give up what is in work and leave */
-    /* Rung by own, and by the renderers on this machine, who has sent something that is not to wait. */
+    const volatile sig_atomic_t *stop; /* not 0: a signal has asked the run to stop */
+    /* Wakes the master. Rung by `own`, and by renderers on this machine that have sent something that is not to
+     * wait. */
     struct bell *bell;
-    bool all_ring;             /* there are no others */
-    struct tray *const *trays; /* per rank; NULL: it has none, for it is on another machine */
-    struct arrivals *arrivals; /* from those who have one; NULL: nobody has */
-    double patience;           /* seconds without a sign of life: others get what a renderer has */
-    /* Set as soon as nothing of what is in work matters any more: own gives up, too. */
+    bool all_ring;             /* all renderers are on this machine */
+    struct tray *const *trays; /* per rank; NULL: none, as it is on another machine */
+    struct arrivals *arrivals; /* of the ranks that have a tray; NULL: none has */
+    /* Seconds without a sign of life after which others get what a renderer holds. */
+    double patience;
+    /* Set as soon as nothing that is being rendered matters any more: `own` gives up, too. */
     atomic_bool ending;
-    /* What own renders is of no use any more: it gives up this tile, not the run. */
+    /* The tile that `own` is rendering is of no use any more: it gives up this tile, but not the run. */
     atomic_bool given_up;
 
-    /* Results, 0 or false before. */
+    /* Results; the caller sets them to 0 or false. */
     struct renderer_stats *stats; /* one per renderer, in rank order; the caller's array */
-    struct render_counts counts;  /* of the tiles that are in the picture, each once */
-    double writing_s;             /* seconds that writing images is expected to take */
-    double kept_s;                /* of the limit, for its end: to write, and to tell the error */
-    double guessed_rmse;          /* about, of pixels without samples; NaN: none, or unknown */
-    bool timed_out;               /* the deadline ended it */
-    bool deserted;                /* nobody was left who renders */
-    double began;                 /* a time of common/clock.h: rendering, the pre-pass included */
-    double render_s;              /* wall seconds until the last tile was in the picture */
-    double master_cpu_s;          /* CPU seconds of serving and of plans, of this thread */
-    uint64_t messages;            /* received */
-    uint64_t answers;             /* those that are in service_cpu_s */
-    double service_cpu_s;         /* of that, for answers: taking them in, sending more work */
-    double answer_wait_s;         /* of all answers until they were looked at, at most */
-    double answer_wait_most_s;    /* of one */
-    double plan_s;                /* wall seconds between passes of which something has come in */
-    double last_plan_s; /* the last of them, even if there was no more to do; before it, a guess */
-    double probe_s;     /* of the pre-pass, wall seconds of all renderers together */
-    uint32_t silent;    /* renderers that answered no more: MPI_Finalize would wait for ever */
+    struct render_counts counts;  /* of the tiles of the picture, each counted once */
+    double writing_s;             /* expected seconds for writing the images */
+    /* Seconds of the limit that were reserved for its end: for writing, and for estimating the error. */
+    double kept_s;
+    double guessed_rmse; /* estimate for pixels without samples; NaN: none, or unknown */
+    bool timed_out;      /* the deadline ended the run */
+    bool deserted;       /* no renderer was left */
+    /* When rendering began, the pre-pass included: a time of common/clock.h. */
+    double began;
+    double render_s;     /* wall seconds until the last tile was in the picture */
+    double master_cpu_s; /* CPU seconds of this thread: serving and planning passes */
+    uint64_t messages;   /* received */
+    uint64_t answers;    /* number of answers whose time is in service_cpu_s */
+    /* the part of master_cpu_s for these: taking them in, sending more work */
+    double service_cpu_s;
+    /* sum over answers of the time until they were noticed: upper bound */
+    double answer_wait_s;
+    double answer_wait_most_s; /* the same: the longest of one answer */
+    /* Wall seconds of planning passes, of those passes of which some result has come in. */
+    double plan_s;
+    /* Wall seconds of the last plan, even if it found nothing more to do; before the first one, a guess. */
+    double last_plan_s;
+    double probe_s; /* wall seconds of the pre-pass, summed over renderers */
+    /* Number of renderers that stopped answering: MPI_Finalize would wait for them for ever. */
+    uint32_t silent;
 };
 
 /*
- * Serves the queue until every renderer has left. Who does not within SERVE_GRACE after the end, or after his last sign
- * of life if he has been asked for one, is silent, and takes part in nothing more. Returns whether the picture is
- * complete (false after a stop: then the picture shows something like it where pixels are missing, fill_unknown()).
- * Every rank calls this or work().
+ * Serves the queue until every renderer has left. A renderer that has not left within SERVE_GRACE after the end
+ * (or after its last sign of life, if it was asked for one) is called silent, and takes part in nothing more.
+ * Returns whether the picture is complete. It is not after a stop: then missing pixels are filled with an
+ * estimate, fill_unknown(). Every other rank calls work().
  */
 bool serve(struct service *service);
 
-/* Seconds. A renderer looks for messages every few thousandths of a second of its own time; with dozens
- * of processes on a core, or one that pages, that is a second. */
+/* Seconds. A renderer looks for messages every few milliseconds of its own time. With dozens of processes on a
+ * core, or with paging, that is a second. */
 #define SERVE_GRACE 5.0
 
 #endif

@@ -1,12 +1,12 @@
 /*
- * The state of serve(), and what its parts do for each other; for all others there is serve.h.
+ * What the source files of serve() share; all other code uses serve.h.
  *
- *   serve.c          the loop, its start and its end
- *     take_in.c      what messages say ------------+--> accept.c    finished tiles into the picture
- *       hand_out.c   work, recalls and STOP        |
- *     own_renderer.c rank 0's second thread -------+
- *     silence.c      who gives no sign of life
- *     passes.c       what adaptive sampling asks for next
+ *   serve.c          the main loop, its start and its end
+ *     take_in.c      messages from renderers -----+--> accept.c    finished tiles into the picture
+ *       hand_out.c   work, recalls and STOP       |
+ *     own_renderer.c rank 0's second thread ------+
+ *     silence.c      renderers that give no sign of life
+ *     passes.c       the passes of adaptive sampling
  */
 #ifndef FARM_MASTER_SERVER_H
 #define FARM_MASTER_SERVER_H
@@ -17,81 +17,89 @@
 #include "master/preview.h"
 #include "master/serve.h"
 
-/* A renderer on another rank, as the main thread knows it. */
+/* What the main thread knows of a renderer on another rank. */
 struct contact {
     bool is_ready; /* it may be sent tiles */
-    bool is_idle;  /* it asks for work, and there was none */
+    bool is_idle;  /* it asked for work, and there was none */
     bool is_full;  /* it holds as many lots as it may */
-    bool is_told;  /* that it is to stop */
-    bool is_gone;  /* its statistics are here */
-    bool is_asked; /* for a sign of life since its last message came */
+    bool is_told;  /* it was told to stop */
+    bool is_gone;  /* its statistics have come: it has left */
+    bool is_asked; /* it was asked for a sign of life since its last message */
     bool is_silent;
-    int drops;           /* tiles in DROP messages since its last answer */
-    uint32_t drop_count; /* of its drops, that it is to hear of in this turn of the loop */
-    double heard;        /* the server's time awake when its last message or result came */
-    unsigned lots_put, results_taken; /* into its tray, from it */
+    int drops;           /* tiles in DROP messages to it since its last answer */
+    uint32_t drop_count; /* entries of its struct drops, to be sent in this turn of the loop */
+    double heard;        /* server.awake when its last message or result came */
+    unsigned lots_put, results_taken; /* lots put into its tray, results taken from it */
 };
 
-/* Beside its contact: all contacts are walked, these hardly ever. */
+/* The drops of a renderer that are to be sent. Kept apart from the contacts, which are all scanned often, unlike
+ * these. */
 struct drops {
     struct drop drop[DROP_TILES];
 };
 
-/* A piece of a tile, until it is known whether that comes as a whole before all of its pieces. */
+/* A finished piece of a tile, until it is known whether the tile comes as a whole before all of its pieces. */
 struct kept_piece {
     uint32_t renderer;
     struct tile tile;
     struct result_header header;
-    float *rgb; /* as in the message; owned */
+    float *rgb; /* the pixels, as in the message; owned */
 };
 
 struct server {
     struct service *service;
     double start;
-    double finished; /* when the last tile came in */
+    double finished; /* clock_wall() when the last tile came in */
 
     /* Shared with the rendering thread, under lock: queue, canvas, watch, and what follows. */
     pthread_mutex_t lock;
     struct preview preview;
-    double planned_s;       /* plan_s of the pass of which nothing has come in yet */
+    double planned_s;       /* wall seconds of the plan whose pass has no result yet */
     double rendered_before; /* adaptive_seconds() of earlier runs */
-    bool last_pass;         /* what is in the queue is all there will be */
-    bool is_cut;            /* pass 0 would not have been done in time */
-    double cut_s;           /* adaptive_seconds() of this run that it was expected to come to */
-    uint32_t *sampled; /* of each refined tile that has been handed out: pixels that get samples */
+    bool last_pass;         /* no further pass will be added to the queue */
+    bool is_cut;            /* pass 0 was cut off, as it would not have been done in time */
+    /* CPU seconds of this run in which pass 0 was expected to be done when it was cut off. */
+    double cut_s;
+    /* Per id of a refined tile that was handed out: how many of its pixels get samples. */
+    uint32_t *sampled;
     uint32_t sampled_room;
     struct kept_piece *pieces;
     uint32_t piece_count;
-    uint64_t news; /* of the queue, when the idle were last asked */
+    uint64_t news; /* queue_news() when idle renderers were last served */
     bool own_done;
-    uint32_t own_tile; /* the id of what rank 0 itself renders; its own renderer looks for what it
-                        * has not begun */
+    /* Id of the tile that rank 0's own renderer is working on. That renderer itself checks tiles that it has not
+     * begun. */
+    uint32_t own_tile;
 
     /* Main thread only. */
     struct post *post;
-    uint32_t first_rank;   /* of renderer 0 */
-    uint32_t first_remote; /* renderers from here on are on other ranks */
+    uint32_t first_rank;   /* rank of renderer 0 */
+    uint32_t first_remote; /* the first renderer on another rank: 0 or 1 */
     uint32_t renderers;
-    uint32_t first_there;     /* all others before it are gone */
+    uint32_t first_there;     /* all renderers on other ranks before this one are gone */
     struct contact *contacts; /* per renderer */
     struct drops *drops;      /* per renderer */
-    char *message;            /* TILES_MAX_BYTES, zeroed: what fills up parts is 0 or old */
-    double ended;             /* time awake, when service->ending was set */
-    double awake;             /* seconds of the loop; of a pause in which rank 0 itself was stopped
-                               * next to none count, for nobody is to blame for it */
-    uint32_t unmeasured;      /* looks that found answers since one was measured */
-    double woken;             /* clock_wall() at the last look at it */
-    double next_look;         /* when silence is to be looked for */
-    double next_show;         /* when the progress is to be looked at */
-    double fill_s;   /* that it takes at the end to fill what has no samples; 0: all have some */
-    double next_cut; /* server_elapsed() when pass 0 is to be looked at again */
-    unsigned late_looks;     /* that found it too late, one after the other */
-    uint32_t tiles_before;   /* of passes before this one */
-    double polled;           /* when messages were last looked for */
-    unsigned messages_taken; /* not what lay in trays */
-    uint32_t flag_words;     /* of arrivals: up to the last rank who has a tray */
-    double next_look_at_mpi; /* when MPI is looked at, whether something is expected or not */
-    uint64_t pixels;         /* that have come in messages */
+    /* TILES_MAX_BYTES; padding in it is 0 or stale, never uninitialised */
+    char *message;
+    double ended; /* server.awake when service->ending was set */
+    /* Seconds that the loop has run. A pause in which rank 0 itself was stopped hardly counts, as no renderer is
+     * to blame for it. */
+    double awake;
+    uint32_t unmeasured; /* calls of take_in() with answers since one was measured */
+    double woken;        /* clock_wall() when `awake` was last updated */
+    double next_look;    /* when to look for silent renderers next */
+    double next_show;    /* when to show progress next */
+    /* Seconds that it takes at the end to fill pixels without samples; 0: all have some. */
+    double fill_s;
+    double next_cut; /* server_elapsed() when to check again whether pass 0 will be done in time */
+    unsigned late_looks;     /* consecutive checks that found pass 0 too late */
+    uint32_t tiles_before;   /* tiles of earlier passes */
+    double polled;           /* clock_wall() when messages were last looked for */
+    unsigned messages_taken; /* messages received by MPI, without results from trays */
+    uint32_t flag_words;     /* words of arrivals, up to the last rank that has a tray */
+    /* When to look at MPI even if nothing is expected. */
+    double next_look_at_mpi;
+    uint64_t pixels; /* pixels that have come in results */
 };
 
 /* ---- serve.c ---- */
@@ -99,63 +107,64 @@ struct server {
 /* Seconds since the start of the render phase. */
 double server_elapsed(const struct server *server);
 
-/* Of a renderer. Where rank 0 does not render, the first one is rank 1. */
+/* The rank of a renderer. Where rank 0 does not render, renderer 0 is rank 1. */
 static inline uint32_t rank_of(const struct server *server, uint32_t renderer)
 {
     return server->first_rank + renderer;
 }
 
-/* Whether nothing is left for this renderer, in later passes either; the lock is held. */
+/* Whether nothing is left for this renderer, in later passes either. The lock is held. */
 bool server_is_through(struct server *server, uint32_t renderer);
 
-/* Where nobody has rendered pixels, the picture shows something like it: fill_unknown(). The lock is held, or nobody
- * renders. */
+/* Fills pixels that have no samples with an estimate: fill_unknown(). The lock is held, or nothing is rendered
+ * any more. */
 void fill_picture(struct server *server);
 
 /* ---- accept.c; the lock is held ---- */
 
-/* What a refined tile's pass asks for, in the tile's order: the answer is to have as many pixels as get
- * samples, whose number is returned. */
+/* Sets *refinements to what the pass of this refined tile asks for, in the tile's order. Returns how many of its
+ * pixels get samples; the answer is to have as many pixels. */
 uint32_t take_refinements(struct server *server, const struct tile *tile,
                           struct refinement *refinements);
 
-/* A finished tile goes into the picture and the journal, unless somebody else was first. */
+/* Puts a finished tile into the picture and the journal, unless another answer for it was first. */
 void accept_tile(struct server *server, uint32_t renderer, const struct tile *tile,
                  const float *rgb, const struct result_header *header);
 
-/* At the end of a run that was stopped, when no more answers come: pieces of tiles that are not finished. */
+/* For the end of a run that was stopped, when no more answers come: puts the pieces of unfinished tiles into the
+ * picture. */
 void put_last_pieces(struct server *server);
 
-/* A tile that the renderer has left to others; it may (queue_is_recalled()). */
+/* Notes that the renderer has dropped a tile; it is allowed to (queue_is_recalled()). */
 void accept_dropped(struct server *server, uint32_t renderer, const struct tile *tile,
                     const struct result_header *header);
 
-/* Probes go into the preview, and what they cost to the queue. */
+/* Puts probes into the preview, and passes their costs to the queue. */
 void accept_probes(struct server *server, uint32_t renderer, const struct tile *tile,
                    const float *rgb, const struct result_header *header);
 
 /* ---- hand_out.c ---- */
 
-/* What this process shares with the renderer; NULL: that one is on another machine. */
+/* The tray that this process shares with the renderer; NULL: it is on another machine. */
 struct tray *tray_of(const struct server *server, uint32_t renderer);
 
-/* The answer to READY, and the first lots. */
+/* Sends the answer to READY, and the first lots. */
 void hand_out_start(struct server *server, uint32_t renderer);
 
 /* Gives a remote renderer all the lots that it may hold. */
 void hand_out(struct server *server, uint32_t renderer);
 
-/* The same for those who have nothing to do, when there may be something. */
+/* The same for renderers without work, when there may be some for them. */
 void hand_out_to_idle(struct server *server);
 
-/* Tells renderers what others have taken from them, or finished for them: at the end of a turn of the loop,
- * so that each gets one message. Of what it has not begun the master's own renderer looks itself. */
+/* Sends recalls, at the end of a turn of the loop, so that each renderer gets one message: tiles that others
+ * have taken over or finished. The master's own renderer checks tiles that it has not begun by itself. */
 void tell_recalls(struct server *server);
 
-/* Asks for a sign of life. */
+/* Asks the renderer for a sign of life. */
 void ask_for_sign(struct server *server, uint32_t renderer);
 
-/* Whatever a renderer is doing, it is to give that up and leave. */
+/* Tells a renderer to give up whatever it is doing and leave. */
 void tell_stop(struct server *server, uint32_t renderer);
 
 /* ---- take_in.c ---- */
@@ -165,35 +174,37 @@ bool take_in(struct server *server);
 
 /* ---- own_renderer.c ---- */
 
-/* The second thread of rank 0: takes the struct server, renders what the queue gives to renderer 0 until
+/* The second thread of rank 0; argument: the struct server. Renders what the queue gives to renderer 0 until
  * nothing is left for it, and never calls MPI. */
 void *render_own(void *argument);
 
 /* ---- silence.c ---- */
 
-/* Once per turn of the loop: lets the time awake pass, and now and then asks those from whom nothing has come
- * for a while, gives up those who do not answer. */
+/* To be called once per turn of the loop: advances server.awake. Now and then it asks renderers from which
+ * nothing has come for a while for a sign of life, and gives up those that do not answer. */
 void look_for_silence(struct server *server);
 
-/* A message of this renderer has come. */
+/* Notes that a message of this renderer has come. */
 void note_sign(struct server *server, uint32_t renderer);
 
-/* Whether there is nobody who renders. */
+/* Whether no renderer is left. */
 bool is_deserted(const struct server *server);
 
 /* ---- passes.c ---- */
 
-/* When rendering is to end for the deadline: in time for files, and for what is told of the error at the end, which
- * takes about as long as a plan. HUGE_VAL: there is no deadline. */
+/* When rendering is to end because of the deadline, a time of common/clock.h: early enough to write files and to
+ * estimate the error at the end, which takes about as long as a plan. HUGE_VAL: there is no deadline. */
 double rendering_ends(const struct server *server);
 
-/* Guesses what of a time limit it takes to plan a pass, and to fill the picture at the end, before either was done. */
+/* Under a time limit: guesses how long planning a pass and filling the picture at the end take, before either
+ * was done. */
 void guess_times(struct server *server);
 
-/* Tries how long files take that are to be written: whether the picture is rendered, or as for any of its size. */
+/* Measures how long writing the image files takes, by trying; rendered: the picture as it is, otherwise any of
+ * its size. */
 void estimate_writing(struct server *server, bool rendered);
 
-/* Puts the next pass into the queue when one is complete. */
+/* Puts the next pass into the queue when the current one is complete. */
 void follow_passes(struct server *server);
 
 #endif

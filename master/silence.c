@@ -3,16 +3,16 @@
 #include "common/clock.h"
 #include "master/server.h"
 
-/* Seconds without a message, at most, after which a sign of life is asked for. A renderer looks for messages
- * between waves of rays, every few thousandths of a second of its own time, every tenth with very many lights. */
+/* The most seconds without a message after which a sign of life is asked for. A renderer looks for messages
+ * between waves of rays, every few milliseconds of its own time, with very many lights every tenth of a second. */
 #define ASK_AFTER 1.0
 
-/* A turn of the loop takes thousandths of a second; of one that took longer, because the process was
- * stopped or starved, only so much counts. */
+/* A turn of the loop takes milliseconds. Of one that took longer, because the process was stopped or starved,
+ * only so many seconds count. */
 #define TURN_MOST 0.1
 
-/* Seconds from one look at all renderers to the next: of a hundred thousand it takes longer than all else of a
- * turn. */
+/* Seconds between two scans of all renderers: with a hundred thousand of them a scan takes longer than all else
+ * of a turn. */
 #define LOOK_EVERY 0.01
 
 static void set_silent(struct server *server, uint32_t renderer, bool silent)
@@ -31,12 +31,13 @@ void note_sign(struct server *server, uint32_t renderer)
     if (contact->is_silent) set_silent(server, renderer, false);
 }
 
-/* One who has not reported for work yet can only be waited for. */
+/* Asks the renderer for a sign of life or gives it up, if it is time. One that has not sent READY yet can only
+ * be waited for. */
 static void look_for(struct server *server, uint32_t renderer)
 {
     struct contact *contact = &server->contacts[renderer];
     double since = server->awake - contact->heard, patience = server->service->patience;
-    double ask = fmin(ASK_AFTER, patience / 2); /* there has to be time for an answer */
+    double ask = fmin(ASK_AFTER, patience / 2); /* leaves time for an answer */
     if (contact->is_gone || contact->is_told || contact->is_silent || since < ask) return;
     if (contact->is_ready && !contact->is_asked) {
         contact->is_asked = true;
@@ -58,7 +59,7 @@ void look_for_silence(struct server *server)
 
 bool is_deserted(const struct server *server)
 {
-    if (server->first_remote > 0) return false; /* rank 0 itself */
+    if (server->first_remote > 0) return false; /* rank 0 itself renders */
     for (uint32_t i = 0; i < server->renderers; i++)
         if (!server->contacts[i].is_silent) return false;
     return true;

@@ -6,7 +6,7 @@
 #include "common/message.h"
 #include "master/image_file.h"
 
-/* Once is enough: the next one mostly fails for the same reason. */
+/* Reports a failure once: the next one is mostly for the same reason. */
 static void tell_failure(struct snapshot *snapshot, int error)
 {
     if (!snapshot->told_failure)
@@ -21,7 +21,7 @@ static void tell_failure(struct snapshot *snapshot, int error)
 static void *write_copy(void *argument)
 {
     struct snapshot *snapshot = argument;
-    /* Whoever looks at it meanwhile sees the one or the other. */
+    /* The file is replaced as a whole: readers see either the old or the new picture. */
     int error = image_try(snapshot->path, &snapshot->copy, NULL);
     if (error) tell_failure(snapshot, error);
     snapshot->is_written = true;
@@ -35,7 +35,7 @@ static void copy_canvas(struct snapshot *snapshot, const struct canvas *canvas)
     memcpy(copy->rgb, canvas->rgb, 3 * canvas_pixels(canvas) * sizeof *copy->rgb);
 }
 
-/* Pictures so far keep who serves from serving for no more than this part of the time. */
+/* Snapshots keep the master from serving for no more than this part of the time. */
 #define SERVING_MOST 0.05
 
 void snapshot_took(struct snapshot *snapshot, double seconds)

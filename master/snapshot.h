@@ -1,7 +1,5 @@
-/*
- * The picture so far, into its file now and then, by a thread of its own: whoever renders and serves
- * does not wait for a disk, but for a copy.
- */
+/* Snapshots: writes the picture so far to its file now and then, in a thread of its own. Rendering and serving
+ * do not wait for a disk, only for a copy of the picture. */
 #ifndef FARM_MASTER_SNAPSHOT_H
 #define FARM_MASTER_SNAPSHOT_H
 
@@ -12,30 +10,30 @@
 #include "master/canvas.h"
 
 struct snapshot {
-    /* Filled in by the caller; seconds after the last one that is written; 0: never. */
+    /* Filled in by the caller. seconds: from the end of one snapshot to the next; 0: none are written. */
     const char *path;
     double seconds;
-    double due;    /* when the next one is, a time of common/clock.h */
-    double took_s; /* that the last one has kept who serves from serving */
+    double due;    /* when the next one is due: a time of common/clock.h */
+    double took_s; /* seconds for which the last one kept the master from serving */
 
     bool is_writing; /* the thread exists */
     atomic_bool is_written;
     bool told_failure;
     pthread_t thread;
-    struct canvas copy; /* what it writes; owned */
+    struct canvas copy; /* the picture that it writes; owned */
 };
 
-/* Whether the next look copies the canvas: that is due, and the last one is written. */
+/* Whether the next snapshot_look() copies the canvas: a snapshot is due, and the last one is written. */
 bool snapshot_is_due(const struct snapshot *snapshot, double now);
 
-/* Copies the canvas and has it written, when that is due and the last one is written. The first failure
- * is told, and the next one is tried. */
+/* Copies the canvas and starts to write it, when a snapshot is due and the last one is written. Only the first
+ * failure is reported; later snapshots are still tried. */
 void snapshot_look(struct snapshot *snapshot, const struct canvas *canvas, double now);
 
-/* The last one has kept who serves from serving for so many seconds: the next one comes the later for it. */
+/* Tells for how many seconds the last one kept the master from serving: the next one is delayed accordingly. */
 void snapshot_took(struct snapshot *snapshot, double seconds);
 
-/* Waits for what is being written: the file is the caller's again. */
+/* Waits for what is being written, and writes no more: the file is the caller's again. */
 void snapshot_end(struct snapshot *snapshot);
 
 #endif

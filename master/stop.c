@@ -12,21 +12,21 @@
 #include "common/clock.h"
 #include "common/nap.h"
 
-/* Leaving takes milliseconds; a node that pages heavily, or hundreds of ranks, some seconds. */
+/* Seconds. Exiting takes milliseconds; on a node that pages heavily, or with hundreds of ranks, some seconds. */
 #define LONGEST_END 5
 
-/* What comes sooner after the first signal, in milliseconds, belongs to it: timeout(1) sends its signal to
- * the process and to the process's group. Nobody presses a key twice in that time. */
+/* Milliseconds. A signal that comes sooner after the first one counts as the same: timeout(1) signals the
+ * process and then the process's group. Nobody presses a key twice in that time. */
 #define SAME_SIGNAL 100
 
 static volatile sig_atomic_t noted;
-static atomic_llong noted_at; /* milliseconds(); 0: it is not */
+static atomic_llong noted_at; /* milliseconds() at the first signal; 0: there was none */
 static volatile sig_atomic_t is_served;
 static volatile sig_atomic_t final_status;
 static const char *_Atomic useless; /* a file to remove; NULL: none */
-static int launcher = -1;           /* Hydra's end of the line; -1: there is none */
+static int launcher = -1;           /* file descriptor of the pipe to Hydra; -1: there is none */
 
-/* Of clock_wall(), but never 0; a handler of signals may call this. */
+/* clock_wall() in milliseconds, but never 0. Async-signal-safe. */
 static long long milliseconds(void)
 {
     return 1 + (long long)(1e3 * clock_wall());
@@ -53,7 +53,8 @@ static void note_signal(int number)
     if (!atomic_compare_exchange_strong(&noted_at, &first, now)) {
         if (now - first < SAME_SIGNAL) return;
         act(number, SIG_DFL, 0);
-        /* For a rank that a signal ends which it has seen, too, mpiexec often returns 0 (MPICH 4.0.2). */
+        /* When a signal ends a rank and mpiexec has received that signal, too, mpiexec often returns 0 (MPICH
+         * 4.0.2). */
         if (launcher >= 0) stop_job(128 + number, NULL);
         raise(number); /* acts when this handler returns */
         return;
@@ -68,7 +69,7 @@ static void note_signal(int number)
     stop_job(STATUS_RESUMABLE, NULL); /* nothing is lost: the same command begins again */
 }
 
-/* Between Hydra and its ranks: PMI 1 over a file descriptor. */
+/* Finds the pipe to Hydra: PMI 1 over a file descriptor. */
 static void find_launcher_pipe(void)
 {
     const char *line = getenv("PMI_FD");
@@ -86,7 +87,8 @@ void stop_install(int rank)
     act(SIGINT, rank == 0 ? note_signal : SIG_IGN, 0);
     act(SIGTERM, rank == 0 ? note_signal : SIG_IGN, 0);
     act(SIGUSR1, rank == 0 ? note_signal : SIG_IGN, 0);
-    /* A terminal or a reader that goes away. Of a hangup UCX makes a debugger's matter. */
+    /* A terminal or the reader of a pipe may go away. UCX would otherwise make a hangup a matter for its
+     * debugger. */
     act(SIGHUP, SIG_IGN, 0);
     act(SIGPIPE, SIG_IGN, 0);
 }
@@ -106,7 +108,7 @@ const volatile sig_atomic_t *stop_signal(void)
     return &noted;
 }
 
-/* A line of text without stdio, which a signal may have interrupted. */
+/* Writes a line of text without stdio, which a signal may have interrupted. */
 static void say(int out, const char *text, unsigned number, const char *rest)
 {
     char line[256], digits[12];
@@ -129,9 +131,9 @@ bool stop_has_launcher(void)
     return launcher >= 0;
 }
 
-/* What was said last is on its way through another pipe, which the launcher does not empty once it has
- * been told to end. A quarter of a second: many time slices even for a launcher that shares its core
- * with ten others, and nothing beside what went before. */
+/* The last messages are on their way through another pipe, which the launcher does not empty once it has been
+ * told to end. So it is told only after a quarter of a second: many time slices even for a launcher that shares
+ * its core with ten others, and little compared with the run. */
 static const struct timespec last_words = {.tv_nsec = 250000000};
 
 void stop_job(int status, void (*end)(int status))
@@ -189,9 +191,9 @@ void stop_watch_the_end(int status)
     alarm(LONGEST_END);
 }
 
-/* ---- the others ---- */
+/* ---- the other ranks ---- */
 
-/* Whether it runs this program: a number may have got a new owner. */
+/* Whether the process runs this program: its id may have been reused. */
 static bool is_ours(int process)
 {
     char path[64];
@@ -201,7 +203,7 @@ static bool is_ours(int process)
            own.st_dev == other.st_dev && own.st_ino == other.st_ino;
 }
 
-/* As in /proc/PID/stat behind the name: R, S, D, T (stopped), Z (has left); 0: there is none. */
+/* The state in /proc/PID/stat: R, S, D, T (stopped), Z (zombie); 0: there is no such process. */
 static char state_of(int process)
 {
     char path[64], text[256], state = 0;
@@ -216,7 +218,7 @@ static char state_of(int process)
     return state;
 }
 
-/* Whether it is still there. */
+/* Whether the process has not exited yet; continues it if it is stopped. */
 static bool lingers(int process)
 {
     char state = state_of(process);

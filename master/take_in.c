@@ -6,7 +6,8 @@
 #include "common/tray.h"
 #include "master/server.h"
 
-/* A tile that the renderer has left to others; 0: nobody asked it to. The lock is held. */
+/* Takes in the notice that the renderer has dropped a tile; returns its length, 0: it was not allowed to. The
+ * lock is held. */
 static size_t take_dropped(struct server *server, uint32_t renderer, const struct tile *tile,
                            const struct result_header *header)
 {
@@ -17,8 +18,8 @@ static size_t take_dropped(struct server *server, uint32_t renderer, const struc
     return sizeof *header;
 }
 
-/* A tile takes the renderer long; it may be back already, for what MPI moves in pieces is overtaken. The lock
- * is held. */
+/* Takes in the notice that a tile takes the renderer long; returns its length. The tile may be back already, as
+ * a message that MPI moves in pieces can be overtaken. The lock is held. */
 static size_t take_unfinished(struct server *server, uint32_t renderer,
                               const struct result_header *header)
 {
@@ -30,7 +31,7 @@ static size_t take_unfinished(struct server *server, uint32_t renderer,
     return sizeof *header;
 }
 
-/* Takes in the first part of so many bytes of a RESULT; returns its length, 0: it is not valid. The
+/* Takes in the first part of a RESULT of so many bytes; returns the length of the part, 0: it is not valid. The
  * lock is held. */
 static size_t take_part(struct server *server, uint32_t renderer, const char *part, size_t bytes)
 {
@@ -45,20 +46,21 @@ static size_t take_part(struct server *server, uint32_t renderer, const char *pa
     if (header.pixels == RESULT_DROPPED) return take_dropped(server, renderer, &tile, &header);
     bool halves = server->service->adaptive != NULL;
     if (!result_message_valid(&header, bytes, &tile, halves)) return 0;
-    /* Behind the header, which is a multiple of 8 bytes long like all parts, in an allocated block:
-     * aligned. */
+    /* The floats follow the header, which like all parts is a multiple of 8 bytes long, in an allocated block:
+     * they are aligned. */
     const float *rgb = (const void *)(part + sizeof header);
     if (tile.pass == TILE_PROBE)
         accept_probes(server, renderer, &tile, rgb, &header);
     else
         accept_tile(server, renderer, &tile, rgb, &header);
-    /* All that is known of it before its last message, or if that never comes. */
+    /* All that is known of the renderer until its last message comes, or if that never comes. */
     renderer_stats_add(&server->service->stats[renderer], &tile, &header);
     server->pixels += header.pixels;
     return result_bytes(&tile, header.pixels, halves);
 }
 
-/* Takes in a result, wherever it lies: nothing of it is looked at twice before it is used. */
+/* Takes in a result from a message or a tray. In a tray its bytes may change meanwhile, so that what is checked
+ * is read only once. */
 static void take_parts(struct server *server, uint32_t renderer, const char *result, size_t bytes)
 {
     size_t done = 0, length = 1;
@@ -74,7 +76,7 @@ static void take_parts(struct server *server, uint32_t renderer, const char *res
         fatal("rank %u sent a result that is not valid", rank_of(server, renderer));
 }
 
-/* What lies in the renderer's tray; returns how many results. */
+/* Takes in the results in the renderer's tray; returns how many. */
 static int take_tray(struct server *server, uint32_t renderer)
 {
     struct tray *tray = tray_of(server, renderer);
@@ -93,7 +95,7 @@ static int take_tray(struct server *server, uint32_t renderer)
     return results;
 }
 
-/* The same of all whose flags are up. */
+/* The same for all renderers whose flags are set. */
 static int take_trays(struct server *server)
 {
     struct arrivals *arrivals = server->service->arrivals;
@@ -157,7 +159,7 @@ static void take_letter(struct server *server, const struct letter *letter)
     if (letter->tag == TAG_RENDERER_TO_MASTER_RESULT) hand_out(server, renderer);
 }
 
-/* So many answers have waited since the last look at the most. */
+/* Notes that so many answers have waited, at most since messages were last looked for. */
 static void note_waits(struct server *server, double looked, int count)
 {
     struct service *service = server->service;
@@ -167,11 +169,11 @@ static void note_waits(struct server *server, double looked, int count)
     server->polled = looked;
 }
 
-/* Seconds after which MPI is looked at though nobody has told of a message, and all would have. Nothing is known
- * that needs that; a look takes less than a microsecond, which is nothing of a second. */
+/* Seconds after which MPI is looked at even if all renderers announce their messages and none has. Nothing is
+ * known that needs that; a look takes less than a microsecond, which is nothing of a second. */
 #define LOOK_SELDOM 1.0
 
-/* Whether MPI may have something for the master, or something of his to move. */
+/* Whether MPI may have received something for the master, or has sends to complete. */
 static bool is_mpi_due(struct server *server, double now)
 {
     const struct service *service = server->service;
@@ -183,7 +185,7 @@ static bool is_mpi_due(struct server *server, double now)
     return due;
 }
 
-/* Returns how many of them are results. */
+/* Handles the messages; returns how many of them are results. */
 static int take_letters(struct server *server, const struct letter *letters, int count)
 {
     int results = 0;
@@ -195,8 +197,8 @@ static int take_letters(struct server *server, const struct letter *letters, int
     return results;
 }
 
-/* One of so many looks that find answers is measured: a thread's CPU time is a call into the system, which
- * takes as long as an answer does (0.6 us in a virtual machine, an answer of one tile 0.5 us). */
+/* The CPU time is measured for one of so many calls with answers: reading a thread's CPU time is a system call,
+ * which takes as long as an answer does (0.6 us in a virtual machine, an answer of one tile 0.5 us). */
 #define MEASURED_EACH 8
 
 bool take_in(struct server *server)
@@ -206,7 +208,8 @@ bool take_in(struct server *server)
     double looked = clock_wall(), cpu = measured ? clock_thread_cpu() : 0;
     uint64_t pixels = server->pixels;
     int messages = is_mpi_due(server, looked) ? post_collect(server->post, letters) : 0;
-    /* Looked for behind them, but taken in before: the last of what a renderer sends is a message. */
+    /* Trays are looked at after MPI, but taken in before its messages: the last thing that a renderer sends is a
+     * message. */
     int from_trays = take_trays(server);
     int results = from_trays + take_letters(server, letters, messages);
     int count = from_trays + messages;

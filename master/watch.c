@@ -8,12 +8,12 @@
 #include "master/output_file.h"
 #include "master/truth.h"
 
-/* The first row comes this many seconds after the start, every further one when the time has grown
- * by this factor: evenly spread where error is drawn against time, both logarithmic. */
+/* The first row comes so many seconds after the start, every further one when the time has grown by this factor:
+ * so they are evenly spaced where error is drawn against time with logarithmic axes. */
 #define FIRST_ROW  0.5
 #define ROW_FACTOR 1.25
 
-/* Of failures the first one tells why: later ones may have no errno of their own. */
+/* The first failure tells why: later ones may have no errno of their own. */
 static void flush_rows(struct watch *watch)
 {
     errno = 0;
@@ -46,7 +46,7 @@ void watch_add(struct watch *watch, uint64_t pixels, const struct result_header 
     error_sum_add(&watch->halfway, &header->counts.halfway);
 }
 
-/* What is known of the picture as it is. */
+/* The state of the picture at a moment. */
 struct look {
     struct error_told told;
     uint64_t pixels, samples;
@@ -64,7 +64,7 @@ static struct look look_at(const struct watch *watch)
 static void add_row(struct watch *watch, double now, unsigned pass)
 {
     struct look look = look_at(watch);
-    /* A single sample in the middle of every pixel tells nothing about its error. */
+    /* Single samples in the middle of every pixel tell nothing about the error. */
     if (look.samples <= look.pixels) return;
     enum error_look kind = pass ? ERROR_LOOK_PASS : ERROR_LOOK_BETWEEN;
     unsigned number = pass ? pass : ++watch->looks;
@@ -83,7 +83,7 @@ static void add_row(struct watch *watch, double now, unsigned pass)
     flush_rows(watch);
 }
 
-/* A row for another reason is the one that is due, too. */
+/* A row that is added for another reason also counts as the next periodic one, if that is due. */
 static void add_row_now(struct watch *watch, double now, unsigned pass)
 {
     add_row(watch, now, pass);
@@ -101,7 +101,8 @@ void watch_pass(struct watch *watch, double now)
     add_row_now(watch, now, adaptive_passes(watch->adaptive));
 }
 
-/* How it was in the middle of the only pass, or the first one, and is at its end. */
+/* Sets two points of the error: half way through the only pass, or the first one, and at its end; false: they
+ * are not known. */
 static bool points_of(const struct watch *watch, struct error_point points[2])
 {
     const struct error_told halfway = {.sum = watch->halfway}, all = {.sum = watch->sampling};
@@ -109,7 +110,7 @@ static bool points_of(const struct watch *watch, struct error_point points[2])
            error_point(&all, watch->finished, watch->work_s, &points[1]);
 }
 
-/* Where there is one pass, its middle is known, too. */
+/* The forecast of a run with a single pass: from its middle and its end. */
 static struct error_forecast forecast_by_middle(const struct watch *watch)
 {
     struct error_point points[2];
@@ -118,7 +119,8 @@ static struct error_forecast forecast_by_middle(const struct watch *watch)
     return error_forecast(points, watch->samples, forecast_goal(points[1].rmse));
 }
 
-/* By which power of samples the squared error goes down after the first pass, while that is all there is. */
+/* The power of the number of samples with which the squared error falls after the first pass, as long as that is
+ * the only one. */
 static double first_power(const struct watch *watch, double goal)
 {
     struct error_point points[2];
@@ -126,11 +128,12 @@ static double first_power(const struct watch *watch, double goal)
     return error_power(points, watch->first_samples, goal);
 }
 
-/* A run ends with this part of its target, in the mean: the upper end of an interval is to be below it, and samples
- * double. 0.77 to 0.99 in 20 runs of four scenes at 200 x 150 and 640 x 480. */
+/* The error with which a run ends, as a part of its target, in the mean: the upper end of a confidence interval
+ * has to be below the target, and samples double. It was 0.77 to 0.99 in 20 runs of four scenes at 200 x 150 and
+ * 640 x 480. */
 #define TARGET_REACHED 0.88
 
-/* What a run takes that has the goal as its target. */
+/* The forecast of a run that has this goal as its target. */
 static struct error_forecast forecast_to(const struct watch *watch, const struct error_point *now,
                                          double goal)
 {
@@ -139,7 +142,7 @@ static struct error_forecast forecast_to(const struct watch *watch, const struct
                              adaptive_foresee(watch->adaptive, TARGET_REACHED * goal, power));
 }
 
-/* Where the round goal is beyond the most samples of a pixel, half of the error may not be. */
+/* The round goal may need more than the most samples per pixel; half of the error may not. */
 static struct error_forecast forecast_by_plan(const struct watch *watch)
 {
     struct error_point now;
@@ -150,8 +153,8 @@ static struct error_forecast forecast_by_plan(const struct watch *watch)
     return forecast.beyond ? forecast_to(watch, &now, now.rmse / 2) : forecast;
 }
 
-/* In the CPU time of rendering, which other programs do not stretch, then as a share of the wall
- * time that there was for it. */
+/* Forecasts CPU seconds of rendering, which other programs do not lengthen, and scales them to wall seconds of
+ * this run. */
 static struct error_forecast forecast_of(const struct watch *watch, double render_s)
 {
     struct error_forecast forecast =
@@ -160,7 +163,7 @@ static struct error_forecast forecast_of(const struct watch *watch, double rende
     return forecast;
 }
 
-/* Whether the last row is of the picture as it is: that behind the last pass. */
+/* Whether the last row already describes the picture as it is: it follows the last pass. */
 static bool is_told(const struct watch *watch)
 {
     if (watch->log.count == 0) return false;

@@ -1,7 +1,5 @@
-/*
- * Looks at the picture while it is rendered: rows of its sampling error against time, into the
- * report and, as the run goes, into a CSV file; the picture so far into its file.
- */
+/* Monitoring of a run: records the sampling error of the picture against time, as rows of the report and, while
+ * the run goes on, of a CSV file; and writes the picture so far to its file now and then. */
 #ifndef FARM_MASTER_WATCH_H
 #define FARM_MASTER_WATCH_H
 
@@ -17,41 +15,42 @@ struct watch {
     /* Filled in before watch_start(). */
     const struct canvas *canvas;
     const struct canvas *reference; /* of the same size; NULL: none */
-    struct adaptive *adaptive;      /* NULL: every pixel gets so many samples: */
+    struct adaptive *adaptive;      /* NULL: every pixel gets `samples` samples */
     uint32_t samples;
-    uint32_t first_samples;   /* of the first pass, where there are several */
-    double begin;             /* start of the program, a time of common/clock.h */
-    struct snapshot snapshot; /* the picture so far: path, and seconds from one to the next */
+    uint32_t first_samples;   /* samples per pixel of the first pass, where there are several */
+    double begin;             /* start of the program: a time of common/clock.h */
+    struct snapshot snapshot; /* the picture so far: its path, and the seconds between two */
 
-    /* So far. */
+    /* State of the run. */
     FILE *csv;     /* NULL: none; owned */
-    int csv_error; /* errno of what could not be written first, 0: all is well */
+    int csv_error; /* errno of the first failure to write it; 0: none */
     struct error_sum sampling, halfway;
     uint64_t finished; /* pixels */
     double work_s;     /* CPU seconds of rendering, of all renderers */
     struct error_log log;
-    unsigned looks; /* rows that do not stand behind a whole pass */
-    double next;    /* when the next row is due */
+    unsigned looks; /* rows that do not follow a complete pass */
+    double next;    /* when the next row is due: a time of common/clock.h */
 };
 
-/* csv: path of the CSV file, empty for none. false, after saying why: it cannot be written. */
+/* Starts monitoring. csv: path of the CSV file, empty: none. Returns false, after saying why, if it cannot be
+ * written. */
 bool watch_start(struct watch *watch, const char *csv);
 
-/* So many pixels came in; the header tells what they cost and what they told. */
+/* Takes in the counts of a tile that became part of the picture, with so many pixels. */
 void watch_add(struct watch *watch, uint64_t pixels, const struct result_header *header);
 
-/* A row, and a picture, when they are due; what else changes the canvas waits meanwhile. */
+/* Adds a row, and writes a picture, when they are due. The canvas must not change meanwhile. */
 void watch_look(struct watch *watch, double now);
 
-/* A pass is complete. */
+/* Adds the row that follows a complete pass. */
 void watch_pass(struct watch *watch, double now);
 
-/* No more pictures: from now on their file is the caller's. */
+/* Writes no more pictures: from now on their file is the caller's. */
 void watch_leave_file(struct watch *watch);
 
 /*
- * The last row, and what the run lets expect; render_s: seconds of rendering, of all that watch_add() was
- * told. Closes the file; false, after saying why: not all of it could be written.
+ * Adds the last row, and predicts what a smaller error would cost. render_s: seconds of rendering of all that
+ * watch_add() was told. Closes the CSV file; returns false, after saying why, if not all of it could be written.
  */
 bool watch_end(struct watch *watch, double now, double render_s, struct error_forecast *forecast);
 
