@@ -4,7 +4,7 @@
 
 #include "master/view.h"
 
-/* The picture is so many times as wide as what is in it: a twentieth stays free on either side. */
+/* The picture is so many times as wide as the scene in it: a twentieth stays free on either side. */
 #define MARGIN 1.1
 
 struct frame {
@@ -41,18 +41,18 @@ static struct vec3 three_quarter_view(struct vec3 up)
     return vec_add_scaled(vec_scale(level, cos(M_PI / 9)), vertical, sin(M_PI / 9));
 }
 
-/* What is to be seen, from which side. */
+/* The scene, and the direction that it is seen from. */
 struct subject {
     const struct builder *builder;
     struct vec3 middle, back;
-    bool is_aimed_at; /* the user has set that the eye looks at the middle */
+    bool is_aimed_at; /* look_at is set: the eye looks at `middle` */
 };
 
 /*
- * Half of the view along an axis of the picture (unit; slope: tan of the angle from the middle to the edge of the
- * picture), with x along it and z towards the eye: a point is in the picture if |x - eye_x| <= slope (eye_z - z). So
- * with A = max(x + slope z) and B = max(-x + slope z) over all points eye_x = (A - B) / 2 and eye_z = (A + B) /
- * (2 slope) show all of them, from as near as that goes, as far from one edge as from the other.
+ * Fits the view along one axis of the picture (a unit vector). slope: tan of the angle from the middle to the
+ * edge of the picture. With x along the axis and z towards the eye, a point is in the picture if |x - eye_x| <=
+ * slope (eye_z - z). With A = max(x + slope z) and B = max(-x + slope z) over all points, eye_x = (A - B) / 2
+ * and eye_z = (A + B) / (2 slope) show all points, from as near as possible, and equally far from both edges.
  */
 struct span {
     double eye_x;
@@ -70,14 +70,15 @@ static struct span span_of(const struct subject *subject, struct vec3 axis, doub
     return (struct span){(reach[0] - reach[1]) / 2, reach[0] / 2 + reach[1] / 2};
 }
 
-/* What is left and right of the scene differs by less than so much of its width in the picture. */
+/* The scene is centred when the margins to its left and right differ by less than this part of its width in the
+ * picture. */
 #define OFF_CENTRE 1e-4
 
 /*
- * The eye_x that has the scene in the middle as it is seen from that distance, which is more than the slope asks for
- * where the picture is filled along its other axis. What is seen fills a picture of a smaller slope then, where half =
- * slope distance. As half is convex in the slope, a straight line to it from slope 0 gives one that is still too large,
- * or the one looked for, and leads there in a few steps.
+ * The eye_x at which the scene is centred as seen from this distance, which is more than the slope asks for
+ * where the picture is filled along its other axis. The scene then fills a picture of a smaller slope, for which
+ * half = slope distance. As half is convex in the slope, a straight line to it from slope 0 yields a slope that
+ * is still too large, or the solution; iterating this converges in a few steps.
  */
 static double centred(const struct subject *subject, struct vec3 axis, double slope,
                       struct span span, double distance)
@@ -92,7 +93,8 @@ static double centred(const struct subject *subject, struct vec3 axis, double sl
     return span.eye_x;
 }
 
-/* As near as shows all of it, and in the middle of the picture unless that is set. */
+/* Places the camera as near as shows the whole scene, and with the scene in the middle of the picture unless
+ * look_at is set. */
 static void place_camera(const struct subject *subject, const struct frame *frame,
                          struct settings *settings)
 {
@@ -101,7 +103,7 @@ static void place_camera(const struct subject *subject, const struct frame *fram
     struct span wide = span_of(subject, frame->right, slope_x);
     struct span high = span_of(subject, frame->up, slope_y);
     double distance = fmax(wide.half / slope_x, high.half / slope_y);
-    /* A single point, and what is behind a look_at that was set, is seen from a distance of 1. */
+    /* A single point, and a scene behind a look_at that was set, are seen from a distance of 1. */
     if (distance <= 0) distance = 1;
     struct vec3 *look_at = &settings->camera.look_at;
     if (!subject->is_aimed_at) {

@@ -1,4 +1,4 @@
-/* A camera and lights for scenes that come without. */
+/* Default camera and lights for scenes that have none. */
 #ifndef FARM_MASTER_FRAMING_H
 #define FARM_MASTER_FRAMING_H
 
@@ -6,15 +6,15 @@
 #include "master/builder.h"
 
 /*
- * Chooses eye, unless it is set: seen from the front, somewhat from the right and above, as near as all bounded
- * primitives are in the picture; and look_at, unless it is set: so that they are in the middle of it, or the centre of
- * their box where eye is set. up and fov are used as they are.
+ * Chooses eye and look_at, unless they are set. The eye is in front of the scene, somewhat to the right and
+ * above, as near as all bounded primitives are still in the picture. look_at is chosen so that they are in the
+ * middle of the picture, or, where eye is set, as the centre of their bounding box. up and fov are used as they
+ * are.
  */
 void frame_scene(const struct builder *builder, struct settings *settings, bool has_eye,
                  bool has_look_at);
 
-/* A key light over the right shoulder and a weaker one from the left, for the camera in settings.
- */
+/* Two lights for the camera in settings: a key light over the right shoulder and a weaker one from the left. */
 void shoulder_lights(const struct settings *settings, struct light lights[2]);
 
 #endif

@@ -33,9 +33,10 @@ struct journal {
     char *path; /* owned */
     int file;
     uint64_t picture;
-    uint64_t end; /* of what is good, bytes; behind it, torn: something may stand that is not */
+    /* End of the good bytes. torn: other bytes may follow them. */
+    uint64_t end;
     bool torn;
-    char *buffer; /* a record in one piece: one call writes it; owned */
+    char *buffer; /* a record in one piece, so that one call writes it; owned */
     size_t room;
     bool told_failure;
     bool unsynced;
@@ -43,7 +44,7 @@ struct journal {
     struct journal_found found;
 };
 
-/* At least this long between two syncs: what the death of a machine costs. Seconds. */
+/* The least seconds between two syncs: so much may the death of a machine cost. */
 #define SYNC_EVERY 5.0
 
 uint64_t journal_picture(const struct scene *scene, uint64_t program)
@@ -82,7 +83,7 @@ bool journal_writable(const char *path)
     return false;
 }
 
-/* A link is not followed: what it points at would be renamed or cut. */
+/* Opens a regular file. Symbolic links are not followed: what they point at would be renamed or truncated. */
 static int open_regular(const char *path)
 {
     struct stat status;
@@ -105,7 +106,7 @@ static bool lock(const char *path, int file)
     return false;
 }
 
-/* The file at path, made if need be, locked; -1 after saying why not. */
+/* Opens the file at path, creating it if need be, and locks it; -1 after saying why not. */
 static int open_locked(const char *path)
 {
     for (;;) {
@@ -122,7 +123,7 @@ static int open_locked(const char *path)
 
 /* ---- writing ---- */
 
-/* All of it, or false with errno set; a full disk may take a part. */
+/* Writes all bytes, or returns false with errno set; on a full disk a part may be written. */
 static bool write_at(int file, const void *bytes, size_t count, uint64_t offset)
 {
     while (count) {
@@ -137,7 +138,7 @@ static bool write_at(int file, const void *bytes, size_t count, uint64_t offset)
     return true;
 }
 
-/* Takes away what stands behind the good end. */
+/* Cuts off what follows the good bytes. */
 static bool cut(struct journal *journal)
 {
     if (!journal->torn) return true;
@@ -146,7 +147,7 @@ static bool cut(struct journal *journal)
     return true;
 }
 
-/* What stands behind it stays. */
+/* Writes the header; what follows it stays. */
 static bool write_header(struct journal *journal)
 {
     struct file_header header = make_header(journal->picture);
@@ -162,7 +163,7 @@ static bool begin_file(struct journal *journal)
     return cut(journal) ? write_header(journal) : journal_refuse(journal->path, "written", errno);
 }
 
-/* Once is enough: what follows fails for the same reason. */
+/* Reports the first failure only: later ones have the same cause. */
 static void tell_failure(struct journal *journal, int error)
 {
     if (!journal->told_failure)
@@ -173,7 +174,7 @@ static void tell_failure(struct journal *journal, int error)
     journal->told_failure = true;
 }
 
-/* Puts the record together in the buffer; gives its bytes. */
+/* Assembles the record in the buffer; returns its bytes. */
 static size_t pack(struct journal *journal, const struct journal_record *record)
 {
     struct record_header header = {.magic = RECORD_MAGIC,
@@ -229,10 +230,8 @@ void journal_tick(struct journal *journal, double now)
 
 /* ---- reading ---- */
 
-/*
- * What stands between the good end and here is of no use: a gap in its place is not told of again. Where it
- * cannot be written, it is.
- */
+/* Marks the bytes from the end of the good ones to `here`, which are of no use, as a gap, so that they are not
+ * reported again. If that cannot be written, they are. */
 static void close_gap(const struct journal *journal, uint64_t here)
 {
     struct record_header gap = {.magic = GAP_MAGIC};
@@ -278,7 +277,7 @@ static struct journal *create(const char *path, uint64_t picture, int file)
     return journal;
 }
 
-/* Closing gives the lock up. */
+/* Closing releases the lock. */
 static void destroy(struct journal *journal)
 {
     close(journal->file);
@@ -287,8 +286,8 @@ static void destroy(struct journal *journal)
     free(journal);
 }
 
-/* A record fits no other picture: one is enough to tell whose journal it is. Looked for where the first few
- * are: a file that is none may be large. */
+/* Whether the file holds a record of this picture, which is enough to tell whose journal it is. Only the place
+ * of the first few records is searched: a file that is no journal may be large. */
 static bool holds_record(const struct journal *journal, uint64_t size, size_t largest)
 {
     uint64_t at = sizeof(struct file_header), skipped;
@@ -302,14 +301,15 @@ static bool holds_record(const struct journal *journal, uint64_t size, size_t la
     return found;
 }
 
-/* Room that a run had reserved when it was killed belongs to the file until it is cut off at its end. */
+/* Frees space that was reserved by a run that was killed: it belongs to the file until that is truncated at its
+ * end. */
 static void give_back_room(const struct journal *journal)
 {
     struct stat status;
     if (fstat(journal->file, &status) == 0) (void)!ftruncate(journal->file, status.st_size);
 }
 
-/* What stands in the file. */
+/* What the file is. */
 enum content {
     CONTENT_OURS,
     CONTENT_NONE, /* it is empty, or a header alone */
@@ -317,19 +317,20 @@ enum content {
     CONTENT_UNREAD
 };
 
-/* Of *size bytes. *whole: its header is not damaged; *why: what it is instead, of CONTENT_OTHER. */
+/* Classifies the file and sets *size, its bytes. *whole: its header is not damaged; *why: for CONTENT_OTHER,
+ * what it is instead. */
 static enum content recognise(const struct journal *journal, size_t largest, uint64_t *size,
                               bool *whole, const char **why)
 {
     struct file_header ours = make_header(journal->picture), found = {0};
     struct stat status;
-    errno = EIO; /* of a file that has become shorter */
+    errno = EIO; /* for a file that has become shorter meanwhile */
     if (fstat(journal->file, &status) != 0) return CONTENT_UNREAD;
     *size = (uint64_t)status.st_size;
     size_t bytes = *size < sizeof found ? (size_t)*size : sizeof found;
     if (!read_at(journal->file, &found, bytes, 0)) return CONTENT_UNREAD;
     *whole = memcmp(&found, &ours, bytes) == 0;
-    /* Nothing but a header: of a run that was killed before it wrote anything. */
+    /* Nothing but a header: from a run that was killed before it wrote anything. */
     bool is_bare = *size == sizeof found;
     if (*whole) return bytes < sizeof found || is_bare ? CONTENT_NONE : CONTENT_OURS;
     struct file_header sealed = make_header(found.picture);
@@ -343,7 +344,7 @@ static enum content recognise(const struct journal *journal, size_t largest, uin
     return holds_record(journal, *size, largest) ? CONTENT_OURS : CONTENT_OTHER;
 }
 
-/* What cannot be used is rendered again. */
+/* Reports bytes that cannot be used, and are rendered again. */
 static void tell_unused(const struct journal *journal)
 {
     const struct journal_found *found = &journal->found;
@@ -358,7 +359,7 @@ static void tell_unused(const struct journal *journal)
                      found->damaged_bytes ? " without those" : "");
 }
 
-/* Takes over what the file holds. */
+/* Takes over the records of the file. */
 static bool resume(struct journal *journal, uint64_t size, bool whole,
                    const struct journal_reader *reader)
 {
@@ -375,7 +376,8 @@ static bool resume(struct journal *journal, uint64_t size, bool whole,
     return cut(journal) || journal_refuse(journal->path, "shortened", errno);
 }
 
-/* Makes the open file the journal. *again: it has another name, or another one has its name. */
+/* Makes the open file the journal; false: it cannot. *again: the file was renamed, or another one took its name,
+ * so that opening has to be tried again. */
 static bool take_over(struct journal *journal, const struct journal_reader *reader, bool *again)
 {
     uint64_t size;
@@ -463,7 +465,7 @@ static bool copy_file(int from, int to, uint64_t bytes)
     return fdatasync(to) == 0;
 }
 
-/* Reserves it in a new file where that is possible; false: there certainly is none. */
+/* Reserves so many bytes in a new file where that is possible; false: there certainly is no room for them. */
 static bool has_room_for(int file, uint64_t bytes)
 {
     struct rlimit most;

@@ -14,7 +14,7 @@
 #include "master/journal_scan.h"
 #include "master/path.h"
 
-/* rename(), but never over another file, where the file system can promise that. */
+/* rename() that never replaces another file, where the file system supports that. */
 static bool rename_to_new(const char *from, const char *to)
 {
     struct stat status;
@@ -41,7 +41,7 @@ bool journal_set_aside(const char *path, const char *why)
     return false;
 }
 
-/* The file at this path, locked; -1: it is of no use, or another run is at work on it. */
+/* Opens and locks the file at this path; -1: it is of no use, or another run has it open. */
 static int open_alone(const char *path)
 {
     struct stat status;
@@ -54,7 +54,7 @@ static int open_alone(const char *path)
     return -1;
 }
 
-/* Whether the name is this one with a number behind it. */
+/* Whether the name is `of` followed by a dot and a number. */
 static bool is_numbered(const char *name, const char *of)
 {
     size_t length = strlen(of);
@@ -63,7 +63,7 @@ static bool is_numbered(const char *name, const char *of)
     return *number && strspn(number, "0123456789") == strlen(number);
 }
 
-/* The bytes of a file that begins with the header; 0: it does not, or nothing is behind it. */
+/* The length of the file if it begins with the header and has more after it; otherwise 0. */
 static off_t length_behind(int file, const void *header, size_t bytes)
 {
     unsigned char begin[64];
@@ -74,7 +74,7 @@ static off_t length_behind(int file, const void *header, size_t bytes)
     return fits ? status.st_size : 0;
 }
 
-/* One of them, locked while it is open. */
+/* A renamed journal, locked while it is open. */
 struct aside {
     char *path; /* owned; NULL: none */
     int file;   /* -1: not open */

@@ -9,7 +9,7 @@
 #include "common/hash.h"
 #include "common/message.h"
 
-#define WINDOW 65536 /* bytes, that are searched at a time */
+#define WINDOW 65536 /* bytes that are searched at a time */
 
 struct journal_scan {
     int file;
@@ -17,8 +17,8 @@ struct journal_scan {
     uint64_t picture;
     size_t largest;   /* payload, bytes */
     void *payload;    /* room for it; owned */
-    uint64_t in_vain; /* bytes read for what turned out to be no record */
-    char *window;     /* of the file; owned */
+    uint64_t in_vain; /* bytes read for what turned out not to be a record */
+    char *window;     /* a part of the file; owned */
     uint64_t window_at;
     size_t window_bytes;
 };
@@ -31,7 +31,7 @@ uint64_t record_checksum(uint64_t picture, uint64_t offset, const struct record_
     return header->magic == GAP_MAGIC ? hash : hash64(payload, header->bytes, hash);
 }
 
-/* Up to the end of the file or to where it cannot be read; returns how many bytes that were. */
+/* Reads up to the end of the file or to where it cannot be read; returns how many bytes were read. */
 static size_t read_some(int file, void *bytes, size_t count, uint64_t offset)
 {
     size_t done = 0;
@@ -68,8 +68,8 @@ void journal_scan_end(struct journal_scan *scan)
     free(scan);
 }
 
-/* The header at a place, if what it tells of lies in the file. A file full of what look like headers would
- * take a call of the system for each, were they not taken from the window. */
+/* Reads the header at a place; false if there is none whose payload lies within the file. It is taken from the
+ * window if possible: a file full of what looks like headers would otherwise take a system call for each. */
 static bool read_header(const struct journal_scan *scan, uint64_t at, struct record_header *header)
 {
     if (at >= scan->size || scan->size - at < sizeof *header) return false;
@@ -81,7 +81,7 @@ static bool read_header(const struct journal_scan *scan, uint64_t at, struct rec
     return header->bytes <= scan->size - at - sizeof *header;
 }
 
-/* Whether a good record stands there, whose payload is read then. */
+/* Whether there is a good record at this place; its payload is read then. */
 static bool try_record(struct journal_scan *scan, uint64_t at, struct journal_record *record)
 {
     struct record_header header;
@@ -99,7 +99,7 @@ static bool try_record(struct journal_scan *scan, uint64_t at, struct journal_re
     return false;
 }
 
-/* Behind the gaps that begin at a place. */
+/* The place after all gaps that begin at a place. */
 static uint64_t pass_gaps(const struct journal_scan *scan, uint64_t at)
 {
     struct record_header header;
@@ -109,7 +109,7 @@ static uint64_t pass_gaps(const struct journal_scan *scan, uint64_t at)
     return at;
 }
 
-/* Fills the window from a place on, where a header has room; false: one cannot be read there. */
+/* Fills the window from a place on, where there is room for a header; false: none can be read there. */
 static bool fill_window(struct journal_scan *scan, uint64_t at)
 {
     uint64_t left = scan->size - at;
@@ -119,10 +119,11 @@ static bool fill_window(struct journal_scan *scan, uint64_t at)
     return scan->window_bytes >= sizeof(struct record_header);
 }
 
-/* What a disk cannot read is lost by such blocks, bytes; the kernel reads pages of as many. */
+/* Bytes of a block: unreadable parts of a disk are lost block by block, and the kernel reads pages of the same
+ * size. */
 #define BLOCK 4096
 
-/* Moves *at on to the next place where a record's header may stand, by its magic number. */
+/* Moves *at to the next place where a record's header may be, by its magic number. */
 static bool find_magic(struct journal_scan *scan, uint64_t *at)
 {
     static const uint32_t magic = RECORD_MAGIC;

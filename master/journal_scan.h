@@ -1,9 +1,9 @@
 /*
- * What a journal's records look like in the file (master/journal.h says what they are for), and how good
- * ones are found between damage.
+ * The format of a journal's records (master/journal.h says what they are for), and the search for good records
+ * among damaged bytes.
  *
- * A record's checksum covers its place and its picture: what fits it is a good record, wherever the bytes
- * before it come from. So behind a damaged one the next good one is looked for at every byte.
+ * A record's checksum covers its offset and its picture: a record that matches it is good, whatever the bytes
+ * before it are. So after a damaged record the next good one is searched for at every byte.
  */
 #ifndef FARM_MASTER_JOURNAL_SCAN_H
 #define FARM_MASTER_JOURNAL_SCAN_H
@@ -16,7 +16,8 @@
 #include "master/journal.h"
 
 #define RECORD_MAGIC UINT32_C(0x454c4954) /* "TILE" */
-#define GAP_MAGIC    UINT32_C(0x20504147) /* "GAP ": the bytes behind it are known to be of no use */
+/* "GAP ": the bytes that follow are known to be of no use */
+#define GAP_MAGIC    UINT32_C(0x20504147)
 
 struct record_header {
     uint64_t checksum; /* record_checksum() */
@@ -24,32 +25,35 @@ struct record_header {
     uint32_t reserved; /* 0 */
     struct tile tile;
     double seconds;
-    uint64_t bytes; /* of the payload behind it */
+    uint64_t bytes; /* of the payload that follows */
 };
 
 _Static_assert(sizeof(struct record_header) == 64, "stands in files");
 
-/* Of all but itself and, unless it is a gap's, of the payload; offset: where in the file it stands. */
+/* The checksum of a record: of its header without the checksum, and, unless it is a gap, of its payload; offset:
+ * its place in the file. */
 uint64_t record_checksum(uint64_t picture, uint64_t offset, const struct record_header *header,
                          const void *payload);
 
-/* Reads all of it; false at the end of the file or after an error. */
+/* Reads so many bytes; false at the end of the file or after an error. */
 bool read_at(int file, void *bytes, size_t count, uint64_t offset);
 
-/* What looks like records and is none is read as long as it comes to less than so many times the file: a file
- * made to take long does not. Damage alone leaves less than the file itself, once; so this is ample. */
+/* Bytes that look like records but are none are read up to so many times the length of the file, so that a file
+ * that was made to take long does not. Damage alone causes less than the length of the file, once; so this is
+ * ample. */
 #define SCAN_EFFORT 8
 
 struct journal_scan;
 
-/* Of a file of so many bytes, which stays open meanwhile; largest: bytes of a payload. */
+/* Starts to scan a file of so many bytes, which stays open meanwhile; largest: most bytes of a payload. Freed by
+ * journal_scan_end(). */
 struct journal_scan *journal_scan_begin(int file, uint64_t size, uint64_t picture, size_t largest);
 void journal_scan_end(struct journal_scan *scan);
 
 /*
- * Finds the first good record at *offset or behind it, and sets *offset to its place; *skipped: how many
- * bytes before it are damaged, but for gaps at *offset. The payload is the scan's until the next
- * call. false: there is none, or finding one takes too long; *skipped is then all that is left.
+ * Finds the first good record at *offset or after it, and sets *offset to its place. *skipped: how many bytes
+ * before it are damaged, without gaps at *offset. The payload is valid until the next call. false: there is
+ * none, or finding one takes too long; *skipped is then all that is left.
  */
 bool journal_scan_next(struct journal_scan *scan, uint64_t *offset, uint64_t *skipped,
                        struct journal_record *record);

@@ -16,32 +16,31 @@
 #include "master/journal.h"
 #include "master/path.h"
 
-/* Seconds before anything is written: what may be lost without anybody minding. */
+/* Seconds before anything is written: so much may be lost without harm. */
 #define LATE 1.0
 
-/* Seconds between two visits to the file while tiles come in: waking up for each one would cost more
- * than writing it. */
+/* Seconds between two writes while tiles come in: waking up for each tile would cost more than writing it. */
 #define GATHER 0.01
 
-/* Seconds until a disk that was full, or a folder that was gone, is tried again. */
+/* Seconds until writing is tried again after the disk was full or the folder gone. */
 #define RETRY 1.0
 
-/* What the payload of a tile begins with; the floats of canvas_get() follow. */
+/* The beginning of a tile's payload; the floats of canvas_get() follow. */
 struct tile_head {
     double cpu_s; /* that it took to render */
     struct render_counts counts;
 };
 
-/* A finished tile that is not in the file. */
+/* A finished tile that is not in the file yet. */
 struct finished {
     struct tile tile;
-    double seconds; /* wall, that it took to render */
+    double seconds; /* wall seconds that it took to render */
     struct tile_head head;
     struct part_head *part; /* owned; NULL: its pixels are in the canvas */
     size_t bytes;           /* of the part */
 };
 
-/* What the payload of a part begins with; the floats of adaptive_put() follow. */
+/* The beginning of a part's payload, with adaptive sampling; the floats of adaptive_put() follow. */
 struct part_head {
     struct tile_head tile;
     uint64_t plan; /* adaptive_plan_hash() before it came in */
@@ -58,21 +57,22 @@ struct save {
     struct journal *journal;
     struct canvas *canvas;
     struct adaptive *adaptive; /* NULL: all samples of a pixel are taken at once */
-    uint32_t refused_pass;     /* that nothing comes of as the journal has it; 0: none */
+    /* a pass that cannot be planned as its records in the journal say; 0: none */
+    uint32_t refused_pass;
     struct save_found found;
-    struct found tiles; /* that were found; from the start on only which pixels */
+    struct found tiles; /* tiles that were found; from save_start() on only which pixels */
 
     /* Shared by all threads, under lock. */
     pthread_mutex_t lock;
     pthread_cond_t changed;
-    struct finished_list come; /* since the thread has looked last */
+    struct finished_list come; /* finished tiles since the thread last looked */
     bool idle;                 /* the thread waits for a tile, not for the end of a pause */
     bool ending;
 
-    /* The thread's own, and the caller's again when it has ended. */
+    /* Belong to the thread, and to the caller again when the thread has ended. */
     pthread_t thread;
     bool is_started;
-    uint64_t reserve;             /* bytes to set aside before the first record; 0: done */
+    uint64_t reserve;             /* bytes to reserve before the first record; 0: done */
     struct finished_list waiting; /* to be written */
     char *payload;
     size_t room; /* of payload, bytes */
@@ -107,8 +107,8 @@ static bool record_valid(const struct canvas *canvas, const struct journal_recor
     return tile_head_valid(head);
 }
 
-/* Plans the next pass when it is this one that comes and all before it are there: of pass 0 all that the journal
- * has, if a lattice is behind it. */
+/* Whether a record of this pass can be taken. Plans the pass when it is the next one and all records of those
+ * before it are in; for pass 1 after a pass 0 that was cut off (limit < 0), whatever the journal has of that. */
 static bool follow_pass(struct save *save, uint32_t pass, double limit)
 {
     struct adaptive *adaptive = save->adaptive;
@@ -117,7 +117,7 @@ static bool follow_pass(struct save *save, uint32_t pass, double limit)
         return pass + 1 == adaptive_passes(adaptive);
     if (pass == save->refused_pass) return false;
     if (adaptive_plan_again(adaptive, limit)) return true;
-    /* A plan looks at all pixels: that is not done again for each record of a journal that is made to fool. */
+    /* A plan scans all pixels: it is not repeated for each record of a forged journal. */
     save->refused_pass = pass;
     return false;
 }
@@ -140,8 +140,7 @@ static bool part_valid(struct save *save, const struct journal_record *record,
            head->plan == adaptive_plan_hash(save->adaptive, tile);
 }
 
-/* Notes what was found; returns how many of its pixels are new. A tile that brings nothing new is not counted:
- * it was written twice. */
+/* Notes a record; returns how many of its pixels were not found before: 0 in passes after the first. */
 static uint32_t note(struct save *save, const struct journal_record *record,
                      const struct tile_head *head)
 {
@@ -206,7 +205,7 @@ static void list_append(struct finished_list *list, const struct finished *items
     list->count += count;
 }
 
-/* Takes the first ones away. */
+/* Removes the first items. */
 static void list_drop(struct finished_list *list, size_t count)
 {
     for (size_t i = 0; i < count; i++)
@@ -217,7 +216,7 @@ static void list_drop(struct finished_list *list, size_t count)
 
 /* ---- the thread ---- */
 
-/* Until one of the tiles cannot be written. */
+/* Writes tiles until one of them cannot be written; returns whether all were. */
 static bool write_waiting(struct save *save)
 {
     size_t written = 0;
@@ -254,7 +253,7 @@ static bool pause_for(struct save *save, double seconds)
     return save->ending;
 }
 
-/* Writes what comes, until the end; what is left then is the caller's affair. */
+/* The writing thread: writes what comes, until the end; what is left then is up to the caller. */
 static void *write_tiles(void *argument)
 {
     struct save *save = argument;
@@ -306,7 +305,7 @@ void save_part(struct save *save, const struct tile *tile, const struct result_h
 
 /* ---- from open to end ---- */
 
-/* Of the file that runs: pictures of two builds may differ in their last bits. */
+/* A hash of the program's file: pictures of two builds may differ in their last bits. */
 static uint64_t program_hash(void)
 {
     uint64_t hash = hash64(FARM_VERSION, strlen(FARM_VERSION), 0);
@@ -325,7 +324,7 @@ static uint64_t program_hash(void)
     return hash;
 }
 
-/* Passes follow from the target, too. */
+/* With adaptive sampling the target, too, determines the passes. */
 static uint64_t picture_hash(const struct scene *scene, const struct adaptive *adaptive)
 {
     uint64_t program = program_hash();
@@ -383,8 +382,8 @@ const struct coverage *save_there(const struct save *save)
     return save ? &save->tiles.all : NULL;
 }
 
-/* The queue may split tiles: four times as many are a lot. What passes there will be behind the one
- * in work nobody knows. */
+/* Bytes that so many more tiles and pixels take. The queue may split tiles: four times as many are ample. How
+ * many passes will follow the current one is not known. */
 static uint64_t bytes_to_come(const struct save *save, uint64_t tiles, uint64_t pixels)
 {
     return 4 * tiles * journal_record_bytes(sizeof(struct part_head)) +
@@ -418,7 +417,7 @@ void save_start(struct save *save, uint32_t tiles, uint64_t pixels)
     save->is_started = true;
 }
 
-/* Afterwards all belongs to the caller. */
+/* Ends the thread; all data belong to the caller afterwards. */
 static void end_thread(struct save *save)
 {
     if (!save->is_started) return;
@@ -455,8 +454,8 @@ static uint64_t pixels_waiting(const struct save *save)
     return pixels;
 }
 
-/* A copy in another folder, with all that belongs to it; where the journal itself is gone, with what there is room
- * for. */
+/* Moves the journal to a copy in another folder, with room for all that is not written; where the journal's file
+ * is gone, with as much as there is room for. */
 static bool move_to(struct save *save, const char *folder, const char *name)
 {
     uint64_t more = journal_stands(save->journal)
@@ -475,7 +474,8 @@ static void rescue(struct save *save)
                              "/dev/shm"};
     char *name = path_stem(journal_path(save->journal));
     bool moved = false;
-    char *rescued = NULL; /* a copy that did not take all either: the next one takes its place */
+    /* a copy that could not take everything either, replaced by the next one */
+    char *rescued = NULL;
     for (size_t i = 0; i < sizeof folders / sizeof *folders && !moved; i++) {
         char *before = copy_text(journal_path(save->journal));
         moved = move_to(save, folders[i], name);
@@ -496,7 +496,8 @@ struct save_kept save_keep(struct save *save)
     end_thread(save);
     char *asked = copy_text(journal_path(save->journal));
     if (!is_safe(save)) rescue(save);
-    kept.moved = strcmp(asked, journal_path(save->journal)) != 0; /* even if not all went along */
+    /* even if not everything could be written there */
+    kept.moved = strcmp(asked, journal_path(save->journal)) != 0;
     free(asked);
     for (size_t i = 0; i < save->waiting.count; i++)
         kept.lost_s += save->waiting.items[i].seconds;
