@@ -1,7 +1,5 @@
-/*
- * Bands of a picture. Pixels are looked at in bands of so many rows, each by one thread: sums over a picture are sums
- * of those of bands, in their order, and so the same for any number of threads.
- */
+/* Divides a picture into bands of rows, each processed by one thread. Sums over a picture are added up band by
+ * band, in their order, and so do not depend on the number of threads. */
 #ifndef FARM_MASTER_BANDS_H
 #define FARM_MASTER_BANDS_H
 
@@ -14,7 +12,7 @@
 
 uint32_t band_count(const struct canvas *canvas);
 
-/* Its first row; that of the band behind it is where it ends. */
+/* The first row of a band; the band ends at that of the next one. */
 uint32_t band_begin(const struct canvas *canvas, uint32_t band);
 
 /* The first pixel of that row. */

@@ -11,8 +11,9 @@ void canvas_init(struct canvas *canvas, uint32_t width, uint32_t height)
 {
     canvas->width = width;
     canvas->height = height;
-    /* A tile's rows are each on another page. Here these are there before the first tile comes, and huge where
-     * the system grants that: else each costs the master a page fault while the renderers wait. */
+    /* Each row of a tile is on another page. The pages are mapped here, before the first tile comes, and are
+     * huge pages where the system grants them: otherwise each costs the master a page fault while the renderers
+     * wait. */
     canvas->rgb = allocate_there((size_t)width * height, 3 * sizeof *canvas->rgb);
 }
 
@@ -42,7 +43,7 @@ static void assert_inside(const struct canvas *canvas, const struct tile *tile)
     (void)canvas, (void)tile;
 }
 
-/* A rectangle: without a division to find each row. */
+/* Copies a rectangle, without a division to find each row. */
 static void put_rows(struct canvas *canvas, const struct tile *tile, const float *rgb)
 {
     float *there = canvas_at(canvas, tile->x, tile->y);
@@ -67,7 +68,7 @@ void canvas_put(struct canvas *canvas, const struct tile *tile, const float *rgb
 
 void canvas_get(const struct canvas *canvas, const struct tile *tile, float *rgb)
 {
-    /* Pixels side by side, in the tile and in the picture. */
+    /* Pixels that are contiguous, in the tile and in the picture. */
     uint32_t stretch = is_rectangle(tile) ? tile->w : 1, pixels = tile_pixels(tile);
     assert_inside(canvas, tile);
     for (uint32_t k = 0; k < pixels; k += stretch)

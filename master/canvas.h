@@ -1,4 +1,4 @@
-/* The picture as it comes together: linear RGB floats, rows from the top. */
+/* The picture while it is assembled: linear RGB floats, rows from the top. */
 #ifndef FARM_MASTER_CANVAS_H
 #define FARM_MASTER_CANVAS_H
 
@@ -26,11 +26,10 @@ static inline float *canvas_at(const struct canvas *canvas, uint32_t x, uint32_t
 void canvas_init(struct canvas *canvas, uint32_t width, uint32_t height);
 void canvas_free(struct canvas *canvas);
 
-/* Puts a tile's pixels (3 floats each, in the tile's order) where they belong; the tile is valid.
- */
+/* Copies a tile's pixels (3 floats each, in the tile's order) into the picture; the tile is valid. */
 void canvas_put(struct canvas *canvas, const struct tile *tile, const float *rgb);
 
-/* The other way round: a tile's pixels out of the picture. */
+/* Copies a tile's pixels out of the picture. */
 void canvas_get(const struct canvas *canvas, const struct tile *tile, float *rgb);
 
 #endif

@@ -6,12 +6,13 @@
 
 #include "master/lattice.h"
 
-/* Of a pixel that a lattice has and the next coarser one has not: to the nearest that it has. */
+/* Steps from a pixel that belongs to a lattice but not to the next coarser one, to its nearest neighbours in the
+ * latter. */
 static const int straight[4][2] = {{0, -1}, {-1, 0}, {1, 0}, {0, 1}};
 static const int diagonal[4][2] = {{-1, -1}, {1, -1}, {-1, 1}, {1, 1}};
 
-/* The mean of those that lie in the picture: the one above or to the left always does, for the pixel in the
- * corner is on every lattice. What lies beyond the first row or column is far beyond the last one. */
+/* The mean of the neighbours that lie in the picture. The one above or to the left always does, as the pixel in
+ * the corner is on every lattice. A coordinate below 0 wraps around to a very large one. */
 static void mean_around(const struct canvas *canvas, uint32_t x, uint32_t y, uint32_t spacing,
                         const int steps[4][2], float mean[3])
 {
@@ -36,8 +37,8 @@ static bool take_block(const struct preview *preview, uint32_t x, uint32_t y, fl
     return block;
 }
 
-/* What a pixel is filled with that this lattice has and the next coarser one has not. Where blocks are no larger than
- * the way to the nearest pixels of that one, they tell more than these. */
+/* The colour for a pixel of this lattice that does not belong to the next coarser one. Blocks that are no larger
+ * than the distance to the nearest pixels of that one tell more than these. */
 static void guess(const struct canvas *canvas, const struct preview *preview, uint32_t lattice,
                   uint32_t x, uint32_t y, float color[3])
 {
@@ -68,11 +69,11 @@ void fill_unknown(struct canvas *canvas, const uint8_t *known, struct preview *p
         fill_lattice(canvas, known, preview, lattice);
 }
 
-/* ---- what that is off by ---- */
+/* ---- the error of filled pixels ---- */
 
-/* Squared, in terms of what the pixels of the finest lattice are off by that is known as a whole: those that are
- * guessed lie closer to known ones than these to the coarser lattice. 0.36 to 0.58 in ten pictures of three scenes, of
- * which 7 to 61 % had samples. */
+/* The squared error of filled pixels, as a part of that of the pixels of the finest complete lattice if guessed:
+ * filled pixels are closer to known ones than those are to the coarser lattice. It was 0.36 to 0.58 in ten
+ * pictures of three scenes, of which 7 to 61 % had samples. */
 #define GUESSED_SHARE 0.5
 
 static double squared_miss(const float a[3], const float b[3])
@@ -94,7 +95,7 @@ static bool is_whole(const struct canvas *canvas, const uint8_t *known, uint32_t
     return true;
 }
 
-/* Whether the pixel beside it is known: the one to the right, or in the last column to the left. */
+/* Whether the adjacent pixel is known: the one to the right, or in the last column the one to the left. */
 static bool is_accompanied(const struct canvas *canvas, const uint8_t *known, uint32_t x,
                            uint32_t y)
 {
@@ -102,8 +103,8 @@ static bool is_accompanied(const struct canvas *canvas, const uint8_t *known, ui
     return canvas->width > 1 && known[(size_t)y * canvas->width + beside];
 }
 
-/* The mean of what pixels of a whole lattice that the next coarser one has not are off by from their guesses, where
- * there is something to guess beside them; NaN: nowhere. */
+/* The mean squared error of guesses for pixels of a complete lattice that do not belong to the next coarser one,
+ * where there are unknown pixels beside them; NaN: there are none. */
 static double miss_of(const struct canvas *canvas, const uint8_t *known,
                       const struct preview *preview, uint32_t lattice)
 {

@@ -1,7 +1,4 @@
-/*
- * Pixels that nobody has rendered, filled in from those that are there: better to look at than gaps, and
- * nothing else.
- */
+/* Fills pixels that are not rendered from their neighbours: better to look at than gaps, and no more than that. */
 #ifndef FARM_MASTER_FILL_H
 #define FARM_MASTER_FILL_H
 
@@ -11,19 +8,20 @@
 #include "master/preview.h"
 
 /*
- * known: one per pixel of the canvas, rows from the top; 0: nobody has rendered it. Such a pixel of the coarsest
- * lattice (master/lattice.h) gets the colour of its block in the preview, or stays as it is where that knows
- * nothing at all; from there on, lattice by lattice, each gets the mean of the nearest ones of the coarser lattice,
- * four or at the borders fewer, or the colour of its block where blocks are as small as that. Of a picture all
- * of which is known nothing changes.
+ * Fills all unknown pixels. known: one per pixel of the canvas, rows from the top; 0: not rendered. An unknown
+ * pixel of the coarsest lattice (master/lattice.h) gets the colour of its block in the preview, or stays as it
+ * is if the preview is empty. From there on, lattice by lattice, each unknown pixel gets the mean of its nearest
+ * neighbours in the coarser lattice, four or at the borders fewer; or the colour of its block where blocks are
+ * as small as that. If all pixels are known nothing changes.
  */
 void fill_unknown(struct canvas *canvas, const uint8_t *known, struct preview *preview);
 
 /*
- * About what a pixel is off by that fill_unknown() guesses: squared, mean of the components. It is told by those of the
- * finest lattice that is known as a whole, where there is something to guess beside them: by what they would be off by
- * if they were guessed from the next coarser lattice. NaN: nobody knows, as no two lattices are there or the picture
- * is too small for them. Behind fill_unknown(), with the same preview.
+ * Estimates the error of pixels that fill_unknown() has filled: the mean square, over components, too. It is
+ * measured at pixels of the finest lattice that is known completely, where there are unknown pixels beside them:
+ * by how far they would be off if they were guessed from the next coarser lattice. NaN: it cannot be told, as no
+ * lattice finer than the coarsest is complete, or the picture is too small. To be called after fill_unknown(),
+ * with the same preview.
  */
 double fill_error(const struct canvas *canvas, const uint8_t *known, const struct preview *preview);
 

@@ -5,7 +5,7 @@
 
 #include "common/message.h"
 
-/* Out of memory inside the encoder then ends the job with a message instead of a crash. */
+/* With these, the encoder ends the job with a message when it runs out of memory, instead of crashing. */
 #define STBIW_MALLOC(bytes)       allocate((size_t)(bytes), 1)
 #define STBIW_REALLOC(old, bytes) reallocate(old, (size_t)(bytes), 1)
 #define STBIW_FREE(block)         free(block)
@@ -28,15 +28,15 @@
 #include <stb/stb_image_write.h>
 #pragma GCC diagnostic pop
 
-/* The encoder's arithmetic is only defined for what a shared exponent of 8 bits can hold. */
+/* Clamps a value to what a shared exponent of 8 bits can hold: the encoder's arithmetic is undefined for others. */
 static float hdr_value(float value)
 {
     if (!(value > 0)) return 0;
     return value < HDR_LARGEST ? value : HDR_LARGEST;
 }
 
-/* The nearest that three numbers of 8 bits and a shared exponent can be: the encoder itself cuts off, and pictures
- * would be darker. */
+/* Rounds to the nearest that three 8-bit mantissas with a shared exponent can represent. The encoder itself
+ * truncates, which would make pictures darker. */
 static void hdr_round(const float *rgb, float rounded[3])
 {
     for (int c = 0; c < 3; c++)

@@ -1,4 +1,4 @@
-/* Radiance files, byte by byte to a sink. */
+/* Encodes Radiance files (RGBE), which go to a sink. */
 #ifndef FARM_MASTER_HDR_H
 #define FARM_MASTER_HDR_H
 
@@ -8,7 +8,7 @@
 /* The largest value in a Radiance file, 255/256 * 2^127: mantissa and exponent byte are both 255. */
 #define HDR_LARGEST 0x1.fep126f
 
-/* What a reader makes of the four bytes of three values. */
+/* The values that a reader gets back from the four bytes of these three. */
 void hdr_read_back(const float *rgb, float *back);
 
 void hdr_encode(const struct canvas *canvas, byte_sink *sink, void *context);

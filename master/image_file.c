@@ -33,7 +33,7 @@ static void output_sink(void *context, void *data, int bytes)
     output_put(context, data, (size_t)bytes);
 }
 
-/* Rows from the bottom; a negative scale says that the floats are little-endian. */
+/* PFM has rows from the bottom; a negative scale says that the floats are little-endian. */
 static void pfm_encode(const struct canvas *canvas, struct output *output)
 {
     const char *scale = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__ ? "-1.0" : "1.0";
@@ -45,7 +45,7 @@ static void pfm_encode(const struct canvas *canvas, struct output *output)
         output_put(output, canvas->rgb + y * row, row * sizeof *canvas->rgb);
 }
 
-/* A format whose bytes have to be worked out. */
+/* Encodes a format other than PFM. */
 static void pack(enum format format, const struct canvas *canvas, struct crew *crew,
                  byte_sink *sink, void *context)
 {
@@ -64,7 +64,7 @@ static void encode(enum format format, const struct canvas *canvas, struct crew 
         pack(format, canvas, crew, output_sink, output);
 }
 
-/* What a reader of the file has for a pixel. */
+/* The values that a reader of the file gets for a pixel. */
 static void read_back(enum format format, const float *rgb, float *back)
 {
     if (format == FORMAT_HDR) {
@@ -75,19 +75,19 @@ static void read_back(enum format format, const float *rgb, float *back)
         back[c] = format == FORMAT_PNG ? png_read_back(rgb[c]) : rgb[c];
 }
 
-/* Whether the format has room for the value. */
+/* Whether the value is within the range of the format. */
 static bool has_room(enum format format, float value)
 {
     if (format == FORMAT_PFM) return true;
     return value >= 0 && value <= (format == FORMAT_PNG ? 1 : HDR_LARGEST);
 }
 
-/* So many pixels are looked at in a row: the order in which errors are added up does not depend on who takes which. */
+/* Errors are summed in parts of so many pixels, so that the order of summation does not depend on the threads. */
 #define PART_PIXELS 65536u
 
 struct loss {
-    double squares, most, cut; /* sums of squares of what is rounded, and of what is clipped */
-    uint64_t rounded, clipped; /* values; pixels */
+    double squares, most, cut; /* sums of squares of rounding errors and of what is clipped */
+    uint64_t rounded, clipped; /* rounded values; clipped pixels */
 };
 
 struct losses {
@@ -147,13 +147,13 @@ struct quantisation image_quantisation(const char *path, const struct canvas *ca
     return result;
 }
 
-/* The edge of the picture that tells how long another one takes, which are some ms, and of the blocks of that one
- * that it is made of: a row of a block is long enough to be packed as it is there. */
+/* The edge of the picture by which encoding times are predicted, which takes some ms; and of the blocks of the
+ * real picture of which it consists: a row of a block is long enough to be compressed as it is there. */
 #define TRIAL_EDGE  192u
 #define TRIAL_BLOCK 32u
 
-/* Where nothing else is there it is a slope with noise of a fifth of 1/255: what that foretells is 0.8 to 1.0 (garden),
- * 1.0 to 1.2 (lantern) and 1.4 to 1.5 times what a PNG of 3840 x 2160 took (hello). */
+/* Before anything is rendered, it is a gradient with noise of a fifth of 1/255: the time predicted by it is 0.8
+ * to 1.0 (garden), 1.0 to 1.2 (lantern) and 1.4 to 1.5 times (hello) what a PNG of 3840 x 2160 took. */
 #define TRIAL_NOISE (0.2f / 255)
 
 static void fill_with_noise(struct canvas *trial)
@@ -165,7 +165,7 @@ static void fill_with_noise(struct canvas *trial)
     }
 }
 
-/* With blocks that are spread over the picture. */
+/* Fills the trial picture with blocks that are spread over the real one. */
 static void fill_from(const struct canvas *canvas, struct canvas *trial)
 {
     float rgb[3 * TRIAL_BLOCK * TRIAL_BLOCK];
@@ -187,7 +187,7 @@ static void no_sink(void *context, void *data, int bytes)
     (void)context, (void)data, (void)bytes;
 }
 
-/* A thread for fewer of them would not be worth waking: these take some 10 ms. */
+/* Pixels per thread: a thread would not be worth waking for fewer; these take some 10 ms. */
 #define THREAD_PIXELS (1u << 18)
 
 unsigned image_threads(const struct canvas *canvas)
@@ -236,7 +236,7 @@ bool image_write_for(const char *key, const char *path, const struct canvas *can
     return error ? output_refused(path, key, error) : true;
 }
 
-/* Bytes that a disk takes in a second, or memory that is written to it later: 0.7e9 were measured. */
+/* Bytes per second that a disk takes, or the page cache: 0.7e9 were measured. */
 #define DISK_BYTES 1e9
 
 void image_announce(const char *path, const struct canvas *canvas, unsigned threads, double seconds)
@@ -248,8 +248,8 @@ void image_announce(const char *path, const struct canvas *canvas, unsigned thre
     if (expected > seconds) user_note("writing %s takes about %.0f s", path, fmax(expected, 1));
 }
 
-/* Of a picture of fewer pixels nobody waits for a file, nor is to wait for a trial of one: 100 to 160 ns a pixel were
- * measured of a Radiance picture, 30 to 45 of a PNG. */
+/* With fewer pixels nobody waits noticeably for the file, nor should they for a trial: 100 to 160 ns per pixel
+ * were measured for a Radiance picture, 30 to 45 for a PNG. */
 #define ANNOUNCE_PIXELS 4e6
 
 bool image_write(const char *path, const struct canvas *canvas, struct crew *crew)

@@ -1,10 +1,10 @@
 /*
- * Pictures as files, by extension in any case:
+ * Writes pictures to files; the extension, in upper or lower case, selects the format:
  *   .png  8 bit; values rounded to v * 255, clamped to 0..255; NaN becomes 0
  *   .hdr  Radiance RGBE, shared exponent; clamped to 0..2^127, NaN becomes 0
  *   .pfm  32-bit float, exact
  *
- * They are written as master/output_file.h has it. Messages go through common/message.h.
+ * Files are written by master/output_file.h. Messages go through common/message.h.
  */
 #ifndef FARM_MASTER_IMAGE_FILE_H
 #define FARM_MASTER_IMAGE_FILE_H
@@ -18,10 +18,11 @@
 bool image_extension_known(const char *path);
 
 /*
- * What a picture loses in a file of path's format. Of components that the format has room for (.png: 0
- * to 1) the rounding: root of the mean square, and the largest. The others are clipped: in so many pixels,
- * and the root of the mean, over all components of the picture, of the squares of what is cut off; what is
- * not finite is clipped, too, but in no mean.
+ * What a picture loses in a file of path's format. rmse, most: the root mean square and the largest rounding
+ * error, of the components that are within the range of the format (.png: 0 to 1). Other components are clipped:
+ * `clipped` is the number of pixels with such components, clipped_rmse the root of the mean, over all components
+ * of the picture, of the squares of what is cut off. Components that are not finite count as clipped, but are
+ * not part of any mean.
  */
 struct quantisation {
     double rmse, most;
@@ -31,29 +32,30 @@ struct quantisation {
 struct quantisation image_quantisation(const char *path, const struct canvas *canvas,
                                        struct crew *crew);
 
-/* So many threads are worth having for all that. */
+/* The number of threads that are worth having for encoding and quantisation. */
 unsigned image_threads(const struct canvas *canvas);
 
 /*
- * Seconds to work out the bytes of the picture's file by so many threads, and its quantisation if that is told of, as
- * tried on a small one: of parts of this one if it is rendered, else on one that is about as hard to pack. What the
- * disk takes is not in it.
+ * Predicted seconds for encoding the picture with so many threads, and for its quantisation if that is wanted.
+ * This is measured with a small picture: of parts of this one if it is rendered, else one that is about as hard
+ * to compress. Writing to disk is not included.
  */
 double image_seconds(const char *path, const struct canvas *canvas, bool rendered,
                      bool with_quantisation, unsigned threads);
 
-/* Says that the picture is being written where that is expected to take longer than so many seconds. */
+/* Says that the picture is being written, if that is expected to take longer than so many seconds. */
 void image_announce(const char *path, const struct canvas *canvas, unsigned threads,
                     double seconds);
 
-/* false, after saying why (disk full, ...), when the picture could not be written. Where it takes longer than a
- * second, that it is being written is said first. The crew, which may be NULL, makes no difference to the file. */
+/* Writes the picture; false, after saying why (disk full, ...), if that failed. If it is expected to take longer
+ * than a second, says first that the picture is being written. The crew, which may be NULL, makes no difference
+ * to the file. */
 bool image_write(const char *path, const struct canvas *canvas, struct crew *crew);
 
-/* The same without a word, for a path and a size that can be written: errno of what failed, or 0. */
+/* The same without messages, for a path and a size that can be written: returns errno, or 0. */
 int image_try(const char *path, const struct canvas *canvas, struct crew *crew);
 
-/* The same for a picture that another setting than output.image names. */
+/* The same as image_write() for a picture that another setting than output.image names. */
 bool image_write_for(const char *key, const char *path, const struct canvas *canvas,
                      struct crew *crew);
 

@@ -7,7 +7,7 @@
 #include "common/scene.h"
 #include "common/whole.h"
 
-/* The ten digits side by side, three dots wide each, with a gap of one dot behind it. */
+/* The ten digits side by side, each three dots wide and followed by a gap of one dot. */
 enum { DIGIT_WIDTH = 4, DIGIT_HEIGHT = 5 };
 /* clang-format off */
 static const char *const digits[DIGIT_HEIGHT] = {
@@ -19,18 +19,18 @@ static const char *const digits[DIGIT_HEIGHT] = {
 };
 /* clang-format on */
 
-/* An entry, in dots: a square of its colour as high as a digit, a gap, its number, a gap. */
+/* An entry, in dots: a square of the rank's colour, as high as a digit; a gap; the number; a gap. */
 enum { GAP = 2, SQUARE = DIGIT_HEIGHT, ROW_HEIGHT = DIGIT_HEIGHT + 3 };
 
 /* A dot is two pixels wide and high in a picture of 640 x 480, and more in larger ones. */
 #define DOTS_ACROSS 320
 
-/* Grey levels that no rank has; black is what nobody has rendered. */
+/* Grey levels that no rank has; black are pixels that are not rendered. */
 static const float paper = 0.15f, ink = 0.95f;
 
 struct layout {
-    uint32_t dot;   /* pixels, its edge */
-    uint32_t entry; /* dots, its width */
+    uint32_t dot;   /* edge of a dot, pixels */
+    uint32_t entry; /* width of an entry, dots */
     uint32_t columns, rows;
 };
 
@@ -65,7 +65,7 @@ static void put(struct canvas *canvas, uint32_t x, uint32_t y, const float rgb[3
         pixel[c] = rgb[c];
 }
 
-/* A rectangle of w x h dots whose corner is x, y dots from the strip's. */
+/* Fills a rectangle of w x h dots whose corner is at[0], at[1] dots from that of the legend. */
 static void fill(struct canvas *canvas, uint32_t top, uint32_t dot, const uint32_t at[2],
                  uint32_t w, uint32_t h, const float rgb[3])
 {
@@ -96,7 +96,7 @@ void legend_draw(struct canvas *canvas, uint32_t top, const struct legend_entry 
 {
     const float grey[3] = {paper, paper, paper};
     struct layout layout = lay_out(canvas->width, entries, count);
-    assert(layout.columns > 0); /* or there is no strip */
+    assert(layout.columns > 0); /* or there is no legend */
     for (uint32_t y = top; y < canvas->height; y++)
         for (uint32_t x = 0; x < canvas->width; x++)
             put(canvas, x, y, grey);

@@ -26,8 +26,8 @@ bool output_refused(const char *path, const char *key, int error)
     return false;
 }
 
-/* Cut, so that a name of the greatest length still leaves room for the rest. The number has the time in
- * it, too: a run in another container may have the same process number. */
+/* A name beside target; owned by the caller. The name of target is cut, so that one of the greatest length
+ * leaves room for the rest. The time is part of it, as a run in another container may have the same process id. */
 static char *temporary_name(const char *target)
 {
     struct timespec now;
@@ -39,17 +39,17 @@ static char *temporary_name(const char *target)
     return temporary;
 }
 
-/* Created anew, for writing, with the permissions that any new file would get; -1 and errno. */
+/* Creates the file, which must not exist, for writing, with the permissions of any new file; -1 with errno set. */
 static int create_temporary(const char *temporary)
 {
     return open(temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
 }
 
-/* Seconds from one look for a reader to the next. */
+/* Seconds between checks for a reader. */
 #define PIPE_LOOK 0.02
 
-/* To open a pipe is to wait for somebody who reads from it: with a word, and until a signal stops the run at
- * most. -1 and errno. */
+/* Opens a pipe, which means to wait for a reader. Says so, and waits until a signal stops the run at most. -1
+ * with errno set. */
 static int open_pipe(const char *path)
 {
     bool told = false;
@@ -63,11 +63,12 @@ static int open_pipe(const char *path)
         told = true;
         clock_sleep(PIPE_LOOK);
     }
-    if (pipe >= 0) fcntl(pipe, F_SETFL, 0); /* what is written waits for the reader */
+    if (pipe >= 0) fcntl(pipe, F_SETFL, 0); /* blocking again: writes wait for the reader */
     return pipe;
 }
 
-/* Of a descriptor, which belongs to the stream, or is closed where there is none; NULL, too, for one below 0. */
+/* A stream for the descriptor, which belongs to the stream, or is closed if there is none. NULL: it failed, or
+ * the descriptor is below 0. */
 static FILE *stream_of(int descriptor)
 {
     FILE *file = descriptor < 0 ? NULL : fdopen(descriptor, "wb");
@@ -75,7 +76,7 @@ static FILE *stream_of(int descriptor)
     return file;
 }
 
-/* /dev/stdout is not opened again: of a regular file that would write over what is there. */
+/* /dev/stdout is not opened again: if it is a regular file, that would overwrite what is there. */
 FILE *open_in_place(const char *path)
 {
     struct stat there;
@@ -96,7 +97,7 @@ static FILE *open_beside(struct output *output, const char *path, const struct s
     output->temporary = temporary_name(output->target);
     int descriptor = create_temporary(output->temporary);
     if (descriptor < 0) return NULL;
-    /* A file system without permissions refuses, and does no harm. */
+    /* A file system without permissions refuses this, which does no harm. */
     if (old && fchmod(descriptor, old->st_mode & 0777)) errno = 0;
     return stream_of(descriptor);
 }
@@ -125,8 +126,8 @@ static void output_check(struct output *output, int failed)
     if (failed && !output->error) output->error = errno ? errno : EIO;
 }
 
-/* Makes a rename last: without it, the death of the machine may bring the old name back. Some file
- * systems cannot do that and say so; the file itself is there. */
+/* Makes a rename durable: without this, the death of the machine may bring the old name back. Some file systems
+ * cannot do it; the file itself is written in any case. */
 static void sync_folder(const char *target)
 {
     char *folder = path_directory(target);
@@ -174,13 +175,13 @@ bool text_write_by(const char *key, const char *path, text_writer *put, void *co
     return error ? output_refused(path, key, error) : true;
 }
 
-/* ---- tried before ---- */
+/* ---- tests before rendering ---- */
 
-/* Writes a block beside target, to a file that has its name for a moment alone: syncing may take long, and who is
- * stopped meanwhile leaves nothing. errno of what failed, or 0. */
+/* Tries to write a block to a file beside target, which keeps its name only for a moment: syncing may take long,
+ * and a run that is stopped meanwhile leaves nothing behind. Returns errno, or 0. */
 static int try_folder(const char *target)
 {
-    static const char block[4096]; /* what most file systems reserve at a time */
+    static const char block[4096]; /* the allocation unit of most file systems */
     char *temporary = temporary_name(target);
     int descriptor = create_temporary(temporary), error = 0;
     if (descriptor < 0) {
@@ -196,8 +197,8 @@ static int try_folder(const char *target)
     return error;
 }
 
-/* errno of why no file can be made in a folder that a try has not found. /proc says of a file to be made, not of
- * itself, that it does not exist; a folder that a process is still in may have been removed. */
+/* The errno of why no file can be created in a folder, after ENOENT. Creating a file in /proc also fails with
+ * ENOENT; and a folder that a process is still in may have been removed. */
 static int folder_error(const char *target)
 {
     struct stat status;
@@ -229,7 +230,7 @@ static bool folder_writable(const char *path, const char *key)
     return error == 0;
 }
 
-/* What stands at path already: neither a folder nor a disk, and open to us. */
+/* Whether what exists at path is neither a folder nor a block device, and writable. */
 static bool old_file_writable(const char *path, const char *key, mode_t mode)
 {
     if (!S_ISREG(mode) && !S_ISCHR(mode) && !S_ISFIFO(mode)) {

@@ -1,10 +1,10 @@
 /*
- * Files that a run writes.
+ * The files that a run writes.
  *
- * A file appears whole or not at all: it is written under a temporary name beside its place, synced
- * and renamed. A symbolic link stays and what it points at is replaced; a file that is replaced
- * hands its permissions on. What is no regular file (/dev/stdout, a FIFO) is written to directly.
- * Messages go through common/message.h.
+ * A file appears complete or not at all: it is written under a temporary name in the same folder, synced and
+ * renamed. A symbolic link stays, and what it points at is replaced; a file that is replaced passes its
+ * permissions on. What is not a regular file (/dev/stdout, a FIFO) is written to directly. Messages go through
+ * common/message.h.
  */
 #ifndef FARM_MASTER_OUTPUT_FILE_H
 #define FARM_MASTER_OUTPUT_FILE_H
@@ -14,42 +14,41 @@
 #include <stdio.h>
 
 /*
- * Whether a file could be put at path, tried before rendering: the folder exists and can be written
- * to, path is no folder, a file that stands there is writable. Leaves nothing behind and does not
- * touch what stands there. key ("output.image") is named in the message. On failure says why
- * (user_error) and returns false.
+ * Whether a file could be written at path, tested before rendering: the folder exists and is writable, path is
+ * no folder, a file that exists there is writable. Leaves nothing behind and does not change an existing file.
+ * key ("output.image") is named in the message. Returns false after user_error().
  */
 bool output_writable(const char *path, const char *key);
 
-/* Says that nothing can be written to path, for this errno; key as above. false always. */
+/* Reports that path cannot be written, for this errno; key as above. Returns false. */
 bool output_refused(const char *path, const char *key, int error);
 
-/* For writing as what is written comes; errno says why not. The caller closes it. */
+/* Opens a file for writing in place, without a temporary one; NULL with errno set. The caller closes it. */
 FILE *open_in_place(const char *path);
 
-/* Writes text, such as the report; key as above. false, after saying why (disk full, ...), when that could not
- * be done. */
+/* Writes text, such as the report; key as above. Returns false, after saying why (disk full, ...), if that
+ * failed. */
 bool text_write(const char *key, const char *path, const char *text, size_t bytes);
 
-/* The same for what is better put out bit by bit: put leaves its errors in the file. */
+/* The same for text that is better written piece by piece: put() writes it, and leaves errors to ferror(). */
 typedef void text_writer(void *context, FILE *file);
 bool text_write_by(const char *key, const char *path, text_writer *put, void *context);
 
 /*
- * A file on its way, byte by byte: written at temporary, to be renamed to target; both NULL: in place. It is
- * made when there is something to put into it: who is killed while he encodes a large picture leaves no
- * empty one. Begins with its path alone.
+ * A file that is being written: at `temporary`, to be renamed to `target`; both are NULL if it is written in
+ * place. It is created with the first bytes, so that a run that is killed while it encodes a large picture
+ * leaves no empty file. Initialise with the path alone.
  */
 struct output {
-    const char *path; /* that was asked for */
+    const char *path; /* the path that was asked for */
     char *target, *temporary;
     FILE *file;
-    int error; /* errno of the first failure, 0 when all is well */
+    int error; /* errno of the first failure; 0: none */
 };
 
 void output_put(struct output *output, const void *data, size_t bytes);
 
-/* Puts the file in its place, or takes all traces of it away. Returns errno, 0 when it is there. */
+/* Moves the file to its place, or removes all traces of it after a failure. Returns errno, 0 for success. */
 int output_close(struct output *output);
 
 #endif

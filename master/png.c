@@ -22,18 +22,19 @@ float png_read_back(float value)
 
 /* ---- bands ---- */
 
-/* So many bytes are compressed by themselves, in 1 to 3 ms; at the seams 0.03 to 0.3 % are lost (garden, hello). */
+/* Bytes of a band, which is compressed independently, in 1 to 3 ms; this makes files 0.03 to 0.3 % larger
+ * (garden, hello). */
 #define BAND_BYTES (1u << 19)
 
-/* Of the five filters of rows the one that takes least room for nearly all rows of rendered pictures: to try all for
- * each row gained 0 to 2 % (garden, lantern). */
+/* The filter used for all rows: of the five, it compresses nearly all rows of rendered pictures best. Trying all
+ * for each row gained 0 to 2 % (garden, lantern). */
 #define FILTER_PAETH 4
 
 struct band {
     unsigned char *bytes; /* compressed; owned */
     size_t size;
-    size_t filtered; /* bytes before that */
-    uLong adler;     /* of these */
+    size_t filtered; /* bytes before compression */
+    uLong adler;     /* Adler-32 checksum of these */
 };
 
 struct encoder {
@@ -48,7 +49,7 @@ static size_t row_bytes(const struct canvas *canvas)
     return 3 * (size_t)canvas->width;
 }
 
-/* Behind three bytes of 0, which stand for the pixel to the left of the first one. */
+/* A row is preceded by three bytes of 0, which stand for the pixel to the left of the first one. */
 #define LEFT 3
 
 static void fill_row(const struct canvas *canvas, uint32_t y, unsigned char *row)
@@ -58,7 +59,7 @@ static void fill_row(const struct canvas *canvas, uint32_t y, unsigned char *row
         row[LEFT + i] = png_value(rgb[i]);
 }
 
-/* Of left, above and above left the one that is nearest to left + above - above left. */
+/* The Paeth predictor: of left, above and above left (corner), the one that is nearest to left + above - corner. */
 static inline int paeth(int left, int above, int corner)
 {
     int by_left = abs(above - corner), by_above = abs(left - corner);
@@ -75,7 +76,7 @@ static void filter_row(const unsigned char *row, const unsigned char *above, siz
         filtered[1 + i] = (unsigned char)(row[LEFT + i] - paeth(row[i], above[LEFT + i], above[i]));
 }
 
-/* Rows from y on; owned by the caller. */
+/* The filtered rows from y on; owned by the caller. */
 static unsigned char *filter_rows(const struct canvas *canvas, uint32_t y, uint32_t rows)
 {
     size_t bytes = row_bytes(canvas);
@@ -92,15 +93,16 @@ static unsigned char *filter_rows(const struct canvas *canvas, uint32_t y, uint3
     return filtered;
 }
 
-/* deflateInit2()'s: no header, which the picture has once, and the largest window. */
+/* Arguments of deflateInit2(): no zlib header, as the picture has only one, and the largest window. */
 #define RAW_WINDOW (-15)
 #define MEMORY     8
 
-/* Room that Z_SYNC_FLUSH takes beyond deflateBound(). */
+/* Bytes that Z_SYNC_FLUSH may need beyond deflateBound(). */
 #define FLUSH_ROOM 16
 
-/* Runs of one byte alone are looked for, which filtered rows are full of: with all matches it takes up to five times as
- * long for files that are as large. The last band ends the stream, others end with a whole byte. */
+/* Compresses a band. Only runs of one byte are searched for, of which filtered rows are full: with all matches
+ * it takes up to five times as long, for files of the same size. The last band ends the stream, the others end
+ * at a byte boundary. */
 static void compress_band(struct band *band, unsigned char *filtered, bool last)
 {
     z_stream stream = {0};
@@ -166,7 +168,7 @@ static void put_header(byte_sink *sink, void *context, const struct canvas *canv
     put_chunk(sink, context, "IHDR", header, sizeof header);
 }
 
-/* One stream of zlib's (RFC 1950), of which each band is a chunk. */
+/* One zlib stream (RFC 1950); each band is a chunk. */
 static void put_bands(byte_sink *sink, void *context, const struct encoder *encoder)
 {
     unsigned char begin[2] = {0x78, 0x01}, end[4];

@@ -43,7 +43,7 @@ void preview_put(struct preview *preview, uint32_t width, uint32_t height, const
     }
 }
 
-/* From the known ones outwards, a step at a time. */
+/* Breadth-first search from the known blocks. */
 void preview_complete(struct preview *preview)
 {
     static const int steps[4][2] = {{0, -1}, {-1, 0}, {1, 0}, {0, 1}};
@@ -54,7 +54,7 @@ void preview_complete(struct preview *preview)
     for (uint32_t next = 0; next < reached; next++) {
         uint32_t column = order[next] % preview->columns, row = order[next] / preview->columns;
         for (int k = 0; k < 4; k++) {
-            /* Beyond the first one is far beyond the last one. */
+            /* A coordinate below 0 wraps around to a very large one. */
             uint32_t x = column + (uint32_t)steps[k][0], y = row + (uint32_t)steps[k][1];
             if (x >= preview->columns || y >= preview->rows) continue;
             uint32_t block = y * preview->columns + x;

@@ -1,4 +1,4 @@
-/* The text of --print-config (declared in load.h). */
+/* Makes the text of --print-config (declared in load.h). */
 #include <stdlib.h>
 #include <string.h>
 
@@ -8,14 +8,14 @@
 #include "master/path.h"
 #include "master/scene_sections.h"
 
-/* Where the text goes, and whether it is one that can be read back. */
+/* The output stream, and whether the text can be read back. */
 struct printing {
     FILE *out;
     const char *config;
     bool good;
 };
 
-/* Only the first value that cannot be written is told. */
+/* Only the first value that cannot be written is reported. */
 static void print_entry(struct printing *to, const char *key, const char *value)
 {
     if (to->good && !ini_can_hold(key, value)) {
@@ -30,7 +30,7 @@ static void print_entry(struct printing *to, const char *key, const char *value)
 
 static bool is_printed(const struct settings *settings, const struct key *key)
 {
-    if (key->type == VALUE_COLORS) return false; /* bottom and top say the same */
+    if (key->type == VALUE_COLORS) return false; /* bottom and top hold the same values */
     if (settings_adaptive(settings) &&
         (const char *)settings + key->offset == (const char *)&settings->sampling.samples)
         return false; /* it is not used */
@@ -50,7 +50,7 @@ static void print_setting(struct printing *to, const struct settings *settings,
     free(value);
 }
 
-/* Whether the name of an output follows from other names. */
+/* Whether the name of an output is derived from other names. */
 static bool is_derived(const struct job *job, const struct key *key)
 {
     const struct settings *settings = &job->settings;

@@ -17,7 +17,7 @@ static const double smooth_part = 0.25;
 
 enum { LINE_SIZE = 256, BAR_MIN = 10, BAR_MAX = 40 };
 
-/* With stderr locked: messages come from other threads. */
+/* Removes the bar; stderr is locked, as other threads print messages. */
 static void erase_bar(void *state)
 {
     struct progress *progress = state;
@@ -42,7 +42,7 @@ void progress_start(struct progress *progress, FILE *out, double now, double bef
     if (progress->terminal) message_clear_line(erase_bar, progress);
 }
 
-/* A pass begins with what those before it have done, which is no part of it. */
+/* Notes the beginning of a pass, of which what earlier passes have done is no part. */
 static void note_pass(struct progress *progress, const struct progress_state *state)
 {
     if (state->pass == progress->pass) return;
@@ -51,7 +51,7 @@ static void note_pass(struct progress *progress, const struct progress_state *st
     progress->share = 0;
 }
 
-/* An estimate of what is to be done may grow; the bar waits then. */
+/* Updates the share that is shown. The estimate of all that there is to do may grow; the bar then stands still. */
 static void note_share(struct progress *progress, const struct progress_state *state)
 {
     double done = fmin(state->share_done, 1), before = progress->begun;
@@ -59,8 +59,8 @@ static void note_share(struct progress *progress, const struct progress_state *s
 }
 
 /*
- * The rate so far, extended to the rest of the picture; what an earlier run did tells nothing of it. Parts of a
- * picture differ in cost: the estimate follows with a delay instead of jumping, and passes with time meanwhile.
+ * Estimates the time left by the rate so far, without what an earlier run did. As parts of a picture differ in
+ * cost, the estimate is smoothed instead of jumping, and counts down with the time meanwhile.
  */
 static void estimate_left(struct progress *progress, double share, double before, double now)
 {
@@ -77,8 +77,8 @@ static void estimate_left(struct progress *progress, double share, double before
     progress->left = left + (estimate - left) * (1 - exp(-passed / smooth));
 }
 
-/* What a time limit says is certain; where nothing else ends the run, the share is that of the time alone, for what
- * there is to do in a pass says nothing about it. */
+/* Takes a time limit into account, which is certain. If nothing else ends the run, the share shown is that of
+ * the time alone, as what there is to do in a pass does not tell when the run ends. */
 static void heed_limit(struct progress *progress, const struct progress_state *state, double now)
 {
     double left = fmax(state->ends - now, 0);
@@ -87,7 +87,7 @@ static void heed_limit(struct progress *progress, const struct progress_state *s
     if (state->only_limit) progress->share = fmax(1 - left / state->limit, 0);
 }
 
-/* Text of what is shown beside the bar, most important first. */
+/* The texts shown beside the bar, most important first. */
 enum field { FIELD_LEFT, FIELD_TILES, FIELD_RATE, FIELD_ELAPSED, FIELDS };
 
 struct fields {
@@ -98,7 +98,7 @@ struct pass {
     char name[16];
 };
 
-/* "pass 2", or nothing where there is one. */
+/* "pass 2", or nothing without adaptive sampling. */
 static struct pass pass_of(const struct progress_state *state)
 {
     struct pass pass = {""};
@@ -106,8 +106,7 @@ static struct pass pass_of(const struct progress_state *state)
     return pass;
 }
 
-/* Padded to what the widest value needs, so that the bar does not change its length all the time.
- */
+/* Fields are padded to the widest value, so that the bar does not change its length all the time. */
 static void make_fields(struct fields *fields, const struct progress *progress,
                         const struct progress_state *state, double now)
 {
@@ -127,7 +126,7 @@ static void make_fields(struct fields *fields, const struct progress *progress,
              figure_span(progress->before + elapsed).text);
 }
 
-/* As many fields as fit in room characters beside the percentage and the shortest bar. */
+/* How many fields fit into `room` characters beside the percentage and the shortest bar. */
 static int fitting_fields(const struct fields *fields, int room, int *used)
 {
     int count = 0;
@@ -151,7 +150,7 @@ static void append_bar(char *line, double share, int width)
     snprintf(line + length, LINE_SIZE - length, " [%s]", bar);
 }
 
-/* One column stays free: a character in the last one makes some terminals begin a new line. */
+/* One column stays free: with a character in the last column some terminals begin a new line. */
 static void make_line(char *line, const struct fields *fields, double share, int columns)
 {
     int room = columns - 1, used;

@@ -1,8 +1,7 @@
 /*
- * The progress display: on a terminal a bar that is redrawn in place and fits its width, otherwise
- * a line every few seconds. What counts as a terminal under mpiexec: master/terminal.h.
- *
- * No clock of its own: the time is passed in.
+ * The progress display: on a terminal, a bar that is redrawn in place and fits the width; otherwise a line every
+ * few seconds. master/terminal.h decides what counts as a terminal under mpiexec. The caller passes in the time:
+ * there is no clock here.
  */
 #ifndef FARM_MASTER_PROGRESS_H
 #define FARM_MASTER_PROGRESS_H
@@ -17,37 +16,40 @@ struct progress {
     FILE *out;         /* stderr */
     bool terminal;     /* redraw in place */
     int descriptor;    /* of the terminal, for its width; -1: none */
-    double started;    /* rendering: seconds, any origin */
-    double before;     /* seconds of the run until then: loading a large scene takes a while */
-    double last_shown; /* seconds, same origin */
+    double started;    /* when rendering started: seconds of any origin */
+    double before;     /* seconds of the run before that, such as for loading the scene */
+    double last_shown; /* when it was last updated: same origin */
     double left;       /* estimate of the seconds still to go, smoothed; < 0: unknown */
-    unsigned pass;     /* that the display is in */
-    double share;      /* shown last: what is finished never becomes less within a pass */
-    double begun;      /* of all, what was done when the pass began; 0 in the first one */
-    bool drawn;        /* a bar stands on the current line */
+    unsigned pass;     /* the pass that is displayed */
+    double share;      /* the share shown last; it never decreases within a pass */
+    /* the share of all work that was done when the pass began; 0 in the first one */
+    double begun;
+    bool drawn; /* a bar stands on the current line */
 };
 
-/* What is done and what there is to do, of all passes so far together. */
+/* How far the run has come; counts are over all passes so far. */
 struct progress_state {
-    double share_done;   /* of all seconds that the rays are expected to take: 0 to 1 */
-    double share_before; /* part of that which an earlier run has done */
+    double share_done;   /* part of the seconds that all tiles are predicted to take: 0 to 1 */
+    double share_before; /* the part of that which an earlier run has done */
     uint32_t tiles_done, tiles;
-    uint32_t tiles_before; /* of these, those of earlier passes, which are not shown */
-    unsigned pass; /* of adaptive sampling: with each one there is more to do; 0: there are none */
-    uint64_t rays; /* traced so far, all kinds */
-    double limit;  /* seconds after which rendering ends in any case; 0: there is no such limit */
-    double ends;   /* when that is, on the clock of now */
+    uint32_t tiles_before; /* tiles of earlier passes, which are subtracted from the others */
+    /* pass of adaptive sampling, from 1 on, each of which adds work; 0: not adaptive */
+    unsigned pass;
+    uint64_t rays;   /* traced so far, all kinds */
+    double limit;    /* seconds after which rendering ends in any case; 0: no such limit */
+    double ends;     /* the time at which it ends so, on the clock of `now` */
     bool only_limit; /* nothing else is expected to end it */
 };
 
-/* Rendering starts; before: seconds of the run until now, which count as elapsed, but not for any rate. */
+/* Starts the display when rendering starts. before: seconds of the run until now, which count as elapsed, but
+ * not for rates. */
 void progress_start(struct progress *progress, FILE *out, double now, double before);
 
-/* Shows state if it is time to (10 times a second on a terminal, else every 5 s). */
+/* Shows the state if it is time to: 10 times a second on a terminal, otherwise every 5 s. */
 void progress_update(struct progress *progress, const struct progress_state *state, double now);
 
-/* Takes the bar off the terminal, so that other text can follow; messages do so themselves
- * (message_clear_line()), from start to end. progress stays where it is meanwhile. */
+/* Removes the bar from the terminal, so that other text can follow. From start to end messages remove it by
+ * themselves (message_clear_line()); progress must not move meanwhile. */
 void progress_end(struct progress *progress);
 
 #endif

@@ -8,8 +8,8 @@
 #include <unistd.h>
 
 /*
- * The parent of a process whose name is a launcher's; 0 for all others.
- * /proc/PID/stat: "PID (NAME) STATE PARENT ..."; the name, cut to 15 characters, may contain ')'.
+ * The parent of a process if its name is that of a launcher, otherwise 0. /proc/PID/stat: "PID (NAME) STATE
+ * PARENT ..."; the name, cut to 15 characters, may contain ')'.
  */
 static long launcher_parent(long pid)
 {
@@ -29,7 +29,7 @@ static long launcher_parent(long pid)
     return strlen(end) > 4 ? strtol(end + 4, NULL, 10) : 0;
 }
 
-/* The topmost of the launchers above us, 0 when we were not started by one. */
+/* The topmost launcher among our ancestors; 0: we were not started by one. */
 static long find_launcher(void)
 {
     long top = 0, pid = getppid();

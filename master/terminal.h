@@ -1,7 +1,7 @@
 /*
- * The terminal that output ends up on. Under mpiexec stdout and stderr are pipes to mpiexec, which
- * passes on what arrives; the terminal that mpiexec's own stderr leads to then counts as ours. All
- * doubts (other launchers, another machine, a redirected stderr) mean: no terminal.
+ * Finds the terminal that output ends up on. Under mpiexec, stdout and stderr are pipes to mpiexec, which passes
+ * on what arrives: the terminal that mpiexec's own stderr leads to then counts as ours. In all doubtful cases
+ * (other launchers, another machine, a redirected stderr) there is no terminal.
  */
 #ifndef FARM_MASTER_TERMINAL_H
 #define FARM_MASTER_TERMINAL_H
@@ -12,10 +12,10 @@
 /* A descriptor of that terminal, for terminal_width(); the caller closes it. -1: there is none. */
 int terminal_open(FILE *out);
 
-/* Columns, read anew at each call; 80 when the terminal does not know. */
+/* The number of columns, read anew at each call; 80 if the terminal does not know it. */
 int terminal_width(int descriptor);
 
-/* Columns of the terminal that `out` (or mpiexec's stderr) leads to, 0 when there is none. */
+/* The number of columns of the terminal that `out` (or mpiexec's stderr) leads to; 0: there is none. */
 int terminal_columns(FILE *out);
 
 /* Whether the terminal understands the sequences that move the cursor and erase. */

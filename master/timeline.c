@@ -6,7 +6,7 @@
 #include "common/message.h"
 #include "master/json.h"
 
-/* Shorter pauses are a message on its way, or the clock's own grain. */
+/* Seconds; shorter pauses are not shown: they are a message under way, or the resolution of the clock. */
 #define PAUSE_SHOWN 1e-4
 
 void timeline_free(struct timeline *timeline)
@@ -62,7 +62,7 @@ static const struct timeline_entry **in_rows(const struct timeline *timeline)
     return rows;
 }
 
-/* An event of the row of this rank; what is particular to it follows, then json_close(). */
+/* Begins an event in the row of this rank; its special fields follow, then json_close(). */
 static void open_event(struct json *json, const char *name, const char *phase, uint32_t rank)
 {
     json_open_inline(json, NULL, '{');
@@ -72,7 +72,7 @@ static void open_event(struct json *json, const char *name, const char *phase, u
     json_count(json, "tid", rank);
 }
 
-/* Times are microseconds in this format; three decimals are its grain. */
+/* Times are in microseconds in this format, with three decimals. */
 static void put_span(struct json *json, double start_s, double length_s)
 {
     json_fixed(json, "ts", 1e6 * start_s, 3);
@@ -135,7 +135,7 @@ static void put_entry(struct json *json, const struct timeline_entry *entry, dou
     free(name);
 }
 
-/* A bar that is of no tile; what is particular to it follows, then json_close(). */
+/* Begins a bar that belongs to no tile; its special fields follow, then json_close(). */
 static void open_bar(struct json *json, const char *what, double from, double to, uint32_t rank)
 {
     open_event(json, what, "X", rank);
@@ -143,7 +143,7 @@ static void open_bar(struct json *json, const char *what, double from, double to
     put_span(json, from, to - from);
 }
 
-/* plan: why; NULL: it waited for something else. */
+/* Draws a pause. plan: the reason; NULL: the renderer waited for something else. */
 static void put_pause(struct json *json, double from, double to, uint32_t rank,
                       const struct timeline_plan *plan)
 {
@@ -157,7 +157,7 @@ static void put_pause(struct json *json, double from, double to, uint32_t rank,
     json_close(json, '}');
 }
 
-/* From an end of a bar to the start of the next one. */
+/* Draws the pauses between the end of a bar and the start of the next one. */
 static void put_gap(struct json *json, const struct timeline *timeline, double from, double to,
                     uint32_t rank)
 {
@@ -172,8 +172,9 @@ static void put_gap(struct json *json, const struct timeline *timeline, double f
     put_pause(json, from, to, rank, NULL);
 }
 
-/* What a renderer was at when it was told to stop comes in no message, but it has been busy for longer than its bars
- * are long, and it is known until when. Returns when it was free, if no such thing was since free_since then. */
+/* What a renderer was working on when it was told to stop is not in any message. But the renderer was busy for
+ * longer than the sum of its bars, and it is known until when. Draws that as a bar; returns when the renderer
+ * was free after it, or free_since if there is no such bar. */
 static double put_given_up(struct json *json, const struct timeline *timeline,
                            const struct renderer_stats *stats, double bars_s, double free_since)
 {
@@ -196,7 +197,8 @@ static void put_rows(struct json *json, const struct timeline *timeline,
         for (; next < timeline->count && rows[next]->renderer == i; next++) {
             const struct timeline_entry *entry = rows[next];
             double end = fmin(entry->start_s + (double)entry->busy_s, render_s);
-            if (entry->start_s >= render_s) continue; /* in vain, behind what the report counts */
+            /* in vain, after the end of the render phase */
+            if (entry->start_s >= render_s) continue;
             put_gap(json, timeline, free_since, entry->start_s, stats[i].rank);
             put_entry(json, entry, end, stats[i].rank);
             free_since = end;

@@ -24,7 +24,7 @@ bool timeline_writable(const struct settings *settings)
            is_writable(settings->output.ranks, "output.ranks");
 }
 
-/* What a trace is made of. */
+/* The input of put_trace(). */
 struct source {
     const struct timeline *timeline;
     const struct report *report;
@@ -55,7 +55,7 @@ static bool write_heatmap(const struct timeline *timeline, const char *path, str
     return written;
 }
 
-/* Which colour stands for which rank; the caller frees it. */
+/* The colour of each rank; owned by the caller. */
 static struct legend_entry *rank_colors(const struct report *report)
 {
     uint32_t count = (uint32_t)report->renderer_count;

@@ -1,4 +1,4 @@
-/* The pictures of a timeline: what a pixel cost, and who rendered it. */
+/* The pictures of a timeline: what each pixel cost, and which renderer rendered it. */
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -9,7 +9,7 @@
 
 /* ---- colours ---- */
 
-/* IEC 61966-2-1; the argument is clamped to 0..1. */
+/* The sRGB transfer function, IEC 61966-2-1; the argument is clamped to 0..1. */
 static double srgb_encode(double linear)
 {
     if (!(linear > 0)) return 0;
@@ -17,7 +17,7 @@ static double srgb_encode(double linear)
     return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055;
 }
 
-/* Oklab (Ottosson 2020, "A perceptual color space for image processing"), to linear sRGB. */
+/* From Oklab (Ottosson 2020, "A perceptual color space for image processing") to linear sRGB. */
 static struct vec3 oklab_to_linear(double lightness, double a, double b)
 {
     double l = pow(lightness + 0.3963377774 * a + 0.2158037573 * b, 3);
@@ -33,8 +33,8 @@ static bool in_gamut(struct vec3 c)
     return fmin(c.x, fmin(c.y, c.z)) >= 0 && fmax(c.x, fmax(c.y, c.z)) <= 1;
 }
 
-/* A colour of this lightness (0..1) and hue (turns), as vivid as asked or as the screen can show,
- * encoded for a PNG. */
+/* A colour of this lightness (0..1) and hue (turns), of this chroma or the largest one in gamut, encoded for a
+ * PNG. */
 static void perceived_color(double lightness, double chroma, double hue, float rgb[3])
 {
     double turn = 2 * M_PI * hue;
@@ -57,8 +57,8 @@ static void heat_color(double heat, float rgb[3])
                     rgb);
 }
 
-/* Hues by the golden ratio keep apart however many there are; neighbours differ in lightness, too.
- */
+/* Hues at multiples of the golden ratio stay distinct however many there are; neighbours differ in lightness,
+ * too. */
 void timeline_rank_color(uint32_t renderer, float rgb[3])
 {
     const double golden = 0.6180339887498949;
@@ -68,7 +68,7 @@ void timeline_rank_color(uint32_t renderer, float rgb[3])
 
 /* ---- the pictures ---- */
 
-/* CPU seconds per pixel of the region, rows from the top; the caller frees it. */
+/* CPU seconds per pixel of the region, rows from the top; owned by the caller. */
 static float *pixel_costs(const struct timeline *timeline, uint32_t width, uint32_t height)
 {
     float *costs = allocate_zeroed((size_t)width * height, sizeof *costs);
@@ -86,8 +86,8 @@ static float *pixel_costs(const struct timeline *timeline, uint32_t width, uint3
     return costs;
 }
 
-/* Costs of 0 are not known. The scale spans a factor of 2 to 1000, so that noise makes no picture
- * and a few dear pixels leave something to see of the rest. */
+/* The range of the colour scale; costs of 0 are unknown. It spans a factor of 2 to 1000, so that noise alone is
+ * not shown as structure, and a few expensive pixels leave contrast for the rest. */
 static struct heat_range find_range(const float *costs, size_t pixels)
 {
     double lowest = HUGE_VAL, highest = 0;
@@ -120,7 +120,7 @@ struct heat_range timeline_heatmap(const struct timeline *timeline, struct canva
     return range;
 }
 
-/* Tiles narrower than this show as they are: an outline would be most of them. */
+/* Tiles that are narrower than this are not outlined: the outline would be most of them. */
 #define OUTLINED 8
 
 void timeline_ranks(const struct timeline *timeline, uint32_t count, struct canvas *canvas)
