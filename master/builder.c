@@ -9,7 +9,7 @@
 #include "common/scene_check.h"
 #include "common/whole.h"
 
-/* A growing array; the size of an element is the user's business. */
+/* A growing array; the caller knows the size of an element. */
 struct list {
     void *items;
     uint64_t count, capacity;
@@ -256,7 +256,7 @@ struct doubles builder_doubles(const struct builder *builder, enum primitive_kin
                         builder->vertices.count, builder->materials.items);
 }
 
-/* How far a disc reaches from its middle; normal: unit. */
+/* Support function of a disc around its centre; normal: unit. */
 static double disc_reach(struct vec3 normal, double radius, struct vec3 direction)
 {
     double along = vec_dot(normal, direction);
@@ -271,7 +271,7 @@ static double corners_reach(const struct builder *builder, const uint32_t vertex
         struct vec3 corner = vec_sub(builder_vertex(builder, vertex[i]), origin);
         double reach = vec_dot(corner, direction);
         if (reach > most)
-            most = reach; /* fmax() would be a call, of which large meshes make millions */
+            most = reach; /* fmax() would be a function call, of which large meshes make millions */
     }
     return most;
 }
@@ -354,7 +354,7 @@ bool builder_bounds(const struct builder *builder, struct vec3 *min, struct vec3
 
 #define UNUSED UINT32_MAX
 
-/* Moves the used items to the front, in their order, and fills in where each one went. */
+/* Moves the used items to the front, in their order, and sets in place[] where each one went. */
 static void pack(struct list *list, size_t size, uint32_t *place)
 {
     char *items = list->items;
@@ -367,13 +367,13 @@ static void pack(struct list *list, size_t size, uint32_t *place)
     list->count = kept;
 }
 
-/* Where an index into a table stands in the primitives of a kind. */
+/* Where primitives of a kind have an index into a table. */
 struct reference {
     enum primitive_kind kind;
     size_t offset;
 };
 
-/* Drops the items of a table that none of the references uses. */
+/* Drops the items of a table that no reference uses, and updates the indices. */
 static void drop_unused(struct builder *builder, struct list *table, size_t size,
                         const struct reference *references, unsigned count)
 {
@@ -398,7 +398,7 @@ static void drop_unused(struct builder *builder, struct list *table, size_t size
     free(place);
 }
 
-/* What nothing uses is not sent: the features of a scene follow from the materials in the block. */
+/* Unused materials are dropped, as the features of a scene are derived from the materials in the block. */
 static void drop_unused_materials(struct builder *builder)
 {
     struct reference references[PRIMITIVE_KINDS];
@@ -424,7 +424,7 @@ static void drop_unused_corners(struct builder *builder)
     drop_unused(builder, &builder->normals, sizeof(struct vec3), normals, 3);
 }
 
-/* By the paper's formulas, which may take a ray's start for a hit, every surface is met. */
+/* Not with the paper's formulas, which may take a ray's start for a hit: with these every surface is met. */
 static void drop_unseen(struct builder *builder)
 {
     for (int k = 0; k < PRIMITIVE_KINDS; k++) {
@@ -435,7 +435,7 @@ static void drop_unseen(struct builder *builder)
     }
 }
 
-/* Lights that are black, or all of them where no surface shows light. */
+/* Drops lights that are black, or all lights where no surface shows light. */
 static void drop_dark_lights(struct builder *builder)
 {
     const struct material *materials = builder->materials.items;
@@ -449,7 +449,7 @@ static void drop_dark_lights(struct builder *builder)
     builder->lights.count = kept;
 }
 
-/* Reserves room for a list at *bytes; the sizes of lists are bounded, so this cannot overflow. */
+/* Reserves room for a list at *bytes. Sizes of lists are bounded, so this cannot overflow. */
 static struct scene_span reserve(const struct list *list, size_t size, uint64_t *bytes)
 {
     struct scene_span span = {*bytes, list->count};
@@ -483,7 +483,7 @@ struct scene *builder_finish(struct builder *builder, const struct view *view)
     head.lights = reserve(&builder->lights, sizeof(struct light), &bytes);
     head.bytes = bytes;
 
-    /* Zeroed, so that the gaps between spans are the same bytes every time. */
+    /* Zeroed, so that gaps between spans always have the same bytes. */
     struct scene *scene = allocate_zeroed(bytes, 1);
     *scene = head;
     move(scene, &head.vertices, &builder->vertices, sizeof(struct vec3));
