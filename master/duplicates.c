@@ -13,10 +13,10 @@ struct kind {
     const struct vec3 *vertices;
     const uint64_t *vertex_hashes;
     const struct material *materials;
-    bool one_way; /* faces that look the other way lie in another place */
+    bool one_way; /* faces that look the other way do not coincide */
 };
 
-/* The corners of a triangle or patch; NULL for what has none. */
+/* The corners of a triangle or patch; NULL for other kinds. */
 static const uint32_t *corners_of(const struct kind *kind, const void *item)
 {
     if (kind->kind == PRIMITIVE_TRIANGLE) return ((const struct triangle *)item)->vertex;
@@ -33,7 +33,7 @@ static bool is_opaque(const struct kind *kind, const unsigned char *item)
 
 /* ---- places ---- */
 
-/* The same for all primitives of a kind in one place. */
+/* Equal for all primitives of a kind that coincide. */
 static uint64_t hash_of(const struct kind *kind, const unsigned char *item)
 {
     const uint32_t *corner = corners_of(kind, item);
@@ -44,7 +44,7 @@ static uint64_t hash_of(const struct kind *kind, const unsigned char *item)
     return hash64(item + behind, kind->size - behind, hash);
 }
 
-/* Each corner of the one is one of the other, which has not more of them. */
+/* Whether both have the same corners, in any order. */
 static bool has_same_corners(const struct kind *kind, const uint32_t *a, const uint32_t *b)
 {
     bool met[3] = {false, false, false};
@@ -58,7 +58,7 @@ static bool has_same_corners(const struct kind *kind, const uint32_t *a, const u
     return true;
 }
 
-/* The corners run in the same sense, too. */
+/* Whether both have the same corners in the same cyclic order. */
 static bool looks_the_same_way(const struct kind *kind, const uint32_t *a, const uint32_t *b)
 {
     for (int turn = 0; turn < 3; turn++) {
@@ -83,10 +83,10 @@ static bool are_in_one_place(const struct kind *kind, const unsigned char *a,
 
 /* ---- which of them are taken ---- */
 
-/* Hardly a primitive is looked at that has another hash. */
+/* A slot of a hash table of places. Owing to the tag, hardly any primitive with another hash is compared. */
 struct slot {
     uint32_t tag;   /* bits of the hash */
-    uint32_t taken; /* by the item in front of this one; 0: by none */
+    uint32_t taken; /* 1 + number of the item that has the place; 0: free */
 };
 
 struct table {
@@ -102,7 +102,8 @@ static struct table table_for(uint64_t count)
     return (struct table){allocate_there(slots, sizeof(struct slot)), slots - 1};
 }
 
-/* Item number `index` takes its place, unless an earlier one of all has it: whose it is then. */
+/* Enters item number `index`, unless an earlier one of `all` coincides with it. Returns the number of the item that has
+ * the place. */
 static uint32_t take_place(const struct table *table, const struct kind *kind,
                            const unsigned char *all, const unsigned char *item, uint32_t index)
 {
@@ -130,7 +131,7 @@ static bool has_corners(enum primitive_kind kind)
     return kind == PRIMITIVE_TRIANGLE || kind == PRIMITIVE_PATCH;
 }
 
-/* The caller adds vertex_hashes before places are compared. */
+/* The caller sets vertex_hashes before places are compared. */
 static struct kind kind_of(enum primitive_kind kind, const struct vec3 *vertices,
                            const struct material *materials)
 {

@@ -8,30 +8,30 @@
 #include "master/path.h"
 #include "master/text_file.h"
 
-/* INI files are written by hand; large data belongs into meshes. */
+/* INI files are written by hand; large data belongs in meshes. */
 #define INI_MAX_BYTES     ((size_t)64 << 20)
-/* inih keeps a section's name in 50 bytes with its NUL, and lines in 200; keys are ours. */
+/* inih has 50 bytes for a section's name with its NUL, and 200 for a line; the limit for keys is our own. */
 #define SECTION_MAX_BYTES 49
 #define KEY_MAX_BYTES     49
 #define LINE_MAX_BYTES    4096
-/* Stands for a value in a line that is too long for inih. */
+/* Replaces the value in a line that is too long for inih. */
 #define PLACEHOLDER       "=?"
-/* More than any section has, few enough to be searched one by one. */
+/* More than any section needs, and few enough for a linear search. */
 #define SECTION_MAX_KEYS  100
 
 /*
- * The feed. Behind every section heading inih is given a line "=", whose entry without name and
- * value says that a section begins, so that empty sections and repeated headings are seen.
+ * What inih is fed from. After every section heading inih is given a line "=": the entry without name and value that it
+ * returns for it announces the section, so that empty sections and repeated headings are noticed.
  */
 struct feed {
     struct ini *ini;
     const char *at;   /* next byte of the file */
-    long line;        /* number of the line that was fed last */
+    long line;        /* number of the last line that was fed */
     bool announce;    /* the next line to feed is the "=" of a heading */
-    bool announcing;  /* it is the one that was fed last */
-    bool expecting;   /* inih owes an entry for the line that was fed last */
-    bool failed;      /* an error has been told */
-    bool placeholder; /* the value of the line that was fed last is this: */
+    bool announcing;  /* the last line that was fed is that "=" */
+    bool expecting;   /* inih has not yet returned an entry for the last line */
+    bool failed;      /* an error has been reported */
+    bool placeholder; /* inih was given PLACEHOLDER for the value of the last line, which is: */
     char value[LINE_MAX_BYTES + 1];
 };
 
@@ -103,7 +103,7 @@ static bool is_blank(char c)
     return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
 }
 
-/* Takes the next line off the file, without blanks at its ends. */
+/* Takes the next line of the file, without blanks at its ends. */
 static const char *next_line(struct feed *feed, size_t *length)
 {
     const char *start = feed->at, *end = strchr(start, '\n');
@@ -125,7 +125,7 @@ static bool refuse(struct feed *feed, const char *text)
     return false;
 }
 
-/* Where a comment begins: at a ';' behind a blank, as inih sees it; NULL without one. */
+/* Where a comment begins: at a ';' after a blank, as in inih; NULL: there is none. */
 static const char *find_comment(const char *text, const char *end)
 {
     for (const char *at = text; at + 1 < end; at++)
@@ -133,7 +133,7 @@ static const char *find_comment(const char *text, const char *end)
     return NULL;
 }
 
-/* inih ignores what follows a heading and cuts long ones. */
+/* Checks what inih does not: text after a heading, which it ignores, and the length, which it truncates. */
 static bool heading_good(struct feed *feed, const char *line, size_t length)
 {
     const char *close = memchr(line, ']', length);
@@ -162,8 +162,8 @@ static bool feed_heading(struct feed *feed, const char *line, size_t length, cha
 }
 
 /*
- * A line of any length is fed as its key and a short value; take_entry() then finds the real one
- * in the feed. It ends where inih would end it.
+ * Feeds a line of any length as its key and a placeholder; take_entry() then takes the real value from the feed. The
+ * value ends where it would end for inih.
  */
 static bool feed_long_entry(struct feed *feed, const char *line, size_t length, char *buffer)
 {
@@ -192,7 +192,7 @@ static bool feed_long_entry(struct feed *feed, const char *line, size_t length, 
 
 static bool feed_entry(struct feed *feed, const char *line, size_t length, char *buffer, int size)
 {
-    /* inih takes a line that fills its buffer, which has no line end, for one that was cut. */
+    /* inih would take a line that fills its buffer without a line end for a truncated one */
     if (length + 1 >= (size_t)size) return feed_long_entry(feed, line, length, buffer);
     memcpy(buffer, line, length);
     buffer[length] = '\0';
@@ -200,7 +200,7 @@ static bool feed_entry(struct feed *feed, const char *line, size_t length, char 
     return true;
 }
 
-/* The fgets that inih calls. */
+/* Called by inih in place of fgets(). */
 static char *feed_line(char *buffer, int size, void *stream)
 {
     struct feed *feed = stream;

@@ -1,8 +1,8 @@
 /*
- * An INI file as sections with entries, each with the line it stands on. The file is read by inih,
- * which is fed line by line: it joins indented lines to the one before, cuts long names and lines
- * without a word and does not tell line numbers, so what it is fed is trimmed and checked before.
- * Lines may have 4096 bytes, names of sections and of keys 49.
+ * Reads an INI file into sections with entries, each with its line number. The file is parsed by inih, which is fed
+ * line by line. inih joins indented lines to the one before, truncates long names and lines silently, and does not
+ * report line numbers; so each line is trimmed and checked before inih gets it. Lines may have 4096 bytes, names of
+ * sections and of keys 49.
  */
 #ifndef FARM_MASTER_INI_SOURCE_H
 #define FARM_MASTER_INI_SOURCE_H
@@ -12,9 +12,9 @@
 
 struct ini_entry {
     char *key, *value;  /* owned */
-    const char *file;   /* what messages name: the INI file, or an argument */
+    const char *file;   /* for messages: the INI file, or an argument */
     long line;          /* 0 for an argument */
-    const char *folder; /* what a path in the value is relative to */
+    const char *folder; /* the folder that a path in the value is relative to */
 };
 
 struct ini_section {
@@ -26,30 +26,30 @@ struct ini_section {
 };
 
 struct ini {
-    char *file;   /* path, as messages name it */
-    char *folder; /* that it lies in */
+    char *file;   /* path, for messages; owned */
+    char *folder; /* the folder that it is in; owned */
     struct ini_section *sections;
     size_t count;
 };
 
 /*
- * Reads and checks the form only: no meaning of sections and keys. A key twice in a section, or two
- * sections of the same kind and name, are errors. false after saying why.
+ * Reads a file and checks its form, not the meaning of sections and keys. A key that is twice in a section, or two
+ * sections of the same kind and name, are errors. false after reporting why.
  */
 bool ini_load(const char *path, struct ini *ini);
 
-/* A document without a file, for a start; path is what messages name. */
+/* Creates a document without sections and without reading a file; path is for messages. */
 void ini_create(const char *path, struct ini *ini);
 void ini_free(struct ini *ini);
 
-/* The section is valid until the next one is added. */
+/* Adds a section, which is valid until the next one is added. */
 struct ini_section *ini_add_section(struct ini *ini, const char *kind, const char *name, long line);
 
-/* Sets or replaces; file and folder are kept as they are, key and value are copied. */
+/* Sets or replaces an entry. Key and value are copied; file, line and folder are those of origin, pointers included. */
 void ini_set(struct ini_section *section, const char *key, const char *value,
              const struct ini_entry *origin);
 
-/* The entry of a key, or NULL. */
+/* The entry of a key; NULL: there is none. */
 const struct ini_entry *ini_entry(const struct ini_section *section, const char *key);
 
 /* Whether a line "[kind name]" in a file is read back as this section. */

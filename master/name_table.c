@@ -6,7 +6,7 @@
 #include "common/hash.h"
 #include "common/message.h"
 
-/* The entry of this name, or the free one where it belongs; at least one entry is free. */
+/* The entry of this name, or the free one where it is to be put; at least one entry must be free. */
 static struct name_entry *place_of_name(const struct name_table *table, const char *name)
 {
     size_t at = (size_t)hash64(name, strlen(name), 0) & (table->room - 1);

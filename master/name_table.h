@@ -1,4 +1,4 @@
-/* Numbers by name: a hash table that names can be added to, but not taken from. */
+/* Maps names to numbers: a hash table from which nothing can be removed. */
 #ifndef FARM_MASTER_NAME_TABLE_H
 #define FARM_MASTER_NAME_TABLE_H
 
@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 struct name_entry {
-    char *name; /* owned; NULL: free */
+    char *name; /* owned; NULL: the entry is free */
     uint32_t value;
 };
 
@@ -17,7 +17,7 @@ struct name_table {
     size_t count, room; /* room is 0 or a power of two */
 };
 
-/* Copies name; a name that is there already gets the new value. */
+/* Sets the value of a name, which is copied if it is new. */
 void name_table_set(struct name_table *table, const char *name, uint32_t value);
 
 bool name_table_find(const struct name_table *table, const char *name, uint32_t *value);

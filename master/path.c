@@ -53,8 +53,7 @@ char *path_unresolved(const char *path)
     return absolute;
 }
 
-/* What of a resolved path is behind the folder: "/a.obj", or nothing if it is the folder; NULL: it does not lie
- * there. */
+/* The part of a resolved path below the folder: "/a.obj", or "" if it is the folder; NULL: it is not in it. */
 static const char *behind_folder(const char *resolved, const char *folder)
 {
     size_t length = strlen(folder);
@@ -93,7 +92,7 @@ static char *link_target(const char *path)
     return target;
 }
 
-/* By hand, because the last link may point at a file that is still to be made. */
+/* Not by realpath(), because the last link may point at a file that does not exist yet. */
 char *path_behind_links(const char *path)
 {
     char *place = copy_text(path);

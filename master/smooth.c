@@ -8,28 +8,30 @@
 #include "common/message.h"
 #include "master/union_find.h"
 
-/* Corner c is corner c % 3 of triangle c / 3. */
+/* An edge at a vertex, seen from it. Corner c is corner c % 3 of triangle c / 3. */
 struct spoke {
-    uint32_t neighbour; /* vertex at the other end of an edge that leaves the vertex in hand */
-    uint32_t local;     /* which of the vertex's corners the edge belongs to */
+    uint32_t neighbour; /* vertex at the other end of the edge */
+    /* Index, among the present vertex's corners, of the one that the edge belongs to. */
+    uint32_t local;
 };
 
 struct smoothing {
     struct builder *builder;
     const struct triangle *triangles;
     size_t count;
-    double least_cosine; /* of the angle between normals across a smooth edge */
+    double least_cosine; /* cosine of the largest angle between the normals at a smooth edge */
     struct vec3 *faces;  /* unit normal of each triangle, 0 without area */
     uint32_t base;       /* lowest vertex that the triangles use */
-    size_t vertices;     /* from it to the highest one */
+    size_t vertices;     /* number of vertices from base to the highest one */
     uint64_t *first;     /* corners of vertex base + v: list[first[v]] .. list[first[v + 1] - 1] */
     uint64_t *list;
-    struct vec3 *normals; /* of each corner, not yet of unit length; 0: none */
-    uint64_t *leader;     /* of each corner: the first corner of its group, which shares a normal */
-    uint32_t *indices;    /* in the builder, of the group that the corner leads; NONE: not yet */
+    struct vec3 *normals; /* of each corner that leads a group, not normalised; 0: none */
+    uint64_t *leader; /* of each corner: the first corner of its group; a group shares a normal */
+    /* Index in the builder of the normal of the group that the corner leads; NONE: not yet added. */
+    uint32_t *indices;
 
-    struct spoke *spokes; /* of the vertex in hand */
-    uint32_t *groups;     /* union-find over the corners of the vertex in hand */
+    struct spoke *spokes; /* of the present vertex */
+    uint32_t *groups;     /* union-find over the corners of the present vertex */
     size_t room;          /* corners that there is room for */
 };
 
@@ -40,7 +42,7 @@ static struct vec3 face_normal(const struct builder *builder, const struct trian
     struct vec3 a = builder_vertex(builder, triangle->vertex[0]);
     struct vec3 ab = vec_sub(builder_vertex(builder, triangle->vertex[1]), a);
     struct vec3 ac = vec_sub(builder_vertex(builder, triangle->vertex[2]), a);
-    /* Large and small meshes alike: no overflow and no underflow in the product. */
+    /* Scaled, so that the product neither overflows nor underflows. */
     double size = fmax(vec_length(ab), vec_length(ac));
     if (!(size > 0) || !isfinite(size)) return vec3(0, 0, 0);
     struct vec3 normal = vec_cross(vec_scale(ab, 1 / size), vec_scale(ac, 1 / size));
@@ -48,7 +50,7 @@ static struct vec3 face_normal(const struct builder *builder, const struct trian
     return vec_normalize(normal);
 }
 
-/* The builder holds the vertices of all meshes so far; only those of this one are looked at. */
+/* The builder has the vertices of all meshes so far; this finds the range of those that the present one uses. */
 static void find_vertices(struct smoothing *s)
 {
     uint32_t low = UINT32_MAX, high = 0;
@@ -62,13 +64,13 @@ static void find_vertices(struct smoothing *s)
     s->vertices = s->count ? (size_t)(high - low) + 1 : 0;
 }
 
-/* Which of the mesh's vertices a corner lies on. */
+/* The vertex that a corner is at, relative to base. */
 static size_t vertex_of(const struct smoothing *s, size_t corner)
 {
     return s->triangles[corner / 3].vertex[corner % 3] - s->base;
 }
 
-/* A counting sort of corners by their vertex. */
+/* Sorts corners by their vertex, with a counting sort. */
 static void list_corners(struct smoothing *s)
 {
     s->first = allocate_zeroed(s->vertices + 2, sizeof *s->first);
@@ -102,7 +104,7 @@ static int compare_spokes(const void *a, const void *b)
     return (x->local > y->local) - (x->local < y->local);
 }
 
-/* Vertices have a handful of edges, mostly. */
+/* Insertion sort for the few edges that most vertices have. */
 static void sort_spokes(struct spoke *spokes, size_t count)
 {
     if (count > 64) {
@@ -132,10 +134,10 @@ static bool is_smooth_edge(const struct smoothing *s, uint64_t corner, uint64_t 
     return !vec_is_zero(a) && !vec_is_zero(b) && vec_dot(a, b) >= s->least_cosine;
 }
 
-/* At the edge in hand. */
+/* The context of compare_faces(): an edge at a vertex. */
 struct edge {
     const struct smoothing *smoothing;
-    const uint64_t *corners; /* of its vertex */
+    const uint64_t *corners; /* corners of that vertex */
 };
 
 static int compare_faces(const void *a, const void *b, void *context)
@@ -149,14 +151,14 @@ static int compare_faces(const void *a, const void *b, void *context)
     return (x.z > y.z) - (x.z < y.z);
 }
 
-/* With how many others a face at an edge is compared: more meet at none that means anything, and the time
- * stays in proportion to the faces. */
+/* The most other faces at an edge that a face is compared with. No meaningful edge has more, and the time stays in
+ * proportion to the number of faces. */
 #define EDGE_FACES 16
 
 /*
- * Joins what meets smoothly at one edge: of two faces mostly, of four where a mesh has two sides. Which
- * are joined does not depend on the order of the faces; where they are not all compared, that is why
- * they are sorted.
+ * Joins the corners of faces that meet smoothly at one edge: mostly of two faces, of four where a mesh has two sides.
+ * The result does not depend on the order of the faces: where not all are compared with each other, they are sorted for
+ * that.
  */
 static void join_at_edge(struct smoothing *s, const uint64_t *corners, struct spoke *spokes,
                          size_t count)
@@ -200,7 +202,7 @@ static void average_vertex(struct smoothing *s, const uint64_t *corners, size_t 
     }
 }
 
-/* Whether a group's normal is the face's own but for rounding: then the face is flat there. */
+/* Whether the normal of the corner's group equals the face's own but for rounding: the face is flat there. */
 static bool is_face_normal(const struct smoothing *s, uint64_t corner)
 {
     struct vec3 sum = s->normals[s->leader[corner]], face = s->faces[corner / 3];
@@ -212,7 +214,7 @@ static const char *corner_normal(struct smoothing *s, uint64_t corner, uint32_t 
 {
     uint64_t leader = s->leader[corner];
     struct vec3 normal = s->normals[leader];
-    /* Normals that cancel out leave the corner with that of its face. */
+    /* Where normals cancel out, the corner gets that of its face. */
     if (vec_is_zero(normal)) return builder_add_normal(s->builder, s->faces[corner / 3], index);
     if (s->indices[leader] == NONE) {
         const char *why = builder_add_normal(s->builder, normal, &s->indices[leader]);

@@ -10,7 +10,7 @@
 #include "common/memory.h"
 #include "common/message.h"
 
-/* O_NONBLOCK: opening a pipe without a writer must not wait for one. */
+/* O_NONBLOCK: opening a FIFO without a writer must not wait for one. */
 static int open_regular(const char *path, size_t *bytes)
 {
     int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
@@ -29,8 +29,8 @@ static int open_regular(const char *path, size_t *bytes)
     return -1;
 }
 
-/* What is read at a time, and looked through for a NUL: a file of something else ends the reading
- * before much memory is asked for. */
+/* Bytes that are read at a time and searched for a NUL: a file that is no text ends the reading before much memory is
+ * allocated. */
 #define CHUNK ((size_t)1 << 20)
 
 static long line_of(const char *text, const char *at)
@@ -41,7 +41,7 @@ static long line_of(const char *text, const char *at)
     return line;
 }
 
-/* Makes room for a chunk more, and a NUL, of at most size bytes in all; gives the chunk's size. */
+/* Makes room for another chunk and a NUL, for at most size bytes in all; returns the size of the chunk. */
 static size_t make_room(struct text_file *file, size_t *room, size_t size)
 {
     if (file->bytes == *room) {
@@ -53,7 +53,7 @@ static size_t make_room(struct text_file *file, size_t *room, size_t size)
     return left < CHUNK ? left : CHUNK;
 }
 
-/* Reads until the end or size bytes; what was read stays in file in any case. */
+/* Reads until the end of the file or size bytes. What was read stays in file also after an error. */
 static bool read_open(const char *path, int descriptor, size_t size, struct text_file *file)
 {
     size_t room = 0, chunk;
@@ -77,7 +77,7 @@ static bool read_open(const char *path, int descriptor, size_t size, struct text
     return true;
 }
 
-/* Some editors mark a file as UTF-8 by these bytes at its start. */
+/* Some editors mark a file as UTF-8 with these bytes at its start. */
 static void drop_byte_order_mark(struct text_file *file)
 {
     static const char mark[] = "\xef\xbb\xbf";
@@ -86,8 +86,8 @@ static void drop_byte_order_mark(struct text_file *file)
     memmove(file->text, file->text + 3, file->bytes + 1);
 }
 
-/* Old programs, of the Macintosh above all, end lines by CR alone: taken for a blank, it would make one line of a file
- * that begins with a comment, and of a material. Beside any LF it stays what it is. */
+/* Old programs, mostly of the Macintosh, end lines with CR alone. Taken for a blank, it would turn the whole file into
+ * one line, or into a comment where it begins with one. In a file that has any LF, CR is left as it is. */
 static void end_lines(struct text_file *file)
 {
     if (memchr(file->text, '\n', file->bytes)) return;

@@ -9,32 +9,32 @@
 #include "common/message.h"
 
 struct corner {
-    double x, y;         /* seen along the dominant axis, the polygon counter-clockwise */
+    double x, y; /* projected along the dominant axis, so that the polygon is counter-clockwise */
     uint32_t prev, next; /* neighbours in what is left of the outline */
     double turn;         /* twice the area of (prev, this, next): > 0 convex, < 0 reflex */
     bool ear;
-    bool listed;      /* in its cell of the grid */
-    uint32_t in_cell; /* the next one in that, or NONE */
+    bool listed;      /* in the list of a cell of the grid */
+    uint32_t in_cell; /* the next one in that list, or NONE */
     bool cut;         /* no longer part of the outline */
 };
 
 #define NONE UINT32_MAX
 
-/* Cells across the grid, at most: half as many cells as corners. */
+/* The most cells along an edge of the grid: half as many cells as corners. */
 #define GRID_EDGE 100
 
 _Static_assert(2 * GRID_EDGE * GRID_EDGE >= POLYGON_MAX_CORNERS, "a cell for each two corners");
 
-/* Lists of the corners that are not convex, where they lie. */
+/* A uniform grid with a list per cell of the corners in it that are not convex. */
 struct grid {
-    double x, y;             /* its corner */
-    double scale_x, scale_y; /* cells in a unit */
+    double x, y;             /* its least x and y */
+    double scale_x, scale_y; /* cells per unit of length */
     uint32_t edge;           /* cells across */
     uint32_t cells[GRID_EDGE * GRID_EDGE];
 };
 
-/* Areas (the polygon has a size of about 1) that rounding may have turned over: a few thousand
- * units of DBL_EPSILON. They are nothing to complain about. */
+/* Areas up to this (of a polygon of size about 1) may have the wrong sign by rounding, a few thousand units of
+ * DBL_EPSILON, and cause no complaint. */
 #define ROUNDING 1e-12
 
 static double turn_of(const struct corner *a, const struct corner *b, const struct corner *c)
@@ -49,7 +49,7 @@ static bool same_place(const struct corner *a, const struct corner *b)
 
 /* ---- the plane ---- */
 
-/* A power of two that brings the polygon to a size of about 1, so that no product overflows. */
+/* The exponent of a power of two that scales the polygon to a size of about 1, so that no product overflows. */
 static int size_exponent(const struct vec3 *polygon, size_t count)
 {
     double largest = 0;
@@ -62,7 +62,7 @@ static int size_exponent(const struct vec3 *polygon, size_t count)
     return exponent + 1;
 }
 
-/* The corners relative to the first one, in that size. */
+/* The corners relative to the first one, scaled to that size. */
 static void shrink(const struct vec3 *polygon, size_t count, struct vec3 *points)
 {
     int exponent = size_exponent(polygon, count);
@@ -73,7 +73,7 @@ static void shrink(const struct vec3 *polygon, size_t count, struct vec3 *points
         points[i] = vec_sub(vec_scale(vec_scale(polygon[i], first), second), origin);
 }
 
-/* Newell's normal: its components are twice the areas of the polygon's shadows along the axes. */
+/* Newell's normal: its components are twice the areas of the polygon's projections along the axes. */
 static struct vec3 newell_normal(const struct vec3 *points, size_t count)
 {
     struct vec3 normal = vec3(0, 0, 0);
@@ -85,7 +85,7 @@ static struct vec3 newell_normal(const struct vec3 *points, size_t count)
     return normal;
 }
 
-/* Twice the area of a triangle of corners, as a vector across it. */
+/* The normal of a triangle of corners, whose length is twice the area. */
 static struct vec3 triangle_normal(const struct vec3 *points, const uint32_t t[3])
 {
     return vec_cross(vec_sub(points[t[1]], points[t[0]]), vec_sub(points[t[2]], points[t[0]]));
@@ -134,7 +134,7 @@ static void begin_grid(struct grid *grid, const struct corner *corners, size_t c
     memset(grid->cells, 0xff, (size_t)edge * edge * sizeof *grid->cells); /* NONE */
 }
 
-/* Never decreases with what is `along`. */
+/* Monotonic in along. */
 static uint32_t cell_at(const struct grid *grid, double along, double scale)
 {
     double cell = along * scale;
@@ -159,8 +159,8 @@ static uint32_t *cell_of(struct grid *grid, const struct corner *corner)
 /* ---- ears ---- */
 
 /*
- * Whether the outline runs from corner p, which lies on corner b of the triangle (a, b, c), into
- * the triangle: such an outline has no corner of its own in the triangle when it leaves it again.
+ * Whether the outline goes on from corner p, which coincides with corner b of the triangle (a, b, c), into the
+ * triangle: it may leave the triangle again without another corner in it.
  */
 static bool runs_inside(const struct corner *corners, const struct corner *p,
                         const struct corner *a, const struct corner *b, const struct corner *c)
@@ -173,7 +173,7 @@ static bool runs_inside(const struct corner *corners, const struct corner *p,
     return false;
 }
 
-/* Whether corner p of the outline, none of the triangle's own, makes the triangle no ear. */
+/* Whether corner p of the outline, none of the triangle's own, prevents the triangle from being an ear. */
 static bool blocks(const struct corner *corners, const struct corner *p, const struct corner *a,
                    const struct corner *b, const struct corner *c)
 {
@@ -192,7 +192,7 @@ static bool is_outside(const struct corner *p, const struct box *box)
     return p->x < box->min_x || p->x > box->max_x || p->y < box->min_y || p->y > box->max_y;
 }
 
-/* Of the corners in one cell. Drops those that no longer count. */
+/* Checks the corners listed in one cell. Removes those from the list that are cut or have become convex. */
 static bool is_blocked_in(struct triangulation *out, uint32_t *cell, const struct box *box,
                           const struct corner *a, const struct corner *b, const struct corner *c)
 {
@@ -212,7 +212,7 @@ static bool is_blocked_in(struct triangulation *out, uint32_t *cell, const struc
     return false;
 }
 
-/* Only corners that are not convex can lie in an ear. */
+/* Only corners that are not convex can be inside an ear. */
 static bool is_blocked(struct triangulation *out, const struct corner *a, const struct corner *b,
                        const struct corner *c)
 {
@@ -254,7 +254,7 @@ static void judge_all(struct triangulation *out, uint32_t start)
     } while (i != start);
 }
 
-/* Takes a corner off the outline; gives the one before it. */
+/* Removes a corner from the outline; returns the one before it. */
 static uint32_t cut(struct triangulation *out, uint32_t index)
 {
     struct corner *corner = &out->corners[index];
@@ -268,8 +268,7 @@ static uint32_t cut(struct triangulation *out, uint32_t index)
     return corner->prev;
 }
 
-/* A corner that is no ear gives a triangle all the same, so that no hole is left, unless there is
- * nothing to it. */
+/* Adds the triangle of a corner. One that is no ear is added, too, so that no hole is left, unless it has no area. */
 static void emit(struct triangulation *out, uint32_t index)
 {
     const struct corner *corner = &out->corners[index];
@@ -295,8 +294,8 @@ static bool find_ear(struct triangulation *out, uint32_t *at)
 }
 
 /*
- * The corner to take off when there is no ear: one without area if there is one, else the most
- * convex one (the polygon crosses itself, or rounding says so).
+ * The corner to cut when there is no ear: one without area if there is one, else the most convex one (the polygon
+ * crosses itself, or seems to by rounding).
  */
 static uint32_t find_worst(struct triangulation *out, uint32_t start)
 {
@@ -311,7 +310,7 @@ static uint32_t find_worst(struct triangulation *out, uint32_t start)
     return best;
 }
 
-/* Whether the polygon takes no more looks than it may. */
+/* Ear clipping; false if it takes more looks than it may. */
 static bool clip(struct triangulation *out, size_t count)
 {
     struct corner *corners = out->corners;
@@ -336,8 +335,8 @@ static bool clip(struct triangulation *out, size_t count)
 
 /* ---- polygons of four corners ---- */
 
-/* The lesser of two triangles' shares in the area that is seen along the normal; < 0: one of them
- * faces the other way. */
+/* The smaller of the areas of two triangles projected along the normal, up to a common factor; < 0: one of them faces
+ * the other way. */
 static double least_share(const struct vec3 *points, const uint32_t t[2][3], struct vec3 normal)
 {
     return fmin(vec_dot(triangle_normal(points, t[0]), normal),
@@ -345,9 +344,8 @@ static double least_share(const struct vec3 *points, const uint32_t t[2][3], str
 }
 
 /*
- * Cuts along the diagonal that leaves both halves facing the way of the whole. Unlike ears, which
- * are looked for in the polygon's shadow, this is right for the bent quads of height fields too,
- * and always gives two triangles.
+ * Cuts along the diagonal that leaves both halves facing the same way as the whole. Unlike ears, which are searched in
+ * the projection, this is right for the bent quads of height fields, too, and always gives two triangles.
  */
 static void split(struct triangulation *out)
 {
@@ -358,7 +356,7 @@ static void split(struct triangulation *out)
     bool use_first = first > ROUNDING || first > second;
     memcpy(out->triangles, halves[use_first ? 0 : 1], sizeof halves[0]);
     out->count = 2;
-    /* A bow tie as wide on both sides has no normal. */
+    /* A bow tie with two equal sides has no normal. */
     out->improper = (first < -ROUNDING && second < -ROUNDING) ||
                     (vec_length(normal) <= ROUNDING &&
                      vec_length(triangle_normal(out->points, halves[1][0])) > ROUNDING);

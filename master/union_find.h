@@ -1,6 +1,6 @@
 /*
- * Disjoint sets of 0 .. n - 1 (union-find): parent[i] is a member of i's set with a lower number, i itself if
- * it is the lowest one, which stands for the set. So the result does not depend on the order of joining.
+ * Disjoint sets of the numbers 0 .. n - 1 (union-find). parent[i] is a lower-numbered member of i's set, or i itself if
+ * i is the lowest, which represents the set. So the result does not depend on the order of joining.
  */
 #ifndef FARM_MASTER_UNION_FIND_H
 #define FARM_MASTER_UNION_FIND_H
@@ -14,7 +14,7 @@ static inline void union_find_init(uint32_t *parent, uint32_t count)
         parent[i] = i;
 }
 
-/* The lowest one of the set of i. Paths are halved: the next search is shorter (J. van Leeuwen and R. E. Tarjan). */
+/* The lowest member of i's set. Path halving makes the next search shorter (J. van Leeuwen and R. E. Tarjan). */
 static inline uint32_t union_find_root(uint32_t *parent, uint32_t i)
 {
     while (parent[i] != i)
