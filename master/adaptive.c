@@ -10,10 +10,10 @@
 #include "master/forecast.h"
 #include "master/refine.h"
 
-/* The share of the error before it that a pass aims at, at least and at most. The minimum is there because passes are
- * planned from what earlier ones have shown. It is low because samples are quicker the more a pixel gets at a time:
- * with 0.12 and four levels the same error took 0.8 to 1.0 of the CPU time that it took with 0.5 and two, in nine runs
- * of seven scenes. The maximum makes an end to passes that miss the target by a hair. */
+/* The share of the error before it that a pass aims at, at least and at most. There is a minimum, as a pass is planned
+ * from what earlier ones have shown, which is not enough to go farther. It is low, as samples are quicker the more of
+ * them a pixel gets at a time: with 0.12 and four levels the same error took 0.8 to 1.0 of the CPU time that it took
+ * with 0.5 and two, in nine runs of seven scenes. The maximum makes an end to passes that miss the target by a hair. */
 #define PASS_AIM_MIN 0.12
 #define PASS_AIM_MAX 0.93
 

@@ -147,12 +147,12 @@ void adaptive_put(struct adaptive *adaptive, const struct tile *tile, const floa
 double adaptive_seconds(const struct adaptive *adaptive);
 
 /*
- * How many more seconds of rendering than so far a run takes that ends with the error rmse, if it takes all the samples
- * that the rule of passes asks for in a single pass after pass 0. These samples are taken to be as effective as passes
- * so far were compared with their promises, and as quick. power: the exponent with which the squared error goes down
- * with samples, used until a pass after the first has been judged. Below 0: such a run is so much quicker than this one
- * was. HUGE_VAL: max_samples are too few. NaN: unknown, as while there are pixels without samples. Passes are not
- * changed.
+ * Predicts a run that ends with the error rmse and takes, in a single pass after pass 0, all samples that the rule asks
+ * for. Returns how many seconds of rendering it takes beyond those taken so far; below 0 where it is quicker than this
+ * run has been by so much. Its samples are taken to be as effective as passes so far were compared with their promises,
+ * and as quick. power: the exponent with which the squared error goes down with samples, used until a pass after the
+ * first has been judged. HUGE_VAL: max_samples are too few. NaN: unknown, as while there are pixels without samples.
+ * Passes are not changed.
  */
 double adaptive_foresee(struct adaptive *adaptive, double rmse, double power);
 

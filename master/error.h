@@ -19,7 +19,7 @@
 
 /* What is known of the errors of pixels, squared. */
 struct error_told {
-    /* squares: including hidden and carried; fourths: bounds the variance of squares. */
+    /* squares: including hidden and carried. fourths: bounds the variance of squares by chance. */
     struct error_sum sum;
     /* Parts of sum.squares that the pixels' halves do not show (master/hidden.h). */
     double hidden;  /* what samples have missed */

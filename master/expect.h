@@ -8,13 +8,13 @@
 #include "master/statistics.h"
 
 /* A pixel is a surprise where the squared error estimated from its halves is more than this many times the one
- * predicted from its neighbourhood. Edges hardly ever are: about 5 of the 24 pixels around a pixel on an edge are on
- * it, too. */
+ * predicted from its neighbourhood. Pixels at edges hardly ever are: about 5 of the 24 pixels around one are at the
+ * same edge. */
 #define SURPRISE 8
 
 /* Sets for each pixel its expected squared error, which is finite, as squares of floats are far inside the range of
  * doubles; and in warned the root of the squared error predicted from its neighbourhood alone, whatever its own samples
- * have met. All pixels must have samples. The crew must be idle; NULL: the caller works alone. */
+ * have hit. All pixels must have samples. The crew must be idle; NULL: the caller works alone. */
 void expect_errors(const struct sampled *pixels, struct crew *crew, double *error, float *warned);
 
 #endif

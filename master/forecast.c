@@ -25,13 +25,13 @@ struct error_forecast error_forecast_to(const struct error_point *now, double go
     return forecast;
 }
 
-/* How the squared error goes down with the number of samples: the share `share` with FORECAST_SMOOTH, the rest with
- * `power`. That is FORECAST_EDGE, or less where nothing is smooth. */
+/* How the squared error goes down with the number of samples: the part `share` of it with the power FORECAST_SMOOTH,
+ * the rest with `power`, which is FORECAST_EDGE, or less where share is 0. */
 struct decline {
     double power, share;
 };
 
-/* The decline with which `ratio` times the samples have divided the squared error by `went`, both above 1. */
+/* The decline of a squared error that `ratio` times the samples have divided by `went`; both are above 1. */
 static struct decline decline_of(double ratio, double went)
 {
     double edge = pow(ratio, FORECAST_EDGE), smooth = pow(ratio, FORECAST_SMOOTH);

@@ -4,8 +4,7 @@
 
 #include "master/error.h"
 
-/* A power law between the present error and the goal: the RMSE after t seconds of rendering is rmse * (t /
- * seconds)^-slope. */
+/* RMSE = rmse * (t / seconds)^-slope after t seconds of rendering: a power law from the present error to the goal. */
 struct error_forecast {
     bool known;
     bool beyond; /* it is unknown because no run with at most max_samples gets that far */

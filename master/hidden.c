@@ -8,7 +8,7 @@
 
 /* Special values of struct hidden's expected. OPEN: no plan has left the pixel at its present level. MET: at some level
  * its samples had hit something, and its own halves show what later samples leave of the error. WARNED: a plan has left
- * it although it was warned, because its own samples had met nothing. */
+ * it although it was warned, because its own samples had hit nothing. */
 #define OPEN   (-1.0f)
 #define MET    (-2.0f)
 #define WARNED (-3.0f)

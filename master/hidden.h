@@ -41,7 +41,7 @@ bool hidden_is_open(const struct hidden *hidden, size_t pixel);
  * May be called from several threads, each for other pixels. */
 void hidden_leave(struct hidden *hidden, size_t pixel, float warned);
 
-/* The plan leaves the pixel although it is warned, because its own samples have met nothing. Threads: as
+/* The plan leaves the pixel although it is warned, because its own samples have hit nothing. Same thread safety as
  * hidden_leave(). */
 void hidden_leave_warned(struct hidden *hidden, size_t pixel);
 

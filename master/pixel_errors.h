@@ -49,7 +49,7 @@ void pixel_errors_settle(struct pixel_errors *errors, size_t pixel, const struct
 /* Whether no plan has decided yet if the pixel's neighbourhood alone would leave it at its present level. */
 bool pixel_errors_is_open(const struct pixel_errors *errors, size_t pixel);
 
-/* The plan leaves the pixel, by its neighbourhood; or leaves it although it is warned, because its own samples have met
+/* The plan leaves the pixel, by its neighbourhood; or leaves it although it is warned, because its own samples have hit
  * nothing (master/hidden.h). May be called from several threads, each for other pixels; when all are done
  * pixel_errors_left() must be called. */
 void pixel_errors_leave(struct pixel_errors *errors, size_t pixel);

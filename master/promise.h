@@ -1,4 +1,4 @@
-/* How well plans of passes foresee: the share of the error that each plan promises to leave is compared with what its
+/* How well the plans of passes predict: the share of the error that a plan promises to leave is compared with what its
  * pass has left, to correct later forecasts. */
 #ifndef FARM_MASTER_PROMISE_H
 #define FARM_MASTER_PROMISE_H

@@ -14,8 +14,8 @@
 #include "master/pixel_errors.h"
 #include "master/statistics.h"
 
-/* What a plan is made from. All pixels have samples, and pixel_errors_expect() has been called for them as they are.
- * Everything is the caller's. The crew must be idle; NULL: the caller plans alone. */
+/* What a plan is made from. All pixels must have samples, and pixel_errors_expect() must have been called for their
+ * present state. Everything is the caller's. The crew must be idle; NULL: the caller plans alone. */
 struct candidates {
     const struct statistics *statistics;
     struct pixel_errors *errors;
