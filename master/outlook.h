@@ -1,9 +1,9 @@
 /*
  * How much of a run is done, as a share of the seconds that it takes.
  *
- * The error of predictions depends on what is predicted: measured by expensive pixels, cheap ones take several times as
- * long as a single probe of each says. So tiles are put into classes by their predicted work per pixel, one for each
- * octave, and the finished tiles of a class tell how many seconds it takes for its work. A share of the predicted work
+ * The error of predictions depends on what is predicted: relative to expensive pixels, cheap ones take several times as
+ * long as a single probe of each predicts. So tiles are put into classes by their predicted work per pixel, one for
+ * each octave, and the finished tiles of a class show how many seconds its work takes. A share of the predicted work
  * alone would be far too optimistic, as the expensive tiles go first.
  */
 #ifndef FARM_MASTER_OUTLOOK_H

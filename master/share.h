@@ -47,11 +47,11 @@ struct shares {
     struct share_work *work;      /* per renderer */
     struct share_work all;
     double answered; /* seconds from the start to the last result */
-    /* Per id, not 0: finished before, so not handed out; the caller's. NULL: all are handed out. */
+    /* Per id, not 0: already finished, so not handed out; the caller's. NULL: all are handed out. */
     const unsigned char *finished;
 };
 
-/* Sets up shares without any work done. If there are more tiles than most, only ids is of use. */
+/* Sets up the shares, with no work done. If there are more than `most` tiles, only ids is valid. */
 void shares_init(struct shares *shares, const struct share_config *config, uint64_t most);
 void shares_free(struct shares *shares);
 
